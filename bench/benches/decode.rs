@@ -20,11 +20,11 @@ const RUNS: usize = 5;
 
 /// Start-ups of five devices, and a trace with every service and damaged telegrams.
 const TRACES: [&str; 6] = [
-    "crates/explain/tests/golden/story/start-bcg450.trace",
-    "crates/explain/tests/golden/story/start-pcg550.trace",
-    "crates/explain/tests/golden/story/start-tpg500.trace",
-    "crates/explain/tests/golden/story/start-img400.trace",
-    "crates/explain/tests/golden/story/power-cut.trace",
+    "crates/explain/tests/golden/notes/start-bcg450.trace",
+    "crates/explain/tests/golden/notes/start-pcg550.trace",
+    "crates/explain/tests/golden/notes/start-tpg500.trace",
+    "crates/explain/tests/golden/notes/start-img400.trace",
+    "crates/explain/tests/golden/notes/power-cut.trace",
     "crates/cli/tests/golden/wireshark/services.trace",
 ];
 

@@ -3,7 +3,7 @@
 //! The modules directly below one parent are compared with each other, at every depth; each stands for all that is below
 //! it. A module and its parent may use each other.
 
-use crate::modules::{ModulePath, Modules};
+use crate::modules::{Arrow, ModulePath, Modules};
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::fmt;
 
@@ -38,11 +38,12 @@ type Graph = BTreeMap<String, BTreeMap<String, (ModulePath, ModulePath)>>;
 
 /// One shortest circle for each group of modules that are connected in a circle.
 pub fn find(modules: &Modules) -> Vec<Circle> {
-    modules.paths().flat_map(|parent| below(modules, parent)).collect()
+    let arrows = modules.arrows();
+    modules.paths().flat_map(|parent| below(&arrows, parent)).collect()
 }
 
-fn below(modules: &Modules, parent: &ModulePath) -> Vec<Circle> {
-    let graph = graph(modules, parent);
+fn below(arrows: &BTreeSet<Arrow>, parent: &ModulePath) -> Vec<Circle> {
+    let graph = graph(arrows, parent);
     let (mut circles, mut seen) = (Vec::new(), BTreeSet::new());
     for start in graph.keys() {
         if seen.contains(start) {
@@ -59,9 +60,9 @@ fn below(modules: &Modules, parent: &ModulePath) -> Vec<Circle> {
 }
 
 /// The uses between the modules directly below `parent`.
-fn graph(modules: &Modules, parent: &ModulePath) -> Graph {
+fn graph(arrows: &BTreeSet<Arrow>, parent: &ModulePath) -> Graph {
     let mut graph = Graph::new();
-    for arrow in modules.arrows() {
+    for arrow in arrows {
         if !arrow.from.starts_with(parent) || !arrow.to.starts_with(parent) {
             continue;
         }

@@ -7,11 +7,11 @@
 //! another one in a circle ([`circles`]).
 
 use crate::circles;
-use crate::modules::Modules;
+use crate::modules::{Arrow, Modules};
 use crate::{root, verdict};
 use anyhow::{Context, Result};
 use cargo_metadata::{DependencyKind, Metadata, MetadataCommand, Package};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// The names of the crates begin with this, those in the tables do not.
 const PREFIX: &str = "profivac-";
@@ -33,6 +33,13 @@ impl Ranks {
     /// The rank of a module of a crate, by its own row or that of `*`.
     fn of_module(&self, krate: &str, module: &str) -> Option<u8> {
         self.of(&format!("{krate}::{module}")).or_else(|| self.of(&format!("{krate}::*")))
+    }
+
+    /// The modules of a crate that have rows, `*` included.
+    fn modules_of(&self, krate: &str) -> impl Iterator<Item = &str> {
+        let inside = move |name: &'_ String| name.strip_prefix(krate).is_some_and(|rest| rest.starts_with("::"));
+        let names = self.0.keys().filter(move |name| inside(name));
+        names.filter_map(|name| name.split_once("::")).map(|(_, module)| module)
     }
 
     /// Whether `from` may use `to`; both have ranks.
@@ -75,6 +82,33 @@ pub fn check() -> Result<()> {
     verdict("layers", &defects)
 }
 
+/// Prints a row for each module at the root of a crate that has none: the lowest rank that its arrows permit, and the first
+/// line of its documentation.
+pub fn suggest() -> Result<()> {
+    let ranks = Ranks::parse(&std::fs::read_to_string(root().join("ARCHITECTURE.md")).context("ARCHITECTURE.md")?);
+    let metadata = MetadataCommand::new().no_deps().current_dir(root()).exec()?;
+    for package in metadata.workspace_packages().into_iter().filter(|package| package.name.starts_with(PREFIX)) {
+        let modules = Modules::read(package.manifest_path.with_file_name("src").as_std_path())?;
+        let (name, arrows) = (short(package), modules.arrows());
+        for module in modules.children(&[]).into_iter().filter(|module| ranks.of_module(name, module).is_none()) {
+            let rank = lowest(&arrows, module, &mut Vec::new());
+            println!("| {rank} | `{name}::{module}` | {} |", modules.first_line(&[module.to_owned()]));
+        }
+    }
+    Ok(())
+}
+
+/// One more than the highest rank of the root modules that `module` uses. A circle counts once.
+fn lowest(arrows: &BTreeSet<Arrow>, module: &str, above: &mut Vec<String>) -> usize {
+    above.push(module.to_owned());
+    let from_here = arrows.iter().filter(|arrow| arrow.from.first().is_some_and(|from| from == module));
+    let used: BTreeSet<&String> = from_here.filter_map(|arrow| arrow.to.first()).collect();
+    let below = used.into_iter().filter(|to| !above.contains(to)).collect::<Vec<_>>();
+    let highest = below.into_iter().map(|to| lowest(arrows, to, above).saturating_add(1)).max();
+    above.pop();
+    highest.unwrap_or_default()
+}
+
 /// The name of a package in the tables.
 fn short(package: &Package) -> &str {
     package.name.strip_prefix(PREFIX).unwrap_or(&package.name)
@@ -94,11 +128,14 @@ fn between_crates(metadata: &Metadata, ranks: &Ranks) -> Vec<String> {
     defects
 }
 
-/// The complaints about the modules at the root of a crate: each has a rank and uses lower ones only.
+/// The complaints about the modules at the root of a crate: each has a rank and uses lower ones only, and each row has a
+/// module.
 fn between_modules(ranks: &Ranks, krate: &str, modules: &Modules) -> Vec<String> {
+    let stale = ranks.modules_of(krate).filter(|module| *module != "*" && !modules.children(&[]).contains(module));
+    let stale = stale.map(|module| format!("{krate}::{module} has a row in ARCHITECTURE.md and does not exist"));
     let unranked = modules.children(&[]).into_iter().filter(|module| ranks.of_module(krate, module).is_none());
-    let mut defects: Vec<String> =
-        unranked.map(|name| format!("{krate}::{name} has no row in ARCHITECTURE.md")).collect();
+    let unranked = unranked.map(|name| format!("{krate}::{name} has no row in ARCHITECTURE.md"));
+    let mut defects: Vec<String> = unranked.chain(stale).collect();
     for arrow in modules.arrows() {
         let (Some(from), Some(to)) = (arrow.from.first(), arrow.to.first()) else { continue };
         let ranked = [from, to].into_iter().all(|module| ranks.of_module(krate, module).is_some());
@@ -140,7 +177,7 @@ mod tests {
 
     #[test]
     fn every_root_module_needs_a_rank_and_uses_lower_ones_only() {
-        let ranks = Ranks::parse("| 0 | `dp::link` | |\n| 1 | `dp::slave`, `dp::master` | |");
+        let ranks = Ranks::parse("| 0 | `dp::link` | |\n| 1 | `dp::slave`, `dp::master`, `dp::gone` | |");
         let sources = [
             ("link", "use crate::master::X;"),
             ("slave", "use crate::link::Y; mod inner { use crate::master::Z; }"),
@@ -148,10 +185,19 @@ mod tests {
             ("orphan", ""),
         ];
         let defects = between_modules(&ranks, "dp", &made_up(&sources));
-        assert_eq!(defects.len(), 3);
+        assert_eq!(defects.len(), 4);
         assert_eq!(defects[0], "dp::orphan has no row in ARCHITECTURE.md");
-        assert!(defects[1].starts_with("dp: link (rank 0) uses master (rank 1)"), "{}", defects[1]);
-        assert!(defects[2].starts_with("dp: slave (rank 1) uses master (rank 1)"), "{}", defects[2]);
+        assert_eq!(defects[1], "dp::gone has a row in ARCHITECTURE.md and does not exist");
+        assert!(defects[2].starts_with("dp: link (rank 0) uses master (rank 1)"), "{}", defects[2]);
+        assert!(defects[3].starts_with("dp: slave (rank 1) uses master (rank 1)"), "{}", defects[3]);
+    }
+
+    #[test]
+    fn the_lowest_rank_is_above_all_that_is_used() {
+        let sources = [("a", "use crate::b::X; use crate::c::Y;"), ("b", "use crate::c::Y;"), ("c", ""), ("d", "")];
+        let arrows = made_up(&sources).arrows();
+        let ranks = ["a", "b", "c", "d"].map(|module| lowest(&arrows, module, &mut Vec::new()));
+        assert_eq!(ranks, [2, 1, 0, 0]);
     }
 
     #[test]

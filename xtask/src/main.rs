@@ -14,7 +14,9 @@ mod purity;
 use anyhow::{Result, bail};
 use std::path::Path;
 
-const USAGE: &str = "usage: cargo xtask layers    arrows between crates and modules point to lower ranks only
+const USAGE: &str =
+    "usage: cargo xtask layers    arrows between crates and modules point to lower ranks only, without circles;
+                             with --rows: rows for the modules that have none
        cargo xtask citations every citation leads to a section; with --uncited: the sections that no test cites
        cargo xtask architecture  the walks in ARCHITECTURE.md name files and functions that exist
        cargo xtask prose     no retired words and forms; with --count: how many each crate has
@@ -25,6 +27,7 @@ fn main() -> Result<()> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     match arguments.iter().map(String::as_str).collect::<Vec<_>>()[..] {
         ["layers"] => layers::check(),
+        ["layers", "--rows"] => layers::suggest(),
         ["citations"] => citations::check(),
         ["citations", "--uncited"] => citations::uncited(),
         ["architecture"] => architecture::check(),

@@ -95,6 +95,15 @@ impl Modules {
         below.filter_map(|path| path.get(parent.len())).map(String::as_str).collect()
     }
 
+    /// The first line of the documentation of a module, in lower case and without the full stop.
+    pub fn first_line(&self, module: &[String]) -> String {
+        let file = self.0.get(module).map(|module| module.file.clone()).unwrap_or_default();
+        let text = std::fs::read_to_string(file).unwrap_or_default();
+        let line = text.lines().find_map(|line| line.strip_prefix("//! ")).unwrap_or_default().trim_end_matches('.');
+        let mut chars = line.chars();
+        chars.next().map_or_else(String::new, |first| first.to_lowercase().chain(chars).collect())
+    }
+
     /// The paths of all modules, the root included.
     pub fn paths(&self) -> impl Iterator<Item = &ModulePath> {
         self.0.keys()

@@ -79,9 +79,7 @@ impl From<AddressError> for Failure {
             AddressError::OwnedByOther { .. } | AddressError::ServiceClosed(..) | AddressError::NotChanged(_) => {
                 Self::refused(sentence)
             }
-            AddressError::NoAnswer(_) | AddressError::Unconfirmed { .. } | AddressError::NotFound { .. } => {
-                Self::no_answer(sentence)
-            }
+            _ => Self::no_answer(sentence),
         }
     }
 }

@@ -68,7 +68,7 @@ impl BusOptions {
     /// The same for a command that runs for long: a lost port is opened again until that succeeds.
     pub fn open_lasting(&self) -> Result<BusSession, Failure> {
         let (session, baud) = self.open_session()?;
-        Ok(session.lasting(open::opener(&self.port, baud)))
+        Ok(session.with_reopening(open::opener(&self.port, baud)))
     }
 
     /// Opens the port for `conform`, which also sends telegrams that no master sends.

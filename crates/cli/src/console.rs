@@ -1,10 +1,10 @@
 //! Lines from standard input and signals, as descriptors that a command waits for beside its others.
 
-use profivac_host::port;
-use rustix::fd::{AsFd, BorrowedFd};
+use profivac_host::readiness::{Readiness, wait};
 use rustix::io::Errno;
 use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
 use std::io;
+use std::os::fd::{AsFd, BorrowedFd};
 use std::os::unix::net::UnixStream;
 use std::time::Duration;
 
@@ -42,7 +42,7 @@ impl Signals {
 
     /// Whether a signal has arrived.
     pub fn are_pending(&self) -> bool {
-        port::wait(&[self.as_fd()], Duration::ZERO).is_ok_and(|ready| ready.first() == Some(&true))
+        wait(&[Readiness::of(self)], Duration::ZERO).is_ok_and(|ready| ready.first() == Some(&true))
     }
 
     /// Discards the signals that have arrived.
@@ -75,9 +75,9 @@ impl Console {
     }
 
     /// The descriptors to wait for.
-    pub fn descriptors(&self) -> Vec<BorrowedFd<'_>> {
-        let stdin = self.open.then(|| self.stdin.as_fd());
-        [Some(self.signals.as_fd()), stdin].into_iter().flatten().collect()
+    pub fn descriptors(&self) -> Vec<Readiness<'_>> {
+        let stdin = self.open.then(|| Readiness::of(&self.stdin));
+        [Some(Readiness::of(&self.signals)), stdin].into_iter().flatten().collect()
     }
 
     /// The input, when [`descriptors`](Self::descriptors) became `readable`.

@@ -18,7 +18,7 @@ use std::path::{Path, PathBuf};
 #[command(after_help = EXAMPLES)]
 pub struct Arguments {
     #[command(flatten)]
-    at: GaugeOptions,
+    options: GaugeOptions,
     /// Print JSON
     #[arg(long)]
     json: bool,
@@ -42,7 +42,7 @@ struct Row<'a> {
 /// Compares and prints the differences.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let file = load(&arguments.file)?;
-    let differences = arguments.at.with_gauge(|gauge| {
+    let differences = arguments.options.with_gauge(|gauge| {
         let settings = ordered_settings(&file, &arguments.file, gauge)?;
         differences(gauge, &settings, &arguments.file)
     })?;
@@ -102,7 +102,7 @@ pub fn differences(
                 let (line, column) = setting.at;
                 return Err(file_failure(
                     path,
-                    &SettingsFileError::Syntax { line, column, reason: format!("{named}: {error}") },
+                    &SettingsFileError::Syntax { line, column, message: format!("{named}: {error}") },
                 ));
             }
             Err(error) => return Err(error.into()),

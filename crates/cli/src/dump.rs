@@ -20,7 +20,7 @@ use std::path::{Path, PathBuf};
 #[command(after_help = EXAMPLES)]
 pub struct Arguments {
     #[command(flatten)]
-    at: GaugeOptions,
+    options: GaugeOptions,
     /// Write settings and readings to this file
     #[arg(long, value_name = "FILE", conflicts_with_all = ["json", "target"])]
     out: Option<PathBuf>,
@@ -52,7 +52,7 @@ struct DumpRow {
 
 /// Reads all parameters.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
-    let dump = arguments.at.with_gauge(|gauge| {
+    let dump = arguments.options.with_gauge(|gauge| {
         let mut progress = Progress::of("parameters");
         Ok(dump_with_progress(gauge, |done, all| progress.update(done, all))?)
     })?;
@@ -71,10 +71,10 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
 }
 
 fn print(arguments: &Arguments, dump: &Dump) {
-    let wanted: Vec<_> =
+    let selected: Vec<_> =
         dump.readings.iter().filter(|(named, _)| matches_target(named, arguments.target.as_deref())).collect();
     if arguments.json {
-        let lines = wanted.iter().map(|(named, reading)| DumpRow {
+        let lines = selected.iter().map(|(named, reading)| DumpRow {
             row: reading.as_ref().ok().map(Row::of),
             unread: reading.is_err().then(|| named.name.clone()),
             setting: is_setting(named),
@@ -83,13 +83,13 @@ fn print(arguments: &Arguments, dump: &Dump) {
         out(&json(&lines.collect::<Vec<_>>()));
         return;
     }
-    let heading = format!("{} at address {}", dump.device, arguments.at.address);
-    let shown: Vec<_> = wanted.iter().map(|(named, _)| named).collect();
-    let mut readings = wanted.iter().map(|(_, reading)| match reading {
+    let heading = format!("{} at address {}", dump.device, arguments.options.address);
+    let names: Vec<_> = selected.iter().map(|(named, _)| named).collect();
+    let mut readings = selected.iter().map(|(_, reading)| match reading {
         Ok(reading) => reading.text.clone(),
         Err(error) => format!("- {error}"),
     });
-    out(&tree(&heading, &shown, |_| readings.next().unwrap_or_default()));
+    out(&tree(&heading, &names, |_| readings.next().unwrap_or_default()));
 }
 
 /// Writes a file completely or not at all. A device or a pipe is written directly.

@@ -1,7 +1,7 @@
 //! The failure of a command: a sentence for users and an exit code for scripts.
 
 use crate::values::ValueError;
-use profivac_client::cyclic::CyclicError;
+use profivac_client::discover::CyclicError;
 use profivac_host::port::PortError;
 use profivac_host::session::SessionError;
 use profivac_station::auth::file_permissions::PermissionError;
@@ -71,9 +71,7 @@ impl From<SessionError> for Failure {
         match error {
             SessionError::Port(error) => error.into(),
             SessionError::Parameters(error) => Self::usage(error.to_string()),
-            SessionError::LineInUse(_) | SessionError::AddressInUse(_) | SessionError::NeverIdle => {
-                Self::no_answer(error.to_string())
-            }
+            _ => Self::no_answer(error.to_string()),
         }
     }
 }
@@ -83,10 +81,7 @@ impl From<CyclicError> for Failure {
         match error {
             CyclicError::Session(error) => error.into(),
             CyclicError::NoAnswer(_) => Self::no_answer(error.to_string()),
-            CyclicError::OwnedByOther { .. }
-            | CyclicError::UnknownDevice { .. }
-            | CyclicError::UnreadableUnit { .. }
-            | CyclicError::NoUnit(_) => Self::refused(error.to_string()),
+            _ => Self::refused(error.to_string()),
         }
     }
 }
@@ -95,18 +90,7 @@ impl From<PortError> for Failure {
     fn from(error: PortError) -> Self {
         let kind = match error {
             PortError::InvalidAddress(_) | PortError::NoBaudRate(_) | PortError::File(_) => Kind::Usage,
-            PortError::NotFound(_)
-            | PortError::InUse(_)
-            | PortError::PermissionDenied(_)
-            | PortError::NotSerial(_)
-            | PortError::UnsupportedRate { .. }
-            | PortError::UnsupportedCharacter { .. }
-            | PortError::NoTelegram { .. }
-            | PortError::UnresolvedHost { .. }
-            | PortError::Unreachable { .. }
-            | PortError::AlreadyExists(_)
-            | PortError::Lost(_)
-            | PortError::System { .. } => Kind::Port,
+            _ => Kind::Port,
         };
         Self { kind, sentence: error.to_string() }
     }

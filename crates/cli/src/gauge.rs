@@ -7,15 +7,15 @@ use crate::output::notice;
 use crate::values;
 use clap::{Arg, ArgMatches, Args, Command, FromArgMatches, ValueEnum};
 use profivac_client::class1::Class1Session;
-use profivac_client::cyclic::{CyclicError, CyclicSlave};
+use profivac_client::cyclic::CyclicSlave;
+use profivac_client::discover::CyclicError;
 use profivac_client::ms2::Ms2;
-use profivac_client::records::{RecordError, Records};
+use profivac_client::records::{Interruption, RecordError, Records};
 use profivac_client::{ClientError, ErrorKind, Gauge, identify};
 use profivac_devices::model::{AccessPath, Model, Unit};
-use profivac_host::port;
+use profivac_host::readiness::{Readiness, wait};
 use profivac_host::scan::SlaveStatus;
 use profivac_host::session::BusSession;
-use rustix::fd::AsFd;
 use std::io::{self, BufRead, IsTerminal, Write};
 use std::time::Duration;
 
@@ -86,7 +86,7 @@ impl<R> Interruptible<R> {
     fn check(&mut self) -> Result<(), RecordError> {
         if !self.reported && self.signals.are_pending() {
             self.reported = true;
-            return Err(RecordError::Interrupted("interrupted by a signal".to_owned()));
+            return Err(Interruption::Cancelled.into());
         }
         Ok(())
     }
@@ -116,24 +116,24 @@ impl GaugeOptions {
     pub fn with_gauge<T>(&self, work: impl FnOnce(&mut AnyGauge<'_>) -> Result<T, Failure>) -> Result<T, Failure> {
         self.bus.check_not_own_address(self.address, "--address")?;
         let mut session = self.bus.open()?;
-        let seen = identify::wait_for_slave(&mut session, self.address)?;
-        let mut gauge = self.gauge(&mut session, &seen)?;
+        let slave = identify::wait_for_slave(&mut session, self.address)?;
+        let mut gauge = self.gauge(&mut session, &slave)?;
         let done = work(&mut gauge);
         // The failure of the work is more important than a failure to restore that follows from it.
-        let left = gauge.restore_selector();
-        if let (true, Some(master)) = (gauge.selector_moved(), seen.owner) {
+        let restored = gauge.restore_selector();
+        if let (true, Some(master)) = (gauge.selector_moved(), slave.owner) {
             notice(&format_args!(
                 "the Channel Instance Selector was moved and put back while master {master} owns the gauge"
             ));
         }
         let done = done?;
-        left?;
+        restored?;
         Ok(done)
     }
 
-    fn gauge<'a>(&self, session: &'a mut BusSession, seen: &SlaveStatus) -> Result<AnyGauge<'a>, Failure> {
+    fn gauge<'a>(&self, session: &'a mut BusSession, slave: &SlaveStatus) -> Result<AnyGauge<'a>, Failure> {
         let address = self.address;
-        let model = identify::model(seen.ident, address, &mut Ms2::new(session, address))?;
+        let model = identify::model(slave.ident, address, &mut Ms2::new(session, address))?;
         // Before this a signal may end the program at any point: nothing has to be restored.
         let signals = Signals::catch()?;
         let via = match self.via {
@@ -144,7 +144,7 @@ impl GaugeOptions {
             Via::Ms1 => AccessPath::Class1,
             Via::Pkw => AccessPath::ParameterChannel,
         };
-        let (records, unit) = self.take_ownership(session, seen, model, via, &signals)?;
+        let (records, unit) = self.take_ownership(session, slave, model, via, &signals)?;
         let records: Box<dyn Records> = Box::new(Interruptible { records, signals, reported: false });
         Ok(Gauge::with_model(records, address, model).with_unit(unit))
     }
@@ -153,12 +153,12 @@ impl GaugeOptions {
     fn take_ownership<'a>(
         &self,
         session: &'a mut BusSession,
-        seen: &SlaveStatus,
+        slave: &SlaveStatus,
         model: &'static Model,
         via: AccessPath,
         signals: &Signals,
     ) -> Result<(Class1Session<'a>, &'static Unit), Failure> {
-        if let Some(master) = seen.owner.filter(|owner| *owner != self.bus.master()) {
+        if let Some(master) = slave.owner.filter(|owner| *owner != self.bus.master()) {
             return Err(CyclicError::OwnedByOther { address: self.address, master }.into());
         }
         if !self.own && !is_interactive() {
@@ -170,19 +170,18 @@ impl GaugeOptions {
             "{} at address {} is parameterised now, keeps its unit, and is unlocked at the end",
             model.name, self.address
         ));
-        let watched = CyclicSlave::find(session, self.address, self.bus.master())?;
+        let cyclic = CyclicSlave::find(session, self.address, self.bus.master())?;
         let (device, address) = (model.name, self.address);
-        let owned =
-            Class1Session::open_unless(session, &watched, via, &|| signals.are_pending()).map_err(
-                |error| match error {
-                    RecordError::Session(error) => error.into(),
-                    RecordError::Interrupted(reason) => {
-                        Failure::no_answer(format!("{device} at address {address}: {reason}"))
-                    }
-                    error => Failure::refused(format!("{device} at address {address}: {error}")),
-                },
-            )?;
-        Ok((owned, watched.unit))
+        let session = Class1Session::open_unless(session, &cyclic, via, &|| signals.are_pending()).map_err(
+            |error| match error {
+                RecordError::Session(error) => error.into(),
+                RecordError::Interrupted(reason) => {
+                    Failure::no_answer(format!("{device} at address {address}: {reason}"))
+                }
+                error => Failure::refused(format!("{device} at address {address}: {error}")),
+            },
+        )?;
+        Ok((session, cyclic.unit))
     }
 }
 
@@ -231,7 +230,7 @@ pub fn confirm(risk: &str, yes: bool) -> Result<(), Failure> {
 fn wait_for_line(signals: &Signals) -> Result<bool, Failure> {
     let stdin = io::stdin();
     loop {
-        match port::wait(&[signals.as_fd(), stdin.as_fd()], MAX_WAIT)?.as_slice() {
+        match wait(&[Readiness::of(signals), Readiness::of(&stdin)], MAX_WAIT)?.as_slice() {
             [true, _] => return Ok(false),
             [_, true] => return Ok(true),
             _ => {}

@@ -5,7 +5,7 @@ use crate::output::out;
 use clap::Args;
 use profivac_virtual::device_spec::entry;
 
-/// The GSD file of a device, for the engineering tool of a master.
+/// Print the GSD file of a device, for the engineering tool of a master.
 ///
 /// profivac generates it from the device's tables; it is not the vendor's file. Every configuration of the manual is a module.
 #[derive(Args, Debug)]

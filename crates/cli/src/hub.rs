@@ -8,7 +8,8 @@ use clap::Args;
 use fastrand::Rng;
 use profivac_dp::link::{Baud, BitTime, CHARACTER_TBIT};
 use profivac_host::clock::Clock;
-use profivac_host::port::{Character, Port, PortError, Pty, wait};
+use profivac_host::port::{Character, Port, PortError, Pty};
+use profivac_host::readiness::{Readiness, wait};
 use std::collections::{BTreeSet, VecDeque};
 use std::ops::ControlFlow;
 use std::path::PathBuf;
@@ -57,14 +58,14 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let mut console = Console::open()?;
     out(&format!("ready {}", hub.names().join(" ")));
     loop {
-        let (readable, wanted) = {
+        let (readable, console_count) = {
             let console = console.descriptors();
-            let wanted = console.len();
-            let watched: Vec<_> = console.into_iter().chain(hub.watched()).collect();
-            (wait(&watched, hub.time_until_due())?, wanted)
+            let console_count = console.len();
+            let descriptors: Vec<_> = console.into_iter().chain(hub.descriptors()).collect();
+            (wait(&descriptors, hub.time_until_due())?, console_count)
         };
         hub.serve()?;
-        for input in console.take_input(readable.get(..wanted).unwrap_or_default()) {
+        for input in console.take_input(readable.get(..console_count).unwrap_or_default()) {
             if handle_input(&mut hub, &input).is_break() {
                 let Noise { passed, flipped, dropped, .. } = hub.noise;
                 notice(&format_args!("{passed} octets, {flipped} with an inverted bit, {dropped} lost"));
@@ -154,11 +155,11 @@ impl Hub {
     }
 
     fn names(&self) -> Vec<&str> {
-        self.ports.iter().map(|tap| tap.pty.name()).collect()
+        self.ports.iter().map(|port| port.pty.name()).collect()
     }
 
-    fn watched(&self) -> impl Iterator<Item = rustix::fd::BorrowedFd<'_>> {
-        self.ports.iter().flat_map(|tap| tap.pty.watched())
+    fn descriptors(&self) -> impl Iterator<Item = Readiness<'_>> {
+        self.ports.iter().flat_map(|port| port.pty.readiness())
     }
 
     /// The time until the next octet is due.
@@ -171,8 +172,8 @@ impl Hub {
         let duration = values::seconds(seconds)?;
         let until = Instant::now().checked_add(duration).ok_or(MuteError::TooLong)?;
         let unknown = MuteError::UnknownPty { path: path.to_owned(), known: self.names().join(", ") };
-        let tap = self.ports.iter_mut().find(|tap| tap.pty.name() == path).ok_or(unknown)?;
-        tap.muted_until = Some(until);
+        let port = self.ports.iter_mut().find(|port| port.pty.name() == path).ok_or(unknown)?;
+        port.muted_until = Some(until);
         Ok(())
     }
 
@@ -186,10 +187,10 @@ impl Hub {
 
     /// The octets that a port writes, with disturbances.
     fn receive(&mut self, from: usize) -> Result<Vec<u8>, PortError> {
-        let Some(tap) = self.ports.get_mut(from) else { return Ok(Vec::new()) };
+        let Some(port) = self.ports.get_mut(from) else { return Ok(Vec::new()) };
         self.received.clear();
-        tap.pty.receive(&mut self.received)?;
-        if tap.muted_until.is_some_and(|until| Instant::now() < until) {
+        port.pty.receive(&mut self.received)?;
+        if port.muted_until.is_some_and(|until| Instant::now() < until) {
             return Ok(Vec::new());
         }
         let noise = &mut self.noise;
@@ -220,10 +221,10 @@ impl Hub {
     }
 
     fn send(&mut self, from: usize, octets: &[u8]) -> Result<(), PortError> {
-        for (number, tap) in self.ports.iter_mut().enumerate() {
+        for (number, port) in self.ports.iter_mut().enumerate() {
             if number != from && !octets.is_empty() {
-                tap.pty.send(octets)?;
-                notices(|| tap.pty.next_notice());
+                port.pty.send(octets)?;
+                notices(|| port.pty.next_notice());
             }
         }
         Ok(())

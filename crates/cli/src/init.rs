@@ -35,11 +35,11 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let mut session = bus.open()?;
     let mut gauges = Vec::new();
     for address in (0..=bus.hsa().min(125)).filter(|address| *address != bus.master()) {
-        let Some(seen) = probe(&mut session, address)? else { continue };
-        match seen.slave.map(|slave| slave.device_names()) {
+        let Some(station) = probe(&mut session, address)? else { continue };
+        match station.slave.map(|slave| slave.device_names()) {
             Some(devices) if !devices.is_empty() => gauges.push((address, devices)),
             Some(_) => notice(&format_args!("the slave at address {address} is unknown to profivac")),
-            None if seen.station_type == StationType::Slave => {
+            None if station.station_type == StationType::Slave => {
                 notice(&format_args!("the slave at address {address} sends no diagnosis"));
             }
             None => notice(&format_args!("address {address} is another master")),

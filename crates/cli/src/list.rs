@@ -19,7 +19,7 @@ use serde::Serialize;
 #[command(after_help = EXAMPLES)]
 pub struct Arguments {
     #[command(flatten)]
-    at: OptionalGaugeOptions,
+    options: OptionalGaugeOptions,
     /// A device by its name, for instance bcg450; needs no bus
     #[arg(long, value_name = "DEVICE")]
     device: Option<String>,
@@ -68,24 +68,27 @@ struct Code {
 
 /// Prints the list.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
-    let (model, place) = match (&arguments.at.0, &arguments.device) {
+    let (model, origin) = match (&arguments.options.0, &arguments.device) {
         (_, Some(device)) => (entry(device)?.model, String::new()),
-        (Some(at), None) => (at.with_gauge(|gauge| Ok(gauge.model()))?, format!(" at address {}", at.address)),
+        (Some(options), None) => {
+            (options.with_gauge(|gauge| Ok(gauge.model()))?, format!(" at address {}", options.address))
+        }
         (None, None) => {
             return Err(Failure::usage("expected --port and --address of a gauge, or --device with a name"));
         }
     };
     let names = ParameterNames::of(model);
-    let shown: Vec<_> = names.all().iter().filter(|named| matches_target(named, arguments.target.as_deref())).collect();
-    if let (true, Some(target)) = (shown.is_empty(), &arguments.target) {
+    let parameters: Vec<_> =
+        names.all().iter().filter(|named| matches_target(named, arguments.target.as_deref())).collect();
+    if let (true, Some(target)) = (parameters.is_empty(), &arguments.target) {
         names.find(model.name, target).map_err(profivac_client::ClientError::from)?;
         return Err(Failure::usage(format!("{} has no parameter with {target:?} in its name", model.name)));
     }
     if arguments.json {
-        out(&json(&shown.iter().map(|named| row(named, model)).collect::<Vec<_>>()));
+        out(&json(&parameters.iter().map(|named| row(named, model)).collect::<Vec<_>>()));
     } else {
-        let heading = format!("{} ({}, {}{place})", model.name, model.title, model.manual);
-        out(&tree(&heading, &shown, |named| facts(named, model)));
+        let heading = format!("{} ({}, {}{origin})", model.name, model.title, model.manual);
+        out(&tree(&heading, &parameters, |named| facts(named, model)));
     }
     Ok(())
 }
@@ -101,11 +104,11 @@ pub fn matches_target(named: &NamedParameter, target: Option<&str>) -> bool {
 }
 
 /// A heading, a line for each place and block, and one for each parameter with the text of `facts`.
-pub fn tree(heading: &str, shown: &[&NamedParameter], mut facts: impl FnMut(&NamedParameter) -> String) -> String {
-    let width = shown.iter().map(|named| named.name.len()).max().unwrap_or_default();
+pub fn tree(heading: &str, parameters: &[&NamedParameter], mut facts: impl FnMut(&NamedParameter) -> String) -> String {
+    let width = parameters.iter().map(|named| named.name.len()).max().unwrap_or_default();
     let mut text = heading.to_owned();
     let mut last = None;
-    for named in shown {
+    for named in parameters {
         let parameter = named.parameter;
         let place = (parameter.place.slot, parameter.place.instance, parameter.block.name);
         if last.replace(place) != Some(place) {

@@ -18,7 +18,7 @@ use serde::Serialize;
 #[command(after_help = EXAMPLES)]
 pub struct Arguments {
     #[command(flatten)]
-    at: GaugeOptions,
+    options: GaugeOptions,
     /// Print JSON: a list
     #[arg(long)]
     json: bool,
@@ -91,7 +91,7 @@ enum JsonRow<'a> {
 /// Reads all targets; a refused one does not end the command.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let (mut answers, mut refused) = (Vec::new(), None);
-    let done = arguments.at.with_gauge(|gauge| {
+    let done = arguments.options.with_gauge(|gauge| {
         for target in &arguments.targets {
             match read(gauge, target) {
                 Ok(row) => {

@@ -6,7 +6,7 @@ use crate::gauge::{AnyGauge, GaugeOptions};
 use crate::output::{json, notice, out};
 use clap::Args;
 use profivac_client::names::NamedParameter;
-use profivac_client::settings::{Difference, RestoreOutcome, Setting, close_set, compare, lock_of, open_set, restore};
+use profivac_client::settings::{Difference, RestoreOutcome, Setting, close_set, compare, open_set, restore};
 use profivac_devices::model::Storage;
 use serde::Serialize;
 use std::path::PathBuf;
@@ -19,7 +19,7 @@ use std::path::PathBuf;
 #[command(after_help = EXAMPLES)]
 pub struct Arguments {
     #[command(flatten)]
-    at: GaugeOptions,
+    options: GaugeOptions,
     /// Show the changes without writing them
     #[arg(long)]
     dry_run: bool,
@@ -53,7 +53,7 @@ struct Row {
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let file = load(&arguments.file)?;
     let mut rows = Vec::new();
-    let done = arguments.at.with_gauge(|gauge| {
+    let done = arguments.options.with_gauge(|gauge| {
         let settings = ordered_settings(&file, &arguments.file, gauge)?;
         // All values are compared before the first is written.
         let found = differences(gauge, &settings, &arguments.file)?;
@@ -85,8 +85,8 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
 }
 
 fn planned(difference: &Difference) -> Row {
-    let Difference { write: order, current: now } = difference;
-    Row { name: order.named.name.clone(), before: now.text.clone(), after: Some(order.text.clone()), error: None }
+    let Difference { write, current } = difference;
+    Row { name: write.named.name.clone(), before: current.text.clone(), after: Some(write.text.clone()), error: None }
 }
 
 /// The lock of the parameter set that is open for changes, if any.
@@ -95,7 +95,7 @@ struct OpenSet(Option<NamedParameter>);
 impl OpenSet {
     /// Closes the open set if `next` is in another one, and opens that.
     fn move_to(&mut self, gauge: &mut AnyGauge<'_>, next: Option<&NamedParameter>) -> Result<(), Failure> {
-        let next = next.and_then(|named| lock_of(&gauge.names(), named));
+        let next = next.and_then(|named| gauge.names().lock_of(named).cloned());
         let name = |lock: &Option<NamedParameter>| lock.as_ref().map(|lock| lock.name.clone());
         if name(&self.0) != name(&next) {
             if let Some(lock) = self.0.take() {
@@ -181,7 +181,7 @@ fn print(arguments: &Arguments, rows: &[Row]) {
 mod tests {
     use super::*;
     use profivac_client::Gauge;
-    use profivac_client::records::{RecordError, Records};
+    use profivac_client::records::{Interruption, RecordError, Records};
     use profivac_client::settings::SettingsFile;
     use profivac_devices::model::AccessPath;
     use profivac_virtual::device_spec::entry;
@@ -208,7 +208,7 @@ mod tests {
 
         fn read(&mut self, slot: u8, index: u8) -> Result<Vec<u8>, RecordError> {
             match self.writes_left {
-                0 => Err(RecordError::Interrupted("no answer".to_owned())),
+                0 => Err(Interruption::NoAnswer.into()),
                 _ => Ok(self.records.get(&(slot, index)).cloned().unwrap_or_else(|| vec![0])),
             }
         }
@@ -216,7 +216,7 @@ mod tests {
         fn write(&mut self, slot: u8, index: u8, octets: &[u8]) -> Result<(), RecordError> {
             self.writes_left = self.writes_left.saturating_sub(1);
             match self.writes_left {
-                0 => Err(RecordError::Interrupted("no answer".to_owned())),
+                0 => Err(Interruption::NoAnswer.into()),
                 _ => {
                     self.records.insert((slot, index), octets.to_vec());
                     if slot == 7 && self.moves > 0 {

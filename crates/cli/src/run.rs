@@ -4,12 +4,11 @@ use crate::console::Signals;
 use crate::failure::Failure;
 use crate::output::{notice, out};
 use clap::Args;
-use profivac_host::port::wait;
+use profivac_host::readiness::{Readiness, wait};
 use profivac_station::auth::file_permissions::{self, PermissionError};
 use profivac_station::config::Config;
 use profivac_station::server::{Server, Setup};
 use profivac_station::station::Station;
-use rustix::fd::AsFd;
 use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
@@ -66,7 +65,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let server = Server::start(station.services(), setup)?;
     out(&format!("ready {}", server.url()));
     loop {
-        let readable = wait(&[stop.as_fd(), reload.as_fd()], THREAD_CHECK_PERIOD)?;
+        let readable = wait(&[Readiness::of(&stop), Readiness::of(&reload)], THREAD_CHECK_PERIOD)?;
         if readable.first() == Some(&true) {
             break;
         }

@@ -5,12 +5,11 @@ use crate::failure::Failure;
 use crate::output::{notice, out};
 use crate::values;
 use clap::{Args, Subcommand};
-use profivac_host::port::wait;
+use profivac_host::readiness::{Readiness, wait};
 use profivac_station::auth::Role;
 use profivac_station::auth::password::{self, ADVISED, Hash, LONGEST};
 use profivac_station::auth::users::Users;
 use profivac_station::config::Config;
-use rustix::fd::AsFd;
 use rustix::termios::{LocalModes, OptionalActions, Termios, tcgetattr, tcsetattr};
 use std::io::{self, IsTerminal, Stdin, Write};
 use std::path::{Path, PathBuf};
@@ -216,7 +215,7 @@ impl PasswordInput {
     fn line(&self) -> Result<String, Failure> {
         let (mut line, mut octet) = (Vec::new(), [0]);
         loop {
-            let readable = wait(&[self.signals.as_fd(), self.stdin.as_fd()], Duration::MAX)?;
+            let readable = wait(&[Readiness::of(&self.signals), Readiness::of(&self.stdin)], Duration::MAX)?;
             if readable.first() == Some(&true) {
                 return Err(Failure::usage("nothing was changed"));
             }

@@ -22,7 +22,7 @@ use serde::Serialize;
 #[command(after_help = EXAMPLES)]
 pub struct Arguments {
     #[command(flatten)]
-    at: GaugeOptions,
+    options: GaugeOptions,
     /// Do not ask for confirmation
     #[arg(long)]
     yes: bool,
@@ -58,12 +58,12 @@ struct Change {
 
 /// Checks, asks for confirmation, sends, reads back.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
-    arguments.at.with_gauge(|gauge| {
-        let order = prepare(gauge, &arguments.target, arguments.value.as_deref())?;
-        if let Some(risk) = order.code.map(|code| code.risk).filter(|risk| !risk.is_empty()) {
-            confirm(&format!("{} {} {risk}", order.named.name, order.text), arguments.yes)?;
+    arguments.options.with_gauge(|gauge| {
+        let prepared = prepare(gauge, &arguments.target, arguments.value.as_deref())?;
+        if let Some(risk) = prepared.code.map(|code| code.risk).filter(|risk| !risk.is_empty()) {
+            confirm(&format!("{} {} {risk}", prepared.named.name, prepared.text), arguments.yes)?;
         }
-        let written = gauge.execute(order)?;
+        let written = gauge.execute(prepared)?;
         out(&if arguments.json { json(&change(&written)) } else { line(&written) });
         Ok(())
     })

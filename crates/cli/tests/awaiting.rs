@@ -5,20 +5,15 @@
 mod common;
 
 use common::Program;
-use profivac_client::bus::{Bus, BusError};
-use profivac_dp::link::Baud;
-use profivac_host::session::{BusSession, bus_parameters};
-use profivac_virtual::open;
+use profivac_client::{AsyncBus, Bus, BusError};
 use std::pin::pin;
 use std::sync::Arc;
 use std::task::{Context, Poll, Wake, Waker};
 use std::thread::{self, Thread};
 use std::time::Duration;
 
-fn bus(simulation: &Program, patience: Duration) -> Bus {
-    let name = format!("tcp://{}", simulation.ready());
-    let baud = Baud::B19200;
-    Bus::open(move || BusSession::new(open::port(&name, baud)?, baud, bus_parameters(0, baud), patience)).unwrap()
+fn bus(simulation: &Program, timeout: Duration) -> AsyncBus {
+    Bus::builder(format!("tcp://{}", simulation.ready())).timeout(timeout).open_async().unwrap()
 }
 
 /// A waker that unparks this thread.

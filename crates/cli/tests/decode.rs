@@ -22,7 +22,7 @@ Starting master 2 ...
 12.090 PHY-serial: RX   68 0B 0B 68 82 85 08 3E 3C 06 05 00 FF 08 E6 81 16
 ";
 
-const EXPLANATION: &str = "   12.005000 s    5  is there: bcg450 (ident 08E6), belongs to nobody, waits for parameters, not ready
+const EXPLANATION: &str = "   12.005000 s    5  is present: bcg450 (ident 08E6), has no owner, waits for parameters, not ready
    12.030000 s    5  master 2 sets its parameters: lock, watchdog 100 ms, min T_SDR 11, ident 08E6, groups 00, user 80 00 00 05 1C (unit mbar)
    12.050000 s    5  master 2 asks for the configuration 44 86 05 05 0A 08: 0 octets out, 7 in
    12.070000 s       damaged, 17 octets: character error in octet 7: 68 0B 0B 68 82 85 00 3E 3C 06 05 00 FF 08 E6 81 16
@@ -170,9 +170,7 @@ fn input_from_a_pipe_is_explained_at_once() {
     for request in ["TX 68 05 05 68 85 82 6D 3C 3E EE 16", "RX 68 0B 0B 68 82 85 08 3E 3C 02 05 00 FF 08 E6 7D 16"] {
         program.say(request);
     }
-    assert!(
-        program.line().ends_with("is there: bcg450 (ident 08E6), belongs to nobody, waits for parameters, not ready")
-    );
+    assert!(program.line().ends_with("is present: bcg450 (ident 08E6), has no owner, waits for parameters, not ready"));
     program.end_of_file();
     assert_eq!(program.exit_code(), 0);
 }

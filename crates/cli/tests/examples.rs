@@ -1,46 +1,82 @@
-//! The examples of the client library, run against virtual devices.
+//! The examples of the client crate, run against virtual devices.
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
 
 mod common;
 
-#[path = "../../client/examples/asynchronous.rs"]
-mod asynchronous;
-#[path = "../../client/examples/blocking.rs"]
-mod blocking;
+#[path = "../../client/examples/clone_settings.rs"]
+mod clone_settings;
+#[path = "../../client/examples/read_all.rs"]
+mod read_all;
+#[path = "../../client/examples/watch.rs"]
+mod watch;
 
 use common::{Folder, Program};
+use profivac_client::Bus;
+use std::ops::ControlFlow;
 
-#[test]
-fn the_blocking_example_reads_writes_and_shows_a_refusal() {
-    let folder = Folder::new();
-    let path = folder.name("line");
-    let simulation = Program::start(&["simulate", "--pty", &path, "--pressure", "5e-6 mbar", "bcg450@5"]);
+fn simulate(path: &str, pressure: &str, devices: &[&str]) -> Program {
+    let simulation = Program::start(&[&["simulate", "--pty", path, "--pressure", pressure], devices].concat());
     simulation.ready();
-    let lines = blocking::report(&path, 5).unwrap();
-    let expected = [
-        "BCG450-SP at address 5",
-        "instance 2 measures 5.000e-6 mbar",
-        "pirani.safe-value is 0.125 mbar now",
-        "bcg450 at address 5, device.serial-number (slot 0, index 23): it is read-only (access 1/2_R)",
-    ];
-    assert_eq!(lines, expected);
+    simulation
 }
 
 #[test]
-fn the_async_example_reads_several_gauges_on_one_bus() {
+fn read_all_reads_every_gauge_that_answers() {
     let folder = Folder::new();
     let path = folder.name("line");
-    let devices = ["bcg450@5", "hpg400@6", "psg550@7", "img400@8"];
-    let simulation = Program::start(&[&["simulate", "--pty", &path, "--pressure", "5e-4 mbar"], &devices[..]].concat());
-    simulation.ready();
-    let lines = asynchronous::report(&path, &[5, 6, 7, 8]).unwrap();
-    let expected = [
-        "BCG450-SP at address 5: 5.000e-4 mbar",
-        "HPG400-SP at address 6: 5.000e-4 mbar",
-        "PSG550 at address 7: 5.000e-4 mbar",
-        // Channels 1 and 2 are ionisation gauges without emission; channel 3 is a Pirani.
-        "IMG 400 at address 8: 5.000e-4 mbar",
-    ];
-    assert_eq!(lines, expected);
+    let _simulation = simulate(&path, "5e-4 mbar", &["bcg450@5", "hpg400@6", "psg550@7", "img400@8"]);
+    let mut bus = Bus::builder(&path).open().unwrap();
+    for address in 5..9 {
+        let mut gauge = bus.gauge(address).unwrap();
+        if gauge.parameter("device.device-state").unwrap().text == "IDLE" {
+            gauge.command("execute").unwrap();
+        }
+    }
+    let rows = read_all::read_all(&mut bus, 4..10).unwrap();
+    let read: Vec<_> = rows
+        .iter()
+        .map(|row| (row.address, row.title, row.pressure.map(|pressure| format!("{:.3e}", pressure.mbar()))))
+        .collect();
+    let pressure = Some("5.000e-4".to_owned());
+    assert_eq!(
+        read,
+        [
+            (5, "BCG450-SP", pressure.clone()),
+            (6, "HPG400-SP", pressure.clone()),
+            (7, "PSG550", pressure.clone()),
+            // Channels 1 and 2 are ionisation gauges without emission; channel 3 is a Pirani.
+            (8, "IMG 400", pressure),
+        ]
+    );
+}
+
+#[test]
+fn watch_starts_the_gauges_and_reports_their_pressures_in_turn() {
+    let folder = Folder::new();
+    let path = folder.name("line");
+    let _simulation = simulate(&path, "5e-6 mbar", &["bcg450@5", "hpg400@6"]);
+    let bus = Bus::builder(&path).open_async().unwrap();
+    let mut readings = Vec::new();
+    let watched = watch::watch(&bus, &[5, 6], |address, reading| {
+        readings.push((address, reading.pressure().map(|pressure| format!("{:.3e}", pressure.mbar()))));
+        if readings.len() == 4 { ControlFlow::Break("enough") } else { ControlFlow::Continue(()) }
+    });
+    assert_eq!(watch::block_on(watched).unwrap(), Some("enough"));
+    assert_eq!(readings.iter().map(|(address, _)| *address).collect::<Vec<_>>(), [5, 6, 5, 6]);
+    assert!(readings.iter().all(|(_, pressure)| pressure.as_deref() == Some("5.000e-6")), "{readings:?}");
+}
+
+#[test]
+fn clone_settings_copies_what_differs_to_the_replacement() {
+    let folder = Folder::new();
+    let path = folder.name("line");
+    let _simulation = simulate(&path, "1 mbar", &["bcg450@5:unit=torr", "bcg450@6:unit=mbar"]);
+    let mut bus = Bus::builder(&path).open().unwrap();
+    bus.gauge(5).unwrap().write("pirani.safe-state", "hold-last-value").unwrap();
+    let changes = clone_settings::clone_settings(&mut bus, 5, 6).unwrap();
+    let unit = changes.iter().find(|change| change.name == "pirani.data-units").unwrap();
+    assert_eq!((unit.before.as_str(), unit.after.as_ref().unwrap().as_str()), ("mbar", "Torr"));
+    assert!(changes.iter().any(|change| change.name == "pirani.safe-state"), "{changes:?}");
+    assert!(clone_settings::clone_settings(&mut bus, 5, 6).unwrap().is_empty(), "nothing differs any more");
 }

@@ -92,7 +92,7 @@ fn are_lines(expected: &[String], lines: &[String]) -> bool {
 }
 
 /// The environment of a user: a folder, a home with the sources, and programs in other terminals.
-struct Desk {
+struct Workplace {
     folder: Folder,
     programs: BTreeMap<String, Program>,
     /// The exit code of the last command.
@@ -103,7 +103,7 @@ fn sources() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../..").canonicalize().unwrap()
 }
 
-impl Desk {
+impl Workplace {
     fn new() -> Self {
         let folder = Folder::new();
         for name in ["home", "work"] {
@@ -172,9 +172,9 @@ fn until(program: &Program, expected: &[String]) -> Vec<String> {
 #[test]
 fn every_step_prints_what_the_page_shows() {
     let page = std::fs::read_to_string(sources().join("docs/first-steps.md")).unwrap();
-    let mut desk = Desk::new();
+    let mut workplace = Workplace::new();
     for step in steps(&page) {
-        let output = desk.follow(&step);
+        let output = workplace.follow(&step);
         let Step { line, typed, expected } = &step;
         assert!(
             are_lines(expected, &output),
@@ -183,7 +183,7 @@ fn every_step_prints_what_the_page_shows() {
             output.join("\n")
         );
     }
-    assert_eq!(desk.code, 0, "the last command failed");
+    assert_eq!(workplace.code, 0, "the last command failed");
 }
 
 #[test]

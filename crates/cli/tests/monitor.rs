@@ -102,7 +102,7 @@ fn an_address_without_a_station_is_no_answer() {
     let (_simulation, path) = simulation(&folder, &["bcg450@5"]);
     let failed = run(&["monitor", "--port", &path, "--own", "--timeout", "0.5", "9"]);
     assert_eq!(failed.status.code(), Some(3));
-    assert_eq!(String::from_utf8(failed.stderr).unwrap(), "profivac: nobody answers at address 9\n");
+    assert_eq!(String::from_utf8(failed.stderr).unwrap(), "profivac: no slave answers at address 9\n");
 }
 
 #[test]

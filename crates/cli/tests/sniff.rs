@@ -37,7 +37,7 @@ fn sniff_explains_traffic_skips_random_octets_sends_nothing_and_ends_with_ctrl_c
     assert!(
         program
             .line()
-            .ends_with("s    5  is there: bcg450 (ident 08E6), belongs to nobody, waits for parameters, not ready")
+            .ends_with("s    5  is present: bcg450 (ident 08E6), has no owner, waits for parameters, not ready")
     );
     line.write_all(&[0; 40]).unwrap();
     line.write_all(&octets("DC 02 02")).unwrap();
@@ -73,9 +73,7 @@ fn sniff_explains_a_scan_without_disturbing_it() {
     // The computer may be slow when the gauge joins: a scan that finds no station is repeated.
     let scan = || run(&["scan", "--port", &master, "--hsa", "6", "--slot-time", "2000"]).status.code();
     assert!((0..10).any(|_| scan() == Some(0)), "no station was found");
-    while !program.line().ends_with("is there: bcg450 (ident 08E6), belongs to nobody, waits for parameters, not ready")
-    {
-    }
+    while !program.line().ends_with("is present: bcg450 (ident 08E6), has no owner, waits for parameters, not ready") {}
     program.interrupt();
     while !program.line().contains("bcg450 ") {}
     assert_eq!(program.exit_code(), 0);

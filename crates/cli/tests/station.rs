@@ -11,7 +11,7 @@ use std::net::{TcpListener, TcpStream};
 use std::os::unix::fs::PermissionsExt;
 use std::time::{Duration, Instant};
 
-const PATIENCE: Duration = Duration::from_secs(60);
+const TIMEOUT: Duration = Duration::from_secs(60);
 
 /// A folder with the file of a segment in memory.
 fn memory_segment() -> (Folder, String) {
@@ -39,7 +39,7 @@ fn get(address: &str, path: &str) -> String {
 
 /// Repeats a GET until the answer contains `wanted`.
 fn until(address: &str, path: &str, wanted: &str) -> String {
-    let end = Instant::now() + PATIENCE;
+    let end = Instant::now() + TIMEOUT;
     loop {
         let answer = get(address, path);
         if answer.contains(wanted) {
@@ -202,7 +202,7 @@ fn users_of_the_command_log_in_and_a_running_station_logs_removed_users_out() {
     assert!(login("wrong").starts_with("HTTP/1.1 401"));
     assert!(login(password).starts_with("HTTP/1.1 200"));
     assert!(run(&["user", "remove", "ada", &file]).status.success());
-    let end = Instant::now() + PATIENCE;
+    let end = Instant::now() + TIMEOUT;
     while !login(password).starts_with("HTTP/1.1 401") {
         assert!(Instant::now() < end, "who is removed still comes in");
         std::thread::yield_now();
@@ -287,7 +287,7 @@ fn the_dashboard_of_the_demonstration_shows_all_devices() {
     let demo = Program::start(&["demo", "--headless", "--listen", "127.0.0.1:0", "--speed", "5"]);
     let stderr = demo.complaint();
     let address = stderr.strip_prefix("profivac: the dashboard is at http://").unwrap_or_else(|| panic!("{stderr}"));
-    let end = Instant::now() + PATIENCE;
+    let end = Instant::now() + TIMEOUT;
     loop {
         let gauges = get(address, "/api/gauges");
         let measuring = gauges.matches("\"exchanging\"").count() + gauges.matches("\"faulty\"").count();

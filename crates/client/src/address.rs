@@ -1,4 +1,4 @@
-//! A new station address for a slave: Set_Slave_Add. profibus-wire 2.11.
+//! Gives a slave a new station address with Set_Slave_Add. profibus-wire 2.11.
 
 use profivac_dp::link::active::Failure;
 use profivac_dp::master::services;
@@ -11,46 +11,47 @@ use std::time::Instant;
 /// No_Add_Chg, true.
 const LOCKED: u8 = 0xFF;
 
-/// So often nobody answers where nobody is. free choice: two answers in a row may be lost.
+/// The number of requests before an address counts as free. free choice: two answers in a row may be lost.
 const ATTEMPTS: u8 = 3;
 
-/// Why a slave has not moved.
+/// Why the address of a slave was not changed.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum AddressError {
-    /// The line.
+    /// The bus session failed.
     #[error(transparent)]
     Session(#[from] SessionError),
-    /// Nobody is there, or it is no slave.
+    /// No slave answers at the address.
     #[error("no slave answers at address {0}")]
     NoAnswer(u8),
-    /// Somebody has the new address.
+    /// A station answers at the new address.
     #[error("address {0} is taken: a station answers there")]
     AddressInUse(u8),
     /// Another master owns the slave.
     #[error("the slave at address {address} belongs to master {master}: let it go first")]
     OwnedByOther {
-        /// Its address.
+        /// The address of the slave.
         address: u8,
-        /// Whose it is.
+        /// The owner.
         master: u8,
     },
-    /// The service is closed.
+    /// The slave refuses the service.
     #[error(
         "the slave at address {0} does not take an address over the bus: its address switch holds, or it does not have the service ({1:?})"
     )]
     ServiceClosed(u8, Status),
-    /// It took the telegram and stayed where it was.
+    /// The slave accepted the telegram and kept its address.
     #[error("the slave at address {0} kept its address: it is locked against changes, or its address switch holds")]
     NotChanged(u8),
-    /// The telegram was lost.
+    /// No answer to the telegram arrived.
     #[error("the slave at address {address} did not answer: {failure}; `profivac scan` shows where it is")]
     Unconfirmed {
-        /// The address it had.
+        /// The old address.
         address: u8,
-        /// What happened.
+        /// The failure.
         failure: Failure,
     },
-    /// It is neither here nor there.
+    /// The slave answers at neither address.
     #[error("the slave answers neither at address {from} nor at {to} now; `profivac scan` shows where it is")]
     NotFound {
         /// The old address.
@@ -60,56 +61,56 @@ pub enum AddressError {
     },
 }
 
-/// What is going to be moved.
+/// Checks that the slave at `from` is free and that the address `to` is free.
 ///
 /// # Errors
-/// [`AddressError`] when nobody is there, somebody owns it, or the new address is taken.
-pub fn check(tool: &mut BusSession, from: u8, to: u8) -> Result<SlaveStatus, AddressError> {
-    if find(tool, to)?.is_some() {
+/// [`AddressError`].
+pub fn check(session: &mut BusSession, from: u8, to: u8) -> Result<SlaveStatus, AddressError> {
+    if find(session, to)?.is_some() {
         return Err(AddressError::AddressInUse(to));
     }
-    let slave = find(tool, from)?.and_then(|seen| seen.slave).ok_or(AddressError::NoAnswer(from))?;
+    let slave = find(session, from)?.and_then(|station| station.slave).ok_or(AddressError::NoAnswer(from))?;
     match slave.owner {
         Some(master) => Err(AddressError::OwnedByOther { address: from, master }),
         None => Ok(slave),
     }
 }
 
-/// Asks until somebody answers: one lost answer must not make a free address of one that is taken.
-fn find(tool: &mut BusSession, address: u8) -> Result<Option<FoundStation>, SessionError> {
+/// Probes an address several times: one lost answer must not make a used address look free.
+fn find(session: &mut BusSession, address: u8) -> Result<Option<FoundStation>, SessionError> {
     for _ in 1..ATTEMPTS {
-        if let Some(seen) = probe(tool, address)? {
-            return Ok(Some(seen));
+        if let Some(station) = probe(session, address)? {
+            return Ok(Some(station));
         }
     }
-    probe(tool, address)
+    probe(session, address)
 }
 
-/// Gives the slave at `from` with this ident number the address `to`, and looks whether it is there. With `lock` it takes no other
-/// one afterwards.
+/// Gives the slave at `from` with this Ident_Number the address `to` and verifies it. With `lock` the slave accepts no
+/// other address afterwards.
 ///
 /// # Errors
-/// [`AddressError`] says where it is.
-pub fn change(tool: &mut BusSession, from: u8, to: u8, ident: u16, lock: bool) -> Result<(), AddressError> {
+/// [`AddressError`] tells where the slave is.
+pub fn change(session: &mut BusSession, from: u8, to: u8, ident: u16, lock: bool) -> Result<(), AddressError> {
     let mut du = [0; 8];
     let request = SetSlaveAdd { address: to, ident, no_add_chg: if lock { LOCKED } else { 0 }, rem_slave_data: &[] };
     let length = request.emit(&mut du).unwrap_or_default();
-    match tool.request(&services::set_slave_add(from, du.get(..length).unwrap_or_default()))? {
-        // SC, which is both.
+    match session.request(&services::set_slave_add(from, du.get(..length).unwrap_or_default()))? {
+        // SC means both.
         Reply::Answer { status: Status::Ok | Status::NoReply, .. } => {}
         Reply::Answer { status, .. } => return Err(AddressError::ServiceClosed(from, status)),
         Reply::NoAnswer(failure) => return Err(AddressError::Unconfirmed { address: from, failure }),
     }
     let begun = Instant::now();
     loop {
-        let seen = probe(tool, to)?.and_then(|seen| seen.slave);
-        if seen.is_some_and(|slave| slave.ident == ident) {
+        let station = probe(session, to)?.and_then(|station| station.slave);
+        if station.is_some_and(|slave| slave.ident == ident) {
             return Ok(());
         }
-        if probe(tool, from)?.is_some() {
+        if probe(session, from)?.is_some() {
             return Err(AddressError::NotChanged(from));
         }
-        if begun.elapsed() >= tool.timeout() {
+        if begun.elapsed() >= session.timeout() {
             return Err(AddressError::NotFound { from, to });
         }
     }

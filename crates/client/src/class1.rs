@@ -1,15 +1,13 @@
-//! Records of a slave that this master owns: by MS1, and in the parameter channel. profibus-wire 4.2 to 4.5 and 6.1.
+//! Records of a slave that this master owns, by MS1 or the parameter channel. profibus-wire 4.2 to 4.5 and 6.1.
 //!
-//! Owning a slave means Set_Prm: it is parameterised with the unit it has, exchanges data, and is unlocked at the end.
+//! The master parameterises the slave with its present unit, exchanges data with it, and releases it at the end.
 
-use super::records::{RecordError, Records, RefusalCodes};
+use super::records::{Interruption, RecordError, Records, RefusalCodes, Unavailable, UnrestoredRecord};
 use crate::cyclic::CyclicSlave;
 use crate::ms2;
 use profivac_devices::model::{AccessPath, Configuration, Field, Model, NumberType, TaskKind, Telegram};
 use profivac_dp::link::Baud;
-use profivac_dp::master::{
-    ExchangeError, HandlerState, Mode, Ms1Parameters, PkwParameters, SlaveParameters, SubmitError, ms1, pkw,
-};
+use profivac_dp::master::{ExchangeError, HandlerState, Mode, Ms1Parameters, PkwParameters, SlaveParameters, ms1, pkw};
 use profivac_host::session::{BusSession, SessionError, add_or_restart};
 use profivac_wire::acyclic::record::MAX_RECORD_LENGTH;
 use std::time::{Duration, Instant};
@@ -17,23 +15,23 @@ use std::time::{Duration, Instant};
 /// DPV1_Enable: without it a slave answers no MS1 request. profibus-wire 2.4.
 const DPV1_ENABLE: u8 = 0x80;
 
-/// How often a record is asked for when the slave leaves data exchange meanwhile: reading changes nothing.
+/// How often a record is read when the slave leaves data exchange meanwhile: reading changes nothing.
 const ATTEMPTS: usize = 3;
 
-/// How long a slave is given to be unlocked.
+/// The longest wait for the release of the slave.
 const RELEASE_TIMEOUT: Duration = Duration::from_secs(1);
 
 /// How long the line is served at a time.
 const SLICE: Duration = Duration::from_millis(20);
 
-/// A slave in data exchange with this master, until it is dropped.
+/// A slave in data exchange with this master. Dropping the session releases the slave.
 pub struct Class1Session<'a> {
-    tool: &'a mut BusSession,
+    session: &'a mut BusSession,
     address: u8,
     service: Service,
 }
 
-/// How its records are asked for.
+/// The service that carries the records.
 #[derive(Clone, Copy)]
 enum Service {
     Ms1(Ms1Parameters),
@@ -47,110 +45,111 @@ impl Drop for Class1Session<'_> {
 }
 
 impl<'a> Class1Session<'a> {
-    /// Takes a slave that was found free, and waits until it exchanges data.
+    /// Parameterises a slave that no other master owns, and waits until it exchanges data.
     ///
     /// # Errors
-    /// [`RecordError::NoWay`] when the device does not have this way, [`RecordError::Lost`] when no data are exchanged.
-    pub fn open(tool: &'a mut BusSession, watched: &CyclicSlave, via: AccessPath) -> Result<Self, RecordError> {
-        Self::open_unless(tool, watched, via, &|| false)
+    /// [`RecordError::Unavailable`] when the device does not have the service or refuses its parameters,
+    /// [`RecordError::Interrupted`] when it does not exchange data in time.
+    pub fn open(session: &'a mut BusSession, slave: &CyclicSlave, via: AccessPath) -> Result<Self, RecordError> {
+        Self::open_unless(session, slave, via, &|| false)
     }
 
-    /// The same, until `is_stopped`: then the slave is unlocked at once.
+    /// The same; when `is_cancelled` returns true, the slave is released at once.
     ///
     /// # Errors
-    /// As [`take`](Self::take).
+    /// As [`open`](Self::open).
     pub fn open_unless(
-        tool: &'a mut BusSession,
-        watched: &CyclicSlave,
+        session: &'a mut BusSession,
+        slave: &CyclicSlave,
         via: AccessPath,
-        is_stopped: &dyn Fn() -> bool,
+        is_cancelled: &dyn Fn() -> bool,
     ) -> Result<Self, RecordError> {
-        let model = watched.model;
-        let number = present_number(tool, watched);
-        let (configuration, way) = service_of(model, watched.configuration, number, via, tool.baud())?;
-        let usual = watched.parameters(tool.baud());
-        let mut user_prm = usual.user_prm.to_vec();
-        if let (Service::Ms1(_), Some(first)) = (&way, user_prm.first_mut()) {
+        let model = slave.model;
+        let number = present_number(session, slave);
+        let (configuration, service) = service_of(model, slave.configuration, number, via, session.baud())?;
+        let default = slave.parameters(session.baud());
+        let mut user_prm = default.user_prm.to_vec();
+        if let (Service::Ms1(_), Some(first)) = (&service, user_prm.first_mut()) {
             *first |= DPV1_ENABLE;
         }
-        let parameters = SlaveParameters { user_prm: &user_prm, cfg: configuration.octets, ..usual };
-        let mut owned = Self { tool, address: watched.address, service: way };
-        add_or_restart(owned.tool.master(), &parameters)
-            .map_err(|error| RecordError::Unavailable(error.to_string()))?;
-        owned.tool.master().set_mode(Mode::Operate);
-        owned.wait_for_data(is_stopped)?;
-        Ok(owned)
+        let parameters = SlaveParameters { user_prm: &user_prm, cfg: configuration.octets, ..default };
+        let mut opened = Self { session, address: slave.address, service };
+        add_or_restart(opened.session.master(), &parameters).map_err(Unavailable::Parameters)?;
+        opened.session.master().set_mode(Mode::Operate);
+        opened.wait_for_data(is_cancelled)?;
+        Ok(opened)
     }
 
-    fn wait_for_data(&mut self, is_stopped: &dyn Fn() -> bool) -> Result<(), RecordError> {
+    fn wait_for_data(&mut self, is_cancelled: &dyn Fn() -> bool) -> Result<(), RecordError> {
         let begun = Instant::now();
         while !self.exchanges() {
             self.serve()?;
-            if is_stopped() {
-                return Err(RecordError::Interrupted("interrupted by a signal".to_owned()));
+            if is_cancelled() {
+                return Err(Interruption::Cancelled.into());
             }
-            if begun.elapsed() >= self.tool.timeout() {
-                let trouble = self.tool.master().exchange_error(self.address);
-                let reason = trouble.map_or_else(|| "it was not asked long enough".to_owned(), |it| it.to_string());
-                let sentence = format!("no data are exchanged: {reason}");
-                return Err(match trouble {
-                    None | Some(ExchangeError::NoAnswer(_)) => RecordError::Interrupted(sentence),
-                    Some(_) => RecordError::Unavailable(sentence),
+            if begun.elapsed() >= self.session.timeout() {
+                return Err(match self.session.master().exchange_error(self.address) {
+                    error @ (None | Some(ExchangeError::NoAnswer(_))) => Interruption::NoExchange(error).into(),
+                    Some(error) => Unavailable::NoExchange(error).into(),
                 });
             }
         }
         Ok(())
     }
 
-    /// Whether there are inputs: the first exchange is done.
+    /// Whether the first data exchange is done.
     fn exchanges(&mut self) -> bool {
-        let master = self.tool.master();
+        let master = self.session.master();
         matches!(master.state(self.address), Some(HandlerState::Data { .. }))
             && master.exchanged_at(self.address).is_some()
     }
 
     fn serve(&mut self) -> Result<(), RecordError> {
-        self.tool.serve(&[], SLICE).map_err(SessionError::from)?;
-        while self.tool.master().next_event().is_some() {}
+        self.session.serve(&[], SLICE).map_err(SessionError::from)?;
+        while self.session.master().next_event().is_some() {}
         Ok(())
     }
 
     fn read_once(&mut self, slot: u8, index: u8) -> Result<Vec<u8>, RecordError> {
         self.ensure_exchange()?;
-        let (address, master) = (self.address, self.tool.master());
+        let (address, master) = (self.address, self.session.master());
         match self.service {
             Service::Ms1(parameters) => {
                 let wanted = u8::try_from(MAX_RECORD_LENGTH).unwrap_or(u8::MAX);
-                let read = master.ms1_read(address, slot, index, wanted, &parameters).map_err(not_submitted)?;
-                self.tool.wait_for_outcome(read, |record| record.map(<[u8]>::to_vec))?.map_err(ms1_error)
+                let read = master.ms1_read(address, slot, index, wanted, &parameters);
+                let read = read.map_err(Interruption::NotSubmitted)?;
+                self.session.wait_for_outcome(read, |record| record.map(<[u8]>::to_vec))?.map_err(ms1_error)
             }
             Service::ParameterChannel(parameters) => {
-                let task = master.pkw_read(address, slot, index, None, &parameters).map_err(not_submitted)?;
-                self.tool.wait_for_outcome(task, |value| value)?.map(octets).map_err(task_error)
+                let task = master.pkw_read(address, slot, index, None, &parameters);
+                let task = task.map_err(Interruption::NotSubmitted)?;
+                self.session.wait_for_outcome(task, |value| value)?.map(octets).map_err(task_error)
             }
         }
     }
 
     fn write_once(&mut self, slot: u8, index: u8, octets: &[u8]) -> Result<(), RecordError> {
-        let too_long =
-            || RecordError::Unavailable("the parameter channel carries 1, 2 or 4 octets; say --via ms2".to_owned());
         let service = self.service;
         let value = match service {
             Service::Ms1(_) => None,
-            Service::ParameterChannel(_) => Some(pkw::Value::from_octets(octets).ok_or_else(too_long)?),
+            Service::ParameterChannel(_) => {
+                Some(pkw::Value::from_octets(octets).ok_or(Unavailable::TooLongForChannel)?)
+            }
         };
         self.ensure_exchange()?;
-        let (address, master) = (self.address, self.tool.master());
+        let (address, master) = (self.address, self.session.master());
         match (service, value) {
             (Service::ParameterChannel(parameters), Some(value)) => {
-                let task = master.pkw_write(address, slot, index, value, &parameters).map_err(not_submitted)?;
-                self.tool.wait_for_outcome(task, |value| value)?.map(drop).map_err(task_error)
+                let task = master.pkw_write(address, slot, index, value, &parameters);
+                let task = task.map_err(Interruption::NotSubmitted)?;
+                self.session.wait_for_outcome(task, |value| value)?.map(drop).map_err(task_error)
             }
             (Service::Ms1(parameters), _) => {
-                let write = master.ms1_write(address, slot, index, octets, &parameters).map_err(not_submitted)?;
-                self.tool.wait_for_outcome(write, |written| written)?.map_err(ms1_error)
+                let write = master.ms1_write(address, slot, index, octets, &parameters);
+                let write = write.map_err(Interruption::NotSubmitted)?;
+                self.session.wait_for_outcome(write, |written| written)?.map_err(ms1_error)
             }
-            (Service::ParameterChannel(_), None) => Err(too_long()),
+            (Service::ParameterChannel(_), None) => Err(Unavailable::TooLongForChannel.into()),
         }
     }
 
@@ -159,11 +158,11 @@ impl<'a> Class1Session<'a> {
         if self.exchanges() { Ok(()) } else { self.wait_for_data(&|| false) }
     }
 
-    /// Gives the slave back.
+    /// Releases the slave.
     fn release(&mut self) -> Result<(), RecordError> {
         let begun = Instant::now();
-        self.tool.master().release(self.address);
-        while self.tool.master().state(self.address) != Some(HandlerState::Inactive)
+        self.session.master().release(self.address);
+        while self.session.master().state(self.address) != Some(HandlerState::Inactive)
             && begun.elapsed() < RELEASE_TIMEOUT
         {
             self.serve()?;
@@ -172,14 +171,10 @@ impl<'a> Class1Session<'a> {
     }
 }
 
-fn not_submitted(error: SubmitError) -> RecordError {
-    RecordError::Interrupted(error.to_string())
-}
-
 fn ms1_error(error: ms1::RequestError) -> RecordError {
     match error {
         ms1::RequestError::Refused(negative) => RecordError::Refused(negative.into()),
-        ms1::RequestError::Failed(_) | ms1::RequestError::LeftExchange => RecordError::Interrupted(error.to_string()),
+        ms1::RequestError::Failed(_) | ms1::RequestError::LeftExchange => Interruption::Ms1(error).into(),
     }
 }
 
@@ -188,7 +183,7 @@ fn task_error(error: pkw::TaskError) -> RecordError {
         pkw::TaskError::Refused(pkw::ErrorNumber(number)) => {
             RecordError::Refused(RefusalCodes { code_1: None, code: u8::try_from(number).unwrap_or(u8::MAX) })
         }
-        _ => RecordError::Interrupted(error.to_string()),
+        _ => Interruption::ParameterChannel(error).into(),
     }
 }
 
@@ -197,20 +192,21 @@ fn octets(value: pkw::Value) -> Vec<u8> {
     value.octets().iter().skip(4_usize.saturating_sub(value.width())).copied().collect()
 }
 
-/// Data Type, as a class 2 master reads it: a configuration with another number would change it.
-fn present_number(tool: &mut BusSession, watched: &CyclicSlave) -> Option<NumberType> {
-    let places = watched.model.blocks.iter().filter(|_| watched.model.features.dpv1);
+/// Data Type, read over MS2: a configuration with another number type would change it.
+fn present_number(session: &mut BusSession, slave: &CyclicSlave) -> Option<NumberType> {
+    let places = slave.model.blocks.iter().filter(|_| slave.model.features.dpv1);
     let (slot, index) = places
         .filter_map(|place| {
             let row = place.block.rows.iter().find(|row| row.name == "Data Type")?;
             Some((place.locations.first()?.slot, row.index))
         })
         .next()?;
-    let record = ms2::read(tool, watched.address, slot, index).ok()?;
+    let record = ms2::read(session, slave.address, slot, index).ok()?;
     NumberType::from_code(*record.first()?)
 }
 
-/// The configuration for a way, and its parameters: the present one, or else one with the number type the device has.
+/// The configuration that carries a service, and the parameters of the service: the present configuration, or one with the
+/// number type of the device.
 fn service_of(
     model: &'static Model,
     present: &'static Configuration,
@@ -218,24 +214,22 @@ fn service_of(
     via: AccessPath,
     baud: Baud,
 ) -> Result<(&'static Configuration, Service), RecordError> {
-    let way = |it: &'static Configuration| match via {
+    let service = |it: &'static Configuration| match via {
         AccessPath::Class1 => Some((it, Service::Ms1(Ms1Parameters::new(baud)))),
         AccessPath::ParameterChannel => Some((it, Service::ParameterChannel(channel(it, model)?))),
         AccessPath::Class2 => None,
     };
     let keeps = |it: &&Configuration| number.is_none() || it.number() == number;
     let all = || std::iter::once(present).chain(model.configurations.iter());
-    let found = all().filter(keeps).find_map(way).or_else(|| all().find_map(way));
+    let found = all().filter(keeps).find_map(service).or_else(|| all().find_map(service));
     match (via, found) {
-        (AccessPath::Class1, _) if !model.features.ms1 => {
-            Err(RecordError::Unavailable("it has no MS1; say --via pkw".to_owned()))
-        }
+        (AccessPath::Class1, _) if !model.features.ms1 => Err(Unavailable::NoMs1.into()),
         (_, Some(found)) => Ok(found),
-        (_, None) => Err(RecordError::Unavailable("no configuration of it has a parameter channel".to_owned())),
+        (_, None) => Err(Unavailable::NoParameterChannel.into()),
     }
 }
 
-/// Where a configuration has the parameter channel, and how the device speaks in it.
+/// The position of the parameter channel in a configuration, and the rules of the device for it.
 fn channel(configuration: &Configuration, model: &Model) -> Option<PkwParameters> {
     let at = |telegram: Option<&'static Telegram>| {
         telegram?.layout().find(|(_, field)| *field == Field::ParameterChannel).map(|(start, _)| start)
@@ -269,6 +263,14 @@ impl Records for Class1Session<'_> {
     fn write(&mut self, slot: u8, index: u8, octets: &[u8]) -> Result<(), RecordError> {
         self.write_once(slot, index, octets)
     }
+
+    fn keep_unrestored(&mut self, record: UnrestoredRecord) {
+        self.session.keep_unrestored(self.address, record);
+    }
+
+    fn take_unrestored(&mut self) -> Option<UnrestoredRecord> {
+        self.session.take_unrestored(self.address)
+    }
 }
 
 #[cfg(test)]
@@ -277,7 +279,7 @@ mod tests {
     use profivac_devices::catalog::MODELS;
 
     #[test]
-    fn every_device_has_a_parameter_channel_where_its_manual_says() {
+    fn every_device_has_a_parameter_channel_at_the_position_of_its_manual() {
         for model in MODELS {
             let found =
                 service_of(model, model.default_configuration, None, AccessPath::ParameterChannel, Baud::B19200);
@@ -301,7 +303,7 @@ mod tests {
     }
 
     #[test]
-    fn a_value_has_as_many_octets_as_it_is_wide() {
+    fn a_channel_value_has_the_octets_of_its_width() {
         assert_eq!(octets(pkw::Value::Byte(4)), [4]);
         assert_eq!(octets(pkw::Value::Word(0x1308)), [0x13, 0x08]);
         assert_eq!(octets(pkw::Value::DoubleWord(1)), [0, 0, 0, 1]);

@@ -1,148 +1,342 @@
-//! What went wrong with a gauge, in one sentence that names address, parameter, slot and index, what was refused and why,
-//! and what to do.
+//! The errors of a gauge. Each message names address, parameter, slot and index, the reason, and what to do.
 
 use super::names::{NamedParameter, TargetError};
-use super::records::{RecordError, RefusalCodes};
-use super::values::ValueError;
-use profivac_devices::model::Codes;
+use super::records::{Interruption, RecordError, RefusalCodes, Unavailable};
+use super::values::{ValueError, format_number};
+use profivac_devices::model::{AccessPath, Codes};
+use profivac_devices::profile::{DeviceState, StateEvent};
 use profivac_host::session::SessionError;
 use profivac_wire::acyclic::ErrorCode;
 use std::fmt;
 
-/// What was done when it went wrong.
+/// The operation that failed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Operation {
-    /// A parameter was read.
+    /// Reading a parameter.
     Read,
-    /// A parameter was written, or a command sent.
+    /// Writing a parameter, or sending a command.
     Write,
 }
 
-/// Which parameter of which device.
+/// The device and the parameter that an error is about.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Location {
+pub struct ParameterContext {
     /// The device.
     pub device: &'static str,
     /// The address of the slave.
     pub address: u8,
-    /// The name of the parameter, if it has one.
+    /// The name of the parameter. A record outside the tables has none.
     pub name: Option<String>,
     /// The slot.
     pub slot: u8,
-    /// The instance that must be shown, 0 where the slot has only one.
+    /// The instance, 0 where the slot has only one.
     pub instance: u8,
     /// The index.
     pub index: u8,
 }
 
-/// Why something was not done.
+/// Why an operation on a gauge failed.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum ClientError {
-    /// The line.
+    /// The bus session failed.
     #[error(transparent)]
     Session(#[from] SessionError),
-    /// Nobody is there.
-    #[error("nobody answers at address {0}; `profivac scan` shows who is there")]
+    /// No station answers at the address.
+    #[error("no station answers at address {0}; `profivac scan` shows the stations of the bus")]
     NoAnswer(u8),
-    /// Somebody is there who has no parameters.
+    /// The station is a master.
     #[error("the station at address {0} is a master, not a gauge")]
     Master(u8),
-    /// No device with this ident number is known.
+    /// No known device has this Ident_Number.
     #[error(
         "the slave at address {address} has the ident number 0x{ident:04X}, which no known device has: its parameters have no names here"
     )]
     UnknownDevice {
-        /// Its address.
+        /// The address.
         address: u8,
         /// Ident_Number.
         ident: u16,
     },
-    /// No such parameter.
+    /// The text names no parameter or command.
     #[error(transparent)]
     Target(#[from] TargetError),
-    /// No such value.
+    /// The parameter does not accept the value.
     #[error("{place}: {error}")]
     Value {
-        /// Where.
-        place: Location,
-        /// What the parameter takes.
+        /// The parameter.
+        place: ParameterContext,
+        /// The accepted values.
         error: ValueError,
     },
-    /// The table does not allow it.
+    /// The table does not allow the access.
     #[error("{place}: {reason}")]
     Access {
-        /// Where.
-        place: Location,
-        /// Why, and what to do.
-        reason: String,
+        /// The parameter.
+        place: ParameterContext,
+        /// The reason.
+        reason: AccessReason,
     },
-    /// A command whose conditions are not met. It was not sent.
-    #[error("{place}: {command} was not sent: {reason}")]
+    /// A condition of a command is not met. The command was not sent.
+    #[error("{place}: {command} was not sent: {unmet}")]
     Condition {
-        /// Where.
-        place: Location,
+        /// The parameter.
+        place: ParameterContext,
         /// The command.
         command: &'static str,
-        /// What is missing, and what to do.
-        reason: String,
+        /// The condition.
+        unmet: Unmet,
     },
     /// The slave refused.
-    #[error("{place}: {doing} was refused with {refused}{advice}")]
+    #[error("{place}: {doing} was refused with {refused}{}", advice_text(advice))]
     Refused {
-        /// Where.
-        place: Location,
-        /// What was done.
+        /// The parameter.
+        place: ParameterContext,
+        /// The operation.
         doing: Operation,
-        /// Its codes.
+        /// The codes of the slave.
         refused: RefusalCodes,
-        /// What to do.
-        advice: String,
+        /// What to do, where the codes tell it.
+        advice: Option<Advice>,
     },
-    /// The way to the records is not there.
+    /// The slave does not offer the service.
     #[error("{device} at address {address}: {reason}")]
     Unavailable {
         /// The device.
         device: &'static str,
         /// The address of the slave.
         address: u8,
-        /// Why, and which way there is.
-        reason: String,
+        /// The reason.
+        reason: Unavailable,
     },
-    /// Nothing came, or nothing that can be used.
-    #[error("{place}: {doing} was cut short: {reason}")]
+    /// No usable answer arrived.
+    #[error("{place}: {doing} was cut short: {reason}{}", if *doing == Operation::Write { "; it may have been written, read it" } else { "" })]
     Interrupted {
-        /// Where.
-        place: Location,
-        /// What was done.
+        /// The parameter.
+        place: ParameterContext,
+        /// The operation.
         doing: Operation,
-        /// What happened.
-        reason: String,
+        /// The reason.
+        reason: Interruption,
     },
-    /// A value is not what it was written to be.
+    /// The parameter does not have the value that was written.
     #[error("{place}: {written} was written, but it reads {found}")]
     NotKept {
-        /// Where.
-        place: Location,
-        /// What was written.
+        /// The parameter.
+        place: ParameterContext,
+        /// The written value.
         written: String,
-        /// What is there.
+        /// The value that was read back.
         found: String,
     },
 }
 
-/// How bad an error is, for whoever makes an exit code of it.
+/// Why the access column of a table forbids an access. `marks` is the column as the manual prints it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum AccessReason {
+    /// Another service may do it.
+    #[error("the manual allows it another way only (access {marks}); say --via {}", option(*.path))]
+    OtherPath {
+        /// The access column.
+        marks: &'static str,
+        /// The service.
+        path: AccessPath,
+    },
+    /// Only Set_Prm sets the parameter.
+    #[error("only the user parameters of its master set it (access {marks})")]
+    UserParameters {
+        /// The access column.
+        marks: &'static str,
+    },
+    /// The parameter is part of the cyclic data only.
+    #[error("it travels in the cyclic data only (access {marks}); `profivac monitor` shows those")]
+    CyclicOnly {
+        /// The access column.
+        marks: &'static str,
+    },
+    /// No service reads it.
+    #[error("it cannot be read (access {marks})")]
+    NotReadable {
+        /// The access column.
+        marks: &'static str,
+    },
+    /// No service writes it.
+    #[error("it is read-only (access {marks})")]
+    ReadOnly {
+        /// The access column.
+        marks: &'static str,
+    },
+    /// The instance that the slot shows has no such index.
+    #[error("slot {slot} shows instance {instance} now, which has no index {index}; say {slot}:INSTANCE/{index}")]
+    NotInInstance {
+        /// The slot.
+        slot: u8,
+        /// The instance that the Channel Instance Selector selects.
+        instance: u8,
+        /// The index.
+        index: u8,
+    },
+}
+
+/// The command-line option of a service.
+const fn option(path: AccessPath) -> &'static str {
+    match path {
+        AccessPath::Class2 => "ms2",
+        AccessPath::Class1 => "ms1",
+        AccessPath::ParameterChannel => "pkw",
+    }
+}
+
+/// The condition of a command that is not met, and what to do. `found` is `None` for a code that is no device state.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum Unmet {
+    /// The state diagram has no such transition from the present state.
+    State {
+        /// The present state.
+        found: Option<DeviceState>,
+        /// The command as an event of the state diagram.
+        event: StateEvent,
+    },
+    /// The gauge must be in EXECUTING.
+    NotExecuting {
+        /// The present state.
+        found: Option<DeviceState>,
+    },
+    /// The emission must be on.
+    EmissionOff,
+    /// A pressure must be below a limit.
+    PressureTooHigh {
+        /// The process value.
+        parameter: String,
+        /// The pressure.
+        pa: f64,
+        /// The limit.
+        limit_pa: f64,
+    },
+    /// A pressure must be below a limit and is not valid.
+    NoPressure {
+        /// The process value.
+        parameter: String,
+        /// The limit.
+        limit_pa: f64,
+    },
+}
+
+impl fmt::Display for Unmet {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::State { found, event } => {
+                let (found, from) = (state_name(*found), source_states(*event));
+                write!(f, "the gauge is in {found}, and it is possible from {from} only")
+            }
+            Self::NotExecuting { found } => {
+                write!(f, "the gauge is in {} and must be in EXECUTING; write execute first", state_name(*found))
+            }
+            Self::EmissionOff => f.write_str("the emission is off; it must be on"),
+            Self::PressureTooHigh { parameter, pa, limit_pa } => {
+                write!(f, "{parameter} is {} and must be below {}; pump down first", mbar(*pa), mbar(*limit_pa))
+            }
+            Self::NoPressure { parameter, limit_pa } => {
+                write!(f, "{parameter} is not valid now, and must be below {}", mbar(*limit_pa))
+            }
+        }
+    }
+}
+
+/// All device states.
+pub(crate) const STATES: [DeviceState; 6] = [
+    DeviceState::SelfTesting,
+    DeviceState::Idle,
+    DeviceState::SelfTestException,
+    DeviceState::Executing,
+    DeviceState::Abort,
+    DeviceState::CriticalFault,
+];
+
+/// The name of a state.
+pub(crate) const fn state_name(state: Option<DeviceState>) -> &'static str {
+    match state {
+        Some(state) => state.name(),
+        None => "no known state",
+    }
+}
+
+/// The states from which an event has a transition.
+pub(crate) fn source_states(event: StateEvent) -> String {
+    let from: Vec<_> = STATES.into_iter().filter(|state| state.next(event).is_ok()).map(DeviceState::name).collect();
+    from.join(", ")
+}
+
+/// A pressure in mbar.
+pub(crate) fn mbar(pa: f64) -> String {
+    format!("{} mbar", format_number(pa / 100.0))
+}
+
+/// What to do about a refusal.
+#[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Advice {
+    /// The parameter belongs to a set that must be opened for changes. `lock` is the parameter that opens it.
+    OpenSet {
+        /// The name of the parameter.
+        lock: String,
+    },
+    /// The gauge is already in the requested state.
+    NothingToDo,
+    /// Unit and number type change only in IDLE and without cyclic exchange.
+    StopFirst,
+    /// The operating mode does not allow it.
+    CheckMode,
+    /// The state or the pressure does not allow it.
+    CheckStateAndPressure,
+    /// The value is outside the range.
+    CheckRange,
+    /// The part is not fitted, or the slot shows another instance.
+    NotFitted,
+    /// The nonvolatile memory of the device failed.
+    ReadExceptions,
+}
+
+impl fmt::Display for Advice {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::OpenSet { lock } => {
+                return write!(f, "open the set first: write {lock} open-for-changes, and valid afterwards");
+            }
+            Self::NothingToDo => "nothing needs to be done",
+            Self::StopFirst => {
+                "unit and number type change only in IDLE and without cyclic exchange: write stop first, or let the owning master go"
+            }
+            Self::CheckMode => "read device.device-state, and the parameter that says who sets this one",
+            Self::CheckStateAndPressure => {
+                "the state or the pressure does not allow it: read device.device-state and the process value"
+            }
+            Self::CheckRange => "`profivac list` shows what it takes",
+            Self::NotFitted => "this device does not have it now: a part that is not fitted, or another instance is shown",
+            Self::ReadExceptions => "its memory took nothing, and nothing has changed: read the exception details",
+        })
+    }
+}
+
+fn advice_text(advice: &Option<Advice>) -> String {
+    advice.as_ref().map_or_else(String::new, |advice| format!("; {advice}"))
+}
+
+/// The class of an error, as exit codes tell them apart.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ErrorKind {
-    /// The device refused, or would have.
+    /// The device refused, or would refuse.
     Refused,
-    /// What was asked for cannot be.
+    /// The request makes no sense for this device.
     Usage,
-    /// Nobody answers.
+    /// No answer, or no line.
     Line,
 }
 
 impl ClientError {
-    /// How bad it is.
+    /// The class of the error.
     #[must_use]
     pub const fn kind(&self) -> ErrorKind {
         match self {
@@ -161,11 +355,11 @@ impl ClientError {
         }
     }
 
-    /// What became of a record, at its place.
+    /// The error of a record, with its context.
     pub(super) fn from_record(
         error: RecordError,
         doing: Operation,
-        place: Location,
+        place: ParameterContext,
         named: Option<&NamedParameter>,
     ) -> Self {
         match error {
@@ -174,50 +368,27 @@ impl ClientError {
             RecordError::Unavailable(reason) => {
                 Self::Unavailable { device: place.device, address: place.address, reason }
             }
-            RecordError::Interrupted(reason) => Self::Interrupted { place, doing, reason: advised(reason, doing) },
+            RecordError::Interrupted(reason) => Self::Interrupted { place, doing, reason },
         }
     }
 }
 
-/// What is lost on the way may have arrived.
-fn advised(reason: String, doing: Operation) -> String {
-    match doing {
-        Operation::Read => reason,
-        Operation::Write => format!("{reason}; it may have been written, read it"),
-    }
-}
-
-/// What to do about a refusal.
-fn advice(refused: &RefusalCodes, named: Option<&NamedParameter>) -> String {
+/// The advice that refusal codes and parameter suggest.
+fn advice(refused: &RefusalCodes, named: Option<&NamedParameter>) -> Option<Advice> {
     let codes = named.map(|named| &named.parameter.row.codes);
     let is_presentation = named.is_some_and(|named| named.parameter.row.name.starts_with("Data "));
-    let lock = named.filter(|named| super::settings::has_lock(named));
-    if let (Some(named), RefusalCodes::MODE) = (lock, refused.code) {
-        let place = named.name.rsplit_once(['.', '/']).map_or("", |(place, _)| place);
-        let separator = if place.contains('.') { '/' } else { '.' };
-        return format!(
-            "; open the set first: write {place}{separator}threshold-validation open-for-changes, and valid afterwards"
-        );
-    }
-    let text = match (refused.code_1, refused.code) {
-        (_, RefusalCodes::ALREADY) => "nothing needs to be done",
-        (_, RefusalCodes::MODE) if is_presentation => {
-            "unit and number type change only in IDLE and without cyclic exchange: write stop first, or let the owning master go"
-        }
-        (_, RefusalCodes::MODE) => "read device.device-state, and the parameter that says who sets this one",
-        (_, RefusalCodes::CONFLICT) if codes.is_some_and(Codes::is_command) => {
-            "the state or the pressure does not allow it: read device.device-state and the process value"
-        }
-        (_, RefusalCodes::RANGE) => "`profivac list` shows what it takes",
-        (Some(ErrorCode::INVALID_INDEX | ErrorCode::INVALID_SLOT), _) => {
-            "this device does not have it now: a part that is not fitted, or another instance is shown"
-        }
-        (Some(ErrorCode::WRITE_ERROR), _) => {
-            "its memory took nothing, and nothing has changed: read the exception details"
-        }
-        _ => return String::new(),
-    };
-    format!("; {text}")
+    let lock = named.and_then(NamedParameter::lock_name);
+    Some(match (refused.code_1, refused.code, lock) {
+        (_, RefusalCodes::MODE, Some(lock)) => Advice::OpenSet { lock },
+        (_, RefusalCodes::ALREADY, _) => Advice::NothingToDo,
+        (_, RefusalCodes::MODE, None) if is_presentation => Advice::StopFirst,
+        (_, RefusalCodes::MODE, None) => Advice::CheckMode,
+        (_, RefusalCodes::CONFLICT, _) if codes.is_some_and(Codes::is_command) => Advice::CheckStateAndPressure,
+        (_, RefusalCodes::RANGE, _) => Advice::CheckRange,
+        (Some(ErrorCode::INVALID_INDEX | ErrorCode::INVALID_SLOT), _, _) => Advice::NotFitted,
+        (Some(ErrorCode::WRITE_ERROR), _, _) => Advice::ReadExceptions,
+        _ => return None,
+    })
 }
 
 impl fmt::Display for Operation {
@@ -229,7 +400,7 @@ impl fmt::Display for Operation {
     }
 }
 
-impl fmt::Display for Location {
+impl fmt::Display for ParameterContext {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { device, address, name, slot, instance, index } = self;
         write!(f, "{device} at address {address}, {}", name.as_deref().unwrap_or("record"))?;

@@ -1,8 +1,8 @@
-//! The GSD file of a device, from its tables. profibus-wire 7.
+//! The GSD file of a device, generated from its tables. profibus-wire 7.
 //!
-//! Written so that every parser known accepts it: seven-bit text, one keyword a line, texts before the data that use them and
-//! those before the modules. A configuration is one module, because a slave of ours takes it whole or not at all. A device
-//! that its manual calls modular has the manual's modules behind them, for a project that was made with the vendor's file.
+//! Written for every known parser: ASCII text, one keyword per line, texts before the data that use them and those before
+//! the modules. A configuration is one module, because the slaves here accept it only as a whole. A device that its manual
+//! calls modular also has the modules of the manual, for projects made with the file of the vendor.
 
 use profivac_devices::model::{Configuration, Field, Model, NumberType, Telegram};
 use profivac_dp::link::Baud;
@@ -14,17 +14,17 @@ use std::fmt::Write;
 /// The keywords of the rates, in the order of [`Baud::ALL`].
 const RATES: [&str; 10] = ["9.6", "19.2", "45.45", "93.75", "187.5", "500", "1.5M", "3M", "6M", "12M"];
 
-/// In 100 us. free choice: the fastest a gauge renews its values; the manuals say nothing.
+/// In 100 us. free choice: the shortest interval in which a gauge renews its values; the manuals do not give it.
 const MIN_SLAVE_INTERVAL: u8 = 10;
 
-/// Min_Slave_Interval of every device in bit times, none of which is missing.
+/// Min_Slave_Interval of every device in bit times.
 #[must_use]
 pub fn min_slave_interval_tbit(baud: Baud) -> u64 {
     let interval = u64::from(MIN_SLAVE_INTERVAL).saturating_mul(u64::from(baud.bits_per_second()));
     interval.div_ceil(10_000)
 }
 
-/// The number of connections a slave has for class 2 masters, and how long they may take to answer, in 10 ms.
+/// The number of connections for class 2 masters, and the longest time for a response, in 10 ms.
 const CONNECTIONS: u8 = 2;
 const RESPONSE_TIMEOUT: u8 = 100;
 
@@ -64,7 +64,7 @@ impl File {
     }
 
     fn value(&mut self, keyword: &str, value: impl std::fmt::Display) {
-        // Writing to a text does not fail.
+        // Writing to a string cannot fail.
         let _ = writeln!(self.text, "{keyword:<24}= {value}");
     }
 
@@ -144,8 +144,8 @@ impl File {
         self.flag("WD_Base_1ms_supp", model.dpv1_status & WD_BASE_1MS != 0);
     }
 
-    /// The first string of the table that is no mere tolerance, with DPV1_Enable where it may be set. Its last two octets
-    /// choose among all strings.
+    /// The first user parameters of the table that select a unit, with DPV1_Enable where it may be set. The last two octets
+    /// select the unit.
     fn user_prm(&mut self, model: &Model) {
         let Some(usual) = usual_prm(model) else { return self.value("Max_User_Prm_Data_Len", 0) };
         let coded: Vec<_> = model.user_prm.iter().filter(|prm| prm.octets.len() == usual.len()).collect();
@@ -179,20 +179,20 @@ impl File {
     }
 }
 
-/// Whether every configuration is put together of identifiers of one octet, the manual's modules. IF300P/IF301P manual
+/// Whether every configuration consists of identifiers of one octet, the modules of the manual. IF300P/IF301P manual
 /// 3.2.1.2. On the other devices a configuration is one identifier with data types.
 fn is_modular(model: &Model) -> bool {
     model.configurations.iter().all(|one| Identifiers::new(one.octets).count() == one.octets.len())
 }
 
-/// How much goes where, seen from the master.
+/// The octets in each direction, seen from the master.
 fn span(identifier: &[u8]) -> String {
     let of = |area: Option<Area>, way: &str| area.map(|area| format!("{} octets {way}", area.octets()));
     let areas = Identifiers::new(identifier).flatten().flat_map(|one| [of(one.input, "in"), of(one.output, "out")]);
     areas.flatten().collect::<Vec<_>>().join(" ")
 }
 
-/// The user parameters a master sends if nobody chooses: mbar where there is mbar.
+/// The default user parameters: mbar if the device has it.
 fn usual_prm(model: &Model) -> Option<Vec<u8>> {
     let coded = || model.user_prm.iter().filter(|prm| model.unit(prm.unit_code()).is_some());
     let mbar = coded().find(|prm| model.unit_named("mbar").is_some_and(|unit| unit.code == prm.unit_code()));
@@ -203,7 +203,7 @@ fn usual_prm(model: &Model) -> Option<Vec<u8>> {
     Some(octets)
 }
 
-/// What travels, in few words: names are short in old engineering tools.
+/// The contents of a configuration in a few words: old engineering tools limit names.
 fn contents(configuration: &Configuration) -> String {
     let outputs = configuration.outputs.map(|telegram| format!("T{}", telegram.number));
     let inputs = configuration.inputs.map(|telegram| format!("T{}", telegram.number));
@@ -224,7 +224,7 @@ mod tests {
     use profivac_devices::catalog::MODELS;
 
     #[test]
-    fn a_file_is_seven_bit_text_with_one_keyword_a_line() {
+    fn a_file_is_ascii_text_with_one_keyword_per_line() {
         for model in MODELS {
             let file = gsd(model);
             assert!(file.starts_with("#Profibus_DP\n; "), "{file}");
@@ -235,7 +235,7 @@ mod tests {
     }
 
     #[test]
-    fn the_usual_user_parameters_are_accepted_by_the_device() {
+    fn the_default_user_parameters_are_accepted_by_the_device() {
         for model in MODELS {
             let model = model;
             match usual_prm(model) {

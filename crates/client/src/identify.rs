@@ -1,4 +1,5 @@
-//! Which device stands at an address: by its ident number, and where several share it, by what it says about itself.
+//! Identifies the device at an address: by its Ident_Number, and where several models share it, by its Device
+//! Configuration.
 
 use super::error::ClientError;
 use super::records::Records;
@@ -13,47 +14,47 @@ use std::time::Instant;
 /// Slot and index of Device Configuration. tira56e1 7.1.9
 const DEVICE_CONFIGURATION: (u8, u8) = (0, 24);
 
-/// The slave at `address`. Waits for it as long as the tool has patience.
+/// Waits for the slave at `address`, at most for the timeout of the session.
 ///
 /// # Errors
-/// [`ClientError::Nobody`], or [`ClientError::Master`].
-pub fn wait_for_slave(tool: &mut BusSession, address: u8) -> Result<SlaveStatus, ClientError> {
+/// [`ClientError::NoAnswer`] or [`ClientError::Master`].
+pub fn wait_for_slave(session: &mut BusSession, address: u8) -> Result<SlaveStatus, ClientError> {
     let begun = Instant::now();
     loop {
-        match probe(tool, address)? {
-            Some(seen) if seen.station_type != StationType::Slave => return Err(ClientError::Master(address)),
-            seen => {
-                if let Some(slave) = seen.and_then(|seen| seen.slave) {
+        match probe(session, address)? {
+            Some(station) if station.station_type != StationType::Slave => return Err(ClientError::Master(address)),
+            station => {
+                if let Some(slave) = station.and_then(|station| station.slave) {
                     return Ok(slave);
                 }
             }
         }
-        if begun.elapsed() >= tool.timeout() {
+        if begun.elapsed() >= session.timeout() {
             return Err(ClientError::NoAnswer(address));
         }
     }
 }
 
-/// The device with this ident number; of those that share it, the one that its Device Configuration fits best.
+/// The model with this Ident_Number; of several, the one whose Device Configuration is most similar.
 ///
 /// # Errors
-/// [`ClientError::Unknown`] if there is none.
+/// [`ClientError::UnknownDevice`].
 pub fn model(ident: u16, address: u8, records: &mut impl Records) -> Result<&'static Model, ClientError> {
-    let mut known = MODELS.into_iter().filter(|model| model.ident == ident);
-    let first = known.next().ok_or(ClientError::UnknownDevice { address, ident })?;
-    let versions: Vec<_> = VARIANTS.iter().filter(|version| version.model.ident == ident).collect();
-    if versions.is_empty() {
+    let mut models = MODELS.into_iter().filter(|model| model.ident == ident);
+    let first = models.next().ok_or(ClientError::UnknownDevice { address, ident })?;
+    let variants: Vec<_> = VARIANTS.iter().filter(|variant| variant.model.ident == ident).collect();
+    if variants.is_empty() {
         return Ok(first);
     }
     let (slot, index) = DEVICE_CONFIGURATION;
-    // A gauge that does not tell is taken for the first: the tables differ in what is fitted only.
+    // Without a readable configuration the first model is assumed: the tables differ only in the fitted parts.
     let Ok(octets) = records.read(slot, index) else { return Ok(first) };
     let text = String::from_utf8_lossy(&octets).into_owned();
-    let best = versions.into_iter().max_by_key(|version| similarity(&text, version.configuration));
-    Ok(best.map_or(first, |version| &version.model))
+    let best = variants.into_iter().max_by_key(|variant| similarity(&text, variant.configuration));
+    Ok(best.map_or(first, |variant| &variant.model))
 }
 
-/// Words both have, less those only one has.
+/// The number of common words minus that of the others.
 fn similarity(a: &str, b: &str) -> i32 {
     let lacks = |text: &str, word: &&str| !text.split_whitespace().any(|other| other == *word);
     let only =
@@ -66,11 +67,11 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_configuration_tells_the_gauges_of_a_series_apart() {
-        for version in &VARIANTS {
+    fn the_device_configuration_identifies_the_model_of_a_series() {
+        for variant in &VARIANTS {
             let best =
-                VARIANTS.iter().max_by_key(|other| similarity(version.configuration, other.configuration)).unwrap();
-            assert_eq!(best.configuration, version.configuration);
+                VARIANTS.iter().max_by_key(|other| similarity(variant.configuration, other.configuration)).unwrap();
+            assert_eq!(best.configuration, variant.configuration);
         }
     }
 }

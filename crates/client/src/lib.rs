@@ -1,37 +1,48 @@
-//! Gauges by name: for the bus tool, and for programs of one's own.
+#![doc = include_str!("../README.md")]
+//!
+//! # Modules
 //!
 //! | Module | Holds |
 //! |---|---|
-//! | [`names`] | parameters by the manual's words or its numbers |
-//! | [`values`] | values in words and units, and their octets |
-//! | [`class1`] | MS1 and the parameter channel of a slave that this master owns |
-//! | [`records`] | the ways to the records of a slave, and what it answers |
-//! | [`address`] | a new station address |
-//! | [`bus`] | the same from many threads, and async in any runtime |
-//! | [`identify`] | which device stands at an address |
-//! | [`settings`] | what is kept, in a file, compared, and written to a replacement |
-//! | `gauge` | [`Gauge`]: read, write, command |
-//! | [`conditions`] | what must be the case before a command, and what is |
-//! | `access` | which way and direction a table allows |
-//! | `error` | [`ClientError`]: one sentence with address, parameter, reason and advice |
+//! | [`bus`] | [`Bus`] and [`BusBuilder`]: open a port and become a master on it |
+//! | [`async_bus`] | [`AsyncBus`]: the same from several threads, and in any async runtime |
+//! | [`gauge`] | [`Gauge`]: pressure, parameters, commands |
+//! | [`names`] | parameters by the words or numbers of the manual |
+//! | [`values`] | values as text, and their octets |
+//! | [`pressure`] | [`Pressure`] with its units |
+//! | [`conditions`] | the conditions of a command |
+//! | [`settings`] | the settings of a gauge as a file; compare and restore |
+//! | [`cyclic`] | the cyclic data of a slave |
+//! | [`discover`] | finds out how to exchange data with a slave |
+//! | [`identify`] | the model of the device at an address |
+//! | [`address`] | a new station address for a slave |
+//! | [`gsd`] | the GSD file of a device |
+//! | [`records`] | records of a slave, independent of the service |
+//! | [`ms2`] | records over MS2 |
+//! | [`class1`] | records over MS1 and the parameter channel |
+//! | `error` | [`ClientError`]: address, parameter, reason and advice |
 
-mod access;
 pub mod address;
+pub mod async_bus;
 pub mod bus;
 pub mod class1;
-pub mod conditions;
 pub mod cyclic;
+pub mod discover;
 mod error;
-mod gauge;
+pub mod gauge;
 pub mod gsd;
 pub mod identify;
 pub mod ms2;
 pub mod names;
 pub mod pressure;
 pub mod records;
+#[cfg(feature = "settings")]
 pub mod settings;
 pub mod values;
 
-pub use conditions::Condition;
-pub use error::{ClientError, ErrorKind, Location, Operation};
+pub use async_bus::{AsyncBus, AsyncGauge, BusError, Pending};
+pub use bus::{Bus, BusBuilder};
+pub use error::{AccessReason, Advice, ClientError, ErrorKind, Operation, ParameterContext, Unmet};
+pub use gauge::conditions::{self, Condition};
 pub use gauge::{Gauge, ParameterReading, PreparedWrite, PressureReading, WriteResult};
+pub use pressure::Pressure;

@@ -1,9 +1,10 @@
 //! Records over MS2, as a class 2 master reads and writes them. profibus-wire 4.2 and 4.6 to 4.8.
 //!
-//! Nothing of this needs the slave to be parameterised, and nothing disturbs the master that owns it.
+//! MS2 needs no parameterisation and does not disturb the owner of the slave.
 
-use crate::records::{RecordError, Records};
+use crate::records::{Interruption, RecordError, Records, Unavailable, UnrestoredRecord};
 use profivac_devices::model::AccessPath;
+use profivac_dp::link::Baud;
 use profivac_dp::master::ms2::{self, Connect, RequestError};
 use profivac_dp::master::{Cause, ConnectionEnd, Handle, Ms2Parameters, Operation, SubmitError};
 use profivac_host::session::{BusMaster, BusSession, SessionError};
@@ -11,47 +12,113 @@ use profivac_wire::acyclic::Negative;
 use profivac_wire::acyclic::record::MAX_RECORD_LENGTH;
 use profivac_wire::control::Status;
 
-/// How often a record is asked for when telegrams were lost on the way.
+/// How often a record is requested when telegrams are lost.
 const ATTEMPTS: usize = 3;
 
-/// Why there is no record.
+/// Why an MS2 request failed.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum Ms2Error {
-    /// Nothing could be asked.
+    /// The bus session failed.
     #[error(transparent)]
     Session(#[from] SessionError),
-    /// It is no DP-V1 slave, or has no such record.
-    #[error("it has no such record for class 2 masters")]
-    Unsupported,
-    /// The connection is gone.
+    /// The connection ended.
     #[error("{0}")]
     Ended(ConnectionEnd),
     /// The slave refused.
     #[error("refused with {code_1}", code_1 = .0.code_1)]
     Refused(Negative),
-    /// The master cannot ask so.
+    /// The master did not accept the request.
     #[error("{0}")]
     NotSubmitted(#[from] SubmitError),
+    /// No answer arrived in time.
+    #[error("no answer")]
+    NoAnswer,
+    /// The segment has no master.
+    #[error("there is no master")]
+    NoMaster,
+}
+
+/// A line with a master that carries MS2 requests: a bus session, or a segment in memory.
+pub trait Ms2Line {
+    /// The baud rate of the line.
+    fn baud(&self) -> Baud;
+
+    /// The master.
+    fn master(&mut self) -> Option<&mut BusMaster>;
+
+    /// Serves the line until the request of `handle` has an outcome.
+    ///
+    /// # Errors
+    /// [`Ms2Error::Session`] or [`Ms2Error::NoAnswer`].
+    fn wait_for<O: Operation, T>(
+        &mut self,
+        handle: Handle<O>,
+        take: impl FnOnce(O::Outcome<'_>) -> T,
+    ) -> Result<T, Ms2Error>;
+
+    /// See [`Records::keep_unrestored`].
+    fn keep_unrestored(&mut self, _address: u8, _record: UnrestoredRecord) {}
+
+    /// See [`Records::take_unrestored`].
+    fn take_unrestored(&mut self, _address: u8) -> Option<UnrestoredRecord> {
+        None
+    }
+}
+
+impl Ms2Line for BusSession {
+    fn baud(&self) -> Baud {
+        Self::baud(self)
+    }
+
+    fn master(&mut self) -> Option<&mut BusMaster> {
+        Some(Self::master(self))
+    }
+
+    fn wait_for<O: Operation, T>(
+        &mut self,
+        handle: Handle<O>,
+        take: impl FnOnce(O::Outcome<'_>) -> T,
+    ) -> Result<T, Ms2Error> {
+        Ok(self.wait_for_outcome(handle, take)?)
+    }
+
+    fn keep_unrestored(&mut self, address: u8, record: UnrestoredRecord) {
+        Self::keep_unrestored(self, address, record);
+    }
+
+    fn take_unrestored(&mut self, address: u8) -> Option<UnrestoredRecord> {
+        Self::take_unrestored(self, address)
+    }
 }
 
 /// Reads the record at `slot` and `index` of the slave at `address`, with a connection of its own.
 ///
+/// ```
+/// # use profivac_client::{Bus, ms2};
+/// # let mut bus = Bus::builder("sim").open_on(profivac_virtual::open::devices(&["bcg450@5"])?)?;
+/// // Device State, slot 0 index 25.
+/// assert_eq!(ms2::read(bus.session(), 5, 0, 25)?, [2]);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+///
 /// # Errors
-/// [`Ms2Error`] says how far it got.
-pub fn read(tool: &mut BusSession, address: u8, slot: u8, index: u8) -> Result<Vec<u8>, Ms2Error> {
-    Ms2::new(tool, address).read(slot, index)
+/// [`Ms2Error`].
+pub fn read(line: &mut impl Ms2Line, address: u8, slot: u8, index: u8) -> Result<Vec<u8>, Ms2Error> {
+    Ms2::new(line, address).read(slot, index)
 }
 
-/// A connection to a slave. It is opened when it is needed, also again when the slave has closed it, and closed when it is
-/// dropped.
-pub struct Ms2<'a> {
-    tool: &'a mut BusSession,
+/// An MS2 connection to a slave.
+///
+/// The first request opens it. If the slave has closed it since, the next request opens it again. Dropping it closes it.
+pub struct Ms2<'a, L: Ms2Line = BusSession> {
+    line: &'a mut L,
     address: u8,
     connection: Option<Handle<Connect>>,
 }
 
-impl Drop for Ms2<'_> {
-    /// Without this a slave keeps the connection for some seconds, and it has few.
+impl<L: Ms2Line> Drop for Ms2<'_, L> {
+    /// A slave keeps an abandoned connection for seconds and has few of them.
     fn drop(&mut self) {
         self.close().ok();
     }
@@ -71,21 +138,21 @@ const fn was_closed(end: &ConnectionEnd) -> bool {
     matches!(end, ConnectionEnd::Failed { cause: Cause::Status(Status::ServiceNotActivated), .. })
 }
 
-impl<'a> Ms2<'a> {
-    /// The master that asks, for what has to be done between two records.
-    pub const fn session(&mut self) -> &mut BusSession {
-        self.tool
+impl<'a, L: Ms2Line> Ms2<'a, L> {
+    /// A client of the slave at `address` without a connection. Sends nothing.
+    pub const fn new(line: &'a mut L, address: u8) -> Self {
+        Self { line, address, connection: None }
     }
 
-    /// No connection yet.
-    pub const fn new(tool: &'a mut BusSession, address: u8) -> Self {
-        Self { tool, address, connection: None }
+    /// The line, for other requests between two records.
+    pub const fn line(&mut self) -> &mut L {
+        self.line
     }
 
-    /// Reads a record. What was lost on the way is asked for again: reading changes nothing.
+    /// Reads a record. Repeats a request that was lost: reading changes nothing.
     ///
     /// # Errors
-    /// [`Ms2Error`] says how far it got.
+    /// [`Ms2Error`].
     pub fn read(&mut self, slot: u8, index: u8) -> Result<Vec<u8>, Ms2Error> {
         let wanted = u8::try_from(MAX_RECORD_LENGTH).unwrap_or(u8::MAX);
         let submit =
@@ -101,27 +168,30 @@ impl<'a> Ms2<'a> {
         record
     }
 
-    /// Writes a record, once: if no answer comes it may have been written or not.
+    /// Writes a record once. After an error other than a refusal the slave may or may not have written it.
     ///
     /// # Errors
-    /// [`Ms2Error`] says how far it got.
+    /// [`Ms2Error`].
     pub fn write(&mut self, slot: u8, index: u8, octets: &[u8]) -> Result<(), Ms2Error> {
         let submit =
             |master: &mut BusMaster, connection: Handle<Connect>| master.ms2_write(connection, slot, index, octets);
         self.request::<ms2::Write, _>(submit, |outcome| outcome)
     }
 
-    /// Closes the connection, if there is one.
     fn close(&mut self) -> Result<(), Ms2Error> {
         if let Some(connection) = self.connection.take() {
-            self.tool.master().ms2_close(connection)?;
-            self.tool.wait_for_outcome(connection, drop)?;
+            self.submit(|master| master.ms2_close(connection))?;
+            self.line.wait_for(connection, drop)?;
         }
         Ok(())
     }
 
-    /// A request on the connection. If the slave has closed the connection meanwhile, because it was idle for too long, it is
-    /// opened once more.
+    fn submit<T>(&mut self, request: impl FnOnce(&mut BusMaster) -> Result<T, SubmitError>) -> Result<T, Ms2Error> {
+        let master = self.line.master().ok_or(Ms2Error::NoMaster)?;
+        Ok(request(master)?)
+    }
+
+    /// Sends a request on the connection. If the slave has closed the connection for lack of traffic, opens a new one.
     fn request<O: Operation, T>(
         &mut self,
         submit: impl Fn(&mut BusMaster, Handle<Connect>) -> Result<Handle<O>, SubmitError>,
@@ -144,29 +214,28 @@ impl<'a> Ms2<'a> {
         take: impl Fn(O::Outcome<'_>) -> Result<T, RequestError>,
     ) -> Result<T, Ms2Error> {
         // The connection may have ended since the last request.
-        if let Some(Err(end)) = self.tool.master().outcome(connection) {
+        if let Some(Err(end)) = self.line.master().and_then(|master| master.outcome(connection)) {
             self.connection = None;
             return Err(Ms2Error::Ended(end));
         }
-        let handle = submit(self.tool.master(), connection)?;
-        let outcome = self.tool.wait_for_outcome(handle, take)?;
+        let handle = self.submit(|master| submit(master, connection))?;
+        let outcome = self.line.wait_for(handle, take)?;
         if matches!(outcome, Err(RequestError::Ended(_))) {
             self.connection = None;
         }
         Ok(outcome?)
     }
 
-    /// Opens a connection.
     fn open(&mut self) -> Result<Handle<Connect>, Ms2Error> {
-        let parameters = Ms2Parameters::new(self.tool.baud());
-        let connection = self.tool.master().ms2_open(self.address, &parameters)?;
-        self.tool.wait_for_outcome(connection, |opened| opened)?.map_err(Ms2Error::Ended)?;
+        let (parameters, address) = (Ms2Parameters::new(self.line.baud()), self.address);
+        let connection = self.submit(|master| master.ms2_open(address, &parameters))?;
+        self.line.wait_for(connection, |opened| opened)?.map_err(Ms2Error::Ended)?;
         self.connection = Some(connection);
         Ok(connection)
     }
 }
 
-impl Records for Ms2<'_> {
+impl<L: Ms2Line> Records for Ms2<'_, L> {
     fn via(&self) -> AccessPath {
         AccessPath::Class2
     }
@@ -178,6 +247,14 @@ impl Records for Ms2<'_> {
     fn write(&mut self, slot: u8, index: u8, octets: &[u8]) -> Result<(), RecordError> {
         Ok(Self::write(self, slot, index, octets)?)
     }
+
+    fn keep_unrestored(&mut self, record: UnrestoredRecord) {
+        self.line.keep_unrestored(self.address, record);
+    }
+
+    fn take_unrestored(&mut self) -> Option<UnrestoredRecord> {
+        self.line.take_unrestored(self.address)
+    }
 }
 
 impl From<Ms2Error> for RecordError {
@@ -186,12 +263,13 @@ impl From<Ms2Error> for RecordError {
             Ms2Error::Session(error) => Self::Session(error),
             Ms2Error::Refused(negative) => Self::Refused(negative.into()),
             Ms2Error::Ended(ConnectionEnd::Failed { cause: Cause::Status(Status::ServiceNotActivated), .. }) => {
-                Self::Unavailable(
-                    "it has no MS2 connection, or none left: other class 2 masters may hold them".to_owned(),
-                )
+                Unavailable::NoConnection.into()
             }
-            Ms2Error::Unsupported | Ms2Error::Ended(ConnectionEnd::Refused(_)) => Self::Unavailable(error.to_string()),
-            Ms2Error::Ended(_) | Ms2Error::NotSubmitted(_) => Self::Interrupted(error.to_string()),
+            Ms2Error::Ended(end @ ConnectionEnd::Refused(_)) => Unavailable::ConnectionRefused(end).into(),
+            Ms2Error::Ended(end) => Interruption::Ended(end).into(),
+            Ms2Error::NotSubmitted(error) => Interruption::NotSubmitted(error).into(),
+            Ms2Error::NoAnswer => Interruption::NoAnswer.into(),
+            Ms2Error::NoMaster => Interruption::NoMaster.into(),
         }
     }
 }

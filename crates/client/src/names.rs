@@ -1,28 +1,28 @@
-//! Parameters by the manual's words or its numbers, for every device from its tables.
+//! Finds the parameters and commands of a device by the words or the numbers of its manual.
 //!
-//! `pirani.process-value`, `trip-point.1/high-trip-point`, `1/19` (slot and index), `1:2/19` (of instance 2). Case, blanks and
-//! hyphens do not count, a word that only one parameter has is enough, and so is the beginning of a name.
+//! `pirani.process-value`, `trip-point.1/high-trip-point`, `1/19` (slot and index), `1:2/19` (of instance 2). Case, blanks
+//! and hyphens do not matter. A word that only one parameter has is enough, and so is the beginning of a name.
 
 use profivac_devices::catalog::MODELS;
 use profivac_devices::model::{Block, Code, Location, Model, Row};
 use std::fmt;
 use std::sync::LazyLock;
 
-/// A parameter, and where it stands.
+/// A parameter and its location.
 #[derive(Clone, Copy, Debug)]
 pub struct Parameter {
     /// Slot and instance.
     pub place: &'static Location,
-    /// Its block.
+    /// The block.
     pub block: &'static Block,
-    /// Its row in the table.
+    /// The row of the table.
     pub row: &'static Row,
 }
 
-/// How many words of a name are looked at before those that are alike are given up.
+/// The number of suggestions in an error.
 const SUGGESTIONS: usize = 3;
 
-/// From this likeness on a name is a suggestion.
+/// The similarity from which a name is suggested, 0 to 1.
 const MIN_SIMILARITY: f64 = 0.75;
 
 /// The parameters of a device with their names.
@@ -36,25 +36,25 @@ pub struct ParameterNames {
 pub struct NamedParameter {
     /// The parameter.
     pub parameter: Parameter,
-    /// What it is called: `pirani.process-value`.
+    /// The name: `pirani.process-value`.
     pub name: String,
-    /// Letters and digits of everything it may be called.
+    /// The letters and digits of every accepted name.
     keys: Vec<String>,
 }
 
-/// What somebody asks for.
+/// The result of a search.
 #[derive(Clone, Copy, Debug)]
 pub enum Target<'a> {
     /// One parameter.
     Parameter(&'a NamedParameter),
-    /// What stands at this slot and index, whatever instance is shown.
+    /// The parameter at this slot and index of the instance that the slot shows.
     CurrentInstance {
         /// The slot.
         slot: u8,
         /// The index.
         index: u8,
     },
-    /// Numbers that stand in no table.
+    /// A record outside the tables.
     Raw {
         /// The slot.
         slot: u8,
@@ -63,28 +63,29 @@ pub enum Target<'a> {
     },
 }
 
-/// Why a target is none.
+/// Why a search failed.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
 pub enum TargetError {
-    /// No parameter is called so.
+    /// No parameter or command has this name.
     #[error("{device} has no parameter or command {text:?}{}", suggestion(.alike))]
     Unknown {
         /// The device.
         device: &'static str,
-        /// What was asked for.
+        /// The text that was searched for.
         text: String,
-        /// What is called alike.
+        /// The most similar names.
         alike: Vec<String>,
     },
-    /// Several are called so.
+    /// Several parameters or commands have this name.
     #[error("{text:?} is ambiguous: it may be {}", candidates.join(", "))]
     Ambiguous {
-        /// What was asked for.
+        /// The text that was searched for.
         text: String,
-        /// What it may be.
+        /// Their names.
         candidates: Vec<String>,
     },
-    /// Not a slot, an instance or an index.
+    /// The numbers are not a slot, an instance and an index.
     #[error("expected SLOT/INDEX or SLOT:INSTANCE/INDEX with numbers from 0 to 254, got {0:?}")]
     InvalidNumbers(String),
 }
@@ -98,18 +99,36 @@ fn suggestion(alike: &[String]) -> String {
 }
 
 impl fmt::Display for NamedParameter {
-    /// Name and numbers.
+    /// The name with the numbers.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{} ({})", self.name, self.parameter.numbers())
     }
 }
 
 impl NamedParameter {
-    /// Whether both are about the same part: slot and instance.
+    /// Whether both parameters have the same slot and instance.
     #[must_use]
     pub fn is_same_instance(&self, other: &Self) -> bool {
         let (place, other) = (self.parameter.place, other.parameter.place);
         (place.slot, place.instance) == (other.slot, other.instance)
+    }
+}
+
+/// The parameter that opens a set of parameters for changes and closes it: i9973ber/a 3.2.4.2.
+pub(super) const LOCK: &str = "Threshold validation";
+
+impl NamedParameter {
+    /// Whether the parameter can be written only while its set is open.
+    fn has_lock(&self) -> bool {
+        let Parameter { row, block, .. } = self.parameter;
+        row.name != LOCK && block.rows.iter().any(|row| row.name == LOCK)
+    }
+
+    /// The name of the parameter that opens the set of this one, if it belongs to a set.
+    pub(super) fn lock_name(&self) -> Option<String> {
+        let place = self.name.rsplit_once(['.', '/']).map_or("", |(place, _)| place);
+        let separator = if place.contains('.') { '/' } else { '.' };
+        self.has_lock().then(|| format!("{place}{separator}{}", slug(LOCK)))
     }
 }
 
@@ -124,7 +143,7 @@ impl Parameter {
         }
     }
 
-    /// Whether both stand at the same slot, instance and index.
+    /// Whether both have the same slot, instance and index.
     fn is_at(&self, other: &Self) -> bool {
         (self.place.slot, self.place.instance, self.row.index)
             == (other.place.slot, other.place.instance, other.row.index)
@@ -132,7 +151,7 @@ impl Parameter {
 }
 
 impl ParameterNames {
-    /// The names of a device.
+    /// The parameters of a model with their names.
     #[must_use]
     pub fn of(model: &'static Model) -> Self {
         let mut all: Vec<Parameter> = Vec::new();
@@ -141,7 +160,7 @@ impl ParameterNames {
                 place.locations.iter().flat_map(|it| place.block.rows.iter().map(move |row| (it, row)))
             {
                 let parameter = Parameter { place: address, block: place.block, row };
-                // Two blocks with the same rows may stand at one place: the device decides which of them it is.
+                // Two blocks with the same rows may be at one location: the device decides which of them is present.
                 if !all.iter().any(|other| other.is_at(&parameter)) {
                     all.push(parameter);
                 }
@@ -152,7 +171,7 @@ impl ParameterNames {
         Self { list: words.iter().map(|it| NamedParameter::from_words(it, &words)).collect() }
     }
 
-    /// The names of a device of [`MODELS`], made once for whoever asks often.
+    /// The parameters of a model of [`MODELS`], computed once per process.
     #[must_use]
     pub fn of_catalog(model: &Model) -> Option<&'static Self> {
         static KNOWN: LazyLock<Vec<ParameterNames>> =
@@ -161,7 +180,7 @@ impl ParameterNames {
         KNOWN.get(place)
     }
 
-    /// All of them, by slot, instance and table.
+    /// All parameters, by slot, instance and table.
     #[must_use]
     pub fn all(&self) -> &[NamedParameter] {
         &self.list
@@ -176,15 +195,23 @@ impl ParameterNames {
         })
     }
 
-    /// Everything at this slot and index, one for each instance.
+    /// The parameter that opens the set of `named` for changes, if it belongs to a set.
+    #[must_use]
+    pub fn lock_of(&self, named: &NamedParameter) -> Option<&NamedParameter> {
+        let Parameter { place, block, .. } = named.parameter;
+        let row = block.rows.iter().find(|row| row.name == LOCK).filter(|_| named.has_lock())?;
+        self.at(place.slot, place.instance, row.index)
+    }
+
+    /// The parameters at this slot and index, one for each instance.
     pub fn at_index(&self, slot: u8, index: u8) -> impl Iterator<Item = &NamedParameter> {
         self.list.iter().filter(move |named| (named.parameter.place.slot, named.parameter.row.index) == (slot, index))
     }
 
-    /// What `text` stands for.
+    /// Finds the parameter that `text` names.
     ///
     /// # Errors
-    /// [`TargetError`] with what was expected, and with what is called alike.
+    /// [`TargetError`] with the most similar names, or with all that match.
     pub fn find(&self, device: &'static str, text: &str) -> Result<Target<'_>, TargetError> {
         if text.starts_with(|first: char| first.is_ascii_digit()) && text.contains('/') {
             return self.by_numbers(text).ok_or_else(|| TargetError::InvalidNumbers(text.to_owned()));
@@ -222,7 +249,7 @@ impl ParameterNames {
         })
     }
 
-    /// The names that look most like `text`.
+    /// The names most similar to `text`.
     fn similar(&self, text: &str) -> Vec<String> {
         let wanted = slug(text);
         let likeness = |name: &str| {
@@ -238,10 +265,11 @@ impl ParameterNames {
         alike.into_iter().take(SUGGESTIONS).map(|(_, name)| name).collect()
     }
 
-    /// The commands called `text`: `execute`, `degas on`, `channel.1/degas on`.
+    /// Finds the command that `text` names: `execute`, `degas on`, `channel.1/degas on`. `None` if no command has this
+    /// name.
     ///
     /// # Errors
-    /// [`TargetError::Ambiguous`] when several parts have the command.
+    /// [`TargetError::Ambiguous`] when several instances have the command.
     pub fn command(&self, text: &str) -> Result<Option<(&NamedParameter, &'static Code)>, TargetError> {
         let wanted = key(text);
         let is_called = |named: &NamedParameter, code: &Code| {
@@ -260,21 +288,21 @@ impl ParameterNames {
         }
     }
 
-    /// Every command of the device.
+    /// All commands of the device.
     pub fn commands(&self) -> impl Iterator<Item = (&NamedParameter, &'static Code)> {
         let orders = self.list.iter().filter(|named| named.parameter.row.codes.is_command());
         orders.flat_map(|named| named.parameter.row.codes.codes().iter().map(move |code| (named, code)))
     }
 }
 
-/// `cdg.zero-adjust`
+/// The name of a command: `cdg.zero-adjust`.
 #[must_use]
 pub fn command_name(named: &NamedParameter, code: &Code) -> String {
     let place = named.parameter.place;
     format!("{}{}{}", place_slug(place), separator(place), code.name)
 }
 
-/// `1/19` and `1:2/19`.
+/// Parses `1/19` and `1:2/19`.
 fn numbers(text: &str) -> Option<(u8, Option<u8>, u8)> {
     let number = |text: &str| text.parse().ok().filter(|number| *number < u8::MAX);
     let (place, index) = text.split_once('/')?;
@@ -288,7 +316,7 @@ fn numbers(text: &str) -> Option<(u8, Option<u8>, u8)> {
 /// The words of a parameter.
 struct Words {
     parameter: Parameter,
-    /// Of its place, its block and its row.
+    /// The words of the location, the block and the row.
     place: String,
     block: String,
     row: String,
@@ -300,7 +328,7 @@ impl Words {
         Self { parameter, place: place_slug(place), block: slug(block.name), row: row_slug(row, block) }
     }
 
-    /// Whether another place with the same name has a parameter with the same name.
+    /// Whether another location with the same name has a parameter with the same name.
     fn has_same_name(&self, other: &Self) -> bool {
         self.place == other.place && self.row == other.row
     }
@@ -311,7 +339,8 @@ impl NamedParameter {
         let Words { parameter, place, block, row } = words;
         let short = format!("{place}{}{row}", separator(parameter.place));
         let long = format!("{place}.{block}/{row}");
-        // The same words in two blocks at one place: the first has them, and the block tells the others apart.
+        // If two blocks at one location have the same words, the first gets the short name, and the block name
+        // distinguishes the others.
         let is_first =
             all.iter().find(|other| words.has_same_name(other)).is_some_and(|it| it.parameter.is_at(parameter));
         let mut keys = vec![key(&long), key(place) + &key(block) + &key(parameter.row.name)];
@@ -336,12 +365,13 @@ fn place_slug(place: &Location) -> String {
     }
 }
 
-/// What stands between place and parameter: a second dot would look like a third level.
+/// The character between location and parameter: a second dot would suggest a third level.
 fn separator(place: &Location) -> char {
     if place_slug(place).contains('.') { '/' } else { '.' }
 }
 
-/// The words of a row; what stands in brackets only where another row of the block has the same words before it.
+/// The words of a row. The part in brackets is included only where an earlier row of the block has the same words before
+/// it.
 fn row_slug(row: &Row, block: &Block) -> String {
     let short = slug(before_brackets(row.name));
     let same = block.rows.iter().take_while(|other| other.index != row.index);
@@ -352,26 +382,27 @@ fn before_brackets(name: &str) -> &str {
     name.split_once(" (").map_or(name, |(name, _)| name)
 }
 
-/// With what stands in brackets, and without where that is enough.
+/// The names of a row with and without the part in brackets.
 fn row_keys(row: &Row, block: &Block) -> Vec<String> {
     let mut keys = vec![key(row.name), key(&row_slug(row, block))];
     keys.dedup();
     keys
 }
 
-/// Letters and digits in lower case.
+/// The ASCII letters and digits of a text in lower case.
 pub(super) fn key(text: &str) -> String {
     text.chars().filter(char::is_ascii_alphanumeric).map(|letter| letter.to_ascii_lowercase()).collect()
 }
 
-/// Words in lower case with hyphens: `process-value` of "ProcessValue".
+/// The words of a text in lower case with hyphens: `process-value` of "ProcessValue".
 #[must_use]
 pub fn slug(text: &str) -> String {
     let mut slug = String::new();
     let mut before = ' ';
     let mut letters = text.chars().peekable();
     while let Some(letter) = letters.next() {
-        // "ProcessValue", and "AIBlock": the last capital before a small letter.
+        // A word begins at a capital after a small letter ("ProcessValue"), and at the last capital before a small letter
+        // ("AIBlock").
         let small_follows = letters.peek().is_some_and(char::is_ascii_lowercase);
         let begins = letter.is_ascii_uppercase()
             && (before.is_ascii_lowercase() || (before.is_ascii_uppercase() && small_follows));
@@ -405,7 +436,7 @@ mod tests {
     }
 
     #[test]
-    fn the_manuals_words_and_numbers_find_a_parameter() {
+    fn the_words_and_numbers_of_the_manual_find_a_parameter() {
         for (device, text, numbers) in [
             ("bcg450", "pirani.process-value", "1:1/19"),
             ("bcg450", "Pirani/Process Value (PV)", "1:1/19"),
@@ -446,7 +477,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_parameter_is_answered_with_what_is() {
+    fn an_unknown_name_is_an_error_with_suggestions() {
         let unknown = "bcg450 has no parameter or command \"pirani.proces-valeu\"; did you mean pirani.process-value?";
         assert!(numbers_of("bcg450", "pirani.proces-valeu").starts_with(unknown.trim_end_matches('?')));
         assert_eq!(
@@ -462,7 +493,7 @@ mod tests {
     }
 
     #[test]
-    fn a_command_is_found_by_its_name_and_told_apart_by_its_part() {
+    fn a_command_is_found_by_its_name_and_its_instance() {
         let command = |device: &str, text: &str| match names(device).command(text) {
             Ok(Some((named, code))) => format!("{} {}", named.parameter.numbers(), code.number),
             Ok(None) => "none".to_owned(),
@@ -479,7 +510,7 @@ mod tests {
     }
 
     #[test]
-    fn names_are_words_in_lower_case() {
+    fn a_slug_has_words_in_lower_case_with_hyphens() {
         for (text, expected) in [
             ("ProcessValue (PV)", "process-value-pv"),
             ("Device Exception Detail Alarm 0 ... 3", "device-exception-detail-alarm-0-3"),

@@ -1,9 +1,9 @@
-//! Pressures as people write them: a number and a unit.
+//! A pressure with its units.
 
 use std::fmt;
 use std::str::FromStr;
 
-/// The units people use, and how many millibars each is. Written without regard to upper and lower case.
+/// The units and their size in mbar. Case does not matter.
 const UNITS: [(&str, f64); 8] = [
     ("mbar", 1.0),
     ("Pa", 0.01),
@@ -17,27 +17,28 @@ const UNITS: [(&str, f64); 8] = [
 
 const MBAR_PER_TORR: f64 = 1013.25 / 760.0;
 
-/// A pressure of nothing or more. Kept in mbar, so that what people write in mbar is shown as they wrote it.
+/// A pressure of 0 or more. Stored in mbar, so that a text in mbar is printed unchanged.
 #[derive(Clone, Copy, Debug, PartialEq, PartialOrd)]
 pub struct Pressure {
     mbar: f64,
 }
 
-/// Not a pressure.
+/// A text that is no pressure.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
 pub enum PressureError {
-    /// No number, or one that no pressure has.
+    /// The text has no number, or one that no pressure can have.
     #[error("expected a pressure like '1e-3 mbar', got {0:?}")]
     Number(String),
-    /// No unit, or an unknown one.
+    /// The text has no unit, or an unknown one.
     #[error("expected a unit out of {expected}, got {}", got(received), expected = units())]
     Unit {
-        /// What stands after the number.
+        /// The text after the number.
         received: String,
     },
 }
 
-/// What stands after the number, if anything does.
+/// The text after the number, if there is any.
 fn got(received: &str) -> String {
     if received.is_empty() { "none; '1e-3 mbar' has one".to_owned() } else { format!("{received:?}") }
 }
@@ -47,6 +48,24 @@ impl Pressure {
     #[must_use]
     pub const fn from_mbar(mbar: f64) -> Self {
         Self { mbar }
+    }
+
+    /// A pressure in Pa.
+    #[must_use]
+    pub const fn from_pa(pa: f64) -> Self {
+        Self { mbar: pa / 100.0 }
+    }
+
+    /// A pressure in Torr.
+    #[must_use]
+    pub const fn from_torr(torr: f64) -> Self {
+        Self { mbar: torr * MBAR_PER_TORR }
+    }
+
+    /// In Torr.
+    #[must_use]
+    pub const fn torr(self) -> f64 {
+        self.mbar / MBAR_PER_TORR
     }
 
     /// In Pa.
@@ -85,7 +104,7 @@ impl fmt::Display for Pressure {
     }
 }
 
-/// The number and the unit of `1e-3 mbar` or `1e-3mbar`. A unit holds no digit, so it begins behind the last one.
+/// Splits `1e-3 mbar` or `1e-3mbar` into number and unit. A unit contains no digit, so it begins after the last one.
 fn split(text: &str) -> (&str, &str) {
     let end = text.rfind(|letter: char| letter.is_ascii_digit() || letter == '.').map_or(0, |last| last + 1);
     let (number, unit) = text.split_at(end);
@@ -105,7 +124,7 @@ mod tests {
     }
 
     #[test]
-    fn every_unit_is_understood() {
+    fn every_unit_is_parsed() {
         for (text, expected) in [
             ("1e-3 mbar", 0.1),
             ("1013.25mbar", 101_325.0),
@@ -125,7 +144,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_pressure_is_named() {
+    fn a_text_that_is_no_pressure_is_an_error_that_shows_it() {
         for text in ["", "mbar", "-1 mbar", "1e400 mbar", "nan mbar", "one mbar", "1e-3.2.1 mbar"] {
             assert_eq!(text.parse::<Pressure>(), Err(PressureError::Number(text.to_owned())), "{text}");
         }
@@ -137,7 +156,7 @@ mod tests {
     }
 
     #[test]
-    fn a_pressure_is_shown_in_mbar() {
+    fn a_pressure_is_displayed_in_mbar() {
         assert_eq!(Pressure::from_mbar(5e-6).to_string(), "5e-6 mbar");
     }
 }

@@ -1,27 +1,43 @@
-//! Records of a slave, whichever way they are read and written.
+//! Records of a slave, independent of the service that reads and writes them.
 
 use profivac_devices::model::AccessPath;
+use profivac_dp::master::{ConnectionEnd, ExchangeError, SlaveListError, SubmitError, ms1, pkw};
 use profivac_host::session::SessionError;
 use profivac_wire::acyclic::{ErrorCode, Negative};
 use std::fmt;
 
-/// A way to the records of one slave.
+/// Reads and writes the records of one slave.
+///
+/// [`Ms2`](crate::ms2::Ms2) and [`Class1Session`](crate::class1::Class1Session) implement it; a test may implement it without a
+/// bus.
 pub trait Records {
-    /// Which way it is.
+    /// The service that carries the records.
     fn via(&self) -> AccessPath;
 
     /// Reads a record.
     ///
     /// # Errors
-    /// [`RecordError`] says whether the slave refused or nothing came.
+    /// [`RecordError`] tells a refusal of the slave from a lost answer.
     fn read(&mut self, slot: u8, index: u8) -> Result<Vec<u8>, RecordError>;
 
-    /// Writes a record. `Ok` means that the slave has taken it.
+    /// Writes a record. `Ok` means that the slave has accepted it.
     ///
     /// # Errors
     /// As [`read`](Self::read).
     fn write(&mut self, slot: u8, index: u8, octets: &[u8]) -> Result<(), RecordError>;
+
+    /// Keeps a temporary change that could not be undone, for the next [`Gauge`](crate::Gauge) at this address.
+    ///
+    /// The default forgets it. Implementations on a bus store it in the bus session.
+    fn keep_unrestored(&mut self, _record: UnrestoredRecord) {}
+
+    /// Takes the record that [`keep_unrestored`](Self::keep_unrestored) stored.
+    fn take_unrestored(&mut self) -> Option<UnrestoredRecord> {
+        None
+    }
 }
+
+pub use profivac_host::session::UnrestoredRecord;
 
 impl<R: Records + ?Sized> Records for Box<R> {
     fn via(&self) -> AccessPath {
@@ -35,29 +51,111 @@ impl<R: Records + ?Sized> Records for Box<R> {
     fn write(&mut self, slot: u8, index: u8, octets: &[u8]) -> Result<(), RecordError> {
         (**self).write(slot, index, octets)
     }
+
+    fn keep_unrestored(&mut self, record: UnrestoredRecord) {
+        (**self).keep_unrestored(record);
+    }
+
+    fn take_unrestored(&mut self) -> Option<UnrestoredRecord> {
+        (**self).take_unrestored()
+    }
 }
 
 /// Why a record was not read or written.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum RecordError {
-    /// The line.
+    /// The bus session failed.
     #[error(transparent)]
     Session(#[from] SessionError),
     /// The slave refused.
     #[error("{0}")]
     Refused(RefusalCodes),
-    /// The slave does not have this way.
-    #[error("{0}")]
-    Unavailable(String),
-    /// Nothing came, or nothing that can be used.
-    #[error("{0}")]
-    Interrupted(String),
+    /// The slave does not offer this service, or not for this record.
+    #[error(transparent)]
+    Unavailable(#[from] Unavailable),
+    /// No usable answer arrived.
+    #[error(transparent)]
+    Interrupted(#[from] Interruption),
 }
 
-/// The codes of a refusal.
+/// Why a service cannot be used with a slave.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum Unavailable {
+    /// The device has no DP-V1 services.
+    #[error("it has no DP-V1 services; say --via pkw")]
+    NoDpv1,
+    /// The device has no MS1.
+    #[error("it has no MS1; say --via pkw")]
+    NoMs1,
+    /// No configuration of the device has a parameter channel.
+    #[error("no configuration of it has a parameter channel")]
+    NoParameterChannel,
+    /// The parameter channel carries 1, 2 or 4 octets.
+    #[error("the parameter channel carries 1, 2 or 4 octets; say --via ms2")]
+    TooLongForChannel,
+    /// The slave has closed the access point of the resource manager, or all connections are in use.
+    #[error("it has no MS2 connection, or none left: other class 2 masters may hold them")]
+    NoConnection,
+    /// The slave refused the connection.
+    #[error("{0}")]
+    ConnectionRefused(ConnectionEnd),
+    /// The master cannot have a slave with these parameters.
+    #[error("{0}")]
+    Parameters(SlaveListError),
+    /// The slave refuses to exchange data.
+    #[error("no data are exchanged: {0}")]
+    NoExchange(ExchangeError),
+    /// None of the parameters can be read by this service.
+    #[error("nothing can be read this way; say --via pkw")]
+    NothingReadable,
+    /// Another master moves the Channel Instance Selector between two requests.
+    #[error("another master keeps moving the Channel Instance Selector: read again when it has finished")]
+    SelectorContention,
+}
+
+/// Why no usable answer arrived.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum Interruption {
+    /// The connection ended.
+    #[error("{0}")]
+    Ended(ConnectionEnd),
+    /// The MS1 request failed.
+    #[error("{0}")]
+    Ms1(ms1::RequestError),
+    /// The task in the parameter channel failed.
+    #[error("{0}")]
+    ParameterChannel(pkw::TaskError),
+    /// The master did not accept the request.
+    #[error("{0}")]
+    NotSubmitted(SubmitError),
+    /// No answer arrived in time.
+    #[error("no answer")]
+    NoAnswer,
+    /// The segment has no master.
+    #[error("there is no master")]
+    NoMaster,
+    /// The caller cancelled the request.
+    #[error("interrupted by a signal")]
+    Cancelled,
+    /// The slave did not exchange data in time.
+    #[error("no data are exchanged: {}", exchange_reason(.0))]
+    NoExchange(Option<ExchangeError>),
+    /// The unit code is in no table of the device.
+    #[error("the table has no such unit")]
+    UnknownUnit,
+}
+
+fn exchange_reason(error: &Option<ExchangeError>) -> String {
+    error.map_or_else(|| "it was not asked long enough".to_owned(), |error| error.to_string())
+}
+
+/// The error codes of a refusal.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct RefusalCodes {
-    /// Error_Code_1 of DP-V1, where there is one.
+    /// Error_Code_1 of DP-V1. The parameter channel has none.
     pub code_1: Option<ErrorCode>,
     /// The manual's own code: that of the parameter channel, and Error_Code_2 of DP-V1.
     pub code: u8,
@@ -93,14 +191,14 @@ impl RefusalCodes {
         CODES
             .into_iter()
             .find(|(code, _)| *code == self.code)
-            .map_or("a code the manual does not have", |(_, words)| words)
+            .map_or("a code the manual does not have", |(_, text)| text)
     }
 }
 
 impl fmt::Display for RefusalCodes {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match (self.code_1, self.code) {
-            // Error_Code_2 need not say anything.
+            // Error_Code_2 may be 0 without a meaning.
             (Some(code_1), 0) if code_1 != ErrorCode::INVALID_SLOT => write!(f, "{code_1}"),
             (Some(code_1), code) => write!(f, "{code_1}, code {code}: {}", self.text()),
             (None, code) => write!(f, "code {code}: {}", self.text()),
@@ -119,7 +217,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_refusal_is_told_in_the_manuals_words() {
+    fn a_refusal_is_displayed_in_the_words_of_the_manual() {
         let refused = |code_1, code| RefusalCodes { code_1, code }.to_string();
         assert_eq!(
             refused(Some(ErrorCode::STATE_CONFLICT), 17),

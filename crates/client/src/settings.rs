@@ -1,45 +1,41 @@
-//! The settings of a gauge in a file: what is kept without power and can be written, to be compared with another gauge and to
-//! be written to its replacement.
+//! The settings of a gauge as a file. Settings are the writable parameters that survive power loss. A file can be compared
+//! with a gauge and written to its replacement.
 //!
-//! The file is TOML. `[settings]` is what [`restore`] writes; `[readings]` is what else was read, for people.
+//! The file is TOML. [`restore`] writes `[settings]`; `[readings]` contains the other values, for the reader of the file.
 
 use super::error::{ClientError, ErrorKind};
 use super::gauge::{Gauge, ParameterReading, PreparedWrite};
-use super::names::{NamedParameter, ParameterNames, Target};
-use super::records::Records;
+use super::names::{NamedParameter, Target, TargetError};
+use super::records::{Records, Unavailable};
 use profivac_devices::model::{Access, Codes, DataType, Direction};
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::fmt::Write;
 use toml::Spanned;
 
-/// What an instance selector is called: it is a finger on a page, not a setting.
-const SELECTOR: &str = "Channel Instance Selector";
-
-/// What opens a set of parameters for changes and closes it: i9973ber/a 3.2.4.2.
-const LOCK: &str = "Threshold validation";
+/// The values of the parameter that opens and closes a set.
 const OPEN: &str = "open-for-changes";
 const CLOSED: &str = "valid";
 
-/// What was read of a gauge.
+/// The values read from a gauge.
 #[derive(Debug)]
 pub struct Dump {
     /// The device.
     pub device: &'static str,
     /// Ident_Number.
     pub ident: u16,
-    /// Every readable parameter, or why it could not be read.
+    /// Every readable parameter, each with its value or the error of reading it.
     pub readings: Vec<ReadResult>,
 }
 
-/// A file that was read.
+/// A parsed settings file.
 #[derive(Debug)]
 pub struct SettingsFile {
     /// The device.
     pub device: String,
     /// Ident_Number.
     pub ident: u16,
-    /// Names, values, and where the value stands.
+    /// The settings.
     pub settings: Vec<Setting>,
 }
 
@@ -48,88 +44,100 @@ pub struct SettingsFile {
 pub struct Setting {
     /// The parameter.
     pub name: String,
-    /// Its value in words.
+    /// The value as text.
     pub value: String,
     /// Line and column of the value, from 1.
     pub at: (usize, usize),
 }
 
-/// Why a file is none, or none for this gauge.
+/// Why a file cannot be used, or not for this gauge.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum SettingsFileError {
-    /// It is no such TOML.
-    #[error("line {line}, column {column}: {reason}")]
+    /// The file is no TOML, or has other keys.
+    #[error("line {line}, column {column}: {message}")]
     Syntax {
         /// From 1.
         line: usize,
         /// From 1.
         column: usize,
-        /// What is wrong.
-        reason: String,
+        /// The message of the TOML parser.
+        message: String,
     },
-    /// It is of another kind of device.
+    /// The gauge has no parameter of this name.
+    #[error("line {line}, column {column}: {error}")]
+    UnknownParameter {
+        /// From 1.
+        line: usize,
+        /// From 1.
+        column: usize,
+        /// The error of the search.
+        error: TargetError,
+    },
+    /// The parameter is no setting.
+    #[error("line {line}, column {column}: {name} is no setting of {device}")]
+    NoSetting {
+        /// From 1.
+        line: usize,
+        /// From 1.
+        column: usize,
+        /// The name in the file.
+        name: String,
+        /// The device.
+        device: &'static str,
+    },
+    /// The file belongs to another model.
     #[error(
         "the file is of {file_device} with the ident number 0x{file_ident:04X}, the gauge is {device} with 0x{ident:04X}"
     )]
     Device {
         /// The device of the file.
         file_device: String,
-        /// The ident number of the file.
+        /// The Ident_Number of the file.
         file_ident: u16,
         /// The device on the bus.
         device: &'static str,
-        /// Its ident number.
+        /// Its Ident_Number.
         ident: u16,
     },
 }
 
-/// A setting that is not what the file says.
+/// A setting whose value differs from the file.
 #[derive(Debug)]
 pub struct Difference {
-    /// What would be written.
+    /// The write that would apply the value of the file.
     pub write: PreparedWrite,
-    /// What is there.
+    /// The present value.
     pub current: ParameterReading,
 }
 
-/// What became of one setting.
+/// The result of restoring one setting.
 #[derive(Debug)]
 pub enum RestoreOutcome {
-    /// It was another value, and is the one of the file now.
+    /// The value of the file was written and read back.
     Written {
         /// The parameter.
         name: String,
-        /// What it was.
+        /// The value before.
         before: String,
-        /// What it is.
+        /// The value now.
         after: String,
     },
-    /// It is still another value.
+    /// The value was not applied.
     Refused(ClientError),
 }
 
-/// Whether a parameter is kept and can be written by request, and is a value.
+/// Whether a parameter is a setting: a value that survives power loss and that a request can write.
 #[must_use]
 pub fn is_setting(named: &NamedParameter) -> bool {
     let row = named.parameter.row;
-    row.is_stored() && row.access.intersects(Access::WRITE) && !row.codes.is_command() && row.name != SELECTOR
+    row.is_stored()
+        && row.access.intersects(Access::WRITE)
+        && !row.codes.is_command()
+        && row.name != crate::gauge::SELECTOR
 }
 
-/// Whether a parameter can be written only while its set is open.
-pub(super) fn has_lock(named: &NamedParameter) -> bool {
-    let parameter = named.parameter;
-    parameter.row.name != LOCK && parameter.block.rows.iter().any(|row| row.name == LOCK)
-}
-
-/// What opens the set a parameter belongs to, if it belongs to one.
-#[must_use]
-pub fn lock_of(names: &ParameterNames, named: &NamedParameter) -> Option<NamedParameter> {
-    let place = named.parameter.place;
-    let row = named.parameter.block.rows.iter().find(|row| row.name == LOCK).filter(|_| has_lock(named))?;
-    names.at(place.slot, place.instance, row.index).cloned()
-}
-
-/// Opens a set for changes.
+/// Opens a set of parameters for changes.
 ///
 /// # Errors
 /// As [`Gauge::write`].
@@ -138,23 +146,22 @@ pub fn open_set<R: Records>(gauge: &mut Gauge<R>, lock: &NamedParameter) -> Resu
     gauge.execute(order).map(|_| ())
 }
 
-/// Hands a set over: it holds from here on.
+/// Closes a set of parameters, which applies its values.
 ///
 /// # Errors
-/// As [`Gauge::write`]; most likely the parameters of the set contradict each other.
+/// As [`Gauge::write`]; the device refuses if the values contradict each other.
 pub fn close_set<R: Records>(gauge: &mut Gauge<R>, lock: &NamedParameter) -> Result<(), ClientError> {
     let order = gauge.prepare(lock, CLOSED)?;
     gauge.execute(order).map(|_| ())
 }
 
-/// How often an instance is read when somebody else moves the selector meanwhile.
+/// How often an instance is read when another master moves the selector meanwhile.
 const ATTEMPTS: usize = 3;
 
-/// What was read of a parameter, or why it could not be.
+/// A parameter with its value or the error of reading it.
 pub type ReadResult = (NamedParameter, Result<ParameterReading, ClientError>);
 
-/// Reads what one instance has, and tells before each how many are done. That it was this instance is asked for once, at the
-/// end.
+/// Reads the parameters of one instance, and reports the count before each. Checks the selector once, at the end.
 fn dump_instance<R: Records>(
     gauge: &mut Gauge<R>,
     group: &[&NamedParameter],
@@ -177,15 +184,15 @@ fn dump_instance<R: Records>(
     Err(gauge.selector_contention())
 }
 
-/// Reads everything that can be read.
+/// Reads every readable parameter.
 ///
 /// # Errors
-/// When the line is lost; what the gauge refuses is part of the result.
+/// The line was lost. A refusal of the gauge is part of the result.
 pub fn dump<R: Records>(gauge: &mut Gauge<R>) -> Result<Dump, ClientError> {
     dump_with_progress(gauge, |_, _| {})
 }
 
-/// The same, and tells on the way how many of all are done: on a slow line it takes long.
+/// Reads every readable parameter and reports how many of all are done: on a slow line this takes long.
 ///
 /// # Errors
 /// As [`dump`].
@@ -208,14 +215,13 @@ pub fn dump_with_progress<R: Records>(
     }
     tell(readings.len(), wanted.len());
     if readings.is_empty() {
-        let reason = "nothing can be read this way; say --via pkw".to_owned();
-        return Err(ClientError::Unavailable { device: gauge.model().name, address: gauge.address(), reason });
+        return Err(gauge.unavailable(Unavailable::NothingReadable));
     }
     Ok(Dump { device: gauge.model().name, ident: gauge.model().ident, readings })
 }
 
 impl Dump {
-    /// The file.
+    /// The file as TOML.
     #[must_use]
     pub fn to_toml(&self) -> String {
         let mut text = format!("device = \"{}\"\nident = 0x{:04X}\n", self.device, self.ident);
@@ -249,7 +255,7 @@ fn quoted(text: &str) -> String {
     quoted + "\""
 }
 
-/// What serde makes of a file.
+/// The file as serde reads it.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Raw {
@@ -263,14 +269,14 @@ struct Raw {
 }
 
 impl SettingsFile {
-    /// Reads the text of a file.
+    /// Parses a file.
     ///
     /// # Errors
-    /// [`FileError::Syntax`] with line and column.
+    /// [`SettingsFileError::Syntax`] with line and column.
     pub fn parse(text: &str) -> Result<Self, SettingsFileError> {
         let raw: Raw = toml::from_str(text).map_err(|error| {
             let (line, column) = position(text, error.span().map_or(0, |span| span.start));
-            SettingsFileError::Syntax { line, column, reason: error.message().trim_end().replace('\n', ", ") }
+            SettingsFileError::Syntax { line, column, message: error.message().trim_end().replace('\n', ", ") }
         })?;
         let setting = |(name, value): (String, Spanned<String>)| {
             let at = position(text, value.span().start);
@@ -279,10 +285,10 @@ impl SettingsFile {
         Ok(Self { device: raw.device, ident: raw.ident, settings: raw.settings.into_iter().map(setting).collect() })
     }
 
-    /// Whether it can be for this gauge.
+    /// Checks that the file belongs to the model of this gauge.
     ///
     /// # Errors
-    /// [`FileError::Device`] if not.
+    /// [`SettingsFileError::Device`].
     pub fn check<R: Records>(&self, gauge: &Gauge<R>) -> Result<(), SettingsFileError> {
         let model = gauge.model();
         if model.ident == self.ident {
@@ -292,20 +298,24 @@ impl SettingsFile {
         Err(SettingsFileError::Device { file_device: self.device.clone(), file_ident: self.ident, device, ident })
     }
 
-    /// The settings in the order in which they are written: unit and number type, then what chooses how something works, then
-    /// numbers, and what enables something last.
+    /// The settings in the order of writing: unit and number type first, then modes, then numbers, and enabling Booleans
+    /// last.
     ///
     /// # Errors
-    /// [`FileError::Syntax`] at a setting this gauge does not have, before anything is asked.
+    /// [`SettingsFileError`] at the first setting that the gauge does not have. Sends nothing.
     pub fn in_order<R: Records>(&self, gauge: &Gauge<R>) -> Result<Vec<(NamedParameter, Setting)>, SettingsFileError> {
         let names = gauge.names();
         let mut found = Vec::new();
         for setting in &self.settings {
-            let wrong = |reason: String| SettingsFileError::Syntax { line: setting.at.0, column: setting.at.1, reason };
-            match names.find(gauge.model().name, &setting.name) {
+            let (line, column) = setting.at;
+            let device = gauge.model().name;
+            match names.find(device, &setting.name) {
                 Ok(Target::Parameter(named)) if is_setting(named) => found.push((named.clone(), setting.clone())),
-                Ok(_) => return Err(wrong(format!("{} is no setting of {}", setting.name, gauge.model().name))),
-                Err(error) => return Err(wrong(error.to_string())),
+                Ok(_) => {
+                    let name = setting.name.clone();
+                    return Err(SettingsFileError::NoSetting { line, column, name, device });
+                }
+                Err(error) => return Err(SettingsFileError::UnknownParameter { line, column, error }),
             }
         }
         found.sort_by_key(|(named, _)| {
@@ -316,7 +326,7 @@ impl SettingsFile {
     }
 }
 
-/// When a setting is written.
+/// The rank of a setting in the order of writing.
 fn write_rank(named: &NamedParameter) -> u8 {
     let row = named.parameter.row;
     match (&row.codes, row.data_type) {
@@ -336,10 +346,10 @@ fn position(text: &str, at: usize) -> (usize, usize) {
     (line, column)
 }
 
-/// The setting, if it is not what the file says.
+/// Compares a setting with the gauge. `None` if the values are equal.
 ///
 /// # Errors
-/// [`ClientError`] when it cannot be read, or cannot be written with such a value.
+/// [`ClientError`] if the parameter cannot be read or does not accept the value.
 pub fn compare<R: Records>(
     gauge: &mut Gauge<R>,
     named: &NamedParameter,
@@ -353,7 +363,7 @@ pub fn compare<R: Records>(
     Ok((!is_same(named, &order.octets, &now.octets)).then_some(Difference { write: order, current: now }))
 }
 
-/// Whether two values are the same. A pressure that was converted between units may differ in its last digit.
+/// Whether two values are equal. A pressure converted between units may differ in the last digit.
 fn is_same(named: &NamedParameter, a: &[u8], b: &[u8]) -> bool {
     let number = |octets: &[u8]| octets.try_into().ok().map(f32::from_be_bytes);
     match (named.parameter.row.data_type, number(a), number(b)) {
@@ -362,10 +372,10 @@ fn is_same(named: &NamedParameter, a: &[u8], b: &[u8]) -> bool {
     }
 }
 
-/// Writes one difference and looks whether it is there.
+/// Writes the value of the file and reads it back.
 ///
 /// # Errors
-/// [`ClientError`] as [`Gauge::carry_out`], and [`ClientError::Differs`].
+/// [`ClientError`] of the line. A refusal and [`ClientError::NotKept`] are part of the result.
 pub fn restore<R: Records>(gauge: &mut Gauge<R>, difference: Difference) -> Result<RestoreOutcome, ClientError> {
     let (octets, text, named) =
         (difference.write.octets.clone(), difference.write.text.clone(), difference.write.named.clone());
@@ -376,7 +386,7 @@ pub fn restore<R: Records>(gauge: &mut Gauge<R>, difference: Difference) -> Resu
             if is_there {
                 return Ok(RestoreOutcome::Written { name: named.name, before: difference.current.text, after });
             }
-            let place = gauge.location(&named);
+            let place = gauge.context(&named);
             Ok(RestoreOutcome::Refused(ClientError::NotKept { place, written: text, found: after }))
         }
         Err(error) if error.kind() == ErrorKind::Line => Err(error),
@@ -394,7 +404,7 @@ mod tests {
     const FILE: &str = "device = \"bcg450\"\nident = 0x08E6\n\n[settings]\n\"pirani.safe-state\" = \"zero\"\n";
 
     #[test]
-    fn a_file_has_settings_and_where_they_stand() {
+    fn a_file_is_parsed_into_settings_with_their_positions() {
         let file = SettingsFile::parse(FILE).unwrap();
         assert_eq!((file.device.as_str(), file.ident), ("bcg450", 0x08E6));
         let at = (5, 23);
@@ -402,7 +412,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_file_is_told_with_line_and_column() {
+    fn an_invalid_file_is_an_error_with_line_and_column() {
         for (text, place) in [
             (FILE.replace("zero\"", "zero"), "line 5, column "),
             (FILE.replace("\"zero\"", "3"), "line 5, column 23: "),
@@ -422,7 +432,7 @@ mod tests {
         assert_eq!(SettingsFile::parse(&text).unwrap().device, "a \"b\" \\ \u{1}");
     }
 
-    /// A gauge in which another tool moves the selector after every so many reads.
+    /// A gauge whose selector another master moves after every `every` reads.
     struct Shared {
         shown: u8,
         reads: usize,
@@ -441,7 +451,7 @@ mod tests {
             }
             Ok(match (slot, index) {
                 SELECTOR_PLACE => vec![self.shown],
-                // What it says of itself, and nothing else: which instance it is.
+                // Every record contains the number of the instance only.
                 _ => vec![self.shown; 4],
             })
         }
@@ -459,12 +469,11 @@ mod tests {
         let records = Shared { shown: 2, reads: 0, every };
         let mut gauge = Gauge::with_model(records, 5, model_named("bcg450").unwrap());
         let dump = dump(&mut gauge);
-        gauge.restore_selector().unwrap();
         dump
     }
 
     #[test]
-    fn a_dump_tells_how_far_it_is() {
+    fn a_dump_reports_its_progress() {
         let records = Shared { shown: 2, reads: 0, every: 0 };
         let mut gauge = Gauge::with_model(records, 5, model_named("bcg450").unwrap());
         let mut told = Vec::new();
@@ -475,13 +484,13 @@ mod tests {
     }
 
     #[test]
-    fn every_value_is_of_the_instance_it_is_told_for_whoever_moves_the_selector() {
+    fn every_value_belongs_to_its_instance_while_another_master_moves_the_selector() {
         for every in [0, 40, 97] {
             for (named, reading) in dumped(every).unwrap().readings {
                 let place = named.parameter.place;
                 if let (1.., Ok(reading)) = (place.instance, reading) {
                     assert!(
-                        named.parameter.row.name == SELECTOR || reading.octets == [place.instance; 4],
+                        named.parameter.row.name == crate::gauge::SELECTOR || reading.octets == [place.instance; 4],
                         "{named} {every}"
                     );
                 }

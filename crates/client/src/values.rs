@@ -1,17 +1,18 @@
-//! Values as people read and write them, and the octets they are on the wire.
+//! Converts values between text and the octets of a record.
 //!
-//! Pressures are numbers in the unit the device has now; a pressure written in another unit is converted. Numbers that have a
-//! name in the manual are shown and taken by it.
+//! A pressure is a number in the present unit of the device; a pressure in another unit is converted. Numbers that the
+//! manual names are printed and accepted by name.
 
 use super::names::{NamedParameter, key};
 use profivac_devices::model::{Codes, DataType, Model, NumberType, PressureFormat, Row, Scale, Unit};
+use std::fmt;
 
-/// The value of a parameter as it was read.
+/// The value of a parameter.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Value {
-    /// A whole number, also a Boolean and a code.
+    /// A whole number; also a Boolean or a code.
     Integer(i64),
-    /// A number, of a pressure in the unit the device has now.
+    /// A number; a pressure in the present unit of the device.
     Number(f64),
     /// Text without the blanks at its end.
     Text(String),
@@ -19,31 +20,76 @@ pub enum Value {
     Octets(Vec<u8>),
 }
 
-/// Why a text is no value of a parameter.
+/// The parameter does not accept the text.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("expected {expected}, got {received:?}")]
 pub struct ValueError {
-    /// What it takes.
-    pub expected: String,
-    /// What was given.
+    /// The accepted values.
+    pub expected: Expected,
+    /// The text.
     pub received: String,
-    /// It is a number, but not one the parameter takes.
+    /// The text is a number, but outside the accepted range.
     pub out_of_range: bool,
 }
 
-/// What the value of a row means on one device, now.
+/// The values that a parameter accepts.
+#[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Expected {
+    /// One of the names of a code table.
+    OneOf(Vec<&'static str>),
+    /// A whole number in a range, limits included.
+    Range(i64, i64),
+    /// A Boolean.
+    Boolean,
+    /// A pressure. The unit is `None` while it is unknown.
+    Pressure {
+        /// The unit of the device.
+        unit: Option<&'static str>,
+        /// How the device writes its pressures.
+        number: NumberType,
+    },
+    /// A number.
+    Number,
+    /// ASCII text of at most this length.
+    Text(u8),
+    /// This number of octets.
+    Octets(u8),
+}
+
+impl fmt::Display for Expected {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::OneOf(names) => write!(f, "one of {}", names.join(", ")),
+            Self::Range(low, high) => write!(f, "a number from {low} to {high}"),
+            Self::Boolean => f.write_str("true or false"),
+            Self::Pressure { unit, number } => {
+                let unit = unit.unwrap_or("the unit of the device");
+                match number {
+                    NumberType::Float => write!(f, "a pressure of 0 {unit} or more"),
+                    NumberType::Integer => write!(f, "a pressure from 0 to 65535 {unit} in whole numbers"),
+                }
+            }
+            Self::Number => f.write_str("a number"),
+            Self::Text(length) => write!(f, "1 to {length} ASCII characters"),
+            Self::Octets(length) => write!(f, "{length} octets in hexadecimal digits"),
+        }
+    }
+}
+
+/// Formats and parses the values of one parameter of one device.
 #[derive(Clone, Copy, Debug)]
 pub struct ValueFormat<'a> {
     /// The parameter.
     pub named: &'a NamedParameter,
-    /// Its device.
+    /// The model of the device.
     pub model: &'static Model,
-    /// The unit of all its pressures.
+    /// The present unit of its pressures.
     pub unit: Option<&'static Unit>,
 }
 
 impl Value {
-    /// The value that octets mean.
+    /// Decodes the octets of a record.
     #[must_use]
     pub fn of(row: &Row, octets: &[u8]) -> Self {
         match row.data_type {
@@ -74,7 +120,7 @@ pub fn hex(octets: &[u8]) -> String {
     octets.iter().map(|octet| format!("{octet:02X}")).collect::<Vec<_>>().join(" ")
 }
 
-/// A number as short as it can be, with an exponent where it would be long.
+/// A number in its shortest form, with an exponent if it would be long.
 #[must_use]
 #[expect(clippy::cast_possible_truncation, reason = "it came as a float of 32 bits")]
 pub fn format_number(number: f64) -> String {
@@ -88,7 +134,7 @@ impl ValueFormat<'_> {
         self.named.parameter.row
     }
 
-    /// The value in words.
+    /// The value as text.
     #[must_use]
     pub fn format(&self, value: &Value) -> String {
         match value {
@@ -107,12 +153,12 @@ impl ValueFormat<'_> {
         }
     }
 
-    /// The name of a number that has one.
+    /// The name of a number in the code table.
     fn name_of(&self, number: i64) -> Option<String> {
         self.row().codes.code(number).map(|code| code.name.to_owned())
     }
 
-    /// BG 5530 has a float that holds a code.
+    /// BG 5530 has a float that contains a code.
     #[expect(clippy::cast_possible_truncation, reason = "whole and small")]
     fn name_of_float(&self, number: f64) -> Option<String> {
         (number.fract() == 0.0 && number.abs() < 1e6).then(|| self.name_of(number as i64)).flatten()
@@ -136,10 +182,10 @@ impl ValueFormat<'_> {
         }
     }
 
-    /// The octets of what people write. `number` is how the device writes its pressures.
+    /// Parses a value. `number` is how the device writes its pressures.
     ///
     /// # Errors
-    /// [`ValueError`] with what the parameter takes.
+    /// [`ValueError`] with the accepted values.
     pub fn parse(&self, text: &str, number: NumberType) -> Result<Vec<u8>, ValueError> {
         let text = text.trim();
         let octets = match self.row().data_type {
@@ -160,35 +206,27 @@ impl ValueFormat<'_> {
         })
     }
 
-    /// What it takes, in words.
+    /// The values that the parameter accepts.
     #[must_use]
-    pub fn expected(&self, number: NumberType) -> String {
+    pub fn expected(&self, number: NumberType) -> Expected {
         let row = self.row();
-        let names = || row.codes.codes().iter().map(|code| code.name).collect::<Vec<_>>().join(", ");
+        let names = || row.codes.codes().iter().map(|code| code.name).collect();
         match (&row.codes, row.data_type) {
-            (Codes::Names(_) | Codes::Commands(_) | Codes::BitCommands(_), _) => format!("one of {}", names()),
-            (Codes::Units, _) => {
-                format!("one of {}", self.model.units.iter().map(|unit| unit.name).collect::<Vec<_>>().join(", "))
-            }
-            (Codes::Range(low, high), _) => format!("a number from {low} to {high}"),
-            (_, DataType::Boolean) => "true or false".to_owned(),
-            (_, DataType::ByType) => {
-                let unit = self.unit.map_or("the unit of the device", |unit| unit.name);
-                match number {
-                    NumberType::Float => format!("a pressure of 0 {unit} or more"),
-                    NumberType::Integer => format!("a pressure from 0 to 65535 {unit} in whole numbers"),
-                }
-            }
-            (_, DataType::Float) => "a number".to_owned(),
-            (_, DataType::Visible(length)) => format!("1 to {length} ASCII characters"),
+            (Codes::Names(_) | Codes::Commands(_) | Codes::BitCommands(_), _) => Expected::OneOf(names()),
+            (Codes::Units, _) => Expected::OneOf(self.model.units.iter().map(|unit| unit.name).collect()),
+            (Codes::Range(low, high), _) => Expected::Range(*low, *high),
+            (_, DataType::Boolean) => Expected::Boolean,
+            (_, DataType::ByType) => Expected::Pressure { unit: self.unit.map(|unit| unit.name), number },
+            (_, DataType::Float) => Expected::Number,
+            (_, DataType::Visible(length)) => Expected::Text(length),
             (_, DataType::OctetString(length) | DataType::Array(length) | DataType::Record(length)) => {
-                format!("{length} octets in hexadecimal digits")
+                Expected::Octets(length)
             }
-            _ => self.range().map_or_else(String::new, |(low, high)| format!("a number from {low} to {high}")),
+            _ => self.range().map_or(Expected::Number, |(low, high)| Expected::Range(low, high)),
         }
     }
 
-    /// The integers it can hold.
+    /// The range of the integers.
     const fn range(&self) -> Option<(i64, i64)> {
         Some(match (&self.row().codes, self.row().data_type) {
             (Codes::Range(low, high), _) => (*low, *high),
@@ -203,7 +241,7 @@ impl ValueFormat<'_> {
         })
     }
 
-    /// A name of the table, or a number in its range.
+    /// A name of the code table, or a number in the range.
     fn integer(&self, text: &str) -> Option<i64> {
         let row = self.row();
         if let Some(code) = self.code(text) {
@@ -244,14 +282,14 @@ impl ValueFormat<'_> {
         let number = match (self.code(text), self.row().codes.codes()) {
             (Some(code), _) => code as f64,
             (None, []) => text.parse().ok()?,
-            // A number that must be one of the table.
+            // The code table restricts the numbers.
             (None, _) => text.parse().ok().filter(|number| self.name_of_float(*number).is_some())?,
         };
         let float = number as f32;
         float.is_finite().then(|| float.to_be_bytes().to_vec())
     }
 
-    /// `1e-3`, `1e-3 mbar`, also in another unit of the device.
+    /// Parses `1e-3` and `1e-3 mbar`, also in another unit of the device.
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "checked")]
     fn pressure(&self, text: &str, number: NumberType) -> Option<Vec<u8>> {
         let end = text.find(char::is_whitespace).unwrap_or_else(|| {
@@ -278,7 +316,7 @@ impl ValueFormat<'_> {
         }
     }
 
-    /// A number in the unit of the device. COUNTS of a part that the tables have a scale for can be converted, others not.
+    /// Converts a number to the unit of the device. COUNTS can be converted only for a part whose scale the tables give.
     fn converted(&self, value: f64, from: &'static Unit) -> Option<f64> {
         let to = self.unit?;
         match (from.scale, to.scale) {
@@ -298,7 +336,7 @@ impl ValueFormat<'_> {
         }
     }
 
-    /// The scale of the measuring part this parameter belongs to.
+    /// The scale of the measuring part of the parameter.
     fn counts(&self) -> Option<profivac_devices::model::Counts> {
         let instance = match self.named.parameter.place {
             place if place.instance > 0 => place.instance,
@@ -309,7 +347,7 @@ impl ValueFormat<'_> {
     }
 }
 
-/// Whether the letter at this place is the e of a number.
+/// Whether the letter at this position is the exponent sign of a number.
 fn is_exponent(text: &str, at: usize) -> bool {
     let (before, rest) = text.split_at(at);
     rest.starts_with(['e', 'E'])
@@ -365,7 +403,7 @@ mod tests {
     }
 
     #[test]
-    fn values_are_shown_by_their_names_and_units() {
+    fn values_are_formatted_with_names_and_units() {
         for (device, target, octets, text) in [
             ("bcg450", "device.device-state", &[4][..], "EXECUTING"),
             ("bcg450", "pirani.process-value", &5.5e-3f32.to_be_bytes(), "5.5e-3 mbar"),
@@ -393,7 +431,7 @@ mod tests {
     }
 
     #[test]
-    fn values_are_taken_by_name_number_and_unit() {
+    fn values_are_parsed_by_name_number_and_unit() {
         for (device, target, text, octets) in [
             ("bcg450", "pirani.safe-state", "use-safe-value", "03"),
             ("bcg450", "pirani.safe-state", "Full Scale", "01"),
@@ -416,7 +454,7 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_is_answered_with_what_can() {
+    fn a_value_that_is_not_accepted_is_an_error_with_those_that_are() {
         for (device, target, text, sentence) in [
             ("bcg450", "pirani.safe-state", "never", "one of zero, full-scale, hold-last-value, use-safe-value"),
             ("bcg450", "pirani.safe-state", "4", "one of zero, full-scale, hold-last-value, use-safe-value"),
@@ -454,7 +492,7 @@ mod tests {
     }
 
     #[test]
-    fn every_value_that_is_shown_is_taken() {
+    fn every_formatted_name_is_parsed() {
         for model in profivac_devices::catalog::MODELS {
             let names = ParameterNames::of(model);
             for named in names.all() {

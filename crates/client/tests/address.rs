@@ -1,13 +1,13 @@
-//! A station address is given to nobody who would share it.
+//! A new address is never one that another station uses.
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
 
 use profivac_client::address::{AddressError, check};
 use profivac_dp::link::Baud;
 use profivac_host::port::{Character, Port, PortError};
+use profivac_host::readiness::Readiness;
 use profivac_host::session::{BusSession, bus_parameters};
 use profivac_virtual::segment_file::SegmentFile;
-use rustix::fd::BorrowedFd;
 use std::path::Path;
 use std::time::Duration;
 
@@ -16,7 +16,7 @@ const BAUD: Baud = Baud::B19200;
 /// SD1 to address 6.
 const TO_SIX: [u8; 2] = [0x10, 0x06];
 
-/// A line on which the first requests to address 6 get lost.
+/// A line that loses the first requests to address 6.
 struct Lossy {
     port: Box<dyn Port>,
     lost: u8,
@@ -27,8 +27,8 @@ impl Port for Lossy {
         self.port.name()
     }
 
-    fn watched(&self) -> Vec<BorrowedFd<'_>> {
-        self.port.watched()
+    fn readiness(&self) -> Vec<Readiness<'_>> {
+        self.port.readiness()
     }
 
     fn receive(&mut self, heard: &mut Vec<Character>) -> Result<(), PortError> {
@@ -51,7 +51,7 @@ fn tool(lost: u8) -> BusSession {
 }
 
 #[test]
-fn a_lost_answer_does_not_make_a_taken_address_free() {
+fn a_lost_answer_does_not_make_a_used_address_look_free() {
     for lost in 0..3 {
         let answer = check(&mut tool(lost), 126, 6);
         assert!(matches!(answer, Err(AddressError::AddressInUse(6))), "{lost} lost: {answer:?}");

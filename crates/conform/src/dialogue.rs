@@ -1,7 +1,7 @@
-//! What a check says to the slave, and what it may expect.
+//! Requests of a check to the slave, and the answers that the check expects.
 //!
-//! Everything that is said and heard is written down, so that a broken rule can be shown with the octets that broke it.
-//! The frame count bits are kept as an initiator keeps them, profibus-wire 1.10.
+//! A [`Dialogue`] logs every telegram, so that a violated rule can be shown with its octets. It keeps the frame count bits like
+//! an initiator (profibus-wire 1.10).
 
 use super::probe::Received;
 use profivac_host::port::PortError;
@@ -14,158 +14,165 @@ use profivac_wire::sap::{MASTER_MS0, MASTER_MS2};
 use profivac_wire::{DataTelegram, MAX_DU, MAX_TELEGRAM, Sap, Telegram};
 use std::time::Duration;
 
-/// The way to the slave.
+/// Sends octets to the slave and receives its answers.
 pub trait Link {
-    /// The address of the master that asks.
+    /// The address of the master that sends.
     fn address(&self) -> u8;
 
-    /// Says `octets` and listens for a slot time.
+    /// Sends `octets` and waits for an answer for one slot time.
     ///
     /// # Errors
-    /// [`PortError`] when the port is gone.
+    /// [`PortError`] if the port is lost.
     fn send_and_receive(&mut self, octets: &[u8]) -> Result<Received, PortError>;
 
-    /// Says nothing for so long.
+    /// Sends nothing for this time.
     ///
     /// # Errors
-    /// [`PortError`] when the port is gone.
+    /// [`PortError`] if the port is lost.
     fn wait(&mut self, time: Duration) -> Result<(), PortError>;
 }
 
-/// The slave that is looked at, and how it is brought into data exchange.
+/// The slave under test, with the parameters that start its data exchange.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct SlaveUnderTest {
-    /// Its address.
+    /// Address.
     pub address: u8,
     /// Ident_Number.
     pub ident: u16,
-    /// Its configuration.
+    /// Configuration for Chk_Cfg.
     pub cfg: Vec<u8>,
-    /// User_Prm_Data that it takes.
+    /// User_Prm_Data that the slave accepts.
     pub user_prm: Vec<u8>,
 }
 
-/// One thing said, and what came back.
+/// A message cycle in the log.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct LoggedCycle {
-    /// What was said.
+    /// The octets that the probe sent.
     pub sent: Vec<u8>,
-    /// What came back.
+    /// The answer.
     pub received: Received,
 }
 
-/// Why a check did not come to its end.
-#[derive(Debug)]
+/// Reason why a check ended early.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum CheckError {
-    /// This was expected and did not come.
-    Violated(String),
-    /// It cannot be said of this slave.
-    NotApplicable(&'static str),
-    /// The port is gone.
-    Port(PortError),
+    /// The slave violates the rule.
+    #[error("expected {expected}")]
+    Violated {
+        /// The expected answer.
+        expected: String,
+    },
+    /// The rule does not apply to this slave.
+    #[error("not applicable: {reason}")]
+    NotApplicable {
+        /// The reason, in one sentence.
+        reason: &'static str,
+    },
+    /// The port is lost.
+    #[error(transparent)]
+    Port(#[from] PortError),
 }
 
-impl From<PortError> for CheckError {
-    fn from(error: PortError) -> Self {
-        Self::Port(error)
-    }
-}
-
-/// What a check or a part of one comes to.
+/// Result of a check or of a part of one.
 pub type CheckOutcome<T = ()> = Result<T, CheckError>;
 
-/// Says that `expected` did not come.
+/// Ends the check: the slave did not give the expected answer.
 pub fn violated<T>(expected: impl Into<String>) -> CheckOutcome<T> {
-    Err(CheckError::Violated(expected.into()))
+    Err(CheckError::Violated { expected: expected.into() })
 }
 
-/// Goes on only if it `holds`.
+/// Ends the check unless the condition `holds`.
+///
+/// # Errors
+/// [`CheckError::Violated`] with the expected answer.
 pub fn require(holds: bool, expected: &str) -> CheckOutcome {
     if holds { Ok(()) } else { violated(expected) }
 }
 
-/// An answer that came from the slave, to us, with the access points swapped.
+/// A valid answer of the slave: the addresses and the access points are those of the request, swapped.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Answer {
     /// SC.
     ShortAck,
-    /// A frame.
-    Frame {
-        /// How it answers.
+    /// A telegram with a status.
+    Data {
+        /// Status of the answer.
         status: Status,
         /// The data unit.
         du: Vec<u8>,
     },
 }
 
-/// A conversation with the slave.
+/// Sends requests to the slave, checks its answers and logs both.
 pub struct Dialogue<'a> {
-    /// Who is spoken to.
+    /// The slave under test.
     pub slave: &'a SlaveUnderTest,
     link: &'a mut dyn Link,
-    /// The frame count bit of the next request of each source, nothing before the first.
+    /// The frame count bit of the next request of each source; `None` before the first request.
     counts: [Option<bool>; 128],
     log: Vec<LoggedCycle>,
 }
 
 impl<'a> Dialogue<'a> {
-    /// Nothing was said yet.
-    pub fn new(wire: &'a mut dyn Link, subject: &'a SlaveUnderTest) -> Self {
-        Self { slave: subject, link: wire, counts: [None; 128], log: Vec::new() }
+    /// A dialogue with an empty log.
+    pub fn new(link: &'a mut dyn Link, slave: &'a SlaveUnderTest) -> Self {
+        Self { slave, link, counts: [None; 128], log: Vec::new() }
     }
 
-    /// Our address.
+    /// The address of the testing master.
     pub fn own_address(&self) -> u8 {
         self.link.address()
     }
 
-    /// Another master's address, which the slave does not know from ours by anything else.
+    /// The address of a second master, which the testing master uses too.
     pub fn other_master_address(&self) -> u8 {
         if self.own_address() == 3 { 4 } else { 3 }
     }
 
-    /// What was said since this was asked last.
+    /// Returns the log since the last call.
     pub fn take_log(&mut self) -> Vec<LoggedCycle> {
         std::mem::take(&mut self.log)
     }
 
-    /// Says nothing for so long.
+    /// Sends nothing for this time.
     pub fn wait(&mut self, time: Duration) -> CheckOutcome {
         Ok(self.link.wait(time)?)
     }
 
-    /// Says octets as they are.
+    /// Sends octets unchanged. Returns the answer.
     pub fn send(&mut self, octets: &[u8]) -> CheckOutcome<Received> {
-        let came = self.link.send_and_receive(octets)?;
-        self.log.push(LoggedCycle { sent: octets.to_vec(), received: came.clone() });
-        Ok(came)
+        let received = self.link.send_and_receive(octets)?;
+        self.log.push(LoggedCycle { sent: octets.to_vec(), received: received.clone() });
+        Ok(received)
     }
 
-    /// Says octets that nobody may answer.
-    pub fn expect_silence(&mut self, octets: &[u8], why: &str) -> CheckOutcome {
-        let came = self.send(octets)?;
-        require(came == Received::Nothing, &format!("silence: {why}"))
+    /// Sends octets that no slave may answer.
+    pub fn expect_silence(&mut self, octets: &[u8], reason: &str) -> CheckOutcome {
+        let received = self.send(octets)?;
+        require(received == Received::Nothing, &format!("silence: {reason}"))
     }
 
-    /// A counted SRD from `sa`, and the answer. Repeated once if nothing comes, as every master does.
+    /// Sends a counted SRD from `sa`. Repeats it once if no valid answer comes. Returns the answer.
     pub fn request_from(&mut self, sa: u8, sap: Sap, du: &[u8]) -> CheckOutcome<Answer> {
         let telegram = self.counted(sa, sap, du);
-        let mut came = self.send(&telegram)?;
-        if came == Received::Nothing || came == Received::Damaged {
-            came = self.send(&telegram)?;
+        let mut received = self.send(&telegram)?;
+        if received == Received::Nothing || received == Received::Damaged {
+            received = self.send(&telegram)?;
         }
-        let answer = self.answer(sa, sap, &came)?;
+        let answer = self.answer(sa, sap, &received)?;
         let next = self.counts.get_mut(usize::from(sa));
         next.into_iter().for_each(|count| *count = Some(!count.unwrap_or(true)));
         Ok(answer)
     }
 
-    /// A counted SRD from us, and the answer.
+    /// Sends a counted SRD from the testing master. Returns the answer.
     pub fn request(&mut self, sap: Sap, du: &[u8]) -> CheckOutcome<Answer> {
         self.request_from(self.own_address(), sap, du)
     }
 
-    /// The telegram that [`request_from`](Self::request_from) says next.
+    /// The telegram that [`request_from`](Self::request_from) sends next.
     pub fn counted(&self, sa: u8, sap: Sap, du: &[u8]) -> Vec<u8> {
         let count = self.counts.get(usize::from(sa)).copied().flatten();
         let count = count.map_or(FrameCount::First, FrameCount::Counted);
@@ -174,9 +181,9 @@ impl<'a> Dialogue<'a> {
         octets(self.slave.address, sa, sap, fc, du)
     }
 
-    /// The answer in `came`, if it is one to a request of `sa` to `sap`.
-    fn answer(&self, sa: u8, sap: Sap, came: &Received) -> CheckOutcome<Answer> {
-        let octets = match came {
+    /// Parses `received` as the answer to a request of `sa` to `sap`.
+    fn answer(&self, sa: u8, sap: Sap, received: &Received) -> CheckOutcome<Answer> {
+        let octets = match received {
             Received::Telegram(octets) => octets,
             Received::Nothing => return violated("an answer within the slot time"),
             Received::Damaged => return violated("a whole telegram"),
@@ -186,47 +193,47 @@ impl<'a> Dialogue<'a> {
             Ok(Telegram::Data(frame)) => {
                 let Control::Response { status, .. } = frame.control() else { return violated("a response") };
                 require((frame.sa, frame.da) == (self.slave.address, sa), "the addresses of the request, swapped")?;
-                // Answers without data may leave the access points out: profibus-wire 1.15.
+                // An answer without data may omit the access points (profibus-wire 1.15).
                 let bare = (frame.dsap, frame.ssap) == (None, None) && frame.du.is_empty();
                 let swapped = (frame.dsap, frame.ssap) == (ssap_of(sap), sap.to_octet());
                 require(bare || swapped, "the access points of the request, swapped")?;
-                Ok(Answer::Frame { status, du: frame.du.to_vec() })
+                Ok(Answer::Data { status, du: frame.du.to_vec() })
             }
             Ok(Telegram::Token { .. }) | Err(_) => violated("an answer, not a token"),
         }
     }
 
-    /// A request that must be acknowledged by SC.
+    /// Sends a request that the slave must acknowledge with SC.
     pub fn expect_acknowledged(&mut self, sap: Sap, du: &[u8]) -> CheckOutcome {
         let answer = self.request(sap, du)?;
         require(answer == Answer::ShortAck, "SC")
     }
 
-    /// A request that must be answered without data, like RS.
-    pub fn expect_status_from(&mut self, sa: u8, sap: Sap, du: &[u8], status: Status, why: &str) -> CheckOutcome {
+    /// Sends a request that the slave must answer with this status and no data.
+    pub fn expect_status_from(&mut self, sa: u8, sap: Sap, du: &[u8], status: Status, expected: &str) -> CheckOutcome {
         let answer = self.request_from(sa, sap, du)?;
-        require(answer == Answer::Frame { status, du: Vec::new() }, why)
+        require(answer == Answer::Data { status, du: Vec::new() }, expected)
     }
 
-    /// A request that must be answered with RS: the access point is closed.
-    pub fn expect_closed(&mut self, sap: Sap, du: &[u8], why: &str) -> CheckOutcome {
-        self.expect_status_from(self.own_address(), sap, du, Status::ServiceNotActivated, why)
+    /// Sends a request that the slave must answer with RS: the access point is closed.
+    pub fn expect_closed(&mut self, sap: Sap, du: &[u8], expected: &str) -> CheckOutcome {
+        self.expect_status_from(self.own_address(), sap, du, Status::ServiceNotActivated, expected)
     }
 
-    /// A request that must be answered with data of low priority.
+    /// Sends a request that the slave must answer with data of low priority. Returns the data.
     pub fn data_from(&mut self, sa: u8, sap: Sap) -> CheckOutcome<Vec<u8>> {
         match self.request_from(sa, sap, &[])? {
-            Answer::Frame { status: Status::DataLow, du } => Ok(du),
+            Answer::Data { status: Status::DataLow, du } => Ok(du),
             _ => violated("DL with data"),
         }
     }
 
-    /// The fixed part of the diagnosis.
+    /// Reads the diagnosis. Returns its fixed part.
     pub fn diagnosis(&mut self) -> CheckOutcome<[u8; 6]> {
         self.diagnosis_from(self.own_address())
     }
 
-    /// The fixed part of the diagnosis, as `sa` reads it.
+    /// Reads the diagnosis from `sa`. Returns its fixed part.
     pub fn diagnosis_from(&mut self, sa: u8) -> CheckOutcome<[u8; 6]> {
         let du = self.data_from(sa, Sap::SlaveDiag)?;
         require(SlaveDiag::parse(&du).is_ok() && du.len() <= MAX_DU, "a diagnosis of 6 to 244 octets")?;
@@ -234,7 +241,7 @@ impl<'a> Dialogue<'a> {
         fixed.map_or_else(|| violated("a diagnosis of 6 to 244 octets"), Ok)
     }
 
-    /// The data unit of a Set_Prm that the slave takes: locked, watchdog as `wd_fact` says, off for zeros.
+    /// A Set_Prm that the slave accepts: with Lock_Req, and with the watchdog factors `wd_fact`; zeros switch the watchdog off.
     pub fn prm(&self, wd_fact: [u8; 2]) -> SetPrm<'a> {
         let watched = if wd_fact == [0, 0] { PrmStatus::empty() } else { PrmStatus::WD_ON };
         SetPrm {
@@ -247,19 +254,19 @@ impl<'a> Dialogue<'a> {
         }
     }
 
-    /// Set_Prm, which is acknowledged whatever it says.
+    /// Sends Set_Prm. The slave must acknowledge it, even if it refuses the parameters.
     pub fn set_prm(&mut self, prm: &SetPrm<'_>) -> CheckOutcome {
-        self.expect_acknowledged(Sap::SetPrm, &emitted(prm))
+        self.expect_acknowledged(Sap::SetPrm, &set_prm_octets(prm))
     }
 
-    /// Whatever the slave was doing for us, it waits for parameters now.
+    /// Releases the slave: it waits for parameters afterwards.
     pub fn release(&mut self) -> CheckOutcome {
         let unlock =
             SetPrm { status: PrmStatus::UNLOCK_REQ, user: &[], wd_fact: [0, 0], min_tsdr: 0, ..self.prm([0, 0]) };
         self.set_prm(&unlock)
     }
 
-    /// Brings the slave into data exchange with us, and waits until it is ready.
+    /// Starts data exchange, and waits until the slave is ready.
     pub fn start(&mut self, wd_fact: [u8; 2]) -> CheckOutcome {
         self.release()?;
         self.set_prm(&self.prm(wd_fact))?;
@@ -274,36 +281,36 @@ impl<'a> Dialogue<'a> {
         violated("data exchange after Set_Prm and Chk_Cfg")
     }
 
-    /// How many octets go each way.
+    /// Numbers of output and input octets.
     pub fn lengths(&self) -> Lengths {
         cfg::lengths(&self.slave.cfg).unwrap_or_default()
     }
 
-    /// Outputs that do nothing.
+    /// Outputs of zero.
     pub fn outputs(&self) -> Vec<u8> {
         vec![0; usize::from(self.lengths().outputs)]
     }
 
-    /// One Data_Exchange that is answered with inputs of the right length.
+    /// Sends Data_Exchange, which the slave must answer with inputs of the configured length. Returns the inputs.
     pub fn exchange(&mut self) -> CheckOutcome<Vec<u8>> {
         let inputs = usize::from(self.lengths().inputs);
         match self.request(Sap::Default, &self.outputs())? {
             Answer::ShortAck if inputs == 0 => Ok(Vec::new()),
-            Answer::Frame { status: Status::DataLow | Status::DataHigh, du } if du.len() == inputs => Ok(du),
+            Answer::Data { status: Status::DataLow | Status::DataHigh, du } if du.len() == inputs => Ok(du),
             _ => violated(format!("DL or DH with {inputs} octets")),
         }
     }
 
-    /// A request over MS2 and its response, which is polled for.
+    /// Sends a request over MS2 and polls for the response. Returns the response.
     pub fn ms2(&mut self, sap: u8, request: &acyclic::Request<'_>) -> CheckOutcome<Vec<u8>> {
         let mut du = [0; MAX_DU];
         let length = request.emit(&mut du).unwrap_or_default();
         let mut answer = self.request(Sap::from_octet(Some(sap)), du.get(..length).unwrap_or_default())?;
         for _ in 0..READY_TRIES {
             match answer {
-                Answer::Frame { status: Status::DataLow, du } => return Ok(du),
+                Answer::Data { status: Status::DataLow, du } => return Ok(du),
                 Answer::ShortAck => {}
-                Answer::Frame { .. } => return violated("SC, or DL with the response"),
+                Answer::Data { .. } => return violated("SC, or DL with the response"),
             }
             answer = self.request(Sap::from_octet(Some(sap)), &[])?;
             if answer == Answer::ShortAck {
@@ -314,7 +321,7 @@ impl<'a> Dialogue<'a> {
     }
 }
 
-/// How often a slave is asked whether it is ready, and how long it is left alone between: a second in all.
+/// Number of polls for a slave that is not ready. With the pause between them they take one second.
 const READY_TRIES: usize = 100;
 const READY_PAUSE: Duration = Duration::from_millis(10);
 
@@ -328,7 +335,7 @@ const fn is_ms2(sap: Sap) -> bool {
     matches!(sap, Sap::Ms2(_) | Sap::ResourceManager)
 }
 
-/// The access point of a master that belongs to one of a slave, profibus-wire 2.1.
+/// The access point of the master for an access point of the slave (profibus-wire 2.1).
 fn ssap_of(sap: Sap) -> Option<u8> {
     match sap {
         Sap::Default => None,
@@ -337,7 +344,7 @@ fn ssap_of(sap: Sap) -> Option<u8> {
     }
 }
 
-/// A telegram in octets.
+/// The octets of a telegram.
 pub fn octets(da: u8, sa: u8, sap: Sap, fc: u8, du: &[u8]) -> Vec<u8> {
     let frame = DataTelegram { da, sa, dsap: sap.to_octet(), ssap: ssap_of(sap), fc, du };
     let mut out = [0; MAX_TELEGRAM];
@@ -345,14 +352,17 @@ pub fn octets(da: u8, sa: u8, sap: Sap, fc: u8, du: &[u8]) -> Vec<u8> {
     out.get(..length).unwrap_or_default().to_vec()
 }
 
-/// A Set_Prm in octets.
-pub fn emitted(prm: &SetPrm<'_>) -> Vec<u8> {
+/// The octets of a Set_Prm.
+pub fn set_prm_octets(prm: &SetPrm<'_>) -> Vec<u8> {
     let mut du = [0; MAX_DU];
     let length = prm.emit(&mut du).unwrap_or_default();
     du.get(..length).unwrap_or_default().to_vec()
 }
 
-/// What a response over MS2 says.
+/// Parses a response over MS2.
+///
+/// # Errors
+/// [`CheckError::Violated`] if it is not a PDU of the DP-V1 services.
 pub fn response(du: &[u8]) -> CheckOutcome<Response<'_>> {
     Response::parse(du).or_else(|_| violated("a PDU of the DP-V1 services"))
 }

@@ -1,13 +1,45 @@
-//! Does a slave keep the rules? Anybody's slave, on any port: it is asked what a master would ask and what none should, and
-//! each answer is held against the protocol reference.
+//! Tests any PROFIBUS DP slave, of any vendor and on any port, against the rules of the protocol.
 //!
-//! | Module | Holds |
+//! Each [check](checks::Check) sends requests that a master sends, and some that no master should send, and compares the answers
+//! with one section of the protocol reference. [`run`] runs all checks:
+//!
+//! ```no_run
+//! use profivac_conform::dialogue::SlaveUnderTest;
+//! use profivac_conform::{Outcome, PortLink, run};
+//! use profivac_dp::link::{Baud, active::BusParameters};
+//! use profivac_host::port::Port;
+//! use std::ops::ControlFlow;
+//!
+//! fn test_slave(port: Box<dyn Port>) -> Result<(), Box<dyn std::error::Error>> {
+//!     let mut link = PortLink::new(port, Baud::B19200, BusParameters::new(2, Baud::B19200));
+//!     if let Some(master) = link.listen()? {
+//!         return Err(format!("master {master} uses the line").into());
+//!     }
+//!     // A BCG450 in mbar.
+//!     let slave = SlaveUnderTest {
+//!         address: 8,
+//!         ident: 0x08E6,
+//!         cfg: vec![0x44, 0x86, 0x05, 0x05, 0x05, 0x08],
+//!         user_prm: vec![0x00, 0x00, 0x00, 0x05, 0x1C],
+//!     };
+//!     run(&mut link, &slave, |result| {
+//!         if let Outcome::Violated { expected, .. } = &result.outcome {
+//!             println!("{} (section {}): expected {expected}", result.check.rule, result.check.section);
+//!         }
+//!         ControlFlow::Continue(())
+//!     })?;
+//!     Ok(())
+//! }
+//! ```
+//!
+//! The checks parameterise and release the slave many times, with outputs of zero. No other program may need the slave
+//! meanwhile, and no other master may use the line.
+//!
+//! | Module | Contents |
 //! |---|---|
-//! | [`probe`] | a station that says anything and writes down what comes back |
-//! | [`talk`] | requests, answers, what a check may expect |
+//! | [`probe`] | the station that sends any octets and keeps the answer |
+//! | [`dialogue`] | requests, answers, and the expectations of a check |
 //! | [`checks`] | the rules |
-//!
-//! The slave is parameterised and released again and again, with outputs of zero; whoever uses it must not need it meanwhile.
 
 pub mod checks;
 pub mod dialogue;
@@ -22,91 +54,90 @@ use profivac_host::segment::Segment;
 use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
 
-/// What became of a check.
+/// Outcome of a check.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Outcome {
-    /// The rule holds.
+    /// The slave keeps the rule.
     Passed,
-    /// It does not.
+    /// The slave violates the rule.
     Violated {
-        /// What was expected.
+        /// The expected answer.
         expected: String,
-        /// What was said last, and what came.
+        /// The last message cycle of the check.
         shown: Option<LoggedCycle>,
     },
-    /// It cannot be said of this slave, and why.
+    /// The rule does not apply to this slave, for this reason.
     Skipped(&'static str),
 }
 
-/// A check and what became of it.
+/// A check with its outcome.
 pub struct CheckResult {
     /// The check.
     pub check: &'static checks::Check,
-    /// What became of it.
+    /// Its outcome.
     pub outcome: Outcome,
 }
 
-/// Leads a slave through all checks; `tell` hears of each as soon as it is done, and may break off: the slave is released
-/// then.
+/// Runs all checks. Calls `report` with each result; `ControlFlow::Break` ends the run after that check. The slave is released
+/// at the end.
 ///
 /// # Errors
-/// [`PortError`] when the port is lost.
+/// [`PortError`] if the port is lost.
 pub fn run(
-    wire: &mut dyn Link,
-    subject: &SlaveUnderTest,
-    mut tell: impl FnMut(&CheckResult) -> ControlFlow<()>,
+    link: &mut dyn Link,
+    slave: &SlaveUnderTest,
+    mut report: impl FnMut(&CheckResult) -> ControlFlow<()>,
 ) -> Result<Vec<CheckResult>, PortError> {
-    let mut talk = Dialogue::new(wire, subject);
-    let mut findings = Vec::new();
+    let mut dialogue = Dialogue::new(link, slave);
+    let mut results = Vec::new();
     for check in checks::all() {
-        talk.take_log();
-        let checked = (check.run)(&mut talk);
-        let outcome = match checked {
+        dialogue.take_log();
+        let outcome = match (check.run)(&mut dialogue) {
             Ok(()) => Outcome::Passed,
-            Err(CheckError::NotApplicable(why)) => Outcome::Skipped(why),
+            Err(CheckError::NotApplicable { reason }) => Outcome::Skipped(reason),
             Err(CheckError::Port(error)) => return Err(error),
-            Err(CheckError::Violated(expected)) => {
-                let shown = talk.take_log().pop();
-                recover(&mut talk)?;
+            Err(CheckError::Violated { expected }) => {
+                let shown = dialogue.take_log().pop();
+                recover(&mut dialogue)?;
                 Outcome::Violated { expected, shown }
             }
         };
-        let finding = CheckResult { check, outcome };
-        let goes_on = tell(&finding);
-        findings.push(finding);
-        if goes_on.is_break() {
-            recover(&mut talk)?;
+        let result = CheckResult { check, outcome };
+        let control = report(&result);
+        results.push(result);
+        if control.is_break() {
+            recover(&mut dialogue)?;
             break;
         }
     }
-    Ok(findings)
+    Ok(results)
 }
 
-/// The next check begins with a slave that waits for parameters, whatever the one before came to.
-fn recover(talk: &mut Dialogue<'_>) -> Result<(), PortError> {
-    match talk.release() {
+/// Releases the slave after a violated rule, so that the next check begins with a slave that waits for parameters.
+fn recover(dialogue: &mut Dialogue<'_>) -> Result<(), PortError> {
+    match dialogue.release() {
         Err(CheckError::Port(error)) => Err(error),
-        Ok(()) | Err(CheckError::Violated(_) | CheckError::NotApplicable(_)) => Ok(()),
+        Ok(()) | Err(CheckError::Violated { .. } | CheckError::NotApplicable { .. }) => Ok(()),
     }
 }
 
-/// The way to a slave through a port, in real time.
+/// A link to the slave through a port, in real time.
 pub struct PortLink {
     segment: Segment<[Probe; 1]>,
     baud: Baud,
 }
 
 impl PortLink {
-    /// Takes the line of `port`.
+    /// A link through `port`. `bus` has the address of the testing master.
     #[must_use]
     pub fn new(port: Box<dyn Port>, baud: Baud, bus: BusParameters) -> Self {
         Self { segment: Segment::new(port, baud, false, [Probe::new(bus, BitTime(0))]), baud }
     }
 
-    /// Listens for as long as a master must before it claims a line. Says which master is using it, if one is.
+    /// Listens for the timeout after which a master may claim the line. Returns the address of a master that uses the line.
     ///
     /// # Errors
-    /// [`PortError`] when the port is gone.
+    /// [`PortError`] if the port is lost.
     pub fn listen(&mut self) -> Result<Option<u8>, PortError> {
         let tbit = self.probe().timeout_tbit();
         self.wait(profivac_host::clock::duration_of(self.baud, tbit))?;
@@ -129,15 +160,15 @@ impl Link for PortLink {
         self.probe().send(octets);
         loop {
             self.segment.serve(&[], Duration::from_secs(1))?;
-            if let Some(heard) = self.probe().received() {
-                return Ok(heard.clone());
+            if let Some(received) = self.probe().received() {
+                return Ok(received.clone());
             }
         }
     }
 
     fn wait(&mut self, time: Duration) -> Result<(), PortError> {
-        let begun = Instant::now();
-        while let Some(left) = time.checked_sub(begun.elapsed()).filter(|left| !left.is_zero()) {
+        let start = Instant::now();
+        while let Some(left) = time.checked_sub(start.elapsed()).filter(|left| !left.is_zero()) {
             self.segment.serve(&[], left)?;
         }
         Ok(())

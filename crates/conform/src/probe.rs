@@ -1,85 +1,85 @@
-//! A station that says whatever it is told to, also what no master would say, and writes down what comes back.
+//! A station that sends any octets, even those that no master sends, and keeps the answer.
 //!
-//! It takes the line like a master that is alone (profibus-wire 1.13) and needs it for itself: a damaged request in the
-//! middle of somebody's token rotation would prove nothing and disturb everybody.
+//! The probe claims the line like a single master (profibus-wire 1.13) and needs it exclusively: damaged requests during the
+//! token rotation of other masters would disturb them, and the results would prove nothing.
 
 use profivac_dp::link::active::BusParameters;
 use profivac_dp::link::{BitTime, CHARACTER_TBIT, Station, Transmit};
 use profivac_wire::control::Control;
 use profivac_wire::{BROADCAST, MAX_TELEGRAM, Telegram};
 
-/// What came back.
+/// Answer to the octets that the probe sent.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Received {
     /// Nothing within the slot time.
     Nothing,
-    /// Octets that are no telegram.
+    /// Octets that are not a telegram.
     Damaged,
     /// A telegram.
     Telegram(Vec<u8>),
 }
 
-/// Where the station stands.
+/// State of the probe.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum State {
-    /// It has nothing to say.
+    /// It has no request.
     Idle,
-    /// It speaks when the line has been idle for so long.
+    /// It sends when the line has been idle for this time.
     Ready { idle_tbit: u64 },
-    /// It speaks.
+    /// It sends.
     Sending,
-    /// Somebody may answer.
+    /// It waits for the answer.
     Waiting { until: BitTime },
 }
 
-/// The station.
+/// A station that sends one request at a time.
 #[derive(Debug)]
 pub struct Probe {
     bus: BusParameters,
     state: State,
     busy: BitTime,
     octets: Vec<u8>,
-    heard: Received,
+    received: Received,
     other: Option<u8>,
 }
 
 impl Probe {
-    /// A station that listens.
+    /// A probe without a request.
     #[must_use]
     pub const fn new(bus: BusParameters, now: BitTime) -> Self {
         let octets = Vec::new();
-        Self { bus, state: State::Idle, busy: now, octets, heard: Received::Nothing, other: None }
+        Self { bus, state: State::Idle, busy: now, octets, received: Received::Nothing, other: None }
     }
 
-    /// The address it has as a master.
+    /// Its address.
     #[must_use]
     pub const fn address(&self) -> u8 {
         self.bus.address
     }
 
-    /// Another master that was heard.
+    /// The address of another master that was received, if there was one.
     #[must_use]
     pub const fn other_master(&self) -> Option<u8> {
         self.other
     }
 
-    /// How long the line must be silent before a master may claim it, in bit times.
+    /// Idle time in bit times after which a master may claim the line.
     #[must_use]
     pub fn timeout_tbit(&self) -> u64 {
         self.bus.timeout_tbit()
     }
 
-    /// Says `octets` as soon as the line has been idle for T_ID2, or T_ID1 if that is longer.
+    /// Sends `octets` when the line has been idle for the longer one of T_ID1 and T_ID2.
     pub fn send(&mut self, octets: &[u8]) {
         self.octets = octets.iter().take(MAX_TELEGRAM).copied().collect();
-        self.heard = Received::Nothing;
+        self.received = Received::Nothing;
         self.state = State::Ready { idle_tbit: self.bus.id1_tbit().max(self.bus.id2_tbit()) };
     }
 
-    /// What came back, once that is known.
+    /// The answer to the last request; `None` until it is known.
     #[must_use]
     pub fn received(&self) -> Option<&Received> {
-        (self.state == State::Idle).then_some(&self.heard)
+        (self.state == State::Idle).then_some(&self.received)
     }
 
     fn slot_tbit(&self) -> u64 {
@@ -94,7 +94,7 @@ impl Station for Probe {
         if matches!(self.state, State::Sending | State::Waiting { .. }) {
             let mut octets = [0; MAX_TELEGRAM];
             let length = telegram.emit(&mut octets).unwrap_or_default();
-            self.heard = Received::Telegram(octets.iter().take(length).copied().collect());
+            self.received = Received::Telegram(octets.iter().take(length).copied().collect());
             self.state = State::Idle;
         }
         None
@@ -103,8 +103,8 @@ impl Station for Probe {
     fn activity(&mut self, end: BitTime) {
         self.busy = self.busy.max(end);
         if let State::Waiting { until } = &mut self.state {
-            self.heard = Received::Damaged;
-            // A telegram that has begun is heard to its end.
+            self.received = Received::Damaged;
+            // The probe receives a telegram that has begun until its end.
             *until = end + u64::from(self.bus.slot_tbit) + CHARACTER_TBIT;
         }
     }
@@ -140,7 +140,7 @@ impl Station for Probe {
     }
 }
 
-/// The master that only can have sent `telegram`.
+/// The master that sent `telegram`; `None` if a slave may have sent it.
 fn sending_master(telegram: &Telegram<'_>) -> Option<u8> {
     match telegram {
         Telegram::Token { da, sa } if *da < BROADCAST && *sa < BROADCAST => Some(*sa),
@@ -160,8 +160,8 @@ mod tests {
         Probe::new(BusParameters::new(2, Baud::B19200), BitTime(0))
     }
 
-    /// Says the request; returns when it has left.
-    fn say(probe: &mut Probe) -> BitTime {
+    /// Sends the request. Returns the end of its last character.
+    fn send_request(probe: &mut Probe) -> BitTime {
         probe.send(&REQUEST);
         let due = probe.wake_at().unwrap();
         assert_eq!(probe.poll(due).map(|transmit| transmit.octets.to_vec()), Some(REQUEST.to_vec()));
@@ -170,18 +170,18 @@ mod tests {
     }
 
     #[test]
-    fn silence_is_known_after_the_slot_time() {
+    fn the_probe_reports_silence_after_the_slot_time() {
         let mut probe = probe();
-        let sent = say(&mut probe);
+        let sent = send_request(&mut probe);
         assert_eq!((probe.received(), probe.wake_at()), (None, Some(sent + 100)));
         assert_eq!(probe.poll(sent + 100), None);
         assert_eq!(probe.received(), Some(&Received::Nothing));
     }
 
     #[test]
-    fn an_answer_is_kept_octet_by_octet() {
+    fn the_probe_keeps_all_octets_of_an_answer() {
         let mut probe = probe();
-        let sent = say(&mut probe);
+        let sent = send_request(&mut probe);
         probe.activity(sent + 22);
         let answer = [0x10, 2, 8, 0, 0x0A, 0x16];
         probe.telegram(sent + 77, &Telegram::parse(&answer).unwrap());
@@ -190,9 +190,9 @@ mod tests {
     }
 
     #[test]
-    fn octets_without_a_telegram_are_damaged() {
+    fn the_probe_reports_octets_without_a_telegram_as_damaged() {
         let mut probe = probe();
-        let sent = say(&mut probe);
+        let sent = send_request(&mut probe);
         probe.activity(sent + 22);
         let end = probe.wake_at().unwrap();
         assert_eq!(end, sent + 22 + 111);
@@ -201,7 +201,7 @@ mod tests {
     }
 
     #[test]
-    fn another_master_is_noticed() {
+    fn the_probe_notices_another_master() {
         let mut probe = probe();
         probe.telegram(BitTime(50), &Telegram::Token { da: 3, sa: 7 });
         assert_eq!(probe.other_master(), Some(7));

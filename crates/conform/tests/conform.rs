@@ -1,4 +1,4 @@
-//! Every device keeps all rules, and every rule finds the slave that does not.
+//! Every virtual device keeps all rules, and every check finds a slave that violates its rule.
 
 #![allow(clippy::unwrap_used, clippy::panic, clippy::indexing_slicing, reason = "a test")]
 
@@ -17,30 +17,30 @@ use std::ops::ControlFlow;
 use std::time::Duration;
 
 const BAUD: Baud = Baud::B19200;
-const PLACE: u8 = 8;
+const ADDRESS: u8 = 8;
 
-/// A device at the other end of a wire, in bit times.
-struct Memo {
+/// A link to a virtual device, in simulated bit times.
+struct VirtualLink {
     device: VirtualDevice,
     receiver: Receiver,
     now: BitTime,
 }
 
-impl Memo {
-    fn of(spec: &str) -> Self {
+impl VirtualLink {
+    fn new(spec: &str) -> Self {
         let spec: DeviceSpec = spec.parse().unwrap();
         let conditions = GasConditions {
             pressure: "1e-3 mbar".parse().unwrap(),
             atmosphere: "1000 mbar".parse().unwrap(),
             gas: Gas::N2,
         };
-        let unit = spec.build(NonvolatileMemory::volatile(), BAUD).unwrap();
-        let device = VirtualDevice::new(unit, PLACE, BAUD, conditions);
+        let built = spec.build(NonvolatileMemory::volatile(), BAUD).unwrap();
+        let device = VirtualDevice::new(built, ADDRESS, BAUD, conditions);
         Self { device, receiver: Receiver::with_idle(BitTime(0), T_SYN_TBIT), now: BitTime(1000) }
     }
 }
 
-impl Link for Memo {
+impl Link for VirtualLink {
     fn address(&self) -> u8 {
         2
     }
@@ -48,24 +48,24 @@ impl Link for Memo {
     fn send_and_receive(&mut self, octets: &[u8]) -> Result<Received, PortError> {
         self.now = self.now + 60;
         self.device.poll(self.now);
-        let mut heard = Received::Nothing;
+        let mut received = Received::Nothing;
         for octet in octets {
             self.now = self.now + CHARACTER_TBIT;
             if let Decoded::Telegram(telegram) = self.receiver.octet(self.now, *octet)
                 && let Some(answer) = self.device.telegram(self.now, &telegram)
             {
-                heard = Received::Telegram(answer.octets.to_vec());
+                received = Received::Telegram(answer.octets.to_vec());
             }
         }
-        let Received::Telegram(answer) = &heard else {
+        let Received::Telegram(answer) = &received else {
             self.now = self.now + 100;
-            return Ok(heard);
+            return Ok(received);
         };
         self.now = self.now + 11 + CHARACTER_TBIT * answer.len() as u64;
         self.device.sent(self.now);
-        // The slave does not hear itself, but a receiver that saw nothing may begin anew.
+        // The receiver does not get the answer of its own slave, so it starts again with an idle line.
         self.receiver = Receiver::with_idle(BitTime(0), T_SYN_TBIT);
-        Ok(heard)
+        Ok(received)
     }
 
     fn wait(&mut self, time: Duration) -> Result<(), PortError> {
@@ -78,47 +78,47 @@ impl Link for Memo {
     }
 }
 
-fn subject(name: &str) -> SlaveUnderTest {
+fn slave(name: &str) -> SlaveUnderTest {
     let model = MODELS.iter().find(|model| model.name == name).unwrap();
     let prm = model.user_prm.first().map_or(&[][..], |prm| prm.octets);
     let cfg = model.configurations.first().unwrap().octets;
-    SlaveUnderTest { address: PLACE, ident: model.ident, cfg: cfg.to_vec(), user_prm: prm.to_vec() }
+    SlaveUnderTest { address: ADDRESS, ident: model.ident, cfg: cfg.to_vec(), user_prm: prm.to_vec() }
 }
 
-/// The checks that a slave on `wire` does not pass.
-fn broken(wire: &mut dyn Link, subject: &SlaveUnderTest) -> Vec<String> {
-    let findings = run(wire, subject, |_| ControlFlow::Continue(())).unwrap();
-    let told = |finding: &CheckResult| match &finding.outcome {
+/// The rules that the slave at the end of `link` violates.
+fn violations(link: &mut dyn Link, slave: &SlaveUnderTest) -> Vec<String> {
+    let results = run(link, slave, |_| ControlFlow::Continue(())).unwrap();
+    let violation = |result: &CheckResult| match &result.outcome {
         Outcome::Violated { expected, shown } => {
-            Some(format!("{}: expected {expected}, {shown:02X?}", finding.check.name))
+            Some(format!("{}: expected {expected}, {shown:02X?}", result.check.name))
         }
         Outcome::Passed | Outcome::Skipped(_) => None,
     };
-    findings.iter().filter_map(told).collect()
+    results.iter().filter_map(violation).collect()
 }
 
 #[test]
-fn every_device_keeps_every_rule() {
+fn every_virtual_device_keeps_every_rule() {
     for model in MODELS {
         let name = model.name;
-        let mut wire = Memo::of(&format!("{name}@{PLACE}"));
-        assert_eq!(broken(&mut wire, &subject(name)), Vec::<String>::new(), "{name}");
+        let mut link = VirtualLink::new(&format!("{name}@{ADDRESS}"));
+        assert_eq!(violations(&mut link, &slave(name)), Vec::<String>::new(), "{name}");
     }
 }
 
-/// Broken off after any check, it waits for parameters and nobody owns it.
+/// The slave waits for parameters and has no owner.
 #[test]
-fn who_breaks_off_leaves_the_slave_released() {
+fn a_run_that_ends_after_any_check_releases_the_slave() {
     for count in 1..checks::all().count() {
-        let mut wire = Memo::of("bcg450@8");
-        let mut told = 0;
-        let findings = run(&mut wire, &subject("bcg450"), |_| {
-            told += 1;
-            if told == count { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        let mut link = VirtualLink::new("bcg450@8");
+        let mut reported = 0;
+        let results = run(&mut link, &slave("bcg450"), |_| {
+            reported += 1;
+            if reported == count { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
         });
-        assert_eq!(findings.unwrap().len(), count);
-        let diagnosis = dialogue::octets(PLACE, 2, Sap::SlaveDiag, 0x6D, &[]);
-        let Received::Telegram(answer) = wire.send_and_receive(&diagnosis).unwrap() else {
+        assert_eq!(results.unwrap().len(), count);
+        let diagnosis = dialogue::octets(ADDRESS, 2, Sap::SlaveDiag, 0x6D, &[]);
+        let Received::Telegram(answer) = link.send_and_receive(&diagnosis).unwrap() else {
             panic!("no diagnosis after {count}")
         };
         assert_eq!((answer[DU + 1] & 1, answer[DU + 3]), (1, 0xFF), "after {count}");
@@ -126,7 +126,7 @@ fn who_breaks_off_leaves_the_slave_released() {
 }
 
 #[test]
-fn names_are_told_once() {
+fn every_check_has_its_own_name() {
     let mut names: Vec<_> = checks::all().map(|check| check.name).collect();
     let count = names.len();
     names.sort_unstable();
@@ -134,32 +134,33 @@ fn names_are_told_once() {
     assert_eq!(names.len(), count);
 }
 
-/// A slave with one fault.
-struct Faulty {
-    memo: Memo,
+/// A link to a virtual device with one fault.
+struct FaultyLink {
+    link: VirtualLink,
     fault: Fault,
+    /// The last answer.
     before: Vec<u8>,
 }
 
-/// What the fault makes of a request and its answer; `before` is the answer before.
-type Fault = fn(asked: &[u8], came: Received, before: &[u8]) -> Received;
+/// Changes the answer to a request; `before` is the last answer.
+type Fault = fn(request: &[u8], answer: Received, before: &[u8]) -> Received;
 
-impl Link for Faulty {
+impl Link for FaultyLink {
     fn address(&self) -> u8 {
-        self.memo.address()
+        self.link.address()
     }
 
     fn send_and_receive(&mut self, octets: &[u8]) -> Result<Received, PortError> {
-        let came = self.memo.send_and_receive(octets)?;
-        let came = (self.fault)(octets, came, &self.before);
-        if let Received::Telegram(came) = &came {
-            self.before = came.clone();
+        let answer = self.link.send_and_receive(octets)?;
+        let answer = (self.fault)(octets, answer, &self.before);
+        if let Received::Telegram(answer) = &answer {
+            self.before = answer.clone();
         }
-        Ok(came)
+        Ok(answer)
     }
 
     fn wait(&mut self, time: Duration) -> Result<(), PortError> {
-        self.memo.wait(time)
+        self.link.wait(time)
     }
 }
 
@@ -169,12 +170,12 @@ fn telegram(octets: &[u8]) -> Received {
     Received::Telegram(octets.to_vec())
 }
 
-/// The answer with an octet of its data unit or head replaced, and a new sum.
-fn with(came: &Received, place: usize, change: impl Fn(u8) -> u8) -> Received {
-    let Received::Telegram(octets) = came else { return came.clone() };
+/// The answer with one octet changed and a new check octet.
+fn with(answer: &Received, place: usize, change: impl Fn(u8) -> u8) -> Received {
+    let Received::Telegram(octets) = answer else { return answer.clone() };
     let mut octets = octets.clone();
     if octets[0] != 0x68 || place >= octets.len() - 2 {
-        return came.clone();
+        return answer.clone();
     }
     octets[place] = change(octets[place]);
     let end = octets.len();
@@ -182,123 +183,146 @@ fn with(came: &Received, place: usize, change: impl Fn(u8) -> u8) -> Received {
     telegram(&octets)
 }
 
-fn dsap(asked: &[u8]) -> Option<u8> {
-    asked.get(7).copied().filter(|_| asked[0] == 0x68 && asked[4] & 0x80 != 0)
+fn dsap(request: &[u8]) -> Option<u8> {
+    request.get(7).copied().filter(|_| request[0] == 0x68 && request[4] & 0x80 != 0)
 }
 
-fn is_rs(came: &Received) -> bool {
-    matches!(came, Received::Telegram(octets) if octets.len() == 6 && octets[3] == 0x03)
+fn is_rs(answer: &Received) -> bool {
+    matches!(answer, Received::Telegram(octets) if octets.len() == 6 && octets[3] == 0x03)
 }
 
-/// RS where the slave says so becomes something else.
-fn open_instead(asked: &[u8], came: Received, sap: u8) -> Received {
-    if dsap(asked) == Some(sap) && is_rs(&came) { telegram(&[SC]) } else { came }
+/// Replaces RS of this access point by SC.
+fn open_instead(request: &[u8], answer: Received, sap: u8) -> Received {
+    if dsap(request) == Some(sap) && is_rs(&answer) { telegram(&[SC]) } else { answer }
 }
 
 /// The first octet of the data unit of an answer with access points.
 const DU: usize = 9;
 
-/// For each check a fault that it must find.
+/// A fault for each check, which the check must find.
 const FAULTS: &[(&str, Fault)] = &[
-    ("layer2.fdl-status", |asked, came, _| match asked {
+    ("layer2.fdl-status", |request, answer, _| match request {
         [0x10, _, _, 0x49, ..] => telegram(&[0x10, 2, 8, 0x20, 0x2A, 0x16]),
-        _ => came,
+        _ => answer,
     }),
-    ("layer2.damaged", |asked, came, _| if asked.last() == Some(&0x12) { telegram(&[SC]) } else { came }),
-    ("layer2.cut-off", |asked, came, _| if asked.len() == 3 && asked[0] == 0x68 { telegram(&[SC]) } else { came }),
-    ("layer2.not-for-it", |asked, came, _| match asked {
+    ("layer2.damaged", |request, answer, _| if request.last() == Some(&0x12) { telegram(&[SC]) } else { answer }),
+    (
+        "layer2.cut-off",
+        |request, answer, _| if request.len() == 3 && request[0] == 0x68 { telegram(&[SC]) } else { answer },
+    ),
+    ("layer2.not-for-it", |request, answer, _| match request {
         [0x10, 127, ..] => telegram(&[0x10, 2, 8, 0x00, 0x0A, 0x16]),
-        _ => came,
+        _ => answer,
     }),
-    ("layer2.no-request", |asked, came, _| if asked[0] == 0xDC { telegram(&[SC]) } else { came }),
-    ("layer2.closed", |asked, came, _| open_instead(asked, came, 63)),
-    ("layer2.sd3", |asked, came, _| if asked[0] == 0xA2 { Received::Nothing } else { came }),
-    ("layer2.repetition", |asked, came, before| {
-        // The diagnosis counts how often it was read.
-        if dsap(asked) == Some(60) {
-            with(&came, 14, |_| before.len() as u8 ^ before.get(14).copied().unwrap_or(0))
+    ("layer2.no-request", |request, answer, _| if request[0] == 0xDC { telegram(&[SC]) } else { answer }),
+    ("layer2.closed", |request, answer, _| open_instead(request, answer, 63)),
+    ("layer2.sd3", |request, answer, _| if request[0] == 0xA2 { Received::Nothing } else { answer }),
+    ("layer2.repetition", |request, answer, before| {
+        // The diagnosis changes with each read.
+        if dsap(request) == Some(60) {
+            with(&answer, 14, |_| before.len() as u8 ^ before.get(14).copied().unwrap_or(0))
         } else {
-            came
+            answer
         }
     }),
-    ("layer2.one-count", |asked, came, before| match dsap(asked) {
+    ("layer2.one-count", |request, answer, before| match dsap(request) {
         Some(59) if before.get(8) == Some(&60) => telegram(before),
-        _ => came,
+        _ => answer,
     }),
-    ("layer2.other-master", |asked, came, before| match asked.get(5) {
+    ("layer2.other-master", |request, answer, before| match request.get(5) {
         Some(0x83) => telegram(before),
-        _ => came,
+        _ => answer,
     }),
     (
         "start-up.diagnosis",
-        |asked, came, _| if dsap(asked) == Some(60) { with(&came, DU + 1, |two| two & !0x04) } else { came },
+        |request, answer, _| if dsap(request) == Some(60) { with(&answer, DU + 1, |two| two & !0x04) } else { answer },
     ),
-    ("start-up.get-cfg", |asked, came, _| if dsap(asked) == Some(59) { with(&came, DU, |_| 0xC0) } else { came }),
-    ("start-up.not-yet", |asked, came, _| open_instead(asked, came, 56)),
+    (
+        "start-up.get-cfg",
+        |request, answer, _| if dsap(request) == Some(59) { with(&answer, DU, |_| 0xC0) } else { answer },
+    ),
+    ("start-up.not-yet", |request, answer, _| open_instead(request, answer, 56)),
     (
         "start-up.wrong-ident",
-        |asked, came, _| if dsap(asked) == Some(60) { with(&came, DU, |one| one & !0x40) } else { came },
+        |request, answer, _| if dsap(request) == Some(60) { with(&answer, DU, |one| one & !0x40) } else { answer },
     ),
-    ("start-up.short-prm", |asked, came, _| {
-        if asked.len() == 11 + 6 && dsap(asked) == Some(61) { telegram(&[0x10, 2, 8, 0x02, 0x0C, 0x16]) } else { came }
+    ("start-up.short-prm", |request, answer, _| {
+        if request.len() == 11 + 6 && dsap(request) == Some(61) {
+            telegram(&[0x10, 2, 8, 0x02, 0x0C, 0x16])
+        } else {
+            answer
+        }
     }),
-    ("start-up.owner", |asked, came, _| if dsap(asked) == Some(60) { with(&came, DU + 3, |_| 0xFF) } else { came }),
+    (
+        "start-up.owner",
+        |request, answer, _| if dsap(request) == Some(60) { with(&answer, DU + 3, |_| 0xFF) } else { answer },
+    ),
     (
         "start-up.wrong-cfg",
-        |asked, came, _| if dsap(asked) == Some(60) { with(&came, DU, |one| one & !0x04) } else { came },
+        |request, answer, _| if dsap(request) == Some(60) { with(&answer, DU, |one| one & !0x04) } else { answer },
     ),
-    ("start-up.lock", |asked, came, _| match (asked, is_rs(&came)) {
+    ("start-up.lock", |request, answer, _| match (request, is_rs(&answer)) {
         ([0x10, _, 3, 0x6D | 0x5D | 0x7D, ..] | [0x68, _, _, _, _, 3, ..], true) => telegram(&[SC]),
-        _ => came,
+        _ => answer,
     }),
-    ("start-up.unlock", |asked, came, _| if dsap(asked) == Some(60) { with(&came, DU + 3, |_| 2) } else { came }),
-    ("start-up.watchdog", |asked, came, _| if dsap(asked) == Some(60) { with(&came, DU, |_| 0) } else { came }),
-    ("exchange.inputs", |asked, came, _| match (dsap(asked), &came) {
+    (
+        "start-up.unlock",
+        |request, answer, _| if dsap(request) == Some(60) { with(&answer, DU + 3, |_| 2) } else { answer },
+    ),
+    (
+        "start-up.watchdog",
+        |request, answer, _| if dsap(request) == Some(60) { with(&answer, DU, |_| 0) } else { answer },
+    ),
+    ("exchange.inputs", |request, answer, _| match (dsap(request), &answer) {
         (None, Received::Telegram(octets)) if octets[0] == 0x68 => telegram(&[SC]),
-        _ => came,
+        _ => answer,
     }),
-    ("exchange.diagnosis-flag", |asked, came, _| match dsap(asked) {
-        None => with(&came, 6, |_| 0x0A),
-        Some(_) => came,
+    ("exchange.diagnosis-flag", |request, answer, _| match dsap(request) {
+        None => with(&answer, 6, |_| 0x0A),
+        Some(_) => answer,
     }),
-    ("exchange.wrong-length", |asked, came, before| match (dsap(asked), is_rs(&came)) {
+    ("exchange.wrong-length", |request, answer, before| match (dsap(request), is_rs(&answer)) {
         (None, true) if before.first() == Some(&0x68) => telegram(before),
-        _ => came,
+        _ => answer,
     }),
-    ("exchange.read", |asked, came, _| if dsap(asked) == Some(56) { telegram(&[SC]) } else { came }),
-    ("exchange.global-control", |asked, came, _| match asked {
-        [0x68, _, _, _, 0xFF, ..] if dsap(asked) == Some(58) => telegram(&[SC]),
-        _ => came,
+    ("exchange.read", |request, answer, _| if dsap(request) == Some(56) { telegram(&[SC]) } else { answer }),
+    ("exchange.global-control", |request, answer, _| match request {
+        [0x68, _, _, _, 0xFF, ..] if dsap(request) == Some(58) => telegram(&[SC]),
+        _ => answer,
     }),
-    ("exchange.ms1-closed", |asked, came, _| open_instead(asked, came, 51)),
-    ("ms2.open", |asked, came, _| if dsap(asked) == Some(49) { with(&came, DU + 1, |_| 55) } else { came }),
-    ("ms2.idle", |_, came, _| with(&came, DU, |function| if function == 0x48 { 0x49 } else { function })),
-    ("ms2.foreign", |asked, came, _| match (asked.get(5), dsap(asked), is_rs(&came)) {
+    ("exchange.ms1-closed", |request, answer, _| open_instead(request, answer, 51)),
+    ("ms2.open", |request, answer, _| if dsap(request) == Some(49) { with(&answer, DU + 1, |_| 55) } else { answer }),
+    ("ms2.idle", |_, answer, _| with(&answer, DU, |function| if function == 0x48 { 0x49 } else { function })),
+    ("ms2.foreign", |request, answer, _| match (request.get(5), dsap(request), is_rs(&answer)) {
         (Some(0x83), Some(0..=48), true) => telegram(&[SC]),
-        _ => came,
+        _ => answer,
     }),
-    ("ms2.refusal", |_, came, _| match &came {
-        Received::Telegram(octets) if octets.get(DU) == Some(&0xDE) => with(&came, DU + 2, |_| 0xC2),
-        _ => came,
+    ("ms2.refusal", |_, answer, _| match &answer {
+        Received::Telegram(octets) if octets.get(DU) == Some(&0xDE) => with(&answer, DU + 2, |_| 0xC2),
+        _ => answer,
     }),
     (
         "ms2.abort",
-        |asked, came, _| if asked.get(9) == Some(&0x58) { telegram(&[0x10, 2, 8, 0x02, 0x0C, 0x16]) } else { came },
+        |request, answer, _| {
+            if request.get(9) == Some(&0x58) { telegram(&[0x10, 2, 8, 0x02, 0x0C, 0x16]) } else { answer }
+        },
     ),
-    ("ms2.unknown-function", |_, came, _| with(&came, DU, |function| if function == 0x58 { 0x48 } else { function })),
-    ("noise.damaged-telegrams", |asked, came, _| match Telegram::parse(asked) {
-        Err(_) if asked.len() > 20 => telegram(&[SC]),
-        _ => came,
+    ("ms2.unknown-function", |_, answer, _| {
+        with(&answer, DU, |function| if function == 0x58 { 0x48 } else { function })
+    }),
+    ("noise.damaged-telegrams", |request, answer, _| match Telegram::parse(request) {
+        Err(_) if request.len() > 20 => telegram(&[SC]),
+        _ => answer,
     }),
 ];
 
 #[test]
-fn every_rule_finds_the_slave_that_does_not_keep_it() {
+fn every_check_finds_a_slave_that_violates_its_rule() {
     for check in checks::all() {
         let (_, fault) =
             FAULTS.iter().find(|(name, _)| *name == check.name).unwrap_or_else(|| panic!("{}", check.name));
-        let mut wire = Faulty { memo: Memo::of("bcg450@8"), fault: *fault, before: Vec::new() };
-        let broken = broken(&mut wire, &subject("bcg450"));
-        assert!(broken.iter().any(|line| line.starts_with(check.name)), "{}: {broken:#?}", check.name);
+        let mut link = FaultyLink { link: VirtualLink::new("bcg450@8"), fault: *fault, before: Vec::new() };
+        let violations = violations(&mut link, &slave("bcg450"));
+        assert!(violations.iter().any(|line| line.starts_with(check.name)), "{}: {violations:#?}", check.name);
     }
 }

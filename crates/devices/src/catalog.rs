@@ -1,4 +1,4 @@
-//! The twelve device models, in the order of their manuals, and how to find one.
+//! The twelve device models, in the order of their manuals.
 
 use crate::model::Model;
 use crate::pxg55x::table::VARIANTS;
@@ -26,7 +26,7 @@ pub fn model_named(name: &str) -> Option<&'static Model> {
     MODELS.into_iter().find(|model| model.name == name)
 }
 
-/// The models with this Ident_Number. Related devices share one.
+/// The models with this Ident_Number; related devices share one.
 pub fn models_with_ident(ident: u16) -> impl Iterator<Item = &'static Model> {
     MODELS.into_iter().filter(move |model| model.ident == ident)
 }

@@ -1,8 +1,8 @@
-//! Nonvolatile memory, as a device sees it: a few octets under a key.
+//! The nonvolatile memory of a device: octets under a key.
 
 use crate::model::Octets;
 
-/// What a value is stored under.
+/// The key of a stored value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Key {
     /// A parameter of the tables. Instance 0 means all instances, or the only one.
@@ -20,34 +20,35 @@ pub enum Key {
     Internal(u8),
 }
 
-/// The memory took nothing. What it held before, it still holds.
+/// The memory did not store the value. It still has the old value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct StoreError;
 
 /// Nonvolatile memory.
 pub trait Store {
-    /// Copies what is stored under `key` to the front of `octets` and returns its length, `None` if there is nothing or
+    /// Copies the value under `key` to the front of `octets` and returns its length; `None` if there is none or
     /// `octets` is too short for it.
     fn load(&self, key: Key, octets: &mut [u8]) -> Option<usize>;
 
-    /// Stores `octets` under `key`. `Ok` promises that they are there after a power cut at any later instant; a cut
-    /// before that leaves the old value or the new one.
+    /// Stores `octets` under `key`. `Ok` guarantees that they survive a power cut at any later instant; a cut before
+    /// that leaves the old value or the new one.
     ///
     /// # Errors
     /// [`StoreError`] when they could not be stored.
     fn save(&mut self, key: Key, octets: &[u8]) -> Result<(), StoreError>;
 }
 
-/// What a [`Store`] must hold at most under one key.
+/// The longest value that a [`Store`] must hold, in octets.
 pub const MAX_STORED: usize = 16;
 
-/// A store in RAM for up to `ENTRIES` keys: it outlives the device's power, not the program.
+/// A store in RAM for up to `ENTRIES` keys. It keeps its values while the simulated power is off, not after the program
+/// has ended.
 #[derive(Clone, Debug)]
 pub struct RamStore<const ENTRIES: usize = 96> {
     entries: [Option<(Key, Stored)>; ENTRIES],
 }
 
-/// Octets of one entry.
+/// The value of an entry.
 #[derive(Clone, Copy, Debug)]
 struct Stored {
     length: usize,
@@ -85,7 +86,7 @@ impl<const ENTRIES: usize> Store for RamStore<ENTRIES> {
     }
 }
 
-/// What is stored under `key`.
+/// The value under `key`.
 pub(crate) fn load(store: &impl Store, key: Key) -> Option<Octets> {
     let mut octets = [0; MAX_STORED];
     let length = store.load(key, &mut octets)?;
@@ -100,7 +101,7 @@ mod tests {
     const SECOND: Key = Key::Internal(0);
 
     #[test]
-    fn what_was_saved_last_is_loaded() {
+    fn a_store_loads_the_value_that_was_saved_last() {
         let mut store = RamStore::<2>::default();
         let mut octets = [0; MAX_STORED];
         assert_eq!(store.load(FIRST, &mut octets), None);
@@ -113,7 +114,7 @@ mod tests {
     }
 
     #[test]
-    fn a_full_store_keeps_what_it_has() {
+    fn a_full_store_keeps_its_values() {
         let mut store = RamStore::<1>::default();
         assert_eq!(store.save(FIRST, &[1]), Ok(()));
         assert_eq!(store.save(SECOND, &[2]), Err(StoreError));

@@ -32,7 +32,7 @@ const EVENTS: [StateEvent; 10] = [
 ];
 
 #[test]
-fn every_event_in_every_state() {
+fn every_event_has_its_result_in_every_state() {
     let mut text = String::from("from               event              to, or the code of the refusal\n");
     for state in STATES {
         for event in EVENTS {

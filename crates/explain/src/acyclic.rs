@@ -1,4 +1,4 @@
-//! MS1 and MS2: connections and records, by their names.
+//! Acyclic services: MS1, MS2 connections, and records with the names of their parameters.
 
 use super::cycle::{Answer, Request, status_text};
 use super::names::DeviceTables;
@@ -8,27 +8,28 @@ use profivac_wire::Sap;
 use profivac_wire::acyclic::{Access, Call, Negative, Request as Pdu, Response, Transfer, call};
 use std::collections::BTreeMap;
 
-/// What was asked of a connection.
+/// The last read or write request on a connection.
 #[derive(Clone, Debug)]
 struct PendingRequest {
     master: u8,
     slot: u8,
     index: u8,
-    /// The value to be written, nothing to read.
+    /// The value of a write request; `None` for a read request.
     value: Option<Vec<u8>>,
 }
 
-/// Connections and what was asked of them.
+/// The acyclic services of one slave.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Records {
-    asked: BTreeMap<Option<u8>, PendingRequest>,
-    /// What was told of each parameter last: a value that does not change is told once.
+    /// The last request on each connection, by the access point of the slave; `None` for MS1.
+    pending: BTreeMap<Option<u8>, PendingRequest>,
+    /// Text of the last note on each parameter: a value that does not change has one note.
     reported: BTreeMap<(u8, u8), String>,
-    /// Which master opens a connection.
+    /// The master that has sent Initiate and has no answer yet.
     opening: Option<u8>,
 }
 
-/// The access point of the slave, `None` for MS1.
+/// The access point of the slave; `None` for MS1.
 const fn connection(sap: Sap) -> Option<u8> {
     match sap {
         Sap::Ms2(connection) => Some(connection),
@@ -36,14 +37,14 @@ const fn connection(sap: Sap) -> Option<u8> {
     }
 }
 
-fn way(sap: Sap) -> String {
+fn connection_text(sap: Sap) -> String {
     connection(sap).map_or_else(|| "MS1".to_owned(), |sap| format!("MS2 SAP {sap}"))
 }
 
 impl Records {
-    /// A request on its way. Returns what it means.
+    /// Records a request. Returns its meaning.
     pub(super) fn request(&mut self, tables: &DeviceTables, request: &Request) -> String {
-        let (asked, text) = match Pdu::parse(&request.du) {
+        let (access, text) = match Pdu::parse(&request.du) {
             Ok(Pdu::Read(Access { slot, index, .. })) => {
                 ((slot, index, None), format!("read {}", name(tables, slot, index, &[])))
             }
@@ -53,12 +54,12 @@ impl Records {
             }
             _ => return String::new(),
         };
-        let (slot, index, value) = asked;
-        self.asked.insert(connection(request.sap), PendingRequest { master: request.master, slot, index, value });
+        let (slot, index, value) = access;
+        self.pending.insert(connection(request.sap), PendingRequest { master: request.master, slot, index, value });
         text
     }
 
-    /// The answer. Returns what it means; tells what is new.
+    /// Records an answer. Returns its meaning and adds notes about changes.
     pub(super) fn answer(
         &mut self,
         address: u8,
@@ -67,9 +68,9 @@ impl Records {
         answer: Answer<'_>,
         notes: &mut Notes<'_>,
     ) -> String {
-        self.connects(address, request, notes);
+        self.connection_request(address, request, notes);
         if answer.du.is_empty() {
-            return self.bare(address, request, answer, notes);
+            return self.answer_without_data(address, request, answer, notes);
         }
         let sap = request.sap;
         match Response::parse(answer.du) {
@@ -78,34 +79,41 @@ impl Records {
             }
             Ok(Response::Write(Access { slot, index, .. })) => self.written(address, tables, (sap, slot, index), notes),
             Ok(Response::Negative(refusal)) => self.refused(address, tables, sap, refusal, notes),
-            Ok(response) => self.connected(address, request, &response, notes),
+            Ok(response) => self.connection_answer(address, request, &response, notes),
             Err(_) => String::new(),
         }
     }
 
-    /// What a master opens and closes.
-    fn connects(&mut self, address: u8, request: &Request, notes: &mut Notes<'_>) {
+    /// Adds a note when a master closes a connection, and remembers the master that opens one.
+    fn connection_request(&mut self, address: u8, request: &Request, notes: &mut Notes<'_>) {
         match Pdu::parse(&request.du) {
             Ok(Pdu::Abort(abort)) => {
-                let text = format!("master {} closes {}: {}", request.master, way(request.sap), abort.reason);
+                let text =
+                    format!("master {} closes {}: {}", request.master, connection_text(request.sap), abort.reason);
                 notes.about(address, Kind::Connection, text);
-                self.asked.remove(&connection(request.sap));
+                self.pending.remove(&connection(request.sap));
             }
             Ok(Pdu::Initiate(_)) => self.opening = Some(request.master),
             _ => {}
         }
     }
 
-    /// What a slave says about a connection.
-    fn connected(&mut self, address: u8, request: &Request, response: &Response<'_>, notes: &mut Notes<'_>) -> String {
+    /// Adds a note when a slave opens or closes a connection.
+    fn connection_answer(
+        &mut self,
+        address: u8,
+        request: &Request,
+        response: &Response<'_>,
+        notes: &mut Notes<'_>,
+    ) -> String {
         let text = match response {
-            Response::Abort(abort) => format!("closes {}: {}", way(request.sap), abort.reason),
+            Response::Abort(abort) => format!("closes {}: {}", connection_text(request.sap), abort.reason),
             Response::ResourceManager(open) => {
                 let master = self.opening.take().unwrap_or(request.master);
                 format!("gives master {master} an MS2 connection on SAP {}", open.server_sap)
             }
             Response::Initiate(open) => {
-                format!("{} is open, records up to {} octets", way(request.sap), open.max_len_data_unit)
+                format!("{} is open, records up to {} octets", connection_text(request.sap), open.max_len_data_unit)
             }
             _ => return String::new(),
         };
@@ -113,14 +121,14 @@ impl Records {
         text
     }
 
-    /// An answer without a PDU: taken, not ready yet, or closed.
-    fn bare(&self, address: u8, request: &Request, answer: Answer<'_>, notes: &mut Notes<'_>) -> String {
+    /// Handles an answer without a PDU: an acknowledgement, or a status that refuses the request.
+    fn answer_without_data(&self, address: u8, request: &Request, answer: Answer<'_>, notes: &mut Notes<'_>) -> String {
         if !answer.is_ack() {
-            let what = match request.sap {
+            let refusal = match request.sap {
                 Sap::ResourceManager => "gives no MS2 connection".to_owned(),
-                sap => format!("does not take requests on {}", way(sap)),
+                sap => format!("does not take requests on {}", connection_text(sap)),
             };
-            notes.about(address, Kind::Refused, format!("{what}: {}", status_text(answer.status)));
+            notes.about(address, Kind::Refused, format!("{refusal}: {}", status_text(answer.status)));
         }
         String::new()
     }
@@ -146,8 +154,9 @@ impl Records {
         (sap, slot, index): (Sap, u8, u8),
         notes: &mut Notes<'_>,
     ) -> String {
-        let asked = self.asked.get(&connection(sap)).filter(|asked| (asked.slot, asked.index) == (slot, index));
-        let data = asked.and_then(|asked| asked.value.clone()).unwrap_or_default();
+        let request =
+            self.pending.get(&connection(sap)).filter(|request| (request.slot, request.index) == (slot, index));
+        let data = request.and_then(|request| request.value.clone()).unwrap_or_default();
         tables.learn(slot, index, &data);
         let text = format!("{} = {}", name(tables, slot, index, &data), value(tables, slot, index, &data));
         self.reported.remove(&(slot, index));
@@ -164,9 +173,9 @@ impl Records {
         notes: &mut Notes<'_>,
     ) {
         if self.reported.insert((slot, index), text.to_owned()).as_deref() != Some(text) {
-            let asked = self.asked.get(&connection(sap));
-            let who = asked.map_or_else(|| "a master".to_owned(), |asked| format!("master {}", asked.master));
-            notes.about(address, Kind::Parameter, format!("{who} {verb} {text} ({})", way(sap)));
+            let request = self.pending.get(&connection(sap));
+            let master = request.map_or_else(|| "a master".to_owned(), |request| format!("master {}", request.master));
+            notes.about(address, Kind::Parameter, format!("{master} {verb} {text} ({})", connection_text(sap)));
         }
     }
 
@@ -178,23 +187,23 @@ impl Records {
         refusal: Negative,
         notes: &mut Notes<'_>,
     ) -> String {
-        let asked = self.asked.get(&connection(sap));
-        let what = asked.map_or_else(
-            || "something".to_owned(),
-            |asked| {
-                let data = asked.value.as_deref();
-                let written = data.map(|data| format!(" = {}", value(tables, asked.slot, asked.index, data)));
-                name(tables, asked.slot, asked.index, data.unwrap_or_default()) + &written.unwrap_or_default()
+        let request = self.pending.get(&connection(sap));
+        let parameter = request.map_or_else(
+            || "an unknown parameter".to_owned(),
+            |request| {
+                let data = request.value.as_deref();
+                let written = data.map(|data| format!(" = {}", value(tables, request.slot, request.index, data)));
+                name(tables, request.slot, request.index, data.unwrap_or_default()) + &written.unwrap_or_default()
             },
         );
         let code = if refusal.code_2 == 0 { String::new() } else { format!(", code {}", refusal.code_2) };
-        let text = format!("{} of {what} refused: {}{code}", refusal.function, refusal.code_1);
-        notes.about(address, Kind::Refused, format!("{text} ({})", way(sap)));
+        let text = format!("{} of {parameter} refused: {}{code}", refusal.function, refusal.code_1);
+        notes.about(address, Kind::Refused, format!("{text} ({})", connection_text(sap)));
         text
     }
 }
 
-/// The name of a record; behind index 255 are those of Call.
+/// The name of a record. Index 255 is Call, which has records of its own.
 fn name(tables: &DeviceTables, slot: u8, index: u8, data: &[u8]) -> String {
     match (index, Call::parse(data)) {
         (call::CALL_INDEX, Ok(call)) if call.fi_index == call::IM0 => "I&M0".to_owned(),

@@ -1,4 +1,4 @@
-//! A request and what came of it.
+//! Message cycles: a request and its answer.
 
 use profivac_dp::link::BitTime;
 use profivac_wire::control::{Control, FrameCount, Function, Status};
@@ -7,25 +7,25 @@ use profivac_wire::{DataTelegram, Sap};
 /// A request that waits for its answer.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Request {
-    /// Who asks.
+    /// Address of the master that sent it.
     pub master: u8,
-    /// Who is asked.
+    /// Address of the slave.
     pub slave: u8,
-    /// Its access point, 0 if there is none.
+    /// Service access point of the slave; `Sap::Default` if the telegram has none.
     pub sap: Sap,
-    /// What is asked.
+    /// Function code.
     pub function: Function,
     /// Frame count bit.
     pub count: FrameCount,
-    /// The access points as they came.
+    /// DSAP and SSAP as in the telegram.
     pub saps: [Option<u8>; 2],
     /// The data unit.
     pub du: Vec<u8>,
-    /// When it began, if that is known.
+    /// Start of the request, if the input has times.
     pub at: Option<BitTime>,
 }
 
-/// How it was answered.
+/// An answer of a slave.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Answer<'a> {
     /// SC counts as `Ok` without data.
@@ -35,7 +35,7 @@ pub struct Answer<'a> {
 }
 
 impl Answer<'_> {
-    /// Whether the request was taken without a word.
+    /// Whether the answer is an acknowledgement without data.
     #[must_use]
     pub fn is_ack(&self) -> bool {
         matches!(self.status, Status::Ok) || (self.status == Status::NoReply && self.du.is_empty())
@@ -43,7 +43,7 @@ impl Answer<'_> {
 }
 
 impl Request {
-    /// A request that is to be answered; `None` for answers and for what nobody answers.
+    /// The request in `frame`; `None` for an answer and for SDN, which is never answered.
     #[must_use]
     pub fn of(frame: &DataTelegram<'_>, at: Option<BitTime>) -> Option<Self> {
         let Control::Request { function, count } = frame.control() else { return None };
@@ -54,7 +54,7 @@ impl Request {
         Some(Self { master: frame.sa, slave: frame.da, sap, function, count, saps, du: frame.du.to_vec(), at })
     }
 
-    /// Whether `frame` is the answer: stations and access points the other way round.
+    /// Whether `frame` is the answer: its addresses and access points are those of the request, swapped.
     #[must_use]
     pub fn is_answered_by(&self, frame: &DataTelegram<'_>) -> bool {
         let stations = frame.sa == self.slave && frame.da == self.master;
@@ -62,30 +62,32 @@ impl Request {
         stations && (plain || [frame.ssap, frame.dsap] == self.saps || self.is_initiate_answered(frame))
     }
 
-    /// Only the frame count bits tell a repetition from the same request once more.
+    /// Whether `other` is a repetition: an equal request with an equal, counted frame count bit.
     #[must_use]
     pub fn is_repeated_by(&self, other: &Self) -> bool {
         matches!(self.count, FrameCount::Counted(_))
             && Self { at: None, ..self.clone() } == Self { at: None, ..other.clone() }
     }
 
-    /// The resource manager's connection answers from an access point of its own.
+    /// Whether `frame` answers Initiate: the answer comes from the access point of the new connection.
     fn is_initiate_answered(&self, frame: &DataTelegram<'_>) -> bool {
         matches!(self.sap, Sap::ResourceManager | Sap::Ms2(_)) && frame.dsap == self.saps[1]
     }
 }
 
-/// The status of an answer without data, in words.
+/// The status of an answer without data as text.
 #[must_use]
 pub const fn status_text(status: Status) -> &'static str {
     match status {
         Status::Ok => "OK",
         Status::UserError => "UE: its application has failed",
-        Status::NoResource => "RR: it has no room for that now",
+        Status::NoResource => "RR: it has no resource for that now",
         Status::ServiceNotActivated => "RS: this service is not open to this master",
         Status::DataLow | Status::DataHigh => "data",
-        Status::NoReply => "NR: nothing to say",
-        Status::DataLowNotTaken | Status::DataHighNotTaken => "RDL: it has data, and took none of those that were sent",
+        Status::NoReply => "NR: no data",
+        Status::DataLowNotTaken | Status::DataHighNotTaken => {
+            "RDL: it answers with data but did not take the data that was sent"
+        }
         Status::Other(_) => "an unknown answer",
     }
 }

@@ -1,4 +1,4 @@
-//! What Data_Exchange carries: pressures, states, and the parameter channel.
+//! The contents of Data_Exchange: pressures, states and the parameter channel.
 
 use super::cycle::{Answer, Request};
 use super::names::DeviceTables;
@@ -10,70 +10,72 @@ use profivac_devices::profile::{ExceptionStatus, StatusExtension};
 use profivac_sim::describe::Hex;
 use profivac_wire::control::Status;
 
-/// AK of an answer in the parameter channel. errata-bpg-bcg-tpg 24
+/// AK of an answer in the parameter channel (errata-bpg-bcg-tpg 24).
 const NOTHING: u8 = 0;
 const WORD: u8 = 1;
 const REFUSED: u8 = 7;
 const BYTE: u8 = 11;
 
-/// The cyclic side of a slave.
+/// The cyclic data of one slave.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Cyclic {
     configuration: Option<&'static Configuration>,
     exchanging: bool,
     refusing: bool,
-    /// What was told of the inputs, without the pressures.
+    /// The states in the last note about the inputs; pressures change too often for notes.
     reported: String,
-    instruction: [u8; 8],
-    answered: bool,
+    /// The last task in the parameter channel of the outputs.
+    task: [u8; 8],
+    /// Whether a note about the answer to `task` exists.
+    is_answered: bool,
 }
 
 impl Cyclic {
-    /// Another configuration, one that the tables have or not.
+    /// Starts again with a configuration; `None` if the tables do not have it.
     pub(super) fn configure(&mut self, configuration: Option<&'static Configuration>) {
         *self = Self { configuration, ..Self::default() };
     }
 
-    /// Data are not exchanged any more.
+    /// Records the end of data exchange.
     pub(super) fn end(&mut self) {
         self.exchanging = false;
         self.reported.clear();
     }
 
-    /// Data were refused. Whether that is news.
+    /// Records a refused Data_Exchange. Returns whether it is the first one in a row.
     pub(super) fn refuse(&mut self) -> bool {
-        let news = !self.refusing;
+        let is_first = !self.refusing;
         (self.refusing, self.exchanging) = (true, false);
-        news
+        is_first
     }
 
-    /// Whether data are exchanged for the first time.
+    /// Whether the next exchange is the first one.
     pub(super) const fn begins(&self) -> bool {
         !self.exchanging
     }
 
-    /// What outputs mean.
+    /// The meaning of outputs.
     pub(super) fn outputs(&mut self, tables: &DeviceTables, du: &[u8]) -> String {
         let Some(telegram) = self.configuration.and_then(|configuration| configuration.outputs) else {
             return String::new();
         };
-        let mut words = Vec::new();
+        let mut texts = Vec::new();
         for (field, octets) in fields(telegram, du) {
             match (field, <[u8; 8]>::try_from(octets)) {
                 (Field::ParameterChannel, Ok(channel)) => {
-                    if channel != self.instruction {
-                        (self.instruction, self.answered) = (channel, false);
+                    if channel != self.task {
+                        (self.task, self.is_answered) = (channel, false);
                     }
-                    words.extend(instruction(tables, channel).map(|(what, _)| what));
+                    texts.extend(task(tables, channel).map(|(text, _)| text));
                 }
                 (Field::Ignored(_), _) => {}
-                _ => words.push(format!("{} {}", field.name(), Hex(octets))),
+                _ => texts.push(format!("{} {}", field.name(), Hex(octets))),
             }
         }
-        words.join(", ")
+        texts.join(", ")
     }
 
-    /// What inputs mean; tells what has changed.
+    /// The meaning of inputs. Adds notes about changed states.
     pub(super) fn inputs(
         &mut self,
         address: u8,
@@ -90,13 +92,13 @@ impl Cyclic {
                 all.extend(self.channel(address, tables, octets, notes));
                 continue;
             }
-            let words = field_text(field, octets, tables, selected);
-            if !is_measured(field) && !words.is_empty() {
-                states.push(words.clone());
+            let text = field_text(field, octets, tables, selected);
+            if !is_measured(field) && !text.is_empty() {
+                states.push(text.clone());
             }
-            all.push(words);
+            all.push(text);
         }
-        all.retain(|words| !words.is_empty());
+        all.retain(|text| !text.is_empty());
         let all = all.join(", ");
         self.report(address, request, answer, [&states.join(", "), &all], notes);
         all
@@ -110,16 +112,16 @@ impl Cyclic {
         [states, all]: [&str; 2],
         notes: &mut Notes<'_>,
     ) {
-        let what = if all.is_empty() { String::new() } else { format!(": {all}") };
+        let contents = if all.is_empty() { String::new() } else { format!(": {all}") };
         if self.begins() {
             let octets = format!("{} octets out, {} in", request.du.len(), answer.du.len());
             notes.about(
                 address,
                 Kind::Exchange,
-                format!("exchanges data with master {}, {octets}{what}", request.master),
+                format!("exchanges data with master {}, {octets}{contents}", request.master),
             );
         } else if self.reported != states {
-            notes.about(address, Kind::Exchange, format!("its inputs say{what}"));
+            notes.about(address, Kind::Exchange, format!("its inputs have changed{contents}"));
         }
         if answer.status == Status::DataHigh {
             notes.about(address, Kind::Diagnosis, "asks its master to fetch its diagnosis (DH)");
@@ -127,13 +129,13 @@ impl Cyclic {
         (self.exchanging, self.refusing, self.reported) = (true, false, states.to_owned());
     }
 
-    /// The parameter channel of the inputs.
+    /// The meaning of the parameter channel of the inputs; `None` without an answer to the last task.
     fn channel(&mut self, address: u8, tables: &DeviceTables, octets: &[u8], notes: &mut Notes<'_>) -> Option<String> {
-        let (what, reads) = instruction(tables, self.instruction)?;
+        let (task, reads) = task(tables, self.task)?;
         let [pke, slot, index, _, value @ ..] = octets else { return None };
-        let [_, asked_slot, asked_index, ..] = self.instruction;
-        // An answer to something else is one from before.
-        let ak = Some(pke >> 4).filter(|ak| *ak != NOTHING && (*slot, *index) == (asked_slot, asked_index))?;
+        let [_, task_slot, task_index, ..] = self.task;
+        // An answer with other numbers belongs to the task before.
+        let ak = Some(pke >> 4).filter(|ak| *ak != NOTHING && (*slot, *index) == (task_slot, task_index))?;
         let result = match (ak, tables.model, value) {
             (REFUSED, Some(model), [.., code]) => format!(" is refused: {} (code {code})", channel_code(model, *code)),
             (REFUSED, None, [.., code]) => format!(" is refused: code {code}"),
@@ -142,18 +144,18 @@ impl Cyclic {
             (WORD, _, [.., high, low]) => format!(" = {}", tables.value(*slot, *index, &[*high, *low])),
             _ => format!(" = {}", tables.value(*slot, *index, value)),
         };
-        let text = format!("parameter channel: {what}{result}");
-        if !self.answered {
+        let text = format!("parameter channel: {task}{result}");
+        if !self.is_answered {
             let kind = if ak == REFUSED { Kind::Refused } else { Kind::Parameter };
             notes.about(address, kind, text.clone());
         }
-        self.answered = true;
+        self.is_answered = true;
         Some(text)
     }
 }
 
-/// What an instruction of the parameter channel asks for, and whether it reads.
-fn instruction(tables: &DeviceTables, [pke, slot, index, _, value @ ..]: [u8; 8]) -> Option<(String, bool)> {
+/// The meaning of a task of the parameter channel, and whether the task reads.
+fn task(tables: &DeviceTables, [pke, slot, index, _, value @ ..]: [u8; 8]) -> Option<(String, bool)> {
     let ak = Some(pke >> 4).filter(|ak| *ak != NOTHING)?;
     let name = tables.name(slot, index);
     Some(match tables.model.and_then(|model| model.channel_rules.task(ak)) {
@@ -163,7 +165,7 @@ fn instruction(tables: &DeviceTables, [pke, slot, index, _, value @ ..]: [u8; 8]
             let octets = value.get(4usize.saturating_sub(length)..).unwrap_or_default();
             (format!("write {name} = {}", tables.value(slot, index, octets)), false)
         }
-        None => (format!("instruction {ak} for {name}"), true),
+        None => (format!("task {ak} for {name}"), true),
     })
 }
 
@@ -175,7 +177,7 @@ fn octet_of(telegram: &'static Telegram, du: &[u8], wanted: Field) -> Option<u8>
     fields(telegram, du).find(|(field, _)| *field == wanted).and_then(|(_, octets)| octets.first().copied())
 }
 
-/// Whether a field changes all the time.
+/// Whether a field is a measured value, which changes all the time.
 const fn is_measured(field: Field) -> bool {
     matches!(field, Field::ProcessValue(_) | Field::ChannelValue(..) | Field::ChannelMantissa(_) | Field::TtrValue)
 }
@@ -198,7 +200,7 @@ fn field_text(field: Field, octets: &[u8], tables: &DeviceTables, selected: Opti
     }
 }
 
-/// The name of the measuring part that shows its value.
+/// The name of the part whose value the slave sends, followed by a space.
 fn part(tables: &DeviceTables, instance: u8) -> String {
     let places = tables.model.into_iter().flat_map(|model| model.blocks).flat_map(|place| place.locations);
     let name =

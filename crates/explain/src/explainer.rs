@@ -1,4 +1,4 @@
-//! From telegrams to the story: requests find their answers, stations their state, and what changes is told.
+//! Explains telegrams: matches answers with requests, keeps the state of each station, and adds a note about each change.
 
 use super::cycle::{Answer, Request};
 use super::frame::{Piece, PieceKind};
@@ -12,39 +12,40 @@ use profivac_wire::global::GlobalControl;
 use profivac_wire::{DataTelegram, Sap, Telegram};
 use std::collections::BTreeMap;
 
-/// How many octets of something damaged are shown.
+/// The number of octets of a damaged piece that a note shows.
 const SHOWN: usize = 24;
 
-/// Tells what happens on a line.
+/// Keeps the state of a line and explains its telegrams.
 #[derive(Clone, Debug)]
 pub struct Explainer {
     baud: Baud,
+    /// The request that has no answer yet.
     pending: Option<Request>,
-    /// What each station was asked last, by which a repetition is known.
+    /// The last request to each station: a repetition equals it.
     last: BTreeMap<u8, Request>,
     slaves: BTreeMap<u8, Slave>,
     masters: BTreeMap<u8, StationType>,
     ring: Ring,
-    /// What each master ordered last.
-    orders: BTreeMap<u8, String>,
+    /// The last Global_Control of each master.
+    global_controls: BTreeMap<u8, String>,
     summary: Summary,
 }
 
-/// What was seen in all.
+/// Totals of the traffic.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Summary {
-    /// Telegrams, doubtful ones not counted.
+    /// Valid telegrams; doubtful ones are not counted.
     pub telegrams: u64,
-    /// SC and tokens that may be part of something damaged.
+    /// SC and tokens that may be part of damaged octets.
     pub doubtful: u64,
     /// Damaged pieces.
     pub damaged: u64,
-    /// How many telegrams each station sent.
+    /// Valid telegrams by the address of their sender.
     pub sent: BTreeMap<u8, u64>,
 }
 
 impl Explainer {
-    /// Nothing was heard yet.
+    /// An explainer without any traffic yet.
     #[must_use]
     pub fn new(baud: Baud) -> Self {
         Self {
@@ -54,32 +55,32 @@ impl Explainer {
             slaves: BTreeMap::new(),
             masters: BTreeMap::new(),
             ring: Ring::default(),
-            orders: BTreeMap::new(),
+            global_controls: BTreeMap::new(),
             summary: Summary::default(),
         }
     }
 
-    /// What was seen in all.
+    /// Totals of the traffic.
     #[must_use]
     pub const fn summary(&self) -> &Summary {
         &self.summary
     }
 
-    /// The slaves that were asked something, by address, with what is known of them.
+    /// The slaves that a master has sent a request to, by address.
     pub fn slaves(&self) -> impl Iterator<Item = (u8, &Slave)> {
         self.slaves.iter().map(|(address, slave)| (*address, slave))
     }
 
-    /// What became of the requests to a station.
+    /// The counters of the requests to a slave.
     #[must_use]
     pub fn counters(&self, address: u8) -> Counters {
         self.slaves.get(&address).map(|slave| slave.counters).unwrap_or_default()
     }
 
-    /// A piece, the `number`th. What it tells is appended to `told`; returned is what it means to the station concerned,
-    /// beyond what every telegram says by itself.
-    pub fn piece(&mut self, piece: &Piece, number: usize, told: &mut Vec<Note>) -> String {
-        let mut notes = Notes { at: piece.start, number, list: told };
+    /// Explains the piece with this number. Appends notes about changes to `list`. Returns the meaning of the telegram for its
+    /// station, beyond its plain description; empty if there is none.
+    pub fn piece(&mut self, piece: &Piece, number: usize, list: &mut Vec<Note>) -> String {
+        let mut notes = Notes { at: piece.start, number, list };
         match (piece.kind, Telegram::parse(&piece.octets)) {
             (PieceKind::Valid, Ok(telegram)) => {
                 self.summary.telegrams = self.summary.telegrams.saturating_add(1);
@@ -87,7 +88,7 @@ impl Explainer {
             }
             (PieceKind::Doubtful, Ok(telegram)) => {
                 self.summary.doubtful = self.summary.doubtful.saturating_add(1);
-                // Only an SC somebody waits for is believed, and no token.
+                // A doubtful SC counts only as the answer to a pending request; a doubtful token never counts.
                 if telegram == Telegram::ShortAck { self.short_ack(&mut notes) } else { String::new() }
             }
             _ => {
@@ -102,7 +103,7 @@ impl Explainer {
         match telegram {
             Telegram::ShortAck => self.short_ack(notes),
             Telegram::Token { da, sa } => {
-                self.silence(notes);
+                self.end_pending(notes);
                 self.count(*sa);
                 self.ring.token(*sa, *da, notes);
                 String::new()
@@ -135,9 +136,9 @@ impl Explainer {
         piece: &Piece,
         notes: &mut Notes<'_>,
     ) -> String {
-        self.silence(notes);
+        self.end_pending(notes);
         let Some(request) = Request::of(frame, piece.start) else {
-            self.order(frame, notes);
+            self.global_control(frame, notes);
             return String::new();
         };
         if matches!(function, Function::FdlStatus | Function::Ident | Function::LsapStatus) {
@@ -152,8 +153,8 @@ impl Explainer {
         meaning
     }
 
-    /// The request before got no answer.
-    fn silence(&mut self, notes: &mut Notes<'_>) {
+    /// Counts the pending request as unanswered.
+    fn end_pending(&mut self, notes: &mut Notes<'_>) {
         let Some(request) = self.pending.take() else { return };
         if let Some(slave) = self.slaves.get_mut(&request.slave).filter(|_| is_counted(request.function)) {
             slave.unanswered(&request, notes);
@@ -174,7 +175,7 @@ impl Explainer {
         if station != StationType::Slave && self.masters.insert(frame.sa, station) != Some(station) {
             let state = match station {
                 StationType::MasterInRing => "is a master in the token ring",
-                StationType::MasterReady => "is a master that wants into the token ring",
+                StationType::MasterReady => "is a master that is ready for the token ring",
                 StationType::MasterNotReady | StationType::Slave => "is a master that is not ready for the token ring",
             };
             notes.about(frame.sa, Kind::Presence, state);
@@ -187,30 +188,30 @@ impl Explainer {
         slave.answer(request, answer, self.baud, notes)
     }
 
-    /// What is sent without an answer: Global_Control.
-    fn order(&mut self, frame: &DataTelegram<'_>, notes: &mut Notes<'_>) {
+    /// Adds a note about a Global_Control, which has no answer, if it differs from the last one of the master.
+    fn global_control(&mut self, frame: &DataTelegram<'_>, notes: &mut Notes<'_>) {
         let (Sap::GlobalControl, Ok(control)) = (Sap::from_octet(frame.dsap), GlobalControl::parse(frame.du)) else {
             return;
         };
-        let order = global_control(control);
-        if self.orders.get(&frame.sa) != Some(&order) {
-            let whom = if frame.da == profivac_wire::BROADCAST { "all".to_owned() } else { frame.da.to_string() };
-            notes.add(None, Kind::Control, format!("master {} orders{order} to {whom}", frame.sa));
-            self.orders.insert(frame.sa, order);
+        let control = global_control(control);
+        if self.global_controls.get(&frame.sa) != Some(&control) {
+            let target = if frame.da == profivac_wire::BROADCAST { "all".to_owned() } else { frame.da.to_string() };
+            notes.add(None, Kind::Control, format!("master {} sends Global_Control{control} to {target}", frame.sa));
+            self.global_controls.insert(frame.sa, control);
         }
     }
 }
 
-/// Whether a request goes to a service, not only to a station.
+/// Whether the counters of a slave include a request: all but FDL status, Ident and LSAP status.
 const fn is_counted(function: Function) -> bool {
     !matches!(function, Function::FdlStatus | Function::Ident | Function::LsapStatus)
 }
 
-/// What is wrong with a damaged piece.
+/// The text of the note about a damaged piece.
 fn damaged(piece: &Piece) -> String {
     let reason = match (&piece.errors[..], Telegram::parse(&piece.octets)) {
         ([], Err(defect)) => defect.to_string(),
-        ([], Ok(_)) => "not between valid ones".to_owned(),
+        ([], Ok(_)) => "not plausible as a telegram".to_owned(),
         (errors, _) => {
             let places: Vec<String> = errors.iter().map(|place| place.saturating_add(1).to_string()).collect();
             format!("character error in octet {}", places.join(", "))

@@ -1,28 +1,41 @@
-//! What was on a line, told in words.
+//! Explains PROFIBUS traffic in sentences.
 //!
-//! | Layer | Module | Makes |
-//! |---|---|---|
-//! | ports | [`tap`] | octets with times, from a line that is only listened to |
-//! | files | [`input`], [`printed`] | octets, with times if there are any, out of captures, traces and prints |
-//! | telegrams | [`frame`] | telegrams and damaged pieces |
-//! | cycles | [`cycle`] | requests with their answers |
-//! | stations | [`slave`], [`ring`], and inside `cyclic`, `acyclic` | what each is, whose, and in which state |
-//! | names | [`names`], and inside `refusal` | parameters, values and reasons in the words of the manuals |
-//! | story | [`story`], [`note`] | sentences about what changes |
+//! A [`Decoder`] takes octets from a port or a file and returns telegrams, their meaning, and [notes](note::Note) about
+//! everything that changes: a slave that starts, a refused configuration with its reason, a parameter that is written.
 //!
 //! ```
 //! use profivac_dp::link::Baud;
-//! use profivac_explain::{Teller, input::Recording};
+//! use profivac_explain::{Decoder, input::Capture};
 //!
+//! // A log, a trace or a pcapng file; Baud applies when the file has no transmission rate.
 //! let log = b"TX 68 07 07 68 FF 82 46 3A 3E 02 00 41 16\n";
-//! let log = Recording::read(log, Baud::B19200)?;
-//! let mut teller = Teller::new(log.baud.unwrap_or(Baud::B19200), log.times);
-//! let mut told = Vec::new();
-//! log.noted.iter().for_each(|noted| teller.noted(noted, &mut told));
-//! teller.end(&mut told);
-//! assert_eq!(told[0].notes[0].text, "master 2 orders Clear_Data to all");
-//! # Ok::<(), profivac_explain::input::BadInput>(())
+//! let capture = Capture::read(log, Baud::B19200)?;
+//!
+//! let mut decoder = Decoder::new(capture.baud.unwrap_or(Baud::B19200), capture.times);
+//! let mut explained = Vec::new();
+//! for chunk in &capture.chunks {
+//!     decoder.push(chunk, &mut explained);
+//! }
+//! decoder.end(&mut explained);
+//!
+//! assert_eq!(explained[0].notes[0].text, "master 2 sends Global_Control Clear_Data to all");
+//! # Ok::<(), profivac_explain::input::InputError>(())
 //! ```
+//!
+//! [`Capture`](input::Capture) reads a whole file. A [`Source`](input::Source) reads a file of any size piece by piece, and a
+//! [`Tap`](tap::Tap) receives from a port without sending; both return the [`Chunk`]s that `push` takes.
+//!
+//! Each layer uses the layers above it in this table:
+//!
+//! | Layer | Module | Result |
+//! |---|---|---|
+//! | telegrams | [`frame`] | telegrams and damaged pieces |
+//! | files | [`input`], [`octet_row`] | octets from captures, traces and logs, with times if the file has times |
+//! | ports | [`tap`] | octets with times, from a port that only listens |
+//! | cycles | [`cycle`] | requests with their answers |
+//! | names | [`names`], `refusal` (private) | parameters, values and reasons in the words of the manuals |
+//! | stations | [`slave`], [`ring`], `cyclic` and `acyclic` (private) | device, owner and state of each station |
+//! | sentences | [`explainer`], [`note`] | a sentence about each change |
 
 mod acyclic;
 pub mod cycle;
@@ -46,38 +59,38 @@ use profivac_dp::link::{Baud, BitTime, CHARACTER_TBIT, T_SYN_TBIT};
 use profivac_host::clock::tbit_of;
 use std::time::Duration;
 
-/// A piece and what is to be said about it.
+/// A piece with its explanation.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ExplainedPiece {
-    /// Its number, counted from 1.
+    /// Number of the piece, counted from 1.
     pub number: usize,
     /// The telegram, or the damaged octets.
     pub piece: Piece,
-    /// What it means to the station concerned, beyond what every telegram says by itself.
+    /// Meaning of the telegram for its station, beyond its plain description; empty if there is none.
     pub meaning: String,
-    /// What is new with it.
+    /// Sentences about the changes that this piece shows.
     pub notes: Vec<Note>,
 }
 
-/// From octets to the story.
+/// Decodes octets into telegrams and explains them.
 #[derive(Clone, Debug)]
 pub struct Decoder {
     framer: Framer,
     explainer: Explainer,
     pieces: Vec<Piece>,
     number: usize,
-    /// When the last octets with a time ended.
+    /// End of the last octets that had a time.
     end: Option<BitTime>,
-    /// After such a pause nothing goes on.
+    /// No telegram continues after a pause of this length.
     gap_tbit: u64,
 }
 
-/// How long an operating system or an adapter may pause within a telegram. free choice: longer than the 16 ms for which an
-/// adapter may keep octets (profibus-wire 9.4, point 36), short enough to watch.
+/// Longest pause that an operating system or an adapter may make within a telegram. free choice: longer than the 16 ms for
+/// which an adapter may hold octets back (profibus-wire 9.4, point 36), short enough for a live display.
 pub const PLATFORM_SILENCE: Duration = Duration::from_millis(50);
 
 impl Decoder {
-    /// Nothing was heard yet.
+    /// A decoder without any traffic yet.
     #[must_use]
     pub fn new(baud: Baud, times: TimeSource) -> Self {
         let gap_tbit = match times {
@@ -88,36 +101,36 @@ impl Decoder {
         Self { framer, explainer, pieces: Vec::new(), number: 0, end: None, gap_tbit }
     }
 
-    /// What is known of the line.
+    /// The state of the line as the traffic shows it.
     #[must_use]
     pub const fn explainer(&self) -> &Explainer {
         &self.explainer
     }
 
-    /// Octets came. A telegram does not go on after an idle line.
-    pub fn push(&mut self, noted: &Chunk, told: &mut Vec<ExplainedPiece>) {
-        if let (Some(end), Some(start)) = (self.end, noted.start)
+    /// Decodes octets and appends the complete pieces to `explained`. A pause before the octets ends a telegram.
+    pub fn push(&mut self, chunk: &Chunk, explained: &mut Vec<ExplainedPiece>) {
+        if let (Some(end), Some(start)) = (self.end, chunk.start)
             && start - end >= self.gap_tbit
         {
             self.framer.flush(&mut self.pieces);
         }
-        self.end = noted.start.map(|start| start + (noted.octets.len() as u64).saturating_mul(CHARACTER_TBIT));
-        self.framer.push(noted.start, &noted.octets, &noted.errors, &mut self.pieces);
-        self.explain_pieces(told);
+        self.end = chunk.start.map(|start| start + (chunk.octets.len() as u64).saturating_mul(CHARACTER_TBIT));
+        self.framer.push(chunk.start, &chunk.octets, &chunk.errors, &mut self.pieces);
+        self.explain_pieces(explained);
     }
 
-    /// The line has been silent, or there is no more.
-    pub fn end(&mut self, told: &mut Vec<ExplainedPiece>) {
+    /// Appends the pieces that are left to `explained`, at the end of the input or after a silent line.
+    pub fn end(&mut self, explained: &mut Vec<ExplainedPiece>) {
         self.framer.flush(&mut self.pieces);
-        self.explain_pieces(told);
+        self.explain_pieces(explained);
     }
 
-    fn explain_pieces(&mut self, told: &mut Vec<ExplainedPiece>) {
+    fn explain_pieces(&mut self, explained: &mut Vec<ExplainedPiece>) {
         for piece in self.pieces.drain(..) {
             self.number = self.number.saturating_add(1);
             let mut notes = Vec::new();
             let meaning = self.explainer.piece(&piece, self.number, &mut notes);
-            told.push(ExplainedPiece { number: self.number, piece, meaning, notes });
+            explained.push(ExplainedPiece { number: self.number, piece, meaning, notes });
         }
     }
 }

@@ -1,26 +1,26 @@
-//! Parameters by name, and their values in words: `ba.process-value = 1.2e-3 mbar`.
+//! Names and values of parameters from the tables of a device: `ba.process-value = 1.2e-3 mbar`.
 
 use profivac_client::names::{NamedParameter, ParameterNames};
 use profivac_client::values::{Value, ValueFormat};
 use profivac_devices::model::{Codes, DataType, Model, Unit};
 use profivac_sim::describe::Hex;
 
-/// What a telegram says about a device, in the device's own terms.
+/// The tables of a device, with the parameters that change the meaning of others.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct DeviceTables {
-    /// The device, the first of those that share an ident number.
+    /// The device; the first one if several have the same Ident_Number.
     pub model: Option<&'static Model>,
-    /// The unit it shows, once a telegram has told it.
+    /// The unit of its pressures, if a telegram has shown it.
     pub unit: Option<&'static Unit>,
-    /// The instance that the selector of a slot with several shows, once a telegram has told it.
+    /// The instance that the selector of a slot with several instances has selected, if a telegram has shown it.
     pub instance: Option<u8>,
 }
 
-/// Parameters that choose which instance a slot shows.
+/// The parameters that select the instance of a slot.
 const SELECTORS: [&str; 2] = ["Channel Instance Selector", "Analog Input Sensor Function Block Instance"];
 
 impl DeviceTables {
-    /// The name of a parameter as [`Names`] has it, with its numbers. Instances that share a slot are all named:
+    /// The name of a parameter as in [`ParameterNames`], with its numbers. The name lists all instances that share the slot:
     /// `pirani/ba.safe-value`.
     #[must_use]
     pub fn name(&self, slot: u8, index: u8) -> String {
@@ -41,17 +41,18 @@ impl DeviceTables {
         format!("{} ({numbers})", names.join(" or "))
     }
 
-    /// The value of a parameter in the words of [`Meaning`], as far as the octets and the unit tell. A code keeps its number.
+    /// The value of a parameter as [`ValueFormat`] writes it, or its octets if the value is not known. A code keeps its number.
     #[must_use]
     pub fn value(&self, slot: u8, index: u8, octets: &[u8]) -> String {
-        self.meaning(slot, index, octets).unwrap_or_else(|| Hex(octets).to_string())
+        self.known_value(slot, index, octets).unwrap_or_else(|| Hex(octets).to_string())
     }
 
-    fn meaning(&self, slot: u8, index: u8, octets: &[u8]) -> Option<String> {
+    /// The value of a parameter; `None` if its type is not known or the octets do not fit it.
+    fn known_value(&self, slot: u8, index: u8, octets: &[u8]) -> Option<String> {
         let mut all = self.named(slot, index);
         let named = all.next()?;
         let row = named.parameter.row;
-        // Nobody has said whose it is, and it is not the same everywhere.
+        // No telegram has shown the instance, and its instances differ in code or type.
         if all.any(|other| other.parameter.row.codes != row.codes || other.parameter.row.data_type != row.data_type) {
             return None;
         }
@@ -62,9 +63,9 @@ impl DeviceTables {
             _ if !fits(row.data_type, octets) => return None,
             _ => {}
         }
-        let meaning = ValueFormat { named, model: self.model?, unit: self.unit };
+        let format = ValueFormat { named, model: self.model?, unit: self.unit };
         let value = Value::of(row, octets);
-        let text = meaning.format(&value);
+        let text = format.format(&value);
         Some(match value {
             Value::Integer(number) if row.codes != Codes::Plain && text != number.to_string() => {
                 format!("{text} ({number})")
@@ -73,17 +74,17 @@ impl DeviceTables {
         })
     }
 
-    /// The parameters at a place, of the instance that is shown if that is known.
+    /// The parameters with this slot and index, of the selected instance only if that is known.
     fn named(&self, slot: u8, index: u8) -> impl Iterator<Item = &'static NamedParameter> + '_ {
         let names = self.model.and_then(ParameterNames::of_catalog);
-        let here = names.into_iter().flat_map(move |names| names.at_index(slot, index));
-        here.filter(|named| {
+        let parameters = names.into_iter().flat_map(move |names| names.at_index(slot, index));
+        parameters.filter(|named| {
             let instance = named.parameter.place.instance;
             instance == 0 || self.instance.is_none_or(|selected| selected == instance)
         })
     }
 
-    /// A parameter was read or written: unit and selector change what others mean.
+    /// Records a value that was read or written: the unit and the selector change the meaning of other parameters.
     pub fn learn(&mut self, slot: u8, index: u8, octets: &[u8]) {
         let Some(row) = self.named(slot, index).next().map(|named| named.parameter.row) else { return };
         if row.name == DATA_UNITS {
@@ -94,12 +95,12 @@ impl DeviceTables {
         }
     }
 
-    /// The unit with the code in these octets.
+    /// The unit with this code.
     fn unit_of(&self, octets: &[u8]) -> Option<&'static Unit> {
         self.model?.unit(u16::from_be_bytes(octets.try_into().ok()?))
     }
 
-    /// A block by its number.
+    /// The name of a block by its number.
     fn block(&self, octets: &[u8]) -> Option<String> {
         let [high, low, ..] = octets else { return None };
         let number = u16::from_be_bytes([*high, *low]);
@@ -108,21 +109,21 @@ impl DeviceTables {
         Some(format!("{} ({})", block.name, Hex(octets)))
     }
 
-    /// A pressure as a number in the unit of the device: two octets are an integer, four a float.
+    /// A pressure in the unit of the device: two octets are an integer, four octets a float.
     #[must_use]
     pub fn pressure(&self, octets: &[u8]) -> Option<String> {
         let number = match octets {
             [high, low] => u16::from_be_bytes([*high, *low]).to_string(),
             _ => short(float(octets)?),
         };
-        let unit = self.unit.map_or("in a unit that was not told", |unit| unit.name);
+        let unit = self.unit.map_or("(unit unknown)", |unit| unit.name);
         Some(format!("{number} {unit}"))
     }
 }
 
 const DATA_UNITS: &str = "Data Units";
 
-/// A number with four digits, as short as possible.
+/// A number with at most four decimals and no trailing zeros; with an exponent below 0.01 and from 10000.
 #[must_use]
 pub fn short(number: f32) -> String {
     let size = number.abs();
@@ -144,7 +145,7 @@ fn float(octets: &[u8]) -> Option<f32> {
     octets.try_into().ok().map(f32::from_be_bytes)
 }
 
-/// Whether octets are as many as the type has, and a Boolean is one.
+/// Whether the octets have the length of the type, and a Boolean is 0 or 1.
 const fn fits(data_type: DataType, octets: &[u8]) -> bool {
     match data_type {
         DataType::Boolean => matches!(octets, [0 | 1]),
@@ -167,13 +168,13 @@ mod tests {
     }
 
     #[test]
-    fn parameters_have_the_names_of_the_manual() {
+    fn a_parameter_has_the_name_of_the_manual() {
         assert_eq!(tables().name(0, 17), "device.device-type (slot 0 index 17)");
         assert_eq!(
             tables().name(1, 201),
             "ba.emission-user-mode-state or setpoint-a/setpoint-b.setpoint-function (slot 1 index 201)"
         );
-        // The selector says whose row it is.
+        // The selector shows to which instance the row belongs.
         let mut selected = tables();
         selected.learn(1, 46, &[6]);
         assert_eq!(selected.name(1, 201), "setpoint-b.setpoint-function (slot 1 index 201)");
@@ -182,27 +183,27 @@ mod tests {
     }
 
     #[test]
-    fn values_have_type_and_unit() {
+    fn a_value_has_its_type_and_unit() {
         let (tables, float) = (tables(), 1.5e-3_f32.to_be_bytes());
         assert_eq!(tables.value(1, 22, &[0x05, 0x1C]), "mbar (1308)");
         assert_eq!(tables.pressure(&float), Some("1.500e-3 mbar".to_owned()));
         assert_eq!(
             DeviceTables { unit: None, ..tables }.pressure(&[0x03, 0xE8]),
-            Some("1000 in a unit that was not told".to_owned())
+            Some("1000 (unit unknown)".to_owned())
         );
         assert_eq!(tables.value(1, 23, &[1]), "true");
         assert_eq!(tables.value(0, 17, b"BCG450  "), "\"BCG450\"");
-        assert_eq!(tables.value(1, 23, &[9]), "09", "no Boolean");
+        assert_eq!(tables.value(1, 23, &[9]), "09", "09 is not a Boolean");
         assert_eq!(tables.value(7, 7, &[1, 2]), "01 02");
     }
 
-    /// One implementation of names and of the words for numbers: what `read` says, a recording says.
+    /// Names and texts of codes have one implementation: `read` and `decode` print the same.
     #[test]
     fn names_and_codes_are_those_of_the_client() {
         let tables = tables();
         assert_eq!(tables.value(0, 25, &[4]), "EXECUTING (4)");
         assert_eq!(tables.value(1, 39, &[3]), "use-safe-value (3)");
-        // Set point function of one instance, emission user mode of another: whose it is must be known.
+        // Index 201 is the set point function of one instance and the emission user mode of another.
         assert_eq!(tables.value(1, 201, &[1]), "01");
         let second = DeviceTables { instance: Some(2), ..tables };
         assert_eq!(
@@ -212,16 +213,16 @@ mod tests {
         for model in MODELS {
             for named in ParameterNames::of(model).all() {
                 let Parameter { place, row, .. } = named.parameter;
-                let mut shown = DeviceTables { model: Some(model), ..DeviceTables::default() };
-                shown.instance = Some(place.instance);
-                let name = shown.name(place.slot, row.index);
+                let mut tables = DeviceTables { model: Some(model), ..DeviceTables::default() };
+                tables.instance = Some(place.instance);
+                let name = tables.name(place.slot, row.index);
                 assert_eq!(name, format!("{} (slot {} index {})", named.name, place.slot, row.index));
             }
         }
     }
 
     #[test]
-    fn numbers_are_short() {
+    fn a_number_has_few_decimals_and_no_trailing_zeros() {
         for (number, text) in [(0.0, "0"), (1.5, "1.5"), (1013.25, "1013.2"), (0.012, "0.012"), (5e-9, "5.000e-9")] {
             assert_eq!(short(number), text);
         }

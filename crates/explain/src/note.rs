@@ -1,23 +1,23 @@
-//! One sentence of the story.
+//! Notes: one sentence about one change on the line.
 
 use profivac_dp::link::BitTime;
 
-/// What a sentence is about.
+/// Subject of a note.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
-    /// Somebody is there, or is not there any more.
+    /// A station answers for the first time, not any more, or again.
     Presence,
     /// The token ring.
     Ring,
-    /// Set_Prm, Chk_Cfg, Get_Cfg, Set_Slave_Add and what came of them.
+    /// Set_Prm, Chk_Cfg, Get_Cfg, Set_Slave_Add and their results.
     StartUp,
-    /// Somebody refuses something.
+    /// A refused request.
     Refused,
-    /// Who owns a slave.
+    /// The owner of a slave.
     Owner,
-    /// Data are exchanged, or not any more.
+    /// Data_Exchange begins or its states change.
     Exchange,
-    /// What a slave says about itself.
+    /// The diagnosis of a slave.
     Diagnosis,
     /// The watchdog.
     Watchdog,
@@ -25,14 +25,14 @@ pub enum Kind {
     Control,
     /// A connection of a class 2 master.
     Connection,
-    /// A parameter, one way or the other.
+    /// A parameter that was read or written.
     Parameter,
-    /// Octets that are no telegram.
+    /// Octets that are not a telegram.
     Damaged,
 }
 
 impl Kind {
-    /// The name for programs.
+    /// The name in the JSON output.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -52,22 +52,22 @@ impl Kind {
     }
 }
 
-/// One sentence.
+/// A sentence about a change.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Note {
-    /// When the telegram began that it is about, if that is known.
+    /// Start of the telegram, if the input has times.
     pub at: Option<BitTime>,
-    /// The number of the piece, counted from 1.
+    /// Number of the piece, counted from 1.
     pub number: usize,
-    /// The station.
+    /// Address of the station; `None` for a note about the line.
     pub station: Option<u8>,
-    /// What it is about.
+    /// Subject of the note.
     pub kind: Kind,
     /// The sentence.
     pub text: String,
 }
 
-/// Where the sentences about one station go.
+/// Collects the notes about one piece.
 pub struct Notes<'a> {
     pub(super) at: Option<BitTime>,
     pub(super) number: usize,
@@ -75,12 +75,12 @@ pub struct Notes<'a> {
 }
 
 impl Notes<'_> {
-    /// Adds a sentence about a station.
+    /// Adds a note about a station.
     pub fn about(&mut self, station: u8, kind: Kind, text: impl Into<String>) {
         self.add(Some(station), kind, text);
     }
 
-    /// Adds a sentence about a station, or about the line.
+    /// Adds a note about a station, or about the line if `station` is `None`.
     pub fn add(&mut self, station: Option<u8>, kind: Kind, text: impl Into<String>) {
         self.list.push(Note { at: self.at, number: self.number, station, kind, text: text.into() });
     }

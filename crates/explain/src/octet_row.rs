@@ -1,25 +1,25 @@
-//! Octets out of what programs print: hexadecimal in any dress, with times, arrows and words around it.
+//! Reads octets from the text that programs print: hexadecimal in many notations, with times, arrows and words around it.
 //!
-//! | Print | Example |
+//! | Text | Example |
 //! |---|---|
 //! | plain | `68 05 05 68 88 82 6D 3C 3E F1 16`, also with single digits, commas, `0x`, `h`, `\x` |
 //! | joined | `680505688882`, `68:05:05:68`, `68-05-05-68` |
-//! | dumps | `xxd`, `hexdump -C`, `hexdump` (words of the machine, low octet first), `od -A x -t x1` |
+//! | dumps | `xxd`, `hexdump -C`, `hexdump` (words of 16 bits, low octet first), `od -A x -t x1` |
 //! | logs | `PHY-serial: TX   10 08 02 49 53 16`, `12:00:00.5 2 -> 8 ; SRD ; 68 05 ...` |
 //!
-//! In each line the longest row of octets counts; of columns the one that has it. What cannot be read between octets
-//! (`??`, `0G`, `08!`) is an octet with an error. A line without octets is a remark.
+//! The longest row of octets in a line counts; if the line has columns, only the column with the longest row. An unreadable
+//! word between octets (`??`, `0G`, `08!`) is an octet with an error. A line may have no octets.
 
 use profivac_wire::Telegram;
 
 /// Octets of one line.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct OctetRow {
-    /// The time in front of them in seconds, if there is one.
+    /// The time before them in seconds, if the line has one.
     pub seconds: Option<f64>,
     /// The octets.
     pub octets: Vec<u8>,
-    /// The numbers of those that could not be read or are marked as wrong, counted from 0.
+    /// Positions of the octets that are unreadable or marked with `!`, counted from 0.
     pub errors: Vec<usize>,
 }
 
@@ -27,22 +27,22 @@ pub struct OctetRow {
 #[derive(Clone, Debug, PartialEq)]
 enum Word {
     Octets(Vec<u8>),
-    /// One digit: an octet printed without its zero, or a number.
+    /// One digit: an octet without its leading zero, or a number.
     Digit(u8),
-    /// An octet that cannot be read, or is marked as wrong.
+    /// An octet that is unreadable or marked with `!`.
     Unreadable(u8),
     Time(f64),
     Other,
 }
 
-/// Reads line after line; a dump counts its octets.
+/// Reads octets line by line, and keeps the offset of a dump.
 #[derive(Clone, Debug, Default)]
 pub struct Reader {
-    /// The offset the next line of a dump has.
+    /// The offset of the next line of a dump.
     offset: usize,
 }
 
-/// Fewer octets than these among other words are words themselves: `cafe`, `be`.
+/// The least number of octets in a line with other words: `cafe` and `be` are words.
 const MIN_OCTETS: usize = 3;
 
 impl Reader {
@@ -52,20 +52,20 @@ impl Reader {
         if line.starts_with('#') || line.starts_with("//") {
             return None;
         }
-        if let Some(octets) = self.dumped(line) {
+        if let Some(octets) = self.dump_line(line) {
             self.offset = self.offset.saturating_add(octets.len());
-            return Some(OctetRow { octets, ..OctetRow::default() }).filter(|printed| !printed.octets.is_empty());
+            return Some(OctetRow { octets, ..OctetRow::default() }).filter(|row| !row.octets.is_empty());
         }
         let columns = line.split(['|', ';', '\t']).map(words);
         let seconds =
             columns.clone().flatten().find_map(|word| if let Word::Time(time) = word { Some(time) } else { None });
-        // Of rows that are equally long the last: numbers stand in front.
-        let best = columns.filter_map(|words| row(&words)).max_by_key(|printed| printed.octets.len())?;
+        // The last of the rows with the same length: numbers are in front.
+        let best = columns.filter_map(|words| longest_row(&words)).max_by_key(|row| row.octets.len())?;
         Some(OctetRow { seconds, ..best })
     }
 
-    /// A line of a dump: an offset that is right, octets, perhaps characters.
-    fn dumped(&mut self, line: &str) -> Option<Vec<u8>> {
+    /// The octets of a line of a dump: the expected offset, octets, and maybe characters.
+    fn dump_line(&mut self, line: &str) -> Option<Vec<u8>> {
         let (first, rest) = line.split_once([' ', '\t']).unwrap_or((line, ""));
         let digits = first.strip_suffix(':').unwrap_or(first);
         let colon = digits.len() < first.len();
@@ -73,14 +73,14 @@ impl Reader {
         if offset != 0 && offset != self.offset {
             return None;
         }
-        // Characters stand between bars (hexdump -C) or behind two spaces (xxd).
+        // Characters are between bars (hexdump -C) or after two spaces (xxd).
         let rest = rest.trim_start();
         let end = if colon { rest.find("  ") } else { rest.find('|') };
         let groups = rest.get(..end.unwrap_or(rest.len()))?;
         let swapped = !colon && groups.split_whitespace().all(|group| group.len() == 4);
         let mut octets = Vec::new();
         for group in groups.split_whitespace() {
-            let mut pair = joined(group)?;
+            let mut pair = digit_pairs(group)?;
             if swapped {
                 pair.reverse();
             }
@@ -89,7 +89,7 @@ impl Reader {
         if offset == 0 {
             self.offset = 0;
         }
-        // An offset alone ends a dump; at the beginning it would be a telegram of zeros.
+        // A line with an offset only ends a dump; as the first line it would be octets of zero.
         (!octets.is_empty() || offset == self.offset).then_some(octets)
     }
 }
@@ -125,38 +125,38 @@ fn classified(word: &str, place: usize) -> Word {
 /// `68`, `0x68`, `68h`, `$68`, `\x68\x05`, `680505`, `68:05:05`, `68-05-05`.
 fn octets_of(word: &str) -> Option<Vec<u8>> {
     if word.contains("\\x") {
-        return word.split("\\x").filter(|digits| !digits.is_empty()).map(one).collect();
+        return word.split("\\x").filter(|digits| !digits.is_empty()).map(octet).collect();
     }
     let lower = word.to_ascii_lowercase();
     if let Some(digits) = lower.strip_prefix("0x").or_else(|| lower.strip_prefix('$')) {
         let digits = if digits.len() == 1 { format!("0{digits}") } else { digits.to_owned() };
-        return joined(&digits);
+        return digit_pairs(&digits);
     }
     if let Some(digits) = lower.strip_suffix('h').filter(|digits| digits.len() == 2) {
-        return joined(digits);
+        return digit_pairs(digits);
     }
     for separator in [':', '-', '_', '.'] {
         if lower.contains(separator) {
-            return lower.split(separator).map(one).collect();
+            return lower.split(separator).map(octet).collect();
         }
     }
-    joined(&lower)
+    digit_pairs(&lower)
 }
 
-fn one(digits: &str) -> Option<u8> {
+fn octet(digits: &str) -> Option<u8> {
     profivac_sim::describe::octet(digits)
 }
 
-/// Pairs of digits without anything between them.
-fn joined(digits: &str) -> Option<Vec<u8>> {
+/// Octets from pairs of digits without separators.
+fn digit_pairs(digits: &str) -> Option<Vec<u8>> {
     if digits.is_empty() || !digits.len().is_multiple_of(2) || !digits.is_ascii() {
         return None;
     }
-    let pairs = digits.as_bytes().chunks(2).map(|pair| one(std::str::from_utf8(pair).ok()?));
+    let pairs = digits.as_bytes().chunks(2).map(|pair| octet(std::str::from_utf8(pair).ok()?));
     pairs.collect()
 }
 
-/// Seconds: `12.345`, `[12.345]`, `12.345s`, `08:15:00.25`, `08:15:00` in front of something else, a date before it.
+/// A time in seconds: `12.345`, `[12.345]`, `12.345s`, `08:15:00.25`, a first word `08:15:00`; a date with `T` may precede it.
 fn time(word: &str, place: usize) -> Option<f64> {
     let clock = word.rsplit_once('T').map_or(word, |(_, clock)| clock).trim_end_matches(['Z', ':']);
     let groups: Vec<&str> = clock.split(':').collect();
@@ -173,34 +173,34 @@ fn time(word: &str, place: usize) -> Option<f64> {
     (place == 0 && digits(whole) && digits(fraction)).then(|| number.parse().ok())?
 }
 
-/// The longest row of octets among words.
-fn row(words: &[Word]) -> Option<OctetRow> {
+/// The longest row of octets in a column.
+fn longest_row(words: &[Word]) -> Option<OctetRow> {
     let is_octet = |word: &Word| matches!(word, Word::Octets(_) | Word::Digit(_) | Word::Unreadable(_));
     let rows = words.split(|word| !is_octet(word)).map(trimmed);
     let best = rows.max_by_key(|row| octets_in(row))?;
-    let mut printed = OctetRow::default();
+    let mut octet_row = OctetRow::default();
     for word in best {
         match word {
-            Word::Octets(octets) => printed.octets.extend(octets),
-            Word::Digit(octet) => printed.octets.push(*octet),
+            Word::Octets(octets) => octet_row.octets.extend(octets),
+            Word::Digit(octet) => octet_row.octets.push(*octet),
             Word::Unreadable(octet) => {
-                printed.errors.push(printed.octets.len());
-                printed.octets.push(*octet);
+                octet_row.errors.push(octet_row.octets.len());
+                octet_row.octets.push(*octet);
             }
             Word::Time(_) | Word::Other => {}
         }
     }
-    let alone = !words.contains(&Word::Other) && !printed.octets.is_empty();
-    let enough = alone || printed.octets.len() >= MIN_OCTETS || printed.octets == [0xE5];
-    enough.then(|| without_numbers(printed, best))
+    let alone = !words.contains(&Word::Other) && !octet_row.octets.is_empty();
+    let enough = alone || octet_row.octets.len() >= MIN_OCTETS || octet_row.octets == [0xE5];
+    enough.then(|| without_numbers(octet_row, best))
 }
 
-/// A row begins and ends with something that was read as an octet.
+/// The row without numbers and unreadable words before its first octet; empty if no word is certainly an octet.
 fn trimmed(row: &[Word]) -> &[Word] {
-    let sure = |word: &Word| matches!(word, Word::Octets(_));
-    let marked = |word: &Word| sure(word) || matches!(word, Word::Unreadable(octet) if *octet != 0);
-    match (row.iter().position(marked), row.iter().rposition(|word| !matches!(word, Word::Other))) {
-        (Some(first), Some(last)) if row.iter().any(sure) => row.get(first..=last).unwrap_or_default(),
+    let is_certain = |word: &Word| matches!(word, Word::Octets(_));
+    let may_begin = |word: &Word| is_certain(word) || matches!(word, Word::Unreadable(octet) if *octet != 0);
+    match (row.iter().position(may_begin), row.iter().rposition(|word| !matches!(word, Word::Other))) {
+        (Some(first), Some(last)) if row.iter().any(is_certain) => row.get(first..=last).unwrap_or_default(),
         _ => &[],
     }
 }
@@ -209,20 +209,20 @@ fn octets_in(row: &[Word]) -> usize {
     row.iter().map(|word| if let Word::Octets(octets) = word { octets.len() } else { 1 }).sum()
 }
 
-/// Up to three words before a whole telegram with a check octet and one behind it are numbers: of lines, stations, channels,
-/// octets.
-fn without_numbers(printed: OctetRow, row: &[Word]) -> OctetRow {
-    let single = row.iter().take_while(|word| !matches!(word, Word::Octets(octets) if octets.len() != 1)).count();
-    for (skip, behind) in (0..=single.min(3)).flat_map(|skip| [(skip, 0), (skip, 1)]) {
-        let end = printed.octets.len().saturating_sub(behind);
-        let rest = printed.octets.get(skip..end).unwrap_or_default();
+/// Removes up to three words before a complete telegram with a check octet, and one after it: they are numbers of lines,
+/// stations, channels or octets.
+fn without_numbers(octet_row: OctetRow, words: &[Word]) -> OctetRow {
+    let single = words.iter().take_while(|word| !matches!(word, Word::Octets(octets) if octets.len() != 1)).count();
+    for (skip, after) in (0..=single.min(3)).flat_map(|skip| [(skip, 0), (skip, 1)]) {
+        let end = octet_row.octets.len().saturating_sub(after);
+        let rest = octet_row.octets.get(skip..end).unwrap_or_default();
         if matches!(Telegram::parse(rest), Ok(Telegram::Data(_))) {
-            let errors = printed.errors.iter().filter_map(|place| place.checked_sub(skip));
+            let errors = octet_row.errors.iter().filter_map(|place| place.checked_sub(skip));
             let errors = errors.filter(|place| *place < rest.len()).collect();
-            return OctetRow { octets: rest.to_vec(), errors, ..printed };
+            return OctetRow { octets: rest.to_vec(), errors, ..octet_row };
         }
     }
-    printed
+    octet_row
 }
 
 #[cfg(test)]
@@ -234,11 +234,11 @@ mod tests {
 
     fn read(text: &str) -> Vec<String> {
         let mut reader = Reader::default();
-        text.lines().filter_map(|line| reader.line(line)).map(|printed| Hex(&printed.octets).to_string()).collect()
+        text.lines().filter_map(|line| reader.line(line)).map(|row| Hex(&row.octets).to_string()).collect()
     }
 
     #[test]
-    fn a_telegram_is_read_in_every_dress() {
+    fn the_reader_understands_a_telegram_in_every_notation() {
         for line in [
             "68 05 05 68 88 82 6D 3C 3E F1 16",
             "68 5 5 68 88 82 6d 3c 3e f1 16",
@@ -263,37 +263,37 @@ mod tests {
             "0000000 0568 6805 8288 3c6d f13e 0016",
         ] {
             let octets = read(line);
-            // The plain hexdump fills up to a word.
+            // The plain hexdump adds an octet to complete a word.
             assert_eq!(octets.first().map(|text| text.trim_end_matches(" 00")), Some(DIAG), "{line}");
         }
     }
 
     #[test]
-    fn a_dump_of_many_lines_is_one_row_of_octets() {
+    fn the_reader_removes_the_offsets_of_a_dump() {
         let dump = "\
 00000000  68 05 05 68 88 82 6d 3c  3e f1 16 e5 10 08 02 49  |h..h..m<>......I|
 00000010  53 16                                             |S.|
 00000012";
         assert_eq!(read(dump), ["68 05 05 68 88 82 6D 3C 3E F1 16 E5 10 08 02 49", "53 16"]);
-        // The same number in front of a line that it does not fit is eight digits of octets.
+        // Eight digits that are not the expected offset are octets.
         assert_eq!(read("68050568 88826D3C 3EF116"), [DIAG]);
     }
 
     #[test]
-    fn what_cannot_be_read_is_an_octet_with_an_error() {
+    fn an_unreadable_word_between_octets_is_an_octet_with_an_error() {
         let mut reader = Reader::default();
         for (line, errors) in [
             ("68 05 ?? 68 88 82 6D 3C 3E F1 16", vec![2]),
             ("68 05 05! 68 88 82 6D 3C 3E F1 16", vec![2]),
             ("68 0G 05 68 88 xx 6D 3C 3E F1 16", vec![1, 5]),
         ] {
-            let printed = reader.line(line).unwrap();
-            assert_eq!((printed.octets.len(), printed.errors), (11, errors), "{line}");
+            let row = reader.line(line).unwrap();
+            assert_eq!((row.octets.len(), row.errors), (11, errors), "{line}");
         }
     }
 
     #[test]
-    fn times_are_taken_from_the_front() {
+    fn the_reader_takes_the_time_before_the_octets() {
         let mut reader = Reader::default();
         for (line, seconds) in [
             ("12.5 E5", Some(12.5)),
@@ -310,7 +310,7 @@ mod tests {
     }
 
     #[test]
-    fn words_are_no_octets() {
+    fn the_reader_takes_no_octets_from_words() {
         for line in ["", "# 68 05", "be careful", "the cafe added a face", "Slave 8 replied", "// DC 02 02", "7 of 9"] {
             assert_eq!(read(line), [""; 0], "{line}");
         }

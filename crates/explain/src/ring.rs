@@ -1,19 +1,19 @@
-//! Who is in the token ring: each passes the token to the next.
+//! The token ring: the masters that pass the token to each other.
 
 use super::note::{Kind, Notes};
 use std::collections::BTreeMap;
 
-/// The ring, as the tokens show it.
+/// The token ring as the tokens show it.
 #[derive(Clone, Debug, Default)]
 pub struct Ring {
-    /// To whom each station passed the token last.
+    /// The station to which each master passed the token last.
     next: BTreeMap<u8, u8>,
-    /// The ring that was told, beginning with the lowest address.
+    /// The ring of the last note, beginning with the lowest address.
     reported: Vec<u8>,
 }
 
 impl Ring {
-    /// A token was passed.
+    /// Records a token, and adds a note when the ring has changed.
     pub fn token(&mut self, from: u8, to: u8, notes: &mut Notes<'_>) {
         if self.next.insert(from, to) == Some(to) && self.reported.contains(&from) {
             return;
@@ -22,13 +22,14 @@ impl Ring {
         if ring == self.reported {
             return;
         }
-        let came = ring.iter().filter(|station| !self.reported.contains(station));
+        let entered = ring.iter().filter(|station| !self.reported.contains(station));
         let left = self.reported.iter().filter(|station| !ring.contains(station));
         let changes: Vec<String> = match self.reported[..] {
             [] => Vec::new(),
-            _ => {
-                came.map(|who| format!("{who} has entered")).chain(left.map(|who| format!("{who} has left"))).collect()
-            }
+            _ => entered
+                .map(|station| format!("{station} has entered"))
+                .chain(left.map(|station| format!("{station} has left")))
+                .collect(),
         };
         let changes = if changes.is_empty() { String::new() } else { format!(" ({})", changes.join(", ")) };
         let text = match ring[..] {
@@ -40,7 +41,7 @@ impl Ring {
         self.reported = ring;
     }
 
-    /// The stations from `start` back to it, if the ring closes.
+    /// The masters from `start` back to `start`, if the ring closes.
     fn ring(&self, start: u8) -> Option<Vec<u8>> {
         let mut ring = vec![start];
         let mut here = *self.next.get(&start)?;
@@ -66,7 +67,7 @@ fn path(ring: &[u8]) -> String {
 mod tests {
     use super::*;
 
-    fn told(tokens: &[(u8, u8)]) -> Vec<String> {
+    fn notes_about(tokens: &[(u8, u8)]) -> Vec<String> {
         let (mut ring, mut list) = (Ring::default(), Vec::new());
         for (from, to) in tokens {
             ring.token(*from, *to, &mut Notes { at: None, number: 1, list: &mut list });
@@ -75,7 +76,7 @@ mod tests {
     }
 
     #[test]
-    fn a_ring_is_told_when_it_closes_and_when_it_changes() {
+    fn the_ring_adds_a_note_when_it_closes_and_when_it_changes() {
         let tokens = [(2, 2), (2, 2), (2, 5), (5, 2), (2, 5), (5, 9), (9, 2), (2, 5), (5, 9), (9, 2), (2, 9), (9, 2)];
         let expected = [
             "master 2 is alone in the token ring",
@@ -83,11 +84,11 @@ mod tests {
             "token ring: 2 -> 5 -> 9 -> 2 (9 has entered)",
             "token ring: 2 -> 9 -> 2 (5 has left)",
         ];
-        assert_eq!(told(&tokens), expected);
+        assert_eq!(notes_about(&tokens), expected);
     }
 
     #[test]
-    fn a_ring_that_was_not_seen_to_close_is_not_told() {
-        assert_eq!(told(&[(2, 5), (5, 7)]), [""; 0]);
+    fn an_open_chain_of_tokens_adds_no_note() {
+        assert_eq!(notes_about(&[(2, 5), (5, 7)]), [""; 0]);
     }
 }

@@ -1,11 +1,11 @@
-//! A slave as the telegrams show it: what it is, whose it is, how far its start-up has come.
+//! The state of a slave as the telegrams show it: its device, its owner and the progress of its start-up.
 
 use super::acyclic::Records;
 use super::cycle::{Answer, Request, status_text};
 use super::cyclic::Cyclic;
 use super::names::DeviceTables;
 use super::note::{Kind, Notes};
-use super::refusal;
+use super::refusal::{RefusedConfiguration, chk_cfg_reason, set_prm_reason};
 use profivac_devices::catalog::MODELS;
 use profivac_devices::model::Model;
 use profivac_dp::link::{Baud, BitTime};
@@ -18,10 +18,10 @@ use profivac_wire::diag::{NO_MASTER, SlaveDiag, StationStatus};
 use profivac_wire::ext_diag::{Block, Blocks, MessageKind};
 use profivac_wire::prm::{Dpv1Status1, PrmStatus, SetPrm};
 
-/// So many requests in a row without an answer are told.
+/// The number of unanswered requests in a row after which a note reports it.
 const REPORTED_SILENCE: u32 = 2;
 
-/// What the last Slave_Diag said.
+/// The contents of the last Slave_Diag.
 #[derive(Clone, Debug, PartialEq, Eq)]
 struct Diagnosis {
     status: StationStatus,
@@ -29,59 +29,63 @@ struct Diagnosis {
     ext_diag: Vec<u8>,
 }
 
-/// What the last Set_Prm asked for.
+/// The last Set_Prm that the slave acknowledged.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Parameters {
-    pub(super) octets: Vec<u8>,
-    pub(super) watchdog_ms: Option<u32>,
-    /// Nobody has heard yet what the slave thinks of them.
-    pub(super) is_new: bool,
+struct Parameters {
+    octets: Vec<u8>,
+    watchdog_ms: Option<u32>,
+    /// No diagnosis has shown the result yet.
+    is_new: bool,
 }
 
-/// Bits that say how far a start-up has come; all others are diagnosis.
+/// The status bits of the start-up; all others are diagnosis.
 const PROGRESS: StationStatus = StationStatus::STATION_NOT_READY
     .union(StationStatus::PRM_REQ)
     .union(StationStatus::CFG_FAULT)
     .union(StationStatus::PRM_FAULT);
 
-/// Bits that a working slave may have or not, and that say nothing.
+/// The status bits that a working slave may have and that report no condition.
 const ORDINARY: StationStatus = StationStatus::ALWAYS_ONE
     .union(StationStatus::WD_ON)
     .union(StationStatus::FREEZE_MODE)
     .union(StationStatus::SYNC_MODE);
 
-/// How often it was asked, and what became of it.
+/// Counters of the requests to a slave.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Counters {
-    /// Requests to it.
+    /// Requests, with repetitions.
     pub requests: u64,
-    /// Requests that were sent once more.
+    /// Repetitions.
     pub retries: u64,
     /// Requests without an answer.
     pub unanswered: u64,
-    /// Data_Exchange with data or acknowledgement.
+    /// Data_Exchange cycles with data or an acknowledgement.
     pub exchanges: u64,
 }
 
-/// A slave.
+/// The state of one slave.
 #[derive(Clone, Debug)]
 pub struct Slave {
-    pub(super) address: u8,
-    /// How often it was asked.
+    address: u8,
+    /// Counters of the requests to it.
     pub counters: Counters,
-    /// What its octets mean.
+    /// The tables of its device, for the meaning of its octets.
     pub tables: DeviceTables,
-    pub(super) ident: Option<u16>,
-    pub(super) offered: Option<Vec<u8>>,
-    pub(super) asked: Vec<u8>,
-    pub(super) prm: Parameters,
+    ident: Option<u16>,
+    /// The configuration of Get_Cfg.
+    offered_cfg: Option<Vec<u8>>,
+    /// The configuration of Chk_Cfg.
+    requested_cfg: Vec<u8>,
+    prm: Parameters,
+    /// No diagnosis has shown the result of Chk_Cfg yet.
     cfg_is_new: bool,
     diagnosis: Option<Diagnosis>,
     records: Records,
     cyclic: Cyclic,
     unanswered_in_a_row: u32,
-    /// When its owner spoke to it last, and the longest pause since data were exchanged.
+    /// Start of the last request of its owner.
     last_owner_request: Option<BitTime>,
+    /// The longest pause between requests of its owner since data exchange began.
     pause_tbit: u64,
 }
 
@@ -92,8 +96,8 @@ impl Slave {
             counters: Counters::default(),
             tables: DeviceTables::default(),
             ident: None,
-            offered: None,
-            asked: Vec::new(),
+            offered_cfg: None,
+            requested_cfg: Vec::new(),
             prm: Parameters::default(),
             cfg_is_new: false,
             diagnosis: None,
@@ -105,21 +109,21 @@ impl Slave {
         }
     }
 
-    /// Whether it has ever said what it is.
+    /// Whether its Ident_Number is known.
     #[must_use]
     pub const fn is_known(&self) -> bool {
         self.ident.is_some()
     }
 
-    /// What it is called: by its name, unless several devices share the ident number.
+    /// The slave in a sentence: `the bcg450`, or `the slave` if several devices or none have its Ident_Number.
     #[must_use]
     pub fn name(&self) -> String {
-        let alone = self.candidates().count() == 1;
-        let model = self.tables.model.filter(|_| alone);
+        let is_only = self.candidates().count() == 1;
+        let model = self.tables.model.filter(|_| is_only);
         model.map_or_else(|| "the slave".to_owned(), |model| format!("the {}", model.name))
     }
 
-    /// A request goes to it. Returns what the request means, in its own terms.
+    /// Records a request. Returns its meaning from the tables of the device.
     pub(super) fn request(&mut self, request: &Request, is_retry: bool) -> String {
         self.counters.requests = self.counters.requests.saturating_add(1);
         self.counters.retries = self.counters.retries.saturating_add(u64::from(is_retry));
@@ -136,18 +140,18 @@ impl Slave {
         }
     }
 
-    /// Nobody answered.
+    /// Records a request without an answer.
     pub(super) fn unanswered(&mut self, request: &Request, notes: &mut Notes<'_>) {
         self.counters.unanswered = self.counters.unanswered.saturating_add(1);
         self.unanswered_in_a_row = self.unanswered_in_a_row.saturating_add(1);
         if self.unanswered_in_a_row == REPORTED_SILENCE {
-            let text = format!("does not answer master {} any more", request.master);
-            let never = format!("does not answer master {}", request.master);
-            notes.about(self.address, Kind::Presence, if self.is_known() { text } else { never });
+            let since = if self.is_known() { " any more" } else { "" };
+            let text = format!("does not answer master {}{since}", request.master);
+            notes.about(self.address, Kind::Presence, text);
         }
     }
 
-    /// The answer came. Returns what it means, in the slave's own terms.
+    /// Records an answer. Returns its meaning from the tables of the device.
     pub(super) fn answer(
         &mut self,
         request: &Request,
@@ -156,7 +160,7 @@ impl Slave {
         notes: &mut Notes<'_>,
     ) -> String {
         if self.unanswered_in_a_row >= REPORTED_SILENCE {
-            let text = format!("answers again, {} requests were in vain", self.unanswered_in_a_row);
+            let text = format!("answers again after {} unanswered requests", self.unanswered_in_a_row);
             notes.about(self.address, Kind::Presence, text);
         }
         self.unanswered_in_a_row = 0;
@@ -189,9 +193,10 @@ impl Slave {
         self.prm = Parameters { octets: request.du.clone(), watchdog_ms, is_new: !releases(&prm) };
         let [first, second] = prm.wd_fact;
         let watchdog = watchdog_ms.map(|ms| format!("watchdog {ms} ms")).unwrap_or_default();
-        let words = profivac_sim::describe::set_prm(&prm).replace(&format!("watchdog {first} x {second}"), &watchdog);
+        let contents =
+            profivac_sim::describe::set_prm(&prm).replace(&format!("watchdog {first} x {second}"), &watchdog);
         let unit = unit.map(|unit| format!(" (unit {})", unit.name)).unwrap_or_default();
-        let text = format!("master {} sets its parameters:{words}{unit}", request.master);
+        let text = format!("master {} sets its parameters:{contents}{unit}", request.master);
         notes.about(self.address, Kind::StartUp, text);
     }
 
@@ -200,9 +205,9 @@ impl Slave {
             let text = format!("does not take Chk_Cfg of master {}: {}", request.master, status_text(answer.status));
             return notes.about(self.address, Kind::Refused, text);
         }
-        self.asked.clone_from(&request.du);
+        self.requested_cfg.clone_from(&request.du);
         self.cfg_is_new = true;
-        // Of devices that share an ident number the first that has this configuration.
+        // Of the devices with this Ident_Number, the first that has this configuration.
         let known = self.candidates().find_map(|model| Some((model, model.configuration(&request.du)?)));
         self.tables.model = known.map(|(model, _)| model).or(self.tables.model);
         self.cyclic.configure(known.map(|(_, configuration)| configuration));
@@ -214,8 +219,8 @@ impl Slave {
     }
 
     fn offers(&mut self, answer: Answer<'_>, notes: &mut Notes<'_>) {
-        if !answer.du.is_empty() && self.offered.as_deref() != Some(answer.du) {
-            self.offered = Some(answer.du.to_vec());
+        if !answer.du.is_empty() && self.offered_cfg.as_deref() != Some(answer.du) {
+            self.offered_cfg = Some(answer.du.to_vec());
             notes.about(self.address, Kind::StartUp, format!("has the configuration {}", Hex(answer.du)));
         }
     }
@@ -223,8 +228,8 @@ impl Slave {
     fn address_changed(&self, request: &Request, answer: Answer<'_>, notes: &mut Notes<'_>) {
         let Ok(wanted) = SetSlaveAdd::parse(&request.du) else { return };
         if answer.is_ack() {
-            let lock = if wanted.no_add_chg == 0 { "" } else { ", for good" };
-            notes.about(self.address, Kind::StartUp, format!("shall have the address {}{lock}", wanted.address));
+            let lock = if wanted.no_add_chg == 0 { "" } else { ", permanently" };
+            notes.about(self.address, Kind::StartUp, format!("accepts the address {}{lock}", wanted.address));
         } else {
             notes.about(
                 self.address,
@@ -234,7 +239,7 @@ impl Slave {
         }
     }
 
-    /// All devices with the ident number.
+    /// All devices with its Ident_Number.
     fn candidates(&self) -> impl Iterator<Item = &'static Model> + use<> {
         let ident = self.ident;
         MODELS.into_iter().filter(move |model| Some(model.ident) == ident)
@@ -249,7 +254,7 @@ impl Slave {
     }
 
     fn diagnosed(&mut self, du: &[u8], baud: Baud, notes: &mut Notes<'_>) {
-        let (Ok(diag), Some(seen)) = (SlaveDiag::parse(du), SlaveStatus::parse(du)) else { return };
+        let (Ok(diag), Some(parsed)) = (SlaveDiag::parse(du), SlaveStatus::parse(du)) else { return };
         let before = self.diagnosis.replace(Diagnosis {
             status: diag.status,
             owner: diag.master_add,
@@ -258,39 +263,45 @@ impl Slave {
         let refused = self.start_up_result(&diag, notes);
         self.identify(diag.ident);
         let Some(before) = before else {
-            let owner = seen.owner.map_or_else(|| "nobody".to_owned(), |owner| format!("master {owner}"));
-            let devices = seen.device_names().join(", ");
-            let devices = if devices.is_empty() { "a device that is not known here" } else { &devices };
-            let text =
-                format!("is there: {devices} (ident {:04X}), belongs to {owner}, {}", diag.ident, seen.state_text());
+            let owner =
+                parsed.owner.map_or_else(|| "has no owner".to_owned(), |owner| format!("belongs to master {owner}"));
+            let devices = parsed.device_names().join(", ");
+            let devices = if devices.is_empty() { "an unknown device" } else { &devices };
+            let text = format!("is present: {devices} (ident {:04X}), {owner}, {}", diag.ident, parsed.state_text());
             notes.about(self.address, Kind::Presence, text);
-            return self.reported(&diag, notes);
+            return self.report_diagnosis(&diag, notes);
         };
         if !refused {
-            self.lost(&before, &diag, baud, notes);
+            self.report_lost_parameters(&before, &diag, baud, notes);
         }
         if before.owner != diag.master_add {
-            notes.about(self.address, Kind::Owner, ownership(before.owner, diag.master_add));
+            notes.about(self.address, Kind::Owner, owner_change(before.owner, diag.master_add));
         }
-        let news = |diagnosis: &Diagnosis| (diagnosis.status - PROGRESS - ORDINARY, diagnosis.ext_diag.clone());
-        if self.diagnosis.as_ref().map(news) != Some(news(&before)) {
-            self.reported(&diag, notes);
+        let contents = |diagnosis: &Diagnosis| (diagnosis.status - PROGRESS - ORDINARY, diagnosis.ext_diag.clone());
+        if self.diagnosis.as_ref().map(contents) != Some(contents(&before)) {
+            self.report_diagnosis(&diag, notes);
         }
-        let settled = !diag.status.intersects(PROGRESS);
-        if settled && before.status.intersects(PROGRESS) {
+        let is_ready = !diag.status.intersects(PROGRESS);
+        if is_ready && before.status.intersects(PROGRESS) {
             notes.about(self.address, Kind::StartUp, "has taken parameters and configuration: ready for data exchange");
         }
     }
 
-    /// What became of Set_Prm and Chk_Cfg: whether one was refused.
+    /// Adds a note if the slave refused Set_Prm or Chk_Cfg. Returns whether it did.
     fn start_up_result(&mut self, diag: &SlaveDiag<'_>, notes: &mut Notes<'_>) -> bool {
         let (prm, cfg) = (self.prm.is_new, self.cfg_is_new);
         (self.prm.is_new, self.cfg_is_new) = (false, false);
         let text = if prm && diag.status.contains(StationStatus::PRM_FAULT) {
             self.identify(diag.ident);
-            format!("Set_Prm refused: {}", refusal::parameters(self, diag.ident))
+            format!("Set_Prm refused: {}", set_prm_reason(&self.prm.octets, self.tables.model, diag.ident))
         } else if cfg && diag.status.contains(StationStatus::CFG_FAULT) {
-            format!("Chk_Cfg refused: {}", refusal::configuration(self))
+            let refused = RefusedConfiguration {
+                slave: &self.name(),
+                model: self.tables.model,
+                offered: self.offered_cfg.as_deref(),
+                requested: &self.requested_cfg,
+            };
+            format!("Chk_Cfg refused: {}", chk_cfg_reason(&refused))
         } else {
             return false;
         };
@@ -299,10 +310,11 @@ impl Slave {
         true
     }
 
-    /// A slave that exchanged data and wants parameters again has been restarted, released, or its watchdog has expired.
-    fn lost(&mut self, before: &Diagnosis, diag: &SlaveDiag<'_>, baud: Baud, notes: &mut Notes<'_>) {
-        let worked = !before.status.intersects(PROGRESS);
-        if !worked || !diag.status.contains(StationStatus::PRM_REQ) {
+    /// Adds a note when a slave in data exchange requires parameters again: its master has released it, its watchdog has
+    /// expired, or it was restarted.
+    fn report_lost_parameters(&mut self, before: &Diagnosis, diag: &SlaveDiag<'_>, baud: Baud, notes: &mut Notes<'_>) {
+        let was_ready = !before.status.intersects(PROGRESS);
+        if !was_ready || !diag.status.contains(StationStatus::PRM_REQ) {
             return;
         }
         let pause_ms = self.pause_tbit.saturating_mul(1000) / u64::from(baud.bits_per_second());
@@ -310,7 +322,7 @@ impl Slave {
         let text = match self.prm.watchdog_ms {
             _ if released => "was released".to_owned(),
             Some(limit) if pause_ms > u64::from(limit) => {
-                format!("its watchdog has expired: nobody spoke to it for {pause_ms} ms, {limit} ms are allowed")
+                format!("its watchdog has expired: its owner sent no request for {pause_ms} ms, {limit} ms are allowed")
             }
             Some(limit) if self.last_owner_request.is_none() => {
                 format!("has lost its parameters: its watchdog of {limit} ms has expired, or it was restarted")
@@ -322,20 +334,20 @@ impl Slave {
         self.pause_tbit = 0;
     }
 
-    /// What a diagnosis reports beyond the start-up.
-    fn reported(&self, diag: &SlaveDiag<'_>, notes: &mut Notes<'_>) {
-        let mut words: Vec<String> = station_status(diag.status - PROGRESS - ORDINARY).map(str::to_owned).collect();
-        words.extend(
+    /// Adds a note about the contents of a diagnosis beyond the start-up.
+    fn report_diagnosis(&self, diag: &SlaveDiag<'_>, notes: &mut Notes<'_>) {
+        let mut reports: Vec<String> = station_status(diag.status - PROGRESS - ORDINARY).map(str::to_owned).collect();
+        reports.extend(
             Blocks::new(diag.ext_diag).map(|block| block.map_or_else(|_| "a damaged block".to_owned(), block_text)),
         );
-        let nothing_to_say = self.diagnosis.is_some() && words.is_empty();
-        let text = if nothing_to_say {
+        let is_empty = self.diagnosis.is_some() && reports.is_empty();
+        let text = if is_empty {
             "its diagnosis reports nothing".to_owned()
         } else {
-            format!("its diagnosis: {}", words.join(", "))
+            format!("its diagnosis: {}", reports.join(", "))
         };
-        let first = words.is_empty() && self.counters.exchanges == 0;
-        if !first {
+        let is_initial = reports.is_empty() && self.counters.exchanges == 0;
+        if !is_initial {
             notes.about(self.address, Kind::Diagnosis, text);
         }
     }
@@ -362,12 +374,12 @@ impl Slave {
     }
 }
 
-/// Unlock without lock.
+/// Whether Set_Prm releases the slave: Unlock_Req without Lock_Req.
 fn releases(prm: &SetPrm<'_>) -> bool {
     prm.status.contains(PrmStatus::UNLOCK_REQ) && !prm.status.contains(PrmStatus::LOCK_REQ)
 }
 
-/// The watchdog in ms; the first user parameter of a DP-V1 slave may change its base. profibus-wire 2.4
+/// The watchdog time in ms. The first user parameter of a DP-V1 slave may change its time base (profibus-wire 2.4).
 fn watchdog_ms(prm: &SetPrm<'_>) -> Option<u32> {
     let base = prm.user.first().map(|octet| Dpv1Status1::from_bits_retain(*octet));
     let base_ms = if base.is_some_and(|octet| octet.contains(Dpv1Status1::WD_BASE_1MS)) { 1 } else { 10 };
@@ -375,15 +387,16 @@ fn watchdog_ms(prm: &SetPrm<'_>) -> Option<u32> {
     prm.status.contains(PrmStatus::WD_ON).then(|| first.saturating_mul(second).saturating_mul(base_ms))
 }
 
-fn ownership(before: u8, now: u8) -> String {
+/// The text of the note about a change of the owner.
+fn owner_change(before: u8, now: u8) -> String {
     match (before, now) {
         (NO_MASTER, now) => format!("belongs to master {now} now"),
-        (before, NO_MASTER) => format!("belongs to nobody any more, before to master {before}"),
-        (before, now) => format!("belongs to master {now} now, before to master {before}"),
+        (before, NO_MASTER) => format!("has no owner any more, before it belonged to master {before}"),
+        (before, now) => format!("belongs to master {now} now, before it belonged to master {before}"),
     }
 }
 
-/// A block of an extended diagnosis.
+/// A block of an extended diagnosis as text.
 fn block_text(block: Block<'_>) -> String {
     match block {
         Block::Device(content) => match profivac_wire::ext_diag::Message::parse(content) {

@@ -1,38 +1,38 @@
-//! Listens to a port and never sends.
+//! Receives octets from a port and never sends.
 
 use super::PLATFORM_SILENCE;
 use super::input::Chunk;
 use profivac_dp::link::{Baud, BitTime, CHARACTER_TBIT, T_SYN_TBIT};
 use profivac_host::clock::{Clock, tbit_of};
-use profivac_host::port::{Character, Port, PortError, wait};
-use rustix::fd::BorrowedFd;
+use profivac_host::port::{Character, Port, PortError};
+use profivac_host::readiness::{Readiness, wait};
 use std::time::Duration;
 
-/// A port that is only listened to.
+/// A port that only receives.
 pub struct Tap {
     port: Box<dyn Port>,
     baud: Baud,
     clock: Clock,
     received: Vec<Character>,
-    /// When the last character came, until the silence after it was told.
+    /// Time of the last character, until the silence after it is reported.
     last: Option<BitTime>,
-    /// When the piece before began.
+    /// Start of the last chunk.
     before: BitTime,
 }
 
-/// What was heard.
+/// Event on the line of a tap.
 #[derive(Clone, Debug, PartialEq)]
 pub enum TapEvent {
-    /// Octets.
+    /// Octets were received.
     Octets(Chunk),
-    /// Nothing for so long that nothing that comes belongs to what came.
+    /// The line has been silent for so long that no telegram continues.
     Silence,
-    /// Nothing.
+    /// Nothing was received.
     Nothing,
 }
 
 impl Tap {
-    /// Listens from now on.
+    /// A tap that receives from now on.
     #[must_use]
     pub fn new(port: Box<dyn Port>, baud: Baud) -> Self {
         Self {
@@ -45,19 +45,19 @@ impl Tap {
         }
     }
 
-    /// Waits until something is heard, at most `at_most`. Also wakes when one of `others` becomes readable, and says
-    /// which.
+    /// Waits for an event, at most `at_most`. Also returns when one of `others` becomes readable; the second value says which
+    /// ones are.
     ///
     /// # Errors
-    /// [`PortError::Lost`] when the port is gone.
+    /// [`PortError::Lost`] if the port is lost.
     pub fn receive(
         &mut self,
-        others: &[BorrowedFd<'_>],
+        others: &[Readiness<'_>],
         at_most: Duration,
     ) -> Result<(TapEvent, Vec<bool>), PortError> {
-        let watched: Vec<_> = others.iter().copied().chain(self.port.watched()).collect();
+        let watched: Vec<_> = others.iter().copied().chain(self.port.readiness()).collect();
         let at_most = if self.last.is_some() { at_most.min(PLATFORM_SILENCE) } else { at_most };
-        let mut readable = wait(&watched, at_most)?;
+        let mut readable = wait(&watched, at_most).map_err(|error| PortError::system(self.port.name(), error))?;
         readable.truncate(others.len());
         self.received.clear();
         self.port.receive(&mut self.received)?;
@@ -67,23 +67,23 @@ impl Tap {
             return Ok((TapEvent::Octets(self.take_chunk(now)), readable));
         }
         let silence_tbit = tbit_of(self.baud, PLATFORM_SILENCE).max(T_SYN_TBIT);
-        let heard = match self.last {
+        let event = match self.last {
             Some(last) if now - last >= silence_tbit => {
                 self.last = None;
                 TapEvent::Silence
             }
             _ => TapEvent::Nothing,
         };
-        Ok((heard, readable))
+        Ok((event, readable))
     }
 
-    /// What was heard, with the time at which its first octet may have begun. Time never goes back.
+    /// The received octets as a chunk with the earliest possible start of its first octet. Starts never decrease.
     fn take_chunk(&mut self, now: BitTime) -> Chunk {
         let octet = |character: &Character| if let Character::Octet(octet) = character { *octet } else { 0 };
         let octets: Vec<u8> = self.received.iter().map(octet).collect();
-        let broken = self.received.iter().enumerate().filter(|(_, character)| **character == Character::Error);
-        let errors = broken.map(|(place, _)| place).collect();
-        // A UART hands over several characters at once: the first began that much earlier.
+        let bad = self.received.iter().enumerate().filter(|(_, character)| **character == Character::Error);
+        let errors = bad.map(|(place, _)| place).collect();
+        // A UART delivers several characters at once: the first one began earlier by their duration.
         let early_tbit = if self.port.is_timed() { (octets.len() as u64).saturating_mul(CHARACTER_TBIT) } else { 0 };
         self.before = self.before.max(BitTime(now.0.saturating_sub(early_tbit)));
         Chunk { start: Some(self.before), octets, errors }
@@ -93,29 +93,28 @@ impl Tap {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use rustix::fd::AsFd;
     use std::os::unix::net::UnixStream;
     use std::sync::Arc;
     use std::sync::atomic::{AtomicUsize, Ordering};
 
-    /// A port with some characters, which counts what is sent.
-    struct Spy {
+    /// A port with some characters that counts the octets sent.
+    struct CountingPort {
         characters: Vec<Character>,
         end: UnixStream,
         sent: Arc<AtomicUsize>,
     }
 
-    impl Port for Spy {
+    impl Port for CountingPort {
         fn name(&self) -> &str {
-            "spy"
+            "counting"
         }
 
-        fn watched(&self) -> Vec<BorrowedFd<'_>> {
-            vec![self.end.as_fd()]
+        fn readiness(&self) -> Vec<Readiness<'_>> {
+            vec![Readiness::of(&self.end)]
         }
 
-        fn receive(&mut self, heard: &mut Vec<Character>) -> Result<(), PortError> {
-            heard.append(&mut self.characters);
+        fn receive(&mut self, received: &mut Vec<Character>) -> Result<(), PortError> {
+            received.append(&mut self.characters);
             Ok(())
         }
 
@@ -126,18 +125,18 @@ mod tests {
     }
 
     #[test]
-    fn octets_and_broken_ones_are_noted_silence_is_told_once_and_nothing_is_sent() {
+    fn a_tap_returns_octets_and_errors_then_one_silence_and_sends_nothing() {
         let (sent, (end, _other)) = (Arc::new(AtomicUsize::new(0)), UnixStream::pair().unwrap());
         let characters = vec![Character::Octet(0x10), Character::Error, Character::Octet(2)];
-        let mut ear = Tap::new(Box::new(Spy { characters, end, sent: sent.clone() }), Baud::B500000);
-        let (heard, _) = ear.receive(&[], Duration::ZERO).unwrap();
-        let TapEvent::Octets(noted) = heard else { panic!("{heard:?}") };
-        assert_eq!((noted.octets, noted.errors), (vec![0x10, 0, 2], vec![1]));
+        let mut tap = Tap::new(Box::new(CountingPort { characters, end, sent: sent.clone() }), Baud::B500000);
+        let (event, _) = tap.receive(&[], Duration::ZERO).unwrap();
+        let TapEvent::Octets(chunk) = event else { panic!("{event:?}") };
+        assert_eq!((chunk.octets, chunk.errors), (vec![0x10, 0, 2], vec![1]));
         let mut silences = 0;
         while silences == 0 {
-            silences += usize::from(ear.receive(&[], PLATFORM_SILENCE).unwrap().0 == TapEvent::Silence);
+            silences += usize::from(tap.receive(&[], PLATFORM_SILENCE).unwrap().0 == TapEvent::Silence);
         }
-        assert_eq!(ear.receive(&[], Duration::ZERO).unwrap().0, TapEvent::Nothing);
+        assert_eq!(tap.receive(&[], Duration::ZERO).unwrap().0, TapEvent::Nothing);
         assert_eq!(sent.load(Ordering::Relaxed), 0);
     }
 }

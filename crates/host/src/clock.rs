@@ -1,18 +1,18 @@
-//! Bit times on a real clock.
+//! Converts between bit times and the clock of the system.
 
 use profivac_dp::link::{Baud, BitTime};
 use std::time::{Duration, Instant};
 
 const NANOSECONDS: u128 = 1_000_000_000;
 
-/// How long `tbit` bit times last at `baud`, rounded up: whoever waits so long is not early.
+/// The duration of `tbit` bit times at `baud`, rounded up.
 #[must_use]
 pub fn duration_of(baud: Baud, tbit: u64) -> Duration {
     let nanoseconds = (u128::from(tbit) * NANOSECONDS).div_ceil(u128::from(baud.bits_per_second()));
     Duration::from_nanos(u64::try_from(nanoseconds).unwrap_or(u64::MAX))
 }
 
-/// How many whole bit times fit into `duration` at `baud`.
+/// The whole bit times in `duration` at `baud`.
 #[must_use]
 pub fn tbit_of(baud: Baud, duration: Duration) -> u64 {
     let tbit = duration.as_nanos() * u128::from(baud.bits_per_second()) / NANOSECONDS;
@@ -34,13 +34,13 @@ impl Clock {
         Self { baud, start: Instant::now(), first }
     }
 
-    /// What it shows.
+    /// The time it shows.
     #[must_use]
     pub fn now(&self) -> BitTime {
         self.first + tbit_of(self.baud, self.start.elapsed())
     }
 
-    /// How long it takes until it shows `moment`.
+    /// The duration until it shows `moment`. Zero if that has passed.
     #[must_use]
     pub fn time_until(&self, moment: BitTime) -> Duration {
         duration_of(self.baud, moment - self.now())

@@ -1,20 +1,24 @@
-//! Ports, lines and clocks of a computer: everything that touches the operating system, and nothing else.
+#![doc = include_str!("../README.md")]
+//!
+//! # Modules
 //!
 //! | Module | Holds |
 //! |---|---|
-//! | [`port`] | serial devices, ptys, TCP: octets in and out |
+//! | [`port`] | serial devices, ptys, TCP |
 //! | [`mod@line`] | stations that share a line, without port and clock |
 //! | [`segment`] | a line on a port, in real time |
-//! | [`clock`] | bit times on the monotonic clock |
-//! | [`rate`] | the baud rate of a line, found by listening |
 //! | [`session`] | a master on a port that sends one request after the other |
-//! | [`scan`] | the stations that answer on a bus |
-//! | [`text_file`] | what configuration files have in common |
+//! | [`scan`] | the stations of a bus |
+//! | [`rate`] | detects the baud rate of a line |
+//! | [`readiness`] | waits for several sources, wakes a thread |
+//! | [`clock`] | bit times on the monotonic clock |
+//! | [`text_file`] | helpers for configuration files |
 
 pub mod clock;
 pub mod line;
 pub mod port;
 pub mod rate;
+pub mod readiness;
 pub mod scan;
 pub mod segment;
 pub mod session;

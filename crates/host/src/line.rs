@@ -1,40 +1,41 @@
-//! Stations that share a line, without the port and without a clock.
+//! Stations that share a line, without port and clock.
 //!
-//! What arrives from outside is decoded once and handed to every station; what a station sends reaches the outside and every
-//! other station here, never the sender. The same [`Line`] serves one gauge on a serial port and a whole segment in memory.
+//! A character from outside is decoded once and delivered to every station. A telegram of a station goes outside and to
+//! every other station, never back to its sender. The same [`Line`] serves one gauge on a serial port and a whole segment
+//! in memory.
 
 use crate::port::Character;
 use profivac_dp::link::{BitTime, CHARACTER_TBIT, Listening, Received, Receiver, Station, Transmit};
 use profivac_wire::{BROADCAST, Telegram};
 use std::collections::VecDeque;
 
-/// How octets leave.
+/// How octets leave the line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Pace {
-    /// They have arrived as soon as they are written: a pty, TCP.
+    /// They arrive when they are written: a pty, TCP.
     Instant,
-    /// A telegram is written at once and the port takes eleven bit times an octet: a serial device.
+    /// A telegram is written at once, and the port takes eleven bit times for an octet: a serial device.
     ByPort,
-    /// Each octet is written when its last bit would have passed: ptys at the pace of a line, and segments in memory.
+    /// An octet is written when its last bit would have passed: ptys at the pace of a line, and segments in memory.
     ByLine,
 }
 
-/// A telegram on its way.
+/// A telegram of a station that is waiting or being sent.
 #[derive(Clone, Debug)]
 struct Outgoing {
-    /// Which station sends it.
+    /// The index of the station.
     sender: usize,
     not_before: BitTime,
     octets: Vec<u8>,
-    /// Noise has changed some of them.
+    /// Noise has changed octets.
     damaged: bool,
-    /// When it began to leave.
+    /// When its transmission started.
     started: Option<BitTime>,
-    /// How many octets have left.
+    /// The number of octets sent.
     octets_sent: usize,
 }
 
-/// Noise on a line: which part of the octets it damages, by chance.
+/// Noise that damages octets at random.
 #[derive(Clone, Debug)]
 struct Noise {
     probability: f64,
@@ -42,12 +43,12 @@ struct Noise {
 }
 
 impl Noise {
-    /// Whether it hits an octet.
+    /// Whether noise hits the next octet.
     fn hits(&mut self) -> bool {
         self.probability > 0.0 && self.rng.f64() < self.probability
     }
 
-    /// Changes a bit of some octets. True if there was one.
+    /// Flips a bit in some octets. Returns whether it did.
     fn corrupt(&mut self, octets: &mut [u8]) -> bool {
         let mut damaged = false;
         for octet in octets {
@@ -60,15 +61,15 @@ impl Noise {
     }
 }
 
-/// Several stations: a list, or as many as the program knows.
+/// A collection of stations: a `Vec` or an array.
 pub trait Stations {
-    /// One of them.
+    /// The type of a station.
     type Station: Station;
 
-    /// All of them.
+    /// All stations.
     fn all(&self) -> &[Self::Station];
 
-    /// All of them.
+    /// All stations, mutable.
     fn all_mut(&mut self) -> &mut [Self::Station];
 }
 
@@ -107,14 +108,15 @@ pub struct Line<C> {
 }
 
 impl<C: Stations> Line<C> {
-    /// Joins `stations`; `receiver` decodes what comes from outside.
+    /// Joins `stations`; `receiver` decodes the characters from outside.
     #[must_use]
     pub fn new(stations: C, receiver: Receiver, pace: Pace) -> Self {
         let noise = Noise { probability: 0.0, rng: fastrand::Rng::with_seed(0) };
         Self { stations, receiver, pace, queue: VecDeque::new(), noise }
     }
 
-    /// From now on noise damages this part of the octets, 0 to 1, in both directions. Which, is the same in every run.
+    /// Sets the probability with which noise damages an octet in either direction, 0 to 1. Every run damages the same
+    /// octets.
     pub const fn set_noise(&mut self, part: f64) {
         self.noise.probability = part;
     }
@@ -124,27 +126,27 @@ impl<C: Stations> Line<C> {
         &self.stations
     }
 
-    /// The stations, to do something to them.
+    /// The stations, mutable.
     pub const fn stations_mut(&mut self) -> &mut C {
         &mut self.stations
     }
 
-    /// The outside was gone and is back: what was on its way is lost, and `receiver` decodes from here on.
+    /// Starts again after the port was lost: drops the telegrams that wait, and decodes with a new `receiver`.
     pub fn reset(&mut self, receiver: Receiver) {
         self.receiver = receiver;
         self.queue.clear();
     }
 
-    /// How many telegrams from outside were damaged.
+    /// The number of damaged telegrams from outside.
     pub const fn damaged_telegrams(&self) -> u32 {
         self.receiver.damaged()
     }
 
-    /// A character from outside ended at `end`.
+    /// Receives a character from outside that ended at `end`.
     pub fn receive(&mut self, end: BitTime, character: Character) {
         let heard = match character {
             Character::Octet(octet) if !self.noise.hits() => self.receiver.octet(end, octet),
-            // A changed bit is a wrong parity.
+            // A flipped bit is a parity error.
             Character::Octet(_) | Character::Error => {
                 self.receiver.character_error(end);
                 Received::Nothing
@@ -156,7 +158,7 @@ impl<C: Stations> Line<C> {
         }
     }
 
-    /// Time has come to `now`: stations do what they must, telegrams leave. What goes outside is appended to `out`.
+    /// Advances to `now`: runs the stations and sends what is due. Appends the octets that go outside to `out`.
     pub fn advance(&mut self, now: BitTime, out: &mut Vec<u8>) {
         self.transmit_due(now, out);
         for (sender, station) in self.stations.all_mut().iter_mut().enumerate() {
@@ -168,14 +170,14 @@ impl<C: Stations> Line<C> {
         self.transmit_due(now, out);
     }
 
-    /// When to call [`advance`](Self::advance) next, if nothing is heard before.
+    /// When to call [`advance`](Self::advance) next if no character arrives before.
     pub fn wake_at(&self) -> Option<BitTime> {
         let wakes = self.stations.all().iter().filter_map(Station::wake_at);
         let leaves = self.queue.front().map(|first| self.next_octet(first));
         wakes.chain(leaves).min()
     }
 
-    /// When something about the first telegram of the queue happens next.
+    /// When the first telegram of the queue starts or sends its next octet.
     fn next_octet(&self, first: &Outgoing) -> BitTime {
         match (first.started, self.pace) {
             (None, _) => first.not_before,
@@ -184,8 +186,8 @@ impl<C: Stations> Line<C> {
         }
     }
 
-    /// Lets everything leave that is due. One telegram leaves after the other: two answers at once would be a collision, and
-    /// a line that only carries octets has none.
+    /// Sends the telegrams that are due, one after the other. Two answers at once would be a collision on a real line; this
+    /// line has none.
     fn transmit_due(&mut self, now: BitTime, out: &mut Vec<u8>) {
         while self.queue.front().is_some_and(|first| self.next_octet(first) <= now)
             && let Some(first) = self.queue.pop_front()
@@ -195,7 +197,7 @@ impl<C: Stations> Line<C> {
         }
     }
 
-    /// The telegram begins to leave, or its next octet has left. Returns what is not over.
+    /// Starts a telegram or sends its next octet. Returns the telegram unless it is complete.
     fn transmit_next(&mut self, mut first: Outgoing, now: BitTime, out: &mut Vec<u8>) -> Option<Outgoing> {
         let due = self.next_octet(&first);
         if first.started.is_none() {
@@ -218,7 +220,7 @@ impl<C: Stations> Line<C> {
         Some(first)
     }
 
-    /// The stations that care notice that somebody else speaks.
+    /// Tells the stations that listen to all traffic that another station is sending.
     fn report_activity(&mut self, sender: Option<usize>, end: BitTime) {
         for (number, station) in self.stations.all_mut().iter_mut().enumerate() {
             if Some(number) != sender && station.listening() == Listening::Everything {
@@ -227,7 +229,7 @@ impl<C: Stations> Line<C> {
         }
     }
 
-    /// A telegram of ours has left completely: the sender learns it, the others hear it.
+    /// Completes a telegram: its sender is told, the others receive it.
     fn finish_telegram(&mut self, first: &Outgoing, end: BitTime) {
         if let Some(sender) = self.stations.all_mut().get_mut(first.sender) {
             sender.sent(end);
@@ -254,7 +256,7 @@ fn deliver<S: Station>(
     }
 }
 
-/// Whether a station has to be given a telegram.
+/// Whether a station receives a telegram.
 const fn is_delivered_to(telegram: &Telegram<'_>, listening: Listening) -> bool {
     match (listening, telegram) {
         (Listening::Everything, _) => true,
@@ -286,7 +288,7 @@ mod tests {
     const REQUEST: [u8; 6] = [0x10, 8, 2, 0x49, 0x53, 0x16];
     const ANSWER: [u8; 6] = [0x10, 2, 8, 0, 0x0A, 0x16];
 
-    /// Answers FDL status, and writes down everything that happens to it.
+    /// Answers FDL status and records what it receives.
     #[derive(Debug, Default)]
     struct Notebook {
         address: u8,
@@ -381,7 +383,7 @@ mod tests {
         REQUEST.iter().for_each(|octet| line.receive(BitTime(100), Character::Octet(*octet)));
         for telegram in [
             [0x10, 9, 2, 0x49, 0x54, 0x16],
-            // Global_Control without a data unit, to everybody
+            // Global_Control without a data unit, to all stations
             [0x10, 127, 2, 0x46, 0xC7, 0x16],
         ] {
             telegram.iter().for_each(|octet| line.receive(BitTime(100), Character::Octet(*octet)));

@@ -1,15 +1,16 @@
-//! Which rate a line runs at, found by listening: nothing is ever sent. profibus-wire 3.7.
+//! Detects the baud rate of a line by listening; sends nothing. profibus-wire 3.7.
 //!
-//! How long to listen and what proves a rate is [`RateControl`]'s, as it is for a slave that searches.
+//! [`RateControl`] decides how long to listen and which telegrams prove a rate, as it does for a slave.
 
 use crate::clock::{Clock, tbit_of};
-use crate::port::{Character, Port, PortError, wait};
+use crate::port::{Character, Port, PortError};
+use crate::readiness::wait;
 use crate::segment::PLATFORM_GAP;
 use profivac_dp::link::{Baud, BitTime, Rate, RateControl, Received, Receiver, T_SYN_TBIT};
 use profivac_wire::BROADCAST;
 use std::time::Duration;
 
-/// In this order rates are tried. free choice: first what plants with gauges mostly run at, last what few adapters can do.
+/// The order of the rates. free choice: first those common in plants with gauges, last those that few adapters support.
 const SEARCH_ORDER: [Baud; 10] = [
     Baud::B1500000,
     Baud::B500000,
@@ -23,27 +24,27 @@ const SEARCH_ORDER: [Baud; 10] = [
     Baud::B12000000,
 ];
 
-/// Listens at one rate after the other until a telegram is heard, once round. The port stays at the rate that is found.
+/// Listens at one rate after the other until a telegram arrives, each rate once. The port stays at the detected rate.
 ///
 /// # Errors
-/// [`PortError::NoRate`] when the port runs at none, [`PortError::Silent`] with the rates tried when no telegram was heard.
+/// [`PortError::NoBaudRate`] for a port without a rate; [`PortError::NoTelegram`] with the rates tried.
 pub fn detect(port: &mut dyn Port) -> Result<Baud, PortError> {
     let mut tried = Vec::new();
     for baud in SEARCH_ORDER {
         match port.set_baud(baud) {
-            // The adapter cannot: nor can it be on such a line.
+            // An adapter that does not support a rate cannot be on a line with this rate.
             Err(PortError::UnsupportedRate { .. }) => continue,
             done => done?,
         }
         if carries_telegrams(port, baud)? {
             return Ok(baud);
         }
-        tried.push(baud.bits_per_second().to_string());
+        tried.push(baud);
     }
-    Err(PortError::NoTelegram { name: port.name().to_owned(), tried: tried.join(", ") })
+    Err(PortError::NoTelegram { name: port.name().to_owned(), tried })
 }
 
-/// Whether a telegram is heard at `baud`.
+/// Whether the line carries telegrams at `baud`.
 fn carries_telegrams(port: &mut dyn Port, baud: Baud) -> Result<bool, PortError> {
     let mut control = searching(baud);
     let idle_tbit = tbit_of(baud, PLATFORM_GAP).max(T_SYN_TBIT);
@@ -55,7 +56,7 @@ fn carries_telegrams(port: &mut dyn Port, baud: Baud) -> Result<bool, PortError>
         if left.is_zero() {
             return Ok(false);
         }
-        wait(&port.watched(), left)?;
+        wait(&port.readiness(), left).map_err(|error| PortError::system(port.name(), error))?;
         port.receive(&mut characters)?;
         let now = clock.now();
         for character in characters.drain(..) {
@@ -80,7 +81,7 @@ fn is_proof(receiver: &mut Receiver, control: &mut RateControl, now: BitTime, ch
     }
 }
 
-/// A search that has come to `baud`.
+/// A rate control that has arrived at `baud`.
 fn searching(baud: Baud) -> RateControl {
     let mut control = RateControl::automatic(BitTime(0));
     while control.rate() != Rate::Searching(baud)
@@ -94,7 +95,7 @@ fn searching(baud: Baud) -> RateControl {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use rustix::fd::{AsFd, BorrowedFd};
+    use crate::readiness::Readiness;
     use std::io::Write;
     use std::os::unix::net::UnixStream;
     use std::time::Instant;
@@ -102,13 +103,13 @@ mod tests {
     const REQUEST: [u8; 6] = [0x10, 8, 2, 0x49, 0x53, 0x16];
     const TOKENS: [u8; 6] = [0xDC, 2, 2, 0xE5, 0xDC, 2];
 
-    /// A line on which somebody says the same again and again, and an adapter that can run at some rates.
+    /// A line that carries the same telegram again and again, and an adapter with certain rates.
     struct Bus {
         offered: &'static [Baud],
         spoken: Option<(Baud, [u8; 6])>,
         set: Vec<Baud>,
         said: Instant,
-        /// Readable if somebody speaks.
+        /// Readable if the line carries telegrams.
         ours: UnixStream,
         _theirs: UnixStream,
     }
@@ -128,8 +129,8 @@ mod tests {
             "bus"
         }
 
-        fn watched(&self) -> Vec<BorrowedFd<'_>> {
-            vec![self.ours.as_fd()]
+        fn readiness(&self) -> Vec<Readiness<'_>> {
+            vec![Readiness::of(&self.ours)]
         }
 
         fn receive(&mut self, heard: &mut Vec<Character>) -> Result<(), PortError> {
@@ -146,7 +147,7 @@ mod tests {
         }
 
         fn send(&mut self, _octets: &[u8]) -> Result<(), PortError> {
-            panic!("who searches is silent");
+            panic!("detection sends nothing");
         }
 
         fn set_baud(&mut self, baud: Baud) -> Result<(), PortError> {
@@ -159,7 +160,7 @@ mod tests {
     }
 
     #[test]
-    fn the_rate_at_which_telegrams_are_heard_is_found() {
+    fn the_rate_at_which_telegrams_arrive_is_detected() {
         let mut bus = Bus::new(&[Baud::B500000, Baud::B93750, Baud::B19200], Some((Baud::B93750, REQUEST)));
         assert_eq!(detect(&mut bus).unwrap(), Baud::B93750);
         assert_eq!(
@@ -170,7 +171,7 @@ mod tests {
     }
 
     #[test]
-    fn a_silent_line_is_no_rate_and_those_tried_are_named() {
+    fn a_silent_line_is_an_error_that_names_the_rates_tried() {
         let refused = detect(&mut Bus::new(&[Baud::B1500000, Baud::B500000], None)).unwrap_err().to_string();
         assert!(refused.starts_with("no telegram on bus at any of 1500000, 500000 bit/s"), "{refused}");
     }

@@ -1,4 +1,4 @@
-//! Who is there: one address after the other, with nothing but FDL status and Slave_Diag.
+//! Finds the stations of a bus: one address after the other, with FDL status and Slave_Diag only.
 
 use crate::session::{BusSession, Reply, SessionError};
 use profivac_devices::catalog::MODELS;
@@ -12,9 +12,9 @@ use profivac_wire::diag::{NO_MASTER, SlaveDiag, StationStatus};
 pub struct FoundStation {
     /// Its address.
     pub address: u8,
-    /// What kind of station it is.
+    /// Its type.
     pub station_type: StationType,
-    /// What its diagnosis says, if it is a slave and gave one.
+    /// The fixed part of its diagnosis, if it is a slave that sent one.
     pub slave: Option<SlaveStatus>,
 }
 
@@ -25,7 +25,7 @@ pub struct SlaveStatus {
     pub ident: u16,
     /// Station_Status.
     pub status: StationStatus,
-    /// The master that parameterised it.
+    /// The owner: the master that parameterised the slave.
     pub owner: Option<u8>,
 }
 
@@ -38,14 +38,14 @@ impl SlaveStatus {
         Some(Self { ident: diag.ident, status: diag.status, owner })
     }
 
-    /// The names of the devices with this ident number that profivac knows.
+    /// The names of the known devices with this Ident_Number.
     #[must_use]
     pub fn device_names(&self) -> Vec<&'static str> {
         let same = MODELS.iter().filter(|model| model.ident == self.ident);
         same.map(|model| model.name).collect()
     }
 
-    /// What the slave is doing, in words.
+    /// The state of the slave as text.
     #[must_use]
     pub fn state_text(&self) -> String {
         let words: Vec<_> =
@@ -54,7 +54,7 @@ impl SlaveStatus {
     }
 }
 
-/// Bits of Station_Status that keep a slave from exchanging data or report something, the telling ones first.
+/// The bits of Station_Status that explain why a slave exchanges no data or reports a fault, in the order of importance.
 /// profibus-wire 2.3
 const STATES: [(StationStatus, &str); 6] = [
     (StationStatus::PRM_FAULT, "refused its parameters"),
@@ -65,28 +65,28 @@ const STATES: [(StationStatus, &str); 6] = [
     (StationStatus::EXT_DIAG, "reports a fault"),
 ];
 
-/// Asks whether somebody is at `address`, and a slave what it is.
+/// Sends FDL status to `address`, and Slave_Diag if the answer is that of a slave. `None` if no station answers.
 ///
 /// # Errors
-/// [`ToolError`] when nothing could be asked.
-pub fn probe(tool: &mut BusSession, address: u8) -> Result<Option<FoundStation>, SessionError> {
-    let station = match tool.request(&services::fdl_status(address))? {
+/// [`SessionError`].
+pub fn probe(session: &mut BusSession, address: u8) -> Result<Option<FoundStation>, SessionError> {
+    let station = match session.request(&services::fdl_status(address))? {
         Reply::Answer { station, .. } => station,
         Reply::NoAnswer(Failure::Silence | Failure::Impossible) => return Ok(None),
-        // Somebody is there: once more.
-        Reply::NoAnswer(_) => match tool.request(&services::fdl_status(address))? {
+        // A station is present: repeat the request.
+        Reply::NoAnswer(_) => match session.request(&services::fdl_status(address))? {
             Reply::Answer { station, .. } => station,
             Reply::NoAnswer(_) => return Ok(None),
         },
     };
-    let slave = if station == StationType::Slave { read_diagnosis(tool, address)? } else { None };
+    let slave = if station == StationType::Slave { read_diagnosis(session, address)? } else { None };
     Ok(Some(FoundStation { address, station_type: station, slave }))
 }
 
-/// Slave_Diag, asked twice: what a slave that was never spoken to is asked first is not repeated by itself.
-fn read_diagnosis(tool: &mut BusSession, address: u8) -> Result<Option<SlaveStatus>, SessionError> {
+/// Slave_Diag, at most twice: the first request to a slave is not repeated at link level.
+fn read_diagnosis(session: &mut BusSession, address: u8) -> Result<Option<SlaveStatus>, SessionError> {
     for _ in 0..2 {
-        if let Reply::Answer { du, .. } = tool.request(&services::slave_diag(address))? {
+        if let Reply::Answer { du, .. } = session.request(&services::slave_diag(address))? {
             return Ok(SlaveStatus::parse(&du));
         }
     }
@@ -98,7 +98,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_diagnosis_is_told_in_words() {
+    fn the_state_of_a_slave_is_its_diagnosis_as_text() {
         for (du, state, owner) in [
             ([0x02, 0x05, 0x00, 0xFF, 0x08, 0xE6], "waits for parameters, not ready", None),
             ([0x42, 0x05, 0x00, 0xFF, 0x08, 0xE6], "refused its parameters, waits for parameters, not ready", None),
@@ -106,16 +106,16 @@ mod tests {
             ([0x00, 0x0C, 0x00, 0x02, 0x08, 0xE6], "exchanges data", Some(2)),
             ([0x08, 0x0C, 0x00, 0x02, 0x08, 0xE6], "reports a fault", Some(2)),
         ] {
-            let seen = SlaveStatus::parse(&du).unwrap();
-            assert_eq!((seen.state_text().as_str(), seen.owner, seen.ident), (state, owner, 0x08E6), "{du:02X?}");
+            let status = SlaveStatus::parse(&du).unwrap();
+            assert_eq!((status.state_text().as_str(), status.owner, status.ident), (state, owner, 0x08E6), "{du:02X?}");
         }
         assert_eq!(SlaveStatus::parse(&[0x02, 0x05]), None);
     }
 
     #[test]
     fn an_ident_number_names_its_devices() {
-        let seen = |ident| SlaveStatus { ident, status: StationStatus::empty(), owner: None };
-        assert_eq!(seen(0x08E6).device_names(), ["bcg450"]);
-        assert!(seen(0xFFFF).device_names().is_empty());
+        let with_ident = |ident| SlaveStatus { ident, status: StationStatus::empty(), owner: None };
+        assert_eq!(with_ident(0x08E6).device_names(), ["bcg450"]);
+        assert!(with_ident(0xFFFF).device_names().is_empty());
     }
 }

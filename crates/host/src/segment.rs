@@ -1,37 +1,38 @@
 //! A line on a port: stations served in real time.
 //!
-//! The clock is the monotonic one, counted in bit times of the segment's rate. An operating system reports characters late
-//! and in pieces, so an idle line is one that was silent for [`PLATFORM_GAP`] or T_SYN, whichever is longer.
+//! The clock is the monotonic one, counted in bit times of the line. An operating system delivers characters late and in
+//! groups, so the line counts as idle after [`PLATFORM_GAP`] or T_SYN without a character, whichever is longer.
 
 use crate::clock::{Clock, tbit_of};
 use crate::line::{Line, Pace, Stations};
-use crate::port::{Character, Notice, Opener, Port, PortError, Reopening, wait};
+use crate::port::{Character, Notice, Opener, Port, PortError, Reopening};
+use crate::readiness::{Readiness, wait};
 use profivac_dp::link::{Baud, BitTime, CHARACTER_TBIT, Receiver, T_SYN_TBIT};
-use rustix::fd::BorrowedFd;
 use std::time::Duration;
 
-/// How long a line must be silent to count as idle, and how long a telegram may pause. free choice: longer than the pieces
-/// a telegram arrives in are apart, shorter than the slot time of any master that works through an operating system.
+/// The silence after which the line counts as idle, and the longest gap within a telegram. free choice: longer than the
+/// pauses between the groups in which a telegram arrives, shorter than the slot time of a master behind an operating
+/// system.
 pub const PLATFORM_GAP: Duration = Duration::from_millis(2);
 
-/// A line, the port it goes out through, and the time.
+/// Stations on a line, the port of the line, and its clock.
 pub struct Segment<C> {
     line: Line<C>,
     port: Box<dyn Port>,
     clock: Clock,
     received: Vec<Character>,
     out: Vec<u8>,
-    /// When the last character ended.
+    /// The end of the last character.
     last_end: BitTime,
     /// The idle time of the receiver.
     gap_tbit: u64,
-    /// Of the port when it was heard last.
+    /// The generation of the port at the last reception.
     generation: u32,
-    /// The port came back and nobody was told yet.
+    /// The port was opened again since the last call of `take_reopened`.
     reopened: bool,
 }
 
-/// The port a segment has while it is given another one.
+/// Takes the place of the port while the port is wrapped.
 struct NullPort;
 
 impl Port for NullPort {
@@ -39,7 +40,7 @@ impl Port for NullPort {
         "nowhere"
     }
 
-    fn watched(&self) -> Vec<BorrowedFd<'_>> {
+    fn readiness(&self) -> Vec<Readiness<'_>> {
         Vec::new()
     }
 
@@ -53,10 +54,10 @@ impl Port for NullPort {
 }
 
 impl<C: Stations> Segment<C> {
-    /// Puts `stations` on `port`. With `paced` the octets of a port that does not take time by itself are given theirs.
+    /// Puts `stations` on `port`. With `paced`, the octets of a port without a baud rate leave at the pace of the line.
     pub fn new(port: Box<dyn Port>, baud: Baud, paced: bool, stations: C) -> Self {
         let gap_tbit = tbit_of(baud, PLATFORM_GAP).max(T_SYN_TBIT);
-        // Who joins a real line may come in the middle of a telegram. A line that begins with us has been silent.
+        // On a real line a telegram may be under way. A line without a baud rate begins with this segment and is idle.
         let first = if port.is_timed() { BitTime(0) } else { BitTime(0) + gap_tbit + CHARACTER_TBIT };
         let pace = match (port.is_timed(), paced) {
             (true, _) => Pace::ByPort,
@@ -77,26 +78,27 @@ impl<C: Stations> Segment<C> {
         }
     }
 
-    /// The same, and `opener` brings the port back whenever it is lost. Until then it counts as a cable that is not plugged in.
+    /// The same segment with a port that `opener` opens again whenever it is lost. Meanwhile the line behaves like a
+    /// disconnected cable.
     #[must_use]
     pub fn with_reopening(mut self, opener: Opener) -> Self {
         self.set_reopening(opener);
         self
     }
 
-    /// [`lasting`](Self::lasting), in place.
+    /// [`with_reopening`](Self::with_reopening) in place.
     pub fn set_reopening(&mut self, opener: Opener) {
         let port = std::mem::replace(&mut self.port, Box::new(NullPort));
         self.port = Box::new(Reopening::new(port, opener));
         self.generation = 0;
     }
 
-    /// What somebody should know about the port.
+    /// Takes the oldest notice of the port.
     pub fn next_notice(&mut self) -> Option<Notice> {
         self.port.next_notice()
     }
 
-    /// Whether the port came back since this was asked last. Slaves need not know; a master has to listen first.
+    /// Whether the port was opened again since the last call. A master must listen first; slaves need nothing.
     pub const fn take_reopened(&mut self) -> bool {
         std::mem::replace(&mut self.reopened, false)
     }
@@ -111,35 +113,35 @@ impl<C: Stations> Segment<C> {
         self.line.stations()
     }
 
-    /// From now on noise damages this part of the octets, 0 to 1.
+    /// Sets the probability with which noise damages an octet, 0 to 1.
     pub const fn set_noise(&mut self, part: f64) {
         self.line.set_noise(part);
     }
 
-    /// The stations, to do something to them.
+    /// The stations, mutable.
     pub const fn stations_mut(&mut self) -> &mut C {
         self.line.stations_mut()
     }
 
-    /// How many damaged telegrams arrived.
+    /// The number of damaged telegrams received.
     pub const fn damaged_telegrams(&self) -> u32 {
         self.line.damaged_telegrams()
     }
 
-    /// What the clock of the segment shows.
+    /// The time of the segment's clock.
     pub fn now(&self) -> BitTime {
         self.clock.now()
     }
 
-    /// Serves the line once: waits until something is heard or due, at most `at_most`, and does what follows from it. Also
-    /// wakes when one of `others` becomes readable, and says which.
+    /// Serves the line once: waits for an octet, the next deadline of a station or one of `others`, at most `at_most`; then
+    /// receives, runs the stations and sends. Returns for each of `others` whether it is readable.
     ///
     /// # Errors
-    /// [`PortError::Lost`] when the port is gone.
-    pub fn serve(&mut self, others: &[BorrowedFd<'_>], at_most: Duration) -> Result<Vec<bool>, PortError> {
+    /// [`PortError::Lost`] when the port is gone; [`PortError::System`].
+    pub fn serve(&mut self, others: &[Readiness<'_>], at_most: Duration) -> Result<Vec<bool>, PortError> {
         let due = self.line.wake_at().map_or(at_most, |wake_at| self.clock.time_until(wake_at).min(at_most));
-        let watched: Vec<_> = others.iter().copied().chain(self.port.watched()).collect();
-        let mut readable = wait(&watched, due)?;
+        let sources: Vec<_> = others.iter().copied().chain(self.port.readiness()).collect();
+        let mut readable = wait(&sources, due).map_err(|error| PortError::system(self.port.name(), error))?;
         readable.truncate(others.len());
         self.receive()?;
         self.out.clear();
@@ -157,12 +159,12 @@ impl<C: Stations> Segment<C> {
         if self.port.generation() != self.generation {
             self.generation = self.port.generation();
             self.reopened = true;
-            // Somebody may be in the middle of a telegram.
+            // A telegram may be under way.
             self.line.reset(Receiver::with_idle(now, self.gap_tbit));
         }
         let timed = self.port.is_timed();
         for (character, after) in self.received.iter().zip((0..self.received.len() as u64).rev()) {
-            // A UART hands over several characters at once: those before the last one ended earlier.
+            // A UART delivers several characters at once. Those before the last one ended earlier.
             let early_tbit = if timed { after.saturating_mul(CHARACTER_TBIT) } else { 0 };
             self.last_end = self.last_end.max(BitTime(now.0.saturating_sub(early_tbit)));
             self.line.receive(self.last_end, *character);
@@ -176,7 +178,6 @@ mod tests {
     use super::*;
     use profivac_dp::link::{Station, Transmit};
     use profivac_wire::Telegram;
-    use rustix::fd::AsFd;
     use std::io::{Read, Write};
     use std::os::unix::net::UnixStream;
     use std::sync::{Arc, Mutex};
@@ -185,14 +186,14 @@ mod tests {
     const REQUEST: [u8; 6] = [0x10, 8, 2, 0x49, 0x53, 0x16];
     const ANSWER: [u8; 6] = [0x10, 2, 8, 0, 0x0A, 0x16];
 
-    /// What the port saw: when it handed over the last characters, and when it was given something to send.
+    /// When the port delivered the last characters, and when it was given octets to send.
     #[derive(Debug, Default)]
     struct Times {
         handed_over: Option<Instant>,
         sent: Option<Instant>,
     }
 
-    /// A UART whose driver hands over what a socket brings.
+    /// A UART whose driver delivers the octets of a socket.
     struct Uart {
         driver: UnixStream,
         times: Arc<Mutex<Times>>,
@@ -207,8 +208,8 @@ mod tests {
             true
         }
 
-        fn watched(&self) -> Vec<BorrowedFd<'_>> {
-            vec![self.driver.as_fd()]
+        fn readiness(&self) -> Vec<Readiness<'_>> {
+            vec![Readiness::of(&self.driver)]
         }
 
         fn receive(&mut self, heard: &mut Vec<Character>) -> Result<(), PortError> {
@@ -227,7 +228,7 @@ mod tests {
         }
     }
 
-    /// Answers FDL status after so many bit times.
+    /// Answers FDL status after this number of bit times.
     struct Slave(u64);
 
     impl Station for Slave {
@@ -244,7 +245,8 @@ mod tests {
         }
     }
 
-    /// The answer window counts from the moment the driver handed over the last character: later than the line, never earlier.
+    /// The answer window counts from the moment at which the driver delivered the last character: later than on the line,
+    /// never earlier.
     #[test]
     fn an_answer_on_a_uart_waits_for_its_time_after_the_last_character() {
         for (baud, min_tsdr) in [(Baud::B9600, 11), (Baud::B19200, 60), (Baud::B93750, 1000)] {
@@ -253,7 +255,7 @@ mod tests {
             let times = Arc::new(Mutex::new(Times::default()));
             let uart = Uart { driver, times: Arc::clone(&times) };
             let mut segment = Segment::new(Box::new(uart), baud, false, [Slave(min_tsdr)]);
-            // A real line has to be silent first.
+            // A real line must be silent first.
             while segment.now() < BitTime(0) + T_SYN_TBIT.max(tbit_of(baud, PLATFORM_GAP)) + CHARACTER_TBIT * 7 {
                 segment.serve(&[], PLATFORM_GAP).unwrap();
             }
@@ -263,7 +265,7 @@ mod tests {
                 segment.serve(&[], Duration::from_millis(100)).unwrap();
             }
             let Times { handed_over: Some(heard), sent: Some(sent) } = *times.lock().unwrap() else {
-                panic!("nothing")
+                panic!("the answer was not sent")
             };
             let window = crate::clock::duration_of(baud, min_tsdr);
             assert!(sent - heard >= window, "{:?} of {window:?} at {baud}", sent - heard);

@@ -1,10 +1,11 @@
-//! A master on a port that asks one thing after the other: for commands that look, and for what they do before they exchange
-//! data.
+//! A master on a port that sends one request after the other. Commands use it, and clients before they exchange data.
 //!
-//! Nothing here sends Set_Prm. Slaves that are added to the [`master`](Tool::master) are served beside what is asked.
+//! The session itself never sends Set_Prm. It serves slaves that were added to the [`master`](BusSession::master) while it
+//! waits for an answer.
 
 use crate::clock::{duration_of, tbit_of};
 use crate::port::{Notice, Opener, Port, PortError};
+use crate::readiness::Readiness;
 use crate::segment::Segment;
 use profivac_dp::link::active::{
     Active, Answer, BusParameters, Confirmation, Failure, OutOfRange, Request, RingCounters, RingState,
@@ -13,24 +14,24 @@ use profivac_dp::link::{Baud, BitTime, Listening, Station, Transmit};
 use profivac_dp::master::{Busy, Handle, Master, Operation, Settings, SlaveListError, SlaveParameters};
 use profivac_wire::control::{StationType, Status};
 use profivac_wire::{MAX_DU, Telegram};
-use rustix::fd::BorrowedFd;
+use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
 
-/// A master with room for every slave a bus can have.
+/// A master with room for every slave of a bus.
 pub type BusMaster = Master<125, MAX_DU>;
 
-/// What an operating system and a USB adapter may add to an answer. free choice: the 16 ms an adapter may keep octets
-/// (profibus-wire 9.4, point 36), and some more.
+/// The delay that an operating system and a USB adapter may add to an answer. free choice: the 16 ms for which an adapter
+/// may keep octets (profibus-wire 9.4, point 36), and a reserve.
 const PLATFORM_DELAY: Duration = Duration::from_millis(20);
 
-/// G. Each absent address that is asked costs a slot time, which is long on such a port; with a longer pause another tool
-/// waits longer until it is let into the ring: [`entry_time`]. free choice.
+/// G. Each request to an absent address costs a slot time, which is long on such a port; a longer pause would delay the
+/// entry of another master into the ring: [`entry_time`]. free choice.
 const GAP_FACTOR: u8 = 2;
 
-/// How long it takes at most to pass the token on at the end. free choice: some rotations of a small ring.
+/// The longest wait for passing the token at the end. free choice: some rotations of a small ring.
 const TOKEN_PASS_TIMEOUT: Duration = Duration::from_secs(1);
 
-/// The shortest time the line is waited for.
+/// The shortest wait for the line.
 const MIN_WAIT: Duration = Duration::from_millis(1);
 
 /// The bus parameters of a master behind an operating system.
@@ -41,54 +42,67 @@ pub fn bus_parameters(address: u8, baud: Baud) -> BusParameters {
     BusParameters { slot_tbit: bus.slot_tbit.saturating_add(delay_tbit), gap_factor: GAP_FACTOR, ..bus }
 }
 
-/// How long it may take until a ring of such masters lets another one in. On a slow line that is many seconds: see
+/// How long a ring of such masters may take to admit another one. Many seconds on a slow line: see
 /// [`BusParameters::entry_tbit`].
 #[must_use]
 pub fn entry_time(bus: &BusParameters, baud: Baud) -> Duration {
     duration_of(baud, bus.entry_tbit())
 }
 
-/// Why nothing could be asked.
+/// Why a session could not send a request.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum SessionError {
-    /// The port.
+    /// The port failed.
     #[error(transparent)]
     Port(#[from] PortError),
-    /// No bus can have such parameters.
+    /// The bus parameters are out of range.
     #[error("{0}")]
     Parameters(OutOfRange),
-    /// Another master has the line and does not let this one into its ring.
+    /// Another master uses the line and does not admit this one into its ring.
     #[error("master {0} is using the line")]
     LineInUse(u8),
-    /// Another master with the address of this one is on the line.
+    /// Another master has the address of this one.
     #[error("another master has the address {0}")]
     AddressInUse(u8),
-    /// The line is never quiet.
+    /// The line is never idle.
     #[error("the line is never quiet")]
     NeverIdle,
 }
 
-/// What became of a request.
+/// A record of one octet that a client changed for a moment and could not set back because the line was lost.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct UnrestoredRecord {
+    /// The slot.
+    pub slot: u8,
+    /// The index.
+    pub index: u8,
+    /// The value that the client wrote.
+    pub written: u8,
+    /// The value before.
+    pub original: u8,
+}
+
+/// The reply of a station, or its absence.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Reply {
-    /// The answer.
+    /// The station answered.
     Answer {
-        /// What kind of station answered.
+        /// The type of the station.
         station: StationType,
-        /// How it answered.
+        /// The status of the answer.
         status: Status,
         /// The data unit.
         du: Vec<u8>,
     },
-    /// Nobody answered, or nothing that is an answer.
+    /// No station answered, or the answer was invalid.
     NoAnswer(Failure),
 }
 
-/// Adds a slave to a master, or begins anew with one that was given back, for a read of its unit perhaps: with these
-/// parameters and not with those it had then.
+/// Adds a slave to a master, or restarts it with new parameters if the master has it already.
 ///
 /// # Errors
-/// [`Rejected`] when the parameters are impossible.
+/// [`SlaveListError`] when the parameters are impossible.
 pub fn add_or_restart(master: &mut BusMaster, parameters: &SlaveParameters<'_>) -> Result<(), SlaveListError> {
     if master.state(parameters.address).is_none() {
         return master.add(parameters);
@@ -98,11 +112,11 @@ pub fn add_or_restart(master: &mut BusMaster, parameters: &SlaveParameters<'_>) 
     Ok(())
 }
 
-/// The station, behind a pointer: it is too large to be handed around on the stack of a thread.
+/// The station behind a pointer: it is too large for the stack of a thread.
 struct BoxedStation(Box<Active<BusMaster>>);
 
 impl BoxedStation {
-    /// Never part of its caller's stack.
+    /// Keeps the station off the stack of the caller.
     #[inline(never)]
     fn new(bus: BusParameters, baud: Baud) -> Self {
         Self(Box::new(BusMaster::on(bus, Settings::new(baud), BitTime(0))))
@@ -135,26 +149,27 @@ impl Station for BoxedStation {
     }
 }
 
-/// A master on a port.
+/// A master on a port that sends one request after the other.
 pub struct BusSession {
     segment: Segment<[BoxedStation; 1]>,
     baud: Baud,
     timeout: Duration,
-    /// The same for the line.
+    /// The same for access to the line.
     line_timeout: Duration,
     entry: Duration,
     background: Option<BackgroundTask>,
+    unrestored: BTreeMap<u8, UnrestoredRecord>,
 }
 
-/// What somebody does each time the line was served.
+/// Runs each time the line was served.
 type BackgroundTask = Box<dyn FnMut(&mut BusMaster) + Send>;
 
-/// While somebody does something beside, the line is waited for at most so long.
+/// The longest wait for the line while a background task exists.
 const MAX_WAIT: Duration = Duration::from_millis(20);
 
 impl Drop for BusSession {
-    /// What is asked last mostly ends with the token here, and a token that vanishes with its holder stops everybody until
-    /// somebody dares to make another. Among others it is passed on before.
+    /// Passes the token on first if other masters are in the ring. If the holder vanished with the token, the ring would
+    /// stand still until another master replaces the token.
     fn drop(&mut self) {
         if self.masters().count() < 2 {
             return;
@@ -170,20 +185,20 @@ impl Drop for BusSession {
 }
 
 impl BusSession {
-    /// A master without slaves. It waits at most for `patience` until it gets the line and until somebody answers.
+    /// A master without slaves. `timeout` limits the wait for the line and for an answer.
     ///
     /// # Errors
-    /// [`ToolError::Parameters`] when `bus` cannot be.
-    pub fn new(port: Box<dyn Port>, baud: Baud, bus: BusParameters, patience: Duration) -> Result<Self, SessionError> {
+    /// [`SessionError::Parameters`] when `bus` is out of range.
+    pub fn new(port: Box<dyn Port>, baud: Baud, bus: BusParameters, timeout: Duration) -> Result<Self, SessionError> {
         bus.check().map_err(SessionError::Parameters)?;
         let entry = entry_time(&bus, baud);
         let mut station = BoxedStation::new(bus, baud);
         station.0.delay_gap_scan();
         let segment = Segment::new(port, baud, false, [station]);
-        Ok(Self { segment, baud, timeout: patience, line_timeout: patience, entry, background: None })
+        Ok(Self { segment, baud, timeout, line_timeout: timeout, entry, background: None, unrestored: BTreeMap::new() })
     }
 
-    /// The same, and it waits for the line as long as a ring of such masters may take to let it in, if that is longer.
+    /// The same session with a timeout for the line that is at least the time a ring of such masters takes to admit it.
     #[must_use]
     pub const fn wait_for_ring_entry(mut self) -> Self {
         if self.entry.as_nanos() > self.line_timeout.as_nanos() {
@@ -192,8 +207,8 @@ impl BusSession {
         self
     }
 
-    /// Does `work` whenever the line was served while something that was asked is waited for: who asks does not make those
-    /// wait that exchange data.
+    /// Runs `work` each time the line was served while a request waits, so that requests do not delay the evaluation of
+    /// cyclic data.
     pub fn set_background_task(&mut self, work: impl FnMut(&mut BusMaster) + Send + 'static) {
         self.background = Some(Box::new(work));
     }
@@ -203,49 +218,49 @@ impl BusSession {
         &mut self.station().user
     }
 
-    /// Where this master stands to the ring.
+    /// The state of this master in the token ring.
     pub fn standing(&mut self) -> RingState {
         self.station().ring_state()
     }
 
-    /// The slaves that were heard of, by the GAP or because they were asked.
+    /// The slaves that the GAP or a request has found.
     pub fn known_slaves(&mut self) -> Vec<u8> {
         let live = self.station().live_list();
         live.filter(|(_, station)| *station == StationType::Slave).map(|(address, _)| address).collect()
     }
 
-    /// How many telegrams arrived damaged.
+    /// The number of damaged telegrams received.
     #[must_use]
     pub const fn damaged_telegrams(&self) -> u32 {
         self.segment.damaged_telegrams()
     }
 
-    /// The masters of the ring, this one included once it is in.
+    /// The masters of the ring, including this one once it is admitted.
     pub fn masters(&mut self) -> impl Iterator<Item = u8> + use<> {
         self.station().masters()
     }
 
-    /// What happened in the ring.
+    /// The counters of the token ring.
     pub fn ring_counters(&mut self) -> &RingCounters {
         self.station().ring_counters()
     }
 
-    /// How long it waits for the line, and for somebody to answer.
+    /// The longest wait for the line, and for an answer.
     #[must_use]
     pub const fn timeout(&self) -> Duration {
         self.timeout
     }
 
-    /// The rate of the line.
+    /// The baud rate of the line.
     #[must_use]
     pub const fn baud(&self) -> Baud {
         self.baud
     }
 
-    /// Waits for what becomes of an acyclic request.
+    /// Serves the line until an acyclic request has an outcome.
     ///
     /// # Errors
-    /// [`ToolError`] when the line could not be had at all.
+    /// [`SessionError`] when the master does not get the line.
     pub fn wait_for_outcome<O: Operation, T>(
         &mut self,
         handle: Handle<O>,
@@ -260,6 +275,21 @@ impl BusSession {
         }
     }
 
+    /// Keeps a record of the slave at `address` that could not be set back, for the next client of this slave.
+    pub fn keep_unrestored(&mut self, address: u8, record: UnrestoredRecord) {
+        self.unrestored.insert(address, record);
+    }
+
+    /// Takes the record that [`keep_unrestored`](Self::keep_unrestored) kept for the slave at `address`.
+    pub fn take_unrestored(&mut self, address: u8) -> Option<UnrestoredRecord> {
+        self.unrestored.remove(&address)
+    }
+
+    /// Takes all kept records by address. A program that opens a new session on the same line hands them over to it.
+    pub fn take_all_unrestored(&mut self) -> BTreeMap<u8, UnrestoredRecord> {
+        std::mem::take(&mut self.unrestored)
+    }
+
     /// The name of the port.
     #[must_use]
     pub fn port_name(&self) -> &str {
@@ -270,7 +300,7 @@ impl BusSession {
     ///
     /// # Errors
     /// [`PortError::Lost`] when the port is gone.
-    pub fn serve(&mut self, others: &[BorrowedFd<'_>], at_most: Duration) -> Result<Vec<bool>, PortError> {
+    pub fn serve(&mut self, others: &[Readiness<'_>], at_most: Duration) -> Result<Vec<bool>, PortError> {
         let readable = self.segment.serve(others, at_most)?;
         if self.segment.take_reopened() {
             let now = self.segment.now();
@@ -279,25 +309,25 @@ impl BusSession {
         Ok(readable)
     }
 
-    /// The same, and `opener` brings the port back whenever it is lost, see [`Segment::lasting`].
+    /// The same session with a port that `opener` opens again whenever it is lost, see [`Segment::with_reopening`].
     #[must_use]
-    pub fn lasting(mut self, opener: Opener) -> Self {
+    pub fn with_reopening(mut self, opener: Opener) -> Self {
         self.segment.set_reopening(opener);
         self
     }
 
-    /// What somebody should know about the port.
+    /// Takes the oldest notice of the port.
     pub fn next_notice(&mut self) -> Option<Notice> {
         self.segment.next_notice()
     }
 
-    /// Asks once and waits for what comes of it.
+    /// Sends a request once and waits for the reply.
     ///
     /// # Errors
-    /// [`ToolError`] when the request could not be sent at all.
+    /// [`SessionError`] when the master does not get the line.
     pub fn request(&mut self, request: &Request<'_>) -> Result<Reply, SessionError> {
         let begun = Instant::now();
-        // Busy: what was asked before was given up, and its result comes first.
+        // The master is busy with a request that was given up; its result comes first.
         while let Err(Busy) = self.master().submit_request(request) {
             self.wait(begun)?;
             self.master().take_confirmation();
@@ -315,15 +345,15 @@ impl BusSession {
             if reply != Reply::NoAnswer(Failure::Interrupted) {
                 return Ok(reply);
             }
-            // Nothing is in the slot any more.
+            // The slot is free, so the request is accepted.
             let _ = self.master().submit_request(request);
         }
     }
 
-    /// Serves the line once on behalf of somebody who has been waiting since `begun`.
+    /// Serves the line once for a request that has been waiting since `begun`.
     fn wait(&mut self, begun: Instant) -> Result<(), SessionError> {
         let left = self.line_timeout.saturating_sub(begun.elapsed());
-        // What takes longer than patience has its own end; meanwhile the line is served and not raced around.
+        // A request that takes longer than the timeout has its own limit; meanwhile the line is served without a busy loop.
         let longest = if self.background.is_some() { MAX_WAIT } else { left };
         self.serve(&[], left.min(longest).max(MIN_WAIT))?;
         let [BoxedStation(station)] = self.segment.stations_mut();
@@ -352,12 +382,11 @@ mod tests {
     use crate::port::Character;
     use profivac_dp::master::services;
     use profivac_sim::Segment;
-    use rustix::fd::AsFd;
     use std::os::unix::net::UnixStream;
     use std::sync::Arc;
     use std::sync::atomic::{AtomicU32, Ordering};
 
-    /// A port on which nobody else is, and that was lost as often as the number says.
+    /// A port on a silent line. The number counts how often the port was lost.
     struct Quiet(UnixStream, Arc<AtomicU32>);
 
     impl Port for Quiet {
@@ -365,8 +394,8 @@ mod tests {
             "quiet"
         }
 
-        fn watched(&self) -> Vec<BorrowedFd<'_>> {
-            vec![self.0.as_fd()]
+        fn readiness(&self) -> Vec<Readiness<'_>> {
+            vec![Readiness::of(&self.0)]
         }
 
         fn receive(&mut self, _heard: &mut Vec<Character>) -> Result<(), PortError> {
@@ -382,25 +411,25 @@ mod tests {
         }
     }
 
-    /// Two commands on one slow line, both with the parameters they have if nobody says otherwise. The first looks for
-    /// others only now and then; whenever the second begins to listen, and wherever its address is, it is let in in time.
+    /// Two sessions on one slow line with default parameters. The first polls its GAP rarely; the second is still admitted
+    /// in time, whatever its address and starting time.
     #[test]
-    fn a_second_tool_is_let_in_while_it_has_patience() {
+    fn a_second_session_is_admitted_to_the_ring_within_its_timeout() {
         let baud = Baud::B19200;
         for (address, begins_ms) in [(1, 1_500), (1, 9_000), (60, 9_000), (125, 1_500), (125, 5_500), (125, 12_000)] {
             let mut bus = Segment::new(baud);
-            let tool = |address, now| {
+            let master = |address, now| {
                 let mut station = BusMaster::on(bus_parameters(address, baud), Settings::new(baud), now);
                 station.delay_gap_scan();
                 station
             };
-            let first = bus.attach(tool(0, BitTime(0)));
+            let first = bus.attach(master(0, BitTime(0)));
             bus.run_until(BitTime(baud.tbit_of_ms(begins_ms))).unwrap();
             let now = bus.now();
-            let second = bus.attach(tool(address, now));
-            let patience = tbit_of(baud, entry_time(&bus_parameters(address, baud), baud));
-            while bus.now() < now + patience && bus.station(second).ring_state() != RingState::InRing {
-                // Nobody is at 90: each question costs a slot time.
+            let second = bus.attach(master(address, now));
+            let timeout = tbit_of(baud, entry_time(&bus_parameters(address, baud), baud));
+            while bus.now() < now + timeout && bus.station(second).ring_state() != RingState::InRing {
+                // Address 90 is empty: each request costs a slot time.
                 let _ = bus.station_mut(first).user.submit_request(&services::slave_diag(90));
                 bus.station_mut(first).user.take_confirmation();
                 bus.run_for(100).unwrap();
@@ -410,21 +439,21 @@ mod tests {
         }
     }
 
-    /// On the line it comes back to there may be another master by now.
+    /// Another master may have the line by now.
     #[test]
-    fn a_master_whose_port_is_back_has_no_token() {
+    fn a_master_has_no_token_after_its_port_was_reopened() {
         let (ours, _theirs) = UnixStream::pair().unwrap();
         let lost = Arc::new(AtomicU32::new(0));
         let port = Quiet(ours, Arc::clone(&lost));
-        let (baud, patience) = (Baud::B19200, Duration::from_secs(30));
-        let mut tool = BusSession::new(Box::new(port), baud, bus_parameters(2, baud), patience).unwrap();
+        let (baud, timeout) = (Baud::B19200, Duration::from_secs(30));
+        let mut session = BusSession::new(Box::new(port), baud, bus_parameters(2, baud), timeout).unwrap();
         for _ in 0..2 {
-            while !tool.station().has_token() {
-                tool.serve(&[], patience).unwrap();
+            while !session.station().has_token() {
+                session.serve(&[], timeout).unwrap();
             }
             lost.fetch_add(1, Ordering::Relaxed);
-            tool.serve(&[], Duration::ZERO).unwrap();
-            assert!(!tool.station().has_token());
+            session.serve(&[], Duration::ZERO).unwrap();
+            assert!(!session.station().has_token());
         }
     }
 }

@@ -1,4 +1,4 @@
-//! What files that people write have in common: values written as texts, rates, and the place of what is wrong.
+//! Helpers for configuration files: values written as text, baud rates, and the position of an error.
 
 use profivac_dp::link::Baud;
 use serde::de::Error as _;
@@ -9,14 +9,13 @@ use std::io::{self, Read};
 use std::path::Path;
 use std::str::FromStr;
 
-/// The largest file that is read, in octets. free choice: what people write is far smaller, and what is no such file may have
-/// no end.
+/// The largest file that is read, in octets. free choice: configuration files are far smaller; a device file has no end.
 const MAX_OCTETS: u64 = 256 * 1024;
 
-/// The text of a file, which may be something else and have no end.
+/// Reads a text file of at most 256 KiB in UTF-8.
 ///
 /// # Errors
-/// What the system says, and what is no text.
+/// An error of the system, or a file that is too large or not UTF-8.
 pub fn read(path: &Path) -> io::Result<String> {
     let mut octets = Vec::new();
     File::open(path)?.take(MAX_OCTETS.saturating_add(1)).read_to_end(&mut octets)?;
@@ -26,7 +25,7 @@ pub fn read(path: &Path) -> io::Result<String> {
     String::from_utf8(octets).map_err(|_| io::Error::other("expected a text in UTF-8, got other octets"))
 }
 
-/// A value that is written as a text.
+/// A value that the file writes as a text and [`FromStr`] parses.
 #[derive(Debug)]
 pub struct Parsed<T>(pub T);
 
@@ -36,16 +35,16 @@ impl<'de, T: FromStr<Err: Display>> Deserialize<'de> for Parsed<T> {
     }
 }
 
-/// The rate of a line of which nothing is said.
+/// The baud rate of a file without the key.
 #[must_use]
 pub const fn usual_baud() -> Baud {
     Baud::B19200
 }
 
-/// A rate in bits per second.
+/// Deserialises a baud rate in bits per second.
 ///
 /// # Errors
-/// What the format makes of a number that is no PROFIBUS rate.
+/// The number is not a PROFIBUS rate.
 pub fn baud<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Baud, D::Error> {
     let number = u32::deserialize(deserializer)?;
     Baud::from_bits_per_second(number).ok_or_else(|| {
@@ -54,7 +53,7 @@ pub fn baud<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Baud, D::Error
     })
 }
 
-/// Line and column of an octet of `text`, both from 1.
+/// The line and the column of an octet of `text`, both from 1.
 #[must_use]
 pub fn line_and_column(text: &str, offset: usize) -> (usize, usize) {
     let before = text.get(..offset).unwrap_or(text);

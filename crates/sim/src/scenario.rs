@@ -61,7 +61,7 @@ pub struct Mismatch {
     pub trace: String,
 }
 
-/// What differs between script and line. Times are in bit times after the end of the last telegram.
+/// The kinds of difference between script and line. Times are in bit times after the end of the last telegram.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Difference {

@@ -69,7 +69,7 @@ pub(crate) struct Tap {
     pub(crate) position: u64,
     /// The station of a tap that is not shared.
     pub(crate) owner: Option<usize>,
-    pub(crate) audience: Listeners,
+    pub(crate) listeners: Listeners,
     pub(crate) receiver: Receiver,
     /// The signals, ordered by arrival.
     incoming: VecDeque<Incoming>,
@@ -88,7 +88,7 @@ impl Tap {
         let mut tap = Self {
             position,
             owner: None,
-            audience: Listeners::default(),
+            listeners: Listeners::default(),
             receiver: Receiver::new(now),
             incoming: VecDeque::new(),
             uart: Uart::default(),
@@ -173,7 +173,7 @@ impl Tap {
     }
 
     /// Whether the tap has read everything before `time`.
-    pub(crate) fn has_heard(&self, time: BitTime) -> bool {
+    pub(crate) fn is_read_until(&self, time: BitTime) -> bool {
         self.at >= time
     }
 

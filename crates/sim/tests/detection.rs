@@ -5,6 +5,10 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
 
+#[path = "common/golden.rs"]
+mod golden;
+
+use golden::golden;
 use profivac_dp::link::{BitTime, CHARACTER_TBIT, Received, Receiver};
 use profivac_sim::Random;
 use profivac_sim::character::{self, Uart};
@@ -46,7 +50,7 @@ fn emitted(telegram: &Telegram<'_>) -> Vec<u8> {
 }
 
 /// The accepted telegrams with these bits inverted.
-fn heard(levels: &mut [bool], flips: &[usize]) -> Vec<Vec<u8>> {
+fn accepted(levels: &mut [bool], flips: &[usize]) -> Vec<Vec<u8>> {
     let mut all = Vec::new();
     flip(levels, flips);
     play(levels, |telegram| all.push(emitted(telegram)));
@@ -75,12 +79,12 @@ fn up_to_three(bits: usize, mut each: impl FnMut(&[usize])) {
 fn exhaustive(text: &str) -> u64 {
     let octets = hex(text);
     let mut levels = levels(&octets);
-    assert_eq!(heard(&mut levels, &[]), [emitted(&Telegram::parse(&octets).unwrap())], "{text} without damage");
+    assert_eq!(accepted(&mut levels, &[]), [emitted(&Telegram::parse(&octets).unwrap())], "{text} without damage");
     let mut patterns = 0;
     up_to_three(octets.len() * 11, |flips| {
         patterns += 1;
-        let heard = heard(&mut levels, flips);
-        assert!(heard.is_empty(), "{text} with bits {flips:?} flipped is {}", Hex(&heard.concat()));
+        let accepted = accepted(&mut levels, flips);
+        assert!(accepted.is_empty(), "{text} with bits {flips:?} flipped is {}", Hex(&accepted.concat()));
     });
     patterns
 }
@@ -151,9 +155,9 @@ fn sampled_patterns_of_long_telegrams_are_rejected() {
         let mut levels = levels(&octets);
         for _ in 0..100 {
             let flips: Vec<usize> = (0..3).map(|_| random.below(octets.len() as u64 * 11) as usize).collect();
-            let heard = heard(&mut levels, &flips);
+            let accepted = accepted(&mut levels, &flips);
             // Two of the three may be the same bit: then only one is inverted.
-            assert!(heard.is_empty(), "{} with bits {flips:?} flipped", Hex(&octets));
+            assert!(accepted.is_empty(), "{} with bits {flips:?} flipped", Hex(&octets));
         }
     }
 }
@@ -168,20 +172,10 @@ fn accepted_damaged_tokens_match_the_golden_list() {
         "# DC 02 02 with up to three flipped bits: the bits, counted from the first start bit, and what is heard.\n",
     );
     up_to_three(33, |flips| {
-        for telegram in heard(&mut levels, flips) {
+        for telegram in accepted(&mut levels, flips) {
             let bits = flips.iter().map(|bit| format!("{bit:2}")).collect::<Vec<_>>().join(" ");
             writeln!(list, "{bits:8}  {}", Hex(&telegram)).unwrap();
         }
     });
     golden("tests/detection-token.txt", &list);
-}
-
-/// Compares with a golden file, or writes it if `PROFIVAC_BLESS` is 1.
-fn golden(path: &str, text: &str) {
-    let path = format!("{}/{path}", env!("CARGO_MANIFEST_DIR"));
-    if std::env::var("PROFIVAC_BLESS").is_ok_and(|bless| bless == "1") {
-        std::fs::write(&path, text).unwrap();
-    }
-    let expected = std::fs::read_to_string(&path).unwrap();
-    assert!(expected == text, "{path} differs; `cargo xtask goldens` writes it again:\n{text}");
 }

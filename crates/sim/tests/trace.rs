@@ -3,8 +3,11 @@
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
 
 mod common;
+#[path = "common/golden.rs"]
+mod golden;
 
 use common::{CFG, IDENT, OWN, Plain};
+use golden::golden;
 use profivac_dp::link::active::BusParameters;
 use profivac_dp::link::{Baud, BitTime};
 use profivac_dp::master::{Master, Mode, Settings, SlaveParameters};
@@ -98,14 +101,4 @@ fn a_trace_keeps_the_requested_number_of_telegrams() {
         assert_eq!(starts.len(), kept.min(10));
         assert_eq!(starts.last(), Some(&((until - 1) * 1000)));
     }
-}
-
-/// Compares with a golden file, or writes it if `PROFIVAC_BLESS` is 1.
-fn golden(path: &str, text: &str) {
-    let path = format!("{}/{path}", env!("CARGO_MANIFEST_DIR"));
-    if std::env::var("PROFIVAC_BLESS").is_ok_and(|bless| bless == "1") {
-        std::fs::write(&path, text).unwrap();
-    }
-    let expected = std::fs::read_to_string(&path).unwrap();
-    assert!(expected == text, "{path} differs; `cargo xtask goldens` writes it again:\n{text}");
 }

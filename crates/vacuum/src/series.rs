@@ -104,7 +104,7 @@ impl Work {
                 }
             }
             if from < volumes {
-                whole(squared);
+                normalise(squared);
             }
         }
         std::mem::swap(&mut self.table, &mut self.squared);
@@ -130,7 +130,7 @@ impl Work {
 }
 
 /// Normalises the fractions of each gas to the sum 1 after rounding.
-fn whole(parts: &mut [PerGas]) {
+fn normalise(parts: &mut [PerGas]) {
     for gas in 0..GAS_COUNT {
         let whole: f64 = parts.iter().map(|part| part[gas]).sum();
         parts.iter_mut().for_each(|part| part[gas] /= whole);

@@ -84,9 +84,12 @@ fn entered_gas_has_left_or_is_present() {
         plant.network.advance(600.0);
         plant.network.set_opening(plant.vent, if part == 2 { 1.0 } else { 0.0 });
         let balance = plant.network.balance();
-        for (gas, came) in balance.entered.iter() {
+        for (gas, entered) in balance.entered.iter() {
             let elsewhere = balance.left[gas] + balance.present[gas];
-            assert!((elsewhere - came).abs() <= 1e-9 * came, "{gas}: {came:e} came, {elsewhere:e} went or stayed");
+            assert!(
+                (elsewhere - entered).abs() <= 1e-9 * entered,
+                "{gas}: {entered:e} entered, {elsewhere:e} left or is present"
+            );
         }
     }
 }

@@ -1,6 +1,8 @@
-//! Virtual devices on the bench: a slave and its instrument, a power switch, and the vacuum around them.
+//! A virtual device: a slave with its simulated gauge, a power switch, and the vacuum around it.
 
+use crate::action_text::{ActionText, UnknownName};
 use profivac_client::pressure::Pressure;
+use profivac_devices::model::Fault;
 use profivac_devices::{Action, Drive, Principle, SimulatedDevice, StateReport, UnsupportedAction};
 use profivac_dp::link::{Baud, BitTime, Listening, Station, Transmit};
 use profivac_dp::slave::{Slave, SlaveState};
@@ -8,26 +10,26 @@ use profivac_vacuum::sensor::{self, Environment, REFERENCE_K, Range, Sensor};
 use profivac_vacuum::{Gas, Mixture};
 use profivac_wire::Telegram;
 
-/// The longest a device is left without time, in milliseconds: the fastest thing a device does by itself (the refresh of a
-/// controller's values) happens this often.
+/// The longest interval between two steps of a device, in milliseconds: the fastest periodic action of a device, the
+/// refresh of a controller's values, has this period.
 const MAX_WAIT_MS: u64 = 100;
 
-/// Time is handed out in pieces no shorter than this, in milliseconds: nothing in a device is quicker.
+/// The shortest step of simulated time, in milliseconds: no device reacts faster.
 const MIN_STEP_MS: u64 = 10;
 
-/// A device answers to what its sensors indicate, and mostly soon after something has changed. Longer times pass in steps
-/// that begin like this and double up to this, in s.
+/// A device reacts to its sensors mostly soon after a change. A long interval is simulated in steps that begin with the
+/// first duration and double up to the second, in s.
 const FIRST_STEP_S: f64 = 0.01;
 const MAX_STEP_S: f64 = 10.0;
 
-/// What surrounds the devices, as people say it: one gas, at the temperature at which gauges are calibrated.
+/// The environment of the devices: one gas at the temperature at which gauges are calibrated.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GasConditions {
     /// The true pressure in the chamber.
     pub pressure: Pressure,
     /// The pressure outside.
     pub atmosphere: Pressure,
-    /// What the chamber is filled with.
+    /// The gas in the chamber.
     pub gas: Gas,
 }
 
@@ -41,21 +43,21 @@ impl From<GasConditions> for Environment {
     }
 }
 
-/// A slave with an instrument behind it, whichever it is.
+/// A slave with any simulated device.
 pub trait GaugeSlave: Station + Send {
-    /// The instrument.
+    /// The simulated device.
     fn instrument(&self) -> &dyn SimulatedDevice;
 
-    /// The instrument, to do something to it.
+    /// The simulated device, mutable.
     fn instrument_mut(&mut self) -> &mut dyn SimulatedDevice;
 
-    /// The station address the slave answers at.
+    /// The station address of the slave.
     fn station_address(&self) -> u8;
 
     /// Whether it exchanges data with a master.
     fn is_exchanging(&self) -> bool;
 
-    /// The slave forgets everything and answers at the address its instrument has now.
+    /// Resets the slave to its power-on state, at the address that its device stores.
     fn power_up(&mut self);
 }
 
@@ -82,32 +84,31 @@ impl<I: SimulatedDevice + Send> GaugeSlave for Slave<I> {
     }
 }
 
-/// A device that can be switched off, at a place on the bench, with a sensor for each of its measuring parts.
+/// A virtual device with a power switch and a sensor for each of its measuring parts.
 ///
-/// As it is made its sensors are ideal and everything settles at once, as a test wants it. With
-/// [real sensors](Self::with_real_sensors) nothing does: they lag, drift and are noisy, filaments burn, and a self test takes
-/// its time.
+/// Initially its sensors are ideal and every process settles at once, as tests need it. With [real
+/// sensors](Self::with_real_sensors) they lag, drift and are noisy, filaments burn out, and a self test takes time.
 pub struct VirtualDevice {
     switch_address: u8,
     slave: Box<dyn GaugeSlave>,
     powered: bool,
-    /// The sensor of each measuring part, and what it indicates in Pa.
+    /// The sensor of each measuring part, and its indication in Pa.
     sensors: Vec<(Sensor, f64)>,
     has_real_sensors: bool,
     around: Environment,
-    /// What surrounds the measuring parts that sit elsewhere, by their instances.
+    /// The surroundings of measuring parts outside the common chamber, by instance.
     part_surroundings: Vec<(u8, Environment)>,
     baud: Baud,
-    /// Its time passes when somebody says so, and not with that of the bus.
+    /// Its time is advanced by the caller and not by the bus.
     externally_timed: bool,
     /// It is connected to the bus.
     connected: bool,
-    /// Up to when the device has lived through bus time.
+    /// The bus time up to which the device was simulated.
     simulated_until: BitTime,
 }
 
 impl VirtualDevice {
-    /// Puts a device on the bench and lets it settle. `place` is the address its switch is set to.
+    /// A device in its surroundings, settled. `place` is the setting of its address switch.
     #[must_use]
     pub fn new(unit: Box<dyn GaugeSlave>, place: u8, baud: Baud, around: impl Into<Environment>) -> Self {
         let around = around.into();
@@ -129,8 +130,8 @@ impl VirtualDevice {
         device
     }
 
-    /// The same device with sensors as they are bought. The seed says which; sensors of one device differ from each other,
-    /// and so do those of devices at two places.
+    /// The same device with real sensors. The seed, the address switch and the part determine the deviations of each
+    /// sensor.
     #[must_use]
     pub fn with_real_sensors(mut self, seed: u64) -> Self {
         let mut seeds = (0..).map(|part: u64| seed ^ part << 40 ^ u64::from(self.switch_address) << 32);
@@ -141,15 +142,15 @@ impl VirtualDevice {
         self
     }
 
-    /// The same device, whose time passes by [`follow`](Self::follow) and not with that of the bus: so a scenario goes the
-    /// same way at any speed and on any bus.
+    /// The same device with its time advanced by [`advance_in`](Self::advance_in) and not by the bus, so that a scenario
+    /// takes the same course at any speed and on any bus.
     #[must_use]
     pub fn with_external_time(mut self) -> Self {
         self.externally_timed = true;
         self
     }
 
-    /// The vacuum around the device has changed, and so much time passes for it.
+    /// Changes the surroundings and advances the device by `seconds`.
     pub fn advance_in(&mut self, around: impl Into<Environment>, seconds: f64) {
         self.around = around.into();
         if !self.has_real_sensors && self.powered {
@@ -158,7 +159,7 @@ impl VirtualDevice {
         self.simulate(seconds);
     }
 
-    /// The bus connector is pulled (`false`) or plugged again.
+    /// Connects the device to the bus or disconnects it.
     pub fn set_connected(&mut self, plugged: bool) {
         self.connected = plugged;
     }
@@ -169,55 +170,54 @@ impl VirtualDevice {
         self.powered && self.slave.is_exchanging()
     }
 
-    /// The sensor of the measuring part with this instance, to do something to it.
+    /// The sensor of the measuring part with this instance.
     pub fn sensor_mut(&mut self, instance: u8) -> Option<&mut Sensor> {
         let parts = self.slave.instrument().parts();
         parts.iter().zip(&mut self.sensors).find(|(part, _)| part.instance == instance).map(|(_, (sensor, _))| sensor)
     }
 
-    /// The address by which people name the device: the setting of its switch.
+    /// The setting of the address switch, by which the user names the device.
     #[must_use]
     pub const fn switch_address(&self) -> u8 {
         self.switch_address
     }
 
-    /// The station address it answers at.
+    /// The station address.
     #[must_use]
     pub fn station_address(&self) -> u8 {
         self.slave.station_address()
     }
 
-    /// The instrument.
+    /// The simulated device.
     #[must_use]
     pub fn instrument(&self) -> &dyn SimulatedDevice {
         self.slave.instrument()
     }
 
-    /// The instrument, to do something to it that no bus and no line can.
+    /// The simulated device, for operations that need no bus.
     pub fn instrument_mut(&mut self) -> &mut dyn SimulatedDevice {
         self.slave.instrument_mut()
     }
 
-    /// What the instrument shows.
+    /// The state of the device.
     #[must_use]
     pub fn report(&self) -> StateReport {
         self.slave.instrument().report()
     }
 
-    /// What surrounds it.
+    /// The surroundings.
     #[must_use]
     pub const fn surroundings(&self) -> &Environment {
         &self.around
     }
 
-    /// The vacuum around the device changes, and everything that follows by itself has followed. With real sensors this is
-    /// [`surround`](Self::surround).
+    /// Changes the surroundings and settles. With real sensors the same as [`set_surroundings`](Self::set_surroundings).
     pub fn settle_in(&mut self, around: impl Into<Environment>) {
         self.around = around.into();
         self.settle();
     }
 
-    /// The vacuum around the device changes. What follows takes its time.
+    /// Changes the surroundings. The device reacts in its own time.
     pub fn set_surroundings(&mut self, around: impl Into<Environment>) {
         self.around = around.into();
         if self.powered {
@@ -225,8 +225,8 @@ impl VirtualDevice {
         }
     }
 
-    /// From now on the measuring part of this instance sits elsewhere, or what is there changes: the sensor of a channel has a cable
-    /// of its own. What follows comes with the next time that passes.
+    /// Changes the surroundings of one measuring part: the sensor of a channel has a cable of its own. Takes effect with
+    /// the next step.
     pub fn set_part_surroundings(&mut self, instance: u8, around: impl Into<Environment>) {
         let around = around.into();
         match self.part_surroundings.iter_mut().find(|(known, _)| *known == instance) {
@@ -235,7 +235,7 @@ impl VirtualDevice {
         }
     }
 
-    /// Power is switched off, or on again. Nothing happens to a device that is off already, or on.
+    /// Switches the power on or off. No effect if it is already in that state.
     pub fn set_power(&mut self, on: bool) {
         if self.powered == on {
             return;
@@ -248,23 +248,34 @@ impl VirtualDevice {
         }
     }
 
-    /// Time passes for the device alone, as many seconds as there are: not infinitely many.
+    /// Advances the device by a finite number of seconds.
     pub fn advance(&mut self, seconds: f64) {
         self.simulate(seconds);
         self.settle();
     }
 
-    /// Somebody does something to the device.
+    /// Operates the device: a fault, a button, a switch, a potentiometer.
     ///
     /// # Errors
-    /// [`Unknown`] when the device has nothing of that name.
-    pub fn operate(&mut self, action: Action<'_>) -> Result<(), UnsupportedAction> {
+    /// [`UnsupportedAction`] when the device does not have it.
+    pub fn operate(&mut self, action: Action) -> Result<(), UnsupportedAction> {
         self.slave.instrument_mut().operate(action)?;
         self.settle();
         Ok(())
     }
 
-    /// The sensors take the pressure around them, and with ideal ones everything that follows by itself follows.
+    /// Performs an action that a user has written as text.
+    ///
+    /// # Errors
+    /// [`UnknownName`] when the device does not have the fault or control, or the control not the position.
+    pub fn operate_text(&mut self, text: ActionText<'_>) -> Result<(), UnknownName> {
+        let action = text.resolve(self.slave.instrument())?;
+        // `resolve` has checked that the device has it.
+        let _ = self.operate(action);
+        Ok(())
+    }
+
+    /// Updates the sensors; with ideal sensors, also completes every process.
     fn settle(&mut self) {
         if self.powered {
             self.sense(0.0);
@@ -274,7 +285,7 @@ impl VirtualDevice {
         }
     }
 
-    /// Time passes for sensors and device; without power for the sensors alone.
+    /// Advances sensors and device. Without power only the sensors.
     fn simulate(&mut self, seconds: f64) {
         if !self.has_real_sensors {
             self.advance_instrument(seconds);
@@ -296,7 +307,7 @@ impl VirtualDevice {
         }
     }
 
-    /// Time passes for the sensors as the device drives them, and then it is told what they indicate.
+    /// Advances the sensors with the drive of the device, then passes their indications to the device.
     fn sense(&mut self, seconds: f64) {
         let instrument = self.slave.instrument_mut();
         for (part, (sensor, pa)) in self.sensors.iter_mut().enumerate() {
@@ -315,7 +326,7 @@ impl VirtualDevice {
         }
     }
 
-    /// The device lives through bus time up to `now`.
+    /// Simulates the device up to the bus time `now`.
     fn simulate_until(&mut self, now: BitTime) {
         let tbit = now - self.simulated_until;
         if tbit < self.baud.tbit_of_ms(MIN_STEP_MS) {
@@ -340,14 +351,15 @@ fn sensors(
     instrument.parts().iter().enumerate().map(sensor).collect()
 }
 
-/// A sensor has come to its end: the fault that the device has for it.
+/// Sets the fault of a sensor that has failed.
 fn break_sensor(instrument: &mut dyn SimulatedDevice, part: usize) {
-    let Some(instance) = instrument.parts().get(part).map(|part| part.instance) else { return };
-    // Every device with a cathode has this fault; without one nobody could be told.
-    let _ = instrument.operate(Action::Fault { name: &format!("sensor{instance}"), present: true });
+    let instance = instrument.parts().get(part).map(|part| part.instance);
+    let Some(fault) = instance.and_then(Fault::of_sensor) else { return };
+    // Every device with a cathode has this fault; a device without it ignores the action.
+    let _ = instrument.operate(Action::Fault { fault, active: true });
 }
 
-/// Devices and sensors are of one rank and know nothing of each other.
+/// The crates of devices and sensors do not depend on each other, so their types are converted here.
 const fn principle(principle: Principle) -> sensor::Principle {
     match principle {
         Principle::Pirani => sensor::Principle::Pirani,

@@ -18,31 +18,31 @@ use profivac_dp::slave::Slave;
 use std::collections::BTreeSet;
 use std::str::FromStr;
 
-/// The highest address on a command line: 126 is a switch outside 0 to 125.
+/// The highest address on a command line: 126 is a switch setting outside 0 to 125.
 const MAX_ADDRESS: u8 = 126;
 
-/// Keys every device has.
+/// The keys of every device.
 const COMMON_KEYS: [&str; 2] = ["serial", "unit"];
 
 /// The longest serial number.
 const MAX_SERIAL: usize = 30;
 
-/// What a serial number looks like.
+/// The form of a serial number.
 const SERIAL_FORM: &str = "1 to 30 ASCII characters";
 
-/// A device there is.
+/// A known device.
 pub struct DeviceEntry {
-    /// Its tables.
+    /// Its model.
     pub model: &'static Model,
-    /// Its own keys, beside [`COMMON_KEYS`].
+    /// The keys of this device in addition to [`COMMON_KEYS`].
     keys: &'static [&'static str],
     build: fn(&DeviceSpec, Setup, NonvolatileMemory, Baud) -> BuildResult,
 }
 
-/// A device, or why there is none.
+/// The slave of a device.
 type BuildResult = Result<Box<dyn GaugeSlave>, SpecError>;
 
-/// All devices there are, in the order of their manuals.
+/// All known devices, in the order of their manuals.
 pub static DEVICES: [DeviceEntry; 12] = [
     pcg(0),
     pcg(1),
@@ -70,19 +70,19 @@ pub static DEVICES: [DeviceEntry; 12] = [
     DeviceEntry { model: &img400::table::MODEL, keys: &IMG_KEYS, build: build_img },
 ];
 
-/// A gauge of tira56e1 that may have an atmosphere sensor, by its place in the manual's list.
+/// A gauge of tira56e1 with an optional atmosphere sensor, by its position in the list of the manual.
 const fn pcg(version: usize) -> DeviceEntry {
     DeviceEntry { keys: &["atm"], ..psg(version) }
 }
 
-/// One without.
+/// A gauge of tira56e1 without one.
 const fn psg(version: usize) -> DeviceEntry {
     DeviceEntry { model: &VARIANTS[version].model, keys: &[], build: build_pxg }
 }
 
 fn build_pxg(spec: &DeviceSpec, setup: Setup, memory: NonvolatileMemory, baud: Baud) -> BuildResult {
     let atmosphere = match spec.value("atm") {
-        // With one, if there is such a gauge.
+        // With an atmosphere sensor, if the model exists with one.
         None => None,
         Some("on") => Some(true),
         Some("off") => Some(false),
@@ -95,7 +95,7 @@ fn build_pxg(spec: &DeviceSpec, setup: Setup, memory: NonvolatileMemory, baud: B
 
 const TPG_KEYS: [&str; 4] = ["a1", "a2", "b1", "b2"];
 
-/// What a channel of the controllers can have. `none` is a channel without a gauge.
+/// The gauges of a controller channel. `none` is a channel without a gauge.
 const TPG_GAUGES: [(&str, Option<tpg::TpgGauge>); 3] =
     [("pirani", Some(tpg::TpgGauge::Pirani)), ("cold-cathode", Some(tpg::TpgGauge::ColdCathode)), ("none", None)];
 
@@ -136,55 +136,55 @@ fn slave<I: SimulatedDevice + Send + 'static>(instrument: I, baud: Baud) -> Box<
     Box::new(Slave::new(instrument, address, baud))
 }
 
-/// One device as the command line names it.
+/// A device as the command line writes it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct DeviceSpec {
     /// The name of the device.
     pub device: String,
-    /// The setting of its address switch, 0 to 126.
+    /// The setting of the address switch, 0 to 126.
     pub address: u8,
     /// Keys with their values, each key once.
     pub keys: Vec<(String, String)>,
 }
 
-/// Why there is no such device.
+/// Why a device spec is invalid.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum SpecError {
-    /// Not of the form `DEVICE@ADDR[:key=value,...]`.
+    /// The text does not have the form `DEVICE@ADDR[:key=value,...]`.
     #[error("expected DEVICE@ADDR[:key=value,...] like bcg450@5, got {0:?}")]
     Syntax(String),
-    /// No address.
+    /// The address is not a number from 0 to 126.
     #[error("expected an address from 0 to 126, got {0:?}")]
     InvalidAddress(String),
-    /// No device of this name.
+    /// No device has this name.
     #[error("unknown device {0:?}; there are {known}", known = names())]
     UnknownDevice(String),
-    /// The device has no such key.
+    /// The device does not have the key.
     #[error("{device} has no key {key:?}; it has {keys}", keys = expected.join(", "))]
     UnknownKey {
         /// The device.
         device: String,
-        /// What was asked for.
+        /// The key.
         key: String,
-        /// What it has.
+        /// The keys of the device.
         expected: Vec<&'static str>,
     },
-    /// A key stands twice.
+    /// A key is given twice.
     #[error("the key {0:?} is given twice")]
     DuplicateKey(String),
-    /// A key cannot have this value.
+    /// The device does not accept the value of a key.
     #[error("{device}: expected {key}={expected}, got {value:?}")]
     InvalidValue {
         /// The device.
         device: String,
         /// The key.
         key: &'static str,
-        /// The values it can have.
+        /// The accepted values.
         expected: String,
-        /// What was asked for.
+        /// The value.
         value: String,
     },
-    /// Two devices have their switch on one address.
+    /// Two devices have the same address.
     #[error("two devices at address {0}")]
     DuplicateAddress(u8),
 }
@@ -227,16 +227,16 @@ impl DeviceSpec {
         self.keys.iter().find(|(known, _)| known == key).map(|(_, value)| value.as_str())
     }
 
-    /// Makes the device with what its memory holds.
+    /// Builds the device with its nonvolatile memory.
     ///
     /// # Errors
-    /// [`SpecError::Value`] when a key has a value the device does not take.
+    /// [`SpecError::InvalidValue`].
     pub fn build(&self, memory: NonvolatileMemory, baud: Baud) -> Result<Box<dyn GaugeSlave>, SpecError> {
         let entry = entry(&self.device)?;
         (entry.build)(self, self.setup(entry.model)?, memory, baud)
     }
 
-    /// What the keys of every device say.
+    /// The setup from the keys of every device.
     fn setup(&self, model: &Model) -> Result<Setup, SpecError> {
         let mut setup = Setup::new(self.address);
         if let Some(text) = self.value("serial") {
@@ -251,7 +251,7 @@ impl DeviceSpec {
         Ok(setup)
     }
 
-    /// What the value of `key` stands for, `usual` if it is not given.
+    /// The choice that the value of `key` names, `usual` if the key is not given.
     fn choice<T: Copy>(&self, key: &'static str, choices: &[(&str, T)], usual: T) -> Result<T, SpecError> {
         let Some(value) = self.value(key) else { return Ok(usual) };
         let names = || choices.iter().map(|(name, _)| *name).collect::<Vec<_>>().join("|");
@@ -259,7 +259,7 @@ impl DeviceSpec {
         choice.map(|(_, choice)| *choice).ok_or_else(|| self.invalid_value(key, &names()))
     }
 
-    /// The value of `key` is none of those the device takes.
+    /// The error for the value of `key`.
     fn invalid_value(&self, key: &'static str, expected: &str) -> SpecError {
         SpecError::InvalidValue {
             device: self.device.clone(),
@@ -270,19 +270,19 @@ impl DeviceSpec {
     }
 }
 
-/// An address a switch can have, as people write it.
+/// Parses the setting of an address switch.
 ///
 /// # Errors
-/// [`SpecError::Address`] when it is none.
+/// [`SpecError::InvalidAddress`].
 pub fn parse_address(text: &str) -> Result<u8, SpecError> {
     let place = text.parse().ok().filter(|place| *place <= MAX_ADDRESS);
     place.ok_or_else(|| SpecError::InvalidAddress(text.to_owned()))
 }
 
-/// Checks that no two devices have their switch on one address.
+/// Checks that no two devices have the same address.
 ///
 /// # Errors
-/// [`SpecError::SameAddress`] names the first that is taken.
+/// [`SpecError::DuplicateAddress`] names the first duplicate.
 pub fn check_addresses(specs: &[DeviceSpec]) -> Result<(), SpecError> {
     let mut taken = BTreeSet::new();
     match specs.iter().find(|spec| !taken.insert(spec.address)) {
@@ -291,10 +291,10 @@ pub fn check_addresses(specs: &[DeviceSpec]) -> Result<(), SpecError> {
     }
 }
 
-/// The device of this name.
+/// The device with this name.
 ///
 /// # Errors
-/// [`SpecError::Device`] when there is none; it lists those there are.
+/// [`SpecError::UnknownDevice`] lists the known devices.
 pub fn entry(name: &str) -> Result<&'static DeviceEntry, SpecError> {
     DEVICES.iter().find(|entry| entry.model.name == name).ok_or_else(|| SpecError::UnknownDevice(name.to_owned()))
 }
@@ -312,14 +312,14 @@ mod tests {
     }
 
     #[test]
-    fn a_spec_has_a_device_an_address_and_keys() {
+    fn a_device_spec_has_a_device_an_address_and_keys() {
         let spec = parse("bcg450@126:unit=torr,serial=4711").unwrap();
         assert_eq!((spec.device.as_str(), spec.address), ("bcg450", 126));
         assert_eq!((spec.value("unit"), spec.value("serial"), spec.value("atm")), (Some("torr"), Some("4711"), None));
     }
 
     #[test]
-    fn every_device_is_made_under_its_name() {
+    fn every_device_is_built_by_its_name() {
         for entry in &DEVICES {
             let name = entry.model.name;
             let unit = parse(&format!("{name}@9")).unwrap().build(NonvolatileMemory::volatile(), Baud::B19200).unwrap();
@@ -329,7 +329,7 @@ mod tests {
     }
 
     #[test]
-    fn an_atmosphere_sensor_is_there_unless_it_is_switched_off() {
+    fn an_atmosphere_sensor_is_fitted_unless_a_key_removes_it() {
         let parts = |text: &str| {
             let unit = parse(text).unwrap().build(NonvolatileMemory::volatile(), Baud::B19200).unwrap();
             unit.instrument().parts().len()
@@ -339,7 +339,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_wrong_is_named() {
+    fn an_invalid_device_spec_is_an_error_that_names_the_part() {
         for (text, error) in [
             ("bcg450", SpecError::Syntax("bcg450".to_owned())),
             ("bcg450@5:unit", SpecError::Syntax("bcg450@5:unit".to_owned())),
@@ -357,7 +357,7 @@ mod tests {
     }
 
     #[test]
-    fn a_value_the_device_does_not_take_is_refused_with_those_it_takes() {
+    fn an_invalid_value_is_an_error_that_lists_the_accepted_values() {
         let build = |text: &str| match parse(text).unwrap().build(NonvolatileMemory::volatile(), Baud::B19200) {
             Ok(_) => "built".to_owned(),
             Err(error) => error.to_string(),
@@ -378,7 +378,7 @@ mod tests {
     }
 
     #[test]
-    fn an_address_is_given_once() {
+    fn a_duplicate_address_is_an_error() {
         let specs = |texts: &[&str]| texts.iter().map(|text| text.parse().unwrap()).collect::<Vec<DeviceSpec>>();
         assert_eq!(check_addresses(&specs(&["bcg450@5", "bcg450@6"])), Ok(()));
         let twice = check_addresses(&specs(&["bcg450@5", "bcg450@6", "bcg450@5"]));

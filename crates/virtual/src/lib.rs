@@ -1,15 +1,18 @@
-//! Virtual devices: slaves with their gauges, segments in memory, and scenarios.
+#![doc = include_str!("../README.md")]
+//!
+//! # Modules
 //!
 //! | Module | Holds |
 //! |---|---|
 //! | [`device`] | a virtual device: a slave, its power switch, faults, and the pressure around it |
-//! | [`factory`] | devices from text such as `bcg450@5:unit=torr` |
-//! | [`memory`] | nonvolatile memory in a file that survives a power cut |
-//! | [`scene`] | a whole segment in memory, faster than real time |
-//! | [`segment_file`] | a segment in memory, described by a file |
+//! | [`device_spec`] | devices from text such as `bcg450@5:unit=torr` |
+//! | [`nonvolatile`] | nonvolatile memory in a file that survives a power cut |
+//! | [`memory_segment`] | a segment in memory, faster than real time |
+//! | [`segment_file`] | a segment in memory, described by a file, in real time |
 //! | [`scenario`] | a plant, its gauges, events, and the expected results |
 //! | [`mod@open`] | ports by name, `sim:FILE.toml` included |
 
+pub mod action_text;
 pub mod device;
 pub mod device_spec;
 pub mod memory_segment;

@@ -1,19 +1,20 @@
-//! A whole segment in memory: devices and their master on one line, octet by octet in bit times, as fast as wanted.
+//! A segment in memory: devices and their master on one line, octet by octet in bit times, at any speed.
 //!
-//! What one says the other decodes: between them is the real codec and nothing else.
+//! All stations use the codec that a real line uses.
 
 use crate::device::VirtualDevice;
 use profivac_client::cyclic::{CyclicSlave, CyclicValues};
+use profivac_client::ms2::{Ms2Error, Ms2Line};
 use profivac_dp::link::active::{Active, BusParameters};
 use profivac_dp::link::{Baud, BitTime, Listening, Received, Receiver, Station, T_SYN_TBIT, Transmit};
-use profivac_dp::master::{Mode, Settings, SlaveListError};
+use profivac_dp::master::{Handle, Mode, Operation, Settings, SlaveListError};
 use profivac_host::line::{Line, Pace};
 use profivac_host::session::BusMaster;
 use profivac_vacuum::sensor::Environment;
 use profivac_wire::{MAX_TELEGRAM, Telegram};
 use std::collections::VecDeque;
 
-/// How many telegrams are remembered.
+/// The number of telegrams in the history.
 const MAX_TELEGRAMS: usize = 32;
 
 /// A station of the segment.
@@ -64,7 +65,7 @@ impl Station for SegmentStation {
     }
 }
 
-/// A segment in memory, and somebody who listens to it.
+/// A segment in memory with a history of its telegrams.
 pub struct MemorySegment {
     line: Line<Vec<SegmentStation>>,
     slaves: Vec<CyclicSlave>,
@@ -75,10 +76,10 @@ pub struct MemorySegment {
 }
 
 impl MemorySegment {
-    /// `devices` and a master at `address` that exchanges data with all it finds in `watched`.
+    /// `devices` and a master at `address` that exchanges data with `watched`.
     ///
     /// # Errors
-    /// [`Rejected`] when the master cannot have such a slave.
+    /// [`SlaveListError`] when the master cannot have such a slave.
     pub fn new(
         devices: Vec<VirtualDevice>,
         watched: Vec<CyclicSlave>,
@@ -103,7 +104,7 @@ impl MemorySegment {
         })
     }
 
-    /// Time passes on the line until the segment has been running for `seconds`.
+    /// Runs the segment until `seconds` after its start.
     pub fn run_until(&mut self, seconds: f64) {
         #[expect(
             clippy::cast_possible_truncation,
@@ -132,18 +133,18 @@ impl MemorySegment {
         }
     }
 
-    /// From now on noise damages this part of the octets, 0 to 1.
+    /// Sets the probability with which noise damages an octet, 0 to 1.
     pub fn set_noise(&mut self, part: f64) {
         self.line.set_noise(part);
     }
 
-    /// How long the segment has been running, in seconds.
+    /// The time since the start of the segment, in seconds.
     #[must_use]
     pub fn seconds(&self) -> f64 {
         self.now.0 as f64 / f64::from(self.baud.bits_per_second())
     }
 
-    /// The vacuum around all devices changes.
+    /// Changes the surroundings of all devices.
     pub fn set_surroundings(&mut self, around: impl Into<Environment>) {
         let around = around.into();
         self.devices_mut().for_each(|device| device.set_surroundings(around));
@@ -157,7 +158,7 @@ impl MemorySegment {
         })
     }
 
-    /// The devices, to do something to them.
+    /// The devices, mutable.
     pub fn devices_mut(&mut self) -> impl Iterator<Item = &mut VirtualDevice> {
         self.line.stations_mut().iter_mut().filter_map(|member| match member {
             SegmentStation::Device(device) => Some(device),
@@ -165,7 +166,7 @@ impl MemorySegment {
         })
     }
 
-    /// The slaves the master has.
+    /// The slaves of the master.
     #[must_use]
     pub fn slaves(&self) -> &[CyclicSlave] {
         &self.slaves
@@ -179,7 +180,7 @@ impl MemorySegment {
         })
     }
 
-    /// The master, to ask it for something.
+    /// The master, mutable.
     pub fn master_mut(&mut self) -> Option<&mut BusMaster> {
         self.line.stations_mut().iter_mut().find_map(|member| match member {
             SegmentStation::Master(master) => Some(&mut master.user),
@@ -187,7 +188,7 @@ impl MemorySegment {
         })
     }
 
-    /// What the master has last read from a slave.
+    /// The values in the last inputs of a slave.
     #[must_use]
     pub fn values(&self, watched: &CyclicSlave) -> CyclicValues {
         let inputs = self.master().and_then(|master| master.inputs(watched.address));
@@ -199,10 +200,41 @@ impl MemorySegment {
         self.telegrams.iter().map(Vec::as_slice)
     }
 
-    /// The rate.
+    /// The baud rate.
     #[must_use]
     pub const fn baud(&self) -> Baud {
         self.baud
+    }
+}
+
+/// The longest wait for an MS2 answer, in seconds of the segment.
+const MS2_TIMEOUT_S: f64 = 10.0;
+
+/// The piece of time in which the segment advances while a request waits, in seconds.
+const MS2_STEP_S: f64 = 1e-3;
+
+impl Ms2Line for MemorySegment {
+    fn baud(&self) -> Baud {
+        self.baud
+    }
+
+    fn master(&mut self) -> Option<&mut BusMaster> {
+        self.master_mut()
+    }
+
+    fn wait_for<O: Operation, T>(
+        &mut self,
+        handle: Handle<O>,
+        take: impl FnOnce(O::Outcome<'_>) -> T,
+    ) -> Result<T, Ms2Error> {
+        let end = self.seconds() + MS2_TIMEOUT_S;
+        while self.seconds() < end {
+            if let Some(outcome) = self.master_mut().and_then(|master| master.outcome(handle)) {
+                return Ok(take(outcome));
+            }
+            self.run_until(self.seconds() + MS2_STEP_S);
+        }
+        Err(Ms2Error::NoAnswer)
     }
 }
 
@@ -254,7 +286,7 @@ mod tests {
     }
 
     #[test]
-    fn what_the_master_reads_is_what_the_gauges_measure() {
+    fn the_master_reads_the_pressures_that_the_gauges_measure() {
         for baud in [Baud::B9600, Baud::B93750, Baud::B1500000] {
             let mut scene = scene(baud);
             for mbar in [1e-3, 5e-8, 0.2, 900.0] {
@@ -273,7 +305,7 @@ mod tests {
     }
 
     #[test]
-    fn with_real_sensors_a_seed_is_a_trajectory_however_long_the_pieces_are() {
+    fn with_real_sensors_a_seed_determines_the_course_at_any_step_length() {
         let run = |seed: u64, pieces: u32| {
             let mut scene = scene_of(Baud::B187500, |device| device.with_real_sensors(seed));
             (1..=pieces).for_each(|piece| scene.run_until(2.0 * f64::from(piece) / f64::from(pieces)));
@@ -287,7 +319,7 @@ mod tests {
     }
 
     #[test]
-    fn what_noise_damages_is_repeated_and_never_read() {
+    fn damaged_telegrams_are_repeated_and_never_read() {
         let mut scene = scene(Baud::B187500);
         scene.run(1.0);
         scene.set_noise(0.002);
@@ -307,7 +339,7 @@ mod tests {
     }
 
     #[test]
-    fn a_gauge_without_power_is_lost_and_found_again() {
+    fn a_gauge_without_power_leaves_data_exchange_and_returns() {
         let mut scene = scene(Baud::B187500);
         scene.run(1.0);
         scene.devices_mut().take(1).for_each(|device| device.set_power(false));
@@ -321,7 +353,7 @@ mod tests {
     }
 
     #[test]
-    fn the_last_telegrams_are_remembered() {
+    fn the_history_contains_the_last_telegrams() {
         let mut scene = scene(Baud::B187500);
         scene.run(1.0);
         let telegrams: Vec<_> = scene.telegrams().collect();

@@ -1,8 +1,8 @@
-//! The nonvolatile memory of a device: in the program only, or in a file that survives a power cut.
+//! The nonvolatile memory of a virtual device: in the process, or in a file that survives a power cut.
 //!
-//! A file is written anew for every change: to a second file, which is synchronised, renamed over the first one, and the
-//! folder synchronised. So there is the old content or the new one, at any instant, and never anything else. It is text,
-//! one value a line, and its last line has the check sum of all others:
+//! Every change writes a new file, synchronises it, renames it over the old one and synchronises the folder. So at any
+//! instant the file has either the old content or the new one. It is text with one value per line; the last line has the
+//! check sum of all others:
 //!
 //! ```text
 //! # nonvolatile memory of bcg450 at address 5
@@ -18,30 +18,30 @@ use std::fs::{self, File};
 use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
 
-/// What the memory needs of a file system, step by step.
+/// The file operations of the memory, step by step.
 pub trait Disk: Send {
-    /// The octets of a file.
+    /// Reads a file.
     ///
     /// # Errors
-    /// As the system says.
+    /// The error of the system.
     fn read(&self, path: &Path) -> io::Result<Vec<u8>>;
 
     /// Creates or replaces a file.
     ///
     /// # Errors
-    /// As the system says.
+    /// The error of the system.
     fn write(&mut self, path: &Path, octets: &[u8]) -> io::Result<()>;
 
-    /// Returns when a file, or a folder's list of files, would survive a power cut.
+    /// Returns when a file, or the list of files of a folder, is safe from a power cut.
     ///
     /// # Errors
-    /// As the system says.
+    /// The error of the system.
     fn synchronise(&mut self, path: &Path) -> io::Result<()>;
 
-    /// Gives a file another name, in place of the file that has it.
+    /// Renames a file, replacing the target.
     ///
     /// # Errors
-    /// As the system says.
+    /// The error of the system.
     fn rename(&mut self, from: &Path, to: &Path) -> io::Result<()>;
 }
 
@@ -66,32 +66,32 @@ impl Disk for HostDisk {
     }
 }
 
-/// The values a device keeps.
+/// The stored values of a device.
 pub struct NonvolatileMemory {
     title: String,
     entries: BTreeMap<Key, Vec<u8>>,
     file: Option<(PathBuf, Box<dyn Disk>)>,
 }
 
-/// A memory that was opened.
+/// The result of opening a memory.
 pub struct OpenedMemory {
     /// The memory.
     pub memory: NonvolatileMemory,
-    /// The file was damaged and is now here; the memory is empty.
+    /// The new name of a damaged file. The memory is then empty.
     pub damaged_copy: Option<PathBuf>,
 }
 
 impl NonvolatileMemory {
-    /// A memory that lives as long as the program.
+    /// A memory that ends with the process.
     #[must_use]
     pub fn volatile() -> Self {
         Self { title: String::new(), entries: BTreeMap::new(), file: None }
     }
 
-    /// The memory of the device `name` at `place`, kept in `folder`, which is made if it is not there.
+    /// The memory of the device `name` at `place` in `folder`. Creates the folder.
     ///
     /// # Errors
-    /// What the system says, if the memory could not be written.
+    /// The error of the system if the memory cannot be written.
     pub fn open(folder: &Path, name: &str, place: u8) -> io::Result<OpenedMemory> {
         fs::create_dir_all(folder)?;
         let title = format!("{name} at address {place}");
@@ -112,7 +112,7 @@ impl NonvolatileMemory {
         Ok(OpenedMemory { memory, damaged_copy: aside })
     }
 
-    /// Writes all entries, so that a power cut leaves the old file or the new one.
+    /// Writes all entries; a power cut leaves the old file or the new one.
     fn write(&mut self) -> io::Result<()> {
         let text = print(&self.title, &self.entries);
         let Some((path, disk)) = &mut self.file else { return Ok(()) };
@@ -147,7 +147,7 @@ impl Store for NonvolatileMemory {
     }
 }
 
-/// Keeps a damaged file under a name that is still free.
+/// Renames a damaged file to a free name.
 fn keep_damaged(disk: &mut dyn Disk, path: &Path) -> io::Result<PathBuf> {
     let named = |number: u32| path.with_extension(format!("damaged-{number}"));
     let is_free = |aside: &PathBuf| disk.read(aside).is_err_and(|error| error.kind() == ErrorKind::NotFound);
@@ -164,7 +164,7 @@ fn print(title: &str, entries: &BTreeMap<Key, Vec<u8>>) -> String {
         text.push_str(&key_text(*key));
         text.push_str(" =");
         for octet in octets {
-            // Writing to a text does not fail.
+            // Writing to a string cannot fail.
             let _ = write!(text, " {octet:02X}");
         }
         text.push('\n');
@@ -182,7 +182,7 @@ fn key_text(key: Key) -> String {
     }
 }
 
-/// `None` if anything is not as it was printed.
+/// Parses a file. `None` if it differs from what [`print`] writes.
 fn parse(octets: &[u8]) -> Option<BTreeMap<Key, Vec<u8>>> {
     let text = std::str::from_utf8(octets).ok()?;
     let body = text.get(..text.rfind(END)?)?;
@@ -229,17 +229,17 @@ mod tests {
         memory.load(key, &mut octets).map(|length| octets[..length].to_vec())
     }
 
-    /// A disk whose power is cut after so many steps. What was not synchronised may be there or not, names and contents
-    /// apart.
+    /// A disk whose power is cut after a number of steps. Names and contents that were not synchronised may survive or not,
+    /// independently.
     #[derive(Clone, Default)]
     struct Fragile(Arc<Mutex<Content>>);
 
     #[derive(Clone, Default)]
     struct Content {
         files: Vec<File>,
-        /// Names of files, as a program sees them.
+        /// The names of the files as a program sees them.
         names: Names,
-        /// As they survive a power cut.
+        /// The names that survive a power cut.
         kept: Names,
         steps: usize,
         last_step: Option<usize>,
@@ -254,7 +254,7 @@ mod tests {
     }
 
     impl Content {
-        /// Counts a step; an error from the last one on.
+        /// Counts a step. Fails from the last one on.
         fn step(&mut self) -> io::Result<()> {
             self.steps += 1;
             match self.last_step {
@@ -278,7 +278,7 @@ mod tests {
             self.0.lock().unwrap().octets(path)
         }
 
-        /// Torn, if the power goes.
+        /// Writes half of the octets if the power is cut.
         fn write(&mut self, path: &Path, octets: &[u8]) -> io::Result<()> {
             let mut content = self.0.lock().unwrap();
             let done = content.step();
@@ -311,7 +311,7 @@ mod tests {
         NonvolatileMemory::open_on(Box::new(disk.clone()), PATH.into(), "test".to_owned()).unwrap()
     }
 
-    /// The disks a cut may leave: of names and of contents only what was synchronised, or all.
+    /// The possible disks after a power cut: of names and of contents only the synchronised ones, or all.
     fn after_the_cut(disk: &Fragile) -> [Fragile; 4] {
         let content = disk.0.lock().unwrap().clone();
         [(false, false), (false, true), (true, false), (true, true)].map(|(all_names, all_contents)| {
@@ -351,7 +351,7 @@ mod tests {
     }
 
     #[test]
-    fn what_was_saved_is_there_after_opening_again() {
+    fn saved_values_survive_opening_again() {
         let folder = tempfile::tempdir().unwrap();
         let open = || NonvolatileMemory::open(&folder.path().join("deep/er"), "bcg450", 5).unwrap();
         let mut memory = open().memory;
@@ -365,7 +365,7 @@ mod tests {
     }
 
     #[test]
-    fn every_altered_or_missing_octet_is_noticed_and_the_file_kept_aside() {
+    fn every_altered_or_missing_octet_is_detected_and_the_file_is_renamed() {
         let disk = Fragile::default();
         let mut memory = open(&disk).memory;
         memory.save(PARAMETER, &[1]).unwrap();

@@ -9,11 +9,11 @@
 //! state = "gauges"                                # their nonvolatile memory, in this folder beside the file
 //! ```
 //!
-//! Only `devices` has to be there. The devices live in a thread and in real time, at the other end of a socket, so that whoever
-//! has the port treats it like any other; they end with the port.
+//! Only `devices` is required. The devices run in a thread and in real time, at the other end of a socket, so the port
+//! behaves like any other; they end with the port.
 
 use crate::device::{GasConditions, VirtualDevice};
-use crate::device_spec::{DeviceSpec, check_addresses};
+use crate::device_spec::{DeviceSpec, SpecError, check_addresses};
 use crate::nonvolatile::NonvolatileMemory;
 use profivac_client::pressure::Pressure;
 use profivac_dp::link::Baud;
@@ -22,14 +22,13 @@ use profivac_host::segment::Segment;
 use profivac_host::text_file::{self, Parsed, baud, line_and_column, usual_baud};
 use profivac_vacuum::Gas;
 use serde::Deserialize;
-use std::fmt::Display;
 use std::ops::Range;
 use std::os::unix::net::UnixStream;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 use toml::Spanned;
 
-/// What the file says.
+/// The contents of the file.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Description {
@@ -43,17 +42,17 @@ struct Description {
 }
 
 impl Description {
-    /// The devices, each with its place in the text.
-    fn specs(&self) -> Result<Vec<(Range<usize>, DeviceSpec)>, TextError> {
+    /// The devices, each with its position in the text.
+    fn specs(&self) -> Result<Vec<(Range<usize>, DeviceSpec)>, Positioned> {
         let mut specs = Vec::new();
         for text in self.devices.get_ref() {
-            specs.push(text.get_ref().parse::<DeviceSpec>().map_err(|error| TextError::at(&text.span(), error))?);
+            specs.push(text.get_ref().parse::<DeviceSpec>().map_err(|error| Positioned::at(&text.span(), error))?);
         }
-        check_addresses(&specs).map_err(|error| TextError::at(&self.devices.span(), error))?;
+        check_addresses(&specs).map_err(|error| Positioned::at(&self.devices.span(), error))?;
         Ok(self.devices.get_ref().iter().map(Spanned::span).zip(specs).collect())
     }
 
-    /// The same conditions as `simulate` has unless it is told otherwise.
+    /// The environment, with the defaults of `simulate`.
     fn environment(&self) -> GasConditions {
         let or =
             |given: &Option<Parsed<Pressure>>, mbar| given.as_ref().map_or(Pressure::from_mbar(mbar), |given| given.0);
@@ -65,15 +64,62 @@ impl Description {
     }
 }
 
-/// What is wrong, and where: an octet of the text.
-struct TextError {
-    at: usize,
-    message: String,
+/// Why a segment file cannot be used.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum SegmentFileError {
+    /// The file cannot be read.
+    #[error("{name}: {source}")]
+    Read {
+        /// The file.
+        name: String,
+        /// The error of the system.
+        source: std::io::Error,
+    },
+    /// The text is wrong.
+    #[error("{name}:{line}:{column}: {error}")]
+    Text {
+        /// The file.
+        name: String,
+        /// From 1.
+        line: usize,
+        /// From 1.
+        column: usize,
+        /// The error at this position.
+        error: EntryError,
+    },
 }
 
-impl TextError {
-    fn at(span: &Range<usize>, what: impl Display) -> Self {
-        Self { at: span.start, message: what.to_string() }
+/// What is wrong at a position of a segment file.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum EntryError {
+    /// The text is no TOML, or has unknown keys or invalid values.
+    #[error("{0}")]
+    Toml(String),
+    /// A device spec is invalid.
+    #[error(transparent)]
+    Device(#[from] SpecError),
+    /// The folder of the nonvolatile memory cannot be used.
+    #[error("{0}")]
+    Store(#[from] std::io::Error),
+}
+
+impl From<SegmentFileError> for PortError {
+    fn from(error: SegmentFileError) -> Self {
+        Self::File(Box::new(error))
+    }
+}
+
+/// An error with its position in the text, in octets.
+struct Positioned {
+    at: usize,
+    error: EntryError,
+}
+
+impl Positioned {
+    fn at(span: &Range<usize>, error: impl Into<EntryError>) -> Self {
+        Self { at: span.start, error: error.into() }
     }
 }
 
@@ -86,50 +132,51 @@ pub struct SegmentFile {
 }
 
 impl SegmentFile {
-    /// Reads the file at `path` and makes its devices.
+    /// Reads the file at `path` and builds its devices.
     ///
     /// # Errors
-    /// [`PortError::File`] with the place in the file, and what was expected there.
-    pub fn read(path: &Path) -> Result<Self, PortError> {
+    /// [`SegmentFileError`] with the position in the file.
+    pub fn read(path: &Path) -> Result<Self, SegmentFileError> {
         let name = path.display().to_string();
-        let text = text_file::read(path).map_err(|error| PortError::File(format!("{name}: {error}")))?;
+        let text = text_file::read(path).map_err(|source| SegmentFileError::Read { name, source })?;
         Self::parse(&text, path)
     }
 
-    /// Makes the devices `text` describes, as if it stood at `path`.
+    /// Builds the devices that `text` describes. `path` is used for messages and for the folder of the nonvolatile memory.
     ///
     /// # Errors
-    /// [`PortError::File`] with the place in the file, and what was expected there.
-    pub fn parse(text: &str, path: &Path) -> Result<Self, PortError> {
-        Self::make(text, path).map_err(|TextError { at, message: what }| {
+    /// [`SegmentFileError::Text`].
+    pub fn parse(text: &str, path: &Path) -> Result<Self, SegmentFileError> {
+        Self::make(text, path).map_err(|Positioned { at, error }| {
             let (line, column) = line_and_column(text, at);
-            PortError::File(format!("{}:{line}:{column}: {what}", path.display()))
+            SegmentFileError::Text { name: path.display().to_string(), line, column, error }
         })
     }
 
-    fn make(text: &str, path: &Path) -> Result<Self, TextError> {
-        let described: Description =
-            toml::from_str(text).map_err(|error| TextError::at(&error.span().unwrap_or_default(), error.message()))?;
+    fn make(text: &str, path: &Path) -> Result<Self, Positioned> {
+        let described: Description = toml::from_str(text).map_err(|error| {
+            Positioned::at(&error.span().unwrap_or_default(), EntryError::Toml(error.message().to_owned()))
+        })?;
         let (conditions, baud) = (described.environment(), described.baud);
         let mut file = Self { name: format!("sim:{}", path.display()), baud, devices: Vec::new(), notices: Vec::new() };
         for (span, spec) in described.specs()? {
             let memory = file.memory(&described, path, &spec)?;
-            let unit = spec.build(memory, baud).map_err(|error| TextError::at(&span, error))?;
+            let unit = spec.build(memory, baud).map_err(|error| Positioned::at(&span, error))?;
             file.devices.push(VirtualDevice::new(unit, spec.address, baud, conditions));
         }
         Ok(file)
     }
 
-    /// The memory of a device: as it was left in the folder, or as from the box.
+    /// The nonvolatile memory of a device: from its file in the folder, or empty.
     fn memory(
         &mut self,
         described: &Description,
         path: &Path,
         spec: &DeviceSpec,
-    ) -> Result<NonvolatileMemory, TextError> {
+    ) -> Result<NonvolatileMemory, Positioned> {
         let Some(folder) = &described.state else { return Ok(NonvolatileMemory::volatile()) };
         let opened = NonvolatileMemory::open(&path.with_file_name(folder.get_ref()), &spec.device, spec.address)
-            .map_err(|error| TextError::at(&folder.span(), error))?;
+            .map_err(|error| Positioned::at(&folder.span(), error))?;
         let (device, place) = (spec.device.clone(), spec.address);
         self.notices.extend(opened.damaged_copy.map(|aside| Notice::StoreDamaged {
             device,
@@ -139,12 +186,12 @@ impl SegmentFile {
         Ok(opened.memory)
     }
 
-    /// Lets the devices live until the port is dropped.
+    /// Starts the devices. They run until the port is dropped.
     ///
     /// # Errors
-    /// [`PortError::System`] when the system gives neither a socket nor a thread.
+    /// [`PortError::System`] when the system has no socket or thread left.
     pub fn run(self) -> Result<Stream<UnixStream>, PortError> {
-        let Self { name, baud, devices, notices: remarks } = self;
+        let Self { name, baud, devices, notices } = self;
         let failed = |source| PortError::System { name: name.clone(), source };
         let (ours, theirs) = UnixStream::pair().map_err(failed)?;
         for socket in [&ours, &theirs] {
@@ -152,9 +199,9 @@ impl SegmentFile {
         }
         let mut segment = Segment::new(Box::new(Stream::new(name.clone(), theirs, Vec::new())), baud, false, devices);
         let live = move || while segment.serve(&[], Duration::MAX).is_ok() {};
-        // A thread may have any name without zeros.
+        // The name of a thread must not contain a zero.
         std::thread::Builder::new().name(name.replace('\0', "")).spawn(live).map_err(failed)?;
-        Ok(Stream::new(name, ours, remarks))
+        Ok(Stream::new(name, ours, notices))
     }
 }
 
@@ -173,17 +220,17 @@ gas = \"ar\"
 baud = 93750
 ";
 
-    fn parse(text: &str) -> Result<SegmentFile, PortError> {
-        SegmentFile::parse(text, Path::new("bench.toml"))
+    fn parse(text: &str) -> Result<SegmentFile, SegmentFileError> {
+        SegmentFile::parse(text, Path::new("segment.toml"))
     }
 
     #[test]
-    fn a_file_describes_what_a_command_line_does() {
+    fn a_file_describes_the_same_devices_as_a_command_line() {
         let file = parse(FILE).unwrap();
         let devices: Vec<_> =
             file.devices.iter().map(|device| (device.instrument().name(), device.switch_address())).collect();
         assert_eq!((devices.as_slice(), file.baud), (&[("bcg450", 5), ("pcg550", 6)][..], Baud::B93750));
-        assert_eq!(file.name, "sim:bench.toml");
+        assert_eq!(file.name, "sim:segment.toml");
         let usual = toml::from_str::<Description>("devices = []").unwrap();
         assert_eq!((usual.baud, usual.environment().pressure.mbar()), (Baud::B19200, 1e-3));
         let described = toml::from_str::<Description>(FILE).unwrap().environment();
@@ -191,21 +238,27 @@ baud = 93750
     }
 
     #[test]
-    fn what_is_wrong_is_said_with_its_place() {
+    fn an_invalid_file_is_an_error_with_its_position() {
         for (text, sentence) in [
-            ("devices = [", "bench.toml:1:12: "),
+            ("devices = [", "segment.toml:1:12: "),
             ("gas = \"n2\"", "missing field `devices`"),
-            ("devices = []\nbaud = 115200", "bench.toml:2:8: expected a PROFIBUS rate out of 9600, "),
-            ("devices = []\nbaud = \"fast\"", "bench.toml:2:8: invalid type: string \"fast\", expected u32"),
-            ("devices = []\n\npressure = \"1 psi\"", "bench.toml:3:12: expected a unit out of mbar, "),
-            ("devices = []\ngas = \"beer\"", "bench.toml:2:7: "),
-            ("devices = []\ncolour = 1", "bench.toml:2:1: unknown field `colour`, expected one of `devices`, `baud`, "),
+            ("devices = []\nbaud = 115200", "segment.toml:2:8: expected a PROFIBUS rate out of 9600, "),
+            ("devices = []\nbaud = \"fast\"", "segment.toml:2:8: invalid type: string \"fast\", expected u32"),
+            ("devices = []\n\npressure = \"1 psi\"", "segment.toml:3:12: expected a unit out of mbar, "),
+            ("devices = []\ngas = \"beer\"", "segment.toml:2:7: "),
+            (
+                "devices = []\ncolour = 1",
+                "segment.toml:2:1: unknown field `colour`, expected one of `devices`, `baud`, ",
+            ),
             (
                 "devices = [\n  \"bcg450@5\",\n  \"bcg451@6\",\n]",
-                "bench.toml:3:3: unknown device \"bcg451\"; there are ",
+                "segment.toml:3:3: unknown device \"bcg451\"; there are ",
             ),
-            ("devices = [\"bcg450@5\", \"pcg550@6:atm=x\"]", "bench.toml:1:24: pcg550: expected atm=on|off, got \"x\""),
-            ("devices = [\"bcg450@5\", \"pcg550@5\"]", "bench.toml:1:11: two devices at address 5"),
+            (
+                "devices = [\"bcg450@5\", \"pcg550@6:atm=x\"]",
+                "segment.toml:1:24: pcg550: expected atm=on|off, got \"x\"",
+            ),
+            ("devices = [\"bcg450@5\", \"pcg550@5\"]", "segment.toml:1:11: two devices at address 5"),
         ] {
             let Err(error) = parse(text) else { panic!("{text}") };
             assert!(error.to_string().contains(sentence), "{text}: {error}");
@@ -216,14 +269,14 @@ baud = 93750
     fn a_master_finds_the_devices() {
         let port = parse(FILE).unwrap().run().unwrap();
         let bus = bus_parameters(2, Baud::B19200);
-        let patience = Duration::from_secs(30);
-        let mut tool = BusSession::new(Box::new(port), Baud::B19200, bus, patience).unwrap();
-        let mut seen =
-            |address| probe(&mut tool, address).unwrap().and_then(|seen| seen.slave).map(|slave| slave.ident);
-        assert_eq!((seen(5), seen(6)), (Some(0x08E6), Some(0x0C85)));
+        let timeout = Duration::from_secs(30);
+        let mut session = BusSession::new(Box::new(port), Baud::B19200, bus, timeout).unwrap();
+        let mut ident =
+            |address| probe(&mut session, address).unwrap().and_then(|station| station.slave).map(|slave| slave.ident);
+        assert_eq!((ident(5), ident(6)), (Some(0x08E6), Some(0x0C85)));
     }
 
-    /// How many threads have this name.
+    /// The number of threads with this name.
     fn threads(name: &str) -> usize {
         let tasks = fs::read_dir("/proc/self/task").unwrap();
         let names = tasks.filter_map(|task| fs::read_to_string(task.ok()?.path().join("comm")).ok());
@@ -236,20 +289,20 @@ baud = 93750
         let port = file.run().unwrap();
         let deadline = Instant::now() + Duration::from_secs(30);
         while threads("sim:ends.toml") == 0 {
-            assert!(Instant::now() < deadline, "nobody began");
+            assert!(Instant::now() < deadline, "the thread did not start");
             std::thread::yield_now();
         }
         drop(port);
         while threads("sim:ends.toml") > 0 {
-            assert!(Instant::now() < deadline, "somebody goes on");
+            assert!(Instant::now() < deadline, "the thread did not end");
             std::thread::yield_now();
         }
     }
 
     #[test]
-    fn values_are_kept_in_a_folder_beside_the_file() {
+    fn values_are_stored_in_a_folder_beside_the_file() {
         let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("bench.toml");
+        let path = folder.path().join("segment.toml");
         fs::write(&path, "devices = [\"bcg450@5\"]\nstate = \"gauges\"").unwrap();
         drop(SegmentFile::read(&path).unwrap());
         assert!(folder.path().join("gauges").is_dir());
@@ -257,6 +310,6 @@ baud = 93750
         let remarks = SegmentFile::read(&path).unwrap().notices;
         assert!(matches!(&remarks[..], [Notice::StoreDamaged { address: 5, .. }]), "{remarks:?}");
         let missing = SegmentFile::read(&folder.path().join("nothing.toml"));
-        assert!(matches!(missing, Err(PortError::File(_))));
+        assert!(matches!(missing, Err(SegmentFileError::Read { .. })));
     }
 }

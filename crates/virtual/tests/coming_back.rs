@@ -33,7 +33,8 @@ fn folder() -> (TempDir, PathBuf) {
 
 /// Waits until the port has something to do, and lets it.
 fn turn(port: &mut dyn Port, heard: &mut Vec<Character>) {
-    let mut events: Vec<_> = port.watched().into_iter().map(|fd| PollFd::from_borrowed_fd(fd, PollFlags::IN)).collect();
+    let sources = port.readiness();
+    let mut events: Vec<_> = sources.iter().map(|source| PollFd::new(source, PollFlags::IN)).collect();
     assert!(poll(&mut events, Some(&DEADLINE)).unwrap() > 0, "nothing came");
     drop(events);
     port.receive(heard).unwrap();
@@ -118,8 +119,8 @@ fn gauge(path: &Path, stop: Receiver<()>) -> JoinHandle<()> {
         let mut devices = file.run().unwrap();
         let mut characters = Vec::new();
         while stop.try_recv() == Err(TryRecvError::Empty) {
-            let watched = [pty.watched(), devices.watched()].concat();
-            profivac_host::port::wait(&watched, Duration::from_millis(50)).unwrap();
+            let watched = [pty.readiness(), devices.readiness()].concat();
+            profivac_host::readiness::wait(&watched, Duration::from_millis(50)).unwrap();
             pass(&mut pty, &mut devices, &mut characters);
             pass(&mut devices, &mut pty, &mut characters);
         }
@@ -149,7 +150,7 @@ fn a_master_begins_anew_when_its_port_is_back() {
     let server = gauge(&path, stopped);
     let bus = bus_parameters(2, BAUD);
     let tool = BusSession::new(open::port(name, BAUD).unwrap(), BAUD, bus, Duration::from_secs(30)).unwrap();
-    let mut tool = tool.lasting(open::opener(name, BAUD));
+    let mut tool = tool.with_reopening(open::opener(name, BAUD));
     let answers =
         |tool: &mut BusSession| matches!(tool.request(&services::fdl_status(5)).unwrap(), Reply::Answer { .. });
     let insist = |tool: &mut BusSession| {
@@ -265,7 +266,7 @@ fn a_connection_sends_at_once_and_asks_whether_the_other_side_is_there() {
     let mut server = TcpServer::listen("127.0.0.1:0").unwrap();
     let client = TcpClient::connect(server.name()).unwrap();
     turn(&mut server, &mut Vec::new());
-    for socket in [client.watched()[0], server.watched()[1]] {
+    for socket in [client.readiness()[0], server.readiness()[1]] {
         assert!(tcp_nodelay(socket).unwrap() && socket_keepalive(socket).unwrap());
         assert!(tcp_keepidle(socket).unwrap() < Duration::from_secs(60), "the system waits for two hours");
         assert!(

@@ -28,7 +28,8 @@ fn serial(path: &std::path::Path) -> Result<Serial, PortError> {
 
 /// Waits until the port has something to do, and lets it.
 fn turn(port: &mut dyn Port, heard: &mut Vec<Character>) -> Result<(), PortError> {
-    let mut events: Vec<_> = port.watched().into_iter().map(|fd| PollFd::from_borrowed_fd(fd, PollFlags::IN)).collect();
+    let sources = port.readiness();
+    let mut events: Vec<_> = sources.iter().map(|source| PollFd::new(source, PollFlags::IN)).collect();
     assert!(poll(&mut events, Some(&DEADLINE)).unwrap() > 0, "nothing came");
     drop(events);
     port.receive(heard)

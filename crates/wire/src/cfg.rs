@@ -220,7 +220,7 @@ mod tests {
     }
 
     #[test]
-    fn an_identifier_says_direction_unit_consistency_and_what_the_manufacturer_adds() {
+    fn an_identifier_has_direction_unit_consistency_and_manufacturer_octets() {
         let octets = hex("C2 C1 84 08 05 11");
         let mut identifiers = Identifiers::new(&octets);
         assert_eq!(

@@ -113,7 +113,7 @@ fn until<'a>(rest: &'a str, begin: usize, end: &str, kind: Kind) -> (usize, Opti
     (begin.saturating_add(length).saturating_add(end.len()).min(rest.len()), Some((kind, text)))
 }
 
-/// How many `#` a raw string has, if one begins here: `r"`, `br##"`.
+/// The number of `#` of a raw string, if one begins here: `r"`, `br##"`.
 fn raw_string(rest: &str) -> Option<usize> {
     let after = rest.strip_prefix("br").or_else(|| rest.strip_prefix('r'))?;
     let hashes = after.len().saturating_sub(after.trim_start_matches('#').len());

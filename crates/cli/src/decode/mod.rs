@@ -27,7 +27,7 @@ pub struct Arguments {
     #[arg(long, value_name = "RATE", default_value = "19200", value_parser = values::baud)]
     baud: Baud,
     #[command(flatten)]
-    style: PrintOptions,
+    options: PrintOptions,
 }
 
 const EXAMPLES: &str = "\
@@ -50,8 +50,8 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let baud = source.line_baud.unwrap_or(arguments.baud);
     let mut output = DecodeOutput {
         decoder: Decoder::new(baud, source.times),
-        printer: Printer::new(&arguments.style, baud),
-        capture: Capture::begin(&arguments.style, baud)?,
+        printer: Printer::new(&arguments.options, baud),
+        capture: Capture::begin(&arguments.options, baud)?,
         octets: 0,
     };
     let (mut chunks, mut has_more) = (Vec::new(), true);

@@ -1,4 +1,4 @@
-//! The dashboard of the demonstration: that of the station, with the plant in memory.
+//! The dashboard of the demonstration: that of the station, with the services in memory.
 
 use super::alarms;
 use crate::failure::Failure;
@@ -48,31 +48,31 @@ pub struct DashboardOptions<'a> {
 }
 
 impl Dashboard {
-    /// Starts to record the memory segment, and serves the dashboard if that is wanted.
+    /// Starts to record the memory segment, and serves the dashboard if that is options.
     pub fn open(
         scenario: &Scenario,
-        scene: &MemorySegment,
+        segment: &MemorySegment,
         master: u8,
-        wanted: &DashboardOptions<'_>,
+        options: &DashboardOptions<'_>,
     ) -> Result<Self, Failure> {
-        if let Some(address) = wanted.listen.filter(|address| !address.ip().is_loopback()) {
+        if let Some(address) = options.listen.filter(|address| !address.ip().is_loopback()) {
             let sentence = format!(
                 "expected an address of this computer like {DEFAULT_ADDRESS}, got {address}; the demonstration has no users"
             );
             return Err(Failure::usage(sentence));
         }
         let folder = tempfile::tempdir()?;
-        let file = wanted.record.map_or_else(|| folder.path().join("demo.db"), Path::to_owned);
+        let file = options.record.map_or_else(|| folder.path().join("demo.db"), Path::to_owned);
         if file.exists() {
             // An existing database may contain valid samples.
             return Err(Failure::usage(format!("{} exists already; a demonstration needs a new file", file.display())));
         }
         let recorder = Recorder::start(&file, Settings::default()).map_err(StationError::from)?;
-        let plant = Arc::new(Services::new(scenario.title.clone(), file, recorder));
-        let server = match wanted.listen {
-            _ if !wanted.is_served => None,
-            Some(address) => Some(serve(&plant, address)?),
-            None => Some(serve_at_default(&plant)?),
+        let services = Arc::new(Services::new(scenario.title.clone(), file, recorder));
+        let server = match options.listen {
+            _ if !options.is_served => None,
+            Some(address) => Some(serve(&services, address)?),
+            None => Some(serve_at_default(&services)?),
         };
         let names = |address: u8| {
             let spec = scenario.specs().find(|spec| spec.address == address);
@@ -80,9 +80,9 @@ impl Dashboard {
             (format!("{device} {address}"), device)
         };
         let rules = alarms::rules(scenario, SEGMENT, names)?;
-        plant.alarms().begin(&plant, rules, Vec::new()).map_err(StationError::from)?;
-        let _watcher = AlarmThread::start(Arc::clone(&plant))?;
-        let exhibit = DemoSegment::new(plant, SEGMENT, scene, master, names);
+        services.alarms().begin(&services, rules, Vec::new()).map_err(StationError::from)?;
+        let _watcher = AlarmThread::start(Arc::clone(&services))?;
+        let exhibit = DemoSegment::new(services, SEGMENT, segment, master, names);
         Ok(Self { exhibit, server, _watcher, _folder: folder })
     }
 
@@ -92,27 +92,27 @@ impl Dashboard {
     }
 
     /// Takes over the new samples.
-    pub fn update(&mut self, scene: &mut MemorySegment) {
-        self.exhibit.run_once(scene);
+    pub fn update(&mut self, segment: &mut MemorySegment) {
+        self.exhibit.run_once(segment);
     }
 }
 
 /// Serves the dashboard; every local user has the engineer role, because no gauge is real.
-fn serve(plant: &Arc<Services>, listen: SocketAddr) -> Result<Server, ServerError> {
+fn serve(services: &Arc<Services>, listen: SocketAddr) -> Result<Server, ServerError> {
     // No rate limit for commands: the audit trail is deleted at the end.
     let rate_limits = RateLimits { writes: RateLimit::new(100_000, Duration::from_millis(1)), ..RateLimits::default() };
     let limits = Limits { rate_limits, ..Limits::default() };
     let setup = Setup { limits, ..Setup::new(listen, Access::anonymous("demo", Role::Engineer)) };
-    Server::start(Arc::clone(plant), setup)
+    Server::start(Arc::clone(services), setup)
 }
 
 /// Serves at the default address, or at a free port.
-fn serve_at_default(plant: &Arc<Services>) -> Result<Server, Failure> {
+fn serve_at_default(services: &Arc<Services>) -> Result<Server, Failure> {
     let parsed = |text: &str| text.parse().map_err(|_| Failure::usage(format!("expected an address, got {text}")));
-    match serve(plant, parsed(DEFAULT_ADDRESS)?) {
+    match serve(services, parsed(DEFAULT_ADDRESS)?) {
         Err(error @ ServerError::Listen { .. }) => {
             notice(&format_args!("{error}; using a free port"));
-            Ok(serve(plant, parsed(ANY_FREE_PORT)?)?)
+            Ok(serve(services, parsed(ANY_FREE_PORT)?)?)
         }
         done => Ok(done?),
     }

@@ -13,10 +13,9 @@ use crate::values;
 use clap::Args;
 use dashboard::{Dashboard, DashboardOptions};
 use profivac_dp::link::Baud;
-use profivac_host::port::wait;
+use profivac_host::readiness::{Readiness, wait};
 use profivac_virtual::memory_segment::MemorySegment;
 use profivac_virtual::scenario::{MasterPresence, Run, Scenario};
-use rustix::fd::AsFd;
 use serde::Serialize;
 use std::net::SocketAddr;
 use std::path::PathBuf;
@@ -111,7 +110,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
 struct Demo {
     title: String,
     run: Run,
-    scene: MemorySegment,
+    segment: MemorySegment,
     dashboard: Option<Dashboard>,
     speed: f64,
     signals: Signals,
@@ -140,20 +139,20 @@ impl Demo {
             Some(path) => Scenario::read(path)?,
             None => Scenario::parse(SCENARIO, SCENARIO_NAME)?,
         };
-        let scene = scenario.memory_segment(MASTER, BAUD)?;
+        let segment = scenario.memory_segment(MASTER, BAUD)?;
         let run = scenario.start(MasterPresence::Present);
         let Arguments { listen, headless, .. } = *arguments;
         let record = arguments.record.as_deref();
-        let wanted = DashboardOptions { is_served: !headless || listen.is_some(), listen, record };
-        let is_wanted = wanted.is_served || record.is_some();
-        let dashboard = is_wanted.then(|| Dashboard::open(&scenario, &scene, MASTER, &wanted)).transpose()?;
+        let options = DashboardOptions { is_served: !headless || listen.is_some(), listen, record };
+        let is_wanted = options.is_served || record.is_some();
+        let dashboard = is_wanted.then(|| Dashboard::open(&scenario, &segment, MASTER, &options)).transpose()?;
         let lived = Instant::now();
         let end = arguments.time.and_then(|time| lived.checked_add(time));
         let signals = Signals::catch()?;
         Ok(Self {
             title: scenario.title,
             run,
-            scene,
+            segment,
             dashboard,
             speed: arguments.speed,
             signals,
@@ -166,13 +165,13 @@ impl Demo {
     /// Waits until `moment` and advances the plant to it. Returns false when the command ends.
     fn run_until(&mut self, moment: Instant) -> Result<bool, Failure> {
         let moment = self.end.unwrap_or(moment).min(moment);
-        let readable = wait(&[self.signals.as_fd()], moment.saturating_duration_since(Instant::now()))?;
+        let readable = wait(&[Readiness::of(&self.signals)], moment.saturating_duration_since(Instant::now()))?;
         let now = Instant::now();
         let lag = now.duration_since(self.advanced_until).min(MAX_LAG);
         self.advanced_until = now;
         self.advance(lag.as_secs_f64() * self.speed);
         if let Some(dashboard) = &mut self.dashboard {
-            dashboard.update(&mut self.scene);
+            dashboard.update(&mut self.segment);
         }
         Ok(readable != [true] && self.end.is_none_or(|end| now < end))
     }
@@ -184,7 +183,7 @@ impl Demo {
         while self.pending_s >= self.run.step_s() && started.elapsed() < MAX_LAG {
             self.pending_s -= self.run.step_s();
             let next = self.run.seconds() + self.run.step_s();
-            self.run.step_scene(&mut self.scene, next);
+            self.run.step_scene(&mut self.segment, next);
         }
         // The rest is skipped.
         self.pending_s = self.pending_s.min(self.run.step_s());
@@ -192,14 +191,14 @@ impl Demo {
 
     /// A row about the gauge at the lowest address.
     fn row(&self) -> Row {
-        let watched = self.scene.slaves().first();
-        let reading = watched.map(|watched| self.scene.values(watched)).unwrap_or_default();
+        let watched = self.segment.slaves().first();
+        let reading = watched.map(|watched| self.segment.values(watched)).unwrap_or_default();
         let value = reading.values.first();
-        let counters = watched.and_then(|watched| self.scene.master()?.counters(watched.address)).copied();
+        let counters = watched.and_then(|watched| self.segment.master()?.counters(watched.address)).copied();
         let counters = counters.unwrap_or_default();
         Row {
             seconds: self.run.seconds(),
-            true_mbar: self.scene.devices().next().map_or(0.0, |device| device.surroundings().gas.total() / 100.0),
+            true_mbar: self.segment.devices().next().map_or(0.0, |device| device.surroundings().gas.total() / 100.0),
             read_mbar: value.and_then(|value| value.pa).map(|pa| pa / 100.0),
             instance: value.map_or(0, |value| value.instance),
             exchanges: counters.exchanges,
@@ -289,7 +288,7 @@ mod tests {
             // One step of real time: at speed 1 every step is observed.
             demo.advance(demo.run.step_s() * demo.speed);
             let step = (demo.run.seconds() / demo.run.step_s()).round() as u64;
-            let all = demo.scene.slaves().iter().map(|watched| demo.scene.values(watched).values);
+            let all = demo.segment.slaves().iter().map(|watched| demo.segment.values(watched).values);
             rows.insert(step, format!("{:?} {:?}", demo.row(), all.collect::<Vec<_>>()));
         }
         rows
@@ -301,7 +300,7 @@ mod tests {
         let step_s = demo.run.step_s();
         demo.advance(step_s);
         // As many requests to a gauge take.
-        demo.scene.run_until(demo.scene.seconds() + 60.0);
+        demo.segment.run_until(demo.segment.seconds() + 60.0);
         let asked = demo.row();
         demo.advance(3.0 * step_s);
         let row = demo.row();

@@ -42,7 +42,7 @@ pub fn draw(frame: &mut Frame<'_>, demo: &Demo, trend: &Trend) {
     let area = frame.area();
     let roomy = area.width >= LARGE.0 && area.height >= LARGE.1;
     let frames = if roomy { 2 } else { 0 };
-    let gauges_height = u16::try_from(demo.scene.slaves().len()).unwrap_or(u16::MAX).saturating_add(1 + frames);
+    let gauges_height = u16::try_from(demo.segment.slaves().len()).unwrap_or(u16::MAX).saturating_add(1 + frames);
     let bus_height = if roomy { (area.height / 10).clamp(4, 7) } else { 1 };
     let [header, upper, middle, lower] = Layout::vertical([
         Constraint::Length(2),
@@ -55,8 +55,8 @@ pub fn draw(frame: &mut Frame<'_>, demo: &Demo, trend: &Trend) {
     let [left, right] = Layout::horizontal([Constraint::Length(PLANT), Constraint::Fill(1)]).areas(upper);
     plant(frame, left, demo);
     curves(frame, right, demo, trend);
-    gauges(frame, middle, &demo.scene, roomy);
-    bus(frame, lower, &demo.scene, roomy);
+    gauges(frame, middle, &demo.segment, roomy);
+    bus(frame, lower, &demo.segment, roomy);
 }
 
 /// The title, the time, and the last message of the scenario.
@@ -145,7 +145,7 @@ fn curves(frame: &mut Frame<'_>, area: Rect, demo: &Demo, trend: &Trend) {
     };
     let truth = trend.true_pressures.iter().zip(COLOURS.iter().cycle());
     let mut sets: Vec<_> = truth.map(|((name, curve), colour)| set(name.clone(), *colour, curve)).collect();
-    let first = demo.scene.slaves().first().map_or("", |watched| watched.model.title);
+    let first = demo.segment.slaves().first().map_or("", |watched| watched.model.title);
     sets.push(set(format!("read: {first}"), READ_COLOUR, &trend.read_pressure));
     let time = Axis::default().bounds([0.0, end]).labels(["0:00".to_owned(), clock(end / 2.0), clock(end)]);
     // Labels need every second line at least.
@@ -166,10 +166,10 @@ fn dashboard_title(demo: &Demo) -> String {
 }
 
 /// A row for each device: the values that the master reads, and its front panel.
-fn gauges(frame: &mut Frame<'_>, area: Rect, scene: &MemorySegment, roomy: bool) {
-    let rows = scene.slaves().iter().filter_map(|watched| {
-        let device = scene.devices().find(|device| device.switch_address() == watched.address)?;
-        Some(gauge(scene, watched, device, roomy))
+fn gauges(frame: &mut Frame<'_>, area: Rect, segment: &MemorySegment, roomy: bool) {
+    let rows = segment.slaves().iter().filter_map(|watched| {
+        let device = segment.devices().find(|device| device.switch_address() == watched.address)?;
+        Some(gauge(segment, watched, device, roomy))
     });
     let mut names = vec!["ADR", "DEVICE", "READ mbar", "FROM", "STATE", "EMITS", "RELAYS", "BUS", "REPORTS"];
     let mut widths = [3, 6, 9, 12, 10, 5, 7, 9].map(Constraint::Length).to_vec();
@@ -183,15 +183,15 @@ fn gauges(frame: &mut Frame<'_>, area: Rect, scene: &MemorySegment, roomy: bool)
     frame.render_widget(if roomy { table.block(block) } else { table }, area);
 }
 
-fn gauge(scene: &MemorySegment, watched: &CyclicSlave, device: &VirtualDevice, roomy: bool) -> Row<'static> {
-    let (report, reading) = (device.report(), scene.values(watched));
+fn gauge(segment: &MemorySegment, watched: &CyclicSlave, device: &VirtualDevice, roomy: bool) -> Row<'static> {
+    let (report, reading) = (device.report(), segment.values(watched));
     let value = reading.values.iter().find(|value| value.pa.is_some()).or(reading.values.first());
     let mbar = value.and_then(|value| value.pa).map(|pa| pa / 100.0);
     let part = device.instrument().parts().iter().find(|part| Some(part.instance) == value.map(|value| value.instance));
     let (from, colour) = part.map_or(("-", Color::DarkGray), |part| principle(part.principle));
     let colour = if mbar.is_some() { colour } else { Color::DarkGray };
     let state =
-        scene.master().and_then(|master| master.state(watched.address)).map_or_else(String::new, |s| s.to_string());
+        segment.master().and_then(|master| master.state(watched.address)).map_or_else(String::new, |s| s.to_string());
     let bus = if device.is_exchanging() { Color::Green } else { Color::Red };
     let device_state = if report.device_state == "none" { "-" } else { report.device_state };
     let mut cells = vec![
@@ -240,27 +240,27 @@ fn lamps<'a>(states: impl Iterator<Item = &'a bool>) -> String {
 }
 
 /// The counters of the master, and the last telegrams if there is room.
-fn bus(frame: &mut Frame<'_>, area: Rect, scene: &MemorySegment, roomy: bool) {
-    let Some(master) = scene.master() else { return };
+fn bus(frame: &mut Frame<'_>, area: Rect, segment: &MemorySegment, roomy: bool) {
+    let Some(master) = segment.master() else { return };
     let counters = |watched: &CyclicSlave| master.counters(watched.address).copied().unwrap_or_default();
     let sum = |number: fn(Counters) -> u32| -> u32 {
-        scene.slaves().iter().map(|watched| number(counters(watched))).fold(0, u32::saturating_add)
+        segment.slaves().iter().map(|watched| number(counters(watched))).fold(0, u32::saturating_add)
     };
     let (exchanges, lost, retries) = (sum(|c| c.exchanges), sum(|c| c.lost), sum(|c| c.retries));
-    let cycle = duration_of(scene.baud(), master.cycle_tbit()).as_secs_f64() * 1e3;
+    let cycle = duration_of(segment.baud(), master.cycle_tbit()).as_secs_f64() * 1e3;
     let counted = format!("cycle {cycle:.1} ms  exchanges {exchanges}  lost {lost}  repeated {retries}");
     let mode = Span::from(format!(" {}  ", master.mode())).bold();
     if !roomy {
-        let rate = Span::from(format!(" PROFIBUS {}", scene.baud())).gray();
+        let rate = Span::from(format!(" PROFIBUS {}", segment.baud())).gray();
         frame.render_widget(Paragraph::new(Line::from(vec![rate, mode, Span::from(counted)])), area);
         return;
     }
     let rows = usize::from(area.height.saturating_sub(3));
     // Tokens are not shown.
-    let telegrams = scene.telegrams().filter(|octets| octets.len() > 3).rev().take(rows).collect::<Vec<_>>();
+    let telegrams = segment.telegrams().filter(|octets| octets.len() > 3).rev().take(rows).collect::<Vec<_>>();
     let summary = Line::from(vec![mode, Span::from(counted)]);
     let lines = [summary].into_iter().chain(telegrams.into_iter().rev().map(telegram));
-    let title = format!(" PROFIBUS at {} ", scene.baud());
+    let title = format!(" PROFIBUS at {} ", segment.baud());
     frame.render_widget(Paragraph::new(lines.collect::<Vec<_>>()).block(Block::bordered().title(title)), area);
 }
 
@@ -298,7 +298,7 @@ mod tests {
         let mut demo = Demo::new(&arguments).unwrap();
         let mut trend = Trend::default();
         while demo.run.seconds() < seconds {
-            demo.run.step_scene(&mut demo.scene, demo.run.seconds() + 0.5);
+            demo.run.step_scene(&mut demo.segment, demo.run.seconds() + 0.5);
             trend.add(demo.run.seconds(), &demo.run, &demo.row());
         }
         let mut terminal = Terminal::new(TestBackend::new(width, height)).unwrap();

@@ -20,11 +20,11 @@ pub struct Capture {
 
 impl Capture {
     /// Creates the capture file if the options name one.
-    pub fn begin(style: &PrintOptions, baud: Baud) -> Result<Option<Self>, Failure> {
-        let Some(path) = style.out.clone() else { return Ok(None) };
+    pub fn begin(options: &PrintOptions, baud: Baud) -> Result<Option<Self>, Failure> {
+        let Some(path) = options.out.clone() else { return Ok(None) };
         let file = File::create(&path).map_err(|error| write_failure(&path, &error))?;
         let mut capture = Self { path, file, baud, end: BitTime(0) };
-        capture.write(&pcapng::file_header(baud, style.link_type))?;
+        capture.write(&pcapng::file_header(baud, options.link_type))?;
         Ok(Some(capture))
     }
 

@@ -45,7 +45,7 @@ fn link_type(text: &str) -> Result<u16, ValueError> {
 
 /// Prints explanations.
 pub struct Printer<'a> {
-    style: &'a PrintOptions,
+    options: &'a PrintOptions,
     baud: Baud,
 }
 
@@ -94,19 +94,19 @@ struct SlaveRow {
 
 impl<'a> Printer<'a> {
     /// Makes a printer; times are bit times of `baud`.
-    pub const fn new(style: &'a PrintOptions, baud: Baud) -> Self {
-        Self { style, baud }
+    pub const fn new(options: &'a PrintOptions, baud: Baud) -> Self {
+        Self { options, baud }
     }
 
     /// Prints pieces and their notes.
     pub fn print(&self, explained: &[ExplainedPiece]) {
         let mut lines = Vec::new();
         for piece in explained {
-            if self.style.raw {
-                lines.push(if self.style.json { self.piece_json(piece) } else { self.piece(piece) });
+            if self.options.raw {
+                lines.push(if self.options.json { self.piece_json(piece) } else { self.piece(piece) });
             }
             lines.extend(
-                piece.notes.iter().map(|note| if self.style.json { self.note_json(note) } else { self.note(note) }),
+                piece.notes.iter().map(|note| if self.options.json { self.note_json(note) } else { self.note(note) }),
             );
         }
         if !lines.is_empty() {
@@ -162,7 +162,7 @@ impl<'a> Printer<'a> {
     pub fn summary(&self, explainer: &Explainer) {
         let summary = explainer.summary();
         let rows = slave_rows(explainer);
-        if self.style.json {
+        if self.options.json {
             let Summary { telegrams, damaged, doubtful, sent } = summary;
             let [telegrams, damaged, doubtful] = [telegrams, damaged, doubtful].map(|count| *count);
             return out(&json(&SummaryRow { kind: "summary", telegrams, damaged, doubtful, sent, slaves: rows }));
@@ -175,11 +175,11 @@ impl<'a> Printer<'a> {
 /// `5 telegrams, 1 damaged piece (16.7 %)`
 fn counts_line(summary: &Summary) -> String {
     let Summary { telegrams, damaged, doubtful, .. } = *summary;
-    let many = |count: u64, what: &str| format!("{count} {what}{}", if count == 1 { "" } else { "s" });
+    let counted = |count: u64, noun: &str| format!("{count} {noun}{}", if count == 1 { "" } else { "s" });
     let percent = damaged as f64 * 100.0 / telegrams.saturating_add(damaged).max(1) as f64;
     let share = if damaged == 0 { String::new() } else { format!(" ({percent:.1} %)") };
     let doubtful = if doubtful == 0 { String::new() } else { format!(", {doubtful} doubtful") };
-    format!("{}, {}{share}{doubtful}", many(telegrams, "telegram"), many(damaged, "damaged piece"))
+    format!("{}, {}{share}{doubtful}", counted(telegrams, "telegram"), counted(damaged, "damaged piece"))
 }
 
 fn slave_rows(explainer: &Explainer) -> Vec<SlaveRow> {
@@ -238,8 +238,8 @@ fn octets(piece: &Piece) -> String {
     if piece.errors.is_empty() {
         return Hex(&piece.octets).to_string();
     }
-    let mark = |place| if piece.errors.contains(&place) { "!" } else { "" };
-    let octets = piece.octets.iter().enumerate().map(|(place, octet)| format!("{octet:02X}{}", mark(place)));
+    let mark = |at| if piece.errors.contains(&at) { "!" } else { "" };
+    let octets = piece.octets.iter().enumerate().map(|(at, octet)| format!("{octet:02X}{}", mark(at)));
     octets.collect::<Vec<_>>().join(" ")
 }
 

@@ -43,10 +43,10 @@ impl<'a> MonitorView<'a> {
             (false, false) if is_screen => Form::Screen,
             (false, false) => Form::Table,
         };
-        let seen = |plan: &Plan| {
+        let view = |plan: &Plan| {
             Mutex::new(SegmentView { title: with_segment_name(plan, &plan.bus.port()), rows: Vec::new() })
         };
-        Self { plans, form, header: Once::new(), views: plans.iter().map(seen).collect() }
+        Self { plans, form, header: Once::new(), views: plans.iter().map(view).collect() }
     }
 
     /// Whether the output is a screen.
@@ -71,7 +71,7 @@ impl<'a> MonitorView<'a> {
             // Strings and numbers always have a JSON form.
             Form::Json => |row| serde_json::to_string(row).unwrap_or_default(),
             Form::Table => Row::line,
-            Form::Screen => return self.change(number, |seen| seen.rows = rows),
+            Form::Screen => return self.change(number, |view| view.rows = rows),
         };
         rows.iter().for_each(|row| out(&line(row)));
     }
@@ -81,7 +81,7 @@ impl<'a> MonitorView<'a> {
         let Some(plan) = self.plans.get(number) else { return };
         let text = with_segment_name(plan, text);
         match self.form {
-            Form::Screen => self.change(number, |seen| seen.title = text),
+            Form::Screen => self.change(number, |view| view.title = text),
             Form::Csv | Form::Json | Form::Table => notice(&text),
         }
     }
@@ -90,7 +90,7 @@ impl<'a> MonitorView<'a> {
     pub fn ended(&self, number: usize, failure: &Failure) {
         if self.plans.len() > 1 && !failure.is_quiet() {
             self.notice(number, failure);
-            self.change(number, |seen| seen.rows.clear());
+            self.change(number, |view| view.rows.clear());
         }
     }
 
@@ -98,10 +98,10 @@ impl<'a> MonitorView<'a> {
     pub fn draw(&self, frame: &mut Frame<'_>) {
         let mut titles = Vec::new();
         let mut rows = Vec::new();
-        for seen in &self.views {
-            let seen = seen.lock().unwrap_or_else(PoisonError::into_inner);
-            titles.push(seen.title.clone());
-            rows.extend(seen.rows.iter().cloned());
+        for view in &self.views {
+            let view = view.lock().unwrap_or_else(PoisonError::into_inner);
+            titles.push(view.title.clone());
+            rows.extend(view.rows.iter().cloned());
         }
         table::draw(frame, &titles, &rows);
     }
@@ -127,8 +127,8 @@ impl<'a> MonitorView<'a> {
     }
 
     fn change(&self, number: usize, change: impl FnOnce(&mut SegmentView)) {
-        if let Some(seen) = self.views.get(number) {
-            change(&mut seen.lock().unwrap_or_else(PoisonError::into_inner));
+        if let Some(view) = self.views.get(number) {
+            change(&mut view.lock().unwrap_or_else(PoisonError::into_inner));
         }
     }
 }

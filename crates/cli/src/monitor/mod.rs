@@ -16,7 +16,7 @@ use crate::values;
 use clap::Args;
 use clap::builder::NonEmptyStringValueParser;
 use display::MonitorView;
-use rustix::fd::AsFd;
+use profivac_host::readiness::Readiness;
 use segment::SegmentMonitor;
 use std::io;
 use std::os::unix::net::UnixStream;
@@ -51,7 +51,7 @@ pub struct Arguments {
     time: Option<Duration>,
     /// The addresses of the slaves, or a station's file with segments, ports, rates, masters and gauges
     #[arg(value_name = "ADDR|FILE.toml", required = true)]
-    watched: Vec<String>,
+    targets: Vec<String>,
 }
 
 const EXAMPLES: &str = "\
@@ -73,7 +73,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let (stop, stopped) = UnixStream::pair()?;
     let show = &MonitorView::new(plans, is_screen, arguments);
     let end = arguments.time.and_then(|time| Instant::now().checked_add(time));
-    let ends = &[signals.as_fd(), stopped.as_fd()];
+    let ends = &[Readiness::of(signals), Readiness::of(&stopped)];
     let verdicts = thread::scope(|scope| {
         let watch = |(number, plan)| scope.spawn(move || SegmentMonitor { plan, number, show, ends, end }.run());
         let threads: Vec<_> = plans.iter().enumerate().map(watch).collect();

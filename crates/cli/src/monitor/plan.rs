@@ -20,7 +20,7 @@ pub struct Plan {
 impl Arguments {
     /// All segments, at least one, each with at least one slave.
     pub(super) fn plans(&self) -> Result<Vec<Plan>, Failure> {
-        let plans = match (&self.port, self.watched.as_slice()) {
+        let plans = match (&self.port, self.targets.as_slice()) {
             (None, [file]) if file.ends_with(".toml") => self.of_file(Path::new(file))?,
             (Some(_), all) if all.iter().any(|text| text.ends_with(".toml")) => {
                 return Err(Failure::usage(

@@ -37,17 +37,17 @@ pub fn csv_columns(with_segment: bool) -> String {
 
 impl Row {
     /// The rows of a slave: one for each of its values, and at least one.
-    pub fn of(segment: Option<&str>, watched: &CyclicSlave, master: &BusMaster, unix_time: f64) -> Vec<Self> {
-        let address = watched.address;
-        let reading = master.inputs(address).map(|inputs| watched.decode_inputs(inputs)).unwrap_or_default();
+    pub fn of(segment: Option<&str>, cyclic: &CyclicSlave, master: &BusMaster, unix_time: f64) -> Vec<Self> {
+        let address = cyclic.address;
+        let reading = master.inputs(address).map(|inputs| cyclic.decode_inputs(inputs)).unwrap_or_default();
         let counters = master.counters(address).copied().unwrap_or_default();
         let exceptions = reading.exceptions().into_iter().map(str::to_owned);
-        let (_, unit) = in_unit(None, watched.unit);
+        let (_, unit) = in_unit(None, cyclic.unit);
         let slave = Self {
             unix_time,
             segment: segment.map(str::to_owned),
             address,
-            device: watched.model.name,
+            device: cyclic.model.name,
             pressure: None,
             unit,
             mbar: None,
@@ -55,7 +55,7 @@ impl Row {
             state: master.state(address).map_or_else(String::new, |state| state.to_string()),
             remarks: master
                 .exchange_error(address)
-                .map(|trouble| trouble.to_string())
+                .map(|error| error.to_string())
                 .into_iter()
                 .chain(exceptions)
                 .collect(),
@@ -65,7 +65,7 @@ impl Row {
         if reading.values.is_empty() {
             return vec![slave];
         }
-        reading.values.iter().map(|value| slave.with_value(value, watched.unit)).collect()
+        reading.values.iter().map(|value| slave.with_value(value, cyclic.unit)).collect()
     }
 
     /// The same slave with one of its values.

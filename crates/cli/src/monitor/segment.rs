@@ -7,9 +7,8 @@ use crate::failure::Failure;
 use crate::output::check;
 use profivac_client::cyclic::CyclicSlave;
 use profivac_dp::master::{ExchangeError, HandlerState, Mode};
-use profivac_host::port;
+use profivac_host::readiness::{Readiness, wait};
 use profivac_host::session::{BusSession, add_or_restart};
-use rustix::fd::BorrowedFd;
 use std::time::{Duration, Instant, SystemTime};
 
 /// The interval between two rows.
@@ -30,7 +29,7 @@ pub struct SegmentMonitor<'a> {
     /// The view that shows it.
     pub show: &'a MonitorView<'a>,
     /// Descriptors that become readable when the command ends.
-    pub ends: &'a [BorrowedFd<'a>],
+    pub ends: &'a [Readiness<'a>],
     /// The time at which the command ends in any case.
     pub end: Option<Instant>,
 }
@@ -49,7 +48,7 @@ impl SegmentMonitor<'_> {
         let mut session = self.plan.bus.open_lasting()?;
         let mut slaves = Vec::new();
         for address in &self.plan.addresses {
-            if port::wait(self.ends, Duration::ZERO).is_ok_and(|ready| ready.contains(&true)) {
+            if wait(self.ends, Duration::ZERO).is_ok_and(|ready| ready.contains(&true)) {
                 return Ok(());
             }
             let found = CyclicSlave::find(&mut session, *address, self.plan.bus.master());
@@ -118,13 +117,11 @@ fn check_exchanged(session: &mut BusSession, slaves: &[CyclicSlave]) -> Result<(
     let master = session.master();
     for address in slaves.iter().map(|slave| slave.address) {
         if master.counters(address).is_some_and(|counters| counters.exchanges == 0) {
-            let trouble = master.exchange_error(address);
-            let reason = trouble.map_or_else(
-                || "the command ended before the slave was ready".to_owned(),
-                |trouble| trouble.to_string(),
-            );
+            let error = master.exchange_error(address);
+            let reason = error
+                .map_or_else(|| "the command ended before the slave was ready".to_owned(), |error| error.to_string());
             let sentence = format!("no data from the slave at address {address}: {reason}");
-            return Err(match trouble {
+            return Err(match error {
                 None | Some(ExchangeError::NoAnswer(_)) => Failure::no_answer(sentence),
                 Some(_) => Failure::refused(sentence),
             });

@@ -30,7 +30,7 @@ use std::path::{Path, PathBuf};
 #[command(after_help = EXAMPLES)]
 pub struct Arguments {
     /// A station's database, or its file, which also has devices and levels
-    #[arg(value_name = "RECORD.db|STATION.toml")]
+    #[arg(value_name = "DATABASE.db|STATION.toml")]
     source: PathBuf,
     /// A gauge; may be repeated. Default: the gauges whose pressure changed most, at most eight
     #[arg(long, value_name = "NAME")]
@@ -112,8 +112,8 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     }
     let (span, why) = source.span(arguments, &now)?;
     notice(&why);
-    let wish = source.request(arguments, span, why, now.timestamp())?;
-    let report = Report::make(&source.reader, wish)?;
+    let request = source.request(arguments, span, why, now.timestamp())?;
+    let report = Report::make(&source.reader, request)?;
     write_report(arguments, &report)
 }
 
@@ -209,7 +209,7 @@ impl Source {
     /// The last pump-down that began before `to`.
     fn last_pump_down(&self, to: Option<Micros>, known: TimeRange) -> Result<(TimeRange, String), Failure> {
         let all = pump_downs(&self.reader, &self.names, to.is_some())?;
-        let Some(last) = all.into_iter().rfind(|one| to.is_none_or(|to| one.span.start < to)) else {
+        let Some(last) = all.into_iter().rfind(|pump_down| to.is_none_or(|to| pump_down.span.start < to)) else {
             let [first, last] = [known.start, known.end].map(|at| self.local_time(at));
             return Err(Failure::usage(format!(
                 "found no pump-down in {}: no pressure falls by two decades from {first} to {last}; choose a time with --from and --to",
@@ -233,8 +233,8 @@ impl Source {
         Ok((span, why))
     }
 
-    fn name(&self, one: &PumpDown) -> &str {
-        self.names.get(one.gauge).map_or("", String::as_str)
+    fn name(&self, pump_down: &PumpDown) -> &str {
+        self.names.get(pump_down.gauge).map_or("", String::as_str)
     }
 
     /// The gauges whose curves are shown.
@@ -254,10 +254,10 @@ impl Source {
         }
         all.sort_by(|one, two| two.0.total_cmp(&one.0));
         if all.len() > MAX_CURVES {
-            let left: Vec<_> = all.drain(MAX_CURVES..).map(|(_, name)| name.as_str()).collect();
+            let hidden: Vec<_> = all.drain(MAX_CURVES..).map(|(_, name)| name.as_str()).collect();
             notice(&format_args!(
                 "not shown, because the page shows at most {MAX_CURVES} curves: {}; --gauge chooses",
-                left.join(", ")
+                hidden.join(", ")
             ));
         }
         // In the order of the database, which is that of the station's file.
@@ -265,14 +265,14 @@ impl Source {
         Ok(self.names.iter().filter(is_shown).cloned().collect())
     }
 
-    fn row(&self, one: &PumpDown) -> PumpDownRow {
+    fn row(&self, pump_down: &PumpDown) -> PumpDownRow {
         PumpDownRow {
-            begin: timestamp(one.span.start),
-            end: timestamp(one.span.end),
-            gauge: self.name(one).to_owned(),
-            start_pa: one.start_pa,
-            lowest_pa: one.lowest_pa,
-            is_vented: one.is_vented,
+            begin: timestamp(pump_down.span.start),
+            end: timestamp(pump_down.span.end),
+            gauge: self.name(pump_down).to_owned(),
+            start_pa: pump_down.start_pa,
+            lowest_pa: pump_down.lowest_pa,
+            is_vented: pump_down.is_vented,
         }
     }
 
@@ -280,7 +280,7 @@ impl Source {
         self.recorded_span()?;
         let all = pump_downs(&self.reader, &self.names, true)?;
         if as_json {
-            out(&json(&all.iter().map(|one| self.row(one)).collect::<Vec<_>>()));
+            out(&json(&all.iter().map(|pump_down| self.row(pump_down)).collect::<Vec<_>>()));
             return Ok(());
         }
         if all.is_empty() {
@@ -289,11 +289,11 @@ impl Source {
         }
         let plain = |text: String| text.replace('\u{a0}', " ");
         out(&format!("{:<26}{:<14}{:>16}{:>16}  {:<10}{}", "BEGIN", "TOOK", "FROM", "DOWN TO", "END", "GAUGE"));
-        for one in &all {
-            let [top, low] = [one.start_pa, one.lowest_pa].map(|pa| plain(with_unit(pa, self.unit)));
-            let end = if one.is_vented { "vented" } else { "open" };
-            let (begin, took) = (self.local_time(one.span.start), plain(duration(one.span.seconds())));
-            out(&format!("{begin:<26}{took:<14}{top:>16}{low:>16}  {end:<10}{}", self.name(one)));
+        for pump_down in &all {
+            let [top, low] = [pump_down.start_pa, pump_down.lowest_pa].map(|pa| plain(with_unit(pa, self.unit)));
+            let end = if pump_down.is_vented { "vented" } else { "open" };
+            let (begin, took) = (self.local_time(pump_down.span.start), plain(duration(pump_down.span.seconds())));
+            out(&format!("{begin:<26}{took:<14}{top:>16}{low:>16}  {end:<10}{}", self.name(pump_down)));
         }
         Ok(())
     }

@@ -2,9 +2,9 @@
 
 use crate::values::{ValueError, number};
 use profivac_client::pressure::{Pressure, PressureError};
-use profivac_devices::Action;
 use profivac_vacuum::Gas;
 use profivac_vacuum::gas::UnknownGas;
+use profivac_virtual::action_text::ActionText as Action;
 use profivac_virtual::device_spec::{SpecError, parse_address};
 use std::fmt;
 
@@ -75,7 +75,7 @@ pub enum CommandError {
     NoDevice { address: u8, known: String },
     /// The device does not have this fault, button, switch or potentiometer; `known` are those it has.
     #[error("{device} has no {part}{}", List(.known))]
-    NoPart { device: &'static str, part: String, known: &'static [&'static str] },
+    NoPart { device: &'static str, part: String, known: Vec<String> },
 }
 
 /// The form of a command, by its first word.
@@ -89,7 +89,7 @@ impl fmt::Display for Form<'_> {
 }
 
 /// A list of names after an error; nothing if it is empty.
-struct List<'a>(&'a [&'static str]);
+struct List<'a>(&'a [String]);
 
 impl fmt::Display for List<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {

@@ -10,11 +10,11 @@ use crate::values;
 use clap::{ArgGroup, Args};
 use command::{Command, CommandError, DeviceCommand};
 use profivac_client::pressure::Pressure;
-use profivac_devices::Action;
 use profivac_dp::link::Baud;
 use profivac_host::port::{Port, PortError, Pty, Serial, TcpServer};
 use profivac_host::segment::Segment;
 use profivac_vacuum::Gas;
+use profivac_virtual::action_text::ActionText as Action;
 use profivac_virtual::device::{GasConditions, VirtualDevice};
 use profivac_virtual::device_spec::{DeviceSpec, check_addresses};
 use profivac_virtual::nonvolatile::NonvolatileMemory;
@@ -40,7 +40,7 @@ pub struct Arguments {
     /// Listen for masters on TCP; port 0 selects a free one
     #[arg(long, value_name = "HOST:PORT", group = "port")]
     tcp: Option<String>,
-    /// Bits per second; delays are counted in its bit times
+    /// Bits per second; delays are counted in bit times of this rate
     #[arg(long, value_name = "RATE", default_value = "19200", value_parser = values::baud)]
     baud: Baud,
     /// Transmit every octet in the time it takes on a line
@@ -245,7 +245,7 @@ impl Simulation {
             DeviceCommand::State => return Ok(Some(state::json(device, true_mbar))),
             DeviceCommand::Operate(action) => {
                 let name = device.instrument().name();
-                device.operate(*action).map_err(|unknown| unknown_part(name, *action, unknown.expected))?;
+                device.operate_text(*action).map_err(|unknown| unknown_part(name, *action, unknown.expected))?;
             }
         }
         Ok(None)
@@ -259,7 +259,7 @@ impl Simulation {
 }
 
 /// The error for a fault, button, switch or potentiometer that the device does not have.
-fn unknown_part(device: &'static str, action: Action<'_>, known: &'static [&'static str]) -> CommandError {
+fn unknown_part(device: &'static str, action: Action<'_>, known: Vec<String>) -> CommandError {
     let part = match action {
         Action::Fault { name, .. } => format!("fault {name:?}"),
         Action::Button(number) => format!("button {number}"),

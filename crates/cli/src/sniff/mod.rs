@@ -11,7 +11,7 @@ use clap::builder::NonEmptyStringValueParser;
 use profivac_explain::frame::TimeSource;
 use profivac_explain::tap::{Tap, TapEvent};
 use profivac_explain::{Decoder, ExplainedPiece};
-use rustix::fd::AsFd;
+use profivac_host::readiness::Readiness;
 use std::time::{Duration, Instant};
 
 /// Explain the traffic on a line while it happens. It only listens and sends nothing.
@@ -30,7 +30,7 @@ pub struct Arguments {
     #[arg(long = "for", value_name = "SECONDS", value_parser = values::seconds)]
     time: Option<Duration>,
     #[command(flatten)]
-    style: PrintOptions,
+    options: PrintOptions,
 }
 
 const EXAMPLES: &str = "\
@@ -49,13 +49,13 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let mut tap = Tap::new(port, baud);
     notice(&format_args!("listening on {}; Ctrl-C ends", arguments.port));
     let mut decoder = Decoder::new(baud, TimeSource::Platform);
-    let mut capture = Capture::begin(&arguments.style, baud)?;
-    let printer = Printer::new(&arguments.style, baud);
+    let mut capture = Capture::begin(&arguments.options, baud)?;
+    let printer = Printer::new(&arguments.options, baud);
     let end = arguments.time.and_then(|time| Instant::now().checked_add(time));
     let mut explained = Vec::new();
     let ended = loop {
         let left = end.map_or(MAX_WAIT, |end| end.saturating_duration_since(Instant::now()));
-        let (event, stop) = match tap.receive(&[signals.as_fd()], left) {
+        let (event, stop) = match tap.receive(&[Readiness::of(&signals)], left) {
             Ok((event, readable)) => (event, readable.first() == Some(&true)),
             Err(error) => break Err(Failure::from(error)),
         };

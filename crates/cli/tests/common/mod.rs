@@ -83,7 +83,11 @@ pub fn interrupted_on_terminal(arguments: &[&str], prompt: &str) -> (i32, String
     (code, out, shown)
 }
 
-fn on_terminal(arguments: &[&str], prompt: &str, act: impl FnOnce(&Child, &mut File)) -> (i32, String, String, String) {
+fn on_terminal(
+    arguments: &[&str],
+    prompt: &str,
+    respond: impl FnOnce(&Child, &mut File),
+) -> (i32, String, String, String) {
     use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
     let ours = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY).unwrap();
     grantpt(&ours).unwrap();
@@ -97,7 +101,7 @@ fn on_terminal(arguments: &[&str], prompt: &str, act: impl FnOnce(&Child, &mut F
     while !shown.ends_with(prompt) && terminal.read_exact(&mut octet).is_ok() {
         shown.push(char::from(octet[0]));
     }
-    act(&child, &mut terminal);
+    respond(&child, &mut terminal);
     let output = child.wait_with_output().unwrap();
     let out = String::from_utf8(output.stdout).unwrap();
     // The rest of the output; reading ends with an error because the other end is closed.

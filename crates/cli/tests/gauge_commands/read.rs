@@ -112,7 +112,7 @@ fn the_error_for_a_wrong_target_names_alternatives() {
 #[test]
 fn a_missing_slave_and_a_missing_port_are_no_answer() {
     let line = Line::with(&["bcg450@5"]);
-    let missing = "nobody answers at address 9; `profivac scan` shows who is there";
+    let missing = "no station answers at address 9; `profivac scan` shows the stations of the bus";
     line.fails("read", 9, &["--timeout", "0.5", "0/25"], 3, missing);
     let lost = run(&["read", "--port", "/nowhere", "--address", "5", "0/25"]);
     assert_eq!(lost.status.code(), Some(3));
@@ -128,7 +128,7 @@ fn a_missing_slave_and_a_missing_port_are_no_answer() {
 fn a_device_without_power_is_no_answer() {
     let mut line = Line::with(&["bcg450@5"]);
     line.tell("power 5 off");
-    let missing = "nobody answers at address 5; `profivac scan` shows who is there";
+    let missing = "no station answers at address 5; `profivac scan` shows the stations of the bus";
     line.fails("read", 5, &["--timeout", "0.5", "0/25"], 3, missing);
 }
 

@@ -184,7 +184,11 @@ fn a_controller_is_restored_by_the_parameter_channel() {
     let done = line.run("restore", 5, &[&pkw[..], &[file.as_str()]].concat());
     let written = "a1.filter-time-constant: medium -> slow\nrelay.2/upper-threshold: 2e-3 mbar -> 7e-3 mbar\n";
     assert_eq!((done.code, done.out.as_str()), (0, written), "{}", done.err);
-    assert!(done.err.contains("only when it is stderr to: write store"), "{}", done.err);
+    assert!(
+        done.err.contains("stores some of these settings only on request; send `profivac write ... store`"),
+        "{}",
+        done.err
+    );
     let valid = line.output("read", 5, &with(&["relay.2/threshold-validation"]));
     assert_eq!(valid, "relay.2/threshold-validation = valid\n");
     assert_eq!(line.output("write", 5, &with(&["--yes", "store"])), "device.volatility: store done\n");

@@ -4,7 +4,7 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::time::{Duration, Instant};
 
 /// A timeout that only ends a test that would hang.
-const PATIENCE: Duration = Duration::from_secs(60);
+const TIMEOUT: Duration = Duration::from_secs(60);
 
 /// An event of a master.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -33,7 +33,7 @@ impl Watched {
 
     /// The events of the master from now on, until the timeout.
     fn events(&self, what: &str) -> impl Iterator<Item = Event> {
-        let deadline = Instant::now() + PATIENCE;
+        let deadline = Instant::now() + TIMEOUT;
         std::iter::from_fn(move || match self.events.recv_timeout(deadline - Instant::now()) {
             Ok(event) => Some(event),
             Err(RecvTimeoutError::Timeout) => panic!("still waiting for {what}"),

@@ -1,100 +1,34 @@
-//! A slave to be watched: what it is, how its inputs are laid out, and what they say.
+//! The cyclic data of a slave: the layout of its inputs, and the values in them.
 
 mod principles;
 
-pub use principles::ChannelPrinciples;
+pub use principles::{ChannelPrinciples, open_instances};
 
-use crate::class1::Class1Session;
 use crate::gsd;
-use crate::ms2;
-use crate::records::{RecordError, Records};
+use crate::pressure::Pressure;
 use profivac_devices::Principle;
-use profivac_devices::catalog::MODELS;
-use profivac_devices::model::{
-    AccessPath, Codes, Configuration, Counts, Field, Model, NumberType, PressureFormat, Unit, UserPrm,
-};
+use profivac_devices::model::{Configuration, Counts, Field, Model, NumberType, PressureFormat, Unit, UserPrm};
 use profivac_devices::profile::{ExceptionStatus, StatusExtension};
 use profivac_dp::link::Baud;
-use profivac_dp::master::{SlaveParameters, services};
-use profivac_host::scan::{SlaveStatus, probe};
-use profivac_host::session::{BusSession, Reply, SessionError};
-use std::time::Instant;
+use profivac_dp::master::SlaveParameters;
 
-/// Why a slave cannot be watched.
-#[derive(Debug, thiserror::Error)]
-pub enum CyclicError {
-    /// Nothing could be asked.
-    #[error(transparent)]
-    Session(#[from] SessionError),
-    /// Nobody is there, or it is no slave.
-    #[error("nobody answers at address {0}")]
-    NoAnswer(u8),
-    /// Another master owns it.
-    #[error("the slave at address {address} belongs to master {master}")]
-    OwnedByOther {
-        /// Its address.
-        address: u8,
-        /// Whose it is.
-        master: u8,
-    },
-    /// No device with this ident number is known.
-    #[error("the slave at address {address} has the ident number 0x{ident:04X}, which no known device has")]
-    UnknownDevice {
-        /// Its address.
-        address: u8,
-        /// Ident_Number.
-        ident: u16,
-    },
-    /// The unit it shows could not be read, so it could not be kept.
-    #[error("the unit of the slave at address {address} cannot be read: {error}")]
-    UnreadableUnit {
-        /// Its address.
-        address: u8,
-        /// Why.
-        error: RecordError,
-    },
-    /// Its table has no units.
-    #[error("the slave at address {0} has no pressures")]
-    NoUnit(u8),
-}
-
-/// What is known of a slave before it is taken.
+/// What a class 1 master needs to exchange data with a slave.
 #[derive(Clone, Copy, Debug)]
 pub struct CyclicSlave {
-    /// Its address.
+    /// The address.
     pub address: u8,
-    /// What it is.
+    /// The model.
     pub model: &'static Model,
-    /// How data are exchanged.
+    /// The configuration.
     pub configuration: &'static Configuration,
-    /// The unit it shows.
+    /// The unit of its pressures.
     pub unit: &'static Unit,
-    /// What it told of the gauges on its channels.
+    /// The principles of its channels as the device reports them.
     pub principles: ChannelPrinciples,
 }
 
 impl CyclicSlave {
-    /// Looks at the slave at `address` on behalf of `master`, without changing anything. Waits for it as long as the tool
-    /// has patience.
-    ///
-    /// # Errors
-    /// [`WatchError`], also when another master owns it.
-    pub fn find(tool: &mut BusSession, address: u8, master: u8) -> Result<Self, CyclicError> {
-        let slave = wait_for_slave(tool, address)?;
-        if let Some(owner) = slave.owner.filter(|owner| *owner != master) {
-            return Err(CyclicError::OwnedByOther { address, master: owner });
-        }
-        let known = MODELS.into_iter().find(|model| model.ident == slave.ident);
-        let model = known.ok_or(CyclicError::UnknownDevice { address, ident: slave.ident })?;
-        let configuration = present_configuration(tool, address, model)?;
-        // Until it is known: a device whose user parameters have no unit keeps what it has.
-        let unit = model.units.first().ok_or(CyclicError::NoUnit(address))?;
-        let found = Self { address, model, configuration, unit, principles: ChannelPrinciples::default() };
-        let unit = present_unit(tool, &found)?;
-        Ok(Self { unit, principles: ChannelPrinciples::read(tool, address, model)?, ..found })
-    }
-
-    /// The parameters that leave the slave as it is, at this rate: what its GSD file says, and the unit it shows.
+    /// The parameters that preserve the state of the slave at this baud rate: those of its GSD file with the present unit.
     #[must_use]
     pub fn parameters(&self, baud: Baud) -> SlaveParameters<'static> {
         let prm = self.model.user_prm.iter().find(|prm| prm.unit_code() == self.unit.code);
@@ -106,13 +40,14 @@ impl CyclicSlave {
         }
     }
 
-    /// How an instance or channel senses; nothing where neither the tables nor the device tell it, see [`Fitted`].
+    /// The measuring principle of an instance or channel. `None` where neither the tables nor the device tell it, see
+    /// [`ChannelPrinciples`].
     #[must_use]
     pub fn principle(&self, instance: u8) -> Option<Principle> {
         self.principles.principle(self.model, instance)
     }
 
-    /// What its inputs say.
+    /// Decodes inputs.
     #[must_use]
     pub fn decode_inputs(&self, inputs: &[u8]) -> CyclicValues {
         let fields = Fields { configuration: self.configuration, inputs };
@@ -126,7 +61,7 @@ impl CyclicSlave {
                 Field::ChannelValue(channel, number) => (channel, number, fields.channel_status(channel)),
                 _ => return None,
             };
-            // What does not travel says nothing against the value.
+            // A configuration without a status declares all values valid.
             let status = StatusExtension::from_bits_retain(status.unwrap_or_default());
             let valid = !status.contains(StatusExtension::INVALID);
             Some(ChannelValue { instance, pa: self.decode(number, octets, instance).filter(|_| valid), status })
@@ -136,7 +71,7 @@ impl CyclicSlave {
 
     fn decode(&self, number: NumberType, octets: &[u8], instance: u8) -> Option<f64> {
         let facts = self.model.parts.iter().find(|facts| facts.part.instance == instance);
-        // A controller that leaves the ranges to its gauges knows no COUNTS either.
+        // A controller without ranges in its tables has no COUNTS either.
         let counts = match facts {
             Some(facts) => facts.counts,
             None if self.model.parts.is_empty() => Counts::Linear { per_mbar: 1.0 },
@@ -146,7 +81,7 @@ impl CyclicSlave {
     }
 }
 
-/// Inputs, field by field.
+/// Inputs with their layout.
 struct Fields<'a> {
     configuration: &'static Configuration,
     inputs: &'a [u8],
@@ -167,8 +102,8 @@ impl<'a> Fields<'a> {
         self.octets(wanted)?.first().copied()
     }
 
-    /// The status extension of a channel: half an octet, BG 5530 4.4.1; or what a measurement status means, i9973ber/a
-    /// 3.2.4.1: ok, underrange, overrange, and what gives no value.
+    /// The status extension of a channel: half an octet, BG 5530 4.4.1; or the equivalent of a measurement status,
+    /// i9973ber/a 3.2.4.1: ok, underrange, overrange; all others give no value.
     fn channel_status(&self, channel: u8) -> Option<u8> {
         if let Some(status) = self.octet(Field::MeasurementStatus(channel)) {
             let status = match status {
@@ -184,27 +119,27 @@ impl<'a> Fields<'a> {
     }
 }
 
-/// What inputs say.
+/// The values in the inputs of a slave.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CyclicValues {
-    /// The pressures, one for each channel that travels.
+    /// The pressures, one for each channel of the configuration.
     pub values: Vec<ChannelValue>,
     /// Exception Status.
     pub exception: ExceptionStatus,
 }
 
-/// A pressure.
+/// The pressure of a channel.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ChannelValue {
-    /// The instance or channel it is from, 0 if the inputs do not tell.
+    /// The instance or channel, 0 if the inputs do not contain it.
     pub instance: u8,
-    /// In Pa; nothing unless it is valid.
+    /// In Pa. `None` unless it is valid.
     pub pa: Option<f64>,
-    /// Where it lies, and whether it is valid.
+    /// The status extension: validity and range.
     pub status: StatusExtension,
 }
 
-/// Bits of Exception Status and of the status extension, in words.
+/// The names of the bits of Exception Status and of the status extension.
 const EXCEPTIONS: [(ExceptionStatus, &str); 6] = [
     (ExceptionStatus::ALARM_COMMON, "common alarm"),
     (ExceptionStatus::ALARM_DEVICE, "device alarm"),
@@ -221,108 +156,53 @@ const EXTENSIONS: [(StatusExtension, &str); 3] = [
 ];
 
 impl ChannelValue {
-    /// The status, in words.
+    /// The pressure with its units. `None` unless the value is valid.
+    #[must_use]
+    pub fn pressure(&self) -> Option<Pressure> {
+        self.pa.map(Pressure::from_pa)
+    }
+
+    /// The set bits of the status by name.
     #[must_use]
     pub fn status_texts(&self) -> Vec<&'static str> {
         extension_texts(self.status)
     }
 }
 
-/// A status extension, in words.
+/// The set bits of a status extension by name.
 #[must_use]
 pub fn extension_texts(status: StatusExtension) -> Vec<&'static str> {
     EXTENSIONS.into_iter().filter(|(bit, _)| status.contains(*bit)).map(|(_, word)| word).collect()
 }
 
-/// An Exception Status, in words.
+/// The set bits of an Exception Status by name.
 #[must_use]
 pub fn exception_texts(exception: ExceptionStatus) -> Vec<&'static str> {
     EXCEPTIONS.into_iter().filter(|(bit, _)| exception.contains(*bit)).map(|(_, word)| word).collect()
 }
 
 impl Default for CyclicValues {
-    /// Nothing was said.
+    /// No values.
     fn default() -> Self {
         Self { values: Vec::new(), exception: ExceptionStatus::empty() }
     }
 }
 
 impl CyclicValues {
-    /// The exceptions, in words.
+    /// The set bits of the Exception Status by name.
     #[must_use]
     pub fn exceptions(&self) -> Vec<&'static str> {
         exception_texts(self.exception)
     }
 }
 
-/// The diagnosis of a slave that may not answer at once.
-fn wait_for_slave(tool: &mut BusSession, address: u8) -> Result<SlaveStatus, CyclicError> {
-    let begun = Instant::now();
-    loop {
-        if let Some(slave) = probe(tool, address)?.and_then(|seen| seen.slave) {
-            return Ok(slave);
-        }
-        if begun.elapsed() >= tool.timeout() {
-            return Err(CyclicError::NoAnswer(address));
-        }
-    }
-}
-
-/// The configuration the slave has, or else one that tells whether its pressures are valid and sends nothing.
-fn present_configuration(
-    tool: &mut BusSession,
-    address: u8,
-    model: &'static Model,
-) -> Result<&'static Configuration, CyclicError> {
-    let reply = tool.request(&services::get_cfg(address))?;
-    let present = match &reply {
-        Reply::Answer { du, .. } => model.configuration(du),
-        Reply::NoAnswer(_) => None,
-    };
-    let quiet = || model.configurations.iter().filter(|configuration| configuration.outputs.is_none());
-    let best = || quiet().filter(|configuration| has_validity(configuration)).max_by_key(|best| best.input_octets());
-    Ok(present.filter(|present| has_validity(present)).or_else(best).unwrap_or(model.default_configuration))
-}
-
-/// Whether pressures travel, and with each where it is from and whether it is valid.
-fn has_validity(configuration: &Configuration) -> bool {
-    let has = |wanted| configuration.inputs.is_some_and(|telegram| telegram.fields.contains(&wanted));
-    let one_of_n = has(Field::StatusExtension) && has(Field::PvSelector);
-    configuration.number().is_some() && (one_of_n || has(Field::ChannelStatus) || has(Field::MeasurementStatus(1)))
-}
-
-/// The unit of the device: as a class 2 master reads it, or of a device that has none of these, in the parameter channel. For
-/// that the slave must be owned for a moment.
-fn present_unit(tool: &mut BusSession, watched: &CyclicSlave) -> Result<&'static Unit, CyclicError> {
-    let CyclicSlave { address, model, .. } = *watched;
-    let unreadable = |error: RecordError| CyclicError::UnreadableUnit { address, error };
-    let unknown = || unreadable(RecordError::Interrupted("the table has no such unit".to_owned()));
-    let (slot, index) = unit_address(model).ok_or_else(unknown)?;
-    let record = if model.features.dpv1 {
-        ms2::read(tool, address, slot, index).map_err(|error| unreadable(error.into()))?
-    } else {
-        let mut owned = Class1Session::open(tool, watched, AccessPath::ParameterChannel).map_err(unreadable)?;
-        owned.read(slot, index).map_err(unreadable)?
-    };
-    let code = record.iter().fold(0, |code: u16, octet| code << 8 | u16::from(*octet));
-    model.unit(code).ok_or_else(unknown)
-}
-
-/// Where the unit is: its first slot, and its index.
-fn unit_address(model: &Model) -> Option<(u8, u8)> {
-    model.blocks.iter().find_map(|place| {
-        let row = place.block.rows.iter().find(|row| row.codes == Codes::Units)?;
-        let address = place.locations.first()?;
-        Some((address.slot, row.index))
-    })
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use profivac_devices::bcg450::table::MODEL;
+    use profivac_devices::catalog::MODELS;
 
-    fn watched(configuration: usize, unit: &str) -> CyclicSlave {
+    fn slave(configuration: usize, unit: &str) -> CyclicSlave {
         let unit = MODEL.unit_named(unit).unwrap();
         CyclicSlave {
             address: 5,
@@ -334,12 +214,7 @@ mod tests {
     }
 
     #[test]
-    fn data_units_is_where_the_manual_has_it() {
-        assert_eq!(unit_address(&MODEL), Some((1, 22)));
-    }
-
-    #[test]
-    fn inputs_are_read_in_every_layout_and_unit() {
+    fn inputs_are_decoded_in_every_layout_and_unit() {
         let float = |value: f32| value.to_be_bytes().to_vec();
         for (configuration, unit, value, pa) in [
             (1, "mbar", float(1e-3), 0.1),
@@ -351,7 +226,7 @@ mod tests {
         ] {
             let channel = if configuration > 3 { vec![0; 8] } else { Vec::new() };
             let inputs = [channel, vec![0x80, 0x00, 0x02], value].concat();
-            let CyclicValues { values, exception } = watched(configuration, unit).decode_inputs(&inputs);
+            let CyclicValues { values, exception } = slave(configuration, unit).decode_inputs(&inputs);
             let [ChannelValue { instance: 2, pa: Some(read), status }] = &values[..] else { panic!("{values:?}") };
             assert!((read / pa - 1.0).abs() < 1e-5, "{configuration} {unit}: {read}");
             assert_eq!((exception, *status), (ExceptionStatus::EXPANDED, StatusExtension::empty()));
@@ -359,12 +234,12 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_valid_has_no_pressure_but_reasons() {
-        let reading = watched(1, "mbar").decode_inputs(&[0xA2, 0x03, 0x02, 0x44, 0x7A, 0x00, 0x00]);
+    fn an_invalid_value_has_no_pressure_but_a_status() {
+        let reading = slave(1, "mbar").decode_inputs(&[0xA2, 0x03, 0x02, 0x44, 0x7A, 0x00, 0x00]);
         let [value] = &reading.values[..] else { panic!("{reading:?}") };
         assert_eq!((value.instance, value.pa, value.status_texts()), (2, None, vec!["invalid", "overrange"]));
         assert_eq!(reading.exceptions(), ["device alarm", "device warning"]);
-        assert_eq!(watched(1, "mbar").decode_inputs(&[]), CyclicValues::default());
+        assert_eq!(slave(1, "mbar").decode_inputs(&[]), CyclicValues::default());
     }
 
     /// Telegram 202 of the IMG 400: channel 2 is overrange, channel 3 invalid.
@@ -372,9 +247,9 @@ mod tests {
     fn every_channel_of_a_controller_has_its_own_value() {
         let model = &profivac_devices::img400::table::MODEL;
         let (configuration, unit) = (&model.configurations[9], model.unit_named("mbar").unwrap());
-        let watched = CyclicSlave { address: 7, model, configuration, unit, principles: ChannelPrinciples::default() };
+        let slave = CyclicSlave { address: 7, model, configuration, unit, principles: ChannelPrinciples::default() };
         let values = [1e-8_f32, 1e-2, 1e-3, 5.0].map(f32::to_be_bytes).concat();
-        let reading = watched.decode_inputs(&[&[0x80][..], &values, &[0x20, 0x01], &[0; 7]].concat());
+        let reading = slave.decode_inputs(&[&[0x80][..], &values, &[0x20, 0x01], &[0; 7]].concat());
         let valid: Vec<_> = reading.values.iter().map(|value| (value.instance, value.pa.is_some())).collect();
         assert_eq!(valid, [(1, true), (2, true), (3, false), (4, true)]);
         assert_eq!(
@@ -385,23 +260,13 @@ mod tests {
     }
 
     #[test]
-    fn a_configuration_tells_what_is_valid_and_where_it_can_sends_nothing() {
-        for model in MODELS {
-            let telling = || model.configurations.iter().filter(|configuration| has_validity(configuration));
-            assert!(telling().count() > 0, "{}", model.name);
-            let quiet = telling().any(|configuration| configuration.outputs.is_none());
-            assert_eq!(quiet, model.features.dpv1, "{}", model.name);
-        }
-    }
-
-    #[test]
-    fn a_measurement_status_tells_whether_a_channel_is_valid() {
+    fn a_measurement_status_declares_the_validity_of_a_channel() {
         let model = &profivac_devices::tpg::table::TPG300;
         let (configuration, unit) = (model.default_configuration, model.unit_named("Pascal").unwrap());
-        let watched = CyclicSlave { address: 7, model, configuration, unit, principles: ChannelPrinciples::default() };
+        let slave = CyclicSlave { address: 7, model, configuration, unit, principles: ChannelPrinciples::default() };
         let channel = |pressure: f32, status: u8| [&pressure.to_be_bytes()[..], &[status]].concat();
         let channels = [channel(2.5, 0), channel(1e-3, 1), channel(5.0, 3), channel(0.0, 5)].concat();
-        let reading = watched.decode_inputs(&[vec![0; 8], channels].concat());
+        let reading = slave.decode_inputs(&[vec![0; 8], channels].concat());
         let values: Vec<_> =
             reading.values.iter().map(|value| (value.instance, value.pa.is_some(), value.status_texts())).collect();
         assert_eq!(
@@ -417,10 +282,10 @@ mod tests {
     }
 
     #[test]
-    fn the_parameters_keep_the_unit_and_the_configuration() {
+    fn the_parameters_preserve_the_unit_and_the_configuration() {
         for (prm, unit) in MODEL.user_prm.iter().zip(MODEL.units) {
-            let watched = watched(1, unit.name);
-            let parameters = watched.parameters(Baud::B19200);
+            let slave = slave(1, unit.name);
+            let parameters = slave.parameters(Baud::B19200);
             assert_eq!((parameters.user_prm, parameters.cfg), (prm.octets, MODEL.configurations[1].octets));
         }
     }
@@ -431,7 +296,7 @@ mod tests {
         for model in MODELS {
             let model = model;
             let Some(unit) = model.units.first() else { continue };
-            let watched = CyclicSlave {
+            let slave = CyclicSlave {
                 address: 5,
                 model,
                 configuration: model.default_configuration,
@@ -444,9 +309,9 @@ mod tests {
             for (baud, tbit) in
                 [(Baud::B9600, 10), (Baud::B19200, 20), (Baud::B1500000, 1500), (Baud::B12000000, 12_000)]
             {
-                assert_eq!(watched.parameters(baud).min_interval_tbit, tbit, "{} at {baud}", model.name);
+                assert_eq!(slave.parameters(baud).min_interval_tbit, tbit, "{} at {baud}", model.name);
             }
-            assert_eq!(watched.parameters(Baud::B19200).dpv1, says("DPV1_Slave") == Some("1"), "{}", model.name);
+            assert_eq!(slave.parameters(Baud::B19200).dpv1, says("DPV1_Slave") == Some("1"), "{}", model.name);
         }
     }
 }

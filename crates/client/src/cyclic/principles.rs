@@ -1,62 +1,61 @@
-//! Which gauges stand on the channels of a controller, as far as the bus tells it.
+//! The measuring principles of the channels of a controller, as far as the bus reports them.
 //!
-//! A gauge is what its tables say. A controller takes one gauge or another: the IMG 400 has the transducer block of the gauge it
-//! found in slots 3 and 4, and its Block Type can be read (BG 5530 4.4.5 and 4.4.6). A TPG300 or TPG500 knows its measuring
-//! boards and tells nobody: no row of i9973ber/a 3.2 names a gauge, and the switches of Sensor On_Off are there for a Pirani
-//! gauge and a cold cathode gauge alike. Its channels have no principle, then, and nothing is corrected for a gas.
+//! The principle of a gauge is in its tables. A controller accepts different gauges: the IMG 400 shows the transducer block
+//! of the connected gauge in slots 3 and 4, and its Block Type can be read (BG 5530 4.4.5 and 4.4.6). A TPG300 or TPG500
+//! does not report its measuring boards: no row of i9973ber/a 3.2 names a gauge, and Sensor On_Off exists for a Pirani
+//! gauge and for a cold cathode gauge alike. Its channels therefore have no principle, and their values are not corrected
+//! for a gas.
 
-use crate::ms2::{Ms2, Ms2Error};
 use profivac_devices::Principle;
 use profivac_devices::model::Model;
-use profivac_host::session::{BusSession, SessionError};
 
 /// Block Type of the transducer blocks: BG 5530 Appendix C.
 const TRANSDUCERS: [(u16, Principle); 3] =
     [(13, Principle::Pirani), (14, Principle::Diaphragm), (16, Principle::HotCathode)];
 
-/// Where Block Type of a transducer block is: BG 5530 4.4.5.
-const BLOCK_TYPE: u8 = 101;
-
 /// No controller has more channels that its tables leave open.
 const MAX_CHANNELS: usize = 4;
 
-/// What a device told of its channels where its tables leave it open.
+/// The principles that the tables leave open and the device reports.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct ChannelPrinciples([Option<(u8, Principle)>; MAX_CHANNELS]);
 
 impl ChannelPrinciples {
-    /// Asks the device at `address`. What it does not tell stays open.
-    pub(super) fn read(tool: &mut BusSession, address: u8, model: &Model) -> Result<Self, SessionError> {
-        let mut fitted = Self::default();
-        let mut open: Vec<u8> = model.parts.iter().map(|facts| facts.part.instance).collect();
-        open.dedup();
-        open.retain(|instance| in_tables(model, *instance).is_none());
-        let mut connection = Ms2::new(tool, address);
-        for (place, instance) in fitted.0.iter_mut().zip(open) {
-            match connection.read(instance, BLOCK_TYPE) {
-                Ok(octets) => *place = principle(&octets).map(|principle| (instance, principle)),
-                Err(Ms2Error::Session(error)) => return Err(error),
-                Err(_) => {}
-            }
+    /// The principles of the `instances`, each with the octets of its Block Type, at most four.
+    #[must_use]
+    pub fn from_block_types<'a>(block_types: impl IntoIterator<Item = (u8, &'a [u8])>) -> Self {
+        let mut known = Self::default();
+        for (entry, (instance, octets)) in known.0.iter_mut().zip(block_types) {
+            *entry = principle(octets).map(|principle| (instance, principle));
         }
-        Ok(fitted)
+        known
     }
 
-    /// How an instance or channel senses.
+    /// The principle of an instance or channel.
     pub(super) fn principle(&self, model: &Model, instance: u8) -> Option<Principle> {
-        let told = || self.0.iter().flatten().find(|(told, _)| *told == instance).map(|(_, principle)| *principle);
-        in_tables(model, instance).or_else(told)
+        let from_device =
+            || self.0.iter().flatten().find(|(known, _)| *known == instance).map(|(_, principle)| *principle);
+        in_tables(model, instance).or_else(from_device)
     }
 }
 
-/// How an instance senses, if its tables know only one way.
+/// The principle of an instance, if the tables allow only one.
 fn in_tables(model: &Model, instance: u8) -> Option<Principle> {
-    let mut all = model.parts.iter().filter(|facts| facts.part.instance == instance).map(|facts| facts.part.principle);
+    let mut all = model.parts.iter().filter(|spec| spec.part.instance == instance).map(|spec| spec.part.principle);
     let first = all.next()?;
     all.all(|other| other == first).then_some(first)
 }
 
-/// A number as a word, then two zeros: errata-bpg-bcg-tpg 31.
+/// The instances and channels of a model whose principle the tables leave open.
+#[must_use]
+pub fn open_instances(model: &Model) -> Vec<u8> {
+    let mut open: Vec<u8> = model.parts.iter().map(|spec| spec.part.instance).collect();
+    open.dedup();
+    open.retain(|instance| in_tables(model, *instance).is_none());
+    open
+}
+
+/// Block Type is a number as a word, then two zeros: errata-bpg-bcg-tpg 31.
 fn principle(block_type: &[u8]) -> Option<Principle> {
     let [high, low, ..] = *block_type else { return None };
     let number = u16::from_be_bytes([high, low]);
@@ -69,7 +68,7 @@ mod tests {
     use profivac_devices::{bcg450, img400, tpg};
 
     #[test]
-    fn tables_tell_what_has_no_choice() {
+    fn the_tables_determine_a_principle_without_alternatives() {
         let none = ChannelPrinciples::default();
         let of = |model, instance| none.principle(model, instance);
         assert_eq!(of(&bcg450::table::MODEL, 1), Some(Principle::Pirani));
@@ -79,10 +78,10 @@ mod tests {
     }
 
     #[test]
-    fn a_controller_tells_the_rest() {
-        let fitted = ChannelPrinciples([Some((3, principle(&[0, 14, 0, 0]).unwrap())), None, None, None]);
-        assert_eq!(fitted.principle(&img400::table::MODEL, 3), Some(Principle::Diaphragm));
-        assert_eq!(fitted.principle(&img400::table::MODEL, 4), None);
+    fn the_block_type_determines_the_other_principles() {
+        let known = ChannelPrinciples([Some((3, principle(&[0, 14, 0, 0]).unwrap())), None, None, None]);
+        assert_eq!(known.principle(&img400::table::MODEL, 3), Some(Principle::Diaphragm));
+        assert_eq!(known.principle(&img400::table::MODEL, 4), None);
         assert_eq!((principle(&[0, 99, 0, 0]), principle(&[13])), (None, None));
     }
 }

@@ -1,5 +1,5 @@
-//! `docs/devices` is printed from the tables: each device has its page, and a page that differs from the tables is an error.
-//! `cargo xtask goldens` writes the pages anew.
+//! `docs/devices` is generated from the tables: each device has a page, and a page that differs from the tables is an
+//! error. `cargo xtask goldens` writes the pages.
 
 #![allow(clippy::unwrap_used, reason = "a test")]
 
@@ -17,9 +17,9 @@ use std::{env, fs, path::Path};
 struct Page {
     /// The file, without `.md`.
     file: &'static str,
-    /// The folder of the tables, in `crates/devices/src`.
+    /// The folder of the tables in `crates/devices/src`.
     source: &'static str,
-    /// What else tells the devices of this page from others.
+    /// The differences between the devices of the page.
     remark: &'static str,
     models: &'static [&'static Model],
 }
@@ -48,7 +48,7 @@ static PAGES: [Page; 8] = [
 ];
 
 #[test]
-fn every_page_is_what_the_tables_say() {
+fn every_page_agrees_with_the_tables() {
     for page in &PAGES {
         check(page.file, &page::print(page));
     }
@@ -73,7 +73,7 @@ fn devices_that_share_a_page_have_the_same_tables() {
     }
 }
 
-/// Compares with the page of this name, or writes it when `PROFIVAC_BLESS` is 1.
+/// Compares a page with the file of this name, or writes the file when `PROFIVAC_BLESS` is 1.
 fn check(name: &str, text: &str) {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/devices").join(format!("{name}.md"));
     if env::var("PROFIVAC_BLESS").is_ok_and(|bless| bless == "1") {

@@ -24,7 +24,7 @@ pub fn print(page: &Page) -> String {
     text + &errata(page)
 }
 
-/// Which errata apply, and where it says how sure each choice is.
+/// The errata that apply, and where their reliability is described.
 fn errata(page: &Page) -> String {
     let review = format!("review-{}.md", page.source);
     let entries = page.models.first().map_or("", |model| model.errata);
@@ -34,7 +34,7 @@ fn errata(page: &Page) -> String {
     )
 }
 
-/// What tells the models of a page apart.
+/// The differences between the models of a page.
 fn models(models: &[&Model]) -> String {
     let line = |model: &&Model| {
         let ident = format!("{:04X}h", model.ident);
@@ -46,7 +46,7 @@ fn models(models: &[&Model]) -> String {
     table(&head, models.iter().map(line))
 }
 
-/// Everything that does not depend on the name.
+/// The parts that do not depend on the name.
 pub fn tables(model: &Model) -> String {
     let sections = [
         ("Services", services(model)),
@@ -192,7 +192,7 @@ fn channel(dialect: &ChannelRules) -> String {
     format!("{}\n{rest}\n", table(&["AK", "Instruction"], lines))
 }
 
-/// In the order of the checks. The codes of DP-V1 only where there is DP-V1.
+/// In the order of the checks. The codes of DP-V1 only for a device with DP-V1.
 fn refusals(model: &Model) -> String {
     let lines = words::REFUSALS.map(|refusal| {
         let channel = [words::refusal(refusal).to_owned(), model.channel_rules.error_code(refusal).to_string()];
@@ -208,6 +208,6 @@ fn refusals(model: &Model) -> String {
 }
 
 fn faults(model: &Model) -> String {
-    let all = model.faults.names.iter().zip(model.faults.effects);
+    let all = model.faults.names().zip(model.faults.effects);
     table(&["Fault", "What it does"], all.map(|(name, effect)| vec![format!("`{name}`"), (*effect).to_owned()]))
 }

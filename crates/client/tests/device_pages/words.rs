@@ -1,4 +1,4 @@
-//! What the tables hold, in words.
+//! The contents of the tables as text.
 
 use profivac_devices::Principle;
 use profivac_devices::model::{
@@ -32,7 +32,7 @@ const fn number(number: NumberType) -> &'static str {
     }
 }
 
-/// What one mbar is in a unit.
+/// The size of one mbar in a unit.
 pub fn scale(scale: Scale) -> String {
     match scale {
         Scale::PerMbar(factor) => factor.to_string(),
@@ -67,7 +67,7 @@ pub fn counts(counts: Counts) -> String {
     }
 }
 
-/// Slot, instance where there is a choice, and name.
+/// Slot, instance if there are several, and name.
 pub fn address(address: &Location) -> Vec<String> {
     let instance = match address.instance {
         0 => "-".to_owned(),
@@ -78,7 +78,7 @@ pub fn address(address: &Location) -> Vec<String> {
 
 static MBAR: Unit = Unit { code: 0, name: "mbar", alias: "mbar", scale: Scale::PerMbar(1.0) };
 
-/// How many octets a value has, with either number type.
+/// The number of octets of a value, with either number type.
 pub fn length(data_type: DataType) -> String {
     let [integer, float] = [NumberType::Integer, NumberType::Float].map(|number| {
         let counts = Counts::Linear { per_mbar: 1.0 };
@@ -128,6 +128,7 @@ pub const fn refusal(refusal: AccessError) -> &'static str {
         AccessError::OutOfRange => "outside the range or the enumeration",
         AccessError::StorageFailed => "the nonvolatile memory took nothing",
         AccessError::UnknownTask => "no such instruction",
+        _ => "another reason",
     }
 }
 

@@ -1,4 +1,4 @@
-//! MS2, where the slave has it. profibus-wire 4.
+//! MS2, if the slave has it (profibus-wire 4).
 
 use super::Check;
 use crate::dialogue::{Answer, CheckError, CheckOutcome, Dialogue, require, response, violated};
@@ -15,10 +15,10 @@ pub const CHECKS: &[Check] = &[
         run: opens,
     },
     Check { name: "ms2.idle", rule: "Idle is echoed", section: "4.7", run: idle },
-    Check { name: "ms2.foreign", rule: "a connection is closed to everybody else", section: "4.2", run: foreign },
+    Check { name: "ms2.foreign", rule: "a connection is closed to other masters", section: "4.2", run: foreign },
     Check {
         name: "ms2.refusal",
-        rule: "a record that is not there is refused with a DP-V1 error of the access class",
+        rule: "a record that does not exist is refused with a DP-V1 error of the access class",
         section: "4.1.2",
         run: refusal,
     },
@@ -30,7 +30,7 @@ pub const CHECKS: &[Check] = &[
     },
     Check {
         name: "ms2.unknown-function",
-        rule: "a PDU that is none ends the connection with Abort",
+        rule: "an unknown PDU ends the connection with Abort",
         section: "4.12",
         run: unknown_function,
     },
@@ -45,99 +45,99 @@ const NO_SLOT: u8 = 254;
 /// Error_Class 11 of DP-V1: access.
 const ACCESS_CLASS: u8 = 0xB;
 
-/// Opens a connection and returns its access point.
-fn open(talk: &mut Dialogue<'_>) -> CheckOutcome<u8> {
+/// Opens a connection. Returns its access point.
+fn open(dialogue: &mut Dialogue<'_>) -> CheckOutcome<u8> {
     let end = AddAddr::default();
     let initiate =
         Initiate { send_timeout: SEND_TIMEOUT, capabilities: Capabilities::READ_WRITE, source: end, destination: end };
     let manager = Sap::ResourceManager;
     let mut du = [0; 32];
     let length = Request::Initiate(initiate).emit(&mut du).unwrap_or_default();
-    let opened = match talk.request(manager, du.get(..length).unwrap_or_default())? {
-        Answer::Frame { status: Status::DataLow, du } => du,
-        // Polled for, profibus-wire 4.6.1.
-        Answer::ShortAck => talk.data_from(talk.own_address(), manager)?,
-        Answer::Frame { status: Status::ServiceNotActivated, .. } => {
-            return Err(CheckError::NotApplicable("the slave has no MS2"));
+    let opened = match dialogue.request(manager, du.get(..length).unwrap_or_default())? {
+        Answer::Data { status: Status::DataLow, du } => du,
+        // The master polls for the response (profibus-wire 4.6.1).
+        Answer::ShortAck => dialogue.data_from(dialogue.own_address(), manager)?,
+        Answer::Data { status: Status::ServiceNotActivated, .. } => {
+            return Err(CheckError::NotApplicable { reason: "the slave has no MS2" });
         }
-        Answer::Frame { .. } => return violated("DL with the access point of the connection, or RS"),
+        Answer::Data { .. } => return violated("DL with the access point of the connection, or RS"),
     };
     let Response::ResourceManager(manager) = response(&opened)? else { return violated("the resource manager's PDU") };
     require(manager.server_sap <= 48, "an access point from 0 to 48")?;
-    let answer = polled(talk, manager.server_sap)?;
+    let answer = polled(dialogue, manager.server_sap)?;
     require(matches!(response(&answer)?, Response::Initiate(_)), "Initiate.res")?;
     Ok(manager.server_sap)
 }
 
-/// The response that waits, or will.
-fn polled(talk: &mut Dialogue<'_>, sap: u8) -> CheckOutcome<Vec<u8>> {
+/// Polls for a response.
+fn polled(dialogue: &mut Dialogue<'_>, sap: u8) -> CheckOutcome<Vec<u8>> {
     for _ in 0..100 {
-        match talk.request(Sap::Ms2(sap), &[])? {
-            Answer::Frame { status: Status::DataLow, du } => return Ok(du),
-            Answer::ShortAck => talk.wait(std::time::Duration::from_millis(10))?,
-            Answer::Frame { .. } => break,
+        match dialogue.request(Sap::Ms2(sap), &[])? {
+            Answer::Data { status: Status::DataLow, du } => return Ok(du),
+            Answer::ShortAck => dialogue.wait(std::time::Duration::from_millis(10))?,
+            Answer::Data { .. } => break,
         }
     }
     violated("SC until there is a response, then DL")
 }
 
-/// Ends a connection.
-fn close(talk: &mut Dialogue<'_>, sap: u8) -> CheckOutcome {
+/// Closes a connection.
+fn close(dialogue: &mut Dialogue<'_>, sap: u8) -> CheckOutcome {
     let mut du = [0; 8];
     let length = Request::Abort(Abort::new(AbortReason::User(0))).emit(&mut du).unwrap_or_default();
-    let answer = talk.request(Sap::Ms2(sap), du.get(..length).unwrap_or_default())?;
+    let answer = dialogue.request(Sap::Ms2(sap), du.get(..length).unwrap_or_default())?;
     require(answer == Answer::ShortAck, "SC")?;
-    talk.expect_closed(Sap::Ms2(sap), &[], "RS: the connection is closed")
+    dialogue.expect_closed(Sap::Ms2(sap), &[], "RS: the connection is closed")
 }
 
-fn opens(talk: &mut Dialogue<'_>) -> CheckOutcome {
-    let sap = open(talk)?;
-    let nothing = talk.request(Sap::Ms2(sap), &[])?;
-    require(nothing == Answer::ShortAck, "SC: no response is waiting")?;
-    close(talk, sap)
+fn opens(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
+    let sap = open(dialogue)?;
+    let answer = dialogue.request(Sap::Ms2(sap), &[])?;
+    require(answer == Answer::ShortAck, "SC: no response is waiting")?;
+    close(dialogue, sap)
 }
 
-fn idle(talk: &mut Dialogue<'_>) -> CheckOutcome {
-    let sap = open(talk)?;
-    let echo = talk.ms2(sap, &Request::Idle(&[]))?;
+fn idle(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
+    let sap = open(dialogue)?;
+    let echo = dialogue.ms2(sap, &Request::Idle(&[]))?;
     require(echo == [0x48], "48")?;
-    close(talk, sap)
+    close(dialogue, sap)
 }
 
-fn foreign(talk: &mut Dialogue<'_>) -> CheckOutcome {
-    let sap = open(talk)?;
-    let other = talk.other_master_address();
-    talk.expect_status_from(
+fn foreign(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
+    let sap = open(dialogue)?;
+    let other = dialogue.other_master_address();
+    dialogue.expect_status_from(
         other,
         Sap::Ms2(sap),
         &[],
         Status::ServiceNotActivated,
-        "RS: the connection is not its own",
+        "RS: the connection belongs to another master",
     )?;
-    close(talk, sap)
+    close(dialogue, sap)
 }
 
-fn refusal(talk: &mut Dialogue<'_>) -> CheckOutcome {
-    let sap = open(talk)?;
-    let du = talk.ms2(sap, &Request::Read(Access { slot: NO_SLOT, index: 1, length: 240 }))?;
+fn refusal(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
+    let sap = open(dialogue)?;
+    let du = dialogue.ms2(sap, &Request::Read(Access { slot: NO_SLOT, index: 1, length: 240 }))?;
     let Response::Negative(negative) = response(&du)? else { return violated("a negative response: DE 80 B2 00") };
     require(negative.code_1.class() == ACCESS_CLASS, "an error of the access class, like B2 (invalid slot)")?;
-    close(talk, sap)
+    close(dialogue, sap)
 }
 
-fn abort(talk: &mut Dialogue<'_>) -> CheckOutcome {
-    let sap = open(talk)?;
-    close(talk, sap)
+fn abort(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
+    let sap = open(dialogue)?;
+    close(dialogue, sap)
 }
 
-fn unknown_function(talk: &mut Dialogue<'_>) -> CheckOutcome {
-    let sap = open(talk)?;
-    let answer = talk.request(Sap::Ms2(sap), &[0x33, 0, 0, 0])?;
+fn unknown_function(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
+    let sap = open(dialogue)?;
+    let answer = dialogue.request(Sap::Ms2(sap), &[0x33, 0, 0, 0])?;
     let du = match answer {
-        Answer::Frame { status: Status::DataLow, du } => du,
-        Answer::ShortAck => polled(talk, sap)?,
-        Answer::Frame { .. } => return violated("SC, then Abort"),
+        Answer::Data { status: Status::DataLow, du } => du,
+        Answer::ShortAck => polled(dialogue, sap)?,
+        Answer::Data { .. } => return violated("SC, then Abort"),
     };
     require(matches!(response(&du)?, Response::Abort(_)), "Abort")?;
-    talk.expect_closed(Sap::Ms2(sap), &[], "RS: the connection is closed")
+    dialogue.expect_closed(Sap::Ms2(sap), &[], "RS: the connection is closed")
 }

@@ -1,4 +1,4 @@
-//! Data exchange. profibus-wire 2.8 to 2.10. Outputs are zeros, as a master in Clear sends them.
+//! Data exchange (profibus-wire 2.8 to 2.10). The outputs are zero, like those of a master in Clear.
 
 use super::Check;
 use crate::dialogue::{Answer, CheckOutcome, Dialogue, octets, require};
@@ -15,7 +15,7 @@ pub const CHECKS: &[Check] = &[
     },
     Check {
         name: "exchange.diagnosis-flag",
-        rule: "a diagnosis that the owner has fetched is not announced any more",
+        rule: "a diagnosis that the owner has read is not announced any more",
         section: "3.3",
         run: diagnosis_flag,
     },
@@ -33,79 +33,79 @@ pub const CHECKS: &[Check] = &[
     },
     Check {
         name: "exchange.global-control",
-        rule: "Global_Control is not answered, to all or to one, by the owner or another",
+        rule: "Global_Control is not answered, to all slaves or to one, from the owner or another master",
         section: "2.9",
         run: global_control,
     },
     Check { name: "exchange.ms1-closed", rule: "MS1 is closed outside data exchange", section: "4.3", run: ms1_closed },
 ];
 
-fn inputs(talk: &mut Dialogue<'_>) -> CheckOutcome {
-    talk.start([0, 0])?;
+fn inputs(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
+    dialogue.start([0, 0])?;
     for _ in 0..4 {
-        talk.exchange()?;
+        dialogue.exchange()?;
     }
-    talk.release()
+    dialogue.release()
 }
 
-fn diagnosis_flag(talk: &mut Dialogue<'_>) -> CheckOutcome {
-    talk.start([0, 0])?;
-    talk.diagnosis()?;
-    let outputs = talk.outputs();
-    let answer = talk.request(Sap::Default, &outputs)?;
-    let announced = matches!(answer, Answer::Frame { status: Status::DataHigh, .. });
-    // Stat_Diag stays announced.
-    let [_, second, ..] = talk.diagnosis()?;
-    require(!announced || second & 0x02 != 0, "DL: its diagnosis was fetched")?;
-    talk.release()
+fn diagnosis_flag(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
+    dialogue.start([0, 0])?;
+    dialogue.diagnosis()?;
+    let outputs = dialogue.outputs();
+    let answer = dialogue.request(Sap::Default, &outputs)?;
+    let announced = matches!(answer, Answer::Data { status: Status::DataHigh, .. });
+    // Static diagnosis stays announced after it was read.
+    let [_, second, ..] = dialogue.diagnosis()?;
+    require(!announced || second & 0x02 != 0, "DL: the owner has read the diagnosis")?;
+    dialogue.release()
 }
 
-fn wrong_length(talk: &mut Dialogue<'_>) -> CheckOutcome {
-    talk.start([0, 0])?;
-    let mut outputs = talk.outputs();
-    let right = outputs.clone();
+fn wrong_length(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
+    dialogue.start([0, 0])?;
+    let mut outputs = dialogue.outputs();
+    let configured = outputs.clone();
     outputs.push(0);
-    let refused = Answer::Frame { status: Status::NoResource, du: Vec::new() };
-    if talk.request(Sap::Default, &outputs)? == refused {
-        talk.exchange()?;
+    let refused = Answer::Data { status: Status::NoResource, du: Vec::new() };
+    if dialogue.request(Sap::Default, &outputs)? == refused {
+        dialogue.exchange()?;
     } else {
-        talk.expect_closed(Sap::Default, &right, "RS: the outputs before were too long")?;
+        dialogue.expect_closed(Sap::Default, &configured, "RS: the outputs before were too long")?;
     }
-    talk.release()
+    dialogue.release()
 }
 
-fn read(talk: &mut Dialogue<'_>) -> CheckOutcome {
-    talk.start([0, 0])?;
-    talk.exchange()?;
-    let lengths = talk.lengths();
+fn read(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
+    dialogue.start([0, 0])?;
+    dialogue.exchange()?;
+    let lengths = dialogue.lengths();
     for (sap, length) in [(Sap::RdInp, lengths.inputs), (Sap::RdOutp, lengths.outputs)] {
-        let other = talk.other_master_address();
-        let came = match talk.request_from(other, sap, &[])? {
+        let other = dialogue.other_master_address();
+        let length_received = match dialogue.request_from(other, sap, &[])? {
             Answer::ShortAck => 0,
-            Answer::Frame { du, .. } => du.len(),
+            Answer::Data { du, .. } => du.len(),
         };
-        require(came == usize::from(length), &format!("{length} octets"))?;
+        require(length_received == usize::from(length), &format!("{length} octets"))?;
     }
-    talk.release()
+    dialogue.release()
 }
 
-fn global_control(talk: &mut Dialogue<'_>) -> CheckOutcome {
+fn global_control(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
     const SDN_HIGH: u8 = 0x46;
     const CLEAR_ALL: [u8; 2] = [0x02, 0];
-    talk.start([0, 0])?;
+    dialogue.start([0, 0])?;
     for (da, sa) in [
-        (BROADCAST, talk.own_address()),
-        (talk.slave.address, talk.own_address()),
-        (BROADCAST, talk.other_master_address()),
+        (BROADCAST, dialogue.own_address()),
+        (dialogue.slave.address, dialogue.own_address()),
+        (BROADCAST, dialogue.other_master_address()),
     ] {
         let command = octets(da, sa, Sap::GlobalControl, SDN_HIGH, &CLEAR_ALL);
-        require(talk.send(&command)? == Received::Nothing, "silence: nobody answers SDN")?;
+        require(dialogue.send(&command)? == Received::Nothing, "silence: no slave answers SDN")?;
     }
-    talk.exchange()?;
-    talk.release()
+    dialogue.exchange()?;
+    dialogue.release()
 }
 
-fn ms1_closed(talk: &mut Dialogue<'_>) -> CheckOutcome {
-    talk.release()?;
-    talk.expect_closed(Sap::Ms1, &[0x5E, 0, 1, 4], "RS: it is not in data exchange")
+fn ms1_closed(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
+    dialogue.release()?;
+    dialogue.expect_closed(Sap::Ms1, &[0x5E, 0, 1, 4], "RS: the slave is not in data exchange")
 }

@@ -1,4 +1,4 @@
-//! Layer 2: who is answered, and what counts as a repetition. profibus-wire 1.7 to 1.11.
+//! Layer 2: the telegrams that a slave answers, and repetitions (profibus-wire 1.7 to 1.11).
 
 use super::Check;
 use crate::dialogue::{Answer, CheckOutcome, Dialogue, octets, require, violated};
@@ -26,7 +26,7 @@ pub const CHECKS: &[Check] = &[
     },
     Check {
         name: "layer2.not-for-it",
-        rule: "everybody's requests, its own address and 127 as a source are not answered",
+        rule: "broadcast requests, and its own address and 127 as a source, are not answered",
         section: "1.8",
         run: not_for_it,
     },
@@ -38,31 +38,31 @@ pub const CHECKS: &[Check] = &[
     },
     Check {
         name: "layer2.closed",
-        rule: "a service access point that is not there answers RS",
+        rule: "a request to a service access point that does not exist is answered with RS",
         section: "1.8",
         run: closed,
     },
     Check {
         name: "layer2.sd3",
-        rule: "a telegram with exactly eight octets of data may come as SD3",
+        rule: "a request with eight octets of data is accepted as SD3",
         section: "1.2",
         run: sd3,
     },
     Check {
         name: "layer2.repetition",
-        rule: "a repeated request gets the same answer once more",
+        rule: "a repetition gets the same answer again",
         section: "1.9",
         run: repetition,
     },
     Check {
         name: "layer2.one-count",
-        rule: "one frame count for all services of a master",
+        rule: "all services of a master share one frame count bit",
         section: "1.9",
         run: one_count,
     },
     Check {
         name: "layer2.other-master",
-        rule: "a request of another master is new, whatever its frame count bit",
+        rule: "a request of another master is new with any frame count bit",
         section: "1.9",
         run: other_master,
     },
@@ -78,97 +78,100 @@ fn fdl_status_telegram(da: u8, sa: u8) -> Vec<u8> {
     octets(da, sa, Sap::Default, FDL_STATUS, &[])
 }
 
-fn slave_diag(talk: &Dialogue<'_>, fc: u8) -> Vec<u8> {
-    octets(talk.slave.address, talk.own_address(), Sap::SlaveDiag, fc, &[])
+fn slave_diag(dialogue: &Dialogue<'_>, fc: u8) -> Vec<u8> {
+    octets(dialogue.slave.address, dialogue.own_address(), Sap::SlaveDiag, fc, &[])
 }
 
-/// The answer of a slave with the address `slave` to FDL status of `us`.
-fn is_there(slave: u8, us: u8) -> Received {
-    Received::Telegram(octets(us, slave, Sap::Default, 0x00, &[]))
+/// The answer of the slave to FDL status of the master `own`.
+fn fdl_status_answer(slave: u8, own: u8) -> Received {
+    Received::Telegram(octets(own, slave, Sap::Default, 0x00, &[]))
 }
 
-fn fdl_status(talk: &mut Dialogue<'_>) -> CheckOutcome {
-    let came = talk.send(&fdl_status_telegram(talk.slave.address, talk.own_address()))?;
-    require(came == is_there(talk.slave.address, talk.own_address()), "SD1 with FC 00")
+fn fdl_status(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
+    let received = dialogue.send(&fdl_status_telegram(dialogue.slave.address, dialogue.own_address()))?;
+    require(received == fdl_status_answer(dialogue.slave.address, dialogue.own_address()), "SD1 with FC 00")
 }
 
-fn damaged(talk: &mut Dialogue<'_>) -> CheckOutcome {
-    for whole in [fdl_status_telegram(talk.slave.address, talk.own_address()), slave_diag(talk, SRD_HIGH_FIRST)] {
-        for place in 0..whole.len() {
-            let mut altered = whole.clone();
+fn damaged(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
+    for telegram in
+        [fdl_status_telegram(dialogue.slave.address, dialogue.own_address()), slave_diag(dialogue, SRD_HIGH_FIRST)]
+    {
+        for place in 0..telegram.len() {
+            let mut altered = telegram.clone();
             altered.get_mut(place).into_iter().for_each(|octet| *octet ^= 0x04);
-            talk.expect_silence(&altered, &format!("octet {place} is altered"))?;
+            dialogue.expect_silence(&altered, &format!("octet {place} is altered"))?;
         }
     }
     Ok(())
 }
 
-fn cut_off(talk: &mut Dialogue<'_>) -> CheckOutcome {
-    let whole = slave_diag(talk, SRD_HIGH_FIRST);
-    for length in [1, 3, 6, whole.len().saturating_sub(1)] {
-        talk.expect_silence(whole.get(..length).unwrap_or_default(), &format!("only {length} octets came"))?;
-        fdl_status(talk)?;
+fn cut_off(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
+    let complete = slave_diag(dialogue, SRD_HIGH_FIRST);
+    for length in [1, 3, 6, complete.len().saturating_sub(1)] {
+        dialogue
+            .expect_silence(complete.get(..length).unwrap_or_default(), &format!("only {length} octets were sent"))?;
+        fdl_status(dialogue)?;
     }
     Ok(())
 }
 
-fn not_for_it(talk: &mut Dialogue<'_>) -> CheckOutcome {
-    let (slave, us) = (talk.slave.address, talk.own_address());
-    talk.expect_silence(&fdl_status_telegram(BROADCAST, us), "nobody answers a request to everybody")?;
-    talk.expect_silence(
-        &octets(BROADCAST, us, Sap::SlaveDiag, SRD_HIGH_FIRST, &[]),
-        "nobody answers a request to everybody",
+fn not_for_it(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
+    let (slave, own) = (dialogue.slave.address, dialogue.own_address());
+    dialogue.expect_silence(&fdl_status_telegram(BROADCAST, own), "no slave answers a broadcast request")?;
+    dialogue.expect_silence(
+        &octets(BROADCAST, own, Sap::SlaveDiag, SRD_HIGH_FIRST, &[]),
+        "no slave answers a broadcast request",
     )?;
-    talk.expect_silence(&fdl_status_telegram(slave, slave), "the source is the slave itself")?;
-    talk.expect_silence(&fdl_status_telegram(slave, BROADCAST), "no station has the address 127")
+    dialogue.expect_silence(&fdl_status_telegram(slave, slave), "the source is the slave itself")?;
+    dialogue.expect_silence(&fdl_status_telegram(slave, BROADCAST), "127 is not the address of a station")
 }
 
-fn no_request(talk: &mut Dialogue<'_>) -> CheckOutcome {
-    let (slave, us) = (talk.slave.address, talk.own_address());
-    talk.expect_silence(&[0xDC, slave, us], "a slave takes no token")?;
-    talk.expect_silence(&[0xE5], "nobody was asked")?;
-    talk.expect_silence(&octets(slave, us, Sap::SlaveDiag, 0x08, &[0; 6]), "a response is no request")
+fn no_request(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
+    let (slave, own) = (dialogue.slave.address, dialogue.own_address());
+    dialogue.expect_silence(&[0xDC, slave, own], "a slave does not answer a token")?;
+    dialogue.expect_silence(&[0xE5], "SC is not a request")?;
+    dialogue.expect_silence(&octets(slave, own, Sap::SlaveDiag, 0x08, &[0; 6]), "a response is not a request")
 }
 
-fn closed(talk: &mut Dialogue<'_>) -> CheckOutcome {
-    talk.expect_closed(Sap::Other(63), &[], "RS: there is no access point 63")
+fn closed(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
+    dialogue.expect_closed(Sap::Other(63), &[], "RS: access point 63 does not exist")
 }
 
-/// Chk_Cfg while it is not expected: whatever it says, it is answered.
-fn sd3(talk: &mut Dialogue<'_>) -> CheckOutcome {
-    talk.release()?;
-    let (slave, us) = (talk.slave.address, talk.own_address());
-    let body = [slave | 0x80, us | 0x80, SRD_HIGH_FIRST, 62, 62, 0, 0, 0, 0, 0, 0];
+/// Sends Chk_Cfg to a slave that waits for parameters: the slave must answer, with any status.
+fn sd3(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
+    dialogue.release()?;
+    let (slave, own) = (dialogue.slave.address, dialogue.own_address());
+    let body = [slave | 0x80, own | 0x80, SRD_HIGH_FIRST, 62, 62, 0, 0, 0, 0, 0, 0];
     let sum = body.iter().fold(0_u8, |sum, octet| sum.wrapping_add(*octet));
     let telegram: Vec<_> = [0xA2].into_iter().chain(body).chain([sum, 0x16]).collect();
-    let came = talk.send(&telegram)?;
-    require(matches!(came, Received::Telegram(_)), "an answer")
+    let received = dialogue.send(&telegram)?;
+    require(matches!(received, Received::Telegram(_)), "an answer")
 }
 
-fn repetition(talk: &mut Dialogue<'_>) -> CheckOutcome {
-    let first = slave_diag(talk, SRD_HIGH_FIRST);
-    require(matches!(talk.send(&first)?, Received::Telegram(_)), "a diagnosis")?;
-    let counted = slave_diag(talk, SRD_HIGH_0);
-    let answer = talk.send(&counted)?;
+fn repetition(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
+    let first = slave_diag(dialogue, SRD_HIGH_FIRST);
+    require(matches!(dialogue.send(&first)?, Received::Telegram(_)), "a diagnosis")?;
+    let counted = slave_diag(dialogue, SRD_HIGH_0);
+    let answer = dialogue.send(&counted)?;
     require(matches!(answer, Received::Telegram(_)), "a diagnosis")?;
-    let again = talk.send(&counted)?;
-    require(answer == again, "the same octets once more")
+    let repeated = dialogue.send(&counted)?;
+    require(answer == repeated, "the same octets again")
 }
 
-fn one_count(talk: &mut Dialogue<'_>) -> CheckOutcome {
+fn one_count(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
     for sap in [Sap::SlaveDiag, Sap::GetCfg, Sap::GetCfg, Sap::SlaveDiag] {
-        let answer = talk.request(sap, &[])?;
-        require(matches!(&answer, Answer::Frame { du, .. } if !du.is_empty()), "an answer with data")?;
+        let answer = dialogue.request(sap, &[])?;
+        require(matches!(&answer, Answer::Data { du, .. } if !du.is_empty()), "an answer with data")?;
     }
     Ok(())
 }
 
-fn other_master(talk: &mut Dialogue<'_>) -> CheckOutcome {
-    let (us, other) = (talk.own_address(), talk.other_master_address());
-    talk.send(&slave_diag(talk, SRD_HIGH_FIRST))?;
-    talk.send(&slave_diag(talk, SRD_HIGH_1))?;
-    let asked = octets(talk.slave.address, other, Sap::GetCfg, SRD_HIGH_1, &[]);
-    let Received::Telegram(came) = talk.send(&asked)? else { return violated("an answer to the other master") };
-    let to = came.get(4).map(|da| da & 0x7F);
-    require(to == Some(other), &format!("an answer to master {other}, not the held answer to master {us}"))
+fn other_master(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
+    let (own, other) = (dialogue.own_address(), dialogue.other_master_address());
+    dialogue.send(&slave_diag(dialogue, SRD_HIGH_FIRST))?;
+    dialogue.send(&slave_diag(dialogue, SRD_HIGH_1))?;
+    let request = octets(dialogue.slave.address, other, Sap::GetCfg, SRD_HIGH_1, &[]);
+    let Received::Telegram(answer) = dialogue.send(&request)? else { return violated("an answer to the other master") };
+    let to = answer.get(4).map(|da| da & 0x7F);
+    require(to == Some(other), &format!("an answer to master {other}, not the held answer to master {own}"))
 }

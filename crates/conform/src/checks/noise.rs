@@ -1,4 +1,4 @@
-//! Whatever comes, a slave stays what it was. profibus-wire 1.8.
+//! Damaged telegrams leave the state of a slave unchanged (profibus-wire 1.8).
 
 use super::Check;
 use crate::dialogue::{CheckOutcome, Dialogue, octets, require};
@@ -11,30 +11,30 @@ pub const CHECKS: &[Check] = &[Check {
     run: damaged_telegrams,
 }];
 
-/// The same noise for everybody.
+/// Every run sends the same telegrams.
 const SEED: u64 = 1;
 
 const TELEGRAMS: usize = 60;
 
-fn damaged_telegrams(talk: &mut Dialogue<'_>) -> CheckOutcome {
-    talk.start([0, 0])?;
-    let before = talk.diagnosis()?;
+fn damaged_telegrams(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
+    dialogue.start([0, 0])?;
+    let before = dialogue.diagnosis()?;
     let mut random = fastrand::Rng::with_seed(SEED);
     for _ in 0..TELEGRAMS {
-        let damaged = damaged_telegram(talk, &mut random);
-        talk.expect_silence(&damaged, "the telegram is damaged")?;
+        let damaged = damaged_telegram(dialogue, &mut random);
+        dialogue.expect_silence(&damaged, "the telegram is damaged")?;
     }
-    require(talk.diagnosis()? == before, "the diagnosis as it was before")?;
-    talk.exchange()?;
-    talk.release()
+    require(dialogue.diagnosis()? == before, "the same diagnosis as before")?;
+    dialogue.exchange()?;
+    dialogue.release()
 }
 
-/// A telegram that would change something if it was taken, with one altered bit.
-fn damaged_telegram(talk: &Dialogue<'_>, random: &mut fastrand::Rng) -> Vec<u8> {
+/// A telegram with one altered bit that would change the state of the slave if the slave accepted it.
+fn damaged_telegram(dialogue: &Dialogue<'_>, random: &mut fastrand::Rng) -> Vec<u8> {
     let sap = random.choice([Sap::SetPrm, Sap::ChkCfg, Sap::Default, Sap::SetSlaveAdd]).unwrap_or(Sap::SetPrm);
     let du: Vec<_> = (0..random.usize(1..24)).map(|_| random.u8(..)).collect();
-    let mut telegram = octets(talk.slave.address, talk.own_address(), sap, 0x6D, &du);
-    // One bit alone is always noticed: by the sum, the lengths or the delimiters.
+    let mut telegram = octets(dialogue.slave.address, dialogue.own_address(), sap, 0x6D, &du);
+    // The check octet, the length octets or the delimiters show every single altered bit.
     let place = random.usize(..telegram.len());
     telegram.get_mut(place).into_iter().for_each(|octet| *octet ^= 1 << random.u8(..8));
     telegram

@@ -1,7 +1,7 @@
-//! Set_Prm, Chk_Cfg and who owns the slave. profibus-wire 2.3 to 2.7 and 3.
+//! Set_Prm, Chk_Cfg and the owner of the slave (profibus-wire 2.3 to 2.7 and 3).
 
 use super::Check;
-use crate::dialogue::{CheckOutcome, Dialogue, require};
+use crate::dialogue::{CheckOutcome, Dialogue, require, set_prm_octets};
 use profivac_wire::control::Status;
 use profivac_wire::diag::NO_MASTER;
 use profivac_wire::prm::SetPrm;
@@ -11,13 +11,13 @@ use std::time::Duration;
 pub const CHECKS: &[Check] = &[
     Check {
         name: "start-up.diagnosis",
-        rule: "a slave that nobody owns says 02 05 00 FF and its ident number",
+        rule: "the diagnosis of a slave without an owner is 02 05 00 FF and its ident number",
         section: "2.3",
         run: diagnosis,
     },
     Check {
         name: "start-up.get-cfg",
-        rule: "Get_Cfg gives a configuration to any master",
+        rule: "Get_Cfg returns a configuration to any master",
         section: "2.7",
         run: get_cfg,
     },
@@ -41,137 +41,137 @@ pub const CHECKS: &[Check] = &[
     },
     Check {
         name: "start-up.owner",
-        rule: "a parameterised slave names its master and waits for the configuration",
+        rule: "a parameterised slave reports its master and waits for the configuration",
         section: "3.2",
         run: owner,
     },
     Check { name: "start-up.wrong-cfg", rule: "another configuration is Cfg_Fault", section: "2.6.5", run: wrong_cfg },
     Check {
         name: "start-up.lock",
-        rule: "another master can neither parameterise nor exchange, but read the diagnosis",
+        rule: "another master can read the diagnosis, but neither parameterise nor exchange data",
         section: "3.4",
         run: lock,
     },
     Check { name: "start-up.unlock", rule: "the owner releases the slave", section: "3.2", run: unlock },
     Check {
         name: "start-up.watchdog",
-        rule: "a slave that hears nothing of its master leaves data exchange",
+        rule: "a slave without requests of its master leaves data exchange",
         section: "3.6",
         run: watchdog,
     },
 ];
 
-/// Bits that only a master sets: Station_Non_Existent, Invalid_Slave_Response and Master_Lock.
+/// The bits that only a master sets: Station_Non_Existent, Invalid_Slave_Response and Master_Lock.
 const BITS_OF_MASTERS: u8 = 0xA1;
 
-/// Ext_Diag and Not_Supported may be there in any state.
+/// Ext_Diag and Not_Supported may be set in any state.
 const FREE_BITS: u8 = 0x18;
 
-/// Prm_Req and the bit that is always one.
+/// Prm_Req and the bit that is always 1.
 const PRM_REQ: u8 = 0x05;
 
-/// Stat_Diag may be there in any state.
+/// Stat_Diag may be set in any state.
 const STAT_DIAG: u8 = 0x02;
 
-/// The diagnosis has this first octet, and nobody owns the slave.
-fn waits(talk: &mut Dialogue<'_>, first: u8) -> CheckOutcome {
-    let [one, two, three, master, ident @ ..] = talk.diagnosis()?;
+/// Requires a diagnosis with this first octet, of a slave that waits for parameters and has no owner.
+fn expect_waiting(dialogue: &mut Dialogue<'_>, first: u8) -> CheckOutcome {
+    let [one, two, three, master, ident @ ..] = dialogue.diagnosis()?;
     let expected = format!("{first:02X} 05 00 FF");
     require((one & !FREE_BITS, two & !STAT_DIAG, three & 0x7F, master) == (first, PRM_REQ, 0, NO_MASTER), &expected)?;
-    require(one & BITS_OF_MASTERS == 0, "the bits that only masters set are 0")?;
-    require(u16::from_be_bytes(ident) == talk.slave.ident, "the same ident number as before")
+    require(one & BITS_OF_MASTERS == 0, "0 in the bits that only masters set")?;
+    require(u16::from_be_bytes(ident) == dialogue.slave.ident, "the same ident number as before")
 }
 
-fn diagnosis(talk: &mut Dialogue<'_>) -> CheckOutcome {
-    talk.release()?;
-    waits(talk, 0x02)
+fn diagnosis(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
+    dialogue.release()?;
+    expect_waiting(dialogue, 0x02)
 }
 
-fn get_cfg(talk: &mut Dialogue<'_>) -> CheckOutcome {
-    for sa in [talk.own_address(), talk.other_master_address()] {
-        let octets = talk.data_from(sa, Sap::GetCfg)?;
-        require(cfg::lengths(&octets).is_ok(), "identifiers of a configuration")?;
+fn get_cfg(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
+    for sa in [dialogue.own_address(), dialogue.other_master_address()] {
+        let octets = dialogue.data_from(sa, Sap::GetCfg)?;
+        require(cfg::lengths(&octets).is_ok(), "the identifiers of a configuration")?;
     }
     Ok(())
 }
 
-fn not_yet(talk: &mut Dialogue<'_>) -> CheckOutcome {
-    talk.release()?;
-    let outputs = talk.outputs();
-    talk.expect_closed(Sap::Default, &outputs, "RS: it is not in data exchange")?;
-    talk.expect_closed(Sap::RdInp, &[], "RS: it is not in data exchange")?;
-    talk.expect_closed(Sap::RdOutp, &[], "RS: it is not in data exchange")
+fn not_yet(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
+    dialogue.release()?;
+    let outputs = dialogue.outputs();
+    dialogue.expect_closed(Sap::Default, &outputs, "RS: the slave is not in data exchange")?;
+    dialogue.expect_closed(Sap::RdInp, &[], "RS: the slave is not in data exchange")?;
+    dialogue.expect_closed(Sap::RdOutp, &[], "RS: the slave is not in data exchange")
 }
 
-fn wrong_ident(talk: &mut Dialogue<'_>) -> CheckOutcome {
-    talk.release()?;
-    let prm = talk.prm([0, 0]);
-    talk.set_prm(&SetPrm { ident: prm.ident ^ 0x0101, ..prm })?;
-    waits(talk, 0x42)?;
-    talk.release()
+fn wrong_ident(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
+    dialogue.release()?;
+    let prm = dialogue.prm([0, 0]);
+    dialogue.set_prm(&SetPrm { ident: prm.ident ^ 0x0101, ..prm })?;
+    expect_waiting(dialogue, 0x42)?;
+    dialogue.release()
 }
 
-fn short_prm(talk: &mut Dialogue<'_>) -> CheckOutcome {
-    talk.release()?;
-    let [high, low] = talk.slave.ident.to_be_bytes();
-    talk.expect_acknowledged(Sap::SetPrm, &[0x80, 0, 0, 11, high, low])?;
-    waits(talk, 0x42)?;
-    talk.release()
+fn short_prm(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
+    dialogue.release()?;
+    let [high, low] = dialogue.slave.ident.to_be_bytes();
+    dialogue.expect_acknowledged(Sap::SetPrm, &[0x80, 0, 0, 11, high, low])?;
+    expect_waiting(dialogue, 0x42)?;
+    dialogue.release()
 }
 
-fn owner(talk: &mut Dialogue<'_>) -> CheckOutcome {
-    talk.release()?;
-    talk.set_prm(&talk.prm([0, 0]))?;
-    let [one, two, _, master, ..] = talk.diagnosis()?;
-    require(master == talk.own_address(), "our address as Diag_Master_Add")?;
+fn owner(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
+    dialogue.release()?;
+    dialogue.set_prm(&dialogue.prm([0, 0]))?;
+    let [one, two, _, master, ..] = dialogue.diagnosis()?;
+    require(master == dialogue.own_address(), "the address of the testing master as Diag_Master_Add")?;
     require(one & !FREE_BITS == 0x02, "Station_Not_Ready and no fault")?;
     require(two & 0x05 == 0x04, "no Prm_Req")?;
-    let outputs = talk.outputs();
-    talk.expect_closed(Sap::Default, &outputs, "RS: it waits for its configuration")?;
-    talk.release()
+    let outputs = dialogue.outputs();
+    dialogue.expect_closed(Sap::Default, &outputs, "RS: the slave waits for its configuration")?;
+    dialogue.release()
 }
 
-fn wrong_cfg(talk: &mut Dialogue<'_>) -> CheckOutcome {
-    talk.release()?;
-    talk.set_prm(&talk.prm([0, 0]))?;
-    // One octet more than it has, each way.
-    let wrong: Vec<_> = talk.slave.cfg.iter().copied().chain([0x30]).collect();
-    talk.expect_acknowledged(Sap::ChkCfg, &wrong)?;
-    waits(talk, 0x06)?;
-    talk.release()
+fn wrong_cfg(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
+    dialogue.release()?;
+    dialogue.set_prm(&dialogue.prm([0, 0]))?;
+    // The configuration with one identifier more.
+    let wrong: Vec<_> = dialogue.slave.cfg.iter().copied().chain([0x30]).collect();
+    dialogue.expect_acknowledged(Sap::ChkCfg, &wrong)?;
+    expect_waiting(dialogue, 0x06)?;
+    dialogue.release()
 }
 
-fn lock(talk: &mut Dialogue<'_>) -> CheckOutcome {
-    talk.start([0, 0])?;
-    let other = talk.other_master_address();
-    let takes = crate::dialogue::emitted(&talk.prm([0, 0]));
-    // Acknowledged and ignored, or refused: profibus-wire 2.2 leaves both.
-    talk.request_from(other, Sap::SetPrm, &takes)?;
-    let [.., master, _, _] = talk.diagnosis_from(other)?;
-    require(master == talk.own_address(), "our address as Diag_Master_Add, as before")?;
-    let outputs = talk.outputs();
-    talk.expect_status_from(
+fn lock(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
+    dialogue.start([0, 0])?;
+    let other = dialogue.other_master_address();
+    let accepted = set_prm_octets(&dialogue.prm([0, 0]));
+    // The slave may acknowledge and ignore it, or refuse it (profibus-wire 2.2).
+    dialogue.request_from(other, Sap::SetPrm, &accepted)?;
+    let [.., master, _, _] = dialogue.diagnosis_from(other)?;
+    require(master == dialogue.own_address(), "the address of the testing master as Diag_Master_Add, as before")?;
+    let outputs = dialogue.outputs();
+    dialogue.expect_status_from(
         other,
         Sap::Default,
         &outputs,
         Status::ServiceNotActivated,
-        "RS: it belongs to another master",
+        "RS: the slave belongs to another master",
     )?;
-    talk.exchange()?;
-    talk.release()
+    dialogue.exchange()?;
+    dialogue.release()
 }
 
-fn unlock(talk: &mut Dialogue<'_>) -> CheckOutcome {
-    talk.start([0, 0])?;
-    talk.release()?;
-    waits(talk, 0x02)
+fn unlock(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
+    dialogue.start([0, 0])?;
+    dialogue.release()?;
+    expect_waiting(dialogue, 0x02)
 }
 
-fn watchdog(talk: &mut Dialogue<'_>) -> CheckOutcome {
-    // 10 x 1 x 10 ms
-    talk.start([10, 1])?;
-    talk.wait(Duration::from_millis(500))?;
-    waits(talk, 0x02)?;
-    let outputs = talk.outputs();
-    talk.expect_closed(Sap::Default, &outputs, "RS: its watchdog has expired")
+fn watchdog(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
+    // 10 x 1 x 10 ms = 100 ms.
+    dialogue.start([10, 1])?;
+    dialogue.wait(Duration::from_millis(500))?;
+    expect_waiting(dialogue, 0x02)?;
+    let outputs = dialogue.outputs();
+    dialogue.expect_closed(Sap::Default, &outputs, "RS: the watchdog has expired")
 }

@@ -1,65 +1,67 @@
-//! Code tables of tira41d1 that are its own. Numbers in brackets are those of errata-bpg-bcg-tpg.
+//! The code tables of tira41d1 that no other manual has. Numbers in brackets are those of errata-bpg-bcg-tpg.
 
-use super::table::{CATHODE, INSTANCES, PIRANI};
-use crate::model::{Code, Codes, Precondition, code};
-use crate::profile::codes::risky;
+use super::parts::{CATHODE, INSTANCES, PERCENTAGE, PIRANI};
+use crate::model::Precondition;
+use crate::model::Precondition::{EmissionOn, Executing, PressureBelow};
+use crate::model::codes::{code_range, codes};
 
-/// 3.2.1.2
-pub const SELECTOR: Codes = Codes::Range(*INSTANCES.start() as i64, *INSTANCES.end() as i64);
+code_range! {
+    /// 3.2.1.2
+    pub Selector: u8 = INSTANCES.0, INSTANCES.1
+}
 
-/// 3.2.5.6
-pub const SETPOINT_FUNCTION: Codes = Codes::Names(&[code(0, "potentiometer"), code(1, "atmosphere")]);
+codes! {
+    /// 3.2.5.6
+    pub SetpointFunction: Names;
+    0 Potentiometer "potentiometer";
+    1 Atmosphere    "atmosphere";
+}
 
-/// 3.2.5.7: tenths of a percent.
-pub const PERCENTAGE: Codes = Codes::Range(10, 1400);
+code_range! {
+    /// 3.2.5.7: tenths of a percent.
+    pub Percentage: u16 = PERCENTAGE.0, PERCENTAGE.1
+}
 
-const LIFE: &str = "switches the hot cathode: at a pressure that is too high this costs its life";
+/// The risk of switching the emission on.
+const CATHODE_LIFE: &str = "switches the hot cathode: at a pressure that is too high this costs its life";
 
-const EMISSION_ON: Code = Code {
-    number: 0x0301,
-    name: "emission-on",
-    preconditions: &[Precondition::Executing, Precondition::PressureBelow(Some(PIRANI.part.instance), CATHODE.on_pa)],
-    risk: LIFE,
-};
+/// The conditions of switching the emission on.
+const EMISSION_ON: &[Precondition] = &[Executing, PressureBelow(Some(PIRANI.part.instance), CATHODE.on_pa)];
 
-/// 3.3.3.9
-pub const HOT_CATHODE_COMMAND: Codes = Codes::Commands(&[
-    code(0x0000, "inactive"),
-    code(0x0100, "degas-off"),
-    Code {
-        number: 0x0101,
-        name: "degas-on",
-        preconditions: &[
-            Precondition::Executing,
-            Precondition::EmissionOn,
-            Precondition::PressureBelow(None, CATHODE.degas_pa),
-        ],
-        risk: "heats the electrodes for three minutes: gas is set free, and the pressure rises",
-    },
-    risky(0x0300, "emission-off", "the ionisation part measures nothing without emission"),
-    EMISSION_ON,
-    risky(0x8000, "manual-mode", "the gauge no longer switches the emission on by itself"),
-    risky(0x8001, "automatic-mode", LIFE),
-]);
+codes! {
+    /// 3.3.3.9: the command in the high octet, its value in the low one.
+    pub HotCathodeCommand: Commands;
+    0x0000 Inactive      "inactive";
+    0x0100 DegasOff      "degas-off";
+    0x0101 DegasOn       "degas-on", needs &[Executing, EmissionOn, PressureBelow(None, CATHODE.degas_pa)],
+                         risk "heats the electrodes for three minutes: gas is set free, and the pressure rises";
+    0x0300 EmissionOff   "emission-off", risk "the ionisation part measures nothing without emission";
+    0x0301 EmissionOn    "emission-on", needs EMISSION_ON, risk CATHODE_LIFE;
+    0x8000 ManualMode    "manual-mode", risk "the gauge no longer switches the emission on by itself";
+    0x8001 AutomaticMode "automatic-mode", risk CATHODE_LIFE;
+}
 
-/// 3.3.3.5, with the codes of (97). Writing 0 and 1 is the command above.
-pub const EMISSION_STATUS: Codes = Codes::Names(&[
-    risky(0, "off", "the ionisation part measures nothing without emission"),
-    Code { number: 1, name: "on-25-microampere", ..EMISSION_ON },
-    code(2, "on-5-milliampere"),
-    code(3, "degas"),
-]);
+codes! {
+    /// 3.3.3.5, with the codes of (97). Writing 0 and 1 is the command above.
+    pub EmissionStatus: Names;
+    0 Off             "off", risk "the ionisation part measures nothing without emission";
+    1 On25Microampere "on-25-microampere", needs EMISSION_ON, risk CATHODE_LIFE;
+    2 On5Milliampere  "on-5-milliampere";
+    3 Degas           "degas";
+}
 
-/// 3.3.3.7 (99)
-pub const DEGAS_STATUS: Codes = Codes::Names(&[code(0, "off"), code(3, "on")]);
+codes! {
+    /// 3.3.3.7 (99)
+    pub DegasStatus: Names;
+    0 Off "off";
+    3 On  "on";
+}
 
-/// 3.3.5.2 (116)
-pub const ATMOSPHERE_COMMAND: Codes = Codes::Commands(&[
-    code(0x0000, "inactive"),
-    risky(
-        0x8000,
-        "atmosphere-adjust",
-        "adjusts the ambient pressure sensor: the chamber must be at atmospheric pressure",
-    ),
-    risky(0x8001, "atmosphere-adjust-off", "takes back the adjustment of the ambient pressure sensor"),
-]);
+codes! {
+    /// 3.3.5.2 (116): the command in the high octet, its value in the low one.
+    pub AtmosphereCommand: Commands;
+    0x0000 Inactive            "inactive";
+    0x8000 AtmosphereAdjust    "atmosphere-adjust",
+                               risk "adjusts the ambient pressure sensor: the chamber must be at atmospheric pressure";
+    0x8001 AtmosphereAdjustOff "atmosphere-adjust-off", risk "takes back the adjustment of the ambient pressure sensor";
+}

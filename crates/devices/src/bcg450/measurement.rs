@@ -1,9 +1,9 @@
-//! Which instance measures, and what. tira41d1 3.2.1.3, errata-bpg-bcg-tpg 77 to 80.
+//! The active instance and its value. tira41d1 3.2.1.3, errata-bpg-bcg-tpg 77 to 80.
 
-use super::table::{BA, CDG, PIRANI};
+use super::parts::{BA, CDG, PIRANI};
 use crate::model::{PartSpec, mbar};
 
-/// What the gauge measures.
+/// The measurement of the gauge.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Measurement {
     /// The active instance: PV Selector.
@@ -22,7 +22,7 @@ const BA_AND_PIRANI: Overlap = Overlap { low_pa: mbar(5.5e-3), high_pa: mbar(2e-
 const PIRANI_AND_CDG: Overlap = Overlap { low_pa: mbar(1.0), high_pa: mbar(10.0) };
 
 impl Overlap {
-    /// How much the upper part counts at `pa`: linear in the logarithm, 0 at the low and 1 at the high end.
+    /// The weight of the upper part at `pa`: linear in the logarithm, 0 at the low and 1 at the high end.
     fn weight(&self, pa: f64) -> f64 {
         match pa {
             _ if pa <= self.low_pa => 0.0,
@@ -32,14 +32,14 @@ impl Overlap {
     }
 }
 
-/// What two parts that read `low_pa` and `high_pa` say together.
+/// The weighted geometric mean of the readings of two parts.
 fn blend(low_pa: f64, high_pa: f64, weight: f64) -> f64 {
     libm::pow(low_pa, 1.0 - weight) * libm::pow(high_pa, weight)
 }
 
-/// Joins what the parts read; the Bayard-Alpert part reads nothing while its emission is off.
+/// Joins the readings of the parts; the Bayard-Alpert part has none while its emission is off.
 ///
-/// The Pirani takes part in both overlaps, so its reading says where the pressure lies.
+/// The Pirani measures in both overlaps, so its reading decides where the pressure lies.
 pub fn measure(pirani_pa: f64, ba_pa: Option<f64>, cdg_pa: f64) -> Measurement {
     let pirani = Measurement { active: PIRANI.part.instance, pa: pirani_pa };
     let cdg = Measurement { active: CDG.part.instance, pa: cdg_pa };
@@ -51,8 +51,8 @@ pub fn measure(pirani_pa: f64, ba_pa: Option<f64>, cdg_pa: f64) -> Measurement {
 
 /// The lower part, the upper one, or their mean; in the middle of the overlap the active instance changes (79).
 ///
-/// free choice: but not before the mean lies in the range of the upper part, which could not show it. That is so in
-/// helium, of which the two have quite different ideas.
+/// free choice: the upper part becomes active only when the mean lies in its range; otherwise it could not show it. In
+/// helium, where the readings of the two differ widely, this matters.
 fn join(low: Measurement, high: Measurement, upper: &PartSpec, weight: f64) -> Measurement {
     if weight == 0.0 {
         return low;
@@ -69,7 +69,7 @@ fn join(low: Measurement, high: Measurement, upper: &PartSpec, weight: f64) -> M
 mod tests {
     use super::*;
 
-    /// Parts that agree.
+    /// The measurement of parts that read the same.
     fn at(pa: f64) -> Measurement {
         measure(pa, Some(pa), pa)
     }
@@ -93,7 +93,7 @@ mod tests {
     }
 
     #[test]
-    fn parts_that_agree_are_not_seen_to_be_blended() {
+    fn parts_that_agree_give_their_common_reading() {
         for mbar_ in [1e-9, 6e-3, 1e-2, 1.9e-2, 0.5, 1.5, 3.16, 9.9, 700.0] {
             let pa = mbar(mbar_);
             assert!((at(pa).pa / pa - 1.0).abs() < 1e-12, "{mbar_} mbar reads {} Pa", at(pa).pa);
@@ -101,7 +101,7 @@ mod tests {
     }
 
     #[test]
-    fn an_overlap_leads_from_one_part_to_the_other_without_a_step() {
+    fn the_value_has_no_step_in_an_overlap() {
         // The CDG reads twice what the Pirani reads: the value rises steadily from one to the other.
         let read = |pa: f64| measure(pa, None, 2.0 * pa).pa / pa;
         assert_eq!(read(mbar(1.0)), 1.0);
@@ -112,7 +112,7 @@ mod tests {
     }
 
     #[test]
-    fn the_upper_part_does_not_show_what_is_below_its_range() {
+    fn the_upper_part_is_not_active_below_its_range() {
         // Helium: the Pirani reads 7 times what the ionisation part reads.
         for (pirani_mbar, active) in [(1.04e-2, 2), (1.06e-2, 2), (1.15e-2, 2), (1.3e-2, 1)] {
             let ba_pa = mbar(pirani_mbar) / 7.0;
@@ -123,7 +123,7 @@ mod tests {
     }
 
     #[test]
-    fn without_emission_the_pirani_measures_below_too() {
+    fn the_pirani_measures_below_its_range_without_emission() {
         assert_eq!(measure(1e-6, None, 1e-6), Measurement { active: 1, pa: 1e-6 });
     }
 }

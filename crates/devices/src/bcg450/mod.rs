@@ -1,25 +1,28 @@
 //! BCG450-SP: Pirani, Bayard-Alpert and capacitance diaphragm in one gauge. tira41d1.
 //!
-//! [`table`] is the manual's tables; the rest is what they do: `measurement` joins the three parts, `relay` has the two
-//! functions of the contacts, `parameters` leads every row to its value, `bench` has bus and people.
+//! [`table`] has the manual's tables, [`parts`] the ranges, [`codes`] the code tables. `measurement` joins the three parts,
+//! `relay` has the two functions of the contacts, `parameters` reads and writes every row, `simulation` has cyclic data
+//! and front panel.
 
-mod codes;
+pub mod codes;
+pub mod faults;
 mod measurement;
 mod parameters;
+pub mod parts;
 mod relay;
 mod simulation;
 pub mod table;
 
 use crate::model::AccessError;
 use crate::profile::{
-    BlockDevice, Cathode, CathodeConditions, CommonExceptions, ExceptionDetails, ExceptionStatus, MeasuringPart,
-    Presentation, ReadingCondition, SelfTestResult, Sensor, SerialNumber, Setup, StateMachine, StatusExtension,
-    exception_status,
+    BlockDevice, Cathode, CathodeConditions, CommonExceptions, DeviceBlockValues, ExceptionDetails, ExceptionStatus,
+    MeasuringPart, Presentation, ReadingCondition, SelfTestResult, Sensor, SerialNumber, Setup, StateMachine,
+    StatusExtension,
 };
 use crate::store::Store;
+use faults::Faults;
 use measurement::measure;
 use relay::Relay;
-use simulation::Faults;
 
 /// A BCG450-SP with its nonvolatile memory.
 pub type Bcg450<S> = BlockDevice<Bcg450Behaviour, S>;
@@ -32,7 +35,7 @@ impl<S: Store> Bcg450<S> {
     }
 }
 
-/// What is particular to the BCG450-SP.
+/// The behaviour of the BCG450-SP.
 #[derive(Clone, Debug)]
 pub struct Bcg450Behaviour {
     serial: SerialNumber,
@@ -47,9 +50,9 @@ pub struct Bcg450Behaviour {
     atmosphere: Sensor,
     /// PV Selector.
     active: u8,
-    /// It has been in EXECUTING since power-up: outside of it the PV Selector stays.
+    /// The gauge has been in EXECUTING since power-up. Outside of EXECUTING the PV Selector stays.
     has_measured: bool,
-    /// What concerns all readings.
+    /// The conditions that all readings depend on.
     condition: ReadingCondition,
     /// One Of N Status Extension: the range of the whole gauge, and whether its value is valid (57, 58).
     one_of_n: StatusExtension,
@@ -58,6 +61,7 @@ pub struct Bcg450Behaviour {
     /// The cyclic transition command of the last cycle.
     command: [u8; 2],
     faults: Faults,
+    /// Operating time in seconds.
     seconds: f64,
 }
 
@@ -68,15 +72,15 @@ impl Bcg450Behaviour {
             machine: StateMachine::power_up(),
             presentation: Presentation::new(table::FACTORY_UNIT),
             selector: 1,
-            pirani: MeasuringPart::new(&table::PIRANI),
-            ba: MeasuringPart::new(&table::BA),
-            cdg: MeasuringPart::new(&table::CDG),
+            pirani: MeasuringPart::new(&parts::PIRANI),
+            ba: MeasuringPart::new(&parts::BA),
+            cdg: MeasuringPart::new(&parts::CDG),
             atmosphere: Sensor::in_air(),
             active: 1,
             has_measured: false,
             condition: ReadingCondition { executing: false, disturbed: false, alarmed: false },
             one_of_n: StatusExtension::INVALID,
-            cathode: Cathode::new(&table::CATHODE),
+            cathode: Cathode::new(&parts::CATHODE),
             relays: [Relay::new(), Relay::new()],
             command: [0; 2],
             faults: Faults::NONE,
@@ -103,19 +107,19 @@ impl Bcg450Behaviour {
         }
     }
 
-    /// The part that measures.
+    /// The active part.
     fn active(&self) -> &MeasuringPart {
         self.part(self.active).unwrap_or(&self.pirani)
     }
 
-    /// What the gauge reads, in Pa, or the Pirani for a part that does not. It is not clipped: a Pirani far below its range
-    /// sees no pressure too high for degas.
+    /// The reading of the gauge in Pa, or that of the Pirani if the active part has none. It is not clipped, so that a
+    /// Pirani far below its range does not report a pressure too high for degas.
     fn reading_pa(&self) -> f64 {
         let active = self.active();
-        active.reading_pa.or(self.pirani.reading_pa).unwrap_or(active.facts.limits.over_pa)
+        active.reading_pa.or(self.pirani.reading_pa).unwrap_or(active.spec.limits.over_pa)
     }
 
-    /// Instances 5 and 6.
+    /// The relay with this instance, 5 or 6.
     fn relay(&self, instance: u8) -> Option<&Relay> {
         self.relays.get(usize::from(instance).checked_sub(5)?)
     }
@@ -124,23 +128,23 @@ impl Bcg450Behaviour {
         self.relays.get_mut(usize::from(instance).checked_sub(5)?)
     }
 
-    /// A Device Block State Command. Reset brings the volatile values back to what they are after power-up.
+    /// Executes a Device Block State Command. Reset sets the volatile values to those after power-up.
     fn state_command(&mut self, number: u8) -> Result<(), AccessError> {
         if self.machine.command(number)? {
-            self.cathode = Cathode::new(&table::CATHODE);
+            self.cathode = Cathode::new(&parts::CATHODE);
             self.relays.iter_mut().for_each(|relay| relay.point.open());
         }
         Ok(())
     }
 
-    /// What the self test would find.
-    fn health(&self) -> SelfTestResult {
+    /// The result that a self test would have.
+    fn self_test(&self) -> SelfTestResult {
         SelfTestResult::found(self.common(), self.exception_status().intersects(ExceptionStatus::ALARM))
     }
 
     /// Memory faults, alike in both records (48, 49).
     fn common(&self) -> CommonExceptions {
-        CommonExceptions::of_memories(self.faults.eprom, self.faults.eeprom, self.faults.ram)
+        CommonExceptions::from_memory_faults(self.faults.eprom, self.faults.eeprom, self.faults.ram)
     }
 
     /// Exception Detail Alarm: CDG, Pirani, BA (46).
@@ -154,9 +158,9 @@ impl Bcg450Behaviour {
 
     /// Exception Detail Warning: the status extension, then CDG, Pirani, BA (44).
     fn warning(&self) -> ExceptionDetails<7> {
-        let [c0, c1] = self.sensor_warning(3);
-        let [p0, p1] = self.sensor_warning(1);
-        let [b0, b1] = self.sensor_warning(2);
+        let [c0, c1] = Self::CDG_WARNING;
+        let [p0, p1] = self.pirani_warning();
+        let [b0, b1] = self.ba_warning();
         let [a, b] = &self.relays;
         // Internal communication as in the alarm (49), then the relays at atmosphere (50, 114).
         let manufacturer =
@@ -164,30 +168,32 @@ impl Bcg450Behaviour {
         ExceptionDetails { common: self.common(), device: [self.one_of_n.bits(), c0, c1, p0, p1, b0, b1], manufacturer }
     }
 
-    /// Sensor Warning. Only the Pirani has an Electronics Warning, which means badly adjusted (105).
-    fn sensor_warning(&self, instance: u8) -> [u8; 2] {
-        let electronics = instance == 1 && self.faults.pirani_adjust;
-        let degas = instance == 2 && self.cathode.is_too_high_for_degas(self.reading_pa());
-        [0, u8::from(electronics) << 1 | u8::from(degas) << 3]
+    /// Sensor Warning of the Pirani: Electronics Warning, which means badly adjusted (105).
+    fn pirani_warning(&self) -> [u8; 2] {
+        [0, u8::from(self.faults.pirani_adjust) << 1]
     }
 
-    fn exception_status(&self) -> ExceptionStatus {
-        exception_status(&self.alarm(), &self.warning())
+    /// Sensor Warning of the Bayard-Alpert part: the pressure is too high for degas.
+    fn ba_warning(&self) -> [u8; 2] {
+        [0, u8::from(self.cathode.is_too_high_for_degas(self.reading_pa())) << 3]
     }
+
+    /// Sensor Warning of the capacitance diaphragm part, which warns of nothing.
+    const CDG_WARNING: [u8; 2] = [0; 2];
 
     /// Any alarm makes every reading invalid, warnings do not (54).
-    fn judge(&mut self) {
+    fn update_validity(&mut self) {
         let alarm = self.alarm();
         self.condition = ReadingCondition {
             executing: self.machine.is_executing(),
             disturbed: alarm.is_any(),
             alarmed: !alarm.common.is_empty() || alarm.manufacturer != 0,
         };
-        let range = table::GAUGE.status_of(self.active().indicated_pa());
+        let range = parts::GAUGE.status_of(self.active().indicated_pa());
         self.one_of_n = StatusExtension::new(range, self.active().is_valid(&self.condition));
     }
 
-    /// What the cathode depends on; the Pirani controls it.
+    /// The conditions of the cathode; the Pirani is its controlling part.
     fn conditions(&self) -> CathodeConditions {
         CathodeConditions {
             able: self.machine.is_executing() && !self.pirani.failed && !self.ba.failed,
@@ -196,21 +202,21 @@ impl Bcg450Behaviour {
         }
     }
 
-    /// Everything that follows at once: emission, readings, relays, validity, last valid values.
-    fn follow(&mut self) {
+    /// Updates emission, readings, relays, validity and last valid values, in this order.
+    fn update_all(&mut self) {
         self.pirani.failed = self.faults.sensor_1 || self.faults.electronics_1;
         self.ba.failed = self.faults.sensor_2 || self.faults.electronics_2;
         self.cdg.failed = self.faults.sensor_3 || self.faults.electronics_3;
-        self.cathode.switch(&self.conditions());
+        self.cathode.update_emission(&self.conditions());
         self.measure();
-        self.cathode.follow(self.reading_pa());
-        self.follow_relays();
-        self.judge();
+        self.cathode.update_current(self.reading_pa());
+        self.update_relays();
+        self.update_validity();
         let condition = self.condition;
         [&mut self.pirani, &mut self.ba, &mut self.cdg].into_iter().for_each(|part| part.remember(&condition));
     }
 
-    /// Each part reads for itself, the active one what the gauge measures.
+    /// Sets the reading of each part; that of the active one is the measurement of the gauge.
     fn measure(&mut self) {
         let pirani_pa = self.pirani.sensor.indicated_pa();
         let ba_pa = self.cathode.is_on().then(|| self.ba.sensor.indicated_pa());
@@ -222,12 +228,12 @@ impl Bcg450Behaviour {
         if let Some(active) = self.part_mut(measurement.active) {
             active.reading_pa = Some(measurement.pa);
         }
-        self.name_active(measurement.active);
+        self.select_active(measurement.active);
     }
 
-    /// The PV Selector names the part that measures. When the gauge stops measuring it stays: the Safe State, and above all
-    /// the last valid value, is that of the part whose place it takes in the cyclic data. 3.2.1.3, 3.2.2.7, (74).
-    fn name_active(&mut self, measuring: u8) {
+    /// Sets the PV Selector to the part that measures. When the gauge leaves EXECUTING it stays, because the Safe State
+    /// and the last valid value in the cyclic data are those of the part that measured last. 3.2.1.3, 3.2.2.7, (74).
+    fn select_active(&mut self, measuring: u8) {
         let executing = self.machine.is_executing();
         if executing || !self.has_measured {
             self.active = measuring;
@@ -235,8 +241,8 @@ impl Bcg450Behaviour {
         self.has_measured |= executing;
     }
 
-    /// Only in EXECUTING, and not with any sensor alarm (112).
-    fn follow_relays(&mut self) {
+    /// The relays are closed only in EXECUTING, and without any sensor alarm (112).
+    fn update_relays(&mut self) {
         let failed = self.pirani.failed || self.ba.failed || self.cdg.failed;
         let allowed = self.machine.is_executing() && !failed;
         let pa = self.active().indicated_pa();
@@ -246,8 +252,13 @@ impl Bcg450Behaviour {
         }
     }
 
-    /// The ambient pressure sensor is adjusted to the diaphragm, or as from the factory (116).
-    fn adjust_atmosphere(&mut self, off: bool) {
-        self.atmosphere.offset_pa = if off { 0.0 } else { self.cdg.sensor.indicated_pa() - self.atmosphere.sensed_pa };
+    /// Adjusts the ambient pressure sensor to the diaphragm (116).
+    fn adjust_atmosphere(&mut self) {
+        self.atmosphere.offset_pa = self.cdg.sensor.indicated_pa() - self.atmosphere.sensed_pa;
+    }
+
+    /// Takes back the adjustment of the ambient pressure sensor (116).
+    fn reset_atmosphere(&mut self) {
+        self.atmosphere.offset_pa = 0.0;
     }
 }

@@ -1,24 +1,29 @@
-//! Every row of the tables, and what it means.
+//! The value of every row of the tables, and the effect of writing it.
 
+use super::codes::{AtmosphereCommand, DegasStatus, HotCathodeCommand};
+use super::parts::{self, INSTANCES};
 use super::table::{
-    AnalogInput, Atmosphere, DeviceBlock, Diaphragm, HeatTransfer, HotCathode, INSTANCES, MODEL, OneOfNInput,
-    OneOfNTransducer, Parameter, SetPoint,
+    AnalogInput, Atmosphere, DeviceBlock, Diaphragm, HeatTransfer, HotCathode, MODEL, OneOfNInput, OneOfNTransducer,
+    Parameter, SetPoint,
 };
-use super::{Bcg450Behaviour, table};
+use super::{Bcg450Behaviour, Relay};
 use crate::model::{AccessError, Location, PressureFormat, Value};
-use crate::profile::{EmissionCurrent, MeasuringPart, ParameterAccess, ParameterRef, SafeState};
+use crate::profile::{
+    DeviceBlockValues, DeviceState, EmissionCurrent, ExceptionStatus, Identity, InputRow, MeasuringPart,
+    ParameterAccess, ParameterRef, SerialNumber, exception_status,
+};
 use crate::store::Key;
 
 impl ParameterAccess for Bcg450Behaviour {
     type Parameter = Parameter;
 
     /// Slot 1 shows the instance of the Channel Instance Selector (28).
-    fn is_visible(&self, address: &Location) -> bool {
-        address.instance == 0 || address.instance == self.selector
+    fn is_visible(&self, location: &Location) -> bool {
+        location.instance == 0 || location.instance == self.selector
     }
 
     fn format(&self, _at: &ParameterRef<Parameter>) -> PressureFormat {
-        self.presentation.format(table::COUNTS)
+        self.presentation.format(parts::COUNTS)
     }
 
     fn get(&self, at: &ParameterRef<Parameter>) -> Value {
@@ -31,19 +36,19 @@ impl ParameterAccess for Bcg450Behaviour {
             },
             Parameter::OneOfNTransducer(OneOfNTransducer::StatusExtension) => self.one_of_n.bits().into(),
             Parameter::Input(row) => self.part(at.instance()).map_or(Value::NONE, |part| self.get_input(part, row)),
-            Parameter::SetPoint(row) => self.get_set_point(at.instance(), row),
+            Parameter::SetPoint(row) => self.relay(at.instance()).map_or(Value::NONE, |it| self.get_set_point(it, row)),
             Parameter::HeatTransfer(row) => match row {
                 HeatTransfer::BlockType => Value::octets(&HeatTransfer::BLOCK.type_octets()),
                 HeatTransfer::StatusExtension => self.pirani.status_extension(&self.condition).bits().into(),
                 HeatTransfer::SensorAlarm => Value::octets(&self.pirani.sensor_alarm()),
-                HeatTransfer::SensorWarning => Value::octets(&self.sensor_warning(1)),
+                HeatTransfer::SensorWarning => Value::octets(&self.pirani_warning()),
             },
             Parameter::HotCathode(row) => self.get_hot_cathode(row),
             Parameter::Diaphragm(row) => match row {
                 Diaphragm::BlockType => Value::octets(&Diaphragm::BLOCK.type_octets()),
                 Diaphragm::StatusExtension => self.cdg.status_extension(&self.condition).bits().into(),
                 Diaphragm::SensorAlarm => Value::octets(&self.cdg.sensor_alarm()),
-                Diaphragm::SensorWarning => Value::octets(&self.sensor_warning(3)),
+                Diaphragm::SensorWarning => Value::octets(&Self::CDG_WARNING),
             },
             Parameter::Atmosphere(row) => match row {
                 Atmosphere::StateCommand => Value::octets(&[0, 0]),
@@ -52,12 +57,12 @@ impl ParameterAccess for Bcg450Behaviour {
         }
     }
 
-    /// Data Type and Data Units are for IDLE outside cyclic exchange (91).
+    /// Data Type and Data Units can be written in IDLE outside data exchange (91).
     fn check_mode(&self, at: &ParameterRef<Parameter>) -> Result<(), AccessError> {
         if is_presentation(at) && !self.machine.is_configurable() { Err(AccessError::WrongMode) } else { Ok(()) }
     }
 
-    /// Unit and number type are one value, whatever the instance (72).
+    /// Unit and number type are one value for all instances (72).
     fn storage_key(&self, at: &ParameterRef<Parameter>) -> Key {
         if is_presentation(at) { at.shared_key() } else { at.key() }
     }
@@ -66,44 +71,27 @@ impl ParameterAccess for Bcg450Behaviour {
         match at.parameter {
             Parameter::Device(DeviceBlock::StateCommand) => self.state_command(value.integer()?),
             Parameter::OneOfNInput(OneOfNInput::ChannelInstanceSelector) => self.select(value.integer()?),
-            Parameter::Input(AnalogInput::DataType) | Parameter::SetPoint(SetPoint::DataType) => {
-                self.presentation.set_number(value)
-            }
-            Parameter::Input(AnalogInput::DataUnits) | Parameter::SetPoint(SetPoint::DataUnits) => {
-                self.presentation.set_unit(&MODEL, value)
-            }
-            Parameter::Input(AnalogInput::SafeState) => {
-                let state = SafeState::of(value)?;
-                self.part_mut(at.instance()).ok_or(AccessError::UnknownIndex)?.safe_state = state;
-                Ok(())
-            }
-            Parameter::Input(AnalogInput::SafeValue) => {
-                self.part_mut(at.instance()).ok_or(AccessError::UnknownIndex)?.safe_value_pa = value.pressure()?;
-                Ok(())
+            Parameter::Input(_) | Parameter::SetPoint(SetPoint::DataType | SetPoint::DataUnits) => {
+                self.set_input(at, value)
             }
             Parameter::SetPoint(SetPoint::SetpointFunction) => {
-                let relay = self.relay_mut(at.instance()).ok_or(AccessError::UnknownIndex)?;
-                relay.set_function(value.boolean()?);
+                self.relay_mut(at.instance()).ok_or(AccessError::UnknownIndex)?.set_function(value.boolean()?);
                 Ok(())
             }
             Parameter::SetPoint(SetPoint::PercentageOfAtmosphere) => {
                 self.relay_mut(at.instance()).ok_or(AccessError::UnknownIndex)?.set_percentage(value.integer()?)
             }
-            Parameter::HotCathode(HotCathode::StateCommand) => self.hot_cathode_command(value.command()?),
-            // The same as command 3 (97).
-            Parameter::HotCathode(HotCathode::EmissionStatus) => self.hot_cathode_command((3, value.integer()?)),
-            // The gauge chooses the current: one of the four is accepted and has no effect (98).
-            Parameter::HotCathode(HotCathode::EmissionCurrent) => EmissionCurrent::ALL
-                .iter()
-                .any(|current| Value::Float(current.milliamperes()) == *value)
-                .then_some(())
-                .ok_or(AccessError::OutOfRange),
-            Parameter::Atmosphere(Atmosphere::StateCommand) => self.atmosphere_command(value.command()?),
-            // Rows without a write mark: refused before this is asked.
+            Parameter::HotCathode(HotCathode::StateCommand) => self.hot_cathode_command(value.command_code()?),
+            Parameter::HotCathode(HotCathode::EmissionStatus) => {
+                let conditions = self.conditions();
+                self.cathode.write_emission_status(value.integer()?, &conditions)
+            }
+            Parameter::HotCathode(HotCathode::EmissionCurrent) => EmissionCurrent::check(value),
+            Parameter::Atmosphere(Atmosphere::StateCommand) => self.atmosphere_command(value.command_code()?),
+            // Rows without a write mark: their access rights are checked before.
             Parameter::Device(_)
             | Parameter::OneOfNInput(_)
             | Parameter::OneOfNTransducer(_)
-            | Parameter::Input(_)
             | Parameter::SetPoint(_)
             | Parameter::HeatTransfer(_)
             | Parameter::HotCathode(_)
@@ -122,72 +110,97 @@ impl ParameterAccess for Bcg450Behaviour {
     }
 }
 
-/// Data Type or Data Units, of whatever instance.
+/// Whether it is Data Type or Data Units, of any instance.
 const fn is_presentation(at: &ParameterRef<Parameter>) -> bool {
-    matches!(
-        at.parameter,
-        Parameter::Input(AnalogInput::DataType | AnalogInput::DataUnits)
-            | Parameter::SetPoint(SetPoint::DataType | SetPoint::DataUnits)
-    )
+    matches!(at.parameter, Parameter::Input(_) | Parameter::SetPoint(_)) && InputRow::is_presentation(at.row.index)
+}
+
+impl DeviceBlockValues for Bcg450Behaviour {
+    fn identity(&self) -> Identity {
+        // free choice: gauge 100, PROFIBUS board 1.01 (36).
+        Identity {
+            model: &MODEL,
+            device_type: "CG",
+            model_number: "353-554",
+            software: "100_1.01",
+            configuration: MODEL.title,
+        }
+    }
+
+    fn serial(&self) -> &SerialNumber {
+        &self.serial
+    }
+
+    fn device_state(&self) -> DeviceState {
+        self.machine.state()
+    }
+
+    fn exception_status(&self) -> ExceptionStatus {
+        exception_status(&self.alarm(), &self.warning())
+    }
+
+    fn alarm_record(&self) -> Value {
+        self.alarm().record()
+    }
+
+    fn warning_record(&self) -> Value {
+        self.warning().record()
+    }
 }
 
 impl Bcg450Behaviour {
     fn get_device(&self, row: DeviceBlock) -> Value {
         match row {
-            // A command has been carried out when it can be read (35).
-            DeviceBlock::StateCommand => Value::Integer(0),
-            DeviceBlock::BlockType => Value::octets(&DeviceBlock::BLOCK.type_octets()),
-            DeviceBlock::DeviceType => Value::text("CG"),
-            DeviceBlock::StandardRevision => Value::text("E54-0997"),
-            DeviceBlock::Manufacturer => Value::text(MODEL.vendor),
-            DeviceBlock::ModelNumber => Value::text("353-554"),
-            // free choice: gauge 100, PROFIBUS board 1.01 (36).
-            DeviceBlock::SoftwareRevision => Value::text("100_1.01"),
-            DeviceBlock::HardwareRevision => Value::text(MODEL.gsd.hardware),
-            DeviceBlock::SerialNumber => self.serial.value(),
-            DeviceBlock::DeviceConfiguration => Value::text(MODEL.title),
-            DeviceBlock::DeviceState => self.machine.state().code().into(),
-            DeviceBlock::ExceptionStatus => self.exception_status().bits().into(),
-            DeviceBlock::AlarmDetail => self.alarm().record(),
-            DeviceBlock::WarningDetail => self.warning().record(),
             DeviceBlock::AlarmCommon => self.alarm().common.bits().into(),
-            DeviceBlock::AlarmDevice0To3 => self.alarm().part(0, 4),
-            DeviceBlock::AlarmDevice4To5 => self.alarm().part(4, 6),
+            DeviceBlock::AlarmDevice0To3 => self.alarm().octets(0, 4),
+            DeviceBlock::AlarmDevice4To5 => self.alarm().octets(4, 6),
             DeviceBlock::AlarmManufacturer => self.alarm().manufacturer.into(),
             DeviceBlock::WarningCommon => self.warning().common.bits().into(),
-            DeviceBlock::WarningDevice0To3 => self.warning().part(0, 4),
-            DeviceBlock::WarningDevice4To6 => self.warning().part(4, 7),
+            DeviceBlock::WarningDevice0To3 => self.warning().octets(0, 4),
+            DeviceBlock::WarningDevice4To6 => self.warning().octets(4, 7),
             DeviceBlock::WarningManufacturer => self.warning().manufacturer.into(),
+            DeviceBlock::StateCommand
+            | DeviceBlock::BlockType
+            | DeviceBlock::DeviceType
+            | DeviceBlock::StandardRevision
+            | DeviceBlock::Manufacturer
+            | DeviceBlock::ModelNumber
+            | DeviceBlock::SoftwareRevision
+            | DeviceBlock::HardwareRevision
+            | DeviceBlock::SerialNumber
+            | DeviceBlock::DeviceConfiguration
+            | DeviceBlock::DeviceState
+            | DeviceBlock::ExceptionStatus
+            | DeviceBlock::AlarmDetail
+            | DeviceBlock::WarningDetail => self.device_row(&DeviceBlock::BLOCK, row as u8),
         }
     }
 
     fn get_input(&self, part: &MeasuringPart, row: AnalogInput) -> Value {
         match row {
             AnalogInput::ProcessValue => Value::Pressure(part.process_value_pa(&self.condition)),
-            AnalogInput::Status => Value::Integer(0),
-            AnalogInput::DataType => self.presentation.number.code().into(),
-            AnalogInput::DataUnits => self.presentation.unit.code.into(),
             AnalogInput::ReadingValid => part.is_valid(&self.condition).into(),
-            AnalogInput::FullScale => Value::Pressure(part.facts.limits.full_scale_pa),
-            AnalogInput::SafeState => part.safe_state.code().into(),
-            AnalogInput::SafeValue => Value::Pressure(part.safe_value_pa),
-            AnalogInput::Overrange => Value::Pressure(part.facts.limits.over_pa),
-            AnalogInput::Underrange => Value::Pressure(part.facts.limits.under_pa),
+            AnalogInput::Status
+            | AnalogInput::DataType
+            | AnalogInput::DataUnits
+            | AnalogInput::FullScale
+            | AnalogInput::SafeState
+            | AnalogInput::SafeValue
+            | AnalogInput::Overrange
+            | AnalogInput::Underrange => part.input_row(row as u8, &self.presentation),
         }
     }
 
-    fn get_set_point(&self, instance: u8, row: SetPoint) -> Value {
-        let Some(relay) = self.relay(instance) else { return Value::NONE };
+    fn get_set_point(&self, relay: &Relay, row: SetPoint) -> Value {
         match row {
-            SetPoint::ProcessValue => Value::Pressure(relay.point.threshold_pa()),
-            SetPoint::Status => relay.point.status().into(),
-            SetPoint::DataType => self.presentation.number.code().into(),
-            SetPoint::DataUnits => self.presentation.unit.code.into(),
-            // In every state (56).
-            SetPoint::ReadingValid => true.into(),
             SetPoint::SetpointFunction => relay.function().into(),
             SetPoint::PercentageOfAtmosphere => relay.percentage().into(),
             SetPoint::AtmosphereReached => relay.atmosphere_reached().into(),
+            SetPoint::ProcessValue
+            | SetPoint::Status
+            | SetPoint::DataType
+            | SetPoint::DataUnits
+            | SetPoint::ReadingValid => relay.point.row(row as u8, &self.presentation),
         }
     }
 
@@ -198,38 +211,52 @@ impl Bcg450Behaviour {
             HotCathode::BlockType => Value::octets(&HotCathode::BLOCK.type_octets()),
             HotCathode::StatusExtension => self.ba.status_extension(&self.condition).bits().into(),
             HotCathode::SensorAlarm => Value::octets(&self.ba.sensor_alarm()),
-            HotCathode::SensorWarning => Value::octets(&self.sensor_warning(2)),
+            HotCathode::SensorWarning => Value::octets(&self.ba_warning()),
             HotCathode::EmissionStatus => (current as u8).into(),
             HotCathode::EmissionCurrent => Value::Float(current.milliamperes()),
-            HotCathode::DegasStatus => if self.cathode.is_degassing() { 3u8 } else { 0 }.into(),
+            HotCathode::DegasStatus => {
+                if self.cathode.is_degassing() { DegasStatus::On } else { DegasStatus::Off }.code().into()
+            }
             HotCathode::EmissionUserMode => self.cathode.is_automatic().into(),
         }
     }
 
     fn select(&mut self, instance: u8) -> Result<(), AccessError> {
-        self.selector = Some(instance).filter(|it| INSTANCES.contains(it)).ok_or(AccessError::OutOfRange)?;
+        let (first, last) = INSTANCES;
+        self.selector = Some(instance).filter(|it| (first..=last).contains(it)).ok_or(AccessError::OutOfRange)?;
         Ok(())
     }
 
-    /// 3.3.3.9
-    pub(super) fn hot_cathode_command(&mut self, command: (u8, u8)) -> Result<(), AccessError> {
-        let conditions = self.conditions();
-        match command {
-            (128, mode @ (0 | 1)) => {
-                self.cathode.set_automatic(mode == 1);
-                Ok(())
-            }
-            (command, value) => self.cathode.command(command, value, &conditions),
+    /// A write of an analog input block, or of Data Type or Data Units of a set point.
+    fn set_input(&mut self, at: &ParameterRef<Parameter>, value: &Value) -> Result<(), AccessError> {
+        let row = InputRow::from_index(at.row.index).ok_or(AccessError::NotWritable)?;
+        if is_presentation(at) {
+            return self.presentation.set_row(&MODEL, row, value);
         }
+        self.part_mut(at.instance()).ok_or(AccessError::UnknownIndex)?.set_input(row, value)
+    }
+
+    /// 3.3.3.9
+    pub(super) fn hot_cathode_command(&mut self, code: u16) -> Result<(), AccessError> {
+        let conditions = self.conditions();
+        match HotCathodeCommand::from_code(code).ok_or(AccessError::OutOfRange)? {
+            HotCathodeCommand::Inactive => {}
+            HotCathodeCommand::DegasOff => self.cathode.stop_degas(),
+            HotCathodeCommand::DegasOn => return self.cathode.start_degas(&conditions),
+            HotCathodeCommand::EmissionOff => self.cathode.switch_off(),
+            HotCathodeCommand::EmissionOn => return self.cathode.switch_on(&conditions),
+            HotCathodeCommand::ManualMode => self.cathode.set_automatic(false),
+            HotCathodeCommand::AutomaticMode => self.cathode.set_automatic(true),
+        }
+        Ok(())
     }
 
     /// 3.3.5.2 (116)
-    fn atmosphere_command(&mut self, command: (u8, u8)) -> Result<(), AccessError> {
-        match command {
-            (0, _) => {}
-            (128, 0) => self.adjust_atmosphere(false),
-            (128, 1) => self.adjust_atmosphere(true),
-            _ => return Err(AccessError::OutOfRange),
+    fn atmosphere_command(&mut self, code: u16) -> Result<(), AccessError> {
+        match AtmosphereCommand::from_code(code).ok_or(AccessError::OutOfRange)? {
+            AtmosphereCommand::Inactive => {}
+            AtmosphereCommand::AtmosphereAdjust => self.adjust_atmosphere(),
+            AtmosphereCommand::AtmosphereAdjustOff => self.reset_atmosphere(),
         }
         Ok(())
     }

@@ -1,11 +1,8 @@
 //! The two relays, each with two functions. tira41d1 3.2.5.6 to 3.2.5.8, errata-bpg-bcg-tpg 110 to 114.
 
-use super::table::POTENTIOMETER;
+use super::parts::{PERCENTAGE, POTENTIOMETER};
 use crate::model::AccessError;
-use crate::profile::{HYSTERESIS, SetPoint};
-
-/// The range of Percentage of atmosphere, in tenths of a percent.
-const PERCENTAGE: core::ops::RangeInclusive<u16> = 10..=1400;
+use crate::profile::{HYSTERESIS, RelaySetPoint};
 
 /// 5 %, as printed (113).
 const FACTORY_PERCENTAGE: u16 = 50;
@@ -14,7 +11,7 @@ const FACTORY_PERCENTAGE: u16 = 50;
 #[derive(Clone, Debug)]
 pub struct Relay {
     /// Potentiometer and contacts.
-    pub point: SetPoint,
+    pub point: RelaySetPoint,
     /// Setpoint Function: atmosphere control instead of the potentiometer.
     atmosphere: bool,
     /// Percentage of atmosphere, times ten.
@@ -22,21 +19,22 @@ pub struct Relay {
 }
 
 impl Relay {
-    /// The function is that of the potentiometer (111).
+    /// A relay as from the factory, with the function of the potentiometer (111).
     pub const fn new() -> Self {
-        Self { point: SetPoint::new(&POTENTIOMETER), atmosphere: false, percentage: FACTORY_PERCENTAGE }
+        Self { point: RelaySetPoint::new(&POTENTIOMETER), atmosphere: false, percentage: FACTORY_PERCENTAGE }
     }
 
-    /// The same when power returns.
+    /// The same relay after power-up.
     pub const fn restarted(&self) -> Self {
         Self { point: self.point.restarted(), ..Self::new() }
     }
 
+    /// Setpoint Function.
     pub const fn function(&self) -> bool {
         self.atmosphere
     }
 
-    /// The contacts fall back before another function begins.
+    /// Sets Setpoint Function. The contacts open before another function begins.
     pub const fn set_function(&mut self, atmosphere: bool) {
         if self.atmosphere != atmosphere {
             self.point.open();
@@ -44,12 +42,16 @@ impl Relay {
         self.atmosphere = atmosphere;
     }
 
+    /// Percentage of atmosphere.
     pub const fn percentage(&self) -> u16 {
         self.percentage
     }
 
+    /// Sets Percentage of atmosphere.
     pub fn set_percentage(&mut self, percentage: u16) -> Result<(), AccessError> {
-        self.percentage = Some(percentage).filter(|it| PERCENTAGE.contains(it)).ok_or(AccessError::OutOfRange)?;
+        let (lowest, highest) = PERCENTAGE;
+        self.percentage =
+            Some(percentage).filter(|it| (lowest..=highest).contains(it)).ok_or(AccessError::OutOfRange)?;
         Ok(())
     }
 
@@ -58,7 +60,7 @@ impl Relay {
         self.atmosphere && self.point.is_closed()
     }
 
-    /// The relay follows the pressure while it is allowed to be closed at all (112).
+    /// Switches the relay after a change of pressure; opens it if it is not `allowed` to be closed (112).
     pub fn follow(&mut self, allowed: bool, pa: f64, atmosphere_pa: f64) {
         if self.atmosphere {
             let threshold_pa = atmosphere_pa * f64::from(self.percentage) / 1000.0;

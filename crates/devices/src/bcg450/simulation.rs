@@ -1,27 +1,12 @@
-//! The BCG450-SP as it stands on bus and bench.
+//! Cyclic data, sensors and front panel of the BCG450-SP.
 
+use super::Bcg450Behaviour;
+use super::parts::{self, PARTS};
 use super::relay::Relay;
-use super::table::{MODEL, PARTS};
-use super::{Bcg450Behaviour, table};
-use crate::model::{Configuration, Field, Model, Octets, Unit, faults};
-use crate::profile::Behaviour;
-use crate::simulation::{Action, Drive, MeasuringRange, Part, StateReport, UnsupportedAction};
-
-faults! {
-    /// What can be broken. The effect is a bit of the exception details (3.1.1.11, 3.1.1.12).
-    pub Faults;
-    eeprom         "eeprom"        "EEPROM exception, alarm and warning";
-    ram            "ram"           "RAM exception, alarm and warning";
-    eprom          "eprom"         "EPROM exception, alarm and warning; with ram a self test ends in CRITICAL FAULT";
-    comm           "comm"          "internal communication, manufacturer alarm and warning";
-    pirani_adjust  "pirani-adjust" "electronics warning of the Pirani";
-    sensor_1       "sensor1"       "sensor alarm of the Pirani";
-    sensor_2       "sensor2"       "sensor alarm of the BA";
-    sensor_3       "sensor3"       "sensor alarm of the CDG";
-    electronics_1  "electronics1"  "sensor alarm of the Pirani";
-    electronics_2  "electronics2"  "sensor alarm of the BA";
-    electronics_3  "electronics3"  "sensor alarm of the CDG";
-}
+use super::table::MODEL;
+use crate::model::{Configuration, Fault, Field, MeasuringRange, Model, Octets, Part, Unit, command_code};
+use crate::profile::{Behaviour, DeviceBlockValues};
+use crate::simulation::{Drive, FrontPanel, Potentiometer, StateReport, Switch, SwitchName};
 
 impl Behaviour for Bcg450Behaviour {
     fn model(&self) -> &'static Model {
@@ -36,16 +21,16 @@ impl Behaviour for Bcg450Behaviour {
         self.presentation.configure(configuration);
     }
 
-    fn exchanging(&mut self, running: bool) {
-        self.machine.exchanging(running);
+    fn set_exchanging(&mut self, running: bool) {
+        self.machine.set_exchanging(running);
     }
 
-    /// The transition command acts when it changes, whatever instance is selected; a refusal is reported nowhere (101).
+    /// The transition command acts when it changes, whatever instance is selected. No telegram reports a refusal (101).
     fn output(&mut self, field: Field, octets: &[u8]) {
         let (Field::TransitionCommand, [command, value]) = (field, octets) else { return };
         if self.command != [*command, *value] {
             self.command = [*command, *value];
-            let _ = self.hot_cathode_command((*command, *value));
+            let _ = self.hot_cathode_command(command_code(*command, *value));
             self.update();
         }
     }
@@ -57,7 +42,7 @@ impl Behaviour for Bcg450Behaviour {
             Field::PvSelector => Octets::new(&[self.active]),
             Field::ProcessValue(_) => {
                 let pa = self.active().process_value_pa(&self.condition);
-                self.presentation.format(table::COUNTS).encode(pa)
+                self.presentation.format(parts::COUNTS).encode(pa)
             }
             // In none of its telegrams.
             _ => Octets::EMPTY,
@@ -78,15 +63,16 @@ impl Behaviour for Bcg450Behaviour {
     }
 
     fn update(&mut self) {
-        self.follow();
+        self.update_all();
     }
 
     fn parts(&self) -> &[Part] {
         &PARTS
     }
 
-    fn span(&self, part: usize) -> MeasuringRange {
-        [&self.pirani, &self.ba, &self.cdg].get(part).map_or(table::ATMOSPHERE, |part| part.span())
+    fn measuring_range(&self, part: usize) -> MeasuringRange {
+        let parts = [&self.pirani, &self.ba, &self.cdg];
+        parts.get(part).map_or(parts::ATMOSPHERE, |part| part.measuring_range())
     }
 
     fn drive(&self, part: usize) -> Drive {
@@ -104,33 +90,42 @@ impl Behaviour for Bcg450Behaviour {
     }
 
     fn advance(&mut self, seconds: f64) {
-        self.machine.advance(seconds, self.health());
+        self.machine.advance(seconds, self.self_test());
         self.cathode.advance(seconds);
         self.seconds += seconds;
     }
 
     fn settle(&mut self) {
-        self.machine.settle(self.health());
+        self.machine.settle(self.self_test());
     }
 
-    fn operate(&mut self, action: Action<'_>) -> Result<(), UnsupportedAction> {
-        match action {
-            Action::Fault { name, present } => {
-                *self.faults.named(name).ok_or(UnsupportedAction { expected: Faults::LIST.names })? = present;
-                Ok(())
-            }
-            Action::Switch { name: "degas", value } => self.degas_input(value),
-            Action::Switch { .. } => Err(UnsupportedAction { expected: &["address", "degas"] }),
-            Action::Pot { which, volts } => {
-                let [a, b] = &mut self.relays;
-                match which {
-                    'a' => a.point.turn(volts),
-                    'b' => b.point.turn(volts),
-                    _ => return Err(UnsupportedAction { expected: &["a", "b"] }),
-                }
-                Ok(())
-            }
-            Action::Button(_) => Err(UnsupportedAction { expected: &[] }),
+    fn front_panel(&self) -> FrontPanel {
+        FrontPanel {
+            switches: &[SwitchName::Address, SwitchName::Degas],
+            buttons: 0,
+            potentiometers: &[Potentiometer::A, Potentiometer::B],
+        }
+    }
+
+    fn set_fault(&mut self, fault: Fault, active: bool) {
+        self.faults.set(fault, active);
+    }
+
+    /// Degas is pin 7, active high: Appendix C. A refusal like that of the command has no way to be reported.
+    fn set_switch(&mut self, switch: Switch) {
+        let conditions = self.conditions();
+        match switch {
+            Switch::Degas(true) => drop(self.cathode.start_degas(&conditions)),
+            Switch::Degas(false) => self.cathode.stop_degas(),
+            Switch::Address(_) | Switch::LowHigh(_) | Switch::CalAdj(_) => {}
+        }
+    }
+
+    fn turn_potentiometer(&mut self, potentiometer: Potentiometer, volts: f64) {
+        let [a, b] = &mut self.relays;
+        match potentiometer {
+            Potentiometer::A => a.point.turn(volts),
+            Potentiometer::B => b.point.turn(volts),
         }
     }
 
@@ -150,19 +145,5 @@ impl Behaviour for Bcg450Behaviour {
             degas: core::iter::once(self.cathode.is_degassing()).collect(),
             run_hours: self.seconds / 3600.0,
         }
-    }
-}
-
-impl Bcg450Behaviour {
-    /// Pin 7, active high: Appendix C.
-    fn degas_input(&mut self, value: &str) -> Result<(), UnsupportedAction> {
-        let conditions = self.conditions();
-        match value {
-            // Refused like the command, but a wire hears nothing of it.
-            "on" => drop(self.cathode.start_degas(&conditions)),
-            "off" => self.cathode.stop_degas(),
-            _ => return Err(UnsupportedAction { expected: &["on", "off"] }),
-        }
-        Ok(())
     }
 }

@@ -1,26 +1,26 @@
-//! The tables of tira41d1, row by row. Names as printed there, which is English; where a row departs from the print, a
-//! comment says why. Sections are those of the manual, numbers in brackets those of errata-bpg-bcg-tpg.
+//! The tables of tira41d1, row by row, with the names as printed. Where a row departs from the print, a comment says
+//! why. Sections are those of the manual, numbers in brackets those of errata-bpg-bcg-tpg.
 
 use super::codes::{
-    ATMOSPHERE_COMMAND, DEGAS_STATUS, EMISSION_STATUS, HOT_CATHODE_COMMAND, PERCENTAGE, SELECTOR, SETPOINT_FUNCTION,
+    AtmosphereCommand, DegasStatus, EmissionStatus, HotCathodeCommand, Percentage, Selector, SetpointFunction,
 };
-use super::simulation::Faults;
+use super::faults::Faults;
+use super::parts;
 use crate::model::block::{block, blocks};
 use crate::model::{
-    ChannelRules, Clipping, Configuration, Counts, Field, Gsd, Limits, Model, NumberType, ParameterSet, PartSpec,
-    Scale, TaskKind, Telegram, Unit, UserPrm, configuration, mbar, telegram,
+    ChannelRules, Configuration, Field, Gsd, Location, Model, NumberType, ParameterSet, Scale, TaskKind, Telegram,
+    Unit, UserPrm, configuration, telegram,
 };
-use crate::profile::codes::{DATA_TYPE, DEVICE_STATE, EXCEPTIONS, SAFE_STATE, STATE_COMMAND, STATUS_EXTENSION, UNIT};
-use crate::profile::{Potentiometer, Thresholds};
-use crate::simulation::{MeasuringRange, Part, Principle};
+use crate::profile::codes::UnitCode;
+use crate::profile::{DeviceState, ExceptionStatus, SafeState, StateCommand, StatusExtension};
 use profivac_dp::slave::Features;
 
 block! {
     /// Identity, state and exceptions of the whole device.
-    pub DeviceBlock = "Device Block", type 1;
-    // ID  parameter                    name as printed                              data type    access           store  section
-    // The overview leaves the store class blank, 3.1.2.1 prints N: a command is never kept (35).
-    15 StateCommand               "Device Block State Command"                   UINT8        [1_R/W 2_R/W]    -  "3.1.2.1" STATE_COMMAND;
+    pub DeviceBlock in device_block = "Device Block", type 1;
+    // ID  parameter                    name as printed                              data type    access           store
+    //  section The overview leaves the store class blank, 3.1.2.1 prints N: a command is never kept (35).
+    15 StateCommand               "Device Block State Command"                   UINT8        [1_R/W 2_R/W]    -  "3.1.2.1" StateCommand;
     16 BlockType                  "Block Type"                                   OSTRING(4)   [1/2_R]          N  "3.1.1.1";
     17 DeviceType                 "Device Type"                                  VSTRING(8)   [1/2_R]          N  "3.1.1.2";
     18 StandardRevision           "Standard Revision Level"                      VSTRING(9)   [1/2_R]          N  "3.1.1.3";
@@ -30,8 +30,8 @@ block! {
     22 HardwareRevision           "Hardware Revision Level"                      VSTRING(8)   [1/2_R]          N  "3.1.1.7";
     23 SerialNumber               "Serial Number"                                VSTRING(30)  [1/2_R]          N  "3.1";
     24 DeviceConfiguration        "Device Configuration"                         VSTRING(50)  [1/2_R]          N  "3.1.1.8";
-    25 DeviceState                "Device State"                                 UINT8        [1/2_R]          V  "3.1.1.9" DEVICE_STATE;
-    26 ExceptionStatus            "Exception Status"                             UINT8        [0_XI 1/2_R]     V  "3.1.1.10" EXCEPTIONS;
+    25 DeviceState                "Device State"                                 UINT8        [1/2_R]          V  "3.1.1.9" DeviceState;
+    26 ExceptionStatus            "Exception Status"                             UINT8        [0_XI 1/2_R]     V  "3.1.1.10" ExceptionStatus;
     27 AlarmDetail                "Exception Detail Alarm"                       RECORD(12)   [1/2_R]          V  "3.1.1.11";
     28 WarningDetail              "Exception Detail Warning"                     RECORD(13)   [1/2_R]          V  "3.1.1.12";
     204 AlarmCommon               "Common Exception Detail Alarm 0"              UINT8        [1/2_R]          V  "3.1.1.13";
@@ -45,24 +45,24 @@ block! {
 }
 
 block! {
-    /// Which instance measures, and which one the shared indices show.
-    pub OneOfNInput = "One Of N Analog Input Function Block", type 3;
+    /// The instance that measures, and the instance that the shared indices show.
+    pub OneOfNInput in one_of_n_input = "One Of N Analog Input Function Block", type 3;
     16 BlockType                  "Block Type"                                   OSTRING(4)   [2_R]            N  "3.2.1.1";
-    46 ChannelInstanceSelector    "Channel Instance Selector"                    UINT8        [1/2_R/W]        N  "3.2.1.2" SELECTOR;
+    46 ChannelInstanceSelector    "Channel Instance Selector"                    UINT8        [1/2_R/W]        N  "3.2.1.2" Selector;
     47 PvSelector                 "PV Selector"                                  UINT8        [0_XI 1/2_R]     D  "3.2.1.3";
 }
 
 block! {
     /// The pressure of one measuring part, with the sections of instance 1; 3.2.3 and 3.2.4 repeat them for 2 and 3. No
     /// block type is printed (33).
-    pub AnalogInput = "Analog Sensor Input Function Block";
+    pub AnalogInput in analog_input = "Analog Sensor Input Function Block";
     19 ProcessValue               "Process Value (PV)"                           BY_TYPE      [0_XI 1_R 2_R]   D  "3.2.2.1";
     20 Status                     "Status"                                       UINT8        [0_XI 1/2_R]     D  "3.2.2.2";
-    21 DataType                   "Data Type"                                    UINT8        [2_R/W]          N  "3.2.2.3" DATA_TYPE;
-    22 DataUnits                  "Data Units"                                   UINT16       [2_R/W]          N  "3.2.2.4" UNIT;
+    21 DataType                   "Data Type"                                    UINT8        [2_R/W]          N  "3.2.2.3" NumberType;
+    22 DataUnits                  "Data Units"                                   UINT16       [2_R/W]          N  "3.2.2.4" UnitCode;
     23 ReadingValid               "Reading Valid"                                BOOLEAN      [1_R 2_R]        D  "3.2.2.5";
     24 FullScale                  "Full Scale"                                   BY_TYPE      [1/2_R]          N  "3.2.2.6";
-    39 SafeState                  "Safe State"                                   UINT8        [1/2_R/W]        N  "3.2.2.7" SAFE_STATE;
+    39 SafeState                  "Safe State"                                   UINT8        [1/2_R/W]        N  "3.2.2.7" SafeState;
     40 SafeValue                  "Safe Value"                                   BY_TYPE      [1/2_R/W]        N  "3.2.2.8";
     44 Overrange                  "Overrange"                                    BY_TYPE      [1/2_R]          N  "3.2.2.9";
     45 Underrange                 "Underrange"                                   BY_TYPE      [1/2_R]          N  "3.2.2.10";
@@ -70,98 +70,131 @@ block! {
 
 block! {
     /// A relay and its threshold.
-    pub SetPoint = "Analog Sensor Input Function Block (set point)";
+    pub SetPoint in set_point = "Analog Sensor Input Function Block (set point)";
     // Printed as Unsigned16 without a length; the text says data type and unit of the device (71).
     19 ProcessValue               "Process Value (PV)"                           BY_TYPE      [1_R 2_R]        D  "3.2.5.1";
     20 Status                     "Status"                                       UINT8        [1_R 2_R]        D  "3.2.5.2";
-    21 DataType                   "Data Type"                                    UINT8        [2_R 2_W]        N  "3.2.5.3" DATA_TYPE;
-    22 DataUnits                  "Data Units"                                   UINT16       [2_R 2_W]        N  "3.2.5.4" UNIT;
+    21 DataType                   "Data Type"                                    UINT8        [2_R 2_W]        N  "3.2.5.3" NumberType;
+    22 DataUnits                  "Data Units"                                   UINT16       [2_R 2_W]        N  "3.2.5.4" UnitCode;
     23 ReadingValid               "Reading Valid"                                BOOLEAN      [1_R 2_R]        D  "3.2.5.5";
     // 201 and 202 are printed write-only, and 203 as well (110).
-    201 SetpointFunction          "Setpoint Function"                            BOOLEAN      [1_R/W 2_R/W]    N  "3.2.5.6" SETPOINT_FUNCTION;
-    202 PercentageOfAtmosphere    "Percentage of atmosphere"                     UINT16       [1_R/W 2_R/W]    N  "3.2.5.7" PERCENTAGE;
+    201 SetpointFunction          "Setpoint Function"                            BOOLEAN      [1_R/W 2_R/W]    N  "3.2.5.6" SetpointFunction;
+    202 PercentageOfAtmosphere    "Percentage of atmosphere"                     UINT16       [1_R/W 2_R/W]    N  "3.2.5.7" Percentage;
     203 AtmosphereReached         "Atmospheric pressure reached"                 BOOLEAN      [1_R 2_R]        D  "3.2.5.8";
 }
 
 block! {
     /// The range of the whole gauge.
-    pub OneOfNTransducer = "One Of N Vacuum Gauge Transducer Block";
-    120 StatusExtension           "One Of N Status Extension"                    UINT8        [1_R 2_R]        V  "3.3.1.1" STATUS_EXTENSION;
+    pub OneOfNTransducer in one_of_n_transducer = "One Of N Vacuum Gauge Transducer Block";
+    120 StatusExtension           "One Of N Status Extension"                    UINT8        [1_R 2_R]        V  "3.3.1.1" StatusExtension;
 }
 
 block! {
     /// The Pirani.
-    pub HeatTransfer = "Heat Transfer Vacuum Gauge Transducer Block", type 13;
+    pub HeatTransfer in heat_transfer = "Heat Transfer Vacuum Gauge Transducer Block", type 13;
     101 BlockType                 "Block Type"                                   OSTRING(4)   [2_R]            -  "3.3.2.1";
-    102 StatusExtension           "Status Extension"                             UINT8        [1/2_R]          V  "3.3.2.2" STATUS_EXTENSION;
+    102 StatusExtension           "Status Extension"                             UINT8        [1/2_R]          V  "3.3.2.2" StatusExtension;
     103 SensorAlarm               "Sensor Alarm"                                 ARRAY(2)     [1/2_R]          V  "3.3.2.3";
     104 SensorWarning             "Sensor Warning"                               ARRAY(2)     [1/2_R]          V  "3.3.2.4";
 }
 
 block! {
     /// The Bayard-Alpert part.
-    pub HotCathode = "Hot Cathode Ion Gauge Transducer Block", type 16;
+    pub HotCathode in hot_cathode = "Hot Cathode Ion Gauge Transducer Block", type 16;
     // Two octets, command and value; 1 is printed (93).
-    14 StateCommand               "Hot Cathode Block State Command"              RECORD(2)    [1_W 2_W]        -  "3.3.3.9" HOT_CATHODE_COMMAND;
+    14 StateCommand               "Hot Cathode Block State Command"              RECORD(2)    [1_W 2_W]        -  "3.3.3.9" HotCathodeCommand;
     101 BlockType                 "Block Type"                                   OSTRING(4)   [2_R]            -  "3.3.3.1";
-    102 StatusExtension           "Status Extension"                             UINT8        [1_R 2_R]        V  "3.3.3.2" STATUS_EXTENSION;
+    102 StatusExtension           "Status Extension"                             UINT8        [1_R 2_R]        V  "3.3.3.2" StatusExtension;
     103 SensorAlarm               "Sensor Alarm"                                 ARRAY(2)     [1_R 2_R]        V  "3.3.3.3";
     104 SensorWarning             "Sensor Warning"                               ARRAY(2)     [1_R 2_R]        V  "3.3.3.4";
     // Printed as Boolean, with four codes (97).
-    105 EmissionStatus            "Emission Status"                              UINT8        [1_R/W 2_R/W]    V  "3.3.3.5" EMISSION_STATUS;
+    105 EmissionStatus            "Emission Status"                              UINT8        [1_R/W 2_R/W]    V  "3.3.3.5" EmissionStatus;
     // Printed NV, but the gauge chooses the current, so there is nothing to keep (98).
     106 EmissionCurrent           "Emission Current"                             FLOAT        [1_R/W 2_R/W]    V  "3.3.3.6";
     // Printed as Boolean, with the codes 00 and 03 (99).
-    109 DegasStatus               "Degas Status"                                 UINT8        [1_R 2_R]        V  "3.3.3.7" DEGAS_STATUS;
+    109 DegasStatus               "Degas Status"                                 UINT8        [1_R 2_R]        V  "3.3.3.7" DegasStatus;
     201 EmissionUserMode          "Emission User Mode State"                     BOOLEAN      [1_R 2_R]        V  "3.3.3.8";
 }
 
 block! {
     /// The capacitance diaphragm part.
-    pub Diaphragm = "Diaphragm Gauge Transducer Block", type 14;
+    pub Diaphragm in diaphragm = "Diaphragm Gauge Transducer Block", type 14;
     101 BlockType                 "Block Type"                                   OSTRING(4)   [2_R]            -  "3.3.4.1";
-    102 StatusExtension           "Status Extension"                             UINT8        [1/2_R]          V  "3.3.4.2" STATUS_EXTENSION;
+    102 StatusExtension           "Status Extension"                             UINT8        [1/2_R]          V  "3.3.4.2" StatusExtension;
     103 SensorAlarm               "Sensor Alarm"                                 ARRAY(2)     [1/2_R]          V  "3.3.4.3";
     104 SensorWarning             "Sensor Warning"                               ARRAY(2)     [1/2_R]          V  "3.3.4.4";
 }
 
 block! {
     /// The piezo sensor for the ambient pressure.
-    pub Atmosphere = "Atmosphere Sensor Transducer Block", type 256;
-    14 StateCommand               "Atmosphere gauge Block State Command"         RECORD(2)    [1_W 2_W]        -  "3.3.5.2" ATMOSPHERE_COMMAND;
+    pub Atmosphere in atmosphere = "Atmosphere Sensor Transducer Block", type 256;
+    14 StateCommand               "Atmosphere gauge Block State Command"         RECORD(2)    [1_W 2_W]        -  "3.3.5.2" AtmosphereCommand;
     101 BlockType                 "Block Type"                                   OSTRING(4)   [2_R]            -  "3.3.5.1";
 }
+
+/// The device block.
+pub const DEVICE: Location = Location::slot(0, "Device");
+/// The blocks that choose the instance.
+pub const ONE_OF_N: Location = Location::slot(1, "One Of N");
+/// The Pirani.
+pub const PIRANI: Location = Location::instance(1, 1, "Pirani");
+/// The Bayard-Alpert part.
+pub const BA: Location = Location::instance(1, 2, "BA");
+/// The capacitance diaphragm part.
+pub const CDG: Location = Location::instance(1, 3, "CDG");
+/// The ambient pressure sensor.
+pub const ATMOSPHERE: Location = Location::instance(1, 4, "Atmosphere");
+/// The first relay.
+pub const SETPOINT_A: Location = Location::instance(1, 5, "Setpoint A");
+/// The second relay.
+pub const SETPOINT_B: Location = Location::instance(1, 6, "Setpoint B");
 
 blocks! {
     /// All parameters of the BCG450-SP. Slot 1 shows one instance at a time (27, 28).
     pub Parameter;
-    Device(DeviceBlock)              [0 "Device"];
-    OneOfNInput(OneOfNInput)         [1 "One Of N"];
-    OneOfNTransducer(OneOfNTransducer) [1 "One Of N"];
-    Input(AnalogInput)               [1:1 "Pirani", 1:2 "BA", 1:3 "CDG"];
-    SetPoint(SetPoint)               [1:5 "Setpoint A", 1:6 "Setpoint B"];
-    HeatTransfer(HeatTransfer)       [1:1 "Pirani"];
-    HotCathode(HotCathode)           [1:2 "BA"];
-    Diaphragm(Diaphragm)             [1:3 "CDG"];
-    Atmosphere(Atmosphere)           [1:4 "Atmosphere"];
+    Device(DeviceBlock)                [DEVICE];
+    OneOfNInput(OneOfNInput)           [ONE_OF_N];
+    OneOfNTransducer(OneOfNTransducer) [ONE_OF_N];
+    Input(AnalogInput)                 [PIRANI, BA, CDG];
+    SetPoint(SetPoint)                 [SETPOINT_A, SETPOINT_B];
+    HeatTransfer(HeatTransfer)         [PIRANI];
+    HotCathode(HotCathode)             [BA];
+    Diaphragm(Diaphragm)               [CDG];
+    Atmosphere(Atmosphere)             [ATMOSPHERE];
 }
 
-/// The instances of slot 1 that the selector can name.
-pub const INSTANCES: core::ops::RangeInclusive<u8> = 1..=6;
-
 // 2.3, with the configuration data of 2.3 and not of 1.4 (2).
-use Field::{ExceptionStatus, ParameterChannel, ProcessValue, PvSelector, StatusExtension, TransitionCommand};
-use NumberType::{Float, Integer};
-
-static T1: Telegram = telegram(1, &[TransitionCommand]);
-static T2: Telegram = telegram(2, &[ParameterChannel, TransitionCommand]);
-static T3: Telegram = telegram(3, &[ParameterChannel]);
-static T4: Telegram = telegram(4, &[ExceptionStatus, StatusExtension, PvSelector, ProcessValue(Integer)]);
-static T5: Telegram = telegram(5, &[ExceptionStatus, StatusExtension, PvSelector, ProcessValue(Float)]);
-static T6: Telegram =
-    telegram(6, &[ParameterChannel, ExceptionStatus, StatusExtension, PvSelector, ProcessValue(Integer)]);
-static T7: Telegram =
-    telegram(7, &[ParameterChannel, ExceptionStatus, StatusExtension, PvSelector, ProcessValue(Float)]);
+static T1: Telegram = telegram(1, &[Field::TransitionCommand]);
+static T2: Telegram = telegram(2, &[Field::ParameterChannel, Field::TransitionCommand]);
+static T3: Telegram = telegram(3, &[Field::ParameterChannel]);
+static T4: Telegram = telegram(
+    4,
+    &[Field::ExceptionStatus, Field::StatusExtension, Field::PvSelector, Field::ProcessValue(NumberType::Integer)],
+);
+static T5: Telegram = telegram(
+    5,
+    &[Field::ExceptionStatus, Field::StatusExtension, Field::PvSelector, Field::ProcessValue(NumberType::Float)],
+);
+static T6: Telegram = telegram(
+    6,
+    &[
+        Field::ParameterChannel,
+        Field::ExceptionStatus,
+        Field::StatusExtension,
+        Field::PvSelector,
+        Field::ProcessValue(NumberType::Integer),
+    ],
+);
+static T7: Telegram = telegram(
+    7,
+    &[
+        Field::ParameterChannel,
+        Field::ExceptionStatus,
+        Field::StatusExtension,
+        Field::PvSelector,
+        Field::ProcessValue(NumberType::Float),
+    ],
+);
 
 #[rustfmt::skip]
 static CONFIGURATIONS: [Configuration; 8] = [
@@ -175,7 +208,8 @@ static CONFIGURATIONS: [Configuration; 8] = [
     configuration(Some(&T2), Some(&T7), &[0xC8, 0x89, 0x8E, 0x0A, 0x05, 0x05, 0x0A, 0x05, 0x05, 0x05, 0x08]),
 ];
 
-/// 3.2.2.1 and 3.2.2.4; the codes are decimal (5), the factor of Micron is 1000 (60), the factors are the printed ones (83).
+/// 3.2.2.1 and 3.2.2.4; the codes are decimal (5), the factor of Micron is 1000 (60), the factors are the printed ones
+/// (83).
 #[rustfmt::skip]
 pub static UNITS: [Unit; 5] = [
     Unit { code: 1001, name: "COUNTS", alias: "counts", scale: Scale::Counts },
@@ -198,51 +232,8 @@ static USER_PRM: [UserPrm; 5] = [
 /// The unit as it leaves the factory (73).
 pub const FACTORY_UNIT: &Unit = &UNITS[3];
 
-/// 10^(COUNTS/2000 - 12.5) mbar for every instance (59).
-pub const COUNTS: Counts = Counts::Log { per_decade: 2000.0, at_1_mbar: 25000.0 };
-
-/// 3.2.2.6, 3.2.2.9, 3.2.2.10
-pub static PIRANI: PartSpec = PartSpec {
-    part: Part { instance: 1, principle: Principle::Pirani },
-    limits: Limits { under_pa: mbar(5.5e-3), over_pa: mbar(1000.0), full_scale_pa: mbar(1000.0) },
-    clipping: Clipping::Both,
-    counts: COUNTS,
-};
-
-/// 3.2.3.6, 3.2.3.9, 3.2.3.10
-pub static BA: PartSpec = PartSpec {
-    part: Part { instance: 2, principle: Principle::HotCathode },
-    limits: Limits { under_pa: mbar(5e-10), over_pa: mbar(2e-2), full_scale_pa: mbar(2e-2) },
-    clipping: Clipping::Above,
-    counts: COUNTS,
-};
-
-/// 3.2.4.6, 3.2.4.9, 3.2.4.10
-pub static CDG: PartSpec = PartSpec {
-    part: Part { instance: 3, principle: Principle::Diaphragm },
-    limits: Limits { under_pa: mbar(1.0), over_pa: mbar(1500.0), full_scale_pa: mbar(1500.0) },
-    clipping: Clipping::Below,
-    counts: COUNTS,
-};
-
-/// The measuring parts; the last one is no measuring part of the chamber and has no range (3.3.5).
-pub static PARTS: [Part; 4] = [PIRANI.part, BA.part, CDG.part, Part { instance: 4, principle: Principle::Atmosphere }];
-
-/// free choice: nobody says what the ambient pressure sensor is made for (3.3.5); as in the gauges of tira56e1.
-pub const ATMOSPHERE: MeasuringRange = MeasuringRange { lowest_pa: mbar(300.0), highest_pa: mbar(1200.0) };
-
-/// 3.3.1.1: the whole gauge (58).
-pub const GAUGE: Limits = Limits { under_pa: mbar(5e-10), over_pa: mbar(1500.0), full_scale_pa: mbar(1500.0) };
-
-/// 3.3.3.9. free choice: the operating current changes at the Degas On Limit, as on the sister gauges.
-pub static CATHODE: Thresholds = Thresholds { off_pa: mbar(3.2e-2), on_pa: mbar(2.4e-2), degas_pa: mbar(7.2e-6) };
-
-/// 3.2.5.1; no limit above which the relays would not work (107).
-pub static POTENTIOMETER: Potentiometer =
-    Potentiometer { per_volt: 1.23011, at_0_v: -9.301_029_99, highest_pa: f64::INFINITY };
-
 /// 2.2.1.1
-static DIALECT: ChannelRules = ChannelRules {
+static CHANNEL_RULES: ChannelRules = ChannelRules {
     tasks: &[(1, TaskKind::Read), (2, TaskKind::Write(&[2])), (3, TaskKind::Write(&[4])), (10, TaskKind::Write(&[1]))],
     needs_idle_between: true,
     error_codes: &[],
@@ -262,9 +253,9 @@ pub static MODEL: Model = Model {
     units: &UNITS,
     user_prm: &USER_PRM,
     dpv1_status: 0x80,
-    blocks: Parameter::PLACES,
-    parts: &[&PIRANI, &BA, &CDG],
-    channel_rules: &DIALECT,
+    blocks: Parameter::BLOCKS,
+    parts: &[&parts::PIRANI, &parts::BA, &parts::CDG],
+    channel_rules: &CHANNEL_RULES,
     faults: &Faults::LIST,
     errata: "errata-bpg-bcg-tpg 2 to 37, 39, 41 to 44, 46 to 52, 54 to 60, 62, 63, 69 to 81, 83 to 85, 87 to 93, 95 to 102, 104, \
              106 to 121",

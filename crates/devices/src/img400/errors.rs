@@ -1,15 +1,15 @@
-//! Power supplies that have failed: they stay so until somebody resets them. BG 5530 4.4.1 (ID 205), 4.4.4,
+//! Failed power supplies: an error stays until a master resets it. BG 5530 4.4.1 (ID 205), 4.4.4,
 //! errata-pxg55x-img400 121, 122 and 128.
 
-/// A power supply. An error is alarm and warning in one (122); each is reset by itself.
+/// The errors of a power supply. An error sets alarm and warning (122); each is reset by itself.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(super) struct Supply {
+pub(super) struct SupplyErrors {
     pub alarm: bool,
     pub warning: bool,
 }
 
-impl Supply {
-    fn follow(&mut self, broken: bool) {
+impl SupplyErrors {
+    fn update(&mut self, broken: bool) {
         self.alarm |= broken;
         self.warning |= broken;
     }
@@ -23,61 +23,65 @@ impl Supply {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Errors {
     /// Manufacturer Exception Detail 1.
-    pub general: Supply,
+    pub general: SupplyErrors,
     /// Manufacturer Exception Detail 2 and 3: hot cathode supplies of channels 1 and 2.
-    pub cathodes: [Supply; 2],
+    pub cathodes: [SupplyErrors; 2],
     /// Channels 3 and 4 are without supply.
     pub channels_off: bool,
 }
 
 impl Errors {
-    /// What is broken now.
-    pub fn follow(&mut self, general: bool, cathodes: [bool; 2]) {
-        self.general.follow(general);
+    /// Sets the errors of the supplies that are broken now.
+    pub fn update(&mut self, general: bool, cathodes: [bool; 2]) {
+        self.general.update(general);
         self.channels_off |= general;
         for (supply, broken) in self.cathodes.iter_mut().zip(cathodes) {
-            supply.follow(broken);
+            supply.update(broken);
         }
     }
 
-    /// Whether a manufacturer alarm stands, and a manufacturer warning.
+    /// Whether there is a manufacturer alarm.
     pub fn has_alarm(&self) -> bool {
         self.general.alarm || self.cathodes.iter().any(|supply| supply.alarm)
     }
 
+    /// Whether there is a manufacturer warning.
     pub fn has_warning(&self) -> bool {
         self.general.warning || self.cathodes.iter().any(|supply| supply.warning)
     }
 
+    /// Whether there is any error.
     pub fn is_any(&self) -> bool {
         self.general.is_any() || self.cathodes.iter().any(|supply| supply.is_any())
     }
 
-    /// Reset Error Condition, as far as it concerns supplies. What is still broken comes back at once (128).
-    pub fn reset(&mut self, bits: Reset) {
+    /// Executes Reset Error Condition for the supplies. The error of a supply that is still broken returns at once
+    /// (128).
+    pub fn reset(&mut self, bits: ResetBits) {
         let cathodes = &mut self.cathodes;
-        if bits.intersects(Reset::GENERAL_ALARMS | Reset::ALARMS_AND_SUPPLIES | Reset::EVERYTHING) {
+        if bits.intersects(ResetBits::GENERAL_ALARMS | ResetBits::ALARMS_AND_SUPPLIES | ResetBits::EVERYTHING) {
             self.general.alarm = false;
         }
-        if bits.intersects(Reset::GENERAL_WARNINGS | Reset::EVERYTHING) {
+        if bits.intersects(ResetBits::GENERAL_WARNINGS | ResetBits::EVERYTHING) {
             self.general.warning = false;
         }
-        if bits.intersects(Reset::CATHODE_ALARMS | Reset::ALARMS_AND_SUPPLIES | Reset::EVERYTHING) {
+        if bits.intersects(ResetBits::CATHODE_ALARMS | ResetBits::ALARMS_AND_SUPPLIES | ResetBits::EVERYTHING) {
             cathodes.iter_mut().for_each(|supply| supply.alarm = false);
         }
-        if bits.intersects(Reset::CATHODE_WARNINGS | Reset::EVERYTHING) {
+        if bits.intersects(ResetBits::CATHODE_WARNINGS | ResetBits::EVERYTHING) {
             cathodes.iter_mut().for_each(|supply| supply.warning = false);
         }
-        if bits.intersects(Reset::ALARMS_AND_SUPPLIES) {
+        if bits.intersects(ResetBits::ALARMS_AND_SUPPLIES) {
             self.channels_off = false;
         }
     }
 }
 
 bitflags::bitflags! {
-    /// The bits of Reset Error Condition. Bit 6 is not used and ignored.
+    /// The bits of Reset Error Condition; bit 6 is unused and ignored. The code table is
+    /// [`ResetErrors`](super::codes::ResetErrors).
     #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-    pub(super) struct Reset: u8 {
+    pub(super) struct ResetBits: u8 {
         const GENERAL_ALARMS = 1 << 0;
         const GENERAL_WARNINGS = 1 << 1;
         const CATHODE_ALARMS = 1 << 2;

@@ -1,6 +1,6 @@
-//! Which gauges can stand on which channel. BG 5530 Appendix A, errata-pxg55x-img400 155 and 156.
+//! The gauges that each channel can have. BG 5530 Appendix A, errata-pxg55x-img400 155 and 156.
 
-use super::table;
+use super::parts::{self, CHANNELS};
 use crate::model::PartSpec;
 use crate::profile::Thresholds;
 
@@ -16,8 +16,8 @@ pub enum IonGauge {
 impl IonGauge {
     pub(super) const fn thresholds(self) -> &'static Thresholds {
         match self {
-            Self::Bag => &table::BAG_CATHODE,
-            Self::Ext => &table::EXT_CATHODE,
+            Self::Bag => &parts::BAG_CATHODE,
+            Self::Ext => &parts::EXT_CATHODE,
         }
     }
 }
@@ -31,7 +31,7 @@ pub enum OtherGauge {
     Cmr,
 }
 
-/// The gauges of the four channels. All 81 combinations work, the four that the manual does not list among them.
+/// The gauges of the four channels. All 81 combinations work, also the four that the manual does not list.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Gauges {
     /// Channel 1.
@@ -57,27 +57,27 @@ impl Default for Gauges {
 }
 
 impl Gauges {
-    /// What the tables say about the gauge of each channel; nothing for a place holder.
-    pub(super) const fn facts(self) -> [Option<&'static PartSpec>; table::CHANNELS] {
+    /// The entry of the tables for the gauge of each channel; `None` for a channel without a gauge.
+    pub(super) const fn parts(self) -> [Option<&'static PartSpec>; CHANNELS] {
         let ch1 = match self.ch1 {
             None => None,
-            Some(IonGauge::Bag) => Some(&table::BAG_1),
-            Some(IonGauge::Ext) => Some(&table::EXT_1),
+            Some(IonGauge::Bag) => Some(&parts::BAG_1),
+            Some(IonGauge::Ext) => Some(&parts::EXT_1),
         };
         let ch2 = match self.ch2 {
             None => None,
-            Some(IonGauge::Bag) => Some(&table::BAG_2),
-            Some(IonGauge::Ext) => Some(&table::EXT_2),
+            Some(IonGauge::Bag) => Some(&parts::BAG_2),
+            Some(IonGauge::Ext) => Some(&parts::EXT_2),
         };
         let ch3 = match self.ch3 {
             None => None,
-            Some(OtherGauge::Tpr) => Some(&table::TPR_3),
-            Some(OtherGauge::Cmr) => Some(&table::CMR_3),
+            Some(OtherGauge::Tpr) => Some(&parts::TPR_3),
+            Some(OtherGauge::Cmr) => Some(&parts::CMR_3),
         };
         let ch4 = match self.ch4 {
             None => None,
-            Some(OtherGauge::Tpr) => Some(&table::TPR_4),
-            Some(OtherGauge::Cmr) => Some(&table::CMR_4),
+            Some(OtherGauge::Tpr) => Some(&parts::TPR_4),
+            Some(OtherGauge::Cmr) => Some(&parts::CMR_4),
         };
         [ch1, ch2, ch3, ch4]
     }

@@ -1,47 +1,50 @@
-//! The cathode of channel 1 or 2: emission, degas, and the two reasons for which the controller switches off by itself.
-//! BG 5530 4.4.4, errata-pxg55x-img400 147 to 152.
+//! The cathode of channel 1 or 2: emission, degas, and the two events with which the controller switches it off by
+//! itself. BG 5530 4.4.4, errata-pxg55x-img400 147 to 152.
 
+use super::codes::{EmissionCurrent, HotCathodeCommand};
 use super::gauges::IonGauge;
-use crate::model::{AccessError, Value};
+use crate::model::{AccessError, Value, command_code};
 use crate::profile::{Cathode, CathodeConditions, Thresholds};
 use crate::simulation::Drive;
 
 /// Emission and degas of an ionisation gauge.
 #[derive(Clone, Debug)]
-pub(super) struct Ion {
+pub(super) struct IonCathode {
     thresholds: &'static Thresholds,
     cathode: Cathode,
-    /// Emission Current, 0 to 6: 0, 0.1, 1, 1.6, 10, 45, 90 mA.
-    current_code: u8,
+    /// Emission Current.
+    current: EmissionCurrent,
     /// The pressure was too high: Overpressure Emission off.
     overpressure: bool,
     /// The key of the controller was pressed, emergency off: Environment Failure.
     key: bool,
 }
 
-impl Ion {
-    /// After power-up: off.
+impl IonCathode {
+    /// The cathode after power-up: off.
     pub fn new(gauge: IonGauge) -> Self {
         let thresholds = gauge.thresholds();
         let mut cathode = Cathode::new(thresholds);
         cathode.set_automatic(false);
-        Self { thresholds, cathode, current_code: 0, overpressure: false, key: false }
+        Self { thresholds, cathode, current: EmissionCurrent::Milliampere0, overpressure: false, key: false }
     }
 
-    /// The same after power-up; the current is nonvolatile.
+    /// The same cathode after power-up; the current is nonvolatile.
     pub fn restarted(&self, gauge: IonGauge) -> Self {
-        Self { current_code: self.current_code, ..Self::new(gauge) }
+        Self { current: self.current, ..Self::new(gauge) }
     }
 
+    /// Whether the emission is on.
     pub const fn is_on(&self) -> bool {
         self.cathode.is_on()
     }
 
+    /// Whether degas runs.
     pub const fn is_degassing(&self) -> bool {
         self.cathode.is_degassing()
     }
 
-    /// Emission went off by itself, and nobody has acknowledged it.
+    /// The controller has switched the emission off by itself, and no master has acknowledged it.
     pub const fn is_alarmed(&self) -> bool {
         self.overpressure || self.key
     }
@@ -51,7 +54,7 @@ impl Ion {
         (self.overpressure as u8) << 3 | (self.key as u8) << 4
     }
 
-    /// Clear Emission Off Alarm, and Reset Error Condition. Emission stays off (152).
+    /// Acknowledges the alarm: Clear Emission Off Alarm, and Reset Error Condition. Emission stays off (152).
     pub const fn acknowledge(&mut self) {
         self.overpressure = false;
         self.key = false;
@@ -64,64 +67,74 @@ impl Ion {
 
     /// Emission Current as a float that holds a code (147).
     pub fn current(&self) -> Value {
-        Value::Float(self.current_code.into())
+        Value::Float(self.current.code().into())
     }
 
-    /// What it does to the sensor.
+    /// How the controller drives the sensor.
     // free choice: with code 0 the controller chooses 1.6 mA, and degas takes 45 mA
     pub const fn drive(&self) -> Drive {
-        let milliamperes = match self.current_code {
+        let milliamperes = match self.current {
             _ if !self.is_on() => return Drive::Off,
             _ if self.is_degassing() => 45.0,
-            1 => 0.1,
-            2 => 1.0,
-            4 => 10.0,
-            5 => 45.0,
-            6 => 90.0,
-            _ => 1.6,
+            EmissionCurrent::Milliampere01 => 0.1,
+            EmissionCurrent::Milliampere1 => 1.0,
+            EmissionCurrent::Milliampere0 | EmissionCurrent::Milliampere16 => 1.6,
+            EmissionCurrent::Milliampere10 => 10.0,
+            EmissionCurrent::Milliampere45 => 45.0,
+            EmissionCurrent::Milliampere90 => 90.0,
         };
         Drive::Emission { milliamperes, degas: self.is_degassing() }
     }
 
+    /// Sets Emission Current.
     pub fn set_current(&mut self, value: &Value) -> Result<(), AccessError> {
-        self.current_code =
-            (0..=6u8).find(|code| Value::Float((*code).into()) == *value).ok_or(AccessError::OutOfRange)?;
+        self.current = value.coded()?;
         Ok(())
     }
 
-    /// Hot Cathode Block State Command.
-    pub fn command(&mut self, command: (u8, u8), able: bool, pa: f64) -> Result<(), AccessError> {
-        let able = able && !self.is_alarmed();
-        match command {
-            (4, 0) => {}
-            (4, 1) => self.acknowledge(),
-            (command, value) => {
-                return self.cathode.command(command, value, &CathodeConditions { able, control_pa: pa, gauge_pa: pa });
-            }
+    /// Executes a Hot Cathode Block State Command.
+    pub fn command(&mut self, code: u16, able: bool, pa: f64) -> Result<(), AccessError> {
+        const KEEP_ALARM: u16 = command_code(4, 0);
+        if code == KEEP_ALARM {
+            return Ok(());
+        }
+        let conditions = self.conditions(able, pa);
+        match HotCathodeCommand::from_code(code).ok_or(AccessError::OutOfRange)? {
+            HotCathodeCommand::Inactive => {}
+            HotCathodeCommand::DegasOff => self.cathode.stop_degas(),
+            HotCathodeCommand::DegasOn => return self.cathode.start_degas(&conditions),
+            HotCathodeCommand::EmissionOff => self.cathode.switch_off(),
+            HotCathodeCommand::EmissionOn => return self.cathode.switch_on(&conditions),
+            HotCathodeCommand::ClearEmissionOffAlarm => self.acknowledge(),
         }
         Ok(())
     }
 
-    /// The key EMIS: emergency off at any time; on only if the keys are not locked.
+    /// The conditions of the cathode, which stays off until its alarm is acknowledged.
+    const fn conditions(&self, able: bool, pa: f64) -> CathodeConditions {
+        CathodeConditions { able: able && !self.is_alarmed(), control_pa: pa, gauge_pa: pa }
+    }
+
+    /// The operator has pressed the key EMIS: emergency off at any time; on only if the keys are not locked.
     pub fn press_key(&mut self, locked: bool, able: bool, pa: f64) {
         if self.is_on() {
             self.cathode.switch_off();
             self.key = true;
         } else if !locked {
-            // What the bus would be refused, the key does not do either.
-            let _ = self.command((3, 1), able, pa);
+            // The key has no effect where the command would be refused.
+            let _ = self.command(HotCathodeCommand::EmissionOn.code(), able, pa);
         }
     }
 
-    /// The pressure or the gauge may have changed.
-    pub fn follow(&mut self, able: bool, pa: f64, overpressure: bool) {
+    /// Switches the emission after a change of pressure or gauge.
+    pub fn update(&mut self, able: bool, pa: f64, overpressure: bool) {
         if self.is_on() && able && (overpressure || pa > self.thresholds.off_pa) {
             self.overpressure = true;
         }
-        let able = able && !self.is_alarmed();
-        self.cathode.switch(&CathodeConditions { able, control_pa: pa, gauge_pa: pa });
+        self.cathode.update_emission(&self.conditions(able, pa));
     }
 
+    /// Advances the degas time.
     pub fn advance(&mut self, seconds: f64) {
         self.cathode.advance(seconds);
     }

@@ -1,31 +1,34 @@
 //! IMG 400 with IF 400 P: a controller for two hot cathode gauges and two others. BG 5530 BEN/A.
 //!
-//! [`table`] is the manual's tables; the rest is what they do: `gauges` says what can be plugged in, `ion` switches the
-//! cathodes, `trip` the relays, `errors` remembers failed supplies, `parameters` leads every row to its value, `bench`
-//! has bus and people.
+//! [`table`] has the manual's tables, [`codes`] the code tables. `parts` has the ranges, `gauges` the gauges that can be plugged in,
+//! `ion` the cathodes, `trip` the relays, `errors` the failed supplies; `parameters` reads and writes every row,
+//! `simulation` has cyclic data and front panel.
 
-mod codes;
+pub mod codes;
 mod errors;
+mod faults;
 mod gauges;
 mod ion;
 mod parameters;
+mod parts;
 mod simulation;
 pub mod table;
 mod trip;
 
 pub use gauges::{Gauges, IonGauge, OtherGauge};
 
-use crate::model::{AccessError, PartSpec, PressureFormat};
+use crate::model::{AccessError, PartSpec, PressureFormat, Principle};
 use crate::profile::{
     BlockDevice, CommonExceptions, DeviceState, ExceptionDetails, ExceptionStatus, FittedChannels, MeasuringPart,
     Presentation, ReadingCondition, SelfTestResult, Setup, StateMachine, StatusExtension, exception_status,
 };
-use crate::simulation::Principle;
 use crate::store::Store;
-use errors::{Errors, Reset};
-use ion::Ion;
-use table::{CHANNELS, Faults, RELAYS};
-use trip::Trip;
+use codes::{AdjustCommand, KeyLock};
+use errors::{Errors, ResetBits};
+use faults::Faults;
+use ion::IonCathode;
+use parts::{CHANNELS, RELAYS};
+use trip::TripRelay;
 
 /// An IMG 400 with its nonvolatile memory.
 pub type Img400<S> = BlockDevice<Img400Behaviour, S>;
@@ -41,9 +44,9 @@ impl<S: Store> Img400<S> {
 /// A measuring channel.
 #[derive(Clone, Debug)]
 struct GaugeChannel {
-    /// What is plugged in.
+    /// The gauge that is plugged in.
     gauge: Option<&'static PartSpec>,
-    /// What stands for a gauge that was not found (156).
+    /// The gauge that the controller assumes if it finds none (156).
     place_holder: &'static PartSpec,
     /// Whether it was found at start-up, which fixes the block for good (154).
     identified: bool,
@@ -58,13 +61,13 @@ impl GaugeChannel {
         Self { gauge, place_holder, identified: true, connected: true, part }
     }
 
-    /// The gauge was found at start-up or not, and its block with it.
+    /// Sets whether the gauge was found at start-up, and its block with it.
     fn identify(&mut self, found: bool) {
         self.identified = found;
-        self.part.facts = self.gauge.filter(|_| found).unwrap_or(self.place_holder);
+        self.part.spec = self.gauge.filter(|_| found).unwrap_or(self.place_holder);
     }
 
-    /// Whether there is a gauge that was found and answers.
+    /// Whether the channel has a gauge that was found and answers.
     const fn has_gauge(&self) -> bool {
         self.gauge.is_some() && self.identified && self.connected
     }
@@ -75,7 +78,7 @@ impl GaugeChannel {
     }
 }
 
-/// What is particular to the IMG 400.
+/// The behaviour of the IMG 400.
 #[derive(Clone, Debug)]
 pub struct Img400Behaviour {
     gauges: Gauges,
@@ -83,38 +86,39 @@ pub struct Img400Behaviour {
     machine: StateMachine,
     presentation: Presentation,
     channels: [GaugeChannel; CHANNELS],
-    ions: [Ion; 2],
-    trips: [Trip; RELAYS],
+    ions: [IonCathode; 2],
+    trips: [TripRelay; RELAYS],
     errors: Errors,
     /// Zero adjustment of each channel, in Pa.
     offsets_pa: [f64; CHANNELS],
-    key_lock: u8,
+    key_lock: KeyLock,
     /// The cyclic transition command of the last cycle.
     command: [u8; 2],
     faults: Faults,
+    /// Operating time in seconds.
     seconds: f64,
 }
 
 impl Img400Behaviour {
     fn new(gauges: Gauges) -> Self {
-        let [ch1, ch2, ch3, ch4] = gauges.facts();
-        let ion = |gauge: Option<IonGauge>| Ion::new(gauge.unwrap_or(IonGauge::Bag));
+        let [ch1, ch2, ch3, ch4] = gauges.parts();
+        let ion = |gauge: Option<IonGauge>| IonCathode::new(gauge.unwrap_or(IonGauge::Bag));
         Self {
             gauges,
-            fitted: FittedChannels::new(gauges.facts().map(|facts| facts.map(|facts| facts.part.principle))),
+            fitted: FittedChannels::new(gauges.parts().map(|spec| spec.map(|spec| spec.part.principle))),
             machine: StateMachine::power_up(),
             presentation: Presentation::new(table::FACTORY_UNIT),
             channels: [
-                GaugeChannel::new(ch1, &table::BAG_1),
-                GaugeChannel::new(ch2, &table::BAG_2),
-                GaugeChannel::new(ch3, &table::TPR_3),
-                GaugeChannel::new(ch4, &table::TPR_4),
+                GaugeChannel::new(ch1, &parts::BAG_1),
+                GaugeChannel::new(ch2, &parts::BAG_2),
+                GaugeChannel::new(ch3, &parts::TPR_3),
+                GaugeChannel::new(ch4, &parts::TPR_4),
             ],
             ions: [ion(gauges.ch1), ion(gauges.ch2)],
-            trips: [const { Trip::FACTORY }; RELAYS],
+            trips: [const { TripRelay::FACTORY }; RELAYS],
             errors: Errors::default(),
             offsets_pa: [0.0; CHANNELS],
-            key_lock: 0,
+            key_lock: KeyLock::Off,
             command: [0; 2],
             faults: Faults::NONE,
             seconds: 0.0,
@@ -131,29 +135,30 @@ impl Img400Behaviour {
     }
 
     /// The cathode in this slot.
-    fn ion(&self, slot: u8) -> Option<&Ion> {
+    fn ion(&self, slot: u8) -> Option<&IonCathode> {
         self.ions.get(usize::from(slot).checked_sub(1)?)
     }
 
-    fn ion_mut(&mut self, slot: u8) -> Option<&mut Ion> {
+    fn ion_mut(&mut self, slot: u8) -> Option<&mut IonCathode> {
         self.ions.get_mut(usize::from(slot).checked_sub(1)?)
     }
 
-    /// Slot = relay + 4 (145).
-    fn trip(&self, slot: u8) -> Option<&Trip> {
+    /// The relay in this slot, which is its number + 4 (145).
+    fn trip(&self, slot: u8) -> Option<&TripRelay> {
         self.trips.get(usize::from(slot).checked_sub(5)?)
     }
 
-    fn trip_mut(&mut self, slot: u8) -> Option<&mut Trip> {
+    fn trip_mut(&mut self, slot: u8) -> Option<&mut TripRelay> {
         self.trips.get_mut(usize::from(slot).checked_sub(5)?)
     }
 
     /// COUNTS need an unsigned word (15).
     const fn format(&self) -> PressureFormat {
-        PressureFormat { max_integer: table::HIGHEST_COUNT, ..self.presentation.format(table::COUNTS) }
+        PressureFormat { max_integer: parts::HIGHEST_COUNT, ..self.presentation.format(parts::COUNTS) }
     }
 
-    /// A Device Block State Command. Reset begins anew: volatile values, and gauges are looked for.
+    /// Executes a Device Block State Command. Reset sets the volatile values to those after power-up and looks for
+    /// gauges.
     fn state_command(&mut self, number: u8) -> Result<(), AccessError> {
         if self.machine.command(number)? {
             self.initialise();
@@ -161,21 +166,21 @@ impl Img400Behaviour {
         Ok(())
     }
 
-    /// Volatile values as after power-up. The current of a cathode is no such value.
+    /// Sets the volatile values to those after power-up. The current of a cathode is nonvolatile.
     fn initialise(&mut self) {
         let gauges = [self.gauges.ch1, self.gauges.ch2].map(|gauge| gauge.unwrap_or(IonGauge::Bag));
         for (ion, gauge) in self.ions.iter_mut().zip(gauges) {
             *ion = ion.restarted(gauge);
         }
         self.errors = Errors::default();
-        self.key_lock = 0;
+        self.key_lock = KeyLock::Off;
         let unplugged = self.unplugged();
         for (channel, unplugged) in self.channels.iter_mut().zip(unplugged) {
             channel.identify(!unplugged);
         }
     }
 
-    /// Channels on which no gauge answers, for whatever reason.
+    /// The channels on which no gauge answers.
     const fn unplugged(&self) -> [bool; CHANNELS] {
         let faults = &self.faults;
         [
@@ -186,21 +191,21 @@ impl Img400Behaviour {
         ]
     }
 
-    /// Start and self test. Without an answer from the controller the interface board stays in INIT (4.4.1).
+    /// Advances start and self test. Without an answer from the controller the interface board stays in INIT (4.4.1).
     fn run(&mut self, seconds: f64) {
         if self.machine.state() != DeviceState::Init || !self.faults.comm {
-            self.machine.advance(seconds, self.health());
+            self.machine.advance(seconds, self.self_test());
         }
     }
 
-    /// What the self test would find (4.4.1): memories and internal communication.
-    fn health(&self) -> SelfTestResult {
+    /// The result that a self test would have (4.4.1): it tests memories and internal communication.
+    fn self_test(&self) -> SelfTestResult {
         SelfTestResult::found(self.common(), !self.common().is_empty())
     }
 
     /// Common Exception Detail 0, alike for alarms and warnings (37, 121).
     fn common(&self) -> CommonExceptions {
-        let mut common = CommonExceptions::of_memories(self.faults.eprom, self.faults.eeprom, self.faults.ram);
+        let mut common = CommonExceptions::from_memory_faults(self.faults.eprom, self.faults.eeprom, self.faults.ram);
         common.set(CommonExceptions::COMMUNICATION, self.faults.comm);
         common
     }
@@ -211,7 +216,7 @@ impl Img400Behaviour {
             Some(supply) => supply.alarm,
             None => self.errors.general.alarm,
         };
-        [0, u8::from(electronics) << 1 | self.ion(slot).map_or(0, Ion::alarm_bits)]
+        [0, u8::from(electronics) << 1 | self.ion(slot).map_or(0, IonCathode::alarm_bits)]
     }
 
     /// Sensor Warning of a channel: electronics, pressure too high for degas.
@@ -225,7 +230,7 @@ impl Img400Behaviour {
         [0, u8::from(electronics) << 1 | u8::from(too_high) << 3]
     }
 
-    /// Reading Valid, literally: the range does not matter (123, 125).
+    /// Reading Valid; the range does not matter (123, 125).
     fn is_valid(&self, slot: u8) -> bool {
         self.machine.is_executing() && !self.errors.is_any() && self.sensor_alarm(slot) == [0, 0]
     }
@@ -254,7 +259,7 @@ impl Img400Behaviour {
         exception_status(&alarm, &ExceptionDetails { common: self.common(), device: [a, b, c, d], manufacturer })
     }
 
-    /// A common or manufacturer alarm concerns all channels (35).
+    /// The conditions of all readings: a common or manufacturer alarm concerns all channels (35).
     fn condition(&self) -> ReadingCondition {
         let alarmed = !self.common().is_empty() || self.errors.has_alarm();
         ReadingCondition {
@@ -269,7 +274,7 @@ impl Img400Behaviour {
         self.channel(slot).map_or(0.0, |channel| channel.part.process_value_pa(&self.condition()))
     }
 
-    /// What a cathode depends on: whether it can be on, and the pressure of its gauge in Pa.
+    /// The conditions of a cathode: whether it can be on, and the pressure of its gauge in Pa.
     fn conditions(&self, slot: u8) -> (bool, f64) {
         let supplied =
             self.errors.cathodes.get(usize::from(slot).saturating_sub(1)).is_some_and(|supply| !supply.alarm);
@@ -279,30 +284,31 @@ impl Img400Behaviour {
         }
     }
 
-    /// Everything that follows at once: supplies, cathodes, readings, relays, last valid values.
-    fn follow(&mut self) {
-        self.follow_faults();
+    /// Updates supplies, cathodes, readings, relays and last valid values, in this order.
+    fn update_all(&mut self) {
+        self.update_supplies();
         for slot in [1, 2] {
             let (able, pa) = self.conditions(slot);
             let overpressure = self.faults.overpressure;
             if let Some(ion) = self.ion_mut(slot) {
-                ion.follow(able, pa, overpressure);
+                ion.update(able, pa, overpressure);
             }
         }
         self.measure();
-        self.follow_trips();
+        self.update_relays();
         let condition = self.condition();
         for channel in self.channels.iter_mut().filter(|channel| !channel.part.failed) {
             channel.part.remember(&condition);
         }
     }
 
-    /// The general supply feeds channels 3 and 4, so their electronics are no other fault (121).
-    fn follow_faults(&mut self) {
+    /// Sets the errors of the supplies. The general supply feeds channels 3 and 4, so a fault of their electronics is
+    /// its fault (121).
+    fn update_supplies(&mut self) {
         let faults = &self.faults;
         let general = faults.power || faults.electronics_3 || faults.electronics_4;
         let cathodes = [faults.sensor_1 || faults.electronics_1, faults.sensor_2 || faults.electronics_2];
-        self.errors.follow(general, cathodes);
+        self.errors.update(general, cathodes);
         let unplugged = self.unplugged();
         for ((channel, unplugged), offset_pa) in self.channels.iter_mut().zip(unplugged).zip(self.offsets_pa) {
             channel.connected = !unplugged;
@@ -310,7 +316,7 @@ impl Img400Behaviour {
         }
     }
 
-    /// A gauge reads if it answers and is on.
+    /// Sets the readings: a gauge has one if it answers and is on.
     fn measure(&mut self) {
         let [ion_1, ion_2] = &self.ions;
         let supplied = !self.errors.channels_off;
@@ -323,32 +329,33 @@ impl Img400Behaviour {
         }
     }
 
-    fn follow_trips(&mut self) {
+    fn update_relays(&mut self) {
         let readings = self.channels.each_ref().map(|channel| channel.part.reading_pa);
         for trip in &mut self.trips {
             let channel = usize::from(trip.channel()).saturating_sub(1);
-            trip.follow(readings.get(channel).copied().flatten());
+            trip.update(readings.get(channel).copied().flatten());
         }
     }
 
     /// Reset Error Condition (128, 152).
     fn reset_errors(&mut self, bits: u8) {
-        let bits = Reset::from_bits_retain(bits);
+        let bits = ResetBits::from_bits_retain(bits);
         self.errors.reset(bits);
-        if bits.intersects(Reset::ERROR_FLAG | Reset::EVERYTHING) {
-            self.ions.iter_mut().for_each(Ion::acknowledge);
+        if bits.intersects(ResetBits::ERROR_FLAG | ResetBits::EVERYTHING) {
+            self.ions.iter_mut().for_each(IonCathode::acknowledge);
         }
     }
 
-    /// Analog Input Block Adjust Command. The target says which of zero and no offset (130, 131).
-    fn adjust(&mut self, slot: u8, command: (u8, u8)) -> Result<(), AccessError> {
-        let (0, target @ (0 | 1)) = command else { return Err(AccessError::OutOfRange) };
+    /// Executes an Analog Input Block Adjust Command (130, 131).
+    fn adjust(&mut self, slot: u8, command: AdjustCommand) -> Result<(), AccessError> {
         let channel = self.channel(slot).filter(|channel| channel.has_gauge()).ok_or(AccessError::StateConflict)?;
         let reading = channel.part.reading_pa.map(|_| channel.part.sensor.sensed_pa);
-        let offset_pa = match (channel.part.part().principle, target) {
-            (Principle::Diaphragm, 0) => Some(0.0),
+        let offset_pa = match (channel.part.part().principle, command) {
+            (Principle::Diaphragm, AdjustCommand::DisableOffset) => Some(0.0),
             // free choice: a gauge that is off has no offset to be calculated, so the present one stays.
-            (Principle::Diaphragm | Principle::HotCathode, 1) => reading.map(|sensed_pa| -sensed_pa),
+            (Principle::Diaphragm | Principle::HotCathode, AdjustCommand::ZeroAdjust) => {
+                reading.map(|sensed_pa| -sensed_pa)
+            }
             _ => return Err(AccessError::StateConflict),
         };
         let place = self.offsets_pa.get_mut(usize::from(slot).saturating_sub(1)).ok_or(AccessError::UnknownSlot)?;
@@ -356,9 +363,9 @@ impl Img400Behaviour {
         Ok(())
     }
 
-    /// Hot Cathode Block State Command.
-    fn hot_cathode_command(&mut self, slot: u8, command: (u8, u8)) -> Result<(), AccessError> {
+    /// Executes a Hot Cathode Block State Command.
+    fn hot_cathode_command(&mut self, slot: u8, code: u16) -> Result<(), AccessError> {
         let (able, pa) = self.conditions(slot);
-        self.ion_mut(slot).ok_or(AccessError::UnknownSlot)?.command(command, able, pa)
+        self.ion_mut(slot).ok_or(AccessError::UnknownSlot)?.command(code, able, pa)
     }
 }

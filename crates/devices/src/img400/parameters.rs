@@ -1,19 +1,18 @@
-//! Every row of the tables, and what it means. Numbers in brackets are those of errata-pxg55x-img400.
+//! The value of every row of the tables, and the effect of writing it. Numbers in brackets are those of
+//! errata-pxg55x-img400.
 
+use super::codes::HotCathodeCommand;
 use super::table::{AnalogInput, DeviceBlock, Diaphragm, HeatTransfer, HotCathode, MODEL, Parameter, TripPoint};
 use super::{GaugeChannel, Img400Behaviour};
 use crate::model::{AccessError, Block, Location, PressureFormat, Value};
-use crate::profile::{DeviceState, ParameterAccess, ParameterRef, SafeState};
+use crate::profile::{DeviceState, InputRow, ParameterAccess, ParameterRef};
 use crate::store::Key;
-
-/// INIT has a code of its own (20).
-const INIT: u8 = 100;
 
 impl ParameterAccess for Img400Behaviour {
     type Parameter = Parameter;
 
-    /// Every slot is there, whatever gauges are fitted (156).
-    fn is_visible(&self, _address: &Location) -> bool {
+    /// Every slot can be accessed, with any fitted gauges (156).
+    fn is_visible(&self, _location: &Location) -> bool {
         true
     }
 
@@ -45,7 +44,7 @@ impl ParameterAccess for Img400Behaviour {
         }
     }
 
-    /// Data Type is fixed during cyclic exchange (4.4.2, 142).
+    /// Data Type is fixed during data exchange (4.4.2, 142).
     fn check_mode(&self, at: &ParameterRef<Parameter>) -> Result<(), AccessError> {
         let is_type = matches!(at.parameter, Parameter::Input(AnalogInput::DataType));
         if is_type && self.machine.is_exchanging() { Err(AccessError::WrongMode) } else { Ok(()) }
@@ -55,43 +54,50 @@ impl ParameterAccess for Img400Behaviour {
         let slot = at.location.slot;
         match at.parameter {
             Parameter::Device(DeviceBlock::StateCommand) => self.state_command(value.integer()?),
-            Parameter::Device(DeviceBlock::KeyLock) => self.set_key_lock(value.integer()?),
+            // It locks the keys, never the bus (129).
+            Parameter::Device(DeviceBlock::KeyLock) => {
+                self.key_lock = value.coded()?;
+                Ok(())
+            }
             Parameter::Device(DeviceBlock::ResetErrorCondition) => {
                 self.reset_errors(value.integer()?);
                 Ok(())
             }
             Parameter::Input(row) => self.set_input(slot, row, value),
             Parameter::Trip(row) => self.set_trip(slot, row, value),
-            Parameter::HotCathode(HotCathode::StateCommand) => self.hot_cathode_command(slot, value.command()?),
-            // The same as command 3 (149).
+            Parameter::HotCathode(HotCathode::StateCommand) => self.hot_cathode_command(slot, value.command_code()?),
+            // A write has the effect of the command (149).
             Parameter::HotCathode(HotCathode::EmissionStatus) => {
-                self.hot_cathode_command(slot, (3, value.boolean()?.into()))
+                let on = value.boolean()?;
+                let command = if on { HotCathodeCommand::EmissionOn } else { HotCathodeCommand::EmissionOff };
+                self.hot_cathode_command(slot, command.code())
             }
             Parameter::HotCathode(HotCathode::EmissionCurrent) => {
                 self.ion_mut(slot).ok_or(AccessError::UnknownSlot)?.set_current(value)
             }
-            // Rows without a write mark: refused before this is asked.
+            // Rows without a write mark: their access rights are checked before.
             Parameter::Device(_) | Parameter::HotCathode(_) | Parameter::HeatTransfer(_) | Parameter::Diaphragm(_) => {
                 Err(AccessError::NotWritable)
             }
         }
     }
 
-    /// A trip point is recalled as it was, not written anew: its numbers depend on the unit, and each moves another.
+    /// A trip point is restored directly, not written: its numbers depend on the unit, and a write of one moves
+    /// another.
     fn restore(&mut self, at: &ParameterRef<Parameter>, value: &Value) -> Result<(), AccessError> {
         let Parameter::Trip(row) = at.parameter else { return self.set(at, value) };
         let trip = self.trip_mut(at.location.slot).ok_or(AccessError::UnknownSlot)?;
         match row {
-            TripPoint::LowTripPoint => trip.recall(Some(value.pressure()?), None),
-            TripPoint::UpperThreshold => trip.recall(None, Some(value.pressure()?)),
-            // It follows from the two.
+            TripPoint::LowTripPoint => trip.restore(Some(value.pressure()?), None),
+            TripPoint::UpperThreshold => trip.restore(None, Some(value.pressure()?)),
+            // The two determine it.
             TripPoint::Hysteresis => {}
             _ => return self.set(at, value),
         }
         Ok(())
     }
 
-    /// Unit and number type are one value, whatever the channel (4.4.2).
+    /// Unit and number type are one value for all channels (4.4.2).
     fn storage_key(&self, at: &ParameterRef<Parameter>) -> Key {
         match at.parameter {
             Parameter::Input(AnalogInput::DataType | AnalogInput::DataUnits) => {
@@ -117,15 +123,16 @@ fn block_type(block: &Block) -> Value {
 impl Img400Behaviour {
     fn get_device(&self, row: DeviceBlock) -> Value {
         match row {
-            // A command has been carried out when it can be read (26), and 205 cannot be read (128).
+            // A read shows that the command has been executed (26), and 205 cannot be read (128).
             DeviceBlock::StateCommand | DeviceBlock::ResetErrorCondition => Value::Integer(0),
             DeviceBlock::BlockType => block_type(&DeviceBlock::BLOCK),
             DeviceBlock::DeviceState => match self.machine.state() {
-                DeviceState::Init => INIT.into(),
+                // INIT has a code of its own (20).
+                DeviceState::Init => DeviceState::INIT_CODE.into(),
                 state => state.code().into(),
             },
             DeviceBlock::ExceptionStatus => self.exception_status().bits().into(),
-            DeviceBlock::KeyLock => self.key_lock.into(),
+            DeviceBlock::KeyLock => self.key_lock.code().into(),
             DeviceBlock::ChannelStatus => Value::octets(&self.channel_status()),
         }
     }
@@ -137,15 +144,15 @@ impl Img400Behaviour {
             AnalogInput::BlockAdjustCommand => Value::octets(&[0, 0]),
             AnalogInput::BlockType => block_type(&AnalogInput::BLOCK),
             AnalogInput::ProcessValue => Value::Pressure(self.process_value_pa(slot)),
-            AnalogInput::Status => Value::Integer(0),
-            AnalogInput::DataType => self.presentation.number.code().into(),
-            AnalogInput::DataUnits => self.presentation.unit.code.into(),
             AnalogInput::ReadingValid => self.is_valid(slot).into(),
-            AnalogInput::FullScale => Value::Pressure(part.facts.limits.full_scale_pa),
-            AnalogInput::SafeState => part.safe_state.code().into(),
-            AnalogInput::SafeValue => Value::Pressure(part.safe_value_pa),
-            AnalogInput::Overrange => Value::Pressure(part.facts.limits.over_pa),
-            AnalogInput::Underrange => Value::Pressure(part.facts.limits.under_pa),
+            AnalogInput::Status
+            | AnalogInput::DataType
+            | AnalogInput::DataUnits
+            | AnalogInput::FullScale
+            | AnalogInput::SafeState
+            | AnalogInput::SafeValue
+            | AnalogInput::Overrange
+            | AnalogInput::Underrange => part.input_row(row as u8, &self.presentation),
         }
     }
 
@@ -184,27 +191,17 @@ impl Img400Behaviour {
         if is_diaphragm { &const { Diaphragm::BLOCK } } else { &const { HeatTransfer::BLOCK } }
     }
 
-    /// 0 to 3; the keys are locked, never the bus (129).
-    fn set_key_lock(&mut self, code: u8) -> Result<(), AccessError> {
-        self.key_lock = Some(code).filter(|code| *code <= 3).ok_or(AccessError::OutOfRange)?;
-        Ok(())
-    }
-
     fn set_input(&mut self, slot: u8, row: AnalogInput, value: &Value) -> Result<(), AccessError> {
         match row {
-            AnalogInput::BlockAdjustCommand => self.adjust(slot, value.command()?),
+            AnalogInput::BlockAdjustCommand => self.adjust(slot, value.coded()?),
             AnalogInput::DataType => self.presentation.set_number(value),
             // From the memory only: the user parameters set it (143).
             AnalogInput::DataUnits => self.presentation.set_unit(&MODEL, value),
             AnalogInput::SafeState => {
-                let state = SafeState::of(value)?;
-                self.channel_mut(slot).ok_or(AccessError::UnknownSlot)?.part.safe_state = state;
-                Ok(())
+                self.channel_mut(slot).ok_or(AccessError::UnknownSlot)?.part.set_input(InputRow::SafeState, value)
             }
             AnalogInput::SafeValue => {
-                let pa = value.pressure()?;
-                self.channel_mut(slot).ok_or(AccessError::UnknownSlot)?.part.safe_value_pa = pa;
-                Ok(())
+                self.channel_mut(slot).ok_or(AccessError::UnknownSlot)?.part.set_input(InputRow::SafeValue, value)
             }
             AnalogInput::BlockType
             | AnalogInput::ProcessValue

@@ -1,11 +1,12 @@
-//! The IMG 400 as it stands on bus and bench.
+//! Cyclic data, sensors and front panel of the IMG 400.
 
-use super::ion::Ion;
-use super::table::{Faults, MODEL};
+use super::codes::KeyLock;
+use super::ion::IonCathode;
+use super::table::MODEL;
 use super::{GaugeChannel, Img400Behaviour, StatusExtension};
-use crate::model::{Configuration, Field, Model, Octets, Unit};
+use crate::model::{Configuration, Fault, Field, MeasuringRange, Model, Octets, Part, Unit, command_code};
 use crate::profile::Behaviour;
-use crate::simulation::{Action, Drive, MeasuringRange, Part, PartReading, StateReport, UnsupportedAction};
+use crate::simulation::{Drive, FrontPanel, PartReading, StateReport, SwitchName};
 
 impl Behaviour for Img400Behaviour {
     fn model(&self) -> &'static Model {
@@ -20,18 +21,17 @@ impl Behaviour for Img400Behaviour {
         self.presentation.configure(configuration);
     }
 
-    fn exchanging(&mut self, running: bool) {
-        self.machine.exchanging(running);
+    fn set_exchanging(&mut self, running: bool) {
+        self.machine.set_exchanging(running);
     }
 
-    /// The transition command acts on both cathodes (116) when it changes to something (117); a refusal is reported
-    /// nowhere (118).
+    /// The transition command acts on both cathodes (116) when it changes (117). No telegram reports a refusal (118).
     fn output(&mut self, field: Field, octets: &[u8]) {
         let (Field::TransitionCommand, [command, value]) = (field, octets) else { return };
         if self.command != [*command, *value] {
             self.command = [*command, *value];
             for slot in [1, 2] {
-                let _ = self.hot_cathode_command(slot, (*command, *value));
+                let _ = self.hot_cathode_command(slot, command_code(*command, *value));
             }
             self.update();
         }
@@ -58,16 +58,16 @@ impl Behaviour for Img400Behaviour {
     }
 
     fn update(&mut self) {
-        self.follow();
+        self.update_all();
     }
 
     fn parts(&self) -> &[Part] {
         self.fitted.parts()
     }
 
-    fn span(&self, part: usize) -> MeasuringRange {
+    fn measuring_range(&self, part: usize) -> MeasuringRange {
         let channel = self.fitted.channel(part).and_then(|channel| self.channels.get(channel));
-        channel.unwrap_or(&self.channels[0]).part.span()
+        channel.unwrap_or(&self.channels[0]).part.measuring_range()
     }
 
     fn drive(&self, part: usize) -> Drive {
@@ -95,20 +95,16 @@ impl Behaviour for Img400Behaviour {
         self.run(f64::INFINITY);
     }
 
-    fn operate(&mut self, action: Action<'_>) -> Result<(), UnsupportedAction> {
-        match action {
-            Action::Fault { name, present } => {
-                *self.faults.named(name).ok_or(UnsupportedAction { expected: Faults::LIST.names })? = present;
-                Ok(())
-            }
-            Action::Button(channel @ (1 | 2)) => {
-                self.press_key(channel);
-                Ok(())
-            }
-            Action::Button(_) => Err(UnsupportedAction { expected: &["1", "2"] }),
-            Action::Switch { .. } => Err(UnsupportedAction { expected: &["address"] }),
-            Action::Pot { .. } => Err(UnsupportedAction { expected: &[] }),
-        }
+    fn front_panel(&self) -> FrontPanel {
+        FrontPanel { switches: &[SwitchName::Address], buttons: 2, potentiometers: &[] }
+    }
+
+    fn set_fault(&mut self, fault: Fault, active: bool) {
+        self.faults.set(fault, active);
+    }
+
+    fn press_button(&mut self, number: u8) {
+        self.press_key(number);
     }
 
     fn report(&self) -> StateReport {
@@ -125,8 +121,8 @@ impl Behaviour for Img400Behaviour {
             indicated: (1..=4).filter(fitted).map(indicated).collect(),
             exception_status: self.exception_status().bits(),
             outputs_safe: self.channels.iter().any(|channel: &GaugeChannel| channel.part.is_safe(&self.condition())),
-            emission: self.ions.iter().map(Ion::is_on).collect(),
-            degas: self.ions.iter().map(Ion::is_degassing).collect(),
+            emission: self.ions.iter().map(IonCathode::is_on).collect(),
+            degas: self.ions.iter().map(IonCathode::is_degassing).collect(),
             run_hours: self.seconds / 3600.0,
             ..StateReport::default()
         }
@@ -134,11 +130,12 @@ impl Behaviour for Img400Behaviour {
 }
 
 impl Img400Behaviour {
-    /// The key EMIS of channel 1 or 2. Key Lock 2 and 3 lock the keys (129), but not the emergency off.
-    // free choice: what the four levels lock stands in another manual
+    /// The operator has pressed the key EMIS of channel 1 or 2. PROFI-LOCK and FULL-LOCK lock the keys (129), but not
+    /// the emergency off.
+    // free choice: the effect of the four levels is in another manual
     fn press_key(&mut self, slot: u8) {
         let (able, pa) = self.conditions(slot);
-        let locked = self.key_lock >= 2;
+        let locked = matches!(self.key_lock, KeyLock::ProfiLock | KeyLock::FullLock);
         if let Some(ion) = self.ion_mut(slot) {
             ion.press_key(locked, able, pa);
         }

@@ -1,13 +1,13 @@
 //! A trip point: the relay closes below a pressure and opens above another. BG 5530 4.4.3, errata-pxg55x-img400 137 to
 //! 144.
 
-use super::table;
+use super::parts;
 use crate::model::{AccessError, PressureFormat, mbar};
 use crate::profile::switched;
 
 /// A relay and its trip point.
 #[derive(Clone, Debug)]
-pub(super) struct Trip {
+pub(super) struct TripRelay {
     low_pa: f64,
     upper_pa: f64,
     /// Low Trip Enable.
@@ -17,7 +17,7 @@ pub(super) struct Trip {
     closed: bool,
 }
 
-impl Trip {
+impl TripRelay {
     // free choice: the manual gives no defaults
     pub const FACTORY: Self =
         Self { low_pa: mbar(1e-3), upper_pa: mbar(2e-3), enabled: false, channel: 1, closed: false };
@@ -43,12 +43,12 @@ impl Trip {
         self.upper_pa - self.low_pa
     }
 
-    /// How Hysteresis looks on the wire: in COUNTS it is a distance from the trip point (32).
+    /// The format of Hysteresis on the wire: in COUNTS it is a distance from the trip point (32).
     pub const fn hysteresis_format(&self, format: PressureFormat) -> PressureFormat {
-        PressureFormat { counts: table::hysteresis_counts(self.low_pa), ..format }
+        PressureFormat { counts: parts::hysteresis_counts(self.low_pa), ..format }
     }
 
-    /// Low Trip Point. The number of Hysteresis stays, the upper threshold moves along (140).
+    /// Sets Low Trip Point. The number of Hysteresis stays, and the upper threshold moves with the trip point (140).
     pub fn set_low(&mut self, pa: f64, format: PressureFormat) -> Result<(), AccessError> {
         let number = self.hysteresis_format(format).number_from_pa(self.hysteresis_pa());
         let moved = Self { low_pa: pa, ..self.clone() };
@@ -57,12 +57,12 @@ impl Trip {
         Ok(())
     }
 
-    /// Hysteresis: the upper threshold follows (4.4.3, ID 201).
+    /// Sets Hysteresis; the upper threshold follows (4.4.3, ID 201).
     pub const fn set_hysteresis(&mut self, pa: f64) {
         self.upper_pa = self.low_pa + pa;
     }
 
-    /// Low Trip Upper Threshold: not below the trip point (141).
+    /// Sets Low Trip Upper Threshold, which is not below the trip point (141).
     pub fn set_upper(&mut self, pa: f64) -> Result<(), AccessError> {
         if pa < self.low_pa {
             return Err(AccessError::OutOfRange);
@@ -71,22 +71,22 @@ impl Trip {
         Ok(())
     }
 
-    /// Power returns: both switching points as they were stored, without moving each other.
-    pub fn recall(&mut self, low_pa: Option<f64>, upper_pa: Option<f64>) {
+    /// Restores the switching points as they were stored; neither moves the other.
+    pub fn restore(&mut self, low_pa: Option<f64>, upper_pa: Option<f64>) {
         self.low_pa = low_pa.unwrap_or(self.low_pa);
         // A power cut between the two must not leave them crossed.
         self.upper_pa = upper_pa.unwrap_or(self.upper_pa).max(self.low_pa);
     }
 
-    /// The channel, 1 to 4 (144).
+    /// Sets the channel, 1 to 4 (144).
     pub fn set_channel(&mut self, channel: u8) -> Result<(), AccessError> {
         self.channel = Some(channel).filter(|channel| (1..=4).contains(channel)).ok_or(AccessError::OutOfRange)?;
         Ok(())
     }
 
-    /// Compares a reading in Pa: closes below the trip point, opens above the upper threshold (137). No reading, no
-    /// condition (144).
-    pub fn follow(&mut self, reading: Option<f64>) {
+    /// Compares a reading in Pa: closes below the trip point, opens above the upper threshold (137), and opens without
+    /// a reading (144).
+    pub fn update(&mut self, reading: Option<f64>) {
         self.closed = switched(reading.filter(|_| self.enabled), self.low_pa, self.upper_pa, self.closed);
     }
 }

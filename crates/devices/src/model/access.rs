@@ -1,12 +1,12 @@
-//! Who may read and write a parameter.
+//! The access rights of a parameter.
 
 bitflags::bitflags! {
     /// The access marks of a parameter, as the manuals print them (Appendix A there).
     #[derive(Clone, Copy, Debug, PartialEq, Eq)]
     pub struct Access: u16 {
-        /// `0_XI`, `c_r`: travels from the slave to the master.
+        /// `0_XI`, `c_r`: in the cyclic data from the slave to the master.
         const CYCLIC_IN = 1 << 0;
-        /// `0_XO`, `c_w`: travels from the master to the slave.
+        /// `0_XO`, `c_w`: in the cyclic data from the master to the slave.
         const CYCLIC_OUT = 1 << 1;
         /// `1_R`
         const READ_1 = 1 << 2;
@@ -16,16 +16,16 @@ bitflags::bitflags! {
         const READ_2 = 1 << 4;
         /// `2_W`
         const WRITE_2 = 1 << 5;
-        /// `ac_r`: by the parameter channel, on devices that know no other way.
+        /// `ac_r`: by the parameter channel, on devices without DP-V1.
         const READ_CHANNEL = 1 << 6;
         /// `ac_w`
         const WRITE_CHANNEL = 1 << 7;
-        /// `prm`, in no manual: the user parameters set it, and nothing else may.
+        /// `prm`, in no manual: only the user parameters set it.
         const USER_PRM = 1 << 8;
     }
 }
 
-/// How an access reaches the device.
+/// The way on which an access reaches the device.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum AccessPath {
     /// MS1, the class 1 master that owns the slave.
@@ -36,7 +36,7 @@ pub enum AccessPath {
     ParameterChannel,
 }
 
-/// Which way a value goes.
+/// The direction of a value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Direction {
     /// To the master.
@@ -46,17 +46,18 @@ pub enum Direction {
 }
 
 impl Access {
-    /// Readable one way or the other, by request.
+    /// Readable by request, on any path.
     pub const READ: Self = Self::READ_1.union(Self::READ_2).union(Self::READ_CHANNEL);
-    /// Writable one way or the other, by request.
+    /// Writable by request, on any path.
     pub const WRITE: Self = Self::WRITE_1.union(Self::WRITE_2).union(Self::WRITE_CHANNEL);
 
-    /// Whether a request may come this way.
+    /// Whether a request on this path is allowed.
     ///
-    /// The parameter channel reads and writes what either class may: errata-bpg-bcg-tpg 22, errata-pxg55x-img400 3.
+    /// The parameter channel reads and writes the parameters that either class can: errata-bpg-bcg-tpg 22,
+    /// errata-pxg55x-img400 3.
     #[must_use]
-    pub const fn allows(self, via: AccessPath, direction: Direction) -> bool {
-        self.intersects(match (via, direction) {
+    pub const fn allows(self, path: AccessPath, direction: Direction) -> bool {
+        self.intersects(match (path, direction) {
             (AccessPath::Class1, Direction::Read) => Self::READ_1,
             (AccessPath::Class1, Direction::Write) => Self::WRITE_1,
             (AccessPath::Class2, Direction::Read) => Self::READ_2,
@@ -120,13 +121,13 @@ mod tests {
     }
 
     #[test]
-    fn each_way_needs_its_own_mark_and_the_channel_any() {
+    fn each_path_needs_its_own_mark_and_the_parameter_channel_any_mark() {
         let class_2 = access!(2_R / W);
-        for (via, allowed) in
+        for (path, allowed) in
             [(AccessPath::Class1, false), (AccessPath::Class2, true), (AccessPath::ParameterChannel, true)]
         {
-            assert_eq!(class_2.allows(via, Direction::Read), allowed, "{via:?}");
-            assert_eq!(class_2.allows(via, Direction::Write), allowed, "{via:?}");
+            assert_eq!(class_2.allows(path, Direction::Read), allowed, "{path:?}");
+            assert_eq!(class_2.allows(path, Direction::Write), allowed, "{path:?}");
         }
         assert!(!access!(0_XI).allows(AccessPath::ParameterChannel, Direction::Read));
         assert!(!access!(1 / 2_R).allows(AccessPath::ParameterChannel, Direction::Write));

@@ -1,23 +1,24 @@
 //! Blocks and their rows: the table in the source is the table in the manual, column by column.
 //!
-//! `block!` makes an enum of the parameters of one block, and their [`Row`]s; `blocks!` says in which slots a device has
-//! them, and makes an enum of all its parameters. Behaviour is an exhaustive `match` on the latter.
+//! `block!` makes an enum of the parameters of one block, their [`Row`]s, and a module with a typed parameter for each;
+//! `blocks!` lists the locations of the blocks of a device, and makes an enum of all its parameters. Behaviour is an
+//! exhaustive `match` on the latter.
 
 use super::{Access, Codes, DataType};
 use core::fmt;
 
-/// What happens to a value when power goes.
+/// What a device stores of a value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Storage {
-    /// `N`: kept.
+    /// `N`: stored.
     Nonvolatile,
-    /// `V`: lost.
+    /// `V`: lost with the power.
     Volatile,
-    /// `R`: lost, unless the master has asked to store it.
+    /// `R`: stored when the master asks for it, otherwise lost with the power.
     OnRequest,
-    /// `D`: follows from others, never stored.
+    /// `D`: depends on other values, never stored.
     Dynamic,
-    /// `-`: the manual says nothing; nothing is kept.
+    /// `-`: the manual says nothing; the value is not stored.
     Unstated,
 }
 
@@ -52,7 +53,7 @@ impl fmt::Display for Storage {
     }
 }
 
-/// One parameter as the manual tabulates it.
+/// A parameter in a table of the manual.
 #[derive(Debug, PartialEq)]
 pub struct Row {
     /// The index in its slot.
@@ -61,24 +62,31 @@ pub struct Row {
     pub name: &'static str,
     /// The data type.
     pub data_type: DataType,
-    /// Who may read and write it.
+    /// The access rights.
     pub access: Access,
-    /// The access as it stands in the table.
+    /// The access rights as printed.
     pub access_text: &'static str,
-    /// What happens when power goes.
+    /// The store class.
     pub storage: Storage,
     /// The section of the manual.
     pub section: &'static str,
-    /// What its numbers mean.
+    /// The meaning of its numbers.
     pub codes: Codes,
 }
 
 impl Row {
-    /// Whether a master's value can outlive the power: it has a place in the memory, and a master can change it.
+    /// Whether the device stores a value of a master: the store class allows it, and a master can change it.
     #[must_use]
     pub const fn is_stored(&self) -> bool {
         matches!(self.storage, Storage::Nonvolatile | Storage::OnRequest)
             && self.access.intersects(Access::WRITE.union(Access::USER_PRM))
+    }
+
+    /// Whether a client can treat both rows alike: index, name, data type and codes are the same.
+    #[must_use]
+    pub fn is_like(&self, other: &Self) -> bool {
+        (self.index, self.name, self.data_type) == (other.index, other.name, other.data_type)
+            && self.codes == other.codes
     }
 }
 
@@ -89,15 +97,27 @@ pub struct Block {
     pub name: &'static str,
     /// The number of Appendix B, where the block has one.
     pub block_type: Option<u16>,
-    /// The rows, by rising ID.
+    /// The rows, in the order of their indices.
     pub rows: &'static [Row],
 }
 
 impl Block {
-    /// The row with this ID.
+    /// The row with this index.
     #[must_use]
-    pub fn row(&self, id: u8) -> Option<&'static Row> {
-        self.rows.iter().find(|row| row.index == id)
+    pub fn row(&self, index: u8) -> Option<&'static Row> {
+        self.rows.iter().find(|row| row.index == index)
+    }
+
+    /// The row with this index, for the macros of the tables, which know that there is one.
+    pub(crate) const fn row_at(&self, index: u8) -> &'static Row {
+        let mut rows = self.rows;
+        while let [first, rest @ ..] = rows {
+            if first.index == index {
+                return first;
+            }
+            rows = rest;
+        }
+        panic!("the block has no row with this index")
     }
 
     /// The octets of Block Type: the number as a word, then two zeros. errata-bpg-bcg-tpg 31.
@@ -110,7 +130,7 @@ impl Block {
         [high, low, 0, 0]
     }
 
-    /// Whether the IDs rise, so that none is there twice. Asked at compile time.
+    /// Whether the indices rise, so that none is in the table twice. Evaluated at compile time.
     #[must_use]
     pub const fn is_ordered(&self) -> bool {
         let mut rows = self.rows;
@@ -137,64 +157,98 @@ macro_rules! block_type {
 }
 
 /// A block table. The columns: ID, identifier, name as printed, data type, access, store class, section of the
-/// manual, and the table of its codes if it has one.
+/// manual, and the code table if the parameter has one. The module has a typed parameter for each row.
 macro_rules! block {
     (
         $(#[$doc:meta])*
-        pub $block:ident = $title:literal $(, type $block_type:literal)?;
-        $($id:literal $parameter:ident $name:literal $data_type:ident $(($length:literal))?
+        pub $block:ident in $module:ident = $title:literal $(, type $block_type:literal)?;
+        $($index:literal $parameter:ident $name:literal $data_type:ident $(($length:literal))?
             [$($access:tt)*] $storage:tt $section:literal $($codes:ident)?;)+
     ) => {
         $(#[$doc])*
         #[derive(Clone, Copy, Debug, PartialEq, Eq)]
         pub enum $block {
-            $(#[doc = concat!("ID ", stringify!($id), ", ", $name)] $parameter = $id,)+
+            $(#[doc = concat!("ID ", stringify!($index), ", ", $name)] $parameter = $index,)+
         }
 
         impl $block {
-            /// The rows.
+            /// The table.
             pub const BLOCK: $crate::model::Block = $crate::model::Block {
                 name: $title,
                 block_type: $crate::model::block::block_type!($($block_type)?),
                 rows: &[$($crate::model::Row {
-                    index: $id,
+                    index: $index,
                     name: $name,
                     data_type: $crate::model::value::data_type!($data_type $(($length))?),
                     access: $crate::model::access::access!($($access)*),
                     access_text: stringify!($($access)*),
                     storage: $crate::model::block::storage!($storage),
                     section: $section,
-                    codes: $crate::model::codes::codes!($($codes)?),
+                    codes: $crate::model::codes::row_codes!($($codes)?),
                 },)+],
             };
 
-            /// The parameter with this ID.
+            /// The parameter with this index.
             #[must_use]
-            pub const fn of(id: u8) -> Option<Self> {
-                match id {
-                    $($id => Some(Self::$parameter),)+
+            pub const fn from_index(index: u8) -> Option<Self> {
+                match index {
+                    $($index => Some(Self::$parameter),)+
                     _ => None,
                 }
             }
         }
 
-        // An associated constant that nobody uses would never be looked at.
-        const _: () = assert!($block::BLOCK.is_ordered(), "the IDs of a block rise");
+        #[doc = concat!("The typed parameters of [`", stringify!($block), "`].")]
+        pub mod $module {
+            $(
+                #[doc = concat!("ID ", stringify!($index), ", ", $name)]
+                #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+                pub struct $parameter;
+
+                impl $crate::model::TypedParameter for $parameter {
+                    type Value = $crate::model::typed::value_type!($data_type; $($codes)?);
+
+                    const BLOCK: &'static $crate::model::Block = &super::$block::BLOCK;
+                    const ROW: &'static $crate::model::Row = super::$block::BLOCK.row_at($index);
+                }
+            )+
+        }
+
+        // Without a use the compiler would not evaluate the associated constant.
+        const _: () = assert!($block::BLOCK.is_ordered(), "the indices of a block rise");
     };
 }
 
-/// Where a block stands: slot, and instance where several share the slot and a selector chooses one.
+/// The location of a block: slot, and instance where several instances share the slot and a selector chooses one.
 #[derive(Debug, PartialEq, Eq)]
 pub struct Location {
     /// The slot.
     pub slot: u8,
     /// The instance, 0 where the slot has only one.
     pub instance: u8,
-    /// What people call it: the manual's word for the measuring part or the channel.
+    /// The manual's word for the measuring part or the channel.
     pub name: &'static str,
 }
 
-/// A block, and everywhere a device has it.
+impl Location {
+    /// The location of a block in a slot of its own.
+    pub(crate) const fn slot(slot: u8, name: &'static str) -> Self {
+        Self { slot, instance: 0, name }
+    }
+
+    /// The location of an instance of a slot.
+    pub(crate) const fn instance(slot: u8, instance: u8, name: &'static str) -> Self {
+        Self { slot, instance, name }
+    }
+
+    /// Whether both have the same slot and instance.
+    #[must_use]
+    pub const fn is_at(&self, other: &Self) -> bool {
+        self.slot == other.slot && self.instance == other.instance
+    }
+}
+
+/// A block with all its locations in a device.
 #[derive(Debug, PartialEq)]
 pub struct PlacedBlock {
     /// The block.
@@ -205,21 +259,21 @@ pub struct PlacedBlock {
 
 /// All parameters of a device, made by `blocks!`.
 pub trait ParameterSet: Copy + 'static {
-    /// The blocks and where they are.
-    const PLACES: &'static [PlacedBlock];
+    /// The blocks and their locations.
+    const BLOCKS: &'static [PlacedBlock];
 
-    /// The parameter with this ID in the block at this position of [`PLACES`](Self::PLACES). A device that comes in several
-    /// kinds has a list of places for each, with blocks for the same parameters at the same positions.
-    fn of(place: usize, id: u8) -> Option<Self>;
+    /// The parameter with this index in the block at this position of [`BLOCKS`](Self::BLOCKS). A device that comes in
+    /// several variants has a list for each, with blocks for the same parameters at the same positions.
+    fn of(position: usize, index: u8) -> Option<Self>;
 }
 
-/// The blocks of a device: the variant for the parameters of a block, then its addresses as `slot "name"` or
-/// `slot:instance "name"`; none where only another kind of the device has the block.
+/// The blocks of a device: the variant for the parameters of a block, then its locations; none where only another
+/// variant of the device has the block.
 macro_rules! blocks {
     (
         $(#[$doc:meta])*
         pub $parameters:ident;
-        $($variant:ident($block:ident) [$($slot:literal $(: $instance:literal)? $name:literal),*];)+
+        $($variant:ident($block:ident) [$($location:ident),*];)+
     ) => {
         $(#[$doc])*
         #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -228,18 +282,15 @@ macro_rules! blocks {
         }
 
         impl $crate::model::ParameterSet for $parameters {
-            const PLACES: &'static [$crate::model::PlacedBlock] = &[$($crate::model::PlacedBlock {
+            const BLOCKS: &'static [$crate::model::PlacedBlock] = &[$($crate::model::PlacedBlock {
                 block: &$block::BLOCK,
-                locations: &[$($crate::model::Location {
-                    slot: $slot,
-                    instance: 0 $(+ $instance)?,
-                    name: $name,
-                },)*],
+                locations: &[$($location),*],
             },)+];
 
-            fn of(place: usize, id: u8) -> Option<Self> {
-                const OF: &[fn(u8) -> Option<$parameters>] = &[$(|id| $block::of(id).map($parameters::$variant),)+];
-                OF.get(place)?(id)
+            fn of(position: usize, index: u8) -> Option<Self> {
+                const OF: &[fn(u8) -> Option<$parameters>] =
+                    &[$(|index| $block::from_index(index).map($parameters::$variant),)+];
+                OF.get(position)?(index)
             }
         }
     };

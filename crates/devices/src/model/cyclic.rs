@@ -1,4 +1,4 @@
-//! What travels in every cycle: standard telegrams, and the configurations that choose them.
+//! The cyclic data: standard telegrams, and the configurations that choose them.
 
 use super::NumberType;
 use profivac_wire::Reader;
@@ -12,7 +12,7 @@ pub enum Field {
     TransitionCommand,
     /// Sensor On_Off, to the device.
     SensorOnOff,
-    /// So many octets that the device ignores.
+    /// This number of octets that the device ignores.
     Ignored(u8),
     /// Exception Status.
     ExceptionStatus,
@@ -30,7 +30,7 @@ pub enum Field {
     MeasurementStatus(u8),
     /// Channel Status.
     ChannelStatus,
-    /// The status of so many trip relays, from relay 1 on.
+    /// The status of this number of trip relays, from relay 1 on.
     TripRelays(u8),
     /// Status and 12-bit value of the TTR compatibility mode.
     TtrValue,
@@ -43,7 +43,7 @@ const INTEGER16: u8 = NumberType::Integer.code();
 const FLOAT: u8 = NumberType::Float.code();
 
 impl Field {
-    /// What the manuals call it.
+    /// The name in the manuals.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -63,7 +63,7 @@ impl Field {
         }
     }
 
-    /// How many octets it has.
+    /// The number of its octets.
     #[must_use]
     pub const fn octets(self) -> usize {
         match self {
@@ -92,7 +92,7 @@ impl Field {
             | Self::MeasurementStatus(_) => &[UINT8],
             Self::ProcessValue(NumberType::Integer) | Self::ChannelValue(_, NumberType::Integer) => &[INTEGER16],
             Self::ProcessValue(NumberType::Float) | Self::ChannelValue(_, NumberType::Float) => &[FLOAT],
-            // Only in configurations of the general format, which knows no types.
+            // Only in configurations of the general format, which has no type codes.
             Self::ChannelMantissa(_) | Self::Ignored(_) | Self::TtrValue => &[],
         }
     }
@@ -103,7 +103,7 @@ impl Field {
 pub struct Telegram {
     /// The manual's number.
     pub number: u8,
-    /// What it consists of, in order.
+    /// Its fields, in order.
     pub fields: &'static [Field],
 }
 
@@ -113,7 +113,7 @@ pub(crate) const fn telegram(number: u8, fields: &'static [Field]) -> Telegram {
 }
 
 impl Telegram {
-    /// How many octets it has.
+    /// The number of its octets.
     #[must_use]
     pub const fn octets(&self) -> usize {
         let (mut fields, mut sum) = (self.fields, 0usize);
@@ -124,7 +124,7 @@ impl Telegram {
         sum
     }
 
-    /// The fields and where each begins.
+    /// The offset of each field, and the field.
     pub fn layout(&self) -> impl Iterator<Item = (usize, Field)> {
         self.fields.iter().scan(0usize, |next, field| {
             let start = *next;
@@ -145,7 +145,7 @@ pub struct Configuration {
     pub octets: &'static [u8],
 }
 
-/// A configuration of a table, checked against its telegrams while the program is compiled.
+/// A configuration of a table, checked against its telegrams at compile time.
 pub(crate) const fn configuration(
     outputs: Option<&'static Telegram>,
     inputs: Option<&'static Telegram>,
@@ -156,26 +156,26 @@ pub(crate) const fn configuration(
     configuration
 }
 
-/// Lengths of both directions and, in the special format, the type codes that are still expected.
+/// The lengths of both directions that the octets announce.
 struct Sums {
     outputs: usize,
     inputs: usize,
 }
 
 impl Configuration {
-    /// How many octets the master sends.
+    /// The number of octets that the master sends.
     #[must_use]
     pub const fn output_octets(&self) -> usize {
         octets_of(self.outputs)
     }
 
-    /// How many octets the slave sends.
+    /// The number of octets that the slave sends.
     #[must_use]
     pub const fn input_octets(&self) -> usize {
         octets_of(self.inputs)
     }
 
-    /// How a Process Value travels, if one does.
+    /// The number type of the Process Value, if the inputs have one.
     #[must_use]
     pub fn number(&self) -> Option<NumberType> {
         self.inputs?.fields.iter().find_map(|field| match field {
@@ -246,7 +246,7 @@ const fn general(octet: u8, sums: &mut Sums) {
     }
 }
 
-/// Whether the type codes of a telegram come next.
+/// Whether the type codes of a telegram follow.
 const fn codes_follow(telegram: Option<&Telegram>, reader: &mut Reader<'_>) -> bool {
     let Some(telegram) = telegram else { return true };
     let mut fields = telegram.fields;
@@ -263,7 +263,7 @@ const fn codes_follow(telegram: Option<&Telegram>, reader: &mut Reader<'_>) -> b
     true
 }
 
-/// How many type codes a telegram has.
+/// The number of type codes of a telegram.
 const fn codes_of(telegram: Option<&Telegram>) -> u8 {
     let Some(telegram) = telegram else { return 0 };
     let (mut fields, mut sum) = (telegram.fields, 0u8);
@@ -329,7 +329,7 @@ mod tests {
     }
 
     #[test]
-    fn configurations_of_all_kinds_are_understood() {
+    fn configurations_of_both_formats_fit_their_telegrams() {
         assert!(is_consistent(&TTR_OUT, &TTR_IN, TTR));
         assert!(is_consistent(&CHANNEL, &RELAYS, PCG_204));
         assert!(is_consistent(&CHANNEL, &CHANNELS, IMG_14));
@@ -337,7 +337,7 @@ mod tests {
     }
 
     #[test]
-    fn a_misprint_is_found() {
+    fn a_misprinted_configuration_does_not_fit() {
         // errata-pxg55x-img400 114: one float too many.
         let printed = &[0xC9, 0x87, 0xA1, 0x0A, 0x0A, 0x05, 0x08, 0x08, 0x08, 0x08, 0x08, 0x0A, 0x0A];
         assert!(!is_consistent(&CHANNEL, &CHANNELS, printed));
@@ -347,7 +347,7 @@ mod tests {
     }
 
     #[test]
-    fn every_altered_octet_of_a_special_string_is_found() {
+    fn a_configuration_of_the_special_format_with_an_altered_octet_does_not_fit() {
         extern crate std;
         use std::vec::Vec;
         for position in 0..PCG_204.len() {
@@ -360,7 +360,7 @@ mod tests {
     }
 
     #[test]
-    fn the_layout_follows_from_the_list() {
+    fn the_offsets_follow_from_the_list_of_fields() {
         let starts: [usize; 8] = [0, 8, 9, 13, 17, 21, 25, 27];
         assert!(CHANNELS.layout().map(|(start, _)| start).eq(starts));
         assert_eq!(CHANNELS.octets(), 34);

@@ -1,52 +1,52 @@
-//! A device in one static value.
+//! The tables of a device in one static value.
 
-use super::{AccessError, Configuration, PartSpec, PlacedBlock, Unit};
+use super::{AccessError, Configuration, FaultList, Location, PartSpec, PlacedBlock, Row, TypedParameter, Unit};
 use profivac_dp::slave::Features;
 
-/// Everything about a device that does not change.
+/// The properties of a device that do not change.
 #[derive(Debug)]
 pub struct Model {
     /// The name in profivac: `bcg450`.
     pub name: &'static str,
     /// The name on the device.
     pub title: &'static str,
-    /// Who makes it.
+    /// The manufacturer.
     pub vendor: &'static str,
-    /// The manual the tables follow.
+    /// The manual of the tables.
     pub manual: &'static str,
     /// Ident_Number.
     pub ident: u16,
-    /// What the protocol side can do.
+    /// The services of the slave.
     pub features: Features,
     /// The configurations, in the manual's order.
     pub configurations: &'static [Configuration],
-    /// The one Get_Cfg tells before the first Chk_Cfg.
+    /// The answer to Get_Cfg before the first Chk_Cfg.
     pub default_configuration: &'static Configuration,
     /// The pressure units, in the manual's order.
     pub units: &'static [Unit],
-    /// The user parameter strings it accepts.
+    /// The user parameter strings that the device accepts.
     pub user_prm: &'static [UserPrm],
-    /// The bits of the first user parameter octet a master may add to a printed string.
+    /// The bits of the first user parameter octet that a master may add to a printed string.
     pub dpv1_status: u8,
-    /// The blocks and their slots.
+    /// The blocks and their locations.
     pub blocks: &'static [PlacedBlock],
-    /// The instances that measure, with their ranges.
+    /// The measuring parts that have a range in the tables.
     pub parts: &'static [&'static PartSpec],
-    /// How it speaks in the parameter channel.
+    /// The rules of its parameter channel.
     pub channel_rules: &'static ChannelRules,
-    /// The faults it can have.
+    /// The faults that the device can have.
     pub faults: &'static FaultList,
     /// The errata that concern its manual: the list, and the numbers of its entries.
     pub errata: &'static str,
-    /// What only its GSD file tells.
+    /// The properties that only its GSD file has.
     pub gsd: Gsd,
 }
 
 impl Model {
-    /// The user parameter string that `user` is.
+    /// The user parameter string with these octets.
     #[must_use]
     pub fn user_prm(&self, user: &[u8]) -> Option<&'static UserPrm> {
-        self.user_prm.iter().find(|prm| prm.is(user, self.dpv1_status))
+        self.user_prm.iter().find(|prm| prm.matches(user, self.dpv1_status))
     }
 
     /// The configuration with exactly these octets.
@@ -61,6 +61,15 @@ impl Model {
         self.units.iter().find(|unit| unit.code == code)
     }
 
+    /// The row of this model that `P` names at `location`; `None` if the model has no such parameter there.
+    ///
+    /// A row of a sister gauge is found as well if index, name, data type and codes are the same.
+    #[must_use]
+    pub fn typed_row<P: TypedParameter>(&self, location: &Location) -> Option<&'static Row> {
+        let blocks = self.blocks.iter().filter(|placed| placed.locations.iter().any(|own| own.is_at(location)));
+        blocks.filter_map(|placed| placed.block.row(P::ROW.index)).find(|row| row.is_like(P::ROW))
+    }
+
     /// The unit with this name, in any case of letters.
     #[must_use]
     pub fn unit_named(&self, name: &str) -> Option<&'static Unit> {
@@ -68,10 +77,10 @@ impl Model {
     }
 }
 
-/// A user parameter string of a table.
+/// A user parameter string.
 #[derive(Debug, PartialEq, Eq)]
 pub struct UserPrm {
-    /// What it selects, as printed.
+    /// The name of its choice, as printed.
     pub name: &'static str,
     /// The octets.
     pub octets: &'static [u8],
@@ -79,7 +88,7 @@ pub struct UserPrm {
 
 impl UserPrm {
     /// Whether `user` is this string, apart from the `free` bits of the first octet: errata-bpg-bcg-tpg 4.
-    fn is(&self, user: &[u8], free: u8) -> bool {
+    fn matches(&self, user: &[u8], free: u8) -> bool {
         match (self.octets, user) {
             ([first, rest @ ..], [user_first, user_rest @ ..]) => *first == user_first & !free && rest == user_rest,
             (octets, user) => octets == user,
@@ -96,18 +105,18 @@ impl UserPrm {
     }
 }
 
-/// How a device speaks in the parameter channel.
+/// The rules of the parameter channel of a device.
 #[derive(Debug, PartialEq, Eq)]
 pub struct ChannelRules {
-    /// The instructions, by their signature AK. 0 means none.
+    /// The tasks, by their AK. AK 0 means no task.
     pub tasks: &'static [(u8, TaskKind)],
-    /// A new instruction is started only after AK 0: errata-bpg-bcg-tpg 25 (yes) and 153 (no).
+    /// The device starts a new task only after AK 0: errata-bpg-bcg-tpg 25 (yes) and 153 (no).
     pub needs_idle_between: bool,
-    /// Codes that differ from [`Refusal::channel_code`].
+    /// Error codes that differ from [`AccessError::channel_code`].
     pub error_codes: &'static [(AccessError, u8)],
 }
 
-/// An instruction of the parameter channel.
+/// A kind of task of the parameter channel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TaskKind {
     /// Read a parameter.
@@ -117,21 +126,21 @@ pub enum TaskKind {
 }
 
 impl ChannelRules {
-    /// The instruction with this signature.
+    /// The task with this AK.
     #[must_use]
     pub fn task(&self, ak: u8) -> Option<TaskKind> {
-        self.tasks.iter().find(|(signature, _)| *signature == ak).map(|(_, instruction)| *instruction)
+        self.tasks.iter().find(|(own, _)| *own == ak).map(|(_, task)| *task)
     }
 
-    /// The error code of a refusal.
+    /// The code of an error.
     #[must_use]
-    pub fn error_code(&self, refusal: AccessError) -> u8 {
-        let own = self.error_codes.iter().find(|(other, _)| *other == refusal).map(|(_, code)| *code);
-        own.unwrap_or(refusal.channel_code())
+    pub fn error_code(&self, error: AccessError) -> u8 {
+        let own = self.error_codes.iter().find(|(other, _)| *other == error).map(|(_, code)| *code);
+        own.unwrap_or(error.channel_code())
     }
 }
 
-/// Facts that stand in no other table.
+/// Properties that only the GSD file has.
 #[derive(Debug, PartialEq, Eq)]
 pub struct Gsd {
     /// Revision of the file.
@@ -145,42 +154,3 @@ pub struct Gsd {
     /// Set_Slave_Add is supported.
     pub set_slave_add: bool,
 }
-
-/// The faults of a device, made by `faults!`.
-#[derive(Debug, PartialEq, Eq)]
-pub struct FaultList {
-    /// The names.
-    pub names: &'static [&'static str],
-    /// What each does, in the same order.
-    pub effects: &'static [&'static str],
-}
-
-/// The faults of a device: field, name for people, what it does.
-macro_rules! faults {
-    ($(#[$doc:meta])* pub $faults:ident; $($fault:ident $name:literal $effect:literal;)+) => {
-        $(#[$doc])*
-        #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-        pub struct $faults {
-            $(#[doc = $effect] pub $fault: bool,)+
-        }
-
-        impl $faults {
-            /// All is well.
-            pub const NONE: Self = Self { $($fault: false),+ };
-
-            /// Their names and effects.
-            pub const LIST: $crate::model::FaultList =
-                $crate::model::FaultList { names: &[$($name),+], effects: &[$($effect),+] };
-
-            /// The fault with this name.
-            pub fn named(&mut self, name: &str) -> Option<&mut bool> {
-                match name {
-                    $($name => Some(&mut self.$fault),)+
-                    _ => None,
-                }
-            }
-        }
-    };
-}
-
-pub(crate) use faults;

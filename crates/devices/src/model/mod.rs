@@ -1,7 +1,6 @@
-//! What a device is, in tables: blocks and their rows, cyclic telegrams, units, codes. No behaviour.
+//! The tables of a device: blocks and their rows, cyclic telegrams, units, codes. No behaviour.
 //!
-//! Everything outside that wants to know a device (a master by name, a GSD file, a page of documentation) reads a
-//! [`Model`].
+//! Clients, GSD files and the pages of the documentation read a [`Model`].
 
 pub(crate) mod access;
 mod access_error;
@@ -9,18 +8,24 @@ pub(crate) mod block;
 pub(crate) mod codes;
 mod cyclic;
 mod device;
+mod fault;
+mod octets;
 mod part_spec;
 mod pressure;
+pub(crate) mod typed;
 pub(crate) mod value;
 
 pub use access::{Access, AccessPath, Direction};
 pub use access_error::AccessError;
 pub use block::{Block, Location, ParameterSet, PlacedBlock, Row, Storage};
-pub use codes::{Code, Codes, Precondition, code};
+pub use codes::{Code, CodeTable, Codes, Precondition, UnknownCode};
 pub use cyclic::{Configuration, Field, Telegram};
 pub(crate) use cyclic::{configuration, telegram};
-pub(crate) use device::faults;
-pub use device::{ChannelRules, FaultList, Gsd, Model, TaskKind, UserPrm};
-pub use part_spec::{Clipping, Limits, PartSpec, RangeStatus};
+pub use device::{ChannelRules, Gsd, Model, TaskKind, UserPrm};
+pub(crate) use fault::faults;
+pub use fault::{Fault, FaultList};
+pub use octets::{Octets, copy_to_front};
+pub use part_spec::{Clipping, Limits, MeasuringRange, Part, PartSpec, Principle, RangeStatus};
 pub use pressure::{Counts, NumberType, PressureFormat, Scale, Unit, mbar};
-pub use value::{DataType, Octets, Value, put};
+pub use typed::{ParameterValue, Pascal, TypedParameter};
+pub use value::{DataType, Value, command_code};

@@ -1,16 +1,48 @@
-//! What the tables say about a measuring part.
+//! The measuring parts of a device in its tables.
 
 use super::Counts;
-use crate::simulation::Part;
+
+/// The principle by which a measuring part senses pressure.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Principle {
+    /// Heat transfer.
+    Pirani,
+    /// Hot cathode ionisation, Bayard-Alpert or extractor.
+    HotCathode,
+    /// Cold cathode ionisation.
+    ColdCathode,
+    /// Capacitance diaphragm.
+    Diaphragm,
+    /// Piezo diaphragm that measures the ambient atmosphere, not the chamber.
+    Atmosphere,
+}
+
+/// A measuring part of a device.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Part {
+    /// Its instance in the manual, or its channel on a controller, from 1.
+    pub instance: u8,
+    /// Its principle.
+    pub principle: Principle,
+}
+
+/// The pressures between which a measuring part measures, in Pa.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MeasuringRange {
+    /// The lowest pressure.
+    pub lowest_pa: f64,
+    /// The highest pressure, full scale.
+    pub highest_pa: f64,
+}
 
 /// A measuring part in the tables.
 #[derive(Debug, PartialEq)]
 pub struct PartSpec {
-    /// Its instance and how it senses.
+    /// Its instance and principle.
     pub part: Part,
     /// Its range.
     pub limits: Limits,
-    /// What it shows beyond its range: clipped to it, or the value itself where nobody else measures further.
+    /// How it shows a value beyond its range.
     pub clipping: Clipping,
     /// Its COUNTS.
     pub counts: Counts,
@@ -27,20 +59,20 @@ pub struct Limits {
     pub full_scale_pa: f64,
 }
 
-/// Which values are shown as they are. errata-bpg-bcg-tpg 53 and 81.
+/// The end of the range at which a measuring part shows the limit instead of the value. errata-bpg-bcg-tpg 53 and 81.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Clipping {
-    /// Those within the limits.
+    /// Below underrange and above overrange.
     Both,
-    /// Those below overrange: the lowest part of a gauge.
+    /// Above overrange only: the lowest part of a gauge.
     Above,
-    /// Those above underrange: the highest part of a gauge.
+    /// Below underrange only: the highest part of a gauge.
     Below,
-    /// All: the only part.
+    /// At no end: the only part.
     Never,
 }
 
-/// Where a value lies.
+/// The position of a value relative to a range.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum RangeStatus {
     /// Below underrange.
@@ -55,7 +87,7 @@ pub enum RangeStatus {
 const SLACK: f64 = 1e-9;
 
 impl Limits {
-    /// Where `pa` lies.
+    /// The position of `pa` relative to the range.
     #[must_use]
     pub fn status_of(&self, pa: f64) -> RangeStatus {
         match pa {
@@ -67,7 +99,7 @@ impl Limits {
 }
 
 impl PartSpec {
-    /// What is shown for a reading of `pa`.
+    /// The value that the part shows for a reading of `pa`.
     #[must_use]
     pub const fn clip(&self, pa: f64) -> f64 {
         let Limits { under_pa, over_pa, .. } = self.limits;

@@ -1,8 +1,8 @@
-//! Units, number types, and the numbers that stand for a pressure. Inside a device every pressure is in Pa.
+//! Units, number types, and the numbers that represent a pressure on the wire. Inside a device every pressure is in Pa.
 
-use super::{Octets, put};
+use super::octets::{Octets, copy_to_front};
 
-/// Pa of so many mbar.
+/// A pressure in mbar, converted to Pa.
 #[must_use]
 pub const fn mbar(mbar: f64) -> f64 {
     mbar * PA_PER_MBAR
@@ -17,16 +17,16 @@ pub struct Unit {
     pub code: u16,
     /// As printed.
     pub name: &'static str,
-    /// What people call it besides.
+    /// Another common name.
     pub alias: &'static str,
-    /// What one mbar is.
+    /// Its scale.
     pub scale: Scale,
 }
 
-/// What one mbar is in a unit.
+/// The scale of a unit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Scale {
-    /// So many of it.
+    /// This number of units for one mbar.
     PerMbar(f64),
     /// It depends on the instance: [`Counts`].
     Counts,
@@ -58,8 +58,8 @@ pub enum Counts {
         /// Counts for one mbar.
         per_mbar: f64,
     },
-    /// A difference of pressures, counted on the logarithmic scale from a point to where the difference ends. Both ends
-    /// are converted, not the difference itself: errata-pxg55x-img400 32.
+    /// A difference of pressures, counted on the logarithmic scale from a point to the point plus or minus the
+    /// difference. Both ends are converted, not the difference itself: errata-pxg55x-img400 32.
     Distance {
         /// Counts for a factor of ten.
         per_decade: f64,
@@ -67,40 +67,40 @@ pub enum Counts {
         at_1_mbar: f64,
         /// The point, in mbar.
         from_mbar: f64,
-        /// The difference is added to the point, or taken from it.
+        /// The difference is added to the point (`true`) or subtracted from it.
         upwards: bool,
     },
 }
 
 impl Counts {
-    fn of(self, mbar: f64) -> f64 {
+    fn from_mbar(self, mbar: f64) -> f64 {
         match self {
-            // Neither 0 nor what is less has a logarithm.
+            // A pressure of 0 or less has no logarithm.
             Self::Log { .. } if mbar <= 0.0 => 0.0,
             Self::Log { per_decade, at_1_mbar } => per_decade * libm::log10(mbar) + at_1_mbar,
             Self::Linear { per_mbar } => per_mbar * mbar,
             Self::Distance { per_decade, at_1_mbar, from_mbar, upwards } => {
                 let scale = Self::Log { per_decade, at_1_mbar };
                 let end_mbar = if upwards { from_mbar + mbar } else { from_mbar - mbar };
-                (scale.of(end_mbar) - scale.of(from_mbar)).abs()
+                (scale.from_mbar(end_mbar) - scale.from_mbar(from_mbar)).abs()
             }
         }
     }
 
-    fn mbar(self, counts: f64) -> f64 {
+    fn to_mbar(self, counts: f64) -> f64 {
         match self {
             Self::Log { per_decade, at_1_mbar } => libm::exp10((counts - at_1_mbar) / per_decade),
             Self::Linear { per_mbar } => counts / per_mbar,
             Self::Distance { per_decade, at_1_mbar, from_mbar, upwards } => {
                 let scale = Self::Log { per_decade, at_1_mbar };
-                let from = scale.of(from_mbar);
-                (scale.mbar(if upwards { from + counts } else { from - counts }) - from_mbar).abs()
+                let from = scale.from_mbar(from_mbar);
+                (scale.to_mbar(if upwards { from + counts } else { from - counts }) - from_mbar).abs()
             }
         }
     }
 }
 
-/// How a device writes its pressures: the parameter Data Type.
+/// The number type of the pressures of a device: the parameter Data Type.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum NumberType {
     /// Integer16, whole units.
@@ -129,7 +129,7 @@ impl NumberType {
         }
     }
 
-    /// How many octets a number has.
+    /// The number of octets.
     #[must_use]
     pub const fn octets(self) -> usize {
         match self {
@@ -139,14 +139,14 @@ impl NumberType {
     }
 }
 
-/// The highest pressure that is written in every unit without leaving the range of a float.
+/// The highest pressure that fits into a float in every unit.
 const HIGHEST_PA: f64 = 1e30;
 
-/// Added before an integer is cut, so that 4.9999999999 written as 5 is read as 5. Far below the one count of
-/// errata-bpg-bcg-tpg 69.
+/// Added before an integer is truncated, so that a 5 that is written and kept as 4.9999999999 is read as 5. Far below
+/// the one count of errata-bpg-bcg-tpg 69.
 const ROUNDING: f64 = 1e-6;
 
-/// How the pressures of one instance look on the wire.
+/// The format of the pressures of one instance on the wire.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PressureFormat {
     /// Data Units.
@@ -160,35 +160,35 @@ pub struct PressureFormat {
 }
 
 impl PressureFormat {
-    /// The number that stands for `pa`.
+    /// The number that represents `pa`.
     #[must_use]
     pub fn number_from_pa(&self, pa: f64) -> f64 {
         let mbar = pa / PA_PER_MBAR;
         match self.unit.scale {
-            // No pressure has no logarithm: errata-bpg-bcg-tpg 74.
+            // Zero has no logarithm: errata-bpg-bcg-tpg 74.
             _ if pa == 0.0 => 0.0,
             Scale::PerMbar(factor) => mbar * factor,
-            Scale::Counts => self.counts.of(mbar),
+            Scale::Counts => self.counts.from_mbar(mbar),
         }
     }
 
-    /// The pressure in Pa that `number` stands for; `None` for what no pressure can be.
+    /// The pressure in Pa that `number` represents; `None` for a number that represents no pressure.
     #[must_use]
     pub fn pa_from_number(&self, number: f64) -> Option<f64> {
         let mbar = match self.unit.scale {
             _ if number == 0.0 => 0.0,
             Scale::PerMbar(factor) => number / factor,
-            Scale::Counts => self.counts.mbar(number),
+            Scale::Counts => self.counts.to_mbar(number),
         };
         let pa = mbar * PA_PER_MBAR;
         let is_pressure = match (self.unit.scale, self.counts) {
-            // The formula goes on below 0 counts, to pressures that are only very low: errata-bpg-bcg-tpg 69.
+            // The formula also holds below 0 counts, for very low pressures: errata-bpg-bcg-tpg 69.
             (Scale::Counts, Counts::Log { .. }) => number == 0.0 || pa > 0.0,
             _ => number >= 0.0,
         };
-        // free choice: no manual limits a number that a master may write. What is below no pressure has no COUNTS to be
-        // converted to when the unit changes (errata-bpg-bcg-tpg 74), what is beyond a float in one of the units no value;
-        // both are out of range, and so is a number that is none.
+        // free choice: no manual limits a number that a master may write. A negative pressure has no COUNTS when the
+        // unit changes (errata-bpg-bcg-tpg 74), and one beyond a float has no value in some unit; both are out of
+        // range, and so is NaN.
         (is_pressure && (0.0..=HIGHEST_PA).contains(&pa)).then_some(pa)
     }
 
@@ -196,26 +196,26 @@ impl PressureFormat {
     #[must_use]
     pub fn encode(&self, pa: f64) -> Octets {
         let mut octets = [0; 4];
-        self.put(pa, &mut octets);
+        self.write(pa, &mut octets);
         Octets::filled(&octets, self.number.octets(), 0)
     }
 
-    /// Writes the octets of a pressure to the front of `place`: as an integer cut to whole units and saturated
+    /// Writes the octets of a pressure to the front of `place`: as an integer truncated to whole units and saturated
     /// (errata-bpg-bcg-tpg 69 and 70).
-    pub fn put(&self, pa: f64, place: &mut [u8]) {
+    pub fn write(&self, pa: f64, place: &mut [u8]) {
         let number = self.number_from_pa(pa);
         match self.number {
-            #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "cut and clamped")]
+            #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "truncated and clamped")]
             NumberType::Integer => {
                 let whole = libm::floor(number + ROUNDING).clamp(0.0, f64::from(self.max_integer));
-                put(place, &(whole as u16).to_be_bytes());
+                copy_to_front(place, &(whole as u16).to_be_bytes());
             }
             #[expect(clippy::cast_possible_truncation, reason = "a float has no more digits")]
-            NumberType::Float => put(place, &(number as f32).to_be_bytes()),
+            NumberType::Float => copy_to_front(place, &(number as f32).to_be_bytes()),
         }
     }
 
-    /// The pressure in Pa; `None` for another length and for what no pressure can be.
+    /// The pressure in Pa; `None` for another length and for a number that represents no pressure.
     #[must_use]
     pub fn decode(&self, octets: &[u8]) -> Option<f64> {
         let number = match self.number {
@@ -236,7 +236,7 @@ mod tests {
     static MBAR: Unit = Unit { code: 1308, name: "mbar", alias: "hPa", scale: Scale::PerMbar(1.0) };
     static COUNTS: Unit = Unit { code: 1001, name: "COUNTS", alias: "counts", scale: Scale::Counts };
 
-    /// 1000 counts for a decade, 5000 at 1 mbar, seen from 100 mbar.
+    /// A difference from 100 mbar, with 1000 counts for a decade and 5000 at 1 mbar.
     const fn distance(upwards: bool) -> PressureFormat {
         let counts = Counts::Distance { per_decade: 1000.0, at_1_mbar: 5000.0, from_mbar: 100.0, upwards };
         PressureFormat { unit: &COUNTS, number: NumberType::Float, counts, max_integer: 32767 }
@@ -255,14 +255,14 @@ mod tests {
     }
 
     #[test]
-    fn a_difference_that_leads_below_zero_ends_where_the_scale_does() {
+    fn a_difference_that_leads_below_zero_ends_at_zero_counts() {
         assert_eq!(distance(false).number_from_pa(mbar(200.0)), 7000.0);
     }
 
     const BCG: Counts = Counts::Log { per_decade: 2000.0, at_1_mbar: 25000.0 };
 
-    const fn format(unit: &'static Unit, number: NumberType, counts: Counts, highest: u16) -> PressureFormat {
-        PressureFormat { unit, number, counts, max_integer: highest }
+    const fn format(unit: &'static Unit, number: NumberType, counts: Counts, max_integer: u16) -> PressureFormat {
+        PressureFormat { unit, number, counts, max_integer }
     }
 
     /// A pressure in mbar and its COUNTS, for the scales of all manuals.
@@ -282,7 +282,7 @@ mod tests {
     ];
 
     #[test]
-    fn counts_of_every_scale_there_and_back() {
+    fn a_pressure_is_converted_to_the_counts_of_every_scale_and_back() {
         for (scale, pressure, counts) in SCALES {
             let format = format(&COUNTS, NumberType::Float, scale, 32767);
             let number = format.number_from_pa(mbar(pressure));
@@ -303,7 +303,7 @@ mod tests {
 
     /// errata-bpg-bcg-tpg 69: "in Float send the exact value"; 74 for zero.
     #[test]
-    fn floats_follow_the_logarithm_below_zero_counts_and_back() {
+    fn floats_are_converted_below_zero_counts_too() {
         let format = format(&COUNTS, NumberType::Float, BCG, 32767);
         for (pressure, counts) in [(1e-12, 1000.0), (1e-13, -1000.0), (1e-20, -15000.0), (0.0, 0.0)] {
             assert!((format.number_from_pa(mbar(pressure)) - counts).abs() < 1e-6, "{pressure} mbar");
@@ -313,9 +313,9 @@ mod tests {
     }
 
     #[test]
-    fn integers_are_cut_saturated_and_never_negative() {
-        let words = |unit, highest, pressure: f64| {
-            let octets = format(unit, NumberType::Integer, BCG, highest).encode(mbar(pressure));
+    fn integers_are_truncated_saturated_and_never_negative() {
+        let words = |unit, max_integer, pressure: f64| {
+            let octets = format(unit, NumberType::Integer, BCG, max_integer).encode(mbar(pressure));
             u16::from_be_bytes(octets.as_slice().try_into().unwrap())
         };
         assert_eq!(words(&MBAR, 32767, 0.99), 0);
@@ -327,7 +327,7 @@ mod tests {
     }
 
     #[test]
-    fn every_integer_that_is_written_is_read_back() {
+    fn every_integer_that_a_master_writes_is_read_back() {
         for unit in [&MBAR, &COUNTS] {
             let format = format(unit, NumberType::Integer, BCG, 32767);
             for word in 0..=u16::MAX {
@@ -339,7 +339,7 @@ mod tests {
     }
 
     #[test]
-    fn what_no_pressure_can_be_is_refused() {
+    fn a_number_that_represents_no_pressure_is_rejected() {
         let format = format(&MBAR, NumberType::Float, BCG, 32767);
         for number in [-1e-30, f32::NAN, f32::INFINITY, f32::NEG_INFINITY, f32::MAX] {
             assert_eq!(format.decode(&number.to_be_bytes()), None, "{number}");

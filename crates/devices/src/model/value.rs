@@ -1,9 +1,11 @@
-//! Values of parameters, and the octets they are on the wire. All octets are high first: errata-bpg-bcg-tpg 17.
+//! Values of parameters, and their octets on the wire. The high octet is first: errata-bpg-bcg-tpg 17.
 
-use super::{AccessError, PressureFormat};
+use super::octets::Octets;
+use super::pressure::PressureFormat;
+use super::{AccessError, ParameterValue};
 use core::fmt;
 
-/// The data type of a parameter, in the manuals' Appendix A.
+/// The data type of a parameter: Appendix A of the manuals.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum DataType {
     /// One octet, 0 or 1.
@@ -22,7 +24,7 @@ pub enum DataType {
     Uint32,
     /// IEEE 754, four octets.
     Float,
-    /// VSTRING(n), filled with blanks: errata-bpg-bcg-tpg 34.
+    /// VSTRING(n), padded with blanks: errata-bpg-bcg-tpg 34.
     Visible(u8),
     /// OSTRING(n)
     OctetString(u8),
@@ -99,67 +101,6 @@ impl fmt::Display for DataType {
     }
 }
 
-/// How many octets the longest parameter has: Device Configuration.
-const MAX_OCTETS: usize = 50;
-
-/// A few octets.
-#[derive(Clone, Copy)]
-pub struct Octets {
-    length: u8,
-    octets: [u8; MAX_OCTETS],
-}
-
-impl Octets {
-    /// None.
-    pub const EMPTY: Self = Self { length: 0, octets: [0; MAX_OCTETS] };
-
-    /// A copy of `octets`; what exceeds the capacity is left out.
-    #[must_use]
-    pub fn new(octets: &[u8]) -> Self {
-        Self::filled(octets, octets.len(), 0)
-    }
-
-    /// A copy of `octets`, exactly `length` long: cut, or filled up at the end.
-    #[must_use]
-    pub fn filled(octets: &[u8], length: usize, fill: u8) -> Self {
-        let length = length.min(MAX_OCTETS);
-        let mut copy = [fill; MAX_OCTETS];
-        let (octets, _) = octets.split_at(octets.len().min(length));
-        if let Some(place) = copy.get_mut(..octets.len()) {
-            place.copy_from_slice(octets);
-        }
-        Self { length: u8::try_from(length).unwrap_or_default(), octets: copy }
-    }
-
-    /// The octets.
-    #[must_use]
-    pub fn as_slice(&self) -> &[u8] {
-        self.octets.get(..usize::from(self.length)).unwrap_or_default()
-    }
-}
-
-impl core::ops::Deref for Octets {
-    type Target = [u8];
-
-    fn deref(&self) -> &[u8] {
-        self.as_slice()
-    }
-}
-
-impl PartialEq for Octets {
-    fn eq(&self, other: &Self) -> bool {
-        self.as_slice() == other.as_slice()
-    }
-}
-
-impl Eq for Octets {}
-
-impl fmt::Debug for Octets {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{:02X?}", self.as_slice())
-    }
-}
-
 /// The value of a parameter.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Value {
@@ -167,7 +108,7 @@ pub enum Value {
     Boolean(bool),
     /// Any of the integer types.
     Integer(i64),
-    /// A float that is no pressure in the present unit.
+    /// A float that is not a pressure.
     Float(f32),
     /// The pressure of a `BY_TYPE` parameter, in Pa. Zero is the number 0 in every unit: errata-bpg-bcg-tpg 74.
     Pressure(f64),
@@ -176,7 +117,7 @@ pub enum Value {
 }
 
 impl Value {
-    /// The value of something that is not there.
+    /// No value: of an instance that the device does not have.
     pub const NONE: Self = Self::Octets(Octets::EMPTY);
 
     /// Text.
@@ -185,16 +126,24 @@ impl Value {
         Self::octets(text.as_bytes())
     }
 
-    /// Some octets.
+    /// Octets of a string, an array or a record.
     #[must_use]
     pub fn octets(octets: &[u8]) -> Self {
         Self::Octets(Octets::new(octets))
     }
 
-    /// The integer, if it is one that `T` can hold.
+    /// The value as a typed parameter has it: a code, for example.
     ///
     /// # Errors
-    /// [`Refusal::Range`] if not.
+    /// [`AccessError::OutOfRange`] if it is not of this type.
+    pub fn coded<T: ParameterValue>(&self) -> Result<T, AccessError> {
+        T::from_value(self).ok_or(AccessError::OutOfRange)
+    }
+
+    /// The integer, if `T` can hold it.
+    ///
+    /// # Errors
+    /// [`AccessError::OutOfRange`] if not.
     pub fn integer<T: TryFrom<i64>>(&self) -> Result<T, AccessError> {
         let Self::Integer(integer) = self else { return Err(AccessError::OutOfRange) };
         T::try_from(*integer).map_err(|_| AccessError::OutOfRange)
@@ -203,7 +152,7 @@ impl Value {
     /// The Boolean.
     ///
     /// # Errors
-    /// [`Refusal::Range`] if it is none.
+    /// [`AccessError::OutOfRange`] if it is none.
     pub const fn boolean(&self) -> Result<bool, AccessError> {
         if let Self::Boolean(boolean) = self { Ok(*boolean) } else { Err(AccessError::OutOfRange) }
     }
@@ -211,15 +160,24 @@ impl Value {
     /// The pressure in Pa.
     ///
     /// # Errors
-    /// [`Refusal::Range`] if it is none.
+    /// [`AccessError::OutOfRange`] if it is none.
     pub const fn pressure(&self) -> Result<f64, AccessError> {
         if let Self::Pressure(pa) = self { Ok(*pa) } else { Err(AccessError::OutOfRange) }
+    }
+
+    /// The code of a command record: the command in the high octet, its value in the low one; 0 for command 0 with any
+    /// value.
+    ///
+    /// # Errors
+    /// [`AccessError::OutOfRange`] if it is no such record.
+    pub fn command_code(&self) -> Result<u16, AccessError> {
+        self.command().map(|(command, value)| command_code(command, value))
     }
 
     /// The two octets of a command record: command and value.
     ///
     /// # Errors
-    /// [`Refusal::Range`] if it is no such record.
+    /// [`AccessError::OutOfRange`] if it is no such record.
     pub fn command(&self) -> Result<(u8, u8), AccessError> {
         match self {
             Self::Octets(octets) => match octets.as_slice() {
@@ -256,7 +214,7 @@ impl From<u32> for Value {
 }
 
 impl DataType {
-    /// How many octets a value has on the wire.
+    /// The number of octets of a value on the wire.
     #[must_use]
     pub const fn length(self, format: &PressureFormat) -> usize {
         match self {
@@ -283,11 +241,11 @@ impl DataType {
         }
     }
 
-    /// The value that `octets` mean, which are as long as [`length`](Self::length) says.
+    /// The value of `octets`, whose number is that of [`length`](Self::length).
     ///
     /// # Errors
-    /// [`Refusal::Range`] when no value of this type looks like that: a Boolean other than 0 and 1
-    /// (errata-bpg-bcg-tpg 26), a float that is no number, a pressure below zero.
+    /// [`AccessError::OutOfRange`] when no value of this type has these octets: a Boolean other than 0 and 1
+    /// (errata-bpg-bcg-tpg 26), a float that is not a number, a pressure below zero.
     pub fn decode(self, octets: &[u8], format: &PressureFormat) -> Result<Value, AccessError> {
         Ok(match self {
             Self::Boolean => match octets {
@@ -305,12 +263,12 @@ impl DataType {
         })
     }
 
-    /// What a short text or string is filled up with.
+    /// The octet that pads a short text or string.
     const fn fill(self) -> u8 {
         if matches!(self, Self::Visible(_)) { b' ' } else { 0 }
     }
 
-    /// The octets of `value` in nonvolatile memory, which do not depend on unit and number type.
+    /// The octets of `value` in the nonvolatile memory, which do not depend on unit and number type.
     #[must_use]
     pub fn encode_stored(self, value: &Value, format: &PressureFormat) -> Octets {
         match value {
@@ -319,7 +277,7 @@ impl DataType {
         }
     }
 
-    /// The value that was kept, if the octets can be one.
+    /// The value that was stored; `None` if the octets cannot be a value of this type.
     #[must_use]
     pub fn decode_stored(self, octets: &[u8], format: &PressureFormat) -> Option<Value> {
         match self {
@@ -333,11 +291,10 @@ impl DataType {
     }
 }
 
-/// Copies `octets` to the front of `place`, as far as there is room.
-pub fn put(place: &mut [u8], octets: &[u8]) {
-    for (place, octet) in place.iter_mut().zip(octets) {
-        *place = *octet;
-    }
+/// The code of a command with its value. Command 0 is Inactive with any value.
+#[must_use]
+pub const fn command_code(command: u8, value: u8) -> u16 {
+    if command == 0 { 0 } else { u16::from_be_bytes([command, value]) }
 }
 
 /// The last `length` octets.
@@ -373,7 +330,7 @@ mod tests {
     };
 
     #[test]
-    fn every_type_has_its_octets() {
+    fn every_data_type_is_encoded_and_decoded() {
         for (data_type, value, octets) in [
             (DataType::Boolean, Value::Boolean(true), &[1][..]),
             (DataType::Uint8, Value::Integer(200), &[200]),
@@ -390,20 +347,20 @@ mod tests {
             assert_eq!(data_type.length(&FORMAT), octets.len(), "{data_type}");
             assert_eq!(data_type.encode(&value, &FORMAT).as_slice(), octets, "{data_type}");
             assert_eq!(data_type.decode(octets, &FORMAT), Ok(value), "{data_type}");
-            let kept = data_type.encode_stored(&value, &FORMAT);
-            assert_eq!(data_type.decode_stored(&kept, &FORMAT), Some(value), "{data_type}");
+            let stored = data_type.encode_stored(&value, &FORMAT);
+            assert_eq!(data_type.decode_stored(&stored, &FORMAT), Some(value), "{data_type}");
         }
     }
 
     #[test]
-    fn texts_are_filled_with_blanks_and_strings_with_zeros() {
+    fn texts_are_padded_with_blanks_and_strings_with_zeros() {
         assert_eq!(DataType::Visible(4).encode(&Value::text("CG"), &FORMAT).as_slice(), b"CG  ");
         assert_eq!(DataType::Visible(1).encode(&Value::text("CG"), &FORMAT).as_slice(), b"C");
         assert_eq!(DataType::OctetString(4).encode(&Value::octets(&[0, 1]), &FORMAT).as_slice(), [0, 1, 0, 0]);
     }
 
     #[test]
-    fn what_a_type_cannot_be_is_out_of_range() {
+    fn octets_that_are_no_value_of_a_type_are_out_of_range() {
         assert_eq!(DataType::Boolean.decode(&[2], &FORMAT), Err(AccessError::OutOfRange));
         assert_eq!(DataType::Boolean.decode(&[0xFF], &FORMAT), Err(AccessError::OutOfRange));
         assert_eq!(DataType::Float.decode(&f32::NAN.to_be_bytes(), &FORMAT), Err(AccessError::OutOfRange));
@@ -414,10 +371,10 @@ mod tests {
     }
 
     #[test]
-    fn a_kept_pressure_does_not_depend_on_unit_and_type() {
-        let kept = DataType::ByType.encode_stored(&Value::Pressure(12.5), &FORMAT);
+    fn a_stored_pressure_does_not_depend_on_unit_and_number_type() {
+        let stored = DataType::ByType.encode_stored(&Value::Pressure(12.5), &FORMAT);
         let integers = PressureFormat { number: NumberType::Integer, ..FORMAT };
-        assert_eq!(DataType::ByType.decode_stored(&kept, &integers), Some(Value::Pressure(12.5)));
+        assert_eq!(DataType::ByType.decode_stored(&stored, &integers), Some(Value::Pressure(12.5)));
         assert_eq!(DataType::ByType.decode_stored(&(-1.0f64).to_be_bytes(), &FORMAT), None);
         assert_eq!(DataType::ByType.decode_stored(&[0; 4], &FORMAT), None);
         assert_eq!(DataType::Uint16.decode_stored(&[1], &FORMAT), None);

@@ -1,21 +1,21 @@
-//! The station address: two switches, or what Set_Slave_Add has stored. errata-bpg-bcg-tpg 8, profibus-wire 2.11.
+//! The station address: from two switches, or stored by Set_Slave_Add. errata-bpg-bcg-tpg 8, profibus-wire 2.11.
 
 use crate::model::AccessError;
 use crate::store::{self, Key, Store};
 use profivac_wire::address::SetSlaveAdd;
 
-/// The highest address a switch or Set_Slave_Add can give.
+/// The highest address that a switch or Set_Slave_Add can set.
 const HIGHEST: u8 = 125;
 
-/// The address of a station that nobody has given one.
+/// The address of a station before Set_Slave_Add.
 const UNSET: u8 = 126;
 
 /// The address switch and the address in nonvolatile memory.
 #[derive(Clone, Debug)]
 pub struct StationAddress {
-    /// What the switch shows.
+    /// The setting of the switch.
     pub switch: u8,
-    /// What it showed when power came: it is read only then.
+    /// Its setting at power-up: the device reads it only then.
     switch_at_start: u8,
     stored: u8,
     /// No_Add_Chg.
@@ -23,13 +23,13 @@ pub struct StationAddress {
 }
 
 impl StationAddress {
-    /// Behind a switch that shows `switch`.
+    /// The address of a device whose switch is set to `switch`.
     #[must_use]
     pub const fn new(switch: u8) -> Self {
         Self { switch, switch_at_start: switch, stored: UNSET, locked: false }
     }
 
-    /// Power comes: a valid switch is stored and holds, otherwise what is stored.
+    /// Power-up: a valid setting of the switch is stored and holds, otherwise the stored address.
     ///
     /// free choice: an address from the switch lifts No_Add_Chg, the only way out of a device without factory reset.
     pub fn start(&mut self, store: &mut impl Store) {
@@ -55,7 +55,7 @@ impl StationAddress {
         if self.is_from_switch() { self.switch_at_start } else { self.stored }
     }
 
-    /// Whether Set_Slave_Add is open.
+    /// Whether the device serves Set_Slave_Add.
     #[must_use]
     pub const fn is_settable(&self) -> bool {
         !self.is_from_switch()
@@ -74,10 +74,10 @@ impl StationAddress {
 
     /// A factory reset lifts No_Add_Chg: profibus-wire 2.11.
     ///
-    /// free choice: the address stays, so that whoever asked for it finds the device again.
+    /// free choice: the address stays, so that the master that asked for the reset finds the device again.
     ///
     /// # Errors
-    /// [`Refusal::Storage`]: nothing has changed.
+    /// [`AccessError::StorageFailed`]: nothing has changed.
     pub fn unlock(&mut self, store: &mut impl Store) -> Result<(), AccessError> {
         if self.locked {
             store.save(Key::Address, &[self.stored, 0]).map_err(|_| AccessError::StorageFailed)?;

@@ -1,44 +1,44 @@
-//! What a device adds to what all block devices share.
+//! The interface between a device and what all block devices share.
 
 use super::parameter_access::ParameterAccess;
-use crate::model::{Configuration, Field, Model, Octets, Unit, UserPrm};
-use crate::simulation::{Action, Drive, MeasuringRange, Part, StateReport, UnsupportedAction};
+use crate::model::{Configuration, Fault, Field, MeasuringRange, Model, Octets, Part, Unit, UserPrm};
+use crate::simulation::{Drive, FrontPanel, Potentiometer, StateReport, Switch};
 use profivac_wire::acyclic::call::IM_RECORD_LENGTH;
 
-/// The part of a device that no other has. [`BlockDevice`](super::BlockDevice) puts a bus and a memory around it.
+/// The part of a device that no other device has. [`BlockDevice`](super::BlockDevice) adds bus, memory and address.
 ///
-/// Most methods, and [`Blocks::set`], may leave behind what does not fit together any more: [`update`](Self::update) is
-/// called after each and puts everything right. Only [`output`](Self::output) and [`input`](Self::input), which are
-/// called in every cycle, are not followed by it.
+/// Most methods, and [`ParameterAccess::set`], may leave values behind that no longer agree:
+/// [`BlockDevice`](super::BlockDevice) calls [`update`](Self::update) after each, which makes them agree. Only
+/// [`output`](Self::output) and [`input`](Self::input), which are called in every cycle, are not followed by it.
 pub trait Behaviour: ParameterAccess {
-    /// Its tables.
+    /// The tables of the device.
     fn model(&self) -> &'static Model;
 
-    /// Data Units are this from now on.
+    /// Sets Data Units.
     fn set_unit(&mut self, unit: &'static Unit);
 
-    /// The master has chosen this user parameter string.
-    fn parameterise(&mut self, prm: &'static UserPrm) {
+    /// The master has sent this user parameter string.
+    fn apply_user_prm(&mut self, prm: &'static UserPrm) {
         if let Some(unit) = self.model().unit(prm.unit_code()) {
             self.set_unit(unit);
         }
     }
 
-    /// Whether the user parameters leave the choice of this configuration.
+    /// Whether the user parameters allow this configuration.
     fn accepts(&self, _configuration: &'static Configuration) -> bool {
         true
     }
 
-    /// The master has chosen this configuration.
+    /// The master has sent this configuration.
     fn configure(&mut self, configuration: &'static Configuration);
 
-    /// Cyclic exchange begins or has ended.
-    fn exchanging(&mut self, running: bool);
+    /// Data exchange begins (`true`) or has ended.
+    fn set_exchanging(&mut self, running: bool);
 
-    /// A field of the outputs other than the parameter channel; zeros where there are none.
+    /// Processes a field of the outputs other than the parameter channel; zeros after Clear.
     fn output(&mut self, field: Field, octets: &[u8]);
 
-    /// A field of the inputs other than the parameter channel.
+    /// The octets of a field of the inputs other than the parameter channel.
     fn input(&self, field: Field) -> Octets;
 
     /// As [`Device::im0`](profivac_dp::slave::Device::im0).
@@ -46,39 +46,46 @@ pub trait Behaviour: ParameterAccess {
         None
     }
 
-    /// Power returns: everything as from the factory, until the memory is recalled. Sensors, switches and faults stay.
+    /// Power-up: everything as from the factory, until the stored values are restored. Sensors, switches and faults
+    /// stay.
     fn start(&mut self);
 
-    /// Lets everything follow that follows at once from the present state and pressures.
+    /// Makes everything agree with the present state and pressures.
     fn update(&mut self);
 
-    /// As [`Instrument::parts`](crate::Instrument::parts).
+    /// As [`SimulatedDevice::parts`](crate::SimulatedDevice::parts).
     fn parts(&self) -> &[Part];
 
-    /// As [`Instrument::span`](crate::Instrument::span).
-    fn span(&self, part: usize) -> MeasuringRange;
+    /// As [`SimulatedDevice::measuring_range`](crate::SimulatedDevice::measuring_range).
+    fn measuring_range(&self, part: usize) -> MeasuringRange;
 
-    /// As [`Instrument::drive`](crate::Instrument::drive), with the power on.
+    /// As [`SimulatedDevice::drive`](crate::SimulatedDevice::drive), with the power on.
     fn drive(&self, part: usize) -> Drive;
 
-    /// As [`Instrument::sense`](crate::Instrument::sense).
+    /// As [`SimulatedDevice::sense`](crate::SimulatedDevice::sense).
     fn sense(&mut self, part: usize, pa: f64);
 
-    /// As [`Instrument::advance`](crate::Instrument::advance).
+    /// As [`SimulatedDevice::advance`](crate::SimulatedDevice::advance).
     fn advance(&mut self, seconds: f64);
 
-    /// As [`Instrument::settle`](crate::Instrument::settle).
+    /// As [`SimulatedDevice::settle`](crate::SimulatedDevice::settle).
     fn settle(&mut self);
 
-    /// The address switch shows this now.
-    fn address_switch(&mut self, _setting: u8) {}
+    /// The controls of the device. Actions of controls that are not in it do not reach the methods below.
+    fn front_panel(&self) -> FrontPanel;
 
-    /// As [`Instrument::operate`](crate::Instrument::operate); the address switch is seen to already.
-    ///
-    /// # Errors
-    /// [`Unknown`] when the device has nothing of that name.
-    fn operate(&mut self, action: Action<'_>) -> Result<(), UnsupportedAction>;
+    /// A fault of the model's list begins or ends.
+    fn set_fault(&mut self, fault: Fault, active: bool);
 
-    /// As [`Instrument::report`](crate::Instrument::report).
+    /// A push button is pressed.
+    fn press_button(&mut self, _number: u8) {}
+
+    /// A switch is set. [`BlockDevice`](super::BlockDevice) reads the station address from the address switch.
+    fn set_switch(&mut self, _switch: Switch) {}
+
+    /// A potentiometer is turned.
+    fn turn_potentiometer(&mut self, _potentiometer: Potentiometer, _volts: f64) {}
+
+    /// As [`SimulatedDevice::report`](crate::SimulatedDevice::report).
     fn report(&self) -> StateReport;
 }

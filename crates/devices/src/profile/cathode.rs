@@ -1,7 +1,8 @@
-//! A hot cathode: emission, its automatic, degas. tira41d1 3.3.3.5 to 3.3.3.9, errata-bpg-bcg-tpg 95 to 102.
+//! A hot cathode: emission, its automatic mode, degas. tira41d1 3.3.3.5 to 3.3.3.9; numbers in brackets are those of
+//! errata-bpg-bcg-tpg (95 to 102).
 
 use super::hysteresis::switched;
-use crate::model::AccessError;
+use crate::model::{AccessError, Value};
 use crate::simulation::Drive;
 
 /// The pressures at which a hot cathode is switched, in Pa.
@@ -15,13 +16,13 @@ pub struct Thresholds {
     pub degas_pa: f64,
 }
 
-/// Degas ends by itself after three minutes.
+/// Degas ends after three minutes.
 const DEGAS_S: f64 = 180.0;
 
-/// What the emission does.
+/// The emission current.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum EmissionCurrent {
-    /// Nothing.
+    /// No emission.
     Off,
     /// 25 uA.
     Low,
@@ -45,7 +46,17 @@ impl EmissionCurrent {
         }
     }
 
-    /// What it does to the sensor.
+    /// Checks a write of Emission Current. The gauge chooses the current: one of the four is accepted and has no effect
+    /// (98).
+    ///
+    /// # Errors
+    /// [`AccessError::OutOfRange`] for another current.
+    pub fn check(value: &Value) -> Result<(), AccessError> {
+        let is_one = Self::ALL.iter().any(|current| Value::Float(current.milliamperes()) == *value);
+        if is_one { Ok(()) } else { Err(AccessError::OutOfRange) }
+    }
+
+    /// How the current drives the sensor.
     pub fn drive(self) -> Drive {
         match self {
             Self::Off => Drive::Off,
@@ -54,14 +65,14 @@ impl EmissionCurrent {
     }
 }
 
-/// What the emission depends on.
+/// The conditions that the emission depends on.
 #[derive(Clone, Copy, Debug)]
 pub struct CathodeConditions {
-    /// In EXECUTING, and neither cathode nor controlling part has failed.
+    /// The device is in EXECUTING, and neither cathode nor controlling part has failed.
     pub able: bool,
-    /// What the controlling part reads, in Pa.
+    /// The reading of the controlling part, in Pa.
     pub control_pa: f64,
-    /// What the gauge reads, in Pa.
+    /// The reading of the gauge, in Pa.
     pub gauge_pa: f64,
 }
 
@@ -73,9 +84,9 @@ pub struct Cathode {
     /// The pressure is low enough for the high current.
     high: bool,
     automatic: bool,
-    /// Switched off by hand in automatic mode; holds until the pressure was too high once (102).
+    /// Switched off by a command in automatic mode; holds until the pressure was too high once (102).
     held_off: bool,
-    /// What is left of the degas time.
+    /// The rest of the degas time.
     degas_s: f64,
     /// A degas was refused because of the pressure (96).
     degas_refused: bool,
@@ -96,12 +107,12 @@ impl Cathode {
         }
     }
 
-    /// Somebody has moved a switch on the gauge.
+    /// Sets other thresholds: a switch on the gauge was moved.
     pub const fn set_thresholds(&mut self, thresholds: &'static Thresholds) {
         self.thresholds = thresholds;
     }
 
-    /// Whether there is emission.
+    /// Whether the emission is on.
     #[must_use]
     pub const fn is_on(&self) -> bool {
         self.on
@@ -119,7 +130,7 @@ impl Cathode {
         self.degas_s > 0.0
     }
 
-    /// The current now.
+    /// The present current.
     #[must_use]
     pub const fn current(&self) -> EmissionCurrent {
         match self.on {
@@ -130,14 +141,14 @@ impl Cathode {
         }
     }
 
-    /// "Pressure too high for degas": only while somebody wants it (96).
+    /// "Pressure too high for degas": only while degas runs or was refused (96).
     #[must_use]
     pub const fn is_too_high_for_degas(&self, gauge_pa: f64) -> bool {
         (self.is_degassing() || self.degas_refused) && gauge_pa >= self.thresholds.degas_pa
     }
 
-    /// The pressure or the state of the device may have changed.
-    pub fn switch(&mut self, conditions: &CathodeConditions) {
+    /// Switches the emission after a change of pressure or device state.
+    pub fn update_emission(&mut self, conditions: &CathodeConditions) {
         let too_high = conditions.control_pa > self.thresholds.off_pa;
         if too_high {
             self.held_off = false;
@@ -152,46 +163,31 @@ impl Cathode {
         }
     }
 
-    /// The pressure of the gauge may have changed: a refused degas is forgotten, and the current follows.
+    /// Chooses the current after a change of the gauge's pressure, and forgets a refused degas below the limit.
     ///
-    /// free choice: the manuals have one limit for the current. Once high it stays so a tenth above, or noise would switch it.
-    pub fn follow(&mut self, gauge_pa: f64) {
+    /// free choice: the manuals have one limit for the current. A high current stays until the pressure is a tenth
+    /// above it; otherwise noise would switch it.
+    pub fn update_current(&mut self, gauge_pa: f64) {
         let limit_pa = self.thresholds.degas_pa;
         self.degas_refused &= gauge_pa >= limit_pa;
         self.high = self.on && switched(Some(gauge_pa), limit_pa, 1.1 * limit_pa, self.high);
     }
 
-    /// Time passes.
+    /// Advances the degas time.
     pub fn advance(&mut self, seconds: f64) {
         self.degas_s = (self.degas_s - seconds).max(0.0);
     }
 
-    /// Hot Cathode Block State Command: 0 none, 1 degas, 3 emission.
-    ///
-    /// # Errors
-    /// [`Refusal::Range`] for what is no command, and as the functions below.
-    pub fn command(&mut self, command: u8, value: u8, conditions: &CathodeConditions) -> Result<(), AccessError> {
-        match (command, value) {
-            (0, _) => {}
-            (1, 0) => self.stop_degas(),
-            (1, 1) => return self.start_degas(conditions),
-            (3, 0) => self.switch_off(),
-            (3, 1) => return self.switch_on(conditions),
-            _ => return Err(AccessError::OutOfRange),
-        }
-        Ok(())
-    }
-
-    /// Always accepted (95).
+    /// Ends degas. Always accepted (95).
     pub const fn stop_degas(&mut self) {
         self.degas_s = 0.0;
         self.degas_refused = false;
     }
 
-    /// A degas that runs is not prolonged.
+    /// Starts degas. A degas that runs is not prolonged.
     ///
     /// # Errors
-    /// [`Refusal::Conflict`] at the limit and above, and without emission (95).
+    /// [`AccessError::StateConflict`] at the limit and above, and without emission (95).
     pub fn start_degas(&mut self, conditions: &CathodeConditions) -> Result<(), AccessError> {
         if self.is_degassing() {
             return Ok(());
@@ -204,7 +200,8 @@ impl Cathode {
         Ok(())
     }
 
-    /// Always accepted; in automatic mode it holds until the pressure has been too high (102).
+    /// Switches the emission off. Always accepted; in automatic mode it holds until the pressure has been too high
+    /// (102).
     pub const fn switch_off(&mut self) {
         self.held_off = self.automatic;
         self.on = false;
@@ -213,7 +210,7 @@ impl Cathode {
     /// Switches the emission on.
     ///
     /// # Errors
-    /// [`Refusal::Conflict`] at the limit and above, or when the gauge is not able to (102).
+    /// [`AccessError::StateConflict`] at the limit and above, or when the gauge is not able to (102).
     pub fn switch_on(&mut self, conditions: &CathodeConditions) -> Result<(), AccessError> {
         if !self.on && (!conditions.able || conditions.control_pa >= self.thresholds.on_pa) {
             return Err(AccessError::StateConflict);
@@ -223,7 +220,20 @@ impl Cathode {
         Ok(())
     }
 
-    /// Automatic or manual mode; the mode that is there already changes nothing (102).
+    /// Executes a write of Emission Status: 0 switches off, 1 switches on (97).
+    ///
+    /// # Errors
+    /// [`AccessError::OutOfRange`] for other codes, otherwise as [`switch_on`](Self::switch_on).
+    pub fn write_emission_status(&mut self, code: u8, conditions: &CathodeConditions) -> Result<(), AccessError> {
+        match code {
+            0 => self.switch_off(),
+            1 => return self.switch_on(conditions),
+            _ => return Err(AccessError::OutOfRange),
+        }
+        Ok(())
+    }
+
+    /// Sets automatic or manual mode. Setting the present mode again changes nothing (102).
     pub const fn set_automatic(&mut self, automatic: bool) {
         self.held_off &= self.automatic == automatic;
         self.automatic = automatic;

@@ -1,62 +1,125 @@
-//! Code tables that are the same in all manuals. tira41d1 3.1.1.9, 3.1.2.1, 3.2.2.3, 3.2.2.7, 3.1.1.10, 3.2.2.2; the same
-//! numbers stand in tira36e1, tira56e1 and BG 5530.
+//! Code tables that are the same in all manuals. tira41d1 3.1.1.9, 3.1.2.1, 3.2.2.3, 3.2.2.7, 3.1.1.10, 3.2.2.2;
+//! tira36e1, tira56e1 and BG 5530 have the same numbers.
 
+use super::exceptions::ExceptionStatus;
+pub use super::part::SafeState;
+use super::part::StatusExtension;
 use super::state_machine::DeviceState;
-use crate::model::{Code, Codes, NumberType, code};
+pub use super::state_machine::StateCommand;
+use crate::model::codes::{code, code_of, value_of};
+use crate::model::{Code, CodeTable, Codes, DataType, NumberType, ParameterValue, Value};
 
-/// Device State.
-pub const DEVICE_STATE: Codes = Codes::Names(&[
-    code(0, "undefined"),
-    state(DeviceState::SelfTesting),
-    state(DeviceState::Idle),
-    state(DeviceState::SelfTestException),
-    state(DeviceState::Executing),
-    state(DeviceState::Abort),
-    state(DeviceState::CriticalFault),
-]);
+impl CodeTable for DeviceState {
+    type Value = Self;
 
-const fn state(state: DeviceState) -> Code {
+    const CODES: Codes = Codes::Names(&[
+        code(0, "undefined"),
+        device_state(Self::SelfTesting),
+        device_state(Self::Idle),
+        device_state(Self::SelfTestException),
+        device_state(Self::Executing),
+        device_state(Self::Abort),
+        device_state(Self::CriticalFault),
+    ]);
+}
+
+/// The code of a state that has one.
+pub(crate) const fn device_state(state: DeviceState) -> Code {
     code(state.code() as u16, state.name())
 }
 
-/// Device Block State Command. Which of them a state allows is the state diagram: [`TRANSITIONS`](super::TRANSITIONS).
-pub const STATE_COMMAND: Codes = Codes::Commands(&[
-    code(0, "inactive"),
-    risky(1, "reset", "restarts the device: it measures nothing until it is ready"),
-    risky(2, "abort", "stops the measurement; relays and outputs go to their safe state"),
-    code(3, "recover"),
-    code(4, "execute"),
-    risky(5, "stop", "stops the measurement; relays and outputs go to their safe state"),
-    risky(6, "perform-diagnostic", "stops the measurement for a self test"),
-]);
+impl ParameterValue for DeviceState {
+    fn from_value(value: &Value) -> Option<Self> {
+        match code_of(value)? {
+            0 | Self::INIT_CODE => Some(Self::Init),
+            1 => Some(Self::SelfTesting),
+            2 => Some(Self::Idle),
+            3 => Some(Self::SelfTestException),
+            4 => Some(Self::Executing),
+            5 => Some(Self::Abort),
+            6 => Some(Self::CriticalFault),
+            _ => None,
+        }
+    }
 
-/// A command that may do harm.
-pub const fn risky(number: u16, name: &'static str, risk: &'static str) -> Code {
-    Code { number, name, preconditions: &[], risk }
+    fn to_value(self, data_type: DataType) -> Value {
+        value_of(self.code().into(), data_type)
+    }
 }
 
 /// Data Type.
-pub const DATA_TYPE: Codes =
-    Codes::Names(&[code(NumberType::Integer.code() as u16, "integer"), code(NumberType::Float.code() as u16, "float")]);
+impl CodeTable for NumberType {
+    type Value = Self;
 
-/// Data Units.
-pub const UNIT: Codes = Codes::Units;
+    const CODES: Codes =
+        Codes::Names(&[code(Self::Integer.code() as u16, "integer"), code(Self::Float.code() as u16, "float")]);
+}
 
-/// Safe State.
-pub const SAFE_STATE: Codes =
-    Codes::Names(&[code(0, "zero"), code(1, "full-scale"), code(2, "hold-last-value"), code(3, "use-safe-value")]);
+impl ParameterValue for NumberType {
+    fn from_value(value: &Value) -> Option<Self> {
+        code_of(value).and_then(|code| u8::try_from(code).ok()).and_then(Self::from_code)
+    }
 
-/// Status Extension.
-pub const STATUS_EXTENSION: Codes =
-    Codes::Bits(&[(0, "reading-invalid"), (1, "overrange-exceeded"), (2, "underrange-exceeded")]);
+    fn to_value(self, data_type: DataType) -> Value {
+        value_of(self.code().into(), data_type)
+    }
+}
 
-/// Exception Status.
-pub const EXCEPTIONS: Codes = Codes::Bits(&[
-    (0, "alarm-device-common"),
-    (1, "alarm-device-specific"),
-    (2, "alarm-manufacturer-specific"),
-    (4, "warning-device-common"),
-    (5, "warning-device-specific"),
-    (6, "warning-manufacturer-specific"),
-    (7, "expanded-format"),
+/// Data Units: the code of one of the units of the [`Model`](crate::model::Model).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum UnitCode {}
+
+impl CodeTable for UnitCode {
+    type Value = u16;
+
+    const CODES: Codes = Codes::Units;
+}
+
+/// A code table whose numbers are bits.
+macro_rules! bits {
+    ($flags:ident [$($bit:literal $name:literal),+]) => {
+        impl CodeTable for $flags {
+            type Value = Self;
+
+            const CODES: Codes = Codes::Bits(&[$(($bit, $name)),+]);
+        }
+
+        impl ParameterValue for $flags {
+            fn from_value(value: &Value) -> Option<Self> {
+                value.integer().ok().map(Self::from_bits_retain)
+            }
+
+            fn to_value(self, _data_type: DataType) -> Value {
+                self.bits().into()
+            }
+        }
+    };
+}
+
+bits!(StatusExtension [0 "reading-invalid", 1 "overrange-exceeded", 2 "underrange-exceeded"]);
+
+bits!(ExceptionStatus [
+    0 "alarm-device-common",
+    1 "alarm-device-specific",
+    2 "alarm-manufacturer-specific",
+    4 "warning-device-common",
+    5 "warning-device-specific",
+    6 "warning-manufacturer-specific",
+    7 "expanded-format"
 ]);
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_device_state_is_read_from_its_code() {
+        let Codes::Names(codes) = &DeviceState::CODES else { panic!("named codes") };
+        for code in codes.iter().filter(|code| code.number != 0) {
+            let state = DeviceState::from_value(&Value::Integer(code.number.into())).unwrap();
+            assert_eq!(state.name(), code.name);
+        }
+        assert_eq!(DeviceState::from_value(&Value::Integer(100)), Some(DeviceState::Init));
+        assert_eq!(DeviceState::from_value(&Value::Integer(7)), None);
+    }
+}

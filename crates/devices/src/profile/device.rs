@@ -2,27 +2,28 @@
 
 use super::address::StationAddress;
 use super::behaviour::Behaviour;
-use super::parameter_channel::{self, ParameterChannel, Task};
+use super::parameter_channel::{self, ParameterChannel};
 use crate::model::{AccessError, AccessPath, Configuration, Field, Octets, Unit, Value};
+use crate::simulation::Switch;
 use crate::store::Store;
-use profivac_dp::slave::{CfgFault, Device, Dpv1Error as Negative, Features, Outputs, PrmFault, Relation};
+use profivac_dp::slave::{CfgFault, Device, Dpv1Error, Features, Outputs, PrmFault, Relation};
 use profivac_wire::acyclic::call::IM_RECORD_LENGTH;
 use profivac_wire::address::SetSlaveAdd;
 use profivac_wire::cfg::Lengths;
 
-/// What a device is given when it is made.
+/// The settings of a device when it is made.
 #[derive(Clone, Copy, Debug)]
 pub struct Setup {
-    /// What the address switch shows; above 125 the stored address holds.
+    /// The setting of the address switch; above 125 the stored address holds.
     pub address_switch: u8,
     /// Serial Number.
     pub serial: SerialNumber,
-    /// The unit that is stored when power comes; what the memory holds if `None`.
+    /// The unit that the device stores at its first power-up; `None` keeps the unit in the memory.
     pub unit: Option<&'static Unit>,
 }
 
 impl Setup {
-    /// As bought, behind this address switch.
+    /// As delivered, with this setting of the address switch.
     #[must_use]
     pub fn new(address_switch: u8) -> Self {
         Self { address_switch, serial: SerialNumber::new("100"), unit: None }
@@ -34,7 +35,7 @@ impl Setup {
 pub struct SerialNumber(Octets);
 
 impl SerialNumber {
-    /// What it must fit into.
+    /// The length of the parameter Serial Number.
     const LENGTH: usize = 30;
 
     /// The serial number `text`, cut to 30 octets.
@@ -49,7 +50,7 @@ impl SerialNumber {
         self.0.as_slice()
     }
 
-    /// As a parameter.
+    /// The value of the parameter.
     #[must_use]
     pub const fn value(&self) -> Value {
         Value::Octets(self.0)
@@ -66,7 +67,7 @@ pub struct BlockDevice<B, S> {
     pub(super) store: S,
     pub(super) address: StationAddress,
     pub(super) powered: bool,
-    channel: ParameterChannel,
+    pub(super) channel: ParameterChannel,
     configuration: &'static Configuration,
 }
 
@@ -83,18 +84,18 @@ impl<B: Behaviour, S: Store> BlockDevice<B, S> {
             channel: ParameterChannel::new(model.channel_rules),
             configuration: model.default_configuration,
         };
-        device.behaviour.address_switch(setup.address_switch);
+        device.behaviour.set_switch(Switch::Address(setup.address_switch));
         device.start();
         if let Some(unit) = setup.unit {
-            device.happen(|behaviour| behaviour.set_unit(unit));
+            device.apply_event(|behaviour| behaviour.set_unit(unit));
         }
         device
     }
 
-    /// Power comes.
+    /// Power-up: the behaviour starts as from the factory, then takes the stored values.
     pub(super) fn start(&mut self) {
         self.behaviour.start();
-        self.recall();
+        self.restore();
         self.behaviour.update();
         self.address.start(&mut self.store);
         let model = self.behaviour.model();
@@ -102,7 +103,7 @@ impl<B: Behaviour, S: Store> BlockDevice<B, S> {
         self.configuration = model.default_configuration;
     }
 
-    /// What the device stands on its own for, apart from the bus.
+    /// The behaviour, without bus and memory.
     pub const fn behaviour(&self) -> &B {
         &self.behaviour
     }
@@ -112,51 +113,20 @@ impl<B: Behaviour, S: Store> BlockDevice<B, S> {
         &self.store
     }
 
-    /// Something that no master can be told about: the memory follows if it can.
-    pub(super) fn happen(&mut self, event: impl FnOnce(&mut B)) {
+    /// Changes the device by something other than a write of a master. A memory that fails does not stop the change,
+    /// because no master waits for an answer.
+    pub(super) fn apply_event(&mut self, event: impl FnOnce(&mut B)) {
         let before = self.behaviour.clone();
         event(&mut self.behaviour);
         self.behaviour.update();
         let _ = self.store_differences(&before, None);
     }
 
-    fn take_output(&mut self, field: Field, octets: &[u8]) {
-        match field {
-            Field::ParameterChannel => self.serve_channel(octets),
-            _ => self.behaviour.output(field, octets),
-        }
-    }
-
-    /// A write is carried out when it arrives.
-    fn serve_channel(&mut self, octets: &[u8]) {
-        let Ok(octets) = octets.try_into() else { return };
-        let Some(Task::Write { slot, index, lengths, value }) = self.channel.take(octets) else { return };
-        let octets = self.right_aligned(slot, index, lengths, &value);
-        let result = self.set(AccessPath::ParameterChannel, slot, index, octets);
-        self.channel.answer(result.map(|()| octets));
-    }
-
-    /// The octets an instruction means: of the lengths it allows, the parameter's own.
-    fn right_aligned<'a>(&self, slot: u8, index: u8, lengths: &[usize], value: &'a [u8; 4]) -> &'a [u8] {
-        let own = self.length(slot, index).filter(|own| lengths.contains(own));
-        let length = own.or(lengths.first().copied()).unwrap_or_default();
-        value.split_at_checked(value.len().saturating_sub(length)).map_or(&[], |(_, low)| low)
-    }
-
-    /// A read is answered with the value of now: errata-bpg-bcg-tpg 25.
-    fn channel_reply(&mut self) -> [u8; parameter_channel::OCTETS] {
-        if let Some(Task::Read { slot, index }) = self.channel.task() {
-            let octets = self.get(AccessPath::ParameterChannel, slot, index);
-            self.channel.answer(octets.as_deref().map_err(|refusal| *refusal));
-        }
-        *self.channel.reply()
-    }
-
     fn put_input(&mut self, field: Field, place: &mut [u8]) {
         if let (Field::ParameterChannel, Ok(place)) =
             (field, <&mut [u8; parameter_channel::OCTETS]>::try_from(&mut *place))
         {
-            *place = self.channel_reply();
+            *place = self.channel_answer();
             return;
         }
         for (place, octet) in place.iter_mut().zip(self.behaviour.input(field).as_slice()) {
@@ -176,8 +146,8 @@ impl<B: Behaviour, S: Store> Device for BlockDevice<B, S> {
 
     fn set_prm(&mut self, user: &[u8]) -> Result<(), PrmFault> {
         let prm = self.behaviour.model().user_prm(user).ok_or(PrmFault)?;
-        // A memory that fails must not keep a master from the alarm that says so.
-        self.happen(|behaviour| behaviour.parameterise(prm));
+        // With a memory that fails the exchange must still start, so that the master gets the alarm.
+        self.apply_event(|behaviour| behaviour.apply_user_prm(prm));
         Ok(())
     }
 
@@ -191,7 +161,7 @@ impl<B: Behaviour, S: Store> Device for BlockDevice<B, S> {
             Lengths { outputs: octets(configuration.output_octets())?, inputs: octets(configuration.input_octets())? };
         self.configuration = configuration;
         self.channel = ParameterChannel::new(self.behaviour.model().channel_rules);
-        self.happen(|behaviour| behaviour.configure(configuration));
+        self.apply_event(|behaviour| behaviour.configure(configuration));
         Ok(lengths)
     }
 
@@ -200,20 +170,23 @@ impl<B: Behaviour, S: Store> Device for BlockDevice<B, S> {
     }
 
     fn set_exchanging(&mut self, running: bool) {
-        self.behaviour.exchanging(running);
+        self.behaviour.set_exchanging(running);
         self.behaviour.update();
     }
 
     fn outputs(&mut self, outputs: Outputs<'_>) {
         let image = match outputs {
             Outputs::Data(image) => image,
-            // No instruction and no command: errata-bpg-bcg-tpg 101.
+            // No task and no command: errata-bpg-bcg-tpg 101.
             Outputs::Safe => &[0; MAX_OUTPUTS],
         };
         let mut rest = image;
         for field in self.configuration.outputs.map_or(&[][..], |telegram| telegram.fields) {
             let Some((octets, after)) = rest.split_at_checked(field.octets()) else { return };
-            self.take_output(*field, octets);
+            match field {
+                Field::ParameterChannel => self.accept_channel_request(octets),
+                _ => self.behaviour.output(*field, octets),
+            }
             rest = after;
         }
     }
@@ -239,19 +212,20 @@ impl<B: Behaviour, S: Store> Device for BlockDevice<B, S> {
         self.behaviour.im0()
     }
 
-    fn read(&mut self, via: Relation, slot: u8, index: u8, record: &mut [u8]) -> Result<usize, Negative> {
-        let octets = self.get(class(via), slot, index)?;
-        let place = record.get_mut(..octets.len()).ok_or(Negative::from(AccessError::WrongLength))?;
+    fn read(&mut self, relation: Relation, slot: u8, index: u8, record: &mut [u8]) -> Result<usize, Dpv1Error> {
+        let octets = self.get(path_of(relation), slot, index)?;
+        let place = record.get_mut(..octets.len()).ok_or(AccessError::WrongLength)?;
         place.copy_from_slice(&octets);
         Ok(octets.len())
     }
 
-    fn write(&mut self, via: Relation, slot: u8, index: u8, record: &[u8]) -> Result<(), Negative> {
-        Ok(self.set(class(via), slot, index, record)?)
+    fn write(&mut self, relation: Relation, slot: u8, index: u8, record: &[u8]) -> Result<(), Dpv1Error> {
+        Ok(self.set(path_of(relation), slot, index, record)?)
     }
 }
 
-const fn class(relation: Relation) -> AccessPath {
+/// The access path of a relation.
+const fn path_of(relation: Relation) -> AccessPath {
     match relation {
         Relation::Ms1 => AccessPath::Class1,
         Relation::Ms2(_) => AccessPath::Class2,

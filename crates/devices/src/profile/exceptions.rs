@@ -1,6 +1,6 @@
 //! Exception Status and the two detail records. errata-bpg-bcg-tpg 40 to 52.
 //!
-//! The details are the only source: status, records and the copies for the parameter channel are all made from them.
+//! Status, records and the copies for the parameter channel are all made from the details.
 
 use crate::model::Value;
 
@@ -26,9 +26,9 @@ bitflags::bitflags! {
 }
 
 impl CommonExceptions {
-    /// What broken memories add: errata-bpg-bcg-tpg 48 and 49, errata-pxg55x-img400 37.
+    /// The exceptions of memory faults: errata-bpg-bcg-tpg 48 and 49, errata-pxg55x-img400 37.
     #[must_use]
-    pub fn of_memories(eprom: bool, eeprom: bool, ram: bool) -> Self {
+    pub fn from_memory_faults(eprom: bool, eeprom: bool, ram: bool) -> Self {
         let mut common = Self::empty();
         common.set(Self::EPROM, eprom);
         common.set(Self::EEPROM, eeprom);
@@ -75,7 +75,7 @@ pub struct ExceptionDetails<const N: usize> {
 }
 
 impl<const N: usize> ExceptionDetails<N> {
-    /// The record: each group with its size before it.
+    /// The record: each group after its size.
     #[must_use]
     pub fn record(&self) -> Value {
         let common = [2, self.common.bits(), 0, u8::try_from(N).unwrap_or(u8::MAX)];
@@ -86,9 +86,9 @@ impl<const N: usize> ExceptionDetails<N> {
         Value::octets(record.get(..length).unwrap_or_default())
     }
 
-    /// A copy of some device details: the parameter channel carries no more than four octets.
+    /// A copy of some device details, because the parameter channel transfers at most four octets.
     #[must_use]
-    pub fn part(&self, from: usize, to: usize) -> Value {
+    pub fn octets(&self, from: usize, to: usize) -> Value {
         Value::octets(self.device.get(from..to).unwrap_or_default())
     }
 
@@ -98,7 +98,7 @@ impl<const N: usize> ExceptionDetails<N> {
         self.groups().contains(&true)
     }
 
-    /// Which groups have something to tell: common, device, manufacturer.
+    /// Which groups have a detail set: common, device, manufacturer.
     fn groups(&self) -> [bool; 3] {
         [!self.common.is_empty(), self.device.iter().any(|detail| *detail != 0), self.manufacturer != 0]
     }
@@ -132,7 +132,7 @@ mod tests {
         ExceptionDetails { common: CommonExceptions::empty(), device: [0; 5], manufacturer: 0 };
 
     #[test]
-    fn a_record_has_each_group_behind_its_size() {
+    fn a_record_has_each_group_after_its_size() {
         // tira36e1 3.1.1.11 and 3.1.1.12: ten and eleven octets
         let alarm = ExceptionDetails {
             common: CommonExceptions::EEPROM | CommonExceptions::RAM,
@@ -141,12 +141,12 @@ mod tests {
         };
         assert_eq!(alarm.record(), Value::octets(&[2, 0x18, 0, 4, 1, 2, 3, 4, 1, 5]));
         assert_eq!(NO_WARNING.record(), Value::octets(&[2, 0, 0, 5, 0, 0, 0, 0, 0, 1, 0]));
-        assert_eq!(alarm.part(1, 3), Value::octets(&[2, 3]));
-        assert_eq!(alarm.part(1, 9), Value::octets(&[]), "nothing beyond the group");
+        assert_eq!(alarm.octets(1, 3), Value::octets(&[2, 3]));
+        assert_eq!(alarm.octets(1, 9), Value::octets(&[]), "the group ends before");
     }
 
     #[test]
-    fn each_group_has_its_bit() {
+    fn each_group_of_details_sets_its_bit_of_exception_status() {
         assert_eq!(exception_status(&NO_ALARM, &NO_WARNING).bits(), 0x80);
         let common = CommonExceptions::EPROM;
         for (bit, alarm, warning) in [

@@ -1,8 +1,8 @@
 //! The measuring parts of a controller, whose channels need not all be fitted.
 
-use crate::simulation::{Part, Principle};
+use crate::model::{Part, Principle};
 
-/// The parts of a controller with up to `N` channels.
+/// The measuring parts of a controller with `N` channels.
 #[derive(Clone, Copy, Debug)]
 pub struct FittedChannels<const N: usize> {
     parts: [Part; N],
@@ -10,10 +10,10 @@ pub struct FittedChannels<const N: usize> {
 }
 
 impl<const N: usize> FittedChannels<N> {
-    /// What each channel senses with, from channel 1 on.
+    /// The principle of the gauge on each channel, from channel 1 on; `None` for a channel without a gauge.
     #[must_use]
     pub fn new(channels: [Option<Principle>; N]) -> Self {
-        // What no part overwrites, nobody sees.
+        // Only the first `count` are ever read.
         let mut parts = [Part { instance: 0, principle: Principle::Pirani }; N];
         let fitted =
             (1..).zip(channels).filter_map(|(instance, principle)| Some(Part { instance, principle: principle? }));
@@ -39,7 +39,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn parts_are_counted_without_the_empty_channels() {
+    fn empty_channels_have_no_part() {
         let fitted = FittedChannels::new([None, Some(Principle::ColdCathode), None, Some(Principle::Pirani)]);
         assert_eq!(
             fitted.parts(),

@@ -1,7 +1,7 @@
 //! A switch with two thresholds.
 
-/// Whether a switch is on that goes on below one pressure and off above another, after it `was` on or not. All in Pa;
-/// without a pressure it is off.
+/// Whether a switch is on that goes on below one pressure and off above another; between the two it stays as it `was`.
+/// Pressures in Pa; without a pressure it is off.
 #[must_use]
 pub fn switched(pressure: Option<f64>, on_below_pa: f64, off_above_pa: f64, was: bool) -> bool {
     match pressure {
@@ -17,7 +17,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn between_the_thresholds_nothing_changes() {
+    fn a_switch_keeps_its_state_between_the_thresholds() {
         for (pa, was, is) in [
             (0.9, false, true),
             (1.0, false, false),

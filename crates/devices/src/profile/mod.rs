@@ -1,16 +1,18 @@
-//! What block devices share: access to parameters, parameter channel, state machine, exceptions, measuring parts.
+//! The features that block devices share: access to parameters, parameter channel, state machine, exceptions, measuring
+//! parts.
 //!
-//! | Module | Knows |
+//! | Module | Contents |
 //! |---|---|
-//! | `blocks`, `behaviour` | what a device must say for itself ([`Blocks`], [`Behaviour`]) |
-//! | `device`, `bench` | the bus and the bench around it ([`BlockDevice`]) |
-//! | `parameters` | the one access to parameters, and their storage |
-//! | `channel` | the eight octets of the parameter channel |
+//! | `behaviour`, `parameter_access` | the interface of a device ([`Behaviour`], [`ParameterAccess`]) |
+//! | `device`, `simulation` | the device on the bus and in a simulation ([`BlockDevice`]) |
+//! | `parameters` | the access to parameters, and their storage |
+//! | `parameter_channel`, `channel_service` | the eight octets of the parameter channel, and its tasks |
+//! | `device_block`, `analog_input` | the rows that the blocks of several devices share |
 //! | `address` | address switch and Set_Slave_Add |
 //! | [`codes`] | code tables that all manuals share |
-//! | `machine` | the device state machine, as a table |
+//! | `state_machine` | the device states, as a table |
 //! | `exceptions` | Exception Status and its records |
-//! | `fitted` | which channels of a controller have a gauge |
+//! | `fitted` | the channels of a controller that have a gauge |
 //! | `presentation` | unit and number type |
 //! | `hysteresis` | a switch with two thresholds |
 //! | `part` | a measuring part: sensor, validity, safe state |
@@ -18,10 +20,13 @@
 //! | `set_point` | a relay with a potentiometer |
 
 mod address;
+mod analog_input;
 mod behaviour;
 mod cathode;
+mod channel_service;
 pub mod codes;
 mod device;
+mod device_block;
 mod exceptions;
 mod fitted;
 mod hysteresis;
@@ -34,14 +39,16 @@ mod set_point;
 mod simulation;
 mod state_machine;
 
+pub use analog_input::InputRow;
 pub use behaviour::Behaviour;
 pub use cathode::{Cathode, CathodeConditions, EmissionCurrent, Thresholds};
 pub use device::{BlockDevice, SerialNumber, Setup};
+pub use device_block::{DeviceBlockValues, DeviceRow, Identity};
 pub use exceptions::{CommonExceptions, ExceptionDetails, ExceptionStatus, exception_status};
 pub use fitted::FittedChannels;
 pub use hysteresis::switched;
 pub use parameter_access::{ParameterAccess, ParameterRef};
 pub use part::{MeasuringPart, ReadingCondition, SafeState, Sensor, StatusExtension};
 pub use presentation::Presentation;
-pub use set_point::{HYSTERESIS, Potentiometer, SetPoint};
-pub use state_machine::{DeviceState, SelfTestResult, StateEvent, StateMachine, TRANSITIONS, Transition};
+pub use set_point::{HYSTERESIS, PotentiometerScale, RelaySetPoint};
+pub use state_machine::{DeviceState, SelfTestResult, StateCommand, StateEvent, StateMachine, TRANSITIONS, Transition};

@@ -1,16 +1,16 @@
-//! The parameters of a device: what its tables lead to.
+//! The parameters of a device: from a row of its tables to the value.
 
 use crate::model::{AccessError, Location, ParameterSet, PressureFormat, Row, Value};
 use crate::store::Key;
 
-/// A parameter that was found: where, and which.
+/// A parameter that was found in the tables.
 #[derive(Clone, Copy, Debug)]
 pub struct ParameterRef<P> {
     /// Slot and instance.
     pub location: &'static Location,
     /// Its row in the table.
     pub row: &'static Row,
-    /// Which one it is.
+    /// The variant of the device's parameter enum.
     pub parameter: P,
 }
 
@@ -21,13 +21,13 @@ impl<P> ParameterRef<P> {
         self.location.instance
     }
 
-    /// The key of a value that is this instance's own.
+    /// The storage key of a value that each instance has for itself.
     #[must_use]
     pub const fn key(&self) -> Key {
         Key::Parameter { slot: self.location.slot, instance: self.location.instance, index: self.row.index }
     }
 
-    /// The key of a value that all instances share.
+    /// The storage key of a value that all instances share.
     #[must_use]
     pub const fn shared_key(&self) -> Key {
         Key::Parameter { slot: self.location.slot, instance: 0, index: self.row.index }
@@ -39,43 +39,43 @@ pub trait ParameterAccess: Clone {
     /// The parameters of its tables.
     type Parameter: ParameterSet;
 
-    /// Whether a block stands at this address now: the selected instance, a channel that is fitted.
-    fn is_visible(&self, address: &Location) -> bool;
+    /// Whether the blocks at this location can be accessed now: the selected instance, a channel that is fitted.
+    fn is_visible(&self, location: &Location) -> bool;
 
-    /// How the pressures of this parameter look on the wire.
+    /// The format of the pressures of this parameter on the wire.
     fn format(&self, at: &ParameterRef<Self::Parameter>) -> PressureFormat;
 
     /// The value of a parameter.
     fn get(&self, at: &ParameterRef<Self::Parameter>) -> Value;
 
-    /// Whether the present state lets a parameter be written, whatever the value.
+    /// Checks whether the present state allows writing a parameter, whatever the value.
     ///
     /// # Errors
-    /// [`Refusal::Mode`] if not.
+    /// [`AccessError::WrongMode`] if not.
     fn check_mode(&self, _at: &ParameterRef<Self::Parameter>) -> Result<(), AccessError> {
         Ok(())
     }
 
-    /// Takes over a value or carries out a command. Direction, length, type and state fit already.
+    /// Sets a value or executes a command. Access, length, type and mode are checked before.
     ///
     /// # Errors
-    /// A [`Refusal`]; no parameter has changed then.
+    /// An [`AccessError`]; no parameter has changed then.
     fn set(&mut self, at: &ParameterRef<Self::Parameter>, value: &Value) -> Result<(), AccessError>;
 
-    /// Whether this write puts everything back as it left the factory, beyond the parameters.
+    /// Whether this write is a factory reset, which also unlocks the station address.
     fn resets_to_factory(&self, _at: &ParameterRef<Self::Parameter>, _value: &Value) -> bool {
         false
     }
 
-    /// The value that the memory shall hold: the present one, unless the device stores on request.
+    /// The value to be stored: the present one, unless the device stores on request.
     fn stored_value(&self, at: &ParameterRef<Self::Parameter>) -> Value {
         self.get(at)
     }
 
-    /// Takes over a value from the memory.
+    /// Sets a value from the nonvolatile memory.
     ///
     /// # Errors
-    /// A [`Refusal`]: it cannot be a value of this parameter, and nothing has changed.
+    /// An [`AccessError`]: it cannot be a value of this parameter, and nothing has changed.
     fn restore(&mut self, at: &ParameterRef<Self::Parameter>, value: &Value) -> Result<(), AccessError> {
         self.set(at, value)
     }
@@ -90,7 +90,7 @@ pub trait ParameterAccess: Clone {
         &[]
     }
 
-    /// The same, to be recalled.
+    /// The same values, to be restored.
     fn internal_values_mut(&mut self) -> &mut [f64] {
         &mut []
     }

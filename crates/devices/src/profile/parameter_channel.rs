@@ -1,20 +1,26 @@
-//! The parameter channel: eight octets each way, inside the cyclic data. errata-bpg-bcg-tpg 17 to 26 and 133, 148, 153.
+//! The parameter channel (PKW): eight octets each way, inside the cyclic data. errata-bpg-bcg-tpg 17 to 26 and 133,
+//! 148, 153.
 //!
-//! It only keeps step with the master: what an instruction asks for is done by the same access that serves DP-V1.
+//! [`ParameterChannel`] keeps the request of the master and the answer of the device from cycle to cycle. It does not access
+//! parameters: [`channel_service`](super::channel_service) executes its tasks.
 
 use crate::model::{AccessError, ChannelRules, TaskKind};
 
-/// How many octets it has each way.
+/// The octets of the channel each way.
 pub const OCTETS: usize = 8;
 
-/// AK of an answer.
-const NOTHING: u8 = 0;
-const WORD: u8 = 1;
-const DOUBLE_WORD: u8 = 2;
-const REFUSED: u8 = 7;
-const BYTE: u8 = 11;
+/// AK of an answer: no task.
+const AK_NO_TASK: u8 = 0;
+/// AK of an answer: a value of two octets.
+const AK_WORD: u8 = 1;
+/// AK of an answer: a value of three or four octets.
+const AK_DOUBLE_WORD: u8 = 2;
+/// AK of an answer: an error code.
+const AK_ERROR: u8 = 7;
+/// AK of an answer: a value of one octet.
+const AK_BYTE: u8 = 11;
 
-/// What the master sends. Reserved bits, the reserved octet and unused octets of the value are not looked at.
+/// The request of the master, without reserved bits, reserved octet and unused octets of the value.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 struct Request {
     ak: u8,
@@ -24,9 +30,9 @@ struct Request {
 }
 
 impl Request {
-    fn new([pke, slot, index, _, value @ ..]: [u8; OCTETS], dialect: &ChannelRules) -> Self {
+    fn new([pke, slot, index, _, value @ ..]: [u8; OCTETS], rules: &ChannelRules) -> Self {
         let ak = pke >> 4;
-        let used = match dialect.task(ak) {
+        let used = match rules.task(ak) {
             Some(TaskKind::Write(lengths)) => lengths.iter().copied().max().unwrap_or_default(),
             Some(TaskKind::Read) | None => 0,
         };
@@ -38,7 +44,7 @@ impl Request {
     }
 }
 
-/// What is to be done for the master.
+/// A task of the master.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Task {
     /// Read this parameter, again in every cycle.
@@ -49,93 +55,101 @@ pub enum Task {
         index: u8,
     },
     /// Write this parameter, once.
-    Write {
-        /// Its slot.
-        slot: u8,
-        /// Its index.
-        index: u8,
-        /// Which lengths the instruction can mean.
-        lengths: &'static [usize],
-        /// The value, right-aligned.
-        value: [u8; 4],
-    },
+    Write(WriteTask),
+}
+
+/// A write task of the master.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct WriteTask {
+    /// The slot of the parameter.
+    pub slot: u8,
+    /// Its index.
+    pub index: u8,
+    /// The lengths of the parameters that a task with this AK can write.
+    pub lengths: &'static [usize],
+    /// The value, right-aligned.
+    pub value: [u8; 4],
 }
 
 /// The parameter channel of a device.
 #[derive(Clone, Debug)]
 pub struct ParameterChannel {
-    dialect: &'static ChannelRules,
-    /// The instruction that stands.
+    rules: &'static ChannelRules,
+    /// The present request; AK 0 for none.
     request: Request,
-    reply: [u8; OCTETS],
+    answer: [u8; OCTETS],
 }
 
 impl ParameterChannel {
-    /// A channel in which nothing was asked.
+    /// A channel without a request.
     #[must_use]
-    pub fn new(dialect: &'static ChannelRules) -> Self {
-        Self { dialect, request: Request::default(), reply: [0; OCTETS] }
+    pub fn new(rules: &'static ChannelRules) -> Self {
+        Self { rules, request: Request::default(), answer: [0; OCTETS] }
     }
 
-    /// What the master sends in this cycle. Returns a write that is to be done now; the result goes to
-    /// [`answer`](Self::answer).
+    /// Accepts the octets of this cycle. Returns a write that has to be executed now; the caller passes its result to
+    /// [`set_result`](Self::set_result).
     ///
-    /// A changed instruction without AK 0 before it is not started where the manual asks for that rest; the old answer
-    /// stays then.
-    pub fn take(&mut self, octets: [u8; OCTETS]) -> Option<Task> {
-        let request = Request::new(octets, self.dialect);
-        let rest = request.ak == 0;
-        if request == self.request || (!rest && self.request.ak != 0 && self.dialect.needs_idle_between) {
+    /// Where the manual asks for AK 0 between two requests, a changed request without it is ignored and the old answer
+    /// stays.
+    pub fn accept(&mut self, octets: [u8; OCTETS]) -> Option<WriteTask> {
+        let request = Request::new(octets, self.rules);
+        let is_idle = request.ak == AK_NO_TASK;
+        let must_wait = !is_idle && self.request.ak != AK_NO_TASK && self.rules.needs_idle_between;
+        if request == self.request || must_wait {
             return None;
         }
         self.request = request;
-        self.put(NOTHING, [0; 4]);
-        if !rest && self.dialect.task(request.ak).is_none() {
-            self.answer(Err(AccessError::UnknownTask));
+        self.put(AK_NO_TASK, [0; 4]);
+        if !is_idle && self.rules.task(request.ak).is_none() {
+            self.set_result(Err(AccessError::UnknownTask));
         }
-        self.task().filter(|task| matches!(task, Task::Write { .. }))
+        match self.task() {
+            Some(Task::Write(write)) => Some(write),
+            Some(Task::Read { .. }) | None => None,
+        }
     }
 
-    /// What the standing instruction asks for.
+    /// The task of the present request.
     #[must_use]
     pub fn task(&self) -> Option<Task> {
         let Request { ak, slot, index, value } = self.request;
-        if ak == 0 {
+        if ak == AK_NO_TASK {
             return None;
         }
-        Some(match self.dialect.task(ak)? {
+        Some(match self.rules.task(ak)? {
             TaskKind::Read => Task::Read { slot, index },
-            TaskKind::Write(lengths) => Task::Write { slot, index, lengths, value },
+            TaskKind::Write(lengths) => Task::Write(WriteTask { slot, index, lengths, value }),
         })
     }
 
-    /// The result of the task: the octets of the parameter, or why not.
-    pub fn answer(&mut self, result: Result<&[u8], AccessError>) {
-        match result.and_then(signature) {
+    /// Sets the answer to the result of the task: the octets of the parameter, or an error.
+    pub fn set_result(&mut self, result: Result<&[u8], AccessError>) {
+        match result.and_then(ak_and_value) {
             Ok((ak, value)) => self.put(ak, value),
-            Err(refusal) => self.put(REFUSED, u32::from(self.dialect.error_code(refusal)).to_be_bytes()),
+            Err(error) => self.put(AK_ERROR, u32::from(self.rules.error_code(error)).to_be_bytes()),
         }
     }
 
-    /// What the device sends in this cycle.
+    /// The octets that the device sends in this cycle.
     #[must_use]
-    pub const fn reply(&self) -> &[u8; OCTETS] {
-        &self.reply
+    pub const fn answer(&self) -> &[u8; OCTETS] {
+        &self.answer
     }
 
-    /// Slot and index are those of the request, what is not used is 0: errata-bpg-bcg-tpg 24.
+    /// Slot and index are those of the request, unused octets are 0: errata-bpg-bcg-tpg 24.
     fn put(&mut self, ak: u8, [a, b, c, d]: [u8; 4]) {
-        self.reply = [ak << 4, self.request.slot, self.request.index, 0, a, b, c, d];
+        self.answer = [ak << 4, self.request.slot, self.request.index, 0, a, b, c, d];
     }
 }
 
-/// AK and value of a parameter, right-aligned. Three octets go as a double word: errata-bpg-bcg-tpg 20.
-fn signature(octets: &[u8]) -> Result<(u8, [u8; 4]), AccessError> {
+/// AK and value of a parameter, right-aligned. Three octets are sent as a double word: errata-bpg-bcg-tpg 20.
+fn ak_and_value(octets: &[u8]) -> Result<(u8, [u8; 4]), AccessError> {
     Ok(match *octets {
-        [d] => (BYTE, [0, 0, 0, d]),
-        [c, d] => (WORD, [0, 0, c, d]),
-        [b, c, d] => (DOUBLE_WORD, [0, b, c, d]),
-        [a, b, c, d] => (DOUBLE_WORD, [a, b, c, d]),
+        [d] => (AK_BYTE, [0, 0, 0, d]),
+        [c, d] => (AK_WORD, [0, 0, c, d]),
+        [b, c, d] => (AK_DOUBLE_WORD, [0, b, c, d]),
+        [a, b, c, d] => (AK_DOUBLE_WORD, [a, b, c, d]),
         _ => return Err(AccessError::WrongLength),
     })
 }
@@ -144,20 +158,20 @@ fn signature(octets: &[u8]) -> Result<(u8, [u8; 4]), AccessError> {
 mod tests {
     use super::*;
 
-    /// The IF300P board: no byte write, no rest between instructions, fewer codes. errata-bpg-bcg-tpg 133, 148, 153.
+    /// The IF300P board: no byte write, no rest between tasks, fewer codes. errata-bpg-bcg-tpg 133, 148, 153.
     static CONTROLLER: ChannelRules = ChannelRules {
         tasks: &[(1, TaskKind::Read), (2, TaskKind::Write(&[1, 2])), (3, TaskKind::Write(&[4]))],
         needs_idle_between: false,
         error_codes: &[(AccessError::UnknownTask, 17)],
     };
 
-    const fn write(slot: u8, index: u8, lengths: &'static [usize], value: [u8; 4]) -> Option<Task> {
-        Some(Task::Write { slot, index, lengths, value })
+    const fn write(slot: u8, index: u8, lengths: &'static [usize], value: [u8; 4]) -> Option<WriteTask> {
+        Some(WriteTask { slot, index, lengths, value })
     }
 
     /// The threshold example of the IF300P manual, corrected.
     #[test]
-    fn a_controller_takes_one_instruction_after_the_other() {
+    fn a_controller_executes_one_task_after_the_other_without_ak_0() {
         let mut channel = ParameterChannel::new(&CONTROLLER);
         let upper = [0x3B, 0x03, 0x12, 0x6F];
         let steps = [
@@ -170,39 +184,39 @@ mod tests {
             ),
             ([0x20, 10, 23, 0, 0, 0, 0, 3], write(10, 23, &[1, 2], [0, 0, 0, 3]), &[3], [0xB0, 10, 23, 0, 0, 0, 0, 3]),
         ];
-        for (request, task, octets, reply) in steps {
-            assert_eq!(channel.take(request), task);
-            channel.answer(Ok(octets));
-            assert_eq!(channel.reply(), &reply);
-            assert_eq!(channel.take(request), None, "repeated, and done once");
-            assert_eq!(channel.reply(), &reply);
+        for (request, task, octets, answer) in steps {
+            assert_eq!(channel.accept(request), task);
+            channel.set_result(Ok(octets));
+            assert_eq!(channel.answer(), &answer);
+            assert_eq!(channel.accept(request), None, "the repeated request is executed once");
+            assert_eq!(channel.answer(), &answer);
         }
-        // The lower nibble of the first octet and unused octets do not make another instruction.
-        assert_eq!(channel.take([0x2F, 0x0A, 0x17, 9, 9, 9, 0, 3]), None);
-        assert_eq!(channel.take([0xA0, 0x0A, 0x17, 0, 0, 0, 0, 3]), None);
-        assert_eq!(channel.reply(), &[0x70, 0x0A, 0x17, 0, 0, 0, 0, 17], "no byte write");
+        // The lower nibble of the first octet and unused octets do not make another request.
+        assert_eq!(channel.accept([0x2F, 0x0A, 0x17, 9, 9, 9, 0, 3]), None);
+        assert_eq!(channel.accept([0xA0, 0x0A, 0x17, 0, 0, 0, 0, 3]), None);
+        assert_eq!(channel.answer(), &[0x70, 0x0A, 0x17, 0, 0, 0, 0, 17], "no byte write");
     }
 
     #[test]
-    fn a_read_stands_until_it_is_withdrawn() {
+    fn a_read_task_lasts_until_the_master_withdraws_it() {
         let mut channel = ParameterChannel::new(&CONTROLLER);
         assert_eq!(channel.task(), None);
-        assert_eq!(channel.take([0x10, 1, 20, 0, 0, 0, 0, 0]), None);
+        assert_eq!(channel.accept([0x10, 1, 20, 0, 0, 0, 0, 0]), None);
         assert_eq!(channel.task(), Some(Task::Read { slot: 1, index: 20 }));
-        assert_eq!(channel.reply(), &[0x00, 1, 20, 0, 0, 0, 0, 0], "not answered yet");
-        channel.answer(Ok(&[1, 2]));
-        assert_eq!(channel.reply(), &[0x10, 1, 20, 0, 0, 0, 1, 2]);
-        assert_eq!(channel.take([0x10, 1, 20, 0, 9, 9, 9, 9]), None, "a read has no value");
-        assert_eq!(channel.reply(), &[0x10, 1, 20, 0, 0, 0, 1, 2]);
-        assert_eq!(channel.take([0; 8]), None);
-        assert_eq!((channel.task(), channel.reply()), (None, &[0; 8]));
+        assert_eq!(channel.answer(), &[0x00, 1, 20, 0, 0, 0, 0, 0], "not answered yet");
+        channel.set_result(Ok(&[1, 2]));
+        assert_eq!(channel.answer(), &[0x10, 1, 20, 0, 0, 0, 1, 2]);
+        assert_eq!(channel.accept([0x10, 1, 20, 0, 9, 9, 9, 9]), None, "a read has no value");
+        assert_eq!(channel.answer(), &[0x10, 1, 20, 0, 0, 0, 1, 2]);
+        assert_eq!(channel.accept([0; 8]), None);
+        assert_eq!((channel.task(), channel.answer()), (None, &[0; 8]));
     }
 
     #[test]
-    fn no_signature_fits_a_length_of_five() {
+    fn a_parameter_of_five_octets_does_not_fit_into_the_channel() {
         let mut channel = ParameterChannel::new(&CONTROLLER);
-        channel.take([0x10, 1, 20, 0, 0, 0, 0, 0]);
-        channel.answer(Ok(&[0; 5]));
-        assert_eq!(channel.reply(), &[0x70, 1, 20, 0, 0, 0, 0, 5]);
+        channel.accept([0x10, 1, 20, 0, 0, 0, 0, 0]);
+        channel.set_result(Ok(&[0; 5]));
+        assert_eq!(channel.answer(), &[0x70, 1, 20, 0, 0, 0, 0, 5]);
     }
 }

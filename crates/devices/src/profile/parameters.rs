@@ -1,5 +1,5 @@
-//! The one access to parameters, for DP-V1 and for the parameter channel. What the row says is decided here, before the
-//! device's own code runs: errata-bpg-bcg-tpg 23.
+//! The access to parameters for DP-V1 and for the parameter channel. Access rights, length, mode and type are checked
+//! here against the row, before the code of the device runs: errata-bpg-bcg-tpg 23.
 
 use super::behaviour::Behaviour;
 use super::device::BlockDevice;
@@ -8,27 +8,27 @@ use crate::model::{AccessError, AccessPath, DataType, Direction, Octets, Paramet
 use crate::store::{self, Key, Store};
 
 /// Finds the parameter at slot and index.
-fn locate<B: Behaviour>(blocks: &B, slot: u8, index: u8) -> Result<ParameterRef<B::Parameter>, AccessError> {
-    let mut refusal = AccessError::UnknownSlot;
-    for (position, place) in blocks.model().blocks.iter().enumerate() {
-        for address in place.locations.iter().filter(|address| address.slot == slot) {
-            refusal = AccessError::UnknownIndex;
-            if let (Some(row), Some(parameter)) = (place.block.row(index), B::Parameter::of(position, index))
-                && blocks.is_visible(address)
+fn locate<B: Behaviour>(behaviour: &B, slot: u8, index: u8) -> Result<ParameterRef<B::Parameter>, AccessError> {
+    let mut error = AccessError::UnknownSlot;
+    for (position, placed) in behaviour.model().blocks.iter().enumerate() {
+        for location in placed.locations.iter().filter(|location| location.slot == slot) {
+            error = AccessError::UnknownIndex;
+            if let (Some(row), Some(parameter)) = (placed.block.row(index), B::Parameter::of(position, index))
+                && behaviour.is_visible(location)
             {
-                return Ok(ParameterRef { location: address, row, parameter });
+                return Ok(ParameterRef { location, row, parameter });
             }
         }
     }
-    Err(refusal)
+    Err(error)
 }
 
-/// Every parameter a master's value of which is kept, at every instance.
-fn kept<P: ParameterSet>(places: &'static [PlacedBlock]) -> impl Iterator<Item = ParameterRef<P>> {
-    places.iter().enumerate().flat_map(|(position, place)| {
-        place.locations.iter().flat_map(move |address| {
-            place.block.rows.iter().filter(|row| row.is_stored()).filter_map(move |row| {
-                P::of(position, row.index).map(|parameter| ParameterRef { location: address, row, parameter })
+/// Every parameter whose value is stored when a master writes it, at every instance.
+fn stored<P: ParameterSet>(blocks: &'static [PlacedBlock]) -> impl Iterator<Item = ParameterRef<P>> {
+    blocks.iter().enumerate().flat_map(|(position, placed)| {
+        placed.locations.iter().flat_map(move |location| {
+            placed.block.rows.iter().filter(|row| row.is_stored()).filter_map(move |row| {
+                P::of(position, row.index).map(|parameter| ParameterRef { location, row, parameter })
             })
         })
     })
@@ -36,21 +36,21 @@ fn kept<P: ParameterSet>(places: &'static [PlacedBlock]) -> impl Iterator<Item =
 
 impl<B: Behaviour, S: Store> BlockDevice<B, S> {
     /// Reads a parameter.
-    pub(super) fn get(&self, via: AccessPath, slot: u8, index: u8) -> Result<Octets, AccessError> {
+    pub(super) fn get(&self, path: AccessPath, slot: u8, index: u8) -> Result<Octets, AccessError> {
         let at = locate(&self.behaviour, slot, index)?;
-        if !at.row.access.allows(via, Direction::Read) {
+        if !at.row.access.allows(path, Direction::Read) {
             return Err(AccessError::NotReadable);
         }
-        if via == AccessPath::ParameterChannel && matches!(at.row.data_type, DataType::Visible(_)) {
+        if path == AccessPath::ParameterChannel && matches!(at.row.data_type, DataType::Visible(_)) {
             return Err(AccessError::NotInChannel);
         }
         Ok(at.row.data_type.encode(&self.behaviour.get(&at), &self.behaviour.format(&at)))
     }
 
     /// Writes a parameter. `Ok` means that a nonvolatile value is stored.
-    pub(super) fn set(&mut self, via: AccessPath, slot: u8, index: u8, octets: &[u8]) -> Result<(), AccessError> {
+    pub(super) fn set(&mut self, path: AccessPath, slot: u8, index: u8, octets: &[u8]) -> Result<(), AccessError> {
         let at = locate(&self.behaviour, slot, index)?;
-        if !at.row.access.allows(via, Direction::Write) {
+        if !at.row.access.allows(path, Direction::Write) {
             return Err(AccessError::NotWritable);
         }
         let format = self.behaviour.format(&at);
@@ -62,13 +62,13 @@ impl<B: Behaviour, S: Store> BlockDevice<B, S> {
         self.change(&at, &value)
     }
 
-    /// How long a parameter is, if there is one.
+    /// The length of a parameter; `None` if there is none at this slot and index.
     pub(super) fn length(&self, slot: u8, index: u8) -> Option<usize> {
         let at = locate(&self.behaviour, slot, index).ok()?;
         Some(at.row.data_type.length(&self.behaviour.format(&at)))
     }
 
-    /// Changes the device. What cannot be stored does not change.
+    /// Changes the device. A change that cannot be stored is undone.
     fn change(&mut self, at: &ParameterRef<B::Parameter>, value: &Value) -> Result<(), AccessError> {
         let before = self.behaviour.clone();
         let result = self.behaviour.set(at, value);
@@ -84,15 +84,15 @@ impl<B: Behaviour, S: Store> BlockDevice<B, S> {
         stored
     }
 
-    /// Stores every nonvolatile value that differs, and the one that was `written` even if it does not.
+    /// Stores every nonvolatile value that differs from `before`, and the one that was `written` even if it does not.
     pub(super) fn store_differences(&mut self, before: &B, written: Option<Key>) -> Result<(), AccessError> {
         let Self { behaviour, store, .. } = self;
-        // What several instances share is stored once.
+        // A value that several instances share is saved once: the others find it stored.
         let mut save = |key, octets: &[u8]| match store::load(store, key).as_deref() {
             Some(stored) if stored == octets => Ok(()),
             _ => store.save(key, octets).map_err(|_| AccessError::StorageFailed),
         };
-        for at in kept::<B::Parameter>(behaviour.model().blocks) {
+        for at in stored::<B::Parameter>(behaviour.model().blocks) {
             let (key, value) = (behaviour.storage_key(&at), behaviour.stored_value(&at));
             if value != before.stored_value(&at) || written == Some(key) {
                 save(key, &at.row.data_type.encode_stored(&value, &behaviour.format(&at)))?;
@@ -106,20 +106,20 @@ impl<B: Behaviour, S: Store> BlockDevice<B, S> {
         Ok(())
     }
 
-    /// Takes over what is stored; a value that cannot be one is passed over.
-    pub(super) fn recall(&mut self) {
-        for at in kept::<B::Parameter>(self.behaviour.model().blocks) {
+    /// Restores the stored values; values that the parameter cannot have are ignored.
+    pub(super) fn restore(&mut self) {
+        for at in stored::<B::Parameter>(self.behaviour.model().blocks) {
             let octets = store::load(&self.store, self.behaviour.storage_key(&at));
             let format = self.behaviour.format(&at);
             if let Some(value) = octets.and_then(|octets| at.row.data_type.decode_stored(&octets, &format)) {
-                // Out of range means: not ours, the factory value stays.
+                // Out of range: another device stored it, and the factory value stays.
                 let _ = self.behaviour.restore(&at, &value);
             }
         }
-        for (number, hidden) in (0..).zip(self.behaviour.internal_values_mut()) {
+        for (number, internal) in (0..).zip(self.behaviour.internal_values_mut()) {
             let octets = store::load(&self.store, Key::Internal(number));
             let value = octets.and_then(|octets| octets.as_slice().try_into().map(f64::from_be_bytes).ok());
-            *hidden = value.filter(|value| value.is_finite()).unwrap_or(*hidden);
+            *internal = value.filter(|value| value.is_finite()).unwrap_or(*internal);
         }
     }
 }

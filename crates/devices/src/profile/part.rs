@@ -1,7 +1,8 @@
-//! One measuring part: what it senses, what it may say, and what it says instead.
+//! A measuring part: its sensor, its reading, and its safe state.
 
-use crate::model::{AccessError, PartSpec, RangeStatus, Value};
-use crate::simulation::{MeasuringRange, Part, PartReading};
+use crate::model::codes::codes;
+use crate::model::{MeasuringRange, Part, PartSpec, RangeStatus};
+use crate::simulation::PartReading;
 
 bitflags::bitflags! {
     /// Status Extension of an instance, and One Of N Status Extension.
@@ -17,7 +18,7 @@ bitflags::bitflags! {
 }
 
 impl StatusExtension {
-    /// From the place of the value and whether it is valid.
+    /// The status of a value from its range status and its validity.
     #[must_use]
     pub fn new(range: RangeStatus, valid: bool) -> Self {
         let place = match range {
@@ -29,60 +30,28 @@ impl StatusExtension {
     }
 }
 
-/// What a device shows instead of a value it must not show. errata-bpg-bcg-tpg 74 to 76.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum SafeState {
-    /// The number 0 in any unit.
-    #[default]
-    Zero,
-    /// Full Scale.
-    FullScale,
-    /// The last valid value measured in EXECUTING.
-    HoldLastValue,
-    /// Safe Value.
-    UseSafeValue,
+codes! {
+    /// Safe State: what a device shows instead of a value that it must not show. errata-bpg-bcg-tpg 74 to 76.
+    pub SafeState: Names;
+    0 Zero          "zero";
+    1 FullScale     "full-scale";
+    2 HoldLastValue "hold-last-value";
+    3 UseSafeValue  "use-safe-value";
 }
 
-impl SafeState {
-    /// The mode with this code.
-    ///
-    /// # Errors
-    /// [`Refusal::Range`] if there is none.
-    pub fn of(value: &Value) -> Result<Self, AccessError> {
-        Ok(match value.integer()? {
-            0u8 => Self::Zero,
-            1 => Self::FullScale,
-            2 => Self::HoldLastValue,
-            3 => Self::UseSafeValue,
-            _ => return Err(AccessError::OutOfRange),
-        })
-    }
-
-    /// Its code.
-    #[must_use]
-    pub const fn code(self) -> u8 {
-        match self {
-            Self::Zero => 0,
-            Self::FullScale => 1,
-            Self::HoldLastValue => 2,
-            Self::UseSafeValue => 3,
-        }
-    }
-}
-
-/// An ideal sensor with the adjustments a device makes to it.
+/// An ideal sensor with the adjustments of the device.
 #[derive(Clone, Copy, Debug)]
 pub struct Sensor {
-    /// What it senses, in Pa.
+    /// The pressure it senses, in Pa.
     pub sensed_pa: f64,
-    /// What an adjustment multiplies it by.
+    /// The factor of an adjustment.
     pub gain: f64,
-    /// What an adjustment adds, in Pa.
+    /// The offset of an adjustment, in Pa.
     pub offset_pa: f64,
 }
 
 impl Sensor {
-    /// As from the factory, in ambient air until somebody says otherwise.
+    /// A sensor as from the factory, in ambient air.
     #[must_use]
     pub const fn in_air() -> Self {
         Self { sensed_pa: 101_325.0, gain: 1.0, offset_pa: 0.0 }
@@ -101,27 +70,27 @@ impl Sensor {
     }
 }
 
-/// What concerns the values of all parts of a device.
+/// The conditions that the readings of all parts of a device depend on.
 #[derive(Clone, Copy, Debug)]
 pub struct ReadingCondition {
-    /// The device measures.
+    /// The device is in EXECUTING.
     pub executing: bool,
-    /// Something is wrong that makes every reading invalid: errata-bpg-bcg-tpg 54.
+    /// An alarm or warning makes every reading invalid: errata-bpg-bcg-tpg 54.
     pub disturbed: bool,
-    /// A common or manufacturer alarm, for which every part shows its Safe State: errata-bpg-bcg-tpg 75.
+    /// A common or manufacturer alarm, with which every part shows its Safe State: errata-bpg-bcg-tpg 75.
     pub alarmed: bool,
 }
 
-/// A measuring part with what a master has set for it.
+/// A measuring part with its parameters.
 #[derive(Clone, Debug)]
 pub struct MeasuringPart {
-    /// What the tables say.
-    pub facts: &'static PartSpec,
+    /// Its entry in the tables.
+    pub spec: &'static PartSpec,
     /// The sensor.
     pub sensor: Sensor,
-    /// Sensor or electronics have failed: a sensor alarm.
+    /// Sensor or electronics have failed: it has a sensor alarm.
     pub failed: bool,
-    /// What the device takes for the reading, in Pa, not clipped; `None` while the part does not measure.
+    /// The reading in Pa, not clipped; `None` while the part does not measure.
     pub reading_pa: Option<f64>,
     /// Safe State.
     pub safe_state: SafeState,
@@ -133,9 +102,9 @@ pub struct MeasuringPart {
 impl MeasuringPart {
     /// A part as it leaves the factory: Safe State Zero, Safe Value 0 (errata-bpg-bcg-tpg 73), no last value (76).
     #[must_use]
-    pub const fn new(facts: &'static PartSpec) -> Self {
+    pub const fn new(spec: &'static PartSpec) -> Self {
         Self {
-            facts,
+            spec,
             sensor: Sensor::in_air(),
             failed: false,
             reading_pa: None,
@@ -145,38 +114,38 @@ impl MeasuringPart {
         }
     }
 
-    /// The same part when power returns: parameters and memory are gone, the sensor is still what and where it was.
+    /// The same part after power-up: without its parameters, but with its sensor.
     #[must_use]
     pub const fn restarted(&self) -> Self {
-        Self { sensor: self.sensor.restarted(), failed: self.failed, ..Self::new(self.facts) }
+        Self { sensor: self.sensor.restarted(), failed: self.failed, ..Self::new(self.spec) }
     }
 
-    /// The instance and how it senses.
+    /// Its instance and principle.
     #[must_use]
     pub const fn part(&self) -> Part {
-        self.facts.part
+        self.spec.part
     }
 
-    /// What the part is made for.
+    /// Its measuring range.
     #[must_use]
-    pub const fn span(&self) -> MeasuringRange {
-        let limits = &self.facts.limits;
+    pub const fn measuring_range(&self) -> MeasuringRange {
+        let limits = &self.spec.limits;
         MeasuringRange { lowest_pa: limits.under_pa, highest_pa: limits.full_scale_pa }
     }
 
-    /// Where the reading lies; on the high side while the part does not measure (errata-bpg-bcg-tpg 81).
+    /// The range status of the reading; over while the part does not measure (errata-bpg-bcg-tpg 81).
     #[must_use]
     pub fn range(&self) -> RangeStatus {
-        self.reading_pa.map_or(RangeStatus::Over, |pa| self.facts.limits.status_of(pa))
+        self.reading_pa.map_or(RangeStatus::Over, |pa| self.spec.limits.status_of(pa))
     }
 
-    /// What the part indicates, in Pa, clipped where it does not measure (errata-bpg-bcg-tpg 81).
+    /// The indicated pressure in Pa, clipped to the range where the tables ask for it (errata-bpg-bcg-tpg 81).
     #[must_use]
     pub fn indicated_pa(&self) -> f64 {
-        self.reading_pa.map_or(self.facts.limits.over_pa, |pa| self.facts.clip(pa))
+        self.reading_pa.map_or(self.spec.limits.over_pa, |pa| self.spec.clip(pa))
     }
 
-    /// Reading Valid: measuring, nothing wrong, in range.
+    /// Reading Valid: in EXECUTING, not disturbed, in range.
     #[must_use]
     pub fn is_valid(&self, condition: &ReadingCondition) -> bool {
         condition.executing && !condition.disturbed && self.range() == RangeStatus::Within
@@ -188,7 +157,7 @@ impl MeasuringPart {
         StatusExtension::new(self.range(), self.is_valid(condition))
     }
 
-    /// Whether Safe State rules the value (errata-bpg-bcg-tpg 75).
+    /// Whether Safe State decides the value (errata-bpg-bcg-tpg 75).
     #[must_use]
     pub const fn is_safe(&self, condition: &ReadingCondition) -> bool {
         !condition.executing || condition.alarmed || self.failed
@@ -200,18 +169,18 @@ impl MeasuringPart {
         if self.is_safe(condition) { self.safe_pa() } else { self.indicated_pa() }
     }
 
-    /// A valid value is remembered for Hold Last Value.
+    /// Keeps a valid value for Hold Last Value.
     pub fn remember(&mut self, condition: &ReadingCondition) {
         if self.is_valid(condition) {
             self.last_pa = self.indicated_pa();
         }
     }
 
-    /// What Safe State says to show, in Pa.
+    /// The value that Safe State asks for, in Pa.
     const fn safe_pa(&self) -> f64 {
         match self.safe_state {
             SafeState::Zero => 0.0,
-            SafeState::FullScale => self.facts.limits.full_scale_pa,
+            SafeState::FullScale => self.spec.limits.full_scale_pa,
             SafeState::HoldLastValue => self.last_pa,
             SafeState::UseSafeValue => self.safe_value_pa,
         }
@@ -223,7 +192,7 @@ impl MeasuringPart {
         [0, if self.failed { 1 << 1 } else { 0 }]
     }
 
-    /// What people see of it.
+    /// The reading for a report.
     #[must_use]
     pub fn indicated(&self, condition: &ReadingCondition) -> PartReading {
         PartReading {

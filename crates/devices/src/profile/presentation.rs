@@ -21,31 +21,31 @@ impl Presentation {
         Self { unit, number: NumberType::Float }
     }
 
-    /// How the pressures of an instance look on the wire.
+    /// The format of the pressures of an instance on the wire.
     #[must_use]
     pub const fn format(&self, counts: Counts) -> PressureFormat {
         PressureFormat { unit: self.unit, number: self.number, counts, max_integer: HIGHEST }
     }
 
-    /// A master writes Data Units.
+    /// Sets Data Units.
     ///
     /// # Errors
-    /// [`Refusal::Range`] for a code that is not in the table.
+    /// [`AccessError::OutOfRange`] for a code that is not in the table.
     pub fn set_unit(&mut self, model: &Model, value: &Value) -> Result<(), AccessError> {
         self.unit = model.unit(value.integer()?).ok_or(AccessError::OutOfRange)?;
         Ok(())
     }
 
-    /// A master writes Data Type.
+    /// Sets Data Type.
     ///
     /// # Errors
-    /// [`Refusal::Range`] for a code that is not in the table.
+    /// [`AccessError::OutOfRange`] for a code that is not in the table.
     pub fn set_number(&mut self, value: &Value) -> Result<(), AccessError> {
-        self.number = NumberType::from_code(value.integer()?).ok_or(AccessError::OutOfRange)?;
+        self.number = value.coded()?;
         Ok(())
     }
 
-    /// The configuration fixes the number type (tira41d1 3.2.2.3).
+    /// The configuration determines the number type (tira41d1 3.2.2.3).
     pub fn configure(&mut self, configuration: &Configuration) {
         self.number = configuration.number().unwrap_or(self.number);
     }

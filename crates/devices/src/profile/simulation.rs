@@ -1,8 +1,9 @@
-//! A block device on the bench: what all of them share of [`Instrument`].
+//! The part of [`SimulatedDevice`] that all block devices share.
 
 use super::behaviour::Behaviour;
 use super::device::BlockDevice;
-use crate::simulation::{Action, Drive, MeasuringRange, Part, SimulatedDevice, StateReport, UnsupportedAction};
+use crate::model::{FaultList, MeasuringRange, Part};
+use crate::simulation::{Action, Drive, FrontPanel, SimulatedDevice, StateReport, Switch, UnsupportedAction};
 use crate::store::Store;
 
 impl<B: Behaviour, S: Store> SimulatedDevice for BlockDevice<B, S> {
@@ -19,7 +20,7 @@ impl<B: Behaviour, S: Store> SimulatedDevice for BlockDevice<B, S> {
     }
 
     fn measuring_range(&self, part: usize) -> MeasuringRange {
-        self.behaviour.span(part)
+        self.behaviour.measuring_range(part)
     }
 
     fn drive(&self, part: usize) -> Drive {
@@ -33,12 +34,12 @@ impl<B: Behaviour, S: Store> SimulatedDevice for BlockDevice<B, S> {
 
     fn advance(&mut self, seconds: f64) {
         if self.powered && seconds > 0.0 {
-            self.happen(|behaviour| behaviour.advance(seconds));
+            self.apply_event(|behaviour| behaviour.advance(seconds));
         }
     }
 
     fn settle(&mut self) {
-        self.happen(Behaviour::settle);
+        self.apply_event(Behaviour::settle);
     }
 
     fn set_power(&mut self, on: bool) {
@@ -48,25 +49,46 @@ impl<B: Behaviour, S: Store> SimulatedDevice for BlockDevice<B, S> {
         self.powered = on;
     }
 
-    fn faults(&self) -> &'static [&'static str] {
-        self.behaviour.model().faults.names
+    fn faults(&self) -> &'static FaultList {
+        self.behaviour.model().faults
     }
 
-    fn operate(&mut self, action: Action<'_>) -> Result<(), UnsupportedAction> {
-        if let Action::Switch { name: "address", value } = action {
-            self.address.switch = value.parse().map_err(|_| UnsupportedAction { expected: &["0 ... 255"] })?;
-            self.behaviour.address_switch(self.address.switch);
-            return Ok(());
+    fn front_panel(&self) -> FrontPanel {
+        self.behaviour.front_panel()
+    }
+
+    fn operate(&mut self, action: Action) -> Result<(), UnsupportedAction> {
+        if !self.supports(action) {
+            return Err(UnsupportedAction { action });
         }
-        let before = self.behaviour.clone();
-        self.behaviour.operate(action)?;
-        self.behaviour.update();
-        let _ = self.store_differences(&before, None);
+        if let Action::Switch(Switch::Address(setting)) = action {
+            // The device reads the switch at power-up.
+            self.address.switch = setting;
+        }
+        self.apply_event(|behaviour| match action {
+            Action::Fault { fault, active } => behaviour.set_fault(fault, active),
+            Action::Button(number) => behaviour.press_button(number),
+            Action::Switch(switch) => behaviour.set_switch(switch),
+            Action::Potentiometer { potentiometer, volts } => behaviour.turn_potentiometer(potentiometer, volts),
+        });
         Ok(())
     }
 
     fn report(&self) -> StateReport {
         let report = self.behaviour.report();
         if self.powered { report } else { report.without_power() }
+    }
+}
+
+impl<B: Behaviour, S> BlockDevice<B, S> {
+    /// Whether the device has the fault or control.
+    fn supports(&self, action: Action) -> bool {
+        let panel = self.behaviour.front_panel();
+        match action {
+            Action::Fault { fault, .. } => self.behaviour.model().faults.faults.contains(&fault),
+            Action::Button(number) => (1..=panel.buttons).contains(&number),
+            Action::Switch(switch) => panel.switches.contains(&switch.name()) && switch.is_valid(),
+            Action::Potentiometer { potentiometer, .. } => panel.potentiometers.contains(&potentiometer),
+        }
     }
 }

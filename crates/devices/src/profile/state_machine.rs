@@ -1,7 +1,8 @@
-//! The state machine of a block device. errata-bpg-bcg-tpg 84 to 92, errata-pxg55x-img400 19 to 28.
+//! The device states and their transitions. errata-bpg-bcg-tpg 84 to 92, errata-pxg55x-img400 19 to 28.
 
 use super::exceptions::CommonExceptions;
 use crate::model::AccessError;
+use crate::model::codes::codes;
 
 /// The state of a block device.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -23,7 +24,10 @@ pub enum DeviceState {
 }
 
 impl DeviceState {
-    /// The code of Device State. INIT has none in the gauges' manuals, and 0 stands for "undefined":
+    /// The code of INIT on an IMG 400, the only device that has one: errata-pxg55x-img400 20.
+    pub const INIT_CODE: u16 = 100;
+
+    /// The code of Device State. INIT has none in the gauges' manuals, and 0 means "undefined":
     /// errata-bpg-bcg-tpg 85.
     #[must_use]
     pub const fn code(self) -> u8 {
@@ -38,7 +42,7 @@ impl DeviceState {
         }
     }
 
-    /// The name in the state diagram.
+    /// The name in the state diagram: `IDLE`.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -53,7 +57,19 @@ impl DeviceState {
     }
 }
 
-/// What moves the state.
+codes! {
+    /// Device Block State Command. The state diagram says which of them a state allows: [`TRANSITIONS`].
+    pub StateCommand: Commands;
+    0 Inactive          "inactive";
+    1 Reset             "reset", risk "restarts the device: it measures nothing until it is ready";
+    2 Abort             "abort", risk "stops the measurement; relays and outputs go to their safe state";
+    3 Recover           "recover";
+    4 Execute           "execute";
+    5 Stop              "stop", risk "stops the measurement; relays and outputs go to their safe state";
+    6 PerformDiagnostic "perform-diagnostic", risk "stops the measurement for a self test";
+}
+
+/// An event that may change the state.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum StateEvent {
     /// Command 1.
@@ -62,9 +78,9 @@ pub enum StateEvent {
     Abort,
     /// Command 3.
     Recover,
-    /// Command 4, and the start of cyclic exchange.
+    /// Command 4, and the start of data exchange.
     Execute,
-    /// Command 5, and the end of cyclic exchange.
+    /// Command 5, and the end of data exchange.
     Stop,
     /// Command 6.
     PerformDiagnostic,
@@ -79,34 +95,34 @@ pub enum StateEvent {
 }
 
 impl StateEvent {
-    /// The event of a Device Block State Command; `None` for 0, Inactive.
+    /// The event of a Device Block State Command; `None` for Inactive.
     ///
     /// # Errors
-    /// [`Refusal::Range`] for a number that is no command.
+    /// [`AccessError::OutOfRange`] for a number that is no command.
     pub const fn of_command(number: u8) -> Result<Option<Self>, AccessError> {
-        Ok(Some(match number {
-            0 => return Ok(None),
-            1 => Self::Reset,
-            2 => Self::Abort,
-            3 => Self::Recover,
-            4 => Self::Execute,
-            5 => Self::Stop,
-            6 => Self::PerformDiagnostic,
-            _ => return Err(AccessError::OutOfRange),
+        let Some(command) = StateCommand::from_code(number as u16) else { return Err(AccessError::OutOfRange) };
+        Ok(Some(match command {
+            StateCommand::Inactive => return Ok(None),
+            StateCommand::Reset => Self::Reset,
+            StateCommand::Abort => Self::Abort,
+            StateCommand::Recover => Self::Recover,
+            StateCommand::Execute => Self::Execute,
+            StateCommand::Stop => Self::Stop,
+            StateCommand::PerformDiagnostic => Self::PerformDiagnostic,
         }))
     }
 }
 
-/// One arrow of the state diagram, or several with the same number.
+/// One transition of the state diagram, or several with the same number.
 #[derive(Debug)]
 pub struct Transition {
     /// The number in the diagram.
     pub number: u8,
-    /// What moves.
+    /// The event.
     pub event: StateEvent,
-    /// From any of these.
+    /// The states in which it acts.
     pub from: &'static [DeviceState],
-    /// To this.
+    /// The state that follows.
     pub to: DeviceState,
 }
 
@@ -137,43 +153,43 @@ transitions! {
 }
 
 impl DeviceState {
-    /// Where an event leads from here.
+    /// The state that follows an event in this state.
     ///
     /// # Errors
-    /// [`Refusal::AlreadyThere`] when the device is where the event leads, [`Refusal::Conflict`] when no arrow leaves
-    /// this state: errata-bpg-bcg-tpg 89.
+    /// [`AccessError::AlreadyInState`] when the device is in that state already, [`AccessError::StateConflict`] when this state has
+    /// no transition for the event: errata-bpg-bcg-tpg 89.
     pub fn next(self, event: StateEvent) -> Result<Self, AccessError> {
-        let arrows = || TRANSITIONS.iter().filter(|transition| transition.event == event);
-        match arrows().find(|transition| transition.from.contains(&self)) {
+        let transitions = || TRANSITIONS.iter().filter(|transition| transition.event == event);
+        match transitions().find(|transition| transition.from.contains(&self)) {
             Some(transition) => Ok(transition.to),
-            None if arrows().any(|transition| transition.to == self) => Err(AccessError::AlreadyInState),
+            None if transitions().any(|transition| transition.to == self) => Err(AccessError::AlreadyInState),
             None => Err(AccessError::StateConflict),
         }
     }
 }
 
-/// What a self test finds.
+/// The result of a self test.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SelfTestResult {
-    /// Nothing.
-    Good,
+    /// No alarm.
+    Passed,
     /// An alarm.
-    Faulty,
-    /// Nothing is left that could be trusted to run.
+    Alarm,
+    /// The device cannot run reliably.
     Critical,
 }
 
 impl SelfTestResult {
-    /// What is found with these common alarms, and with any alarm at all. A self test tests the memories (BG 5530 4.4.1),
-    /// and an exception that it detects is SELFTEST EXCEPTION (tira56e1 7.2.1).
-    // free choice: no manual says which fault is critical (transition 9). Where the program and the memory it works in are
-    // both defective, nothing can be trusted to run.
+    /// The result with these common alarms, and with any alarm at all. A self test tests the memories (BG 5530 4.4.1);
+    /// an exception that it detects leads to SELFTEST EXCEPTION (tira56e1 7.2.1).
+    // free choice: no manual says which fault is critical (transition 9). A device whose program memory and working
+    // memory are both defective cannot run reliably.
     #[must_use]
     pub fn found(common: CommonExceptions, alarm: bool) -> Self {
         match () {
             () if common.contains(CommonExceptions::EPROM | CommonExceptions::RAM) => Self::Critical,
-            () if alarm => Self::Faulty,
-            () => Self::Good,
+            () if alarm => Self::Alarm,
+            () => Self::Passed,
         }
     }
 }
@@ -182,7 +198,7 @@ impl SelfTestResult {
 const INIT_S: f64 = 0.1;
 const SELF_TEST_S: f64 = 0.4;
 
-/// The state, and how long it lasts by itself.
+/// The state, and the time until it ends by itself.
 #[derive(Clone, Debug)]
 pub struct StateMachine {
     state: DeviceState,
@@ -193,7 +209,7 @@ pub struct StateMachine {
 }
 
 impl StateMachine {
-    /// Power has just come.
+    /// The state after power-up.
     #[must_use]
     pub const fn power_up() -> Self {
         Self { state: DeviceState::Init, remaining_s: INIT_S, exchanging: false, execute_when_idle: false }
@@ -211,40 +227,40 @@ impl StateMachine {
         self.state == DeviceState::Executing
     }
 
-    /// Whether cyclic exchange runs.
+    /// Whether data exchange runs.
     #[must_use]
     pub const fn is_exchanging(&self) -> bool {
         self.exchanging
     }
 
-    /// Whether unit and data type may be changed: in IDLE, and not during cyclic exchange. errata-bpg-bcg-tpg 91.
+    /// Whether unit and data type may be changed: in IDLE, and not during data exchange. errata-bpg-bcg-tpg 91.
     #[must_use]
     pub fn is_configurable(&self) -> bool {
         self.state == DeviceState::Idle && !self.exchanging
     }
 
-    /// A Device Block State Command. Returns whether the device begins anew.
+    /// Executes a Device Block State Command. Returns whether the device restarts.
     ///
     /// # Errors
-    /// Refused commands change nothing: [`State::after`], [`Event::of_command`].
+    /// Refused commands change nothing: [`DeviceState::next`], [`StateEvent::of_command`].
     pub fn command(&mut self, number: u8) -> Result<bool, AccessError> {
         let Some(event) = StateEvent::of_command(number)? else { return Ok(false) };
         self.enter(self.state.next(event)?);
-        // A command during the start has the last word: the exchange forces EXECUTING only once.
+        // A command during the start overrides the start of the exchange, which leads to EXECUTING only once.
         self.execute_when_idle = false;
         Ok(event == StateEvent::Reset)
     }
 
-    /// Cyclic exchange begins or has ended. Its beginning is the command Execute, and so acts from IDLE only; its end
-    /// leads back to IDLE. errata-bpg-bcg-tpg 90.
-    pub fn exchanging(&mut self, running: bool) {
+    /// Data exchange begins or has ended. Its beginning is the command Execute, so it acts in IDLE only; its end leads
+    /// back to IDLE. errata-bpg-bcg-tpg 90.
+    pub fn set_exchanging(&mut self, running: bool) {
         self.exchanging = running;
         self.execute_when_idle = running && matches!(self.state, DeviceState::Init | DeviceState::SelfTesting);
-        self.happen(if running { StateEvent::Execute } else { StateEvent::Stop });
+        self.apply(if running { StateEvent::Execute } else { StateEvent::Stop });
     }
 
-    /// Time passes.
-    pub fn advance(&mut self, seconds: f64, health: SelfTestResult) {
+    /// Advances the time of the start and the self test.
+    pub fn advance(&mut self, seconds: f64, result: SelfTestResult) {
         let mut seconds = seconds;
         while matches!(self.state, DeviceState::Init | DeviceState::SelfTesting) {
             if seconds < self.remaining_s {
@@ -252,30 +268,30 @@ impl StateMachine {
                 return;
             }
             seconds -= self.remaining_s;
-            self.phase_ends(health);
+            self.phase_ends(result);
         }
     }
 
-    /// Start and self test come to their end.
-    pub fn settle(&mut self, health: SelfTestResult) {
-        self.advance(f64::INFINITY, health);
+    /// Completes start and self test.
+    pub fn settle(&mut self, result: SelfTestResult) {
+        self.advance(f64::INFINITY, result);
     }
 
     /// INIT or the self test is over.
-    fn phase_ends(&mut self, health: SelfTestResult) {
-        self.happen(match (self.state, health) {
+    fn phase_ends(&mut self, result: SelfTestResult) {
+        self.apply(match (self.state, result) {
             (DeviceState::Init, _) => StateEvent::Initialised,
-            (_, SelfTestResult::Good) => StateEvent::Passed,
-            (_, SelfTestResult::Faulty) => StateEvent::Failed,
+            (_, SelfTestResult::Passed) => StateEvent::Passed,
+            (_, SelfTestResult::Alarm) => StateEvent::Failed,
             (_, SelfTestResult::Critical) => StateEvent::Fault,
         });
         if self.state == DeviceState::Idle && core::mem::take(&mut self.execute_when_idle) {
-            self.happen(StateEvent::Execute);
+            self.apply(StateEvent::Execute);
         }
     }
 
-    /// Something that is nobody's command: where no arrow leaves, nothing happens.
-    fn happen(&mut self, event: StateEvent) {
+    /// An event that no command causes: without a transition it has no effect.
+    fn apply(&mut self, event: StateEvent) {
         if let Ok(state) = self.state.next(event) {
             self.enter(state);
         }

@@ -1,15 +1,14 @@
-//! Zero and gain adjust, auto zero, run hours: what a gauge keeps without an index. tira56e1 8.1.1, 8.1.11, 8.2.1, 8.3.1,
-//! 7.1.14 and 7.1.23.
+//! Zero and gain adjust, auto zero, run hours: the stored values without an index. tira56e1 8.1.1, 8.1.11, 8.2.1,
+//! 8.3.1, 7.1.14 and 7.1.23.
 
 use super::Pxg55xBehaviour;
-use crate::model::{AccessError, mbar};
+use crate::model::{AccessError, Principle, mbar};
 use crate::profile::{DeviceState, Sensor};
-use crate::simulation::Principle;
 
-/// "2 decades below the minimum pressure range of the gauge" (8.1.1): there the diaphragm has nothing to show.
+/// "2 decades below the minimum pressure range of the gauge" (8.1.1): the diaphragm reads zero there.
 const CDG_ZERO_PA: f64 = mbar(1.0) / 100.0;
 
-/// free choice: "periodically" (8.1.11) has no number.
+/// free choice: the manual gives no number for "periodically" (8.1.11).
 const AUTO_ZERO_S: f64 = 600.0;
 
 /// The counter counts quarters of an hour (7.1.23).
@@ -17,21 +16,23 @@ const QUARTER_S: f64 = 900.0;
 
 /// Adjustments and run hours.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Kept {
-    /// Quarter hours, gain and offset of the Pirani, offset of the diaphragm, gain of the atmosphere sensor. Offsets in Pa.
+pub struct StoredAdjustments {
+    /// Quarter hours, gain and offset of the Pirani, offset of the diaphragm, gain of the atmosphere sensor. Offsets in
+    /// Pa.
     pub values: [f64; 5],
-    /// What is not yet a quarter of an hour. Lost with the power, as on a gauge that counts in its memory.
+    /// The rest of a quarter of an hour. Lost with the power, as on a gauge that counts in its memory.
     part_s: f64,
-    /// Since the last auto zero.
+    /// The time since the last auto zero.
     since_auto_zero_s: f64,
 }
 
-impl Kept {
+impl StoredAdjustments {
+    /// As from the factory.
     pub const fn new() -> Self {
         Self { values: [0.0, 1.0, 0.0, 0.0, 1.0], part_s: 0.0, since_auto_zero_s: 0.0 }
     }
 
-    /// The adjustments of the factory; time is not undone.
+    /// The adjustments of the factory with the present run hours.
     pub const fn readjusted(&self) -> Self {
         let [quarters, ..] = self.values;
         let [_, gain, offset, cdg, atm] = Self::new().values;
@@ -55,7 +56,7 @@ impl Kept {
         (f64::from(self.quarters()) * QUARTER_S + self.part_s) / 3600.0
     }
 
-    /// Device time passes. Returns whether it is time for an auto zero.
+    /// Advances the run hours. Returns whether an auto zero is due.
     fn advance(&mut self, seconds: f64) -> bool {
         let [quarters, ..] = &mut self.values;
         let whole = libm::floor((self.part_s + seconds) / QUARTER_S);
@@ -70,7 +71,7 @@ impl Kept {
     }
 }
 
-/// What a zero adjust adds, so that the sensor reads nothing now.
+/// The offset of a zero adjust, with which the sensor reads zero now.
 fn zero(sensor: &Sensor) -> f64 {
     -sensor.sensed_pa * sensor.gain
 }
@@ -79,27 +80,29 @@ fn zero(sensor: &Sensor) -> f64 {
 fn gain(sensor: &Sensor, target_pa: f64) -> Result<(f64, f64), AccessError> {
     let zero_pa = -sensor.offset_pa / sensor.gain;
     let gain = target_pa / (sensor.sensed_pa - zero_pa);
-    // A sensor that shows nothing, or less, cannot be stretched.
+    // A sensor that reads zero or less has no gain for the target.
     if gain > 0.0 && gain.is_finite() { Ok((gain, -zero_pa * gain)) } else { Err(AccessError::StateConflict) }
 }
 
 impl Pxg55xBehaviour {
-    /// An Analog Input Block Adjust Command; the target value is not available (78). Commands without a name are accepted
-    /// and do nothing (79).
+    /// Executes an Analog Input Block Adjust Command; it has no target value (78). Commands without a name are accepted
+    /// and have no effect (79).
     ///
-    /// The manual gives no condition but asks the user for the right pressure, and so does this gauge.
+    /// The manual gives no condition and makes the user responsible for the right pressure.
     pub(super) fn adjust(&mut self, instance: u8, command: u8) -> Result<(), AccessError> {
-        let principle = self.part(instance).map(|part| part.facts.part.principle);
+        let principle = self.part(instance).map(|part| part.spec.part.principle);
         match (principle, command) {
             (Some(Principle::Diaphragm), 0) => self.adjustable(instance).map(|()| self.zero_cdg()),
             (Some(Principle::Pirani), 0) => self.adjustable(instance).map(|()| self.zero_pirani()),
-            (Some(Principle::Pirani), 1) => self.adjustable(instance).and_then(|()| self.stretch_pirani()),
-            (Some(Principle::Atmosphere), 1) => self.adjustable(instance).and_then(|()| self.match_atm()),
+            (Some(Principle::Pirani), 1) => self.adjustable(instance).and_then(|()| self.gain_pirani()),
+            (Some(Principle::Atmosphere), 1) => self.adjustable(instance).and_then(|()| self.gain_atm()),
             _ => Ok(()),
         }
     }
 
-    /// free choice: in EXECUTING and IDLE, with a sensor that reads something.
+    /// Checks whether a part can be adjusted.
+    ///
+    /// free choice: in EXECUTING and IDLE, with a sensor that reads and has not failed.
     fn adjustable(&self, instance: u8) -> Result<(), AccessError> {
         let reads = self.part(instance).is_some_and(|part| part.reading_pa.is_some() && !part.failed);
         let state = matches!(self.machine.state(), DeviceState::Executing | DeviceState::Idle);
@@ -108,37 +111,37 @@ impl Pxg55xBehaviour {
 
     fn zero_cdg(&mut self) {
         let Some(cdg) = &self.cdg else { return };
-        let [_, _, _, offset, _] = &mut self.kept.values;
+        let [_, _, _, offset, _] = &mut self.stored.values;
         *offset = zero(&cdg.sensor);
     }
 
     fn zero_pirani(&mut self) {
-        let [_, _, offset, _, _] = &mut self.kept.values;
+        let [_, _, offset, _, _] = &mut self.stored.values;
         *offset = zero(&self.pirani.sensor);
     }
 
-    /// The present pressure is full scale (8.2.1).
-    fn stretch_pirani(&mut self) -> Result<(), AccessError> {
-        let full_scale_pa = self.pirani.facts.limits.full_scale_pa;
-        let [_, pirani_gain, pirani_offset, _, _] = &mut self.kept.values;
+    /// Adjusts the Pirani so that the present pressure is full scale (8.2.1).
+    fn gain_pirani(&mut self) -> Result<(), AccessError> {
+        let full_scale_pa = self.pirani.spec.limits.full_scale_pa;
+        let [_, pirani_gain, pirani_offset, _, _] = &mut self.stored.values;
         (*pirani_gain, *pirani_offset) = gain(&self.pirani.sensor, full_scale_pa)?;
         Ok(())
     }
 
-    /// The atmosphere sensor reads what the diaphragm reads (80).
-    fn match_atm(&mut self) -> Result<(), AccessError> {
+    /// Adjusts the atmosphere sensor to the diaphragm (80).
+    fn gain_atm(&mut self) -> Result<(), AccessError> {
         let (Some(cdg), Some(atm)) = (&self.cdg, &self.atm) else { return Ok(()) };
         if cdg.failed {
             return Err(AccessError::StateConflict);
         }
-        let [.., atm_gain] = &mut self.kept.values;
+        let [.., atm_gain] = &mut self.stored.values;
         (*atm_gain, _) = gain(&atm.sensor, cdg.sensor.indicated_pa())?;
         Ok(())
     }
 
-    /// What is kept rules the sensors.
+    /// Copies the stored adjustments to the sensors.
     pub(super) fn apply_adjustments(&mut self) {
-        let [_, pirani_gain, pirani_offset, cdg_offset, atm_gain] = self.kept.values;
+        let [_, pirani_gain, pirani_offset, cdg_offset, atm_gain] = self.stored.values;
         (self.pirani.sensor.gain, self.pirani.sensor.offset_pa) = (pirani_gain, pirani_offset);
         if let Some(cdg) = &mut self.cdg {
             cdg.sensor.offset_pa = cdg_offset;
@@ -148,10 +151,10 @@ impl Pxg55xBehaviour {
         }
     }
 
-    /// Time for the counters, and for the diaphragm's zero while the Pirani says that there is nothing to measure: the
-    /// Pirani adjusts the diaphragm (91).
-    pub(super) fn pass_time(&mut self, seconds: f64) {
-        let due = self.kept.advance(seconds);
+    /// Advances the run hours, and adjusts the zero of the diaphragm while the Pirani reads a pressure below its range
+    /// (91).
+    pub(super) fn advance_adjustments(&mut self, seconds: f64) {
+        let due = self.stored.advance(seconds);
         let void = self.pirani.reading_pa.is_some_and(|pa| pa <= CDG_ZERO_PA) && !self.pirani.failed;
         let able = self.machine.is_executing() && self.cdg.as_ref().is_some_and(|cdg| !cdg.failed);
         if due && self.auto_zero && void && able {
@@ -166,22 +169,22 @@ mod tests {
 
     #[test]
     fn run_hours_count_in_quarters_and_saturate() {
-        let mut kept = Kept::new();
-        kept.advance(899.0);
-        assert_eq!((kept.quarters(), kept.hours()), (0, 0));
-        kept.advance(1.0);
-        assert_eq!((kept.quarters(), kept.hours()), (1, 0));
-        kept.advance(3.0 * 900.0 + 450.0);
-        assert_eq!((kept.quarters(), kept.hours()), (4, 1));
-        assert_eq!(kept.run_hours(), 1.125);
-        kept.advance(3600.0 * 70_000.0);
-        assert_eq!((kept.quarters(), kept.hours()), (280_004, u16::MAX));
-        kept.advance(1e15);
-        assert_eq!(kept.quarters(), u32::MAX);
+        let mut stored = StoredAdjustments::new();
+        stored.advance(899.0);
+        assert_eq!((stored.quarters(), stored.hours()), (0, 0));
+        stored.advance(1.0);
+        assert_eq!((stored.quarters(), stored.hours()), (1, 0));
+        stored.advance(3.0 * 900.0 + 450.0);
+        assert_eq!((stored.quarters(), stored.hours()), (4, 1));
+        assert_eq!(stored.run_hours(), 1.125);
+        stored.advance(3600.0 * 70_000.0);
+        assert_eq!((stored.quarters(), stored.hours()), (280_004, u16::MAX));
+        stored.advance(1e15);
+        assert_eq!(stored.quarters(), u32::MAX);
     }
 
     #[test]
-    fn a_gain_adjust_keeps_the_zero() {
+    fn a_gain_adjust_keeps_the_zero_of_the_sensor() {
         let mut sensor = Sensor { sensed_pa: 5.0, ..Sensor::in_air() };
         sensor.offset_pa = zero(&sensor);
         assert_eq!(sensor.indicated_pa(), 0.0);
@@ -193,7 +196,7 @@ mod tests {
     }
 
     #[test]
-    fn a_sensor_that_reads_nothing_cannot_be_stretched() {
+    fn a_sensor_that_reads_zero_has_no_gain_adjust() {
         let sensor = Sensor { sensed_pa: 0.0, ..Sensor::in_air() };
         assert_eq!(gain(&sensor, 100_000.0), Err(AccessError::StateConflict));
     }

@@ -1,34 +1,42 @@
-//! Code tables of tira56e1 that are its own. Numbers in brackets are those of errata-pxg55x-img400.
+//! The code tables of tira56e1 that no other manual has. Numbers in brackets are those of errata-pxg55x-img400.
 
-use super::heating::PiraniOff;
-use super::trip::Mode;
-use crate::model::{Codes, code};
-use crate::profile::codes::risky;
+use crate::model::codes::codes;
 
 const ZERO_RISK: &str = "moves the zero: the pressure must be two decades below the range of the gauge";
-const ATMOSPHERE: &str = "moves the scale: the chamber must be at atmospheric pressure";
+const SCALE_RISK: &str = "moves the scale: the chamber must be at atmospheric pressure";
 
-/// 8.1.1; a target value is not used (78).
-pub const CDG_ADJUST: Codes = Codes::Commands(&[risky(0x0000, "zero-adjust", ZERO_RISK)]);
+codes! {
+    /// 8.1.1: the command in the high octet; a target value is not used (78).
+    pub CdgAdjust: Commands;
+    0x0000 ZeroAdjust "zero-adjust", risk ZERO_RISK;
+}
 
-/// 8.2.1
-pub const PIRANI_ADJUST: Codes =
-    Codes::Commands(&[risky(0x0000, "zero-adjust", ZERO_RISK), risky(0x0100, "gain-adjust", ATMOSPHERE)]);
+codes! {
+    /// 8.2.1
+    pub PiraniAdjust: Commands;
+    0x0000 ZeroAdjust "zero-adjust", risk ZERO_RISK;
+    0x0100 GainAdjust "gain-adjust", risk SCALE_RISK;
+}
 
-/// 8.3.1
-pub const ATM_ADJUST: Codes = Codes::Commands(&[risky(0x0100, "gain-adjust", ATMOSPHERE)]);
+codes! {
+    /// 8.3.1
+    pub AtmAdjust: Commands;
+    0x0100 GainAdjust "gain-adjust", risk SCALE_RISK;
+}
 
-/// 11.2.13
-pub const SETPOINT_MODE: Codes = Codes::Names(&[
-    code(Mode::Setpoint as u16, "setpoint-mode"),
-    code(Mode::LowByAtmosphere as u16, "low-trip-point-by-atmosphere"),
-    code(Mode::HighByAtmosphere as u16, "high-trip-point-by-atmosphere"),
-    code(Mode::BusOnly as u16, "setpoint-mode-profibus-only"),
-]);
+codes! {
+    /// 11.2.13; 3 is missing on purpose (100).
+    pub SetpointMode: Names;
+    0 Setpoint         "setpoint-mode";
+    1 LowByAtmosphere  "low-trip-point-by-atmosphere";
+    2 HighByAtmosphere "high-trip-point-by-atmosphere";
+    4 BusOnly          "setpoint-mode-profibus-only";
+}
 
-/// 12.2.5
-pub const PIRANI_OFF: Codes = Codes::Names(&[
-    code(PiraniOff::AlwaysOn as u16, "always-on"),
-    code(PiraniOff::Automatic as u16, "automatic"),
-    code(PiraniOff::AlwaysOff as u16, "always-off"),
-]);
+codes! {
+    /// 12.2.5
+    pub PiraniOff: Names;
+    0 AlwaysOn  "always-on";
+    1 Automatic "automatic";
+    2 AlwaysOff "always-off";
+}

@@ -1,14 +1,17 @@
-//! PCG550, PCG552, PCG554, PSG550, PSG552 and PSG554: Pirani gauges, the PCG with a capacitance diaphragm and perhaps an
-//! atmosphere sensor beside it. tira56e1.
+//! PCG550, PCG552, PCG554, PSG550, PSG552 and PSG554: Pirani gauges, the PCG with a capacitance diaphragm and perhaps
+//! an atmosphere sensor beside it. tira56e1.
 //!
-//! [`table`] is the manual's tables; the rest is what they do: `adjust` moves the sensors, `heating` switches the Pirani,
-//! `trip` has the trip points, `ttr` the telegram of the compatibility mode, `parameters` leads every row to its value,
-//! `bench` has bus and people. Numbers in brackets are those of errata-pxg55x-img400.
+//! [`table`] has the manual's tables, [`codes`] the code tables. `parts` has the ranges, `adjust` the adjustments of the sensors,
+//! `heating` the filament of the Pirani, `trip` the trip points, `ttr` the telegram of the compatibility mode;
+//! `parameters` reads and writes every row, `simulation` has cyclic data and front panel. Numbers in brackets are those
+//! of errata-pxg55x-img400.
 
 mod adjust;
-mod codes;
+pub mod codes;
+mod faults;
 mod heating;
 mod parameters;
+mod parts;
 mod simulation;
 pub mod table;
 mod trip;
@@ -16,13 +19,13 @@ mod ttr;
 
 use crate::model::{AccessError, mbar};
 use crate::profile::{
-    BlockDevice, CommonExceptions, DeviceState, ExceptionDetails, ExceptionStatus, MeasuringPart, Presentation,
-    ReadingCondition, SelfTestResult, SerialNumber, Setup, StateMachine, StatusExtension, exception_status,
+    BlockDevice, CommonExceptions, DeviceBlockValues, DeviceState, ExceptionDetails, ExceptionStatus, MeasuringPart,
+    Presentation, ReadingCondition, SelfTestResult, SerialNumber, Setup, StateCommand, StateMachine, StatusExtension,
 };
 use crate::store::Store;
-use adjust::Kept;
-use heating::Heating;
-use simulation::Faults;
+use adjust::StoredAdjustments;
+use faults::Faults;
+use heating::PiraniHeating;
 use table::{VARIANTS, Variant};
 use trip::TripPoint;
 
@@ -32,23 +35,23 @@ pub type Pxg55x<S> = BlockDevice<Pxg55xBehaviour, S>;
 impl<S: Store> Pxg55x<S> {
     /// A gauge that has just been switched on.
     #[must_use]
-    pub fn new(store: S, kind: Pxg55xModel, setup: Setup) -> Self {
-        Self::from_behaviour(Pxg55xBehaviour::new(kind.variant(), setup.serial), store, &setup)
+    pub fn new(store: S, model: Pxg55xModel, setup: Setup) -> Self {
+        Self::from_behaviour(Pxg55xBehaviour::new(model.variant(), setup.serial), store, &setup)
     }
 }
 
-/// Which gauge of the series.
+/// A gauge of the series.
 #[derive(Clone, Copy, Debug)]
 pub struct Pxg55xModel(&'static Variant);
 
 impl Pxg55xModel {
-    /// The gauge with this name, `pcg550` to `psg554`: with or without an atmosphere sensor, or with one if there is such a
-    /// gauge.
+    /// The gauge with this name, `pcg550` to `psg554`: with or without an atmosphere sensor; for `None` with one if the
+    /// model has such a variant.
     #[must_use]
     pub fn named(name: &str, atmosphere: Option<bool>) -> Option<Self> {
         // Those with a sensor come first.
-        let fits = |kind: &Self| atmosphere.is_none_or(|wanted| wanted == kind.0.family.atm.is_some());
-        Self::all().find(|kind| kind.0.model.name == name && fits(kind))
+        let fits = |model: &Self| atmosphere.is_none_or(|wanted| wanted == model.0.family.atm.is_some());
+        Self::all().find(|model| model.0.model.name == name && fits(model))
     }
 
     /// Every gauge of the series.
@@ -69,10 +72,10 @@ const CDG_FROM_PA: f64 = mbar(10.0);
 /// free choice: below this the Pirani does, "a small hysteresis" (67).
 const PIRANI_BELOW_PA: f64 = mbar(9.0);
 
-/// What is particular to the series.
+/// The behaviour of the series.
 #[derive(Clone, Debug)]
 pub struct Pxg55xBehaviour {
-    version: &'static Variant,
+    variant: &'static Variant,
     serial: SerialNumber,
     address_switch: u8,
     machine: StateMachine,
@@ -84,42 +87,42 @@ pub struct Pxg55xBehaviour {
     cdg: Option<MeasuringPart>,
     pirani: MeasuringPart,
     atm: Option<MeasuringPart>,
-    heating: Heating,
+    heating: PiraniHeating,
     /// Auto Zero Enable.
     auto_zero: bool,
-    /// The diaphragm measures, if there is one.
+    /// The diaphragm is the active part, if the gauge has one.
     cdg_is_active: bool,
     trips: [TripPoint; 2],
     faults: Faults,
-    kept: Kept,
+    stored: StoredAdjustments,
 }
 
-/// The manufacturer's command that puts everything back (7.2.2).
+/// The manufacturer's command for a factory reset (7.2.2).
 const FACTORY_RESET: u8 = 128;
 
 impl Pxg55xBehaviour {
-    fn new(version: &'static Variant, serial: SerialNumber) -> Self {
+    fn new(variant: &'static Variant, serial: SerialNumber) -> Self {
         Self {
-            version,
+            variant,
             serial,
             address_switch: 0,
             machine: StateMachine::power_up(),
             presentation: Presentation::new(table::FACTORY_UNIT),
             ttr: false,
             selector: 1,
-            cdg: version.family.cdg.map(MeasuringPart::new),
-            pirani: MeasuringPart::new(version.family.pirani),
-            atm: version.family.atm.map(MeasuringPart::new),
-            heating: Heating::new(),
+            cdg: variant.family.cdg.map(MeasuringPart::new),
+            pirani: MeasuringPart::new(variant.family.pirani),
+            atm: variant.family.atm.map(MeasuringPart::new),
+            heating: PiraniHeating::new(),
             auto_zero: false,
             cdg_is_active: true,
-            trips: [TripPoint::factory(table::LOWEST_PA); 2],
+            trips: [TripPoint::factory(parts::LOWEST_PA); 2],
             faults: Faults::NONE,
-            kept: Kept::new(),
+            stored: StoredAdjustments::new(),
         }
     }
 
-    /// The same gauge as it leaves the factory: what is around it and what is broken in it stays.
+    /// The same gauge as from the factory, with its address switch, pressures and faults.
     fn as_new(&self) -> Self {
         Self {
             address_switch: self.address_switch,
@@ -127,7 +130,7 @@ impl Pxg55xBehaviour {
             pirani: self.pirani.restarted(),
             atm: self.atm.as_ref().map(MeasuringPart::restarted),
             faults: self.faults,
-            ..Self::new(self.version, self.serial)
+            ..Self::new(self.variant, self.serial)
         }
     }
 
@@ -149,17 +152,16 @@ impl Pxg55xBehaviour {
         self.measuring_parts_mut().find(|part| part.part().instance == instance)
     }
 
-    /// The part that measures: its instance is the PV Selector.
+    /// The active part: its instance is the PV Selector.
     fn active(&self) -> &MeasuringPart {
         self.cdg.as_ref().filter(|_| self.cdg_is_active).unwrap_or(&self.pirani)
     }
 
-    /// A Device Block State Command. Nothing that a Reset brings back outlives the end of EXECUTING; that the basic device
-    /// starts anew with 129 cannot be seen apart.
+    /// Executes a Device Block State Command. Every value that a Reset would restore is restored already when EXECUTING
+    /// ends; 129, which also restarts the basic device, has no other visible effect.
     fn state_command(&mut self, number: u8) -> Result<(), AccessError> {
         const RESET_ALL: u8 = 129;
-        /// What the manufacturer's commands are like.
-        const RESET: u8 = 1;
+        const RESET: u8 = StateCommand::Reset as u8;
         let like_reset = matches!(number, FACTORY_RESET | RESET_ALL);
         if like_reset && self.machine.state() == DeviceState::CriticalFault {
             // Only Reset itself acts there (22).
@@ -172,8 +174,8 @@ impl Pxg55xBehaviour {
         Ok(())
     }
 
-    /// Every setting and adjustment. The run hours are no setting; nor are unit, data type and mode while a master exchanges
-    /// data that depend on them (8.1.6).
+    /// Resets every setting and adjustment. The run hours stay, and so do unit, data type and mode while a master
+    /// exchanges data that depend on them (8.1.6).
     fn factory_reset(&mut self) {
         let new = self.as_new();
         let held = if self.machine.is_exchanging() { self.presentation } else { new.presentation };
@@ -181,23 +183,23 @@ impl Pxg55xBehaviour {
             machine: self.machine.clone(),
             presentation: held,
             ttr: self.ttr,
-            kept: self.kept.readjusted(),
+            stored: self.stored.readjusted(),
             ..new
         };
     }
 
-    /// What the self test would find.
-    fn health(&self) -> SelfTestResult {
+    /// The result that a self test would have.
+    fn self_test(&self) -> SelfTestResult {
         SelfTestResult::found(self.common(), self.has_alarm())
     }
 
     /// Memory faults, alike in both records (37).
     fn common(&self) -> CommonExceptions {
-        CommonExceptions::of_memories(self.faults.eprom, self.faults.eeprom, self.faults.ram)
+        CommonExceptions::from_memory_faults(self.faults.eprom, self.faults.eeprom, self.faults.ram)
     }
 
-    /// Internal communication exception, alike in both records (37, 73): bit 0 of 7.1.12. Bit 5 of the common detail, the
-    /// communications exception beside it, is another, and no fault of the list means it.
+    /// Internal communication exception, alike in both records (37, 73): bit 0 of 7.1.12. Bit 5 of the common detail,
+    /// the communications exception, is another one, and no fault of the list sets it.
     const fn manufacturer(&self) -> u8 {
         self.faults.comm as u8
     }
@@ -230,16 +232,12 @@ impl Pxg55xBehaviour {
         ExceptionDetails { common: self.common(), device, manufacturer: self.manufacturer() }
     }
 
-    fn exception_status(&self) -> ExceptionStatus {
-        exception_status(&self.alarm::<4>(), &self.warning::<5>())
-    }
-
     fn has_alarm(&self) -> bool {
         self.exception_status().intersects(ExceptionStatus::ALARM)
     }
 
-    /// What rules the value of a part: manufacturer alarms and warnings and its own alarm make it invalid (87, 88), alarms
-    /// of the whole device make it safe (35).
+    /// The conditions of the reading of a part: manufacturer alarms and warnings and its own alarm make it invalid (87,
+    /// 88), alarms of the whole device make it safe (35).
     fn condition(&self, part: &MeasuringPart) -> ReadingCondition {
         let manufacturer = self.manufacturer() != 0;
         ReadingCondition {
@@ -277,51 +275,51 @@ impl Pxg55xBehaviour {
         extension
     }
 
-    /// Everything that follows at once: adjustments, readings, active instance, trip points, last valid values.
-    fn follow(&mut self) {
+    /// Updates adjustments, readings, active instance, trip points and last valid values, in this order.
+    fn update_all(&mut self) {
         self.apply_adjustments();
         self.measure();
         self.choose_active();
-        self.follow_trip_points();
+        self.update_trip_points();
         self.remember();
     }
 
-    /// Each part reads for itself, the Pirani only while it is heated.
+    /// Sets the reading of each part; the Pirani has one only while it is heated.
     fn measure(&mut self) {
         let failed = [1, 2, 3].map(|instance| self.sensor_alarm(instance) != [0; 2]);
         for (part, failed) in self.measuring_parts_mut().zip(failed) {
             part.failed = failed;
             part.reading_pa = Some(part.sensor.indicated_pa());
         }
-        // free choice: a PSG55x knows by itself when to heat again.
+        // free choice: on a PSG55x the pressure of the unheated Pirani decides when it is heated again.
         let control = self.cdg.as_ref().unwrap_or(&self.pirani);
-        self.heating.follow(control.sensor.indicated_pa());
+        self.heating.update(control.sensor.indicated_pa());
         if !self.heating.is_on() {
             self.pirani.reading_pa = None;
         }
     }
 
-    /// The diaphragm decides, and measures wherever the Pirani is off (67, 107).
+    /// Sets the active part by the reading of the diaphragm, which also measures while the Pirani is off (67, 107).
     fn choose_active(&mut self) {
         let Some(pa) = self.cdg.as_ref().map(|cdg| cdg.sensor.indicated_pa()) else { return };
         let from_pa = if self.cdg_is_active { PIRANI_BELOW_PA } else { CDG_FROM_PA };
         self.cdg_is_active = pa >= from_pa || !self.heating.is_on();
     }
 
-    /// They watch the process value of the telegrams (96), also a safe value, but in EXECUTING only (104).
-    fn follow_trip_points(&mut self) {
+    /// The trip points compare the process value of the telegrams (96), also a safe value, in EXECUTING only (104).
+    fn update_trip_points(&mut self) {
         let atmosphere_pa = self.atm.as_ref().filter(|atm| !atm.failed).and_then(|atm| atm.reading_pa);
         let pa = self.machine.is_executing().then(|| self.output_pa());
         for trip in &mut self.trips {
             if let Some(atmosphere_pa) = atmosphere_pa {
-                trip.follow_atmosphere(atmosphere_pa);
+                trip.set_atmosphere(atmosphere_pa);
             }
             trip.evaluate(pa);
         }
     }
 
-    /// For Hold Last Value: the last valid value that was shown. A common alarm leaves the reading valid (88), but shows the
-    /// safe value.
+    /// Keeps the last valid value that was shown for Hold Last Value. With a common alarm the reading stays valid (88),
+    /// but the safe value is shown.
     fn remember(&mut self) {
         for instance in 1..=3 {
             let Some(condition) = self.part(instance).map(|part| self.condition(part)) else { continue };
@@ -331,10 +329,10 @@ impl Pxg55xBehaviour {
         }
     }
 
-    /// A push button takes the present pressure for a trip point (11.2.13).
+    /// The operator has pressed a push button, which sets a trip point to the present pressure (11.2.13).
     ///
-    /// free choice: the manual does not say what the button does; without a valid pressure it does nothing.
-    fn press(&mut self, trip: usize) {
+    /// free choice: the manual does not describe the effect; without a valid pressure there is none.
+    fn set_trip_point_by_button(&mut self, trip: usize) {
         let active = self.active();
         let (valid, pa) = (self.is_valid(active), self.process_value_pa(active));
         if let Some(trip) = self.trips.get_mut(trip).filter(|_| valid)

@@ -1,15 +1,17 @@
-//! Every row of the tables, and what it means.
+//! The value of every row of the tables, and the effect of writing it.
 
-use super::heating::PiraniOff;
+use super::codes::SetpointMode;
 use super::table::{
-    AtmInput, AtmTransducer, CdgInput, CdgTransducer, DeviceBlock, DiscreteOutput, FIRMWARE, HARDWARE, OneOfNInput,
+    AtmInput, AtmTransducer, CdgInput, CdgTransducer, DeviceBlock, DiscreteOutput, FIRMWARE, OneOfNInput,
     OneOfNTransducer, Parameter, PiraniInput, PiraniTransducer, TripPoint as Row,
 };
-use super::trip::{Mode, Side, TripPoint};
-use super::{Pxg55xBehaviour, table};
-use crate::model::{AccessError, Block, Counts, Location, PressureFormat, Value};
-use crate::profile::{MeasuringPart, ParameterAccess, ParameterRef, SafeState};
-use crate::simulation::Principle;
+use super::trip::{TripPoint, TripSide};
+use super::{Pxg55xBehaviour, parts};
+use crate::model::{AccessError, Block, Counts, Location, PressureFormat, Principle, Value};
+use crate::profile::{
+    DeviceBlockValues, DeviceState, ExceptionStatus, Identity, InputRow, MeasuringPart, ParameterAccess, ParameterRef,
+    SerialNumber, exception_status,
+};
 use crate::store::Key;
 
 /// The slots of the first trip point and of the first relay (95).
@@ -20,18 +22,18 @@ impl ParameterAccess for Pxg55xBehaviour {
     type Parameter = Parameter;
 
     /// Slot 1 shows the instance of the Channel Instance Selector (9.1.1).
-    fn is_visible(&self, address: &Location) -> bool {
-        address.instance == 0 || address.instance == self.selector
+    fn is_visible(&self, location: &Location) -> bool {
+        location.instance == 0 || location.instance == self.selector
     }
 
     fn format(&self, at: &ParameterRef<Parameter>) -> PressureFormat {
         self.presentation.format(match at.parameter {
             Parameter::CdgInput(_) | Parameter::PiraniInput(_) | Parameter::AtmInput(_) => {
-                self.part(at.instance()).map_or(table::COUNTS, |part| part.facts.counts)
+                self.part(at.instance()).map_or(parts::COUNTS, |part| part.spec.counts)
             }
-            Parameter::TripPoint(Row::HighTripPointHysteresis) => self.hysteresis_counts(at, Side::High),
-            Parameter::TripPoint(Row::LowTripPointHysteresis) => self.hysteresis_counts(at, Side::Low),
-            _ => table::COUNTS,
+            Parameter::TripPoint(Row::HighTripPointHysteresis) => self.hysteresis_counts(at, TripSide::High),
+            Parameter::TripPoint(Row::LowTripPointHysteresis) => self.hysteresis_counts(at, TripSide::Low),
+            _ => parts::COUNTS,
         })
     }
 
@@ -44,12 +46,12 @@ impl ParameterAccess for Pxg55xBehaviour {
             Parameter::CdgInput(_) | Parameter::PiraniInput(_) | Parameter::AtmInput(_) => {
                 let value = |part, row| self.get_input(part, row);
                 self.part(at.instance())
-                    .zip(CdgInput::of(at.row.index))
+                    .zip(CdgInput::from_index(at.row.index))
                     .map_or(Value::NONE, |(part, row)| value(part, row))
             }
             Parameter::CdgTransducer(_) | Parameter::PiraniTransducer(_) | Parameter::AtmTransducer(_) => {
                 let value = |part, row| self.get_transducer(part, row);
-                let row = PiraniTransducer::of(at.row.index);
+                let row = PiraniTransducer::from_index(at.row.index);
                 self.part(at.instance()).zip(row).map_or(Value::NONE, |(part, row)| value(part, row))
             }
             Parameter::TripPoint(row) => self.trip(at).map_or(Value::NONE, |trip| self.get_trip(trip, row)),
@@ -57,12 +59,11 @@ impl ParameterAccess for Pxg55xBehaviour {
         }
     }
 
-    /// Data Unit only in IDLE, Data Type only outside cyclic exchange (84); a trip point that the gauge calculates, never
-    /// (101).
+    /// Data Unit can be written in IDLE, Data Type outside data exchange (84), a calculated trip point never (101).
     fn check_mode(&self, at: &ParameterRef<Parameter>) -> Result<(), AccessError> {
         let permitted = match at.parameter {
-            Parameter::TripPoint(Row::LowTripPoint) => !self.calculates(at, Side::Low),
-            Parameter::TripPoint(Row::HighTripPoint) => !self.calculates(at, Side::High),
+            Parameter::TripPoint(Row::LowTripPoint) => !self.calculates(at, TripSide::Low),
+            Parameter::TripPoint(Row::HighTripPoint) => !self.calculates(at, TripSide::High),
             parameter if is_unit(parameter) => self.machine.is_configurable(),
             parameter if is_number(parameter) => !self.machine.is_exchanging(),
             _ => true,
@@ -75,7 +76,7 @@ impl ParameterAccess for Pxg55xBehaviour {
             && value.integer() == Ok(super::FACTORY_RESET)
     }
 
-    /// Unit and number type are one value, wherever they are written.
+    /// Unit and number type are one value for all blocks.
     fn storage_key(&self, at: &ParameterRef<Parameter>) -> Key {
         let shared = |row| Key::Parameter { slot: 1, instance: 0, index: row as u8 };
         match at.parameter {
@@ -89,18 +90,18 @@ impl ParameterAccess for Pxg55xBehaviour {
         match at.parameter {
             Parameter::Device(DeviceBlock::StateCommand) => self.state_command(value.integer()?),
             Parameter::OneOfNInput(OneOfNInput::ChannelInstanceSelector) => self.select(value.integer()?),
-            parameter if is_unit(parameter) => self.presentation.set_unit(&self.version.model, value),
+            parameter if is_unit(parameter) => self.presentation.set_unit(&self.variant.model, value),
             parameter if is_number(parameter) => self.presentation.set_number(value),
             Parameter::CdgInput(_) | Parameter::PiraniInput(_) | Parameter::AtmInput(_) => {
-                let row = CdgInput::of(at.row.index).ok_or(AccessError::UnknownIndex)?;
+                let row = CdgInput::from_index(at.row.index).ok_or(AccessError::UnknownIndex)?;
                 self.set_input(at.instance(), row, value)
             }
             Parameter::PiraniTransducer(PiraniTransducer::PiraniOff) => {
-                self.heating.mode = PiraniOff::of(value)?;
+                self.heating.mode = value.coded()?;
                 Ok(())
             }
             Parameter::TripPoint(row) => self.set_trip(at, row, value),
-            // Rows without a write mark: refused before this is asked.
+            // Rows without a write mark: their access rights are checked before.
             Parameter::Device(_)
             | Parameter::OneOfNInput(_)
             | Parameter::OneOfNTransducer(_)
@@ -112,15 +113,15 @@ impl ParameterAccess for Pxg55xBehaviour {
     }
 
     fn internal_values(&self) -> &[f64] {
-        &self.kept.values
+        &self.stored.values
     }
 
     fn internal_values_mut(&mut self) -> &mut [f64] {
-        &mut self.kept.values
+        &mut self.stored.values
     }
 }
 
-/// Data Unit, of whatever block.
+/// Whether it is Data Unit, of any block.
 const fn is_unit(parameter: Parameter) -> bool {
     matches!(
         parameter,
@@ -131,7 +132,7 @@ const fn is_unit(parameter: Parameter) -> bool {
     )
 }
 
-/// Data Type, of whatever block.
+/// Whether it is Data Type, of any block.
 const fn is_number(parameter: Parameter) -> bool {
     matches!(
         parameter,
@@ -147,38 +148,27 @@ fn block_type(block: &Block) -> Value {
     Value::octets(&block.type_octets())
 }
 
-impl Pxg55xBehaviour {
-    fn get_device(&self, row: DeviceBlock) -> Value {
-        match row {
-            // A command has been carried out when it can be read (26).
-            DeviceBlock::StateCommand => Value::Integer(0),
-            DeviceBlock::BlockType => block_type(&DeviceBlock::BLOCK),
-            DeviceBlock::DeviceType => Value::text(self.version.family.device_type),
-            DeviceBlock::StandardRevision => Value::text("E54-0997"),
-            DeviceBlock::Manufacturer => Value::text(self.version.model.vendor),
-            DeviceBlock::ModelNumber => Value::text(self.version.number),
-            DeviceBlock::FirmwareRevision | DeviceBlock::BasicDeviceFirmwareRevision => Value::text(FIRMWARE),
-            DeviceBlock::HardwareRevision => Value::text(HARDWARE),
-            DeviceBlock::SerialNumber => self.serial.value(),
-            DeviceBlock::DeviceConfiguration => Value::text(self.version.configuration),
-            DeviceBlock::DeviceState => self.machine.state().code().into(),
-            DeviceBlock::ExceptionStatus => self.exception_status().bits().into(),
-            DeviceBlock::ExceptionDetailAlarm => self.alarm_record(),
-            DeviceBlock::ExceptionDetailWarning => self.warning_record(),
-            DeviceBlock::RunHours => self.kept.hours().into(),
-            DeviceBlock::CommonExceptionAlarm | DeviceBlock::CommonExceptionWarning => {
-                Value::octets(&[self.common().bits(), 0])
-            }
-            // The row of a PSG55x cuts the octets of the instance it does not have.
-            DeviceBlock::DeviceExceptionAlarm => self.alarm::<4>().part(0, 4),
-            DeviceBlock::ManufacturerExceptionAlarm | DeviceBlock::ManufacturerExceptionWarning => {
-                self.manufacturer().into()
-            }
-            DeviceBlock::DeviceExceptionWarning1 => self.one_of_n().bits().into(),
-            DeviceBlock::DeviceExceptionWarning2 => self.warning::<5>().part(1, 5),
-            DeviceBlock::AddressSwitch => self.address_switch.into(),
-            DeviceBlock::RunHours4 => self.kept.quarters().into(),
+impl DeviceBlockValues for Pxg55xBehaviour {
+    fn identity(&self) -> Identity {
+        Identity {
+            model: &self.variant.model,
+            device_type: self.variant.family.device_type,
+            model_number: self.variant.number,
+            software: FIRMWARE,
+            configuration: self.variant.configuration,
         }
+    }
+
+    fn serial(&self) -> &SerialNumber {
+        &self.serial
+    }
+
+    fn device_state(&self) -> DeviceState {
+        self.machine.state()
+    }
+
+    fn exception_status(&self) -> ExceptionStatus {
+        exception_status(&self.alarm::<4>(), &self.warning::<5>())
     }
 
     /// 10 octets of a PCG55x, 8 of a PSG55x (7.1.12).
@@ -190,23 +180,58 @@ impl Pxg55xBehaviour {
     fn warning_record(&self) -> Value {
         if self.cdg.is_some() { self.warning::<5>().record() } else { self.warning::<3>().record() }
     }
+}
+
+impl Pxg55xBehaviour {
+    fn get_device(&self, row: DeviceBlock) -> Value {
+        match row {
+            DeviceBlock::StateCommand
+            | DeviceBlock::BlockType
+            | DeviceBlock::DeviceType
+            | DeviceBlock::StandardRevision
+            | DeviceBlock::Manufacturer
+            | DeviceBlock::ModelNumber
+            | DeviceBlock::FirmwareRevision
+            | DeviceBlock::HardwareRevision
+            | DeviceBlock::SerialNumber
+            | DeviceBlock::DeviceConfiguration
+            | DeviceBlock::DeviceState
+            | DeviceBlock::ExceptionStatus
+            | DeviceBlock::ExceptionDetailAlarm
+            | DeviceBlock::ExceptionDetailWarning => self.device_row(&DeviceBlock::BLOCK, row as u8),
+            DeviceBlock::BasicDeviceFirmwareRevision => Value::text(FIRMWARE),
+            DeviceBlock::RunHours => self.stored.hours().into(),
+            DeviceBlock::CommonExceptionAlarm | DeviceBlock::CommonExceptionWarning => {
+                Value::octets(&[self.common().bits(), 0])
+            }
+            // The shorter row of a PSG55x cuts the octets of the instance that it does not have.
+            DeviceBlock::DeviceExceptionAlarm => self.alarm::<4>().octets(0, 4),
+            DeviceBlock::ManufacturerExceptionAlarm | DeviceBlock::ManufacturerExceptionWarning => {
+                self.manufacturer().into()
+            }
+            DeviceBlock::DeviceExceptionWarning1 => self.one_of_n().bits().into(),
+            DeviceBlock::DeviceExceptionWarning2 => self.warning::<5>().octets(1, 5),
+            DeviceBlock::AddressSwitch => self.address_switch.into(),
+            DeviceBlock::RunHours4 => self.stored.quarters().into(),
+        }
+    }
 
     fn get_input(&self, part: &MeasuringPart, row: CdgInput) -> Value {
         match row {
-            // Carried out when it can be read (78).
+            // A read shows that the command has been executed (78).
             CdgInput::AdjustCommand => Value::octets(&[0, 0]),
             CdgInput::BlockType => block_type(&CdgInput::BLOCK),
             CdgInput::ProcessValue => Value::Pressure(self.process_value_pa(part)),
-            CdgInput::Status => Value::Integer(0),
-            CdgInput::DataType => self.presentation.number.code().into(),
-            CdgInput::DataUnit => self.presentation.unit.code.into(),
             CdgInput::ReadingValid => self.is_valid(part).into(),
-            CdgInput::FullScale => Value::Pressure(part.facts.limits.full_scale_pa),
-            CdgInput::SafeState => part.safe_state.code().into(),
-            CdgInput::SafeValue => Value::Pressure(part.safe_value_pa),
             CdgInput::AutoZeroEnable => self.auto_zero.into(),
-            CdgInput::Overrange => Value::Pressure(part.facts.limits.over_pa),
-            CdgInput::Underrange => Value::Pressure(part.facts.limits.under_pa),
+            CdgInput::Status
+            | CdgInput::DataType
+            | CdgInput::DataUnit
+            | CdgInput::FullScale
+            | CdgInput::SafeState
+            | CdgInput::SafeValue
+            | CdgInput::Overrange
+            | CdgInput::Underrange => part.input_row(row as u8, &self.presentation),
         }
     }
 
@@ -221,12 +246,12 @@ impl Pxg55xBehaviour {
             PiraniTransducer::SensorAlarm => Value::octets(&self.sensor_alarm(part.part().instance)),
             // "Always 0", both octets (106).
             PiraniTransducer::SensorWarning => Value::octets(&[0, 0]),
-            PiraniTransducer::PiraniOff => (self.heating.mode as u8).into(),
+            PiraniTransducer::PiraniOff => self.heating.mode.code().into(),
         }
     }
 
     fn get_trip(&self, trip: &TripPoint, row: Row) -> Value {
-        let (low, high) = (trip.limit(Side::Low), trip.limit(Side::High));
+        let (low, high) = (trip.limit(TripSide::Low), trip.limit(TripSide::High));
         match row {
             Row::BlockType => block_type(&Row::BLOCK),
             Row::HighTripPoint => Value::Pressure(high.point_pa),
@@ -241,7 +266,7 @@ impl Pxg55xBehaviour {
             Row::HighTripPointHysteresis => Value::Pressure(high.hysteresis_pa),
             Row::LowTripPointHysteresis => Value::Pressure(low.hysteresis_pa),
             Row::FactorOfAtm => Value::Float(trip.factor),
-            Row::SetpointMode => (trip.mode as u8).into(),
+            Row::SetpointMode => trip.mode.code().into(),
         }
     }
 
@@ -249,9 +274,9 @@ impl Pxg55xBehaviour {
         let trip = index(at, RELAY_SLOT).and_then(|relay| self.trips.get(relay));
         match row {
             DiscreteOutput::BlockType => block_type(&DiscreteOutput::BLOCK),
-            // No telegram carries it: the trip point sets it (93).
+            // No telegram has it: the trip point sets it (93).
             DiscreteOutput::SetpointValue => u8::from(trip.is_some_and(TripPoint::status)).into(),
-            // A relay that fails is not in the fault list.
+            // The fault list has no failure of a relay.
             DiscreteOutput::Status => false.into(),
         }
     }
@@ -265,17 +290,17 @@ impl Pxg55xBehaviour {
     }
 
     /// Whether this trip point calculates this side.
-    fn calculates(&self, at: &ParameterRef<Parameter>, side: Side) -> bool {
+    fn calculates(&self, at: &ParameterRef<Parameter>, side: TripSide) -> bool {
         self.trip(at).and_then(|trip| trip.mode.calculated()) == Some(side)
     }
 
     /// The scale of a hysteresis begins at its trip point (32).
-    fn hysteresis_counts(&self, at: &ParameterRef<Parameter>, side: Side) -> Counts {
+    fn hysteresis_counts(&self, at: &ParameterRef<Parameter>, side: TripSide) -> Counts {
         let point_pa = self.trip(at).map_or(0.0, |trip| trip.limit(side).point_pa);
-        table::distance(point_pa, side == Side::Low)
+        parts::hysteresis_counts(point_pa, side == TripSide::Low)
     }
 
-    /// An instance that the gauge has (68).
+    /// Sets the Channel Instance Selector to an instance that the gauge has (68).
     fn select(&mut self, instance: u8) -> Result<(), AccessError> {
         self.part(instance).ok_or(AccessError::OutOfRange)?;
         self.selector = instance;
@@ -286,10 +311,10 @@ impl Pxg55xBehaviour {
         let part = self.part_mut(instance).ok_or(AccessError::UnknownIndex)?;
         match row {
             CdgInput::AdjustCommand => self.adjust(instance, value.command()?.0)?,
-            CdgInput::SafeState => part.safe_state = SafeState::of(value)?,
-            CdgInput::SafeValue => part.safe_value_pa = value.pressure()?,
+            CdgInput::SafeState => part.set_input(InputRow::SafeState, value)?,
+            CdgInput::SafeValue => part.set_input(InputRow::SafeValue, value)?,
             CdgInput::AutoZeroEnable => self.auto_zero = value.boolean()?,
-            CdgInput::DataUnit => self.presentation.set_unit(&self.version.model, value)?,
+            CdgInput::DataUnit => self.presentation.set_unit(&self.variant.model, value)?,
             CdgInput::DataType => self.presentation.set_number(value)?,
             CdgInput::BlockType
             | CdgInput::ProcessValue
@@ -306,15 +331,15 @@ impl Pxg55xBehaviour {
         let has_atmosphere = self.atm.is_some();
         let trip = self.trip_mut(at)?;
         match row {
-            Row::HighTripPoint => trip.limit_mut(Side::High).point_pa = value.pressure()?,
-            Row::HighTripEnable => trip.limit_mut(Side::High).enabled = value.boolean()?,
-            Row::LowTripPoint => trip.limit_mut(Side::Low).point_pa = value.pressure()?,
-            Row::LowTripEnable => trip.limit_mut(Side::Low).enabled = value.boolean()?,
-            Row::HighTripPointHysteresis => trip.limit_mut(Side::High).hysteresis_pa = value.pressure()?,
-            Row::LowTripPointHysteresis => trip.limit_mut(Side::Low).hysteresis_pa = value.pressure()?,
+            Row::HighTripPoint => trip.limit_mut(TripSide::High).point_pa = value.pressure()?,
+            Row::HighTripEnable => trip.limit_mut(TripSide::High).enabled = value.boolean()?,
+            Row::LowTripPoint => trip.limit_mut(TripSide::Low).point_pa = value.pressure()?,
+            Row::LowTripEnable => trip.limit_mut(TripSide::Low).enabled = value.boolean()?,
+            Row::HighTripPointHysteresis => trip.limit_mut(TripSide::High).hysteresis_pa = value.pressure()?,
+            Row::LowTripPointHysteresis => trip.limit_mut(TripSide::Low).hysteresis_pa = value.pressure()?,
             Row::FactorOfAtm => trip.factor = factor(value)?,
             Row::SetpointMode => trip.mode = mode(value, has_atmosphere)?,
-            Row::DataUnits => self.presentation.set_unit(&self.version.model, value)?,
+            Row::DataUnits => self.presentation.set_unit(&self.variant.model, value)?,
             Row::DataType => self.presentation.set_number(value)?,
             Row::BlockType | Row::Status | Row::DiscreteOutputInstance => return Err(AccessError::NotWritable),
         }
@@ -322,12 +347,14 @@ impl Pxg55xBehaviour {
     }
 }
 
-/// How many slots after the first of its kind.
+/// The number of slots after the first of its kind.
 fn index(at: &ParameterRef<Parameter>, first: u8) -> Option<usize> {
     at.location.slot.checked_sub(first).map(usize::from)
 }
 
-/// free choice: the manual gives no range; a negative factor makes no pressure.
+/// The factor of the atmosphere.
+///
+/// free choice: the manual gives no range; a negative factor gives no pressure.
 fn factor(value: &Value) -> Result<f32, AccessError> {
     match value {
         Value::Float(factor) if *factor >= 0.0 => Ok(*factor),
@@ -335,8 +362,8 @@ fn factor(value: &Value) -> Result<f32, AccessError> {
     }
 }
 
-/// The modes that calculate need an atmosphere sensor (100).
-fn mode(value: &Value, has_atmosphere: bool) -> Result<Mode, AccessError> {
-    let mode = Mode::of_code(value.integer()?).ok_or(AccessError::OutOfRange)?;
+/// The mode of a trip point. The modes that calculate a point need an atmosphere sensor (100).
+fn mode(value: &Value, has_atmosphere: bool) -> Result<SetpointMode, AccessError> {
+    let mode: SetpointMode = value.coded()?;
     if mode.calculated().is_some() && !has_atmosphere { Err(AccessError::OutOfRange) } else { Ok(mode) }
 }

@@ -1,24 +1,25 @@
-//! The tables of tira56e1, row by row: blocks of chapters 7 to 13, telegrams and configurations of 4.4. Names as printed
-//! there. Sections are those of the manual, numbers in brackets those of errata-pxg55x-img400.
+//! The tables of tira56e1, row by row: blocks of chapters 7 to 13, telegrams and configurations of 4.4. Names as
+//! printed there. Sections are those of the manual, numbers in brackets those of errata-pxg55x-img400.
 
-use super::codes::{ATM_ADJUST, CDG_ADJUST, PIRANI_ADJUST, PIRANI_OFF, SETPOINT_MODE};
-use super::simulation::Faults;
+use super::codes::{AtmAdjust, CdgAdjust, PiraniAdjust, PiraniOff, SetpointMode};
+use super::faults::{PCG_FAULTS, PCG_WITH_ATM_FAULTS, PSG_FAULTS};
+use super::parts;
 use crate::model::block::{block, blocks};
 use crate::model::{
-    AccessError, Block, ChannelRules, Clipping, Configuration, Counts, FaultList, Field, Gsd, Limits, Location, Model,
-    NumberType, ParameterSet, PartSpec, PlacedBlock, Row, Scale, TaskKind, Telegram, Unit, UserPrm, configuration,
-    mbar, telegram,
+    AccessError, Block, ChannelRules, Configuration, FaultList, Field, Gsd, Location, Model, NumberType, ParameterSet,
+    Part, PartSpec, PlacedBlock, Row, Scale, TaskKind, Telegram, Unit, UserPrm, configuration, telegram,
 };
-use crate::profile::codes::{DATA_TYPE, DEVICE_STATE, EXCEPTIONS, SAFE_STATE, STATE_COMMAND, STATUS_EXTENSION, UNIT};
-use crate::simulation::{Part, Principle};
+use crate::profile::codes::UnitCode;
+use crate::profile::{DeviceState, ExceptionStatus, SafeState, StateCommand, StatusExtension};
 use profivac_dp::slave::Features;
 use profivac_wire::acyclic::Im0;
 
 block! {
     /// Identity, state and exceptions of a PCG55x.
-    pub DeviceBlock = "Device Block", type 1;
-    // ID  parameter                    name as printed                           data type   access                store  section
-    15  StateCommand                    "Device Block State"                      UINT8       [     1_R/W 2_R/W]     N  "7.2.2" STATE_COMMAND;
+    pub DeviceBlock in device_block = "Device Block", type 1;
+    // ID  parameter                    name as printed                           data type   access
+    // store  section
+    15  StateCommand                    "Device Block State"                      UINT8       [     1_R/W 2_R/W]     N  "7.2.2" StateCommand;
     16  BlockType                       "Block Type ID"                           OSTRING(4)  [     1_R   2_R  ]     N  "7.1.1";
     17  DeviceType                      "Device Type"                             VSTRING(8)  [           2_R  ]     N  "7.1.2";
     18  StandardRevision                "Standard Revision Level"                 VSTRING(9)  [           2_R  ]     N  "7.1.3";
@@ -28,8 +29,8 @@ block! {
     22  HardwareRevision                "Hardware Revision Level"                 VSTRING(8)  [           2_R  ]     N  "7.1.7";
     23  SerialNumber                    "Serial Number"                           VSTRING(30) [           2_R  ]     N  "7.1.8";
     24  DeviceConfiguration             "Device Configuration"                    VSTRING(50) [           2_R  ]     N  "7.1.9";
-    25  DeviceState                     "Device State"                            UINT8       [0_XI 1_R   2_R  ]     V  "7.1.10" DEVICE_STATE;
-    26  ExceptionStatus                 "Exception Status"                        UINT8       [0_XI 1_R   2_R  ]     V  "7.1.11" EXCEPTIONS;
+    25  DeviceState                     "Device State"                            UINT8       [0_XI 1_R   2_R  ]     V  "7.1.10" DeviceState;
+    26  ExceptionStatus                 "Exception Status"                        UINT8       [0_XI 1_R   2_R  ]     V  "7.1.11" ExceptionStatus;
     27  ExceptionDetailAlarm            "Exception Detail Alarm"                  RECORD(10)  [     1_R   2_R  ]     V  "7.1.12";
     28  ExceptionDetailWarning          "Exception Detail Warning"                RECORD(11)  [     1_R   2_R  ]     V  "7.1.13";
     36  RunHours                        "Run hours"                               UINT16      [     1_R   2_R  ]     N  "7.1.14";
@@ -39,7 +40,7 @@ block! {
     206 ManufacturerExceptionAlarm      "Manufacturer Exception Detail Alarm"     UINT8       [     1_R   2_R  ]     V  "7.1.18";
     207 CommonExceptionWarning          "Common Exception Detail Warning"         ARRAY(2)    [     1_R   2_R  ]     V  "7.1.19";
     // Printed as an array of one octet (75).
-    208 DeviceExceptionWarning1         "Device Exception Detail Warning I"       UINT8       [     1_R   2_R  ]     V  "7.1.20" STATUS_EXTENSION;
+    208 DeviceExceptionWarning1         "Device Exception Detail Warning I"       UINT8       [     1_R   2_R  ]     V  "7.1.20" StatusExtension;
     209 DeviceExceptionWarning2         "Device Exception Detail Warning II"      ARRAY(4)    [     1_R   2_R  ]     V  "7.1.20";
     210 ManufacturerExceptionWarning    "Manufacturer Exception Detail Warning"   UINT8       [     1_R   2_R  ]     V  "7.1.21";
     211 AddressSwitch                   "Address Switch"                          UINT8       [     1_R   2_R  ]     V  "7.1.22";
@@ -47,10 +48,11 @@ block! {
 }
 
 block! {
-    /// The same of a PSG55x: with one sensor instead of two, 27, 28, 205 and 209 are shorter.
-    pub PsgDeviceBlock = "Device Block", type 1;
-    // ID  parameter                    name as printed                           data type   access                store  section
-    15  StateCommand                    "Device Block State"                      UINT8       [     1_R/W 2_R/W]     N  "7.2.2" STATE_COMMAND;
+    /// Identity, state and exceptions of a PSG55x: with one sensor instead of two, 27, 28, 205 and 209 are shorter.
+    pub PsgDeviceBlock in psg_device_block = "Device Block", type 1;
+    // ID  parameter                    name as printed                           data type   access
+    // store  section
+    15  StateCommand                    "Device Block State"                      UINT8       [     1_R/W 2_R/W]     N  "7.2.2" StateCommand;
     16  BlockType                       "Block Type ID"                           OSTRING(4)  [     1_R   2_R  ]     N  "7.1.1";
     17  DeviceType                      "Device Type"                             VSTRING(8)  [           2_R  ]     N  "7.1.2";
     18  StandardRevision                "Standard Revision Level"                 VSTRING(9)  [           2_R  ]     N  "7.1.3";
@@ -60,8 +62,8 @@ block! {
     22  HardwareRevision                "Hardware Revision Level"                 VSTRING(8)  [           2_R  ]     N  "7.1.7";
     23  SerialNumber                    "Serial Number"                           VSTRING(30) [           2_R  ]     N  "7.1.8";
     24  DeviceConfiguration             "Device Configuration"                    VSTRING(50) [           2_R  ]     N  "7.1.9";
-    25  DeviceState                     "Device State"                            UINT8       [0_XI 1_R   2_R  ]     V  "7.1.10" DEVICE_STATE;
-    26  ExceptionStatus                 "Exception Status"                        UINT8       [0_XI 1_R   2_R  ]     V  "7.1.11" EXCEPTIONS;
+    25  DeviceState                     "Device State"                            UINT8       [0_XI 1_R   2_R  ]     V  "7.1.10" DeviceState;
+    26  ExceptionStatus                 "Exception Status"                        UINT8       [0_XI 1_R   2_R  ]     V  "7.1.11" ExceptionStatus;
     27  ExceptionDetailAlarm            "Exception Detail Alarm"                  RECORD(8)   [     1_R   2_R  ]     V  "7.1.12";
     28  ExceptionDetailWarning          "Exception Detail Warning"                RECORD(9)   [     1_R   2_R  ]     V  "7.1.13";
     36  RunHours                        "Run hours"                               UINT16      [     1_R   2_R  ]     N  "7.1.14";
@@ -71,7 +73,7 @@ block! {
     206 ManufacturerExceptionAlarm      "Manufacturer Exception Detail Alarm"     UINT8       [     1_R   2_R  ]     V  "7.1.18";
     207 CommonExceptionWarning          "Common Exception Detail Warning"         ARRAY(2)    [     1_R   2_R  ]     V  "7.1.19";
     // Printed as an array of one octet (75).
-    208 DeviceExceptionWarning1         "Device Exception Detail Warning I"       UINT8       [     1_R   2_R  ]     V  "7.1.20" STATUS_EXTENSION;
+    208 DeviceExceptionWarning1         "Device Exception Detail Warning I"       UINT8       [     1_R   2_R  ]     V  "7.1.20" StatusExtension;
     209 DeviceExceptionWarning2         "Device Exception Detail Warning II"      ARRAY(2)    [     1_R   2_R  ]     V  "7.1.20";
     210 ManufacturerExceptionWarning    "Manufacturer Exception Detail Warning"   UINT8       [     1_R   2_R  ]     V  "7.1.21";
     211 AddressSwitch                   "Address Switch"                          UINT8       [     1_R   2_R  ]     V  "7.1.22";
@@ -80,18 +82,18 @@ block! {
 
 block! {
     /// The capacitance diaphragm gauge.
-    pub CdgInput = "Sensor Analog Input Function Block (CDG)", type 2;
+    pub CdgInput in cdg_input = "Sensor Analog Input Function Block (CDG)", type 2;
     // ID  parameter      name as printed             data type  access                store  section
     // Printed with a target value of the data type's length in one octet (78).
-    15  AdjustCommand     "AIBlockAdjust Command"     RECORD(2)  [     1_R/W 2_R/W]     N  "8.1.1" CDG_ADJUST;
+    15  AdjustCommand     "AIBlockAdjust Command"     RECORD(2)  [     1_R/W 2_R/W]     N  "8.1.1" CdgAdjust;
     16  BlockType         "Block Type ID"             OSTRING(4) [     1_R   2_R  ]     N  "8.1.2";
     19  ProcessValue      "ProcessValue (PV)"         BY_TYPE    [0_XI 1_R   2_R  ]     D  "8.1.3";
     20  Status            "Status"                    UINT8      [0_XI 1_R   2_R  ]     D  "8.1.4";
-    21  DataType          "Data Type"                 UINT8      [           2_R/W]     N  "8.1.5" DATA_TYPE;
-    22  DataUnit          "Data Unit"                 UINT16     [           2_R/W]     N  "8.1.6" UNIT;
+    21  DataType          "Data Type"                 UINT8      [           2_R/W]     N  "8.1.5" NumberType;
+    22  DataUnit          "Data Unit"                 UINT16     [           2_R/W]     N  "8.1.6" UnitCode;
     23  ReadingValid      "Reading Valid"             BOOLEAN    [     1_R   2_R  ]     D  "8.1.7";
     24  FullScale         "Full Scale"                BY_TYPE    [     1_R   2_R  ]     N  "8.1.8";
-    39  SafeState         "Safe State"                UINT8      [     1_R/W 2_R/W]     N  "8.1.9" SAFE_STATE;
+    39  SafeState         "Safe State"                UINT8      [     1_R/W 2_R/W]     N  "8.1.9" SafeState;
     40  SafeValue         "Safe Value"                BY_TYPE    [     1_R/W 2_R/W]     N  "8.1.10";
     41  AutoZeroEnable    "Auto Zero Enable"          BOOLEAN    [     1_R/W 2_R/W]     N  "8.1.11";
     44  Overrange         "Overrange"                 BY_TYPE    [     1_R   2_R  ]     N  "8.1.12";
@@ -100,17 +102,17 @@ block! {
 
 block! {
     /// The Pirani.
-    pub PiraniInput = "Sensor Analog Input Function Block (Pirani)", type 2;
+    pub PiraniInput in pirani_input = "Sensor Analog Input Function Block (Pirani)", type 2;
     // ID  parameter      name as printed             data type  access                store  section
-    15  AdjustCommand     "AIBlockAdjust Command"     RECORD(2)  [     1_R/W 2_R/W]     N  "8.2.1" PIRANI_ADJUST;
+    15  AdjustCommand     "AIBlockAdjust Command"     RECORD(2)  [     1_R/W 2_R/W]     N  "8.2.1" PiraniAdjust;
     16  BlockType         "Block Type ID"             OSTRING(4) [     1_R   2_R  ]     N  "8.2.2";
     19  ProcessValue      "ProcessValue (PV)"         BY_TYPE    [0_XI 1_R   2_R  ]     D  "8.2.3";
     20  Status            "Status"                    UINT8      [0_XI 1_R   2_R  ]     D  "8.2.4";
-    21  DataType          "Data Type"                 UINT8      [           2_R/W]     N  "8.2.5" DATA_TYPE;
-    22  DataUnit          "Data Unit"                 UINT16     [           2_R/W]     N  "8.2.6" UNIT;
+    21  DataType          "Data Type"                 UINT8      [           2_R/W]     N  "8.2.5" NumberType;
+    22  DataUnit          "Data Unit"                 UINT16     [           2_R/W]     N  "8.2.6" UnitCode;
     23  ReadingValid      "Reading Valid"             BOOLEAN    [     1_R   2_R  ]     D  "8.2.7";
     24  FullScale         "Full Scale"                BY_TYPE    [     1_R   2_R  ]     N  "8.2.8";
-    39  SafeState         "Safe State"                UINT8      [     1_R/W 2_R/W]     N  "8.2.9" SAFE_STATE;
+    39  SafeState         "Safe State"                UINT8      [     1_R/W 2_R/W]     N  "8.2.9" SafeState;
     40  SafeValue         "Safe Value"                BY_TYPE    [     1_R/W 2_R/W]     N  "8.2.10";
     44  Overrange         "Overrange"                 BY_TYPE    [     1_R   2_R  ]     N  "8.2.11";
     45  Underrange        "Underrange"                BY_TYPE    [     1_R   2_R  ]     N  "8.2.12";
@@ -118,26 +120,27 @@ block! {
 
 block! {
     /// The atmosphere pressure sensor.
-    pub AtmInput = "Sensor Analog Input Function Block (ATM)", type 2;
+    pub AtmInput in atm_input = "Sensor Analog Input Function Block (ATM)", type 2;
     // ID  parameter      name as printed             data type  access                store  section
-    15  AdjustCommand     "AIBlockAdjust Command"     RECORD(2)  [     1_R/W 2_R/W]     N  "8.3.1" ATM_ADJUST;
+    15  AdjustCommand     "AIBlockAdjust Command"     RECORD(2)  [     1_R/W 2_R/W]     N  "8.3.1" AtmAdjust;
     16  BlockType         "Block Type ID"             OSTRING(4) [     1_R   2_R  ]     N  "8.3.2";
     19  ProcessValue      "ProcessValue (PV)"         BY_TYPE    [0_XI 1_R   2_R  ]     D  "8.3.3";
     20  Status            "Status"                    UINT8      [0_XI 1_R   2_R  ]     D  "8.3.4";
     // No data type is printed (89).
-    21  DataType          "Data Type"                 UINT8      [           2_R/W]     N  "8.3.5" DATA_TYPE;
-    22  DataUnit          "Data Unit"                 UINT16     [           2_R/W]     N  "8.3.6" UNIT;
+    21  DataType          "Data Type"                 UINT8      [           2_R/W]     N  "8.3.5" NumberType;
+    22  DataUnit          "Data Unit"                 UINT16     [           2_R/W]     N  "8.3.6" UnitCode;
     23  ReadingValid      "Reading Valid"             BOOLEAN    [     1_R   2_R  ]     D  "8.3.7";
     24  FullScale         "Full Scale"                BY_TYPE    [     1_R   2_R  ]     N  "8.3.8";
-    39  SafeState         "Safe State"                UINT8      [     1_R/W 2_R/W]     N  "8.3.9" SAFE_STATE;
+    39  SafeState         "Safe State"                UINT8      [     1_R/W 2_R/W]     N  "8.3.9" SafeState;
     40  SafeValue         "Safe Value"                BY_TYPE    [     1_R/W 2_R/W]     N  "8.3.10";
     44  Overrange         "Overrange"                 BY_TYPE    [     1_R   2_R  ]     N  "8.3.11";
     45  Underrange        "Underrange"                BY_TYPE    [     1_R   2_R  ]     N  "8.3.12";
 }
 
 block! {
-    /// Chooses which instance slot 1 shows, and tells which one is in the cyclic data. Neither has a block type of its own (70).
-    pub OneOfNInput = "OneOfN Analog Input Function Block";
+    /// Chooses the instance that slot 1 shows, and has the instance that is in the cyclic data. The block has no block
+    /// type (70).
+    pub OneOfNInput in one_of_n_input = "OneOfN Analog Input Function Block";
     // ID  parameter              name as printed             data type  access                store  section
     46  ChannelInstanceSelector   "Channel Instance Selector" UINT8      [     1_R/W 2_R/W]     N  "9.1.1";
     // Printed N and without 0_XI, but the gauge chooses it and sends it (65, 66).
@@ -146,7 +149,7 @@ block! {
 
 block! {
     /// Drives a relay.
-    pub DiscreteOutput = "Discrete Output Function Block", type 7;
+    pub DiscreteOutput in discrete_output = "Discrete Output Function Block", type 7;
     // ID  parameter      name as printed    data type  access          store  section
     // Printed as one octet (92).
     16  BlockType         "Block Type ID"    OSTRING(4) [     1_R 2_R]   N  "10.1.1";
@@ -156,8 +159,9 @@ block! {
 
 block! {
     /// Compares the process value with a high and a low limit.
-    pub TripPoint = "Trip Point Function Block", type 17;
-    // ID  parameter            name as printed                             data type  access                store  section
+    pub TripPoint in trip_point = "Trip Point Function Block", type 17;
+    // ID  parameter            name as printed                             data type  access                store
+    // section
     16  BlockType               "Block Type ID"                             OSTRING(4) [     1_R   2_R  ]     N  "11.2.1";
     17  HighTripPoint           "High Trip Point"                           BY_TYPE    [     1_R/W 2_R/W]     N  "11.2.2";
     18  HighTripEnable          "High Trip Enable"                          BOOLEAN    [     1_R/W 2_R/W]     N  "11.2.3";
@@ -165,78 +169,99 @@ block! {
     20  LowTripEnable           "Low Trip Enable"                           BOOLEAN    [     1_R/W 2_R/W]     N  "11.2.5";
     21  Status                  "Status"                                    UINT8      [0_XI 1_R   2_R  ]     D  "11.2.6";
     26  DiscreteOutputInstance  "Discrete Output Function Block Instance"   UINT8      [     1_R   2_R  ]     N  "11.2.7";
-    28  DataUnits               "Data Units"                                UINT16     [           2_R/W]     N  "11.2.8" UNIT;
-    29  DataType                "Data Type"                                 UINT8      [           2_R/W]     N  "11.2.9" DATA_TYPE;
+    28  DataUnits               "Data Units"                                UINT16     [           2_R/W]     N  "11.2.8" UnitCode;
+    29  DataType                "Data Type"                                 UINT8      [           2_R/W]     N  "11.2.9" NumberType;
     31  HighTripPointHysteresis "High Trip Point Hysteresis"                BY_TYPE    [     1_R/W 2_R/W]     N  "11.2.10";
     32  LowTripPointHysteresis  "Low Trip Point Hysteresis"                 BY_TYPE    [     1_R/W 2_R/W]     N  "11.2.11";
     201 FactorOfAtm             "Factor of ATM"                             FLOAT      [     1_R/W 2_R/W]     N  "11.2.12";
-    202 SetpointMode            "Setpoint Mode"                             UINT8      [     1_R/W 2_R/W]     N  "11.2.13" SETPOINT_MODE;
+    202 SetpointMode            "Setpoint Mode"                             UINT8      [     1_R/W 2_R/W]     N  "11.2.13" SetpointMode;
 }
 
 block! {
     /// The diaphragm sensor.
-    pub CdgTransducer = "CDG Transducer Block", type 14;
+    pub CdgTransducer in cdg_transducer = "CDG Transducer Block", type 14;
     // ID  parameter       name as printed      data type  access        store  section
     101 BlockType          "Block Type ID"      OSTRING(4) [1_R 2_R]     N  "12.1.1";
-    102 StatusExtension    "Status Extension"   UINT8      [1_R 2_R]     V  "12.1.2" STATUS_EXTENSION;
+    102 StatusExtension    "Status Extension"   UINT8      [1_R 2_R]     V  "12.1.2" StatusExtension;
     103 SensorAlarm        "Sensor Alarm"       ARRAY(2)   [1_R 2_R]     V  "12.1.3";
     104 SensorWarning      "Sensor Warning"     ARRAY(2)   [1_R 2_R]     V  "12.1.4";
 }
 
 block! {
     /// The Pirani sensor.
-    pub PiraniTransducer = "Pirani Transducer Block", type 13;
+    pub PiraniTransducer in pirani_transducer = "Pirani Transducer Block", type 13;
     // ID  parameter       name as printed      data type  access            store  section
     101 BlockType          "Block Type ID"      OSTRING(4) [1_R   2_R  ]     N  "12.2.1";
-    102 StatusExtension    "Status Extension"   UINT8      [1_R   2_R  ]     V  "12.2.2" STATUS_EXTENSION;
+    102 StatusExtension    "Status Extension"   UINT8      [1_R   2_R  ]     V  "12.2.2" StatusExtension;
     103 SensorAlarm        "Sensor Alarm"       ARRAY(2)   [1_R   2_R  ]     V  "12.2.3";
     104 SensorWarning      "Sensor Warning"     ARRAY(2)   [1_R   2_R  ]     V  "12.2.4";
-    201 PiraniOff          "Pirani OFF"         UINT8      [1_R/W 2_R/W]     N  "12.2.5" PIRANI_OFF;
+    201 PiraniOff          "Pirani OFF"         UINT8      [1_R/W 2_R/W]     N  "12.2.5" PiraniOff;
 }
 
 block! {
     /// The atmosphere sensor.
-    pub AtmTransducer = "ATM Transducer Block", type 256;
+    pub AtmTransducer in atm_transducer = "ATM Transducer Block", type 256;
     // ID  parameter       name as printed      data type  access        store  section
     101 BlockType          "Block Type ID"      OSTRING(4) [1_R 2_R]     N  "12.3.1";
-    102 StatusExtension    "Status Extension"   UINT8      [1_R 2_R]     V  "12.3.2" STATUS_EXTENSION;
+    102 StatusExtension    "Status Extension"   UINT8      [1_R 2_R]     V  "12.3.2" StatusExtension;
     103 SensorAlarm        "Sensor Alarm"       ARRAY(2)   [1_R 2_R]     V  "12.3.3";
     104 SensorWarning      "Sensor Warning"     ARRAY(2)   [1_R 2_R]     V  "12.3.4";
 }
 
 block! {
-    /// The gauge as one.
-    pub OneOfNTransducer = "OneOfN Vacuum Gauge Transducer Block";
+    /// The range of the whole gauge.
+    pub OneOfNTransducer in one_of_n_transducer = "OneOfN Vacuum Gauge Transducer Block";
     // ID  parameter       name as printed              data type  access             store  section
     // Printed without 0_XI, but it is in the telegrams (65).
-    120 StatusExtension    "OneOfN Status Extension"    UINT8      [0_XI 1_R 2_R]     V  "13.1.1" STATUS_EXTENSION;
+    120 StatusExtension    "OneOfN Status Extension"    UINT8      [0_XI 1_R 2_R]     V  "13.1.1" StatusExtension;
 }
+
+/// The device block.
+pub const DEVICE: Location = Location::slot(0, "Device");
+/// The blocks that choose the instance.
+pub const ONE_OF_N: Location = Location::slot(1, "OneOfN");
+/// The capacitance diaphragm gauge of a PCG55x.
+pub const CDG: Location = Location::instance(1, 1, "CDG");
+/// The Pirani of a PCG55x.
+pub const PCG_PIRANI: Location = Location::instance(1, 2, "Pirani");
+/// The Pirani of a PSG55x (8).
+pub const PSG_PIRANI: Location = Location::instance(1, 1, "Pirani");
+/// The atmosphere sensor.
+pub const ATM: Location = Location::instance(1, 3, "ATM");
+/// Trip point 1.
+pub const TRIP_POINT_1: Location = Location::slot(2, "Trip Point 1");
+/// Trip point 2.
+pub const TRIP_POINT_2: Location = Location::slot(3, "Trip Point 2");
+/// Relay 1.
+pub const RELAY_1: Location = Location::slot(4, "Relay 1");
+/// Relay 2.
+pub const RELAY_2: Location = Location::slot(5, "Relay 2");
 
 blocks! {
     /// All parameters of the series. Slot 1 shows one instance at a time (52).
     ///
-    /// The list is that of a PCG55x with an atmosphere sensor; [`PCG_PLACES`] and [`PSG_PLACES`] are the others.
+    /// The list is that of a PCG55x with an atmosphere sensor; [`PCG_BLOCKS`] and [`PSG_BLOCKS`] are the others.
     pub Parameter;
-    Device(DeviceBlock)                [0 "Device"];
-    OneOfNInput(OneOfNInput)           [1 "OneOfN"];
-    CdgInput(CdgInput)                 [1:1 "CDG"];
-    PiraniInput(PiraniInput)           [1:2 "Pirani"];
-    AtmInput(AtmInput)                 [1:3 "ATM"];
-    OneOfNTransducer(OneOfNTransducer) [1 "OneOfN"];
-    CdgTransducer(CdgTransducer)       [1:1 "CDG"];
-    PiraniTransducer(PiraniTransducer) [1:2 "Pirani"];
-    AtmTransducer(AtmTransducer)       [1:3 "ATM"];
-    TripPoint(TripPoint)               [2 "Trip Point 1", 3 "Trip Point 2"];
-    DiscreteOutput(DiscreteOutput)     [4 "Relay 1", 5 "Relay 2"];
+    Device(DeviceBlock)                [DEVICE];
+    OneOfNInput(OneOfNInput)           [ONE_OF_N];
+    CdgInput(CdgInput)                 [CDG];
+    PiraniInput(PiraniInput)           [PCG_PIRANI];
+    AtmInput(AtmInput)                 [ATM];
+    OneOfNTransducer(OneOfNTransducer) [ONE_OF_N];
+    CdgTransducer(CdgTransducer)       [CDG];
+    PiraniTransducer(PiraniTransducer) [PCG_PIRANI];
+    AtmTransducer(AtmTransducer)       [ATM];
+    TripPoint(TripPoint)               [TRIP_POINT_1, TRIP_POINT_2];
+    DiscreteOutput(DiscreteOutput)     [RELAY_1, RELAY_2];
 }
 
-// The three analog inputs and the three transducers are read by the same code: one table of each kind has every ID.
+// The three analog inputs and the three transducers are read by the same code: one table of each kind has every index.
 const _: () = assert!(all_in(&PiraniInput::BLOCK, &CdgInput::BLOCK) && all_in(&AtmInput::BLOCK, &CdgInput::BLOCK));
 const _: () = assert!(all_in(&CdgTransducer::BLOCK, &PiraniTransducer::BLOCK));
 const _: () = assert!(all_in(&AtmTransducer::BLOCK, &PiraniTransducer::BLOCK));
 const _: () = assert!(all_in(&PsgDeviceBlock::BLOCK, &DeviceBlock::BLOCK));
 
-/// Whether every ID of `block` is in `whole` too.
+/// Whether every index of `block` is in `whole` too.
 const fn all_in(block: &Block, whole: &Block) -> bool {
     let mut rows = block.rows;
     while let [row, rest @ ..] = rows {
@@ -248,9 +273,9 @@ const fn all_in(block: &Block, whole: &Block) -> bool {
     true
 }
 
-const fn has(mut rows: &[Row], id: u8) -> bool {
+const fn has(mut rows: &[Row], index: u8) -> bool {
     while let [row, rest @ ..] = rows {
-        if row.index == id {
+        if row.index == index {
             return true;
         }
         rows = rest;
@@ -258,73 +283,106 @@ const fn has(mut rows: &[Row], id: u8) -> bool {
     false
 }
 
-const fn at(slot: u8, instance: u8, name: &'static str) -> Location {
-    Location { slot, instance, name }
-}
-
-const ABSENT: &[Location] = &[];
-const TRIP_POINTS: &[Location] = &[at(2, 0, "Trip Point 1"), at(3, 0, "Trip Point 2")];
-const RELAYS: &[Location] = &[at(4, 0, "Relay 1"), at(5, 0, "Relay 2")];
-
 /// A PCG55x without an atmosphere sensor (8.3, 12.3).
 #[rustfmt::skip]
-pub static PCG_PLACES: [PlacedBlock; 11] = [
-    PlacedBlock { block: &DeviceBlock::BLOCK,      locations: &[at(0, 0, "Device")] },
-    PlacedBlock { block: &OneOfNInput::BLOCK,      locations: &[at(1, 0, "OneOfN")] },
-    PlacedBlock { block: &CdgInput::BLOCK,         locations: &[at(1, 1, "CDG")] },
-    PlacedBlock { block: &PiraniInput::BLOCK,      locations: &[at(1, 2, "Pirani")] },
-    PlacedBlock { block: &AtmInput::BLOCK,         locations: ABSENT },
-    PlacedBlock { block: &OneOfNTransducer::BLOCK, locations: &[at(1, 0, "OneOfN")] },
-    PlacedBlock { block: &CdgTransducer::BLOCK,    locations: &[at(1, 1, "CDG")] },
-    PlacedBlock { block: &PiraniTransducer::BLOCK, locations: &[at(1, 2, "Pirani")] },
-    PlacedBlock { block: &AtmTransducer::BLOCK,    locations: ABSENT },
-    PlacedBlock { block: &TripPoint::BLOCK,        locations: TRIP_POINTS },
-    PlacedBlock { block: &DiscreteOutput::BLOCK,   locations: RELAYS },
+pub static PCG_BLOCKS: [PlacedBlock; 11] = [
+    PlacedBlock { block: &DeviceBlock::BLOCK,      locations: &[DEVICE] },
+    PlacedBlock { block: &OneOfNInput::BLOCK,      locations: &[ONE_OF_N] },
+    PlacedBlock { block: &CdgInput::BLOCK,         locations: &[CDG] },
+    PlacedBlock { block: &PiraniInput::BLOCK,      locations: &[PCG_PIRANI] },
+    PlacedBlock { block: &AtmInput::BLOCK,         locations: &[] },
+    PlacedBlock { block: &OneOfNTransducer::BLOCK, locations: &[ONE_OF_N] },
+    PlacedBlock { block: &CdgTransducer::BLOCK,    locations: &[CDG] },
+    PlacedBlock { block: &PiraniTransducer::BLOCK, locations: &[PCG_PIRANI] },
+    PlacedBlock { block: &AtmTransducer::BLOCK,    locations: &[] },
+    PlacedBlock { block: &TripPoint::BLOCK,        locations: &[TRIP_POINT_1, TRIP_POINT_2] },
+    PlacedBlock { block: &DiscreteOutput::BLOCK,   locations: &[RELAY_1, RELAY_2] },
 ];
 
 /// A PSG55x: the Pirani is instance 1 (8).
 #[rustfmt::skip]
-pub static PSG_PLACES: [PlacedBlock; 11] = [
-    PlacedBlock { block: &PsgDeviceBlock::BLOCK,   locations: &[at(0, 0, "Device")] },
-    PlacedBlock { block: &OneOfNInput::BLOCK,      locations: &[at(1, 0, "OneOfN")] },
-    PlacedBlock { block: &CdgInput::BLOCK,         locations: ABSENT },
-    PlacedBlock { block: &PiraniInput::BLOCK,      locations: &[at(1, 1, "Pirani")] },
-    PlacedBlock { block: &AtmInput::BLOCK,         locations: ABSENT },
-    PlacedBlock { block: &OneOfNTransducer::BLOCK, locations: &[at(1, 0, "OneOfN")] },
-    PlacedBlock { block: &CdgTransducer::BLOCK,    locations: ABSENT },
-    PlacedBlock { block: &PiraniTransducer::BLOCK, locations: &[at(1, 1, "Pirani")] },
-    PlacedBlock { block: &AtmTransducer::BLOCK,    locations: ABSENT },
-    PlacedBlock { block: &TripPoint::BLOCK,        locations: TRIP_POINTS },
-    PlacedBlock { block: &DiscreteOutput::BLOCK,   locations: RELAYS },
+pub static PSG_BLOCKS: [PlacedBlock; 11] = [
+    PlacedBlock { block: &PsgDeviceBlock::BLOCK,   locations: &[DEVICE] },
+    PlacedBlock { block: &OneOfNInput::BLOCK,      locations: &[ONE_OF_N] },
+    PlacedBlock { block: &CdgInput::BLOCK,         locations: &[] },
+    PlacedBlock { block: &PiraniInput::BLOCK,      locations: &[PSG_PIRANI] },
+    PlacedBlock { block: &AtmInput::BLOCK,         locations: &[] },
+    PlacedBlock { block: &OneOfNTransducer::BLOCK, locations: &[ONE_OF_N] },
+    PlacedBlock { block: &CdgTransducer::BLOCK,    locations: &[] },
+    PlacedBlock { block: &PiraniTransducer::BLOCK, locations: &[PSG_PIRANI] },
+    PlacedBlock { block: &AtmTransducer::BLOCK,    locations: &[] },
+    PlacedBlock { block: &TripPoint::BLOCK,        locations: &[TRIP_POINT_1, TRIP_POINT_2] },
+    PlacedBlock { block: &DiscreteOutput::BLOCK,   locations: &[RELAY_1, RELAY_2] },
 ];
 
 // 4.4.1. There is a telegram 2 in each direction (47).
-use Field::{
-    ExceptionStatus, Ignored, ParameterChannel, ProcessValue, PvSelector, StatusExtension, TripRelays, TtrValue,
-};
-use NumberType::{Float, Integer};
+static OUT_2: Telegram = telegram(2, &[Field::ParameterChannel]);
+static OUT_206: Telegram = telegram(206, &[Field::Ignored(2)]);
 
-static OUT_2: Telegram = telegram(2, &[ParameterChannel]);
-static OUT_206: Telegram = telegram(206, &[Ignored(2)]);
-
-static T1: Telegram = telegram(1, &[ExceptionStatus, ProcessValue(Integer)]);
-static T2: Telegram = telegram(2, &[ExceptionStatus, ProcessValue(Float)]);
-static T3: Telegram = telegram(3, &[ExceptionStatus, StatusExtension, PvSelector, ProcessValue(Integer)]);
-static T4: Telegram = telegram(4, &[ExceptionStatus, StatusExtension, PvSelector, ProcessValue(Float)]);
-static T7: Telegram = telegram(7, &[ParameterChannel, ExceptionStatus, ProcessValue(Integer)]);
-static T8: Telegram = telegram(8, &[ParameterChannel, ExceptionStatus, ProcessValue(Float)]);
-static T9: Telegram =
-    telegram(9, &[ParameterChannel, ExceptionStatus, StatusExtension, PvSelector, ProcessValue(Integer)]);
-static T10: Telegram =
-    telegram(10, &[ParameterChannel, ExceptionStatus, StatusExtension, PvSelector, ProcessValue(Float)]);
+static T1: Telegram = telegram(1, &[Field::ExceptionStatus, Field::ProcessValue(NumberType::Integer)]);
+static T2: Telegram = telegram(2, &[Field::ExceptionStatus, Field::ProcessValue(NumberType::Float)]);
+static T3: Telegram = telegram(
+    3,
+    &[Field::ExceptionStatus, Field::StatusExtension, Field::PvSelector, Field::ProcessValue(NumberType::Integer)],
+);
+static T4: Telegram = telegram(
+    4,
+    &[Field::ExceptionStatus, Field::StatusExtension, Field::PvSelector, Field::ProcessValue(NumberType::Float)],
+);
+static T7: Telegram =
+    telegram(7, &[Field::ParameterChannel, Field::ExceptionStatus, Field::ProcessValue(NumberType::Integer)]);
+static T8: Telegram =
+    telegram(8, &[Field::ParameterChannel, Field::ExceptionStatus, Field::ProcessValue(NumberType::Float)]);
+static T9: Telegram = telegram(
+    9,
+    &[
+        Field::ParameterChannel,
+        Field::ExceptionStatus,
+        Field::StatusExtension,
+        Field::PvSelector,
+        Field::ProcessValue(NumberType::Integer),
+    ],
+);
+static T10: Telegram = telegram(
+    10,
+    &[
+        Field::ParameterChannel,
+        Field::ExceptionStatus,
+        Field::StatusExtension,
+        Field::PvSelector,
+        Field::ProcessValue(NumberType::Float),
+    ],
+);
 // "Channel Status" in 3.7 is the status extension (46); one octet for each relay (103).
-static T201: Telegram = telegram(201, &[ExceptionStatus, ProcessValue(Integer), StatusExtension, TripRelays(2)]);
-static T202: Telegram = telegram(202, &[ExceptionStatus, ProcessValue(Float), StatusExtension, TripRelays(2)]);
-static T203: Telegram =
-    telegram(203, &[ParameterChannel, ExceptionStatus, ProcessValue(Integer), StatusExtension, TripRelays(2)]);
-static T204: Telegram =
-    telegram(204, &[ParameterChannel, ExceptionStatus, ProcessValue(Float), StatusExtension, TripRelays(2)]);
-static T205: Telegram = telegram(205, &[TtrValue]);
+static T201: Telegram = telegram(
+    201,
+    &[Field::ExceptionStatus, Field::ProcessValue(NumberType::Integer), Field::StatusExtension, Field::TripRelays(2)],
+);
+static T202: Telegram = telegram(
+    202,
+    &[Field::ExceptionStatus, Field::ProcessValue(NumberType::Float), Field::StatusExtension, Field::TripRelays(2)],
+);
+static T203: Telegram = telegram(
+    203,
+    &[
+        Field::ParameterChannel,
+        Field::ExceptionStatus,
+        Field::ProcessValue(NumberType::Integer),
+        Field::StatusExtension,
+        Field::TripRelays(2),
+    ],
+);
+static T204: Telegram = telegram(
+    204,
+    &[
+        Field::ParameterChannel,
+        Field::ExceptionStatus,
+        Field::ProcessValue(NumberType::Float),
+        Field::StatusExtension,
+        Field::TripRelays(2),
+    ],
+);
+static T205: Telegram = telegram(205, &[Field::TtrValue]);
 
 /// 4.4.2
 #[rustfmt::skip]
@@ -369,57 +427,8 @@ static USER_PRM: [UserPrm; 5] = [
 /// The unit as it leaves the factory (85).
 pub const FACTORY_UNIT: &Unit = &UNITS[2];
 
-/// Counts for a factor of ten, and at 1 mbar: 3511 x log10(2^20) + 1.
-const PER_DECADE: f64 = 3511.0;
-const AT_1_MBAR: f64 = PER_DECADE * 20.0 * core::f64::consts::LOG10_2 + 1.0;
-
-/// 3511 x log10(p x 2^20) + 1, the braces set right (81).
-pub const COUNTS: Counts = Counts::Log { per_decade: PER_DECADE, at_1_mbar: AT_1_MBAR };
-
-/// 8.3.3: the atmosphere sensor has p x 2^4 (82).
-const ATM_COUNTS: Counts = Counts::Linear { per_mbar: 16.0 };
-
-/// A hysteresis above or below a point in Pa (32).
-pub const fn distance(from_pa: f64, upwards: bool) -> Counts {
-    Counts::Distance { per_decade: PER_DECADE, at_1_mbar: AT_1_MBAR, from_mbar: from_pa / mbar(1.0), upwards }
-}
-
-// 8: which instance is what.
-const CDG_PART: Part = Part { instance: 1, principle: Principle::Diaphragm };
-const PCG_PIRANI_PART: Part = Part { instance: 2, principle: Principle::Pirani };
-const ATM_PART: Part = Part { instance: 3, principle: Principle::Atmosphere };
-const PSG_PIRANI_PART: Part = Part { instance: 1, principle: Principle::Pirani };
-
-/// 8.1.8, 8.1.12, 8.1.13: the manual has no numbers (86).
-static CDG: PartSpec = PartSpec {
-    part: CDG_PART,
-    limits: Limits { under_pa: mbar(1.0), over_pa: mbar(1500.0), full_scale_pa: mbar(1500.0) },
-    clipping: Clipping::Never,
-    counts: COUNTS,
-};
-
-/// 8.2.8, 8.2.11, 8.2.12 (86)
-const PIRANI_LIMITS: Limits = Limits { under_pa: mbar(5e-5), over_pa: mbar(1200.0), full_scale_pa: mbar(1000.0) };
-
-static PCG_PIRANI: PartSpec =
-    PartSpec { part: PCG_PIRANI_PART, limits: PIRANI_LIMITS, clipping: Clipping::Never, counts: COUNTS };
-
-static PSG_PIRANI: PartSpec =
-    PartSpec { part: PSG_PIRANI_PART, limits: PIRANI_LIMITS, clipping: Clipping::Never, counts: COUNTS };
-
-// free choice: nothing says what the atmosphere sensor measures (86); this covers every place people live at.
-static ATM: PartSpec = PartSpec {
-    part: ATM_PART,
-    limits: Limits { under_pa: mbar(300.0), over_pa: mbar(1200.0), full_scale_pa: mbar(1200.0) },
-    clipping: Clipping::Never,
-    counts: ATM_COUNTS,
-};
-
-/// The lowest pressure a gauge of the series measures, in Pa.
-pub const LOWEST_PA: f64 = PIRANI_LIMITS.under_pa;
-
 /// 4.3.1, 4.3.3. Code 13 is there for texts (6).
-static DIALECT: ChannelRules = ChannelRules {
+static CHANNEL_RULES: ChannelRules = ChannelRules {
     tasks: &[
         (1, TaskKind::Read),
         (2, TaskKind::Write(&[2])),
@@ -431,12 +440,13 @@ static DIALECT: ChannelRules = ChannelRules {
     error_codes: &[(AccessError::NotInChannel, 13)],
 };
 
-/// Revision of the firmware, of the PROFIBUS adapter and of the gauge: six digits, xxyyzz (59). free choice: the numbers.
+/// Revision of the firmware, of the PROFIBUS adapter and of the gauge: six digits, xxyyzz (59). free choice: the
+/// numbers.
 pub const FIRMWARE: &str = "010100";
 /// Revision of the PROFIBUS adapter's hardware, likewise.
 pub const HARDWARE: &str = "010000";
 
-/// I&M0 without what tells one gauge from another (5.1, 110). The revisions are those of the PROFIBUS board.
+/// I&M0 without order ID and serial number (5.1, 110). The revisions are those of the PROFIBUS board.
 pub const IM0: Im0<'static> = Im0 {
     header: [0; 10],
     manufacturer_id: 0x017A,
@@ -451,7 +461,7 @@ pub const IM0: Im0<'static> = Im0 {
     im_supported: 0,
 };
 
-/// What the gauges of a family have in them.
+/// The measuring parts and blocks of a family.
 #[derive(Debug)]
 pub struct Family {
     /// Device Type.
@@ -464,57 +474,50 @@ pub struct Family {
     pub pirani: &'static PartSpec,
     /// The atmosphere sensor.
     pub atm: Option<&'static PartSpec>,
-    ranges: &'static [&'static PartSpec],
-    places: &'static [PlacedBlock],
-    faults: FaultList,
+    specs: &'static [&'static PartSpec],
+    blocks: &'static [PlacedBlock],
+    faults: &'static FaultList,
 }
 
 static PCG_WITH_ATM: Family = Family {
     device_type: "CVG",
-    parts: &[CDG_PART, PCG_PIRANI_PART, ATM_PART],
-    cdg: Some(&CDG),
-    pirani: &PCG_PIRANI,
-    atm: Some(&ATM),
-    ranges: &[&CDG, &PCG_PIRANI, &ATM],
-    places: Parameter::PLACES,
-    faults: faults(10),
+    parts: &[parts::CDG.part, parts::PCG_PIRANI.part, parts::ATM.part],
+    cdg: Some(&parts::CDG),
+    pirani: &parts::PCG_PIRANI,
+    atm: Some(&parts::ATM),
+    specs: &[&parts::CDG, &parts::PCG_PIRANI, &parts::ATM],
+    blocks: Parameter::BLOCKS,
+    faults: &PCG_WITH_ATM_FAULTS,
 };
 
 static PCG: Family = Family {
     device_type: "CVG",
-    parts: &[CDG_PART, PCG_PIRANI_PART],
-    cdg: Some(&CDG),
-    pirani: &PCG_PIRANI,
+    parts: &[parts::CDG.part, parts::PCG_PIRANI.part],
+    cdg: Some(&parts::CDG),
+    pirani: &parts::PCG_PIRANI,
     atm: None,
-    ranges: &[&CDG, &PCG_PIRANI],
-    places: &PCG_PLACES,
-    faults: faults(8),
+    specs: &[&parts::CDG, &parts::PCG_PIRANI],
+    blocks: &PCG_BLOCKS,
+    faults: &PCG_FAULTS,
 };
 
 static PSG: Family = Family {
     device_type: "VPG",
-    parts: &[PSG_PIRANI_PART],
+    parts: &[parts::PSG_PIRANI.part],
     cdg: None,
-    pirani: &PSG_PIRANI,
+    pirani: &parts::PSG_PIRANI,
     atm: None,
-    ranges: &[&PSG_PIRANI],
-    places: &PSG_PLACES,
-    faults: faults(6),
+    specs: &[&parts::PSG_PIRANI],
+    blocks: &PSG_BLOCKS,
+    faults: &PSG_FAULTS,
 };
 
-/// Four faults of the device and two for each instance: the first of the list.
-const fn faults(count: usize) -> FaultList {
-    let (names, _) = Faults::LIST.names.split_at(count);
-    let (effects, _) = Faults::LIST.effects.split_at(count);
-    FaultList { names, effects }
-}
-
-/// One gauge of the series.
+/// A gauge of the series.
 #[derive(Debug)]
 pub struct Variant {
     /// Its tables.
     pub model: Model,
-    /// What is in it.
+    /// Its measuring parts and blocks.
     pub family: &'static Family,
     /// Manufacturer Model Number: the part number (61).
     pub number: &'static str,
@@ -522,7 +525,7 @@ pub struct Variant {
     pub configuration: &'static str,
 }
 
-const fn version(
+const fn variant(
     family: &'static Family,
     name: &'static str,
     title: &'static str,
@@ -543,10 +546,10 @@ const fn version(
         user_prm: &USER_PRM,
         // DPV1_Enable, Fail_Safe, WD_Base_1ms: what the slave supports (39).
         dpv1_status: 0xC4,
-        blocks: family.places,
-        parts: family.ranges,
-        channel_rules: &DIALECT,
-        faults: &family.faults,
+        blocks: family.blocks,
+        parts: family.specs,
+        channel_rules: &CHANNEL_RULES,
+        faults: family.faults,
         errata: "errata-pxg55x-img400 1 to 112",
         gsd: Gsd { revision: 1, hardware: HARDWARE, software: FIRMWARE, max_diag_octets: 6, set_slave_add: true },
     };
@@ -555,17 +558,17 @@ const fn version(
 
 /// The whole series, a gauge with an atmosphere sensor before the same without.
 ///
-/// The filament tells the models apart: tungsten, nickel, and ceramic coated, which has no abbreviation in 7.1.9. Connector,
-/// relays and analog output are those of the example there, and the part numbers stand for them.
+/// The filament tells the models apart: tungsten, nickel, and ceramic coated, which has no abbreviation in 7.1.9.
+/// Connector, relays and analog output are those of the example there, and the part numbers stand for them.
 #[rustfmt::skip]
 pub static VARIANTS: [Variant; 9] = [
-    version(&PCG_WITH_ATM, "pcg550", "PCG550", "3PC1-001-3121", "DS9 SP WO ATM PB CDG AO0 PIR"),
-    version(&PCG_WITH_ATM, "pcg552", "PCG552", "3PC2-001-3121", "DS9 SP NI ATM PB CDG AO0 PIR"),
-    version(&PCG_WITH_ATM, "pcg554", "PCG554", "3PC3-001-3121", "DS9 SP ATM PB CDG AO0 PIR"),
-    version(&PCG,          "pcg550", "PCG550", "3PC1-001-2121", "DS9 SP WO PB CDG AO0 PIR"),
-    version(&PCG,          "pcg552", "PCG552", "3PC2-001-2121", "DS9 SP NI PB CDG AO0 PIR"),
-    version(&PCG,          "pcg554", "PCG554", "3PC3-001-2121", "DS9 SP PB CDG AO0 PIR"),
-    version(&PSG,          "psg550", "PSG550", "3PI1-001-2121", "DS9 SP WO PB AO0 PIR"),
-    version(&PSG,          "psg552", "PSG552", "3PI2-001-2121", "DS9 SP NI PB AO0 PIR"),
-    version(&PSG,          "psg554", "PSG554", "3PI3-001-2121", "DS9 SP PB AO0 PIR"),
+    variant(&PCG_WITH_ATM, "pcg550", "PCG550", "3PC1-001-3121", "DS9 SP WO ATM PB CDG AO0 PIR"),
+    variant(&PCG_WITH_ATM, "pcg552", "PCG552", "3PC2-001-3121", "DS9 SP NI ATM PB CDG AO0 PIR"),
+    variant(&PCG_WITH_ATM, "pcg554", "PCG554", "3PC3-001-3121", "DS9 SP ATM PB CDG AO0 PIR"),
+    variant(&PCG,          "pcg550", "PCG550", "3PC1-001-2121", "DS9 SP WO PB CDG AO0 PIR"),
+    variant(&PCG,          "pcg552", "PCG552", "3PC2-001-2121", "DS9 SP NI PB CDG AO0 PIR"),
+    variant(&PCG,          "pcg554", "PCG554", "3PC3-001-2121", "DS9 SP PB CDG AO0 PIR"),
+    variant(&PSG,          "psg550", "PSG550", "3PI1-001-2121", "DS9 SP WO PB AO0 PIR"),
+    variant(&PSG,          "psg552", "PSG552", "3PI2-001-2121", "DS9 SP NI PB AO0 PIR"),
+    variant(&PSG,          "psg554", "PSG554", "3PI3-001-2121", "DS9 SP PB AO0 PIR"),
 ];

@@ -12,14 +12,14 @@ const TRIP_POINT_1: u8 = 1 << 6;
 
 /// The measurement value of a pressure in Pa.
 fn measurement(pa: f64) -> u16 {
-    // A pressure without a logarithm ends at 0, and so does a value that is no number.
+    // A pressure of 0 has no logarithm and becomes 0, and so does NaN.
     let value = libm::round(482.0 * (libm::log10(pa / mbar(1.0)) + 4.778));
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped")]
     let value = value.clamp(0.0, HIGHEST) as u16;
     value
 }
 
-/// Status in the high nibble, then the 12 bits.
+/// The octets of the telegram: status in the high nibble, then the 12 bits.
 pub fn octets(error: bool, trip_point_1: bool, pa: f64) -> [u8; 2] {
     let [high, low] = measurement(pa).to_be_bytes();
     [high | if error { ERROR } else { 0 } | if trip_point_1 { TRIP_POINT_1 } else { 0 }, low]
@@ -30,7 +30,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn values_decode_to_the_pressure_in_all_three_printed_units() {
+    fn a_value_decodes_to_the_pressure_in_all_three_printed_units() {
         for pressure in [1e-4, 5e-3, 1.0, 12.0, 1013.25] {
             let value = f64::from(measurement(mbar(pressure)));
             for (unit, offset) in [(1.0, 4.778), (1.0 / 1.333_223_69, 4.9029), (100.0, 2.778)] {

@@ -1,19 +1,20 @@
-//! One measuring channel: the gauge on it, whether it is switched on, and what it shows.
+//! A measuring channel: its gauge, its switch, and its measured value.
 
-use super::table::{Filter, Switch};
-use crate::simulation::{MeasuringRange, Principle};
+use super::codes::{Filter, MeasurementStatus};
+use crate::model::{MeasuringRange, Principle};
 
 /// The controller renews its measured values in this time, in seconds. IF300P/IF301P manual 3.2.1.1.
 pub(super) const REFRESH_S: f64 = 0.1;
 
-/// How long a reading must have been within its range before underrange control trusts it, in seconds. Manual 3.2.3.2.
+/// The time that a reading must have been within its range before underrange control trusts it, in seconds. Manual
+/// 3.2.3.2.
 const TRUSTED_AFTER_S: f64 = 10.0;
 
-/// Pressures beyond these are the same to every gauge; between them the filter has a logarithm to work with.
+/// Pressures are clamped to these, so that the filter has a logarithm. They are beyond the range of every gauge.
 const LOWEST_PA: f64 = 1e-15;
 const HIGHEST_PA: f64 = 1e9;
 
-/// The gauge a measuring board reads on a channel.
+/// The gauge on a channel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TpgGauge {
     /// A Pirani gauge, on from power-up.
@@ -23,7 +24,7 @@ pub enum TpgGauge {
 }
 
 impl TpgGauge {
-    /// How it senses.
+    /// Its principle.
     #[must_use]
     pub const fn principle(self) -> Principle {
         match self {
@@ -34,7 +35,7 @@ impl TpgGauge {
 
     /// The lowest and the highest pressure it measures, in Pa.
     // free choice: the manual leaves them to the gauges; a standard Pirani gauge and a cold cathode gauge
-    pub(super) const fn span(self) -> MeasuringRange {
+    pub(super) const fn measuring_range(self) -> MeasuringRange {
         match self {
             Self::Pirani => MeasuringRange { lowest_pa: 8e-2, highest_pa: 1e5 },
             Self::ColdCathode => MeasuringRange { lowest_pa: 1e-7, highest_pa: 1.0 },
@@ -42,18 +43,27 @@ impl TpgGauge {
     }
 }
 
-/// Measurement status. IF300P/IF301P manual 3.2.4.1.
+/// The command of Sensor On_Off for one channel. 3.2.3.2.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[repr(u8)]
-pub(super) enum Status {
-    Ok = 0,
-    Underrange = 1,
-    Overrange = 2,
-    /// Also of a gauge that is not plugged in: its board is there, and "no hardware" is a channel without one
-    /// (errata-bpg-bcg-tpg 124).
-    Error = 3,
-    Off = 4,
-    NoHardware = 5,
+pub(super) enum SensorSwitch {
+    /// Off.
+    Off = 1,
+    /// Switched by the thresholds of the board.
+    Automatic = 2,
+    /// On.
+    On = 3,
+}
+
+impl SensorSwitch {
+    /// The command in the low two bits; 0 is no command.
+    pub const fn from_field(field: u8) -> Option<Self> {
+        match field & 0x03 {
+            1 => Some(Self::Off),
+            2 => Some(Self::Automatic),
+            3 => Some(Self::On),
+            _ => None,
+        }
+    }
 }
 
 /// A channel of the controller.
@@ -63,23 +73,24 @@ pub(super) struct TpgChannel {
     /// Gauge, electronics or plug are broken.
     pub failed: bool,
     /// The last command that switched it.
-    switch: Switch,
+    switch: SensorSwitch,
     on: bool,
     sensed_pa: f64,
     /// The reading after the filter.
     filtered_pa: f64,
-    /// How long it has been within its range, since it was switched on.
+    /// The time for which it has been within its range, since it was switched on.
     steady_s: f64,
 }
 
 impl TpgChannel {
-    /// After power-up a Pirani gauge is on, a cold cathode gauge waits for its control block or a command.
+    /// A channel after power-up: a Pirani gauge is on, a cold cathode gauge is off until its control block or a command
+    /// switches it on.
     // free choice: the manual leaves the state after power-up to the controller
     pub fn new(gauge: Option<TpgGauge>) -> Self {
         Self {
             gauge,
             failed: false,
-            switch: Switch::Automatic,
+            switch: SensorSwitch::Automatic,
             on: gauge == Some(TpgGauge::Pirani),
             sensed_pa: 1e5,
             filtered_pa: 1e5,
@@ -87,7 +98,7 @@ impl TpgChannel {
         }
     }
 
-    /// Power returns; the gauge is still in its chamber, and as broken as before.
+    /// The same channel after power-up, with the same gauge, pressure and failure.
     pub fn restarted(&self) -> Self {
         let Self { failed, sensed_pa, .. } = *self;
         Self { failed, sensed_pa, filtered_pa: sensed_pa, ..Self::new(self.gauge) }
@@ -101,7 +112,7 @@ impl TpgChannel {
         self.on
     }
 
-    pub const fn switch(&self) -> Switch {
+    pub const fn switch(&self) -> SensorSwitch {
         self.switch
     }
 
@@ -114,17 +125,18 @@ impl TpgChannel {
         self.steady_s > TRUSTED_AFTER_S
     }
 
-    /// Sensor On_Off. IF300P/IF301P manual 3.2.3.2. Automatic on a Pirani gauge means on, nothing controls it.
-    pub fn command(&mut self, switch: Switch) {
+    /// Executes a command of Sensor On_Off. IF300P/IF301P manual 3.2.3.2. Automatic switches a Pirani gauge on, because
+    /// no thresholds control it.
+    pub fn command(&mut self, switch: SensorSwitch) {
         self.switch = switch;
         match switch {
-            Switch::Off => self.turn(false),
-            Switch::On => self.turn(true),
-            Switch::Automatic => self.turn(self.on || !self.is_cold_cathode()),
+            SensorSwitch::Off => self.turn(false),
+            SensorSwitch::On => self.turn(true),
+            SensorSwitch::Automatic => self.turn(self.on || !self.is_cold_cathode()),
         }
     }
 
-    /// Switches the gauge. A gauge that comes on shows what it senses at once.
+    /// Switches the gauge. A gauge that is switched on shows its present pressure without delay.
     pub fn turn(&mut self, on: bool) {
         if on && !self.on {
             self.filtered_pa = self.sensed_pa;
@@ -133,61 +145,63 @@ impl TpgChannel {
         self.on = on;
     }
 
+    /// Sets the sensed pressure.
     pub fn sense(&mut self, pa: f64) {
         self.sensed_pa = if pa > LOWEST_PA { pa.min(HIGHEST_PA) } else { LOWEST_PA };
     }
 
-    /// The measured value is renewed after `seconds`. The filter works on the logarithm, as the gauges' signals are.
+    /// Renews the measured value after `seconds`. The filter works on the logarithm, because the signals of the gauges
+    /// are logarithmic.
     pub fn refresh(&mut self, seconds: f64, filter: Filter) {
         let rest = libm::exp(-seconds / filter.seconds());
         self.filtered_pa = self.sensed_pa * libm::pow(self.filtered_pa / self.sensed_pa, rest);
         match self.status() {
-            Status::Ok => self.steady_s += seconds,
+            MeasurementStatus::Ok => self.steady_s += seconds,
             _ if !self.is_trusted() => self.steady_s = 0.0,
             _ => {}
         }
     }
 
-    /// The filter has had all the time it wants.
+    /// Completes the filter at once.
     pub fn settle(&mut self) {
         self.filtered_pa = self.sensed_pa;
     }
 
-    pub fn status(&self) -> Status {
-        let Some(gauge) = self.gauge else { return Status::NoHardware };
+    pub fn status(&self) -> MeasurementStatus {
+        let Some(gauge) = self.gauge else { return MeasurementStatus::NoHardware };
         if !self.on {
-            return Status::Off;
+            return MeasurementStatus::Off;
         }
         if self.failed {
-            return Status::Error;
+            return MeasurementStatus::Error;
         }
-        let MeasuringRange { lowest_pa, highest_pa } = gauge.span();
+        let MeasuringRange { lowest_pa, highest_pa } = gauge.measuring_range();
         match self.filtered_pa {
-            pa if pa < lowest_pa => Status::Underrange,
-            pa if pa > highest_pa => Status::Overrange,
-            _ => Status::Ok,
+            pa if pa < lowest_pa => MeasurementStatus::Underrange,
+            pa if pa > highest_pa => MeasurementStatus::Overrange,
+            _ => MeasurementStatus::Ok,
         }
     }
 
-    /// The measured value in Pa: kept within the range of the gauge, 0 where there is none (errata-bpg-bcg-tpg 154).
+    /// The measured value in Pa: clamped to the range of the gauge, 0 without one (errata-bpg-bcg-tpg 154).
     // free choice: outside its range a channel shows the limit
     pub fn measured_pa(&self) -> f64 {
         match (self.status(), self.gauge) {
-            (Status::Ok | Status::Underrange | Status::Overrange, Some(gauge)) => {
-                let MeasuringRange { lowest_pa, highest_pa } = gauge.span();
+            (MeasurementStatus::Ok | MeasurementStatus::Underrange | MeasurementStatus::Overrange, Some(gauge)) => {
+                let MeasuringRange { lowest_pa, highest_pa } = gauge.measuring_range();
                 self.filtered_pa.max(lowest_pa).min(highest_pa)
             }
             _ => 0.0,
         }
     }
 
-    /// The pressure a threshold compares: beyond the range it is lower or higher than any threshold.
+    /// The pressure that a threshold compares: below the range 0, above it infinite.
     pub fn compared_pa(&self) -> Option<f64> {
         match self.status() {
-            Status::Ok => Some(self.filtered_pa),
-            Status::Underrange => Some(0.0),
-            Status::Overrange => Some(f64::INFINITY),
-            Status::Error | Status::Off | Status::NoHardware => None,
+            MeasurementStatus::Ok => Some(self.filtered_pa),
+            MeasurementStatus::Underrange => Some(0.0),
+            MeasurementStatus::Overrange => Some(f64::INFINITY),
+            MeasurementStatus::Error | MeasurementStatus::Off | MeasurementStatus::NoHardware => None,
         }
     }
 }

@@ -1,46 +1,75 @@
-//! Code tables of the manual of IF300P and IF301P. Numbers in brackets are those of errata-bpg-bcg-tpg.
+//! The code tables of the manual of IF300P and IF301P. Numbers in brackets are those of errata-bpg-bcg-tpg.
 
 use super::CHANNELS;
-use super::channel::Status;
-use super::table::Filter;
-use crate::model::{Codes, code};
-use crate::profile::codes::risky;
+use crate::model::codes::{code_range, codes};
 
-/// 3.2.3.2 (132)
-pub const ACCESS_CODE: Codes = Codes::Range(0, 9999);
+code_range! {
+    /// 3.2.3.2 (132)
+    pub AccessCode: u16 = 0, 9999
+}
 
-/// 3.2.3.2
-pub const UNDERRANGE: Codes = Codes::Names(&[code(0, "relay-remains-on"), code(1, "relay-waits-for-valid-value")]);
+codes! {
+    /// 3.2.3.2
+    pub UnderrangeControl: Names;
+    0 RelayRemainsOn           "relay-remains-on";
+    1 RelayWaitsForValidValue  "relay-waits-for-valid-value";
+}
 
-/// 3.2.3.2: an order, which is lost with the power.
-pub const VOLATILITY: Codes = Codes::Commands(&[
-    code(0, "ready-to-store"),
-    risky(1, "store", "stores all settings as they are now"),
-    risky(2, "store-and-hotstart", "stores all settings and which sensors are on"),
-]);
+codes! {
+    /// 3.2.3.2, errata-bpg-bcg-tpg 143: a command; what is read is lost with the power.
+    pub Volatility: Commands;
+    0 ReadyToStore     "ready-to-store";
+    1 Store            "store", risk "stores all settings as they are now";
+    2 StoreAndHotstart "store-and-hotstart", risk "stores all settings and which sensors are on";
+}
 
-/// 3.2.4.1
-pub const FILTER: Codes = Codes::Names(&[
-    code(Filter::Fast as u16, "fast"),
-    code(Filter::Medium as u16, "medium"),
-    code(Filter::Slow as u16, "slow"),
-]);
+codes! {
+    /// 3.2.4.1 (146)
+    pub Filter: Names;
+    1 Fast   "fast";
+    2 Medium "medium";
+    3 Slow   "slow";
+}
 
-/// 3.2.4.1
-pub const MEASUREMENT_STATUS: Codes = Codes::Names(&[
-    code(Status::Ok as u16, "ok"),
-    code(Status::Underrange as u16, "underrange"),
-    code(Status::Overrange as u16, "overrange"),
-    code(Status::Error as u16, "error"),
-    code(Status::Off as u16, "off"),
-    code(Status::NoHardware as u16, "no-hardware"),
-]);
+impl Filter {
+    /// The time constant in seconds.
+    // free choice: the manual gives no times
+    pub const fn seconds(self) -> f64 {
+        match self {
+            Self::Fast => 0.1,
+            Self::Medium => 0.4,
+            Self::Slow => 1.6,
+        }
+    }
+}
 
-/// 3.2.4.2
-pub const VALIDATION: Codes = Codes::Names(&[code(0, "open-for-changes"), code(1, "valid")]);
+codes! {
+    /// 3.2.4.1. A gauge that is not plugged in is an error too: its board is there, and "no hardware" is a channel
+    /// without a board (124).
+    pub MeasurementStatus: Names;
+    0 Ok         "ok";
+    1 Underrange "underrange";
+    2 Overrange  "overrange";
+    3 Error      "error";
+    4 Off        "off";
+    5 NoHardware "no-hardware";
+}
 
-/// 3.2.4.2: the slot of a channel (140).
-pub const SOURCE: Codes = Codes::Range(1, CHANNELS as i64);
+codes! {
+    /// 3.2.4.2
+    pub Validation: Names;
+    0 OpenForChanges "open-for-changes";
+    1 Valid          "valid";
+}
 
-/// 3.2.4.2 (141)
-pub const SETPOINT_STATUS: Codes = Codes::Names(&[code(0, "activated"), code(1, "deactivated")]);
+code_range! {
+    /// 3.2.4.2: the slot of a channel (140).
+    pub Source: u8 = 1, CHANNELS
+}
+
+codes! {
+    /// 3.2.4.2 (141)
+    pub SetpointStatus: Names;
+    0 Activated   "activated";
+    1 Deactivated "deactivated";
+}

@@ -1,8 +1,9 @@
-//! Relays and cold cathodes follow their thresholds. IF300P/IF301P manual 3.2.4.2, errata-bpg-bcg-tpg 140 to 144.
+//! The thresholds of relays and cold cathodes. IF300P/IF301P manual 3.2.4.2, errata-bpg-bcg-tpg 140 to 144.
 
 use super::TpgBehaviour;
+use super::channel::SensorSwitch;
+use super::codes::UnderrangeControl;
 use super::settings::FIRST_CHANNEL;
-use super::table::Switch;
 use crate::profile::switched;
 
 /// The positions of the blocks: relays 1 to 4, then one cold cathode block for each board, with the slots of its
@@ -11,7 +12,8 @@ pub(super) const RELAYS: core::ops::Range<usize> = 0..4;
 const BOARDS: [(usize, [u8; 2]); 2] = [(4, [1, 2]), (5, [3, 4])];
 
 impl TpgBehaviour {
-    /// Everything that follows at once from the measured values. Cathodes first: relays may look at them.
+    /// Switches cathodes and relays after a change of the measured values. Cathodes first, because relays may compare
+    /// them.
     pub(super) fn control(&mut self) {
         for (block, slots) in BOARDS {
             self.compare(block, self.compared_pa(self.source(block)));
@@ -45,11 +47,13 @@ impl TpgBehaviour {
     /// from then on underrange is a low pressure like any other. 3.2.3.2.
     fn relay_pa(&self, slot: u8) -> Option<f64> {
         let channel = self.channel(slot)?;
-        let waits = self.settings.waits_for_trust && channel.is_cold_cathode() && !channel.is_trusted();
+        let waits = self.settings.underrange == UnderrangeControl::RelayWaitsForValidValue
+            && channel.is_cold_cathode()
+            && !channel.is_trusted();
         if waits { None } else { channel.compared_pa() }
     }
 
-    /// Under automatic control a cold cathode follows the block of its board. A block whose source is the cathode
+    /// Switches a cold cathode by the block of its board, under automatic control. A block whose source is the cathode
     /// itself monitors it: it only switches off, and a new command is needed to switch on again.
     // free choice: the manual names one block per board and leaves open what it does to two cathodes on the board
     fn control_cathode(&mut self, block: usize, slot: u8) {
@@ -62,7 +66,7 @@ impl TpgBehaviour {
         let Some(channel) = self.channels.get_mut(position).filter(|channel| channel.is_cold_cathode()) else { return };
         match (own, channel.switch()) {
             (true, _) if exceeded => channel.turn(false),
-            (false, Switch::Automatic) => channel.turn(activated),
+            (false, SensorSwitch::Automatic) => channel.turn(activated),
             _ => {}
         }
     }

@@ -1,16 +1,17 @@
 //! TPG300 and TPG500, total pressure gauge controllers with the interface board IF300P or IF301P. i9973ber/a.
 //!
-//! No block device in the sense of the gauges: DP-V0 only, no device state, no exceptions. Two slots take measuring
-//! boards with up to two channels each, four relays compare their values with thresholds, and two more pairs of
-//! thresholds switch the cold cathodes of the boards.
+//! Unlike the gauges they have no DP-V1, no device state and no exceptions. Two slots take measuring boards with up to
+//! two channels each, four relays compare their values with thresholds, and two more pairs of thresholds switch the
+//! cold cathodes of the boards.
 //!
-//! [`table`] is the manual's tables; the rest is what they do: `channel` measures, `control` compares with thresholds
-//! and switches relays and cathodes, `settings` and `threshold` are what a master sets, `parameters` leads every row to
-//! its value, `bench` has bus and people.
+//! [`table`] has the manual's tables, [`codes`] the code tables. `channel` measures, `control` compares with thresholds and
+//! switches relays and cathodes, `settings` and `threshold` have the settings of a master, `parameters` reads and
+//! writes every row, `simulation` has cyclic data and front panel.
 
 mod channel;
-mod codes;
+pub mod codes;
 mod control;
+mod faults;
 mod parameters;
 mod settings;
 mod simulation;
@@ -22,15 +23,16 @@ pub use channel::TpgGauge;
 use crate::model::Model;
 use crate::profile::{BlockDevice, FittedChannels, Setup};
 use crate::store::Store;
-use channel::{Status, TpgChannel};
+use channel::{SensorSwitch, TpgChannel};
+use codes::{MeasurementStatus, Volatility};
+use faults::Faults;
 use settings::{FIRST_CHANNEL, Settings, THRESHOLDS};
-use table::{Faults, Switch};
 use threshold::Threshold;
 
 /// A TPG300 or TPG500 with its nonvolatile memory.
 pub type Tpg<S> = BlockDevice<TpgBehaviour, S>;
 
-/// How many channels the controller has: A1, A2, B1, B2.
+/// The number of channels of the controller: A1, A2, B1, B2.
 pub const CHANNELS: usize = 4;
 
 impl<S: Store> Tpg<S> {
@@ -42,7 +44,7 @@ impl<S: Store> Tpg<S> {
     }
 }
 
-/// Where the fields of Sensor On_Off begin. errata-bpg-bcg-tpg 128.
+/// The first bit of each field of Sensor On_Off. errata-bpg-bcg-tpg 128.
 const FIELDS: [u32; CHANNELS] = [0, 2, 4, 6];
 
 /// The controller with its boards.
@@ -53,16 +55,16 @@ pub struct TpgBehaviour {
     fitted: FittedChannels<CHANNELS>,
     faults: Faults,
     settings: Settings,
-    /// What was stored on request.
+    /// The settings that were stored on request.
     kept: Settings,
-    /// What hotstart stores: the switches, as in Sensor On_Off; 0 without hotstart.
+    /// The stored switches for hotstart, as in Sensor On_Off; 0 without hotstart.
     hotstart: [f64; 1],
-    /// Power has just come, and hotstart has not acted.
+    /// The device has just started, and hotstart has not acted.
     starting: bool,
     /// Volatility, until the storage is done.
-    volatility: u8,
+    volatility: Volatility,
     thresholds: [Threshold; THRESHOLDS],
-    /// Sensor On_Off as it came last.
+    /// The last octet of Sensor On_Off.
     sensor_on_off: u8,
     /// Time since the measured values were renewed.
     since_refresh_s: f64,
@@ -79,7 +81,7 @@ impl TpgBehaviour {
             kept: Settings::factory(&gauges),
             hotstart: [0.0],
             starting: true,
-            volatility: 0,
+            volatility: Volatility::ReadyToStore,
             thresholds: [Threshold::default(); THRESHOLDS],
             sensor_on_off: 0,
             since_refresh_s: 0.0,
@@ -91,12 +93,12 @@ impl TpgBehaviour {
         self.channels.get(usize::from(slot.checked_sub(FIRST_CHANNEL)?))
     }
 
-    /// Measurement status. Without its link the interface board knows no channel: errata-bpg-bcg-tpg 156.
-    fn status(&self, slot: u8) -> Status {
+    /// Measurement status. Without its link the interface board has no channels: errata-bpg-bcg-tpg 156.
+    fn status(&self, slot: u8) -> MeasurementStatus {
         match self.channel(slot) {
-            _ if self.faults.comm => Status::Error,
+            _ if self.faults.comm => MeasurementStatus::Error,
             Some(channel) => channel.status(),
-            None => Status::NoHardware,
+            None => MeasurementStatus::NoHardware,
         }
     }
 
@@ -109,8 +111,7 @@ impl TpgBehaviour {
     }
 
     /// Sensor On_Off: a channel whose field has changed is switched. IF300P/IF301P manual 3.2.3.2.
-    // free choice: the command travels in every cycle, and acting on changes alone lets self monitoring have the last
-    // word
+    // free choice: the command is in every cycle; acting only on changes leaves the decision to self monitoring
     fn command(&mut self, octet: u8) {
         let changed = octet ^ core::mem::replace(&mut self.sensor_on_off, octet);
         self.switch(octet, changed);
@@ -119,18 +120,18 @@ impl TpgBehaviour {
     /// Switches every channel whose field is not 0 in both octets.
     fn switch(&mut self, octet: u8, mask: u8) {
         for (channel, shift) in self.channels.iter_mut().zip(FIELDS) {
-            if let Some(switch) = Switch::of(octet >> shift).filter(|_| mask >> shift & 0x03 != 0) {
+            if let Some(switch) = SensorSwitch::from_field(octet >> shift).filter(|_| mask >> shift & 0x03 != 0) {
                 channel.command(switch);
             }
         }
     }
 
-    /// How every channel is switched, as in Sensor On_Off.
+    /// The switches of all channels, as in Sensor On_Off.
     fn switches(&self) -> u8 {
         self.channels.iter().rev().fold(0, |octet, channel| octet << 2 | channel.switch() as u8)
     }
 
-    /// After power-up every channel is as it was when hotstart was stored.
+    /// Switches every channel as it was when hotstart was stored.
     fn start_hot(&mut self) {
         let [hotstart] = self.hotstart;
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "it was an octet")]

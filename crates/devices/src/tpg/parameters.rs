@@ -1,23 +1,20 @@
-//! Every row of the tables, and what it means. Numbers in brackets are those of errata-bpg-bcg-tpg.
+//! The value of every row of the tables, and the effect of writing it. Numbers in brackets are those of
+//! errata-bpg-bcg-tpg.
 
 use super::TpgBehaviour;
-use super::settings::{FIRST_CHANNEL, FIRST_THRESHOLD, Settings, flag, of_slot, of_slot_mut};
+use super::codes::{SetpointStatus, Validation, Volatility};
+use super::settings::{FIRST_CHANNEL, FIRST_THRESHOLD, Settings, of_slot, of_slot_mut};
 use super::table::{self, AnalogInput, DeviceBlock, Parameter, ThresholdControl};
 use super::threshold::Threshold;
 use crate::model::{AccessError, Location, PressureFormat, Value};
 use crate::profile::{ParameterAccess, ParameterRef};
 use crate::store::Key;
 
-/// What writing Volatility asks for. 3.2.3.2, errata-bpg-bcg-tpg 143.
-const NOTHING: u8 = 0;
-const STORE: u8 = 1;
-const STORE_AND_HOTSTART: u8 = 2;
-
 impl ParameterAccess for TpgBehaviour {
     type Parameter = Parameter;
 
-    /// Every slot is there, whatever boards are fitted (124).
-    fn is_visible(&self, _address: &Location) -> bool {
+    /// Every slot can be accessed, with any fitted boards (124).
+    fn is_visible(&self, _location: &Location) -> bool {
         true
     }
 
@@ -28,14 +25,14 @@ impl ParameterAccess for TpgBehaviour {
     fn get(&self, at: &ParameterRef<Parameter>) -> Value {
         let value = match at.parameter {
             Parameter::Device(row) => self.get_device(row),
-            Parameter::Channel(row) => self.get_channel(at.location.slot, row),
+            Parameter::Input(row) => self.get_channel(at.location.slot, row),
             Parameter::Threshold(row) => self.threshold(at).and_then(|threshold| get_threshold(threshold, row)),
         };
         value.or_else(|| self.shown().get(at)).unwrap_or(Value::NONE)
     }
 
-    /// A set of thresholds is locked while it is valid (138), the access code 9919 for ever (132), and nothing reaches
-    /// a controller whose link is lost (156).
+    /// A set of thresholds is locked while it is valid (138), the access code 9919 for ever (132), and every parameter
+    /// while the link to the controller is lost (156).
     fn check_mode(&self, at: &ParameterRef<Parameter>) -> Result<(), AccessError> {
         use ThresholdControl::{LowerThreshold, Source, UpperThreshold};
         let is_valid = || self.threshold(at).is_some_and(|threshold| threshold.open.is_none());
@@ -51,12 +48,12 @@ impl ParameterAccess for TpgBehaviour {
 
     fn set(&mut self, at: &ParameterRef<Parameter>, value: &Value) -> Result<(), AccessError> {
         match at.parameter {
-            Parameter::Device(DeviceBlock::Volatility) => self.store(value.integer()?),
-            Parameter::Threshold(ThresholdControl::Validation) => self.validate(at, flag(value)?),
+            Parameter::Device(DeviceBlock::Volatility) => self.store(value.coded()?),
+            Parameter::Threshold(ThresholdControl::Validation) => self.validate(at, value.coded()?),
             Parameter::Threshold(row) => {
                 self.threshold_mut(at)?.open.as_mut().ok_or(AccessError::WrongMode)?.set(row, value)
             }
-            Parameter::Device(_) | Parameter::Channel(_) => self.settings.set(at, value),
+            Parameter::Device(_) | Parameter::Input(_) => self.settings.set(at, value),
         }
     }
 
@@ -71,10 +68,10 @@ impl ParameterAccess for TpgBehaviour {
         Ok(())
     }
 
-    /// One unit in all blocks (147).
+    /// All blocks share the unit (147).
     fn storage_key(&self, at: &ParameterRef<Parameter>) -> Key {
         match at.parameter {
-            Parameter::Channel(AnalogInput::PressureUnit) => {
+            Parameter::Input(AnalogInput::PressureUnit) => {
                 Key::Parameter { slot: FIRST_CHANNEL, instance: 0, index: at.row.index }
             }
             _ => at.key(),
@@ -91,12 +88,12 @@ impl ParameterAccess for TpgBehaviour {
 }
 
 impl TpgBehaviour {
-    /// What is no setting, and nothing for a setting.
+    /// The value of a parameter of the device block; `None` for a setting.
     fn get_device(&self, row: DeviceBlock) -> Option<Value> {
         Some(match row {
             DeviceBlock::SensorOnOff => self.sensor_on_off.into(),
             DeviceBlock::ProgramVersion => program_version(self.model.gsd.software).into(),
-            DeviceBlock::Volatility => self.volatility.into(),
+            DeviceBlock::Volatility => self.volatility.code().into(),
             DeviceBlock::AccessCode | DeviceBlock::UnderrangeControl => return None,
         })
     }
@@ -104,7 +101,7 @@ impl TpgBehaviour {
     fn get_channel(&self, slot: u8, row: AnalogInput) -> Option<Value> {
         Some(match row {
             AnalogInput::MeasuredValue => Value::Pressure(self.measured_pa(slot)),
-            AnalogInput::MeasurementStatus => (self.status(slot) as u8).into(),
+            AnalogInput::MeasurementStatus => self.status(slot).code().into(),
             AnalogInput::PressureUnit | AnalogInput::FilterTimeConstant => return None,
         })
     }
@@ -117,7 +114,7 @@ impl TpgBehaviour {
         of_slot_mut(&mut self.thresholds, FIRST_THRESHOLD, at).ok_or(AccessError::UnknownSlot)
     }
 
-    /// The settings as the bus sees them: sets in preparation in place of the active ones (139).
+    /// The settings that a master reads: sets in preparation in place of the active ones (139).
     fn shown(&self) -> Settings {
         let mut shown = self.settings;
         for (limits, threshold) in shown.limits.iter_mut().zip(&self.thresholds) {
@@ -126,30 +123,29 @@ impl TpgBehaviour {
         shown
     }
 
-    /// Threshold validation: 0 opens the set for changes, 1 hands it to the controller, once (139).
-    fn validate(&mut self, at: &ParameterRef<Parameter>, valid: bool) -> Result<(), AccessError> {
+    /// Executes a write of Threshold validation: 0 opens the set for changes, 1 makes it valid (139).
+    fn validate(&mut self, at: &ParameterRef<Parameter>, validation: Validation) -> Result<(), AccessError> {
         let active = of_slot_mut(&mut self.settings.limits, FIRST_THRESHOLD, at).ok_or(AccessError::UnknownSlot)?;
         let threshold = of_slot_mut(&mut self.thresholds, FIRST_THRESHOLD, at).ok_or(AccessError::UnknownSlot)?;
-        match (valid, threshold.open) {
-            (false, None) => threshold.open = Some(*active),
-            (true, Some(prepared)) if prepared.are_in_order() => {
+        match (validation, threshold.open) {
+            (Validation::OpenForChanges, None) => threshold.open = Some(*active),
+            (Validation::Valid, Some(prepared)) if prepared.are_in_order() => {
                 *active = prepared;
                 threshold.open = None;
             }
             // 137
-            (true, Some(_)) => return Err(AccessError::OutOfRange),
-            (false, Some(_)) | (true, None) => {}
+            (Validation::Valid, Some(_)) => return Err(AccessError::OutOfRange),
+            (Validation::OpenForChanges, Some(_)) | (Validation::Valid, None) => {}
         }
         Ok(())
     }
 
-    /// A request to store. What the controller uses is stored, not what is in preparation.
-    fn store(&mut self, request: u8) -> Result<(), AccessError> {
+    /// Executes a write of Volatility. The controller stores the settings that it uses, not those in preparation.
+    fn store(&mut self, request: Volatility) -> Result<(), AccessError> {
         self.hotstart = match request {
-            NOTHING => return Ok(()),
-            STORE => [0.0],
-            STORE_AND_HOTSTART => [self.switches().into()],
-            _ => return Err(AccessError::OutOfRange),
+            Volatility::ReadyToStore => return Ok(()),
+            Volatility::Store => [0.0],
+            Volatility::StoreAndHotstart => [self.switches().into()],
         };
         self.kept = self.settings;
         self.volatility = request;
@@ -159,9 +155,12 @@ impl TpgBehaviour {
 
 fn get_threshold(threshold: &Threshold, row: ThresholdControl) -> Option<Value> {
     Some(match row {
-        ThresholdControl::Validation => u8::from(threshold.open.is_none()).into(),
-        // 0 is activated: 141.
-        ThresholdControl::SetpointStatus => u8::from(!threshold.activated).into(),
+        ThresholdControl::Validation => {
+            if threshold.open.is_none() { Validation::Valid } else { Validation::OpenForChanges }.code().into()
+        }
+        ThresholdControl::SetpointStatus => {
+            if threshold.activated { SetpointStatus::Activated } else { SetpointStatus::Deactivated }.code().into()
+        }
         ThresholdControl::UpperThreshold | ThresholdControl::LowerThreshold | ThresholdControl::Source => return None,
     })
 }
@@ -172,7 +171,7 @@ fn program_version(software: &str) -> u32 {
     software.bytes().fold(0, |coded, character| match character {
         b'0'..=b'9' => coded << 4 | u32::from(character & 0x0F),
         b'-' => coded << 4,
-        // The letters before the digits fall out at the front.
+        // The letters before the digits are shifted out at the front.
         _ => coded << 4 | u32::from(character & 0x0F),
     })
 }

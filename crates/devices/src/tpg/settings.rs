@@ -1,9 +1,11 @@
-//! What a master sets. It is lost with the power unless Volatility asks to store it: IF300P/IF301P manual 3.2.3.2.
+//! The settings of a master. They are lost with the power unless the master asks to store them with Volatility:
+//! IF300P/IF301P manual 3.2.3.2.
 
 use super::CHANNELS;
 use super::channel::TpgGauge;
-use super::table::{AnalogInput, DeviceBlock, Filter, MBAR, Parameter, ThresholdControl, UNITS};
-use super::threshold::Limits;
+use super::codes::{Filter, UnderrangeControl};
+use super::table::{AnalogInput, DeviceBlock, MBAR, Parameter, ThresholdControl, UNITS};
+use super::threshold::ThresholdSet;
 use crate::model::{AccessError, Unit, Value, mbar};
 use crate::profile::ParameterRef;
 
@@ -22,61 +24,62 @@ const FIXED_ACCESS_CODE: u16 = 9919;
 pub(super) struct Settings {
     pub unit: &'static Unit,
     pub access_code: u16,
-    /// Pressure underrange control: a relay waits until its cold cathode is trusted.
-    pub waits_for_trust: bool,
+    /// Pressure underrange control.
+    pub underrange: UnderrangeControl,
     pub filters: [Filter; CHANNELS],
-    pub limits: [Limits; THRESHOLDS],
+    pub limits: [ThresholdSet; THRESHOLDS],
 }
 
 impl Settings {
-    /// As delivered with these gauges.
+    /// The settings of a controller as delivered with these gauges.
     // free choice: the manual gives no initial values. A relay switches at 1e-3 mbar on its own channel; the cold
-    // cathodes of both boards are on below 5e-3 mbar on the first Pirani gauge, so that at 1e-3 mbar all channels measure.
+    // cathodes of both boards are on below 5e-3 mbar on the first Pirani gauge, so that at 1e-3 mbar all channels
+    // measure.
     pub fn factory(gauges: &[Option<TpgGauge>; CHANNELS]) -> Self {
         let pirani = (FIRST_CHANNEL..).zip(gauges).find(|(_, gauge)| **gauge == Some(TpgGauge::Pirani));
         let cathodes = cold_cathode(pirani.map_or(FIRST_CHANNEL, |(slot, _)| slot));
         Self {
             unit: &MBAR,
             access_code: 0,
-            waits_for_trust: false,
+            underrange: UnderrangeControl::RelayRemainsOn,
             filters: [Filter::Medium; CHANNELS],
             limits: [relay(1), relay(2), relay(3), relay(4), cathodes, cathodes],
         }
     }
 
-    /// The value of a parameter that is a setting.
+    /// The value of a parameter that is a setting; `None` for other parameters.
     pub fn get(&self, at: &ParameterRef<Parameter>) -> Option<Value> {
         Some(match at.parameter {
             Parameter::Device(DeviceBlock::AccessCode) => self.access_code.into(),
-            Parameter::Device(DeviceBlock::UnderrangeControl) => u8::from(self.waits_for_trust).into(),
-            Parameter::Channel(AnalogInput::PressureUnit) => self.unit.code.into(),
-            Parameter::Channel(AnalogInput::FilterTimeConstant) => {
-                (*of_slot(&self.filters, FIRST_CHANNEL, at)? as u8).into()
+            Parameter::Device(DeviceBlock::UnderrangeControl) => self.underrange.code().into(),
+            Parameter::Input(AnalogInput::PressureUnit) => self.unit.code.into(),
+            Parameter::Input(AnalogInput::FilterTimeConstant) => {
+                of_slot(&self.filters, FIRST_CHANNEL, at)?.code().into()
             }
             Parameter::Threshold(parameter) => {
                 of_slot(&self.limits, FIRST_THRESHOLD, at).and_then(|limits| limits.get(parameter))?
             }
             Parameter::Device(DeviceBlock::SensorOnOff | DeviceBlock::ProgramVersion | DeviceBlock::Volatility)
-            | Parameter::Channel(AnalogInput::MeasuredValue | AnalogInput::MeasurementStatus) => return None,
+            | Parameter::Input(AnalogInput::MeasuredValue | AnalogInput::MeasurementStatus) => return None,
         })
     }
 
-    /// Takes over a setting.
+    /// Sets a setting.
     pub fn set(&mut self, at: &ParameterRef<Parameter>, value: &Value) -> Result<(), AccessError> {
         match at.parameter {
             Parameter::Device(DeviceBlock::AccessCode) => self.set_access_code(value.integer()?),
             Parameter::Device(DeviceBlock::UnderrangeControl) => {
-                self.waits_for_trust = flag(value)?;
+                self.underrange = value.coded()?;
                 Ok(())
             }
-            // One unit for the controller, whichever block it is written to: errata-bpg-bcg-tpg 147.
-            Parameter::Channel(AnalogInput::PressureUnit) => {
+            // All blocks of the controller share the unit: errata-bpg-bcg-tpg 147.
+            Parameter::Input(AnalogInput::PressureUnit) => {
                 let code = value.integer()?;
                 self.unit = UNITS.iter().find(|unit| unit.code == code).ok_or(AccessError::OutOfRange)?;
                 Ok(())
             }
-            Parameter::Channel(AnalogInput::FilterTimeConstant) => {
-                let filter = Filter::of(value.integer()?).ok_or(AccessError::OutOfRange)?;
+            Parameter::Input(AnalogInput::FilterTimeConstant) => {
+                let filter = value.coded()?;
                 of_slot_mut(&mut self.filters, FIRST_CHANNEL, at)
                     .map(|place| *place = filter)
                     .ok_or(AccessError::UnknownSlot)
@@ -85,7 +88,7 @@ impl Settings {
                 .ok_or(AccessError::UnknownSlot)?
                 .set(parameter, value),
             Parameter::Device(DeviceBlock::SensorOnOff | DeviceBlock::ProgramVersion | DeviceBlock::Volatility)
-            | Parameter::Channel(AnalogInput::MeasuredValue | AnalogInput::MeasurementStatus) => {
+            | Parameter::Input(AnalogInput::MeasuredValue | AnalogInput::MeasurementStatus) => {
                 Err(AccessError::NotWritable)
             }
         }
@@ -106,7 +109,7 @@ impl Settings {
     }
 }
 
-impl Limits {
+impl ThresholdSet {
     /// The value of a parameter of the set.
     fn get(&self, parameter: ThresholdControl) -> Option<Value> {
         Some(match parameter {
@@ -117,7 +120,7 @@ impl Limits {
         })
     }
 
-    /// Takes over a parameter of the set. Neither threshold is zero (137), the source is the slot of a channel (140).
+    /// Sets a parameter of the set. Neither threshold is zero (137), the source is the slot of a channel (140).
     pub fn set(&mut self, parameter: ThresholdControl, value: &Value) -> Result<(), AccessError> {
         let positive = |pa: f64| if pa > 0.0 { Ok(pa) } else { Err(AccessError::OutOfRange) };
         match parameter {
@@ -133,24 +136,15 @@ impl Limits {
     }
 }
 
-const fn relay(source: u8) -> Limits {
-    Limits { upper_pa: mbar(2e-3), lower_pa: mbar(1e-3), source }
+const fn relay(source: u8) -> ThresholdSet {
+    ThresholdSet { upper_pa: mbar(2e-3), lower_pa: mbar(1e-3), source }
 }
 
-const fn cold_cathode(source: u8) -> Limits {
-    Limits { upper_pa: mbar(1e-2), lower_pa: mbar(5e-3), source }
+const fn cold_cathode(source: u8) -> ThresholdSet {
+    ThresholdSet { upper_pa: mbar(1e-2), lower_pa: mbar(5e-3), source }
 }
 
-/// 0 or 1.
-pub(super) fn flag(value: &Value) -> Result<bool, AccessError> {
-    match value.integer()? {
-        0u8 => Ok(false),
-        1 => Ok(true),
-        _ => Err(AccessError::OutOfRange),
-    }
-}
-
-/// Of one item per slot from `first` on, the one for the slot of `at`.
+/// The item for the slot of `at`, of a list with one item for each slot from `first` on.
 pub(super) fn of_slot<'a, T>(items: &'a [T], first: u8, at: &ParameterRef<Parameter>) -> Option<&'a T> {
     items.get(usize::from(at.location.slot.checked_sub(first)?))
 }

@@ -1,13 +1,14 @@
-//! The controller as it stands on bus and bench.
+//! Cyclic data, sensors and front panel of TPG300 and TPG500.
 
 use super::TpgBehaviour;
-use super::channel::{REFRESH_S, Status, TpgChannel, TpgGauge};
+use super::channel::{REFRESH_S, TpgChannel, TpgGauge};
+use super::codes::{MeasurementStatus, Volatility};
 use super::control::RELAYS;
-use super::table::{self, Faults};
-use super::threshold::Limits;
-use crate::model::{Configuration, Field, Model, Octets, Unit};
+use super::table;
+use super::threshold::ThresholdSet;
+use crate::model::{Configuration, Fault, Field, MeasuringRange, Model, Octets, Part, Unit};
 use crate::profile::Behaviour;
-use crate::simulation::{Action, Drive, MeasuringRange, Part, PartReading, StateReport, UnsupportedAction};
+use crate::simulation::{Drive, FrontPanel, PartReading, StateReport, SwitchName};
 
 impl Behaviour for TpgBehaviour {
     fn model(&self) -> &'static Model {
@@ -19,11 +20,11 @@ impl Behaviour for TpgBehaviour {
         self.kept.unit = unit;
     }
 
-    /// The number of channel modules changes nothing but the telegram.
+    /// The number of channel modules changes only the telegram.
     fn configure(&mut self, _configuration: &'static Configuration) {}
 
-    /// No device state: exchange or not makes no difference.
-    fn exchanging(&mut self, _running: bool) {}
+    /// The controller has no device state that data exchange could change.
+    fn set_exchanging(&mut self, _running: bool) {}
 
     fn output(&mut self, field: Field, octets: &[u8]) {
         if let (Field::SensorOnOff, [octet]) = (field, octets) {
@@ -53,8 +54,8 @@ impl Behaviour for TpgBehaviour {
 
     fn update(&mut self) {
         if core::mem::take(&mut self.starting) {
-            // A power cut in the middle of a storage must not leave thresholds crossed.
-            self.settings.limits.iter_mut().for_each(Limits::uncross);
+            // A power cut while the settings are stored must not leave thresholds crossed.
+            self.settings.limits.iter_mut().for_each(ThresholdSet::uncross);
             self.start_hot();
         }
         self.control();
@@ -64,9 +65,9 @@ impl Behaviour for TpgBehaviour {
         self.fitted.parts()
     }
 
-    fn span(&self, part: usize) -> MeasuringRange {
+    fn measuring_range(&self, part: usize) -> MeasuringRange {
         let channel = self.fitted.channel(part).and_then(|channel| self.channels.get(channel));
-        channel.and_then(TpgChannel::gauge).unwrap_or(TpgGauge::Pirani).span()
+        channel.and_then(TpgChannel::gauge).unwrap_or(TpgGauge::Pirani).measuring_range()
     }
 
     fn drive(&self, part: usize) -> Drive {
@@ -85,7 +86,7 @@ impl Behaviour for TpgBehaviour {
         let due_s = libm::floor(self.since_refresh_s / REFRESH_S) * REFRESH_S;
         if due_s > 0.0 {
             self.since_refresh_s -= due_s;
-            self.volatility = 0;
+            self.volatility = Volatility::ReadyToStore;
             for (channel, filter) in self.channels.iter_mut().zip(self.settings.filters) {
                 channel.refresh(due_s, filter);
             }
@@ -93,21 +94,18 @@ impl Behaviour for TpgBehaviour {
     }
 
     fn settle(&mut self) {
-        self.volatility = 0;
+        self.volatility = Volatility::ReadyToStore;
         self.channels.iter_mut().for_each(TpgChannel::settle);
     }
 
-    fn operate(&mut self, action: Action<'_>) -> Result<(), UnsupportedAction> {
-        match action {
-            Action::Fault { name, present } => {
-                *self.faults.named(name).ok_or(UnsupportedAction { expected: Faults::LIST.names })? = present;
-                for (channel, failed) in self.channels.iter_mut().zip(self.faults.failed()) {
-                    channel.failed = failed;
-                }
-                Ok(())
-            }
-            Action::Switch { .. } => Err(UnsupportedAction { expected: &["address"] }),
-            Action::Button(_) | Action::Pot { .. } => Err(UnsupportedAction { expected: &[] }),
+    fn front_panel(&self) -> FrontPanel {
+        FrontPanel { switches: &[SwitchName::Address], buttons: 0, potentiometers: &[] }
+    }
+
+    fn set_fault(&mut self, fault: Fault, active: bool) {
+        self.faults.set(fault, active);
+        for (channel, failed) in self.channels.iter_mut().zip(self.faults.failed()) {
+            channel.failed = failed;
         }
     }
 
@@ -115,7 +113,7 @@ impl Behaviour for TpgBehaviour {
         let indicated = self.parts().iter().map(|part| PartReading {
             instance: part.instance,
             value_mbar: self.measured_pa(part.instance) / 100.0,
-            valid: self.status(part.instance) == Status::Ok,
+            valid: self.status(part.instance) == MeasurementStatus::Ok,
         });
         let cathodes = self.channels.iter().filter(|channel| channel.gauge() == Some(TpgGauge::ColdCathode));
         StateReport {

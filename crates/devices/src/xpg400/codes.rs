@@ -1,51 +1,45 @@
-//! Code tables of tira36e1 that are its own. Numbers in brackets are those of errata-bpg-bcg-tpg.
+//! The code tables of tira36e1 that no other manual has. Numbers in brackets are those of errata-bpg-bcg-tpg.
 
-use super::table::{BPG_SWITCHOVER, INSTANCES};
-use crate::model::{Code, Codes, Precondition, code};
-use crate::profile::codes::risky;
+use super::parts::{BPG_SWITCHOVER, INSTANCES};
+use crate::model::Precondition::{EmissionOn, Executing, PressureBelow};
+use crate::model::codes::{code_range, codes};
 
-/// 3.2.1.1
-pub const ADJUST: Codes = Codes::Commands(&[
-    code(0, "inactive"),
-    Code {
-        number: 1,
-        name: "full-scale-adjust",
-        preconditions: &[Precondition::Executing],
-        risk: "adjusts the Pirani: the chamber must be at atmospheric pressure",
-    },
-]);
+codes! {
+    /// 3.2.1.1
+    pub AdjustCommand: Commands;
+    0 Inactive        "inactive";
+    1 FullScaleAdjust "full-scale-adjust", needs &[Executing],
+                      risk "adjusts the Pirani: the chamber must be at atmospheric pressure";
+}
 
-/// 3.2.1.3
-pub const SELECTOR: Codes = Codes::Range(*INSTANCES.start() as i64, *INSTANCES.end() as i64);
+code_range! {
+    /// 3.2.1.3
+    pub Selector: u8 = INSTANCES.0, INSTANCES.1
+}
 
-/// 3.3.3.5, with the codes of (97): 0 switches off, 1 switches on.
-pub const EMISSION_STATUS: Codes = Codes::Names(&[
-    risky(0, "off", "the ionisation part measures nothing without emission"),
-    Code {
-        number: 1,
-        name: "on",
-        preconditions: &[Precondition::Executing],
-        risk: "switches the hot cathode: at a pressure that is too high this costs its life",
-    },
-    code(2, "on-high"),
-    code(3, "degas"),
-]);
+codes! {
+    /// 3.3.3.5, with the codes of (97): 0 switches off, 1 switches on.
+    pub EmissionStatus: Names;
+    0 Off    "off", risk "the ionisation part measures nothing without emission";
+    1 On     "on", needs &[Executing],
+             risk "switches the hot cathode: at a pressure that is too high this costs its life";
+    2 OnHigh "on-high";
+    3 Degas  "degas";
+}
 
-/// 3.3.3.8
-pub const HOT_CATHODE_COMMAND: Codes = Codes::Commands(&[
-    code(0x0000, "inactive"),
-    code(0x0100, "degas-off"),
-    Code {
-        number: 0x0101,
-        name: "degas-on",
-        preconditions: &[
-            Precondition::Executing,
-            Precondition::EmissionOn,
-            Precondition::PressureBelow(None, BPG_SWITCHOVER.emission.degas_pa),
-        ],
-        risk: "heats the electrodes for three minutes: gas is set free, and the pressure rises",
-    },
-]);
+codes! {
+    /// 3.3.3.8: the command in the high octet, its value in the low one.
+    pub HotCathodeCommand: Commands;
+    0x0000 Inactive "inactive";
+    0x0100 DegasOff "degas-off";
+    0x0101 DegasOn  "degas-on",
+                    needs &[Executing, EmissionOn, PressureBelow(None, BPG_SWITCHOVER.emission.degas_pa)],
+                    risk "heats the electrodes for three minutes: gas is set free, and the pressure rises";
+}
 
-/// 3.3.3.7 (99)
-pub const DEGAS_STATUS: Codes = Codes::Names(&[code(0, "off"), code(3, "on")]);
+codes! {
+    /// 3.3.3.7 (99)
+    pub DegasStatus: Names;
+    0 Off "off";
+    3 On  "on";
+}

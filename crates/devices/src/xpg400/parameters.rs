@@ -1,20 +1,25 @@
-//! Every row of the tables, and what it means.
+//! The value of every row of the tables, and the effect of writing it.
 
+use super::codes::{DegasStatus, HotCathodeCommand};
+use super::parts::INSTANCES;
 use super::table::{
-    AnalogInput, Degas, DeviceBlock, HeatTransfer, HotCathode, INSTANCES, OneOfNInput, OneOfNTransducer, Parameter,
-    SetPoint, SideSwitches,
+    AnalogInput, Degas, DeviceBlock, HeatTransfer, HotCathode, OneOfNInput, OneOfNTransducer, Parameter, SetPoint,
+    SideSwitches,
 };
 use super::{Xpg400Behaviour, Xpg400Model};
 use crate::model::{AccessError, Counts, Location, PressureFormat, Value};
-use crate::profile::{EmissionCurrent, MeasuringPart, ParameterAccess, ParameterRef, SafeState};
+use crate::profile::{
+    DeviceBlockValues, DeviceState, EmissionCurrent, ExceptionStatus, Identity, InputRow, MeasuringPart,
+    ParameterAccess, ParameterRef, RelaySetPoint, SerialNumber, exception_status,
+};
 use crate::store::Key;
 
 impl ParameterAccess for Xpg400Behaviour {
     type Parameter = Parameter;
 
     /// Slot 1 shows the instance of the Channel Instance Selector (28).
-    fn is_visible(&self, address: &Location) -> bool {
-        address.instance == 0 || address.instance == self.selector
+    fn is_visible(&self, location: &Location) -> bool {
+        location.instance == 0 || location.instance == self.selector
     }
 
     fn format(&self, at: &ParameterRef<Parameter>) -> PressureFormat {
@@ -36,7 +41,9 @@ impl ParameterAccess for Xpg400Behaviour {
             },
             Parameter::OneOfNTransducer(OneOfNTransducer::StatusExtension) => self.one_of_n.bits().into(),
             Parameter::Input(row) => self.part(at.instance()).map_or(Value::NONE, |part| self.get_input(part, row)),
-            Parameter::SetPoint(row) => self.get_set_point(at.instance(), row),
+            Parameter::SetPoint(row) => {
+                self.set_point(at.instance()).map_or(Value::NONE, |point| self.get_set_point(point, row))
+            }
             Parameter::HeatTransfer(row) => match row {
                 HeatTransfer::BlockType => Value::octets(&HeatTransfer::BLOCK.type_octets()),
                 HeatTransfer::StatusExtension => self.pirani.status_extension(&self.condition).bits().into(),
@@ -54,17 +61,19 @@ impl ParameterAccess for Xpg400Behaviour {
             Parameter::Degas(row) => match row {
                 Degas::StateCommand => Value::octets(&[0, 0]),
                 Degas::EmissionCurrent => Value::Float(self.current().milliamperes()),
-                Degas::DegasStatus => if self.cathode.is_degassing() { 3u8 } else { 0 }.into(),
+                Degas::DegasStatus => {
+                    if self.cathode.is_degassing() { DegasStatus::On } else { DegasStatus::Off }.code().into()
+                }
             },
         }
     }
 
-    /// Data Type and Data Units are for IDLE outside cyclic exchange (91).
+    /// Data Type and Data Units can be written in IDLE outside data exchange (91).
     fn check_mode(&self, at: &ParameterRef<Parameter>) -> Result<(), AccessError> {
         if is_presentation(at) && !self.machine.is_configurable() { Err(AccessError::WrongMode) } else { Ok(()) }
     }
 
-    /// Unit and number type are one value, whatever the instance (72).
+    /// Unit and number type are one value for all instances (72).
     fn storage_key(&self, at: &ParameterRef<Parameter>) -> Key {
         if is_presentation(at) { at.shared_key() } else { at.key() }
     }
@@ -74,35 +83,21 @@ impl ParameterAccess for Xpg400Behaviour {
             Parameter::Device(DeviceBlock::StateCommand) => self.state_command(value.integer()?),
             Parameter::OneOfNInput(OneOfNInput::AdjustCommand) => self.adjust(value.integer()?),
             Parameter::OneOfNInput(OneOfNInput::ChannelInstanceSelector) => self.select(value.integer()?),
-            Parameter::Input(AnalogInput::DataType) | Parameter::SetPoint(SetPoint::DataType) => {
-                self.presentation.set_number(value)
+            Parameter::Input(_) | Parameter::SetPoint(SetPoint::DataType | SetPoint::DataUnits) => {
+                self.set_input(at, value)
             }
-            Parameter::Input(AnalogInput::DataUnits) | Parameter::SetPoint(SetPoint::DataUnits) => {
-                self.presentation.set_unit(&self.kind.variant().model, value)
+            // A master may switch the emission off, and on where the gauge would (97).
+            Parameter::HotCathode(HotCathode::EmissionStatus) => {
+                let conditions = self.conditions();
+                self.cathode.write_emission_status(value.integer()?, &conditions)
             }
-            Parameter::Input(AnalogInput::SafeState) => {
-                let state = SafeState::of(value)?;
-                self.part_mut(at.instance()).ok_or(AccessError::UnknownIndex)?.safe_state = state;
-                Ok(())
-            }
-            Parameter::Input(AnalogInput::SafeValue) => {
-                self.part_mut(at.instance()).ok_or(AccessError::UnknownIndex)?.safe_value_pa = value.pressure()?;
-                Ok(())
-            }
-            Parameter::HotCathode(HotCathode::EmissionStatus) => self.switch_emission(value.integer()?),
-            Parameter::Degas(Degas::StateCommand) => self.hot_cathode_command(value.command()?),
-            // The gauge chooses the current: one of the four is accepted and has no effect (98).
-            Parameter::Degas(Degas::EmissionCurrent) => EmissionCurrent::ALL
-                .iter()
-                .any(|current| Value::Float(current.milliamperes()) == *value)
-                .then_some(())
-                .ok_or(AccessError::OutOfRange),
-            // Rows without a write mark: refused before this is asked.
+            Parameter::Degas(Degas::StateCommand) => self.hot_cathode_command(value.command_code()?),
+            Parameter::Degas(Degas::EmissionCurrent) => EmissionCurrent::check(value),
+            // Rows without a write mark: their access rights are checked before.
             Parameter::Device(_)
             | Parameter::SideSwitches(_)
             | Parameter::OneOfNInput(_)
             | Parameter::OneOfNTransducer(_)
-            | Parameter::Input(_)
             | Parameter::SetPoint(_)
             | Parameter::HeatTransfer(_)
             | Parameter::HotCathode(_)
@@ -120,81 +115,100 @@ impl ParameterAccess for Xpg400Behaviour {
     }
 }
 
-/// Data Type or Data Units, of whatever instance.
+/// Whether it is Data Type or Data Units, of any instance.
 const fn is_presentation(at: &ParameterRef<Parameter>) -> bool {
-    matches!(
-        at.parameter,
-        Parameter::Input(AnalogInput::DataType | AnalogInput::DataUnits)
-            | Parameter::SetPoint(SetPoint::DataType | SetPoint::DataUnits)
-    )
+    matches!(at.parameter, Parameter::Input(_) | Parameter::SetPoint(_)) && InputRow::is_presentation(at.row.index)
+}
+
+impl DeviceBlockValues for Xpg400Behaviour {
+    fn identity(&self) -> Identity {
+        let variant = self.model.variant();
+        Identity {
+            model: &variant.model,
+            device_type: "CG",
+            model_number: variant.number,
+            software: variant.model.gsd.software,
+            configuration: variant.model.title,
+        }
+    }
+
+    fn serial(&self) -> &SerialNumber {
+        &self.serial
+    }
+
+    fn device_state(&self) -> DeviceState {
+        self.machine.state()
+    }
+
+    fn exception_status(&self) -> ExceptionStatus {
+        exception_status(&self.alarm(), &self.warning())
+    }
+
+    fn alarm_record(&self) -> Value {
+        self.alarm().record()
+    }
+
+    fn warning_record(&self) -> Value {
+        self.warning().record()
+    }
 }
 
 impl Xpg400Behaviour {
-    /// The switchover counts as the Pirani does (66).
+    /// The COUNTS of a parameter; those of the switchover are those of the Pirani (66).
     fn counts(&self, at: &ParameterRef<Parameter>) -> Counts {
         match at.parameter {
-            Parameter::SetPoint(_) => self.kind.variant().set_point_counts,
-            _ => self.part(at.instance()).unwrap_or(&self.pirani).facts.counts,
+            Parameter::SetPoint(_) => self.model.variant().set_point_counts,
+            _ => self.part(at.instance()).unwrap_or(&self.pirani).spec.counts,
         }
     }
 
     fn get_device(&self, row: DeviceBlock) -> Value {
-        let version = self.kind.variant();
         match row {
-            // A command has been carried out when it can be read (35).
-            DeviceBlock::StateCommand => Value::Integer(0),
-            DeviceBlock::BlockType => Value::octets(&DeviceBlock::BLOCK.type_octets()),
-            DeviceBlock::DeviceType => Value::text("CG"),
-            DeviceBlock::StandardRevision => Value::text("E54-0997"),
-            DeviceBlock::Manufacturer => Value::text(version.model.vendor),
-            DeviceBlock::ModelNumber => Value::text(version.number),
-            DeviceBlock::SoftwareRevision => Value::text(version.model.gsd.software),
-            DeviceBlock::HardwareRevision => Value::text(version.model.gsd.hardware),
-            DeviceBlock::SerialNumber => self.serial.value(),
-            DeviceBlock::DeviceConfiguration => Value::text(version.model.title),
-            DeviceBlock::DeviceState => self.machine.state().code().into(),
-            DeviceBlock::ExceptionStatus => self.exception_status().bits().into(),
-            DeviceBlock::AlarmDetail => self.alarm().record(),
-            DeviceBlock::WarningDetail => self.warning().record(),
             DeviceBlock::AlarmCommon => self.alarm().common.bits().into(),
-            DeviceBlock::AlarmDevice => self.alarm().part(0, 4),
+            DeviceBlock::AlarmDevice => self.alarm().octets(0, 4),
             DeviceBlock::AlarmManufacturer => self.alarm().manufacturer.into(),
             DeviceBlock::WarningCommon => self.warning().common.bits().into(),
-            DeviceBlock::WarningDevice => self.warning().part(1, 5),
+            DeviceBlock::WarningDevice => self.warning().octets(1, 5),
             DeviceBlock::WarningManufacturer => self.warning().manufacturer.into(),
+            DeviceBlock::StateCommand
+            | DeviceBlock::BlockType
+            | DeviceBlock::DeviceType
+            | DeviceBlock::StandardRevision
+            | DeviceBlock::Manufacturer
+            | DeviceBlock::ModelNumber
+            | DeviceBlock::SoftwareRevision
+            | DeviceBlock::HardwareRevision
+            | DeviceBlock::SerialNumber
+            | DeviceBlock::DeviceConfiguration
+            | DeviceBlock::DeviceState
+            | DeviceBlock::ExceptionStatus
+            | DeviceBlock::AlarmDetail
+            | DeviceBlock::WarningDetail => self.device_row(&DeviceBlock::BLOCK, row as u8),
         }
     }
 
     fn get_input(&self, part: &MeasuringPart, row: AnalogInput) -> Value {
         match row {
             AnalogInput::ProcessValue => Value::Pressure(part.process_value_pa(&self.condition)),
-            AnalogInput::Status => Value::Integer(0),
-            AnalogInput::DataType => self.presentation.number.code().into(),
-            AnalogInput::DataUnits => self.presentation.unit.code.into(),
             AnalogInput::ReadingValid => part.is_valid(&self.condition).into(),
-            AnalogInput::FullScale => Value::Pressure(part.facts.limits.full_scale_pa),
-            AnalogInput::SafeState => part.safe_state.code().into(),
-            AnalogInput::SafeValue => Value::Pressure(part.safe_value_pa),
-            AnalogInput::Overrange => Value::Pressure(part.facts.limits.over_pa),
-            AnalogInput::Underrange => Value::Pressure(part.facts.limits.under_pa),
+            AnalogInput::Status
+            | AnalogInput::DataType
+            | AnalogInput::DataUnits
+            | AnalogInput::FullScale
+            | AnalogInput::SafeState
+            | AnalogInput::SafeValue
+            | AnalogInput::Overrange
+            | AnalogInput::Underrange => part.input_row(row as u8, &self.presentation),
         }
     }
 
-    fn get_set_point(&self, instance: u8, row: SetPoint) -> Value {
-        let Some(point) = self.set_point(instance) else { return Value::NONE };
-        match row {
-            SetPoint::ProcessValue => Value::Pressure(point.threshold_pa()),
-            SetPoint::Status => point.status().into(),
-            SetPoint::DataType => self.presentation.number.code().into(),
-            SetPoint::DataUnits => self.presentation.unit.code.into(),
-            // In every state (56).
-            SetPoint::ReadingValid => true.into(),
-        }
+    fn get_set_point(&self, point: &RelaySetPoint, row: SetPoint) -> Value {
+        point.row(row as u8, &self.presentation)
     }
 
     /// The HPG400-SP has one current, and its code is 1 (97).
     pub(super) fn current(&self) -> EmissionCurrent {
-        match self.kind {
+        match self.model {
             Xpg400Model::Bpg => self.cathode.current(),
             Xpg400Model::Hpg if self.cathode.is_on() => EmissionCurrent::Low,
             Xpg400Model::Hpg => EmissionCurrent::Off,
@@ -202,23 +216,28 @@ impl Xpg400Behaviour {
     }
 
     fn select(&mut self, instance: u8) -> Result<(), AccessError> {
-        self.selector = Some(instance).filter(|it| INSTANCES.contains(it)).ok_or(AccessError::OutOfRange)?;
+        let (first, last) = INSTANCES;
+        self.selector = Some(instance).filter(|it| (first..=last).contains(it)).ok_or(AccessError::OutOfRange)?;
         Ok(())
     }
 
-    /// A master may switch the emission off, and on where the gauge would (97).
-    fn switch_emission(&mut self, value: u8) -> Result<(), AccessError> {
-        const EMISSION: u8 = 3;
-        let conditions = self.conditions();
-        self.cathode.command(EMISSION, value, &conditions)
+    /// A write of an analog input block, or of Data Type or Data Units of a set point.
+    fn set_input(&mut self, at: &ParameterRef<Parameter>, value: &Value) -> Result<(), AccessError> {
+        let row = InputRow::from_index(at.row.index).ok_or(AccessError::NotWritable)?;
+        if is_presentation(at) {
+            return self.presentation.set_row(&self.model.variant().model, row, value);
+        }
+        self.part_mut(at.instance()).ok_or(AccessError::UnknownIndex)?.set_input(row, value)
     }
 
     /// 3.3.3.8: nothing but degas.
-    fn hot_cathode_command(&mut self, (command, value): (u8, u8)) -> Result<(), AccessError> {
+    fn hot_cathode_command(&mut self, code: u16) -> Result<(), AccessError> {
         let conditions = self.conditions();
-        match command {
-            0 | 1 => self.cathode.command(command, value, &conditions),
-            _ => Err(AccessError::OutOfRange),
+        match HotCathodeCommand::from_code(code).ok_or(AccessError::OutOfRange)? {
+            HotCathodeCommand::Inactive => {}
+            HotCathodeCommand::DegasOff => self.cathode.stop_degas(),
+            HotCathodeCommand::DegasOn => return self.cathode.start_degas(&conditions),
         }
+        Ok(())
     }
 }

@@ -1,28 +1,14 @@
-//! BPG400-SP and HPG400-SP as they stand on bus and bench.
+//! Cyclic data, sensors and front panel of BPG400-SP and HPG400-SP.
 
-use super::table::PARTS;
+use super::parts::PARTS;
 use super::{Xpg400Behaviour, Xpg400Model};
-use crate::model::{Configuration, Field, Model, Octets, Unit, faults};
-use crate::profile::Behaviour;
-use crate::simulation::{Action, Drive, MeasuringRange, Part, StateReport, UnsupportedAction};
-
-faults! {
-    /// What can be broken. The effect is a bit of the exception details (3.1.1.11, 3.1.1.12).
-    pub Faults;
-    eeprom         "eeprom"        "EEPROM exception, alarm and warning";
-    ram            "ram"           "RAM exception, alarm and warning";
-    eprom          "eprom"         "EPROM exception, alarm and warning; with ram a self test ends in CRITICAL FAULT";
-    comm           "comm"          "internal communication, manufacturer alarm and warning";
-    pirani_adjust  "pirani-adjust" "electronics warning of the Pirani, which makes readings invalid";
-    sensor_1       "sensor1"       "sensor alarm of the Pirani";
-    sensor_2       "sensor2"       "sensor alarm of the ionisation part";
-    electronics_1  "electronics1"  "sensor alarm of the Pirani";
-    electronics_2  "electronics2"  "sensor alarm of the ionisation part";
-}
+use crate::model::{Configuration, Fault, Field, MeasuringRange, Model, Octets, Part, Unit};
+use crate::profile::{Behaviour, DeviceBlockValues};
+use crate::simulation::{Drive, FrontPanel, Potentiometer, StateReport, Switch, SwitchName};
 
 impl Behaviour for Xpg400Behaviour {
     fn model(&self) -> &'static Model {
-        &self.kind.variant().model
+        &self.model.variant().model
     }
 
     fn set_unit(&mut self, unit: &'static Unit) {
@@ -33,11 +19,11 @@ impl Behaviour for Xpg400Behaviour {
         self.presentation.configure(configuration);
     }
 
-    fn exchanging(&mut self, running: bool) {
-        self.machine.exchanging(running);
+    fn set_exchanging(&mut self, running: bool) {
+        self.machine.set_exchanging(running);
     }
 
-    /// Nothing but the parameter channel travels to these gauges.
+    /// The outputs of these gauges have only the parameter channel.
     fn output(&mut self, _field: Field, _octets: &[u8]) {}
 
     fn input(&self, field: Field) -> Octets {
@@ -48,7 +34,7 @@ impl Behaviour for Xpg400Behaviour {
             Field::PvSelector => Octets::new(&[active.part().instance]),
             Field::ProcessValue(_) => {
                 let pa = active.process_value_pa(&self.condition);
-                self.presentation.format(active.facts.counts).encode(pa)
+                self.presentation.format(active.spec.counts).encode(pa)
             }
             // In none of its telegrams.
             _ => Octets::EMPTY,
@@ -63,20 +49,20 @@ impl Behaviour for Xpg400Behaviour {
             side: self.side,
             faults: self.faults,
             seconds: self.seconds,
-            ..Self::new(self.kind, self.serial)
+            ..Self::new(self.model, self.serial)
         };
     }
 
     fn update(&mut self) {
-        self.follow();
+        self.update_all();
     }
 
     fn parts(&self) -> &[Part] {
         &PARTS
     }
 
-    fn span(&self, part: usize) -> MeasuringRange {
-        if part == 0 { self.pirani.span() } else { self.ion.span() }
+    fn measuring_range(&self, part: usize) -> MeasuringRange {
+        if part == 0 { self.pirani.measuring_range() } else { self.ion.measuring_range() }
     }
 
     fn drive(&self, part: usize) -> Drive {
@@ -91,38 +77,54 @@ impl Behaviour for Xpg400Behaviour {
     }
 
     fn advance(&mut self, seconds: f64) {
-        self.machine.advance(seconds, self.health());
+        self.machine.advance(seconds, self.self_test());
         self.cathode.advance(seconds);
         self.advance_adjustment(seconds);
         self.seconds += seconds;
     }
 
     fn settle(&mut self) {
-        self.machine.settle(self.health());
+        self.machine.settle(self.self_test());
     }
 
-    fn operate(&mut self, action: Action<'_>) -> Result<(), UnsupportedAction> {
-        match action {
-            Action::Fault { name, present } => {
-                *self.faults.named(name).ok_or(UnsupportedAction { expected: Faults::LIST.names })? = present;
-                Ok(())
-            }
-            Action::Switch { name, value } => self.set_switch(name, value),
-            Action::Pot { which, volts } => {
-                let [a, b] = &mut self.set_points;
-                match which {
-                    'a' => a.turn(volts),
-                    'b' => b.turn(volts),
-                    _ => return Err(UnsupportedAction { expected: &["a", "b"] }),
-                }
-                Ok(())
-            }
-            Action::Button(_) => Err(UnsupportedAction { expected: &[] }),
+    /// Pin 7 is connected in the BPG400-SP only (Appendix C); only the HPG400-SP has the side switches.
+    fn front_panel(&self) -> FrontPanel {
+        FrontPanel {
+            switches: match self.model {
+                Xpg400Model::Bpg => &[SwitchName::Address, SwitchName::Degas],
+                Xpg400Model::Hpg => &[SwitchName::Address, SwitchName::LowHigh, SwitchName::CalAdj],
+            },
+            buttons: 0,
+            potentiometers: &[Potentiometer::A, Potentiometer::B],
+        }
+    }
+
+    fn set_fault(&mut self, fault: Fault, active: bool) {
+        self.faults.set(fault, active);
+    }
+
+    /// Degas is pin 7, active high: Appendix C. A refusal like that of the command has no way to be reported.
+    fn set_switch(&mut self, switch: Switch) {
+        let conditions = self.conditions();
+        match switch {
+            Switch::Degas(true) => drop(self.cathode.start_degas(&conditions)),
+            Switch::Degas(false) => self.cathode.stop_degas(),
+            Switch::LowHigh(position) => self.side.low_high = position,
+            Switch::CalAdj(position) => self.side.cal_adj = position,
+            Switch::Address(_) => {}
+        }
+    }
+
+    fn turn_potentiometer(&mut self, potentiometer: Potentiometer, volts: f64) {
+        let [a, b] = &mut self.set_points;
+        match potentiometer {
+            Potentiometer::A => a.turn(volts),
+            Potentiometer::B => b.turn(volts),
         }
     }
 
     fn report(&self) -> StateReport {
-        let degas = (self.kind == Xpg400Model::Bpg).then_some(self.cathode.is_degassing());
+        let degas = (self.model == Xpg400Model::Bpg).then_some(self.cathode.is_degassing());
         StateReport {
             device_state: self.machine.state().name(),
             led: "none",
@@ -136,35 +138,4 @@ impl Behaviour for Xpg400Behaviour {
             run_hours: self.seconds / 3600.0,
         }
     }
-}
-
-impl Xpg400Behaviour {
-    /// Pin 7 is connected in the BPG400-SP only (Appendix C), the side switches are there on the HPG400-SP only.
-    fn set_switch(&mut self, name: &str, value: &str) -> Result<(), UnsupportedAction> {
-        match (self.kind, name) {
-            (Xpg400Model::Bpg, "degas") => self.degas_input(value)?,
-            (Xpg400Model::Bpg, _) => return Err(UnsupportedAction { expected: &["address", "degas"] }),
-            (Xpg400Model::Hpg, "low-high") => self.side.low_high = position(value)?,
-            (Xpg400Model::Hpg, "cal-adj") => self.side.cal_adj = position(value)?,
-            (Xpg400Model::Hpg, _) => return Err(UnsupportedAction { expected: &["address", "low-high", "cal-adj"] }),
-        }
-        Ok(())
-    }
-
-    /// Pin 7, active high: Appendix C.
-    fn degas_input(&mut self, value: &str) -> Result<(), UnsupportedAction> {
-        let conditions = self.conditions();
-        match value {
-            // Refused like the command, but a wire hears nothing of it.
-            "on" => drop(self.cathode.start_degas(&conditions)),
-            "off" => self.cathode.stop_degas(),
-            _ => return Err(UnsupportedAction { expected: &["on", "off"] }),
-        }
-        Ok(())
-    }
-}
-
-/// A position of a rotary switch.
-fn position(value: &str) -> Result<u8, UnsupportedAction> {
-    value.parse().ok().filter(|position| *position <= 9).ok_or(UnsupportedAction { expected: &["0 ... 9"] })
 }

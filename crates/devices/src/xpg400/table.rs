@@ -1,24 +1,24 @@
-//! The tables of tira36e1, row by row. Names as printed there; where a row departs from the print, a comment says why.
-//! Sections are those of the manual, numbers in brackets those of errata-bpg-bcg-tpg.
+//! The tables of tira36e1, row by row, with the names as printed. Where a row departs from the print, a comment says
+//! why. Sections are those of the manual, numbers in brackets those of errata-bpg-bcg-tpg.
 
-use super::codes::{ADJUST, DEGAS_STATUS, EMISSION_STATUS, HOT_CATHODE_COMMAND, SELECTOR};
-use super::simulation::Faults;
+use super::codes::{AdjustCommand, DegasStatus, EmissionStatus, HotCathodeCommand, Selector};
+use super::faults::Faults;
+use super::parts;
 use crate::model::block::{block, blocks};
 use crate::model::{
-    ChannelRules, Clipping, Configuration, Counts, Field, Gsd, Limits, Location, Model, NumberType, ParameterSet,
-    PartSpec, PlacedBlock, Scale, TaskKind, Telegram, Unit, UserPrm, configuration, mbar, telegram,
+    ChannelRules, Configuration, Counts, Field, Gsd, Limits, Location, Model, NumberType, ParameterSet, PartSpec,
+    PlacedBlock, Scale, TaskKind, Telegram, Unit, UserPrm, configuration, telegram,
 };
-use crate::profile::codes::{DATA_TYPE, DEVICE_STATE, EXCEPTIONS, SAFE_STATE, STATE_COMMAND, STATUS_EXTENSION, UNIT};
-use crate::profile::{Potentiometer, Thresholds};
-use crate::simulation::{Part, Principle};
+use crate::profile::codes::UnitCode;
+use crate::profile::{DeviceState, ExceptionStatus, PotentiometerScale, SafeState, StateCommand, StatusExtension};
 use profivac_dp::slave::Features;
 
 block! {
     /// Identity, state and exceptions of the whole device.
-    pub DeviceBlock = "Device Block", type 1;
-    // ID  parameter                    name as printed                              data type    access           store  section
-    // "Device Block State" in the overview; 3.1.2.1 prints N, but a command is never kept (35).
-    15 StateCommand               "Device Block State Command"                   UINT8        [1_R/W 2_R/W]    -  "3.1.2.1" STATE_COMMAND;
+    pub DeviceBlock in device_block = "Device Block", type 1;
+    // ID  parameter                    name as printed                              data type    access           store
+    //  section "Device Block State" in the overview; 3.1.2.1 prints N, but a command is never kept (35).
+    15 StateCommand               "Device Block State Command"                   UINT8        [1_R/W 2_R/W]    -  "3.1.2.1" StateCommand;
     16 BlockType                  "Block Type"                                   OSTRING(4)   [1/2_R]          N  "3.1.1.1";
     17 DeviceType                 "Device Type"                                  VSTRING(8)   [1/2_R]          N  "3.1.1.2";
     18 StandardRevision           "Standard Revision Level"                      VSTRING(9)   [1/2_R]          N  "3.1.1.3";
@@ -28,8 +28,8 @@ block! {
     22 HardwareRevision           "Hardware Revision Level"                      VSTRING(8)   [1/2_R]          N  "3.1.1.7";
     23 SerialNumber               "Serial Number"                                VSTRING(30)  [1/2_R]          N  "3.1";
     24 DeviceConfiguration        "Device Configuration"                         VSTRING(50)  [1/2_R]          N  "3.1.1.8";
-    25 DeviceState                "Device State"                                 UINT8        [1/2_R]          V  "3.1.1.9" DEVICE_STATE;
-    26 ExceptionStatus            "Exception Status"                             UINT8        [0_XI 1/2_R]     V  "3.1.1.10" EXCEPTIONS;
+    25 DeviceState                "Device State"                                 UINT8        [1/2_R]          V  "3.1.1.9" DeviceState;
+    26 ExceptionStatus            "Exception Status"                             UINT8        [0_XI 1/2_R]     V  "3.1.1.10" ExceptionStatus;
     27 AlarmDetail                "Exception Detail Alarm"                       RECORD(10)   [1/2_R]          V  "3.1.1.11";
     28 WarningDetail              "Exception Detail Warning"                     RECORD(11)   [1/2_R]          V  "3.1.1.12";
     204 AlarmCommon               "Common Exception Detail Alarm 0"              UINT8        [1/2_R]          V  "3.1.1.15";
@@ -42,34 +42,34 @@ block! {
 }
 
 block! {
-    /// The switches on the side of the HPG400-SP. Printed in one table with the rows above, which does not say whose they
-    /// are (38).
-    pub SideSwitches = "Device Block (HPG400-SP only)";
+    /// The switches on the side of the HPG400-SP. They are printed in one table with the rows above, which does not say
+    /// to which gauge they belong (38).
+    pub SideSwitches in side_switches = "Device Block (HPG400-SP only)";
     // Printed as one octet; the value is a pressure (38).
     202 EmissionOnSwitch          "Emission On Switch"                           BY_TYPE      [1/2_R]          V  "3.1.1.13";
     203 SensorCalibrationSwitch   "Sensor Calibration Switch"                    UINT8        [1/2_R]          V  "3.1.1.14";
 }
 
 block! {
-    /// Which instance measures, and which one the shared indices show.
-    pub OneOfNInput = "One Of N Analog Input Function Block", type 3;
-    15 AdjustCommand              "AI Block Adjust Command"                      UINT8        [1/2_W]          -  "3.2.1.1" ADJUST;
+    /// The instance that measures, and the instance that the shared indices show.
+    pub OneOfNInput in one_of_n_input = "One Of N Analog Input Function Block", type 3;
+    15 AdjustCommand              "AI Block Adjust Command"                      UINT8        [1/2_W]          -  "3.2.1.1" AdjustCommand;
     16 BlockType                  "Block Type"                                   OSTRING(4)   [2_R]            N  "3.2.1.2";
-    46 ChannelInstanceSelector    "Channel Instance Selector"                    UINT8        [1/2_R/W]        N  "3.2.1.3" SELECTOR;
+    46 ChannelInstanceSelector    "Channel Instance Selector"                    UINT8        [1/2_R/W]        N  "3.2.1.3" Selector;
     47 PvSelector                 "PV Selector"                                  UINT8        [0_XI 1/2_R]     D  "3.2.1.4";
 }
 
 block! {
     /// The pressure of one measuring part, with the sections of instance 1; 3.2.3 repeats them for 2. No block type is
     /// printed (33).
-    pub AnalogInput = "Analog Sensor Input Function Block";
+    pub AnalogInput in analog_input = "Analog Sensor Input Function Block";
     19 ProcessValue               "Process Value (PV)"                           BY_TYPE      [0_XI 1_R 2_R]   D  "3.2.2.1";
     20 Status                     "Status"                                       UINT8        [0_XI 1/2_R]     D  "3.2.2.2";
-    21 DataType                   "Data Type"                                    UINT8        [2_R/W]          N  "3.2.2.3" DATA_TYPE;
-    22 DataUnits                  "Data Units"                                   UINT16       [2_R/W]          N  "3.2.2.4" UNIT;
+    21 DataType                   "Data Type"                                    UINT8        [2_R/W]          N  "3.2.2.3" NumberType;
+    22 DataUnits                  "Data Units"                                   UINT16       [2_R/W]          N  "3.2.2.4" UnitCode;
     23 ReadingValid               "Reading Valid"                                BOOLEAN      [1_R 2_R]        D  "3.2.2.5";
     24 FullScale                  "Full Scale"                                   BY_TYPE      [1/2_R]          N  "3.2.2.6";
-    39 SafeState                  "Safe State"                                   UINT8        [1/2_R/W]        N  "3.2.2.7" SAFE_STATE;
+    39 SafeState                  "Safe State"                                   UINT8        [1/2_R/W]        N  "3.2.2.7" SafeState;
     40 SafeValue                  "Safe Value"                                   BY_TYPE      [1/2_R/W]        N  "3.2.2.8";
     44 Overrange                  "Overrange"                                    BY_TYPE      [1/2_R]          N  "3.2.2.9";
     45 Underrange                 "Underrange"                                   BY_TYPE      [1/2_R]          N  "3.2.2.10";
@@ -77,26 +77,26 @@ block! {
 
 block! {
     /// A switching function and its threshold.
-    pub SetPoint = "Analog Sensor Input Function Block (set point)";
+    pub SetPoint in set_point = "Analog Sensor Input Function Block (set point)";
     // Printed as Unsigned16 without a length; the text says data type and unit of the device (71).
     19 ProcessValue               "Process Value (PV)"                           BY_TYPE      [1_R 2_R]        D  "3.2.4.1";
     20 Status                     "Status"                                       UINT8        [1_R 2_R]        D  "3.2.4.2";
-    21 DataType                   "Data Type"                                    UINT8        [2_R 2_W]        N  "3.2.4.3" DATA_TYPE;
-    22 DataUnits                  "Data Units"                                   UINT16       [2_R 2_W]        N  "3.2.4.4" UNIT;
+    21 DataType                   "Data Type"                                    UINT8        [2_R 2_W]        N  "3.2.4.3" NumberType;
+    22 DataUnits                  "Data Units"                                   UINT16       [2_R 2_W]        N  "3.2.4.4" UnitCode;
     23 ReadingValid               "Reading Valid"                                BOOLEAN      [1_R 2_R]        D  "3.2.4.5";
 }
 
 block! {
     /// The range of the whole gauge.
-    pub OneOfNTransducer = "One Of N Vacuum Gauge Transducer Block";
-    120 StatusExtension           "One Of N Status Extension"                    UINT8        [1_R 2_R]        V  "3.3.1.1" STATUS_EXTENSION;
+    pub OneOfNTransducer in one_of_n_transducer = "One Of N Vacuum Gauge Transducer Block";
+    120 StatusExtension           "One Of N Status Extension"                    UINT8        [1_R 2_R]        V  "3.3.1.1" StatusExtension;
 }
 
 block! {
     /// The Pirani.
-    pub HeatTransfer = "Heat Transfer Vacuum Gauge Transducer Block", type 13;
+    pub HeatTransfer in heat_transfer = "Heat Transfer Vacuum Gauge Transducer Block", type 13;
     101 BlockType                 "Block Type"                                   OSTRING(4)   [2_R]            -  "3.3.2.1";
-    102 StatusExtension           "Status Extension"                             UINT8        [1/2_R]          V  "3.3.2.2" STATUS_EXTENSION;
+    102 StatusExtension           "Status Extension"                             UINT8        [1/2_R]          V  "3.3.2.2" StatusExtension;
     103 SensorAlarm               "Sensor Alarm"                                 ARRAY(2)     [1/2_R]          V  "3.3.2.3";
     104 SensorWarning             "Sensor Warning"                               ARRAY(2)     [1/2_R]          V  "3.3.2.4";
     140 FullScaleState            "Full Scale State"                             UINT8        [1/2_R]          V  "3.3.2.5";
@@ -104,73 +104,100 @@ block! {
 
 block! {
     /// The ionisation part: Bayard-Alpert in the BPG400-SP, High Pressure in the HPG400-SP.
-    pub HotCathode = "Hot Cathode Ion Gauge Transducer Block", type 16;
+    pub HotCathode in hot_cathode = "Hot Cathode Ion Gauge Transducer Block", type 16;
     101 BlockType                 "Block Type"                                   OSTRING(4)   [2_R]            -  "3.3.3.1";
-    102 StatusExtension           "Status Extension"                             UINT8        [1_R 2_R]        V  "3.3.3.2" STATUS_EXTENSION;
+    102 StatusExtension           "Status Extension"                             UINT8        [1_R 2_R]        V  "3.3.3.2" StatusExtension;
     103 SensorAlarm               "Sensor Alarm"                                 ARRAY(2)     [1_R 2_R]        V  "3.3.3.3";
     104 SensorWarning             "Sensor Warning"                               ARRAY(2)     [1_R 2_R]        V  "3.3.3.4";
     // Printed as Boolean, with four codes (97).
-    105 EmissionStatus            "Emission Status"                              UINT8        [1_R/W 2_R/W]    V  "3.3.3.5" EMISSION_STATUS;
+    105 EmissionStatus            "Emission Status"                              UINT8        [1_R/W 2_R/W]    V  "3.3.3.5" EmissionStatus;
 }
 
 block! {
     /// Current and degas of the BPG400-SP, of the same table as the rows above (94).
-    pub Degas = "Hot Cathode Ion Gauge Transducer Block (BPG400-SP only)";
+    pub Degas in degas = "Hot Cathode Ion Gauge Transducer Block (BPG400-SP only)";
     // Two octets, command and value; 1 is printed (93).
-    14 StateCommand               "Hot Cathode Block State Command"              RECORD(2)    [1_W 2_W]        -  "3.3.3.8" HOT_CATHODE_COMMAND;
+    14 StateCommand               "Hot Cathode Block State Command"              RECORD(2)    [1_W 2_W]        -  "3.3.3.8" HotCathodeCommand;
     // Printed NV, but the gauge chooses the current, so there is nothing to keep (98).
     106 EmissionCurrent           "Emission Current"                             FLOAT        [1_R/W 2_R/W]    V  "3.3.3.6";
     // Printed as Boolean, with the codes 00 and 03 (99).
-    109 DegasStatus               "Degas Status"                                 UINT8        [1_R 2_R]        V  "3.3.3.7" DEGAS_STATUS;
+    109 DegasStatus               "Degas Status"                                 UINT8        [1_R 2_R]        V  "3.3.3.7" DegasStatus;
 }
+
+/// The device block.
+pub const DEVICE: Location = Location::slot(0, "Device");
+/// The blocks that choose the instance.
+pub const ONE_OF_N: Location = Location::slot(1, "One Of N");
+/// The Pirani.
+pub const PIRANI: Location = Location::instance(1, 1, "Pirani");
+/// The Bayard-Alpert part of the BPG400-SP.
+pub const BA: Location = Location::instance(1, 2, "BA");
+/// The High Pressure ionisation part of the HPG400-SP.
+pub const HP: Location = Location::instance(1, 2, "HP");
+/// The first switching function.
+pub const SETPOINT_A: Location = Location::instance(1, 3, "Setpoint A");
+/// The second switching function.
+pub const SETPOINT_B: Location = Location::instance(1, 4, "Setpoint B");
 
 blocks! {
-    /// All parameters. Slot 1 shows one instance at a time (27, 28). The list is that of a BPG400-SP; [`HPG_PLACES`] is the
-    /// other.
+    /// All parameters. Slot 1 shows one instance at a time (27, 28). The list is that of a BPG400-SP; [`HPG_BLOCKS`] is
+    /// the other.
     pub Parameter;
-    Device(DeviceBlock)                [0 "Device"];
+    Device(DeviceBlock)                [DEVICE];
     SideSwitches(SideSwitches)         [];
-    OneOfNInput(OneOfNInput)           [1 "One Of N"];
-    Input(AnalogInput)                 [1:1 "Pirani", 1:2 "BA"];
-    SetPoint(SetPoint)                 [1:3 "Setpoint A", 1:4 "Setpoint B"];
-    OneOfNTransducer(OneOfNTransducer) [1 "One Of N"];
-    HeatTransfer(HeatTransfer)         [1:1 "Pirani"];
-    HotCathode(HotCathode)             [1:2 "BA"];
-    Degas(Degas)                       [1:2 "BA"];
+    OneOfNInput(OneOfNInput)           [ONE_OF_N];
+    Input(AnalogInput)                 [PIRANI, BA];
+    SetPoint(SetPoint)                 [SETPOINT_A, SETPOINT_B];
+    OneOfNTransducer(OneOfNTransducer) [ONE_OF_N];
+    HeatTransfer(HeatTransfer)         [PIRANI];
+    HotCathode(HotCathode)             [BA];
+    Degas(Degas)                       [BA];
 }
 
-const fn at(slot: u8, instance: u8, name: &'static str) -> Location {
-    Location { slot, instance, name }
-}
-
-/// The same of an HPG400-SP.
+/// The blocks of an HPG400-SP.
 #[rustfmt::skip]
-pub static HPG_PLACES: [PlacedBlock; 9] = [
-    PlacedBlock { block: &DeviceBlock::BLOCK,      locations: &[at(0, 0, "Device")] },
-    PlacedBlock { block: &SideSwitches::BLOCK,     locations: &[at(0, 0, "Device")] },
-    PlacedBlock { block: &OneOfNInput::BLOCK,      locations: &[at(1, 0, "One Of N")] },
-    PlacedBlock { block: &AnalogInput::BLOCK,      locations: &[at(1, 1, "Pirani"), at(1, 2, "HP")] },
-    PlacedBlock { block: &SetPoint::BLOCK,         locations: &[at(1, 3, "Setpoint A"), at(1, 4, "Setpoint B")] },
-    PlacedBlock { block: &OneOfNTransducer::BLOCK, locations: &[at(1, 0, "One Of N")] },
-    PlacedBlock { block: &HeatTransfer::BLOCK,     locations: &[at(1, 1, "Pirani")] },
-    PlacedBlock { block: &HotCathode::BLOCK,       locations: &[at(1, 2, "HP")] },
+pub static HPG_BLOCKS: [PlacedBlock; 9] = [
+    PlacedBlock { block: &DeviceBlock::BLOCK,      locations: &[DEVICE] },
+    PlacedBlock { block: &SideSwitches::BLOCK,     locations: &[DEVICE] },
+    PlacedBlock { block: &OneOfNInput::BLOCK,      locations: &[ONE_OF_N] },
+    PlacedBlock { block: &AnalogInput::BLOCK,      locations: &[PIRANI, HP] },
+    PlacedBlock { block: &SetPoint::BLOCK,         locations: &[SETPOINT_A, SETPOINT_B] },
+    PlacedBlock { block: &OneOfNTransducer::BLOCK, locations: &[ONE_OF_N] },
+    PlacedBlock { block: &HeatTransfer::BLOCK,     locations: &[PIRANI] },
+    PlacedBlock { block: &HotCathode::BLOCK,       locations: &[HP] },
     PlacedBlock { block: &Degas::BLOCK,            locations: &[] },
 ];
 
-/// The instances of slot 1 that the selector can name.
-pub const INSTANCES: core::ops::RangeInclusive<u8> = 1..=4;
-
 // 2.3; the numbers are not those of the BCG450-SP (13).
-use Field::{ExceptionStatus, ParameterChannel, ProcessValue, PvSelector, StatusExtension};
-use NumberType::{Float, Integer};
-
-static T1: Telegram = telegram(1, &[ParameterChannel]);
-static T2: Telegram = telegram(2, &[ExceptionStatus, StatusExtension, PvSelector, ProcessValue(Integer)]);
-static T3: Telegram = telegram(3, &[ExceptionStatus, StatusExtension, PvSelector, ProcessValue(Float)]);
-static T4: Telegram =
-    telegram(4, &[ParameterChannel, ExceptionStatus, StatusExtension, PvSelector, ProcessValue(Integer)]);
-static T5: Telegram =
-    telegram(5, &[ParameterChannel, ExceptionStatus, StatusExtension, PvSelector, ProcessValue(Float)]);
+static T1: Telegram = telegram(1, &[Field::ParameterChannel]);
+static T2: Telegram = telegram(
+    2,
+    &[Field::ExceptionStatus, Field::StatusExtension, Field::PvSelector, Field::ProcessValue(NumberType::Integer)],
+);
+static T3: Telegram = telegram(
+    3,
+    &[Field::ExceptionStatus, Field::StatusExtension, Field::PvSelector, Field::ProcessValue(NumberType::Float)],
+);
+static T4: Telegram = telegram(
+    4,
+    &[
+        Field::ParameterChannel,
+        Field::ExceptionStatus,
+        Field::StatusExtension,
+        Field::PvSelector,
+        Field::ProcessValue(NumberType::Integer),
+    ],
+);
+static T5: Telegram = telegram(
+    5,
+    &[
+        Field::ParameterChannel,
+        Field::ExceptionStatus,
+        Field::StatusExtension,
+        Field::PvSelector,
+        Field::ProcessValue(NumberType::Float),
+    ],
+);
 
 /// 2.3; the last octet of the last string is printed without its 0 (1).
 #[rustfmt::skip]
@@ -181,7 +208,8 @@ static CONFIGURATIONS: [Configuration; 4] = [
     configuration(Some(&T1), Some(&T5), &[0xC6, 0x87, 0x8E, 0x0A, 0x0A, 0x05, 0x05, 0x05, 0x08]),
 ];
 
-/// 3.2.2.1 and 3.2.2.4; the codes are decimal (5), the factor of Micron is 1000 (60), the factors are the printed ones (83).
+/// 3.2.2.1 and 3.2.2.4; the codes are decimal (5), the factor of Micron is 1000 (60), the factors are the printed ones
+/// (83).
 #[rustfmt::skip]
 pub static UNITS: [Unit; 5] = [
     Unit { code: 1001, name: "COUNTS", alias: "counts", scale: Scale::Counts },
@@ -204,110 +232,14 @@ static USER_PRM: [UserPrm; 5] = [
 /// The unit as it leaves the factory (73).
 pub const FACTORY_UNIT: &Unit = &UNITS[3];
 
-/// 10^(COUNTS/2000 - 12.5) mbar for every instance of the BPG400-SP (59).
-const BPG_COUNTS: Counts = Counts::Log { per_decade: 2000.0, at_1_mbar: 25000.0 };
-
-// The HPG400-SP has three scales (64).
-/// 10^(6 x COUNTS/4000 - 42.5) mbar: Pirani and Emission On Switch (66).
-const HPG_PIRANI_COUNTS: Counts = Counts::Log { per_decade: 4000.0 / 6.0, at_1_mbar: 42.5 * 4000.0 / 6.0 };
-/// 10^(6 x COUNTS/16000 - 9.125) mbar.
-const HP_COUNTS: Counts = Counts::Log { per_decade: 16000.0 / 6.0, at_1_mbar: 9.125 * 16000.0 / 6.0 };
-/// 10^((COUNTS - 22999)/2444) mbar, with the printed constants (65).
-const HPG_SET_POINT_COUNTS: Counts = Counts::Log { per_decade: 2444.0, at_1_mbar: 22999.0 };
-
-const PIRANI: Part = Part { instance: 1, principle: Principle::Pirani };
-const ION: Part = Part { instance: 2, principle: Principle::HotCathode };
-
-/// The measuring parts.
-pub static PARTS: [Part; 2] = [PIRANI, ION];
-
-/// 3.2.2.6, 3.2.2.9, 3.2.2.10. Above overrange the value goes on (53).
-static BPG_PIRANI: PartSpec = PartSpec {
-    part: PIRANI,
-    limits: Limits { under_pa: mbar(5.5e-3), over_pa: mbar(1000.0), full_scale_pa: mbar(1000.0) },
-    clipping: Clipping::Below,
-    counts: BPG_COUNTS,
-};
-
-static HPG_PIRANI: PartSpec = PartSpec {
-    part: PIRANI,
-    limits: Limits { under_pa: mbar(1e-2), over_pa: mbar(1000.0), full_scale_pa: mbar(1000.0) },
-    clipping: Clipping::Below,
-    counts: HPG_PIRANI_COUNTS,
-};
-
-/// 3.2.3.6, 3.2.3.9, 3.2.3.10 (61)
-static BA: PartSpec = PartSpec {
-    part: ION,
-    limits: Limits { under_pa: mbar(5e-10), over_pa: mbar(2e-2), full_scale_pa: mbar(2e-2) },
-    clipping: Clipping::Above,
-    counts: BPG_COUNTS,
-};
-
-static HP: PartSpec = PartSpec {
-    part: ION,
-    limits: Limits { under_pa: mbar(1e-6), over_pa: mbar(1.0), full_scale_pa: mbar(1.0) },
-    clipping: Clipping::Above,
-    counts: HP_COUNTS,
-};
-
-/// Where the ionisation part takes over from the Pirani (3.2.1.4).
-#[derive(Debug)]
-pub struct Switchover {
-    /// Below this pressure of the Pirani the ionisation part measures, in Pa; no hysteresis (77).
-    pub pa: f64,
-    /// When its emission is switched.
-    pub emission: Thresholds,
-}
-
-/// free choice: the manual has no thresholds of the emission, these are those of the sister gauges. The operating current
-/// changes at the limit of degas.
-pub static BPG_SWITCHOVER: Switchover = Switchover {
-    pa: mbar(5.5e-3),
-    emission: Thresholds { off_pa: mbar(3.2e-2), on_pa: mbar(2.4e-2), degas_pa: mbar(7.2e-6) },
-};
-
-/// The emission of the HPG400-SP goes on where the switchover is (82).
-///
-/// free choice: it goes off a third above it, as far as on the sister gauges. There is one current and no degas.
-const fn switchover(at_mbar: f64) -> Switchover {
-    let pa = mbar(at_mbar);
-    Switchover { pa, emission: Thresholds { off_pa: pa * 4.0 / 3.0, on_pa: pa, degas_pa: 0.0 } }
-}
-
-/// 3.1.1.13: for each two positions of LOW-HIGH, from 0 on (66).
-static HPG_SWITCHOVER: [Switchover; 5] =
-    [switchover(1.0), switchover(0.5), switchover(0.2), switchover(0.1), switchover(0.05)];
-
-/// The switchover of the HPG400-SP at this position of LOW-HIGH, 0 to 9.
-pub const fn hpg_switchover(position: u8) -> &'static Switchover {
-    let [high, second, third, fourth, low] = &HPG_SWITCHOVER;
-    match position {
-        0 | 1 => high,
-        2 | 3 => second,
-        4 | 5 => third,
-        6 | 7 => fourth,
-        _ => low,
-    }
-}
-
-/// 3.2.4.1: above 100 mbar the switching functions do not work (107).
-const HIGHEST_SET_POINT_PA: f64 = mbar(100.0);
-
-static BPG_POTENTIOMETER: Potentiometer =
-    Potentiometer { per_volt: 1.23011, at_0_v: -9.301_029_99, highest_pa: HIGHEST_SET_POINT_PA };
-
-static HPG_POTENTIOMETER: Potentiometer =
-    Potentiometer { per_volt: 0.9, at_0_v: -6.0, highest_pa: HIGHEST_SET_POINT_PA };
-
 /// 2.2.1.1
-static DIALECT: ChannelRules = ChannelRules {
+static CHANNEL_RULES: ChannelRules = ChannelRules {
     tasks: &[(1, TaskKind::Read), (2, TaskKind::Write(&[2])), (3, TaskKind::Write(&[4])), (10, TaskKind::Write(&[1]))],
     needs_idle_between: true,
     error_codes: &[],
 };
 
-/// All that tells one gauge from the other.
+/// The properties in which the two gauges differ.
 #[derive(Debug)]
 pub struct Variant {
     /// The tables.
@@ -321,7 +253,7 @@ pub struct Variant {
     /// The range of the whole gauge (58).
     pub range: Limits,
     /// The potentiometers of the set points (109).
-    pub potentiometer: &'static Potentiometer,
+    pub potentiometer: &'static PotentiometerScale,
     /// COUNTS of the set points.
     pub set_point_counts: Counts,
 }
@@ -330,8 +262,8 @@ const fn model(
     name: &'static str,
     title: &'static str,
     ident: u16,
-    places: &'static [PlacedBlock],
-    ranges: &'static [&'static PartSpec],
+    blocks: &'static [PlacedBlock],
+    parts: &'static [&'static PartSpec],
 ) -> Model {
     Model {
         name,
@@ -346,9 +278,9 @@ const fn model(
         units: &UNITS,
         user_prm: &USER_PRM,
         dpv1_status: 0x80,
-        blocks: places,
-        parts: ranges,
-        channel_rules: &DIALECT,
+        blocks,
+        parts,
+        channel_rules: &CHANNEL_RULES,
         faults: &Faults::LIST,
         // Revisions as 3.1.1.6 and 3.1.1.7 print them (36).
         errata: "errata-bpg-bcg-tpg 1, 3 to 10, 12 to 40, 45, 47 to 77, 81 to 95, 97 to 99, 103, 105 to 109, 117 to 119, 121",
@@ -358,22 +290,22 @@ const fn model(
 
 /// The BPG400-SP.
 pub static BPG400: Variant = Variant {
-    model: model("bpg400", "BPG400-SP", 0x06A9, Parameter::PLACES, &[&BPG_PIRANI, &BA]),
+    model: model("bpg400", "BPG400-SP", 0x06A9, Parameter::BLOCKS, &[&parts::BPG_PIRANI, &parts::BA]),
     number: "353-505",
-    pirani: &BPG_PIRANI,
-    ion: &BA,
-    range: Limits { under_pa: mbar(5e-10), over_pa: mbar(1000.0), full_scale_pa: mbar(1000.0) },
-    potentiometer: &BPG_POTENTIOMETER,
-    set_point_counts: BPG_COUNTS,
+    pirani: &parts::BPG_PIRANI,
+    ion: &parts::BA,
+    range: parts::BPG_GAUGE,
+    potentiometer: &parts::BPG_POTENTIOMETER,
+    set_point_counts: parts::BPG_COUNTS,
 };
 
 /// The HPG400-SP.
 pub static HPG400: Variant = Variant {
-    model: model("hpg400", "HPG400-SP", 0x06A8, &HPG_PLACES, &[&HPG_PIRANI, &HP]),
+    model: model("hpg400", "HPG400-SP", 0x06A8, &HPG_BLOCKS, &[&parts::HPG_PIRANI, &parts::HP]),
     number: "353-525",
-    pirani: &HPG_PIRANI,
-    ion: &HP,
-    range: Limits { under_pa: mbar(1e-6), over_pa: mbar(1000.0), full_scale_pa: mbar(1000.0) },
-    potentiometer: &HPG_POTENTIOMETER,
-    set_point_counts: HPG_SET_POINT_COUNTS,
+    pirani: &parts::HPG_PIRANI,
+    ion: &parts::HP,
+    range: parts::HPG_GAUGE,
+    potentiometer: &parts::HPG_POTENTIOMETER,
+    set_point_counts: parts::HPG_SET_POINT_COUNTS,
 };

@@ -1,19 +1,19 @@
 //! Emission and degas. tira41d1 3.3.3.5 to 3.3.3.9 and 2.3, (95) to (102).
 
-use crate::support::Desk;
+use crate::support::Tester;
 use crate::{COMMANDS, Gauge, exchanging, float, of_instance};
-use profivac_devices::{Action, SimulatedDevice};
+use profivac_devices::{Action, SimulatedDevice, Switch};
 
 /// Hot Cathode Block State Command.
-fn command(desk: &mut Desk<Gauge>, command: u8, value: u8) -> Result<(), u8> {
-    desk.put(1, 46, &[2]).unwrap();
-    desk.put(1, 14, &[command, value])
+fn command(tester: &mut Tester<Gauge>, command: u8, value: u8) -> Result<(), u8> {
+    tester.put(1, 46, &[2]).unwrap();
+    tester.put(1, 14, &[command, value])
 }
 
 /// Emission Status, Emission Current in mA, Degas Status and Emission User Mode State.
-fn status(desk: &mut Desk<Gauge>) -> (u8, f32, u8, u8) {
-    let [emission, degas, mode] = [105, 109, 201].map(|index| of_instance(desk, 2, index)[0]);
-    (emission, float(desk, 2, 106), degas, mode)
+fn status(tester: &mut Tester<Gauge>) -> (u8, f32, u8, u8) {
+    let [emission, degas, mode] = [105, 109, 201].map(|index| of_instance(tester, 2, index)[0]);
+    (emission, float(tester, 2, 106), degas, mode)
 }
 
 const OFF: (u8, f32, u8, u8) = (0, 0.0, 0, 1);
@@ -23,7 +23,7 @@ const DEGAS: (u8, f32, u8, u8) = (3, 20.0, 3, 1);
 
 #[test]
 fn the_automatic_mode_has_two_thresholds() {
-    let mut desk = exchanging(COMMANDS, 1000.0);
+    let mut tester = exchanging(COMMANDS, 1000.0);
     for (mbar, expected) in [
         (1000.0, OFF),
         (2.41e-2, OFF),
@@ -39,232 +39,231 @@ fn the_automatic_mode_has_two_thresholds() {
         (8.0e-6, LOW),
         (7.3e-6, LOW),
     ] {
-        desk.pressure_mbar(mbar);
-        assert_eq!(status(&mut desk), expected, "{mbar} mbar");
+        tester.pressure_mbar(mbar);
+        assert_eq!(status(&mut tester), expected, "{mbar} mbar");
     }
-    desk.command(5).unwrap();
-    assert_eq!(status(&mut desk), OFF, "only in EXECUTING (73)");
+    tester.command(5).unwrap();
+    assert_eq!(status(&mut tester), OFF, "only in EXECUTING (73)");
 }
 
 /// 128: automatic mode. Switched off by hand, it stays off until the pressure was above 3.2e-2 and then below 2.4e-2.
 #[test]
-fn switched_off_by_hand_the_automatic_waits_for_a_high_pressure() {
-    let mut desk = exchanging(COMMANDS, 1e-4);
-    command(&mut desk, 3, 0).unwrap();
+fn emission_that_was_switched_off_stays_off_until_the_pressure_was_high() {
+    let mut tester = exchanging(COMMANDS, 1e-4);
+    command(&mut tester, 3, 0).unwrap();
     for (mbar, expected) in
         [(1e-4, OFF), (1e-6, OFF), (3e-2, OFF), (1e-6, OFF), (3.3e-2, OFF), (2.5e-2, OFF), (2.3e-2, LOW)]
     {
-        desk.pressure_mbar(mbar);
-        assert_eq!(status(&mut desk), expected, "{mbar} mbar");
+        tester.pressure_mbar(mbar);
+        assert_eq!(status(&mut tester), expected, "{mbar} mbar");
     }
-    command(&mut desk, 3, 0).unwrap();
-    command(&mut desk, 3, 1).unwrap();
-    assert_eq!(status(&mut desk), LOW, "and by hand on again");
+    command(&mut tester, 3, 0).unwrap();
+    command(&mut tester, 3, 1).unwrap();
+    assert_eq!(status(&mut tester), LOW, "and by hand on again");
 }
 
 /// (102): the mode that is there already is accepted, and does nothing.
 #[test]
-fn automatic_mode_once_more_does_not_undo_what_a_hand_did() {
-    let mut desk = exchanging(COMMANDS, 1e-4);
-    command(&mut desk, 3, 0).unwrap();
-    command(&mut desk, 128, 1).unwrap();
-    assert_eq!(status(&mut desk), OFF, "automatic mode again");
-    command(&mut desk, 128, 0).unwrap();
-    command(&mut desk, 128, 1).unwrap();
-    assert_eq!(status(&mut desk), LOW, "automatic mode anew");
+fn automatic_mode_set_again_does_not_switch_the_emission_on() {
+    let mut tester = exchanging(COMMANDS, 1e-4);
+    command(&mut tester, 3, 0).unwrap();
+    command(&mut tester, 128, 1).unwrap();
+    assert_eq!(status(&mut tester), OFF, "automatic mode again");
+    command(&mut tester, 128, 0).unwrap();
+    command(&mut tester, 128, 1).unwrap();
+    assert_eq!(status(&mut tester), LOW, "automatic mode anew");
 }
 
 /// 128: manual mode. Above 3.2e-2 mbar the emission goes off and stays off.
 #[test]
-fn in_manual_mode_the_emission_never_comes_by_itself() {
-    let mut desk = exchanging(COMMANDS, 1e-8);
-    command(&mut desk, 128, 0).unwrap();
+fn the_gauge_never_switches_the_emission_on_in_manual_mode() {
+    let mut tester = exchanging(COMMANDS, 1e-8);
+    command(&mut tester, 128, 0).unwrap();
     let manual = |(emission, current, degas, _): (u8, f32, u8, u8)| (emission, current, degas, 0);
-    assert_eq!(status(&mut desk), manual(HIGH), "the mode alone switches nothing");
-    desk.pressure_mbar(1e-1);
-    desk.pressure_mbar(1e-8);
-    assert_eq!(status(&mut desk), manual(OFF));
+    assert_eq!(status(&mut tester), manual(HIGH), "the mode alone switches nothing");
+    tester.pressure_mbar(1e-1);
+    tester.pressure_mbar(1e-8);
+    assert_eq!(status(&mut tester), manual(OFF));
     // The Pirani takes over, far below its range: (57), (81).
-    assert_eq!(desk.exchange(&[0, 0]), crate::support::hex("A0 01 01 3B B4 39 58"));
-    assert_eq!(of_instance(&mut desk, 2, 102), [3], "the BA counts as overrange without emission");
-    assert_eq!(float(&mut desk, 2, 19), 2e-2);
-    command(&mut desk, 3, 1).unwrap();
-    assert_eq!(status(&mut desk), manual(HIGH));
-    assert_eq!(desk.exchange(&[0, 0])[..3], [0x80, 0, 2]);
-    command(&mut desk, 3, 0).unwrap();
-    command(&mut desk, 128, 1).unwrap();
-    assert_eq!(status(&mut desk), HIGH, "automatic again");
+    assert_eq!(tester.exchange(&[0, 0]), crate::support::hex("A0 01 01 3B B4 39 58"));
+    assert_eq!(of_instance(&mut tester, 2, 102), [3], "the BA counts as overrange without emission");
+    assert_eq!(float(&mut tester, 2, 19), 2e-2);
+    command(&mut tester, 3, 1).unwrap();
+    assert_eq!(status(&mut tester), manual(HIGH));
+    assert_eq!(tester.exchange(&[0, 0])[..3], [0x80, 0, 2]);
+    command(&mut tester, 3, 0).unwrap();
+    command(&mut tester, 128, 1).unwrap();
+    assert_eq!(status(&mut tester), HIGH, "automatic again");
 }
 
 /// (102)
 #[test]
 fn emission_is_refused_above_the_limit_with_an_alarm_and_outside_executing() {
-    let mut desk = exchanging(COMMANDS, 2.4e-2);
-    assert_eq!(command(&mut desk, 3, 1), Err(202));
-    assert_eq!(desk.put(1, 105, &[1]), Err(202));
-    assert_eq!(command(&mut desk, 3, 0), Ok(()), "off is always accepted");
-    assert_eq!(command(&mut desk, 3, 2), Err(2));
-    desk.pressure_mbar(1e-3);
+    let mut tester = exchanging(COMMANDS, 2.4e-2);
+    assert_eq!(command(&mut tester, 3, 1), Err(202));
+    assert_eq!(tester.put(1, 105, &[1]), Err(202));
+    assert_eq!(command(&mut tester, 3, 0), Ok(()), "off is always accepted");
+    assert_eq!(command(&mut tester, 3, 2), Err(2));
+    tester.pressure_mbar(1e-3);
     for fault in ["sensor1", "sensor2", "electronics1", "electronics2"] {
-        desk.fault(fault, true);
-        assert_eq!(status(&mut desk), OFF, "{fault}");
-        assert_eq!(command(&mut desk, 3, 1), Err(202), "{fault}");
-        desk.fault(fault, false);
+        tester.fault(fault, true);
+        assert_eq!(status(&mut tester), OFF, "{fault}");
+        assert_eq!(command(&mut tester, 3, 1), Err(202), "{fault}");
+        tester.fault(fault, false);
     }
-    desk.fault("sensor3", true);
-    assert_eq!(command(&mut desk, 3, 1), Ok(()), "the diaphragm does not matter");
-    desk.fault("sensor3", false);
-    desk.command(5).unwrap();
-    assert_eq!(command(&mut desk, 3, 1), Err(202));
+    tester.fault("sensor3", true);
+    assert_eq!(command(&mut tester, 3, 1), Ok(()), "the diaphragm does not matter");
+    tester.fault("sensor3", false);
+    tester.command(5).unwrap();
+    assert_eq!(command(&mut tester, 3, 1), Err(202));
 }
 
 /// (97): Emission Status is written like command 3.
 #[test]
 fn emission_status_switches_the_emission() {
-    let mut desk = exchanging(COMMANDS, 1e-4);
-    desk.put(1, 46, &[2]).unwrap();
-    desk.put(1, 105, &[0]).unwrap();
-    assert_eq!(status(&mut desk), OFF);
-    desk.put(1, 105, &[1]).unwrap();
-    assert_eq!(status(&mut desk), LOW);
-    assert_eq!(desk.put(1, 105, &[2]), Err(2));
+    let mut tester = exchanging(COMMANDS, 1e-4);
+    tester.put(1, 46, &[2]).unwrap();
+    tester.put(1, 105, &[0]).unwrap();
+    assert_eq!(status(&mut tester), OFF);
+    tester.put(1, 105, &[1]).unwrap();
+    assert_eq!(status(&mut tester), LOW);
+    assert_eq!(tester.put(1, 105, &[2]), Err(2));
 }
 
 /// (98)
 #[test]
 fn the_gauge_chooses_the_current() {
-    let mut desk = exchanging(COMMANDS, 1e-4);
-    desk.put(1, 46, &[2]).unwrap();
-    desk.put(1, 106, &5.0f32.to_be_bytes()).unwrap();
-    assert_eq!(status(&mut desk), LOW);
-    assert_eq!(desk.put(1, 106, &1.0f32.to_be_bytes()), Err(2));
+    let mut tester = exchanging(COMMANDS, 1e-4);
+    tester.put(1, 46, &[2]).unwrap();
+    tester.put(1, 106, &5.0f32.to_be_bytes()).unwrap();
+    assert_eq!(status(&mut tester), LOW);
+    assert_eq!(tester.put(1, 106, &1.0f32.to_be_bytes()), Err(2));
 }
 
 /// 3.3.3.9, (95)
 #[test]
 fn degas_runs_three_minutes_below_its_limit() {
-    let mut desk = exchanging(COMMANDS, 7e-6);
-    command(&mut desk, 1, 1).unwrap();
-    assert_eq!(status(&mut desk), DEGAS);
-    assert!(desk.report().degas.iter().all(|on| *on));
-    desk.device().advance(100.0);
-    command(&mut desk, 1, 1).unwrap();
-    desk.device().advance(79.9);
-    assert_eq!(status(&mut desk), DEGAS, "a running degas is not prolonged");
-    desk.device().settle();
-    assert_eq!(status(&mut desk), DEGAS, "and settling does not let time pass");
-    desk.device().advance(0.2);
-    assert_eq!(status(&mut desk), HIGH);
-    command(&mut desk, 1, 1).unwrap();
-    command(&mut desk, 1, 0).unwrap();
-    assert_eq!(status(&mut desk), HIGH, "degas off");
+    let mut tester = exchanging(COMMANDS, 7e-6);
+    command(&mut tester, 1, 1).unwrap();
+    assert_eq!(status(&mut tester), DEGAS);
+    assert!(tester.report().degas.iter().all(|on| *on));
+    tester.device().advance(100.0);
+    command(&mut tester, 1, 1).unwrap();
+    tester.device().advance(79.9);
+    assert_eq!(status(&mut tester), DEGAS, "a running degas is not prolonged");
+    tester.device().settle();
+    assert_eq!(status(&mut tester), DEGAS, "and settling does not let time pass");
+    tester.device().advance(0.2);
+    assert_eq!(status(&mut tester), HIGH);
+    command(&mut tester, 1, 1).unwrap();
+    command(&mut tester, 1, 0).unwrap();
+    assert_eq!(status(&mut tester), HIGH, "degas off");
 }
 
 /// (95), (96)
 #[test]
-fn degas_is_refused_because_of_the_pressure_and_says_so() {
-    let mut desk = exchanging(COMMANDS, 7.2e-6);
-    let warning = |desk: &mut Desk<Gauge>| of_instance(desk, 2, 104)[1];
-    assert_eq!(warning(&mut desk), 0, "nobody wants it");
-    assert_eq!(command(&mut desk, 1, 1), Err(202));
-    assert_eq!(warning(&mut desk), 0x08);
-    assert_eq!(desk.exchange(&[0, 0])[0], 0xA0);
-    assert_eq!(of_instance(&mut desk, 2, 23), [1], "the reading stays valid");
-    command(&mut desk, 1, 0).unwrap();
-    assert_eq!(warning(&mut desk), 0, "degas off");
-    assert_eq!(command(&mut desk, 1, 1), Err(202));
-    desk.pressure_mbar(7.1e-6);
-    assert_eq!(warning(&mut desk), 0, "below the limit");
-    desk.pressure_mbar(1e-3);
-    assert_eq!(warning(&mut desk), 0, "and forgotten");
-    // A running degas goes on above the limit, with the warning, until the emission goes.
-    desk.pressure_mbar(1e-7);
-    command(&mut desk, 1, 1).unwrap();
-    desk.pressure_mbar(1e-4);
-    assert_eq!((status(&mut desk), warning(&mut desk)), (DEGAS, 0x08));
-    desk.pressure_mbar(1e-1);
-    assert_eq!((status(&mut desk), warning(&mut desk)), (OFF, 0));
+fn a_degas_that_is_refused_because_of_the_pressure_sets_a_warning() {
+    let mut tester = exchanging(COMMANDS, 7.2e-6);
+    let warning = |tester: &mut Tester<Gauge>| of_instance(tester, 2, 104)[1];
+    assert_eq!(warning(&mut tester), 0, "nobody wants it");
+    assert_eq!(command(&mut tester, 1, 1), Err(202));
+    assert_eq!(warning(&mut tester), 0x08);
+    assert_eq!(tester.exchange(&[0, 0])[0], 0xA0);
+    assert_eq!(of_instance(&mut tester, 2, 23), [1], "the reading stays valid");
+    command(&mut tester, 1, 0).unwrap();
+    assert_eq!(warning(&mut tester), 0, "degas off");
+    assert_eq!(command(&mut tester, 1, 1), Err(202));
+    tester.pressure_mbar(7.1e-6);
+    assert_eq!(warning(&mut tester), 0, "below the limit");
+    tester.pressure_mbar(1e-3);
+    assert_eq!(warning(&mut tester), 0, "and forgotten");
+    // A running degas continues above the limit, with the warning, until the emission goes off.
+    tester.pressure_mbar(1e-7);
+    command(&mut tester, 1, 1).unwrap();
+    tester.pressure_mbar(1e-4);
+    assert_eq!((status(&mut tester), warning(&mut tester)), (DEGAS, 0x08));
+    tester.pressure_mbar(1e-1);
+    assert_eq!((status(&mut tester), warning(&mut tester)), (OFF, 0));
 }
 
 #[test]
 fn degas_needs_emission_and_executing() {
-    let mut desk = exchanging(COMMANDS, 1e-7);
-    command(&mut desk, 3, 0).unwrap();
-    assert_eq!(command(&mut desk, 1, 1), Err(202));
-    desk.command(5).unwrap();
-    assert_eq!(command(&mut desk, 1, 1), Err(202));
-    assert_eq!(command(&mut desk, 1, 0), Ok(()));
-    assert_eq!(command(&mut desk, 1, 2), Err(2));
+    let mut tester = exchanging(COMMANDS, 1e-7);
+    command(&mut tester, 3, 0).unwrap();
+    assert_eq!(command(&mut tester, 1, 1), Err(202));
+    tester.command(5).unwrap();
+    assert_eq!(command(&mut tester, 1, 1), Err(202));
+    assert_eq!(command(&mut tester, 1, 0), Ok(()));
+    assert_eq!(command(&mut tester, 1, 2), Err(2));
 }
 
 /// (96): the warning is about the pressure, and without emission the Pirani does not see one that is too high.
 #[test]
-fn a_degas_refused_for_want_of_emission_does_not_blame_the_pressure() {
-    let mut desk = exchanging(COMMANDS, 1e-7);
-    command(&mut desk, 128, 0).unwrap();
-    command(&mut desk, 3, 0).unwrap();
+fn a_degas_that_is_refused_without_emission_sets_no_pressure_warning() {
+    let mut tester = exchanging(COMMANDS, 1e-7);
+    command(&mut tester, 128, 0).unwrap();
+    command(&mut tester, 3, 0).unwrap();
     for (mbar, warning) in [(1e-7, 0), (1e-2, 8), (1e-7, 0)] {
-        desk.pressure_mbar(mbar);
-        assert_eq!(command(&mut desk, 1, 1), Err(202), "{mbar} mbar");
-        assert_eq!(of_instance(&mut desk, 2, 104), [0, warning], "{mbar} mbar");
+        tester.pressure_mbar(mbar);
+        assert_eq!(command(&mut tester, 1, 1), Err(202), "{mbar} mbar");
+        assert_eq!(of_instance(&mut tester, 2, 104), [0, warning], "{mbar} mbar");
     }
-    desk.command(5).unwrap();
-    assert_eq!(command(&mut desk, 1, 1), Err(202));
-    assert_eq!(of_instance(&mut desk, 2, 104), [0, 0], "outside EXECUTING");
+    tester.command(5).unwrap();
+    assert_eq!(command(&mut tester, 1, 1), Err(202));
+    assert_eq!(of_instance(&mut tester, 2, 104), [0, 0], "outside EXECUTING");
 }
 
 /// Appendix C, pin 7
 #[test]
-fn the_degas_input_is_a_command_too() {
-    let mut desk = exchanging(COMMANDS, 1e-7);
-    let input = |desk: &mut Desk<Gauge>, value| desk.device().operate(Action::Switch { name: "degas", value });
-    input(&mut desk, "on").unwrap();
-    assert_eq!(status(&mut desk), DEGAS);
-    input(&mut desk, "off").unwrap();
-    assert_eq!(status(&mut desk), HIGH);
-    desk.pressure_mbar(1e-4);
-    input(&mut desk, "on").unwrap();
-    assert_eq!(status(&mut desk), LOW);
-    assert_eq!(of_instance(&mut desk, 2, 104), [0, 8]);
-    assert_eq!(input(&mut desk, "24V").unwrap_err().expected, ["on", "off"]);
+fn the_degas_input_starts_and_stops_degas() {
+    let mut tester = exchanging(COMMANDS, 1e-7);
+    let input = |tester: &mut Tester<Gauge>, on| tester.device().operate(Action::Switch(Switch::Degas(on)));
+    input(&mut tester, true).unwrap();
+    assert_eq!(status(&mut tester), DEGAS);
+    input(&mut tester, false).unwrap();
+    assert_eq!(status(&mut tester), HIGH);
+    tester.pressure_mbar(1e-4);
+    input(&mut tester, true).unwrap();
+    assert_eq!(status(&mut tester), LOW);
+    assert_eq!(of_instance(&mut tester, 2, 104), [0, 8]);
 }
 
-/// 2.3, (101): the cyclic transition command acts when the pair changes, whatever the selector says.
+/// 2.3, (101): the cyclic transition command acts when the pair changes, with any selected instance.
 #[test]
-fn the_cyclic_command_acts_on_change() {
-    let mut desk = exchanging(COMMANDS, 1e-7);
-    desk.put(1, 46, &[6]).unwrap();
-    let emission = |desk: &mut Desk<Gauge>| *desk.report().emission.iter().next().unwrap();
-    assert_eq!(desk.exchange(&[3, 0])[..3], [0xA0, 0x01, 1], "the answer shows it already");
-    assert!(!emission(&mut desk));
-    assert_eq!(desk.get(1, 46), [6]);
-    // Switched on again by somebody else, the standing command does nothing.
-    command(&mut desk, 3, 1).unwrap();
-    desk.exchange(&[3, 0]);
-    assert!(emission(&mut desk));
-    desk.exchange(&[0, 0]);
-    desk.exchange(&[3, 0]);
-    assert!(!emission(&mut desk), "0 arms it");
-    desk.exchange(&[3, 1]);
-    assert!(emission(&mut desk), "another pair needs no 0");
-    desk.exchange(&[1, 1]);
-    assert_eq!(status(&mut desk), DEGAS);
+fn a_cyclic_command_acts_when_it_changes() {
+    let mut tester = exchanging(COMMANDS, 1e-7);
+    tester.put(1, 46, &[6]).unwrap();
+    let emission = |tester: &mut Tester<Gauge>| *tester.report().emission.iter().next().unwrap();
+    assert_eq!(tester.exchange(&[3, 0])[..3], [0xA0, 0x01, 1], "the answer shows it already");
+    assert!(!emission(&mut tester));
+    assert_eq!(tester.get(1, 46), [6]);
+    // After another master has switched on again, the unchanged command has no effect.
+    command(&mut tester, 3, 1).unwrap();
+    tester.exchange(&[3, 0]);
+    assert!(emission(&mut tester));
+    tester.exchange(&[0, 0]);
+    tester.exchange(&[3, 0]);
+    assert!(!emission(&mut tester), "0 arms it");
+    tester.exchange(&[3, 1]);
+    assert!(emission(&mut tester), "another pair needs no 0");
+    tester.exchange(&[1, 1]);
+    assert_eq!(status(&mut tester), DEGAS);
     // Refused or unknown ones are reported nowhere.
-    desk.exchange(&[77, 1]);
-    desk.exchange(&[3, 9]);
-    assert_eq!(status(&mut desk), DEGAS);
-    desk.exchange(&[128, 0]);
-    assert_eq!(status(&mut desk).3, 0, "manual mode");
+    tester.exchange(&[77, 1]);
+    tester.exchange(&[3, 9]);
+    assert_eq!(status(&mut tester), DEGAS);
+    tester.exchange(&[128, 0]);
+    assert_eq!(status(&mut tester).3, 0, "manual mode");
 }
 
 /// (101): without outputs the command is 0.
 #[test]
-fn clear_arms_the_cyclic_command() {
-    let mut desk = exchanging(COMMANDS, 1e-7);
-    desk.exchange(&[3, 0]);
-    command(&mut desk, 3, 1).unwrap();
+fn clear_lets_the_same_cyclic_command_act_again() {
+    let mut tester = exchanging(COMMANDS, 1e-7);
+    tester.exchange(&[3, 0]);
+    command(&mut tester, 3, 1).unwrap();
     // Global_Control, Clear_Data, all slaves.
-    desk.request_sdn(&[0x02, 0x00]);
-    desk.exchange(&[3, 0]);
-    assert_eq!(status(&mut desk), OFF);
+    tester.request_sdn(&[0x02, 0x00]);
+    tester.exchange(&[3, 0]);
+    assert_eq!(status(&mut tester), OFF);
 }

@@ -1,18 +1,18 @@
 //! The parameter channel in the cyclic data. tira41d1 2.2.1, (17) to (26).
 
-use crate::support::{Desk, hex};
+use crate::support::{Tester, hex};
 use crate::{Gauge, exchanging};
 
 const CHANNEL: &str = "C6 87 8E 0A 0A 05 05 05 08";
 
 /// One cycle; the answer in the channel.
-fn cycle(desk: &mut Desk<Gauge>, request: &str) -> Vec<u8> {
-    desk.exchange(&hex(request))[..8].to_vec()
+fn cycle(tester: &mut Tester<Gauge>, request: &str) -> Vec<u8> {
+    tester.exchange(&hex(request))[..8].to_vec()
 }
 
 #[test]
-fn a_dialogue_answers_one_instruction_until_it_ends() {
-    let mut desk = exchanging(CHANNEL, 1e-3);
+fn the_channel_answers_one_task_until_the_master_ends_it() {
+    let mut tester = exchanging(CHANNEL, 1e-3);
     for (request, answer) in [
         // Nothing asked.
         ("00 00 00 00 00 00 00 00", "00 00 00 00 00 00 00 00"),
@@ -36,38 +36,38 @@ fn a_dialogue_answers_one_instruction_until_it_ends() {
         ("00 00 00 00 00 00 00 00", "00 00 00 00 00 00 00 00"),
         ("10 01 CA 00 00 00 00 00", "10 01 CA 00 00 00 01 F4"),
     ] {
-        assert_eq!(cycle(&mut desk, request), hex(answer), "{request}");
+        assert_eq!(cycle(&mut tester, request), hex(answer), "{request}");
     }
 }
 
 /// (24): bits 11 to 8, the reserved octet and unused octets of the value are not looked at.
 #[test]
-fn what_is_reserved_makes_no_difference() {
-    let mut desk = exchanging(CHANNEL, 1e-3);
-    assert_eq!(cycle(&mut desk, "AF 01 2E FF 11 22 33 02"), hex("B0 01 2E 00 00 00 00 02"));
-    desk.put(1, 46, &[5]).unwrap();
-    assert_eq!(cycle(&mut desk, "A0 01 2E 00 44 55 66 02"), hex("B0 01 2E 00 00 00 00 02"));
-    assert_eq!(desk.get(1, 46), [5], "the same instruction, done once");
+fn reserved_octets_and_bits_have_no_effect() {
+    let mut tester = exchanging(CHANNEL, 1e-3);
+    assert_eq!(cycle(&mut tester, "AF 01 2E FF 11 22 33 02"), hex("B0 01 2E 00 00 00 00 02"));
+    tester.put(1, 46, &[5]).unwrap();
+    assert_eq!(cycle(&mut tester, "A0 01 2E 00 44 55 66 02"), hex("B0 01 2E 00 00 00 00 02"));
+    assert_eq!(tester.get(1, 46), [5], "the same instruction, done once");
 }
 
 /// (25): a write is done once, a read is answered with the value of now.
 #[test]
-fn a_repeated_write_is_done_once_and_a_repeated_read_each_time() {
-    let mut desk = exchanging(CHANNEL, 1e-3);
+fn a_repeated_write_is_executed_once_and_a_repeated_read_each_time() {
+    let mut tester = exchanging(CHANNEL, 1e-3);
     let stop = "A0 00 0F 00 00 00 00 05";
-    assert_eq!(cycle(&mut desk, stop), hex("B0 00 0F 00 00 00 00 05"));
-    desk.command(4).unwrap();
-    assert_eq!(cycle(&mut desk, stop), hex("B0 00 0F 00 00 00 00 05"));
-    assert_eq!(desk.state(), 4, "the repetition does nothing");
-    cycle(&mut desk, "00 00 00 00 00 00 00 00");
-    assert_eq!(cycle(&mut desk, "10 00 19 00 00 00 00 00"), hex("B0 00 19 00 00 00 00 04"));
-    desk.command(5).unwrap();
-    assert_eq!(cycle(&mut desk, "10 00 19 00 00 00 00 00"), hex("B0 00 19 00 00 00 00 02"));
+    assert_eq!(cycle(&mut tester, stop), hex("B0 00 0F 00 00 00 00 05"));
+    tester.command(4).unwrap();
+    assert_eq!(cycle(&mut tester, stop), hex("B0 00 0F 00 00 00 00 05"));
+    assert_eq!(tester.state(), 4, "the repetition does nothing");
+    cycle(&mut tester, "00 00 00 00 00 00 00 00");
+    assert_eq!(cycle(&mut tester, "10 00 19 00 00 00 00 00"), hex("B0 00 19 00 00 00 00 04"));
+    tester.command(5).unwrap();
+    assert_eq!(cycle(&mut tester, "10 00 19 00 00 00 00 00"), hex("B0 00 19 00 00 00 00 02"));
 }
 
 /// 2.2.1.3, (23)
 #[test]
-fn every_code_has_its_situation() {
+fn every_error_code_has_its_access() {
     for (request, code) in [
         // 0: no such slot
         ("10 02 10 00 00 00 00 00", 0),
@@ -92,22 +92,22 @@ fn every_code_has_its_situation() {
         ("40 00 19 00 00 00 00 00", 18),
         ("F0 00 19 00 00 00 00 00", 18),
     ] {
-        let mut desk = exchanging(CHANNEL, 1e-3);
+        let mut tester = exchanging(CHANNEL, 1e-3);
         let octets = hex(request);
-        assert_eq!(cycle(&mut desk, request), [0x70, octets[1], octets[2], 0, 0, 0, 0, code], "{request}");
+        assert_eq!(cycle(&mut tester, request), [0x70, octets[1], octets[2], 0, 0, 0, 0, code], "{request}");
     }
     // 18: reading a command
-    let mut desk = exchanging(CHANNEL, 1e-3);
-    desk.put(1, 46, &[2]).unwrap();
-    assert_eq!(cycle(&mut desk, "10 01 0E 00 00 00 00 00"), hex("70 01 0E 00 00 00 00 12"));
+    let mut tester = exchanging(CHANNEL, 1e-3);
+    tester.put(1, 46, &[2]).unwrap();
+    assert_eq!(cycle(&mut tester, "10 01 0E 00 00 00 00 00"), hex("70 01 0E 00 00 00 00 12"));
 }
 
 /// (20), (21)
 #[test]
 fn arrays_and_command_records_are_right_aligned() {
-    let mut desk = exchanging(CHANNEL, 1e-3);
-    desk.fault("pirani-adjust", true);
-    desk.fault("sensor2", true);
+    let mut tester = exchanging(CHANNEL, 1e-3);
+    tester.fault("pirani-adjust", true);
+    tester.fault("sensor2", true);
     for (request, answer) in [
         ("10 00 CD 00 00 00 00 00", "20 00 CD 00 00 00 00 00"),
         ("10 00 CE 00 00 00 00 00", "10 00 CE 00 00 00 00 02"),
@@ -119,19 +119,19 @@ fn arrays_and_command_records_are_right_aligned() {
         ("20 01 0E 00 00 00 80 00", "10 01 0E 00 00 00 80 00"),
         ("10 01 C9 00 00 00 00 00", "B0 01 C9 00 00 00 00 00"),
     ] {
-        cycle(&mut desk, "00 00 00 00 00 00 00 00");
-        assert_eq!(cycle(&mut desk, request), hex(answer), "{request}");
+        cycle(&mut tester, "00 00 00 00 00 00 00 00");
+        assert_eq!(cycle(&mut tester, request), hex(answer), "{request}");
     }
 }
 
 /// (101): a master in Clear asks nothing.
 #[test]
-fn clear_is_ak_0() {
-    let mut desk = exchanging(CHANNEL, 1e-3);
+fn clear_counts_as_ak_0() {
+    let mut tester = exchanging(CHANNEL, 1e-3);
     let select = "A0 01 2E 00 00 00 00 03";
-    cycle(&mut desk, select);
-    desk.put(1, 46, &[5]).unwrap();
-    desk.request_sdn(&[0x02, 0x00]);
-    assert_eq!(cycle(&mut desk, select), hex("B0 01 2E 00 00 00 00 03"));
-    assert_eq!(desk.get(1, 46), [3], "a new instruction after AK 0");
+    cycle(&mut tester, select);
+    tester.put(1, 46, &[5]).unwrap();
+    tester.request_sdn(&[0x02, 0x00]);
+    assert_eq!(cycle(&mut tester, select), hex("B0 01 2E 00 00 00 00 03"));
+    assert_eq!(tester.get(1, 46), [3], "a new instruction after AK 0");
 }

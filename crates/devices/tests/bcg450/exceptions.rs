@@ -1,6 +1,6 @@
 //! Exception Status, its two records and their copies. tira41d1 3.1.1.10 to 3.1.1.20, (42) to (54).
 
-use crate::support::Desk;
+use crate::support::Tester;
 use crate::support::hex;
 use crate::{FLOATS, Gauge, exchanging, of_instance};
 
@@ -21,29 +21,29 @@ const FAULTS: [(&str, u8, &str, &str); 12] = [
 ];
 
 #[test]
-fn every_fault_sets_its_bits_and_leaves_no_trace() {
+fn every_fault_sets_its_bits_while_it_is_active() {
     for (fault, status, alarm, warning) in FAULTS {
-        let mut desk = exchanging(FLOATS, 1e-3);
+        let mut tester = exchanging(FLOATS, 1e-3);
         if !fault.is_empty() {
-            desk.fault(fault, true);
+            tester.fault(fault, true);
         }
-        assert_eq!(desk.get(0, 26), [status], "{fault}");
-        assert_eq!(desk.exchange(&[])[0], status, "{fault}");
-        assert_eq!(desk.report().exception_status, status, "{fault}");
-        assert_eq!(desk.get(0, 27), hex(alarm), "{fault}");
-        assert_eq!(desk.get(0, 28), hex(warning), "{fault}");
-        copies_are_equal(&mut desk);
+        assert_eq!(tester.get(0, 26), [status], "{fault}");
+        assert_eq!(tester.exchange(&[])[0], status, "{fault}");
+        assert_eq!(tester.report().exception_status, status, "{fault}");
+        assert_eq!(tester.get(0, 27), hex(alarm), "{fault}");
+        assert_eq!(tester.get(0, 28), hex(warning), "{fault}");
+        copies_are_equal(&mut tester);
         if !fault.is_empty() {
-            desk.fault(fault, false);
+            tester.fault(fault, false);
         }
-        assert_eq!(desk.get(0, 26), [0x80], "{fault} gone");
+        assert_eq!(tester.get(0, 26), [0x80], "{fault} gone");
     }
 }
 
 #[test]
 fn the_faults_are_those_of_the_list() {
-    let mut desk = exchanging(FLOATS, 1e-3);
-    let mut listed = profivac_devices::SimulatedDevice::faults(desk.device()).to_vec();
+    let mut tester = exchanging(FLOATS, 1e-3);
+    let mut listed: Vec<&str> = profivac_devices::SimulatedDevice::faults(tester.device()).names().collect();
     let mut tested: Vec<&str> = FAULTS.iter().map(|(fault, ..)| *fault).filter(|fault| !fault.is_empty()).collect();
     listed.sort_unstable();
     tested.sort_unstable();
@@ -51,8 +51,8 @@ fn the_faults_are_those_of_the_list() {
 }
 
 /// 3.1.1.13 to 3.1.1.20 with (41), and the sensor records and status extensions they come from.
-pub fn copies_are_equal(desk: &mut Desk<Gauge>) {
-    let [alarm, warning] = [27, 28].map(|index| desk.get(0, index));
+pub fn copies_are_equal(tester: &mut Tester<Gauge>) {
+    let [alarm, warning] = [27, 28].map(|index| tester.get(0, index));
     let parts = [
         (204, &alarm[1..2]),
         (205, &alarm[4..8]),
@@ -64,35 +64,35 @@ pub fn copies_are_equal(desk: &mut Desk<Gauge>) {
         (211, &warning[12..13]),
     ];
     for (index, part) in parts {
-        assert_eq!(desk.get(0, index), part, "copy {index}");
+        assert_eq!(tester.get(0, index), part, "copy {index}");
     }
-    let selected = desk.get(1, 46)[0];
+    let selected = tester.get(1, 46)[0];
     // Instances 3, 1, 2 in the records (46).
     for (position, instance) in [(0, 3), (1, 1), (2, 2)] {
-        assert_eq!(of_instance(desk, instance, 103), alarm[4 + 2 * position..][..2], "alarm of {instance}");
-        assert_eq!(of_instance(desk, instance, 104), warning[5 + 2 * position..][..2], "warning of {instance}");
+        assert_eq!(of_instance(tester, instance, 103), alarm[4 + 2 * position..][..2], "alarm of {instance}");
+        assert_eq!(of_instance(tester, instance, 104), warning[5 + 2 * position..][..2], "warning of {instance}");
         // (57)
-        let valid = of_instance(desk, instance, 23)[0];
-        assert_eq!(of_instance(desk, instance, 102)[0] & 1, 1 - valid, "status extension of {instance}");
+        let valid = of_instance(tester, instance, 23)[0];
+        assert_eq!(of_instance(tester, instance, 102)[0] & 1, 1 - valid, "status extension of {instance}");
     }
-    assert_eq!(desk.get(1, 120), warning[4..5]);
+    assert_eq!(tester.get(1, 120), warning[4..5]);
     let groups = |record: &[u8]| {
         let any = |octets: &[u8]| u8::from(octets.iter().any(|octet| *octet != 0));
         let (device, manufacturer) = record[4..].split_at(record[3].into());
         any(&record[1..3]) | any(device) << 1 | any(&manufacturer[1..]) << 2
     };
-    assert_eq!(desk.get(0, 26), [0x80 | groups(&alarm) | groups(&warning) << 4]);
-    desk.put(1, 46, &[selected]).unwrap();
+    assert_eq!(tester.get(0, 26), [0x80 | groups(&alarm) | groups(&warning) << 4]);
+    tester.put(1, 46, &[selected]).unwrap();
 }
 
 /// (57): in IDLE nothing is wrong, but nothing is valid.
 #[test]
-fn outside_executing_the_reading_is_invalid() {
+fn the_reading_is_invalid_outside_executing() {
     for mbar in [1e-9, 1e-3, 1.0, 1000.0] {
-        let mut desk = crate::desk();
-        desk.pressure_mbar(mbar);
-        assert_eq!((desk.get(0, 26), desk.get(1, 120)), (vec![0xA0], vec![0x01]), "{mbar} mbar");
-        copies_are_equal(&mut desk);
+        let mut tester = crate::tester();
+        tester.pressure_mbar(mbar);
+        assert_eq!((tester.get(0, 26), tester.get(1, 120)), (vec![0xA0], vec![0x01]), "{mbar} mbar");
+        copies_are_equal(&mut tester);
     }
 }
 
@@ -111,29 +111,29 @@ const RANGES: [(f64, [u8; 3], [u8; 3]); 10] = [
 ];
 
 #[test]
-fn every_instance_judges_its_own_range() {
+fn every_instance_has_the_status_of_its_own_range() {
     for (mbar, valid, extension) in RANGES {
-        let mut desk = exchanging(FLOATS, mbar);
+        let mut tester = exchanging(FLOATS, mbar);
         let instances = [1, 2, 3];
-        assert_eq!(instances.map(|instance| of_instance(&mut desk, instance, 23)[0]), valid, "{mbar} mbar");
-        assert_eq!(instances.map(|instance| of_instance(&mut desk, instance, 102)[0]), extension, "{mbar} mbar");
+        assert_eq!(instances.map(|instance| of_instance(&mut tester, instance, 23)[0]), valid, "{mbar} mbar");
+        assert_eq!(instances.map(|instance| of_instance(&mut tester, instance, 102)[0]), extension, "{mbar} mbar");
         // Status is always 0 (3.2.2.2).
-        assert_eq!(instances.map(|instance| of_instance(&mut desk, instance, 20)[0]), [0; 3]);
-        copies_are_equal(&mut desk);
+        assert_eq!(instances.map(|instance| of_instance(&mut tester, instance, 20)[0]), [0; 3]);
+        copies_are_equal(&mut tester);
     }
 }
 
 /// (54): an alarm of one part makes the reading of the others invalid too, a warning does not.
 #[test]
 fn any_alarm_makes_every_reading_invalid() {
-    let mut desk = exchanging(FLOATS, 5.0);
-    assert_eq!(of_instance(&mut desk, 3, 23), [1]);
-    desk.fault("sensor2", true);
-    assert_eq!(of_instance(&mut desk, 3, 23), [0]);
-    desk.fault("sensor2", false);
-    desk.fault("pirani-adjust", true);
-    assert_eq!(of_instance(&mut desk, 3, 23), [1]);
+    let mut tester = exchanging(FLOATS, 5.0);
+    assert_eq!(of_instance(&mut tester, 3, 23), [1]);
+    tester.fault("sensor2", true);
+    assert_eq!(of_instance(&mut tester, 3, 23), [0]);
+    tester.fault("sensor2", false);
+    tester.fault("pirani-adjust", true);
+    assert_eq!(of_instance(&mut tester, 3, 23), [1]);
     // The set points are always valid (56).
-    desk.command(2).unwrap();
-    assert_eq!(of_instance(&mut desk, 5, 23), [1]);
+    tester.command(2).unwrap();
+    assert_eq!(of_instance(&mut tester, 5, 23), [1]);
 }

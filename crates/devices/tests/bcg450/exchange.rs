@@ -1,7 +1,7 @@
 //! The BCG450-SP in cyclic exchange: all configurations, all unit strings, and nothing else. tira41d1 1.4, 1.5, 2.3.
 
-use crate::desk;
 use crate::support::hex;
+use crate::tester;
 use profivac_wire::Sap;
 
 /// errata-bpg-bcg-tpg, corrected tables: configuration, outputs, inputs.
@@ -26,13 +26,13 @@ const UNITS: [(&str, f64, u16); 5] = [
 ];
 
 #[test]
-fn every_configuration_brings_the_pressure_in_every_unit() {
+fn every_configuration_sends_the_pressure_in_every_unit() {
     for (cfg, outputs, inputs) in CONFIGURATIONS {
         for (user, float, integer) in UNITS {
-            let mut desk = desk();
-            desk.pressure_mbar(0.012);
-            desk.bring_up(&hex(user), &hex(cfg));
-            let du = desk.exchange(&vec![0; outputs]);
+            let mut tester = tester();
+            tester.pressure_mbar(0.012);
+            tester.bring_up(&hex(user), &hex(cfg));
+            let du = tester.exchange(&vec![0; outputs]);
             assert_eq!(du.len(), inputs, "{cfg}");
             let process = if inputs > 8 { &du[8..] } else { &du[..] };
             // In the upper half of the overlap: the Pirani measures, nothing is wrong.
@@ -67,11 +67,11 @@ const PRESSURES: [(f64, [u8; 3]); 12] = [
 
 #[test]
 fn telegram_5_follows_the_pressure_over_the_whole_range() {
-    let mut desk = desk();
-    desk.bring_up(&hex("00 00 00 05 1C"), &hex("44 86 05 05 05 08"));
+    let mut tester = tester();
+    tester.bring_up(&hex("00 00 00 05 1C"), &hex("44 86 05 05 05 08"));
     for (mbar, status) in PRESSURES {
-        desk.pressure_mbar(mbar);
-        let du = desk.exchange(&[]);
+        tester.pressure_mbar(mbar);
+        let du = tester.exchange(&[]);
         assert_eq!(du[..3], status, "{mbar} mbar");
         let value = f64::from(f32::from_be_bytes(du[3..].try_into().unwrap()));
         assert!((value / mbar - 1.0).abs() < 1e-6, "{mbar} mbar reads {value}");
@@ -79,19 +79,19 @@ fn telegram_5_follows_the_pressure_over_the_whole_range() {
 }
 
 #[test]
-fn a_string_that_is_not_in_the_table_is_refused() {
+fn a_configuration_that_is_not_in_the_table_is_refused() {
     let strings: Vec<Vec<u8>> = CONFIGURATIONS.iter().map(|(cfg, ..)| hex(cfg)).collect();
     for string in &strings {
         for position in 0..string.len() {
             for octet in 0..=255 {
                 let mut other = string.clone();
                 other[position] = octet;
-                let mut desk = desk();
-                desk.set_prm(&hex("00 00 00 05 1C"));
-                desk.chk_cfg(&other);
-                assert_eq!(desk.is_exchanging(), strings.contains(&other), "{other:02X?}");
+                let mut tester = tester();
+                tester.set_prm(&hex("00 00 00 05 1C"));
+                tester.chk_cfg(&other);
+                assert_eq!(tester.is_exchanging(), strings.contains(&other), "{other:02X?}");
                 // Cfg_Fault, errata-bpg-bcg-tpg 7
-                assert_eq!(desk.diag()[0] & 0x04 != 0, !strings.contains(&other), "{other:02X?}");
+                assert_eq!(tester.diag()[0] & 0x04 != 0, !strings.contains(&other), "{other:02X?}");
             }
         }
     }
@@ -99,11 +99,11 @@ fn a_string_that_is_not_in_the_table_is_refused() {
 
 #[test]
 fn only_the_unit_strings_are_accepted_with_or_without_dpv1_enable() {
-    let mut desk = desk();
+    let mut tester = tester();
     let mut accepts = |user: &[u8]| {
-        desk.set_prm(user);
+        tester.set_prm(user);
         // Prm_Fault, errata-bpg-bcg-tpg 6
-        desk.diag()[0] & 0x40 == 0
+        tester.diag()[0] & 0x40 == 0
     };
     for code in 0..=u16::MAX {
         let [high, low] = code.to_be_bytes();
@@ -121,11 +121,11 @@ fn only_the_unit_strings_are_accepted_with_or_without_dpv1_enable() {
 }
 
 #[test]
-fn before_the_first_configuration_get_cfg_tells_the_default() {
-    let mut desk = desk();
-    let (_, cfg) = desk.request(Sap::GetCfg, &[]).unwrap();
+fn get_cfg_returns_the_default_before_the_first_configuration() {
+    let mut tester = tester();
+    let (_, cfg) = tester.request(Sap::GetCfg, &[]).unwrap();
     assert_eq!(cfg, hex("44 86 05 05 05 08"));
-    desk.bring_up(&hex("00 00 00 05 1C"), &hex("C6 87 8E 0A 0A 05 05 05 08"));
-    let (_, cfg) = desk.request(Sap::GetCfg, &[]).unwrap();
+    tester.bring_up(&hex("00 00 00 05 1C"), &hex("C6 87 8E 0A 0A 05 05 05 08"));
+    let (_, cfg) = tester.request(Sap::GetCfg, &[]).unwrap();
     assert_eq!(cfg, hex("C6 87 8E 0A 0A 05 05 05 08"));
 }

@@ -2,7 +2,7 @@
 //! computed table of errata-bpg-bcg-tpg.
 
 use crate::support::hex;
-use crate::{desk, float, of_instance};
+use crate::{float, of_instance, tester};
 
 /// COUNTS, Torr, Micron, mbar, Pascal
 const UNITS: [&str; 5] = ["03 E9", "05 15", "05 16", "05 1C", "05 1D"];
@@ -21,12 +21,12 @@ const LIMITS: [(u8, u8, [f64; 5], [f64; 5]); 9] = [
 ];
 
 #[test]
-fn as_floats_they_are_exact() {
-    let mut desk = desk();
+fn limits_are_exact_as_floats() {
+    let mut tester = tester();
     for (position, unit) in UNITS.into_iter().enumerate() {
-        desk.put(1, 22, &hex(unit)).unwrap();
+        tester.put(1, 22, &hex(unit)).unwrap();
         for (instance, index, computed, printed) in LIMITS {
-            let value = f64::from(float(&mut desk, instance, index));
+            let value = f64::from(float(&mut tester, instance, index));
             let close = |other: f64, tolerance: f64| (value / other - 1.0).abs() < tolerance;
             let (computed, printed) = (computed[position], printed[position]);
             assert!(close(computed, 1e-7), "{instance} {index} {unit}: {value} instead of {computed}");
@@ -37,13 +37,13 @@ fn as_floats_they_are_exact() {
 
 /// (69), (70): cut to whole units, never above 32767.
 #[test]
-fn as_integers_they_are_cut_and_saturated() {
-    let mut desk = desk();
-    desk.put(1, 21, &[3]).unwrap();
+fn limits_are_truncated_and_saturated_as_integers() {
+    let mut tester = tester();
+    tester.put(1, 21, &[3]).unwrap();
     for (position, unit) in UNITS.into_iter().enumerate() {
-        desk.put(1, 22, &hex(unit)).unwrap();
+        tester.put(1, 22, &hex(unit)).unwrap();
         for (instance, index, computed, _) in LIMITS {
-            let word = u16::from_be_bytes(of_instance(&mut desk, instance, index).try_into().unwrap());
+            let word = u16::from_be_bytes(of_instance(&mut tester, instance, index).try_into().unwrap());
             assert_eq!(f64::from(word), computed[position].trunc().min(32767.0), "{instance} {index} {unit}");
         }
     }
@@ -52,13 +52,13 @@ fn as_integers_they_are_cut_and_saturated() {
 /// (72): what one instance is given, all have.
 #[test]
 fn unit_and_type_are_those_of_the_device() {
-    let mut desk = desk();
+    let mut tester = tester();
     for instance in [1, 2, 3, 5, 6] {
         for unit in UNITS {
-            desk.put(1, 46, &[instance]).unwrap();
-            desk.put(1, 22, &hex(unit)).unwrap();
+            tester.put(1, 46, &[instance]).unwrap();
+            tester.put(1, 22, &hex(unit)).unwrap();
             for other in [1, 2, 3, 5, 6] {
-                assert_eq!(of_instance(&mut desk, other, 22), hex(unit));
+                assert_eq!(of_instance(&mut tester, other, 22), hex(unit));
             }
         }
     }
@@ -67,43 +67,43 @@ fn unit_and_type_are_those_of_the_device() {
 /// Unit and type of the last exchange stay when it ends: 3.2.2.3, 3.2.2.4.
 #[test]
 fn the_exchange_overwrites_unit_and_type() {
-    let mut desk = desk();
-    desk.bring_up(&hex("00 00 00 05 15"), &hex("44 84 05 05 05 03"));
-    desk.unlock();
-    assert_eq!((desk.get(1, 22), desk.get(1, 21)), (hex("05 15"), vec![3]));
+    let mut tester = tester();
+    tester.bring_up(&hex("00 00 00 05 15"), &hex("44 84 05 05 05 03"));
+    tester.unlock();
+    assert_eq!((tester.get(1, 22), tester.get(1, 21)), (hex("05 15"), vec![3]));
 }
 
 /// (91): both conditions hold.
 #[test]
 fn unit_and_type_change_in_idle_outside_the_exchange_only() {
-    let mut desk = desk();
-    let refused = |desk: &mut crate::support::Desk<crate::Gauge>| {
-        assert_eq!(desk.put(1, 21, &[3]), Err(17));
-        assert_eq!(desk.put(1, 22, &hex("05 15")), Err(17));
-        assert_eq!((desk.get(1, 22), desk.get(1, 21)), (hex("05 1C"), vec![8]));
+    let mut tester = tester();
+    let refused = |tester: &mut crate::support::Tester<crate::Gauge>| {
+        assert_eq!(tester.put(1, 21, &[3]), Err(17));
+        assert_eq!(tester.put(1, 22, &hex("05 15")), Err(17));
+        assert_eq!((tester.get(1, 22), tester.get(1, 21)), (hex("05 1C"), vec![8]));
     };
-    desk.command(4).unwrap();
-    refused(&mut desk);
-    desk.bring_up(&hex("00 00 00 05 1C"), &hex("44 86 05 05 05 08"));
-    desk.command(5).unwrap();
-    refused(&mut desk);
-    desk.unlock();
-    desk.command(2).unwrap();
-    refused(&mut desk);
-    desk.command(3).unwrap();
-    assert_eq!(desk.put(1, 22, &hex("05 15")), Ok(()));
+    tester.command(4).unwrap();
+    refused(&mut tester);
+    tester.bring_up(&hex("00 00 00 05 1C"), &hex("44 86 05 05 05 08"));
+    tester.command(5).unwrap();
+    refused(&mut tester);
+    tester.unlock();
+    tester.command(2).unwrap();
+    refused(&mut tester);
+    tester.command(3).unwrap();
+    assert_eq!(tester.put(1, 22, &hex("05 15")), Ok(()));
 }
 
-/// (69): a float is the exact value of the formula, also where that is below zero; zero stands for no pressure (74). (3): an
+/// (69): a float is the exact value of the formula, also where that is below zero; zero means no pressure (74). (3): an
 /// integer is never negative.
 #[test]
-fn counts_below_the_scale() {
+fn a_trip_point_takes_counts_below_the_scale() {
     for (cfg, below, above) in [("44 86 05 05 05 08", -1000.0, 1000.0), ("44 84 05 05 05 03", 0.0, 1000.0)] {
-        let mut desk = desk();
-        desk.bring_up(&hex("00 00 00 03 E9"), &hex(cfg));
+        let mut tester = tester();
+        tester.bring_up(&hex("00 00 00 03 E9"), &hex(cfg));
         for (mbar, counts) in [(1e-12, above), (1e-13, below), (0.0, 0.0)] {
-            desk.pressure_mbar(mbar);
-            let inputs = desk.exchange(&[]);
+            tester.pressure_mbar(mbar);
+            let inputs = tester.exchange(&[]);
             let value = match &inputs[3..] {
                 [a, b, c, d] => f32::from_be_bytes([*a, *b, *c, *d]),
                 [high, low] => i16::from_be_bytes([*high, *low]).into(),

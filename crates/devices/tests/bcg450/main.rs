@@ -19,18 +19,18 @@ mod support;
 use profivac_devices::bcg450::Bcg450;
 use profivac_devices::profile::Setup;
 use profivac_devices::store::RamStore;
-use support::{Desk, hex};
+use support::{Tester, hex};
 
 type Gauge = Bcg450<RamStore>;
 
-/// As bought, with the address switch at 5.
+/// As delivered, with the address switch at 5.
 fn gauge() -> Gauge {
     Gauge::new(RamStore::default(), Setup::new(5))
 }
 
 /// Behind a slave, settled.
-fn desk() -> Desk<Gauge> {
-    Desk::new(gauge())
+fn tester() -> Tester<Gauge> {
+    Tester::new(gauge())
 }
 
 /// mbar, and floats with nothing to send.
@@ -40,20 +40,20 @@ const FLOATS: &str = "44 86 05 05 05 08";
 const COMMANDS: &str = "C6 81 86 05 05 05 05 05 08";
 
 /// In cyclic exchange at this pressure, and so in EXECUTING.
-fn exchanging(cfg: &str, mbar: f64) -> Desk<Gauge> {
-    let mut desk = desk();
-    desk.pressure_mbar(mbar);
-    desk.bring_up(&hex(MBAR), &hex(cfg));
-    desk
+fn exchanging(cfg: &str, mbar: f64) -> Tester<Gauge> {
+    let mut tester = tester();
+    tester.pressure_mbar(mbar);
+    tester.bring_up(&hex(MBAR), &hex(cfg));
+    tester
 }
 
-/// What slot 1 has for an instance.
-fn of_instance(desk: &mut Desk<Gauge>, instance: u8, index: u8) -> Vec<u8> {
-    desk.put(1, 46, &[instance]).unwrap();
-    desk.get(1, index)
+/// The octets of slot 1 for an instance.
+fn of_instance(tester: &mut Tester<Gauge>, instance: u8, index: u8) -> Vec<u8> {
+    tester.put(1, 46, &[instance]).unwrap();
+    tester.get(1, index)
 }
 
 /// A float at slot 1 for an instance.
-fn float(desk: &mut Desk<Gauge>, instance: u8, index: u8) -> f32 {
-    f32::from_be_bytes(of_instance(desk, instance, index).try_into().unwrap())
+fn float(tester: &mut Tester<Gauge>, instance: u8, index: u8) -> f32 {
+    f32::from_be_bytes(of_instance(tester, instance, index).try_into().unwrap())
 }

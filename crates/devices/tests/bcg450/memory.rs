@@ -1,18 +1,18 @@
 //! Identity, station address and nonvolatile memory. tira41d1 1.2, 3.1, Appendix A, (8), (34) to (37), (73).
 
-use crate::support::{Desk, hex, off, sense_all};
-use crate::{FLOATS, Gauge, MBAR, desk, gauge};
+use crate::support::{Tester, hex, off, sense_all};
+use crate::{FLOATS, Gauge, MBAR, gauge, tester};
 use profivac_devices::bcg450::{Bcg450, table};
 use profivac_devices::profile::{SerialNumber, Setup};
 use profivac_devices::store::{Key, RamStore, Store, StoreError};
-use profivac_devices::{Action, SimulatedDevice};
+use profivac_devices::{Action, SimulatedDevice, Switch, UnsupportedAction};
 use profivac_dp::slave::{Device, Dpv1Error, Relation};
 use profivac_wire::address::SetSlaveAdd;
 
 #[test]
 fn the_identity_is_that_of_the_manual() {
-    let mut desk =
-        Desk::new(Gauge::new(RamStore::default(), Setup { serial: SerialNumber::new("4711"), ..Setup::new(5) }));
+    let mut tester =
+        Tester::new(Gauge::new(RamStore::default(), Setup { serial: SerialNumber::new("4711"), ..Setup::new(5) }));
     for (index, text) in [
         (17, "CG      "),
         (18, "E54-0997 "),
@@ -22,24 +22,24 @@ fn the_identity_is_that_of_the_manual() {
         (23, "4711                          "),
         (24, "BCG450-SP                                         "),
     ] {
-        assert_eq!(String::from_utf8(desk.get(0, index)).unwrap(), text, "{index}");
+        assert_eq!(String::from_utf8(tester.get(0, index)).unwrap(), text, "{index}");
     }
     // xxx_y.yy (36)
-    let revision = desk.get(0, 21);
+    let revision = tester.get(0, 21);
     assert_eq!((revision.len(), revision[3], revision[5]), (8, b'_', b'.'));
     // (31)
-    assert_eq!(desk.get(0, 16), hex("00 01 00 00"));
-    assert_eq!(desk.get(1, 16), hex("00 03 00 00"));
+    assert_eq!(tester.get(0, 16), hex("00 01 00 00"));
+    assert_eq!(tester.get(1, 16), hex("00 03 00 00"));
     for (instance, block_type) in [(1, "00 0D 00 00"), (2, "00 10 00 00"), (3, "00 0E 00 00"), (4, "01 00 00 00")] {
-        assert_eq!(crate::of_instance(&mut desk, instance, 101), hex(block_type));
+        assert_eq!(crate::of_instance(&mut tester, instance, 101), hex(block_type));
     }
 }
 
 /// (73), (100), (111), (113)
 #[test]
 fn a_new_gauge_has_the_values_of_the_factory() {
-    let mut desk = desk();
-    assert_eq!(desk.get(1, 46), [1]);
+    let mut tester = tester();
+    assert_eq!(tester.get(1, 46), [1]);
     for (instance, index, octets) in [
         (1, 21, "08"),
         (1, 22, "05 1C"),
@@ -49,28 +49,28 @@ fn a_new_gauge_has_the_values_of_the_factory() {
         (5, 201, "00"),
         (6, 202, "00 32"),
     ] {
-        assert_eq!(crate::of_instance(&mut desk, instance, index), hex(octets), "{instance}/{index}");
+        assert_eq!(crate::of_instance(&mut tester, instance, index), hex(octets), "{instance}/{index}");
     }
 }
 
 #[test]
-fn the_selector_outlives_the_power() {
-    let mut desk = desk();
-    desk.put(1, 46, &[6]).unwrap();
-    desk.device().set_power(false);
-    desk.device().set_power(true);
-    assert_eq!(desk.get(1, 46), [6]);
+fn the_selector_is_restored_after_power_up() {
+    let mut tester = tester();
+    tester.put(1, 46, &[6]).unwrap();
+    tester.device().set_power(false);
+    tester.device().set_power(true);
+    assert_eq!(tester.get(1, 46), [6]);
 }
 
 #[test]
-fn a_unit_given_with_the_device_is_the_stored_one() {
+fn the_setup_sets_the_unit_that_is_stored() {
     let unit = table::MODEL.unit_named("pascal");
     assert!(unit.is_some());
-    let mut desk = Desk::new(Gauge::new(RamStore::default(), Setup { unit, ..Setup::new(5) }));
-    assert_eq!(desk.get(1, 22), hex("05 1D"));
-    desk.device().set_power(false);
-    desk.device().set_power(true);
-    assert_eq!(desk.get(1, 22), hex("05 1D"));
+    let mut tester = Tester::new(Gauge::new(RamStore::default(), Setup { unit, ..Setup::new(5) }));
+    assert_eq!(tester.get(1, 22), hex("05 1D"));
+    tester.device().set_power(false);
+    tester.device().set_power(true);
+    assert_eq!(tester.get(1, 22), hex("05 1D"));
     for (name, code) in
         [("COUNTS", 1001), ("torr", 1301), ("micron", 1302), ("mtorr", 1302), ("mbar", 1308), ("Pa", 1309)]
     {
@@ -94,7 +94,7 @@ const fn request(address: u8, no_add_chg: u8) -> SetSlaveAdd<'static> {
 }
 
 #[test]
-fn behind_a_switch_above_125_the_stored_address_holds() {
+fn the_stored_address_holds_with_a_switch_above_125() {
     for switch in [126, 127, 255] {
         let mut gauge = Gauge::new(RamStore::default(), Setup::new(switch));
         assert_eq!((gauge.station_address(), gauge.address_is_settable()), (126, true));
@@ -105,29 +105,29 @@ fn behind_a_switch_above_125_the_stored_address_holds() {
         gauge.set_power(false);
         gauge.set_power(true);
         assert_eq!(gauge.station_address(), 10);
-        assert_eq!(gauge.set_address(&request(11, 0)), None, "No_Add_Chg outlives the power");
+        assert_eq!(gauge.set_address(&request(11, 0)), None, "No_Add_Chg survives the power-up");
     }
 }
 
-/// 1.2: the switch is read when power comes, and a valid one is stored.
+/// 1.2: the switch is read at power-up, and a valid setting is stored.
 #[test]
 fn the_switch_is_read_at_power_up() {
     let mut gauge = gauge();
-    gauge.operate(Action::Switch { name: "address", value: "17" }).unwrap();
+    gauge.operate(Action::Switch(Switch::Address(17))).unwrap();
     assert_eq!(gauge.station_address(), 5);
     gauge.set_power(false);
     gauge.set_power(true);
     assert_eq!(gauge.station_address(), 17);
-    gauge.operate(Action::Switch { name: "address", value: "200" }).unwrap();
+    gauge.operate(Action::Switch(Switch::Address(200))).unwrap();
     assert_eq!((gauge.station_address(), gauge.address_is_settable()), (17, false));
     gauge.set_power(false);
     gauge.set_power(true);
     assert_eq!((gauge.station_address(), gauge.address_is_settable()), (17, true));
-    assert!(gauge.operate(Action::Switch { name: "address", value: "300" }).is_err());
-    assert_eq!(gauge.operate(Action::Button(1)).unwrap_err().expected, [""; 0]);
+    let action = Action::Button(1);
+    assert_eq!(gauge.operate(action), Err(UnsupportedAction { action }));
 }
 
-/// A store that counts, and that may take nothing.
+/// A store that counts its writes, and that may fail.
 #[derive(Clone, Default)]
 struct Worn {
     store: RamStore,
@@ -146,7 +146,8 @@ impl Store for Worn {
     }
 }
 
-/// One value in one place, so that a power cut leaves the old or the new one; nothing for what is there already.
+/// A write stores one value under one key, so that a power cut leaves the old or the new one; an equal value is not
+/// stored again.
 #[test]
 fn a_write_is_stored_once() {
     let mut gauge = Bcg450::new(Worn::default(), Setup::new(200));
@@ -164,7 +165,7 @@ fn a_write_is_stored_once() {
 
 /// A positive answer means stored, a failed save changes nothing.
 #[test]
-fn what_cannot_be_stored_is_refused_and_does_not_change() {
+fn a_write_that_cannot_be_stored_is_refused_and_changes_nothing() {
     let mut gauge = Bcg450::new(Worn { broken: true, ..Worn::default() }, Setup::new(200));
     gauge.settle();
     let storage = Err(Dpv1Error { code_1: 0xA1, code_2: 18 });
@@ -179,7 +180,7 @@ fn what_cannot_be_stored_is_refused_and_does_not_change() {
         assert_eq!(read(&mut gauge, index), before, "{index}");
     }
     assert_eq!(gauge.set_address(&request(9, 0)), None);
-    // What is volatile goes on.
+    // Volatile values stay.
     assert_eq!(gauge.write(Relation::Ms2(0), 0, 15, &[4]), Ok(()));
     // The exchange too: its unit is not stored, but it holds.
     assert_eq!(gauge.set_prm(&hex("00 00 00 05 15")), Ok(()));
@@ -190,7 +191,7 @@ fn what_cannot_be_stored_is_refused_and_does_not_change() {
 }
 
 #[test]
-fn what_is_stored_and_cannot_be_is_passed_over() {
+fn a_stored_value_out_of_range_is_ignored() {
     let mut store = RamStore::<96>::default();
     for (instance, index, octets) in [
         (0, 46, "09"),
@@ -208,22 +209,22 @@ fn what_is_stored_and_cannot_be_is_passed_over() {
     let mut gauge = Gauge::new(store, Setup::new(200));
     sense_all(&mut gauge, 1.0);
     assert_eq!(gauge.station_address(), 126);
-    let mut desk = Desk::new(gauge);
-    assert_eq!(desk.get(1, 46), [1]);
+    let mut tester = Tester::new(gauge);
+    assert_eq!(tester.get(1, 46), [1]);
     for (instance, index, octets) in
         [(1, 39, "00"), (2, 39, "00"), (3, 40, "00 00 00 00"), (1, 22, "05 1C"), (5, 202, "00 32")]
     {
-        assert_eq!(crate::of_instance(&mut desk, instance, index), hex(octets), "{instance}/{index}");
+        assert_eq!(crate::of_instance(&mut tester, instance, index), hex(octets), "{instance}/{index}");
     }
 }
 
-/// Without power nothing moves; the bench sees that.
+/// Without power the device does not change, and the simulation reports it.
 #[test]
-fn a_device_without_power_is_off() {
-    let mut desk = desk();
-    desk.bring_up(&hex(MBAR), &hex(FLOATS));
-    off::shows_nothing(desk.device());
-    assert_eq!((desk.report().device_state, desk.report().run_hours), ("INIT", 0.0));
-    desk.device().advance(3600.0);
-    assert_eq!(desk.report().run_hours, 1.0);
+fn a_device_without_power_reports_off() {
+    let mut tester = tester();
+    tester.bring_up(&hex(MBAR), &hex(FLOATS));
+    off::shows_nothing(tester.device());
+    assert_eq!((tester.report().device_state, tester.report().run_hours), ("INIT", 0.0));
+    tester.device().advance(3600.0);
+    assert_eq!(tester.report().run_hours, 1.0);
 }

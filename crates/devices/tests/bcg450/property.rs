@@ -1,11 +1,12 @@
-//! Whatever masters, people and power do: the gauge is in a named state, its copies are equal, nothing stored is lost.
+//! Random actions of masters, operators and the power supply: the gauge is in a named state, its copies are equal, and
+//! no stored value is lost.
 
 use crate::exceptions::copies_are_equal;
-use crate::support::Desk;
+use crate::support::Tester;
 use crate::support::walk::{Particular, Walk};
-use crate::{Gauge, desk, of_instance};
-use profivac_devices::Action;
+use crate::{Gauge, of_instance, tester};
 use profivac_devices::bcg450::table;
+use profivac_devices::{Action, Potentiometer, Switch};
 
 fn walk(seed: u64) -> Walk<Gauge> {
     let particular = Particular {
@@ -13,19 +14,22 @@ fn walk(seed: u64) -> Walk<Gauge> {
         commands: &[1, 2, 3, 3, 4, 4, 4, 5, 6],
         fits: |_, _| true,
         action: |random| match random.below(2) {
-            0 => Action::Pot { which: random.one_of(&['a', 'b']), volts: random.unit() * 12.0 - 1.0 },
-            _ => Action::Switch { name: "degas", value: random.one_of(&["on", "off"]) },
+            0 => Action::Potentiometer {
+                potentiometer: random.one_of(&[Potentiometer::A, Potentiometer::B]),
+                volts: random.unit() * 12.0 - 1.0,
+            },
+            _ => Action::Switch(Switch::Degas(random.one_of(&[true, false]))),
         },
         moving: &[],
         check,
     };
-    Walk::new(desk(), particular, seed)
+    Walk::new(tester(), particular, seed)
 }
 
-fn check(desk: &mut Desk<Gauge>) {
-    copies_are_equal(desk);
-    for (relay, instance) in desk.report().relays.iter().zip([5, 6]) {
-        assert_eq!(of_instance(desk, instance, 20), [if *relay { 0x0A } else { 0 }]);
+fn check(tester: &mut Tester<Gauge>) {
+    copies_are_equal(tester);
+    for (relay, instance) in tester.report().relays.iter().zip([5, 6]) {
+        assert_eq!(of_instance(tester, instance, 20), [if *relay { 0x0A } else { 0 }]);
     }
 }
 
@@ -40,6 +44,6 @@ fn a_million_steps_leave_a_named_state_and_equal_copies() {
 }
 
 #[test]
-fn any_octets_as_parameters_or_outputs_are_survived() {
+fn any_octets_as_parameters_or_outputs_leave_the_device_working() {
     walk(54).any_octets(50_000);
 }

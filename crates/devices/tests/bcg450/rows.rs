@@ -50,7 +50,7 @@ const TYPES: &[&str] = &["03", "08"];
 const NO_TYPES: &[&str] = &["00", "02", "04", "05", "07", "09", "FF"];
 const SAFE_STATES: &[&str] = &["01", "02", "03", "00"];
 const NO_SAFE_STATES: &[&str] = &["04", "FF"];
-/// 1.5, 1e-20, 0 and 123456; below zero, and what is no number.
+/// 1.5, 1e-20, 0 and 123456; a number below zero, and NaN.
 const PRESSURES: &[&str] = &["3F C0 00 00", "1E 3C E5 08", "00 00 00 00", "47 F1 20 00"];
 const NO_PRESSURES: &[&str] = &["BF C0 00 00", "7F C0 00 00", "7F 80 00 00", "FF 80 00 00", "7F 7F FF FF"];
 const PERCENTAGES: &[&str] = &["00 0A", "05 78", "01 F4"];
@@ -106,13 +106,13 @@ fn every_row_is_read_as_marked() {
 }
 
 #[test]
-fn no_row_is_written_without_mark_or_with_another_length() {
-    RIG.no_row_is_written_without_mark_or_with_another_length();
+fn no_row_is_written_without_a_mark_or_with_another_length() {
+    RIG.no_row_is_written_without_a_mark_or_with_another_length();
 }
 
 #[test]
-fn nothing_else_is_there() {
-    RIG.nothing_else_is_there();
+fn other_slots_and_indices_are_refused() {
+    RIG.other_slots_and_indices_are_refused();
 }
 
 #[test]
@@ -131,6 +131,6 @@ fn every_value_is_checked_by_the_channel() {
 }
 
 #[test]
-fn power_keeps_what_is_nonvolatile() {
-    RIG.power_keeps_what_is_nonvolatile();
+fn nonvolatile_values_are_restored_after_power_up() {
+    RIG.nonvolatile_values_are_restored_after_power_up();
 }

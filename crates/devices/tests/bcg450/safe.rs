@@ -1,7 +1,7 @@
 //! Safe state and safe value. tira41d1 3.2.2.7, 3.2.2.8, (74) to (76).
 
 use crate::support::hex;
-use crate::{FLOATS, desk, exchanging, float, of_instance};
+use crate::{FLOATS, exchanging, float, of_instance, tester};
 use profivac_devices::SimulatedDevice;
 
 /// The process value of the last cycle.
@@ -9,126 +9,127 @@ fn cyclic(du: &[u8]) -> f32 {
     f32::from_be_bytes(du[3..].try_into().unwrap())
 }
 
-/// 3.2.1.3, 3.2.2.7: the values are those of the part that measured last, whose place they take in the cyclic data (74).
+/// 3.2.1.3, 3.2.2.7: the values are those of the part that measured last, whose place they take in the cyclic data
+/// (74).
 #[test]
-fn outside_executing_each_mode_shows_its_value() {
+fn each_safe_state_shows_its_value_outside_executing() {
     for (pressure, instance, full_scale) in [(2e-3, 2, 2e-2), (0.5, 1, 1000.0), (50.0, 3, 1500.0)] {
-        let mut desk = exchanging(FLOATS, pressure);
-        assert_eq!(cyclic(&desk.exchange(&[])), pressure as f32);
-        desk.put(1, 46, &[instance]).unwrap();
-        desk.put(1, 40, &hex("42 F6 00 00")).unwrap();
+        let mut tester = exchanging(FLOATS, pressure);
+        assert_eq!(cyclic(&tester.exchange(&[])), pressure as f32);
+        tester.put(1, 46, &[instance]).unwrap();
+        tester.put(1, 40, &hex("42 F6 00 00")).unwrap();
         for command in [5, 2] {
-            desk.command(command).unwrap();
-            desk.pressure_mbar(0.1);
+            tester.command(command).unwrap();
+            tester.pressure_mbar(0.1);
             for (mode, value) in [(0, 0.0), (1, full_scale), (2, pressure as f32), (3, 123.0)] {
-                desk.put(1, 39, &[mode]).unwrap();
-                let du = desk.exchange(&[]);
+                tester.put(1, 39, &[mode]).unwrap();
+                let du = tester.exchange(&[]);
                 assert_eq!(du[..3], [0xA0, 0x01, instance], "mode {mode}");
                 assert_eq!(cyclic(&du), value, "mode {mode}");
-                assert_eq!(float(&mut desk, instance, 19), value, "mode {mode} acyclically");
-                assert_eq!(of_instance(&mut desk, instance, 23), [0], "Reading Valid");
+                assert_eq!(float(&mut tester, instance, 19), value, "mode {mode} acyclically");
+                assert_eq!(of_instance(&mut tester, instance, 23), [0], "Reading Valid");
             }
         }
         // Before it has measured there is no last value, and without emission no BA (80).
-        desk.put(1, 39, &[2]).unwrap();
-        desk.device().set_power(false);
-        desk.device().set_power(true);
-        assert_eq!(desk.get(1, 47), [1]);
-        assert_eq!(float(&mut desk, 1, 19), 0.0);
+        tester.put(1, 39, &[2]).unwrap();
+        tester.device().set_power(false);
+        tester.device().set_power(true);
+        assert_eq!(tester.get(1, 47), [1]);
+        assert_eq!(float(&mut tester, 1, 19), 0.0);
     }
 }
 
 #[test]
 fn every_instance_has_its_own_mode_and_value() {
-    let mut desk = desk();
+    let mut tester = tester();
     for (instance, value) in [(1, "3F 80 00 00"), (2, "40 00 00 00"), (3, "40 40 00 00")] {
-        desk.put(1, 46, &[instance]).unwrap();
-        desk.put(1, 40, &hex(value)).unwrap();
-        desk.put(1, 39, &[3]).unwrap();
+        tester.put(1, 46, &[instance]).unwrap();
+        tester.put(1, 40, &hex(value)).unwrap();
+        tester.put(1, 39, &[3]).unwrap();
     }
-    assert_eq!([1, 2, 3].map(|instance| float(&mut desk, instance, 19)), [1.0, 2.0, 3.0]);
-    desk.put(1, 46, &[2]).unwrap();
-    desk.put(1, 39, &[1]).unwrap();
-    assert_eq!([1, 2, 3].map(|instance| float(&mut desk, instance, 19)), [1.0, 2e-2, 3.0]);
+    assert_eq!([1, 2, 3].map(|instance| float(&mut tester, instance, 19)), [1.0, 2.0, 3.0]);
+    tester.put(1, 46, &[2]).unwrap();
+    tester.put(1, 39, &[1]).unwrap();
+    assert_eq!([1, 2, 3].map(|instance| float(&mut tester, instance, 19)), [1.0, 2e-2, 3.0]);
 }
 
 #[test]
 fn the_last_valid_value_of_each_instance_is_held() {
-    let mut desk = exchanging(FLOATS, 5.0);
-    desk.put(1, 46, &[1]).unwrap();
-    desk.put(1, 39, &[2]).unwrap();
-    desk.put(1, 46, &[3]).unwrap();
-    desk.put(1, 39, &[2]).unwrap();
-    desk.pressure_mbar(7.0);
-    desk.command(2).unwrap();
-    desk.pressure_mbar(500.0);
-    assert_eq!(desk.state(), 5);
-    assert_eq!(float(&mut desk, 3, 19), 7.0);
-    assert_eq!(float(&mut desk, 1, 19), 7.0);
+    let mut tester = exchanging(FLOATS, 5.0);
+    tester.put(1, 46, &[1]).unwrap();
+    tester.put(1, 39, &[2]).unwrap();
+    tester.put(1, 46, &[3]).unwrap();
+    tester.put(1, 39, &[2]).unwrap();
+    tester.pressure_mbar(7.0);
+    tester.command(2).unwrap();
+    tester.pressure_mbar(500.0);
+    assert_eq!(tester.state(), 5);
+    assert_eq!(float(&mut tester, 3, 19), 7.0);
+    assert_eq!(float(&mut tester, 1, 19), 7.0);
     // Power forgets it (76).
-    desk.device().set_power(false);
-    desk.device().set_power(true);
-    assert_eq!(float(&mut desk, 3, 19), 0.0);
+    tester.device().set_power(false);
+    tester.device().set_power(true);
+    assert_eq!(float(&mut tester, 3, 19), 0.0);
 }
 
 #[test]
 fn a_sensor_alarm_concerns_its_own_part_a_common_one_all() {
-    let mut desk = exchanging(FLOATS, 5.0);
-    desk.fault("sensor1", true);
-    assert_eq!(float(&mut desk, 1, 19), 0.0);
-    assert_eq!(float(&mut desk, 3, 19), 5.0, "the diaphragm goes on");
-    assert!(!desk.report().outputs_safe, "the diaphragm is active");
-    desk.fault("sensor1", false);
+    let mut tester = exchanging(FLOATS, 5.0);
+    tester.fault("sensor1", true);
+    assert_eq!(float(&mut tester, 1, 19), 0.0);
+    assert_eq!(float(&mut tester, 3, 19), 5.0, "the diaphragm goes on");
+    assert!(!tester.report().outputs_safe, "the diaphragm is active");
+    tester.fault("sensor1", false);
     for fault in ["eeprom", "ram", "eprom", "comm"] {
-        desk.fault(fault, true);
-        assert_eq!([1, 3].map(|instance| float(&mut desk, instance, 19)), [0.0, 0.0], "{fault}");
-        assert!(desk.report().outputs_safe, "{fault}");
-        assert_eq!(desk.state(), 4, "{fault}");
-        desk.fault(fault, false);
-        assert_eq!(float(&mut desk, 3, 19), 5.0, "{fault} gone");
+        tester.fault(fault, true);
+        assert_eq!([1, 3].map(|instance| float(&mut tester, instance, 19)), [0.0, 0.0], "{fault}");
+        assert!(tester.report().outputs_safe, "{fault}");
+        assert_eq!(tester.state(), 4, "{fault}");
+        tester.fault(fault, false);
+        assert_eq!(float(&mut tester, 3, 19), 5.0, "{fault} gone");
     }
     // A warning and a range never do.
-    desk.fault("pirani-adjust", true);
-    desk.pressure_mbar(2000.0);
-    assert_eq!(float(&mut desk, 3, 19), 2000.0);
+    tester.fault("pirani-adjust", true);
+    tester.pressure_mbar(2000.0);
+    assert_eq!(float(&mut tester, 3, 19), 2000.0);
 }
 
 #[test]
 fn a_safe_value_follows_the_unit_and_zero_stays_zero() {
-    let mut desk = desk();
-    desk.put(1, 46, &[1]).unwrap();
-    desk.put(1, 40, &hex("41 20 00 00")).unwrap();
+    let mut tester = tester();
+    tester.put(1, 46, &[1]).unwrap();
+    tester.put(1, 40, &hex("41 20 00 00")).unwrap();
     // COUNTS, Torr, Micron, Pascal, mbar
     for (unit, value) in
         [("03 E9", 27000.0), ("05 15", 7.500_617), ("05 16", 7500.617), ("05 1D", 1000.0), ("05 1C", 10.0)]
     {
-        desk.put(1, 22, &hex(unit)).unwrap();
-        let read: f32 = float(&mut desk, 1, 40);
+        tester.put(1, 22, &hex(unit)).unwrap();
+        let read: f32 = float(&mut tester, 1, 40);
         assert!((read / value - 1.0).abs() < 1e-6, "{unit}: {read}");
-        assert_eq!(float(&mut desk, 2, 40), 0.0, "{unit}");
+        assert_eq!(float(&mut tester, 2, 40), 0.0, "{unit}");
     }
     // As an integer it is whole units, and a value written so is one.
-    desk.put(1, 21, &[3]).unwrap();
-    assert_eq!(of_instance(&mut desk, 1, 40), hex("00 0A"));
-    desk.put(1, 40, &hex("00 07")).unwrap();
-    assert_eq!(of_instance(&mut desk, 1, 40), hex("00 07"));
-    assert_eq!(desk.put(1, 40, &hex("80 00")), Err(2));
+    tester.put(1, 21, &[3]).unwrap();
+    assert_eq!(of_instance(&mut tester, 1, 40), hex("00 0A"));
+    tester.put(1, 40, &hex("00 07")).unwrap();
+    assert_eq!(of_instance(&mut tester, 1, 40), hex("00 07"));
+    assert_eq!(tester.put(1, 40, &hex("80 00")), Err(2));
 }
 
 /// 3.2.2.7: "can be freely defined by the user"; no manual gives a range.
 #[test]
-fn a_safe_value_may_be_every_pressure_and_nothing_else() {
-    let mut desk = desk();
-    let mut put = |number: f32| desk.put(1, 40, &number.to_be_bytes());
+fn a_safe_value_takes_every_pressure_and_no_other_number() {
+    let mut tester = tester();
+    let mut put = |number: f32| tester.put(1, 40, &number.to_be_bytes());
     assert_eq!([0.0, 1e-13, 1e-30, 2000.0, 1e20].map(&mut put), [Ok(()); 5]);
     assert_eq!([-1e-13, -1.0, f32::MAX, f32::INFINITY, f32::NAN].map(&mut put), [Err(2); 5]);
-    assert_eq!(float(&mut desk, 1, 40), 1e20, "refused values change nothing");
-    // Low enough it has less than no COUNTS, and what is read can be written.
-    desk.put(1, 40, &1e-13f32.to_be_bytes()).unwrap();
-    desk.put(1, 22, &hex("03 E9")).unwrap();
-    let counts = float(&mut desk, 1, 40);
+    assert_eq!(float(&mut tester, 1, 40), 1e20, "refused values change nothing");
+    // A very low pressure has COUNTS below zero, and the value that is read can be written.
+    tester.put(1, 40, &1e-13f32.to_be_bytes()).unwrap();
+    tester.put(1, 22, &hex("03 E9")).unwrap();
+    let counts = float(&mut tester, 1, 40);
     assert!((counts + 1000.0).abs() < 1e-2, "{counts}");
-    desk.put(1, 40, &counts.to_be_bytes()).unwrap();
-    desk.put(1, 22, &hex("05 1C")).unwrap();
-    assert!((float(&mut desk, 1, 40) / 1e-13 - 1.0).abs() < 1e-4);
+    tester.put(1, 40, &counts.to_be_bytes()).unwrap();
+    tester.put(1, 22, &hex("05 1C")).unwrap();
+    assert!((float(&mut tester, 1, 40) / 1e-13 - 1.0).abs() < 1e-4);
 }

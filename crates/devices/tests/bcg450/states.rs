@@ -1,7 +1,8 @@
 //! The device state machine. tira41d1 3.1.2, (84) to (92).
 
-use crate::support::{Desk, hex, selftest};
-use crate::{COMMANDS, FLOATS, Gauge, MBAR, desk, exchanging, gauge};
+use crate::support::{Tester, hex, selftest};
+use crate::{COMMANDS, FLOATS, Gauge, MBAR, exchanging, gauge, tester};
+use profivac_devices::model::Fault;
 use profivac_devices::{Action, SimulatedDevice};
 use profivac_dp::link::Baud;
 use profivac_dp::slave::Slave;
@@ -22,43 +23,43 @@ const STOP: u8 = 5;
 const DIAGNOSTIC: u8 = 6;
 
 /// Program memory and working memory, with which nothing can be trusted to run.
-fn both_memories(desk: &mut Desk<Gauge>, defective: bool) {
-    desk.fault("eprom", defective);
-    desk.fault("ram", defective);
+fn both_memories(tester: &mut Tester<Gauge>, defective: bool) {
+    tester.fault("eprom", defective);
+    tester.fault("ram", defective);
 }
 
 /// Telegrams with the parameter channel in front.
 const CHANNEL_FLOATS: &str = "C6 87 8E 0A 0A 05 05 05 08";
 
-/// A gauge in the state, and nobody exchanging.
-fn in_state(state: u8) -> Desk<Gauge> {
-    let mut desk = desk();
+/// A gauge in this state, without data exchange.
+fn in_state(state: u8) -> Tester<Gauge> {
+    let mut tester = tester();
     match state {
-        UNDEFINED => desk.command(RESET).unwrap(),
-        SELF_TESTING => desk.command(DIAGNOSTIC).unwrap(),
+        UNDEFINED => tester.command(RESET).unwrap(),
+        SELF_TESTING => tester.command(DIAGNOSTIC).unwrap(),
         SELF_TEST_EXCEPTION => {
-            desk.fault("ram", true);
-            desk.command(DIAGNOSTIC).unwrap();
-            desk.device().settle();
+            tester.fault("ram", true);
+            tester.command(DIAGNOSTIC).unwrap();
+            tester.device().settle();
         }
-        EXECUTING => desk.command(EXECUTE).unwrap(),
-        ABORT => desk.command(ABORT_COMMAND).unwrap(),
+        EXECUTING => tester.command(EXECUTE).unwrap(),
+        ABORT => tester.command(ABORT_COMMAND).unwrap(),
         CRITICAL_FAULT => {
-            both_memories(&mut desk, true);
-            desk.command(RESET).unwrap();
-            desk.device().settle();
+            both_memories(&mut tester, true);
+            tester.command(RESET).unwrap();
+            tester.device().settle();
         }
         _ => {}
     }
-    assert_eq!(desk.state(), state);
-    desk
+    assert_eq!(tester.state(), state);
+    tester
 }
 
 /// The states a gauge with these faults runs through after power-up.
 fn phases(faults: &[&str]) -> Vec<&'static str> {
     let mut gauge = gauge();
     for name in faults {
-        gauge.operate(Action::Fault { name, present: true }).unwrap();
+        gauge.operate(Action::Fault { fault: Fault::from_name(name).unwrap(), active: true }).unwrap();
     }
     let mut names: Vec<&str> = core::iter::repeat_with(|| {
         let name = gauge.report().device_state;
@@ -72,7 +73,7 @@ fn phases(faults: &[&str]) -> Vec<&'static str> {
 }
 
 #[test]
-fn start_leads_over_the_self_test_to_its_result() {
+fn a_gauge_starts_through_the_self_test_to_its_result() {
     assert_eq!(phases(&[]), ["INIT", "SELFTESTING", "IDLE"]);
     assert_eq!(phases(&["eprom"]), ["INIT", "SELFTESTING", "SELFTESTEXCEPTION"]);
     assert_eq!(phases(&["eprom", "ram"]), ["INIT", "SELFTESTING", "CRITICALFAULT"]);
@@ -80,7 +81,7 @@ fn start_leads_over_the_self_test_to_its_result() {
 
 /// (89): what each command does in each state; a number is the code of the refusal.
 #[test]
-fn every_command_in_every_state() {
+fn every_command_has_its_result_in_every_state() {
     let to = |state: u8| Ok(state);
     let table = [
         (UNDEFINED, [Err(201), Err(202), Err(202), Err(202), Err(202), Err(202)]),
@@ -93,77 +94,77 @@ fn every_command_in_every_state() {
     ];
     for (state, results) in table {
         for (command, result) in (1..).zip(results) {
-            let mut desk = in_state(state);
-            assert_eq!(desk.command(command), result.map(|_| ()), "command {command} in state {state}");
-            assert_eq!(desk.state(), result.unwrap_or(state), "after command {command} in state {state}");
-            // Inactive is always accepted, what is no command never; a command that was carried out is not read back.
-            let after = desk.state();
-            assert_eq!(desk.command(0), Ok(()));
-            assert_eq!(desk.command(7), Err(2));
-            assert_eq!((desk.state(), desk.get(0, 15)), (after, vec![0]));
+            let mut tester = in_state(state);
+            assert_eq!(tester.command(command), result.map(|_| ()), "command {command} in state {state}");
+            assert_eq!(tester.state(), result.unwrap_or(state), "after command {command} in state {state}");
+            // Inactive is always accepted, an unknown command never; an executed command is not read back.
+            let after = tester.state();
+            assert_eq!(tester.command(0), Ok(()));
+            assert_eq!(tester.command(7), Err(2));
+            assert_eq!((tester.state(), tester.get(0, 15)), (after, vec![0]));
         }
     }
 }
 
 #[test]
 fn a_self_test_ends_in_idle_or_in_exception() {
-    let mut desk = in_state(EXECUTING);
-    desk.command(DIAGNOSTIC).unwrap();
-    desk.device().settle();
+    let mut tester = in_state(EXECUTING);
+    tester.command(DIAGNOSTIC).unwrap();
+    tester.device().settle();
     // Not back in EXECUTING (88).
-    assert_eq!(desk.state(), IDLE);
+    assert_eq!(tester.state(), IDLE);
     for fault in ["eeprom", "ram", "eprom", "comm", "sensor1", "sensor2", "sensor3", "electronics1"] {
-        let mut desk = in_state(IDLE);
-        desk.fault(fault, true);
-        assert_eq!(desk.state(), IDLE, "{fault} is found by a test only");
-        desk.command(DIAGNOSTIC).unwrap();
-        desk.device().settle();
-        assert_eq!(desk.state(), SELF_TEST_EXCEPTION, "{fault}");
-        desk.fault(fault, false);
-        assert_eq!(desk.state(), SELF_TEST_EXCEPTION, "{fault} gone");
-        desk.command(DIAGNOSTIC).unwrap();
-        desk.device().settle();
-        assert_eq!(desk.state(), IDLE, "{fault} gone and tested");
+        let mut tester = in_state(IDLE);
+        tester.fault(fault, true);
+        assert_eq!(tester.state(), IDLE, "{fault} is found by a test only");
+        tester.command(DIAGNOSTIC).unwrap();
+        tester.device().settle();
+        assert_eq!(tester.state(), SELF_TEST_EXCEPTION, "{fault}");
+        tester.fault(fault, false);
+        assert_eq!(tester.state(), SELF_TEST_EXCEPTION, "{fault} gone");
+        tester.command(DIAGNOSTIC).unwrap();
+        tester.device().settle();
+        assert_eq!(tester.state(), IDLE, "{fault} gone and tested");
     }
     // A warning is no fault.
-    let mut desk = in_state(IDLE);
-    desk.fault("pirani-adjust", true);
-    desk.command(DIAGNOSTIC).unwrap();
-    desk.device().settle();
-    assert_eq!(desk.state(), IDLE);
+    let mut tester = in_state(IDLE);
+    tester.fault("pirani-adjust", true);
+    tester.command(DIAGNOSTIC).unwrap();
+    tester.device().settle();
+    assert_eq!(tester.state(), IDLE);
 }
 
 #[test]
 fn only_reset_leads_out_of_a_critical_fault() {
-    let mut desk = in_state(CRITICAL_FAULT);
-    desk.command(RESET).unwrap();
-    desk.device().settle();
-    assert_eq!(desk.state(), CRITICAL_FAULT, "the fault is still there");
-    both_memories(&mut desk, false);
-    assert_eq!(desk.state(), CRITICAL_FAULT, "nothing happens by itself");
-    desk.command(RESET).unwrap();
-    desk.device().settle();
-    assert_eq!(desk.state(), IDLE);
+    let mut tester = in_state(CRITICAL_FAULT);
+    tester.command(RESET).unwrap();
+    tester.device().settle();
+    assert_eq!(tester.state(), CRITICAL_FAULT, "the fault is still there");
+    both_memories(&mut tester, false);
+    assert_eq!(tester.state(), CRITICAL_FAULT, "nothing happens by itself");
+    tester.command(RESET).unwrap();
+    tester.device().settle();
+    assert_eq!(tester.state(), IDLE);
 }
 
 #[test]
-fn each_memory_alone_is_an_exception_and_program_and_working_memory_together_are_critical() {
-    selftest::memories(desk, MBAR, CHANNEL_FLOATS);
+fn a_memory_fault_is_an_exception_and_program_and_working_memory_together_are_critical() {
+    selftest::memories(tester, MBAR, CHANNEL_FLOATS);
 }
 
 /// 3.1.2 and (90)
 #[test]
 fn exchange_forces_executing_once_and_its_end_leads_to_idle() {
-    let mut desk = exchanging(FLOATS, 1e-3);
-    assert_eq!(desk.state(), EXECUTING);
-    desk.command(STOP).unwrap();
-    desk.exchange(&[]);
-    assert_eq!(desk.state(), IDLE, "a Stop during the exchange is obeyed");
-    desk.command(EXECUTE).unwrap();
-    desk.unlock();
-    assert_eq!(desk.state(), IDLE);
-    desk.bring_up(&hex(MBAR), &hex(FLOATS));
-    assert_eq!(desk.state(), EXECUTING, "a new start of the exchange");
+    let mut tester = exchanging(FLOATS, 1e-3);
+    assert_eq!(tester.state(), EXECUTING);
+    tester.command(STOP).unwrap();
+    tester.exchange(&[]);
+    assert_eq!(tester.state(), IDLE, "a Stop during the exchange is obeyed");
+    tester.command(EXECUTE).unwrap();
+    tester.unlock();
+    assert_eq!(tester.state(), IDLE);
+    tester.bring_up(&hex(MBAR), &hex(FLOATS));
+    assert_eq!(tester.state(), EXECUTING, "a new start of the exchange");
 }
 
 #[test]
@@ -171,45 +172,45 @@ fn exchange_that_begins_during_the_start_leads_to_executing_later() {
     for seconds in [0.0, 0.2] {
         let mut device = gauge();
         device.advance(seconds);
-        let mut desk = Desk::new(gauge());
-        desk.slave = Slave::new(device, 5, Baud::B1500000);
-        desk.bring_up(&hex(MBAR), &hex(FLOATS));
-        assert!(desk.state() < IDLE);
-        desk.device().settle();
-        assert_eq!(desk.state(), EXECUTING);
+        let mut tester = Tester::new(gauge());
+        tester.slave = Slave::new(device, 5, Baud::B1500000);
+        tester.bring_up(&hex(MBAR), &hex(FLOATS));
+        assert!(tester.state() < IDLE);
+        tester.device().settle();
+        assert_eq!(tester.state(), EXECUTING);
     }
 }
 
 #[test]
-fn exchange_acts_from_idle_only() {
+fn exchange_leads_to_executing_from_idle_only() {
     for state in [SELF_TEST_EXCEPTION, ABORT, CRITICAL_FAULT] {
-        let mut desk = in_state(state);
-        desk.pressure_mbar(1e-3);
-        desk.bring_up(&hex(MBAR), &hex(FLOATS));
-        assert_eq!(desk.state(), state);
+        let mut tester = in_state(state);
+        tester.pressure_mbar(1e-3);
+        tester.bring_up(&hex(MBAR), &hex(FLOATS));
+        assert_eq!(tester.state(), state);
         // Safe State Zero.
-        assert_eq!(desk.exchange(&[])[3..], [0; 4]);
-        desk.unlock();
-        assert_eq!(desk.state(), state);
+        assert_eq!(tester.exchange(&[])[3..], [0; 4]);
+        tester.unlock();
+        assert_eq!(tester.state(), state);
     }
-    let mut desk = in_state(ABORT);
-    desk.bring_up(&hex(MBAR), &hex(FLOATS));
-    desk.command(RECOVER).unwrap();
-    assert_eq!(desk.state(), IDLE, "the start of the exchange is over");
+    let mut tester = in_state(ABORT);
+    tester.bring_up(&hex(MBAR), &hex(FLOATS));
+    tester.command(RECOVER).unwrap();
+    assert_eq!(tester.state(), IDLE, "the start of the exchange is over");
 }
 
 /// (92)
 #[test]
-fn reset_during_the_exchange_rests_in_idle_and_keeps_what_is_nonvolatile() {
-    let mut desk = exchanging(COMMANDS, 1e-3);
-    desk.put(1, 46, &[2]).unwrap();
-    desk.put(1, 39, &[1]).unwrap();
-    desk.exchange(&[128, 0]);
-    assert_eq!(desk.get(1, 201), [0], "manual mode");
-    desk.command(RESET).unwrap();
-    assert!(desk.is_exchanging());
-    desk.device().settle();
-    assert_eq!(desk.state(), IDLE);
-    assert_eq!((desk.get(1, 46), desk.get(1, 39)), (vec![2], vec![1]));
-    assert_eq!(desk.get(1, 201), [1], "automatic mode, as after power-up");
+fn reset_during_the_exchange_ends_in_idle_and_keeps_nonvolatile_values() {
+    let mut tester = exchanging(COMMANDS, 1e-3);
+    tester.put(1, 46, &[2]).unwrap();
+    tester.put(1, 39, &[1]).unwrap();
+    tester.exchange(&[128, 0]);
+    assert_eq!(tester.get(1, 201), [0], "manual mode");
+    tester.command(RESET).unwrap();
+    assert!(tester.is_exchanging());
+    tester.device().settle();
+    assert_eq!(tester.state(), IDLE);
+    assert_eq!((tester.get(1, 46), tester.get(1, 39)), (vec![2], vec![1]));
+    assert_eq!(tester.get(1, 201), [1], "automatic mode, as after power-up");
 }

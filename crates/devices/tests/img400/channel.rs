@@ -1,69 +1,69 @@
 //! The parameter channel: the walk-throughs of BG 5530 appendices D and E, with errata-pxg55x-img400 158 and 159
 //! applied.
 
-use crate::support::{Desk, hex};
+use crate::support::{Tester, hex};
 use crate::{CHANNEL, Controller, exchanging};
 
-/// What the master sends and what it gets in the channel.
-fn line(desk: &mut Desk<Controller>, request: &str, answer: &str) {
-    let inputs = desk.exchange(&hex(request));
+/// The request of the master and the answer in the channel.
+fn line(tester: &mut Tester<Controller>, request: &str, answer: &str) {
+    let inputs = tester.exchange(&hex(request));
     assert_eq!(inputs[..8], hex(answer), "{request}");
 }
 
 /// Emission of channel 1 and 2.
-fn emission(desk: &mut Desk<Controller>) -> [u8; 2] {
-    [desk.get(1, 105)[0], desk.get(2, 105)[0]]
+fn emission(tester: &mut Tester<Controller>) -> [u8; 2] {
+    [tester.get(1, 105)[0], tester.get(2, 105)[0]]
 }
 
 #[test]
 fn appendix_d_reads_the_unit_of_channel_4() {
-    let mut desk = exchanging(CHANNEL, 1e-5);
-    line(&mut desk, "10 04 16 00 00 00 00 00 00 00", "10 04 16 00 00 00 13 08");
+    let mut tester = exchanging(CHANNEL, 1e-5);
+    line(&mut tester, "10 04 16 00 00 00 00 00 00 00", "10 04 16 00 00 00 13 08");
 }
 
 #[test]
 fn appendix_e_switches_the_emission_by_transition_command() {
     // Configuration 8: TC and TV stand behind the parameter channel.
-    let mut desk = exchanging(CHANNEL, 1e-5);
+    let mut tester = exchanging(CHANNEL, 1e-5);
     let nothing = "00 00 00 00 00 00 00 00";
-    line(&mut desk, "00 00 00 00 00 00 00 00 03 01", nothing);
-    assert_eq!(emission(&mut desk), [1, 1]);
-    line(&mut desk, "00 00 00 00 00 00 00 00 03 00", nothing);
-    assert_eq!(emission(&mut desk), [0, 0]);
-    line(&mut desk, "00 00 00 00 00 00 00 00 00 00", nothing);
-    assert_eq!(emission(&mut desk), [0, 0]);
+    line(&mut tester, "00 00 00 00 00 00 00 00 03 01", nothing);
+    assert_eq!(emission(&mut tester), [1, 1]);
+    line(&mut tester, "00 00 00 00 00 00 00 00 03 00", nothing);
+    assert_eq!(emission(&mut tester), [0, 0]);
+    line(&mut tester, "00 00 00 00 00 00 00 00 00 00", nothing);
+    assert_eq!(emission(&mut tester), [0, 0]);
 }
 
 #[test]
 fn appendix_e_switches_the_emission_by_the_parameter_channel() {
-    let mut desk = exchanging(CHANNEL, 1e-5);
-    line(&mut desk, "10 02 69 00 00 00 00 00 00 00", "B0 02 69 00 00 00 00 00");
-    line(&mut desk, "00 02 69 00 00 00 00 00 00 00", "00 02 69 00 00 00 00 00");
-    line(&mut desk, "A0 02 69 00 00 00 00 01 00 00", "B0 02 69 00 00 00 00 01");
-    assert_eq!(emission(&mut desk), [0, 1]);
-    line(&mut desk, "00 02 69 00 00 00 00 01 00 00", "00 02 69 00 00 00 00 00");
-    line(&mut desk, "10 02 69 00 00 00 00 00 00 00", "B0 02 69 00 00 00 00 01");
+    let mut tester = exchanging(CHANNEL, 1e-5);
+    line(&mut tester, "10 02 69 00 00 00 00 00 00 00", "B0 02 69 00 00 00 00 00");
+    line(&mut tester, "00 02 69 00 00 00 00 00 00 00", "00 02 69 00 00 00 00 00");
+    line(&mut tester, "A0 02 69 00 00 00 00 01 00 00", "B0 02 69 00 00 00 00 01");
+    assert_eq!(emission(&mut tester), [0, 1]);
+    line(&mut tester, "00 02 69 00 00 00 00 01 00 00", "00 02 69 00 00 00 00 00");
+    line(&mut tester, "10 02 69 00 00 00 00 00 00 00", "B0 02 69 00 00 00 00 01");
     // Exception Status and the four values stand behind the channel.
-    let inputs = desk.exchange(&hex("00 00 00 00 00 00 00 00 00 00"));
+    let inputs = tester.exchange(&hex("00 00 00 00 00 00 00 00 00 00"));
     assert_eq!(inputs.len(), 25);
     assert_eq!(inputs[8], 0xA0);
 }
 
 #[test]
-fn an_instruction_begins_with_ak_0() {
+fn a_task_starts_only_after_ak_0() {
     // (10)
-    let mut desk = exchanging(CHANNEL, 1e-5);
-    line(&mut desk, "10 00 19 00 00 00 00 00 00 00", "B0 00 19 00 00 00 00 04");
-    line(&mut desk, "A0 00 CB 00 00 00 00 02 00 00", "B0 00 19 00 00 00 00 04");
-    assert_eq!(desk.get(0, 203), [0]);
-    line(&mut desk, "00 00 00 00 00 00 00 00 00 00", "00 00 00 00 00 00 00 00");
-    line(&mut desk, "A0 00 CB 00 00 00 00 02 00 00", "B0 00 CB 00 00 00 00 02");
-    assert_eq!(desk.get(0, 203), [2]);
+    let mut tester = exchanging(CHANNEL, 1e-5);
+    line(&mut tester, "10 00 19 00 00 00 00 00 00 00", "B0 00 19 00 00 00 00 04");
+    line(&mut tester, "A0 00 CB 00 00 00 00 02 00 00", "B0 00 19 00 00 00 00 04");
+    assert_eq!(tester.get(0, 203), [0]);
+    line(&mut tester, "00 00 00 00 00 00 00 00 00 00", "00 00 00 00 00 00 00 00");
+    line(&mut tester, "A0 00 CB 00 00 00 00 02 00 00", "B0 00 CB 00 00 00 00 02");
+    assert_eq!(tester.get(0, 203), [2]);
 }
 
 #[test]
 fn every_refusal_has_its_code() {
-    let mut desk = exchanging(CHANNEL, 1e-5);
+    let mut tester = exchanging(CHANNEL, 1e-5);
     for (request, answer) in [
         // No such slot, no such index: no identity, no high trip point, no channel 106 and 109, no I&M (120, 146, 148,
         // 160).
@@ -91,15 +91,15 @@ fn every_refusal_has_its_code() {
         ("A0 00 0F 00 00 00 00 07 00 00", "70 00 0F 00 00 00 00 02"),
         ("20 01 0E 00 00 00 01 01 00 00", "70 01 0E 00 00 00 00 CA"),
     ] {
-        line(&mut desk, request, answer);
-        line(&mut desk, "00 00 00 00 00 00 00 00 00 00", "00 00 00 00 00 00 00 00");
+        line(&mut tester, request, answer);
+        line(&mut tester, "00 00 00 00 00 00 00 00 00 00", "00 00 00 00 00 00 00 00");
     }
 }
 
 #[test]
-fn strings_and_records_of_one_to_four_octets_pass() {
+fn the_channel_transfers_strings_and_records_of_one_to_four_octets() {
     // (4)
-    let mut desk = exchanging(CHANNEL, 1e-5);
+    let mut tester = exchanging(CHANNEL, 1e-5);
     for (request, answer) in [
         ("10 00 10 00 00 00 00 00 00 00", "20 00 10 00 00 01 00 00"),
         ("10 07 10 00 00 00 00 00 00 00", "20 07 10 00 00 11 00 00"),
@@ -110,7 +110,7 @@ fn strings_and_records_of_one_to_four_octets_pass() {
         ("10 01 67 00 00 00 00 00 00 00", "10 01 67 00 00 00 00 00"),
         ("10 01 0E 00 00 00 00 00 00 00", "10 01 0E 00 00 00 00 00"),
     ] {
-        line(&mut desk, request, answer);
-        line(&mut desk, "00 00 00 00 00 00 00 00 00 00", "00 00 00 00 00 00 00 00");
+        line(&mut tester, request, answer);
+        line(&mut tester, "00 00 00 00 00 00 00 00 00 00", "00 00 00 00 00 00 00 00");
     }
 }

@@ -1,23 +1,23 @@
 //! Exception Status, Channel Status and Reset Error Condition. BG 5530 4.4.1; errata-pxg55x-img400 35 to 38, 121 to
 //! 128.
 
-use crate::support::Desk;
+use crate::support::Tester;
 use crate::{COMMANDS, Controller, FLOATS, exchanging};
 use profivac_devices::SimulatedDevice;
 
 /// All gauges in their ranges and on: nothing to report.
-fn quiet() -> Desk<Controller> {
-    let mut desk = exchanging(COMMANDS, 1.0);
-    desk.device().sense(0, 5e-4);
-    desk.device().sense(1, 5e-4);
-    assert_eq!(desk.exchange(&[3, 1])[0], 0x80);
-    desk
+fn quiet() -> Tester<Controller> {
+    let mut tester = exchanging(COMMANDS, 1.0);
+    tester.device().sense(0, 5e-4);
+    tester.device().sense(1, 5e-4);
+    assert_eq!(tester.exchange(&[3, 1])[0], 0x80);
+    tester
 }
 
-fn status(desk: &mut Desk<Controller>) -> u8 {
-    let parameter = desk.get(0, 26)[0];
+fn status(tester: &mut Tester<Controller>) -> u8 {
+    let parameter = tester.get(0, 26)[0];
     // The cyclic octet is the parameter.
-    assert_eq!(desk.exchange(&[0, 0])[0], parameter);
+    assert_eq!(tester.exchange(&[0, 0])[0], parameter);
     parameter
 }
 
@@ -25,13 +25,13 @@ fn status(desk: &mut Desk<Controller>) -> u8 {
 fn common_faults_set_alarm_and_warning_and_go_with_the_cause() {
     // (37): bits 0 and 4
     for name in ["eeprom", "ram", "eprom", "comm"] {
-        let mut desk = quiet();
-        desk.fault(name, true);
-        assert_eq!(status(&mut desk), 0x91, "{name}");
+        let mut tester = quiet();
+        tester.fault(name, true);
+        assert_eq!(status(&mut tester), 0x91, "{name}");
         // Safe State on all channels (35), and Reading Valid literally not concerned (125).
-        assert_eq!(desk.exchange(&[0, 0])[1..17], [0; 16], "{name}");
-        desk.fault(name, false);
-        assert_eq!(status(&mut desk), 0x80, "{name}");
+        assert_eq!(tester.exchange(&[0, 0])[1..17], [0; 16], "{name}");
+        tester.fault(name, false);
+        assert_eq!(status(&mut tester), 0x80, "{name}");
     }
 }
 
@@ -45,57 +45,57 @@ fn a_supply_error_stays_until_alarm_and_warning_are_reset() {
         ("sensor1", 0x04, 0x08),
         ("electronics2", 0x04, 0x08),
     ] {
-        let mut desk = quiet();
-        desk.fault(name, true);
-        assert_eq!(status(&mut desk), 0xE6, "{name}");
+        let mut tester = quiet();
+        tester.fault(name, true);
+        assert_eq!(status(&mut tester), 0xE6, "{name}");
         // The cause persists, so the error comes back (128).
-        desk.put(0, 205, &[0xFF]).unwrap();
-        assert_eq!(status(&mut desk), 0xE6, "{name}");
-        desk.fault(name, false);
-        assert_eq!(status(&mut desk), 0xE6, "{name}");
+        tester.put(0, 205, &[0xFF]).unwrap();
+        assert_eq!(status(&mut tester), 0xE6, "{name}");
+        tester.fault(name, false);
+        assert_eq!(status(&mut tester), 0xE6, "{name}");
         for other in [0x40, 0x20, if alarm == 1 { 0x0C } else { 0x03 }] {
-            desk.put(0, 205, &[other]).unwrap();
-            assert_eq!(status(&mut desk), 0xE6, "{name} after {other:02X}");
+            tester.put(0, 205, &[other]).unwrap();
+            assert_eq!(status(&mut tester), 0xE6, "{name} after {other:02X}");
         }
-        desk.put(0, 205, &[alarm]).unwrap();
-        assert_eq!(status(&mut desk), 0xE0, "{name}: only the warning");
-        desk.put(0, 205, &[warning]).unwrap();
-        let off = status(&mut desk);
+        tester.put(0, 205, &[alarm]).unwrap();
+        assert_eq!(status(&mut tester), 0xE0, "{name}: only the warning");
+        tester.put(0, 205, &[warning]).unwrap();
+        let off = status(&mut tester);
         // A gauge stays off: emission, or the supply of channels 3 and 4.
         assert_eq!(off, 0xA0, "{name}");
-        desk.put(0, 205, &[0x10]).unwrap();
-        desk.exchange(&[0, 0]);
-        desk.exchange(&[3, 1]);
-        assert_eq!(status(&mut desk), 0x80, "{name}");
+        tester.put(0, 205, &[0x10]).unwrap();
+        tester.exchange(&[0, 0]);
+        tester.exchange(&[3, 1]);
+        assert_eq!(status(&mut tester), 0x80, "{name}");
     }
 }
 
 #[test]
-fn channels_3_and_4_lose_their_supply_until_bit_4() {
-    let mut desk = quiet();
-    desk.fault("power", true);
-    assert_eq!(desk.get(0, 204), [0x11, 0x11], "no reading is valid");
-    desk.fault("power", false);
-    desk.put(0, 205, &[0x03]).unwrap();
-    assert_eq!(desk.get(0, 204), [0x00, 0x11], "3 and 4 are off");
-    desk.put(0, 205, &[0x80]).unwrap();
-    assert_eq!(desk.get(0, 204), [0x00, 0x11]);
-    desk.put(0, 205, &[0x10]).unwrap();
-    assert_eq!(desk.get(0, 204), [0x00, 0x00]);
+fn channels_3_and_4_have_no_supply_until_a_reset_with_bit_4() {
+    let mut tester = quiet();
+    tester.fault("power", true);
+    assert_eq!(tester.get(0, 204), [0x11, 0x11], "no reading is valid");
+    tester.fault("power", false);
+    tester.put(0, 205, &[0x03]).unwrap();
+    assert_eq!(tester.get(0, 204), [0x00, 0x11], "3 and 4 are off");
+    tester.put(0, 205, &[0x80]).unwrap();
+    assert_eq!(tester.get(0, 204), [0x00, 0x11]);
+    tester.put(0, 205, &[0x10]).unwrap();
+    assert_eq!(tester.get(0, 204), [0x00, 0x00]);
 }
 
 #[test]
 fn bit_7_resets_all_alarms_and_warnings_at_once() {
-    let mut desk = quiet();
+    let mut tester = quiet();
     for name in ["power", "sensor1", "electronics2"] {
-        desk.fault(name, true);
-        desk.fault(name, false);
+        tester.fault(name, true);
+        tester.fault(name, false);
     }
-    assert_eq!(status(&mut desk), 0xE6);
-    desk.put(0, 205, &[0x80]).unwrap();
-    assert_eq!(status(&mut desk), 0xA0, "gauges are off, and nothing else");
+    assert_eq!(status(&mut tester), 0xE6);
+    tester.put(0, 205, &[0x80]).unwrap();
+    assert_eq!(status(&mut tester), 0xA0, "gauges are off, and nothing else");
     for slot in 1..=4 {
-        assert_eq!([desk.get(slot, 103), desk.get(slot, 104)], [[0, 0], [0, 0]]);
+        assert_eq!([tester.get(slot, 103), tester.get(slot, 104)], [[0, 0], [0, 0]]);
     }
 }
 
@@ -110,20 +110,20 @@ fn sensor_alarm_and_warning_belong_to_the_channel() {
         ("power", &[3, 4]),
         ("electronics3", &[3, 4]),
     ] {
-        let mut desk = quiet();
-        desk.fault(name, true);
+        let mut tester = quiet();
+        tester.fault(name, true);
         for slot in 1..=4 {
             let bit = if failed.contains(&slot) { 0x02 } else { 0x00 };
-            assert_eq!(desk.get(slot, 103), [0, bit], "{name}: alarm of {slot}");
-            assert_eq!(desk.get(slot, 104), [0, bit], "{name}: warning of {slot}");
+            assert_eq!(tester.get(slot, 103), [0, bit], "{name}: alarm of {slot}");
+            assert_eq!(tester.get(slot, 104), [0, bit], "{name}: warning of {slot}");
             // Any manufacturer alarm makes every reading invalid (4.4.2, ID 23).
-            assert_eq!(desk.get(slot, 23), [0], "{name}: {slot}");
+            assert_eq!(tester.get(slot, 23), [0], "{name}: {slot}");
         }
     }
 }
 
 #[test]
-fn a_gauge_that_does_not_answer_is_only_invalid() {
+fn a_gauge_that_does_not_answer_has_an_invalid_reading_and_no_alarm() {
     for (name, slot, status) in [
         ("unplugged1", 1, [0x01, 0x00]),
         ("unplugged2", 2, [0x10, 0x00]),
@@ -132,45 +132,45 @@ fn a_gauge_that_does_not_answer_is_only_invalid() {
         ("unplugged4", 4, [0x00, 0x10]),
         ("sensor4", 4, [0x00, 0x10]),
     ] {
-        let mut desk = quiet();
-        desk.fault(name, true);
-        assert_eq!(desk.get(0, 204), status, "{name}");
-        assert_eq!(desk.get(slot, 102), [1], "{name}");
-        assert_eq!(desk.get(slot, 103), [0, 0], "{name}");
-        assert_eq!(desk.get(0, 26), [0xA0], "{name}");
+        let mut tester = quiet();
+        tester.fault(name, true);
+        assert_eq!(tester.get(0, 204), status, "{name}");
+        assert_eq!(tester.get(slot, 102), [1], "{name}");
+        assert_eq!(tester.get(slot, 103), [0, 0], "{name}");
+        assert_eq!(tester.get(0, 26), [0xA0], "{name}");
     }
 }
 
 #[test]
 fn over_and_underrange_set_their_own_bits_only() {
     // (125)
-    let mut desk = quiet();
+    let mut tester = quiet();
     for (part, low, high) in [(0, 1e-9, 1.5), (1, 1e-11, 1.5e-2), (2, 1e-3, 2e5), (3, 1e-1, 2e5)] {
         let slot = part as u8 + 1;
         for (pa, extension) in [(low, 0x04), (high, 0x02)] {
-            desk.device().sense(part, pa);
-            assert_eq!(desk.get(slot, 102), [extension], "channel {slot} at {pa} Pa");
-            assert_eq!(desk.get(slot, 23), [1], "reading valid");
-            assert_eq!(status(&mut desk), 0xA0);
+            tester.device().sense(part, pa);
+            assert_eq!(tester.get(slot, 102), [extension], "channel {slot} at {pa} Pa");
+            assert_eq!(tester.get(slot, 23), [1], "reading valid");
+            assert_eq!(status(&mut tester), 0xA0);
         }
-        desk.device().sense(part, if part < 2 { 1e-3 } else { 1e2 });
-        assert_eq!(status(&mut desk), 0x80);
+        tester.device().sense(part, if part < 2 { 1e-3 } else { 1e2 });
+        assert_eq!(status(&mut tester), 0x80);
     }
 }
 
 #[test]
 fn channel_status_is_made_of_the_status_extensions() {
     // (127)
-    let mut desk = exchanging(FLOATS, 1e-20);
-    assert_eq!(desk.get(0, 204), [0x11, 0x44]);
-    desk.put(2, 105, &[1]).unwrap();
-    assert_eq!(desk.get(0, 204), [0x41, 0x44]);
-    desk.pressure_mbar(1e5);
-    assert_eq!(desk.get(0, 204), [0x11, 0x22]);
+    let mut tester = exchanging(FLOATS, 1e-20);
+    assert_eq!(tester.get(0, 204), [0x11, 0x44]);
+    tester.put(2, 105, &[1]).unwrap();
+    assert_eq!(tester.get(0, 204), [0x41, 0x44]);
+    tester.pressure_mbar(1e5);
+    assert_eq!(tester.get(0, 204), [0x11, 0x22]);
     for slot in 1..=4u8 {
-        let status = desk.get(0, 204);
+        let status = tester.get(0, 204);
         let octet = status[usize::from(slot - 1) / 2];
         let nibble = if slot % 2 == 1 { octet & 0x0F } else { octet >> 4 };
-        assert_eq!(desk.get(slot, 102), [nibble]);
+        assert_eq!(tester.get(slot, 102), [nibble]);
     }
 }

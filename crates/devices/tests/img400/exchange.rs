@@ -1,7 +1,7 @@
 //! Cyclic exchange: all configurations, all unit strings, every combination of gauges. BG 5530 4.2, 4.3.3, Appendix A.
 
-use crate::support::{Desk, hex};
-use crate::{Controller, controller, desk, every_combination};
+use crate::support::{Tester, hex};
+use crate::{Controller, controller, every_combination, tester};
 use profivac_devices::SimulatedDevice;
 use profivac_devices::img400::{Gauges, IonGauge, OtherGauge};
 
@@ -25,7 +25,7 @@ pub const CONFIGURATIONS: [(&str, usize, usize); 16] = [
     ("CB 89 A1 0A 05 05 0A 05 08 08 08 08 0A 0A", 10, 34),
 ];
 
-/// What is printed for 9, 10 and 14.
+/// The printed strings of 9, 10 and 14.
 const PRINTED: [&str; 3] =
     ["47 91 05 03 03 03 03 0A 0A 0A", "47 99 05 08 08 08 08 0A 0A 0A", "C9 87 A1 0A 0A 05 08 08 08 08 08 0A 0A"];
 
@@ -40,20 +40,20 @@ const UNITS: [(&str, f64, u16); 5] = [
 
 const HPA: &str = "00 00 00 13 08";
 
-/// Where Exception Status stands.
+/// The position of Exception Status.
 fn process(du: &[u8], outputs: usize) -> &[u8] {
     if outputs >= 8 { &du[8..] } else { du }
 }
 
 #[test]
-fn every_configuration_brings_every_channel_in_every_unit() {
+fn every_configuration_sends_every_channel_in_every_unit() {
     let gauges = Gauges { ch1: None, ch2: None, ch3: Some(OtherGauge::Tpr), ch4: Some(OtherGauge::Cmr) };
     for (cfg, outputs, inputs) in CONFIGURATIONS {
         for (user, float, integer) in UNITS {
-            let mut desk = Desk::new(controller(gauges));
-            desk.pressure_mbar(500.0);
-            desk.bring_up(&hex(user), &hex(cfg));
-            let du = desk.exchange(&vec![0; outputs]);
+            let mut tester = Tester::new(controller(gauges));
+            tester.pressure_mbar(500.0);
+            tester.bring_up(&hex(user), &hex(cfg));
+            let du = tester.exchange(&vec![0; outputs]);
             assert_eq!(du.len(), inputs, "{cfg}");
             let process = process(&du, outputs);
             // Place holders on channels 1 and 2: a warning, and nothing else (126).
@@ -76,7 +76,7 @@ fn every_configuration_brings_every_channel_in_every_unit() {
 }
 
 #[test]
-fn a_string_that_is_not_in_the_table_is_refused() {
+fn a_configuration_that_is_not_in_the_table_is_refused() {
     let strings: Vec<Vec<u8>> = CONFIGURATIONS.iter().map(|(cfg, ..)| hex(cfg)).collect();
     let altered = strings.iter().flat_map(|string| {
         (0..string.len()).flat_map(move |position| {
@@ -89,23 +89,23 @@ fn a_string_that_is_not_in_the_table_is_refused() {
     });
     let shortened = strings.iter().map(|string| string[..string.len() - 1].to_vec());
     for other in PRINTED.iter().map(|string| hex(string)).chain(altered).chain(shortened) {
-        let mut desk = desk();
-        desk.set_prm(&hex(HPA));
-        desk.chk_cfg(&other);
-        assert_eq!(desk.is_exchanging(), strings.contains(&other), "{other:02X?}");
+        let mut tester = tester();
+        tester.set_prm(&hex(HPA));
+        tester.chk_cfg(&other);
+        assert_eq!(tester.is_exchanging(), strings.contains(&other), "{other:02X?}");
         // Cfg_Fault (41)
-        assert_eq!(desk.diag()[0] & 0x04 != 0, !strings.contains(&other), "{other:02X?}");
+        assert_eq!(tester.diag()[0] & 0x04 != 0, !strings.contains(&other), "{other:02X?}");
     }
 }
 
 #[test]
 fn only_the_unit_strings_are_accepted_with_or_without_dpv1_bits() {
-    let mut desk = desk();
+    let mut tester = tester();
     let mut accepts = |user: &[u8]| {
-        desk.unlock();
-        desk.set_prm(user);
+        tester.unlock();
+        tester.set_prm(user);
         // Prm_Fault (40)
-        desk.diag()[0] & 0x40 == 0
+        tester.diag()[0] & 0x40 == 0
     };
     for code in 0..=u16::MAX {
         let [high, low] = code.to_be_bytes();
@@ -122,11 +122,11 @@ fn only_the_unit_strings_are_accepted_with_or_without_dpv1_bits() {
 }
 
 #[test]
-fn before_the_first_configuration_get_cfg_tells_the_default() {
-    let mut desk = desk();
-    let (_, cfg) = desk.request(profivac_wire::Sap::GetCfg, &[]).unwrap();
+fn get_cfg_returns_the_default_before_the_first_configuration() {
+    let mut tester = tester();
+    let (_, cfg) = tester.request(profivac_wire::Sap::GetCfg, &[]).unwrap();
     assert_eq!(cfg, hex("45 90 05 08 08 08 08"));
-    let (_, diag) = desk.request(profivac_wire::Sap::SlaveDiag, &[]).unwrap();
+    let (_, diag) = tester.request(profivac_wire::Sap::SlaveDiag, &[]).unwrap();
     assert_eq!(diag[4..], [0x09, 0x47]);
 }
 
@@ -134,21 +134,21 @@ fn before_the_first_configuration_get_cfg_tells_the_default() {
 fn every_combination_of_gauges_exchanges_in_every_configuration() {
     // 1e-5 hPa is in the range of BAG and EXT, and below that of TPR and CMR.
     for gauges in every_combination() {
-        let mut desk: Desk<Controller> = Desk::new(controller(gauges));
-        desk.pressure_mbar(1e-5);
+        let mut tester: Tester<Controller> = Tester::new(controller(gauges));
+        tester.pressure_mbar(1e-5);
         let ion = |gauge: Option<IonGauge>| if gauge.is_some() { 0 } else { 1 };
         let other = |gauge: Option<OtherGauge>| if gauge.is_some() { 4 } else { 1 };
         let nibbles = [ion(gauges.ch1), ion(gauges.ch2), other(gauges.ch3), other(gauges.ch4)];
         let [ch1, ch2, ch3, ch4] = nibbles;
         for (slot, gauge) in [(1, gauges.ch1), (2, gauges.ch2)] {
             // A place holder has no emission.
-            let switched = desk.put(slot, 105, &[1]);
+            let switched = tester.put(slot, 105, &[1]);
             assert_eq!(switched, if gauge.is_some() { Ok(()) } else { Err(202) }, "{gauges:?}");
         }
         for (cfg, outputs, inputs) in CONFIGURATIONS {
-            desk.unlock();
-            desk.bring_up(&hex(HPA), &hex(cfg));
-            let du = desk.exchange(&vec![0; outputs]);
+            tester.unlock();
+            tester.bring_up(&hex(HPA), &hex(cfg));
+            let du = tester.exchange(&vec![0; outputs]);
             assert_eq!(du.len(), inputs, "{gauges:?} {cfg}");
             let process = process(&du, outputs);
             // Bit 5 goes with any place holder and any value out of range (126).
@@ -172,11 +172,11 @@ fn only_a_full_controller_with_everything_on_has_no_warning() {
     for gauges in every_combination() {
         let is_full = gauges.ch1.is_some() && gauges.ch2.is_some() && gauges.ch3.is_some() && gauges.ch4.is_some();
         let has_ion = gauges.ch1.is_some() || gauges.ch2.is_some();
-        let mut desk: Desk<Controller> = Desk::new(controller(gauges));
-        sense_in_range(desk.device());
-        desk.bring_up(&hex(HPA), &hex(CONFIGURATIONS[11].0));
-        assert_eq!(desk.exchange(&[0, 0])[0] == 0x80, is_full && !has_ion, "{gauges:?} without emission");
-        assert_eq!(desk.exchange(&[3, 1])[0] == 0x80, is_full, "{gauges:?} with emission");
+        let mut tester: Tester<Controller> = Tester::new(controller(gauges));
+        sense_in_range(tester.device());
+        tester.bring_up(&hex(HPA), &hex(CONFIGURATIONS[11].0));
+        assert_eq!(tester.exchange(&[0, 0])[0] == 0x80, is_full && !has_ion, "{gauges:?} without emission");
+        assert_eq!(tester.exchange(&[3, 1])[0] == 0x80, is_full, "{gauges:?} with emission");
     }
 }
 
@@ -192,12 +192,12 @@ fn sense_in_range(device: &mut Controller) {
 fn block_types_follow_the_gauges_and_place_holders() {
     // Appendix A, second table (154, 156)
     for gauges in every_combination() {
-        let mut desk: Desk<Controller> = Desk::new(controller(gauges));
-        desk.bring_up(&hex(HPA), &hex(CONFIGURATIONS[5].0));
+        let mut tester: Tester<Controller> = Tester::new(controller(gauges));
+        tester.bring_up(&hex(HPA), &hex(CONFIGURATIONS[5].0));
         let block = |gauge: Option<OtherGauge>| if gauge == Some(OtherGauge::Cmr) { 14 } else { 13 };
         for (slot, number) in [(1, 16), (2, 16), (3, block(gauges.ch3)), (4, block(gauges.ch4))] {
-            assert_eq!(desk.exchange(&[0; 8])[0], 0);
-            let du = desk.exchange(&[0x10, slot, 101, 0, 0, 0, 0, 0]);
+            assert_eq!(tester.exchange(&[0; 8])[0], 0);
+            let du = tester.exchange(&[0x10, slot, 101, 0, 0, 0, 0, 0]);
             assert_eq!(du[..8], [0x20, slot, 101, 0, 0, number, 0, 0], "{gauges:?}");
         }
     }

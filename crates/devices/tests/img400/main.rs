@@ -18,22 +18,22 @@ mod values;
 use profivac_devices::img400::{Gauges, Img400, IonGauge, OtherGauge};
 use profivac_devices::profile::Setup;
 use profivac_devices::store::RamStore;
-use support::{Desk, hex};
+use support::{Tester, hex};
 
 type Controller = Img400<RamStore>;
 
-/// What can be on channels 1 and 2, and on channels 3 and 4.
+/// The gauges of channels 1 and 2, and of channels 3 and 4.
 const IONS: [Option<IonGauge>; 3] = [None, Some(IonGauge::Bag), Some(IonGauge::Ext)];
 const OTHERS: [Option<OtherGauge>; 3] = [None, Some(OtherGauge::Tpr), Some(OtherGauge::Cmr)];
 
-/// As bought, with the address switch at 5.
+/// As delivered, with the address switch at 5.
 fn controller(gauges: Gauges) -> Controller {
     Img400::new(RamStore::default(), Setup::new(5), gauges)
 }
 
 /// Behind a slave, settled, with one gauge of each kind.
-fn desk() -> Desk<Controller> {
-    Desk::new(controller(Gauges::default()))
+fn tester() -> Tester<Controller> {
+    Tester::new(controller(Gauges::default()))
 }
 
 /// Every combination of gauges: the 76 of Appendix A, the four of (155), and none at all.
@@ -53,19 +53,19 @@ const COMMANDS: &str = "C9 81 99 05 05 05 08 08 08 08 0A 0A";
 const CHANNEL: &str = "C9 89 98 0A 05 05 0A 05 08 08 08 08";
 
 /// In cyclic exchange with all gauges in one chamber.
-fn exchanging(cfg: &str, mbar: f64) -> Desk<Controller> {
-    let mut desk = desk();
-    desk.pressure_mbar(mbar);
-    desk.bring_up(&hex(HPA), &hex(cfg));
-    desk
+fn exchanging(cfg: &str, mbar: f64) -> Tester<Controller> {
+    let mut tester = tester();
+    tester.pressure_mbar(mbar);
+    tester.bring_up(&hex(HPA), &hex(cfg));
+    tester
 }
 
 /// A float parameter.
-fn float(desk: &mut Desk<Controller>, slot: u8, index: u8) -> f32 {
-    f32::from_be_bytes(desk.get(slot, index).try_into().unwrap())
+fn float(tester: &mut Tester<Controller>, slot: u8, index: u8) -> f32 {
+    f32::from_be_bytes(tester.get(slot, index).try_into().unwrap())
 }
 
 /// Writes a float.
-fn put_float(desk: &mut Desk<Controller>, slot: u8, index: u8, value: f32) -> Result<(), u8> {
-    desk.put(slot, index, &value.to_be_bytes())
+fn put_float(tester: &mut Tester<Controller>, slot: u8, index: u8, value: f32) -> Result<(), u8> {
+    tester.put(slot, index, &value.to_be_bytes())
 }

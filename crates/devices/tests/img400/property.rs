@@ -1,8 +1,8 @@
-//! Whatever masters, people and power do: the controller is in a named state, its copies are equal, nothing stored is
-//! lost.
+//! Random actions of masters, operators and the power supply: the controller is in a named state, its copies are equal,
+//! and no stored value is lost.
 
 use crate::support::random::Random;
-use crate::support::{Desk, sense_all};
+use crate::support::{Tester, sense_all};
 use crate::{Controller, controller, every_combination, float};
 use profivac_devices::img400::table;
 use profivac_devices::model::{DataType, Row};
@@ -40,42 +40,42 @@ fn relation(random: &mut Random) -> Relation {
 }
 
 /// Every parameter that a master's value is kept of.
-fn kept(desk: &mut Desk<Controller>) -> Vec<Vec<u8>> {
+fn kept(tester: &mut Tester<Controller>) -> Vec<Vec<u8>> {
     let mut values = Vec::new();
     for place in table::MODEL.blocks {
         for address in place.locations {
             for row in place.block.rows.iter().filter(|row| row.is_stored()) {
-                values.push(desk.get(address.slot, row.index));
+                values.push(tester.get(address.slot, row.index));
             }
         }
     }
     values
 }
 
-/// A write anywhere. What is refused has changed nothing.
-fn write(desk: &mut Desk<Controller>, random: &mut Random) {
+/// A write to any parameter. A refused write changes nothing.
+fn write(tester: &mut Tester<Controller>, random: &mut Random) {
     let (slot, row) = any_row(random);
     let octets = any_value(random, row);
-    let before = random.once_in(100).then(|| kept(desk));
-    let result = desk.write(relation(random), slot, row.index, &octets);
+    let before = random.once_in(100).then(|| kept(tester));
+    let result = tester.write(relation(random), slot, row.index, &octets);
     if let (Some(before), Err(refusal)) = (before, result) {
-        assert_eq!(kept(desk), before, "{slot}/{} refused with {refusal:02X?}", row.index);
+        assert_eq!(kept(tester), before, "{slot}/{} refused with {refusal:02X?}", row.index);
     }
 }
 
 /// A read anywhere, known or not.
-fn read(desk: &mut Desk<Controller>, random: &mut Random) {
+fn read(tester: &mut Tester<Controller>, random: &mut Random) {
     let (slot, row) = any_row(random);
     let index = if random.once_in(5) { random.octet() } else { row.index };
-    let _ = desk.read(relation(random), slot, index);
+    let _ = tester.read(relation(random), slot, index);
 }
 
 /// A cycle, if there is an exchange, otherwise the bring-up of one.
-fn cycle(desk: &mut Desk<Controller>, random: &mut Random) {
-    let Some(length) = desk.outputs() else {
+fn cycle(tester: &mut Tester<Controller>, random: &mut Random) {
+    let Some(length) = tester.outputs() else {
         let prm = &table::MODEL.user_prm[random.below(table::MODEL.user_prm.len())];
         let configuration = &table::MODEL.configurations[random.below(table::MODEL.configurations.len())];
-        return desk.bring_up(prm.octets, configuration.octets);
+        return tester.bring_up(prm.octets, configuration.octets);
     };
     let mut outputs = vec![0; length];
     if length >= 8 {
@@ -91,41 +91,41 @@ fn cycle(desk: &mut Desk<Controller>, random: &mut Random) {
     if random.once_in(50) {
         outputs.push(0);
     }
-    let inputs = desk.exchange(&outputs);
+    let inputs = tester.exchange(&outputs);
     assert!([9, 17, 18, 25, 26, 34].contains(&inputs.len()), "{inputs:02X?}");
 }
 
 /// Power goes and returns: what was nonvolatile is as before.
-fn power(desk: &mut Desk<Controller>, random: &mut Random) {
-    let before = kept(desk);
-    desk.device().set_power(false);
-    sense_all(desk.device(), 1.0);
-    desk.device().set_power(true);
-    desk.slave.power_up(5);
+fn power(tester: &mut Tester<Controller>, random: &mut Random) {
+    let before = kept(tester);
+    tester.device().set_power(false);
+    sense_all(tester.device(), 1.0);
+    tester.device().set_power(true);
+    tester.slave.power_up(5);
     if random.once_in(2) {
-        desk.device().settle();
+        tester.device().settle();
     }
-    assert_eq!(kept(desk), before);
+    assert_eq!(kept(tester), before);
 }
 
-/// Somebody does something at the controller.
-fn operate(desk: &mut Desk<Controller>, random: &mut Random) {
+/// An operator does something at the controller.
+fn operate(tester: &mut Tester<Controller>, random: &mut Random) {
     let action = match random.below(4) {
         0 => Action::Button(random.one_of(&[1, 2])),
-        _ => Action::Fault { name: random.one_of(table::MODEL.faults.names), present: random.once_in(12) },
+        _ => Action::Fault { fault: random.one_of(table::MODEL.faults.faults), active: random.once_in(12) },
     };
-    desk.device().operate(action).unwrap();
+    tester.device().operate(action).unwrap();
 }
 
-fn pressure(desk: &mut Desk<Controller>, random: &mut Random) {
+fn pressure(tester: &mut Tester<Controller>, random: &mut Random) {
     let pa = 10f64.powf(random.unit() * 18.0 - 12.0);
     match random.below(8) {
-        part @ 0..4 => desk.device().sense(part, pa),
-        _ => desk.pressure_mbar(pa / 100.0),
+        part @ 0..4 => tester.device().sense(part, pa),
+        _ => tester.pressure_mbar(pa / 100.0),
     }
 }
 
-/// What the walk has come across, so that it does not stay in one corner.
+/// The situations that the walk has met, so that it does not stay in one of them.
 #[derive(Default)]
 struct Seen {
     states: BTreeSet<&'static str>,
@@ -146,99 +146,99 @@ impl Seen {
     }
 }
 
-/// The bench's view is the bus's view, and the cyclic data are the parameters.
-fn check(desk: &mut Desk<Controller>) {
-    let report = desk.report();
-    let state = desk.state();
+/// The report and the cyclic data agree with the parameters.
+fn check(tester: &mut Tester<Controller>) {
+    let report = tester.report();
+    let state = tester.state();
     assert_eq!(state == 4, report.device_state == "EXECUTING", "{report:?}");
     assert!(matches!(state, 1..=6 | 100), "{state}");
-    check_exceptions(desk, &report);
-    check_cathodes(desk, &report);
-    check_relays(desk, &report);
-    check_cyclic(desk);
+    check_exceptions(tester, &report);
+    check_cathodes(tester, &report);
+    check_relays(tester, &report);
+    check_cyclic(tester);
 }
 
 /// Exception Status and Channel Status follow from what they are made of.
-fn check_exceptions(desk: &mut Desk<Controller>, report: &StateReport) {
-    let status = desk.get(0, 26)[0];
+fn check_exceptions(tester: &mut Tester<Controller>, report: &StateReport) {
+    let status = tester.get(0, 26)[0];
     assert_eq!(status, report.exception_status);
     assert_eq!(status & 0x88, 0x80);
     assert_eq!(status & 0x01 != 0, status & 0x10 != 0, "{status:02X}");
-    let alarms = (1..=4).any(|slot| desk.get(slot, 103) != [0, 0]);
+    let alarms = (1..=4).any(|slot| tester.get(slot, 103) != [0, 0]);
     assert_eq!(status & 0x02 != 0, alarms, "{status:02X}");
-    let extensions: Vec<u8> = (1..=4).map(|slot| desk.get(slot, 102)[0]).collect();
+    let extensions: Vec<u8> = (1..=4).map(|slot| tester.get(slot, 102)[0]).collect();
     assert_eq!(status & 0x20 != 0, extensions.iter().any(|extension| *extension != 0), "{status:02X}");
-    assert_eq!(desk.get(0, 204), [extensions[1] << 4 | extensions[0], extensions[3] << 4 | extensions[2]]);
+    assert_eq!(tester.get(0, 204), [extensions[1] << 4 | extensions[0], extensions[3] << 4 | extensions[2]]);
     for (slot, extension) in (1..).zip(extensions) {
-        // Reading Invalid is at least what is not Reading Valid.
-        assert!(desk.get(slot, 23) == [1] || extension & 1 == 1, "{slot}: {extension:02X}");
+        // Reading Invalid is set whenever Reading Valid is not.
+        assert!(tester.get(slot, 23) == [1] || extension & 1 == 1, "{slot}: {extension:02X}");
         assert!([0, 1, 2, 3, 4, 5].contains(&extension));
     }
 }
 
 /// No degas without emission, no emission with an alarm.
-fn check_cathodes(desk: &mut Desk<Controller>, report: &StateReport) {
+fn check_cathodes(tester: &mut Tester<Controller>, report: &StateReport) {
     for (on, degas) in report.emission.iter().zip(report.degas.iter()) {
         assert!(*on || !degas, "{report:?}");
     }
     for slot in [1, 2] {
-        let on = desk.get(slot, 105) == [1];
-        assert!(!on || desk.get(slot, 103) == [0, 0], "channel {slot}");
-        assert_eq!(on, desk.get(slot, 102)[0] & 1 == 0 || on, "channel {slot}");
+        let on = tester.get(slot, 105) == [1];
+        assert!(!on || tester.get(slot, 103) == [0, 0], "channel {slot}");
+        assert_eq!(on, tester.get(slot, 102)[0] & 1 == 0 || on, "channel {slot}");
     }
 }
 
-fn check_relays(desk: &mut Desk<Controller>, report: &StateReport) {
+fn check_relays(tester: &mut Tester<Controller>, report: &StateReport) {
     for (slot, relay) in (5..).zip(report.relays.iter()) {
-        assert_eq!(desk.get(slot, 21), [u8::from(*relay)]);
-        assert!(!relay || desk.get(slot, 20) == [1], "relay in slot {slot} without enable");
-        assert_eq!([desk.get(slot, 28), desk.get(slot, 29)], [desk.get(1, 22), desk.get(1, 21)]);
-        if desk.get(1, 21) == [8] {
-            assert!(float(desk, slot, 201) >= float(desk, slot, 19), "slot {slot}");
+        assert_eq!(tester.get(slot, 21), [u8::from(*relay)]);
+        assert!(!relay || tester.get(slot, 20) == [1], "relay in slot {slot} without enable");
+        assert_eq!([tester.get(slot, 28), tester.get(slot, 29)], [tester.get(1, 22), tester.get(1, 21)]);
+        if tester.get(1, 21) == [8] {
+            assert!(float(tester, slot, 201) >= float(tester, slot, 19), "slot {slot}");
         }
     }
 }
 
-/// Whatever the telegram, its end is made of the parameters.
-fn check_cyclic(desk: &mut Desk<Controller>) {
-    let Some(outputs) = desk.outputs() else { return };
-    let inputs = desk.exchange(&vec![0; outputs]);
-    let values: Vec<u8> = (1..=4).flat_map(|slot| desk.get(slot, 19)).collect();
-    let relays: Vec<u8> = (5..=11).flat_map(|slot| desk.get(slot, 21)).collect();
-    let short = [desk.get(0, 26), values].concat();
-    let long = [short.clone(), desk.get(0, 204), relays].concat();
+/// The end of every telegram agrees with the parameters.
+fn check_cyclic(tester: &mut Tester<Controller>) {
+    let Some(outputs) = tester.outputs() else { return };
+    let inputs = tester.exchange(&vec![0; outputs]);
+    let values: Vec<u8> = (1..=4).flat_map(|slot| tester.get(slot, 19)).collect();
+    let relays: Vec<u8> = (5..=11).flat_map(|slot| tester.get(slot, 21)).collect();
+    let short = [tester.get(0, 26), values].concat();
+    let long = [short.clone(), tester.get(0, 204), relays].concat();
     assert!(inputs.ends_with(&short) || inputs.ends_with(&long), "{inputs:02X?}");
 }
 
 /// There and back through every unit: no physical value changes beyond the rounding of a float.
-fn units_there_and_back(desk: &mut Desk<Controller>, seen: &mut Seen) {
-    desk.unlock();
-    desk.put(1, 21, &[8]).unwrap();
-    desk.set_prm(&[0, 0, 0, 0x13, 0x08]);
+fn units_there_and_back(tester: &mut Tester<Controller>, seen: &mut Seen) {
+    tester.unlock();
+    tester.put(1, 21, &[8]).unwrap();
+    tester.set_prm(&[0, 0, 0, 0x13, 0x08]);
     seen.units += 1;
-    let values = |desk: &mut Desk<Controller>| {
-        let safe = [1, 2, 3, 4].map(|slot| float(desk, slot, 40));
-        let trips = [5, 6, 7, 8, 9, 10, 11].map(|slot| [float(desk, slot, 19), float(desk, slot, 201)]);
+    let values = |tester: &mut Tester<Controller>| {
+        let safe = [1, 2, 3, 4].map(|slot| float(tester, slot, 40));
+        let trips = [5, 6, 7, 8, 9, 10, 11].map(|slot| [float(tester, slot, 19), float(tester, slot, 201)]);
         [&safe[..], trips.as_flattened()].concat()
     };
-    let before = values(desk);
+    let before = values(tester);
     for unit in table::MODEL.user_prm {
-        desk.set_prm(unit.octets);
+        tester.set_prm(unit.octets);
         // Written back as read: the float is rounded once in this unit. 10^-12.5 hPa and less is no positive number of
         // COUNTS.
         for (slot, index) in [(1, 40), (2, 40), (3, 40), (4, 40), (5, 201), (6, 19), (7, 24)] {
-            let octets = desk.get(slot, index);
-            if float(desk, slot, index) > 0.01 || unit.name != "COUNTS" {
-                let _ = desk.put(slot, index, &octets);
+            let octets = tester.get(slot, index);
+            if float(tester, slot, index) > 0.01 || unit.name != "COUNTS" {
+                let _ = tester.put(slot, index, &octets);
             }
         }
     }
-    desk.set_prm(&[0, 0, 0, 0x13, 0x08]);
-    for (before, after) in before.into_iter().zip(values(desk)) {
+    tester.set_prm(&[0, 0, 0, 0x13, 0x08]);
+    for (before, after) in before.into_iter().zip(values(tester)) {
         let same = (f64::from(after) - f64::from(before)).abs() <= f64::from(before) * 5e-5 + 1e-37;
         assert!(same, "{before} became {after}");
     }
-    desk.unlock();
+    tester.unlock();
 }
 
 #[test]
@@ -246,28 +246,28 @@ fn a_million_steps_leave_a_named_state_and_equal_copies() {
     let mut random = Random::new(400);
     let mut seen = Seen::default();
     let combinations: Vec<_> = every_combination().collect();
-    let mut desk: Desk<Controller> = Desk::new(controller(combinations[40]));
+    let mut tester: Tester<Controller> = Tester::new(controller(combinations[40]));
     for step in 0..STEPS {
         match random.below(20) {
-            0..7 => cycle(&mut desk, &mut random),
-            7..11 => write(&mut desk, &mut random),
-            11..13 => read(&mut desk, &mut random),
-            13..16 => pressure(&mut desk, &mut random),
-            16 => operate(&mut desk, &mut random),
-            17 => desk.device().advance(random.unit() * 60.0),
-            18 => drop(desk.command(random.one_of(&[1, 2, 3, 3, 4, 4, 4, 5, 6]))),
+            0..7 => cycle(&mut tester, &mut random),
+            7..11 => write(&mut tester, &mut random),
+            11..13 => read(&mut tester, &mut random),
+            13..16 => pressure(&mut tester, &mut random),
+            16 => operate(&mut tester, &mut random),
+            17 => tester.device().advance(random.unit() * 60.0),
+            18 => drop(tester.command(random.one_of(&[1, 2, 3, 3, 4, 4, 4, 5, 6]))),
             _ => match random.below(40) {
-                0..3 => power(&mut desk, &mut random),
-                3..8 => desk.unlock(),
-                8..13 => desk.request_sdn(&[0x02, 0x00]),
-                13 => units_there_and_back(&mut desk, &mut seen),
-                14 => desk = Desk::new(controller(random.one_of(&combinations))),
-                _ => desk.device().settle(),
+                0..3 => power(&mut tester, &mut random),
+                3..8 => tester.unlock(),
+                8..13 => tester.request_sdn(&[0x02, 0x00]),
+                13 => units_there_and_back(&mut tester, &mut seen),
+                14 => tester = Tester::new(controller(random.one_of(&combinations))),
+                _ => tester.device().settle(),
             },
         }
         if step % 200 == 0 {
-            check(&mut desk);
-            seen.note(&desk.report());
+            check(&mut tester);
+            seen.note(&tester.report());
         }
     }
     assert_eq!(seen.states.len(), 7, "{:?}", seen.states);
@@ -276,19 +276,19 @@ fn a_million_steps_leave_a_named_state_and_equal_copies() {
 }
 
 #[test]
-fn any_octets_as_parameters_or_outputs_are_survived() {
+fn any_octets_as_parameters_or_outputs_leave_the_device_working() {
     let mut random = Random::new(40);
-    let mut desk = crate::desk();
+    let mut tester = crate::tester();
     for _ in 0..50_000 {
         let length = random.below(12);
         let octets = random.octets(length);
         let (slot, index) = (random.octet() % 13, random.octet());
-        let _ = desk.write(relation(&mut random), slot, index, &octets);
-        let _ = desk.read(relation(&mut random), slot, index);
-        cycle(&mut desk, &mut random);
-        if let Some(length) = desk.outputs() {
-            desk.exchange(&random.octets(length));
+        let _ = tester.write(relation(&mut random), slot, index, &octets);
+        let _ = tester.read(relation(&mut random), slot, index);
+        cycle(&mut tester, &mut random);
+        if let Some(length) = tester.outputs() {
+            tester.exchange(&random.octets(length));
         }
     }
-    check(&mut desk);
+    check(&mut tester);
 }

@@ -42,7 +42,7 @@ const TYPES: &[&str] = &["03", "08"];
 const NO_TYPES: &[&str] = &["00", "02", "04", "05", "07", "09", "FF"];
 const SAFE_STATES: &[&str] = &["01", "02", "03", "00"];
 const NO_SAFE_STATES: &[&str] = &["04", "FF"];
-/// 1.5, 1e-20, 0 and 123456; below zero, and what is no number.
+/// 1.5, 1e-20, 0 and 123456; a number below zero, and NaN.
 const PRESSURES: &[&str] = &["3F C0 00 00", "1E 3C E5 08", "00 00 00 00", "47 F1 20 00"];
 const NO_PRESSURES: &[&str] = &["BF C0 00 00", "7F C0 00 00", "7F 80 00 00", "FF 80 00 00", "7F 7F FF FF"];
 /// The trip point is at 1e-3: 1.5, 0, 123456.
@@ -54,10 +54,10 @@ const FLAGS: &[&str] = &["01", "00"];
 const NO_FLAGS: &[&str] = &["02", "FF"];
 const CHANNELS: &[&str] = &["02", "03", "04", "01"];
 const NO_CHANNELS: &[&str] = &["00", "05", "FF"];
-/// What has no effect on a gauge that is off, and what is no command (150).
+/// Commands without effect on a gauge that is off, and unknown commands (150).
 const COMMANDS: &[&str] = &["00 00", "00 07", "01 00", "03 00", "04 00", "04 01"];
 const NO_COMMANDS: &[&str] = &["01 02", "02 00", "03 02", "04 02", "80 00", "FF 00"];
-/// The codes of 0, 0.1, 1, 1.6, 10, 45 and 90 mA (147); 0.1, 7, -1 and what is no number.
+/// The codes of 0, 0.1, 1, 1.6, 10, 45 and 90 mA (147); 0.1, 7, -1 and NaN.
 const CURRENTS: &[&str] =
     &["3F 80 00 00", "40 00 00 00", "40 40 00 00", "40 80 00 00", "40 A0 00 00", "40 C0 00 00", "00 00 00 00"];
 const NO_CURRENTS: &[&str] = &["3D CC CC CD", "40 E0 00 00", "BF 80 00 00", "7F C0 00 00"];
@@ -139,13 +139,13 @@ fn every_row_is_read_as_marked() {
 }
 
 #[test]
-fn no_row_is_written_without_mark_or_with_another_length() {
-    RIG.no_row_is_written_without_mark_or_with_another_length();
+fn no_row_is_written_without_a_mark_or_with_another_length() {
+    RIG.no_row_is_written_without_a_mark_or_with_another_length();
 }
 
 #[test]
-fn nothing_else_is_there() {
-    RIG.nothing_else_is_there();
+fn other_slots_and_indices_are_refused() {
+    RIG.other_slots_and_indices_are_refused();
 }
 
 #[test]
@@ -164,6 +164,6 @@ fn every_value_is_checked_by_the_channel() {
 }
 
 #[test]
-fn power_keeps_what_is_nonvolatile() {
-    RIG.power_keeps_what_is_nonvolatile();
+fn nonvolatile_values_are_restored_after_power_up() {
+    RIG.nonvolatile_values_are_restored_after_power_up();
 }

@@ -1,8 +1,8 @@
 //! The device state machine where the IMG 400 differs, and Safe State. BG 5530 4.4.1, 4.4.2; errata-pxg55x-img400 19 to
 //! 28, 32 to 36.
 
-use crate::support::{Desk, hex, selftest};
-use crate::{CHANNEL, COMMANDS, Controller, FLOATS, HPA, controller, desk, exchanging, float, put_float};
+use crate::support::{Tester, hex, selftest};
+use crate::{CHANNEL, COMMANDS, Controller, FLOATS, HPA, controller, exchanging, float, put_float, tester};
 use profivac_devices::SimulatedDevice;
 use profivac_devices::img400::Gauges;
 use profivac_dp::link::Baud;
@@ -23,7 +23,7 @@ fn state(device: &mut Controller) -> u8 {
 }
 
 #[test]
-fn it_runs_through_init_and_self_test_to_idle() {
+fn a_gauge_starts_through_init_and_self_test_to_idle() {
     let mut device = controller(Gauges::default());
     assert_eq!(state(&mut device), INIT);
     device.advance(0.2);
@@ -33,28 +33,28 @@ fn it_runs_through_init_and_self_test_to_idle() {
 }
 
 #[test]
-fn without_an_answer_of_the_controller_it_stays_in_init() {
+fn the_board_stays_in_init_without_an_answer_of_the_controller() {
     // 3.2, 4.4.1: "waiting for AYT response from IMG 400"
-    let mut desk = desk();
-    desk.fault("comm", true);
-    desk.device().set_power(false);
-    desk.device().set_power(true);
-    desk.device().settle();
-    desk.device().advance(1000.0);
-    assert_eq!(desk.state(), INIT);
-    assert_eq!(desk.report().device_state, "INIT");
+    let mut tester = tester();
+    tester.fault("comm", true);
+    tester.device().set_power(false);
+    tester.device().set_power(true);
+    tester.device().settle();
+    tester.device().advance(1000.0);
+    assert_eq!(tester.state(), INIT);
+    assert_eq!(tester.report().device_state, "INIT");
     // It is on the bus all the same, with safe values.
-    desk.bring_up(&hex(HPA), &hex(FLOATS));
-    let inputs = desk.exchange(&[]);
+    tester.bring_up(&hex(HPA), &hex(FLOATS));
+    let inputs = tester.exchange(&[]);
     assert_eq!(inputs[0], 0xB1);
     assert_eq!(inputs[1..], [0; 16]);
-    desk.fault("comm", false);
-    desk.device().settle();
-    assert_eq!(desk.state(), EXECUTING);
+    tester.fault("comm", false);
+    tester.device().settle();
+    assert_eq!(tester.state(), EXECUTING);
 }
 
 #[test]
-fn the_self_test_finds_memories_and_internal_communication() {
+fn the_self_test_tests_memories_and_internal_communication() {
     for (name, found) in [
         ("comm", SELF_TEST_EXCEPTION),
         ("eeprom", SELF_TEST_EXCEPTION),
@@ -63,32 +63,32 @@ fn the_self_test_finds_memories_and_internal_communication() {
         ("power", IDLE),
         ("sensor1", IDLE),
     ] {
-        let mut desk = desk();
-        desk.fault(name, true);
+        let mut tester = tester();
+        tester.fault(name, true);
         // Perform Diagnostic (21)
-        desk.command(6).unwrap();
-        desk.device().settle();
-        assert_eq!(desk.state(), found, "{name}");
+        tester.command(6).unwrap();
+        tester.device().settle();
+        assert_eq!(tester.state(), found, "{name}");
     }
 }
 
 #[test]
-fn each_memory_alone_is_an_exception_and_program_and_working_memory_together_are_critical() {
-    selftest::memories(desk, HPA, CHANNEL);
+fn a_memory_fault_is_an_exception_and_program_and_working_memory_together_are_critical() {
+    selftest::memories(tester, HPA, CHANNEL);
 }
 
 #[test]
 fn exchange_leads_to_executing_once_and_its_end_to_idle() {
     // (23, 24)
-    let mut desk = exchanging(FLOATS, 1.0);
-    assert_eq!(desk.state(), EXECUTING);
-    desk.command(5).unwrap();
-    desk.exchange(&[]);
-    assert_eq!(desk.state(), IDLE, "Stop has the last word");
-    desk.command(4).unwrap();
-    assert_eq!(desk.state(), EXECUTING);
-    desk.unlock();
-    assert_eq!(desk.state(), IDLE);
+    let mut tester = exchanging(FLOATS, 1.0);
+    assert_eq!(tester.state(), EXECUTING);
+    tester.command(5).unwrap();
+    tester.exchange(&[]);
+    assert_eq!(tester.state(), IDLE, "Stop has the last word");
+    tester.command(4).unwrap();
+    assert_eq!(tester.state(), EXECUTING);
+    tester.unlock();
+    assert_eq!(tester.state(), IDLE);
 }
 
 #[test]
@@ -104,86 +104,86 @@ fn every_command_in_every_state_is_answered_as_the_diagram_says() {
     for ((from, commands), (row, results)) in reach.into_iter().zip(expected) {
         assert_eq!(from, row);
         for (command, result) in (1..).zip(results) {
-            let mut desk = desk();
-            commands.iter().for_each(|command| desk.command(*command).unwrap());
-            assert_eq!(desk.state(), from);
-            let answer = desk.command(command);
+            let mut tester = tester();
+            commands.iter().for_each(|command| tester.command(*command).unwrap());
+            assert_eq!(tester.state(), from);
+            let answer = tester.command(command);
             assert_eq!(answer.is_ok(), result.is_ok(), "command {command} in {from}: {answer:?}");
-            assert_eq!(desk.state(), result.unwrap_or(from), "command {command} in {from}");
+            assert_eq!(tester.state(), result.unwrap_or(from), "command {command} in {from}");
         }
     }
 }
 
 #[test]
-fn reset_begins_anew() {
-    let mut desk = exchanging(COMMANDS, 1e-6);
-    desk.exchange(&[3, 1]);
-    desk.put(0, 203, &[3]).unwrap();
-    desk.fault("power", true);
-    desk.fault("power", false);
-    assert_eq!(desk.get(0, 26)[0] & 0x44, 0x44);
-    desk.command(1).unwrap();
-    desk.device().settle();
-    assert_eq!(desk.get(0, 203), [0], "key lock is volatile");
-    assert_eq!(desk.get(0, 26)[0] & 0x44, 0, "errors are forgotten");
-    assert_eq!([desk.get(1, 105), desk.get(2, 105)], [[0], [0]], "emission is off");
+fn reset_restarts_the_controller() {
+    let mut tester = exchanging(COMMANDS, 1e-6);
+    tester.exchange(&[3, 1]);
+    tester.put(0, 203, &[3]).unwrap();
+    tester.fault("power", true);
+    tester.fault("power", false);
+    assert_eq!(tester.get(0, 26)[0] & 0x44, 0x44);
+    tester.command(1).unwrap();
+    tester.device().settle();
+    assert_eq!(tester.get(0, 203), [0], "key lock is volatile");
+    assert_eq!(tester.get(0, 26)[0] & 0x44, 0, "errors are forgotten");
+    assert_eq!([tester.get(1, 105), tester.get(2, 105)], [[0], [0]], "emission is off");
 }
 
 #[test]
-fn outside_executing_the_safe_state_rules_all_four_channels() {
+fn the_safe_state_decides_all_four_channels_outside_executing() {
     // 4.4.2, ID 39
-    let mut desk = exchanging(FLOATS, 100.0);
-    put_float(&mut desk, 4, 40, 12.5).unwrap();
+    let mut tester = exchanging(FLOATS, 100.0);
+    put_float(&mut tester, 4, 40, 12.5).unwrap();
     for (mode, value) in [(0, 0.0), (1, 1000.0), (2, 100.0), (3, 12.5)] {
-        desk.put(4, 39, &[mode]).unwrap();
-        desk.command(5).unwrap();
-        assert_eq!(float(&mut desk, 4, 19), value, "mode {mode}");
-        assert_eq!(desk.get(4, 23), [0], "reading valid");
-        assert_eq!(desk.get(4, 102), [1]);
-        let inputs = desk.exchange(&[]);
+        tester.put(4, 39, &[mode]).unwrap();
+        tester.command(5).unwrap();
+        assert_eq!(float(&mut tester, 4, 19), value, "mode {mode}");
+        assert_eq!(tester.get(4, 23), [0], "reading valid");
+        assert_eq!(tester.get(4, 102), [1]);
+        let inputs = tester.exchange(&[]);
         assert_eq!(inputs[13..17], f32::to_be_bytes(value), "mode {mode}");
         assert_eq!(inputs[9..13], [0; 4], "channel 3 has its own mode");
-        desk.command(4).unwrap();
-        assert_eq!(float(&mut desk, 4, 19), 100.0);
+        tester.command(4).unwrap();
+        assert_eq!(float(&mut tester, 4, 19), 100.0);
     }
 }
 
 #[test]
 fn hold_last_value_holds_what_was_valid_in_executing() {
     // (33)
-    let mut desk = desk();
-    desk.put(4, 39, &[2]).unwrap();
-    desk.pressure_mbar(100.0);
-    assert_eq!(float(&mut desk, 4, 19), 0.0, "nothing yet");
-    desk.command(4).unwrap();
-    desk.pressure_mbar(50.0);
-    desk.command(5).unwrap();
-    desk.pressure_mbar(700.0);
-    assert_eq!(float(&mut desk, 4, 19), 50.0);
+    let mut tester = tester();
+    tester.put(4, 39, &[2]).unwrap();
+    tester.pressure_mbar(100.0);
+    assert_eq!(float(&mut tester, 4, 19), 0.0, "nothing yet");
+    tester.command(4).unwrap();
+    tester.pressure_mbar(50.0);
+    tester.command(5).unwrap();
+    tester.pressure_mbar(700.0);
+    assert_eq!(float(&mut tester, 4, 19), 50.0);
 }
 
 #[test]
-fn an_alarm_of_one_cathode_concerns_all_and_a_switch_off_only_its_own() {
+fn a_supply_alarm_concerns_all_channels_and_a_switch_off_only_its_own() {
     // (35): manufacturer alarms are everybody's, a sensor alarm is the channel's.
-    let mut desk = exchanging(FLOATS, 1e-6);
-    desk.put(1, 105, &[1]).unwrap();
-    desk.put(2, 105, &[1]).unwrap();
+    let mut tester = exchanging(FLOATS, 1e-6);
+    tester.put(1, 105, &[1]).unwrap();
+    tester.put(2, 105, &[1]).unwrap();
     // Overpressure on channel 2 alone.
-    desk.device().sense(1, 100.0);
-    assert_eq!([desk.get(1, 23), desk.get(2, 23)], [[1], [0]]);
-    assert_eq!(float(&mut desk, 1, 19), 1e-6);
-    assert_eq!(float(&mut desk, 2, 19), 0.0);
-    desk.fault("sensor2", true);
-    assert_eq!([desk.get(1, 23), desk.get(4, 23)], [[0], [0]]);
-    assert_eq!(float(&mut desk, 1, 19), 0.0);
+    tester.device().sense(1, 100.0);
+    assert_eq!([tester.get(1, 23), tester.get(2, 23)], [[1], [0]]);
+    assert_eq!(float(&mut tester, 1, 19), 1e-6);
+    assert_eq!(float(&mut tester, 2, 19), 0.0);
+    tester.fault("sensor2", true);
+    assert_eq!([tester.get(1, 23), tester.get(4, 23)], [[0], [0]]);
+    assert_eq!(float(&mut tester, 1, 19), 0.0);
 }
 
 #[test]
-fn in_idle_the_exception_status_shows_the_invalid_readings() {
+fn exception_status_shows_the_invalid_readings_in_idle() {
     // (36)
-    let mut desk: Desk<Controller> = desk();
-    desk.pressure_mbar(1.0);
-    assert_eq!(desk.get(0, 26), [0xA0]);
+    let mut tester: Tester<Controller> = tester();
+    tester.pressure_mbar(1.0);
+    assert_eq!(tester.get(0, 26), [0xA0]);
     let slave = Slave::new(controller(Gauges::default()), 5, Baud::B1500000);
     assert_eq!(slave.device().report().exception_status, 0xA0);
 }

@@ -1,30 +1,30 @@
 //! Acyclic dialogues to the octet, by a class 1 and by a class 2 master: 4.1, chapter 5.
 
-use crate::support::{Desk, hex};
-use crate::{CHANNEL, Gauge, desk, gauge, pcg, psg};
+use crate::support::{Tester, hex};
+use crate::{CHANNEL, Gauge, gauge, pcg, psg, tester};
 use profivac_dp::slave::Device;
 use profivac_wire::Sap;
 
 /// A PDU, and the answer that a poll fetches.
-fn job(desk: &mut Desk<Gauge>, sap: Sap, ssap: u8, pdu: &str) -> Vec<u8> {
-    assert_eq!(desk.ask(sap, ssap, &hex(pdu)).unwrap().0, 0xE5, "{pdu}");
-    desk.ask(sap, ssap, &[]).unwrap().1
+fn job(tester: &mut Tester<Gauge>, sap: Sap, ssap: u8, pdu: &str) -> Vec<u8> {
+    assert_eq!(tester.ask(sap, ssap, &hex(pdu)).unwrap().0, 0xE5, "{pdu}");
+    tester.ask(sap, ssap, &[]).unwrap().1
 }
 
 /// Opens a connection (profibus-wire 4.6.6).
-fn connect(desk: &mut Desk<Gauge>) -> Sap {
+fn connect(tester: &mut Tester<Gauge>) -> Sap {
     let initiate = "57 00 00 00 00 64 01 00 00 00 00 00 00 02 00 02 00 00 00 00";
-    let (_, answer) = desk.ask(Sap::ResourceManager, 50, &hex(initiate)).unwrap();
+    let (_, answer) = tester.ask(Sap::ResourceManager, 50, &hex(initiate)).unwrap();
     let sap = Sap::Ms2(answer[1]);
-    assert_eq!(desk.ask(sap, 50, &[]).unwrap().1[0], 0x57);
+    assert_eq!(tester.ask(sap, 50, &[]).unwrap().1[0], 0x57);
     sap
 }
 
-/// What 1_R/W and 2_R/W mean.
+/// The rights of 1_R/W and 2_R/W.
 #[test]
-fn a_class_2_master_without_an_exchange() {
-    let mut desk = desk(pcg());
-    let sap = connect(&mut desk);
+fn a_class_2_master_reads_and_writes_without_an_exchange() {
+    let mut tester = tester(pcg());
+    let sap = connect(&mut tester);
     for (request, answer) in [
         // Device Type: class 2 may.
         ("5E 00 11 F0", "5E 00 11 08 43 56 47 20 20 20 20 20"),
@@ -43,16 +43,16 @@ fn a_class_2_master_without_an_exchange() {
         ("5E 01 0E F0", "DE 80 B0 03"),
         ("5F 01 27 02 00 00", "DF 80 B1 05"),
     ] {
-        assert_eq!(job(&mut desk, sap, 50, request), hex(answer), "{request}");
+        assert_eq!(job(&mut tester, sap, 50, request), hex(answer), "{request}");
     }
 }
 
 #[test]
-fn a_class_1_master_beside_its_exchange() {
-    let mut desk = desk(pcg());
-    desk.pressure_mbar(100.0);
+fn a_class_1_master_reads_and_writes_beside_its_exchange() {
+    let mut tester = tester(pcg());
+    tester.pressure_mbar(100.0);
     // DPV1_Enable (39).
-    desk.bring_up(&hex("80 00 00 13 08"), &hex(CHANNEL));
+    tester.bring_up(&hex("80 00 00 13 08"), &hex(CHANNEL));
     for (request, answer) in [
         // Process Value, 100 mbar.
         ("5E 01 13 F0", "5E 01 13 04 42 C8 00 00"),
@@ -63,23 +63,23 @@ fn a_class_1_master_beside_its_exchange() {
         ("5F 03 13 04 43 48 00 00", "5F 03 13 04"),
         ("5E 03 15 F0", "5E 03 15 01 01"),
     ] {
-        assert_eq!(job(&mut desk, Sap::Ms1, 51, request), hex(answer), "{request}");
+        assert_eq!(job(&mut tester, Sap::Ms1, 51, request), hex(answer), "{request}");
     }
 }
 
 /// (111): DS_Write slot 0 index 255 with 08 00 FD E8, then DS_Read of 4 + 64 octets.
 #[test]
-fn i_and_m0_by_both_classes() {
+fn both_classes_read_i_and_m0() {
     let call = "5F 00 FF 04 08 00 FD E8";
     let expected = [hex("5E 00 FF 44 08 00 FD E8"), gauge(psg()).im0().unwrap().to_vec()].concat();
-    let mut desk = desk(psg());
-    let sap = connect(&mut desk);
-    assert_eq!(job(&mut desk, sap, 50, call), hex("5F 00 FF 04"));
-    assert_eq!(job(&mut desk, sap, 50, "5E 00 FF F0"), expected);
-    desk.bring_up(&hex("80 00 00 13 08"), &hex(CHANNEL));
-    assert_eq!(job(&mut desk, Sap::Ms1, 51, call), hex("5F 00 FF 04"));
-    assert_eq!(job(&mut desk, Sap::Ms1, 51, "5E 00 FF F0"), expected);
+    let mut tester = tester(psg());
+    let sap = connect(&mut tester);
+    assert_eq!(job(&mut tester, sap, 50, call), hex("5F 00 FF 04"));
+    assert_eq!(job(&mut tester, sap, 50, "5E 00 FF F0"), expected);
+    tester.bring_up(&hex("80 00 00 13 08"), &hex(CHANNEL));
+    assert_eq!(job(&mut tester, Sap::Ms1, 51, call), hex("5F 00 FF 04"));
+    assert_eq!(job(&mut tester, Sap::Ms1, 51, "5E 00 FF F0"), expected);
     // There is no I&M1, and none in other slots.
-    assert_eq!(job(&mut desk, sap, 50, "5F 00 FF 04 08 00 FD E9")[0], 0xDF);
-    assert_eq!(job(&mut desk, sap, 50, "5F 01 FF 04 08 00 FD E8")[0], 0xDF);
+    assert_eq!(job(&mut tester, sap, 50, "5F 00 FF 04 08 00 FD E9")[0], 0xDF);
+    assert_eq!(job(&mut tester, sap, 50, "5F 01 FF 04 08 00 FD E8")[0], 0xDF);
 }

@@ -1,19 +1,19 @@
 //! Zero and gain adjust, auto zero, Pirani OFF: 8.1.1, 8.1.11, 8.2.1, 8.3.1, 12.2.5, (78) to (80), (91), (107).
 
-use crate::support::Desk;
+use crate::support::Tester;
 use crate::{FLOATS, Gauge, exchanging, executing, float, of_instance, pcg, psg, restart};
 use profivac_devices::SimulatedDevice;
 
 /// AIBlockAdjust Command; the target value is ignored.
-fn adjust(desk: &mut Desk<Gauge>, instance: u8, command: u8) -> Result<(), u8> {
-    desk.put(1, 46, &[instance]).unwrap();
-    desk.put(1, 15, &[command, 0x55])
+fn adjust(tester: &mut Tester<Gauge>, instance: u8, command: u8) -> Result<(), u8> {
+    tester.put(1, 46, &[instance]).unwrap();
+    tester.put(1, 15, &[command, 0x55])
 }
 
 /// The sensors of a PCG550 in this order, in mbar.
-fn sense(desk: &mut Desk<Gauge>, cdg: f64, pirani: f64, atm: f64) {
+fn sense(tester: &mut Tester<Gauge>, cdg: f64, pirani: f64, atm: f64) {
     for (part, mbar) in [cdg, pirani, atm].into_iter().enumerate() {
-        desk.device().sense(part, mbar * 100.0);
+        tester.device().sense(part, mbar * 100.0);
     }
 }
 
@@ -24,109 +24,109 @@ fn close(found: f32, expected: f64) -> bool {
 /// 8.1.1: "Used to calibrate diaphragm zero pressure value."
 #[test]
 fn a_zero_adjust_of_the_diaphragm_moves_its_zero() {
-    let mut desk = executing(pcg(), 100.0);
-    sense(&mut desk, 0.7, 1e-4, 1013.0);
-    assert!(close(float(&mut desk, 1, 19), 0.7));
-    adjust(&mut desk, 1, 0).unwrap();
-    assert_eq!(float(&mut desk, 1, 19), 0.0);
-    sense(&mut desk, 500.7, 500.0, 1013.0);
-    assert!(close(float(&mut desk, 1, 19), 500.0));
+    let mut tester = executing(pcg(), 100.0);
+    sense(&mut tester, 0.7, 1e-4, 1013.0);
+    assert!(close(float(&mut tester, 1, 19), 0.7));
+    adjust(&mut tester, 1, 0).unwrap();
+    assert_eq!(float(&mut tester, 1, 19), 0.0);
+    sense(&mut tester, 500.7, 500.0, 1013.0);
+    assert!(close(float(&mut tester, 1, 19), 500.0));
     // Only the diaphragm, and kept.
-    assert!(close(float(&mut desk, 2, 19), 500.0));
-    restart(&mut desk);
-    desk.command(4).unwrap();
-    assert!(close(float(&mut desk, 1, 19), 500.0));
+    assert!(close(float(&mut tester, 2, 19), 500.0));
+    restart(&mut tester);
+    tester.command(4).unwrap();
+    assert!(close(float(&mut tester, 1, 19), 500.0));
 }
 
 /// 8.2.1: "Used to calibrate pirani zero pressure value", "... fullscale pressure value".
 #[test]
-fn the_piranis_adjustments_move_both_ends() {
+fn the_adjustments_of_the_pirani_move_zero_and_gain() {
     for (kind, instance, part) in [(pcg(), 2, 1), (psg(), 1, 0)] {
-        let mut desk = executing(kind, 100.0);
-        desk.device().sense(part, 3e-3 * 100.0);
-        adjust(&mut desk, instance, 0).unwrap();
-        assert_eq!(float(&mut desk, instance, 19), 0.0);
-        desk.device().sense(part, 870.0 * 100.0);
-        adjust(&mut desk, instance, 1).unwrap();
-        assert!(close(float(&mut desk, instance, 19), 1000.0));
+        let mut tester = executing(kind, 100.0);
+        tester.device().sense(part, 3e-3 * 100.0);
+        adjust(&mut tester, instance, 0).unwrap();
+        assert_eq!(float(&mut tester, instance, 19), 0.0);
+        tester.device().sense(part, 870.0 * 100.0);
+        adjust(&mut tester, instance, 1).unwrap();
+        assert!(close(float(&mut tester, instance, 19), 1000.0));
         // The zero stays where it was.
-        desk.device().sense(part, 3e-3 * 100.0);
-        assert!(float(&mut desk, instance, 19) < 1e-9);
-        restart(&mut desk);
-        desk.command(4).unwrap();
-        desk.device().sense(part, 870.0 * 100.0);
-        assert!(close(float(&mut desk, instance, 19), 1000.0));
+        tester.device().sense(part, 3e-3 * 100.0);
+        assert!(float(&mut tester, instance, 19) < 1e-9);
+        restart(&mut tester);
+        tester.command(4).unwrap();
+        tester.device().sense(part, 870.0 * 100.0);
+        assert!(close(float(&mut tester, instance, 19), 1000.0));
     }
 }
 
 /// 8.3.1: "the ATM sensor value will be set to the same value as at that time measured by the diaphragm gauge."
 #[test]
 fn the_atmosphere_sensor_is_set_to_the_diaphragm() {
-    let mut desk = executing(pcg(), 100.0);
-    sense(&mut desk, 1005.0, 1000.0, 990.0);
-    adjust(&mut desk, 3, 1).unwrap();
-    assert!(close(float(&mut desk, 3, 19), 1005.0));
-    sense(&mut desk, 100.0, 100.0, 495.0);
-    assert!(close(float(&mut desk, 3, 19), 502.5));
-    assert!(close(float(&mut desk, 1, 19), 100.0));
+    let mut tester = executing(pcg(), 100.0);
+    sense(&mut tester, 1005.0, 1000.0, 990.0);
+    adjust(&mut tester, 3, 1).unwrap();
+    assert!(close(float(&mut tester, 3, 19), 1005.0));
+    sense(&mut tester, 100.0, 100.0, 495.0);
+    assert!(close(float(&mut tester, 3, 19), 502.5));
+    assert!(close(float(&mut tester, 1, 19), 100.0));
 }
 
 #[test]
-fn commands_without_a_name_are_accepted_and_do_nothing() {
-    let mut desk = executing(pcg(), 100.0);
-    sense(&mut desk, 100.0, 90.0, 1000.0);
+fn commands_without_a_name_are_accepted_and_have_no_effect() {
+    let mut tester = executing(pcg(), 100.0);
+    sense(&mut tester, 100.0, 90.0, 1000.0);
     for (instance, commands) in [(1, 1..=255), (2, 2..=255), (3, 2..=255)] {
         for command in commands {
-            assert_eq!(adjust(&mut desk, instance, command), Ok(()));
+            assert_eq!(adjust(&mut tester, instance, command), Ok(()));
         }
     }
     // 0 is reserved for the atmosphere sensor (80).
-    adjust(&mut desk, 3, 0).unwrap();
-    assert_eq!([1, 2, 3].map(|instance| float(&mut desk, instance, 19)), [100.0, 90.0, 1000.0]);
-    assert_eq!(desk.get(1, 15), [0, 0]);
+    adjust(&mut tester, 3, 0).unwrap();
+    assert_eq!([1, 2, 3].map(|instance| float(&mut tester, instance, 19)), [100.0, 90.0, 1000.0]);
+    assert_eq!(tester.get(1, 15), [0, 0]);
 }
 
 #[test]
-fn what_reads_nothing_is_not_adjusted() {
-    let mut desk = executing(pcg(), 100.0);
-    desk.fault("sensor1", true);
-    assert_eq!([adjust(&mut desk, 1, 0), adjust(&mut desk, 3, 1)], [Err(202); 2]);
-    desk.fault("sensor1", false);
-    desk.put(1, 46, &[2]).unwrap();
-    desk.put(1, 201, &[2]).unwrap();
-    assert_eq!([adjust(&mut desk, 2, 0), adjust(&mut desk, 2, 1)], [Err(202); 2]);
-    desk.put(1, 201, &[0]).unwrap();
-    sense(&mut desk, 0.0, 0.0, 0.0);
-    assert_eq!([adjust(&mut desk, 2, 1), adjust(&mut desk, 3, 1)], [Err(202); 2]);
-    desk.command(2).unwrap();
-    assert_eq!(adjust(&mut desk, 1, 0), Err(202));
+fn a_part_without_a_reading_is_not_adjusted() {
+    let mut tester = executing(pcg(), 100.0);
+    tester.fault("sensor1", true);
+    assert_eq!([adjust(&mut tester, 1, 0), adjust(&mut tester, 3, 1)], [Err(202); 2]);
+    tester.fault("sensor1", false);
+    tester.put(1, 46, &[2]).unwrap();
+    tester.put(1, 201, &[2]).unwrap();
+    assert_eq!([adjust(&mut tester, 2, 0), adjust(&mut tester, 2, 1)], [Err(202); 2]);
+    tester.put(1, 201, &[0]).unwrap();
+    sense(&mut tester, 0.0, 0.0, 0.0);
+    assert_eq!([adjust(&mut tester, 2, 1), adjust(&mut tester, 3, 1)], [Err(202); 2]);
+    tester.command(2).unwrap();
+    assert_eq!(adjust(&mut tester, 1, 0), Err(202));
 }
 
 /// A command acts once; it is not stored (78).
 #[test]
 fn a_restart_adjusts_nothing() {
-    let mut desk = executing(psg(), 100.0);
-    adjust(&mut desk, 1, 1).unwrap();
-    desk.pressure_mbar(50.0);
-    restart(&mut desk);
-    desk.command(4).unwrap();
-    assert!(close(float(&mut desk, 1, 19), 500.0));
+    let mut tester = executing(psg(), 100.0);
+    adjust(&mut tester, 1, 1).unwrap();
+    tester.pressure_mbar(50.0);
+    restart(&mut tester);
+    tester.command(4).unwrap();
+    assert!(close(float(&mut tester, 1, 19), 500.0));
 }
 
 /// 8.1.11: "automatically and periodically".
 #[test]
-fn auto_zero_follows_the_pirani_when_there_is_nothing_to_measure() {
+fn auto_zero_adjusts_the_diaphragm_while_the_pirani_reads_a_low_pressure() {
     let drifted = |enabled: bool, pirani: f64, seconds: f64, fault: &str| {
-        let mut desk = executing(pcg(), 100.0);
-        desk.put(1, 41, &[u8::from(enabled)]).unwrap();
+        let mut tester = executing(pcg(), 100.0);
+        tester.put(1, 41, &[u8::from(enabled)]).unwrap();
         if !fault.is_empty() {
-            desk.fault(fault, true);
+            tester.fault(fault, true);
         }
-        sense(&mut desk, 0.3, pirani, 1013.0);
-        desk.device().advance(seconds);
-        desk.device().advance(seconds);
-        desk.fault("sensor2", false);
-        float(&mut desk, 1, 19) != 0.0
+        sense(&mut tester, 0.3, pirani, 1013.0);
+        tester.device().advance(seconds);
+        tester.device().advance(seconds);
+        tester.fault("sensor2", false);
+        float(&mut tester, 1, 19) != 0.0
     };
     assert!(!drifted(true, 1e-3, 300.0, ""));
     assert!(!drifted(true, 0.01, 300.0, ""));
@@ -138,37 +138,37 @@ fn auto_zero_follows_the_pirani_when_there_is_nothing_to_measure() {
 
 /// 12.2.5
 #[test]
-fn a_pirani_that_is_off_reads_nothing() {
-    let mut desk = exchanging(pcg(), FLOATS, 1e-2);
-    assert_eq!(desk.exchange(&[])[..3], [0x80, 0, 2]);
-    desk.put(1, 46, &[2]).unwrap();
-    desk.put(1, 201, &[2]).unwrap();
+fn a_pirani_that_is_off_has_no_reading() {
+    let mut tester = exchanging(pcg(), FLOATS, 1e-2);
+    assert_eq!(tester.exchange(&[])[..3], [0x80, 0, 2]);
+    tester.put(1, 46, &[2]).unwrap();
+    tester.put(1, 201, &[2]).unwrap();
     // The diaphragm stays active at any pressure, below its range here; its reading is invalid there.
-    assert_eq!(desk.exchange(&[])[..3], [0xA0, 0x05, 1]);
-    assert_eq!(of_instance(&mut desk, 2, 23), [0]);
-    desk.pressure_mbar(5.0);
-    assert_eq!(desk.exchange(&[])[..3], [0x80, 0, 1]);
-    desk.put(1, 201, &[0]).unwrap();
-    assert_eq!(desk.exchange(&[])[..3], [0x80, 0, 2]);
+    assert_eq!(tester.exchange(&[])[..3], [0xA0, 0x05, 1]);
+    assert_eq!(of_instance(&mut tester, 2, 23), [0]);
+    tester.pressure_mbar(5.0);
+    assert_eq!(tester.exchange(&[])[..3], [0x80, 0, 1]);
+    tester.put(1, 201, &[0]).unwrap();
+    assert_eq!(tester.exchange(&[])[..3], [0x80, 0, 2]);
 }
 
 /// "1: Pirani switches off automatically (by default at pressures above 12 mbar ...)"
 #[test]
-fn the_automatic_switches_above_12_mbar() {
-    let mut desk = exchanging(pcg(), FLOATS, 1.0);
-    desk.put(1, 46, &[2]).unwrap();
-    desk.put(1, 201, &[1]).unwrap();
+fn the_automatic_mode_switches_the_pirani_off_above_12_mbar() {
+    let mut tester = exchanging(pcg(), FLOATS, 1.0);
+    tester.put(1, 46, &[2]).unwrap();
+    tester.put(1, 201, &[1]).unwrap();
     for (mbar, valid) in [(1.0, 1), (11.9, 1), (12.0, 1), (12.1, 0), (1000.0, 0), (11.5, 0), (10.9, 1), (1.0, 1)] {
-        desk.pressure_mbar(mbar);
-        assert_eq!(of_instance(&mut desk, 2, 23), [valid], "{mbar} mbar");
+        tester.pressure_mbar(mbar);
+        assert_eq!(of_instance(&mut tester, 2, 23), [valid], "{mbar} mbar");
         // The gauge measures all the same.
-        assert_eq!(desk.exchange(&[])[..2], [0x80, 0], "{mbar} mbar");
+        assert_eq!(tester.exchange(&[])[..2], [0x80, 0], "{mbar} mbar");
     }
     // A PSG55x has nothing else (107).
-    let mut desk = exchanging(psg(), FLOATS, 1.0);
-    desk.put(1, 201, &[1]).unwrap();
+    let mut tester = exchanging(psg(), FLOATS, 1.0);
+    tester.put(1, 201, &[1]).unwrap();
     for (mbar, status) in [(12.0, [0x80, 0]), (12.1, [0xA0, 3]), (10.9, [0x80, 0])] {
-        desk.pressure_mbar(mbar);
-        assert_eq!(desk.exchange(&[])[..2], status, "{mbar} mbar");
+        tester.pressure_mbar(mbar);
+        assert_eq!(tester.exchange(&[])[..2], status, "{mbar} mbar");
     }
 }

@@ -1,18 +1,18 @@
-//! The parameter channel, as far as it is particular here: 4.3, (1) to (12), (53), (54). The rules that the gauges share
-//! are tested with the BCG450.
+//! The parameter channel, as far as it is particular here: 4.3, (1) to (12), (53), (54). The rules that the gauges
+//! share are tested with the BCG450.
 
-use crate::support::{Desk, hex};
+use crate::support::{Tester, hex};
 use crate::{CHANNEL, Gauge, exchanging, float, of_instance, pcg};
 
 /// An instruction after AK 0, and its answer.
-fn instruct(desk: &mut Desk<Gauge>, request: &str) -> Vec<u8> {
-    desk.channel(hex(request).try_into().unwrap()).to_vec()
+fn instruct(tester: &mut Tester<Gauge>, request: &str) -> Vec<u8> {
+    tester.channel(hex(request).try_into().unwrap()).to_vec()
 }
 
 /// 4.3.1: every instruction signature, with the response signature beside it in the table.
 #[test]
-fn the_signatures() {
-    let mut desk = exchanging(pcg(), CHANNEL, 100.0);
+fn every_length_has_its_ak() {
+    let mut tester = exchanging(pcg(), CHANNEL, 100.0);
     for (request, answer) in [
         // Read: a byte, a word, a double word. Device State, Data Unit (class 2 only: 3), Process Value.
         ("10 00 19 00 00 00 00 00", "B0 00 19 00 00 00 00 04"),
@@ -27,14 +27,14 @@ fn the_signatures() {
         ("A0 02 14 00 00 00 00 00", "B0 02 14 00 00 00 00 00"),
         ("20 01 0F 00 00 00 FF 00", "10 01 0F 00 00 00 FF 00"),
     ] {
-        assert_eq!(instruct(&mut desk, request), hex(answer), "{request}");
+        assert_eq!(instruct(&mut tester, request), hex(answer), "{request}");
     }
 }
 
 /// 4.3.3: the error codes in octets 7 and 8, counted from 1 (1).
 #[test]
-fn the_error_codes() {
-    let mut desk = exchanging(pcg(), CHANNEL, 100.0);
+fn every_refusal_has_its_error_code() {
+    let mut tester = exchanging(pcg(), CHANNEL, 100.0);
     for (request, code) in [
         // Undefined slot, and an index that is not there (7).
         ("10 06 10 00 00 00 00 00", 0),
@@ -58,7 +58,7 @@ fn the_error_codes() {
         ("40 00 19 00 00 00 00 00", 18),
         ("F0 00 19 00 00 00 00 00", 18),
     ] {
-        let answer = instruct(&mut desk, request);
+        let answer = instruct(&mut tester, request);
         assert_eq!((answer[0], &answer[4..]), (0x70, &[0, 0, 0, code][..]), "{request}");
         assert_eq!(answer[1..3], hex(request)[1..3], "slot and index are repeated (9)");
     }
@@ -66,29 +66,29 @@ fn the_error_codes() {
 
 /// (10): otherwise an adjustment would be made in every cycle.
 #[test]
-fn an_instruction_that_stands_adjusts_once() {
-    let mut desk = exchanging(pcg(), CHANNEL, 100.0);
+fn a_repeated_task_adjusts_once() {
+    let mut tester = exchanging(pcg(), CHANNEL, 100.0);
     let zero = hex("20 01 0F 00 00 00 00 00");
-    assert_eq!(desk.exchange(&zero)[..8], hex("10 01 0F 00 00 00 00 00"));
-    assert_eq!(float(&mut desk, 1, 19), 0.0);
-    desk.pressure_mbar(150.0);
-    assert_eq!(desk.exchange(&zero)[..8], hex("10 01 0F 00 00 00 00 00"));
-    assert_eq!(float(&mut desk, 1, 19), 50.0);
-    desk.exchange(&[0; 8]);
-    desk.exchange(&zero);
-    assert_eq!(float(&mut desk, 1, 19), 0.0);
+    assert_eq!(tester.exchange(&zero)[..8], hex("10 01 0F 00 00 00 00 00"));
+    assert_eq!(float(&mut tester, 1, 19), 0.0);
+    tester.pressure_mbar(150.0);
+    assert_eq!(tester.exchange(&zero)[..8], hex("10 01 0F 00 00 00 00 00"));
+    assert_eq!(float(&mut tester, 1, 19), 50.0);
+    tester.exchange(&[0; 8]);
+    tester.exchange(&zero);
+    assert_eq!(float(&mut tester, 1, 19), 0.0);
 }
 
 /// "The slave keeps transmitting the response": for a read, with the value of now (10).
 #[test]
-fn a_read_that_stands_shows_the_present_value() {
-    let mut desk = exchanging(pcg(), CHANNEL, 100.0);
+fn a_read_task_shows_the_present_value_in_every_cycle() {
+    let mut tester = exchanging(pcg(), CHANNEL, 100.0);
     let read = hex("10 01 13 00 00 00 00 00");
-    assert_eq!(desk.exchange(&read)[4..8], 100f32.to_be_bytes());
-    desk.pressure_mbar(200.0);
-    assert_eq!(desk.exchange(&read)[4..8], 200f32.to_be_bytes());
+    assert_eq!(tester.exchange(&read)[4..8], 100f32.to_be_bytes());
+    tester.pressure_mbar(200.0);
+    assert_eq!(tester.exchange(&read)[4..8], 200f32.to_be_bytes());
     // Another instance in the meantime.
-    desk.put(1, 46, &[3]).unwrap();
-    assert_eq!(desk.exchange(&read)[4..8], 1013.25f32.to_be_bytes());
-    assert_eq!(of_instance(&mut desk, 3, 22), hex("13 08"));
+    tester.put(1, 46, &[3]).unwrap();
+    assert_eq!(tester.exchange(&read)[4..8], 1013.25f32.to_be_bytes());
+    assert_eq!(of_instance(&mut tester, 3, 22), hex("13 08"));
 }

@@ -1,6 +1,6 @@
 //! Exception Status, its two records and their copies. 7.1.11 to 7.1.13, 7.1.16 to 7.1.21, (71) to (75).
 
-use crate::support::{Desk, hex};
+use crate::support::{Tester, hex};
 use crate::{FLOATS, Gauge, exchanging, of_instance, pcg, pcg_without_atm, psg};
 use profivac_devices::pxg55x::Pxg55xModel;
 
@@ -54,28 +54,28 @@ fn rows() -> Vec<(Pxg55xModel, Row)> {
 /// `comm` is 7.1.12's internal communication exception, bit 0 of the manufacturer's detail, and not the communications
 /// exception, bit 5 of the common one.
 #[test]
-fn every_fault_sets_its_bits_and_leaves_no_trace() {
+fn every_fault_sets_its_bits_while_it_is_active() {
     for (kind, (fault, status, alarm, warning)) in rows() {
-        let mut desk = exchanging(kind, FLOATS, 100.0);
+        let mut tester = exchanging(kind, FLOATS, 100.0);
         if !fault.is_empty() {
-            desk.fault(fault, true);
+            tester.fault(fault, true);
         }
-        assert_eq!(desk.get(0, 26), [status], "{fault}");
-        assert_eq!(desk.exchange(&[])[0], status, "{fault}");
-        assert_eq!(desk.report().exception_status, status, "{fault}");
-        assert_eq!(desk.get(0, 27), hex(alarm), "{fault}");
-        assert_eq!(desk.get(0, 28), hex(warning), "{fault}");
-        copies_are_equal(&mut desk);
+        assert_eq!(tester.get(0, 26), [status], "{fault}");
+        assert_eq!(tester.exchange(&[])[0], status, "{fault}");
+        assert_eq!(tester.report().exception_status, status, "{fault}");
+        assert_eq!(tester.get(0, 27), hex(alarm), "{fault}");
+        assert_eq!(tester.get(0, 28), hex(warning), "{fault}");
+        copies_are_equal(&mut tester);
         if !fault.is_empty() {
-            desk.fault(fault, false);
+            tester.fault(fault, false);
         }
-        assert_eq!(desk.get(0, 26), [0x80], "{fault} gone");
+        assert_eq!(tester.get(0, 26), [0x80], "{fault} gone");
     }
 }
 
 /// 7.1.16 to 7.1.21, and the blocks the details come from.
-pub fn copies_are_equal(desk: &mut Desk<Gauge>) {
-    let [alarm, warning] = [27, 28].map(|index| desk.get(0, index));
+pub fn copies_are_equal(tester: &mut Tester<Gauge>) {
+    let [alarm, warning] = [27, 28].map(|index| tester.get(0, index));
     // 4 on a PCG55x, 2 on a PSG55x.
     let sensors = usize::from(alarm[3]);
     assert_eq!((alarm.len(), warning.len(), usize::from(warning[3])), (6 + sensors, 7 + sensors, 1 + sensors));
@@ -89,59 +89,59 @@ pub fn copies_are_equal(desk: &mut Desk<Gauge>) {
         (210, &warning[6 + sensors..]),
     ];
     for (index, part) in parts {
-        assert_eq!(desk.get(0, index), part, "copy {index}");
+        assert_eq!(tester.get(0, index), part, "copy {index}");
     }
-    assert_eq!(desk.get(1, 120), warning[4..5], "(71)");
-    let selected = desk.get(1, 46);
+    assert_eq!(tester.get(1, 120), warning[4..5], "(71)");
+    let selected = tester.get(1, 46);
     for (instance, place) in (1u8..).zip(alarm[4..4 + sensors].chunks(2)) {
-        assert_eq!(of_instance(desk, instance, 103), place, "alarm of {instance}");
-        assert_eq!(of_instance(desk, instance, 104), [0, 0], "warning of {instance}");
+        assert_eq!(of_instance(tester, instance, 103), place, "alarm of {instance}");
+        assert_eq!(of_instance(tester, instance, 104), [0, 0], "warning of {instance}");
     }
-    let instances = u8::try_from(desk.report().indicated.iter().count()).unwrap();
+    let instances = u8::try_from(tester.report().indicated.iter().count()).unwrap();
     for instance in 1..=instances {
-        let valid = of_instance(desk, instance, 23)[0];
+        let valid = of_instance(tester, instance, 23)[0];
         // "The logical inversion" (12.1.2).
-        assert_eq!(of_instance(desk, instance, 102)[0] & 1, 1 - valid, "status extension of {instance}");
+        assert_eq!(of_instance(tester, instance, 102)[0] & 1, 1 - valid, "status extension of {instance}");
     }
-    let active = desk.get(1, 47)[0];
+    let active = tester.get(1, 47)[0];
     // "If an error occurs" (13.1.1).
     let error = u8::from(alarm[1..3] != [0; 2]);
-    assert_eq!(of_instance(desk, active, 102)[0] | error, warning[4], "the gauge's is that of the active instance");
-    desk.put(1, 46, &selected).unwrap();
+    assert_eq!(of_instance(tester, active, 102)[0] | error, warning[4], "the gauge's is that of the active instance");
+    tester.put(1, 46, &selected).unwrap();
     let any = |octets: &[u8]| u8::from(octets.iter().any(|octet| *octet != 0));
     let groups = |record: &[u8], device: usize| {
         any(&record[1..3]) | any(&record[4..4 + device]) << 1 | any(&record[5 + device..]) << 2
     };
     let status = 0x80 | groups(&alarm, sensors) | groups(&warning, sensors + 1) << 4;
-    assert_eq!(desk.get(0, 26), [status], "each group bit is the OR of its details");
+    assert_eq!(tester.get(0, 26), [status], "each group bit is the OR of its details");
 }
 
 #[test]
 fn an_alarm_invalidates_its_own_instance_only() {
     for (fault, failed) in [("sensor1", 1), ("electronics1", 1), ("sensor2", 2), ("electronics2", 2), ("sensor3", 3)] {
-        let mut desk = exchanging(pcg(), FLOATS, 100.0);
-        desk.fault(fault, true);
+        let mut tester = exchanging(pcg(), FLOATS, 100.0);
+        tester.fault(fault, true);
         for instance in 1..=3 {
             let valid = u8::from(instance != failed);
-            assert_eq!(of_instance(&mut desk, instance, 23), [valid], "{fault}: instance {instance}");
+            assert_eq!(of_instance(&mut tester, instance, 23), [valid], "{fault}: instance {instance}");
         }
     }
 }
 
 /// 13.1.1, (36): outside EXECUTING the reading is invalid, and that is a warning.
 #[test]
-fn idle_without_a_fault_is_a0() {
+fn exception_status_is_a0_in_idle_without_a_fault() {
     for kind in Pxg55xModel::all() {
-        let mut desk = crate::desk(kind);
-        desk.pressure_mbar(100.0);
-        assert_eq!((desk.get(0, 26), desk.get(1, 120), desk.get(1, 23)), (vec![0xA0], vec![1], vec![0]));
-        copies_are_equal(&mut desk);
+        let mut tester = crate::tester(kind);
+        tester.pressure_mbar(100.0);
+        assert_eq!((tester.get(0, 26), tester.get(1, 120), tester.get(1, 23)), (vec![0xA0], vec![1], vec![0]));
+        copies_are_equal(&mut tester);
     }
 }
 
 /// A range is no error, but a warning: 13.1.1, (87).
 #[test]
-fn out_of_range_sets_its_bit_and_invalid() {
+fn a_reading_out_of_range_sets_its_bit_and_invalid() {
     for (kind, mbar, selector, extension) in [
         (pcg(), 4.9e-5, 2, 0x05),
         (pcg(), 5.1e-5, 2, 0x00),
@@ -152,9 +152,9 @@ fn out_of_range_sets_its_bit_and_invalid() {
         (psg(), 1200.0, 1, 0x00),
         (psg(), 1201.0, 1, 0x03),
     ] {
-        let mut desk = exchanging(kind, FLOATS, mbar);
+        let mut tester = exchanging(kind, FLOATS, mbar);
         let status = if extension == 0 { 0x80 } else { 0xA0 };
-        assert_eq!(desk.exchange(&[])[..3], [status, extension, selector], "{mbar} mbar");
-        copies_are_equal(&mut desk);
+        assert_eq!(tester.exchange(&[])[..3], [status, extension, selector], "{mbar} mbar");
+        copies_are_equal(&mut tester);
     }
 }

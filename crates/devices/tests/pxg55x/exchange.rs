@@ -1,11 +1,11 @@
 //! All models in cyclic exchange: every configuration, every user parameter string, and nothing else. 3.7, 3.8, 4.4.
 
 use crate::support::hex;
-use crate::{COUNTS, MBAR, PASCAL, TORR, TTR, desk};
+use crate::{COUNTS, MBAR, PASCAL, TORR, TTR, tester};
 use profivac_devices::pxg55x::Pxg55xModel;
 use profivac_wire::Sap;
 
-/// What a telegram brings, in order.
+/// The contents of a telegram, in order.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 enum Part {
     /// Parameter channel.
@@ -45,8 +45,8 @@ const CONFIGURATIONS: [(&str, usize, usize, &[Part]); 12] = [
 /// "A1 91" is for TTR compatibility only (49).
 const TTR_CONFIGURATION: &str = "A1 91";
 
-/// 3.8: the string, and what 800 mbar is as a float and as an integer. 3511 x log10(800 x 2^20) + 1 counts (81); an integer
-/// is cut and saturates (16, 17).
+/// 3.8: the string, and what 800 mbar is as a float and as an integer. 3511 x log10(800 x 2^20) + 1 counts (81); an
+/// integer is cut and saturates (16, 17).
 const UNITS: [(&str, f64, u16); 4] =
     [(COUNTS, 31_332.06, 31332), (TORR, 600.049_304, 600), (MBAR, 800.0, 800), (PASCAL, 80_000.0, 32767)];
 
@@ -80,10 +80,10 @@ fn every_gauge_exchanges_in_every_configuration_and_unit() {
     for kind in Pxg55xModel::all() {
         for (cfg, outputs, inputs, parts) in CONFIGURATIONS {
             for (user, float, integer) in UNITS {
-                let mut desk = desk(kind);
-                desk.pressure_mbar(800.0);
-                desk.bring_up(&hex(user), &hex(cfg));
-                let du = desk.exchange(&vec![0; outputs]);
+                let mut tester = tester(kind);
+                tester.pressure_mbar(800.0);
+                tester.bring_up(&hex(user), &hex(cfg));
+                let du = tester.exchange(&vec![0; outputs]);
                 assert_eq!(du.len(), inputs, "{cfg}");
                 check(&du, parts, 1, float, integer);
             }
@@ -94,11 +94,11 @@ fn every_gauge_exchanges_in_every_configuration_and_unit() {
 #[test]
 fn every_gauge_exchanges_in_ttr_compatibility() {
     for kind in Pxg55xModel::all() {
-        let mut desk = desk(kind);
-        desk.pressure_mbar(1.0);
-        desk.bring_up(&hex(TTR), &hex(TTR_CONFIGURATION));
+        let mut tester = tester(kind);
+        tester.pressure_mbar(1.0);
+        tester.bring_up(&hex(TTR), &hex(TTR_CONFIGURATION));
         // 482 x 4.778 = 2303; the two octets to the gauge are not processed.
-        assert_eq!(desk.exchange(&[0xFF, 0xFF]), [0x08, 0xFF]);
+        assert_eq!(tester.exchange(&[0xFF, 0xFF]), [0x08, 0xFF]);
     }
 }
 
@@ -123,19 +123,19 @@ fn there_are_nine_gauges_of_six_names() {
 }
 
 #[test]
-fn a_string_that_is_not_in_the_table_is_refused() {
+fn a_configuration_that_is_not_in_the_table_is_refused() {
     let strings: Vec<Vec<u8>> = CONFIGURATIONS.iter().map(|(cfg, ..)| hex(cfg)).collect();
-    let mut desk = desk(Pxg55xModel::named("pcg550", None).unwrap());
+    let mut tester = tester(Pxg55xModel::named("pcg550", None).unwrap());
     for string in strings.iter().chain([&hex(TTR_CONFIGURATION)]) {
         for position in 0..string.len() {
             for octet in 0..=255 {
                 let mut other = string.clone();
                 other[position] = octet;
-                desk.set_prm(&hex(MBAR));
-                desk.chk_cfg(&other);
-                assert_eq!(desk.is_exchanging(), strings.contains(&other), "{other:02X?}");
+                tester.set_prm(&hex(MBAR));
+                tester.chk_cfg(&other);
+                assert_eq!(tester.is_exchanging(), strings.contains(&other), "{other:02X?}");
                 // Cfg_Fault (41)
-                assert_eq!(desk.diag()[0] & 0x04 != 0, !strings.contains(&other), "{other:02X?}");
+                assert_eq!(tester.diag()[0] & 0x04 != 0, !strings.contains(&other), "{other:02X?}");
             }
         }
     }
@@ -144,21 +144,21 @@ fn a_string_that_is_not_in_the_table_is_refused() {
 #[test]
 fn ttr_compatibility_excludes_all_other_configurations() {
     for (cfg, ..) in CONFIGURATIONS {
-        let mut desk = desk(Pxg55xModel::named("psg550", None).unwrap());
-        desk.set_prm(&hex(TTR));
-        desk.chk_cfg(&hex(cfg));
-        assert!(!desk.is_exchanging(), "{cfg}");
-        assert_ne!(desk.diag()[0] & 0x04, 0, "{cfg}");
+        let mut tester = tester(Pxg55xModel::named("psg550", None).unwrap());
+        tester.set_prm(&hex(TTR));
+        tester.chk_cfg(&hex(cfg));
+        assert!(!tester.is_exchanging(), "{cfg}");
+        assert_ne!(tester.diag()[0] & 0x04, 0, "{cfg}");
     }
 }
 
 #[test]
 fn only_the_printed_strings_are_accepted() {
-    let mut desk = desk(Pxg55xModel::named("pcg554", None).unwrap());
+    let mut tester = tester(Pxg55xModel::named("pcg554", None).unwrap());
     let mut accepts = |user: &[u8]| {
-        desk.set_prm(user);
+        tester.set_prm(user);
         // Prm_Fault (40)
-        desk.diag()[0] & 0x40 == 0
+        tester.diag()[0] & 0x40 == 0
     };
     for code in 0..=u16::MAX {
         let [high, low] = code.to_be_bytes();
@@ -176,11 +176,11 @@ fn only_the_printed_strings_are_accepted() {
 }
 
 #[test]
-fn before_the_first_configuration_get_cfg_tells_the_default() {
-    let mut desk = desk(Pxg55xModel::named("pcg550", None).unwrap());
-    let (_, cfg) = desk.request(Sap::GetCfg, &[]).unwrap();
+fn get_cfg_returns_the_default_before_the_first_configuration() {
+    let mut tester = tester(Pxg55xModel::named("pcg550", None).unwrap());
+    let (_, cfg) = tester.request(Sap::GetCfg, &[]).unwrap();
     assert_eq!(cfg, hex("42 84 05 08"));
-    desk.bring_up(&hex(MBAR), &hex("C6 87 8F 0A 0A 05 08 05 0A"));
-    let (_, cfg) = desk.request(Sap::GetCfg, &[]).unwrap();
+    tester.bring_up(&hex(MBAR), &hex("C6 87 8F 0A 0A 05 08 05 0A"));
+    let (_, cfg) = tester.request(Sap::GetCfg, &[]).unwrap();
     assert_eq!(cfg, hex("C6 87 8F 0A 0A 05 08 05 0A"));
 }

@@ -1,35 +1,36 @@
-//! What a gauge says of itself: 7.1.1 to 7.1.9, 7.1.15, 7.1.22, chapter 5; and its station address, 3.3.
+//! The identity of a gauge: 7.1.1 to 7.1.9, 7.1.15, 7.1.22, chapter 5; and its station address, 3.3.
 
-use crate::support::Desk;
-use crate::{Gauge, desk, gauge, pcg, pcg_without_atm, psg};
+use crate::support::Tester;
+use crate::{Gauge, gauge, pcg, pcg_without_atm, psg, tester};
+use profivac_devices::model::Fault;
 use profivac_devices::profile::{SerialNumber, Setup};
 use profivac_devices::pxg55x::Pxg55xModel;
 use profivac_devices::store::RamStore;
-use profivac_devices::{Action, SimulatedDevice, UnsupportedAction};
+use profivac_devices::{Action, Potentiometer, SimulatedDevice, Switch, SwitchName, UnsupportedAction};
 use profivac_dp::slave::{Device, Dpv1Error, Relation};
 use profivac_wire::Sap;
 use profivac_wire::acyclic::{Call, Im0, call};
 use profivac_wire::address::SetSlaveAdd;
 
 /// A visible string, without the blanks it is filled up with (60).
-fn text(desk: &mut Desk<Gauge>, index: u8) -> String {
-    String::from_utf8(desk.get(0, index)).unwrap().trim_end().to_owned()
+fn text(tester: &mut Tester<Gauge>, index: u8) -> String {
+    String::from_utf8(tester.get(0, index)).unwrap().trim_end().to_owned()
 }
 
 #[test]
-fn the_strings_of_each_family() {
+fn the_identity_of_each_family_is_that_of_the_manual() {
     for (kind, device_type, number, configuration) in [
         // The example of 7.1.9.
         (pcg(), "CVG", "3PC1-001-3121", "DS9 SP WO ATM PB CDG AO0 PIR"),
         (pcg_without_atm(), "CVG", "3PC1-001-2121", "DS9 SP WO PB CDG AO0 PIR"),
         (psg(), "VPG", "3PI1-001-2121", "DS9 SP WO PB AO0 PIR"),
     ] {
-        let mut desk = desk(kind);
-        let strings = [17, 18, 19, 20, 23, 24].map(|index| text(&mut desk, index));
+        let mut tester = tester(kind);
+        let strings = [17, 18, 19, 20, 23, 24].map(|index| text(&mut tester, index));
         assert_eq!(strings, [device_type, "E54-0997", "INFICON AG", number, "100", configuration]);
         // xxyyzz (59)
         for index in [21, 22, 202] {
-            let revision = text(&mut desk, index);
+            let revision = text(&mut tester, index);
             assert!(revision.len() == 6 && revision.bytes().all(|digit| digit.is_ascii_digit()), "{revision}");
         }
     }
@@ -38,8 +39,8 @@ fn the_strings_of_each_family() {
 #[test]
 fn the_models_of_a_family_differ_in_part_number_and_filament() {
     let of = |name| {
-        let mut desk = desk(Pxg55xModel::named(name, None).unwrap());
-        (text(&mut desk, 20), text(&mut desk, 24))
+        let mut tester = tester(Pxg55xModel::named(name, None).unwrap());
+        (text(&mut tester, 20), text(&mut tester, 24))
     };
     // Filament digit 1, 2, 3 (61); WO and NI, a ceramic coating has no abbreviation (7.1.9).
     let pcg = ["pcg550", "pcg552", "pcg554"].map(of);
@@ -54,22 +55,22 @@ fn the_models_of_a_family_differ_in_part_number_and_filament() {
 }
 
 #[test]
-fn block_types_are_words_before_two_zeros() {
-    let mut desk = desk(pcg());
-    assert_eq!(desk.get(0, 16), [0, 1, 0, 0]);
+fn a_block_type_is_a_word_and_two_zeros() {
+    let mut tester = tester(pcg());
+    assert_eq!(tester.get(0, 16), [0, 1, 0, 0]);
     for slot in [2, 3] {
-        assert_eq!(desk.get(slot, 16), [0, 17, 0, 0]);
+        assert_eq!(tester.get(slot, 16), [0, 17, 0, 0]);
     }
     for slot in [4, 5] {
         // Four octets (92).
-        assert_eq!(desk.get(slot, 16), [0, 7, 0, 0]);
+        assert_eq!(tester.get(slot, 16), [0, 7, 0, 0]);
     }
     // The selected blocks have the indices (70).
     for (instance, transducer) in [(1, [0, 14, 0, 0]), (2, [0, 13, 0, 0]), (3, [1, 0, 0, 0])] {
-        assert_eq!(crate::of_instance(&mut desk, instance, 16), [0, 2, 0, 0]);
-        assert_eq!(crate::of_instance(&mut desk, instance, 101), transducer, "instance {instance}");
+        assert_eq!(crate::of_instance(&mut tester, instance, 16), [0, 2, 0, 0]);
+        assert_eq!(crate::of_instance(&mut tester, instance, 101), transducer, "instance {instance}");
     }
-    assert_eq!(crate::of_instance(&mut crate::desk(psg()), 1, 101), [0, 13, 0, 0]);
+    assert_eq!(crate::of_instance(&mut crate::tester(psg()), 1, 101), [0, 13, 0, 0]);
 }
 
 #[test]
@@ -85,11 +86,11 @@ fn i_and_m0_has_the_fields_of_chapter_5() {
         // Longer than the field: cut.
         assert_eq!(im0.serial_number, b"1234567890123456");
         // The revisions of the PROFIBUS board, as ID 21 and ID 22 have them.
-        let mut desk = desk(kind);
+        let mut tester = tester(kind);
         let hex_of = |text: String| u64::from_str_radix(&text, 16).unwrap();
         let [_, xx, yy, zz] = im0.software_revision.map(u64::from);
-        assert_eq!((im0.software_revision[0], xx << 16 | yy << 8 | zz), (b'V', hex_of(text(&mut desk, 21))));
-        assert_eq!(u64::from(im0.hardware_revision) << 8, hex_of(text(&mut desk, 22)));
+        assert_eq!((im0.software_revision[0], xx << 16 | yy << 8 | zz), (b'V', hex_of(text(&mut tester, 21))));
+        assert_eq!(u64::from(im0.hardware_revision) << 8, hex_of(text(&mut tester, 22)));
         assert_eq!(record[56..], [0x5A, 0x00, 0x00, 0x00, 0x01, 0x01, 0x00, 0x00]);
     }
 }
@@ -107,82 +108,81 @@ fn i_and_m0_is_no_parameter() {
 
 /// 3.3: up to 7D hex the switch is the address.
 #[test]
-fn the_address_switch_is_readable_and_polled_at_power_up() {
-    let mut desk = desk(pcg());
-    assert_eq!((desk.get(0, 211), desk.device().station_address()), (vec![5], 5));
-    desk.device().operate(Action::Switch { name: "address", value: "125" }).unwrap();
+fn the_address_switch_is_readable_and_sets_the_address_at_power_up() {
+    let mut tester = tester(pcg());
+    assert_eq!((tester.get(0, 211), tester.device().station_address()), (vec![5], 5));
+    tester.device().operate(Action::Switch(Switch::Address(125))).unwrap();
     // The parameter is the switch, the address what was polled.
-    assert_eq!((desk.get(0, 211), desk.device().station_address()), (vec![125], 5));
-    desk.device().set_power(false);
-    desk.device().set_power(true);
-    assert_eq!(desk.device().station_address(), 125);
-    for value in ["256", "-1", "7D hex", ""] {
-        assert!(desk.device().operate(Action::Switch { name: "address", value }).is_err(), "{value}");
-    }
-    assert_eq!(desk.get(0, 211), [125]);
+    assert_eq!((tester.get(0, 211), tester.device().station_address()), (vec![125], 5));
+    tester.device().set_power(false);
+    tester.device().set_power(true);
+    assert_eq!(tester.device().station_address(), 125);
 }
 
 #[test]
 fn set_slave_add_works_only_above_7d() {
-    let set = |desk: &mut Desk<Gauge>, address: u8, lock: u8| {
-        desk.request(Sap::SetSlaveAdd, &[address, 0x0C, 0x85, lock]);
+    let set = |tester: &mut Tester<Gauge>, address: u8, lock: u8| {
+        tester.request(Sap::SetSlaveAdd, &[address, 0x0C, 0x85, lock]);
     };
     // At or below, the service is closed and the switch wins (55).
-    let mut desk = desk(psg());
-    set(&mut desk, 9, 0);
-    assert_eq!((desk.device().station_address(), desk.slave.address()), (5, 5));
+    let mut tester = tester(psg());
+    set(&mut tester, 9, 0);
+    assert_eq!((tester.device().station_address(), tester.slave.address()), (5, 5));
     // Above, the stored address holds, and is stored.
-    desk.device().operate(Action::Switch { name: "address", value: "126" }).unwrap();
-    desk.device().set_power(false);
-    desk.device().set_power(true);
-    assert_eq!(desk.device().station_address(), 5);
-    set(&mut desk, 9, 0);
-    assert_eq!(desk.device().station_address(), 9);
-    desk.device().set_power(false);
-    desk.device().set_power(true);
-    assert_eq!((desk.device().station_address(), desk.get(0, 211)), (9, vec![126]));
+    tester.device().operate(Action::Switch(Switch::Address(126))).unwrap();
+    tester.device().set_power(false);
+    tester.device().set_power(true);
+    assert_eq!(tester.device().station_address(), 5);
+    set(&mut tester, 9, 0);
+    assert_eq!(tester.device().station_address(), 9);
+    tester.device().set_power(false);
+    tester.device().set_power(true);
+    assert_eq!((tester.device().station_address(), tester.get(0, 211)), (9, vec![126]));
 }
 
 /// profibus-wire 2.11: an address is locked by No_Add_Chg until factory reset, which is 7.2.2, command 128.
 #[test]
 fn a_factory_reset_lifts_no_add_chg_and_keeps_the_address() {
-    let set = |desk: &mut Desk<Gauge>, address: u8| {
-        // The desk asks at one address only, and the gauge moves.
+    let set = |tester: &mut Tester<Gauge>, address: u8| {
+        // The tester asks at one address only, and the gauge moves.
         let request = SetSlaveAdd { address, ident: 0x0C85, no_add_chg: 0xFF, rem_slave_data: &[] };
-        desk.device().set_address(&request);
-        desk.device().station_address()
+        tester.device().set_address(&request);
+        tester.device().station_address()
     };
-    let mut desk = desk(psg());
-    desk.device().operate(Action::Switch { name: "address", value: "126" }).unwrap();
-    desk.device().set_power(false);
-    desk.device().set_power(true);
-    desk.device().settle();
-    assert_eq!((set(&mut desk, 9), set(&mut desk, 10)), (9, 9));
+    let mut tester = tester(psg());
+    tester.device().operate(Action::Switch(Switch::Address(126))).unwrap();
+    tester.device().set_power(false);
+    tester.device().set_power(true);
+    tester.device().settle();
+    assert_eq!((set(&mut tester, 9), set(&mut tester, 10)), (9, 9));
     // No other Reset is enough.
     for command in [1, 129] {
-        desk.command(command).unwrap();
-        desk.device().settle();
-        assert_eq!(set(&mut desk, 10), 9, "{command}");
+        tester.command(command).unwrap();
+        tester.device().settle();
+        assert_eq!(set(&mut tester, 10), 9, "{command}");
     }
-    desk.command(128).unwrap();
-    desk.device().settle();
-    assert_eq!(desk.device().station_address(), 9);
+    tester.command(128).unwrap();
+    tester.device().settle();
+    assert_eq!(tester.device().station_address(), 9);
     // It is stored.
-    desk.device().set_power(false);
-    desk.device().set_power(true);
-    assert_eq!((set(&mut desk, 10), set(&mut desk, 11)), (10, 10));
+    tester.device().set_power(false);
+    tester.device().set_power(true);
+    assert_eq!((set(&mut tester, 10), set(&mut tester, 11)), (10, 10));
 }
 
 #[test]
 fn a_gauge_has_two_buttons_one_switch_and_no_potentiometer() {
     let mut gauge = gauge(pcg());
-    assert_eq!(gauge.operate(Action::Button(3)), Err(UnsupportedAction { expected: &["1", "2"] }));
-    assert_eq!(gauge.operate(Action::Button(0)), Err(UnsupportedAction { expected: &["1", "2"] }));
-    assert_eq!(
-        gauge.operate(Action::Switch { name: "degas", value: "on" }),
-        Err(UnsupportedAction { expected: &["address"] })
-    );
-    assert_eq!(gauge.operate(Action::Pot { which: 'a', volts: 1.0 }), Err(UnsupportedAction { expected: &[] }));
+    let panel = gauge.front_panel();
+    assert_eq!((panel.buttons, panel.switches, panel.potentiometers), (2, &[SwitchName::Address][..], &[][..]));
+    for action in [
+        Action::Button(3),
+        Action::Button(0),
+        Action::Switch(Switch::Degas(true)),
+        Action::Potentiometer { potentiometer: Potentiometer::A, volts: 1.0 },
+    ] {
+        assert_eq!(gauge.operate(action), Err(UnsupportedAction { action }));
+    }
 }
 
 #[test]
@@ -193,11 +193,10 @@ fn a_gauge_has_the_faults_of_its_instances() {
         for instance in 1..=instances {
             names.extend([format!("sensor{instance}"), format!("electronics{instance}")]);
         }
-        assert_eq!(gauge.faults(), names);
-        let expected = gauge.faults();
-        for name in ["sensor4", "unplugged1", "power", if instances < 3 { "sensor3" } else { "sensor0" }] {
-            let result = gauge.operate(Action::Fault { name, present: true });
-            assert_eq!(result, Err(UnsupportedAction { expected }), "{name}");
+        assert!(gauge.faults().names().eq(names.iter().map(String::as_str)));
+        for fault in Fault::ALL.iter().copied().filter(|fault| !names.iter().any(|name| name == fault.name())) {
+            let action = Action::Fault { fault, active: true };
+            assert_eq!(gauge.operate(action), Err(UnsupportedAction { action }));
         }
     }
 }

@@ -23,7 +23,7 @@ mod values;
 use profivac_devices::profile::Setup;
 use profivac_devices::pxg55x::{Pxg55x, Pxg55xModel};
 use profivac_devices::store::RamStore;
-use support::{Desk, hex};
+use support::{Tester, hex};
 
 type Gauge = Pxg55x<RamStore>;
 
@@ -40,14 +40,14 @@ fn psg() -> Pxg55xModel {
     Pxg55xModel::named("psg550", None).unwrap()
 }
 
-/// As bought, with the address switch at 5.
+/// As delivered, with the address switch at 5.
 fn gauge(kind: Pxg55xModel) -> Gauge {
     Gauge::new(RamStore::default(), kind, Setup::new(5))
 }
 
 /// Behind a slave, settled.
-fn desk(kind: Pxg55xModel) -> Desk<Gauge> {
-    Desk::new(gauge(kind))
+fn tester(kind: Pxg55xModel) -> Tester<Gauge> {
+    Tester::new(gauge(kind))
 }
 
 /// 3.8
@@ -63,34 +63,34 @@ const CHANNEL: &str = "C6 87 8E 0A 0A 05 05 05 08";
 const RELAYS: &str = "44 87 05 08 05 0A";
 
 /// In cyclic exchange in mbar at this pressure, and so in EXECUTING.
-fn exchanging(kind: Pxg55xModel, cfg: &str, mbar: f64) -> Desk<Gauge> {
-    let mut desk = desk(kind);
-    desk.pressure_mbar(mbar);
-    desk.bring_up(&hex(MBAR), &hex(cfg));
-    desk
+fn exchanging(kind: Pxg55xModel, cfg: &str, mbar: f64) -> Tester<Gauge> {
+    let mut tester = tester(kind);
+    tester.pressure_mbar(mbar);
+    tester.bring_up(&hex(MBAR), &hex(cfg));
+    tester
 }
 
 /// In EXECUTING without cyclic exchange.
-fn executing(kind: Pxg55xModel, mbar: f64) -> Desk<Gauge> {
-    let mut desk = desk(kind);
-    desk.pressure_mbar(mbar);
-    desk.command(4).unwrap();
-    desk
+fn executing(kind: Pxg55xModel, mbar: f64) -> Tester<Gauge> {
+    let mut tester = tester(kind);
+    tester.pressure_mbar(mbar);
+    tester.command(4).unwrap();
+    tester
 }
 
 /// Switches power off and on again, and lets the gauge start.
-fn restart(desk: &mut Desk<Gauge>) {
+fn restart(tester: &mut Tester<Gauge>) {
     use profivac_devices::SimulatedDevice;
-    desk.device().set_power(false);
-    desk.device().set_power(true);
-    desk.slave.power_up(5);
-    desk.device().settle();
+    tester.device().set_power(false);
+    tester.device().set_power(true);
+    tester.slave.power_up(5);
+    tester.device().settle();
 }
 
-/// What slot 1 has for an instance.
-fn of_instance(desk: &mut Desk<Gauge>, instance: u8, index: u8) -> Vec<u8> {
-    desk.put(1, 46, &[instance]).unwrap();
-    desk.get(1, index)
+/// The octets of slot 1 for an instance.
+fn of_instance(tester: &mut Tester<Gauge>, instance: u8, index: u8) -> Vec<u8> {
+    tester.put(1, 46, &[instance]).unwrap();
+    tester.get(1, index)
 }
 
 fn float_of(octets: &[u8]) -> f32 {
@@ -98,6 +98,6 @@ fn float_of(octets: &[u8]) -> f32 {
 }
 
 /// A float at slot 1 for an instance.
-fn float(desk: &mut Desk<Gauge>, instance: u8, index: u8) -> f32 {
-    float_of(&of_instance(desk, instance, index))
+fn float(tester: &mut Tester<Gauge>, instance: u8, index: u8) -> f32 {
+    float_of(&of_instance(tester, instance, index))
 }

@@ -1,41 +1,42 @@
-//! What outlives the power, what a factory reset undoes, and how time is counted. 7.1.14, 7.1.23, 7.2.2, (76), (85), (102).
+//! Nonvolatile values, the factory reset, and the run hours. 7.1.14, 7.1.23, 7.2.2, (76), (85),
+//! (102).
 
-use crate::support::{Desk, hex, off};
-use crate::{CHANNEL, FLOATS, Gauge, MBAR, desk, exchanging, float, of_instance, pcg, psg, restart};
+use crate::support::{Tester, hex, off};
+use crate::{CHANNEL, FLOATS, Gauge, MBAR, exchanging, float, of_instance, pcg, psg, restart, tester};
 use profivac_devices::SimulatedDevice;
 use profivac_devices::profile::Setup;
 use profivac_devices::pxg55x::Pxg55xModel;
 use profivac_devices::store::{Key, RamStore, Store, StoreError};
 
-fn run_hours(desk: &mut Desk<Gauge>) -> (u16, u32) {
-    let [hours, quarters] = [36, 212].map(|index| desk.get(0, index));
+fn run_hours(tester: &mut Tester<Gauge>) -> (u16, u32) {
+    let [hours, quarters] = [36, 212].map(|index| tester.get(0, index));
     (u16::from_be_bytes(hours.try_into().unwrap()), u32::from_be_bytes(quarters.try_into().unwrap()))
 }
 
 #[test]
 fn run_hours_count_device_time_and_persist() {
-    let mut desk = desk(pcg());
-    assert_eq!(run_hours(&mut desk), (0, 0));
-    desk.device().advance(899.0);
-    assert_eq!(run_hours(&mut desk), (0, 0));
-    desk.device().advance(1.0);
-    assert_eq!(run_hours(&mut desk), (0, 1));
+    let mut tester = tester(pcg());
+    assert_eq!(run_hours(&mut tester), (0, 0));
+    tester.device().advance(899.0);
+    assert_eq!(run_hours(&mut tester), (0, 0));
+    tester.device().advance(1.0);
+    assert_eq!(run_hours(&mut tester), (0, 1));
     for _ in 0..3 {
-        desk.device().advance(900.0);
+        tester.device().advance(900.0);
     }
-    assert_eq!(run_hours(&mut desk), (1, 4));
-    restart(&mut desk);
-    assert_eq!(run_hours(&mut desk), (1, 4));
-    desk.device().advance(1800.0);
-    assert_eq!((run_hours(&mut desk), desk.report().run_hours), ((1, 6), 1.5));
-    // Neither time on the bench nor settling counts while the power is off.
-    desk.device().set_power(false);
-    desk.device().advance(36_000.0);
-    desk.device().set_power(true);
-    assert_eq!(run_hours(&mut desk), (1, 6));
+    assert_eq!(run_hours(&mut tester), (1, 4));
+    restart(&mut tester);
+    assert_eq!(run_hours(&mut tester), (1, 4));
+    tester.device().advance(1800.0);
+    assert_eq!((run_hours(&mut tester), tester.report().run_hours), ((1, 6), 1.5));
+    // Neither simulated time nor settling counts while the power is off.
+    tester.device().set_power(false);
+    tester.device().advance(36_000.0);
+    tester.device().set_power(true);
+    assert_eq!(run_hours(&mut tester), (1, 6));
     // ID 36 = floor(ID 212 / 4), saturating (76).
-    desk.device().advance(3600.0 * 70_000.0);
-    assert_eq!(run_hours(&mut desk), (65_535, 280_006));
+    tester.device().advance(3600.0 * 70_000.0);
+    assert_eq!(run_hours(&mut tester), (65_535, 280_006));
 }
 
 /// The settings of every block: slot, instance, index, a value that differs from the factory's.
@@ -69,128 +70,128 @@ const SETTINGS: [(u8, u8, u8, &str); 26] = [
     (1, 1, 21, "08"),
 ];
 
-fn read(desk: &mut Desk<Gauge>, slot: u8, instance: u8, index: u8) -> Vec<u8> {
-    if instance == 0 { desk.get(slot, index) } else { of_instance(desk, instance, index) }
+fn read(tester: &mut Tester<Gauge>, slot: u8, instance: u8, index: u8) -> Vec<u8> {
+    if instance == 0 { tester.get(slot, index) } else { of_instance(tester, instance, index) }
 }
 
-fn settings(desk: &mut Desk<Gauge>) -> Vec<Vec<u8>> {
-    SETTINGS.iter().map(|(slot, instance, index, _)| read(desk, *slot, *instance, *index)).collect()
+fn settings(tester: &mut Tester<Gauge>) -> Vec<Vec<u8>> {
+    SETTINGS.iter().map(|(slot, instance, index, _)| read(tester, *slot, *instance, *index)).collect()
 }
 
-fn changed(kind: Pxg55xModel) -> Desk<Gauge> {
-    let mut desk = desk(kind);
+fn changed(kind: Pxg55xModel) -> Tester<Gauge> {
+    let mut tester = tester(kind);
     for (slot, instance, index, value) in SETTINGS {
         if instance != 0 {
-            desk.put(1, 46, &[instance]).unwrap();
+            tester.put(1, 46, &[instance]).unwrap();
         }
-        desk.put(slot, index, &hex(value)).unwrap();
+        tester.put(slot, index, &hex(value)).unwrap();
     }
-    desk
+    tester
 }
 
 #[test]
-fn all_settings_together_outlive_the_power() {
-    let mut desk = changed(pcg());
-    desk.put(1, 46, &[3]).unwrap();
-    restart(&mut desk);
-    assert_eq!(desk.get(1, 46), [3]);
+fn all_settings_are_restored_after_power_up() {
+    let mut tester = changed(pcg());
+    tester.put(1, 46, &[3]).unwrap();
+    restart(&mut tester);
+    assert_eq!(tester.get(1, 46), [3]);
     let expected: Vec<Vec<u8>> = SETTINGS.iter().map(|(.., value)| hex(value)).collect();
-    assert_eq!(settings(&mut desk), expected);
+    assert_eq!(settings(&mut tester), expected);
 }
 
 /// In COUNTS a hysteresis is a distance; it is stored as the pressure it is.
 #[test]
-fn settings_in_counts_and_integers_outlive_the_power_too() {
-    let mut desk = changed(pcg());
-    desk.put(1, 22, &hex("10 01")).unwrap();
-    desk.put(1, 21, &[3]).unwrap();
-    desk.put(2, 31, &hex("03 E8")).unwrap();
-    let before = settings(&mut desk);
-    restart(&mut desk);
-    assert_eq!(settings(&mut desk), before);
-    assert_eq!(desk.get(2, 31), hex("03 E8"));
+fn settings_in_counts_and_integers_are_restored_after_power_up() {
+    let mut tester = changed(pcg());
+    tester.put(1, 22, &hex("10 01")).unwrap();
+    tester.put(1, 21, &[3]).unwrap();
+    tester.put(2, 31, &hex("03 E8")).unwrap();
+    let before = settings(&mut tester);
+    restart(&mut tester);
+    assert_eq!(settings(&mut tester), before);
+    assert_eq!(tester.get(2, 31), hex("03 E8"));
 }
 
 /// (85), (102)
 #[test]
-fn factory_settings() {
-    let mut desk = desk(pcg());
-    assert_eq!((desk.get(1, 46), desk.get(1, 22), desk.get(1, 21)), (vec![1], hex("13 08"), vec![8]));
+fn a_new_gauge_has_the_trip_points_of_the_factory() {
+    let mut tester = tester(pcg());
+    assert_eq!((tester.get(1, 46), tester.get(1, 22), tester.get(1, 21)), (vec![1], hex("13 08"), vec![8]));
     for instance in [1, 2, 3] {
-        assert_eq!(of_instance(&mut desk, instance, 39), [0]);
-        assert_eq!(of_instance(&mut desk, instance, 40), [0; 4]);
+        assert_eq!(of_instance(&mut tester, instance, 39), [0]);
+        assert_eq!(of_instance(&mut tester, instance, 40), [0; 4]);
     }
-    assert_eq!((of_instance(&mut desk, 1, 41), of_instance(&mut desk, 2, 201)), (vec![0], vec![0]));
+    assert_eq!((of_instance(&mut tester, 1, 41), of_instance(&mut tester, 2, 201)), (vec![0], vec![0]));
     for slot in [2, 3] {
-        let floats = [17, 19, 31, 32].map(|index| crate::float_of(&desk.get(slot, index)));
+        let floats = [17, 19, 31, 32].map(|index| crate::float_of(&tester.get(slot, index)));
         assert_eq!(floats, [5e-5, 5e-5, 5e-6, 5e-6]);
-        assert_eq!([18, 20, 202].map(|index| desk.get(slot, index)), [[0], [1], [0]]);
+        assert_eq!([18, 20, 202].map(|index| tester.get(slot, index)), [[0], [1], [0]]);
     }
 }
 
 /// 7.2.2, command 128: "Used for reinitializing the device ... to the factory settings."
 #[test]
-fn a_factory_reset_undoes_settings_and_adjustments_but_not_time() {
-    let factory = settings(&mut desk(pcg()));
-    let mut desk = changed(pcg());
-    desk.command(4).unwrap();
-    desk.pressure_mbar(500.0);
+fn a_factory_reset_resets_settings_and_adjustments_but_not_run_hours() {
+    let factory = settings(&mut tester(pcg()));
+    let mut tester = changed(pcg());
+    tester.command(4).unwrap();
+    tester.pressure_mbar(500.0);
     for (instance, command) in [(1, 0), (2, 1), (3, 1)] {
-        desk.put(1, 46, &[instance]).unwrap();
-        let _ = desk.put(1, 15, &[command, 0]);
+        tester.put(1, 46, &[instance]).unwrap();
+        let _ = tester.put(1, 15, &[command, 0]);
     }
-    desk.device().advance(7200.0);
-    assert_eq!(float(&mut desk, 1, 19), 0.0);
-    desk.command(128).unwrap();
+    tester.device().advance(7200.0);
+    assert_eq!(float(&mut tester, 1, 19), 0.0);
+    tester.command(128).unwrap();
     // Also after the power was off: it is stored.
     for power_cut in [false, true] {
         if power_cut {
-            restart(&mut desk);
+            restart(&mut tester);
         }
-        desk.device().settle();
-        assert_eq!(settings(&mut desk), factory);
-        desk.command(4).unwrap();
-        let values = [1, 2, 3].map(|instance| float(&mut desk, instance, 19));
+        tester.device().settle();
+        assert_eq!(settings(&mut tester), factory);
+        tester.command(4).unwrap();
+        let values = [1, 2, 3].map(|instance| float(&mut tester, instance, 19));
         assert_eq!(values, [500.0, 500.0, 1013.25]);
-        assert_eq!((run_hours(&mut desk), desk.device().station_address()), ((2, 8), 5));
+        assert_eq!((run_hours(&mut tester), tester.device().station_address()), ((2, 8), 5));
     }
 }
 
-/// Commands 1 and 129 reinitialise and keep what is nonvolatile.
+/// Commands 1 and 129 reinitialise and keep nonvolatile values.
 #[test]
 fn other_resets_keep_the_settings() {
     for command in [1, 129] {
-        let mut desk = changed(pcg());
-        let before = settings(&mut desk);
-        desk.command(command).unwrap();
-        desk.device().settle();
-        assert_eq!(settings(&mut desk), before, "command {command}");
+        let mut tester = changed(pcg());
+        let before = settings(&mut tester);
+        tester.command(command).unwrap();
+        tester.device().settle();
+        assert_eq!(settings(&mut tester), before, "command {command}");
     }
 }
 
 /// A master that exchanges data has chosen unit and number type; they hold as long as it does.
 #[test]
-fn a_factory_reset_does_not_pull_the_unit_from_under_a_master() {
-    let mut desk = desk(psg());
-    desk.pressure_mbar(100.0);
-    desk.bring_up(&hex("00 00 00 13 09"), &hex("C4 87 8A 0A 0A 05 03"));
+fn a_factory_reset_during_data_exchange_keeps_the_unit() {
+    let mut tester = tester(psg());
+    tester.pressure_mbar(100.0);
+    tester.bring_up(&hex("00 00 00 13 09"), &hex("C4 87 8A 0A 0A 05 03"));
     // By the parameter channel: AK 10, slot 0, index 15, 128.
-    assert_eq!(desk.channel([0xA0, 0, 15, 0, 0, 0, 0, 128]), [0xB0, 0, 15, 0, 0, 0, 0, 128]);
-    desk.device().settle();
-    assert_eq!((desk.get(1, 22), desk.get(1, 21)), (hex("13 09"), vec![3]));
-    desk.command(4).unwrap();
-    assert_eq!(desk.exchange(&[0; 8])[8..], hex("80 27 10"));
+    assert_eq!(tester.channel([0xA0, 0, 15, 0, 0, 0, 0, 128]), [0xB0, 0, 15, 0, 0, 0, 0, 128]);
+    tester.device().settle();
+    assert_eq!((tester.get(1, 22), tester.get(1, 21)), (hex("13 09"), vec![3]));
+    tester.command(4).unwrap();
+    assert_eq!(tester.exchange(&[0; 8])[8..], hex("80 27 10"));
 }
 
-/// `unit=` on the bench: stored when power comes.
+/// The unit of the setup is stored at power-up.
 #[test]
-fn a_setup_may_name_the_stored_unit() {
+fn the_setup_sets_the_stored_unit() {
     for unit in pcg().variant().model.units {
         let setup = Setup { unit: Some(unit), ..Setup::new(5) };
-        let mut desk = Desk::new(Gauge::new(RamStore::default(), pcg(), setup));
-        assert_eq!(desk.get(1, 22), unit.code.to_be_bytes());
-        restart(&mut desk);
-        assert_eq!(desk.get(1, 22), unit.code.to_be_bytes());
+        let mut tester = Tester::new(Gauge::new(RamStore::default(), pcg(), setup));
+        assert_eq!(tester.get(1, 22), unit.code.to_be_bytes());
+        restart(&mut tester);
+        assert_eq!(tester.get(1, 22), unit.code.to_be_bytes());
     }
 }
 
@@ -209,30 +210,30 @@ impl Store for Full {
 }
 
 #[test]
-fn what_cannot_be_stored_is_refused_and_does_not_change() {
-    let mut desk = Desk::new(profivac_devices::pxg55x::Pxg55x::new(Full::default(), pcg(), Setup::new(5)));
+fn a_write_that_cannot_be_stored_is_refused_and_changes_nothing() {
+    let mut tester = Tester::new(profivac_devices::pxg55x::Pxg55x::new(Full::default(), pcg(), Setup::new(5)));
     for (slot, index, value) in [(2, 19, "42 C8 00 00"), (2, 202, "04"), (1, 39, "01"), (1, 22, "13 01")] {
-        let before = desk.get(slot, index);
-        assert_eq!(desk.put(slot, index, &hex(value)), Err(18), "{slot}/{index}");
-        assert_eq!(desk.get(slot, index), before, "{slot}/{index}");
+        let before = tester.get(slot, index);
+        assert_eq!(tester.put(slot, index, &hex(value)), Err(18), "{slot}/{index}");
+        assert_eq!(tester.get(slot, index), before, "{slot}/{index}");
     }
     // A master is not kept out.
-    desk.bring_up(&hex(MBAR), &hex(CHANNEL));
+    tester.bring_up(&hex(MBAR), &hex(CHANNEL));
 }
 
 /// The unit a master chose stays when it goes: all settings "are overwritten" (8.1.6).
 #[test]
-fn the_masters_unit_is_stored() {
-    let mut desk = desk(pcg());
-    desk.bring_up(&hex("00 00 00 13 01"), &hex("42 82 05 03"));
-    desk.unlock();
-    restart(&mut desk);
-    assert_eq!((desk.get(1, 22), desk.get(1, 21)), (hex("13 01"), vec![3]));
+fn the_unit_of_a_master_is_stored() {
+    let mut tester = tester(pcg());
+    tester.bring_up(&hex("00 00 00 13 01"), &hex("42 82 05 03"));
+    tester.unlock();
+    restart(&mut tester);
+    assert_eq!((tester.get(1, 22), tester.get(1, 21)), (hex("13 01"), vec![3]));
 }
 
-/// Without power nothing moves; the bench sees that.
+/// Without power the device does not change, and the simulation reports it.
 #[test]
-fn a_device_without_power_is_off() {
+fn a_device_without_power_reports_off() {
     for kind in Pxg55xModel::all() {
         off::shows_nothing(exchanging(kind, FLOATS, 1.0).device());
     }

@@ -57,13 +57,13 @@ const BOOLEANS: &[&str] = &["01", "00"];
 const NO_BOOLEANS: &[&str] = &["02", "FF"];
 const SAFE_STATES: &[&str] = &["01", "02", "03", "00"];
 const NO_SAFE_STATES: &[&str] = &["04", "FF"];
-/// 1.5, 1e-20, 0 and 123456; below zero, and what is no number.
+/// 1.5, 1e-20, 0 and 123456; a number below zero, and NaN.
 const PRESSURES: &[&str] = &["3F C0 00 00", "1E 3C E5 08", "00 00 00 00", "47 F1 20 00"];
 const NO_PRESSURES: &[&str] = &["BF C0 00 00", "7F C0 00 00", "7F 80 00 00", "FF 80 00 00", "7F 7F FF FF"];
 /// 0, 0.9 and 2.
 const FACTORS: &[&str] = &["00 00 00 00", "3F 66 66 66", "40 00 00 00"];
 const NO_FACTORS: &[&str] = &["BF 80 00 00", "7F C0 00 00", "7F 80 00 00"];
-/// What has no name is accepted and does nothing (79); a record of zeros is a zero adjust (78).
+/// A command without a name is accepted and has no effect (79); a record of zeros is a zero adjust (78).
 const ADJUSTMENTS: &[&str] = &["02 00", "FF FF", "00 00"];
 
 /// Instances of slot 1.
@@ -129,13 +129,13 @@ macro_rules! rows {
             }
 
             #[test]
-            fn no_row_is_written_without_mark_or_with_another_length() {
-                rig::<$number>().no_row_is_written_without_mark_or_with_another_length();
+            fn no_row_is_written_without_a_mark_or_with_another_length() {
+                rig::<$number>().no_row_is_written_without_a_mark_or_with_another_length();
             }
 
             #[test]
-            fn nothing_else_is_there() {
-                rig::<$number>().nothing_else_is_there();
+            fn other_slots_and_indices_are_refused() {
+                rig::<$number>().other_slots_and_indices_are_refused();
             }
 
             #[test]
@@ -154,8 +154,8 @@ macro_rules! rows {
             }
 
             #[test]
-            fn power_keeps_what_is_nonvolatile() {
-                rig::<$number>().power_keeps_what_is_nonvolatile();
+            fn nonvolatile_values_are_restored_after_power_up() {
+                rig::<$number>().nonvolatile_values_are_restored_after_power_up();
             }
         }
     )+ };

@@ -1,14 +1,14 @@
 //! TTR compatibility mode: 3.8, 4.4.1, (49), (50).
 
-use crate::support::{Desk, hex};
-use crate::{FLOATS, Gauge, MBAR, TTR, desk, float, of_instance, pcg, psg};
+use crate::support::{Tester, hex};
+use crate::{FLOATS, Gauge, MBAR, TTR, float, of_instance, pcg, psg, tester};
 use profivac_devices::pxg55x::Pxg55xModel;
 
-fn in_ttr_mode(kind: Pxg55xModel, mbar: f64) -> Desk<Gauge> {
-    let mut desk = desk(kind);
-    desk.pressure_mbar(mbar);
-    desk.bring_up(&hex(TTR), &hex("A1 91"));
-    desk
+fn in_ttr_mode(kind: Pxg55xModel, mbar: f64) -> Tester<Gauge> {
+    let mut tester = tester(kind);
+    tester.pressure_mbar(mbar);
+    tester.bring_up(&hex(TTR), &hex("A1 91"));
+    tester
 }
 
 /// The pressure of the 12 bits by the three printed formulas: mbar, Torr, Pa.
@@ -32,28 +32,28 @@ fn the_twelve_bits_are_the_pressure_by_all_three_formulas() {
 
 /// Bit 7: error; bit 6: trip point 1; bits 5 and 4: 0.
 #[test]
-fn the_status_bits() {
-    let mut desk = in_ttr_mode(psg(), 100.0);
-    let status = |desk: &mut Desk<Gauge>| desk.exchange(&[0, 0])[0] & 0xF0;
-    assert_eq!(status(&mut desk), 0x00);
+fn every_range_status_sets_its_bits() {
+    let mut tester = in_ttr_mode(psg(), 100.0);
+    let status = |tester: &mut Tester<Gauge>| tester.exchange(&[0, 0])[0] & 0xF0;
+    assert_eq!(status(&mut tester), 0x00);
     // Low trip point 1 at 200 mbar; trip point 2 does not matter. Pressures are still in mbar.
-    desk.put(3, 19, &200f32.to_be_bytes()).unwrap();
-    assert_eq!((status(&mut desk), desk.get(3, 21)), (0x00, vec![1]));
-    desk.put(2, 19, &200f32.to_be_bytes()).unwrap();
-    assert_eq!(status(&mut desk), 0x40);
+    tester.put(3, 19, &200f32.to_be_bytes()).unwrap();
+    assert_eq!((status(&mut tester), tester.get(3, 21)), (0x00, vec![1]));
+    tester.put(2, 19, &200f32.to_be_bytes()).unwrap();
+    assert_eq!(status(&mut tester), 0x40);
     for fault in ["ram", "comm", "sensor1"] {
-        desk.fault(fault, true);
-        assert_eq!(status(&mut desk) & 0x80, 0x80, "{fault}");
-        desk.fault(fault, false);
-        assert_eq!(status(&mut desk), 0x40, "{fault} gone");
+        tester.fault(fault, true);
+        assert_eq!(status(&mut tester) & 0x80, 0x80, "{fault}");
+        tester.fault(fault, false);
+        assert_eq!(status(&mut tester), 0x40, "{fault} gone");
     }
     // A warning is no error.
-    desk.pressure_mbar(1300.0);
-    assert_eq!((status(&mut desk), desk.get(0, 26)), (0x00, vec![0xA0]));
+    tester.pressure_mbar(1300.0);
+    assert_eq!((status(&mut tester), tester.get(0, 26)), (0x00, vec![0xA0]));
 }
 
 #[test]
-fn pressures_beyond_twelve_bits_end_there() {
+fn pressures_beyond_twelve_bits_saturate() {
     assert_eq!(in_ttr_mode(psg(), 1e-7).exchange(&[0, 0]), [0x40, 0x00]);
     // 4095 is 5280 mbar.
     assert_eq!(in_ttr_mode(psg(), 6000.0).exchange(&[0, 0]), [0x0F, 0xFF]);
@@ -61,27 +61,27 @@ fn pressures_beyond_twelve_bits_end_there() {
 
 #[test]
 fn unit_and_data_type_keep_their_values() {
-    let mut desk = desk(psg());
-    desk.pressure_mbar(100.0);
-    desk.put(1, 22, &hex("13 09")).unwrap();
-    desk.put(1, 21, &[3]).unwrap();
-    desk.bring_up(&hex(TTR), &hex("A1 91"));
-    assert_eq!((desk.get(1, 22), desk.get(1, 21), desk.get(1, 19)), (hex("13 09"), vec![3], hex("27 10")));
-    assert_eq!(decode(&desk.exchange(&[1, 2]))[0].round(), 100.0);
+    let mut tester = tester(psg());
+    tester.pressure_mbar(100.0);
+    tester.put(1, 22, &hex("13 09")).unwrap();
+    tester.put(1, 21, &[3]).unwrap();
+    tester.bring_up(&hex(TTR), &hex("A1 91"));
+    assert_eq!((tester.get(1, 22), tester.get(1, 21), tester.get(1, 19)), (hex("13 09"), vec![3], hex("27 10")));
+    assert_eq!(decode(&tester.exchange(&[1, 2]))[0].round(), 100.0);
     // The mode is that of this parameterisation.
-    desk.unlock();
-    desk.bring_up(&hex(MBAR), &hex(FLOATS));
-    assert_eq!((of_instance(&mut desk, 1, 22), float(&mut desk, 1, 19)), (hex("13 08"), 100.0));
-    desk.set_prm(&hex(MBAR));
-    desk.chk_cfg(&hex("A1 91"));
-    assert!(!desk.is_exchanging());
+    tester.unlock();
+    tester.bring_up(&hex(MBAR), &hex(FLOATS));
+    assert_eq!((of_instance(&mut tester, 1, 22), float(&mut tester, 1, 19)), (hex("13 08"), 100.0));
+    tester.set_prm(&hex(MBAR));
+    tester.chk_cfg(&hex("A1 91"));
+    assert!(!tester.is_exchanging());
 }
 
 /// The mode belongs to the parameterisation: not even a factory reset takes it from the master.
 #[test]
-fn a_factory_reset_does_not_end_the_mode() {
-    let mut desk = in_ttr_mode(psg(), 100.0);
-    desk.command(128).unwrap();
-    desk.chk_cfg(&hex("A1 91"));
-    assert!(desk.is_exchanging());
+fn a_factory_reset_keeps_ttr_compatibility_mode() {
+    let mut tester = in_ttr_mode(psg(), 100.0);
+    tester.command(128).unwrap();
+    tester.chk_cfg(&hex("A1 91"));
+    assert!(tester.is_exchanging());
 }

@@ -1,13 +1,13 @@
-//! Pressures as numbers: conversions, scales, saturation, and which instance measures. 8.1.3, 8.3.3, 9.1.2, (14) to (18),
-//! (67), (81) to (83), (86).
+//! Pressures as numbers: conversions, scales, saturation, and which instance measures. 8.1.3, 8.3.3, 9.1.2, (14) to
+//! (18), (67), (81) to (83), (86).
 
-use crate::support::{Desk, hex};
-use crate::{COUNTS, FLOATS, Gauge, MBAR, PASCAL, TORR, desk, exchanging, executing, float, of_instance, pcg, psg};
+use crate::support::{Tester, hex};
+use crate::{COUNTS, FLOATS, Gauge, MBAR, PASCAL, TORR, exchanging, executing, float, of_instance, pcg, psg, tester};
 use profivac_devices::SimulatedDevice;
 use profivac_devices::pxg55x::Pxg55xModel;
 
-fn set_unit(desk: &mut Desk<Gauge>, user: &str) {
-    desk.put(1, 22, &hex(user)[3..]).unwrap();
+fn set_unit(tester: &mut Tester<Gauge>, user: &str) {
+    tester.put(1, 22, &hex(user)[3..]).unwrap();
 }
 
 /// 3511 x log10(p x 2^20) + 1 (81).
@@ -34,18 +34,18 @@ fn the_limits_of_every_instance_in_every_unit_and_type() {
             // The atmosphere sensor counts linearly (82).
             (COUNTS, |mbar, is_atm| if is_atm { mbar * 16.0 } else { log_counts(mbar) }),
         ] {
-            let mut desk = desk(kind);
-            set_unit(&mut desk, user);
+            let mut tester = tester(kind);
+            set_unit(&mut tester, user);
             for (index, mbar) in [24, 44, 45].into_iter().zip(limits) {
                 let expected = convert(mbar, is_atm);
-                let found = f64::from(float(&mut desk, instance, index));
+                let found = f64::from(float(&mut tester, instance, index));
                 assert!((found / expected - 1.0).abs() < 1e-6, "{instance}/{index}: {found}, not {expected}");
             }
-            desk.put(1, 21, &[3]).unwrap();
+            tester.put(1, 21, &[3]).unwrap();
             for (index, mbar) in [24, 44, 45].into_iter().zip(limits) {
                 // Cut (17) and saturated (16).
                 let expected = (convert(mbar, is_atm) + 1e-6).floor().min(32767.0) as u16;
-                let found = of_instance(&mut desk, instance, index);
+                let found = of_instance(&mut tester, instance, index);
                 assert_eq!(found, expected.to_be_bytes(), "{instance}/{index}: not {expected}");
             }
         }
@@ -56,28 +56,28 @@ fn the_limits_of_every_instance_in_every_unit_and_type() {
 #[test]
 fn counts_of_round_pressures() {
     for (mbar, counts) in [(0.01, 14117), (1.0, 21139), (10.0, 24650), (1000.0, 31672)] {
-        let mut desk = executing(psg(), mbar);
-        desk.command(5).unwrap();
-        set_unit(&mut desk, COUNTS);
-        desk.put(1, 21, &[3]).unwrap();
-        desk.command(4).unwrap();
-        assert_eq!(of_instance(&mut desk, 1, 19), u16::to_be_bytes(counts), "{mbar} mbar");
+        let mut tester = executing(psg(), mbar);
+        tester.command(5).unwrap();
+        set_unit(&mut tester, COUNTS);
+        tester.put(1, 21, &[3]).unwrap();
+        tester.command(4).unwrap();
+        assert_eq!(of_instance(&mut tester, 1, 19), u16::to_be_bytes(counts), "{mbar} mbar");
     }
 }
 
 /// 8.3.3
 #[test]
 fn the_atmosphere_sensor_counts_sixteen_to_the_mbar() {
-    let mut desk = executing(pcg(), 1e-3);
-    desk.device().sense(2, 98_712.5);
-    desk.command(5).unwrap();
-    set_unit(&mut desk, COUNTS);
-    desk.command(4).unwrap();
-    assert_eq!(float(&mut desk, 3, 19), 15_794.0);
-    desk.put(1, 21, &[3]).unwrap();
-    assert_eq!(of_instance(&mut desk, 3, 19), 15_794u16.to_be_bytes());
+    let mut tester = executing(pcg(), 1e-3);
+    tester.device().sense(2, 98_712.5);
+    tester.command(5).unwrap();
+    set_unit(&mut tester, COUNTS);
+    tester.command(4).unwrap();
+    assert_eq!(float(&mut tester, 3, 19), 15_794.0);
+    tester.put(1, 21, &[3]).unwrap();
+    assert_eq!(of_instance(&mut tester, 3, 19), 15_794u16.to_be_bytes());
     // The others stay logarithmic, and so do the cyclic data.
-    assert_eq!(of_instance(&mut desk, 2, 19), 10_606u16.to_be_bytes());
+    assert_eq!(of_instance(&mut tester, 2, 19), 10_606u16.to_be_bytes());
 }
 
 #[test]
@@ -94,10 +94,10 @@ fn integers_saturate_and_small_pressures_are_zero() {
         (COUNTS, 9e-7, 0),
         (COUNTS, 0.0, 0),
     ] {
-        let mut desk = desk(psg());
-        desk.pressure_mbar(mbar);
-        desk.bring_up(&hex(user), &hex("42 82 05 03"));
-        let found = desk.exchange(&[]);
+        let mut tester = tester(psg());
+        tester.pressure_mbar(mbar);
+        tester.bring_up(&hex(user), &hex("42 82 05 03"));
+        let found = tester.exchange(&[]);
         assert_eq!(found[1..], u16::to_be_bytes(value), "{mbar} mbar with {user}");
     }
 }
@@ -105,44 +105,44 @@ fn integers_saturate_and_small_pressures_are_zero() {
 /// (67): the diaphragm at and above 10 mbar, the Pirani below, a small hysteresis; the atmosphere sensor never.
 #[test]
 fn the_active_instance_follows_the_diaphragm() {
-    let mut desk = exchanging(pcg(), FLOATS, 1000.0);
+    let mut tester = exchanging(pcg(), FLOATS, 1000.0);
     for (mbar, active) in
         [(50.0, 1), (10.0, 1), (9.5, 1), (9.0, 1), (8.9, 2), (9.5, 2), (9.99, 2), (10.0, 1), (1e-4, 2)]
     {
-        desk.pressure_mbar(mbar);
-        assert_eq!(desk.exchange(&[])[2], active, "{mbar} mbar");
-        assert_eq!((desk.get(1, 47), desk.report().active_instance), (vec![active], active), "{mbar} mbar");
+        tester.pressure_mbar(mbar);
+        assert_eq!(tester.exchange(&[])[2], active, "{mbar} mbar");
+        assert_eq!((tester.get(1, 47), tester.report().active_instance), (vec![active], active), "{mbar} mbar");
     }
-    let mut desk = exchanging(psg(), FLOATS, 1000.0);
+    let mut tester = exchanging(psg(), FLOATS, 1000.0);
     for mbar in [1e-4, 9.5, 10.0, 1000.0] {
-        desk.pressure_mbar(mbar);
-        assert_eq!(desk.exchange(&[])[2], 1, "{mbar} mbar");
+        tester.pressure_mbar(mbar);
+        assert_eq!(tester.exchange(&[])[2], 1, "{mbar} mbar");
     }
 }
 
-/// The cyclic value is that of the active instance, whatever is selected (69).
+/// The cyclic value is that of the active instance, with any selected instance (69).
 #[test]
-fn the_selector_does_not_touch_the_cyclic_data() {
-    let mut desk = exchanging(pcg(), FLOATS, 100.0);
-    desk.device().sense(1, 9_000.0);
+fn the_selector_has_no_effect_on_the_cyclic_data() {
+    let mut tester = exchanging(pcg(), FLOATS, 100.0);
+    tester.device().sense(1, 9_000.0);
     for instance in [1, 2, 3] {
-        desk.put(1, 46, &[instance]).unwrap();
-        assert_eq!(desk.exchange(&[])[2..], [&[1][..], &100f32.to_be_bytes()].concat());
+        tester.put(1, 46, &[instance]).unwrap();
+        assert_eq!(tester.exchange(&[])[2..], [&[1][..], &100f32.to_be_bytes()].concat());
     }
-    assert_eq!(float(&mut desk, 2, 19), 90.0);
+    assert_eq!(float(&mut tester, 2, 19), 90.0);
 }
 
 /// (32): what has a pressure keeps its meaning.
 #[test]
 fn a_change_of_unit_changes_no_pressure() {
-    let mut desk = desk(pcg());
+    let mut tester = tester(pcg());
     let values =
         [("13 08", 250.0), ("13 01", 187.515_42), ("13 09", 25_000.0), ("10 01", 29_558.494), ("13 08", 250.0)];
     for (slot, index) in [(1, 40), (2, 17), (2, 19), (3, 17), (3, 19)] {
-        desk.put(slot, index, &250f32.to_be_bytes()).unwrap();
+        tester.put(slot, index, &250f32.to_be_bytes()).unwrap();
         for (unit, value) in values {
-            desk.put(1, 22, &hex(unit)).unwrap();
-            let found = crate::float_of(&desk.get(slot, index));
+            tester.put(1, 22, &hex(unit)).unwrap();
+            let found = crate::float_of(&tester.get(slot, index));
             assert!((found / value - 1.0).abs() < 1e-6, "{slot}/{index} in {unit}: {found} instead of {value}");
         }
     }

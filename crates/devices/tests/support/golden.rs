@@ -54,7 +54,7 @@ pub fn print(model: &Model) -> String {
     let present = model.blocks.iter().filter(|place| !place.locations.is_empty());
     present.for_each(|place| text += &print_place(place));
     text += "\nFaults\n";
-    for (name, effect) in model.faults.names.iter().zip(model.faults.effects) {
+    for (name, effect) in model.faults.names().zip(model.faults.effects) {
         writeln!(text, "{name:<14}{effect}").unwrap();
     }
     text
@@ -105,7 +105,7 @@ fn print_place(place: &PlacedBlock) -> String {
     text
 }
 
-/// Filled up to a width; what is wider still has a blank after it.
+/// Padded to a width; a wider text is followed by one blank.
 fn column(text: &str, width: usize) -> String {
     format!("{text:<0$}", width.max(text.len() + 1))
 }

@@ -1,4 +1,4 @@
-//! A master on the desk: each method is one telegram to the slave and what it answers.
+//! A master and a slave in one test: each method is one telegram to the slave and its answer.
 #![allow(dead_code, reason = "every test file uses its own part of this")]
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "this is test code")]
 
@@ -9,6 +9,7 @@ pub mod rows;
 pub mod selftest;
 pub mod walk;
 
+use profivac_devices::model::Fault;
 use profivac_devices::{Action, Principle, SimulatedDevice, StateReport};
 use profivac_dp::link::{Baud, BitTime, Station};
 use profivac_dp::slave::{Dpv1Error, Relation, Slave, SlaveState};
@@ -29,14 +30,14 @@ pub fn hex(text: &str) -> Vec<u8> {
     text.split_whitespace().map(|octet| u8::from_str_radix(octet, 16).unwrap()).collect()
 }
 
-/// A slave on the desk.
-pub struct Desk<D> {
+/// A slave with its master.
+pub struct Tester<D> {
     pub slave: Slave<D>,
     ident: u16,
     now: BitTime,
 }
 
-impl<D: SimulatedDevice> Desk<D> {
+impl<D: SimulatedDevice> Tester<D> {
     /// A device that has settled after power-up.
     pub fn new(mut device: D) -> Self {
         device.settle();
@@ -120,7 +121,7 @@ impl<D: SimulatedDevice> Desk<D> {
         self.request(Sap::Default, outputs).expect("an answer").1
     }
 
-    /// What a class 2 master reads.
+    /// The octets that a class 2 master reads.
     pub fn get(&mut self, slot: u8, index: u8) -> Vec<u8> {
         self.read(Relation::Ms2(0), slot, index).unwrap_or_else(|refusal| panic!("{slot}/{index}: {refusal:02X?}"))
     }
@@ -140,22 +141,24 @@ impl<D: SimulatedDevice> Desk<D> {
         self.get(0, 25)[0]
     }
 
-    pub fn fault(&mut self, name: &str, present: bool) {
-        self.device().operate(Action::Fault { name, present }).unwrap();
+    /// A fault by its name begins or ends.
+    pub fn fault(&mut self, name: &str, active: bool) {
+        let fault = Fault::from_name(name).expect("the name of a fault");
+        self.device().operate(Action::Fault { fault, active }).unwrap();
     }
 
     pub fn report(&mut self) -> StateReport {
         self.device().report()
     }
 
-    /// The master lets go.
+    /// The master unlocks the slave.
     pub fn unlock(&mut self) {
         let [high, low] = self.ident.to_be_bytes();
         self.request(Sap::SetPrm, &[0x40, 10, 10, 11, high, low, 0]);
     }
 }
 
-/// Every sensor in a chamber at this pressure; one that measures the ambient air stays there.
+/// Sets the pressure of every sensor; one that measures the ambient air keeps its own.
 pub fn sense_all(device: &mut impl SimulatedDevice, mbar: f64) {
     let ambient: Vec<bool> = device.parts().iter().map(|part| part.principle == Principle::Atmosphere).collect();
     for (part, _) in ambient.into_iter().enumerate().filter(|(_, ambient)| !ambient) {

@@ -1,4 +1,4 @@
-//! A device without power, as the bench sees it.
+//! The report of a device without power.
 
 use profivac_devices::{SimulatedDevice, StateReport};
 

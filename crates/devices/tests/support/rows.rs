@@ -1,11 +1,11 @@
 //! Every row of a device's tables, in every way a master can reach it.
 
-use super::{Desk, SLAVE, hex};
+use super::{SLAVE, Tester, hex};
 use profivac_devices::SimulatedDevice;
 use profivac_devices::model::{self, Access, DataType, Location, Model, Row, Storage, TaskKind};
 use profivac_dp::slave::{Dpv1Error, Relation};
 
-/// What may be written into a parameter, and what must not. Pressures are floats in the unit of [`Rig::make`].
+/// Values that a parameter accepts, and values that it refuses. Pressures are floats in the unit of [`Rig::make`].
 pub struct Sample {
     /// Slot, instance, index.
     pub at: (u8, u8, u8),
@@ -13,30 +13,30 @@ pub struct Sample {
     pub good: &'static [&'static str],
     /// Of the right length, and out of range.
     pub bad: &'static [&'static str],
-    /// What it is.
+    /// Its kind.
     pub kind: Kind,
 }
 
-/// What becomes of a written value.
+/// The effect of a write.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
     /// It is read back.
     Value,
     /// The same, but not during cyclic exchange.
     Presentation,
-    /// Something is done; what is read is not what was written.
+    /// The device executes a command; a read does not return the written value.
     Command,
 }
 
 /// A device under test.
 pub struct Rig<D> {
     pub model: &'static Model,
-    /// A device that has settled and stands in IDLE.
+    /// A device that has settled, in IDLE.
     pub make: fn() -> D,
     /// Lets a slot show this instance.
     pub select: fn(&mut D, &Location),
-    /// A user parameter string, and two configurations with parameter channel: for integers and floats, where the device
-    /// has both.
+    /// A user parameter string, and two configurations with parameter channel: for integers and floats, where the
+    /// device has both.
     pub user: &'static str,
     pub cfgs: [&'static str; 2],
     pub samples: &'static [Sample],
@@ -76,7 +76,7 @@ fn write_request(ak: u8, slot: u8, index: u8, octets: &[u8]) -> [u8; 8] {
     request
 }
 
-impl<D: SimulatedDevice> Desk<D> {
+impl<D: SimulatedDevice> Tester<D> {
     /// One instruction in the parameter channel, after AK 0.
     pub fn channel(&mut self, request: [u8; 8]) -> [u8; 8] {
         let outputs = self.outputs().expect("data exchange");
@@ -105,15 +105,15 @@ fn channel_error(slot: u8, index: u8, code: u8) -> [u8; 8] {
 }
 
 impl<D: SimulatedDevice> Rig<D> {
-    fn desk(&self) -> Desk<D> {
-        Desk::new((self.make)())
+    fn tester(&self) -> Tester<D> {
+        Tester::new((self.make)())
     }
 
     /// In cyclic exchange with the parameter channel; pressures are integers or floats.
-    fn exchanging(&self, cfg: &str) -> Desk<D> {
-        let mut desk = self.desk();
-        desk.bring_up(&hex(self.user), &hex(cfg));
-        desk
+    fn exchanging(&self, cfg: &str) -> Tester<D> {
+        let mut tester = self.tester();
+        tester.bring_up(&hex(self.user), &hex(cfg));
+        tester
     }
 
     /// How long a pressure is in a configuration.
@@ -122,7 +122,7 @@ impl<D: SimulatedDevice> Rig<D> {
         configuration.number().map_or(4, |number| number.octets())
     }
 
-    /// AK of a write of so many octets.
+    /// AK of a write of this number of octets.
     fn write_ak(&self, length: usize) -> u8 {
         let writes = |instruction| matches!(instruction, TaskKind::Write(lengths) if lengths.contains(&length));
         let instruction = self.model.channel_rules.tasks.iter().find(|(_, instruction)| writes(*instruction));
@@ -141,18 +141,18 @@ impl<D: SimulatedDevice> Rig<D> {
     /// Reading, three ways: what a mark allows is answered with its type and length, all else is refused.
     pub fn every_row_is_read_as_marked(&self) {
         for cfg in self.cfgs {
-            let (mut desk, number) = (self.exchanging(cfg), self.number(cfg));
+            let (mut tester, number) = (self.exchanging(cfg), self.number(cfg));
             self.each(|address, row| {
-                (self.select)(desk.device(), address);
+                (self.select)(tester.device(), address);
                 let (slot, id, length) = (address.slot, row.index, length(row, number));
                 let what = format!("{slot}:{}/{id} {}", address.instance, row.name);
                 for (relation, read, _) in DPV1 {
-                    let result = desk.read(relation, slot, id).map(|octets| octets.len());
+                    let result = tester.read(relation, slot, id).map(|octets| octets.len());
                     let refused = Dpv1Error { code_1: 0xB6, code_2: 18 };
                     let expected = if row.access.contains(read) { Ok(length) } else { Err(refused) };
                     assert_eq!(result, expected, "{what} by {relation:?}");
                 }
-                let answer = desk.channel([0x10, slot, id, 0, 0, 0, 0, 0]);
+                let answer = tester.channel([0x10, slot, id, 0, 0, 0, 0, 0]);
                 let readable = row.access.intersects(Access::READ);
                 let unreadable = self.model.channel_rules.error_code(model::AccessError::NotReadable);
                 match answer_ak(row, length) {
@@ -162,7 +162,7 @@ impl<D: SimulatedDevice> Rig<D> {
                         assert_eq!(answer[..4], [ak << 4, slot, id, 0], "{what}");
                         // The same octets as by DP-V1, right-aligned.
                         for (relation, ..) in DPV1.iter().filter(|(_, read, _)| row.access.contains(*read)) {
-                            let octets = desk.read(*relation, slot, id).unwrap();
+                            let octets = tester.read(*relation, slot, id).unwrap();
                             assert_eq!(answer[8 - length..], octets[..], "{what}");
                         }
                         assert!(answer[4..8 - length].iter().all(|octet| *octet == 0), "{what}");
@@ -183,11 +183,11 @@ impl<D: SimulatedDevice> Rig<D> {
     }
 
     /// Writing where no mark allows it, and with another length.
-    pub fn no_row_is_written_without_mark_or_with_another_length(&self) {
+    pub fn no_row_is_written_without_a_mark_or_with_another_length(&self) {
         for cfg in self.cfgs {
-            let (mut desk, number) = (self.exchanging(cfg), self.number(cfg));
+            let (mut tester, number) = (self.exchanging(cfg), self.number(cfg));
             self.each(|address, row| {
-                (self.select)(desk.device(), address);
+                (self.select)(tester.device(), address);
                 let (slot, id, length) = (address.slot, row.index, length(row, number));
                 let what = format!("{slot}:{}/{id} {}", address.instance, row.name);
                 for (relation, _, write) in DPV1 {
@@ -195,11 +195,11 @@ impl<D: SimulatedDevice> Rig<D> {
                     let wrong = Dpv1Error { code_1: 0xB1, code_2: 5 };
                     let expected = if row.access.contains(write) { wrong } else { forbidden };
                     for octets in [0, length - 1, length + 1, 240] {
-                        let result = desk.write(relation, slot, id, &vec![0; octets]);
+                        let result = tester.write(relation, slot, id, &vec![0; octets]);
                         assert_eq!(result, Err(expected), "{what} by {relation:?} with {octets} octets");
                     }
                     if !row.access.contains(write) {
-                        assert_eq!(desk.write(relation, slot, id, &vec![0; length]), Err(forbidden), "{what}");
+                        assert_eq!(tester.write(relation, slot, id, &vec![0; length]), Err(forbidden), "{what}");
                     }
                 }
                 let writable = row.access.intersects(Access::WRITE);
@@ -208,7 +208,7 @@ impl<D: SimulatedDevice> Rig<D> {
                     if writable && ak == self.write_ak(length) {
                         continue;
                     }
-                    let answer = desk.channel(write_request(ak, slot, id, &vec![0; octets]));
+                    let answer = tester.channel(write_request(ak, slot, id, &vec![0; octets]));
                     assert_eq!(answer, channel_error(slot, id, if writable { 5 } else { 1 }), "{what}");
                 }
             });
@@ -216,13 +216,13 @@ impl<D: SimulatedDevice> Rig<D> {
     }
 
     /// Slots and indices that no table has.
-    pub fn nothing_else_is_there(&self) {
-        let mut desk = self.exchanging(self.cfgs[0]);
+    pub fn other_slots_and_indices_are_refused(&self) {
+        let mut tester = self.exchanging(self.cfgs[0]);
         let addresses: Vec<&Location> = self.model.blocks.iter().flat_map(|place| place.locations).collect();
         let has_instances = addresses.iter().any(|address| address.instance != 0);
         let selections = addresses.iter().filter(|address| address.instance != 0 || !has_instances);
         for selected in selections.take(if has_instances { usize::MAX } else { 1 }) {
-            (self.select)(desk.device(), selected);
+            (self.select)(tester.device(), selected);
             for slot in 0..=255u8 {
                 let known_slot = addresses.iter().any(|address| address.slot == slot);
                 for index in 0..=255u8 {
@@ -231,10 +231,10 @@ impl<D: SimulatedDevice> Rig<D> {
                     }
                     let expected = if known_slot { (0xB0, 3) } else { (0xB2, 0) };
                     let expected = Dpv1Error { code_1: expected.0, code_2: expected.1 };
-                    assert_eq!(desk.read(Relation::Ms2(0), slot, index), Err(expected), "{slot}/{index}");
-                    assert_eq!(desk.write(Relation::Ms1, slot, index, &[0]), Err(expected), "{slot}/{index}");
+                    assert_eq!(tester.read(Relation::Ms2(0), slot, index), Err(expected), "{slot}/{index}");
+                    assert_eq!(tester.write(Relation::Ms1, slot, index, &[0]), Err(expected), "{slot}/{index}");
                     if index % 16 == slot % 16 {
-                        let answer = desk.channel([0x10, slot, index, 0, 0, 0, 0, 0]);
+                        let answer = tester.channel([0x10, slot, index, 0, 0, 0, 0, 0]);
                         assert_eq!(answer, channel_error(slot, index, expected.code_2), "{slot}/{index}");
                     }
                 }
@@ -276,7 +276,7 @@ impl<D: SimulatedDevice> Rig<D> {
         found.expect("a sample of the tables")
     }
 
-    /// By DP-V1: what is good is read back, what is bad is refused and changes nothing.
+    /// By DP-V1: a good value is read back, a bad value is refused and changes nothing.
     pub fn every_value_is_checked_by_dpv1(&self) {
         for sample in self.samples {
             let (address, row) = self.find(sample.at);
@@ -285,21 +285,21 @@ impl<D: SimulatedDevice> Rig<D> {
                 if !row.access.contains(write) {
                     continue;
                 }
-                let mut desk = self.desk();
-                (self.select)(desk.device(), address);
+                let mut tester = self.tester();
+                (self.select)(tester.device(), address);
                 let what = format!("{slot}:{}/{id} {} by {relation:?}", address.instance, row.name);
                 for good in sample.good {
-                    assert_eq!(desk.write(relation, slot, id, &hex(good)), Ok(()), "{what}: {good}");
+                    assert_eq!(tester.write(relation, slot, id, &hex(good)), Ok(()), "{what}: {good}");
                     if sample.kind != Kind::Command {
-                        assert_eq!(desk.read(relation, slot, id).unwrap(), hex(good), "{what}");
+                        assert_eq!(tester.read(relation, slot, id).unwrap(), hex(good), "{what}");
                     }
                 }
-                let before = row.access.contains(read).then(|| desk.read(relation, slot, id).unwrap());
+                let before = row.access.contains(read).then(|| tester.read(relation, slot, id).unwrap());
                 for bad in sample.bad {
                     let range = Dpv1Error { code_1: 0xB7, code_2: 2 };
-                    assert_eq!(desk.write(relation, slot, id, &hex(bad)), Err(range), "{what}: {bad}");
+                    assert_eq!(tester.write(relation, slot, id, &hex(bad)), Err(range), "{what}: {bad}");
                     if let Some(before) = &before {
-                        assert_eq!(desk.read(relation, slot, id).as_ref(), Ok(before), "{what}: {bad}");
+                        assert_eq!(tester.read(relation, slot, id).as_ref(), Ok(before), "{what}: {bad}");
                     }
                 }
             }
@@ -311,13 +311,13 @@ impl<D: SimulatedDevice> Rig<D> {
         for sample in self.samples {
             let (address, row) = self.find(sample.at);
             let (slot, id, length) = (address.slot, row.index, length(row, 4));
-            let mut desk = self.exchanging(self.cfgs[1]);
-            (self.select)(desk.device(), address);
+            let mut tester = self.exchanging(self.cfgs[1]);
+            (self.select)(tester.device(), address);
             let what = format!("{slot}:{}/{id} {}", address.instance, row.name);
             let [write, positive] = [self.write_ak(length), answer_ak(row, length).unwrap()];
             for good in sample.good {
                 let request = write_request(write, slot, id, &hex(good));
-                let answer = desk.channel(request);
+                let answer = tester.channel(request);
                 if sample.kind == Kind::Presentation {
                     assert_eq!(answer, channel_error(slot, id, 17), "{what}: {good}");
                     continue;
@@ -325,62 +325,62 @@ impl<D: SimulatedDevice> Rig<D> {
                 assert_eq!(answer[0], positive << 4, "{what}: {good}");
                 assert_eq!(answer[1..], request[1..], "{what}: {good}");
                 if sample.kind == Kind::Value {
-                    assert_eq!(desk.channel([0x10, slot, id, 0, 0, 0, 0, 0]), answer, "{what}: {good}");
+                    assert_eq!(tester.channel([0x10, slot, id, 0, 0, 0, 0, 0]), answer, "{what}: {good}");
                 }
             }
             for bad in sample.bad {
                 let code = if sample.kind == Kind::Presentation { 17 } else { 2 };
-                let answer = desk.channel(write_request(write, slot, id, &hex(bad)));
+                let answer = tester.channel(write_request(write, slot, id, &hex(bad)));
                 assert_eq!(answer, channel_error(slot, id, code), "{what}: {bad}");
             }
         }
     }
 
     /// Reads a row in the first way that its marks allow.
-    fn read_somehow(&self, desk: &mut Desk<D>, slot: u8, row: &Row) -> Vec<u8> {
+    fn read_somehow(&self, tester: &mut Tester<D>, slot: u8, row: &Row) -> Vec<u8> {
         match DPV1.iter().find(|(_, read, _)| row.access.contains(*read)) {
-            Some((relation, ..)) => desk.read(*relation, slot, row.index).unwrap(),
-            None => desk.channel([0x10, slot, row.index, 0, 0, 0, 0, 0])[8 - length(row, 4)..].to_vec(),
+            Some((relation, ..)) => tester.read(*relation, slot, row.index).unwrap(),
+            None => tester.channel([0x10, slot, row.index, 0, 0, 0, 0, 0])[8 - length(row, 4)..].to_vec(),
         }
     }
 
     /// Writes a row in the first way that its marks allow.
-    fn write_somehow(&self, desk: &mut Desk<D>, slot: u8, row: &Row, octets: &[u8]) {
+    fn write_somehow(&self, tester: &mut Tester<D>, slot: u8, row: &Row, octets: &[u8]) {
         match DPV1.iter().find(|(.., write)| row.access.contains(*write)) {
-            Some((relation, ..)) => desk.write(*relation, slot, row.index, octets).unwrap(),
+            Some((relation, ..)) => tester.write(*relation, slot, row.index, octets).unwrap(),
             None => {
                 let request = write_request(self.write_ak(octets.len()), slot, row.index, octets);
-                assert_ne!(desk.channel(request)[0], 0x70, "{request:02X?}");
+                assert_ne!(tester.channel(request)[0], 0x70, "{request:02X?}");
             }
         }
     }
 
     /// With a parameter channel if the row has no other way.
-    fn desk_for(&self, address: &Location, row: &Row) -> Desk<D> {
+    fn tester_for(&self, address: &Location, row: &Row) -> Tester<D> {
         let by_channel = row.access.intersects(Access::WRITE_CHANNEL);
-        let mut desk = if by_channel { self.exchanging(self.cfgs[1]) } else { self.desk() };
-        (self.select)(desk.device(), address);
-        desk
+        let mut tester = if by_channel { self.exchanging(self.cfgs[1]) } else { self.tester() };
+        (self.select)(tester.device(), address);
+        tester
     }
 
     /// Nonvolatile values outlive the power, all others are what they were in the beginning.
-    pub fn power_keeps_what_is_nonvolatile(&self) {
+    pub fn nonvolatile_values_are_restored_after_power_up(&self) {
         for sample in self.samples.iter().filter(|sample| sample.kind != Kind::Command) {
             let (address, row) = self.find(sample.at);
-            let factory = self.read_somehow(&mut self.desk_for(address, row), address.slot, row);
+            let factory = self.read_somehow(&mut self.tester_for(address, row), address.slot, row);
             for good in sample.good {
-                let mut desk = self.desk_for(address, row);
-                self.write_somehow(&mut desk, address.slot, row, &hex(good));
-                desk.device().set_power(false);
-                desk.device().set_power(true);
-                desk.device().settle();
-                if desk.is_exchanging() {
-                    desk.slave.power_up(SLAVE);
-                    desk.bring_up(&hex(self.user), &hex(self.cfgs[1]));
+                let mut tester = self.tester_for(address, row);
+                self.write_somehow(&mut tester, address.slot, row, &hex(good));
+                tester.device().set_power(false);
+                tester.device().set_power(true);
+                tester.device().settle();
+                if tester.is_exchanging() {
+                    tester.slave.power_up(SLAVE);
+                    tester.bring_up(&hex(self.user), &hex(self.cfgs[1]));
                 }
-                (self.select)(desk.device(), address);
+                (self.select)(tester.device(), address);
                 let expected = if row.storage == Storage::Nonvolatile { hex(good) } else { factory.clone() };
-                let kept = self.read_somehow(&mut desk, address.slot, row);
+                let kept = self.read_somehow(&mut tester, address.slot, row);
                 assert_eq!(kept, expected, "{}:{}/{}: {good}", address.slot, address.instance, row.index);
             }
         }

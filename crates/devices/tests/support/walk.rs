@@ -1,14 +1,14 @@
-//! A random walk: whatever masters, people and power do to a gauge, it is in a named state, what it tells in several places
-//! agrees, and nothing stored is lost.
+//! A random walk: after any actions of masters, operators and the power supply a gauge is in a named state, values that
+//! are in several places agree, and no stored value is lost.
 
 use super::random::Random;
-use super::{Desk, sense_all};
+use super::{Tester, sense_all};
 use profivac_devices::model::{Configuration, DataType, Field, Model, NumberType, Row, Storage, UserPrm};
 use profivac_devices::{Action, SimulatedDevice, StateReport};
 use profivac_dp::slave::Relation;
 use std::collections::BTreeSet;
 
-/// What is particular to a device.
+/// The properties of a device.
 pub struct Particular<D> {
     /// Its tables.
     pub model: &'static Model,
@@ -16,15 +16,15 @@ pub struct Particular<D> {
     pub commands: &'static [u8],
     /// Whether a configuration is accepted after a user parameter string.
     pub fits: fn(&UserPrm, &Configuration) -> bool,
-    /// What people do to it.
-    pub action: fn(&mut Random) -> Action<'static>,
+    /// The actions of an operator.
+    pub action: fn(&mut Random) -> Action,
     /// Nonvolatile rows (slot and index) that something else than a master may move.
     pub moving: &'static [(u8, u8)],
-    /// What must hold besides.
-    pub check: fn(&mut Desk<D>),
+    /// Further properties that must hold.
+    pub check: fn(&mut Tester<D>),
 }
 
-/// What the walk has come across, so that it does not stay in one corner.
+/// The situations that the walk has met, so that it does not stay in one of them.
 #[derive(Default)]
 pub struct Seen {
     pub states: BTreeSet<&'static str>,
@@ -47,7 +47,7 @@ impl Seen {
 
 /// A gauge on its way.
 pub struct Walk<D> {
-    pub desk: Desk<D>,
+    pub tester: Tester<D>,
     pub random: Random,
     pub seen: Seen,
     particular: Particular<D>,
@@ -56,20 +56,20 @@ pub struct Walk<D> {
 }
 
 impl<D: SimulatedDevice> Walk<D> {
-    pub fn new(desk: Desk<D>, particular: Particular<D>, seed: u64) -> Self {
+    pub fn new(tester: Tester<D>, particular: Particular<D>, seed: u64) -> Self {
         let places = particular.model.blocks.iter();
         let at = places.flat_map(|place| place.locations.iter().map(move |address| (address, place.block)));
         let rows = at.flat_map(|(at, block)| block.rows.iter().map(move |row| (at.slot, at.instance, row))).collect();
-        Self { desk, random: Random::new(seed), seen: Seen::default(), particular, rows }
+        Self { tester, random: Random::new(seed), seen: Seen::default(), particular, rows }
     }
 
-    /// So many steps, with a look at everything once in a while.
+    /// This number of steps, with a check of everything now and then.
     pub fn steps(&mut self, steps: usize) {
         for step in 0..steps {
             self.step();
             if step % 200 == 0 {
                 self.check();
-                self.seen.note(&self.desk.report());
+                self.seen.note(&self.tester.report());
             }
         }
     }
@@ -83,9 +83,9 @@ impl<D: SimulatedDevice> Walk<D> {
             16 => self.operate(),
             17 => {
                 let seconds = self.random.unit() * 60.0;
-                self.desk.device().advance(seconds);
+                self.tester.device().advance(seconds);
             }
-            18 => drop(self.desk.command(self.random.one_of(self.particular.commands))),
+            18 => drop(self.tester.command(self.random.one_of(self.particular.commands))),
             _ => self.seldom(),
         }
     }
@@ -93,26 +93,26 @@ impl<D: SimulatedDevice> Walk<D> {
     fn seldom(&mut self) {
         match self.random.below(40) {
             0..3 => self.power(),
-            3..8 => self.desk.unlock(),
-            8..13 => self.desk.request_sdn(&[0x02, 0x00]),
+            3..8 => self.tester.unlock(),
+            8..13 => self.tester.request_sdn(&[0x02, 0x00]),
             13 => self.units_there_and_back(),
-            _ => self.desk.device().settle(),
+            _ => self.tester.device().settle(),
         }
     }
 
-    /// What slot 1 has for an instance; what another slot has.
+    /// The octets of slot 1 for an instance; the octets of another slot.
     fn get(&mut self, slot: u8, instance: u8, index: u8) -> Vec<u8> {
         if instance != 0 {
-            self.desk.put(1, 46, &[instance]).unwrap();
+            self.tester.put(1, 46, &[instance]).unwrap();
         }
-        self.desk.get(slot, index)
+        self.tester.get(slot, index)
     }
 
     /// Looks at something without moving the Channel Instance Selector.
     fn peek<T>(&mut self, look: impl FnOnce(&mut Self) -> T) -> T {
-        let selected = self.desk.get(1, 46);
+        let selected = self.tester.get(1, 46);
         let seen = look(self);
-        self.desk.put(1, 46, &selected).unwrap();
+        self.tester.put(1, 46, &selected).unwrap();
         seen
     }
 
@@ -162,15 +162,15 @@ impl<D: SimulatedDevice> Walk<D> {
         self.random.one_of(&[Relation::Ms1, Relation::Ms2(0), Relation::Ms2(1)])
     }
 
-    /// A write anywhere. What is refused has changed nothing.
+    /// A write to any parameter. A refused write changes nothing.
     fn write(&mut self) {
         let (slot, instance, row) = self.any_row();
         let (octets, relation) = (self.any_value(row), self.relation());
         if instance != 0 && !self.random.once_in(10) {
-            self.desk.put(1, 46, &[instance]).unwrap();
+            self.tester.put(1, 46, &[instance]).unwrap();
         }
         let before = self.random.once_in(50).then(|| self.kept());
-        let result = self.desk.write(relation, slot, row.index, &octets);
+        let result = self.tester.write(relation, slot, row.index, &octets);
         if let (Some(before), Err(refusal)) = (before, result) {
             assert_eq!(self.kept(), before, "{slot}/{} refused with {refusal:02X?}", row.index);
         }
@@ -181,17 +181,17 @@ impl<D: SimulatedDevice> Walk<D> {
         let (slot, _, row) = self.any_row();
         let index = if self.random.once_in(5) { self.random.octet() } else { row.index };
         let relation = self.relation();
-        let _ = self.desk.read(relation, slot, index);
+        let _ = self.tester.read(relation, slot, index);
     }
 
     fn configuration(&mut self) -> &'static Configuration {
-        let octets = self.desk.device().get_cfg().to_vec();
+        let octets = self.tester.device().get_cfg().to_vec();
         self.particular.model.configuration(&octets).unwrap()
     }
 
     /// A cycle, if there is an exchange, otherwise the bring-up of one.
     pub fn cycle(&mut self) {
-        if !self.desk.is_exchanging() {
+        if !self.tester.is_exchanging() {
             return self.bring_up();
         }
         let configuration = self.configuration();
@@ -203,7 +203,7 @@ impl<D: SimulatedDevice> Walk<D> {
         if self.random.once_in(50) {
             outputs.push(0);
         }
-        let inputs = self.desk.exchange(&outputs);
+        let inputs = self.tester.exchange(&outputs);
         assert_eq!(inputs.len(), configuration.input_octets(), "{inputs:02X?}");
     }
 
@@ -212,9 +212,9 @@ impl<D: SimulatedDevice> Walk<D> {
         let model = self.particular.model;
         let prm = &model.user_prm[self.random.below(model.user_prm.len())];
         let configuration = &model.configurations[self.random.below(model.configurations.len())];
-        self.desk.set_prm(prm.octets);
-        self.desk.chk_cfg(configuration.octets);
-        assert_eq!(self.desk.is_exchanging(), (self.particular.fits)(prm, configuration), "{configuration:?}");
+        self.tester.set_prm(prm.octets);
+        self.tester.chk_cfg(configuration.octets);
+        assert_eq!(self.tester.is_exchanging(), (self.particular.fits)(prm, configuration), "{configuration:?}");
     }
 
     fn any_output(&mut self, field: Field) -> Vec<u8> {
@@ -231,50 +231,50 @@ impl<D: SimulatedDevice> Walk<D> {
 
     /// Power goes and returns: what was nonvolatile is as before.
     fn power(&mut self) {
-        let before = (self.desk.get(1, 46), self.kept());
-        self.desk.device().set_power(false);
-        sense_all(self.desk.device(), 1.0);
-        self.desk.device().set_power(true);
-        self.desk.slave.power_up(5);
+        let before = (self.tester.get(1, 46), self.kept());
+        self.tester.device().set_power(false);
+        sense_all(self.tester.device(), 1.0);
+        self.tester.device().set_power(true);
+        self.tester.slave.power_up(5);
         if self.random.once_in(2) {
-            self.desk.device().settle();
+            self.tester.device().settle();
         }
-        assert_eq!((self.desk.get(1, 46), self.kept()), before);
+        assert_eq!((self.tester.get(1, 46), self.kept()), before);
     }
 
-    /// Somebody does something at the gauge.
+    /// An operator does something at the gauge.
     fn operate(&mut self) {
         let action = if self.random.once_in(2) {
             Action::Fault {
-                name: self.random.one_of(self.particular.model.faults.names),
-                present: self.random.once_in(8),
+                fault: self.random.one_of(self.particular.model.faults.faults),
+                active: self.random.once_in(8),
             }
         } else {
             (self.particular.action)(&mut self.random)
         };
-        self.desk.device().operate(action).unwrap();
+        self.tester.device().operate(action).unwrap();
     }
 
     /// The pressure of one part, or of the chamber.
     fn pressure(&mut self) {
-        let parts = self.desk.device().parts().len();
+        let parts = self.tester.device().parts().len();
         let pa = 10f64.powf(self.random.unit() * 18.0 - 11.0);
         match self.random.below(parts + 1) {
-            part if part < parts => self.desk.device().sense(part, pa),
-            _ => self.desk.pressure_mbar(pa / 100.0),
+            part if part < parts => self.tester.device().sense(part, pa),
+            _ => self.tester.pressure_mbar(pa / 100.0),
         }
     }
 
-    /// The bench's view is the bus's view, and the cyclic data are the parameters.
+    /// The report and the cyclic data agree with the parameters.
     pub fn check(&mut self) {
         let names = ["INIT", "SELFTESTING", "IDLE", "SELFTESTEXCEPTION", "EXECUTING", "ABORT", "CRITICALFAULT"];
-        let report = self.desk.report();
-        assert_eq!(report.device_state, names[usize::from(self.desk.state())]);
+        let report = self.tester.report();
+        assert_eq!(report.device_state, names[usize::from(self.tester.state())]);
         assert_eq!(report.exception_status & 0x88, 0x80);
-        assert_eq!(self.desk.get(0, 26), [report.exception_status]);
-        assert_eq!(self.desk.get(1, 47), [report.active_instance]);
+        assert_eq!(self.tester.get(0, 26), [report.exception_status]);
+        assert_eq!(self.tester.get(1, 47), [report.active_instance]);
         self.check_inputs(&report);
-        self.peek(|walk| (walk.particular.check)(&mut walk.desk));
+        self.peek(|walk| (walk.particular.check)(&mut walk.tester));
         let executing = report.device_state == "EXECUTING";
         assert!(executing || report.relays.iter().chain(report.emission.iter()).all(|on| !on), "{report:?}");
         assert!(report.emission.iter().eq([&true]) || report.degas.iter().all(|on| !on), "{report:?}");
@@ -283,16 +283,16 @@ impl<D: SimulatedDevice> Walk<D> {
 
     /// Every field of the inputs that is a parameter.
     fn check_inputs(&mut self, report: &StateReport) {
-        let Some(outputs) = self.desk.outputs() else { return };
-        let inputs = self.desk.exchange(&vec![0; outputs]);
+        let Some(outputs) = self.tester.outputs() else { return };
+        let inputs = self.tester.exchange(&vec![0; outputs]);
         let telegram = self.configuration().inputs.unwrap();
         for (start, field) in telegram.layout() {
             let expected = match field {
                 Field::ExceptionStatus => vec![report.exception_status],
-                Field::StatusExtension => self.desk.get(1, 120),
+                Field::StatusExtension => self.tester.get(1, 120),
                 Field::PvSelector => vec![report.active_instance],
                 Field::ProcessValue(_) => self.peek(|walk| walk.get(1, report.active_instance, 19)),
-                Field::TripRelays(_) => [self.desk.get(2, 21), self.desk.get(3, 21)].concat(),
+                Field::TripRelays(_) => [self.tester.get(2, 21), self.tester.get(3, 21)].concat(),
                 _ => continue,
             };
             assert_eq!(inputs[start..start + field.octets()], expected, "{field:?}");
@@ -301,15 +301,15 @@ impl<D: SimulatedDevice> Walk<D> {
 
     /// There and back through every unit, in IDLE: no physical value changes beyond the rounding of a float.
     fn units_there_and_back(&mut self) {
-        self.desk.unlock();
-        self.particular.model.faults.names.iter().for_each(|name| self.desk.fault(name, false));
-        let _ = self.desk.command(1);
-        self.desk.device().settle();
-        assert_eq!(self.desk.state(), 2);
+        self.tester.unlock();
+        self.particular.model.faults.names().for_each(|name| self.tester.fault(name, false));
+        let _ = self.tester.command(1);
+        self.tester.device().settle();
+        assert_eq!(self.tester.state(), 2);
         self.seen.units += 1;
         self.peek(|walk| {
             let [number, unit] = [21, 22].map(|index| walk.get(1, 1, index));
-            walk.desk.put(1, 21, &[NumberType::Float.code()]).unwrap();
+            walk.tester.put(1, 21, &[NumberType::Float.code()]).unwrap();
             walk.set_unit("mbar");
             let before = walk.pressures();
             walk.particular.model.units.iter().for_each(|unit| walk.round_in(unit.name));
@@ -319,26 +319,26 @@ impl<D: SimulatedDevice> Walk<D> {
                 assert!((f64::from(after) - f64::from(before)).abs() <= slack, "{before} became {after}");
             }
             walk.get(1, 1, 22);
-            walk.desk.put(1, 22, &unit).unwrap();
-            walk.desk.put(1, 21, &number).unwrap();
+            walk.tester.put(1, 22, &unit).unwrap();
+            walk.tester.put(1, 21, &number).unwrap();
         });
     }
 
     fn set_unit(&mut self, name: &str) {
         let code = self.particular.model.unit_named(name).unwrap().code;
         self.get(1, 1, 22);
-        self.desk.put(1, 22, &code.to_be_bytes()).unwrap();
+        self.tester.put(1, 22, &code.to_be_bytes()).unwrap();
     }
 
-    /// Every Safe Value is written back as it is read, and so is rounded once in this unit. A pressure far below every range
-    /// is no positive number of COUNTS.
+    /// Every Safe Value is written back as it is read, and so is rounded once in this unit. A pressure far below every
+    /// range is no positive number of COUNTS.
     fn round_in(&mut self, unit: &str) {
         self.set_unit(unit);
-        let parts: Vec<u8> = self.desk.report().indicated.iter().map(|indicated| indicated.instance).collect();
+        let parts: Vec<u8> = self.tester.report().indicated.iter().map(|indicated| indicated.instance).collect();
         for instance in parts {
             let octets = self.get(1, instance, 40);
             if f32::from_be_bytes(octets.clone().try_into().unwrap()) > 0.01 || unit != "COUNTS" {
-                self.desk.put(1, 40, &octets).unwrap();
+                self.tester.put(1, 40, &octets).unwrap();
             }
         }
     }
@@ -356,12 +356,12 @@ impl<D: SimulatedDevice> Walk<D> {
             let length = self.random.below(12);
             let octets = self.random.octets(length);
             let (slot, index, relation) = (self.random.octet() % 7, self.random.octet(), self.relation());
-            let _ = self.desk.write(relation, slot, index, &octets);
-            let _ = self.desk.read(relation, slot, index);
+            let _ = self.tester.write(relation, slot, index, &octets);
+            let _ = self.tester.read(relation, slot, index);
             self.cycle();
-            if let Some(length) = self.desk.outputs() {
+            if let Some(length) = self.tester.outputs() {
                 let outputs = self.random.octets(length);
-                self.desk.exchange(&outputs);
+                self.tester.exchange(&outputs);
             }
         }
         self.check();

@@ -18,7 +18,7 @@ use profivac_devices::tpg::{Tpg, TpgGauge, table};
 
 type Controller = Tpg<RamStore>;
 
-/// What is plugged into a channel.
+/// The gauge of a channel.
 const PIRANI: Option<TpgGauge> = Some(TpgGauge::Pirani);
 const COLD: Option<TpgGauge> = Some(TpgGauge::ColdCathode);
 

@@ -1,7 +1,8 @@
-//! A TPG500 on the desk, in exchange with four floats.
+//! A TPG500 on the tester, in exchange with four floats.
 
-use crate::support::{Desk, hex};
+use crate::support::{Tester, hex};
 use crate::{Controller, controller};
+use profivac_devices::model::Fault;
 use profivac_devices::tpg::TpgGauge;
 use profivac_devices::{Action, SimulatedDevice};
 
@@ -25,12 +26,12 @@ pub const VOLATILITY: u8 = 26;
 pub const UNIT: u8 = 22;
 pub const FILTER: u8 = 23;
 
-/// What a write is refused with, or nothing.
+/// The error code of a write, or `None`.
 pub type Written = Result<(), u8>;
 
 /// A master that exchanges data with the controller.
 pub struct Exchange {
-    pub desk: Desk<Controller>,
+    pub tester: Tester<Controller>,
     /// Sensor On_Off, in every cycle.
     pub sensor_on_off: u8,
     /// The inputs of the last cycle.
@@ -43,19 +44,19 @@ impl Exchange {
     }
 
     pub fn with(controller: Controller) -> Self {
-        let mut exchange = Self { desk: Desk::new(controller), sensor_on_off: 0, inputs: Vec::new() };
+        let mut exchange = Self { tester: Tester::new(controller), sensor_on_off: 0, inputs: Vec::new() };
         exchange.bring_up();
         exchange
     }
 
     pub fn bring_up(&mut self) {
-        self.desk.bring_up(&[], &hex("97 A7 94 94 94 94 A0"));
+        self.tester.bring_up(&[], &hex("97 A7 94 94 94 94 A0"));
         self.cycle([0; 8]);
     }
 
     /// One cycle with this request in the parameter channel; its answer.
     pub fn cycle(&mut self, request: [u8; 8]) -> [u8; 8] {
-        self.inputs = self.desk.exchange(&[&request[..], &[self.sensor_on_off]].concat());
+        self.inputs = self.tester.exchange(&[&request[..], &[self.sensor_on_off]].concat());
         self.inputs[..8].try_into().unwrap()
     }
 
@@ -104,8 +105,8 @@ impl Exchange {
 
     /// All gauges in one chamber, after the filters.
     pub fn pressure(&mut self, mbar: f64) {
-        self.desk.pressure_mbar(mbar);
-        self.desk.device().settle();
+        self.tester.pressure_mbar(mbar);
+        self.tester.device().settle();
         self.cycle([0; 8]);
     }
 
@@ -116,19 +117,19 @@ impl Exchange {
     }
 
     pub fn advance(&mut self, seconds: f64) {
-        self.desk.device().advance(seconds);
+        self.tester.device().advance(seconds);
         self.cycle([0; 8]);
     }
 
-    pub fn fault(&mut self, name: &str, present: bool) {
-        self.desk.device().operate(Action::Fault { name, present }).unwrap();
+    pub fn fault(&mut self, fault: Fault, active: bool) {
+        self.tester.device().operate(Action::Fault { fault, active }).unwrap();
     }
 
     /// Power is lost, returns, and the master begins anew.
     pub fn power_cycle(&mut self) {
-        self.desk.device().set_power(false);
-        self.desk.device().set_power(true);
-        self.desk.slave.power_up(5);
+        self.tester.device().set_power(false);
+        self.tester.device().set_power(true);
+        self.tester.slave.power_up(5);
         self.sensor_on_off = 0;
         self.bring_up();
     }

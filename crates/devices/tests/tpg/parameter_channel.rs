@@ -4,13 +4,14 @@
 use crate::BOARDS;
 use crate::master::Exchange;
 use profivac_devices::SimulatedDevice;
+use profivac_devices::model::Fault;
 
 fn exchange() -> Exchange {
     Exchange::new(BOARDS)
 }
 
 #[test]
-fn chapter_4_sets_the_unit_to_torr() {
+fn the_example_of_chapter_4_sets_the_unit_to_torr() {
     // errata-bpg-bcg-tpg 134, 135
     let mut master = exchange();
     master.line("20 01 16 00 00 00 00 02", "B0 01 16 00 00 00 00 02");
@@ -21,7 +22,7 @@ fn chapter_4_sets_the_unit_to_torr() {
 }
 
 #[test]
-fn the_self_monitoring_example_walks_through() {
+fn the_self_monitoring_example_works_step_by_step() {
     // 3.2.4.2 with the corrected table of the errata (136)
     let mut master = exchange();
     for (request, answer) in [
@@ -41,7 +42,7 @@ fn the_self_monitoring_example_walks_through() {
 }
 
 #[test]
-fn the_printed_upper_threshold_is_far_above_every_pressure() {
+fn the_upper_threshold_of_the_printed_example_is_above_every_pressure() {
     // 59 03 12 6F is 2.3e15 mbar (136): a number, so it is taken as one.
     let mut master = exchange();
     master.line("20 0A 14 00 00 00 00 00", "B0 0A 14 00 00 00 00 00");
@@ -49,7 +50,7 @@ fn the_printed_upper_threshold_is_far_above_every_pressure() {
 }
 
 #[test]
-fn instructions_follow_each_other_without_a_rest() {
+fn tasks_follow_each_other_without_ak_0() {
     // 153
     let mut master = exchange();
     master.line("20 01 16 00 00 00 00 02", "B0 01 16 00 00 00 00 02");
@@ -58,7 +59,7 @@ fn instructions_follow_each_other_without_a_rest() {
 }
 
 #[test]
-fn a_write_is_carried_out_once_and_a_read_stays_current() {
+fn a_write_is_executed_once_and_a_read_in_every_cycle() {
     // 153
     let mut master = exchange();
     master.line("20 00 1A 00 00 00 00 01", "B0 00 1A 00 00 00 00 01");
@@ -67,20 +68,20 @@ fn a_write_is_carried_out_once_and_a_read_stays_current() {
     master.advance(0.2);
     master.line("10 00 1A 00 00 00 00 00", "B0 00 1A 00 00 00 00 00");
     master.line("20 00 1A 00 00 00 00 01", "B0 00 1A 00 00 00 00 01");
-    master.desk.device().settle();
+    master.tester.device().settle();
     master.line("20 00 1A 00 00 00 00 01", "B0 00 1A 00 00 00 00 01");
     master.line("10 00 1A 00 00 00 00 00", "B0 00 1A 00 00 00 00 00");
 }
 
 #[test]
-fn widths_and_signatures() {
+fn every_task_has_its_width_and_its_ak() {
     let mut master = exchange();
     for (request, answer) in [
         // Byte, word and double word have their own answers (133).
         ("10 00 18 00 00 00 00 00", "10 00 18 00 00 00 00 00"),
         ("20 00 18 00 00 00 04 D2", "10 00 18 00 00 00 04 D2"),
         ("10 00 15 00 00 00 00 00", "20 00 15 00 50 97 31 01"),
-        // What the width does not use is not looked at, and answered with zeros (24, 152).
+        // Octets that the width does not use are ignored, and zero in the answer (24, 152).
         ("2F 01 17 FF AA BB CC 01", "B0 01 17 00 00 00 00 01"),
         // Another width than the parameter's: data type error.
         ("30 01 17 00 00 00 00 01", "70 01 17 00 00 00 00 05"),
@@ -153,22 +154,22 @@ fn values_outside_the_range_are_refused_and_change_nothing() {
 }
 
 #[test]
-fn without_its_link_nothing_reaches_the_controller() {
+fn every_write_is_refused_while_the_link_is_lost() {
     // 156
     let mut master = exchange();
-    master.fault("comm", true);
+    master.fault(Fault::Comm, true);
     master.line("20 01 16 00 00 00 00 02", "70 01 16 00 00 00 00 11");
-    master.fault("comm", false);
+    master.fault(Fault::Comm, false);
     master.line("00 00 00 00 00 00 00 00", "00 00 00 00 00 00 00 00");
     master.line("20 01 16 00 00 00 00 02", "B0 01 16 00 00 00 00 02");
 }
 
 #[test]
-fn there_is_no_acyclic_access() {
+fn the_controller_has_no_acyclic_services() {
     // 150: the access points of MS1 and MS2 stay closed, and DPV1_Enable is no user parameter (151).
     let mut master = exchange();
     for sap in [profivac_wire::Sap::Ms1, profivac_wire::Sap::ResourceManager] {
-        let (code, _) = master.desk.request(sap, &[0x5E, 0, 20, 1]).unwrap();
+        let (code, _) = master.tester.request(sap, &[0x5E, 0, 20, 1]).unwrap();
         assert_eq!(code & 0x0F, 3, "service not activated");
     }
 }

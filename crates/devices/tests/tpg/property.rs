@@ -1,4 +1,5 @@
-//! Whatever the master, people and power do: statuses and relays agree, sets stay in order, what was stored comes back.
+//! Random actions of master, operators and the power supply: statuses and relays agree, sets stay in order, and stored
+//! settings are restored.
 
 use crate::master::{
     ACCESS_CODE, Exchange, FILTER, LOWER, SETPOINT_STATUS, SOURCE, UNDERRANGE_CONTROL, UNIT, UPPER, VALIDATION,
@@ -73,7 +74,7 @@ impl Walk {
         }
     }
 
-    /// Closes what is open, so that what is read is what is stored, and asks for storage.
+    /// Validates open sets, so that the settings that are read are those that are stored, and asks for storage.
     fn store(&mut self) {
         for slot in 5..=10 {
             if self.master.write(slot, VALIDATION, 1).is_err() {
@@ -99,18 +100,18 @@ impl Walk {
     }
 
     fn pressure(&mut self) {
-        let parts = self.master.desk.device().parts().len();
+        let parts = self.master.tester.device().parts().len();
         let pa = 10f64.powf(self.random.unit() * 18.0 - 12.0);
         match self.random.below(8) {
-            part @ 0..4 if part < parts => self.master.desk.device().sense(part, pa),
-            _ => self.master.desk.pressure_mbar(pa / 100.0),
+            part @ 0..4 if part < parts => self.master.tester.device().sense(part, pa),
+            _ => self.master.tester.pressure_mbar(pa / 100.0),
         }
     }
 
     fn fault(&mut self) {
-        let name = self.random.one_of(table::TPG500.faults.names);
-        let present = self.random.once_in(12);
-        self.master.desk.device().operate(Action::Fault { name, present }).unwrap();
+        let fault = self.random.one_of(table::TPG500.faults.faults);
+        let active = self.random.once_in(12);
+        self.master.tester.device().operate(Action::Fault { fault, active }).unwrap();
     }
 
     /// A unit there and back: no threshold changes beyond the rounding of a float.
@@ -142,16 +143,16 @@ impl Walk {
             }
             18 => self.fault(),
             19..21 => {
-                self.master.desk.device().settle();
+                self.master.tester.device().settle();
                 self.master.cycle([0; 8]);
             }
-            21 => self.master.desk.request_sdn(&[0x02, 0x00]),
+            21 => self.master.tester.request_sdn(&[0x02, 0x00]),
             _ => match self.random.below(60) {
                 0 => self.power(),
                 1..4 => self.store(),
                 4 => self.units_there_and_back(),
                 5..8 => {
-                    self.master.desk.unlock();
+                    self.master.tester.unlock();
                     self.master.bring_up();
                 }
                 _ => {}
@@ -159,7 +160,7 @@ impl Walk {
         }
     }
 
-    /// What the bench sees is what the bus sees.
+    /// The report agrees with the parameters.
     fn check(&mut self, seen: &mut Seen) {
         self.master.cycle([0; 8]);
         let (statuses, values) = (self.master.statuses(), self.master.values());
@@ -170,7 +171,7 @@ impl Walk {
             assert!(board.is_some() || [3, 5].contains(&status));
             seen.statuses[usize::from(status)] = true;
         }
-        let report = self.master.desk.device().report();
+        let report = self.master.tester.device().report();
         for (slot, relay) in (5..).zip(report.relays.iter()) {
             assert_eq!(self.master.read(slot, SETPOINT_STATUS), Ok(u32::from(!relay)));
             seen.relays[slot as usize - 5] |= relay;
@@ -190,7 +191,7 @@ impl Walk {
     }
 }
 
-/// What the walk has come across, so that it does not stay in one corner.
+/// The situations that the walk has met, so that it does not stay in one of them.
 #[derive(Default)]
 struct Seen {
     statuses: [bool; 6],

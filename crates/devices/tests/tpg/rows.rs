@@ -45,7 +45,7 @@ const UNITS: &[&str] = &["03", "02", "01"];
 const NO_UNITS: &[&str] = &["00", "04", "FF"];
 const FILTERS: &[&str] = &["01", "03", "02"];
 const NO_FILTERS: &[&str] = &["00", "04", "FF"];
-/// 1.5, 1e-20 and 123456; zero, below zero, and what is no number (137).
+/// 1.5, 1e-20 and 123456; zero, a number below zero, and NaN (137).
 const PRESSURES: &[&str] = &["3F C0 00 00", "1E 3C E5 08", "47 F1 20 00"];
 const NO_PRESSURES: &[&str] = &["00 00 00 00", "BF C0 00 00", "7F C0 00 00", "7F 80 00 00", "FF 80 00 00"];
 const SOURCES: &[&str] = &["01", "02", "03", "04"];
@@ -107,13 +107,13 @@ fn every_row_is_read_as_marked() {
 }
 
 #[test]
-fn no_row_is_written_without_mark_or_with_another_length() {
-    RIG.no_row_is_written_without_mark_or_with_another_length();
+fn no_row_is_written_without_a_mark_or_with_another_length() {
+    RIG.no_row_is_written_without_a_mark_or_with_another_length();
 }
 
 #[test]
-fn nothing_else_is_there() {
-    RIG.nothing_else_is_there();
+fn other_slots_and_indices_are_refused() {
+    RIG.other_slots_and_indices_are_refused();
 }
 
 #[test]
@@ -127,6 +127,6 @@ fn every_value_is_checked_by_the_channel() {
 }
 
 #[test]
-fn power_keeps_nothing_that_was_not_stored_on_request() {
-    RIG.power_keeps_what_is_nonvolatile();
+fn settings_that_were_not_stored_on_request_are_lost_with_the_power() {
+    RIG.nonvolatile_values_are_restored_after_power_up();
 }

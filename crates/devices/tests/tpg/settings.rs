@@ -1,16 +1,16 @@
-//! What a master sets, and what becomes of it: units, filters, access code, storage on request. IF300P/IF301P manual
+//! The settings of a master: units, filters, access code, storage on request. IF300P/IF301P manual
 //! 3.2.3.2, 3.2.4.1; errata-bpg-bcg-tpg 131, 132, 143, 146, 147, 149.
 
 use crate::master::{
     A1, ACCESS_CODE, B1, Exchange, FILTER, LOWER, RELAY_1, SOURCE, UNDERRANGE_CONTROL, UNIT, UPPER, VALIDATION,
     VOLATILITY,
 };
-use crate::support::{Desk, off};
+use crate::support::{Tester, off};
 use crate::{BOARDS, Controller, controller};
 use profivac_devices::profile::Setup;
 use profivac_devices::store::{Key, RamStore, Store};
 use profivac_devices::tpg::{Tpg, table};
-use profivac_devices::{Action, SimulatedDevice};
+use profivac_devices::{Action, SimulatedDevice, Switch};
 use profivac_dp::slave::Device;
 use profivac_wire::address::SetSlaveAdd;
 
@@ -25,9 +25,10 @@ fn exchange() -> Exchange {
 #[test]
 fn the_program_version_has_a_digit_in_each_nibble() {
     assert_eq!(exchange().read(0, 21), Ok(0x5097_3101));
-    let mut desk: Desk<Controller> = Desk::new(Tpg::new(&table::TPG300, RamStore::default(), Setup::new(5), BOARDS));
-    desk.bring_up(&[], &[0x97, 0xA7, 0xA0]);
-    assert_eq!(desk.exchange(&[0x10, 0, 21, 0, 0, 0, 0, 0, 0]), [0x20, 0, 21, 0, 0x50, 0x97, 0x80, 0x06]);
+    let mut tester: Tester<Controller> =
+        Tester::new(Tpg::new(&table::TPG300, RamStore::default(), Setup::new(5), BOARDS));
+    tester.bring_up(&[], &[0x97, 0xA7, 0xA0]);
+    assert_eq!(tester.exchange(&[0x10, 0, 21, 0, 0, 0, 0, 0, 0]), [0x20, 0, 21, 0, 0x50, 0x97, 0x80, 0x06]);
 }
 
 #[test]
@@ -44,13 +45,13 @@ fn a_unit_written_to_one_block_holds_for_all_values() {
 }
 
 #[test]
-fn a_slower_filter_follows_later() {
+fn a_slower_filter_shows_a_change_later() {
     let mut shares = Vec::new();
     for filter in 1..=3 {
         let mut master = exchange();
         master.write(A1, FILTER, filter).unwrap();
         master.pressure(1.0);
-        master.desk.pressure_mbar(100.0);
+        master.tester.pressure_mbar(100.0);
         master.advance(0.2);
         shares.push(master.values()[0]);
         // Filters are the channel's own.
@@ -61,7 +62,7 @@ fn a_slower_filter_follows_later() {
 }
 
 #[test]
-fn access_code_9919_is_the_last_one() {
+fn access_code_9919_can_never_be_changed() {
     let mut master = exchange();
     for code in [1212, 9999, 0, 9919] {
         assert_eq!(master.write(0, ACCESS_CODE, code), Ok(()));
@@ -106,7 +107,7 @@ fn assert_everything(master: &mut Exchange) {
 }
 
 #[test]
-fn what_is_written_is_lost_with_the_power_unless_it_was_stored() {
+fn a_setting_is_lost_with_the_power_unless_it_was_stored() {
     let mut master = exchange();
     write_everything(&mut master);
     assert_everything(&mut master);
@@ -146,7 +147,7 @@ fn a_set_in_preparation_is_not_stored() {
 }
 
 #[test]
-fn a_storage_that_was_cut_short_leaves_no_set_crossed() {
+fn a_power_cut_while_storing_leaves_the_thresholds_in_order() {
     // (137): only the lower threshold of the new set, 1 mbar, has reached the memory.
     let mut store = RamStore::default();
     store.save(Key::Parameter { slot: RELAY_1, instance: 0, index: LOWER }, &100f64.to_be_bytes()).unwrap();
@@ -157,7 +158,7 @@ fn a_storage_that_was_cut_short_leaves_no_set_crossed() {
 }
 
 #[test]
-fn hotstart_brings_the_sensors_back_as_they_were() {
+fn hotstart_restores_the_switches_of_the_sensors() {
     let mut master = exchange();
     master.pressure(1.0);
     // A2 and B2 off, B1 on although the pressure is too high for automatic control.
@@ -172,7 +173,7 @@ fn hotstart_brings_the_sensors_back_as_they_were() {
 }
 
 #[test]
-fn a_unit_of_the_setup_counts_as_stored() {
+fn the_unit_of_the_setup_is_stored() {
     let setup = Setup { unit: table::TPG500.unit_named("torr"), ..Setup::new(5) };
     let mut master = Exchange::with(Tpg::new(&table::TPG500, RamStore::default(), setup, BOARDS));
     assert_eq!(master.read(A1, UNIT), Ok(2));
@@ -191,15 +192,15 @@ fn the_address_comes_from_the_switch_or_from_set_slave_add() {
     device.set_power(false);
     device.set_power(true);
     assert_eq!(device.station_address(), 17);
-    device.operate(Action::Switch { name: "address", value: "9" }).unwrap();
+    device.operate(Action::Switch(Switch::Address(9))).unwrap();
     device.set_power(false);
     device.set_power(true);
     assert_eq!(device.station_address(), 9);
     assert!(!device.address_is_settable());
 }
 
-/// Without power nothing moves; the bench sees that.
+/// Without power the device does not change, and the simulation reports it.
 #[test]
-fn a_device_without_power_is_off() {
+fn a_device_without_power_reports_off() {
     off::shows_nothing(&mut controller(BOARDS));
 }

@@ -5,6 +5,7 @@ use crate::master::{
 };
 use crate::{BOARDS, COLD, PIRANI};
 use profivac_devices::SimulatedDevice;
+use profivac_devices::model::Fault;
 
 /// Channel B1 in Sensor On_Off.
 const B1_OFF: u8 = 0x10;
@@ -16,11 +17,11 @@ fn exchange() -> Exchange {
 }
 
 fn relays(master: &mut Exchange) -> Vec<bool> {
-    master.desk.device().report().relays.iter().copied().collect()
+    master.tester.device().report().relays.iter().copied().collect()
 }
 
 fn emission(master: &mut Exchange) -> Vec<bool> {
-    master.desk.device().report().emission.iter().copied().collect()
+    master.tester.device().report().emission.iter().copied().collect()
 }
 
 #[test]
@@ -55,15 +56,15 @@ fn every_block_compares_its_own_source() {
         master.thresholds(slot, 1.0, 2.0, slot - 4).unwrap();
     }
     for part in 0..4 {
-        (0..4).for_each(|other| master.desk.device().sense(other, if other == part { 10.0 } else { 1e5 }));
-        master.desk.device().settle();
+        (0..4).for_each(|other| master.tester.device().sense(other, if other == part { 10.0 } else { 1e5 }));
+        master.tester.device().settle();
         let activated: Vec<bool> = (5..=8).map(|slot| master.is_activated(slot)).collect();
         assert_eq!(activated, (0..4).map(|other| other == part).collect::<Vec<bool>>());
     }
 }
 
 #[test]
-fn the_set_takes_effect_when_it_is_validated_and_only_if_it_is_in_order() {
+fn a_set_takes_effect_when_it_is_validated_in_order() {
     let mut master = exchange();
     master.pressure(0.5);
     assert!(!master.is_activated(RELAY_1));
@@ -102,16 +103,16 @@ fn thresholds_keep_their_pressure_when_the_unit_changes() {
 }
 
 #[test]
-fn without_a_reading_a_relay_is_deactivated() {
+fn a_relay_without_a_reading_is_deactivated() {
     let mut master = exchange();
     master.thresholds(RELAY_1, 1.0, 2.0, A1).unwrap();
-    for name in ["sensor1", "electronics1", "unplugged1"] {
+    for fault in [Fault::Sensor1, Fault::Electronics1, Fault::Unplugged1] {
         master.pressure(1e-6);
         assert!(master.is_activated(RELAY_1));
-        master.fault(name, true);
-        assert!(!master.is_activated(RELAY_1), "{name}");
-        master.fault(name, false);
-        assert!(master.is_activated(RELAY_1), "{name}");
+        master.fault(fault, true);
+        assert!(!master.is_activated(RELAY_1), "{fault:?}");
+        master.fault(fault, false);
+        assert!(master.is_activated(RELAY_1), "{fault:?}");
     }
     master.command(0x01);
     assert!(!master.is_activated(RELAY_1), "switched off");
@@ -158,7 +159,7 @@ fn an_automatic_cold_cathode_follows_the_block_of_its_board() {
 }
 
 #[test]
-fn sensor_on_off_rules_each_channel_by_its_field() {
+fn sensor_on_off_switches_each_channel_by_its_field() {
     let mut master = exchange();
     master.thresholds(COLD_CATHODE_B, 1e-3, 1e-2, A1).unwrap();
     master.pressure(5e-3);
@@ -200,7 +201,7 @@ fn self_monitoring_switches_a_cold_cathode_off_and_a_new_command_on() {
         master.pressure(2.1e-3);
         assert!(!emission(&mut master)[0]);
         assert_eq!(master.statuses()[2], 4);
-        // The command that stands in the cyclic data does not switch on again.
+        // The unchanged command in the cyclic data does not switch on again.
         master.pressure(1e-4);
         assert!(!emission(&mut master)[0], "{command:02X}");
         master.command(0);

@@ -1,17 +1,17 @@
 //! The adjustment of the Pirani at atmospheric pressure. tira36e1 3.2.1.1, 3.3.2.5, (103).
 
-use crate::support::Desk;
-use crate::{FLOATS, Gauge, KINDS, desk, exchanging, float, of_instance, restart};
+use crate::support::Tester;
+use crate::{FLOATS, Gauge, KINDS, exchanging, float, of_instance, restart, tester};
 use profivac_devices::SimulatedDevice;
 
 /// AI Block Adjust Command.
-fn adjust(desk: &mut Desk<Gauge>, value: u8) -> Result<(), u8> {
-    desk.put(1, 15, &[value])
+fn adjust(tester: &mut Tester<Gauge>, value: u8) -> Result<(), u8> {
+    tester.put(1, 15, &[value])
 }
 
 /// Full Scale State.
-fn state(desk: &mut Desk<Gauge>) -> u8 {
-    of_instance(desk, 1, 140)[0]
+fn state(tester: &mut Tester<Gauge>) -> u8 {
+    of_instance(tester, 1, 140)[0]
 }
 
 fn close(found: f32, expected: f64) -> bool {
@@ -19,88 +19,88 @@ fn close(found: f32, expected: f64) -> bool {
 }
 
 #[test]
-fn after_it_the_pirani_reads_full_scale_and_power_does_not_undo_it() {
+fn an_adjusted_pirani_reads_full_scale_also_after_power_up() {
     for kind in KINDS {
-        let mut desk = exchanging(kind, FLOATS, 1e-3);
-        desk.device().sense(0, 87_000.0);
-        assert_eq!(state(&mut desk), 0);
-        adjust(&mut desk, 1).unwrap();
-        assert_eq!(state(&mut desk), 1);
-        desk.device().settle();
-        assert_eq!(state(&mut desk), 1, "settling does not let time pass");
-        desk.device().advance(9.9);
-        assert!(close(float(&mut desk, 1, 19), 870.0), "still running");
-        desk.device().advance(0.2);
-        assert_eq!(state(&mut desk), 0);
-        assert!(close(float(&mut desk, 1, 19), 1000.0));
-        desk.device().sense(0, 8_700.0);
-        assert!(close(float(&mut desk, 1, 19), 100.0));
+        let mut tester = exchanging(kind, FLOATS, 1e-3);
+        tester.device().sense(0, 87_000.0);
+        assert_eq!(state(&mut tester), 0);
+        adjust(&mut tester, 1).unwrap();
+        assert_eq!(state(&mut tester), 1);
+        tester.device().settle();
+        assert_eq!(state(&mut tester), 1, "settling does not let time pass");
+        tester.device().advance(9.9);
+        assert!(close(float(&mut tester, 1, 19), 870.0), "still running");
+        tester.device().advance(0.2);
+        assert_eq!(state(&mut tester), 0);
+        assert!(close(float(&mut tester, 1, 19), 1000.0));
+        tester.device().sense(0, 8_700.0);
+        assert!(close(float(&mut tester, 1, 19), 100.0));
         // The other part is not moved.
-        desk.device().sense(0, 0.0);
-        assert!(close(float(&mut desk, 2, 19), 1e-3));
-        restart(&mut desk);
-        desk.device().sense(0, 43_500.0);
-        desk.command(4).unwrap();
-        assert!(close(float(&mut desk, 1, 19), 500.0));
+        tester.device().sense(0, 0.0);
+        assert!(close(float(&mut tester, 2, 19), 1e-3));
+        restart(&mut tester);
+        tester.device().sense(0, 43_500.0);
+        tester.command(4).unwrap();
+        assert!(close(float(&mut tester, 1, 19), 500.0));
     }
 }
 
 #[test]
-fn what_is_no_command_is_refused_and_a_second_start_too() {
-    let mut desk = exchanging(KINDS[0], FLOATS, 900.0);
-    assert_eq!(adjust(&mut desk, 0), Ok(()));
-    assert_eq!(state(&mut desk), 0, "0 does nothing");
-    assert_eq!([2, 3, 255].map(|value| adjust(&mut desk, value)), [Err(2); 3]);
-    adjust(&mut desk, 1).unwrap();
-    assert_eq!(adjust(&mut desk, 1), Err(201));
-    adjust(&mut desk, 0).unwrap();
-    assert_eq!(state(&mut desk), 1, "0 stops nothing");
+fn an_unknown_command_and_a_second_start_are_refused() {
+    let mut tester = exchanging(KINDS[0], FLOATS, 900.0);
+    assert_eq!(adjust(&mut tester, 0), Ok(()));
+    assert_eq!(state(&mut tester), 0, "0 does nothing");
+    assert_eq!([2, 3, 255].map(|value| adjust(&mut tester, value)), [Err(2); 3]);
+    adjust(&mut tester, 1).unwrap();
+    assert_eq!(adjust(&mut tester, 1), Err(201));
+    adjust(&mut tester, 0).unwrap();
+    assert_eq!(state(&mut tester), 1, "0 stops nothing");
 }
 
 #[test]
-fn it_needs_executing_and_a_pirani() {
-    let mut desk = desk(KINDS[1]);
-    assert_eq!(adjust(&mut desk, 1), Err(202), "IDLE");
-    let mut desk = exchanging(KINDS[1], FLOATS, 900.0);
-    desk.fault("sensor1", true);
-    assert_eq!(adjust(&mut desk, 1), Err(202));
+fn the_adjustment_needs_executing_and_a_working_pirani() {
+    let mut tester = tester(KINDS[1]);
+    assert_eq!(adjust(&mut tester, 1), Err(202), "IDLE");
+    let mut tester = exchanging(KINDS[1], FLOATS, 900.0);
+    tester.fault("sensor1", true);
+    assert_eq!(adjust(&mut tester, 1), Err(202));
 }
 
-/// What ends an adjustment before its time.
-type Interruption = (&'static str, fn(&mut Desk<Gauge>));
+/// Events that interrupt an adjustment.
+type Interruption = (&'static str, fn(&mut Tester<Gauge>));
 
 #[test]
-fn an_adjustment_that_is_broken_off_changes_nothing() {
+fn an_interrupted_adjustment_changes_nothing() {
     let interruptions: [Interruption; 4] = [
-        ("stop", |desk| desk.command(5).unwrap()),
-        ("fault", |desk| desk.fault("electronics1", true)),
-        ("reset", |desk| desk.command(1).unwrap()),
+        ("stop", |tester| tester.command(5).unwrap()),
+        ("fault", |tester| tester.fault("electronics1", true)),
+        ("reset", |tester| tester.command(1).unwrap()),
         ("power", restart),
     ];
     for (what, break_off) in interruptions {
-        let mut desk = exchanging(KINDS[0], FLOATS, 900.0);
-        adjust(&mut desk, 1).unwrap();
-        break_off(&mut desk);
-        assert_eq!(state(&mut desk), 0, "{what}");
-        desk.fault("electronics1", false);
-        desk.device().settle();
-        let _ = desk.command(4);
-        desk.device().advance(60.0);
-        desk.pressure_mbar(900.0);
-        assert!(close(float(&mut desk, 1, 19), 900.0), "{what}");
+        let mut tester = exchanging(KINDS[0], FLOATS, 900.0);
+        adjust(&mut tester, 1).unwrap();
+        break_off(&mut tester);
+        assert_eq!(state(&mut tester), 0, "{what}");
+        tester.fault("electronics1", false);
+        tester.device().settle();
+        let _ = tester.command(4);
+        tester.device().advance(60.0);
+        tester.pressure_mbar(900.0);
+        assert!(close(float(&mut tester, 1, 19), 900.0), "{what}");
     }
 }
 
 #[test]
-fn a_pirani_that_is_not_in_air_stays_as_it_is() {
+fn an_adjustment_outside_air_changes_nothing() {
     // Nothing, and less: a zero that is off; high vacuum, and the foreline.
     for sensed_pa in [0.0, -0.5, 0.1, 9_990.0] {
-        let mut desk = exchanging(KINDS[0], FLOATS, 1e-3);
-        desk.device().sense(0, sensed_pa);
-        adjust(&mut desk, 1).unwrap();
-        desk.device().advance(10.0);
-        assert_eq!(state(&mut desk), 0);
-        desk.pressure_mbar(900.0);
-        assert!(close(float(&mut desk, 1, 19), 900.0), "{sensed_pa} Pa");
+        let mut tester = exchanging(KINDS[0], FLOATS, 1e-3);
+        tester.device().sense(0, sensed_pa);
+        adjust(&mut tester, 1).unwrap();
+        tester.device().advance(10.0);
+        assert_eq!(state(&mut tester), 0);
+        tester.pressure_mbar(900.0);
+        assert!(close(float(&mut tester, 1, 19), 900.0), "{sensed_pa} Pa");
     }
 }

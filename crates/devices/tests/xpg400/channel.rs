@@ -1,27 +1,28 @@
 //! The parameter channel in the cyclic data. tira36e1 2.2.1, (17) to (26).
 
-use crate::support::{Desk, hex};
+use crate::support::{Tester, hex};
 use crate::{Gauge, KINDS, exchanging, switch};
+use profivac_devices::Switch;
 use profivac_devices::xpg400::Xpg400Model;
 
 const CHANNEL: &str = "C6 87 8E 0A 0A 05 05 05 08";
 
 /// One cycle; the answer in the channel.
-fn cycle(desk: &mut Desk<Gauge>, request: &str) -> Vec<u8> {
-    desk.exchange(&hex(request))[..8].to_vec()
+fn cycle(tester: &mut Tester<Gauge>, request: &str) -> Vec<u8> {
+    tester.exchange(&hex(request))[..8].to_vec()
 }
 
 /// One instruction, with AK 0 before it.
-fn ask(desk: &mut Desk<Gauge>, request: &str) -> Vec<u8> {
-    cycle(desk, "00 00 00 00 00 00 00 00");
-    cycle(desk, request)
+fn ask(tester: &mut Tester<Gauge>, request: &str) -> Vec<u8> {
+    cycle(tester, "00 00 00 00 00 00 00 00");
+    cycle(tester, request)
 }
 
 /// The sequence of 2.2.1.1: repeated until it is answered, then AK 0.
 #[test]
-fn a_dialogue_answers_one_instruction_until_it_ends() {
+fn the_channel_answers_one_task_until_the_master_ends_it() {
     for kind in KINDS {
-        let mut desk = exchanging(kind, CHANNEL, 1e-3);
+        let mut tester = exchanging(kind, CHANNEL, 1e-3);
         for (request, answer) in [
             ("00 00 00 00 00 00 00 00", "00 00 00 00 00 00 00 00"),
             // Device State is EXECUTING.
@@ -43,14 +44,14 @@ fn a_dialogue_answers_one_instruction_until_it_ends() {
             ("00 00 00 00 00 00 00 00", "00 00 00 00 00 00 00 00"),
             ("10 01 14 00 00 00 00 00", "B0 01 14 00 00 00 00 00"),
         ] {
-            assert_eq!(cycle(&mut desk, request), hex(answer), "{request}");
+            assert_eq!(cycle(&mut tester, request), hex(answer), "{request}");
         }
     }
 }
 
 /// 2.2.1.3, (23)
 #[test]
-fn every_code_has_its_situation() {
+fn every_error_code_has_its_access() {
     for (request, code) in [
         // 0: no such slot
         ("10 02 10 00 00 00 00 00", 0),
@@ -76,9 +77,9 @@ fn every_code_has_its_situation() {
         ("10 01 0F 00 00 00 00 00", 18),
     ] {
         for kind in KINDS {
-            let mut desk = exchanging(kind, CHANNEL, 1e-3);
+            let mut tester = exchanging(kind, CHANNEL, 1e-3);
             let octets = hex(request);
-            assert_eq!(cycle(&mut desk, request), [0x70, octets[1], octets[2], 0, 0, 0, 0, code], "{request}");
+            assert_eq!(cycle(&mut tester, request), [0x70, octets[1], octets[2], 0, 0, 0, 0, code], "{request}");
         }
     }
 }
@@ -86,8 +87,8 @@ fn every_code_has_its_situation() {
 /// (19), (20), (21)
 #[test]
 fn arrays_and_command_records_are_right_aligned() {
-    let mut desk = exchanging(Xpg400Model::Bpg, CHANNEL, 1e-6);
-    desk.fault("pirani-adjust", true);
+    let mut tester = exchanging(Xpg400Model::Bpg, CHANNEL, 1e-6);
+    tester.fault("pirani-adjust", true);
     for (request, answer) in [
         ("10 00 CD 00 00 00 00 00", "20 00 CD 00 00 00 00 00"),
         ("10 00 D0 00 00 00 00 00", "20 00 D0 00 00 02 00 00"),
@@ -102,18 +103,18 @@ fn arrays_and_command_records_are_right_aligned() {
         ("20 01 0E 00 00 00 01 00", "10 01 0E 00 00 00 01 00"),
         ("10 01 6D 00 00 00 00 00", "B0 01 6D 00 00 00 00 00"),
     ] {
-        assert_eq!(ask(&mut desk, request), hex(answer), "{request}");
+        assert_eq!(ask(&mut tester, request), hex(answer), "{request}");
     }
 }
 
-/// (38): the switchover is a float or a word, as the configuration says.
+/// (38): the switchover is a float or a word, depending on the configuration.
 #[test]
 fn the_side_switches_are_read_through_the_channel() {
-    let mut desk = exchanging(Xpg400Model::Hpg, CHANNEL, 1e-3);
-    switch(&mut desk, "low-high", "3").unwrap();
-    switch(&mut desk, "cal-adj", "8").unwrap();
-    assert_eq!(ask(&mut desk, "10 00 CA 00 00 00 00 00"), hex("20 00 CA 00 3F 00 00 00"));
-    assert_eq!(ask(&mut desk, "10 00 CB 00 00 00 00 00"), hex("B0 00 CB 00 00 00 00 08"));
-    desk.bring_up(&hex("00 00 00 03 E9"), &hex("C6 87 8C 0A 0A 05 05 05 03"));
-    assert_eq!(ask(&mut desk, "10 00 CA 00 00 00 00 00"), hex("10 00 CA 00 00 00 6D E4"));
+    let mut tester = exchanging(Xpg400Model::Hpg, CHANNEL, 1e-3);
+    switch(&mut tester, Switch::LowHigh(3)).unwrap();
+    switch(&mut tester, Switch::CalAdj(8)).unwrap();
+    assert_eq!(ask(&mut tester, "10 00 CA 00 00 00 00 00"), hex("20 00 CA 00 3F 00 00 00"));
+    assert_eq!(ask(&mut tester, "10 00 CB 00 00 00 00 00"), hex("B0 00 CB 00 00 00 00 08"));
+    tester.bring_up(&hex("00 00 00 03 E9"), &hex("C6 87 8C 0A 0A 05 05 05 03"));
+    assert_eq!(ask(&mut tester, "10 00 CA 00 00 00 00 00"), hex("10 00 CA 00 00 00 6D E4"));
 }

@@ -1,6 +1,6 @@
 //! Exception Status, its two records and their copies. tira36e1 3.1.1.10 to 3.1.1.20, (38) to (58).
 
-use crate::support::{Desk, hex};
+use crate::support::{Tester, hex};
 use crate::{FLOATS, Gauge, KINDS, exchanging, of_instance};
 use profivac_devices::SimulatedDevice;
 use profivac_devices::xpg400::Xpg400Model;
@@ -20,29 +20,29 @@ const FAULTS: [(&str, u8, &str, &str); 10] = [
 ];
 
 #[test]
-fn every_fault_sets_its_bits_and_leaves_no_trace() {
+fn every_fault_sets_its_bits_while_it_is_active() {
     for (kind, (fault, status, alarm, warning)) in KINDS.into_iter().flat_map(|kind| FAULTS.map(|it| (kind, it))) {
-        let mut desk = exchanging(kind, FLOATS, 1e-3);
+        let mut tester = exchanging(kind, FLOATS, 1e-3);
         if !fault.is_empty() {
-            desk.fault(fault, true);
+            tester.fault(fault, true);
         }
-        assert_eq!(desk.get(0, 26), [status], "{fault}");
-        assert_eq!(desk.exchange(&[])[0], status, "{fault}");
-        assert_eq!(desk.report().exception_status, status, "{fault}");
-        assert_eq!(desk.get(0, 27), hex(alarm), "{fault}");
-        assert_eq!(desk.get(0, 28), hex(warning), "{fault}");
-        copies_are_equal(&mut desk);
+        assert_eq!(tester.get(0, 26), [status], "{fault}");
+        assert_eq!(tester.exchange(&[])[0], status, "{fault}");
+        assert_eq!(tester.report().exception_status, status, "{fault}");
+        assert_eq!(tester.get(0, 27), hex(alarm), "{fault}");
+        assert_eq!(tester.get(0, 28), hex(warning), "{fault}");
+        copies_are_equal(&mut tester);
         if !fault.is_empty() {
-            desk.fault(fault, false);
+            tester.fault(fault, false);
         }
-        assert_eq!(desk.get(0, 26), [0x80], "{fault} gone");
+        assert_eq!(tester.get(0, 26), [0x80], "{fault} gone");
     }
 }
 
 #[test]
 fn the_faults_are_those_of_the_list() {
     for kind in KINDS {
-        let mut listed = crate::gauge(kind).faults().to_vec();
+        let mut listed: Vec<&str> = crate::gauge(kind).faults().names().collect();
         let mut tested: Vec<&str> = FAULTS.iter().map(|(fault, ..)| *fault).filter(|fault| !fault.is_empty()).collect();
         listed.sort_unstable();
         tested.sort_unstable();
@@ -51,8 +51,8 @@ fn the_faults_are_those_of_the_list() {
 }
 
 /// 3.1.1.15 to 3.1.1.20 with (40), and the sensor records and status extensions they come from.
-pub fn copies_are_equal(desk: &mut Desk<Gauge>) {
-    let [alarm, warning] = [27, 28].map(|index| desk.get(0, index));
+pub fn copies_are_equal(tester: &mut Tester<Gauge>) {
+    let [alarm, warning] = [27, 28].map(|index| tester.get(0, index));
     let parts = [
         (204, &alarm[1..2]),
         (205, &alarm[4..8]),
@@ -62,34 +62,34 @@ pub fn copies_are_equal(desk: &mut Desk<Gauge>) {
         (209, &warning[10..11]),
     ];
     for (index, part) in parts {
-        assert_eq!(desk.get(0, index), part, "copy {index}");
+        assert_eq!(tester.get(0, index), part, "copy {index}");
     }
-    let selected = desk.get(1, 46)[0];
+    let selected = tester.get(1, 46)[0];
     for (position, instance) in [(0, 1), (2, 2)] {
-        assert_eq!(of_instance(desk, instance, 103), alarm[4 + position..][..2], "alarm of {instance}");
-        assert_eq!(of_instance(desk, instance, 104), warning[5 + position..][..2], "warning of {instance}");
+        assert_eq!(of_instance(tester, instance, 103), alarm[4 + position..][..2], "alarm of {instance}");
+        assert_eq!(of_instance(tester, instance, 104), warning[5 + position..][..2], "warning of {instance}");
         // (57)
-        let valid = of_instance(desk, instance, 23)[0];
-        assert_eq!(of_instance(desk, instance, 102)[0] & 1, 1 - valid, "status extension of {instance}");
+        let valid = of_instance(tester, instance, 23)[0];
+        assert_eq!(of_instance(tester, instance, 102)[0] & 1, 1 - valid, "status extension of {instance}");
     }
-    assert_eq!(desk.get(1, 120), warning[4..5]);
+    assert_eq!(tester.get(1, 120), warning[4..5]);
     let groups = |record: &[u8]| {
         let any = |octets: &[u8]| u8::from(octets.iter().any(|octet| *octet != 0));
         let (device, manufacturer) = record[4..].split_at(record[3].into());
         any(&record[1..3]) | any(device) << 1 | any(&manufacturer[1..]) << 2
     };
-    assert_eq!(desk.get(0, 26), [0x80 | groups(&alarm) | groups(&warning) << 4]);
-    desk.put(1, 46, &[selected]).unwrap();
+    assert_eq!(tester.get(0, 26), [0x80 | groups(&alarm) | groups(&warning) << 4]);
+    tester.put(1, 46, &[selected]).unwrap();
 }
 
 /// (57): in IDLE nothing is wrong, but nothing is valid.
 #[test]
-fn outside_executing_the_reading_is_invalid() {
+fn the_reading_is_invalid_outside_executing() {
     for (kind, mbar) in KINDS.into_iter().flat_map(|kind| [1e-5, 1e-1, 1000.0].map(|mbar| (kind, mbar))) {
-        let mut desk = crate::desk(kind);
-        desk.pressure_mbar(mbar);
-        assert_eq!((desk.get(0, 26), desk.get(1, 120)), (vec![0xA0], vec![0x01]), "{kind:?} {mbar} mbar");
-        copies_are_equal(&mut desk);
+        let mut tester = crate::tester(kind);
+        tester.pressure_mbar(mbar);
+        assert_eq!((tester.get(0, 26), tester.get(1, 120)), (vec![0xA0], vec![0x01]), "{kind:?} {mbar} mbar");
+        copies_are_equal(&mut tester);
     }
 }
 
@@ -120,17 +120,17 @@ fn ranges(kind: Xpg400Model) -> &'static [(f64, [u8; 2], [u8; 2])] {
 }
 
 #[test]
-fn every_instance_judges_its_own_range() {
+fn every_instance_has_the_status_of_its_own_range() {
     for (kind, (mbar, valid, extension)) in
         KINDS.into_iter().flat_map(|kind| ranges(kind).iter().map(move |it| (kind, it)))
     {
-        let mut desk = exchanging(kind, FLOATS, *mbar);
-        assert_eq!([1, 2].map(|instance| of_instance(&mut desk, instance, 23)[0]), *valid, "{kind:?} {mbar} mbar");
-        let extensions = [1, 2].map(|instance| of_instance(&mut desk, instance, 102)[0]);
+        let mut tester = exchanging(kind, FLOATS, *mbar);
+        assert_eq!([1, 2].map(|instance| of_instance(&mut tester, instance, 23)[0]), *valid, "{kind:?} {mbar} mbar");
+        let extensions = [1, 2].map(|instance| of_instance(&mut tester, instance, 102)[0]);
         assert_eq!(extensions, *extension, "{kind:?} {mbar} mbar");
         // Status is always 0 (3.2.2.2).
-        assert_eq!([1, 2].map(|instance| of_instance(&mut desk, instance, 20)[0]), [0; 2]);
-        copies_are_equal(&mut desk);
+        assert_eq!([1, 2].map(|instance| of_instance(&mut tester, instance, 20)[0]), [0; 2]);
+        copies_are_equal(&mut tester);
     }
 }
 
@@ -140,15 +140,15 @@ fn alarms_and_warnings_make_every_reading_invalid() {
     for (kind, fault) in
         KINDS.into_iter().flat_map(|kind| ["sensor2", "pirani-adjust", "ram", "comm"].map(|it| (kind, it)))
     {
-        let mut desk = exchanging(kind, FLOATS, 5.0);
-        assert_eq!(of_instance(&mut desk, 1, 23), [1]);
-        desk.fault(fault, true);
-        assert_eq!(of_instance(&mut desk, 1, 23), [0], "{kind:?} {fault}");
-        desk.fault(fault, false);
-        assert_eq!(of_instance(&mut desk, 1, 23), [1]);
+        let mut tester = exchanging(kind, FLOATS, 5.0);
+        assert_eq!(of_instance(&mut tester, 1, 23), [1]);
+        tester.fault(fault, true);
+        assert_eq!(of_instance(&mut tester, 1, 23), [0], "{kind:?} {fault}");
+        tester.fault(fault, false);
+        assert_eq!(of_instance(&mut tester, 1, 23), [1]);
         // The set points are always valid (56).
-        desk.fault(fault, true);
-        desk.command(2).unwrap();
-        assert_eq!([3, 4].map(|instance| of_instance(&mut desk, instance, 23)[0]), [1, 1]);
+        tester.fault(fault, true);
+        tester.command(2).unwrap();
+        assert_eq!([3, 4].map(|instance| of_instance(&mut tester, instance, 23)[0]), [1, 1]);
     }
 }

@@ -1,7 +1,7 @@
 //! Cyclic exchange: all configurations, all unit strings, and nothing else. tira36e1 1.3, 1.4, 1.5, 2.3.
 
-use crate::support::{Desk, hex};
-use crate::{Gauge, KINDS, MBAR, desk};
+use crate::support::{Tester, hex};
+use crate::{Gauge, KINDS, MBAR, tester};
 use profivac_devices::xpg400::Xpg400Model;
 use profivac_dp::slave::Device;
 use profivac_wire::Sap;
@@ -32,14 +32,14 @@ fn the_ident_numbers_are_those_of_the_manual() {
 }
 
 #[test]
-fn every_configuration_brings_the_pressure_in_every_unit() {
+fn every_configuration_sends_the_pressure_in_every_unit() {
     for (kind, active, counts, whole_counts) in AT_0_012_MBAR {
         for (cfg, outputs, inputs) in CONFIGURATIONS {
             for (user, float, integer) in UNITS.into_iter().chain([("00 00 00 03 E9", counts, whole_counts)]) {
-                let mut desk = desk(kind);
-                desk.pressure_mbar(0.012);
-                desk.bring_up(&hex(user), &hex(cfg));
-                let du = desk.exchange(&vec![0; outputs]);
+                let mut tester = tester(kind);
+                tester.pressure_mbar(0.012);
+                tester.bring_up(&hex(user), &hex(cfg));
+                let du = tester.exchange(&vec![0; outputs]);
                 assert_eq!(du.len(), inputs, "{cfg}");
                 let process = if inputs > 8 { &du[8..] } else { &du[..] };
                 assert_eq!(process[..3], [0x80, 0x00, active], "{kind:?} {cfg} {user}");
@@ -84,11 +84,11 @@ fn statuses(kind: Xpg400Model) -> &'static [(f64, [u8; 3])] {
 #[test]
 fn telegram_3_follows_the_pressure_over_the_whole_range() {
     for kind in KINDS {
-        let mut desk = desk(kind);
-        desk.bring_up(&hex(MBAR), &hex("44 86 05 05 05 08"));
+        let mut tester = tester(kind);
+        tester.bring_up(&hex(MBAR), &hex("44 86 05 05 05 08"));
         for (mbar, status) in statuses(kind) {
-            desk.pressure_mbar(*mbar);
-            let du = desk.exchange(&[]);
+            tester.pressure_mbar(*mbar);
+            let du = tester.exchange(&[]);
             assert_eq!(du[..3], *status, "{kind:?} {mbar} mbar");
             let value = f64::from(crate::float_of(&du[3..]));
             assert!((value / mbar - 1.0).abs() < 1e-6, "{kind:?}: {mbar} mbar reads {value}");
@@ -97,36 +97,36 @@ fn telegram_3_follows_the_pressure_over_the_whole_range() {
 }
 
 #[test]
-fn a_string_that_is_not_in_the_table_is_refused() {
+fn a_configuration_that_is_not_in_the_table_is_refused() {
     let strings: Vec<Vec<u8>> = CONFIGURATIONS.iter().map(|(cfg, ..)| hex(cfg)).collect();
-    let refused = |desk: &mut Desk<Gauge>, other: &[u8]| {
-        desk.set_prm(&hex(MBAR));
-        desk.chk_cfg(other);
+    let refused = |tester: &mut Tester<Gauge>, other: &[u8]| {
+        tester.set_prm(&hex(MBAR));
+        tester.chk_cfg(other);
         // Cfg_Fault (7)
-        assert_eq!(desk.diag()[0] & 0x04 != 0, !desk.is_exchanging(), "{other:02X?}");
-        !desk.is_exchanging()
+        assert_eq!(tester.diag()[0] & 0x04 != 0, !tester.is_exchanging(), "{other:02X?}");
+        !tester.is_exchanging()
     };
     for string in &strings {
         for position in 0..string.len() {
             for octet in 0..=255 {
                 let mut other = string.clone();
                 other[position] = octet;
-                assert_eq!(refused(&mut desk(Xpg400Model::Bpg), &other), !strings.contains(&other), "{other:02X?}");
+                assert_eq!(refused(&mut tester(Xpg400Model::Bpg), &other), !strings.contains(&other), "{other:02X?}");
             }
         }
-        assert!(refused(&mut desk(Xpg400Model::Hpg), &string[..string.len() - 1]));
+        assert!(refused(&mut tester(Xpg400Model::Hpg), &string[..string.len() - 1]));
     }
     // Those of the BCG450-SP with a transition command.
-    assert!(refused(&mut desk(Xpg400Model::Bpg), &hex("C6 81 86 05 05 05 05 05 08")));
+    assert!(refused(&mut tester(Xpg400Model::Bpg), &hex("C6 81 86 05 05 05 05 05 08")));
 }
 
 #[test]
 fn only_the_unit_strings_are_accepted_with_or_without_dpv1_enable() {
-    let mut desk = desk(Xpg400Model::Hpg);
+    let mut tester = tester(Xpg400Model::Hpg);
     let mut accepts = |user: &[u8]| {
-        desk.set_prm(user);
+        tester.set_prm(user);
         // Prm_Fault (6)
-        desk.diag()[0] & 0x40 == 0
+        tester.diag()[0] & 0x40 == 0
     };
     for code in 0..=u16::MAX {
         let [high, low] = code.to_be_bytes();
@@ -143,11 +143,11 @@ fn only_the_unit_strings_are_accepted_with_or_without_dpv1_enable() {
 }
 
 #[test]
-fn before_the_first_configuration_get_cfg_tells_the_default() {
-    let mut desk = desk(Xpg400Model::Bpg);
-    let (_, cfg) = desk.request(Sap::GetCfg, &[]).unwrap();
+fn get_cfg_returns_the_default_before_the_first_configuration() {
+    let mut tester = tester(Xpg400Model::Bpg);
+    let (_, cfg) = tester.request(Sap::GetCfg, &[]).unwrap();
     assert_eq!(cfg, hex("44 86 05 05 05 08"));
-    desk.bring_up(&hex(MBAR), &hex("C6 87 8E 0A 0A 05 05 05 08"));
-    let (_, cfg) = desk.request(Sap::GetCfg, &[]).unwrap();
+    tester.bring_up(&hex(MBAR), &hex("C6 87 8E 0A 0A 05 05 05 08"));
+    let (_, cfg) = tester.request(Sap::GetCfg, &[]).unwrap();
     assert_eq!(cfg, hex("C6 87 8E 0A 0A 05 05 05 08"));
 }

@@ -1,8 +1,9 @@
 //! Full scale, overrange and underrange of every instance in every unit and type. tira36e1 3.2.2.6 to 3.2.3.10 and the
 //! computed table of errata-bpg-bcg-tpg.
 
-use crate::support::{Desk, hex};
-use crate::{Gauge, KINDS, desk, float, of_instance};
+use crate::support::{Tester, hex};
+use crate::{Gauge, KINDS, float, of_instance, tester};
+use profivac_devices::Potentiometer;
 use profivac_devices::xpg400::Xpg400Model;
 
 /// COUNTS, Torr, Micron, mbar, Pascal
@@ -41,13 +42,13 @@ const fn limits(kind: Xpg400Model) -> &'static [Limit; 6] {
 }
 
 #[test]
-fn as_floats_they_are_exact() {
+fn limits_are_exact_as_floats() {
     for kind in KINDS {
-        let mut desk = desk(kind);
+        let mut tester = tester(kind);
         for (position, unit) in UNITS.into_iter().enumerate() {
-            desk.put(1, 22, &hex(unit)).unwrap();
+            tester.put(1, 22, &hex(unit)).unwrap();
             for (instance, index, computed, printed) in limits(kind) {
-                let value = f64::from(float(&mut desk, *instance, *index));
+                let value = f64::from(float(&mut tester, *instance, *index));
                 let close = |other: f64, tolerance: f64| (value / other - 1.0).abs() < tolerance;
                 let (computed, printed) = (computed[position], printed[position]);
                 assert!(close(computed, 1e-7), "{kind:?} {instance} {index} {unit}: {value}, not {computed}");
@@ -59,14 +60,14 @@ fn as_floats_they_are_exact() {
 
 /// (69), (70): cut to whole units, never above 32767.
 #[test]
-fn as_integers_they_are_cut_and_saturated() {
+fn limits_are_truncated_and_saturated_as_integers() {
     for kind in KINDS {
-        let mut desk = desk(kind);
-        desk.put(1, 21, &[3]).unwrap();
+        let mut tester = tester(kind);
+        tester.put(1, 21, &[3]).unwrap();
         for (position, unit) in UNITS.into_iter().enumerate() {
-            desk.put(1, 22, &hex(unit)).unwrap();
+            tester.put(1, 22, &hex(unit)).unwrap();
             for (instance, index, computed, _) in limits(kind) {
-                let word = u16::from_be_bytes(of_instance(&mut desk, *instance, *index).try_into().unwrap());
+                let word = u16::from_be_bytes(of_instance(&mut tester, *instance, *index).try_into().unwrap());
                 let expected = computed[position].trunc().min(32767.0);
                 assert_eq!(f64::from(word), expected, "{kind:?} {instance} {index} {unit}");
             }
@@ -90,11 +91,11 @@ fn counts_mean_the_pressure_of_the_printed_formulas() {
         (Xpg400Model::Hpg, 3, |counts| (counts - 22999.0) / 2444.0),
     ];
     for (kind, instance, exponent) in formulas {
-        let mut desk = crate::exchanging(kind, crate::FLOATS, 1.3e-2);
-        crate::set_points::turn(&mut desk, 'a', 5.0);
-        let mbar = f64::from(float(&mut desk, instance, 19));
-        desk.bring_up(&hex("00 00 00 03 E9"), &hex(crate::FLOATS));
-        let counts = f64::from(float(&mut desk, instance, 19));
+        let mut tester = crate::exchanging(kind, crate::FLOATS, 1.3e-2);
+        crate::set_points::turn(&mut tester, Potentiometer::A, 5.0);
+        let mbar = f64::from(float(&mut tester, instance, 19));
+        tester.bring_up(&hex("00 00 00 03 E9"), &hex(crate::FLOATS));
+        let counts = f64::from(float(&mut tester, instance, 19));
         assert!((10f64.powf(exponent(counts)) / mbar - 1.0).abs() < 1e-4, "{kind:?} {instance}: {counts}, {mbar} mbar");
     }
 }
@@ -103,13 +104,13 @@ fn counts_mean_the_pressure_of_the_printed_formulas() {
 #[test]
 fn unit_and_type_are_those_of_the_device() {
     for kind in KINDS {
-        let mut desk = desk(kind);
+        let mut tester = tester(kind);
         for instance in 1..=4 {
             for unit in UNITS {
-                desk.put(1, 46, &[instance]).unwrap();
-                desk.put(1, 22, &hex(unit)).unwrap();
+                tester.put(1, 46, &[instance]).unwrap();
+                tester.put(1, 22, &hex(unit)).unwrap();
                 for other in 1..=4 {
-                    assert_eq!(of_instance(&mut desk, other, 22), hex(unit));
+                    assert_eq!(of_instance(&mut tester, other, 22), hex(unit));
                 }
             }
         }
@@ -119,29 +120,29 @@ fn unit_and_type_are_those_of_the_device() {
 /// Unit and type of the last exchange stay when it ends: 3.2.2.3, 3.2.2.4.
 #[test]
 fn the_exchange_overwrites_unit_and_type() {
-    let mut desk = desk(Xpg400Model::Hpg);
-    desk.bring_up(&hex("00 00 00 05 15"), &hex("44 84 05 05 05 03"));
-    desk.unlock();
-    assert_eq!((desk.get(1, 22), desk.get(1, 21)), (hex("05 15"), vec![3]));
+    let mut tester = tester(Xpg400Model::Hpg);
+    tester.bring_up(&hex("00 00 00 05 15"), &hex("44 84 05 05 05 03"));
+    tester.unlock();
+    assert_eq!((tester.get(1, 22), tester.get(1, 21)), (hex("05 15"), vec![3]));
 }
 
 /// (91): both conditions hold.
 #[test]
 fn unit_and_type_change_in_idle_outside_the_exchange_only() {
-    let mut desk = desk(Xpg400Model::Bpg);
-    let refused = |desk: &mut Desk<Gauge>| {
-        assert_eq!(desk.put(1, 21, &[3]), Err(17));
-        assert_eq!(desk.put(1, 22, &hex("05 15")), Err(17));
-        assert_eq!((desk.get(1, 22), desk.get(1, 21)), (hex("05 1C"), vec![8]));
+    let mut tester = tester(Xpg400Model::Bpg);
+    let refused = |tester: &mut Tester<Gauge>| {
+        assert_eq!(tester.put(1, 21, &[3]), Err(17));
+        assert_eq!(tester.put(1, 22, &hex("05 15")), Err(17));
+        assert_eq!((tester.get(1, 22), tester.get(1, 21)), (hex("05 1C"), vec![8]));
     };
-    desk.command(4).unwrap();
-    refused(&mut desk);
-    desk.bring_up(&hex(crate::MBAR), &hex(crate::FLOATS));
-    desk.command(5).unwrap();
-    refused(&mut desk);
-    desk.unlock();
-    desk.command(2).unwrap();
-    refused(&mut desk);
-    desk.command(3).unwrap();
-    assert_eq!(desk.put(1, 22, &hex("05 15")), Ok(()));
+    tester.command(4).unwrap();
+    refused(&mut tester);
+    tester.bring_up(&hex(crate::MBAR), &hex(crate::FLOATS));
+    tester.command(5).unwrap();
+    refused(&mut tester);
+    tester.unlock();
+    tester.command(2).unwrap();
+    refused(&mut tester);
+    tester.command(3).unwrap();
+    assert_eq!(tester.put(1, 22, &hex("05 15")), Ok(()));
 }

@@ -22,21 +22,21 @@ mod switchover;
 use profivac_devices::profile::Setup;
 use profivac_devices::store::RamStore;
 use profivac_devices::xpg400::{Xpg400, Xpg400Model};
-use profivac_devices::{Action, SimulatedDevice, UnsupportedAction};
-use support::{Desk, hex};
+use profivac_devices::{Action, SimulatedDevice, Switch, UnsupportedAction};
+use support::{Tester, hex};
 
 type Gauge = Xpg400<RamStore>;
 
 const KINDS: [Xpg400Model; 2] = [Xpg400Model::Bpg, Xpg400Model::Hpg];
 
-/// As bought, with the address switch at 5.
+/// As delivered, with the address switch at 5.
 fn gauge(kind: Xpg400Model) -> Gauge {
     Gauge::new(RamStore::default(), kind, Setup::new(5))
 }
 
 /// Behind a slave, settled.
-fn desk(kind: Xpg400Model) -> Desk<Gauge> {
-    Desk::new(gauge(kind))
+fn tester(kind: Xpg400Model) -> Tester<Gauge> {
+    Tester::new(gauge(kind))
 }
 
 /// mbar, and floats with nothing to send.
@@ -44,25 +44,25 @@ const MBAR: &str = "00 00 00 05 1C";
 const FLOATS: &str = "44 86 05 05 05 08";
 
 /// In cyclic exchange at this pressure, and so in EXECUTING.
-fn exchanging(kind: Xpg400Model, cfg: &str, mbar: f64) -> Desk<Gauge> {
-    let mut desk = desk(kind);
-    desk.pressure_mbar(mbar);
-    desk.bring_up(&hex(MBAR), &hex(cfg));
-    desk
+fn exchanging(kind: Xpg400Model, cfg: &str, mbar: f64) -> Tester<Gauge> {
+    let mut tester = tester(kind);
+    tester.pressure_mbar(mbar);
+    tester.bring_up(&hex(MBAR), &hex(cfg));
+    tester
 }
 
 /// Switches power off and on again, and lets the gauge start.
-fn restart(desk: &mut Desk<Gauge>) {
-    desk.device().set_power(false);
-    desk.device().set_power(true);
-    desk.slave.power_up(5);
-    desk.device().settle();
+fn restart(tester: &mut Tester<Gauge>) {
+    tester.device().set_power(false);
+    tester.device().set_power(true);
+    tester.slave.power_up(5);
+    tester.device().settle();
 }
 
-/// What slot 1 has for an instance.
-fn of_instance(desk: &mut Desk<Gauge>, instance: u8, index: u8) -> Vec<u8> {
-    desk.put(1, 46, &[instance]).unwrap();
-    desk.get(1, index)
+/// The octets of slot 1 for an instance.
+fn of_instance(tester: &mut Tester<Gauge>, instance: u8, index: u8) -> Vec<u8> {
+    tester.put(1, 46, &[instance]).unwrap();
+    tester.get(1, index)
 }
 
 fn float_of(octets: &[u8]) -> f32 {
@@ -70,10 +70,10 @@ fn float_of(octets: &[u8]) -> f32 {
 }
 
 /// A float at slot 1 for an instance.
-fn float(desk: &mut Desk<Gauge>, instance: u8, index: u8) -> f32 {
-    float_of(&of_instance(desk, instance, index))
+fn float(tester: &mut Tester<Gauge>, instance: u8, index: u8) -> f32 {
+    float_of(&of_instance(tester, instance, index))
 }
 
-fn switch(desk: &mut Desk<Gauge>, name: &str, value: &str) -> Result<(), UnsupportedAction> {
-    desk.device().operate(Action::Switch { name, value })
+fn switch(tester: &mut Tester<Gauge>, switch: Switch) -> Result<(), UnsupportedAction> {
+    tester.device().operate(Action::Switch(switch))
 }

@@ -1,11 +1,11 @@
 //! Identity, station address and nonvolatile memory. tira36e1 1.2, 3.1, Appendix A, (8), (34) to (37), (73).
 
-use crate::support::{Desk, hex, off};
-use crate::{FLOATS, Gauge, KINDS, desk, exchanging, gauge, of_instance, restart};
+use crate::support::{Tester, hex, off};
+use crate::{FLOATS, Gauge, KINDS, exchanging, gauge, of_instance, restart, tester};
 use profivac_devices::profile::{SerialNumber, Setup};
 use profivac_devices::store::{Key, RamStore, Store, StoreError};
 use profivac_devices::xpg400::{Xpg400, Xpg400Model};
-use profivac_devices::{Action, SimulatedDevice};
+use profivac_devices::{Action, SimulatedDevice, Switch, UnsupportedAction};
 use profivac_dp::slave::{Device, Dpv1Error, Relation};
 use profivac_wire::address::SetSlaveAdd;
 
@@ -16,7 +16,7 @@ fn the_identity_is_that_of_the_manual() {
         (Xpg400Model::Hpg, "353-525             ", "HPG400-SP"),
     ] {
         let setup = Setup { serial: SerialNumber::new("4711"), ..Setup::new(5) };
-        let mut desk = Desk::new(Gauge::new(RamStore::default(), kind, setup));
+        let mut tester = Tester::new(Gauge::new(RamStore::default(), kind, setup));
         for (index, text) in [
             (17, "CG      "),
             (18, "E54-0997 "),
@@ -27,13 +27,13 @@ fn the_identity_is_that_of_the_manual() {
             (23, "4711                          "),
             (24, format!("{title:<50}").as_str()),
         ] {
-            assert_eq!(String::from_utf8(desk.get(0, index)).unwrap(), text, "{index}");
+            assert_eq!(String::from_utf8(tester.get(0, index)).unwrap(), text, "{index}");
         }
         // (31)
-        assert_eq!(desk.get(0, 16), hex("00 01 00 00"));
-        assert_eq!(desk.get(1, 16), hex("00 03 00 00"));
+        assert_eq!(tester.get(0, 16), hex("00 01 00 00"));
+        assert_eq!(tester.get(1, 16), hex("00 03 00 00"));
         for (instance, block_type) in [(1, "00 0D 00 00"), (2, "00 10 00 00")] {
-            assert_eq!(of_instance(&mut desk, instance, 101), hex(block_type));
+            assert_eq!(of_instance(&mut tester, instance, 101), hex(block_type));
         }
     }
 }
@@ -42,22 +42,22 @@ fn the_identity_is_that_of_the_manual() {
 #[test]
 fn a_new_gauge_has_the_values_of_the_factory() {
     for kind in KINDS {
-        let mut desk = desk(kind);
-        assert_eq!(desk.get(1, 46), [1]);
+        let mut tester = tester(kind);
+        assert_eq!(tester.get(1, 46), [1]);
         for (instance, index, octets) in
             [(1, 21, "08"), (1, 22, "05 1C"), (1, 39, "00"), (2, 39, "00"), (2, 40, "00 00 00 00"), (1, 140, "00")]
         {
-            assert_eq!(of_instance(&mut desk, instance, index), hex(octets), "{instance}/{index}");
+            assert_eq!(of_instance(&mut tester, instance, index), hex(octets), "{instance}/{index}");
         }
     }
 }
 
 #[test]
-fn the_selector_outlives_the_power() {
-    let mut desk = desk(Xpg400Model::Hpg);
-    desk.put(1, 46, &[4]).unwrap();
-    restart(&mut desk);
-    assert_eq!(desk.get(1, 46), [4]);
+fn the_selector_is_restored_after_power_up() {
+    let mut tester = tester(Xpg400Model::Hpg);
+    tester.put(1, 46, &[4]).unwrap();
+    restart(&mut tester);
+    assert_eq!(tester.get(1, 46), [4]);
 }
 
 const fn request(address: u8, no_add_chg: u8) -> SetSlaveAdd<'static> {
@@ -81,15 +81,16 @@ fn the_address_comes_from_the_switch_or_from_memory() {
         assert_eq!(gauge.station_address(), 9);
     }
     let mut gauge = gauge(Xpg400Model::Bpg);
-    gauge.operate(Action::Switch { name: "address", value: "17" }).unwrap();
+    gauge.operate(Action::Switch(Switch::Address(17))).unwrap();
     assert_eq!(gauge.station_address(), 5, "it is read at power-up");
     gauge.set_power(false);
     gauge.set_power(true);
     assert_eq!(gauge.station_address(), 17);
-    assert_eq!(gauge.operate(Action::Button(1)).unwrap_err().expected, [""; 0]);
+    let action = Action::Button(1);
+    assert_eq!(gauge.operate(action), Err(UnsupportedAction { action }));
 }
 
-/// A store that counts, and that may take nothing.
+/// A store that counts its writes, and that may fail.
 #[derive(Clone, Default)]
 struct Worn {
     store: RamStore,
@@ -108,7 +109,8 @@ impl Store for Worn {
     }
 }
 
-/// One value in one place, so that a power cut leaves the old or the new one; nothing for what is there already.
+/// A write stores one value under one key, so that a power cut leaves the old or the new one; an equal value is not
+/// stored again.
 #[test]
 fn a_write_is_stored_once() {
     let mut gauge = Xpg400::new(Worn::default(), Xpg400Model::Bpg, Setup::new(200));
@@ -125,7 +127,7 @@ fn a_write_is_stored_once() {
 
 /// A positive answer means stored, a failed save changes nothing.
 #[test]
-fn what_cannot_be_stored_is_refused_and_does_not_change() {
+fn a_write_that_cannot_be_stored_is_refused_and_changes_nothing() {
     let mut gauge = Xpg400::new(Worn { broken: true, ..Worn::default() }, Xpg400Model::Hpg, Setup::new(200));
     gauge.settle();
     let read = |gauge: &mut Xpg400<Worn>, index| {
@@ -139,12 +141,12 @@ fn what_cannot_be_stored_is_refused_and_does_not_change() {
         assert_eq!(result, Err(Dpv1Error { code_1: 0xA1, code_2: 18 }), "{index}");
         assert_eq!(read(&mut gauge, index), before, "{index}");
     }
-    // What is volatile goes on.
+    // Volatile values stay.
     assert_eq!(gauge.write(Relation::Ms2(0), 0, 15, &[4]), Ok(()));
 }
 
 #[test]
-fn what_is_stored_and_cannot_be_is_passed_over() {
+fn a_stored_value_out_of_range_is_ignored() {
     let mut store = RamStore::<96>::default();
     for (instance, index, octets) in
         [(0, 46, "05"), (1, 39, "04"), (2, 40, "7F F8 00 00 00 00 00 00"), (0, 22, "13 08"), (0, 21, "05")]
@@ -152,20 +154,20 @@ fn what_is_stored_and_cannot_be_is_passed_over() {
         store.save(Key::Parameter { slot: 1, instance, index }, &hex(octets)).unwrap();
     }
     store.save(Key::Internal(0), &hex("7F F0 00 00 00 00 00 00")).unwrap();
-    let mut desk = Desk::new(Gauge::new(store, Xpg400Model::Bpg, Setup::new(5)));
-    desk.pressure_mbar(1.0);
-    desk.command(4).unwrap();
-    assert_eq!(desk.get(1, 46), [1]);
+    let mut tester = Tester::new(Gauge::new(store, Xpg400Model::Bpg, Setup::new(5)));
+    tester.pressure_mbar(1.0);
+    tester.command(4).unwrap();
+    assert_eq!(tester.get(1, 46), [1]);
     for (instance, index, octets) in
         [(1, 39, "00"), (2, 40, "00 00 00 00"), (1, 22, "05 1C"), (1, 21, "08"), (1, 19, "3F 80 00 00")]
     {
-        assert_eq!(of_instance(&mut desk, instance, index), hex(octets), "{instance}/{index}");
+        assert_eq!(of_instance(&mut tester, instance, index), hex(octets), "{instance}/{index}");
     }
 }
 
-/// Without power nothing moves; the bench sees that.
+/// Without power the device does not change, and the simulation reports it.
 #[test]
-fn a_device_without_power_is_off() {
+fn a_device_without_power_reports_off() {
     for kind in KINDS {
         off::shows_nothing(exchanging(kind, FLOATS, 1e-6).device());
     }

@@ -1,31 +1,35 @@
-//! Whatever masters, people and power do: the gauge is in a named state, its copies are equal, nothing stored is lost.
+//! Random actions of masters, operators and the power supply: the gauge is in a named state, its copies are equal, and
+//! no stored value is lost.
 
 use crate::exceptions::copies_are_equal;
-use crate::support::Desk;
+use crate::support::Tester;
 use crate::support::random::Random;
 use crate::support::walk::{Particular, Walk};
-use crate::{Gauge, KINDS, desk, of_instance};
-use profivac_devices::Action;
+use crate::{Gauge, KINDS, of_instance, tester};
 use profivac_devices::xpg400::Xpg400Model;
+use profivac_devices::{Action, Potentiometer, Switch};
 
-fn pot(random: &mut Random) -> Action<'static> {
-    Action::Pot { which: random.one_of(&['a', 'b']), volts: random.unit() * 12.0 - 1.0 }
-}
-
-fn bpg_action(random: &mut Random) -> Action<'static> {
-    match random.below(2) {
-        0 => pot(random),
-        _ => Action::Switch { name: "degas", value: random.one_of(&["on", "off"]) },
+fn potentiometer(random: &mut Random) -> Action {
+    Action::Potentiometer {
+        potentiometer: random.one_of(&[Potentiometer::A, Potentiometer::B]),
+        volts: random.unit() * 12.0 - 1.0,
     }
 }
 
-fn hpg_action(random: &mut Random) -> Action<'static> {
+fn bpg_action(random: &mut Random) -> Action {
     match random.below(2) {
-        0 => pot(random),
-        _ => Action::Switch {
-            name: random.one_of(&["low-high", "cal-adj"]),
-            value: random.one_of(&["0", "2", "5", "7", "8", "9"]),
-        },
+        0 => potentiometer(random),
+        _ => Action::Switch(Switch::Degas(random.one_of(&[true, false]))),
+    }
+}
+
+fn hpg_action(random: &mut Random) -> Action {
+    match random.below(2) {
+        0 => potentiometer(random),
+        _ => {
+            let switch = random.one_of(&[Switch::LowHigh as fn(u8) -> Switch, Switch::CalAdj]);
+            Action::Switch(switch(random.one_of(&[0, 2, 5, 7, 8, 9])))
+        }
     }
 }
 
@@ -41,25 +45,25 @@ fn walk(kind: Xpg400Model, seed: u64) -> Walk<Gauge> {
         moving: &[],
         check,
     };
-    Walk::new(desk(kind), particular, seed)
+    Walk::new(tester(kind), particular, seed)
 }
 
-fn check(desk: &mut Desk<Gauge>) {
-    copies_are_equal(desk);
-    let report = desk.report();
+fn check(tester: &mut Tester<Gauge>) {
+    copies_are_equal(tester);
+    let report = tester.report();
     for (relay, instance) in report.relays.iter().zip([3, 4]) {
-        assert_eq!(of_instance(desk, instance, 20), [if *relay { 0x0A } else { 0 }]);
+        assert_eq!(of_instance(tester, instance, 20), [if *relay { 0x0A } else { 0 }]);
     }
     for indicated in report.indicated.iter() {
-        assert_eq!(of_instance(desk, indicated.instance, 23), [u8::from(indicated.valid)]);
+        assert_eq!(of_instance(tester, indicated.instance, 23), [u8::from(indicated.valid)]);
     }
     let emission = report.emission.iter().eq([&true]);
-    assert_eq!(of_instance(desk, 2, 105)[0] != 0, emission);
+    assert_eq!(of_instance(tester, 2, 105)[0] != 0, emission);
     // Without emission nothing but the Pirani measures (80); outside EXECUTING nothing measures.
     let executing = report.device_state == "EXECUTING";
     assert!(emission || report.active_instance == 1 || !executing, "{report:?}");
     // An adjustment runs in EXECUTING only (103).
-    assert!(of_instance(desk, 1, 140) == [0] || executing, "{report:?}");
+    assert!(of_instance(tester, 1, 140) == [0] || executing, "{report:?}");
 }
 
 fn a_million_steps(kind: Xpg400Model, seed: u64) {
@@ -73,17 +77,17 @@ fn a_million_steps(kind: Xpg400Model, seed: u64) {
 }
 
 #[test]
-fn a_million_steps_of_a_bpg400() {
+fn a_million_steps_of_a_bpg400_leave_a_named_state_and_equal_copies() {
     a_million_steps(Xpg400Model::Bpg, 4001);
 }
 
 #[test]
-fn a_million_steps_of_an_hpg400() {
+fn a_million_steps_of_an_hpg400_leave_a_named_state_and_equal_copies() {
     a_million_steps(Xpg400Model::Hpg, 4002);
 }
 
 #[test]
-fn any_octets_as_parameters_or_outputs_are_survived() {
+fn any_octets_as_parameters_or_outputs_leave_the_device_working() {
     for kind in KINDS {
         walk(kind, 54).any_octets(50_000);
     }

@@ -57,7 +57,7 @@ const TYPES: &[&str] = &["03", "08"];
 const NO_TYPES: &[&str] = &["00", "02", "04", "05", "07", "09", "FF"];
 const SAFE_STATES: &[&str] = &["01", "02", "03", "00"];
 const NO_SAFE_STATES: &[&str] = &["04", "FF"];
-/// 1.5, 1e-20, 0 and 123456; below zero, and what is no number.
+/// 1.5, 1e-20, 0 and 123456; a number below zero, and NaN.
 const PRESSURES: &[&str] = &["3F C0 00 00", "1E 3C E5 08", "00 00 00 00", "47 F1 20 00"];
 const NO_PRESSURES: &[&str] = &["BF C0 00 00", "7F C0 00 00", "7F 80 00 00", "FF 80 00 00", "7F 7F FF FF"];
 const COMMANDS: &[&str] = &["00 00", "00 07", "01 00"];
@@ -103,13 +103,13 @@ fn every_row_is_read_as_marked() {
 }
 
 #[test]
-fn no_row_is_written_without_mark_or_with_another_length() {
-    rigs().iter().for_each(Rig::no_row_is_written_without_mark_or_with_another_length);
+fn no_row_is_written_without_a_mark_or_with_another_length() {
+    rigs().iter().for_each(Rig::no_row_is_written_without_a_mark_or_with_another_length);
 }
 
 #[test]
-fn nothing_else_is_there() {
-    rigs().iter().for_each(Rig::nothing_else_is_there);
+fn other_slots_and_indices_are_refused() {
+    rigs().iter().for_each(Rig::other_slots_and_indices_are_refused);
 }
 
 #[test]
@@ -128,13 +128,13 @@ fn every_value_is_checked_by_the_channel() {
 }
 
 #[test]
-fn power_keeps_what_is_nonvolatile() {
-    rigs().iter().for_each(Rig::power_keeps_what_is_nonvolatile);
+fn nonvolatile_values_are_restored_after_power_up() {
+    rigs().iter().for_each(Rig::nonvolatile_values_are_restored_after_power_up);
 }
 
 /// (38), (39), (94), (104): what one gauge has and another has not.
 #[test]
-fn each_gauge_has_its_own_rows() {
+fn each_gauge_has_the_rows_of_its_variant() {
     for (slot, instance, index, kinds) in [
         (0, 1, 202, [false, true]),
         (0, 1, 203, [false, true]),
@@ -148,9 +148,9 @@ fn each_gauge_has_its_own_rows() {
         (1, 3, 201, [false, false]),
     ] {
         for (kind, there) in KINDS.into_iter().zip(kinds) {
-            let mut desk = crate::desk(kind);
-            desk.put(1, 46, &[instance]).unwrap();
-            let read = desk.read(Relation::Ms2(0), slot, index);
+            let mut tester = crate::tester(kind);
+            tester.put(1, 46, &[instance]).unwrap();
+            let read = tester.read(Relation::Ms2(0), slot, index);
             assert_eq!(read.map_err(|refusal| refusal.code_2).err(), (!there).then_some(3), "{kind:?} {slot}/{index}");
         }
     }

@@ -1,12 +1,12 @@
 //! Set points and relays. tira36e1 3.2.4, (106) to (109).
 
-use crate::support::{Desk, hex};
+use crate::support::{Tester, hex};
 use crate::{FLOATS, Gauge, KINDS, exchanging, float, of_instance};
 use profivac_devices::xpg400::Xpg400Model;
-use profivac_devices::{Action, SimulatedDevice};
+use profivac_devices::{Action, Potentiometer, SimulatedDevice};
 
-pub fn turn(desk: &mut Desk<Gauge>, which: char, volts: f64) {
-    desk.device().operate(Action::Pot { which, volts }).unwrap();
+pub fn turn(tester: &mut Tester<Gauge>, potentiometer: Potentiometer, volts: f64) {
+    tester.device().operate(Action::Potentiometer { potentiometer, volts }).unwrap();
 }
 
 /// The voltage of a threshold in mbar: 3.2.4.1, solved for U (109).
@@ -17,8 +17,8 @@ fn volts(kind: Xpg400Model, mbar: f64) -> f64 {
     }
 }
 
-fn relays(desk: &mut Desk<Gauge>) -> Vec<bool> {
-    desk.report().relays.iter().copied().collect()
+fn relays(tester: &mut Tester<Gauge>) -> Vec<bool> {
+    tester.report().relays.iter().copied().collect()
 }
 
 /// U and the threshold in mbar and COUNTS, computed from the printed formulas.
@@ -34,23 +34,21 @@ const THRESHOLDS: [(Xpg400Model, f64, f64, f64); 6] = [
 #[test]
 fn the_threshold_is_read_in_the_unit_of_the_device() {
     for (kind, u, mbar, counts) in THRESHOLDS {
-        let mut desk = exchanging(kind, FLOATS, 1e-3);
-        turn(&mut desk, 'b', u);
-        let read = f64::from(float(&mut desk, 4, 19));
+        let mut tester = exchanging(kind, FLOATS, 1e-3);
+        turn(&mut tester, Potentiometer::B, u);
+        let read = f64::from(float(&mut tester, 4, 19));
         assert!((read / mbar - 1.0).abs() < 1e-4, "{kind:?}: {u} V reads {read} mbar");
-        desk.bring_up(&hex("00 00 00 03 E9"), &hex("44 84 05 05 05 03"));
-        assert_eq!(of_instance(&mut desk, 4, 19), (counts as u16).to_be_bytes(), "{kind:?}: {u} V");
+        tester.bring_up(&hex("00 00 00 03 E9"), &hex("44 84 05 05 05 03"));
+        assert_eq!(of_instance(&mut tester, 4, 19), (counts as u16).to_be_bytes(), "{kind:?}: {u} V");
     }
 }
 
 #[test]
-fn a_potentiometer_has_no_more_than_10_volts_and_there_are_two() {
+fn a_potentiometer_has_no_more_than_10_volts() {
     for kind in KINDS {
-        let mut desk = exchanging(kind, FLOATS, 1e-3);
-        turn(&mut desk, 'a', 77.0);
-        assert_eq!(float(&mut desk, 3, 19).round(), 1000.0);
-        let refused = desk.device().operate(Action::Pot { which: 'c', volts: 1.0 });
-        assert_eq!(refused.unwrap_err().expected, ["a", "b"]);
+        let mut tester = exchanging(kind, FLOATS, 1e-3);
+        turn(&mut tester, Potentiometer::A, 77.0);
+        assert_eq!(float(&mut tester, 3, 19).round(), 1000.0);
     }
 }
 
@@ -58,9 +56,9 @@ fn a_potentiometer_has_no_more_than_10_volts_and_there_are_two() {
 #[test]
 fn a_relay_closes_below_its_threshold_and_opens_ten_percent_above() {
     for kind in KINDS {
-        let mut desk = exchanging(kind, FLOATS, 1000.0);
-        turn(&mut desk, 'a', volts(kind, 2.0));
-        turn(&mut desk, 'b', volts(kind, 1e-4));
+        let mut tester = exchanging(kind, FLOATS, 1000.0);
+        turn(&mut tester, Potentiometer::A, volts(kind, 2.0));
+        turn(&mut tester, Potentiometer::B, volts(kind, 1e-4));
         for (mbar, a, b) in [
             (1000.0, false, false),
             (2.002, false, false),
@@ -71,42 +69,47 @@ fn a_relay_closes_below_its_threshold_and_opens_ten_percent_above() {
             (1.09e-4, true, true),
             (1.11e-4, true, false),
         ] {
-            desk.pressure_mbar(mbar);
-            assert_eq!(relays(&mut desk), [a, b], "{kind:?} {mbar} mbar");
+            tester.pressure_mbar(mbar);
+            assert_eq!(relays(&mut tester), [a, b], "{kind:?} {mbar} mbar");
             let status = [a, b].map(|closed| if closed { 0x0A } else { 0 });
-            assert_eq!([3, 4].map(|instance| of_instance(&mut desk, instance, 20)[0]), status, "{kind:?} {mbar} mbar");
+            assert_eq!(
+                [3, 4].map(|instance| of_instance(&mut tester, instance, 20)[0]),
+                status,
+                "{kind:?} {mbar} mbar"
+            );
         }
     }
 }
 
-/// 3.2.4.1: "If a higher threshold has been selected, the relay is only activated at pressures lower than 100 mbar." (107)
+/// 3.2.4.1: "If a higher threshold has been selected, the relay is only activated at pressures lower than 100 mbar."
+/// (107)
 #[test]
-fn above_100_mbar_a_relay_stays_open() {
+fn a_relay_stays_open_above_100_mbar() {
     for kind in KINDS {
-        let mut desk = exchanging(kind, FLOATS, 1000.0);
-        turn(&mut desk, 'a', volts(kind, 500.0));
+        let mut tester = exchanging(kind, FLOATS, 1000.0);
+        turn(&mut tester, Potentiometer::A, volts(kind, 500.0));
         for (mbar, closed) in [(400.0, false), (100.0, false), (99.0, true), (109.0, true), (111.0, false)] {
-            desk.pressure_mbar(mbar);
-            assert_eq!(relays(&mut desk), [closed, false], "{kind:?} {mbar} mbar");
+            tester.pressure_mbar(mbar);
+            assert_eq!(relays(&mut tester), [closed, false], "{kind:?} {mbar} mbar");
         }
-        assert!((float(&mut desk, 3, 19) / 500.0 - 1.0).abs() < 1e-4, "the setting is shown as it is");
+        assert!((float(&mut tester, 3, 19) / 500.0 - 1.0).abs() < 1e-4, "the setting is shown as it is");
     }
 }
 
 #[test]
-fn a_relay_falls_back_outside_executing_and_with_any_sensor_alarm() {
+fn a_relay_opens_outside_executing_and_with_any_sensor_alarm() {
     for kind in KINDS {
-        let mut desk = exchanging(kind, FLOATS, 1e-3);
-        turn(&mut desk, 'a', volts(kind, 1.0));
+        let mut tester = exchanging(kind, FLOATS, 1e-3);
+        turn(&mut tester, Potentiometer::A, volts(kind, 1.0));
         for fault in ["sensor1", "sensor2", "electronics2"] {
-            assert_eq!(relays(&mut desk), [true, false]);
-            desk.fault(fault, true);
-            assert_eq!(relays(&mut desk), [false, false], "{fault}");
-            desk.fault(fault, false);
+            assert_eq!(relays(&mut tester), [true, false]);
+            tester.fault(fault, true);
+            assert_eq!(relays(&mut tester), [false, false], "{fault}");
+            tester.fault(fault, false);
         }
-        desk.fault("ram", true);
-        assert_eq!(relays(&mut desk), [true, false], "no sensor alarm");
-        desk.command(5).unwrap();
-        assert_eq!(relays(&mut desk), [false, false]);
+        tester.fault("ram", true);
+        assert_eq!(relays(&mut tester), [true, false], "no sensor alarm");
+        tester.command(5).unwrap();
+        assert_eq!(relays(&mut tester), [false, false]);
     }
 }

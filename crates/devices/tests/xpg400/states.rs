@@ -1,7 +1,7 @@
 //! The device state machine. tira36e1 3.1.2, (84) to (92).
 
-use crate::support::{Desk, hex, selftest};
-use crate::{FLOATS, Gauge, KINDS, MBAR, desk, exchanging, of_instance};
+use crate::support::{Tester, hex, selftest};
+use crate::{FLOATS, Gauge, KINDS, MBAR, exchanging, of_instance, tester};
 use profivac_devices::SimulatedDevice;
 use profivac_devices::xpg400::Xpg400Model;
 
@@ -22,9 +22,9 @@ const DIAGNOSTIC: u8 = 6;
 /// Telegrams with the parameter channel in front.
 const CHANNEL_FLOATS: &str = "C6 87 8E 0A 0A 05 05 05 08";
 
-/// A gauge in the state, and nobody exchanging.
-fn in_state(kind: Xpg400Model, state: u8) -> Desk<Gauge> {
-    let mut desk = desk(kind);
+/// A gauge in this state, without data exchange.
+fn in_state(kind: Xpg400Model, state: u8) -> Tester<Gauge> {
+    let mut tester = tester(kind);
     let (fault, command) = match state {
         UNDEFINED => ("", RESET),
         SELF_TESTING => ("", DIAGNOSTIC),
@@ -34,18 +34,18 @@ fn in_state(kind: Xpg400Model, state: u8) -> Desk<Gauge> {
         CRITICAL_FAULT => ("eprom ram", RESET),
         _ => ("", 0),
     };
-    fault.split_whitespace().for_each(|fault| desk.fault(fault, true));
-    desk.command(command).unwrap();
+    fault.split_whitespace().for_each(|fault| tester.fault(fault, true));
+    tester.command(command).unwrap();
     if !fault.is_empty() {
-        desk.device().settle();
+        tester.device().settle();
     }
-    assert_eq!(desk.state(), state);
-    desk
+    assert_eq!(tester.state(), state);
+    tester
 }
 
 /// (89): what each command does in each state; a number is the code of the refusal.
 #[test]
-fn every_command_in_every_state() {
+fn every_command_has_its_result_in_every_state() {
     let to = |state: u8| Ok(state);
     let table = [
         (UNDEFINED, [Err(201), Err(202), Err(202), Err(202), Err(202), Err(202)]),
@@ -58,14 +58,14 @@ fn every_command_in_every_state() {
     ];
     for (kind, (state, results)) in KINDS.into_iter().flat_map(|kind| table.map(|row| (kind, row))) {
         for (command, result) in (1..).zip(results) {
-            let mut desk = in_state(kind, state);
-            assert_eq!(desk.command(command), result.map(|_| ()), "command {command} in state {state}");
-            assert_eq!(desk.state(), result.unwrap_or(state), "after command {command} in state {state}");
-            // Inactive is always accepted, what is no command never; a command that was carried out is not read back.
-            let after = desk.state();
-            assert_eq!(desk.command(0), Ok(()));
-            assert_eq!(desk.command(7), Err(2));
-            assert_eq!((desk.state(), desk.get(0, 15)), (after, vec![0]));
+            let mut tester = in_state(kind, state);
+            assert_eq!(tester.command(command), result.map(|_| ()), "command {command} in state {state}");
+            assert_eq!(tester.state(), result.unwrap_or(state), "after command {command} in state {state}");
+            // Inactive is always accepted, an unknown command never; an executed command is not read back.
+            let after = tester.state();
+            assert_eq!(tester.command(0), Ok(()));
+            assert_eq!(tester.command(7), Err(2));
+            assert_eq!((tester.state(), tester.get(0, 15)), (after, vec![0]));
         }
     }
 }
@@ -73,93 +73,93 @@ fn every_command_in_every_state() {
 #[test]
 fn a_self_test_ends_in_idle_or_in_exception() {
     for fault in ["eeprom", "ram", "eprom", "comm", "sensor1", "sensor2", "electronics1", "electronics2"] {
-        let mut desk = in_state(Xpg400Model::Hpg, EXECUTING);
-        desk.fault(fault, true);
-        assert_eq!(desk.state(), EXECUTING, "{fault} is found by a test only");
-        desk.command(DIAGNOSTIC).unwrap();
-        desk.device().settle();
-        assert_eq!(desk.state(), SELF_TEST_EXCEPTION, "{fault}");
-        desk.fault(fault, false);
-        desk.command(DIAGNOSTIC).unwrap();
-        desk.device().settle();
+        let mut tester = in_state(Xpg400Model::Hpg, EXECUTING);
+        tester.fault(fault, true);
+        assert_eq!(tester.state(), EXECUTING, "{fault} is found by a test only");
+        tester.command(DIAGNOSTIC).unwrap();
+        tester.device().settle();
+        assert_eq!(tester.state(), SELF_TEST_EXCEPTION, "{fault}");
+        tester.fault(fault, false);
+        tester.command(DIAGNOSTIC).unwrap();
+        tester.device().settle();
         // Not back in EXECUTING (88).
-        assert_eq!(desk.state(), IDLE, "{fault} gone and tested");
+        assert_eq!(tester.state(), IDLE, "{fault} gone and tested");
     }
     // A warning is no fault.
-    let mut desk = in_state(Xpg400Model::Bpg, IDLE);
-    desk.fault("pirani-adjust", true);
-    desk.command(DIAGNOSTIC).unwrap();
-    desk.device().settle();
-    assert_eq!(desk.state(), IDLE);
+    let mut tester = in_state(Xpg400Model::Bpg, IDLE);
+    tester.fault("pirani-adjust", true);
+    tester.command(DIAGNOSTIC).unwrap();
+    tester.device().settle();
+    assert_eq!(tester.state(), IDLE);
 }
 
 #[test]
 fn only_reset_leads_out_of_a_critical_fault() {
-    let mut desk = in_state(Xpg400Model::Bpg, CRITICAL_FAULT);
-    desk.command(RESET).unwrap();
-    desk.device().settle();
-    assert_eq!(desk.state(), CRITICAL_FAULT, "the fault is still there");
-    desk.fault("eprom", false);
-    assert_eq!(desk.state(), CRITICAL_FAULT, "nothing happens by itself");
-    desk.command(RESET).unwrap();
-    desk.device().settle();
-    assert_eq!(desk.state(), SELF_TEST_EXCEPTION, "the working memory is still defective");
-    desk.fault("ram", false);
-    desk.command(RESET).unwrap();
-    desk.device().settle();
-    assert_eq!(desk.state(), IDLE);
+    let mut tester = in_state(Xpg400Model::Bpg, CRITICAL_FAULT);
+    tester.command(RESET).unwrap();
+    tester.device().settle();
+    assert_eq!(tester.state(), CRITICAL_FAULT, "the fault is still there");
+    tester.fault("eprom", false);
+    assert_eq!(tester.state(), CRITICAL_FAULT, "nothing happens by itself");
+    tester.command(RESET).unwrap();
+    tester.device().settle();
+    assert_eq!(tester.state(), SELF_TEST_EXCEPTION, "the working memory is still defective");
+    tester.fault("ram", false);
+    tester.command(RESET).unwrap();
+    tester.device().settle();
+    assert_eq!(tester.state(), IDLE);
 }
 
 #[test]
-fn each_memory_alone_is_an_exception_and_program_and_working_memory_together_are_critical() {
+fn a_memory_fault_is_an_exception_and_program_and_working_memory_together_are_critical() {
     for kind in KINDS {
-        selftest::memories(|| desk(kind), MBAR, CHANNEL_FLOATS);
+        selftest::memories(|| tester(kind), MBAR, CHANNEL_FLOATS);
     }
 }
 
 /// (90)
 #[test]
 fn the_exchange_forces_executing_once_and_its_end_leads_to_idle() {
-    let mut desk = exchanging(Xpg400Model::Hpg, FLOATS, 1e-3);
-    assert_eq!(desk.state(), EXECUTING);
-    desk.command(STOP).unwrap();
-    desk.exchange(&[]);
-    assert_eq!(desk.state(), IDLE, "a Stop during the exchange is obeyed");
-    desk.command(EXECUTE).unwrap();
-    desk.unlock();
-    assert_eq!(desk.state(), IDLE);
-    desk.bring_up(&hex(MBAR), &hex(FLOATS));
-    assert_eq!(desk.state(), EXECUTING, "a new start of the exchange");
+    let mut tester = exchanging(Xpg400Model::Hpg, FLOATS, 1e-3);
+    assert_eq!(tester.state(), EXECUTING);
+    tester.command(STOP).unwrap();
+    tester.exchange(&[]);
+    assert_eq!(tester.state(), IDLE, "a Stop during the exchange is obeyed");
+    tester.command(EXECUTE).unwrap();
+    tester.unlock();
+    assert_eq!(tester.state(), IDLE);
+    tester.bring_up(&hex(MBAR), &hex(FLOATS));
+    assert_eq!(tester.state(), EXECUTING, "a new start of the exchange");
 }
 
 #[test]
-fn exchange_acts_from_idle_only() {
+fn exchange_leads_to_executing_from_idle_only() {
     for state in [SELF_TEST_EXCEPTION, ABORT, CRITICAL_FAULT] {
-        let mut desk = in_state(Xpg400Model::Bpg, state);
-        desk.pressure_mbar(1e-3);
-        desk.bring_up(&hex(MBAR), &hex(FLOATS));
-        assert_eq!(desk.state(), state);
+        let mut tester = in_state(Xpg400Model::Bpg, state);
+        tester.pressure_mbar(1e-3);
+        tester.bring_up(&hex(MBAR), &hex(FLOATS));
+        assert_eq!(tester.state(), state);
         // Safe State Zero.
-        assert_eq!(desk.exchange(&[])[3..], [0; 4]);
+        assert_eq!(tester.exchange(&[])[3..], [0; 4]);
     }
-    let mut desk = in_state(Xpg400Model::Bpg, ABORT);
-    desk.bring_up(&hex(MBAR), &hex(FLOATS));
-    desk.command(RECOVER).unwrap();
-    assert_eq!(desk.state(), IDLE, "the start of the exchange is over");
+    let mut tester = in_state(Xpg400Model::Bpg, ABORT);
+    tester.bring_up(&hex(MBAR), &hex(FLOATS));
+    tester.command(RECOVER).unwrap();
+    assert_eq!(tester.state(), IDLE, "the start of the exchange is over");
 }
 
 /// (92)
 #[test]
-fn reset_during_the_exchange_rests_in_idle_and_keeps_what_is_nonvolatile() {
-    let mut desk = exchanging(Xpg400Model::Bpg, FLOATS, 1e-3);
-    desk.put(1, 46, &[2]).unwrap();
-    desk.put(1, 39, &[1]).unwrap();
-    desk.put(1, 105, &[0]).unwrap();
-    desk.command(RESET).unwrap();
-    assert!(desk.is_exchanging());
-    desk.device().settle();
-    assert_eq!(desk.state(), IDLE);
-    assert_eq!((desk.get(1, 46), desk.get(1, 39)), (vec![2], vec![1]));
-    desk.command(EXECUTE).unwrap();
-    assert_eq!(of_instance(&mut desk, 2, 105), [1], "the emission is automatic again");
+fn reset_during_the_exchange_ends_in_idle_and_keeps_nonvolatile_values() {
+    let mut tester = exchanging(Xpg400Model::Bpg, FLOATS, 1e-3);
+    tester.put(1, 46, &[2]).unwrap();
+    tester.put(1, 39, &[1]).unwrap();
+    tester.put(1, 105, &[0]).unwrap();
+    tester.command(RESET).unwrap();
+    assert!(tester.is_exchanging());
+    tester.device().settle();
+    assert_eq!(tester.state(), IDLE);
+    assert_eq!((tester.get(1, 46), tester.get(1, 39)), (vec![2], vec![1]));
+    tester.command(EXECUTE).unwrap();
+    assert_eq!(of_instance(&mut tester, 2, 105), [1], "the emission is automatic again");
 }

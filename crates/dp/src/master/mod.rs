@@ -21,7 +21,7 @@
 //! // The line has been idle for T_TO: the master takes the token.
 //! let due = station.wake_at().expect("listening has a time limit");
 //! assert_eq!(station.poll(due).map(|token| token.octets.to_vec()), Some(vec![0xDC, 2, 2]));
-//! # Ok::<(), profivac_dp::master::Rejected>(())
+//! # Ok::<(), profivac_dp::master::SlaveListError>(())
 //! ```
 
 mod acyclic;

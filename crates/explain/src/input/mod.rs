@@ -1,4 +1,4 @@
-//! What can be decoded: a capture file, a trace, printed octets, or octets as they are.
+//! Input files: a capture file, a trace, text with hexadecimal octets, or binary octets.
 
 mod source;
 
@@ -8,93 +8,101 @@ use super::frame::TimeSource;
 use profivac_dp::link::{Baud, BitTime};
 use profivac_sim::trace::pcapng::CaptureError;
 use profivac_sim::trace::{Entry, TraceError};
+use std::io::ErrorKind;
 
-/// Octets that were noted together.
+/// Octets that belong together: a packet, an entry, a line, or one reception.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Chunk {
-    /// When the first began, if that was noted too.
+    /// Start of the first octet, if the input has times.
     pub start: Option<BitTime>,
     /// The octets.
     pub octets: Vec<u8>,
-    /// The numbers of those with an error, counted from 0.
+    /// Positions of the octets with a character error, counted from 0.
     pub errors: Vec<usize>,
 }
 
-/// What a file holds.
+/// Contents of a file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Capture {
-    /// What kind of file it is.
+    /// Kind of the file: `pcapng`, `trace`, `text` or `octets`.
     pub kind: &'static str,
-    /// The rate of the line, if the file tells it.
+    /// Transmission rate of the line, if the file has one.
     pub baud: Option<Baud>,
-    /// What its times are worth.
+    /// Source of its times.
     pub times: TimeSource,
     /// The octets.
     pub chunks: Vec<Chunk>,
     /// Lines without octets.
     pub skipped: Skipped,
-    /// Why there is no more of a capture file or a trace.
+    /// Damage that ends a capture file or a trace early.
     pub damage: Option<Damage>,
 }
 
 /// Lines without octets.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Skipped {
-    /// How many.
+    /// Their number.
     pub count: usize,
-    /// The number of the first, counted from 1.
+    /// Number of the first one, counted from 1.
     pub first: Option<usize>,
 }
 
-/// What ends a file before its end. What comes before it is noted.
+/// Damage that ends a file early. Everything before it is read.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
 pub enum Damage {
-    /// Of a capture file.
+    /// A damaged capture file.
     #[error(transparent)]
     Capture(#[from] CaptureError),
-    /// Of a trace.
+    /// A damaged trace.
     #[error(transparent)]
     Trace(#[from] TraceError),
 }
 
-/// Why nothing can be decoded.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+/// Error of a file without anything that can be decoded.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
 pub enum InputError {
-    /// The capture file or the trace is damaged before there is anything to tell.
+    /// A capture file or a trace that is damaged before its first octets.
     #[error(transparent)]
     Damaged(#[from] Damage),
     /// A capture file of the older format.
     #[error("expected pcapng, found the older pcap format: convert it with 'editcap -F pcapng'")]
     Pcap,
-    /// Text in two octets a letter.
+    /// Text in UTF-16.
     #[error("expected text in UTF-8, found UTF-16: convert it with 'iconv -f UTF-16 -t UTF-8'")]
     Utf16,
-    /// Text without a single octet.
+    /// Text without octets.
     #[error("line {line}: expected octets in hexadecimal, as in '68 05 05 68 88 82 6D 3C 3E F1 16', found '{found}'")]
     NoOctets {
-        /// The first line that is not empty.
+        /// Number of the first line that is not empty, counted from 1.
         line: usize,
-        /// What it has.
+        /// Beginning of that line.
         found: String,
     },
-    /// Nothing at all.
+    /// An empty file.
     #[error("expected telegrams, found an empty file")]
     Empty,
-    /// The system does not give it.
-    #[error("cannot be read: {0}")]
-    Unreadable(String),
+    /// The operating system cannot read it.
+    #[error("cannot be read: {message}")]
+    Unreadable {
+        /// Kind of the error.
+        kind: ErrorKind,
+        /// Message of the operating system.
+        message: String,
+    },
 }
 
 impl Capture {
-    /// Reads a file of any kind as a whole. Times in seconds become bit times of `baud`, unless the file has a rate.
+    /// Reads a whole file. `baud` converts times in seconds to bit times if the file has no transmission rate.
     ///
     /// # Errors
-    /// [`BadInput`] in one sentence.
+    /// [`InputError`] if the file has nothing that can be decoded.
     pub fn read(file: &[u8], baud: Baud) -> Result<Self, InputError> {
-        let (mut source, mut noted) = (Source::open(file, baud)?, Vec::new());
-        while source.read(&mut noted)? {}
+        let (mut source, mut chunks) = (Source::open(file, baud)?, Vec::new());
+        while source.read(&mut chunks)? {}
         let Source { kind, line_baud: baud, times, skipped, damage, .. } = source;
-        Ok(Self { kind, baud, times, chunks: noted, skipped, damage })
+        Ok(Self { kind, baud, times, chunks, skipped, damage })
     }
 }
 
@@ -117,26 +125,26 @@ mod tests {
     }
 
     #[test]
-    fn every_kind_of_file_is_known_by_its_content() {
+    fn the_content_of_a_file_shows_its_kind() {
         let trace: Trace = "# 500 kbit/s\n 100  x | 10 08 02 49 53 16\n 200 | E5! 00\n".parse().unwrap();
         for (file, kind) in [
             (trace.to_string().into_bytes(), "trace"),
             (pcapng::write(&trace, pcapng::USER0), "pcapng"),
             (pcapng::write(&trace, pcapng::PROFIBUS_DL), "pcapng"),
         ] {
-            let recording = read(&file).unwrap();
-            assert_eq!((recording.kind, recording.baud, recording.chunks.len()), (kind, Some(Baud::B500000), 2));
-            assert_eq!((recording.chunks[1].start, &recording.chunks[1].errors[..]), (Some(BitTime(200)), &[0][..]));
+            let capture = read(&file).unwrap();
+            assert_eq!((capture.kind, capture.baud, capture.chunks.len()), (kind, Some(Baud::B500000), 2));
+            assert_eq!((capture.chunks[1].start, &capture.chunks[1].errors[..]), (Some(BitTime(200)), &[0][..]));
         }
         let skipped = Skipped { count: 1, first: Some(2) };
         assert_eq!(read(b"RX 10 08 02 49 53 16\nwaiting\n0.5 E5").unwrap().skipped, skipped);
         assert_eq!(read(b"RX E5\n0.5 E5").unwrap().chunks[1].start, Some(BitTime(9600)));
         assert_eq!(read(&hex("10 08 02 49 53 16 10 02 08 00 0A 16")).unwrap().kind, "octets");
-        assert_eq!(read(b"\xB5s 10 08 02 49 53 16\n").unwrap().kind, "text", "a letter of another character set");
+        assert_eq!(read(b"\xB5s 10 08 02 49 53 16\n").unwrap().kind, "text", "one letter is not UTF-8");
     }
 
     #[test]
-    fn what_cannot_be_read_is_named_with_its_place() {
+    fn the_error_of_a_file_that_cannot_be_decoded_names_the_line() {
         for (file, message) in [
             (&b""[..], "expected telegrams, found an empty file"),
             (b" \n\n", "expected telegrams, found an empty file"),
@@ -160,7 +168,7 @@ mod tests {
     }
 
     #[test]
-    fn a_text_may_begin_with_a_mark_but_not_have_two_octets_a_letter() {
+    fn a_text_may_begin_with_a_byte_order_mark_but_may_not_be_utf_16() {
         let mark = |text: &str| [BYTE_ORDER_MARK, text.as_bytes()].concat();
         assert_eq!(read(&mark("# 500 kbit/s\r\n200 | E5\r\n")).unwrap().kind, "trace");
         assert_eq!(read(&mark("RX E5")).unwrap().chunks.len(), 1);

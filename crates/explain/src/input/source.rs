@@ -1,4 +1,4 @@
-//! A file that is read while it is told: what kind it is, and portion by portion what it holds.
+//! Reads a file portion by portion: first its kind, then its octets.
 
 use super::{Chunk, Damage, InputError, Skipped};
 use crate::frame::TimeSource;
@@ -9,69 +9,69 @@ use profivac_sim::trace::{self, TraceError};
 use std::io::{ErrorKind, Read};
 
 const PCAPNG: [u8; 4] = [0x0A, 0x0D, 0x0D, 0x0A];
-/// Microseconds and nanoseconds, in both orders of octets.
+/// Microseconds and nanoseconds, each in both octet orders.
 const PCAP: [[u8; 4]; 4] =
     [[0xA1, 0xB2, 0xC3, 0xD4], [0xD4, 0xC3, 0xB2, 0xA1], [0xA1, 0xB2, 0x3C, 0x4D], [0x4D, 0x3C, 0xB2, 0xA1]];
 
-/// What some programs put in front of a text.
+/// Mark that some programs write before UTF-8 text.
 pub(super) const BYTE_ORDER_MARK: &[u8] = "\u{FEFF}".as_bytes();
 
-/// So much is read at a time, and no line is longer: what is, goes on in the next.
+/// Size of one read, and longest line of a text: a longer line is split.
 const PORTION_OCTETS: usize = 1 << 16;
 
-/// No line of a trace is longer. free choice: a telegram has 255 octets, what was never quiet many more.
+/// Longest line of a trace in octets. free choice: a telegram has 255 octets, an entry without a pause has many more.
 const MAX_TRACE_LINE: usize = 1 << 20;
 
-/// So much shows what kind of file it is.
+/// Number of octets that show the kind of a file.
 const SIGNATURE_OCTETS: usize = 12;
 
-/// A file of any kind that is told while it is read: it may be of any size, and never end.
+/// A file that is decoded while it is read. It may have any size, and a pipe may never end.
 pub struct Source<R> {
     input: R,
     baud: Baud,
-    /// What kind of file it is.
+    /// Kind of the file: `pcapng`, `trace`, `text` or `octets`.
     pub kind: &'static str,
-    /// The rate of the line, if the file tells it.
+    /// Transmission rate of the line, if the file has one.
     pub line_baud: Option<Baud>,
-    /// What its times are worth.
+    /// Source of its times.
     pub times: TimeSource,
-    /// Lines without octets up to now.
+    /// Lines without octets so far.
     pub skipped: Skipped,
-    /// Why there is no more of a capture file or a trace.
+    /// Damage that ends a capture file or a trace early.
     pub damage: Option<Damage>,
     format: Format,
-    /// What was read and is not noted yet.
+    /// Octets of the file that are not decoded yet.
     buffer: Vec<u8>,
     ended: bool,
-    /// What was read first shows what kind of file it is, and is not noted yet.
+    /// The portion that showed the kind of the file is not decoded yet.
     is_new: bool,
-    /// Nothing was noted of a trace yet.
+    /// A trace has had no entry yet.
     is_empty: bool,
-    /// What had to be found first.
+    /// Chunks that were decoded to find the transmission rate.
     found: Vec<Chunk>,
 }
 
-/// How a file is read.
+/// Format of a file, with the state of its reader.
 enum Format {
-    /// Line by line.
+    /// Text with hexadecimal octets.
     Printed { reader: Reader, line: usize, any: bool, first: Option<(usize, String)> },
-    /// As it is.
+    /// Binary octets.
     Raw,
-    /// Block by block.
+    /// A capture file.
     Captured(pcapng::Reader),
-    /// Line by line, as profivac wrote it.
+    /// A trace of profivac.
     Traced(trace::Reader),
 }
 
 impl<R: Read> Source<R> {
-    /// Looks what kind of file it is. Times in seconds become bit times of `baud`, unless the file has a rate.
+    /// Opens a file and finds its kind. `baud` converts times in seconds to bit times if the file has no transmission rate.
     ///
     /// # Errors
-    /// [`BadInput`] in one sentence.
+    /// [`InputError`] if the file has nothing that can be decoded.
     pub fn open(input: R, baud: Baud) -> Result<Self, InputError> {
-        let way = Format::Raw;
+        let format = Format::Raw;
         let (kind, times, skipped) = ("octets", TimeSource::Exact, Skipped::default());
-        let (line_baud, damage, ahead, ended) = (None, None, Vec::new(), false);
+        let (line_baud, damage, buffer, ended) = (None, None, Vec::new(), false);
         let (is_new, is_empty, found) = (true, true, Vec::new());
         let mut source = Self {
             input,
@@ -81,8 +81,8 @@ impl<R: Read> Source<R> {
             times,
             skipped,
             damage,
-            format: way,
-            buffer: ahead,
+            format,
+            buffer,
             ended,
             is_new,
             is_empty,
@@ -98,7 +98,7 @@ impl<R: Read> Source<R> {
         Ok(source)
     }
 
-    /// Reads once. Nothing ends it.
+    /// Reads one portion into the buffer. An empty portion is the end of the file.
     fn fill(&mut self) -> Result<(), InputError> {
         let mut portion = vec![0; PORTION_OCTETS];
         loop {
@@ -109,17 +109,20 @@ impl<R: Read> Source<R> {
                     return Ok(());
                 }
                 Err(error) if error.kind() == ErrorKind::Interrupted => {}
-                Err(error) => return Err(InputError::Unreadable(error.to_string())),
+                Err(error) => {
+                    return Err(InputError::Unreadable { kind: error.kind(), message: error.to_string() });
+                }
             }
         }
     }
 
+    /// Finds the format from the first portion.
     fn begin(&mut self) -> Result<(), InputError> {
         if self.buffer.is_empty() {
             return Err(InputError::Empty);
         }
         if self.buffer.starts_with(&PCAPNG) {
-            return self.captured();
+            return self.begin_capture();
         }
         if PCAP.iter().any(|magic| self.buffer.starts_with(magic)) {
             return Err(InputError::Pcap);
@@ -132,9 +135,9 @@ impl<R: Read> Source<R> {
         }
         let is_text = is_utf8(&self.buffer) && !self.buffer.contains(&0);
         if is_text && is_trace(&self.buffer) {
-            return self.traced();
+            return self.begin_trace();
         }
-        // Programs print what they like; only what is full of other characters is not printed at all.
+        // A log may contain some octets that are not UTF-8; a file with many control characters is binary.
         if is_text || !is_binary(&self.buffer) {
             (self.kind, self.times) = ("text", TimeSource::Platform);
             self.format = Format::Printed { reader: Reader::default(), line: 0, any: false, first: None };
@@ -142,8 +145,8 @@ impl<R: Read> Source<R> {
         Ok(())
     }
 
-    /// A capture file up to its first packet: before that its rate is not known.
-    fn captured(&mut self) -> Result<(), InputError> {
+    /// Reads a capture file up to its first packet: its transmission rate is known then.
+    fn begin_capture(&mut self) -> Result<(), InputError> {
         let mut reader = pcapng::Reader::new(self.baud);
         loop {
             reader.push(&std::mem::take(&mut self.buffer));
@@ -163,8 +166,8 @@ impl<R: Read> Source<R> {
         Ok(())
     }
 
-    /// The first line of a trace.
-    fn traced(&mut self) -> Result<(), InputError> {
+    /// Reads the first line of a trace, which has the transmission rate.
+    fn begin_trace(&mut self) -> Result<(), InputError> {
         let end =
             self.buffer.iter().position(|octet| *octet == b'\n').map_or(self.buffer.len(), |end| end.saturating_add(1));
         let first: Vec<u8> = self.buffer.drain(..end).collect();
@@ -173,26 +176,26 @@ impl<R: Read> Source<R> {
         Ok(())
     }
 
-    /// Appends what comes next: as much as is there at once. False when there is no more.
+    /// Appends the next chunks to `chunks`, as many as one read returns. Returns false at the end of the file.
     ///
     /// # Errors
-    /// [`BadInput`] when it cannot be read, or at the end of a text in which there was nothing.
-    pub fn read(&mut self, noted: &mut Vec<Chunk>) -> Result<bool, InputError> {
+    /// [`InputError`] if the file cannot be read, and at the end of a text without octets.
+    pub fn read(&mut self, chunks: &mut Vec<Chunk>) -> Result<bool, InputError> {
         if !std::mem::take(&mut self.is_new) && !self.ended {
             self.fill()?;
         }
-        noted.append(&mut self.found);
+        chunks.append(&mut self.found);
         match &mut self.format {
             Format::Captured(reader) => {
                 reader.push(&std::mem::take(&mut self.buffer));
-                if let Err(damage) = packets(reader, self.ended, noted) {
+                if let Err(damage) = packets(reader, self.ended, chunks) {
                     self.stop(damage.into());
                 }
             }
             Format::Traced(reader) => {
-                let done = entries(reader, &mut self.buffer, self.ended, noted).map_err(Damage::from);
-                self.is_empty &= noted.is_empty();
-                match done {
+                let result = entries(reader, &mut self.buffer, self.ended, chunks).map_err(Damage::from);
+                self.is_empty &= chunks.is_empty();
+                match result {
                     Err(damage) if self.is_empty => return Err(damage.into()),
                     Err(damage) => self.stop(damage),
                     Ok(()) => {}
@@ -200,25 +203,25 @@ impl<R: Read> Source<R> {
             }
             Format::Raw if self.buffer.is_empty() => {}
             Format::Raw => {
-                noted.push(Chunk { start: None, octets: std::mem::take(&mut self.buffer), errors: Vec::new() });
+                chunks.push(Chunk { start: None, octets: std::mem::take(&mut self.buffer), errors: Vec::new() });
             }
-            Format::Printed { .. } => return self.print(noted),
+            Format::Printed { .. } => return self.decode_lines(chunks),
         }
         Ok(!self.ended)
     }
 
-    /// Nothing behind it is read.
+    /// Ends the file at the damage.
     fn stop(&mut self, damage: Damage) {
         (self.damage, self.ended) = (Some(damage), true);
         self.buffer.clear();
     }
 
-    /// The lines that are there.
-    fn print(&mut self, noted: &mut Vec<Chunk>) -> Result<bool, InputError> {
+    /// Decodes the complete lines in the buffer.
+    fn decode_lines(&mut self, chunks: &mut Vec<Chunk>) -> Result<bool, InputError> {
         let mut from = 0;
         while let Some(to) = self.buffer.get(from..).and_then(|rest| end_of_line(rest, self.ended)) {
             let octets = self.buffer.get(from..from.saturating_add(to)).unwrap_or_default().to_vec();
-            self.line(&String::from_utf8_lossy(&octets), noted);
+            self.line(&String::from_utf8_lossy(&octets), chunks);
             from = from.saturating_add(to);
         }
         self.buffer.drain(..from);
@@ -230,15 +233,15 @@ impl<R: Read> Source<R> {
         }
     }
 
-    fn line(&mut self, text: &str, noted: &mut Vec<Chunk>) {
+    fn line(&mut self, text: &str, chunks: &mut Vec<Chunk>) {
         let Format::Printed { reader, line, any, first } = &mut self.format else { return };
         *line = line.saturating_add(1);
         let text = text.trim();
         match reader.line(text) {
-            Some(printed) => {
+            Some(row) => {
                 *any = true;
-                let start = printed.seconds.map(|seconds| bit_time(seconds, self.baud));
-                noted.push(Chunk { start, octets: printed.octets, errors: printed.errors });
+                let start = row.seconds.map(|seconds| bit_time(seconds, self.baud));
+                chunks.push(Chunk { start, octets: row.octets, errors: row.errors });
             }
             None if text.is_empty() => {}
             None => {
@@ -250,42 +253,42 @@ impl<R: Read> Source<R> {
     }
 }
 
-/// The packets that are there.
-fn packets(reader: &mut pcapng::Reader, is_last: bool, noted: &mut Vec<Chunk>) -> Result<(), CaptureError> {
+/// Decodes the complete packets.
+fn packets(reader: &mut pcapng::Reader, is_last: bool, chunks: &mut Vec<Chunk>) -> Result<(), CaptureError> {
     while let Some(entry) = reader.next() {
-        noted.push(entry?.into());
+        chunks.push(entry?.into());
     }
     if is_last { reader.end() } else { Ok(()) }
 }
 
-/// The entries of the lines that are there. The last may have no end.
+/// Decodes the complete lines of a trace. The last line of the file may have no line end.
 fn entries(
     reader: &mut trace::Reader,
-    ahead: &mut Vec<u8>,
+    buffer: &mut Vec<u8>,
     is_last: bool,
-    noted: &mut Vec<Chunk>,
+    chunks: &mut Vec<Chunk>,
 ) -> Result<(), TraceError> {
     let mut from = 0_usize;
-    let mut done = Ok(());
-    while let Some(rest) = ahead.get(from..).filter(|rest| !rest.is_empty()) {
+    let mut result = Ok(());
+    while let Some(rest) = buffer.get(from..).filter(|rest| !rest.is_empty()) {
         let end = rest.iter().position(|octet| *octet == b'\n').map(|end| end.saturating_add(1));
-        // What is no line for so long is none: the words before the octets are wrong, or they are missing.
+        // A line that is too long goes to the reader as it is: the reader names the error.
         let Some(end) = end.or((is_last || rest.len() > MAX_TRACE_LINE).then_some(rest.len())) else { break };
         let line = String::from_utf8_lossy(rest.get(..end).unwrap_or_default()).into_owned();
         from = from.saturating_add(end);
         match reader.line(line.trim_end()) {
-            Ok(entry) => noted.extend(entry.map(Chunk::from)),
+            Ok(entry) => chunks.extend(entry.map(Chunk::from)),
             Err(bad) => {
-                done = Err(bad);
+                result = Err(bad);
                 break;
             }
         }
     }
-    ahead.drain(..from.min(ahead.len()));
-    done
+    buffer.drain(..from.min(buffer.len()));
+    result
 }
 
-/// Where the first line ends, if it is there: behind its end, or where one that is too long is cut between words.
+/// Position after the first line, if the line is complete. A line that is too long is split between words.
 fn end_of_line(text: &[u8], is_last: bool) -> Option<usize> {
     let portion = text.get(..PORTION_OCTETS).unwrap_or(text);
     if let Some(end) = portion.iter().position(|octet| *octet == b'\n') {
@@ -298,21 +301,21 @@ fn end_of_line(text: &[u8], is_last: bool) -> Option<usize> {
     Some(between.map_or(PORTION_OCTETS, |between| between.saturating_add(1)))
 }
 
-/// How much of a line a message shows.
+/// Number of characters of a line that a message shows.
 const SHOWN: usize = 60;
 
-/// A trace says its rate first.
+/// Whether the first line is that of a trace: `# 500 kbit/s`.
 fn is_trace(text: &[u8]) -> bool {
     let first = text.split(|octet| *octet == b'\n').next().unwrap_or_default();
     first.starts_with(b"# ") && first.trim_ascii_end().ends_with(b"bit/s")
 }
 
-/// Letters may be cut off at the end.
+/// Whether the octets are UTF-8. The last character may be incomplete.
 fn is_utf8(text: &[u8]) -> bool {
     std::str::from_utf8(text).map_or_else(|error| error.error_len().is_none(), |_| true)
 }
 
-/// A mark, and every other octet zero as in plain text.
+/// Whether the octets are UTF-16: a byte order mark, and zero in more than nine of ten high octets.
 fn is_utf16(text: &[u8]) -> bool {
     let zeros = |odd: usize| text.iter().skip(2 + odd).step_by(2).filter(|octet| **octet == 0).count();
     let letters = text.len().saturating_sub(2) / 2;
@@ -320,7 +323,7 @@ fn is_utf16(text: &[u8]) -> bool {
     (text.starts_with(&[0xFF, 0xFE]) && most(zeros(1))) || (text.starts_with(&[0xFE, 0xFF]) && most(zeros(0)))
 }
 
-/// More than one octet in ten is one that no text has.
+/// Whether more than one octet in ten is a control character.
 fn is_binary(file: &[u8]) -> bool {
     let strange = file.iter().filter(|octet| octet.is_ascii_control() && !octet.is_ascii_whitespace()).count();
     strange.saturating_mul(10) > file.len()
@@ -341,7 +344,7 @@ mod tests {
         Capture::read(file, Baud::B19200).map_err(|error| error.to_string())
     }
 
-    /// Hands out three octets at a time, as a slow pipe does, and says how much was taken.
+    /// Returns three octets per read, like a slow pipe, and counts the octets that were read.
     struct Slow<'a>(&'a [u8], &'a std::cell::Cell<usize>);
 
     impl Read for Slow<'_> {
@@ -354,36 +357,41 @@ mod tests {
     }
 
     #[test]
-    fn it_does_not_matter_in_which_portions_a_file_comes() {
+    fn a_source_returns_the_same_chunks_for_small_and_large_portions() {
         let trace: Trace = "# 500 kbit/s\n 100  x | 10 08 02 49 53 16\n 200 | E5! 00\n".parse().unwrap();
         let text = b"a log\r\nRX 10 08 02 49 53 16\r\nwaiting\r\n0.5 E5".to_vec();
         for file in [pcapng::write(&trace, pcapng::USER0), trace.to_string().into_bytes(), text] {
-            let taken = std::cell::Cell::new(0);
-            let mut source = Source::open(Slow(&file, &taken), Baud::B19200).unwrap();
-            let mut noted = Vec::new();
-            while source.read(&mut noted).unwrap() {}
+            let octets_read = std::cell::Cell::new(0);
+            let mut source = Source::open(Slow(&file, &octets_read), Baud::B19200).unwrap();
+            let mut chunks = Vec::new();
+            while source.read(&mut chunks).unwrap() {}
             let whole = read(&file).unwrap();
-            assert_eq!((source.kind, &noted, source.skipped), (whole.kind, &whole.chunks, whole.skipped));
+            assert_eq!((source.kind, &chunks, source.skipped), (whole.kind, &whole.chunks, whole.skipped));
         }
     }
 
-    /// Of a capture and a trace as of a text: what is there is noted, the rest is not waited for.
+    /// A source of a capture or a trace does not wait for more than one chunk, like a source of a text.
     #[test]
-    fn a_packet_is_noted_before_the_next_is_there() {
+    fn a_source_returns_a_packet_before_the_next_one_arrives() {
         let trace: Trace = "# 500 kbit/s\n 100  x | 10 08 02 49 53 16\n 200 | E5\n 300 | E5\n".parse().unwrap();
         for file in [pcapng::write(&trace, pcapng::USER0), trace.to_string().into_bytes()] {
-            let taken = std::cell::Cell::new(0);
-            let mut source = Source::open(Slow(&file, &taken), Baud::B19200).unwrap();
-            let mut noted = Vec::new();
-            while noted.is_empty() {
-                assert!(source.read(&mut noted).unwrap());
+            let octets_read = std::cell::Cell::new(0);
+            let mut source = Source::open(Slow(&file, &octets_read), Baud::B19200).unwrap();
+            let mut chunks = Vec::new();
+            while chunks.is_empty() {
+                assert!(source.read(&mut chunks).unwrap());
             }
-            assert!(noted.len() == 1 && taken.get() + 36 < file.len(), "{} of {}", taken.get(), file.len());
+            assert!(
+                chunks.len() == 1 && octets_read.get() + 36 < file.len(),
+                "{} of {}",
+                octets_read.get(),
+                file.len()
+            );
         }
     }
 
     #[test]
-    fn a_file_that_was_cut_off_is_noted_up_to_there() {
+    fn a_source_returns_the_chunks_before_the_damage_of_a_file() {
         let trace: Trace = "# 500 kbit/s\n 100  x | 10 08 02 49 53 16\n 200 | E5\n".parse().unwrap();
         let capture = pcapng::write(&trace, pcapng::USER0);
         let mut text = trace.to_string();
@@ -396,33 +404,33 @@ mod tests {
             ),
             (text.as_bytes(), "line 3: expected two hexadecimal digits, found 'E'".to_owned()),
         ] {
-            let recording = read(file).unwrap();
-            assert_eq!(recording.chunks.len(), 1);
-            assert_eq!(recording.damage.map(|damage| damage.to_string()), Some(damage));
+            let capture = read(file).unwrap();
+            assert_eq!(capture.chunks.len(), 1);
+            assert_eq!(capture.damage.map(|damage| damage.to_string()), Some(damage));
         }
     }
 
-    /// A capture that never ends is held no longer than it takes to note it.
+    /// An endless capture does not accumulate in memory.
     #[test]
-    fn a_file_of_any_size_needs_no_more_room() {
+    fn a_source_holds_a_limited_number_of_octets_of_an_endless_file() {
         let trace: Trace = "# 500 kbit/s\n 100  x | 10 08 02 49 53 16\n".parse().unwrap();
         let capture = pcapng::write(&trace, pcapng::USER0);
         let text = trace.to_string();
         let (head, line) = text.split_at(text.find('\n').unwrap() + 1);
         for (head, again) in [(&capture[..72], &capture[72..]), (head.as_bytes(), line.as_bytes())] {
             let mut source = Source::open(head.chain(Endless(again, 0)), Baud::B19200).unwrap();
-            let mut all = 0;
-            while all < 100_000 {
-                let mut noted = Vec::new();
-                assert!(source.read(&mut noted).unwrap());
-                assert!(noted.len() <= 2 * PORTION_OCTETS / again.len() + 2, "{}", noted.len());
-                all += noted.len();
+            let mut count = 0;
+            while count < 100_000 {
+                let mut chunks = Vec::new();
+                assert!(source.read(&mut chunks).unwrap());
+                assert!(chunks.len() <= 2 * PORTION_OCTETS / again.len() + 2, "{}", chunks.len());
+                count += chunks.len();
                 assert!(source.buffer.len() <= 2 * PORTION_OCTETS && source.buffer.capacity() <= 4 * PORTION_OCTETS);
             }
         }
     }
 
-    /// The same again and again.
+    /// Repeats its octets without end.
     struct Endless<'a>(&'a [u8], usize);
 
     impl Read for Endless<'_> {
@@ -436,24 +444,22 @@ mod tests {
     }
 
     #[test]
-    fn a_line_is_noted_before_the_next_is_there() {
+    fn a_source_returns_a_line_before_the_next_one_arrives() {
         let log = b"RX 10 08 02 49 53 16\nRX E5\nRX E5\n";
-        let taken = std::cell::Cell::new(0);
-        let mut source = Source::open(Slow(log, &taken), Baud::B19200).unwrap();
-        let mut noted = Vec::new();
-        assert!(source.read(&mut noted).unwrap());
-        assert_eq!((noted.len(), taken.get() < 27), (1, true));
+        let octets_read = std::cell::Cell::new(0);
+        let mut source = Source::open(Slow(log, &octets_read), Baud::B19200).unwrap();
+        let mut chunks = Vec::new();
+        assert!(source.read(&mut chunks).unwrap());
+        assert_eq!((chunks.len(), octets_read.get() < 27), (1, true));
     }
 
     #[test]
-    fn a_line_without_end_is_cut_between_octets() {
+    fn a_source_splits_an_endless_line_between_octets() {
         let octets = 100_000;
-        let recording = Capture::read("10 08 02 49 53 16 ".repeat(octets / 6).as_bytes(), Baud::B19200).unwrap();
-        assert!(
-            recording.chunks.iter().all(|noted| noted.octets.len() <= PORTION_OCTETS / 3 && noted.errors.is_empty())
-        );
-        assert_eq!(recording.chunks.iter().map(|noted| noted.octets.len()).sum::<usize>(), octets / 6 * 6);
+        let capture = Capture::read("10 08 02 49 53 16 ".repeat(octets / 6).as_bytes(), Baud::B19200).unwrap();
+        assert!(capture.chunks.iter().all(|chunk| chunk.octets.len() <= PORTION_OCTETS / 3 && chunk.errors.is_empty()));
+        assert_eq!(capture.chunks.iter().map(|chunk| chunk.octets.len()).sum::<usize>(), octets / 6 * 6);
         let joined = Capture::read("100802495316".repeat(20_000).as_bytes(), Baud::B19200).unwrap();
-        assert_eq!(joined.chunks.iter().map(|noted| noted.octets.len()).sum::<usize>(), 6 * 20_000);
+        assert_eq!(joined.chunks.iter().map(|chunk| chunk.octets.len()).sum::<usize>(), 6 * 20_000);
     }
 }

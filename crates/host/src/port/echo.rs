@@ -1,15 +1,16 @@
-//! Our own octets, as some RS-485 adapters return them. profibus-wire 9.4, point 37.
+//! Removes the echo of sent octets that some RS-485 adapters return. profibus-wire 9.4, point 37.
 //!
-//! Whether an adapter does so is not asked but heard: octets are held back as long as they are the ones just sent. No other
-//! station can send the same telegram next, so as soon as an octet differs there is no echo, and what was held is let go.
+//! The filter detects the echo by itself: it holds octets back as long as they equal those just sent. No other station can
+//! send the same telegram next, so the first octet that differs proves that there is no echo, and the held octets are
+//! released.
 
 use super::Character;
 use std::collections::VecDeque;
 
-/// More than this is never expected back: what is older was not echoed.
+/// The longest expected echo. Older octets were not echoed.
 const CAPACITY: usize = 1024;
 
-/// Takes our own octets out of what is heard.
+/// Filters the echo of sent octets.
 #[derive(Clone, Debug, Default)]
 pub struct Echo {
     expected: VecDeque<u8>,
@@ -17,7 +18,7 @@ pub struct Echo {
 }
 
 impl Echo {
-    /// These octets were sent.
+    /// Registers octets that were sent.
     pub fn sent(&mut self, octets: &[u8]) {
         if self.expected.len() > CAPACITY {
             self.expected.clear();
@@ -25,7 +26,7 @@ impl Echo {
         self.expected.extend(octets);
     }
 
-    /// Appends to `heard` what is not an echo.
+    /// Appends `character` to `heard` unless it is an echo.
     pub fn filter(&mut self, character: Character, heard: &mut Vec<Character>) {
         match (self.expected.front(), character) {
             (Some(expected), Character::Octet(octet)) if *expected == octet => {
@@ -62,7 +63,7 @@ mod tests {
     const REQUEST: [u8; 6] = [0x10, 8, 2, 0x49, 0x53, 0x16];
 
     #[test]
-    fn an_echo_is_taken_out_and_what_follows_is_heard() {
+    fn an_echo_is_removed_and_the_octets_behind_it_are_received() {
         let mut echo = Echo::default();
         echo.sent(&ANSWER);
         assert_eq!(filtered(&mut echo, &[ANSWER, REQUEST].concat()), REQUEST);
@@ -79,7 +80,7 @@ mod tests {
     }
 
     #[test]
-    fn a_damaged_echo_is_heard_as_what_it_is() {
+    fn a_damaged_echo_is_received() {
         let mut echo = Echo::default();
         echo.sent(&ANSWER);
         let mut heard = Vec::new();

@@ -1,105 +1,151 @@
-//! Why a port cannot be used, in one sentence that says what to do.
+//! Why a port cannot be used. Each message says what to do about it.
 
 use profivac_dp::link::Baud;
 use rustix::io::Errno;
+use std::error::Error;
+use std::fmt;
 
 /// Why a port cannot be used.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum PortError {
-    /// There is nothing of this name.
+    /// No device, file or listening host has this name.
     #[error("there is no port {0}: is the adapter plugged in, or the program running that makes it?")]
     NotFound(String),
-    /// Somebody else has it.
+    /// Another program has locked the port.
     #[error("{0} is in use by another program: end that first (fuser -v tells which it is)")]
     InUse(String),
-    /// The user may not open it.
+    /// The user may not open the port.
     #[error("no permission to open {0}: for a serial device, join its group (mostly dialout) and log in again")]
     PermissionDenied(String),
-    /// The name stands for something that carries no octets.
+    /// The file is neither a serial device nor a pty.
     #[error("{0} is not a serial device")]
     NotSerial(String),
-    /// The adapter has no such rate.
+    /// The adapter does not support the baud rate.
     #[error("{name} cannot run at {baud}, it offers {offered} bit/s")]
     UnsupportedRate {
         /// The port.
         name: String,
-        /// What was asked for.
+        /// The requested rate.
         baud: Baud,
-        /// What the driver made of it.
+        /// The rate that the driver set instead, in bit/s.
         offered: u32,
     },
-    /// The adapter has no such characters.
+    /// The adapter does not support the character format of PROFIBUS.
     #[error("{name} cannot send 8 data bits with even parity and one stop bit (8E1), it offers {offered}")]
     UnsupportedCharacter {
         /// The port.
         name: String,
-        /// What the driver made of it, like `8N1`.
-        offered: String,
+        /// The format that the driver set instead.
+        offered: CharacterFormat,
     },
-    /// The port does not run at a rate, so there is none to be searched for.
+    /// The port has no baud rate, so none can be detected.
     #[error("{0} has no rate that could be searched for: give it as a number (--baud 19200)")]
     NoBaudRate(String),
-    /// Nobody was heard at any rate.
-    #[error("no telegram on {name} at any of {tried} bit/s: a rate is found by listening to another master")]
+    /// No telegram was received at any rate.
+    #[error("no telegram on {name} at any of {} bit/s: a rate is found by listening to another master", rates(tried))]
     NoTelegram {
         /// The port.
         name: String,
-        /// The rates tried.
-        tried: String,
+        /// The rates that were tried.
+        tried: Vec<Baud>,
     },
-    /// The path of a pty is taken by something else.
+    /// The path of a pty belongs to another file.
     #[error("{0} exists already: remove it, or stop the program that serves it")]
     AlreadyExists(String),
-    /// No `HOST:PORT`.
+    /// The text is not `HOST:PORT`.
     #[error("expected HOST:PORT, got {0:?} (an IPv6 address in brackets: [::1]:4000)")]
     InvalidAddress(String),
-    /// The host has no address.
+    /// The host name has no address.
     #[error("{name}: the name of the host cannot be resolved: {source}")]
     UnresolvedHost {
         /// The port.
         name: String,
-        /// What the system says.
+        /// The error of the resolver.
         source: std::io::Error,
     },
-    /// Nothing came back from the host.
+    /// The host did not answer.
     #[error("{name} does not answer within {seconds} s: is the serial server switched on and in this network?")]
     Unreachable {
         /// The port.
         name: String,
-        /// How long it was waited for.
+        /// The timeout.
         seconds: u64,
     },
-    /// A file that describes a segment says something it cannot.
-    #[error("{0}")]
-    File(String),
-    /// It worked, and does not any more.
+    /// The file that describes the port is wrong. Only ports of other crates are described by files.
+    #[error(transparent)]
+    File(Box<dyn Error + Send + Sync>),
+    /// The port was open and is gone.
     #[error("lost {0}: it was unplugged, or its other side was closed")]
     Lost(String),
-    /// Anything else the system says.
+    /// Another error of the operating system.
     #[error("{name}: {source}")]
     System {
         /// The port.
         name: String,
-        /// What the system says.
+        /// The error.
         source: std::io::Error,
     },
 }
 
+/// Data bits, parity and stop bits of a serial device.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct CharacterFormat {
+    /// 5 to 8.
+    pub data_bits: u8,
+    /// The parity bit.
+    pub parity: Parity,
+    /// 1 or 2.
+    pub stop_bits: u8,
+}
+
+/// The parity bit of a character.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Parity {
+    /// No parity bit.
+    None,
+    /// Even parity, as PROFIBUS requires it.
+    Even,
+    /// Odd parity.
+    Odd,
+}
+
+impl CharacterFormat {
+    /// 8E1, the format of PROFIBUS.
+    pub const PROFIBUS: Self = Self { data_bits: 8, parity: Parity::Even, stop_bits: 1 };
+}
+
+impl fmt::Display for CharacterFormat {
+    /// The usual three characters: `8E1`.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let parity = match self.parity {
+            Parity::None => 'N',
+            Parity::Even => 'E',
+            Parity::Odd => 'O',
+        };
+        write!(f, "{}{parity}{}", self.data_bits, self.stop_bits)
+    }
+}
+
+fn rates(tried: &[Baud]) -> String {
+    tried.iter().map(|baud| baud.bits_per_second().to_string()).collect::<Vec<_>>().join(", ")
+}
+
 impl PortError {
-    /// What an error means when a port is opened.
+    /// The meaning of an error number when a port is opened.
     pub(super) fn opening(name: &str, errno: Errno) -> Self {
         match errno {
             Errno::NOENT | Errno::NODEV | Errno::NXIO | Errno::NOTDIR => Self::NotFound(name.to_owned()),
             Errno::BUSY | Errno::WOULDBLOCK => Self::InUse(name.to_owned()),
             Errno::ACCESS | Errno::PERM => Self::PermissionDenied(name.to_owned()),
             Errno::NOTTY | Errno::ISDIR => Self::NotSerial(name.to_owned()),
-            // What opening the other side of a pty says once its server is gone.
+            // The slave side of a pty reports this when its server has ended.
             Errno::IO => Self::NotFound(name.to_owned()),
             _ => Self::system(name, errno),
         }
     }
 
-    /// What an error means once a port was open.
+    /// The meaning of an error number on a port that is open.
     pub(super) fn using(name: &str, errno: Errno) -> Self {
         match errno {
             Errno::IO | Errno::NXIO | Errno::NODEV | Errno::PIPE | Errno::CONNRESET | Errno::BADF => {
@@ -109,7 +155,8 @@ impl PortError {
         }
     }
 
-    pub(super) fn system(name: &str, source: impl Into<std::io::Error>) -> Self {
+    /// An error of the operating system on the port `name`.
+    pub fn system(name: &str, source: impl Into<std::io::Error>) -> Self {
         Self::System { name: name.to_owned(), source: source.into() }
     }
 }

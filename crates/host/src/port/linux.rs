@@ -1,9 +1,10 @@
-//! What only Linux has: transmitters switched by the kernel, the latency of USB adapters, news about ptys.
+//! Functions that only Linux has: transmitters switched by the kernel, the latency of USB adapters, events of ptys.
 //!
-//! Another system replaces this file, see `other.rs`.
+//! Other systems use `other.rs` instead.
 
 use super::notice::Notice;
-use rustix::fd::{AsFd, BorrowedFd, OwnedFd};
+use crate::readiness::Readiness;
+use rustix::fd::OwnedFd;
 use rustix::fs::inotify::{self, CreateFlags, WatchFlags};
 use rustix::io::Errno;
 use serial2::SerialPort;
@@ -11,21 +12,21 @@ use serial2::rs4xx::{Rs485Config, TransceiverMode};
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// Where the kernel tells about its terminals.
+/// The folder in which the kernel describes its terminals.
 const TERMINALS: &str = "/sys/class/tty";
 
-/// What a USB adapter should keep octets for, in milliseconds: the least there is. profibus-wire 9.4, point 36.
+/// The shortest latency of a USB adapter, in milliseconds. profibus-wire 9.4, point 36.
 const LATENCY_MS: u32 = 1;
 
-/// Whether a device is the other side of a pty.
+/// Whether a device is the slave side of a pty.
 pub fn is_pty(name: &str) -> bool {
     fs::canonicalize(name).is_ok_and(|device| device.starts_with("/dev/pts"))
 }
 
-/// Sets a device of copper up as well as it can be, and says what cannot be.
+/// Improves the settings of a serial device as far as possible. Returns a notice for each that cannot be improved.
 pub fn set_up(device: &OwnedFd, name: &str) -> Vec<Notice> {
     let Some(terminal) = terminal(name) else { return Vec::new() };
-    // free choice: most USB adapters for RS-485 switch their transmitter by themselves, so none is told about it.
+    // free choice: most USB adapters for RS-485 switch their transmitter themselves, so they get no notice.
     let direction = (!is_usb(&terminal)).then(|| switch_transmitter(device, name)).flatten();
     direction.into_iter().chain(lower_latency(&terminal, name)).collect()
 }
@@ -41,8 +42,8 @@ fn is_usb(terminal: &Path) -> bool {
     device.is_ok_and(|path| path.components().any(|part| part.as_os_str().to_string_lossy().starts_with("usb")))
 }
 
-/// Lets the kernel switch the transmitter on for each telegram and off behind it. A setting that is there already, with its
-/// delays and polarity, is somebody's and stays.
+/// Lets the kernel switch the transmitter on for each telegram. An existing setting with its delays and polarity stays as
+/// the administrator made it.
 fn switch_transmitter(device: &OwnedFd, name: &str) -> Option<Notice> {
     let is_switched = |port: &SerialPort| matches!(port.get_rs4xx_mode(), Ok(TransceiverMode::Rs485(_)));
     let port = SerialPort::from(device.try_clone().ok()?);
@@ -50,19 +51,19 @@ fn switch_transmitter(device: &OwnedFd, name: &str) -> Option<Notice> {
     (!done).then(|| Notice::TransmitterNotSwitched(name.to_owned()))
 }
 
-/// Lets a USB adapter with a latency timer hand over at once what it hears.
+/// Sets the latency timer of a USB adapter to the minimum.
 fn lower_latency(terminal: &Path, name: &str) -> Option<Notice> {
     let setting = terminal.join("device/latency_timer");
     let read = || fs::read_to_string(&setting).ok()?.trim().parse().ok();
     let is_high = |ms: &u32| *ms > LATENCY_MS;
     read().filter(is_high)?;
-    // Mostly this takes root; whether it did is read back.
+    // Writing usually requires root, so the value is read back.
     fs::write(&setting, LATENCY_MS.to_string()).ok();
     let ms = read().filter(is_high)?;
     Some(Notice::Latency { name: name.to_owned(), ms, setting })
 }
 
-/// Reports every opening of the other side of a pty.
+/// Reports every opening of the slave side of a pty.
 #[derive(Debug)]
 pub struct OpenEvents(OwnedFd);
 
@@ -74,12 +75,12 @@ impl OpenEvents {
         Ok(Self(openings))
     }
 
-    /// What becomes readable with an opening.
-    pub fn watched(&self) -> Option<BorrowedFd<'_>> {
-        Some(self.0.as_fd())
+    /// Becomes readable when the slave side is opened.
+    pub fn readiness(&self) -> Option<Readiness<'_>> {
+        Some(Readiness::of(&self.0))
     }
 
-    /// Forgets all openings so far.
+    /// Discards all events so far.
     pub fn drain(&self) {
         let mut buffer = [0; super::CHUNK];
         while let Ok(1..) = rustix::io::read(&self.0, &mut buffer) {}
@@ -108,11 +109,11 @@ mod tests {
     }
 
     #[test]
-    fn a_latency_that_stays_is_told() {
+    fn a_latency_that_cannot_be_lowered_is_a_notice() {
         let terminal = tempfile::tempdir().unwrap();
         fs::create_dir(terminal.path().join("device")).unwrap();
         let setting = terminal.path().join("device/latency_timer");
-        // Reads as a number, and takes no other: whoever runs the test, root or not.
+        // Reads as a number and cannot be written, even by root.
         std::os::unix::fs::symlink("/proc/sys/kernel/cap_last_cap", &setting).unwrap();
         let Some(Notice::Latency { ms, .. }) = lower_latency(terminal.path(), NAME) else { panic!("no remark") };
         assert!(ms > LATENCY_MS);
@@ -128,8 +129,8 @@ mod tests {
     }
 
     #[test]
-    fn a_terminal_whose_transmitter_nobody_switches_is_told() {
-        // A pty refuses what a UART without RS-485 refuses.
+    fn a_terminal_without_transmitter_control_is_a_notice() {
+        // A pty refuses the setting like a UART without RS-485.
         let ours = rustix::pty::openpt(rustix::pty::OpenptFlags::RDWR | rustix::pty::OpenptFlags::NOCTTY).unwrap();
         assert_eq!(switch_transmitter(&ours, NAME), Some(Notice::TransmitterNotSwitched(NAME.to_owned())));
     }

@@ -1,10 +1,10 @@
-//! Parity and framing errors, as a terminal driver marks them in the octets it hands over (PARMRK).
+//! Decodes parity and framing errors as a terminal driver marks them in the octets it delivers (PARMRK).
 //!
-//! `FF 00 x` is a character `x` with an error, `FF FF` is an octet FF. A break comes as `FF 00 00`, an error as well.
+//! `FF 00 x` is a character `x` with an error, `FF FF` is an octet FF. A break is `FF 00 00`, also an error.
 
 use super::Character;
 
-/// Takes the marks out again.
+/// Removes the marks.
 #[derive(Clone, Debug, Default)]
 pub struct Marks {
     state: State,
@@ -14,14 +14,14 @@ pub struct Marks {
 enum State {
     #[default]
     Plain,
-    /// FF came.
+    /// FF arrived.
     Mark,
-    /// FF 00 came.
+    /// FF 00 arrived.
     Error,
 }
 
 impl Marks {
-    /// What the next octet from the driver completes.
+    /// The character that the next octet from the driver completes.
     pub fn take(&mut self, octet: u8) -> Option<Character> {
         let (state, heard) = match (self.state, octet) {
             (State::Plain, 0xFF) => (State::Mark, None),
@@ -50,7 +50,7 @@ mod tests {
     }
 
     #[test]
-    fn a_marked_character_is_broken_whatever_it_is() {
+    fn a_marked_character_is_an_error_whatever_its_value() {
         for octet in [0x00, 0x55, 0xFF] {
             assert_eq!(taken(&[0xFF, 0x00, octet, 0x10]), [Character::Error, Character::Octet(0x10)]);
         }

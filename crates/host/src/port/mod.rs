@@ -1,16 +1,16 @@
-//! Ports: where the octets of a segment come from and go to.
+//! Ports: the connections of a segment to the outside.
 //!
 //! | Port | Opened by | The other side |
 //! |---|---|---|
-//! | [`Serial`] | a device name | a line, or a pty that somebody else serves |
+//! | [`Serial`] | a device name | a line, or a pty that another program serves |
 //! | [`Pty`] | a path that becomes a link | a program that opens the path as its serial port |
 //! | [`TcpServer`] | an address to listen on | any number of clients, which share one line |
 //! | [`TcpClient`] | `tcp://host:port` | a serial server, or a [`TcpServer`] |
-//! | [`Stream`] | somebody in the same program | a segment in memory |
-//! | [`Reopening`] | any of them | the same, which may go and come back |
+//! | [`Stream`] | the same program | a segment in memory |
+//! | [`Reopening`] | any of them | the same, lost and opened again |
 //!
-//! A port never blocks and never panics: what nobody takes is dropped, and a port that is gone says so. What works, but not
-//! as it should, is a [`Remark`].
+//! A port never blocks and never panics: octets that the other side does not take are dropped, and a lost port is an error.
+//! A condition that impairs the port without stopping it is a [`Notice`].
 
 mod echo;
 mod error;
@@ -29,7 +29,7 @@ mod system;
 #[path = "other.rs"]
 mod system;
 
-pub use error::PortError;
+pub use error::{CharacterFormat, Parity, PortError};
 pub use notice::Notice;
 pub use pty::Pty;
 pub use reopening::{Opener, Reopening};
@@ -37,13 +37,10 @@ pub use serial::Serial;
 pub use stream::Stream;
 pub use tcp::{TcpClient, TcpServer};
 
+use crate::readiness::Readiness;
 use profivac_dp::link::Baud;
-use rustix::event::{PollFd, PollFlags, Timespec, poll};
-use rustix::fd::BorrowedFd;
-use rustix::io::Errno;
-use std::time::Duration;
 
-/// What a port heard.
+/// A received character.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Character {
     /// A character without error.
@@ -52,63 +49,61 @@ pub enum Character {
     Error,
 }
 
-/// A port that is open.
+/// An open port.
 pub trait Port: Send {
-    /// The name people know it by.
+    /// The name of the port as the user wrote it.
     fn name(&self) -> &str;
 
-    /// Whether octets take their time to leave. If not, they arrive as soon as they are sent.
+    /// Whether the port sends at a baud rate. If not, octets arrive when they are sent.
     fn is_timed(&self) -> bool {
         false
     }
 
-    /// The descriptors that become readable when [`receive`](Self::receive) has something to do.
-    fn watched(&self) -> Vec<BorrowedFd<'_>>;
+    /// What becomes readable when [`receive`](Self::receive) has something to do.
+    fn readiness(&self) -> Vec<Readiness<'_>>;
 
-    /// Appends what has arrived to `heard`, possibly nothing.
+    /// Appends the received characters to `heard`, possibly none.
     ///
     /// # Errors
-    /// [`PortError::Lost`] when nothing will ever arrive again.
+    /// [`PortError::Lost`] when nothing can arrive any more.
     fn receive(&mut self, heard: &mut Vec<Character>) -> Result<(), PortError>;
 
-    /// Sends `octets`. What nobody takes is dropped, and a [`Remark::Cut`] says so.
+    /// Sends `octets`. Drops what the other side does not take, with a [`Notice::OctetsDropped`].
     ///
     /// # Errors
-    /// [`PortError::Lost`] when nothing can ever be sent again.
+    /// [`PortError::Lost`] when nothing can be sent any more.
     fn send(&mut self, octets: &[u8]) -> Result<(), PortError>;
 
-    /// Goes on at another rate.
+    /// Changes the baud rate.
     ///
     /// # Errors
-    /// [`PortError::NoRate`] when it runs at none, [`PortError::Rate`] when it cannot run at this one.
+    /// [`PortError::NoBaudRate`] for a port without a rate, [`PortError::UnsupportedRate`] if the adapter does not have
+    /// this one.
     fn set_baud(&mut self, _baud: Baud) -> Result<(), PortError> {
         Err(PortError::NoBaudRate(self.name().to_owned()))
     }
 
-    /// What somebody should know, the oldest first, each once.
+    /// Takes the oldest notice.
     fn next_notice(&mut self) -> Option<Notice> {
         None
     }
 
-    /// Changes whenever the port was lost and is back: whoever speaks on it begins anew.
+    /// Changes whenever the port was lost and opened again: protocols on it must start again.
     fn generation(&self) -> u32 {
         0
     }
 }
 
-/// Waits until something is readable, `at_most` so long, and says what is.
+/// Opens the port `name`: `tcp://HOST:PORT`, or the name of a serial device or pty.
 ///
 /// # Errors
-/// [`PortError::System`] when the system cannot wait.
-pub fn wait(watched: &[BorrowedFd<'_>], at_most: Duration) -> Result<Vec<bool>, PortError> {
-    let mut events: Vec<_> = watched.iter().map(|fd| PollFd::from_borrowed_fd(*fd, PollFlags::IN)).collect();
-    // A time too long for the system is as good as none.
-    let timeout = Timespec::try_from(at_most).ok();
-    match poll(&mut events, timeout.as_ref()) {
-        Ok(_) | Err(Errno::INTR) => Ok(events.iter().map(|event| !event.revents().is_empty()).collect()),
-        Err(errno) => Err(PortError::system("poll", errno)),
-    }
+/// A [`PortError`] that names the port and says what to do.
+pub fn open(name: &str, baud: Baud) -> Result<Box<dyn Port>, PortError> {
+    Ok(match name.strip_prefix("tcp://") {
+        Some(address) => Box::new(TcpClient::connect(address)?),
+        None => Box::new(Serial::open(name, baud)?),
+    })
 }
 
-/// The largest piece taken from a port at once.
+/// The largest number of octets read at once.
 const CHUNK: usize = 4096;

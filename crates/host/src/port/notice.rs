@@ -1,42 +1,43 @@
-//! What somebody should know about a port although it works.
+//! Conditions of a port that the user should know although the port works.
 
 use std::collections::VecDeque;
 use std::fmt;
 use std::path::PathBuf;
 
-/// A remark of a port. Its text says what to do about it.
+/// A condition of a port or of the store of a device that is no error. The text says what to do about it.
 #[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Notice {
-    /// A USB adapter keeps what it hears for a while, and may not be told otherwise.
+    /// A USB adapter delays received octets, and the delay cannot be lowered without privileges.
     Latency {
         /// The port.
         name: String,
-        /// For how long, in milliseconds.
+        /// The delay in milliseconds.
         ms: u32,
-        /// Where the system keeps that number.
+        /// The file in which the system keeps the delay.
         setting: PathBuf,
     },
-    /// The kernel does not switch the transmitter of this device on and off.
+    /// The kernel does not switch the transmitter of this device.
     TransmitterNotSwitched(String),
-    /// The other side does not read. What it did not take is lost to it, as on a line.
+    /// The other side does not read. Octets that it does not take are dropped, as on a line.
     OctetsDropped {
-        /// Who does not read.
+        /// The other side.
         name: String,
-        /// How many octets were cut off so far.
+        /// The octets dropped so far.
         octets: usize,
     },
-    /// What a virtual device had stored is damaged, and it begins with its defaults.
+    /// The stored values of a virtual device are damaged; the device starts with its defaults.
     StoreDamaged {
         /// The device.
         device: String,
         /// The setting of its address switch.
         address: u8,
-        /// Where the damaged file is now.
+        /// The new name of the damaged file.
         kept_as: PathBuf,
     },
-    /// The port is gone and is looked for.
+    /// The port is lost; attempts to open it again have begun.
     Lost(String),
-    /// It is there again.
+    /// The port is open again.
     Reopened(String),
 }
 
@@ -56,10 +57,10 @@ impl fmt::Display for Notice {
             Self::OctetsDropped { name, octets } => {
                 write!(f, "{name} does not read what it is sent: {octets} octets were cut off so far")
             }
-            Self::StoreDamaged { device, address: place, kept_as: aside } => write!(
+            Self::StoreDamaged { device, address, kept_as } => write!(
                 f,
-                "the memory of {device} at address {place} is damaged: kept as {}, defaults used",
-                aside.display()
+                "the memory of {device} at address {address} is damaged: kept as {}, defaults used",
+                kept_as.display()
             ),
             Self::Lost(name) => {
                 write!(f, "lost {name}: it was unplugged, or its other side was closed; looking for it")
@@ -69,43 +70,43 @@ impl fmt::Display for Notice {
     }
 }
 
-/// So many remarks wait for somebody to ask for them; of more the oldest are forgotten.
+/// The longest queue. When it is full, the oldest notice is dropped.
 const MAX_NOTICES: usize = 16;
 
-/// Remarks that wait for somebody to ask for them.
+/// Notices that nothing has read yet.
 #[derive(Clone, Debug, Default)]
 pub struct Notices(VecDeque<Notice>);
 
 impl Notices {
-    /// The oldest.
+    /// Takes the oldest notice.
     pub fn next(&mut self) -> Option<Notice> {
         self.0.pop_front()
     }
 }
 
 impl Extend<Notice> for Notices {
-    fn extend<T: IntoIterator<Item = Notice>>(&mut self, remarks: T) {
-        self.0.extend(remarks);
+    fn extend<T: IntoIterator<Item = Notice>>(&mut self, notices: T) {
+        self.0.extend(notices);
         self.0.drain(..self.0.len().saturating_sub(MAX_NOTICES));
     }
 }
 
-/// Octets that nobody took, counted and told once for each time the other side stops to read.
+/// Counts octets that the other side did not take. Reports them once each time the other side stops reading.
 #[derive(Clone, Debug, Default)]
 pub struct DropCounter {
     octets: usize,
-    /// The other side has not taken anything since that was told.
+    /// The other side has taken nothing since the last notice.
     is_blocked: bool,
 }
 
 impl DropCounter {
-    /// The other side took `taken` of `octets` octets. Returns what there is to tell.
+    /// The other side took `taken` of `octets` octets. Returns a notice if it has just stopped reading.
     pub fn sent(&mut self, name: &str, octets: usize, taken: usize) -> Option<Notice> {
-        let cut = octets.saturating_sub(taken);
-        self.octets = self.octets.saturating_add(cut);
-        let is_news = cut > 0 && !self.is_blocked;
-        self.is_blocked = cut > 0;
-        is_news.then(|| Notice::OctetsDropped { name: name.to_owned(), octets: self.octets })
+        let dropped = octets.saturating_sub(taken);
+        self.octets = self.octets.saturating_add(dropped);
+        let is_new = dropped > 0 && !self.is_blocked;
+        self.is_blocked = dropped > 0;
+        is_new.then(|| Notice::OctetsDropped { name: name.to_owned(), octets: self.octets })
     }
 }
 
@@ -114,26 +115,26 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_was_cut_is_counted_and_told_once_for_each_time() {
-        let mut cuts = DropCounter::default();
-        let told = |octets| Some(Notice::OctetsDropped { name: "a".to_owned(), octets });
-        assert_eq!(cuts.sent("a", 6, 6), None);
-        assert_eq!(cuts.sent("a", 6, 2), told(4));
-        assert_eq!(cuts.sent("a", 6, 0), None);
-        assert_eq!(cuts.sent("a", 6, 6), None);
-        assert_eq!(cuts.sent("a", 9, 8), told(11));
+    fn dropped_octets_are_counted_and_reported_once_for_each_time_the_reader_stops() {
+        let mut drops = DropCounter::default();
+        let notice = |octets| Some(Notice::OctetsDropped { name: "a".to_owned(), octets });
+        assert_eq!(drops.sent("a", 6, 6), None);
+        assert_eq!(drops.sent("a", 6, 2), notice(4));
+        assert_eq!(drops.sent("a", 6, 0), None);
+        assert_eq!(drops.sent("a", 6, 6), None);
+        assert_eq!(drops.sent("a", 9, 8), notice(11));
     }
 
     #[test]
-    fn remarks_nobody_asks_for_do_not_pile_up() {
-        let mut remarks = Notices::default();
-        remarks.extend((0..20).map(|number| Notice::Reopened(number.to_string())));
-        let left: Vec<_> = std::iter::from_fn(|| remarks.next()).collect();
+    fn the_queue_keeps_the_newest_notices() {
+        let mut notices = Notices::default();
+        notices.extend((0..20).map(|number| Notice::Reopened(number.to_string())));
+        let left: Vec<_> = std::iter::from_fn(|| notices.next()).collect();
         assert_eq!((left.len(), &left[0]), (MAX_NOTICES, &Notice::Reopened("4".to_owned())));
     }
 
     #[test]
-    fn a_remark_says_what_to_do() {
+    fn a_notice_says_what_to_do() {
         let setting = PathBuf::from("/sys/class/tty/ttyUSB0/device/latency_timer");
         let text = Notice::Latency { name: "/dev/ttyUSB0".to_owned(), ms: 16, setting }.to_string();
         assert!(text.contains("16 ms: `echo 1 | sudo tee /sys/class/tty/ttyUSB0/device/latency_timer`"), "{text}");

@@ -1,14 +1,15 @@
-//! A pty that profivac serves: its path is a link to what a master opens as its serial port.
+//! A pty that profivac serves: its path is a link to the slave side, which a master opens as its serial port.
 //!
-//! The other side may be closed and opened again as often as it likes. While nobody has it open nothing is sent, and what
-//! the last one left unread is thrown away, so nobody ever reads an answer to somebody else's request. The kernel knows
-//! whether anybody is there (the pty reports a hang-up if not) and tells when somebody comes.
+//! A program may open and close the slave side any number of times. While no program has it open nothing is sent, and
+//! unread octets are discarded, so no program reads an answer to the request of another. The kernel reports a hang-up while
+//! the slave side is closed, and inotify reports its opening.
 
 use super::notice::{DropCounter, Notice, Notices};
 use super::system::OpenEvents;
 use super::{CHUNK, Character, Port, PortError};
+use crate::readiness::Readiness;
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
-use rustix::fd::{AsFd, BorrowedFd, OwnedFd};
+use rustix::fd::OwnedFd;
 use rustix::fs::{Mode, OFlags};
 use rustix::io::Errno;
 use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
@@ -20,30 +21,30 @@ use std::os::unix::ffi::OsStringExt;
 use std::os::unix::fs::symlink;
 use std::path::{Path, PathBuf};
 
-/// Our side of a pty, and the link to the other side.
+/// The master side of a pty, and the link to the slave side.
 #[derive(Debug)]
 pub struct Pty {
     name: String,
     link: PathBuf,
     slave_path: PathBuf,
     master: OwnedFd,
-    /// Reports every opening of the other side.
+    /// Reports every opening of the slave side.
     open_events: OpenEvents,
-    /// Somebody has the other side open.
+    /// A program has the slave side open.
     is_open: bool,
     drops: DropCounter,
     notices: Notices,
 }
 
 impl Pty {
-    /// Makes a pty and links `path` to it. A link that leads nowhere is replaced.
+    /// Makes a pty and links `path` to its slave side. Replaces a dangling link.
     ///
     /// # Errors
-    /// [`PortError::Exists`] when there is something else at `path`, [`PortError::Missing`] when its folder does not exist.
+    /// [`PortError::AlreadyExists`] when `path` is another file, [`PortError::NotFound`] when its folder does not exist.
     pub fn create(path: &Path) -> Result<Self, PortError> {
         let name = path.display().to_string();
         let opening = |errno| PortError::opening(&name, errno);
-        // First of all: the new pty may get the number of the one that a left over link leads to.
+        // Must come first: the new pty may get the number that a left-over link leads to.
         remove_dangling(path).map_err(|error| link_error(&name, error))?;
         let ours = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC).map_err(opening)?;
         rustix::io::ioctl_fionbio(&ours, true).map_err(opening)?;
@@ -65,17 +66,17 @@ impl Pty {
         })
     }
 
-    /// Looks whether somebody has the other side open, and clears up after the last one.
+    /// Updates whether the slave side is open, and discards unread octets when it was closed.
     fn update_open(&mut self) -> Result<(), Errno> {
         let mut events = [PollFd::new(&self.master, PollFlags::IN)];
         poll(&mut events, Some(&Timespec::default()))?;
-        let seen = events.first().map_or(PollFlags::empty(), PollFd::revents);
-        // What was written before the other side was closed is still to be read.
-        let present = seen.contains(PollFlags::IN) || !seen.contains(PollFlags::HUP);
-        if self.is_open && !present {
+        let flags = events.first().map_or(PollFlags::empty(), PollFd::revents);
+        // Octets that were written before the slave side was closed must still be read.
+        let is_open = flags.contains(PollFlags::IN) || !flags.contains(PollFlags::HUP);
+        if self.is_open && !is_open {
             reset(&self.slave_path)?;
         }
-        self.is_open = present;
+        self.is_open = is_open;
         Ok(())
     }
 }
@@ -85,10 +86,11 @@ impl Port for Pty {
         &self.name
     }
 
-    /// A hang-up is reported without end, so our side is only watched while somebody is there.
-    fn watched(&self) -> Vec<BorrowedFd<'_>> {
-        let ours = self.is_open.then(|| self.master.as_fd());
-        [self.open_events.watched(), ours].into_iter().flatten().collect()
+    /// The hang-up of a closed slave side stays readable for ever, so the master side counts only while the slave side is
+    /// open.
+    fn readiness(&self) -> Vec<Readiness<'_>> {
+        let ours = self.is_open.then(|| Readiness::of(&self.master));
+        [self.open_events.readiness(), ours].into_iter().flatten().collect()
     }
 
     fn receive(&mut self, heard: &mut Vec<Character>) -> Result<(), PortError> {
@@ -97,7 +99,7 @@ impl Port for Pty {
         self.update_open().map_err(|errno| PortError::using(&self.name, errno))?;
         match rustix::io::read(&self.master, &mut buffer) {
             Ok(length) => heard.extend(buffer.iter().take(length).map(|octet| Character::Octet(*octet))),
-            // Nothing there, or nobody.
+            // No data, or the slave side is closed.
             Err(Errno::WOULDBLOCK | Errno::INTR | Errno::IO) => {}
             Err(errno) => return Err(PortError::using(&self.name, errno)),
         }
@@ -106,7 +108,7 @@ impl Port for Pty {
 
     fn send(&mut self, octets: &[u8]) -> Result<(), PortError> {
         if !self.is_open {
-            // Somebody may have come since we looked last.
+            // A program may have opened it since the last check.
             self.update_open().map_err(|errno| PortError::using(&self.name, errno))?;
         }
         if !self.is_open {
@@ -129,15 +131,15 @@ impl Port for Pty {
 impl Drop for Pty {
     fn drop(&mut self) {
         if fs::read_link(&self.link).is_ok_and(|side| side == self.slave_path) {
-            // Nothing can be done about a link that cannot be removed.
+            // A link that cannot be removed stays.
             fs::remove_file(&self.link).ok();
         }
     }
 }
 
-/// Makes the other side raw and forgets what was not read there.
+/// Makes the slave side raw and discards its unread octets.
 ///
-/// Settings that are raw already are left alone: the next program may be at its own at this very moment, and the C library
+/// Settings that are raw already stay untouched: the next program may be changing them at this moment, and the C library
 /// reports an error to a program whose settings did not hold.
 fn reset(side: &Path) -> Result<(), Errno> {
     let other = rustix::fs::open(side, OFlags::RDWR | OFlags::NOCTTY | OFlags::CLOEXEC, Mode::empty())?;
@@ -151,7 +153,7 @@ fn reset(side: &Path) -> Result<(), Errno> {
     tcflush(&other, QueueSelector::IOFlush)
 }
 
-/// Removes a link that leads nowhere: whoever made it was killed.
+/// Removes a dangling link, which a killed process has left.
 fn remove_dangling(path: &Path) -> io::Result<()> {
     if path.is_symlink() && !path.exists() { fs::remove_file(path) } else { Ok(()) }
 }

@@ -1,26 +1,25 @@
-//! A port that comes back: an adapter that is plugged in again, a serial server or hub that was restarted.
+//! A port that is opened again after it was lost: an adapter that is plugged in again, a serial server that was restarted.
 //!
-//! While it is gone nothing is heard and what is sent goes nowhere, as on a cable that hangs in the air. It is looked for in
-//! a thread of its own, because opening may wait: for a name server, for a host that does not answer.
+//! A lost port behaves like a disconnected cable: nothing is received, and sent octets are dropped. A thread of its own
+//! opens it again, because opening may block on a name server or on a host that does not answer.
 
 use super::notice::{Notice, Notices};
 use super::{Character, Port, PortError};
+use crate::readiness::{self, Readiness, WakeSource};
 use profivac_dp::link::Baud;
-use rustix::fd::{AsFd, BorrowedFd};
-use std::os::unix::net::UnixStream;
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::time::Duration;
 
-/// The pause before the first attempt, and the longest: it doubles in between. free choice: a hub that is restarted is found
-/// at once, and an adapter that is gone for a week costs nothing.
+/// The pause before the first attempt, and the longest pause; it doubles in between. free choice: a restarted server is
+/// found at once, and an adapter that is away for a week costs nothing.
 const MIN_PAUSE: Duration = Duration::from_millis(50);
 const MAX_PAUSE: Duration = Duration::from_secs(2);
 
-/// How a port is opened again.
-pub type Opener = Arc<dyn Fn() -> Result<Box<dyn Port>, PortError> + Send + Sync>;
+/// Opens a port again. `None`: not yet possible.
+pub type Opener = Arc<dyn Fn() -> Option<Box<dyn Port>> + Send + Sync>;
 
-/// A port and how to get it back.
+/// A port that is opened again whenever it is lost.
 pub struct Reopening {
     name: String,
     is_timed: bool,
@@ -36,14 +35,14 @@ enum State {
 }
 
 impl Reopening {
-    /// A port that is open, and that `opener` opens again whenever it is lost.
+    /// Wraps a port that is open; `opener` opens it again whenever it is lost.
     #[must_use]
     pub fn new(port: Box<dyn Port>, opener: Opener) -> Self {
         let (name, is_timed) = (port.name().to_owned(), port.is_timed());
         Self { name, is_timed, opener, state: State::Open(port), generation: 0, notices: Notices::default() }
     }
 
-    /// A lost port is looked for; any other error stays one.
+    /// Starts the search for a lost port. Passes other errors on.
     fn handle_loss(&mut self, done: Result<(), PortError>) -> Result<(), PortError> {
         match done {
             Err(PortError::Lost(_)) => {
@@ -55,7 +54,7 @@ impl Reopening {
         }
     }
 
-    /// Takes the port if it was found.
+    /// Takes the port if the search has opened it.
     fn take_reopened(&mut self) {
         if let State::Lost(search) = &self.state
             && let Ok(port) = search.opened.try_recv()
@@ -76,10 +75,10 @@ impl Port for Reopening {
         self.is_timed
     }
 
-    fn watched(&self) -> Vec<BorrowedFd<'_>> {
+    fn readiness(&self) -> Vec<Readiness<'_>> {
         match &self.state {
-            State::Open(port) => port.watched(),
-            State::Lost(search) => vec![search.readable.as_fd()],
+            State::Open(port) => port.readiness(),
+            State::Lost(search) => vec![search.ended.readiness()],
         }
     }
 
@@ -119,9 +118,9 @@ impl Port for Reopening {
 /// The search for a port. It ends when it is dropped.
 struct Search {
     opened: Receiver<Box<dyn Port>>,
-    /// Becomes readable when the search is over.
-    readable: UnixStream,
-    /// Never says anything; the thread notices when it is gone.
+    /// Becomes readable when the search has ended.
+    ended: WakeSource,
+    /// Carries no messages. The thread ends when it is dropped.
     _interest: Sender<()>,
 }
 
@@ -130,24 +129,24 @@ impl Search {
         let failed = |error| PortError::system(name, error);
         let (found_here, found) = channel();
         let (interest, interest_there) = channel();
-        let (bell, rope) = UnixStream::pair().map_err(failed)?;
+        let (waker, ended) = readiness::waker().map_err(failed)?;
         let search = move || {
             if let Some(port) = open_repeatedly(&opener, &interest_there) {
-                // Nobody is interested any more if this fails.
+                // Fails if the search was dropped.
                 found_here.send(port).ok();
             }
-            drop(rope);
+            drop(waker);
         };
         std::thread::Builder::new().name("search for a port".to_owned()).spawn(search).map_err(failed)?;
-        Ok(Self { opened: found, readable: bell, _interest: interest })
+        Ok(Self { opened: found, ended, _interest: interest })
     }
 }
 
-/// Opens the port again and again until it is there, or nobody wants it.
+/// Opens the port repeatedly until it succeeds or the search is dropped.
 fn open_repeatedly(opener: &Opener, interest: &Receiver<()>) -> Option<Box<dyn Port>> {
     let mut pause = MIN_PAUSE;
     while interest.recv_timeout(pause) == Err(RecvTimeoutError::Timeout) {
-        if let Ok(port) = opener() {
+        if let Some(port) = opener() {
             return Some(port);
         }
         pause = pause.saturating_mul(2).min(MAX_PAUSE);

@@ -1,21 +1,22 @@
-//! A serial device at 8E1, or a pty that somebody else serves.
+//! A serial device at 8E1, or the slave side of a pty that another program serves.
 //!
-//! Ptys keep no parity and send at no rate, and neither is a reason to refuse them. Of a device of copper it is verified that
-//! the driver took what the line needs; what would only make it better is a remark.
+//! A pty has neither parity nor baud rate, and needs none. On a real device, [`Serial::open`] verifies that the driver
+//! accepted what the line requires; what would merely improve it becomes a notice.
 
 use super::echo::Echo;
 use super::marks::Marks;
 use super::notice::{DropCounter, Notice, Notices};
-use super::{CHUNK, Character, Port, PortError, system};
+use super::{CHUNK, Character, CharacterFormat, Parity, Port, PortError, system};
+use crate::readiness::Readiness;
 use profivac_dp::link::Baud;
-use rustix::fd::{AsFd, BorrowedFd, OwnedFd};
+use rustix::fd::OwnedFd;
 use rustix::fs::{FlockOperation, Mode, OFlags, flock};
 use rustix::io::Errno;
 use rustix::termios::{
     ControlModes, InputModes, OptionalActions, QueueSelector, Termios, ioctl_tiocexcl, tcflush, tcgetattr, tcsetattr,
 };
 
-/// The line tolerates a rate that is off by one part in so many: a character of 11 bits is then still read right.
+/// The tolerated deviation of the rate is one part in this many: a character of 11 bits is then still sampled correctly.
 const RATE_TOLERANCE: u32 = 50;
 
 /// An open serial device.
@@ -23,19 +24,19 @@ const RATE_TOLERANCE: u32 = 50;
 pub struct Serial {
     name: String,
     device: OwnedFd,
-    /// What a line of copper needs and a pty does not have: errors in characters, and our own octets coming back.
+    /// What a UART needs and a pty does not: characters with errors, and the echo of sent octets.
     uart: Option<(Marks, Echo)>,
     drops: DropCounter,
     notices: Notices,
 }
 
 impl Serial {
-    /// Opens a device for ourselves alone, raw, with eight data bits, even parity and one stop bit.
+    /// Opens a device exclusively: raw, eight data bits, even parity, one stop bit.
     ///
     /// # Errors
-    /// [`PortError::Missing`], [`InUse`](PortError::InUse), [`Denied`](PortError::Denied),
-    /// [`NotSerial`](PortError::NotSerial), [`Character`](PortError::Character) and [`Rate`](PortError::Rate) say what is in
-    /// the way.
+    /// [`PortError::NotFound`], [`InUse`](PortError::InUse), [`PermissionDenied`](PortError::PermissionDenied),
+    /// [`NotSerial`](PortError::NotSerial), [`UnsupportedCharacter`](PortError::UnsupportedCharacter) and
+    /// [`UnsupportedRate`](PortError::UnsupportedRate).
     pub fn open(name: &str, baud: Baud) -> Result<Self, PortError> {
         let opening = |errno| PortError::opening(name, errno);
         let flags = OFlags::RDWR | OFlags::NOCTTY | OFlags::NONBLOCK | OFlags::CLOEXEC;
@@ -47,7 +48,7 @@ impl Serial {
         if is_pty {
             set(&device, to_8e1(settings), baud).map_err(opening)?;
         } else {
-            // A lock that programs without flock respect too. On a pty it would outlive us.
+            // A lock that programs without flock respect too. On a pty it would outlive this process.
             ioctl_tiocexcl(&device).map_err(opening)?;
             remarks.extend(system::set_up(&device, name));
             set(&device, with_error_marks(to_8e1(settings)), baud).map_err(opening)?;
@@ -65,14 +66,15 @@ fn to_8e1(mut settings: Termios) -> Termios {
     settings.control_modes -= ControlModes::CSIZE | ControlModes::PARODD | ControlModes::CSTOPB | ControlModes::CRTSCTS;
     #[cfg(target_os = "linux")]
     {
-        // With it the parity bit would be a constant.
+        // Mark parity would make the parity bit constant.
         settings.control_modes -= ControlModes::CMSPAR;
     }
     settings.control_modes |= ControlModes::CS8 | ControlModes::PARENB | ControlModes::CREAD | ControlModes::CLOCAL;
     settings
 }
 
-/// Characters with errors are marked. Not on a pty: its settings outlive us, and whoever opens it next may not expect marks.
+/// Marks characters with errors. Not on a pty: its settings outlive this process, and the next program may not expect
+/// marks.
 fn with_error_marks(mut settings: Termios) -> Termios {
     settings.input_modes |= InputModes::INPCK | InputModes::PARMRK;
     settings.input_modes -= InputModes::IGNPAR | InputModes::IGNBRK;
@@ -84,14 +86,14 @@ fn set(device: &OwnedFd, mut settings: Termios, baud: Baud) -> Result<(), Errno>
     tcsetattr(device, OptionalActions::Now, &settings)
 }
 
-/// Drivers leave out what they cannot and take the nearest rate they have, without a word.
+/// Verifies the settings: a driver silently drops what it does not support and takes the nearest rate it has.
 fn verify(taken: &Termios, name: &str, baud: Baud) -> Result<(), PortError> {
-    let offered = character(taken.control_modes);
-    if offered != "8E1" {
+    let offered = character_format(taken.control_modes);
+    if offered != CharacterFormat::PROFIBUS {
         return Err(PortError::UnsupportedCharacter { name: name.to_owned(), offered });
     }
     let wanted = baud.bits_per_second();
-    // What is heard and what is sent.
+    // The rates of transmitter and receiver.
     for offered in [taken.output_speed(), taken.input_speed()] {
         if offered.abs_diff(wanted) > wanted / RATE_TOLERANCE {
             return Err(PortError::UnsupportedRate { name: name.to_owned(), baud, offered });
@@ -100,21 +102,21 @@ fn verify(taken: &Termios, name: &str, baud: Baud) -> Result<(), PortError> {
     Ok(())
 }
 
-/// Data bits, parity and stop bits in the usual three characters.
-fn character(modes: ControlModes) -> String {
-    let bits = match modes & ControlModes::CSIZE {
+/// Data bits, parity and stop bits of a driver.
+fn character_format(modes: ControlModes) -> CharacterFormat {
+    let data_bits = match modes & ControlModes::CSIZE {
         size if size == ControlModes::CS8 => 8,
         size if size == ControlModes::CS7 => 7,
         size if size == ControlModes::CS6 => 6,
         _ => 5,
     };
     let parity = match (modes.contains(ControlModes::PARENB), modes.contains(ControlModes::PARODD)) {
-        (false, _) => 'N',
-        (true, false) => 'E',
-        (true, true) => 'O',
+        (false, _) => Parity::None,
+        (true, false) => Parity::Even,
+        (true, true) => Parity::Odd,
     };
-    let stop = if modes.contains(ControlModes::CSTOPB) { 2 } else { 1 };
-    format!("{bits}{parity}{stop}")
+    let stop_bits = if modes.contains(ControlModes::CSTOPB) { 2 } else { 1 };
+    CharacterFormat { data_bits, parity, stop_bits }
 }
 
 impl Port for Serial {
@@ -126,8 +128,8 @@ impl Port for Serial {
         self.uart.is_some()
     }
 
-    fn watched(&self) -> Vec<BorrowedFd<'_>> {
-        vec![self.device.as_fd()]
+    fn readiness(&self) -> Vec<Readiness<'_>> {
+        vec![Readiness::of(&self.device)]
     }
 
     fn receive(&mut self, heard: &mut Vec<Character>) -> Result<(), PortError> {
@@ -172,7 +174,7 @@ impl Port for Serial {
             done => done.map_err(using)?,
         }
         verify(&tcgetattr(&self.device).map_err(using)?, &self.name, baud)?;
-        // What came at the old rate means nothing at the new one.
+        // Octets received at the old rate are meaningless at the new one.
         tcflush(&self.device, QueueSelector::IOFlush).map_err(using)?;
         *copper = Default::default();
         Ok(())
@@ -189,7 +191,7 @@ mod tests {
 
     const MODES: ControlModes = ControlModes::CS8.union(ControlModes::PARENB);
 
-    /// Settings of a terminal, whichever, as a driver would report them.
+    /// The settings of a terminal as a driver would report them.
     fn settings(modes: ControlModes, speed: u32) -> Termios {
         let terminal = rustix::pty::openpt(rustix::pty::OpenptFlags::RDWR | rustix::pty::OpenptFlags::NOCTTY).unwrap();
         let mut settings = tcgetattr(terminal).unwrap();
@@ -199,7 +201,7 @@ mod tests {
     }
 
     #[test]
-    fn what_a_driver_took_is_compared_with_8e1() {
+    fn settings_other_than_8e1_are_an_error_that_names_them() {
         for (modes, offered) in [
             (ControlModes::CS8, "8N1"),
             (MODES | ControlModes::PARODD, "8O1"),
@@ -222,16 +224,16 @@ mod tests {
     }
 
     #[test]
-    fn whatever_a_device_was_set_to_is_made_8e1() {
+    fn any_settings_of_a_device_become_8e1() {
         let wild = ControlModes::CS6 | ControlModes::PARODD | ControlModes::CSTOPB | ControlModes::CRTSCTS;
         let made = to_8e1(settings(wild, 300)).control_modes;
-        assert_eq!(character(made), "8E1");
+        assert_eq!(character_format(made), CharacterFormat::PROFIBUS);
         assert!(made.contains(ControlModes::CLOCAL) && !made.contains(ControlModes::CRTSCTS));
     }
 
-    /// A pty drops the parity: the driver that does not do what it is told.
+    /// A pty drops the parity, as a driver without parity does.
     #[test]
-    fn a_driver_that_leaves_the_parity_out_is_noticed() {
+    fn a_driver_without_parity_is_an_error() {
         let terminal = rustix::pty::openpt(rustix::pty::OpenptFlags::RDWR | rustix::pty::OpenptFlags::NOCTTY).unwrap();
         set(&terminal, to_8e1(tcgetattr(&terminal).unwrap()), Baud::B19200).unwrap();
         let refused = verify(&tcgetattr(&terminal).unwrap(), "port", Baud::B19200);

@@ -1,9 +1,10 @@
-//! Octets over a socket: the client's side of a TCP connection, and the way into a segment in memory.
+//! Octets over a socket: the client side of a TCP connection, and the port of a segment in memory.
 
 use super::notice::{DropCounter, Notice, Notices};
 use super::{CHUNK, Character, Port, PortError};
-use rustix::fd::{AsFd, BorrowedFd};
+use crate::readiness::Readiness;
 use std::io::{ErrorKind, Read, Write};
+use std::os::fd::AsFd;
 
 /// A connected socket that does not block.
 #[derive(Debug)]
@@ -15,7 +16,7 @@ pub struct Stream<S> {
 }
 
 impl<S> Stream<S> {
-    /// Octets over `socket`, which must not block, and what there is to remark about it already.
+    /// Octets over `socket`, which must not block, with the notices that exist already.
     pub fn new(name: String, socket: S, remarks: Vec<Notice>) -> Self {
         let mut waiting = Notices::default();
         waiting.extend(remarks);
@@ -28,8 +29,8 @@ impl<S: Read + Write + AsFd + Send> Port for Stream<S> {
         &self.name
     }
 
-    fn watched(&self) -> Vec<BorrowedFd<'_>> {
-        vec![self.socket.as_fd()]
+    fn readiness(&self) -> Vec<Readiness<'_>> {
+        vec![Readiness::of(&self.socket)]
     }
 
     fn receive(&mut self, heard: &mut Vec<Character>) -> Result<(), PortError> {
@@ -54,7 +55,7 @@ impl<S: Read + Write + AsFd + Send> Port for Stream<S> {
     }
 }
 
-/// How many of `octets` the other side takes now; nothing if there is no other side any more.
+/// The number of `octets` that the other side takes now. `None` if the connection is closed.
 pub(super) fn write_now(socket: &mut impl Write, octets: &[u8]) -> Option<usize> {
     match socket.write(octets) {
         Ok(taken) => Some(taken),
@@ -62,7 +63,7 @@ pub(super) fn write_now(socket: &mut impl Write, octets: &[u8]) -> Option<usize>
     }
 }
 
-/// Whether an error says no more than: not now.
+/// Whether the operation would succeed later.
 pub(super) fn is_temporary(error: &std::io::Error) -> bool {
     matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::Interrupted)
 }

@@ -1,31 +1,32 @@
-//! A line over TCP: raw octets, no protocol of its own.
+//! A line over TCP: raw octets without a protocol.
 //!
-//! The clients of a server share one line as if they were wired to it: what one sends, all others hear. Nobody who does not
-//! read holds up the others: what he does not take is cut off, and a remark says so.
+//! The clients of a server share one line as if they were wired to it: every client receives what another sends. A client
+//! that does not read does not delay the others: its octets are dropped, and a notice reports it.
 
 use super::notice::{DropCounter, Notice, Notices};
 use super::stream::{Stream, is_temporary, write_now};
 use super::{CHUNK, Character, Port, PortError};
-use rustix::fd::{AsFd, BorrowedFd};
+use crate::readiness::Readiness;
 use rustix::net::sockopt::{set_socket_keepalive, set_tcp_keepcnt, set_tcp_keepidle, set_tcp_keepintvl};
 use std::io::{ErrorKind, Read};
 use std::net::{SocketAddr, TcpListener, TcpStream, ToSocketAddrs};
 use std::time::Duration;
 
-/// How long a host may take to answer. free choice: a serial server in the same plant takes milliseconds, the system minutes.
+/// The longest wait for a host. free choice: a serial server in the same plant answers in milliseconds; the system waits
+/// minutes.
 const CONNECT_TIMEOUT: Duration = Duration::from_secs(3);
 
-/// A silent connection is asked whether it is still there after so long, and so often until it counts as lost. free choice:
-/// a bus is hardly ever silent, so this costs nothing, and an unplugged cable is noticed within half a minute.
+/// When and how often a silent connection is probed before it counts as lost. free choice: a bus is hardly ever silent, so
+/// the probes cost nothing, and an unplugged cable is detected within half a minute.
 const KEEPALIVE_IDLE: Duration = Duration::from_secs(10);
 const KEEPALIVE_INTERVAL: Duration = Duration::from_secs(5);
 const KEEPALIVE_COUNT: u32 = 3;
 
-/// What was sent may be on its way for so long, in milliseconds: as long as a silent connection may be gone.
+/// How long sent octets may stay unacknowledged, in milliseconds: as long as a silent connection may be lost.
 #[cfg(target_os = "linux")]
 const USER_TIMEOUT_MS: u32 = 25_000;
 
-/// Listens, and is the line between its clients and us.
+/// A listener that is the line between its clients and this program.
 #[derive(Debug)]
 pub struct TcpServer {
     name: String,
@@ -42,14 +43,14 @@ struct Client {
 }
 
 impl TcpServer {
-    /// Listens at `HOST:PORT`. Port 0 lets the system choose one; [`name`](Port::name) tells which.
+    /// Listens at `HOST:PORT`. Port 0 lets the system choose one; [`name`](Port::name) contains it.
     ///
     /// # Errors
-    /// [`PortError::Address`] when `address` is none, [`PortError::InUse`] when somebody else listens there.
+    /// [`PortError::InvalidAddress`], or [`PortError::InUse`] when another program listens there.
     pub fn listen(address: &str) -> Result<Self, PortError> {
         let host = host(address)?;
         let failed = |error: std::io::Error| match error.kind() {
-            // No port is missing: this computer has no such address.
+            // The port exists; this computer does not have the address.
             ErrorKind::AddrNotAvailable => PortError::system(address, error),
             _ => network(address, error),
         };
@@ -60,7 +61,7 @@ impl TcpServer {
         Ok(Self { name: format!("{host}:{port}"), listener, clients: Vec::new(), notices: Notices::default() })
     }
 
-    /// Takes everybody who wants to join. A client that cannot be set up is not taken.
+    /// Accepts all waiting clients. A client that cannot be set up is dropped.
     fn accept(&mut self) {
         while let Ok((socket, address)) = self.listener.accept() {
             if set_up(&socket).is_ok() {
@@ -72,7 +73,7 @@ impl TcpServer {
     fn distribute(&mut self, octets: &[u8], except: Option<usize>) {
         for (number, client) in self.clients.iter_mut().enumerate() {
             if Some(number) != except {
-                // A client that is gone is noticed when it is read from.
+                // A closed connection is detected at the next read.
                 let taken = write_now(&mut client.socket, octets).unwrap_or(octets.len());
                 self.notices.extend(client.drops.sent(&client.name, octets.len(), taken));
             }
@@ -85,8 +86,9 @@ impl Port for TcpServer {
         &self.name
     }
 
-    fn watched(&self) -> Vec<BorrowedFd<'_>> {
-        std::iter::once(self.listener.as_fd()).chain(self.clients.iter().map(|client| client.socket.as_fd())).collect()
+    fn readiness(&self) -> Vec<Readiness<'_>> {
+        let clients = self.clients.iter().map(|client| Readiness::of(&client.socket));
+        std::iter::once(Readiness::of(&self.listener)).chain(clients).collect()
     }
 
     fn receive(&mut self, heard: &mut Vec<Character>) -> Result<(), PortError> {
@@ -124,11 +126,11 @@ impl Port for TcpServer {
 pub type TcpClient = Stream<TcpStream>;
 
 impl TcpClient {
-    /// Connects to `HOST:PORT`, at each address the host has, for three seconds each.
+    /// Connects to `HOST:PORT`. Tries each address of the host for three seconds.
     ///
     /// # Errors
-    /// [`PortError::Address`] when `address` is none, [`PortError::Host`] when the host has no address,
-    /// [`PortError::Missing`] when nobody listens there, [`PortError::Unreachable`] when nothing comes back.
+    /// [`PortError::InvalidAddress`], [`PortError::UnresolvedHost`], [`PortError::NotFound`] when no program listens there,
+    /// [`PortError::Unreachable`] when the host does not answer.
     pub fn connect(address: &str) -> Result<Self, PortError> {
         host(address)?;
         let name = format!("tcp://{address}");
@@ -146,7 +148,7 @@ impl TcpClient {
     }
 }
 
-/// Octets leave at once, nothing blocks, and an other side that vanished without a word is noticed.
+/// Sends octets at once, never blocks, and detects a peer that vanished.
 fn set_up(socket: &TcpStream) -> std::io::Result<()> {
     socket.set_nonblocking(true)?;
     socket.set_nodelay(true)?;
@@ -156,7 +158,7 @@ fn set_up(socket: &TcpStream) -> std::io::Result<()> {
     set_tcp_keepcnt(socket, KEEPALIVE_COUNT)?;
     #[cfg(target_os = "linux")]
     {
-        // While something is on its way nobody is asked, and the system repeats it for a quarter of an hour.
+        // Without this limit the system repeats unacknowledged octets for a quarter of an hour before it reports an error.
         rustix::net::sockopt::set_tcp_user_timeout(socket, USER_TIMEOUT_MS)?;
     }
     Ok(())
@@ -167,7 +169,7 @@ fn resolve(name: &str, address: &str) -> Result<Vec<SocketAddr>, PortError> {
     addresses.map_err(|source| PortError::UnresolvedHost { name: name.to_owned(), source })
 }
 
-/// The part of `HOST:PORT` before the port. The colons of an IPv6 address stand in brackets.
+/// The part of `HOST:PORT` before the port. An IPv6 address must be in brackets.
 fn host(address: &str) -> Result<&str, PortError> {
     let in_brackets = |host: &str| host.starts_with('[') && host.ends_with(']');
     match address.rsplit_once(':') {

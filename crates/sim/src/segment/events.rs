@@ -67,7 +67,7 @@ impl Segment {
             }
             self.receive_character(place, end, Character { octet: *last, error: false });
         }
-        while !self.taps[place].has_heard(now) {
+        while !self.taps[place].is_read_until(now) {
             if let Some((end, character)) = self.taps[place].read_next() {
                 self.receive_character(place, end, character);
             }
@@ -95,7 +95,7 @@ impl Segment {
         };
         match tap.owner {
             Some(owner) => give(owner),
-            None => tap.audience.of(&telegram).for_each(give),
+            None => tap.listeners.of(&telegram).for_each(give),
         }
         moved.into_iter().for_each(|(driver, left)| self.readdress(driver, left));
     }
@@ -105,8 +105,8 @@ impl Segment {
         let Driver { position, address, .. } = self.drivers[driver];
         let shared = self.taps.iter_mut().find(|tap| tap.owner.is_none() && tap.position == position);
         if let (Some(tap), Some(address)) = (shared, address) {
-            tap.audience.leave(driver, left);
-            tap.audience.join(driver, address);
+            tap.listeners.leave(driver, left);
+            tap.listeners.join(driver, address);
         }
     }
 

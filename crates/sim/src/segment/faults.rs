@@ -70,7 +70,7 @@ impl Segment {
         let Driver { position, address, .. } = self.drivers[driver];
         let shared = self.taps.iter_mut().find(|tap| tap.owner.is_none() && tap.position == position);
         if let (Some(shared), Some(address)) = (shared, address) {
-            shared.audience.leave(driver, address);
+            shared.listeners.leave(driver, address);
             let mut own = shared.clone();
             own.owner = Some(driver);
             self.taps.push(own);

@@ -101,8 +101,8 @@ impl Segment {
         self.driver_times.grow(self.drivers.len());
         let shared = self.taps.iter().position(|tap| tap.owner.is_none() && tap.position == position);
         match (self.drivers[id].address, shared) {
-            (Some(address), Some(tap)) => self.taps[tap].audience.join(id, address),
-            (Some(address), None) => self.add_tap(position).audience.join(id, address),
+            (Some(address), Some(tap)) => self.taps[tap].listeners.join(id, address),
+            (Some(address), None) => self.add_tap(position).listeners.join(id, address),
             (None, _) => self.add_tap(position).owner = Some(id),
         }
         StationHandle::new(StationId(id))

@@ -1,7 +1,7 @@
 //! Hostile and broken stations in a ring.
 
 use crate::common::{CFG, IDENT, Plain};
-use crate::line::{BAUD, Bounds, CONFUSION, Line, parameters};
+use crate::line::{BAUD, Bounds, Line, TOKEN_RULES, parameters};
 use profivac_dp::link::{BitTime, Station, Transmit};
 use profivac_dp::master::{Master, Mode, Settings, SlaveParameters};
 use profivac_dp::slave::Slave;
@@ -48,9 +48,9 @@ impl Station for FalseMaster {
 fn a_station_that_only_claims_to_be_a_master_costs_little_time() {
     for station in [StationType::MasterReady, StationType::MasterInRing] {
         for address in [3, 5, 12] {
-            let mut line = Line::whole(&[2, 9]);
+            let mut line = Line::complete(&[2, 9]);
             let liar = line.segment.attach(FalseMaster { address, station, asked: 0, octets: [0; MAX_TELEGRAM] });
-            CONFUSION.into_iter().for_each(|rule| line.segment.allow(rule));
+            TOKEN_RULES.into_iter().for_each(|rule| line.segment.allow(rule));
             let before = line.answers(&[2, 9]);
             let begin = line.segment.now();
             line.segment.run_for(300_000).unwrap();
@@ -91,7 +91,7 @@ fn counters_stay_consistent_when_slaves_lose_and_regain_power() {
             segment.attach(master)
         });
         // A slave that loses power during an answer leaves an incomplete telegram.
-        CONFUSION.into_iter().for_each(|rule| segment.allow(rule));
+        TOKEN_RULES.into_iter().for_each(|rule| segment.allow(rule));
         for _ in 0..1_000 {
             let slave = slaves[random.below(8) as usize];
             let on = random.below(3) > 0;

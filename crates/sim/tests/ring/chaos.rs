@@ -7,7 +7,7 @@ use profivac_sim::{Fault, Noise, Random, StationHandle, TelegramFault};
 const ADDRESSES: [u8; 5] = [1, 4, 7, 10, 13];
 
 /// Applies one random fault. `left` has a bit for each master that was requested to leave the ring.
-fn happen(line: &mut Line, ghost: StationHandle<Tester>, left: &mut u16, random: &mut Random) {
+fn apply_random_fault(line: &mut Line, ghost: StationHandle<Tester>, left: &mut u16, random: &mut Random) {
     let address = ADDRESSES[random.below(5) as usize];
     let master = line.handle(address);
     match random.below(10) {
@@ -39,8 +39,8 @@ fn the_ring_is_complete_again_after_random_faults() {
         line.segment.exempt(ghost.id());
         let mut left = 0;
         for _ in 0..60 {
-            happen(&mut line, ghost, &mut left, &mut random);
-            line.in_confusion(1 + random.below(8_000));
+            apply_random_fault(&mut line, ghost, &mut left, &mut random);
+            line.without_token_rules(1 + random.below(8_000));
         }
         line.segment.inject(Fault::Noise(None));
         line.segment.inject(Fault::Cut(None));
@@ -50,7 +50,7 @@ fn the_ring_is_complete_again_after_random_faults() {
             }
             line.segment.inject(Fault::Power(line.handle(address).id(), true));
         }
-        line.in_confusion(Bounds::of(&ADDRESSES).begin(5));
-        line.stays_whole(&ADDRESSES).unwrap_or_else(|violation| panic!("{seed}: {violation}"));
+        line.without_token_rules(Bounds::of(&ADDRESSES).begin(5));
+        line.stays_complete(&ADDRESSES).unwrap_or_else(|violation| panic!("{seed}: {violation}"));
     }
 }

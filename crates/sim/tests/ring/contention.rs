@@ -2,7 +2,7 @@
 //! connection.
 
 use crate::common::{CFG, IDENT, Plain};
-use crate::line::{BAUD, CONFUSION, parameters};
+use crate::line::{BAUD, TOKEN_RULES, parameters};
 use profivac_dp::link::BitTime;
 use profivac_dp::link::active::{Active, BusParameters};
 use profivac_dp::master::{EventKind, Master, Mode, Ms2Parameters, Phase, Settings, SlaveParameters, ms2, services};
@@ -125,7 +125,7 @@ fn a_message_cycle_abandoned_for_another_master_loses_no_slave_or_connection() {
         let mut pair = Pair::new(rotation);
         let ghost = pair.segment.attach(Tester::new());
         pair.segment.exempt(ghost.id());
-        CONFUSION.into_iter().for_each(|rule| pair.segment.allow(rule));
+        TOKEN_RULES.into_iter().for_each(|rule| pair.segment.allow(rule));
         for _ in 0..100 {
             let token = [[0xDC, 2, 5], [0xDC, 5, 2]][random.below(2) as usize];
             let at = pair.segment.now() + random.below(20_000);

@@ -8,7 +8,7 @@ use profivac_dp::slave::Slave;
 use profivac_sim::{Fault, Rule, Segment, StationHandle, Violation};
 
 /// The rules that stations may violate while the holder of the token is unknown.
-pub const CONFUSION: [Rule; 10] = [
+pub const TOKEN_RULES: [Rule; 10] = [
     Rule::Collision,
     Rule::Syn,
     Rule::Id1,
@@ -153,14 +153,14 @@ impl Line {
     }
 
     /// A complete ring.
-    pub fn whole(addresses: &[u8]) -> Self {
+    pub fn complete(addresses: &[u8]) -> Self {
         let mut line = Self::new(addresses);
-        line.becomes_whole(addresses, Bounds::of(addresses).begin(addresses.len())).unwrap();
+        line.becomes_complete(addresses, Bounds::of(addresses).begin(addresses.len())).unwrap();
         line
     }
 
     /// A ring at the time at which it becomes complete.
-    pub fn soon_whole(addresses: &[u8]) -> Self {
+    pub fn just_complete(addresses: &[u8]) -> Self {
         let mut line = Self::new(addresses);
         line.until_known(addresses);
         line
@@ -176,10 +176,10 @@ impl Line {
     }
 
     /// Ignores violations of the token rules for `tbit` bit times.
-    pub fn in_confusion(&mut self, tbit: u64) {
-        CONFUSION.into_iter().for_each(|rule| self.segment.allow(rule));
+    pub fn without_token_rules(&mut self, tbit: u64) {
+        TOKEN_RULES.into_iter().for_each(|rule| self.segment.allow(rule));
         self.segment.run_for(tbit).unwrap();
-        CONFUSION.into_iter().for_each(|rule| self.segment.disallow(rule));
+        TOKEN_RULES.into_iter().for_each(|rule| self.segment.disallow(rule));
     }
 
     /// The present holder of the token; `None` while the token is on the line.
@@ -216,12 +216,12 @@ impl Line {
 
     /// Asserts that the ring consists of `addresses` within `bound_tbit` and remains so: the referee checks every token of the
     /// next rotations, each master knows all others, and each master gets answers from its slave.
-    pub fn becomes_whole(&mut self, addresses: &[u8], bound_tbit: u64) -> Result<(), Box<Violation>> {
+    pub fn becomes_complete(&mut self, addresses: &[u8], bound_tbit: u64) -> Result<(), Box<Violation>> {
         self.segment.run_for(bound_tbit)?;
-        self.stays_whole(addresses)
+        self.stays_complete(addresses)
     }
 
-    pub fn stays_whole(&mut self, addresses: &[u8]) -> Result<(), Box<Violation>> {
+    pub fn stays_complete(&mut self, addresses: &[u8]) -> Result<(), Box<Violation>> {
         self.segment.expect_ring(addresses, self.segment.now());
         let before = self.answers(addresses);
         self.segment.run_for(4 * Bounds::of(addresses).rotation)?;

@@ -21,13 +21,13 @@ fn power_is_lost_at_every_bit_time_of_a_rotation() {
     let mut holders = [0; 3];
     for after in 0..SWEEP_TBIT {
         // Each master in turn.
-        let mut line = Line::soon_whole(&ADDRESSES);
+        let mut line = Line::just_complete(&ADDRESSES);
         line.segment.run_for(after).unwrap();
         let victim = line.holder().unwrap_or(ADDRESSES[(after % 3) as usize]);
         holders[ADDRESSES.iter().position(|address| *address == victim).unwrap()] += 1;
         let rest: Vec<u8> = ADDRESSES.into_iter().filter(|address| *address != victim).collect();
         line.switch_off(victim);
-        line.becomes_whole(&rest, Bounds::of(&rest).token_lost(1))
+        line.becomes_complete(&rest, Bounds::of(&rest).token_lost(1))
             .unwrap_or_else(|violation| panic!("{after}: {violation}"));
     }
     assert!(holders.iter().all(|times| *times > SWEEP_TBIT / 6), "{holders:?}");
@@ -37,13 +37,13 @@ fn power_is_lost_at_every_bit_time_of_a_rotation() {
 fn power_of_all_other_masters_is_lost_at_every_third_bit_time() {
     for after in (0..SWEEP_TBIT).step_by(3) {
         for survivor in ADDRESSES {
-            let mut line = Line::soon_whole(&ADDRESSES);
+            let mut line = Line::just_complete(&ADDRESSES);
             line.segment.run_for(after).unwrap();
             for victim in ADDRESSES.into_iter().filter(|address| *address != survivor) {
                 line.switch_off(victim);
             }
             let bound = Bounds::of(&[survivor]).token_lost(2);
-            line.becomes_whole(&[survivor], bound)
+            line.becomes_complete(&[survivor], bound)
                 .unwrap_or_else(|violation| panic!("{after}, {survivor}: {violation}"));
         }
     }
@@ -53,14 +53,15 @@ fn power_of_all_other_masters_is_lost_at_every_third_bit_time() {
 fn the_ring_is_complete_again_after_power_returns_at_once_or_later() {
     for after in (0..SWEEP_TBIT).step_by(41) {
         for (victim, off) in [(2, 50), (5, 700), (9, 5_000)] {
-            let mut line = Line::soon_whole(&ADDRESSES);
+            let mut line = Line::just_complete(&ADDRESSES);
             line.segment.run_for(after).unwrap();
             line.switch_off(victim);
             line.segment.run_for(off).unwrap();
             line.switch_on(victim);
             let bounds = Bounds::of(&ADDRESSES);
             let bound = bounds.token_lost(1) + bounds.join();
-            line.becomes_whole(&ADDRESSES, bound).unwrap_or_else(|violation| panic!("{after}, {victim}: {violation}"));
+            line.becomes_complete(&ADDRESSES, bound)
+                .unwrap_or_else(|violation| panic!("{after}, {victim}: {violation}"));
         }
     }
 }
@@ -71,12 +72,12 @@ fn two_of_five_lose_power_at_once() {
     const ALL: [u8; 5] = [1, 4, 7, 10, 13];
     for after in (0..5_000).step_by(17) {
         for victims in [[1, 4], [4, 10], [13, 1]] {
-            let mut line = Line::soon_whole(&ALL);
+            let mut line = Line::just_complete(&ALL);
             line.segment.run_for(after).unwrap();
             victims.into_iter().for_each(|victim| line.switch_off(victim));
             let rest: Vec<u8> = ALL.into_iter().filter(|address| !victims.contains(address)).collect();
             let bound = Bounds::of(&rest).token_lost(2);
-            line.becomes_whole(&rest, bound).unwrap_or_else(|violation| panic!("{after}, {victims:?}: {violation}"));
+            line.becomes_complete(&rest, bound).unwrap_or_else(|violation| panic!("{after}, {victims:?}: {violation}"));
         }
     }
 }
@@ -117,7 +118,7 @@ fn the_slaves_of_others_stay_in_data_exchange() {
 fn a_damaged_token_is_repeated_or_the_ring_recovers() {
     for first in 0..33 {
         for second in first..33 {
-            let mut line = Line::soon_whole(&ADDRESSES);
+            let mut line = Line::just_complete(&ADDRESSES);
             // Master 5 sends its token next; it already has it from 2.
             while line.holder() != Some(5) {
                 line.segment.run_for(1).unwrap();
@@ -130,7 +131,7 @@ fn a_damaged_token_is_repeated_or_the_ring_recovers() {
             line.segment.inject(Fault::Telegram(line.handle(5).id(), TelegramFault::Flip(flips.clone())));
             let bounds = Bounds::of(&ADDRESSES);
             let bound = bounds.token_lost(1) + bounds.join();
-            line.becomes_whole(&ADDRESSES, bound).unwrap_or_else(|violation| panic!("{flips:?}: {violation}"));
+            line.becomes_complete(&ADDRESSES, bound).unwrap_or_else(|violation| panic!("{flips:?}: {violation}"));
         }
     }
 }
@@ -138,13 +139,13 @@ fn a_damaged_token_is_repeated_or_the_ring_recovers() {
 #[test]
 fn the_ring_is_complete_again_after_noise() {
     for seed in 0..40 {
-        let mut line = Line::soon_whole(&ADDRESSES);
+        let mut line = Line::just_complete(&ADDRESSES);
         let rate = [1e-4, 1e-3, 5e-3, 2e-2][seed as usize % 4];
         line.segment.inject(Fault::Noise(Some(Noise::new(seed, rate))));
-        line.in_confusion(200_000);
+        line.without_token_rules(200_000);
         line.segment.inject(Fault::Noise(None));
-        line.in_confusion(Bounds::of(&ADDRESSES).begin(3));
-        line.stays_whole(&ADDRESSES).unwrap_or_else(|violation| panic!("{seed}: {violation}"));
+        line.without_token_rules(Bounds::of(&ADDRESSES).begin(3));
+        line.stays_complete(&ADDRESSES).unwrap_or_else(|violation| panic!("{seed}: {violation}"));
     }
 }
 
@@ -152,17 +153,17 @@ fn the_ring_is_complete_again_after_noise() {
 #[test]
 fn noise_at_one_master_does_not_stop_the_others() {
     for (seed, deaf) in (0..12).zip(ADDRESSES.into_iter().cycle()) {
-        let mut line = Line::soon_whole(&ADDRESSES);
+        let mut line = Line::just_complete(&ADDRESSES);
         line.segment.inject(Fault::NoiseAt(line.handle(deaf).id(), Some(Noise::new(seed, 3e-3))));
         let before = line.answers(&ADDRESSES);
-        line.in_confusion(300_000);
+        line.without_token_rules(300_000);
         let after = line.answers(&ADDRESSES);
         for (place, address) in ADDRESSES.into_iter().enumerate().filter(|(_, address)| *address != deaf) {
             assert!(after[place] > before[place] + 50, "{address} beside {deaf}: {}", after[place] - before[place]);
         }
         line.segment.inject(Fault::NoiseAt(line.handle(deaf).id(), None));
-        line.in_confusion(Bounds::of(&ADDRESSES).begin(3));
-        line.stays_whole(&ADDRESSES).unwrap_or_else(|violation| panic!("{seed}: {violation}"));
+        line.without_token_rules(Bounds::of(&ADDRESSES).begin(3));
+        line.stays_complete(&ADDRESSES).unwrap_or_else(|violation| panic!("{seed}: {violation}"));
     }
 }
 

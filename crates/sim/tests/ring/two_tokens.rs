@@ -24,8 +24,8 @@ fn two_rings_that_merge_become_one_in_time() {
             line.segment.run_for(after).unwrap();
             line.segment.inject(Fault::Cut(None));
             let all: Vec<u8> = [left, right].concat();
-            line.in_confusion(Bounds::of(&all).begin(all.len()));
-            line.stays_whole(&all)
+            line.without_token_rules(Bounds::of(&all).begin(all.len()));
+            line.stays_complete(&all)
                 .unwrap_or_else(|violation| panic!("{left:?} and {right:?} after {after}: {violation}"));
         }
     }
@@ -44,11 +44,11 @@ fn two_synchronous_masters_find_each_other() {
             line.masters.push((address, master));
         }
         line.segment.set_trace_length(usize::MAX);
-        line.in_confusion(20_000);
+        line.without_token_rules(20_000);
         let starts: Vec<_> = line.segment.trace().entries.iter().map(|entry| entry.start).collect();
         assert!(starts.windows(2).any(|pair| pair[0] == pair[1]), "{one} and {other} were never synchronous");
-        line.in_confusion(Bounds::of(&[one, other]).begin(2));
-        line.stays_whole(&[one, other]).unwrap_or_else(|violation| panic!("{one} and {other}: {violation}"));
+        line.without_token_rules(Bounds::of(&[one, other]).begin(2));
+        line.stays_complete(&[one, other]).unwrap_or_else(|violation| panic!("{one} and {other}: {violation}"));
     }
 }
 
@@ -58,24 +58,25 @@ fn a_spurious_token_disappears() {
     for token in [[0xDC, 5, 2], [0xDC, 9, 2], [0xDC, 2, 9], [0xDC, 5, 7], [0xDC, 7, 9], [0xDC, 2, 2], [0xDC, 200, 130]]
     {
         for after in (0..2_000).step_by(29) {
-            let mut line = Line::soon_whole(&[2, 5, 9]);
+            let mut line = Line::just_complete(&[2, 5, 9]);
             let ghost = line.segment.attach(Tester::new());
             line.segment.exempt(ghost.id());
             let at = line.segment.now() + after;
             line.segment.station_mut(ghost).send(at, &token);
-            line.in_confusion(after + Bounds::of(&[2, 5, 9]).begin(3));
-            line.stays_whole(&[2, 5, 9]).unwrap_or_else(|violation| panic!("{token:02X?} after {after}: {violation}"));
+            line.without_token_rules(after + Bounds::of(&[2, 5, 9]).begin(3));
+            line.stays_complete(&[2, 5, 9])
+                .unwrap_or_else(|violation| panic!("{token:02X?} after {after}: {violation}"));
         }
     }
 }
 
 #[test]
 fn a_second_master_with_an_address_of_the_ring_is_silent_until_the_first_leaves() {
-    let mut line = Line::whole(&[2, 5, 9]);
+    let mut line = Line::complete(&[2, 5, 9]);
     let now = line.segment.now();
     let twin = line.segment.attach(master(5, now));
     line.segment.run_for(100_000).unwrap();
-    line.stays_whole(&[2, 5, 9]).unwrap();
+    line.stays_complete(&[2, 5, 9]).unwrap();
     let silent = line.segment.station(twin);
     assert_eq!((silent.ring_state(), silent.user.answered + silent.user.failed), (RingState::AddressTaken, 0));
     assert!(silent.ring_counters().own_address >= 2);
@@ -84,21 +85,21 @@ fn a_second_master_with_an_address_of_the_ring_is_silent_until_the_first_leaves(
     line.switch_off(5);
     line.segment.run_for(Bounds::of(&[2, 5, 9]).token_lost(1) + Bounds::of(&[2, 5, 9]).join()).unwrap();
     line.masters[1].1 = twin;
-    line.stays_whole(&[2, 5, 9]).unwrap();
+    line.stays_complete(&[2, 5, 9]).unwrap();
 }
 
 #[test]
 fn a_second_master_is_silent_beside_a_single_one() {
-    let mut line = Line::whole(&[2]);
+    let mut line = Line::complete(&[2]);
     let now = line.segment.now();
     let twin = line.segment.attach(master(2, now));
     line.segment.run_for(100_000).unwrap();
-    line.stays_whole(&[2]).unwrap();
+    line.stays_complete(&[2]).unwrap();
     assert_eq!(line.segment.station(twin).ring_state(), RingState::AddressTaken);
     line.switch_off(2);
     line.segment.run_for(Bounds::of(&[2]).token_lost(0) * 2).unwrap();
     line.masters[0].1 = twin;
-    line.stays_whole(&[2]).unwrap();
+    line.stays_complete(&[2]).unwrap();
 }
 
 /// Two masters with one address that meet when a cable is repaired: one withdraws, and the rest form a ring.
@@ -111,11 +112,11 @@ fn two_masters_with_one_address_that_meet_do_not_babble() {
         line.segment.run_for(60_000 + after).unwrap();
         assert_eq!(line.segment.station(twin).ring_state(), RingState::InRing);
         line.segment.inject(Fault::Cut(None));
-        line.in_confusion(Bounds::of(&[2, 5]).begin(3));
+        line.without_token_rules(Bounds::of(&[2, 5]).begin(3));
         if line.master(5).ring_state() != RingState::InRing {
             line.masters[1].1 = twin;
         }
-        line.stays_whole(&[2, 5]).unwrap_or_else(|violation| panic!("{after}: {violation}"));
+        line.stays_complete(&[2, 5]).unwrap_or_else(|violation| panic!("{after}: {violation}"));
     }
 }
 
@@ -171,7 +172,7 @@ impl Station for Echoing {
 #[test]
 fn an_adapter_with_echo_is_not_taken_for_a_second_master() {
     for early in [false, true] {
-        let mut line = Line::whole(&[2, 9]);
+        let mut line = Line::complete(&[2, 9]);
         let now = line.segment.now();
         line.segment.attach(Slave::<_>::new(Plain::new(), slave_of(5), BAUD));
         let echoing = line.segment.attach(Echoing { master: master(5, now), early, sent: Vec::new() });

@@ -194,7 +194,7 @@ impl Config {
     /// [`PortError::File`] with the position in the segment file.
     pub fn check_ports(&self) -> Result<(), PortError> {
         let files = self.segments.iter().filter_map(|segment| segment.port.strip_prefix("sim:"));
-        files.map(Path::new).try_for_each(|file| SegmentFile::read(file).map(drop))
+        files.map(Path::new).try_for_each(|file| Ok(SegmentFile::read(file).map(drop)?))
     }
 
     /// Notices about settings that are valid but probably not intended.

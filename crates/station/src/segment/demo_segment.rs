@@ -6,12 +6,7 @@ use crate::config;
 use crate::services::{SegmentRequest, SegmentSnapshot, Services};
 use crate::view::{BusStation, BusStationState, Segment, SegmentState};
 use profivac_client::cyclic::CyclicSlave;
-use profivac_client::records::{RecordError, Records};
-use profivac_devices::model::AccessPath;
-use profivac_dp::link::Baud;
-use profivac_dp::master::ms2::{self, Connect};
-use profivac_dp::master::{ConnectionEnd, Handle, Ms2Parameters, Operation, SubmitError};
-use profivac_host::session::BusMaster;
+use profivac_client::ms2::Ms2;
 use profivac_vacuum::Gas;
 use profivac_virtual::memory_segment::MemorySegment;
 use std::sync::Arc;
@@ -20,9 +15,6 @@ use std::time::{Duration, Instant};
 
 /// How often pressures are taken, and shown.
 const POLL: Duration = Duration::from_millis(100);
-
-/// The longest a gauge in memory takes for an answer, in seconds of its line.
-const TIMEOUT_S: f64 = 10.0;
 
 /// A scene that is shown.
 pub struct DemoSegment {
@@ -65,12 +57,7 @@ impl DemoSegment {
         if let Ok(question) = self.questions.try_recv() {
             let watched = |name: &str| self.watched(name);
             // There is no port that could be lost.
-            requests::handle(&self.plant, question, watched, |address| SceneRecords {
-                scene,
-                address,
-                connection: None,
-            })
-            .ok();
+            requests::handle(&self.plant, question, watched, |address| Ms2::new(scene, address)).ok();
         }
     }
 
@@ -118,99 +105,4 @@ impl DemoSegment {
         let gauges = self.members.iter().map(|member| member.gauge(&self.name)).collect();
         self.plant.publish(SegmentSnapshot { segment, gauges });
     }
-}
-
-/// Records of a gauge in a scene, over MS2.
-struct SceneRecords<'a> {
-    scene: &'a mut MemorySegment,
-    address: u8,
-    connection: Option<Handle<Connect>>,
-}
-
-impl SceneRecords<'_> {
-    fn connection(&mut self) -> Result<Handle<Connect>, RecordError> {
-        if let Some(connection) = self.connection {
-            return Ok(connection);
-        }
-        let parameters = Ms2Parameters::new(self.baud());
-        let address = self.address;
-        let connection = self.ask(|master| master.ms2_open(address, &parameters))?;
-        self.outcome(connection, |opened| opened)?.map_err(lost)?;
-        self.connection = Some(connection);
-        Ok(connection)
-    }
-
-    const fn baud(&self) -> Baud {
-        self.scene.baud()
-    }
-
-    fn ask<T>(&mut self, request: impl FnOnce(&mut BusMaster) -> Result<T, SubmitError>) -> Result<T, RecordError> {
-        let master =
-            self.scene.master_mut().ok_or_else(|| RecordError::Interrupted("there is no master".to_owned()))?;
-        request(master).map_err(|error| RecordError::Interrupted(error.to_string()))
-    }
-
-    /// Time passes on the line until something has become of a request.
-    fn outcome<O: Operation, T>(
-        &mut self,
-        handle: Handle<O>,
-        take: impl Fn(O::Outcome<'_>) -> T,
-    ) -> Result<T, RecordError> {
-        let end = self.scene.seconds() + TIMEOUT_S;
-        while self.scene.seconds() < end {
-            let outcome = self.scene.master_mut().and_then(|master| master.outcome(handle).map(&take));
-            if let Some(outcome) = outcome {
-                return Ok(outcome);
-            }
-            self.scene.run_until(self.scene.seconds() + 1e-3);
-        }
-        Err(RecordError::Interrupted("no answer".to_owned()))
-    }
-}
-
-impl SceneRecords<'_> {
-    /// The error of a request. A connection that has ended is opened again by the next request.
-    fn failed(&mut self, error: ms2::RequestError) -> RecordError {
-        match error {
-            ms2::RequestError::Refused(negative) => RecordError::Refused(negative.into()),
-            ms2::RequestError::Ended(end) => {
-                self.connection = None;
-                lost(end)
-            }
-        }
-    }
-}
-
-impl Records for SceneRecords<'_> {
-    fn via(&self) -> AccessPath {
-        AccessPath::Class2
-    }
-
-    fn read(&mut self, slot: u8, index: u8) -> Result<Vec<u8>, RecordError> {
-        let connection = self.connection()?;
-        let read = self.ask(|master| master.ms2_read(connection, slot, index, 240))?;
-        let record = self.outcome(read, |record| record.map(<[u8]>::to_vec))?;
-        record.map_err(|error| self.failed(error))
-    }
-
-    fn write(&mut self, slot: u8, index: u8, octets: &[u8]) -> Result<(), RecordError> {
-        let connection = self.connection()?;
-        let write = self.ask(|master| master.ms2_write(connection, slot, index, octets))?;
-        let written = self.outcome(write, |written| written)?;
-        written.map_err(|error| self.failed(error))
-    }
-}
-
-impl Drop for SceneRecords<'_> {
-    /// Slaves have few connections.
-    fn drop(&mut self) {
-        if let Some(connection) = self.connection.take() {
-            self.ask(|master| master.ms2_close(connection)).ok();
-            self.outcome(connection, drop).ok();
-        }
-    }
-}
-
-fn lost(end: ConnectionEnd) -> RecordError {
-    RecordError::Interrupted(end.to_string())
 }

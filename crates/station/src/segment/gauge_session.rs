@@ -3,7 +3,8 @@
 use crate::config;
 use crate::services::Services;
 use crate::view::{self, BusStationState};
-use profivac_client::cyclic::{ChannelValue, CyclicError, CyclicSlave, CyclicValues};
+use profivac_client::cyclic::{ChannelValue, CyclicSlave, CyclicValues};
+use profivac_client::discover::CyclicError;
 use profivac_devices::Principle;
 use profivac_devices::profile::StatusExtension;
 use profivac_dp::link::{Baud, BitTime};

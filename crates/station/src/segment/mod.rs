@@ -21,9 +21,10 @@ use profivac_dp::link::Baud;
 use profivac_dp::link::active::RingState;
 use profivac_dp::master::Mode;
 use profivac_host::port::PortError;
-use profivac_host::session::{BusMaster, BusSession, SessionError, bus_parameters};
+use profivac_host::session::{BusMaster, BusSession, SessionError, UnrestoredRecord, bus_parameters};
 use profivac_recorder::EventKind;
 use profivac_virtual::open;
+use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, TryRecvError, channel};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -134,12 +135,12 @@ impl SegmentHandle {
 /// Why the line is not served any more.
 enum ServeEnd {
     Stopped,
-    Lost(PortError),
+    Lost(SessionError),
 }
 
 impl From<PortError> for ServeEnd {
     fn from(error: PortError) -> Self {
-        Self::Lost(error)
+        Self::Lost(error.into())
     }
 }
 
@@ -150,6 +151,8 @@ struct SegmentThread {
     questions: Receiver<SegmentRequest>,
     members: Arc<Mutex<Vec<GaugeSession>>>,
     is_left: Arc<AtomicBool>,
+    /// The records that the last session could not set back, by address.
+    unrestored: BTreeMap<u8, UnrestoredRecord>,
     trouble: Option<String>,
     show_at: Instant,
 }
@@ -163,7 +166,17 @@ impl SegmentThread {
     ) -> Self {
         let questions = plant.accept_requests(&config.name);
         let members = Arc::new(Mutex::new(config.gauges.iter().cloned().map(GaugeSession::new).collect()));
-        Self { config, plant, orders, questions, members, is_left, trouble: None, show_at: Instant::now() }
+        Self {
+            config,
+            plant,
+            orders,
+            questions,
+            members,
+            is_left,
+            unrestored: BTreeMap::new(),
+            trouble: None,
+            show_at: Instant::now(),
+        }
     }
 
     /// The gauges. Nobody may hold them while something is asked: meanwhile they are sampled.
@@ -179,7 +192,13 @@ impl SegmentThread {
                 Ok(mut tool) => {
                     pause = FIRST_PAUSE;
                     self.clear_fault();
-                    self.serve(&mut tool)
+                    for (address, record) in std::mem::take(&mut self.unrestored) {
+                        tool.keep_unrestored(address, record);
+                    }
+                    let ended = self.serve(&mut tool);
+                    // A selector that was moved when the port was lost is restored once the port is open again.
+                    self.unrestored = tool.take_all_unrestored();
+                    ended
                 }
                 Err(error) => ServeEnd::Lost(error),
             };
@@ -194,24 +213,12 @@ impl SegmentThread {
         }
     }
 
-    fn open(&self) -> Result<BusSession, PortError> {
+    fn open(&self) -> Result<BusSession, SessionError> {
         let config::Segment { port, baud, master, .. } = &self.config;
-        let opened = BusSession::new(open::port(port, *baud)?, *baud, bus_parameters(*master, *baud), TIMEOUT);
-        match opened {
-            Ok(mut tool) => {
-                tool.master().set_mode(Mode::Operate);
-                tool.set_background_task(self.bystander());
-                Ok(tool)
-            }
-            Err(SessionError::Port(error)) => Err(error),
-            // The parameters of a checked file are possible.
-            Err(
-                SessionError::Parameters(_)
-                | SessionError::LineInUse(_)
-                | SessionError::AddressInUse(_)
-                | SessionError::NeverIdle,
-            ) => Err(PortError::Lost(port.clone())),
-        }
+        let mut session = BusSession::new(open::port(port, *baud)?, *baud, bus_parameters(*master, *baud), TIMEOUT)?;
+        session.master().set_mode(Mode::Operate);
+        session.set_background_task(self.bystander());
+        Ok(session)
     }
 
     /// What goes on while something that takes long is asked: gauges are sampled and shown.
@@ -237,7 +244,7 @@ impl SegmentThread {
     }
 
     /// The port is not there any more, or not yet.
-    fn lost(&mut self, error: &PortError) {
+    fn lost(&mut self, error: &SessionError) {
         let sentence = error.to_string();
         self.members().iter_mut().for_each(|member| member.disconnect(&self.plant, &sentence));
         if self.trouble.as_ref() != Some(&sentence) {
@@ -294,7 +301,7 @@ impl SegmentThread {
         if Instant::now() >= self.show_at {
             self.publish(Some(&mut *tool));
         }
-        requests::answer_next(self, tool).map_err(|error| ServeEnd::Lost(PortError::Lost(error)))
+        requests::answer_next(self, tool).map_err(|error| ServeEnd::Lost(PortError::Lost(error).into()))
     }
 
     /// Looks for one gauge that is not there yet, if the time for it has come.

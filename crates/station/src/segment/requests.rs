@@ -193,7 +193,7 @@ fn writing(model: &'static Model, named: &NamedParameter, unit: &'static Unit) -
         (Codes::Plain, DataType::Boolean) => vec!["true".to_owned(), "false".to_owned()],
         (codes, _) => codes.codes().iter().map(|code| code.name.to_owned()).collect(),
     };
-    let takes = ValueFormat { named, model, unit: Some(unit) }.expected(NumberType::Float);
+    let takes = ValueFormat { named, model, unit: Some(unit) }.expected(NumberType::Float).to_string();
     let barred = permissions::blocked_reason(row).map(str::to_owned);
     Some(WriteInfo { takes, choices, risk: permissions::risk(row, None), role: permissions::role(row, None), barred })
 }

@@ -1,136 +1,136 @@
-//! What happens when: the timeline of a file, with everything in it looked up.
+//! The timeline of a scenario, with every name resolved.
 
 use super::file::{Entry, Expect, File, Flow};
 use super::plant::{Part, Plant, air};
 use super::quantities::{self, PART, TIME, Text, TextError, flow, pressure, temperature};
+use crate::action_text::ActionText;
 use crate::device_spec::DeviceSpec;
 use crate::nonvolatile::NonvolatileMemory;
-use profivac_devices::Action;
 use profivac_dp::link::Baud;
 use profivac_vacuum::Atmosphere;
 use profivac_vacuum::network::{Inlet, Joint, Opening, RoughingPump, Supply, TurboPump, Volume, Wall};
 use toml::Spanned;
 
-/// What a regulated inlet lets in when it is open, in Pa m^3/s: 200 sccm. free choice
+/// The flow of a regulated inlet that is fully open, in Pa m^3/s: 200 sccm. free choice
 const MAX_INLET_FLOW: f64 = 0.36;
 
-/// What a potentiometer may be turned to, either way, in V: its supply.
+/// The limits of a potentiometer in V: its supply, either sign.
 const MAX_VOLTS: f64 = 24.0;
 
-/// How near `near` is unless `within` says it.
+/// The tolerance of `near` without `within`.
 const DEFAULT_TOLERANCE: f64 = 0.1;
 
-/// What happens at one time: first what is expected is looked at, then what is done is done.
+/// The event at one time: first its expectations are checked, then its actions are executed.
 #[derive(Clone, Debug)]
 pub struct Event {
-    /// After so many steps.
+    /// The number of the step.
     pub step: u64,
-    /// What to tell people.
+    /// A message for the reader of the run.
     pub message: Option<String>,
-    /// What is done.
+    /// The actions.
     pub actions: Vec<ScenarioAction>,
-    /// What has to be so.
+    /// The expectations.
     pub expectations: Vec<Expectation>,
 }
 
-/// Something is done.
+/// An action of the timeline.
 #[derive(Clone, Debug)]
 pub enum ScenarioAction {
-    /// A tube or a valve is opened as far as 0 to 1.
+    /// Opens a tube or a valve to a degree from 0 to 1.
     Joint(Joint, f64),
-    /// A leak or a vent is.
+    /// Opens or closes a leak or a vent.
     Opening(Opening, f64),
-    /// A roughing pump is started or stopped.
+    /// Starts or stops a roughing pump.
     Roughing(RoughingPump, bool),
-    /// A turbomolecular pump is.
+    /// Starts or stops a turbomolecular pump.
     Turbo(TurboPump, bool),
-    /// A gas inlet is set.
+    /// Sets a gas inlet.
     Feed(Inlet, Supply),
-    /// A wall is brought to so many K.
+    /// Heats or cools a wall to a temperature in K.
     Heat(Wall, f64),
-    /// The air outside changes.
+    /// Changes the air outside.
     Air(Atmosphere),
-    /// Noise damages this part of the octets on the bus, 0 to 1.
+    /// Sets the probability with which noise damages an octet on the bus, 0 to 1.
     Noise(f64),
-    /// Something happens to the device at this place.
+    /// Operates the device at this address.
     Device(u8, DeviceAction),
 }
 
-/// Something happens to a device.
+/// An action on a device.
 #[derive(Clone, Debug)]
 pub enum DeviceAction {
-    /// A fault begins or ends.
+    /// Sets or clears a fault.
     Fault(String, bool),
-    /// Its power is switched.
+    /// Switches the power.
     Power(bool),
-    /// Its bus connector is plugged, or pulled.
+    /// Connects or disconnects the bus connector.
     Plug(bool),
-    /// A push button is pressed.
+    /// Presses a button.
     Button(u8),
-    /// A switch is set.
+    /// Sets a switch.
     Switch(String, String),
-    /// A potentiometer is turned.
+    /// Turns a potentiometer.
     Pot(char, f64),
-    /// A class 2 master writes a record.
+    /// Writes a record as a class 2 master.
     Write(u8, u8, Vec<u8>),
 }
 
 impl DeviceAction {
-    /// As the instrument knows it, if it is something people do to it.
+    /// The action on the simulated device. `None` for power, bus and records.
     #[must_use]
-    pub fn action(&self) -> Option<Action<'_>> {
+    pub fn action(&self) -> Option<ActionText<'_>> {
         match self {
-            Self::Fault(name, present) => Some(Action::Fault { name, present: *present }),
-            Self::Button(number) => Some(Action::Button(*number)),
-            Self::Switch(name, value) => Some(Action::Switch { name, value }),
-            Self::Pot(which, volts) => Some(Action::Pot { which: *which, volts: *volts }),
+            Self::Fault(name, present) => Some(ActionText::Fault { name, present: *present }),
+            Self::Button(number) => Some(ActionText::Button(*number)),
+            Self::Switch(name, value) => Some(ActionText::Switch { name, value }),
+            Self::Pot(which, volts) => Some(ActionText::Pot { which: *which, volts: *volts }),
             Self::Power(_) | Self::Plug(_) | Self::Write(..) => None,
         }
     }
 }
 
-/// Something has to be so.
+/// A required state.
 #[derive(Clone, Debug)]
 pub struct Expectation {
     /// The line of the file.
     pub line: usize,
-    /// Of what.
+    /// The subject of the checks.
     pub subject: Subject,
-    /// What has to be so.
+    /// The checks.
     pub checks: Vec<Check>,
 }
 
-/// What is looked at.
+/// The subject of an expectation.
 #[derive(Clone, Debug)]
 pub enum Subject {
     /// The true pressure in a volume.
     Volume(String, Volume),
-    /// The device at this place, and an instance of it, or the one it shows.
+    /// The device at this address, and an instance, or the active one.
     Device(u8, Option<u8>),
 }
 
-/// What has to be so.
+/// A single check.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Check {
     /// The pressure is within these bounds, in Pa.
     Pressure(f64, f64),
     /// The value is valid.
     Valid(bool),
-    /// The state of the device.
+    /// The device state.
     State(String),
-    /// Some cathode emits.
+    /// At least one cathode emits.
     Emission(bool),
-    /// Some cathode is degassed.
+    /// At least one cathode is being degassed.
     Degas(bool),
     /// The relay of this number, from 1, is closed.
     Relay(u8, bool),
     /// The device reports an exception.
     Fault(bool),
-    /// It exchanges data with a master.
+    /// The device exchanges data with a master.
     Exchanging(bool),
 }
 
-/// Looks everything up.
+/// Resolves the names of a timeline.
 pub struct EventParser<'a> {
     /// The plant.
     pub plant: &'a Plant,
@@ -138,14 +138,14 @@ pub struct EventParser<'a> {
     pub specs: &'a [DeviceSpec],
     /// The text of the file.
     pub text: &'a str,
-    /// In s.
+    /// The length of a step in s.
     pub step_s: f64,
-    /// In s.
+    /// The duration of the scenario in s.
     pub until_s: f64,
 }
 
 impl EventParser<'_> {
-    /// The timeline in the order of time.
+    /// The events in the order of time.
     pub fn events(&self, file: &File) -> Result<Vec<Event>, TextError> {
         let mut atmosphere = self.plant.network.atmosphere();
         let events = file.timeline.iter().map(|entry| self.event(entry.get_ref(), &mut atmosphere));
@@ -262,7 +262,7 @@ impl EventParser<'_> {
         Ok(())
     }
 
-    /// Tries it on a device that nobody needs.
+    /// Tries the action on a device that is then discarded.
     fn check_action(
         &self,
         device: &Spanned<u8>,
@@ -271,10 +271,9 @@ impl EventParser<'_> {
     ) -> Result<u8, TextError> {
         let spec = self.spec(device)?;
         let Some(action) = act.action() else { return Ok(spec.address) };
-        let mut unit =
-            spec.build(NonvolatileMemory::volatile(), Baud::B19200).map_err(|error| TextError::at(at, error))?;
+        let unit = spec.build(NonvolatileMemory::volatile(), Baud::B19200).map_err(|error| TextError::at(at, error))?;
         let name = unit.instrument().name();
-        unit.instrument_mut().operate(action).map_err(|unknown| {
+        action.resolve(unit.instrument()).map_err(|unknown| {
             let has = if unknown.expected.is_empty() { "nothing".to_owned() } else { unknown.expected.join(", ") };
             let given = match act {
                 DeviceAction::Fault(fault, _) => fault.clone(),
@@ -283,7 +282,7 @@ impl EventParser<'_> {
                 DeviceAction::Pot(which, _) => which.to_string(),
                 DeviceAction::Power(_) | DeviceAction::Plug(_) | DeviceAction::Write(..) => String::new(),
             };
-            let near = quantities::nearest(&given, unknown.expected.iter().copied());
+            let near = quantities::nearest(&given, unknown.expected.iter().map(String::as_str));
             let near = near.map_or(String::new(), |near| format!("; did you mean {near:?}?"));
             TextError::at(at, format!("expected something {name} has, got {given:?}; it has {has}{near}"))
         })?;

@@ -1,11 +1,11 @@
-//! The file as it is written: keys and texts, not yet understood.
+//! The scenario file as it is written: keys and texts, not yet resolved.
 
 use super::quantities::Text;
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use toml::Spanned;
 
-/// Parts by their names.
+/// Parts by name.
 pub type Named<T> = BTreeMap<String, Spanned<T>>;
 
 /// The whole file.
@@ -13,7 +13,7 @@ pub type Named<T> = BTreeMap<String, Spanned<T>>;
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub struct File {
     pub title: String,
-    /// What noise and errors of the sensors are drawn from.
+    /// The seed of sensor noise and sensor errors.
     #[serde(default)]
     pub seed: u64,
     /// `real`, or `ideal` without noise, lag and errors.
@@ -40,10 +40,10 @@ pub struct File {
     pub vents: Named<Vent>,
     #[serde(default)]
     pub inlets: Named<Inlet>,
-    /// The volume at which each device sits, by `DEVICE@ADDR[:key=value,...]`.
+    /// The volume of each device, by `DEVICE@ADDR[:key=value,...]`.
     #[serde(default)]
     pub gauges: BTreeMap<Text, Text>,
-    /// The measuring parts of a device that sit elsewhere, by its address and their instances.
+    /// The volumes of measuring parts outside the volume of their device, by address and instance.
     #[serde(default)]
     pub channels: BTreeMap<Text, BTreeMap<Text, Text>>,
     #[serde(default)]
@@ -62,7 +62,7 @@ pub struct Air {
 #[serde(deny_unknown_fields)]
 pub struct Volume {
     pub volume: Text,
-    /// Air as it is outside, unless a gas is given.
+    /// Filled with the air outside unless a gas is given.
     pub gas: Option<Text>,
     pub pressure: Option<Text>,
 }
@@ -76,7 +76,7 @@ pub struct Wall {
     pub area: Text,
     /// How long it has been in vacuum.
     pub aged: Option<Text>,
-    /// And at which temperature meanwhile.
+    /// The temperature meanwhile.
     pub aged_at: Option<Text>,
 }
 
@@ -139,7 +139,7 @@ pub struct Vent {
     pub at: Text,
     pub diameter: Text,
     pub length: Text,
-    /// From a bottle at the pressure outside; air unless given.
+    /// Fed at the pressure outside; air unless a gas is given.
     pub gas: Option<Text>,
     #[serde(default)]
     pub open: bool,
@@ -152,7 +152,7 @@ pub struct Inlet {
     pub gas: Text,
 }
 
-/// What happens at one time.
+/// The events at one time.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub struct Entry {
@@ -183,7 +183,7 @@ pub struct Entry {
     pub unplug: Vec<Spanned<u8>>,
     #[serde(default)]
     pub plug: Vec<Spanned<u8>>,
-    /// The part of the octets on the bus that is damaged from now on.
+    /// The fraction of the octets on the bus that noise damages from now on.
     pub noise: Option<Text>,
     #[serde(default)]
     pub button: Vec<Button>,
@@ -197,7 +197,7 @@ pub struct Entry {
     pub expect: Vec<Spanned<Expect>>,
 }
 
-/// A gas inlet: a flow, or the pressure it keeps.
+/// A gas inlet: a flow, or the pressure that it regulates.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Flow {
@@ -244,7 +244,7 @@ pub struct Pot {
     pub volts: Spanned<f64>,
 }
 
-/// A class 2 master writes a record.
+/// A record that a class 2 master writes.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Write {
@@ -254,18 +254,18 @@ pub struct Write {
     pub octets: Vec<u8>,
 }
 
-/// What has to be so.
+/// An expectation.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Expect {
     pub volume: Option<Text>,
     pub device: Option<Spanned<u8>>,
-    /// Of a device, what it shows unless given.
+    /// The instance of a device; the active one unless given.
     pub instance: Option<u8>,
     pub above: Option<Text>,
     pub below: Option<Text>,
     pub near: Option<Text>,
-    /// Of `near`, a part of it; a tenth unless given.
+    /// The tolerance of `near` as a fraction; a tenth unless given.
     pub within: Option<Text>,
     pub valid: Option<bool>,
     pub state: Option<String>,

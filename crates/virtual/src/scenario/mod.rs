@@ -1,4 +1,4 @@
-//! Scenarios: a plant, the gauges at it, what happens, and what has to come of it, in one file.
+//! Scenarios: a plant, its gauges, a timeline of events, and the expected results, in one file.
 //!
 //! ```toml
 //! title = "Pump-down"
@@ -22,9 +22,9 @@
 //! expect = [{ volume = "chamber", below = "0.1 mbar" }, { device = 5, state = "EXECUTING" }]
 //! ```
 //!
-//! docs/scenarios.md has all keys. Everything is checked before anything starts; what is wrong is told with line, column and
-//! what was expected. The same file runs in [`Scene`]s, on real ports, and on devices without a bus,
-//! and [`Run`] takes the same steps everywhere, so that what the sensors see depends on the file alone.
+//! docs/scenarios.md describes all keys. The file is checked completely before it runs; an error has line, column and the
+//! expected value. The same file runs in a [`MemorySegment`], on real ports, and on devices without a bus. [`Run`] takes
+//! the same steps everywhere, so that the sensors depend on the file alone.
 
 mod event;
 mod file;
@@ -45,16 +45,17 @@ use file::File;
 use profivac_client::cyclic::{ChannelPrinciples, CyclicSlave};
 use profivac_devices::model::{Configuration, Field, Model, NumberType};
 use profivac_dp::link::Baud;
+use profivac_dp::master::SlaveListError;
 use profivac_vacuum::network::Volume;
 use profivac_vacuum::sensor::{Environment, REFERENCE_K};
 use quantities::{TIME, Text, TextError, unknown};
 use std::path::Path;
 
-/// The length of a step unless the file says it, in s, and the longest.
+/// The default length of a step and the longest one, in s.
 const STEP_S: f64 = 0.01;
 const LONGEST_STEP_S: f64 = 3600.0;
 
-/// What is wrong with a scenario.
+/// Why a scenario cannot be used.
 #[derive(Debug, thiserror::Error)]
 pub enum ScenarioError {
     /// The file cannot be read.
@@ -62,10 +63,10 @@ pub enum ScenarioError {
     Read {
         /// The file.
         name: String,
-        /// What the system says.
+        /// The error of the system.
         source: std::io::Error,
     },
-    /// Something in it is wrong.
+    /// The text is invalid.
     #[error("{name}:{line}:{column}: {what}")]
     Invalid {
         /// The file.
@@ -74,28 +75,28 @@ pub enum ScenarioError {
         line: usize,
         /// From 1.
         column: usize,
-        /// What was expected, and what came.
+        /// The expected and the found value.
         what: String,
     },
 }
 
-/// Why there is no segment in memory.
+/// Why the segment in memory cannot be built.
 #[derive(Debug, thiserror::Error)]
 pub enum MemorySegmentError {
-    /// A device.
+    /// A device spec is invalid.
     #[error(transparent)]
     Spec(#[from] SpecError),
-    /// The master.
+    /// The master cannot have the slaves.
     #[error("{0}")]
-    Master(String),
+    Master(#[from] SlaveListError),
 }
 
 /// A scenario that can be run.
 #[derive(Clone, Debug)]
 pub struct Scenario {
-    /// What it is about.
+    /// The title.
     pub title: String,
-    /// How long it lasts, in s.
+    /// The duration in s.
     pub until_s: f64,
     name: String,
     seed: u64,
@@ -110,7 +111,7 @@ impl Scenario {
     /// Reads the file at `path`.
     ///
     /// # Errors
-    /// [`ScenarioError`] with the place in the file and what was expected there.
+    /// [`ScenarioError`] with the position in the file.
     pub fn read(path: &Path) -> Result<Self, ScenarioError> {
         let name = path.display().to_string();
         let text = profivac_host::text_file::read(path)
@@ -118,10 +119,10 @@ impl Scenario {
         Self::parse(&text, &name)
     }
 
-    /// Reads `text`, which stands in the file `name`.
+    /// Parses `text` of the file `name`.
     ///
     /// # Errors
-    /// [`ScenarioError::Wrong`] with the place in the text and what was expected there.
+    /// [`ScenarioError::Invalid`] with the position in the text.
     pub fn parse(text: &str, name: &str) -> Result<Self, ScenarioError> {
         Self::make(text, name).map_err(|TextError { at, message: what }| {
             let (line, column) = profivac_host::text_file::line_and_column(text, at);
@@ -146,15 +147,15 @@ impl Scenario {
         Ok(Self { title, until_s, name: name.to_owned(), seed, has_real_sensors: real, step_s, plant, gauges, events })
     }
 
-    /// The devices by which the plant is watched.
+    /// The devices of the plant.
     pub fn specs(&self) -> impl Iterator<Item = &DeviceSpec> {
         self.gauges.iter().map(|gauge| &gauge.spec)
     }
 
-    /// Makes the devices, each with the memory it is given. They live by the time of a [`Run`].
+    /// Builds the devices, each with its nonvolatile memory. A [`Run`] advances their time.
     ///
     /// # Errors
-    /// [`SpecError`] if a memory holds what the device cannot have; the file has been checked.
+    /// [`SpecError`] if the stored values do not fit the device; the file itself has been checked.
     pub fn devices<E: From<SpecError>>(
         &self,
         baud: Baud,
@@ -177,13 +178,13 @@ impl Scenario {
     /// Puts the devices on a segment in memory with a master at `address` that exchanges data with all of them.
     ///
     /// # Errors
-    /// [`SceneError`] when the master cannot have so many slaves, or a device is not as the file says; it has been checked.
+    /// [`MemorySegmentError`] when the master cannot have so many slaves.
     pub fn memory_segment(&self, address: u8, baud: Baud) -> Result<MemorySegment, MemorySegmentError> {
         let devices = self.devices(baud, |_| Ok::<_, SpecError>(NonvolatileMemory::volatile()))?;
         let watched = |Gauge { spec, .. }: &Gauge| {
             let model = entry(&spec.device)?.model;
             let configuration = cyclic_configuration(model);
-            // Every device knows mbar; without it what it shows could not be told from counts.
+            // Every device has mbar. COUNTS would need the scale of the gauge.
             let unit = model.unit_named("mbar").ok_or_else(|| SpecError::UnknownDevice(spec.device.clone()))?;
             Ok::<_, SpecError>(CyclicSlave {
                 address: spec.address,
@@ -194,8 +195,7 @@ impl Scenario {
             })
         };
         let watched = self.gauges.iter().map(watched).collect::<Result<Vec<_>, _>>()?;
-        MemorySegment::new(devices, watched, address, baud)
-            .map_err(|error| MemorySegmentError::Master(error.to_string()))
+        MemorySegment::new(devices, watched, address, baud).map_err(MemorySegmentError::Master)
     }
 
     /// A run from the beginning.
@@ -212,7 +212,7 @@ fn step(text: &Text) -> Result<f64, TextError> {
     if step_s <= LONGEST_STEP_S { Ok(step_s) } else { Err(TextError::at(&text.span(), what())) }
 }
 
-/// The first configuration that tells a number as it is and which sensor it comes from, or the usual one.
+/// The first configuration with floats and the instance of the value, or the default one.
 fn cyclic_configuration(model: &'static Model) -> &'static Configuration {
     let tells = |configuration: &&Configuration| {
         let has = |field| configuration.inputs.is_some_and(|inputs| inputs.fields.contains(&field));
@@ -221,16 +221,16 @@ fn cyclic_configuration(model: &'static Model) -> &'static Configuration {
     model.configurations.iter().find(tells).unwrap_or(model.default_configuration)
 }
 
-/// A device and where it sits.
+/// A device and its volume.
 #[derive(Clone, Debug)]
 struct Gauge {
     spec: DeviceSpec,
     volume: Volume,
-    /// Measuring parts that sit elsewhere, by their instances.
+    /// The volumes of the other measuring parts, by instance.
     channel_volumes: Vec<(u8, Volume)>,
 }
 
-/// What surrounds a gauge at a volume.
+/// The surroundings of a gauge at a volume.
 fn surroundings(plant: &Plant, volume: Volume) -> Environment {
     Environment {
         gas: plant.network.mixture(volume),
@@ -239,7 +239,7 @@ fn surroundings(plant: &Plant, volume: Volume) -> Environment {
     }
 }
 
-/// The devices and where they sit, in the order of their addresses.
+/// The devices and their volumes, in the order of their addresses.
 fn gauges(file: &File, plant: &Plant) -> Result<Vec<Gauge>, TextError> {
     let mut gauges: Vec<Gauge> = Vec::new();
     for (written, at) in &file.gauges {
@@ -255,7 +255,7 @@ fn gauges(file: &File, plant: &Plant) -> Result<Vec<Gauge>, TextError> {
     Ok(gauges)
 }
 
-/// The measuring parts that sit elsewhere.
+/// Resolves the volumes of the other measuring parts.
 fn channels(file: &File, plant: &Plant, gauges: &mut [Gauge]) -> Result<(), TextError> {
     for (address, channels) in &file.channels {
         let places: Vec<String> = gauges.iter().map(|gauge| gauge.spec.address.to_string()).collect();
@@ -275,7 +275,7 @@ fn channels(file: &File, plant: &Plant, gauges: &mut [Gauge]) -> Result<(), Text
     Ok(())
 }
 
-/// Whether sensors are as they are bought.
+/// Whether the sensors are real.
 fn has_real_sensors(file: &File) -> Result<bool, TextError> {
     match &file.sensors {
         None => Ok(true),

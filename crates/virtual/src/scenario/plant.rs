@@ -1,4 +1,4 @@
-//! The plant a file describes, made of what `profivac_vacuum` has.
+//! Builds the plant of a scenario from the parts of `profivac_vacuum`.
 
 use super::file::{File, Inlet, Leak, Pocket, Roughing, Tube, Turbo, Vent, Volume, Wall};
 use super::quantities::{
@@ -11,14 +11,14 @@ use profivac_vacuum::{Atmosphere, Conductance, Gas, Mixture, pump};
 use std::collections::BTreeMap;
 use toml::Spanned;
 
-/// What passes a turbomolecular pump that stands: as much as a tube of this width and length, in m. free choice
+/// The conductance of a turbomolecular pump that does not turn: that of a tube of this width and length, in m. free choice
 const ROTOR_M: [f64; 2] = [0.03, 0.2];
 
-/// The highest compression there can be, and the most volumes with those of virtual leaks. free choice
+/// The highest compression, and the highest number of volumes including virtual leaks. free choice
 const HIGHEST_COMPRESSION: f64 = 1e15;
 const MOST_VOLUMES: usize = 64;
 
-/// Something of a plant that can be operated.
+/// A part of a plant that can be operated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Part {
     /// A tube or a valve.
@@ -35,19 +35,19 @@ pub enum Part {
     Wall(network::Wall),
 }
 
-/// A plant, and the names of what it has.
+/// A plant with the names of its parts.
 #[derive(Clone, Debug)]
 pub struct Plant {
-    /// The plant.
+    /// The network.
     pub network: Network,
-    /// Its volumes.
+    /// The volumes by name.
     pub volumes: BTreeMap<String, network::Volume>,
-    /// What can be operated.
+    /// The parts that can be operated, by name.
     pub parts: BTreeMap<String, Part>,
 }
 
 impl Plant {
-    /// Makes what the file describes.
+    /// Builds the plant of a file.
     pub fn new(file: &File) -> Result<Self, TextError> {
         let atmosphere = air(file.atmosphere.as_ref(), Atmosphere::default())?;
         let mut plant = Self { network: Network::new(atmosphere), volumes: BTreeMap::new(), parts: BTreeMap::new() };
@@ -74,7 +74,7 @@ impl Plant {
         self.volumes.get(name.get_ref()).copied().ok_or_else(|| unknown("a volume", name, known()))
     }
 
-    /// Something that can be operated, if `pick` takes it.
+    /// The part of this name, if `pick` accepts it.
     pub fn part<T>(&self, what: &str, name: &Text, pick: impl Fn(Part) -> Option<T>) -> Result<T, TextError> {
         let known = self.parts.iter().filter(|(_, part)| pick(**part).is_some()).map(|(name, _)| name.as_str());
         self.parts.get(name.get_ref()).copied().and_then(&pick).ok_or_else(|| unknown(what, name, known))
@@ -87,7 +87,7 @@ impl Plant {
         }
     }
 
-    /// Two volumes that are not the same.
+    /// Two different volumes.
     fn two(&self, one: &Text, other: &Text) -> Result<(network::Volume, network::Volume), TextError> {
         let (first, second) = (self.at(one)?, self.at(other)?);
         let what = || format!("expected another volume than {:?}, got it twice", other.get_ref());
@@ -161,7 +161,7 @@ impl Plant {
         let mut turbo = pump::Turbo::ordinary(SPEED.positive(speed)?);
         turbo.standstill = Conductance::tube(ROTOR_M[0], ROTOR_M[1]);
         turbo.running = *running;
-        // What runs at the beginning has been running for long.
+        // A pump that runs at the beginning has been running for long.
         turbo.rotor = if *running { 1.0 } else { 0.0 };
         match compression {
             Some(compression) if !(1.0..=HIGHEST_COMPRESSION).contains(compression.get_ref()) => {
@@ -212,7 +212,7 @@ impl Plant {
     }
 }
 
-/// Does something with each part, in the order of the names.
+/// Applies a function to each part, in the order of the names.
 fn each<T>(
     parts: &BTreeMap<String, Spanned<T>>,
     mut make: impl FnMut(&str, &Spanned<T>) -> Result<(), TextError>,
@@ -220,7 +220,7 @@ fn each<T>(
     parts.iter().try_for_each(|(name, part)| make(name, part))
 }
 
-/// The air outside, as before where nothing is said.
+/// The air outside; missing keys keep the value before.
 pub fn air(air: Option<&super::file::Air>, before: Atmosphere) -> Result<Atmosphere, TextError> {
     let Some(air) = air else { return Ok(before) };
     let pa = air.pressure.as_ref().map(quantities::pressure).transpose()?.unwrap_or(before.pressure_pa);

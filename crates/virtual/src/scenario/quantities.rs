@@ -1,4 +1,4 @@
-//! Numbers with units as people write them, names that were nearly right, and where something stands.
+//! Quantities with units, suggestions for misspelt names, and positions in the text.
 
 use profivac_client::pressure::Pressure;
 use profivac_vacuum::pump::flow_of_sccm;
@@ -6,29 +6,29 @@ use std::fmt::Display;
 use std::ops::Range;
 use toml::Spanned;
 
-/// What is wrong, and where in the text.
+/// An error with its position in the text.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct TextError {
-    /// An octet of the text.
+    /// The position in octets.
     pub at: usize,
-    /// One sentence.
+    /// The message.
     pub message: String,
 }
 
 impl TextError {
-    /// Something that begins where `span` does.
+    /// An error at the beginning of `span`.
     pub fn at(span: &Range<usize>, what: impl Display) -> Self {
         Self { at: span.start, message: what.to_string() }
     }
 }
 
-/// A text of the file with its place.
+/// A text with its position.
 pub type Text = Spanned<String>;
 
-/// What a number with a unit can be: its name, an example, its units with what each is in SI, and the smallest (but for
-/// nothing at all) and the largest there can be, as people write them and in SI.
+/// A kind of quantity: its name, an example, its units with their size in SI, and its bounds as text and in SI. Zero is
+/// always below the lower bound and accepted.
 ///
-/// free choice of the bounds: wider than anything that is built, and narrow enough that no calculation leaves what a number can hold.
+/// free choice of the bounds: wider than any real plant, and narrow enough for every calculation.
 pub struct Quantity {
     name: &'static str,
     example: &'static str,
@@ -78,11 +78,11 @@ pub const SPEED: Quantity = Quantity {
     bounds: [("1e-15 l/s", 1e-18), ("1e6 m3/s", 1e6)],
 };
 
-/// A part, 0 to 1.
+/// A fraction, 0 to 1.
 pub const PART: Quantity =
     Quantity { name: "a percentage", example: "50 %", units: &[("%", 0.01)], bounds: [("0 %", 0.0), ("100 %", 1.0)] };
 
-/// A gas flow, in Pa m^3/s; that in sccm is no factor, but counted at room temperature.
+/// A gas flow, in Pa m^3/s. A flow in sccm is converted at room temperature, not by a factor.
 const FLOW: Quantity = Quantity {
     name: "a gas flow",
     example: "1e-5 mbar l/s",
@@ -91,7 +91,7 @@ const FLOW: Quantity = Quantity {
 };
 
 impl Quantity {
-    /// The number in SI.
+    /// Parses a quantity. Returns it in SI.
     pub fn parse(&self, text: &Text) -> Result<f64, TextError> {
         let written = text.get_ref().trim();
         let units = || self.units.iter().map(|(name, _)| *name).collect::<Vec<_>>().join(", ");
@@ -106,14 +106,14 @@ impl Quantity {
         let (number, factor) = self.units.iter().find_map(split).ok_or_else(wrong)?;
         let number = if factor == 0.0 { flow_of_sccm(number) } else { number * factor };
         let [(least, from), (most, to)] = self.bounds;
-        // A bound that is written in one unit and read in another may be off by the last digit.
+        // A bound in one unit and a value in another may differ in the last digit.
         if number == 0.0 || (from * (1.0 - 1e-9)..=to * (1.0 + 1e-9)).contains(&number) {
             return Ok(number);
         }
         Err(TextError::at(&text.span(), format!("expected {} from {least} to {most}, got {written:?}", self.name)))
     }
 
-    /// The number in SI, above zero.
+    /// Parses a quantity above zero. Returns it in SI.
     pub fn positive(&self, text: &Text) -> Result<f64, TextError> {
         let number = self.parse(text)?;
         let what = || format!("expected {} above zero, got {:?}", self.name, text.get_ref());
@@ -126,7 +126,7 @@ pub fn flow(text: &Text) -> Result<f64, TextError> {
     FLOW.parse(text)
 }
 
-/// The highest pressure there can be, in Pa: 10 bar.
+/// The highest pressure, in Pa: 10 bar.
 const HIGHEST_PA: f64 = 1e6;
 
 /// A pressure, in Pa.
@@ -150,12 +150,12 @@ pub fn temperature(text: &Text) -> Result<f64, TextError> {
     })
 }
 
-/// Whatever can be read from a text.
+/// Parses any type from a text.
 pub fn parsed<T: std::str::FromStr<Err: Display>>(text: &Text) -> Result<T, TextError> {
     text.get_ref().parse().map_err(|error| TextError::at(&text.span(), error))
 }
 
-/// There is nothing of this name; what there is, and which of it was probably meant.
+/// The error for an unknown name: the known names, and the most similar one.
 pub fn unknown<'a>(what: &str, name: &Text, known: impl Iterator<Item = &'a str>) -> TextError {
     let known: Vec<&str> = known.collect();
     let there = if known.is_empty() { "there is none".to_owned() } else { format!("there are {}", known.join(", ")) };
@@ -164,13 +164,13 @@ pub fn unknown<'a>(what: &str, name: &Text, known: impl Iterator<Item = &'a str>
     TextError::at(&name.span(), format!("expected {what}, got {:?}; {there}{near}", name.get_ref()))
 }
 
-/// The name that is nearly this one.
+/// The most similar name.
 pub fn nearest<'a>(name: &str, known: impl Iterator<Item = &'a str>) -> Option<&'a str> {
     let alike = known.map(|known| (strsim::jaro_winkler(name, known), known)).filter(|(alike, _)| *alike > 0.8);
     alike.max_by(|(one, _), (other, _)| one.total_cmp(other)).map(|(_, known)| known)
 }
 
-/// What the parser says of a key that does not exist, with the one that was probably meant.
+/// The message of the parser about an unknown key, with the most similar key.
 pub fn parser_message(message: &str) -> String {
     let mut names = message.split('`').skip(1).step_by(2);
     let near =
@@ -187,7 +187,7 @@ mod tests {
     }
 
     #[test]
-    fn quantities_are_read_with_their_units() {
+    fn quantities_are_parsed_with_their_units() {
         for (quantity, written, expected) in [
             (&TIME, "90 s", 90.0),
             (&TIME, "2h", 7200.0),
@@ -209,7 +209,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_quantity_is_answered_with_one() {
+    fn an_invalid_quantity_is_an_error_with_an_example() {
         for written in ["", "s", "9", "-1 s", "nan s", "1e400 s", "1 s s", "1 m"] {
             let expected = format!("expected a time like \"90 s\" in ms, s, min, h, d, got {written:?}");
             assert_eq!(TIME.parse(&text(written)), Err(TextError { at: 7, message: expected }), "{written}");
@@ -220,7 +220,7 @@ mod tests {
     }
 
     #[test]
-    fn a_name_that_is_nearly_right_is_told() {
+    fn an_unknown_name_is_an_error_with_a_suggestion() {
         let known = || ["gate", "fore-valve"].into_iter();
         let said = unknown("a valve", &text("gaet"), known()).message;
         assert_eq!(said, "expected a valve, got \"gaet\"; there are gate, fore-valve; did you mean \"gate\"?");

@@ -1,4 +1,4 @@
-//! A scenario as it happens, step by step.
+//! Runs a scenario step by step.
 
 use super::event::{Check, DeviceAction, Event, Expectation, ScenarioAction, Subject};
 use super::plant::{Part, Plant};
@@ -10,28 +10,28 @@ use profivac_dp::slave::Relation;
 use profivac_vacuum::{Gas, Mixture};
 use std::fmt;
 
-/// What a grid that is degassed gives off, in Pa m^3/s. free choice: 1e-5 mbar l/s
+/// The gas that a grid releases during degas, in Pa m^3/s. free choice: 1e-5 mbar l/s
 const DEGAS_FLOW: f64 = 1e-6;
 
 /// Whether a master exchanges data with the devices.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum MasterPresence {
-    /// There is one, or may be: devices measure when it does.
+    /// A master is present or may come: devices measure while they exchange data.
     Present,
-    /// There is none, and devices measure as if there were.
+    /// No master: devices measure as if they exchanged data.
     Absent,
 }
 
-/// Something was not so as the file expects it.
+/// An expectation that was not met.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FailedExpectation {
     /// The file.
     pub file: String,
-    /// The line of the expectation; 0 for a record that was refused.
+    /// The line of the expectation; 0 for a refused record.
     pub line: usize,
-    /// When, in s.
+    /// The time in s.
     pub seconds: f64,
-    /// What was expected, and what was.
+    /// The expected and the found state.
     pub description: String,
 }
 
@@ -47,9 +47,9 @@ impl fmt::Display for FailedExpectation {
 pub struct Run {
     file: String,
     plant: Plant,
-    /// Which device sits where.
+    /// The devices and their volumes.
     gauges: Vec<Gauge>,
-    /// What is still to come, the last first.
+    /// The remaining events, the last first.
     events: Vec<Event>,
     step_s: f64,
     steps: u64,
@@ -79,37 +79,37 @@ impl Run {
         }
     }
 
-    /// How long it has been running, in s.
+    /// The time since the start, in s.
     #[must_use]
     pub fn seconds(&self) -> f64 {
         self.steps as f64 * self.step_s
     }
 
-    /// How long a step is, in s.
+    /// The length of a step, in s.
     #[must_use]
     pub const fn step_s(&self) -> f64 {
         self.step_s
     }
 
-    /// Whether it is over.
+    /// Whether the last step is done.
     #[must_use]
     pub const fn is_over(&self) -> bool {
         self.steps > self.last
     }
 
-    /// What was said last.
+    /// The last message of the timeline.
     #[must_use]
     pub fn message(&self) -> Option<&str> {
         self.message.as_deref()
     }
 
-    /// Which part of the octets on the bus is damaged, 0 to 1.
+    /// The probability with which noise damages an octet on the bus, 0 to 1.
     #[must_use]
     pub const fn noise(&self) -> f64 {
         self.noise
     }
 
-    /// What was not as expected so far.
+    /// The expectations that were not met so far.
     #[must_use]
     pub fn failures(&self) -> &[FailedExpectation] {
         &self.failures
@@ -121,8 +121,8 @@ impl Run {
         &self.plant
     }
 
-    /// What is due happens, and then a step's time passes for the plant and the devices. When the scenario is over, plant and
-    /// devices live on without it.
+    /// Executes the events that are due and advances plant and devices by a step. After the end plant and devices go on
+    /// without events.
     pub fn step<'d>(&mut self, devices: impl IntoIterator<Item = &'d mut VirtualDevice>) {
         let mut devices: Vec<&mut VirtualDevice> = devices.into_iter().collect();
         if self.steps == 0 && self.bus == MasterPresence::Absent {
@@ -147,8 +147,8 @@ impl Run {
         }
     }
 
-    /// Steps on with a segment in memory, to `seconds`. Where its line is ahead, because somebody has asked a gauge on it and
-    /// waited for the answer, it stays ahead: it never stands still until the plant is there.
+    /// Runs up to `seconds` with a segment in memory. If the line is ahead because a request was answered on it, it stays
+    /// ahead and does not wait for the plant.
     pub fn step_scene(&mut self, scene: &mut MemorySegment, seconds: f64) {
         let ahead = scene.seconds() - self.seconds();
         let ahead = if ahead > self.step_s { ahead } else { 0.0 };
@@ -159,7 +159,7 @@ impl Run {
         }
     }
 
-    /// What is driven out of hot grids goes into the chamber.
+    /// Gas from hot grids enters the chamber.
     fn degas(&mut self, devices: &[&mut VirtualDevice]) {
         for volume in self.plant.volumes.values() {
             let here = |device: &&&mut VirtualDevice| {
@@ -208,7 +208,7 @@ impl Run {
         }
     }
 
-    /// Does something to a device. What it refuses is told.
+    /// Executes an action on a device. Reports a refusal as a failure.
     fn operate(&self, device: &mut VirtualDevice, act: &DeviceAction) -> Option<String> {
         match act {
             DeviceAction::Power(on) => {
@@ -226,14 +226,14 @@ impl Run {
                 });
             }
             _ => {
-                // Tried before anything started.
-                let _ = act.action().map(|action| device.operate(action));
+                // The action was tried when the file was parsed.
+                let _ = act.action().map(|action| device.operate_text(action));
             }
         }
         None
     }
 
-    /// What is not as expected, if something is not.
+    /// The difference from an expectation, if there is one.
     fn failed(&self, expectation: &Expectation, check: &Check, devices: &[&mut VirtualDevice]) -> Option<String> {
         match (&expectation.subject, check) {
             (Subject::Volume(name, volume), Check::Pressure(above, below)) => {
@@ -247,7 +247,7 @@ impl Run {
         }
     }
 
-    /// What the parts of the plant are doing, in words.
+    /// The state of the parts of the plant, as text.
     #[must_use]
     pub fn states(&self) -> Vec<(&str, String)> {
         let network = &self.plant.network;
@@ -277,7 +277,7 @@ fn title(device: &VirtualDevice) -> String {
     format!("{}@{}", device.instrument().name(), device.switch_address())
 }
 
-/// A pressure in Pa that is not between two.
+/// A pressure in Pa outside its bounds.
 fn outside(name: &str, verb: &str, pa: f64, above: f64, below: f64) -> Option<String> {
     if pa > above && pa < below {
         return None;
@@ -290,7 +290,7 @@ fn outside(name: &str, verb: &str, pa: f64, above: f64, below: f64) -> Option<St
     Some(format!("expected {name} to {verb} {expected}, got {:.3e} mbar", pa / 100.0))
 }
 
-/// What a device does not show as expected.
+/// The first check that a device does not meet.
 fn shown_otherwise(device: &VirtualDevice, instance: Option<u8>, check: &Check) -> Option<String> {
     let (name, report) = (title(device), device.report());
     let instance = instance.unwrap_or(report.active_instance);
@@ -320,7 +320,7 @@ fn shown_otherwise(device: &VirtualDevice, instance: Option<u8>, check: &Check) 
     }
 }
 
-/// Alarm and warning bits of Exception Status: all but the toggle and the expanded format, E54.
+/// The alarm and warning bits of Exception Status: all but the toggle and the expanded format, E54.
 const EXCEPTION: u8 = 0x7F;
 
 fn relay(report: &StateReport, number: u8) -> Option<bool> {

@@ -142,7 +142,7 @@ fn cal_adj_makes_up_for_the_sensitivity_of_a_tube() {
     let mut gauge = real("hpg400", 1e-2);
     spoil(&mut gauge, 2, 1.0 / 1.15, 0.0);
     assert!(at(&mut gauge, 2, 1e-2) < 8.8e-3);
-    gauge.operate(profivac_devices::Action::Switch { name: "cal-adj", value: "3" }).unwrap();
+    gauge.operate(profivac_devices::Action::Switch(profivac_devices::Switch::CalAdj(3))).unwrap();
     assert!(close(mean(&mut gauge, 2), 1e-2, 2e-3), "{}", indicated(&gauge, 2));
 }
 

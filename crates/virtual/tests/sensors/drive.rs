@@ -2,7 +2,8 @@
 
 use super::{around, device, start, write};
 use profivac_devices::Drive::{self, Off, On};
-use profivac_devices::{Action, Principle};
+use profivac_devices::model::Fault;
+use profivac_devices::{Action, Principle, Switch};
 use profivac_vacuum::Gas;
 use profivac_virtual::device::VirtualDevice;
 use profivac_virtual::device_spec::DEVICES;
@@ -59,7 +60,7 @@ fn the_emission_of_a_bcg_and_a_bpg_follows_the_pressure_and_degas() {
             gauge.settle_in(around(Gas::N2, mbar));
             assert!(close(drives(&gauge)[1], expected), "{name} at {mbar} mbar: {:?}", drives(&gauge));
         }
-        gauge.operate(Action::Switch { name: "degas", value: "on" }).unwrap();
+        gauge.operate(Action::Switch(Switch::Degas(true))).unwrap();
         let degas = Drive::Emission { milliamperes: 20.0, degas: true };
         assert!(close(drives(&gauge)[1], degas), "{name}: {:?}", drives(&gauge));
         gauge.advance(181.0);
@@ -104,7 +105,7 @@ fn the_emission_of_an_img_is_what_its_code_says() {
     }
     write(&mut controller, 2, 14, &[1, 1]).unwrap();
     assert!(matches!(drives(&controller)[1], Drive::Emission { degas: true, .. }));
-    controller.operate(Action::Fault { name: "power", present: true }).unwrap();
+    controller.operate(Action::Fault { fault: Fault::Power, active: true }).unwrap();
     assert_eq!(drives(&controller)[2..], [Off, Off], "the general supply feeds channels 3 and 4");
 }
 

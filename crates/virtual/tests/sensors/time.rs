@@ -1,7 +1,8 @@
 //! What takes its time: lag, ignition, degas, a filament that burns; and that it is the same every time.
 
 use super::{around, device, indicated, shown, start};
-use profivac_devices::Action;
+use profivac_devices::model::Fault;
+use profivac_devices::{Action, Switch};
 use profivac_vacuum::Gas;
 use profivac_virtual::device::VirtualDevice;
 
@@ -74,7 +75,7 @@ fn a_degas_is_seen_while_it_lasts() {
     let mut gauge = real("bcg450", 1e-8, 2);
     gauge.advance(60.0);
     let before = shown(&gauge);
-    gauge.operate(Action::Switch { name: "degas", value: "on" }).unwrap();
+    gauge.operate(Action::Switch(Switch::Degas(true))).unwrap();
     gauge.advance(2.0);
     assert!(shown(&gauge) > 50.0 * before, "{} after {before}", shown(&gauge));
     gauge.advance(179.0);
@@ -125,7 +126,7 @@ fn a_broken_filament_is_a_fault_of_the_device() {
         assert!(!report.indicated.iter().find(|it| it.instance == instance).unwrap().valid, "{name}");
         // Replaced, and told so.
         gauge.sensor_mut(instance).unwrap().filament_mut().unwrap().replace();
-        gauge.operate(Action::Fault { name: &format!("sensor{instance}"), present: false }).unwrap();
+        gauge.operate(Action::Fault { fault: Fault::of_sensor(instance).unwrap(), active: false }).unwrap();
         gauge.advance(1.0);
         assert_eq!(gauge.report().device_state, "EXECUTING", "{name}");
     }

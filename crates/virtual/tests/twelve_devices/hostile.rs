@@ -14,9 +14,9 @@ use profivac_devices::model::AccessPath;
 use profivac_dp::link::active::BusParameters;
 use profivac_dp::master::{Mode, SlaveParameters};
 use profivac_host::port::{Character, Port, PortError};
+use profivac_host::readiness::Readiness;
 use profivac_host::session::{BusSession, SessionError};
 use profivac_virtual::open;
-use rustix::fd::BorrowedFd;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex};
 use std::time::Instant;
@@ -77,8 +77,8 @@ impl Port for Fateful {
         self.port.name()
     }
 
-    fn watched(&self) -> Vec<BorrowedFd<'_>> {
-        self.port.watched()
+    fn readiness(&self) -> Vec<Readiness<'_>> {
+        self.port.readiness()
     }
 
     fn receive(&mut self, heard: &mut Vec<Character>) -> Result<(), PortError> {

@@ -13,7 +13,6 @@ use profivac_virtual::device_spec::DeviceSpec;
 use profivac_virtual::nonvolatile::NonvolatileMemory;
 use profivac_virtual::open;
 use std::io::{Read, Write};
-use std::os::fd::AsFd;
 use std::os::unix::net::UnixStream;
 use std::sync::mpsc::{Receiver, Sender, TryRecvError, channel};
 use std::thread::JoinHandle;
@@ -101,7 +100,7 @@ pub fn conditions(mbar: f64) -> GasConditions {
 
 fn live(mut segment: Segment<Vec<VirtualDevice>>, orders: &Receiver<Order>, mut bell: UnixStream) {
     loop {
-        segment.serve(&[bell.as_fd()], Duration::from_secs(1)).unwrap();
+        segment.serve(&[profivac_host::readiness::Readiness::of(&bell)], Duration::from_secs(1)).unwrap();
         let _silenced = bell.read(&mut [0; 16]);
         loop {
             match orders.try_recv() {

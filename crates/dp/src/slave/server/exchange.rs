@@ -8,6 +8,7 @@ use profivac_wire::{MAX_DU, Sap};
 
 impl<D: Device, const CONNECTIONS: usize> Server<D, CONNECTIONS> {
     /// profibus-wire 2.8: the input image, DH instead of DL while a diagnosis is pending.
+    #[inline]
     pub(super) fn data_exchange(&mut self, request: &Indication<'_>) -> Reply<'_> {
         let SlaveState::DataExch(owner, exchange) = self.state else { return SERVICE_CLOSED };
         if owner.master != request.sa {
@@ -106,16 +107,19 @@ impl<D: Device, const CONNECTIONS: usize> Server<D, CONNECTIONS> {
     }
 
     /// The diagnosis flag stays set as long as the device has a static diagnosis. profibus-wire 3.3.
+    #[inline]
     fn diagnosis_is_pending(&self, exchange: ExchangeState) -> bool {
         exchange.diag_flag || self.device.diagnosis().static_diag
     }
 
+    #[inline]
     fn sample_inputs(&mut self, exchange: ExchangeState) {
         if let Some(image) = self.inputs.get_mut(..usize::from(exchange.lengths.inputs)) {
             self.device.inputs(image);
         }
     }
 
+    #[inline]
     fn store_outputs(&mut self, du: &[u8], sync: bool) {
         let image = if sync { &mut self.held_outputs } else { &mut self.outputs };
         if let Some(place) = image.get_mut(..du.len()) {
@@ -135,11 +139,13 @@ impl<D: Device, const CONNECTIONS: usize> Server<D, CONNECTIONS> {
     }
 }
 
+#[inline]
 fn image(octets: &[u8; MAX_DU], length: u8) -> &[u8] {
     octets.get(..usize::from(length)).unwrap_or_default()
 }
 
 /// An image of this length; SC if it has no octets.
+#[inline]
 fn image_reply(octets: &[u8; MAX_DU], length: u8) -> Reply<'_> {
     if length == 0 { Reply::ShortAck } else { Reply::Low(image(octets, length)) }
 }

@@ -80,6 +80,7 @@ impl<D: Device, const CONNECTIONS: usize> Server<D, CONNECTIONS> {
     }
 
     /// Executes a request: each access point has one service, profibus-wire 2.2.
+    #[inline]
     pub(super) fn serve(&mut self, request: &Indication<'_>, responder: &mut Responder) -> Reply<'_> {
         match request.sap {
             Sap::Default => self.data_exchange(request),
@@ -130,6 +131,7 @@ impl<D: Device, const CONNECTIONS: usize> Server<D, CONNECTIONS> {
 
     /// Restarts the watchdog: every error-free request of the owner to this station does, for any service, and every
     /// accepted Global_Control. profibus-wire 3.6 and 10, point 16.
+    #[inline]
     pub(super) fn restart_watchdog(&mut self, sa: u8) {
         let now = self.now;
         if let Some(Owner { master, watchdog: Some(watchdog), .. }) = self.state.owner_mut()
@@ -140,6 +142,7 @@ impl<D: Device, const CONNECTIONS: usize> Server<D, CONNECTIONS> {
     }
 
     /// Advances the time to `now`: watchdog and connections may expire, and the device may have a new diagnosis.
+    #[inline]
     pub(super) fn elapse(&mut self, now: BitTime) {
         self.now = now;
         self.ms2.iter_mut().for_each(|connection| connection.elapse(now));

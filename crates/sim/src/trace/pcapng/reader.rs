@@ -273,7 +273,7 @@ impl<'a> Fields<'a> {
     }
 }
 
-/// How the packets of an interface are to be read.
+/// The parameters of an interface for reading its packets.
 struct Interface {
     baud: Option<Baud>,
     ticks_per_second: u128,

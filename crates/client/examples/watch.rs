@@ -1,0 +1,72 @@
+//! Watches the pressures of several gauges without blocking: the bus runs in a thread of its own, and any async runtime can
+//! await it. This example needs none.
+//!
+//! ```sh
+//! profivac simulate --pty /tmp/line --pressure '5e-6 mbar' bcg450@5 hpg400@6
+//! cargo run -p profivac-client --example watch -- /tmp/line 5 6
+//! ```
+
+use profivac_client::{AsyncBus, Bus, BusError, PressureReading};
+use std::error::Error;
+use std::ops::ControlFlow;
+use std::pin::pin;
+use std::sync::Arc;
+use std::task::{Context, Poll, Wake, Waker};
+use std::thread::{self, Thread};
+
+/// Reads the gauges at `addresses` in turn, and gives each reading to `report` until it breaks.
+///
+/// A gauge in IDLE is started first.
+pub async fn watch<B>(
+    bus: &AsyncBus,
+    addresses: &[u8],
+    mut report: impl FnMut(u8, PressureReading) -> ControlFlow<B>,
+) -> Result<Option<B>, BusError> {
+    for address in addresses {
+        let gauge = bus.gauge(*address);
+        if gauge.parameter("device.device-state").await?.text == "IDLE" {
+            gauge.command("execute").await?;
+        }
+    }
+    for address in addresses.iter().cycle() {
+        let reading = bus.gauge(*address).pressure().await?;
+        if let ControlFlow::Break(end) = report(*address, reading) {
+            return Ok(Some(end));
+        }
+    }
+    Ok(None)
+}
+
+/// A minimal runtime: polls the future on this thread.
+pub fn block_on<T>(future: impl Future<Output = T>) -> T {
+    struct Unpark(Thread);
+    impl Wake for Unpark {
+        fn wake(self: Arc<Self>) {
+            self.0.unpark();
+        }
+    }
+    let waker = Waker::from(Arc::new(Unpark(thread::current())));
+    let (mut context, mut future) = (Context::from_waker(&waker), pin!(future));
+    loop {
+        match future.as_mut().poll(&mut context) {
+            Poll::Ready(value) => return value,
+            Poll::Pending => thread::park(),
+        }
+    }
+}
+
+#[allow(dead_code, reason = "a test calls only the functions above")]
+fn main() -> Result<(), Box<dyn Error>> {
+    let mut arguments = std::env::args().skip(1);
+    let port = arguments.next().ok_or("expected PORT ADDRESS...")?;
+    let addresses: Vec<u8> = arguments.map(|address| address.parse()).collect::<Result<_, _>>()?;
+    let bus = Bus::builder(port).open_async()?;
+    block_on(watch(&bus, &addresses, |address, reading| {
+        match reading.pressure() {
+            Some(pressure) => println!("{address}: {:.3e} mbar", pressure.mbar()),
+            None => println!("{address}: no valid reading"),
+        }
+        ControlFlow::<()>::Continue(())
+    }))?;
+    Ok(())
+}

@@ -1,0 +1,172 @@
+//! Finds out how to exchange data with a slave: its model, its configuration, its unit, the gauges on its channels.
+
+use crate::class1::Class1Session;
+use crate::cyclic::{ChannelPrinciples, CyclicSlave, open_instances};
+use crate::ms2::{self, Ms2, Ms2Error};
+use crate::records::{Interruption, RecordError, Records};
+use profivac_devices::catalog::MODELS;
+use profivac_devices::model::{AccessPath, Codes, Configuration, Field, Model, Unit};
+use profivac_dp::master::services;
+use profivac_host::scan::{SlaveStatus, probe};
+use profivac_host::session::{BusSession, Reply, SessionError};
+use std::time::Instant;
+
+/// The index of Block Type in a transducer block: BG 5530 4.4.5.
+const BLOCK_TYPE: u8 = 101;
+
+/// Why a slave cannot be used for data exchange.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum CyclicError {
+    /// The bus session failed.
+    #[error(transparent)]
+    Session(#[from] SessionError),
+    /// No slave answers.
+    #[error("no slave answers at address {0}")]
+    NoAnswer(u8),
+    /// Another master owns the slave.
+    #[error("the slave at address {address} belongs to master {master}")]
+    OwnedByOther {
+        /// The address.
+        address: u8,
+        /// The owner.
+        master: u8,
+    },
+    /// No known device has this Ident_Number.
+    #[error("the slave at address {address} has the ident number 0x{ident:04X}, which no known device has")]
+    UnknownDevice {
+        /// The address.
+        address: u8,
+        /// Ident_Number.
+        ident: u16,
+    },
+    /// The present unit cannot be read, so it could not be preserved.
+    #[error("the unit of the slave at address {address} cannot be read: {error}")]
+    UnreadableUnit {
+        /// The address.
+        address: u8,
+        /// The error of reading it.
+        error: RecordError,
+    },
+    /// The tables of the device have no units.
+    #[error("the slave at address {0} has no pressures")]
+    NoUnit(u8),
+}
+
+impl CyclicSlave {
+    /// Finds the slave at `address` on behalf of `master`. Changes nothing. Waits at most for the timeout of the session.
+    ///
+    /// # Errors
+    /// [`CyclicError`].
+    pub fn find(session: &mut BusSession, address: u8, master: u8) -> Result<Self, CyclicError> {
+        let slave = wait_for_slave(session, address)?;
+        if let Some(owner) = slave.owner.filter(|owner| *owner != master) {
+            return Err(CyclicError::OwnedByOther { address, master: owner });
+        }
+        let model = MODELS.into_iter().find(|model| model.ident == slave.ident);
+        let model = model.ok_or(CyclicError::UnknownDevice { address, ident: slave.ident })?;
+        let configuration = present_configuration(session, address, model)?;
+        // Assumed until it is read: a device whose user parameters have no unit keeps its own.
+        let unit = model.units.first().ok_or(CyclicError::NoUnit(address))?;
+        let found = Self { address, model, configuration, unit, principles: ChannelPrinciples::default() };
+        let unit = present_unit(session, &found)?;
+        Ok(Self { unit, principles: read_principles(session, address, model)?, ..found })
+    }
+}
+
+/// The principles of the channels that the tables leave open, as far as the device reports them.
+fn read_principles(session: &mut BusSession, address: u8, model: &Model) -> Result<ChannelPrinciples, SessionError> {
+    let mut block_types = Vec::new();
+    let mut connection = Ms2::new(session, address);
+    for instance in open_instances(model) {
+        match connection.read(instance, BLOCK_TYPE) {
+            Ok(octets) => block_types.push((instance, octets)),
+            Err(Ms2Error::Session(error)) => return Err(error),
+            Err(_) => {}
+        }
+    }
+    Ok(ChannelPrinciples::from_block_types(block_types.iter().map(|(instance, octets)| (*instance, octets.as_slice()))))
+}
+
+/// Waits for the diagnosis of a slave.
+fn wait_for_slave(session: &mut BusSession, address: u8) -> Result<SlaveStatus, CyclicError> {
+    let begun = Instant::now();
+    loop {
+        if let Some(slave) = probe(session, address)?.and_then(|station| station.slave) {
+            return Ok(slave);
+        }
+        if begun.elapsed() >= session.timeout() {
+            return Err(CyclicError::NoAnswer(address));
+        }
+    }
+}
+
+/// The present configuration, or else one without outputs that declares the validity of its pressures.
+fn present_configuration(
+    session: &mut BusSession,
+    address: u8,
+    model: &'static Model,
+) -> Result<&'static Configuration, CyclicError> {
+    let reply = session.request(&services::get_cfg(address))?;
+    let present = match &reply {
+        Reply::Answer { du, .. } => model.configuration(du),
+        Reply::NoAnswer(_) => None,
+    };
+    let quiet = || model.configurations.iter().filter(|configuration| configuration.outputs.is_none());
+    let best = || quiet().filter(|configuration| has_validity(configuration)).max_by_key(|best| best.input_octets());
+    Ok(present.filter(|present| has_validity(present)).or_else(best).unwrap_or(model.default_configuration))
+}
+
+/// Whether a configuration contains pressures with their instance and validity.
+fn has_validity(configuration: &Configuration) -> bool {
+    let has = |wanted| configuration.inputs.is_some_and(|telegram| telegram.fields.contains(&wanted));
+    let one_of_n = has(Field::StatusExtension) && has(Field::PvSelector);
+    configuration.number().is_some() && (one_of_n || has(Field::ChannelStatus) || has(Field::MeasurementStatus(1)))
+}
+
+/// The present unit, read over MS2. A device without MS2 reports it only in the parameter channel, for which this master
+/// owns the slave for a moment.
+fn present_unit(session: &mut BusSession, slave: &CyclicSlave) -> Result<&'static Unit, CyclicError> {
+    let CyclicSlave { address, model, .. } = *slave;
+    let unreadable = |error: RecordError| CyclicError::UnreadableUnit { address, error };
+    let unknown = || unreadable(RecordError::from(Interruption::UnknownUnit));
+    let (slot, index) = unit_address(model).ok_or_else(unknown)?;
+    let record = if model.features.dpv1 {
+        ms2::read(session, address, slot, index).map_err(|error| unreadable(error.into()))?
+    } else {
+        let mut records = Class1Session::open(session, slave, AccessPath::ParameterChannel).map_err(unreadable)?;
+        records.read(slot, index).map_err(unreadable)?
+    };
+    let code = record.iter().fold(0, |code: u16, octet| code << 8 | u16::from(*octet));
+    model.unit(code).ok_or_else(unknown)
+}
+
+/// The slot and index of the unit.
+fn unit_address(model: &Model) -> Option<(u8, u8)> {
+    model.blocks.iter().find_map(|place| {
+        let row = place.block.rows.iter().find(|row| row.codes == Codes::Units)?;
+        let address = place.locations.first()?;
+        Some((address.slot, row.index))
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use profivac_devices::bcg450::table::MODEL;
+
+    #[test]
+    fn the_unit_is_at_the_slot_and_index_of_the_manual() {
+        assert_eq!(unit_address(&MODEL), Some((1, 22)));
+    }
+
+    #[test]
+    fn every_device_has_a_configuration_that_declares_validity_and_dpv1_devices_one_without_outputs() {
+        for model in MODELS {
+            let telling = || model.configurations.iter().filter(|configuration| has_validity(configuration));
+            assert!(telling().count() > 0, "{}", model.name);
+            let quiet = telling().any(|configuration| configuration.outputs.is_none());
+            assert_eq!(quiet, model.features.dpv1, "{}", model.name);
+        }
+    }
+}
