@@ -77,7 +77,7 @@ struct Bus {
     slaves: Vec<Slave<Plain>>,
     now: BitTime,
     handles: Vec<AnyHandle>,
-    /// One of this number of answers is replaced; 0 for none.
+    /// One in this number of answers is replaced; 0: none.
     spoil: usize,
 }
 
@@ -184,7 +184,7 @@ impl Bus {
     }
 }
 
-/// Any times and offsets, also absurd ones.
+/// Arbitrary times and offsets, also invalid ones.
 fn parameters(random: &mut Random) -> (Ms1Parameters, Ms2Parameters, PkwParameters) {
     let pace_tbit = [0, 100, 1500][random.below(3)];
     let ms1 = Ms1Parameters { pace_tbit, response_tbit: random.next() % 60_000, rejections: random.next() as u8 & 3 };
@@ -201,7 +201,7 @@ fn parameters(random: &mut Random) -> (Ms1Parameters, Ms2Parameters, PkwParamete
     (ms1, ms2, pkw)
 }
 
-/// Another answer than the one of the slave.
+/// A changed answer in place of the slave's.
 fn spoilt(request: &Telegram<'_>, answer: Option<Vec<u8>>, random: &mut Random) -> Option<Vec<u8>> {
     let Telegram::Data(asked) = request else { return answer };
     let kind = random.below(8);
@@ -251,7 +251,7 @@ fn every_request_ends_for_any_answers() {
             bus.meddle(&mut random);
         }
         begun += bus.handles.len();
-        // The answers are right again, or the slaves are gone: every request must end.
+        // From here on the answers are right, or the slaves are absent: every request must end.
         bus.spoil = 0;
         if random.below(2) == 0 {
             bus.slaves.clear();

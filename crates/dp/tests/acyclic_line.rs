@@ -147,7 +147,7 @@ fn connections_take_turns() {
     assert!(jobs.abs_diff(reads[0]) <= 1, "{jobs} beside {reads:?}");
     // The raw request takes one message, the others two for each read.
     assert!(raw > reads[0], "{raw} beside {reads:?}");
-    // The cycle comes first: every slave in every cycle.
+    // The cycle has priority: each slave exchanges data in every cycle.
     let cycles = line.master.user.cycles() - cycles;
     for (before, after) in before.iter().zip(exchanges(&line)) {
         assert!((after - before).abs_diff(cycles) <= 1, "{} in {cycles} cycles", after - before);
@@ -227,7 +227,7 @@ fn a_slave_without_a_free_connection_refuses_another() {
     let closed =
         ConnectionEnd::Failed { reason: AbortReason::Fdl(3), cause: Cause::Status(Status::ServiceNotActivated) };
     assert_eq!(end(&mut line, third), closed);
-    // One is closed, and there is room again.
+    // After one connection is closed, another can be opened.
     line.master.user.ms2_close(first).unwrap();
     assert_eq!(end(&mut line, first), ConnectionEnd::Closed(AbortReason::User(0)));
     open(&mut line, 8);

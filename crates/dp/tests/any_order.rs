@@ -1,5 +1,5 @@
-//! Commands of a program to a master, in any order and at any time, on an imperfect line: the list of slaves, the
-//! images and the numbers stay true to each other.
+//! Commands of a program to a master, in any order and at any time, on a line with faults: the list of slaves, the
+//! images and the counters stay consistent.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "helpers of tests are tests")]
 
 mod support;

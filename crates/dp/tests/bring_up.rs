@@ -1,4 +1,4 @@
-//! From nothing to data exchange, and everything that may come in between. profibus-wire 2.13, 3.9 and 3.10.
+//! From power-up to data exchange, and the faults in between. profibus-wire 2.13, 3.9 and 3.10.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "helpers of tests are tests")]
 
 mod support;
@@ -41,14 +41,14 @@ fn rig(slave: &SlaveParameters<'_>) -> MasterRig<Master<32, 32>> {
     MasterRig::new(operating(&[*slave]))
 }
 
-/// A master with one slave 8 that it knows to be there and has just asked for its first diagnosis.
+/// A master that has found slave 8 and has just sent the first Slave_Diag to it.
 fn rig_in_diag1() -> MasterRig<Master<32, 32>> {
     let mut rig = rig(&SlaveParameters::new(8, IDENT, &CFG));
     rig.dialogue(&format!("M 10 08 02 49 53 16\nS 10 02 08 00 0A 16\nM {DIAG_FIRST}"));
     rig
 }
 
-/// As [`rig_in_diag1`], a few messages later: Set_Prm and Chk_Cfg were acknowledged and the result is asked for.
+/// As [`rig_in_diag1`], a few messages later: Set_Prm and Chk_Cfg were acknowledged and the master has sent Slave_Diag for the result.
 fn rig_in_diag2() -> MasterRig<Master<32, 32>> {
     let mut rig = rig_in_diag1();
     rig.dialogue(&format!(
@@ -176,13 +176,13 @@ fn a_slave_of_another_master_is_left_alone_until_it_is_free() {
         1,
         "reported once: {reported:?}"
     );
-    // Slowly: the pauses double from 10 ms to 250 ms.
+    // The pauses double from 10 ms to 250 ms.
     let pauses: Vec<_> = asked.windows(2).map(|pair| pair[1] - pair[0]).collect();
     let ms = |ms| Baud::B1500000.tbit_of_ms(ms);
     for (pause, least) in pauses.iter().zip([10, 20, 40, 80, 160, 250, 250, 250, 250].map(ms)) {
         assert!((least..least + 1000).contains(pause), "{pauses:?}");
     }
-    // It becomes free.
+    // The other master releases it.
     rig.next_request();
     rig.receive(POWER_UP);
     assert_eq!(rig.next_request().octets[7], 0x3D);
@@ -212,7 +212,7 @@ fn the_second_diagnosis_decides() {
         rig.receive(&diag(du));
         assert_eq!(rig.station.user.exchange_error(8), Some(error), "{du}");
         assert_eq!(rig.station.user.state(8), Some(HandlerState::Diag1), "{du}");
-        // From the beginning, the first time at once.
+        // The bring-up starts again, the first time without a pause.
         assert_eq!(rig.next_request().octets[7], 0x3C, "{du}");
         rig.receive(POWER_UP);
         assert_eq!(rig.next_request().octets[7], 0x3D, "{du}");
@@ -244,7 +244,7 @@ fn single_lost_diagnoses_do_not_add_up() {
     let mut rig = rig_in_diag2();
     for _ in 0..5 {
         rig.receive(&diag("02 0C 00 02 12 34"));
-        // With its repetition and the first contact after it, two failures in a row.
+        // The request, its repetition and the first contact after them fail: two failures in a row.
         (0..4).for_each(|_| drop(rig.next_request()));
     }
     assert!(matches!(rig.station.user.state(8), Some(HandlerState::Diag2 { .. })));
@@ -455,7 +455,7 @@ fn impossible_parameters_are_refused() {
 }
 
 #[test]
-fn a_slave_that_answers_nothing_but_fdl_status_goes_back_to_the_beginning() {
+fn the_master_starts_again_with_a_slave_that_answers_only_fdl_status() {
     let mut rig = rig_in_diag1();
     rig.dialogue(&format!("M {DIAG_FIRST}\nM {DIAG_FIRST}\nM 10 08 02 49 53 16"));
     assert_eq!(rig.station.user.state(8), Some(HandlerState::Offline));

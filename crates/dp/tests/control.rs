@@ -21,7 +21,7 @@ const CFG: [u8; 2] = [0x11, 0x21];
 
 const OPERATE: &str = "68 07 07 68 FF 82 46 3A 3E 00 00 3F 16";
 const CLEAR: &str = "68 07 07 68 FF 82 46 3A 3E 02 00 41 16";
-/// The printed ones of profibus-wire 2.9.
+/// The configurations that profibus-wire 2.9 prints.
 const SYNC_1: &str = "68 07 07 68 FF 82 46 3A 3E 20 01 60 16";
 const FREEZE_1: &str = "68 07 07 68 FF 82 46 3A 3E 08 01 48 16";
 
@@ -105,13 +105,13 @@ fn sync_holds_the_outputs_of_a_group_until_the_next_sync_and_ends_with_unsync() 
     assert_eq!(outputs(&line), all([[4, 4], [4, 4], [4, 4]]));
 }
 
-/// The moment at which a slave's process changes: when Sync has ended, at all slaves, and not an exchange later or earlier.
+/// The outputs of all slaves change when Sync is executed, neither an exchange earlier nor later.
 #[test]
 fn sync_waits_until_every_slave_of_the_group_has_the_outputs() {
     let mut line = line(settings(), &[slave(3, 1), slave(4, 1), slave(5, 1)]);
     control(&mut line, ControlCommand::SYNC, 1);
     for delay in 0..40 {
-        // At every place of a cycle.
+        // Sync is submitted at each position in the cycle.
         line.run_for(29);
         let held = outputs(&line);
         put(&mut line, [delay + 10, delay]);
@@ -230,7 +230,7 @@ fn a_group_is_kept_in_clear_while_the_others_operate() {
         line.run_for(2_000);
         assert_eq!(outputs(&line), all([[9, 9], [0, 0], [0, 0]]));
     }
-    // Operate to all, Clear to the group, and that again and again.
+    // The master repeats Operate to all slaves and Clear to the group.
     let reported: Vec<_> = line.messages(first).into_iter().filter(|text| text.contains("FF 82 46 3A 3E")).collect();
     let clear_2 = "68 07 07 68 FF 82 46 3A 3E 02 02 43 16";
     assert!(reported.len() > 8, "{reported:?}");
@@ -258,7 +258,7 @@ fn a_cleared_group_gets_the_empty_data_unit_where_the_slave_declares_fail_safe()
     };
     let exchanges_in = |line: &mut Bus, change: &dyn Fn(&mut Bus)| {
         change(line);
-        // The one that is on its way does not count.
+        // The exchange in progress does not count.
         line.run_for(600);
         let first = line.trace.len();
         line.run_for(1_200);
@@ -268,7 +268,7 @@ fn a_cleared_group_gets_the_empty_data_unit_where_the_slave_declares_fail_safe()
     assert!(cleared.contains(&(3, 0)) && cleared.contains(&(4, 2)) && !cleared.contains(&(3, 2)), "{cleared:?}");
 }
 
-/// profibus-wire 3.8: zeros; where Fail_Safe was agreed the empty data unit, which this slave takes for its safe state.
+/// profibus-wire 3.8: zeros; with Fail_Safe the empty data unit, which sets this slave's outputs to the safe state.
 #[test]
 fn clear_reaches_slaves_without_watchdog_with_zeros_or_with_nothing() {
     let unwatched = SlaveParameters { watchdog: None, ..slave(3, 0) };
@@ -303,7 +303,7 @@ fn stop_goes_through_clear_so_that_no_slave_keeps_its_outputs() {
         assert_eq!(outputs(&line), all([[0, 0]; 3]));
         let reported = line.messages(first);
         assert_eq!(reported.iter().filter(|text| *text == CLEAR).count(), 1, "{reported:?}");
-        // Clear, and one exchange with each slave, after the request that was under way.
+        // After the request in progress: Clear and one exchange with each slave.
         assert!(reported.len() <= 1 + 2 * 3 + 2, "{reported:?}");
         // Then silence; afterwards no slave has to be restarted.
         let first = line.trace.len();
@@ -317,7 +317,7 @@ fn stop_goes_through_clear_so_that_no_slave_keeps_its_outputs() {
 }
 
 #[test]
-fn a_slave_that_is_mute_does_not_keep_a_master_from_stopping() {
+fn a_master_stops_although_a_slave_does_not_answer() {
     let mut line = line(settings(), &[slave(3, 0), slave(4, 0)]);
     line.telegram_fault =
         Some(Box::new(|from, octets| if from == From::Slave(0) { Vec::new() } else { octets.to_vec() }));

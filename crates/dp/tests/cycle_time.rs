@@ -24,7 +24,7 @@ fn cycle_tbit(cfg: &[u8]) -> f64 {
     (3..).take(32).for_each(|address| line.attach(Plain::new(0x1234, cfg), address));
     line.run_until(2_000_000, |line| line.master.user.exchanging() == 32);
     let (begin, cycles) = (line.now, line.master.user.cycles());
-    // The GAP is asked in every tenth visit: each of its addresses once.
+    // The master polls the GAP in every tenth token visit, each address once.
     line.run_until(60_000_000, |line| line.master.user.cycles() == cycles + 1_250);
     (line.now - begin) as f64 / 1_250.0
 }

@@ -1,4 +1,4 @@
-//! Data exchange, and all that may go wrong in it. profibus-wire 2.8, 2.9 and 3.10.
+//! Data exchange and its failures. profibus-wire 2.8, 2.9 and 3.10.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "helpers of tests are tests")]
 
 mod support;
@@ -39,7 +39,7 @@ fn station(slaves: &[SlaveParameters<'_>], settings: Settings) -> Station {
     master
 }
 
-/// A master that has just asked slave 8 for its next data: FCB = 1, and 0 in the message before.
+/// A master that has just sent a Data_Exchange request to slave 8 with FCB = 1; the request before it had 0.
 fn rig_with(slave: &SlaveParameters<'_>) -> MasterRig<Master<8, 32>> {
     let mut rig = MasterRig::new(station(&[*slave], settings()));
     rig.next_request();
@@ -47,7 +47,7 @@ fn rig_with(slave: &SlaveParameters<'_>) -> MasterRig<Master<8, 32>> {
         rig.receive(answer);
         rig.next_request();
     }
-    // That was Operate; now the exchange.
+    // Global_Control (Operate) was sent; the exchange follows.
     let exchange = rig.next_request();
     assert_eq!(if exchange.octets[0] == 0x10 { exchange.octets[3] } else { exchange.octets[6] }, 0x7D);
     rig
@@ -128,7 +128,7 @@ fn a_slave_with_a_new_diagnosis_is_diagnosed_once() {
     assert_eq!(diags, 1);
     let news = |line: &mut Line<Master<8, 32>>| std::iter::from_fn(|| line.master.user.next_event()).count();
     assert_eq!(news(&mut line), 1);
-    // Fetched again, and nothing new.
+    // The same diagnosis again: no event.
     line.slaves[0].device_mut().changed = true;
     line.run_for(20_000);
     assert_eq!(line.master.user.counters(8).unwrap().diagnoses, 4);
@@ -164,7 +164,7 @@ fn an_answer_that_does_not_fit_never_becomes_a_value() {
         }
         rig.next_request();
         assert_eq!(rig.station.user.inputs(8), Some(&[1, 2][..]), "{answer}");
-        // A wrong FCS is a damaged answer: reported when the slave is lost, and not before.
+        // A wrong FCS is a damaged answer: the master reports it when the slave is lost, not before.
         let error = mismatch.map(|mismatch| ExchangeError::NoAnswer(Failure::Mismatch(mismatch)));
         assert_eq!(rig.station.user.exchange_error(8), error, "{answer}");
         assert_eq!(rig.station.user.counters(8).unwrap().lost, 1, "{answer}");
@@ -210,7 +210,7 @@ fn rs_in_exchange_restarts_the_slave_at_once() {
     let reported: Vec<_> = std::iter::from_fn(|| line.master.user.next_event()).map(|event| event.kind).collect();
     assert_eq!(reported[0], EventKind::Error(ExchangeError::Refused(Status::ServiceNotActivated)));
     assert_eq!(reported[1], EventKind::Entered(HandlerState::Diag1));
-    // RS, diagnosis, parameters, configuration, diagnosis: nothing else is needed.
+    // RS, then diagnosis, parameters, configuration and diagnosis.
     let messages = line.messages(first);
     let begin = messages.iter().position(|text| text == "10 02 08 03 0D 16").unwrap();
     assert_eq!(messages.len() - begin, 9, "{messages:?}");
@@ -250,7 +250,7 @@ fn a_slave_that_fails_before_its_first_exchange_is_started_more_and_more_slowly(
             rig.receive(answer);
             rig.next_request();
         }
-        // Operate; now the exchange, which is refused.
+        // After Operate the slave refuses the exchange.
         rig.next_request();
     }
     let ms = |ms| Baud::B1500000.tbit_of_ms(ms);
@@ -303,9 +303,9 @@ fn a_silent_slave_is_lost_after_the_miss_limit() {
     assert_eq!(rig.station.user.counters(8).unwrap().lost, 3);
 }
 
-/// A telegram of another master in place of the answer says nothing about the slave, even if it is repeated.
+/// A telegram of another master in place of the answer is no failure of the slave, even if it is repeated.
 #[test]
-fn a_slave_is_not_lost_because_another_master_spoke() {
+fn a_slave_is_not_lost_when_another_master_interrupts() {
     let mut rig = exchanging();
     for _ in 0..10 {
         assert_eq!(rig.next_request().octets[4], 8);
@@ -331,7 +331,7 @@ fn a_slave_that_answers_again_in_time_stays_in_data_exchange() {
 #[test]
 fn a_repeated_request_is_counted_and_executed_once() {
     let mut line = line(settings(), &[8]);
-    // From the end of a cycle on.
+    // From the end of a cycle.
     line.run_until(10_000, |line| line.trace.last().is_some_and(|entry| entry.octets[0] == 0xDC));
     let before = *line.master.user.counters(8).unwrap();
     let mut drop_next = true;
@@ -363,7 +363,7 @@ fn a_master_recovers_from_a_bus_without_answers() {
 }
 
 #[test]
-fn a_watchdog_that_expired_is_noticed() {
+fn the_master_restarts_a_slave_whose_watchdog_expired() {
     let mut line = line(settings(), &[8]);
     // The slave receives nothing for 1.2 s; its watchdog time is one second.
     line.telegram_fault = Some(Box::new(|_, _| Vec::new()));
@@ -503,7 +503,7 @@ fn a_slave_without_outputs_is_sent_an_sd1() {
     assert_eq!(rig.next_request().text(), "10 08 02 5D 67 16");
 }
 
-/// profibus-wire 2.3.1 and 2.3.2: the example of the standard, an alarm, a revision, and a chain that breaks off.
+/// profibus-wire 2.3.1 and 2.3.2: the example of the standard, an alarm, a revision, and a truncated list of blocks.
 #[test]
 fn the_extended_diagnosis_is_returned_entry_by_entry() {
     let octets = hex("04 11 22 33 45 01 10 04 00 80 02 24 8C 06 A7 09 02 03 01 50 01 02 03 04 C5 07 81");
@@ -538,7 +538,7 @@ fn the_extended_diagnosis_is_returned_entry_by_entry() {
 #[test]
 fn a_diagnosis_may_end_data_exchange() {
     for (diag, error, next) in [
-        // Another master took it over.
+        // Another master owns the slave.
         ("68 0B 0B 68 82 88 08 3E 3C 00 0C 00 05 12 34 E3 16", ExchangeError::Owned { master: 5 }, HandlerState::Diag1),
         ("68 0B 0B 68 82 88 08 3E 3C 02 05 00 FF 12 34 D8 16", ExchangeError::PrmReq, HandlerState::Diag1),
     ] {
@@ -550,7 +550,7 @@ fn a_diagnosis_may_end_data_exchange() {
         assert_eq!(rig.station.user.state(8), Some(next));
         assert_eq!(rig.station.user.inputs(8), None);
     }
-    // Static diagnosis: not ended, but held back.
+    // Static diagnosis suspends data exchange and does not end it.
     let mut rig = rig();
     rig.receive(INPUTS_HIGH);
     rig.next_request();

@@ -180,7 +180,7 @@ fn a_repeated_request_for_the_diagnosis_gets_the_same_answer() {
 
 /// 2.9
 #[test]
-fn sync_holds_outputs_back_until_the_next_sync() {
+fn sync_holds_the_outputs_until_the_next_sync() {
     let mut rig = exchanging();
     rig.dx(MASTER, &[1, 1]);
     all_stations(&mut rig, "20 00");

@@ -138,7 +138,7 @@ fn sd3_is_understood() {
     assert_eq!(rig.device().seen.last(), Some(&Seen::Outputs((1..=8).collect())));
 }
 
-/// And never later than the max T_SDR the slave declares, 150 bit times at 1.5 Mbit/s.
+/// The answer begins no later than the max T_SDR that the slave declares, 150 bit times at 1.5 Mbit/s.
 #[test]
 fn an_answer_begins_at_min_tsdr() {
     let at = |rig: &mut Rig| {

@@ -36,7 +36,7 @@ impl Counted {
         self.srd(sa, count, None, outputs)
     }
 
-    /// How often outputs reached the process.
+    /// The number of times that outputs reached the process.
     fn executed(&mut self) -> usize {
         self.rig.device().seen.iter().filter(|seen| matches!(seen, Seen::Outputs(_))).count()
     }
@@ -147,7 +147,7 @@ fn without_a_held_answer_nothing_is_a_repetition() {
     assert_eq!(slave.executed(), 2);
 }
 
-/// Numbers that look random and are the same every time.
+/// Reproducible pseudo-random numbers.
 struct Dice(u64);
 
 impl Dice {
@@ -165,7 +165,7 @@ impl Dice {
 enum AfterLoss {
     /// With a first request, as profibus-wire 1.10 asks for.
     BeginAnew,
-    /// With the same count and another service: the fault of a widespread master.
+    /// With the same count and another service: a known fault of a common master.
     KeepCount,
 }
 
@@ -220,7 +220,7 @@ impl Believer {
         None
     }
 
-    /// One exchange and one step of an acyclic read, over and over. Returns how many reads succeeded, or the first
+    /// One exchange and one step of an acyclic read, repeated. Returns the number of reads that succeeded, or the first
     /// answer that belongs to the other service.
     fn run(&mut self, rounds: usize) -> Result<usize, String> {
         let mut reads = 0;
@@ -243,7 +243,7 @@ impl Believer {
             let pdu = if asked { Vec::new() } else { hex("5E 01 10 04") };
             let Some(answer) = self.ask(Some(self.acyclic), &pdu) else { continue };
             match print(&answer).as_str() {
-                // Taken, or nothing there: asked again from the start if the response got lost.
+                // The response was received, or there was none: the read starts again if the response was lost.
                 "E5" => asked = !asked,
                 "10 02 08 02 0C 16" => asked = true,
                 read if read == response => {
@@ -273,7 +273,7 @@ fn cyclic_and_acyclic_octets_never_mix_whether_the_slave_keeps_its_answer_or_not
     }
 }
 
-/// The same test sees a master that does not begin anew: the check is no decoration.
+/// The same test finds the fault of a master that does not start with a first contact.
 #[test]
 fn a_master_that_keeps_its_count_confuses_the_answers_as_the_standard_warns() {
     for seed in SEEDS {

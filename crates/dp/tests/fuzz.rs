@@ -12,7 +12,7 @@ use profivac_wire::control::{Control, FrameCount, Function, Status};
 use profivac_wire::{BROADCAST, DataTelegram, MAX_DU, Telegram};
 use rig::{Gauge, INITIATE, SLAVE, emit, hex, print};
 
-/// How much longer than usual.
+/// The factor for the length of the runs.
 fn times() -> usize {
     std::env::var("PROFIVAC_FUZZ").ok().and_then(|times| times.parse().ok()).unwrap_or(1)
 }
@@ -76,7 +76,7 @@ const MEANINGFUL: [(Option<u8>, &[&str]); 16] = [
     (Some(10), &["", "48"]),
 ];
 
-/// A request that a master could send, and some that none would.
+/// A valid or invalid request.
 struct Request {
     frame: DataTelegram<'static>,
     du: Vec<u8>,
@@ -158,7 +158,7 @@ impl Line {
         self.device_agrees();
     }
 
-    /// The device knows whether data are exchanged, and its outputs are safe unless they are.
+    /// The device knows whether it exchanges data; outside data exchange its outputs are safe.
     fn device_agrees(&mut self) {
         let exchanging = matches!(self.slave.state(), SlaveState::DataExch(..));
         let device = self.slave.device_mut();
@@ -184,7 +184,7 @@ impl Line {
     }
 }
 
-/// Whether a station at `address` owes an answer.
+/// Whether a station at `address` must answer.
 fn expects_answer(telegram: &Telegram<'_>, address: u8) -> bool {
     let Telegram::Data(frame) = telegram else { return false };
     let Control::Request { function, .. } = frame.control() else { return false };
@@ -192,7 +192,7 @@ fn expects_answer(telegram: &Telegram<'_>, address: u8) -> bool {
     answered && frame.da == address && frame.sa != address && frame.sa != BROADCAST
 }
 
-/// One telegram, and the checks that hold for every answer.
+/// Sends one telegram and checks what holds for every answer.
 fn telegram_at(slave: &mut Slave<Gauge>, end: BitTime, telegram: &Telegram<'_>) -> Option<Vec<u8>> {
     let (owed, earliest) = (expects_answer(telegram, slave.address()), end + u64::from(slave.min_tsdr_tbit()));
     let Some(transmit) = slave.telegram(end, telegram) else {
@@ -330,7 +330,7 @@ impl Request {
     }
 }
 
-/// When every timer has run out and the owner has let go, a master starts the slave and all connections are free.
+/// After all timers have expired and the owner has released the slave, a master starts it and all connections are free.
 fn is_still_usable(line: &mut Line, context: &str) {
     line.passes(1_500_000 * 3000);
     let owner = line.slave.state().owner().map_or(2, |owner| owner.master);

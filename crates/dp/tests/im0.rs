@@ -110,7 +110,7 @@ fn a_refused_call_leaves_nothing_selected() {
 }
 
 #[test]
-fn a_device_without_i_and_m0_refuses_the_index_and_is_never_asked_for_it() {
+fn the_slave_refuses_i_and_m0_without_calling_a_device_that_has_none() {
     let mut rig = Rig::exchanging(Gauge { im0: None, ..Gauge::default() });
     let sap = rig.connect(1);
     rig.device().seen.clear();

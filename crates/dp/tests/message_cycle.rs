@@ -20,7 +20,7 @@ enum Told {
     Failed(Failure),
 }
 
-/// A layer above that has a list of requests: each of the first goes as high priority, the others as low.
+/// An FDL user with two lists of requests: high priority and low priority.
 #[derive(Default)]
 struct List {
     high: VecDeque<Request<'static>>,
@@ -155,7 +155,7 @@ fn after_a_damaged_answer_the_same_telegram_is_repeated() {
     assert_eq!((again.start, &again.octets), (received + 300, &first.octets));
     rig.receive("68 05 05 68 02 08 08 01 02 15 16");
     assert_eq!(rig.station.user.reported[1], Told::Answer(Status::DataLow, vec![1, 2], 1));
-    // A second answer to the repeated request would look like the answer to the next one: it has two slot times to come in.
+    // A second answer to the repeated request would look like the answer to the next one: the master waits two slot times for it.
     rig.receive_after(289, "68 05 05 68 02 08 08 01 02 15 16");
     assert_eq!(rig.station.wake_at(), Some(rig.now + 600));
     assert_eq!(rig.next_telegram().text(), "68 05 05 68 08 02 7D AA 55 86 16");
@@ -177,7 +177,7 @@ fn answers_that_are_always_late_are_never_matched_to_other_requests() {
         let answer = format!("68 04 04 68 02 08 08 {du} {:02X} 16", 0x12 + round);
         rig.receive_after(100, &answer);
         assert_eq!(rig.station.user.reported.last(), Some(&Told::Answer(Status::DataLow, vec![round], 1)));
-        // The second one: as long after the first as the second request after the first.
+        // The second answer follows the first at the distance of the two requests.
         rig.receive_after(repeated.octets.len() as u64 * 11 + 300 - 110, &answer);
     }
     assert_eq!(rig.station.user.reported.len(), 8);
@@ -199,7 +199,7 @@ fn the_wait_for_an_answer_that_has_begun_is_limited() {
     rig.next_request();
     rig.receive("E5");
     rig.next_telegram();
-    // The first character comes at the last moment; the telegram ends long after T_SL.
+    // The first character arrives at the end of T_SL; the telegram ends long after it.
     let answer = {
         let mut octets = vec![0x68, 0xF7, 0xF7, 0x68, 2, 8, 8];
         octets.extend([7; 244]);
@@ -226,7 +226,7 @@ fn the_wait_for_an_answer_that_has_begun_is_limited() {
 fn after_giving_up_the_next_request_is_a_first_contact_without_a_retry() {
     let mut rig = rig(&[EXCHANGE; 5]);
     assert_eq!(rig.next_request().octets[6], 0x6D);
-    // No station is operational at first: one try.
+    // The master does not know the station as operational yet: one try.
     assert_eq!(rig.next_request().octets[6], 0x6D);
     rig.receive("E5");
     assert_eq!(rig.next_telegram().octets[6], 0x5D);
@@ -307,7 +307,7 @@ fn an_answer_to_another_request_is_no_answer() {
         assert_eq!(rig.next_telegram().octets[6], 0x6D, "{answer}");
         assert_eq!(rig.station.user.reported[1], Told::Failed(Failure::Mismatch(mismatch)), "{answer}");
 
-        // The right one after it is still in time.
+        // The right answer after it is still in time.
         rig.receive(answer);
         rig.receive_after(200, "68 05 05 68 02 08 08 01 02 15 16");
         assert_eq!(rig.station.user.reported[2], Told::Answer(Status::DataLow, vec![1, 2], 0), "{answer}");
@@ -354,15 +354,15 @@ fn an_answer_may_come_before_the_report_that_the_request_was_sent() {
 }
 
 #[test]
-fn the_master_gives_the_line_to_another_master() {
-    // Two of these go past us, so that a new ring has to be made; after the others the old one is taken up again.
+fn the_master_stops_sending_when_another_master_sends() {
+    // After two of these, which skip this station, it has to enter the ring again; after the others it stays in the ring.
     for (foreign, claim) in [
         ("DC 03 03", "DC 02 02"),
         ("DC 02 03", "68 05 05 68 08 02 6D AA 55 76 16"),
         ("68 05 05 68 88 83 6D 3C 3E F2 16", "68 05 05 68 08 02 6D AA 55 76 16"),
         ("10 05 03 49 51 16", "68 05 05 68 08 02 6D AA 55 76 16"),
     ] {
-        // While it waits for an answer.
+        // The telegram arrives while the station waits for an answer.
         let mut rig = rig(&[EXCHANGE; 3]);
         rig.next_request();
         rig.receive_after(100, foreign);
@@ -372,7 +372,7 @@ fn the_master_gives_the_line_to_another_master() {
         let said = rig.next_telegram();
         assert_eq!((said.start, said.text().as_str()), (received + 3000, claim), "{foreign}");
 
-        // While it is about to speak.
+        // The telegram arrives before the station sends.
         rig.receive_after(20, foreign);
         let received = rig.now;
         assert_eq!(rig.next_telegram().start, received + 3000, "{foreign}");
@@ -427,7 +427,7 @@ fn the_gap_is_asked_once_per_visit_and_then_after_g_target_rotation_times() {
         let slave = [(8, StationType::Slave)].into_iter().filter(|_| begins.len() == 1);
         assert_eq!(live, slave.chain([(9, StationType::MasterNotReady)]).collect::<Vec<_>>());
     }
-    // Ten questions, each with a token; then 2 x 5000 bit times until the next visit.
+    // Ten FDL status requests, each with a token; then 2 x 5000 bit times until the next visit.
     let pause = begins[1] - begins[0];
     assert!((10_000 + 10 * 300..10_000 + 10 * 600).contains(&pause), "{pause}");
 }
@@ -460,7 +460,7 @@ fn low_priority_waits_for_the_end_of_the_high_one_and_for_hold_time() {
             rig.receive("E5");
         }
     }
-    // One message of high priority per visit is always allowed; the low one goes when a visit has time and nothing else.
+    // One message of high priority per visit is always allowed; the station sends one of low priority when hold time is left.
     let (token, message) = (0xDC, 0x68);
     assert_eq!(order[..8], [token, token, message, 8, token, message, 8, token]);
     assert_eq!(order.last(), Some(&9));

@@ -9,7 +9,7 @@ fn waits_for_prm(rig: &Rig) -> bool {
     matches!(rig.slave.state(), SlaveState::WaitPrm(_))
 }
 
-/// 4.4, without the poll that comes too early: this slave is never late.
+/// 4.4 without the early poll: this slave always has its response ready.
 #[test]
 fn the_printed_dialogue() {
     let mut rig = Rig::exchanging(Gauge::default());
@@ -159,7 +159,7 @@ fn an_unknown_function_makes_the_slave_leave() {
     }
 }
 
-/// profibus-wire 2.1 and 4.5: SAP 50 is there only with Extra_Alarm_SAP, and a slave that raises no alarms has none.
+/// profibus-wire 2.1 and 4.5: SAP 50 exists only with Extra_Alarm_SAP; a slave without alarms does not have it.
 #[test]
 fn the_alarm_access_point_does_not_exist() {
     let alarm = |rig: &mut Rig, sa, pdu| rig.srd(sa, Some(50), Some(51), &hex(pdu));

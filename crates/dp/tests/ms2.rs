@@ -13,7 +13,7 @@ fn new() -> Rig {
     Rig::new(Gauge::default())
 }
 
-/// 4.6.6, without the poll that comes too early.
+/// 4.6.6 without the early poll.
 #[test]
 fn the_printed_dialogue() {
     let mut rig = new();

@@ -92,7 +92,7 @@ impl Request {
     }
 }
 
-/// Where a connection can stand, with a message on its way.
+/// The states of a connection, with a message on the line.
 #[derive(Clone, Copy, Debug)]
 enum Stand {
     /// Initiate to the resource manager.
@@ -188,7 +188,7 @@ fn after(at: Stand, what: &str) -> String {
         rig.next_request();
     }
     answer(&mut rig, ssap, what);
-    // An Abort of ours is acknowledged.
+    // The slave acknowledges the Abort of the master.
     let next = rig.next_request_within(40_000).map(|said| said.octets);
     let sent = next.as_deref().map_or(String::new(), |octets| match octets {
         [0x68, _, _, 0x68, 0x88, 0x82, _, dsap, 0x32, du @ .., _, 0x16] => {
@@ -240,7 +240,7 @@ fn until_the_end(rig: &mut Class2Rig, connection: Handle<Connect>, what: &str) -
     }
 }
 
-/// The end that this master brings about.
+/// An end of the connection by this master.
 fn failed(reason: AbortReason, cause: Cause) -> ConnectionEnd {
     ConnectionEnd::Failed { reason, cause }
 }
@@ -386,8 +386,8 @@ fn a_request_that_got_no_answer_is_polled_for_and_not_repeated() {
     assert_eq!(rig.station.user.outcome(written), Some(Ok(())));
 }
 
-/// profibus-wire 4.9, rule 6: the request is repeated as long as the slave has no room; the count begins anew when it
-/// has.
+/// profibus-wire 4.9, rule 6: the master repeats the request while the slave is busy; the count starts again when the
+/// slave accepts it.
 #[test]
 fn a_busy_slave_is_asked_again_a_limited_number_of_times() {
     use profivac_wire::control::Status;
@@ -436,7 +436,7 @@ fn an_invalid_request_is_refused_at_once() {
     assert_eq!(rig.station.user.ms2_read(connection, 1, 16, 8), Err(SubmitError::UnknownHandle));
 }
 
-/// A request may be handed in while an Idle is on its way.
+/// The user may submit a request while the master waits for the answer to Idle.
 #[test]
 fn a_request_waits_for_an_idle_under_way() {
     let (mut rig, connection, _) = stand(Idle);
@@ -453,7 +453,7 @@ fn a_request_waits_for_an_idle_under_way() {
 #[test]
 fn timeouts_end_without_the_token_too() {
     let (mut rig, connection, _) = stand(PollRead);
-    // The poll is on its way: it is not given up before its answer may have come.
+    // The poll was sent: the master waits for its answer before it gives up.
     rig.station.user.elapse(rig.now + BAUD.tbit_of_ms(1001));
     assert_eq!(rig.station.user.ms2_phase(connection), Some(Phase::Transferring));
     rig.station.listen(rig.now);

@@ -1,4 +1,4 @@
-//! How long an MS2 connection waits, to the bit. profibus-wire 4.9.
+//! The timers of an MS2 connection, exact to a bit time. profibus-wire 4.9.
 
 mod rig;
 

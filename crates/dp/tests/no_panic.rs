@@ -60,7 +60,7 @@ fn meddle(station: &mut Any, random: &mut Random) {
     }
 }
 
-/// After the storm: silence, then a slave that works. It must come into data exchange.
+/// After the random octets the line is silent, then a slave answers. The slave must enter data exchange.
 fn works_afterwards(mut station: Any, mut now: BitTime) {
     let mut slave = Slave::new(Plain::new(IDENT, &CFG), 8, Baud::B1500000);
     let mut slave_receiver = Receiver::new(now);
@@ -71,7 +71,7 @@ fn works_afterwards(mut station: Any, mut now: BitTime) {
         if station.user.inputs(8).is_some() {
             return;
         }
-        // A telegram that was on its way when the storm ended has left.
+        // A telegram in progress has ended.
         station.sent(now);
         now = now.max(station.wake_at().unwrap_or(now));
         let Some(octets) = station.poll(now).map(|transmit| transmit.octets.to_vec()) else { continue };
@@ -107,7 +107,7 @@ fn random_octets_at_random_times() {
         let mut receiver = Receiver::new(BitTime(0));
         let mut now = BitTime(0);
         for _ in 0..100_000 {
-            // Mostly without a gap, mostly with octets that mean something.
+            // Mostly without gaps, and mostly octets that occur in telegrams.
             now = now + [11, 11, 11, 12, 45, 300, 5000][random.below(7)];
             let octet = match random.below(4) {
                 0 => random.next() as u8,

@@ -1,4 +1,4 @@
-//! One slave fails again and again, in every way: the error has a text, the master tries the slave more and more slowly, and
+//! One slave fails permanently, in each possible way: the error has a text, the master tries the slave more and more slowly, and
 //! the others are not affected. profibus-wire 3.9 and 3.10.
 //!
 //! The bound for the others: no cycle is longer than one in which all slaves work, plus one message cycle of the faulty slave
@@ -108,7 +108,7 @@ const FAULTS: &[Fault] = &[
         err: |line| answers_services(line, ""),
         error: ExchangeError::NoAnswer(Failure::Silence),
         words: "no answer",
-        // FDL status; Slave_Diag three times, since it was not there before.
+        // FDL status, then Slave_Diag three times, because the slave was absent before.
         messages: 4,
     },
     Fault {
@@ -214,7 +214,7 @@ fn a_faulty_slave_is_reported_retried_slowly_and_costs_the_others_at_most_one_me
             line.master.user.exchanging() == OTHERS.len() && line.master.user.exchange_error(BAD) == Some(fault.error)
         });
         assert_eq!(fault.error.to_string(), fault.words);
-        // One second, until the pauses have grown, and two that count.
+        // One second until the pauses have grown, then two seconds are measured.
         line.run_for(1_500_000);
         let before = OTHERS.map(|address| *line.master.user.counters(address).unwrap());
         let cycles = line.master.user.cycles();
@@ -232,7 +232,7 @@ fn a_faulty_slave_is_reported_retried_slowly_and_costs_the_others_at_most_one_me
             let missed = (after.exchanges - before.exchanges).abs_diff(line.master.user.cycles() - cycles);
             assert!(missed <= 1, "{}: {address} is exchanged with in every cycle", fault.name);
         }
-        // On average the others are no slower than if it worked.
+        // On average the others are no slower than with a slave that works.
         let average = 3_000_000 / u64::from(line.master.user.cycles() - cycles);
         assert!(average < GOOD_CYCLE, "{}: {average}", fault.name);
     }
@@ -265,7 +265,7 @@ fn a_repaired_slave_returns_within_the_longest_pause() {
     }
 }
 
-/// Not a refusal, but no end either: it is asked in every cycle while it may still be checking, and then as the others.
+/// The slave neither refuses nor becomes ready: the master polls it in every cycle for a time and then with the usual pause.
 #[test]
 fn a_slave_that_is_never_ready_gets_its_time_and_then_a_pause() {
     let mut line = line();
@@ -283,7 +283,7 @@ fn a_slave_that_is_never_ready_gets_its_time_and_then_a_pause() {
     assert_eq!(line.master.user.counters(OTHERS[0]).unwrap().lost, 0);
 }
 
-/// It works until it is asked a few times, and then it has lost its parameters: again and again.
+/// The slave loses its parameters after a few exchanges, each time.
 #[test]
 fn a_slave_that_leaves_exchange_every_time_is_started_four_times_a_second_at_most() {
     let mut line = line();

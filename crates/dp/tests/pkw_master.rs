@@ -128,7 +128,7 @@ fn refusals_have_the_texts_of_the_manual() {
 /// errata-pxg55x-img400 11: a slave needs several cycles; the master sends the task until the slave answers it, and then AK 0
 /// until the slave answers that. The master does not take an old answer for the answer to the next task.
 #[test]
-fn a_slow_slave_is_waited_for_in_both_directions() {
+fn the_master_waits_for_a_slow_slave_in_both_directions() {
     let mut rig = exchanging();
     let read = hex("10 01 13 00 00 00 00 00");
     let old = hex("20 01 13 00 42 C8 00 00");
@@ -171,7 +171,7 @@ fn reported(answer: &str) -> String {
 }
 
 #[test]
-fn an_answer_that_does_not_fit_is_ignored_and_named_in_the_end() {
+fn an_answer_that_does_not_fit_is_ignored_and_reported_at_the_timeout() {
     for (answer, words) in [
         ("00 01 13 00 42 C8 00 00", "no response in time"),
         ("20 02 13 00 42 C8 00 00", "the parameter channel answers about 2/19 instead of 1/19"),

@@ -1,4 +1,4 @@
-//! A slave that does not know its rate, on a bus that does. profibus-wire 3.6, 3.7 and 3.2, transition 15.
+//! A slave that searches the baud rate of a bus. profibus-wire 3.6, 3.7 and 3.2, transition 15.
 
 mod rig;
 
@@ -44,7 +44,7 @@ impl Port {
         answer
     }
 
-    /// Nothing is received until the control wants something.
+    /// Passes time without octets until the next deadline of the control.
     fn silence(&mut self) {
         let Some(wake) = self.control.wake_at() else { return };
         self.now = wake;

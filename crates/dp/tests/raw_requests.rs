@@ -1,4 +1,4 @@
-//! Single requests of a tool, with and without a cycle. profibus-wire 1.10, 2.10 and 2.11.
+//! Raw requests, with and without a cycle. profibus-wire 1.10, 2.10 and 2.11.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "helpers of tests are tests")]
 
 mod support;

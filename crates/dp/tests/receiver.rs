@@ -92,7 +92,7 @@ impl Rules {
     }
 }
 
-/// Whether it is certain that the octets are a telegram, or none.
+/// Whether the octets decide that they are a telegram, or that they are none.
 fn is_decided(octets: &[u8]) -> bool {
     match *octets {
         [0xE5, ..] => true,

@@ -189,7 +189,7 @@ fn a_token_that_skips_the_station_puts_it_out_of_the_ring_and_keeps_it_ready() {
         let mut rig = idle();
         rig.receive_after(40, token);
         if token == "DC 06 09" {
-            // From 9 around the end to 6: past us.
+            // From 9 around the end to 6: the token skips this station.
             assert_eq!(rig.station.ring_state(), RingState::Ready);
         } else {
             assert_eq!(rig.station.ring_state(), RingState::InRing, "{token}");
@@ -213,7 +213,7 @@ fn outside_the_ring_a_silent_line_is_claimed_with_two_tokens_and_inside_the_toke
 }
 
 #[test]
-fn a_token_holder_that_hears_another_master_gives_the_token_up() {
+fn a_token_holder_that_receives_another_master_gives_the_token_up() {
     for received in ["10 28 03 49 74 16", "DC 0F 09", "68 05 05 68 A8 83 6D 3C 3E 12 16"] {
         let mut rig = ready();
         rig.station.user.left = 5;
@@ -222,7 +222,7 @@ fn a_token_holder_that_hears_another_master_gives_the_token_up() {
         rig.receive_after(100, received);
         assert_eq!((rig.station.has_token(), rig.station.user.failed), (false, 1), "{received}");
         assert_eq!(rig.station.ring_counters().given_up, 1, "{received}");
-        // Another token that is offered is taken as if nothing had happened.
+        // The station accepts the next token.
         rig.receive_after(40, "DC 05 03");
         assert!(rig.station.has_token(), "{received}");
     }
@@ -322,13 +322,13 @@ fn a_message_of_high_priority_is_sent_however_late_the_token_comes() {
     }
 }
 
-/// Everything a station could know about the token, kept beside it.
+/// A model of what the station can know about the token.
 struct Watch {
-    /// Another master spoke last, and not to give us the token.
+    /// The last sender was another master, and it did not pass the token to this station.
     theirs: bool,
     /// The end of the last telegram received or sent.
     busy: BitTime,
-    /// The last telegram asked us for something.
+    /// The last telegram was a request to this station.
     asked: bool,
     /// The telegram sent last, which may come back as an echo.
     sent: Vec<u8>,
@@ -357,7 +357,7 @@ impl Watch {
             Some(Telegram::Data(frame)) if frame.sa < 127 && matches!(frame.control(), Control::Request { .. }) => {
                 let status = frame.fc & 0x4F == 0x49;
                 if frame.da == own && self.asking.is_some_and(|(da, asked)| da == frame.sa && !(asked && status)) {
-                    // A spoilt answer, or a question if the answer came before: either may be made of it.
+                    // A damaged answer, or a request if the answer came before: the station may take it for either.
                     self.asked = true;
                     return;
                 }
@@ -389,7 +389,7 @@ impl Watch {
     }
 }
 
-/// Octets that mean something in a ring, mostly.
+/// Octets that mostly occur in a ring.
 fn octets(random: &mut Random) -> Vec<u8> {
     let address = |random: &mut Random| [3, 5, 5, 9, 15, 40, 126, 127, 133][random.below(9)];
     let (da, sa) = (address(random), address(random));
@@ -405,8 +405,8 @@ fn octets(random: &mut Random) -> Vec<u8> {
     }
 }
 
-/// One storm of telegrams, pieces and noise: no panic, nothing said without the token as far as the station can know, and
-/// never a station that waits for a moment that is over.
+/// Random telegrams, fragments and noise: the station does not panic, sends nothing without the token as far as it can know,
+/// and has no deadline in the past.
 fn storm(seed: u64) {
     let mut random = Random::new(seed);
     let bus = BusParameters { gap_factor: 1, hsa: 15, rotation_tbit: 3000, ..parameters() };
@@ -450,7 +450,7 @@ fn storm(seed: u64) {
         assert!(station.masters().all(|master| master <= 125));
         assert!(station.wake_at().is_some(), "it has no deadline");
     }
-    // Silence: it makes a ring of its own.
+    // On a silent line the station forms a ring of its own.
     let end = now + 100_000;
     while now < end {
         now = now.max(station.wake_at().unwrap());

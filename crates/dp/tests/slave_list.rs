@@ -75,7 +75,7 @@ fn a_removed_slave_is_unlocked_and_its_place_is_free_while_the_others_exchange()
     for (gone, delay) in addresses.into_iter().zip((0..).step_by(331)) {
         let mut line = line(&addresses.map(slave));
         line.run_for(delay);
-        // From the cycle before on.
+        // From the cycle before.
         let first = line.trace.len() - 40;
         let place = addresses.iter().position(|address| *address == gone).unwrap();
         assert!(line.master.user.remove(gone));
@@ -93,7 +93,7 @@ fn a_removed_slave_is_unlocked_and_its_place_is_free_while_the_others_exchange()
             let gap = longest_gap(&line, first, address);
             assert!(gap < 3_000, "{gap} without {gone} at {address}");
         }
-        // There is room for one more slave, at the end.
+        // One more slave can be added, at the end.
         line.attach(Plain::new(IDENT, &CFG), 20);
         line.master.user.add(&slave(20)).unwrap();
         all_exchange(&mut line);
@@ -111,7 +111,7 @@ fn a_slave_that_does_not_answer_is_removed_at_once() {
     assert!(line.master.user.remove(50));
     assert_eq!(line.master.user.state(50), None);
     assert!(!line.master.user.remove(50), "it is gone");
-    // And a silent one after the miss limit, though it cannot be unlocked.
+    // A silent slave is removed after the miss limit, although the master cannot unlock it.
     line.telegram_fault =
         Some(Box::new(|from, octets| if from == From::Slave(0) { Vec::new() } else { octets.to_vec() }));
     assert!(line.master.user.remove(3));
@@ -159,7 +159,7 @@ fn new_parameters_reach_one_slave_while_the_others_exchange() {
     assert_eq!(line.slaves[1].device().outputs, Some(vec![8, 8]));
     let prm = to(&line, first, 4).into_iter().find(|entry| entry.octets[7] == 0x3D).unwrap().octets;
     assert_eq!(prm[9..19], [0x88, 2, 50, 60, 0x12, 0x34, 0x10, 1, 2, 3]);
-    // The slave takes min T_SDR at its word, and the others keep theirs.
+    // This slave uses the new min T_SDR; the others keep theirs.
     for (place, least) in [(0, 11), (1, 60), (2, 11)] {
         let answers = line.trace[line.trace.len() - 20..].windows(2).filter(|pair| pair[1].from == From::Slave(place));
         let sdr: Vec<_> = answers.map(|pair| pair[1].start - pair[0].end).collect();
@@ -246,8 +246,8 @@ fn a_slave_is_not_asked_before_its_interval_and_the_others_do_not_wait_for_it() 
 }
 
 #[test]
-fn a_slave_with_a_watchdog_leaves_by_itself_when_its_master_is_gone() {
-    // 20 ms and 40 ms, and one that does not watch.
+fn a_slave_with_a_watchdog_leaves_data_exchange_when_its_master_is_absent() {
+    // Watchdogs of 20 ms and 40 ms, and a slave without one.
     let watchdogs = [Some([1, 2]), Some([2, 2]), None];
     let slaves: Vec<_> =
         (3..).zip(watchdogs).map(|(address, watchdog)| SlaveParameters { watchdog, ..slave(address) }).collect();
@@ -270,6 +270,6 @@ fn new_parameters_clear_the_error_and_the_pause() {
     line.slaves[0].device_mut().accepts_prm = true;
     line.master.user.reparameterise(&slave(3)).unwrap();
     assert_eq!(line.master.user.exchange_error(3), None);
-    // At once, not after a pause of 250 ms.
+    // The restart follows at once, not after a pause of 250 ms.
     line.run_until(10_000, |line| line.master.user.inputs(3).is_some());
 }

@@ -1,4 +1,4 @@
-//! The device behind the slave: two octets each way, a few records, and a diary.
+//! The device of the slave: two octets each way, a few records, and a log of the calls.
 
 use profivac_dp::slave::{CfgFault, Device, Diagnosis, Dpv1Error, Features, Outputs, PrmFault, Relation};
 use profivac_wire::acyclic::Im0;
@@ -37,7 +37,7 @@ pub struct Gauge {
     pub no_add_chg: bool,
     /// Data are exchanged.
     pub running: bool,
-    /// The outputs are a master's and not the safe ones.
+    /// Whether the outputs come from a master; otherwise they are safe.
     pub driven: bool,
     pub seen: Vec<Seen>,
 }

@@ -1,4 +1,4 @@
-//! Text a person reads and a test compares. `PROFIVAC_BLESS=1` writes it instead.
+//! Text for review, compared by a test. `PROFIVAC_BLESS=1` writes it instead.
 
 use std::path::Path;
 

@@ -18,7 +18,7 @@ use profivac_wire::control::{Control, FrameCount, Function, Status};
 use profivac_wire::{DataTelegram, MAX_TELEGRAM, Telegram};
 use std::collections::HashMap;
 
-/// Where the slave is, and the master of the printed examples.
+/// The addresses of the slave and of the master in the printed examples.
 pub const SLAVE: u8 = 8;
 pub const MASTER: u8 = 2;
 
@@ -85,7 +85,7 @@ impl<const CONNECTIONS: usize> Rig<CONNECTIONS> {
         self.slave.device_mut()
     }
 
-    /// Time passes, timers expire one by one.
+    /// Passes time; timers expire one after the other.
     pub fn pass(&mut self, tbit: u64) {
         let until = self.now + tbit;
         while let Some(wake) = self.slave.wake_at().filter(|wake| *wake <= until) {

@@ -35,7 +35,7 @@ struct Flight {
     entry: Entry,
     /// The octets that arrive.
     received: Vec<u8>,
-    /// How many of its octets have arrived.
+    /// The number of octets that have arrived.
     arrived: usize,
 }
 
@@ -48,7 +48,7 @@ pub struct Line<R> {
     pub telegram_fault: Option<TelegramFault>,
     pub trace: Vec<Entry>,
     pub now: BitTime,
-    /// Deadlines since time advanced. Each of them is over when it has been polled.
+    /// The number of deadlines since time advanced. A poll ends a deadline.
     deadlines_since: u32,
 }
 

@@ -36,7 +36,7 @@ pub fn is_housekeeping(octets: &[u8]) -> bool {
     matches!(octets, [0xDC, ..] | [0x10, 0 | 1, 2, 0x49, ..])
 }
 
-/// Numbers that repeat: a test prints its seed and can be run with it again.
+/// Reproducible pseudo-random numbers: a test prints its seed and can be run with it again.
 pub struct Random(u64);
 
 impl Random {

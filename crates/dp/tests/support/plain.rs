@@ -41,7 +41,7 @@ impl Plain {
         }
     }
 
-    /// A diagnosis event comes up, or goes when there are no blocks.
+    /// A diagnosis event begins; without blocks it ends.
     pub fn diagnose(&mut self, blocks: &[u8]) {
         self.blocks = blocks.to_vec();
         self.changed = true;

@@ -22,7 +22,7 @@ impl Sent {
     }
 }
 
-/// The most telegrams of the master in a test; more mean that the awaited telegram never comes.
+/// The most telegrams of the master in a test; more mean that the expected telegram is never sent.
 const TELEGRAMS: u32 = 2_000_000;
 
 /// The most polls in a row without a telegram. Each time the master has another deadline.

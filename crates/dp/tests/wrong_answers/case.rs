@@ -19,7 +19,7 @@ pub const INPUTS_HIGH: &str = "68 05 05 68 02 08 0A 01 02 17 16";
 
 pub type Station = MasterRig<Master<4, 32>>;
 
-/// An answer to be spoilt: addresses, FC, access points and data.
+/// An answer that a test changes: addresses, FC, access points and data.
 #[derive(Clone, Debug)]
 pub struct Answer {
     pub da: u8,
@@ -73,7 +73,7 @@ pub fn known(rig: &Station) -> Known {
     }
 }
 
-/// A single request, and the result of its answer.
+/// A raw request, and the function that reads its answer.
 #[derive(Clone, Copy)]
 pub struct Class2Rig {
     pub request: Request<'static>,
@@ -83,7 +83,7 @@ pub struct Class2Rig {
 /// A request on the line, and the answer to it.
 pub struct Case {
     pub name: &'static str,
-    /// Plays until this request is on the line.
+    /// Runs the master until it has sent this request.
     pub asked: fn() -> Station,
     pub class2: Option<Class2Rig>,
     /// The right answer, with new values.
@@ -136,7 +136,7 @@ pub fn second_diag() -> Station {
     after(&[THERE, POWER_UP, "E5", "E5"])
 }
 
-/// Operate goes first, without an answer.
+/// The master sends Operate first, which has no answer.
 pub fn first_exchange() -> Station {
     let mut rig = after(&[THERE, POWER_UP, "E5", "E5", READY]);
     rig.next_request();
@@ -313,13 +313,13 @@ impl Case {
         let result = self.answered(&mut rig, &self.right.octets());
         assert!(result.is_ok(), "{}: {result:?}", self.name);
         match &self.class2 {
-            None => assert_ne!(known(&rig), before, "{}: the poison works", self.name),
+            None => assert_ne!(known(&rig), before, "{}: the right answer changes the values", self.name),
             // With data, the error of the raw request is about their end.
             Some(_) => assert!(self.right.du.ends_with(&result.unwrap()), "{}", self.name),
         }
     }
 
-    /// The defect keeps the poison out, and is named.
+    /// The master takes no value from the defective answer and reports this error.
     pub fn refuses(&self, what: &str, octets: &[u8], words: &str) {
         let mut rig = (self.asked)();
         let before = known(&rig);
@@ -331,7 +331,7 @@ impl Case {
     pub fn nothing_is_new(&self, rig: &Station, before: &Known, what: &str) {
         let now = known(rig);
         match &self.class2 {
-            // The slave may have been lost over it, and then there are no inputs at all.
+            // The slave may be lost after it; then there are no inputs.
             None => {
                 assert!(now.inputs.is_none() || now.inputs == before.inputs, "{}, {what}: {now:?}", self.name);
                 assert_eq!(

@@ -1,10 +1,10 @@
-//! No answer, the former one again, or octets that are no telegram.
+//! No answer, the previous answer again, or octets that are no telegram.
 
 use crate::case::{OTHER_SAPS, all};
 use crate::support::hex;
 
 #[test]
-fn silence_is_named() {
+fn no_answer_is_reported_as_such() {
     all().for_each(|case| case.refuses("nothing", &[], "no answer"));
 }
 
@@ -46,7 +46,7 @@ fn an_answer_with_an_altered_octet_is_refused() {
     }
 }
 
-/// Both at once: no valid telegram.
+/// Two slaves answer at once: the result is no valid telegram.
 #[test]
 fn overlapping_answers_of_two_slaves_are_refused() {
     for case in all() {

@@ -34,7 +34,7 @@ fn an_answer_of_another_access_point_is_refused() {
                     case.refuses("access point", &wrong.octets(), OTHER_SAPS);
                 }
             }
-            // Access points where there are none, or in an answer without data: no form that fits.
+            // Access points in an answer that must have none, or in an answer without data: a wrong form.
             None => {
                 let words = if right.fc == 8 { OTHER_SAPS } else { FORM };
                 let wrong = Answer { saps: saps(0x3C), ..right.clone() };
@@ -48,7 +48,7 @@ fn an_answer_of_another_access_point_is_refused() {
 fn an_answer_with_another_function_code_is_refused() {
     for case in all() {
         let uncounted = case.right.fc == 0;
-        // FDL status where data are due and the other way round; reserved ones.
+        // The codes of FDL status in place of those with data and the reverse; reserved codes.
         for fc in [if uncounted { 0x08 } else { 0x00 }, 0x04, 0x07, 0x0B, 0x0E, 0x0F, 0x88] {
             let wrong = Answer { fc, ..case.right.clone() };
             let words = format!("the answer's function code {fc:02X} does not fit the request");
@@ -57,12 +57,12 @@ fn an_answer_with_another_function_code_is_refused() {
     }
 }
 
-/// A slave that answers with the function code of a request is no master: the token is kept, and the others go on.
+/// A slave that answers with the function code of a request is no master: this master keeps the token, and the other slaves exchange data.
 #[test]
 fn an_answer_with_the_function_code_of_a_request_is_refused() {
     for case in all() {
         for fc in [0x40, 0x43, 0x46, 0x49, 0x4C, 0x4D, 0x5D, 0x6D, 0x7D, 0x4E, 0x4F] {
-            // A station that answers FDL status with a request for ours is another master.
+            // A station that answers FDL status with an FDL status request is another master.
             if case.right.fc == 0 && fc == 0x49 {
                 continue;
             }

@@ -2,7 +2,7 @@
 //!
 //! For every request of a class 1 master and every raw request, a table of answers with one defect each. All of them carry
 //! values that differ from those that the master has. [`Case::takes_the_right_answer`] shows for every kind that
-//! the same answer without the defect is taken, so it is the defect alone that keeps the poison out.
+//! the same answer without the defect is taken, so the master refuses the answer because of the defect alone.
 //!
 //! | Module | Defect |
 //! |---|---|

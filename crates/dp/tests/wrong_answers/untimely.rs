@@ -4,7 +4,7 @@ use crate::case::{INPUTS, Station, THERE, all, class2_cases, cyclic, exchange, i
 use profivac_dp::master::EventKind;
 use profivac_dp::master::services;
 
-/// It comes when the master has given up and asks another station.
+/// The late answer arrives while the master waits for another station.
 #[test]
 fn a_late_answer_does_not_become_the_answer_to_the_next_request() {
     for case in cyclic() {
@@ -29,10 +29,10 @@ fn a_late_answer_does_not_become_the_answer_to_the_next_request() {
         let class2 = case.class2.unwrap();
         rig.station.user.submit_request(&class2.request).unwrap();
         rig.receive(INPUTS);
-        // Unanswered, again and again, until the exchange is asked for.
+        // The request and its repetitions stay unanswered until the next Data_Exchange.
         while !is_exchange(&rig.next_request()) {}
         rig.receive_octets(100, &case.right.octets());
-        // The exchange is asked for once more, and answered as it should.
+        // The master repeats Data_Exchange and gets the right answer.
         rig.next_request();
         rig.receive(INPUTS);
         let result = rig
@@ -41,7 +41,7 @@ fn a_late_answer_does_not_become_the_answer_to_the_next_request() {
             .take_confirmation()
             .map(|confirmation| (class2.read)(&confirmation).unwrap_err().to_string());
         assert_eq!(result.as_deref(), Some("no answer"), "{}", case.name);
-        // An acknowledgement is one to anything. It has no length of inputs, and so it is no value either.
+        // SC is valid as an acknowledgement of any request. It has no inputs, so it changes no value.
         if case.right.fc == 9 {
             let error = rig.station.user.exchange_error(8).unwrap().to_string();
             assert_eq!((error.as_str(), known(&rig).inputs), ("its answer has 0 octets instead of 2", None));
@@ -51,7 +51,7 @@ fn a_late_answer_does_not_become_the_answer_to_the_next_request() {
     }
 }
 
-/// Two stations at one address, one slower than the other: the first answer is an answer, the second never is.
+/// Two stations at one address, one slower than the other: the master takes the first answer and drops the second.
 #[test]
 fn a_second_answer_from_the_same_address_is_dropped() {
     for case in all() {
@@ -66,7 +66,7 @@ fn a_second_answer_from_the_same_address_is_dropped() {
         rig.receive_octets(11, &case.right.octets());
         let before = known(&rig);
         while rig.station.user.next_event().is_some() {}
-        // Within T_ID1, and a third one as well.
+        // Within T_ID1, and a third answer later.
         rig.receive_octets(15, &duplicate.octets());
         rig.receive_octets(200, &duplicate.octets());
         assert_eq!(known(&rig), before, "{}", case.name);
@@ -85,9 +85,9 @@ fn strays(rig: &mut Station) -> (u32, usize) {
     (rig.station.user.counters(8).unwrap().strays, reported)
 }
 
-/// SC does not name its sender: it counts for the slave that has just answered, and for none if none has.
+/// SC has no address: it counts for the slave that answered last, and for none if none answered.
 #[test]
-fn a_second_acknowledgement_counts_for_the_station_that_was_asked() {
+fn a_second_acknowledgement_counts_for_the_slave_that_answered_last() {
     let mut rig = set_prm();
     rig.receive("E5");
     rig.receive_after(15, "E5");
@@ -109,7 +109,7 @@ fn rig_in_pause() -> Station {
 fn an_answer_to_another_master_is_no_second_answer() {
     let mut rig = exchange();
     rig.receive(INPUTS);
-    // The same slave to master 3, and a slave that this master does not have.
+    // An answer of the same slave to master 3, and an answer of an unknown slave.
     rig.receive_after(15, "68 05 05 68 03 08 08 01 02 16 16");
     rig.receive_after(15, "68 05 05 68 02 09 08 01 02 16 16");
     assert_eq!(strays(&mut rig), (0, 0));
@@ -122,7 +122,7 @@ fn a_second_answer_is_reported_again_after_the_slave_was_lost() {
     rig.receive(INPUTS);
     rig.receive_after(15, INPUTS);
     assert_eq!(strays(&mut rig), (1, 1));
-    // It begins from the beginning.
+    // The bring-up starts again.
     rig.station.user.restart(8);
     rig.next_request();
     rig.receive(THERE);
