@@ -62,7 +62,7 @@ fn emission_that_was_switched_off_stays_off_until_the_pressure_was_high() {
     assert_eq!(status(&mut tester), LOW, "and by hand on again");
 }
 
-/// (102): the mode that is there already is accepted, and does nothing.
+/// (102): a write of the present mode is accepted and has no effect.
 #[test]
 fn automatic_mode_set_again_does_not_switch_the_emission_on() {
     let mut tester = exchanging(COMMANDS, 1e-4);
@@ -84,7 +84,7 @@ fn the_gauge_never_switches_the_emission_on_in_manual_mode() {
     tester.pressure_mbar(1e-1);
     tester.pressure_mbar(1e-8);
     assert_eq!(status(&mut tester), manual(OFF));
-    // The Pirani takes over, far below its range: (57), (81).
+    // The Pirani is active far below its range: (57), (81).
     assert_eq!(tester.exchange(&[0, 0]), crate::support::hex("A0 01 01 3B B4 39 58"));
     assert_eq!(of_instance(&mut tester, 2, 102), [3], "the BA counts as overrange without emission");
     assert_eq!(float(&mut tester, 2, 19), 2e-2);
@@ -197,7 +197,7 @@ fn degas_needs_emission_and_executing() {
     assert_eq!(command(&mut tester, 1, 2), Err(2));
 }
 
-/// (96): the warning is about the pressure, and without emission the Pirani does not see one that is too high.
+/// (96): the warning depends on the pressure alone. Without emission the Pirani measures it, far above the degas limit only.
 #[test]
 fn a_degas_that_is_refused_without_emission_sets_no_pressure_warning() {
     let mut tester = exchanging(COMMANDS, 1e-7);
@@ -228,7 +228,7 @@ fn the_degas_input_starts_and_stops_degas() {
     assert_eq!(of_instance(&mut tester, 2, 104), [0, 8]);
 }
 
-/// 2.3, (101): the cyclic transition command acts when the pair changes, with any selected instance.
+/// 2.3, (101): the cyclic transition command is executed when the pair changes, for any selected instance.
 #[test]
 fn a_cyclic_command_takes_effect_when_it_changes() {
     let mut tester = exchanging(COMMANDS, 1e-7);
@@ -248,7 +248,7 @@ fn a_cyclic_command_takes_effect_when_it_changes() {
     assert!(emission(&mut tester), "another pair needs no 0");
     tester.exchange(&[1, 1]);
     assert_eq!(status(&mut tester), DEGAS);
-    // Refused or unknown ones are reported nowhere.
+    // Refused and unknown commands are not reported.
     tester.exchange(&[77, 1]);
     tester.exchange(&[3, 9]);
     assert_eq!(status(&mut tester), DEGAS);

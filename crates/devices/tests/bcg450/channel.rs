@@ -14,7 +14,7 @@ fn cycle(tester: &mut Tester<Gauge>, request: &str) -> Vec<u8> {
 fn the_channel_answers_one_task_until_the_master_ends_it() {
     let mut tester = exchanging(CHANNEL, 1e-3);
     for (request, answer) in [
-        // Nothing asked.
+        // No task.
         ("00 00 00 00 00 00 00 00", "00 00 00 00 00 00 00 00"),
         // Device State is EXECUTING.
         ("10 00 19 00 00 00 00 00", "B0 00 19 00 00 00 00 04"),
@@ -22,7 +22,7 @@ fn the_channel_answers_one_task_until_the_master_ends_it() {
         // Changed without AK 0: not started, the old answer stays (25).
         ("A0 01 2E 00 00 00 00 03", "B0 00 19 00 00 00 00 04"),
         ("00 01 2E 00 00 00 00 00", "00 01 2E 00 00 00 00 00"),
-        // Select the diaphragm, and look.
+        // Select the diaphragm, and read the selector.
         ("A0 01 2E 00 00 00 00 03", "B0 01 2E 00 00 00 00 03"),
         ("00 00 00 00 00 00 00 00", "00 00 00 00 00 00 00 00"),
         ("10 01 2E 00 00 00 00 00", "B0 01 2E 00 00 00 00 03"),
@@ -40,7 +40,7 @@ fn the_channel_answers_one_task_until_the_master_ends_it() {
     }
 }
 
-/// (24): bits 11 to 8, the reserved octet and unused octets of the value are not looked at.
+/// (24): the device ignores bits 11 to 8, the reserved octet and unused octets of the value.
 #[test]
 fn reserved_octets_and_bits_have_no_effect() {
     let mut tester = exchanging(CHANNEL, 1e-3);
@@ -50,7 +50,7 @@ fn reserved_octets_and_bits_have_no_effect() {
     assert_eq!(tester.get(1, 46), [5], "the same instruction, done once");
 }
 
-/// (25): a write is done once, a read is answered with the value of now.
+/// (25): a write is executed once; a read is answered with the present value.
 #[test]
 fn a_repeated_write_is_executed_once_and_a_repeated_read_each_time() {
     let mut tester = exchanging(CHANNEL, 1e-3);
@@ -85,7 +85,7 @@ fn every_error_code_has_its_access() {
         // 17: not during the exchange
         ("A0 01 15 00 00 00 00 03", 17),
         ("20 01 16 00 00 00 05 15", 17),
-        // 201: already there; 202: not in this state
+        // 201: already in this state; 202: not in this state
         ("A0 00 0F 00 00 00 00 04", 201),
         ("A0 00 0F 00 00 00 00 03", 202),
         // 18: no such instruction
@@ -113,7 +113,7 @@ fn arrays_and_command_records_are_right_aligned() {
         ("10 00 CE 00 00 00 00 00", "10 00 CE 00 00 00 00 02"),
         ("10 00 D1 00 00 00 00 00", "20 00 D1 00 01 00 00 00"),
         ("10 00 D2 00 00 00 00 00", "20 00 D2 00 00 02 00 00"),
-        // The block type may pass (19).
+        // The block type is allowed (19).
         ("10 00 10 00 00 00 00 00", "20 00 10 00 00 01 00 00"),
         ("A0 01 2E 00 00 00 00 02", "B0 01 2E 00 00 00 00 02"),
         ("20 01 0E 00 00 00 80 00", "10 01 0E 00 00 00 80 00"),
@@ -124,7 +124,7 @@ fn arrays_and_command_records_are_right_aligned() {
     }
 }
 
-/// (101): a master in Clear asks nothing.
+/// (101): a master in Clear sends no task.
 #[test]
 fn clear_counts_as_ak_0() {
     let mut tester = exchanging(CHANNEL, 1e-3);

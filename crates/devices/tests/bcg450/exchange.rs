@@ -1,4 +1,4 @@
-//! The BCG450-SP in cyclic exchange: all configurations, all unit strings, and nothing else. tira41d1 1.4, 1.5, 2.3.
+//! The BCG450-SP in cyclic exchange: all configurations and all unit strings; all others are refused. tira41d1 1.4, 1.5, 2.3.
 
 use crate::support::hex;
 use crate::tester;
@@ -16,7 +16,7 @@ const CONFIGURATIONS: [(&str, usize, usize); 8] = [
     ("C8 89 8E 0A 05 05 0A 05 05 05 08", 10, 15),
 ];
 
-/// 1.5: the string, and what 0.012 mbar is as a float and as an integer.
+/// 1.5: the string, and 0.012 mbar as a float and as an integer.
 const UNITS: [(&str, f64, u16); 5] = [
     ("00 00 00 03 E9", 21158.362, 21158),
     ("00 00 00 05 15", 9.000_740_16e-3, 0),
@@ -35,7 +35,7 @@ fn every_configuration_sends_the_pressure_in_every_unit() {
             let du = tester.exchange(&vec![0; outputs]);
             assert_eq!(du.len(), inputs, "{cfg}");
             let process = if inputs > 8 { &du[8..] } else { &du[..] };
-            // In the upper half of the overlap: the Pirani measures, nothing is wrong.
+            // In the upper half of the overlap: the Pirani measures, and there is no exception.
             assert_eq!(process[..3], [0x80, 0x00, 0x01], "{cfg} {user}");
             match process[3..] {
                 [a, b] => assert_eq!(u16::from_be_bytes([a, b]), integer, "{cfg} {user}"),

@@ -49,7 +49,7 @@ fn limits_are_truncated_and_saturated_as_integers() {
     }
 }
 
-/// (72): what one instance is given, all have.
+/// (72): a write to one instance sets all.
 #[test]
 fn unit_and_type_are_those_of_the_device() {
     let mut tester = tester();
@@ -94,7 +94,7 @@ fn unit_and_type_change_in_idle_outside_the_exchange_only() {
     assert_eq!(tester.put(1, 22, &hex("05 15")), Ok(()));
 }
 
-/// (69): a float is the exact value of the formula, also where that is below zero; zero means no pressure (74). (3): an
+/// (69): a float is the exact value of the formula, also below zero; zero means no pressure (74). (3): an
 /// integer is never negative.
 #[test]
 fn a_trip_point_takes_counts_below_the_scale() {

@@ -33,7 +33,7 @@ fn tester() -> Tester<Gauge> {
     Tester::new(gauge())
 }
 
-/// mbar, and floats with nothing to send.
+/// User parameters for mbar, and the configuration of floats without outputs.
 const MBAR: &str = "00 00 00 05 1C";
 const FLOATS: &str = "44 86 05 05 05 08";
 /// Transition command out, floats in.

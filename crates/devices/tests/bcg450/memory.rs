@@ -127,7 +127,7 @@ fn the_switch_is_read_at_power_up() {
     assert_eq!(gauge.operate(action), Err(UnsupportedAction { action }));
 }
 
-/// A store that counts its writes, and that may fail.
+/// A store that counts its writes and can fail.
 #[derive(Clone, Default)]
 struct Worn {
     store: RamStore,
@@ -182,10 +182,10 @@ fn a_write_that_cannot_be_stored_is_refused_and_changes_nothing() {
     assert_eq!(gauge.set_address(&request(9, 0)), None);
     // Volatile values stay.
     assert_eq!(gauge.write(Relation::Ms2(0), 0, 15, &[4]), Ok(()));
-    // The exchange too: its unit is not stored, but it holds.
+    // The unit of the exchange is not stored, but it stays.
     assert_eq!(gauge.set_prm(&hex("00 00 00 05 15")), Ok(()));
     assert_eq!(read(&mut gauge, 22), hex("05 15"));
-    // Until a master writes it: a positive answer means stored, though nothing changes.
+    // The write of the same unit has to be stored, so it is refused: a positive answer means stored.
     gauge.write(Relation::Ms2(0), 0, 15, &[5]).unwrap();
     assert_eq!(gauge.write(Relation::Ms2(0), 1, 22, &hex("05 15")), storage);
 }

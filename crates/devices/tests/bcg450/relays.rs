@@ -141,7 +141,7 @@ fn a_percentage_beyond_the_range_of_the_gauge_is_legal() {
     assert_eq!(relays(&mut tester), [true, false]);
 }
 
-/// 3.3.5.2, (116): the ambient sensor shows what the diaphragm shows, now and after a power cycle.
+/// 3.3.5.2, (116): the ambient sensor has the reading of the diaphragm, also after a power cycle.
 #[test]
 fn the_ambient_sensor_is_adjusted_to_the_diaphragm() {
     let mut tester = exchanging(FLOATS, 1000.0);

@@ -1,4 +1,4 @@
-//! Every row of tira41d1, by MS1, MS2 and parameter channel, and the tables as a text to hold beside the manual.
+//! Every row of tira41d1, by MS1, MS2 and parameter channel, and the tables as a text to compare with the manual.
 
 use crate::support::rows::{Kind, Rig, Sample};
 use crate::support::{golden, sense_all};
@@ -56,7 +56,7 @@ const NO_PRESSURES: &[&str] = &["BF C0 00 00", "7F C0 00 00", "7F 80 00 00", "FF
 const PERCENTAGES: &[&str] = &["00 0A", "05 78", "01 F4"];
 const NO_PERCENTAGES: &[&str] = &["00 00", "00 09", "05 79", "FF FF"];
 
-/// Type and unit last, so that pressures are floats in mbar while they are tried.
+/// Type and unit last, so that pressures are floats in mbar during the test.
 const SAMPLES: [Sample; 26] = [
     command((0, 0, 15), &["00"], &["07", "80", "FF"]),
     command((1, 0, 46), &["01", "02", "03", "04", "05", "06"], &["00", "07", "FF"]),

@@ -9,7 +9,7 @@ fn cyclic(du: &[u8]) -> f32 {
     f32::from_be_bytes(du[3..].try_into().unwrap())
 }
 
-/// 3.2.1.3, 3.2.2.7: the values are those of the part that measured last, whose place they take in the cyclic data
+/// 3.2.1.3, 3.2.2.7: the safe value belongs to the part that measured last and replaces its value in the cyclic data
 /// (74).
 #[test]
 fn each_safe_state_shows_its_value_outside_executing() {
@@ -30,7 +30,7 @@ fn each_safe_state_shows_its_value_outside_executing() {
                 assert_eq!(of_instance(&mut tester, instance, 23), [0], "Reading Valid");
             }
         }
-        // Before it has measured there is no last value, and without emission no BA (80).
+        // Before the first measurement there is no last value, and without emission there is no BA reading (80).
         tester.put(1, 39, &[2]).unwrap();
         tester.device().set_power(false);
         tester.device().set_power(true);
@@ -66,7 +66,7 @@ fn the_last_valid_value_of_each_instance_is_held() {
     assert_eq!(tester.state(), 5);
     assert_eq!(float(&mut tester, 3, 19), 7.0);
     assert_eq!(float(&mut tester, 1, 19), 7.0);
-    // Power forgets it (76).
+    // It is lost with the power (76).
     tester.device().set_power(false);
     tester.device().set_power(true);
     assert_eq!(float(&mut tester, 3, 19), 0.0);
@@ -88,7 +88,7 @@ fn a_sensor_alarm_concerns_its_own_part_a_common_one_all() {
         tester.fault(fault, false);
         assert_eq!(float(&mut tester, 3, 19), 5.0, "{fault} gone");
     }
-    // A warning and a range never do.
+    // Warnings and the range do not set the safe state.
     tester.fault("pirani-adjust", true);
     tester.pressure_mbar(2000.0);
     assert_eq!(float(&mut tester, 3, 19), 2000.0);
@@ -108,7 +108,7 @@ fn a_safe_value_follows_the_unit_and_zero_stays_zero() {
         assert!((read / value - 1.0).abs() < 1e-6, "{unit}: {read}");
         assert_eq!(float(&mut tester, 2, 40), 0.0, "{unit}");
     }
-    // As an integer it is whole units, and a value written so is one.
+    // As an integer it is in whole units, when read and when written.
     tester.put(1, 21, &[3]).unwrap();
     assert_eq!(of_instance(&mut tester, 1, 40), hex("00 0A"));
     tester.put(1, 40, &hex("00 07")).unwrap();

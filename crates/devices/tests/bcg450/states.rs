@@ -22,7 +22,7 @@ const EXECUTE: u8 = 4;
 const STOP: u8 = 5;
 const DIAGNOSTIC: u8 = 6;
 
-/// Program memory and working memory, with which nothing can be trusted to run.
+/// Faults of program memory and working memory, which together are critical.
 fn both_memories(tester: &mut Tester<Gauge>, defective: bool) {
     tester.fault("eprom", defective);
     tester.fault("ram", defective);
@@ -79,7 +79,7 @@ fn a_gauge_starts_through_the_self_test_to_its_result() {
     assert_eq!(phases(&["eprom", "ram"]), ["INIT", "SELFTESTING", "CRITICALFAULT"]);
 }
 
-/// (89): what each command does in each state; a number is the code of the refusal.
+/// (89): the result of each command in each state; a number is the code of the refusal.
 #[test]
 fn every_command_has_its_result_in_every_state() {
     let to = |state: u8| Ok(state);
@@ -111,7 +111,7 @@ fn a_self_test_ends_in_idle_or_in_exception() {
     let mut tester = in_state(EXECUTING);
     tester.command(DIAGNOSTIC).unwrap();
     tester.device().settle();
-    // Not back in EXECUTING (88).
+    // The state does not return to EXECUTING (88).
     assert_eq!(tester.state(), IDLE);
     for fault in ["eeprom", "ram", "eprom", "comm", "sensor1", "sensor2", "sensor3", "electronics1"] {
         let mut tester = in_state(IDLE);

@@ -164,7 +164,7 @@ fn the_key_switches_the_emission_off_and_can_be_locked() {
         tester.put(0, 203, &[lock]).unwrap();
         press(&mut tester, 1);
         assert_eq!(emission(&mut tester)[0] == 0, locked, "key lock {lock}");
-        // The bus is never locked.
+        // The key lock does not lock the bus.
         on(&mut tester, 1).unwrap();
         press(&mut tester, 1);
         assert_eq!(emission(&mut tester), [0, 0]);

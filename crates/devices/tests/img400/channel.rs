@@ -23,7 +23,7 @@ fn appendix_d_reads_the_unit_of_channel_4() {
 
 #[test]
 fn appendix_e_switches_the_emission_by_transition_command() {
-    // Configuration 8: TC and TV stand behind the parameter channel.
+    // Configuration 8: TC and TV follow the parameter channel.
     let mut tester = exchanging(CHANNEL, 1e-5);
     let nothing = "00 00 00 00 00 00 00 00";
     line(&mut tester, "00 00 00 00 00 00 00 00 03 01", nothing);
@@ -43,7 +43,7 @@ fn appendix_e_switches_the_emission_by_the_parameter_channel() {
     assert_eq!(emission(&mut tester), [0, 1]);
     line(&mut tester, "00 02 69 00 00 00 00 01 00 00", "00 02 69 00 00 00 00 00");
     line(&mut tester, "10 02 69 00 00 00 00 00 00 00", "B0 02 69 00 00 00 00 01");
-    // Exception Status and the four values stand behind the channel.
+    // Exception Status and the four values follow the channel.
     let inputs = tester.exchange(&hex("00 00 00 00 00 00 00 00 00 00"));
     assert_eq!(inputs.len(), 25);
     assert_eq!(inputs[8], 0xA0);
@@ -83,7 +83,7 @@ fn every_refusal_has_its_code() {
         ("20 00 CB 00 00 00 00 01 00 00", "70 00 CB 00 00 00 00 05"),
         ("A0 01 28 00 00 00 00 01 00 00", "70 01 28 00 00 00 00 05"),
         ("40 00 CB 00 00 00 00 01 00 00", "70 00 CB 00 00 00 00 12"),
-        // Range, mode, already there, conflict (25).
+        // Range, mode, already in this state, conflict (25).
         ("A0 00 CB 00 00 00 00 04 00 00", "70 00 CB 00 00 00 00 02"),
         ("A0 01 15 00 00 00 00 03 00 00", "70 01 15 00 00 00 00 11"),
         ("A0 00 0F 00 00 00 00 04 00 00", "70 00 0F 00 00 00 00 C9"),

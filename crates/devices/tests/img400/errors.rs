@@ -5,7 +5,7 @@ use crate::support::Tester;
 use crate::{COMMANDS, Controller, FLOATS, exchanging};
 use profivac_devices::SimulatedDevice;
 
-/// All gauges in their ranges and on: nothing to report.
+/// All gauges are on and in their ranges: no exception.
 fn quiet() -> Tester<Controller> {
     let mut tester = exchanging(COMMANDS, 1.0);
     tester.device().sense(0, 5e-4);
@@ -28,7 +28,7 @@ fn common_faults_set_alarm_and_warning_and_go_with_the_cause() {
         let mut tester = quiet();
         tester.fault(name, true);
         assert_eq!(status(&mut tester), 0x91, "{name}");
-        // Safe State on all channels (35), and Reading Valid literally not concerned (125).
+        // Safe State on all channels (35), and Reading Valid does not change, by the wording of the manual (125).
         assert_eq!(tester.exchange(&[0, 0])[1..17], [0; 16], "{name}");
         tester.fault(name, false);
         assert_eq!(status(&mut tester), 0x80, "{name}");

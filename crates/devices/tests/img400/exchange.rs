@@ -29,7 +29,7 @@ pub const CONFIGURATIONS: [(&str, usize, usize); 16] = [
 const PRINTED: [&str; 3] =
     ["47 91 05 03 03 03 03 0A 0A 0A", "47 99 05 08 08 08 08 0A 0A 0A", "C9 87 A1 0A 0A 05 08 08 08 08 08 0A 0A"];
 
-/// 4.2.5: the string, and what 500 hPa is as a float and as an unsigned word.
+/// 4.2.5: the string, and 500 hPa as a float and as an unsigned word.
 const UNITS: [(&str, f64, u16); 5] = [
     ("00 00 00 10 01", 60_795.880_017, 60_795),
     ("00 00 00 13 01", 375.030_84, 375),

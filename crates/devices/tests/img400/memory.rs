@@ -45,7 +45,7 @@ fn a_trip_point_is_restored_as_it_was_in_any_order_of_writes() {
             put_float(&mut tester, 8, *index, *value).unwrap();
         }
         let before = [19, 24, 201].map(|index| float(&mut tester, 8, index));
-        // In another unit in between, which the numbers must not notice.
+        // A change to another unit in between has no effect on the numbers.
         tester.unlock();
         tester.set_prm(&hex("00 00 00 10 01"));
         power_cycle(&mut tester);

@@ -19,7 +19,7 @@ fn any_row(random: &mut Random) -> (u8, &'static Row) {
     (address.slot, &place.block.rows[random.below(place.block.rows.len())])
 }
 
-/// Octets that a row might take, more often than not.
+/// Octets that are mostly valid for a row.
 fn any_value(random: &mut Random, row: &Row) -> Vec<u8> {
     if random.once_in(20) {
         let length = random.below(6);
@@ -39,7 +39,7 @@ fn relation(random: &mut Random) -> Relation {
     random.one_of(&[Relation::Ms1, Relation::Ms2(0), Relation::Ms2(1)])
 }
 
-/// Every parameter that a master's value is kept of.
+/// Every parameter that keeps the value of a master.
 fn kept(tester: &mut Tester<Controller>) -> Vec<Vec<u8>> {
     let mut values = Vec::new();
     for place in table::MODEL.blocks {
@@ -63,7 +63,7 @@ fn write(tester: &mut Tester<Controller>, random: &mut Random) {
     }
 }
 
-/// A read anywhere, known or not.
+/// A read of any slot and index, known or unknown.
 fn read(tester: &mut Tester<Controller>, random: &mut Random) {
     let (slot, row) = any_row(random);
     let index = if random.once_in(5) { random.octet() } else { row.index };
@@ -95,7 +95,7 @@ fn cycle(tester: &mut Tester<Controller>, random: &mut Random) {
     assert!([9, 17, 18, 25, 26, 34].contains(&inputs.len()), "{inputs:02X?}");
 }
 
-/// Power goes and returns: what was nonvolatile is as before.
+/// Power is lost and returns: nonvolatile values are as before.
 fn power(tester: &mut Tester<Controller>, random: &mut Random) {
     let before = kept(tester);
     tester.device().set_power(false);
@@ -108,7 +108,7 @@ fn power(tester: &mut Tester<Controller>, random: &mut Random) {
     assert_eq!(kept(tester), before);
 }
 
-/// An operator does something at the controller.
+/// An action of an operator at the controller.
 fn operate(tester: &mut Tester<Controller>, random: &mut Random) {
     let action = match random.below(4) {
         0 => Action::Button(random.one_of(&[1, 2])),
@@ -158,7 +158,7 @@ fn check(tester: &mut Tester<Controller>) {
     check_cyclic(tester);
 }
 
-/// Exception Status and Channel Status follow from what they are made of.
+/// Exception Status and Channel Status agree with the states behind them.
 fn check_exceptions(tester: &mut Tester<Controller>, report: &StateReport) {
     let status = tester.get(0, 26)[0];
     assert_eq!(status, report.exception_status);
@@ -210,7 +210,7 @@ fn check_cyclic(tester: &mut Tester<Controller>) {
     assert!(inputs.ends_with(&short) || inputs.ends_with(&long), "{inputs:02X?}");
 }
 
-/// There and back through every unit: no physical value changes beyond the rounding of a float.
+/// Through every unit and back: no physical value changes beyond the rounding of a float.
 fn units_there_and_back(tester: &mut Tester<Controller>, seen: &mut Seen) {
     tester.unlock();
     tester.put(1, 21, &[8]).unwrap();

@@ -1,4 +1,4 @@
-//! Every row of BG 5530 by MS1, MS2 and parameter channel, and the tables as a text to hold beside the manual.
+//! Every row of BG 5530 by MS1, MS2 and parameter channel, and the tables as a text to compare with the manual.
 
 use crate::support::rows::{Kind, Rig, Sample};
 use crate::support::{golden, sense_all};
@@ -23,7 +23,7 @@ fn make() -> Controller {
     controller
 }
 
-/// Every slot shows what it has.
+/// The IMG 400 has no selector.
 fn select(_controller: &mut Controller, _address: &Location) {}
 
 const fn value(slot: u8, index: u8, good: &'static [&'static str], bad: &'static [&'static str]) -> Sample {
@@ -63,12 +63,12 @@ const CURRENTS: &[&str] =
 const NO_CURRENTS: &[&str] = &["3D CC CC CD", "40 E0 00 00", "BF 80 00 00", "7F C0 00 00"];
 const NO_ADJUSTMENTS: &[&str] = &["00 02", "01 00", "80 00", "FF FF"];
 
-/// Data Type last, so that pressures are floats in hPa while they are tried.
+/// Data Type last, so that pressures are floats in hPa during the test.
 const SAMPLES: [Sample; 60] = [
     command(0, 15, &["00"], &["07", "80", "FF"]),
     value(0, 203, &["01", "02", "03", "00"], &["04", "FF"]),
     command(0, 205, &["00", "01", "02", "04", "08", "10", "20", "40", "80", "FF"], &[]),
-    // Zero on ionisation gauges, neither way on a Pirani gauge (131).
+    // Zero adjust on ionisation gauges, none on a Pirani gauge (131).
     command(1, 15, &["00 01"], NO_ADJUSTMENTS),
     command(2, 15, &["00 01"], NO_ADJUSTMENTS),
     command(3, 15, &[], NO_ADJUSTMENTS),

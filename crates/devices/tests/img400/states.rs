@@ -43,7 +43,7 @@ fn the_board_stays_in_init_without_an_answer_of_the_controller() {
     tester.device().advance(1000.0);
     assert_eq!(tester.state(), INIT);
     assert_eq!(tester.report().device_state, "INIT");
-    // It is on the bus all the same, with safe values.
+    // The device is on the bus, with safe values.
     tester.bring_up(&hex(HPA), &hex(FLOATS));
     let inputs = tester.exchange(&[]);
     assert_eq!(inputs[0], 0xB1);
@@ -92,7 +92,7 @@ fn exchange_leads_to_executing_once_and_its_end_to_idle() {
 }
 
 #[test]
-fn every_command_in_every_state_is_answered_as_the_diagram_says() {
+fn every_command_in_every_state_is_answered_as_in_the_diagram() {
     // Rows: commands 1 to 6; the code of the refusal, or the state after it.
     let reach: [(u8, &[u8]); 4] = [(IDLE, &[]), (EXECUTING, &[4]), (5, &[2]), (SELF_TESTING, &[6])];
     let expected = [
@@ -149,7 +149,7 @@ fn the_safe_state_decides_all_four_channels_outside_executing() {
 }
 
 #[test]
-fn hold_last_value_holds_what_was_valid_in_executing() {
+fn hold_last_value_holds_the_last_valid_value_of_executing() {
     // (33)
     let mut tester = tester();
     tester.put(4, 39, &[2]).unwrap();
@@ -164,7 +164,7 @@ fn hold_last_value_holds_what_was_valid_in_executing() {
 
 #[test]
 fn a_supply_alarm_concerns_all_channels_and_a_switch_off_only_its_own() {
-    // (35): manufacturer alarms are everybody's, a sensor alarm is the channel's.
+    // (35): manufacturer alarms concern all channels, a sensor alarm its own channel.
     let mut tester = exchanging(FLOATS, 1e-6);
     tester.put(1, 105, &[1]).unwrap();
     tester.put(2, 105, &[1]).unwrap();

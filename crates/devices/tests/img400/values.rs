@@ -75,7 +75,7 @@ fn all_channels_share_the_data_type_which_is_fixed_during_exchange() {
     for slot in 1..=4 {
         assert_eq!(tester.get(slot, 21), [3]);
     }
-    // The configuration overrules it (4.4.2).
+    // The configuration overrides it (4.4.2).
     tester.bring_up(&hex(HPA), &hex(FLOATS));
     assert_eq!(tester.get(1, 21), [8]);
     assert_eq!(tester.put(1, 21, &[3]), Err(17));
@@ -120,17 +120,17 @@ fn a_zero_adjust_works_on_diaphragm_and_ionisation_gauges() {
     // (131)
     let mut tester = exchanging(CHANNEL, 0.5);
     let adjust = |tester: &mut Tester<Controller>, slot, target| tester.put(slot, 15, &[0, target]);
-    // The diaphragm gauge on channel 4, both ways.
+    // The diaphragm gauge on channel 4 has both adjustments.
     adjust(&mut tester, 4, 1).unwrap();
     assert_eq!(float(&mut tester, 4, 19), 0.0);
     tester.pressure_mbar(10.5);
     assert!((float(&mut tester, 4, 19) - 10.0).abs() < 1e-4);
     adjust(&mut tester, 4, 0).unwrap();
     assert_eq!(float(&mut tester, 4, 19), 10.5);
-    // A Pirani gauge, neither way.
+    // A Pirani gauge has none.
     assert_eq!(adjust(&mut tester, 3, 0), Err(202));
     assert_eq!(adjust(&mut tester, 3, 1), Err(202));
-    // An ionisation gauge, one way; without emission there is nothing to calculate, and the offset stays.
+    // An ionisation gauge has the zero adjust; without emission the offset stays.
     tester.pressure_mbar(1e-6);
     assert_eq!(adjust(&mut tester, 1, 0), Err(202), "without emission");
     adjust(&mut tester, 1, 1).unwrap();

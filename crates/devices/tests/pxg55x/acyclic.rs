@@ -26,7 +26,7 @@ fn a_class_2_master_reads_and_writes_without_an_exchange() {
     let mut tester = tester(pcg());
     let sap = connect(&mut tester);
     for (request, answer) in [
-        // Device Type: class 2 may.
+        // Device Type: a class 2 master may write it.
         ("5E 00 11 F0", "5E 00 11 08 43 56 47 20 20 20 20 20"),
         // Data Unit to Torr, in IDLE.
         ("5F 01 16 02 13 01", "5F 01 16 02"),
@@ -37,7 +37,7 @@ fn a_class_2_master_reads_and_writes_without_an_exchange() {
         ("5F 00 0F 01 04", "5F 00 0F 01"),
         ("5F 00 0F 01 04", "DF 80 B5 C9"),
         ("5F 01 16 02 13 08", "DF 80 B5 11"),
-        // Process Value is read-only, slot 6 and index 14 are not there, Safe State has one octet.
+        // Process Value is read-only, slot 6 and index 14 do not exist, Safe State has one octet.
         ("5F 01 13 04 00 00 00 00", "DF 80 B6 01"),
         ("5E 06 10 F0", "DE 80 B2 00"),
         ("5E 01 0E F0", "DE 80 B0 03"),
@@ -56,7 +56,7 @@ fn a_class_1_master_reads_and_writes_beside_its_exchange() {
     for (request, answer) in [
         // Process Value, 100 mbar.
         ("5E 01 13 F0", "5E 01 13 04 42 C8 00 00"),
-        // Device Type and Data Unit are class 2's (58).
+        // Only a class 2 master may write Device Type and Data Unit (58).
         ("5E 00 11 F0", "DE 80 B6 12"),
         ("5F 01 16 02 13 01", "DF 80 B6 01"),
         // Low Trip Point 2 to 200 mbar; relay 2 follows.

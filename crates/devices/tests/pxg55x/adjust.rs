@@ -31,7 +31,7 @@ fn a_zero_adjust_of_the_diaphragm_moves_its_zero() {
     assert_eq!(float(&mut tester, 1, 19), 0.0);
     sense(&mut tester, 500.7, 500.0, 1013.0);
     assert!(close(float(&mut tester, 1, 19), 500.0));
-    // Only the diaphragm, and kept.
+    // Only the diaphragm is adjusted, and the adjustment is stored.
     assert!(close(float(&mut tester, 2, 19), 500.0));
     restart(&mut tester);
     tester.command(4).unwrap();
@@ -49,7 +49,7 @@ fn the_adjustments_of_the_pirani_move_zero_and_gain() {
         tester.device().sense(part, 870.0 * 100.0);
         adjust(&mut tester, instance, 1).unwrap();
         assert!(close(float(&mut tester, instance, 19), 1000.0));
-        // The zero stays where it was.
+        // The zero does not change.
         tester.device().sense(part, 3e-3 * 100.0);
         assert!(float(&mut tester, instance, 19) < 1e-9);
         restart(&mut tester);
@@ -102,7 +102,7 @@ fn a_part_without_a_reading_is_not_adjusted() {
     assert_eq!(adjust(&mut tester, 1, 0), Err(202));
 }
 
-/// A command acts once; it is not stored (78).
+/// A command is executed once and not stored (78).
 #[test]
 fn a_restart_adjusts_nothing() {
     let mut tester = executing(psg(), 100.0);
@@ -161,7 +161,7 @@ fn the_automatic_mode_switches_the_pirani_off_above_12_mbar() {
     for (mbar, valid) in [(1.0, 1), (11.9, 1), (12.0, 1), (12.1, 0), (1000.0, 0), (11.5, 0), (10.9, 1), (1.0, 1)] {
         tester.pressure_mbar(mbar);
         assert_eq!(of_instance(&mut tester, 2, 23), [valid], "{mbar} mbar");
-        // The gauge measures all the same.
+        // The gauge continues to measure.
         assert_eq!(tester.exchange(&[])[..2], [0x80, 0], "{mbar} mbar");
     }
     // A PSG55x has nothing else (107).

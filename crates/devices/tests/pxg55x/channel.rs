@@ -1,5 +1,5 @@
-//! The parameter channel, as far as it is particular here: 4.3, (1) to (12), (53), (54). The rules that the gauges
-//! share are tested with the BCG450.
+//! The parameter channel, as far as it differs from the BCG450: 4.3, (1) to (12), (53), (54). The tests of the BCG450 cover
+//! the common rules.
 
 use crate::support::{Tester, hex};
 use crate::{CHANNEL, Gauge, exchanging, float, of_instance, pcg};
@@ -36,7 +36,7 @@ fn every_length_has_its_ak() {
 fn every_refusal_has_its_error_code() {
     let mut tester = exchanging(pcg(), CHANNEL, 100.0);
     for (request, code) in [
-        // Undefined slot, and an index that is not there (7).
+        // Undefined slot, and an index that does not exist (7).
         ("10 06 10 00 00 00 00 00", 0),
         ("10 01 0E 00 00 00 00 00", 3),
         // Read-only; width; range.
@@ -64,7 +64,7 @@ fn every_refusal_has_its_error_code() {
     }
 }
 
-/// (10): otherwise an adjustment would be made in every cycle.
+/// (10): otherwise the device would adjust in every cycle.
 #[test]
 fn a_repeated_task_adjusts_once() {
     let mut tester = exchanging(pcg(), CHANNEL, 100.0);
@@ -79,7 +79,7 @@ fn a_repeated_task_adjusts_once() {
     assert_eq!(float(&mut tester, 1, 19), 0.0);
 }
 
-/// "The slave keeps transmitting the response": for a read, with the value of now (10).
+/// "The slave keeps transmitting the response": for a read, with the present value (10).
 #[test]
 fn a_read_task_shows_the_present_value_in_every_cycle() {
     let mut tester = exchanging(pcg(), CHANNEL, 100.0);

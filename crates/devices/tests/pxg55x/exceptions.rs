@@ -73,7 +73,7 @@ fn every_fault_sets_its_bits_while_it_is_active() {
     }
 }
 
-/// 7.1.16 to 7.1.21, and the blocks the details come from.
+/// 7.1.16 to 7.1.21, and the blocks behind the details.
 pub fn copies_are_equal(tester: &mut Tester<Gauge>) {
     let [alarm, warning] = [27, 28].map(|index| tester.get(0, index));
     // 4 on a PCG55x, 2 on a PSG55x.

@@ -1,4 +1,4 @@
-//! All models in cyclic exchange: every configuration, every user parameter string, and nothing else. 3.7, 3.8, 4.4.
+//! All models in cyclic exchange: every configuration and every user parameter string; all others are refused. 3.7, 3.8, 4.4.
 
 use crate::support::hex;
 use crate::{COUNTS, MBAR, PASCAL, TORR, TTR, tester};
@@ -26,7 +26,7 @@ enum Part {
 
 use Part::{Channel, Exceptions, Float, Integer, Relays, Selector, Status};
 
-/// 4.4.1 and 4.4.2: configuration, octets out, octets in, and what they are. Without TTR compatibility.
+/// 4.4.1 and 4.4.2: configuration, octets out, octets in, and their contents. Without TTR compatibility.
 const CONFIGURATIONS: [(&str, usize, usize, &[Part]); 12] = [
     ("42 82 05 03", 0, 3, &[Exceptions, Integer]),
     ("42 84 05 08", 0, 5, &[Exceptions, Float]),
@@ -45,12 +45,12 @@ const CONFIGURATIONS: [(&str, usize, usize, &[Part]); 12] = [
 /// "A1 91" is for TTR compatibility only (49).
 const TTR_CONFIGURATION: &str = "A1 91";
 
-/// 3.8: the string, and what 800 mbar is as a float and as an integer. 3511 x log10(800 x 2^20) + 1 counts (81); an
+/// 3.8: the string, and 800 mbar as a float and as an integer. 3511 x log10(800 x 2^20) + 1 counts (81); an
 /// integer is cut and saturates (16, 17).
 const UNITS: [(&str, f64, u16); 4] =
     [(COUNTS, 31_332.06, 31332), (TORR, 600.049_304, 600), (MBAR, 800.0, 800), (PASCAL, 80_000.0, 32767)];
 
-/// Takes apart what a telegram brings.
+/// Splits the inputs of a telegram into its fields.
 fn check(du: &[u8], parts: &[Part], selector: u8, float: f64, integer: u16) {
     let mut rest = du;
     let mut take = |octets: usize| {
@@ -167,7 +167,7 @@ fn only_the_printed_strings_are_accepted() {
         assert_eq!(accepts(&[0, 0, 0, high, low]), known, "{code:04X}");
     }
     for first in 0..=255 {
-        // DPV1_Enable, Fail_Safe and WD_Base_1ms are the slave's (39).
+        // The slave handles DPV1_Enable, Fail_Safe and WD_Base_1ms (39).
         assert_eq!(accepts(&[first, 0, 0, 0x13, 0x08]), first & !0xC4 == 0, "{first:02X}");
     }
     for user in ["", "13 08", "00 00 00", "00 00 00 13", "00 00 00 13 08 00", "00 01 00 13 08", "00 00 01 13 08"] {

@@ -12,7 +12,7 @@ use profivac_wire::Sap;
 use profivac_wire::acyclic::{Call, Im0, call};
 use profivac_wire::address::SetSlaveAdd;
 
-/// A visible string, without the blanks it is filled up with (60).
+/// A visible string without its padding blanks (60).
 fn text(tester: &mut Tester<Gauge>, index: u8) -> String {
     String::from_utf8(tester.get(0, index)).unwrap().trim_end().to_owned()
 }
@@ -83,7 +83,7 @@ fn i_and_m0_has_the_fields_of_chapter_5() {
         assert_eq!((&record[..10], &record[10..12]), (&[0; 10][..], &[0x01, 0x7A][..]));
         let im0 = Im0::parse(&record).unwrap();
         assert_eq!(im0.order_id, kind.variant().number.as_bytes());
-        // Longer than the field: cut.
+        // A string longer than the field is cut.
         assert_eq!(im0.serial_number, b"1234567890123456");
         // The revisions of the PROFIBUS board, as ID 21 and ID 22 have them.
         let mut tester = tester(kind);
@@ -98,7 +98,7 @@ fn i_and_m0_has_the_fields_of_chapter_5() {
 #[test]
 fn i_and_m0_is_no_parameter() {
     let mut gauge = gauge(psg());
-    // The call is the slave's business; the device has no such index (111).
+    // The slave handles the call; the device has no such index (111).
     assert_eq!(gauge.read(Relation::Ms2(0), 0, call::CALL_INDEX, &mut [0; 240]), Err(Dpv1Error::INVALID_INDEX.with(3)));
     let mut octets = [0; 240];
     let length = Call::new(call::IM0, &[]).emit(&mut octets).unwrap();
@@ -112,7 +112,7 @@ fn the_address_switch_is_readable_and_sets_the_address_at_power_up() {
     let mut tester = tester(pcg());
     assert_eq!((tester.get(0, 211), tester.device().station_address()), (vec![5], 5));
     tester.device().operate(Action::Switch(Switch::Address(125))).unwrap();
-    // The parameter is the switch, the address what was polled.
+    // The parameter is the position of the switch; the address is the one read at power-up.
     assert_eq!((tester.get(0, 211), tester.device().station_address()), (vec![125], 5));
     tester.device().set_power(false);
     tester.device().set_power(true);
@@ -124,11 +124,11 @@ fn set_slave_add_works_only_above_7d() {
     let set = |tester: &mut Tester<Gauge>, address: u8, lock: u8| {
         tester.request(Sap::SetSlaveAdd, &[address, 0x0C, 0x85, lock]);
     };
-    // At or below, the service is closed and the switch wins (55).
+    // At or below 7D hex the service is closed and the switch sets the address (55).
     let mut tester = tester(psg());
     set(&mut tester, 9, 0);
     assert_eq!((tester.device().station_address(), tester.slave.address()), (5, 5));
-    // Above, the stored address holds, and is stored.
+    // Above it the stored address is valid, and a new one is stored.
     tester.device().operate(Action::Switch(Switch::Address(126))).unwrap();
     tester.device().set_power(false);
     tester.device().set_power(true);
@@ -142,9 +142,9 @@ fn set_slave_add_works_only_above_7d() {
 
 /// profibus-wire 2.11: an address is locked by No_Add_Chg until factory reset, which is 7.2.2, command 128.
 #[test]
-fn a_factory_reset_lifts_no_add_chg_and_keeps_the_address() {
+fn a_factory_reset_clears_no_add_chg_and_keeps_the_address() {
     let set = |tester: &mut Tester<Gauge>, address: u8| {
-        // The tester asks at one address only, and the gauge moves.
+        // The tester sends to one address only, and the address of the gauge changes.
         let request = SetSlaveAdd { address, ident: 0x0C85, no_add_chg: 0xFF, rem_slave_data: &[] };
         tester.device().set_address(&request);
         tester.device().station_address()
@@ -155,7 +155,7 @@ fn a_factory_reset_lifts_no_add_chg_and_keeps_the_address() {
     tester.device().set_power(true);
     tester.device().settle();
     assert_eq!((set(&mut tester, 9), set(&mut tester, 10)), (9, 9));
-    // No other Reset is enough.
+    // No other Reset unlocks the address.
     for command in [1, 129] {
         tester.command(command).unwrap();
         tester.device().settle();

@@ -99,7 +99,7 @@ fn all_settings_are_restored_after_power_up() {
     assert_eq!(settings(&mut tester), expected);
 }
 
-/// In COUNTS a hysteresis is a distance; it is stored as the pressure it is.
+/// In COUNTS a hysteresis is a distance; it is stored as a pressure.
 #[test]
 fn settings_in_counts_and_integers_are_restored_after_power_up() {
     let mut tester = changed(pcg());
@@ -143,7 +143,7 @@ fn a_factory_reset_resets_settings_and_adjustments_but_not_run_hours() {
     tester.device().advance(7200.0);
     assert_eq!(float(&mut tester, 1, 19), 0.0);
     tester.command(128).unwrap();
-    // Also after the power was off: it is stored.
+    // The reset is stored: it holds after a power cycle.
     for power_cut in [false, true] {
         if power_cut {
             restart(&mut tester);
@@ -169,7 +169,7 @@ fn other_resets_keep_the_settings() {
     }
 }
 
-/// A master that exchanges data has chosen unit and number type; they hold as long as it does.
+/// The unit and number type of a master hold as long as it exchanges data.
 #[test]
 fn a_factory_reset_during_data_exchange_keeps_the_unit() {
     let mut tester = tester(psg());
@@ -195,7 +195,7 @@ fn the_setup_sets_the_stored_unit() {
     }
 }
 
-/// A memory that takes nothing any more.
+/// A memory that refuses every write.
 #[derive(Default)]
 struct Full(RamStore);
 
@@ -217,11 +217,11 @@ fn a_write_that_cannot_be_stored_is_refused_and_changes_nothing() {
         assert_eq!(tester.put(slot, index, &hex(value)), Err(18), "{slot}/{index}");
         assert_eq!(tester.get(slot, index), before, "{slot}/{index}");
     }
-    // A master is not kept out.
+    // The gauge still accepts a master.
     tester.bring_up(&hex(MBAR), &hex(CHANNEL));
 }
 
-/// The unit a master chose stays when it goes: all settings "are overwritten" (8.1.6).
+/// The unit of a master stays after data exchange: all settings "are overwritten" (8.1.6).
 #[test]
 fn the_unit_of_a_master_is_stored() {
     let mut tester = tester(pcg());

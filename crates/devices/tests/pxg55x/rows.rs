@@ -1,4 +1,4 @@
-//! Every row of tira56e1, by MS1, MS2 and parameter channel, and the tables as a text to hold beside the manual.
+//! Every row of tira56e1, by MS1, MS2 and parameter channel, and the tables as a text to compare with the manual.
 
 use crate::support::rows::{Kind as SampleKind, Rig, Sample};
 use crate::support::{golden, sense_all};
@@ -106,7 +106,7 @@ fn samples(cdg: bool, atm: bool) -> Vec<Sample> {
             value((slot, 0, 201), FACTORS, NO_FACTORS),
             presentation((slot, 0, 28), UNITS, NO_UNITS),
             presentation((slot, 0, 29), TYPES, NO_TYPES),
-            // 3 is missing, 1 and 2 need an atmosphere sensor (100).
+            // There is no mode 3; modes 1 and 2 need an atmosphere sensor (100).
             if atm {
                 value((slot, 0, 202), &["01", "02", "04", "00"], &["03", "05", "FF"])
             } else {

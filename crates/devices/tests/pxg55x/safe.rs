@@ -42,7 +42,7 @@ fn warnings_and_range_do_not_set_the_error_bit() {
     assert_eq!((process_value(&mut tester), tester.report().outputs_safe), (1300.0, false));
 }
 
-/// An alarm of one sensor leaves the others alone (35).
+/// An alarm of one sensor does not concern the others (35).
 #[test]
 fn every_instance_has_its_own_safe_state() {
     let mut tester = exchanging(pcg(), CHANNEL, 100.0);

@@ -1,4 +1,4 @@
-//! The device state machine, as far as it is particular here, and the NET LED. 7.2, 3.4.
+//! The device state machine, as far as it differs from the BCG450, and the NET LED. 7.2, 3.4.
 
 use crate::support::{Tester, hex, selftest};
 use crate::{CHANNEL, FLOATS, Gauge, MBAR, RELAYS, exchanging, gauge, pcg, psg, tester};
@@ -31,7 +31,7 @@ fn the_manufacturers_resets_are_resets() {
                 assert_eq!(tester.state(), to);
                 tester.command(command).unwrap();
                 assert_eq!(tester.state(), INIT);
-                // Already there; and nothing else begins.
+                // The gauge is in this state already; it begins nothing else.
                 assert_eq!(tester.command(command), Err(201));
                 assert_eq!(tester.command(4), Err(202));
                 tester.device().settle();
@@ -158,7 +158,7 @@ fn unit_and_data_type_are_one_for_all_blocks() {
 
 /// A master's configuration fixes the data type, its user parameters the unit: 8.1.5, 8.1.6.
 #[test]
-fn a_master_overrides_what_was_set_acyclically() {
+fn a_master_in_data_exchange_overrides_acyclic_settings() {
     let mut tester = tester(psg());
     tester.put(1, 22, &hex("13 09")).unwrap();
     tester.put(1, 21, &[3]).unwrap();

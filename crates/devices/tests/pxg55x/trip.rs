@@ -8,7 +8,7 @@ use profivac_devices::{Action, SimulatedDevice};
 /// Telegram 201: integers.
 const INTEGERS: &str = "44 85 05 03 05 0A";
 
-/// A unit, a point and a hysteresis that are round numbers in it, and how many mbar a number is.
+/// A unit, a point and a hysteresis that are round numbers in it, and the factor to mbar.
 struct UnitCase {
     user: &'static str,
     point: f64,
@@ -48,10 +48,10 @@ fn put(tester: &mut Tester<Gauge>, slot: u8, index: u8, number: f64) -> Result<(
     tester.put(slot, index, &octets)
 }
 
-/// The status of a trip point everywhere it can be seen; all must agree in EXECUTING.
+/// The status of a trip point in each place that shows it; all must agree in EXECUTING.
 fn status(tester: &mut Tester<Gauge>, slot: u8) -> bool {
     let trip = tester.get(slot, STATUS)[0];
-    // Discrete output: mirrors the trip point (93), and is in order.
+    // The discrete output follows the trip point (93) and has no fault.
     assert_eq!((tester.get(slot + 2, 19)[0], tester.get(slot + 2, 20)[0]), (trip, 0));
     if tester.is_exchanging() {
         // The last two octets of telegrams 201 and 202 (103).
@@ -242,7 +242,7 @@ fn atmosphere_detection_works_in_every_unit() {
     }
 }
 
-/// The atmosphere rises and falls while the chamber stays: the point goes with it.
+/// The atmosphere changes and the chamber does not: the point follows the atmosphere.
 #[test]
 fn the_calculated_point_follows_the_atmosphere() {
     let mut tester = bench(pcg(), MBAR, RELAYS);
@@ -266,11 +266,11 @@ fn the_calculated_point_follows_the_atmosphere() {
         let point = float_of(&tester.get(3, HIGH_POINT));
         assert!((f64::from(point) / (atmosphere * 0.9) - 1.0).abs() < 1e-6, "{point}");
     }
-    // A sensor that has failed moves nothing any more.
+    // A failed sensor no longer moves the trip point.
     tester.fault("sensor3", true);
     tester.device().sense(2, 50_000.0);
     assert_eq!(float_of(&tester.get(3, HIGH_POINT)), 810.0);
-    // Back in setpoint mode the last point stays, and is settable.
+    // In setpoint mode the last point stays and can be written.
     tester.fault("sensor3", false);
     tester.put(3, MODE, &[0]).unwrap();
     tester.device().sense(2, 101_300.0);
@@ -289,10 +289,10 @@ fn modes_that_calculate_need_an_atmosphere_sensor() {
     }
 }
 
-/// 11.2.13: which point the push button works on. Pressing sets it to the present pressure.
+/// 11.2.13: the point that the push button sets to the present pressure.
 #[test]
 fn a_push_button_sets_the_point_that_the_mode_allows() {
-    // Mode; enables of low and high; what has moved: low, high.
+    // Mode; enables of low and high; whether low and high have changed.
     for (mode, low, high, moved) in [
         (0, 1, 1, (true, false)),
         (0, 1, 0, (true, false)),
@@ -347,7 +347,7 @@ fn a_push_button_stores_a_trip_point_at_a_valid_pressure_only() {
     assert_eq!(float_of(&tester.get(2, LOW_POINT)), 30.0, "not in IDLE");
 }
 
-/// (94), (104): outside EXECUTING the relay is off, and so is its trip point. No safe value is remembered.
+/// (94), (104): outside EXECUTING the relay is off, and so is its trip point. No safe value is kept.
 #[test]
 fn a_relay_works_in_executing_only() {
     for kind in Pxg55xModel::all() {
@@ -375,7 +375,7 @@ fn a_relay_works_in_executing_only() {
     }
 }
 
-/// A trip point watches the process value of the telegrams (96), also when that is a safe value (104).
+/// A trip point compares the process value of the telegrams (96), also a safe value (104).
 #[test]
 fn a_trip_point_compares_the_active_value() {
     let mut tester = exchanging(pcg(), RELAYS, 100.0);

@@ -77,7 +77,7 @@ fn unit_and_data_type_keep_their_values() {
     assert!(!tester.is_exchanging());
 }
 
-/// The mode belongs to the parameterisation: not even a factory reset takes it from the master.
+/// The mode belongs to the parameterisation: a factory reset does not change it.
 #[test]
 fn a_factory_reset_keeps_ttr_compatibility_mode() {
     let mut tester = in_ttr_mode(psg(), 100.0);

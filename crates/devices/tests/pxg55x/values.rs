@@ -132,7 +132,7 @@ fn the_selector_has_no_effect_on_the_cyclic_data() {
     assert_eq!(float(&mut tester, 2, 19), 90.0);
 }
 
-/// (32): what has a pressure keeps its meaning.
+/// (32): values that are pressures keep their pressure.
 #[test]
 fn a_change_of_unit_changes_no_pressure() {
     let mut tester = tester(pcg());

@@ -1,4 +1,4 @@
-//! Readable texts beside the tests. `cargo xtask goldens` writes them anew; the diff is part of a review.
+//! Texts that tests compare. `cargo xtask goldens` writes them anew; the diff is part of a review.
 
 use profivac_devices::model::{Configuration, Model, PlacedBlock, Scale, Telegram};
 use std::fmt::Write;
@@ -76,7 +76,7 @@ fn print_configuration(configuration: &Configuration) -> String {
     )
 }
 
-/// Every telegram once, by its number; a number may stand for one of each direction.
+/// Every telegram once, by its number; a number may name one of each direction.
 fn telegrams(model: &Model) -> Vec<&'static Telegram> {
     let mut telegrams: Vec<&Telegram> =
         model.configurations.iter().flat_map(|it| it.outputs.into_iter().chain(it.inputs)).collect();

@@ -19,7 +19,7 @@ use profivac_wire::{DataTelegram, Sap, Telegram};
 const MASTER: u8 = 2;
 const SLAVE: u8 = 5;
 
-/// SRD high with FCV = 0: a first contact each time, so that nothing counts as a repetition.
+/// SRD high with FCV = 0: a first contact each time, so that no request is a repetition.
 const SRD: u8 = 0x6D;
 
 /// SDN high.
@@ -108,7 +108,7 @@ impl<D: SimulatedDevice> Tester<D> {
         matches!(self.slave.state(), SlaveState::DataExch(..))
     }
 
-    /// How many octets the master sends, in data exchange.
+    /// The number of octets that the master sends in data exchange.
     pub fn outputs(&self) -> Option<usize> {
         match self.slave.state() {
             SlaveState::DataExch(_, exchange) => Some(exchange.lengths.outputs.into()),

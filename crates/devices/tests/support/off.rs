@@ -2,7 +2,7 @@
 
 use profivac_devices::{SimulatedDevice, StateReport};
 
-/// Every place in the lists stays where it was, and nothing is closed, on or valid. Nothing moves either.
+/// The lists keep their entries; no relay is closed, nothing is on or valid, and nothing changes with time.
 pub fn shows_nothing<D: SimulatedDevice>(device: &mut D) {
     let on = device.report();
     device.set_power(false);

@@ -1,6 +1,6 @@
-//! Chance that can be repeated: xorshift64*, and a seed that a failing test prints.
+//! Reproducible pseudo-random numbers: xorshift64*, with a seed that a failing test prints.
 
-/// A source of chance.
+/// A pseudo-random number generator.
 pub struct Random(u64);
 
 impl Random {
@@ -32,7 +32,7 @@ impl Random {
         self.next() as f64 / (1u64 << 53) as f64
     }
 
-    /// Once in `times`.
+    /// True once in `times` calls on average.
     pub fn once_in(&mut self, times: usize) -> bool {
         self.below(times) == 0
     }

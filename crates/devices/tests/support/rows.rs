@@ -1,4 +1,4 @@
-//! Every row of a device's tables, in every way a master can reach it.
+//! Every row of a device's tables, by every access path.
 
 use super::{SLAVE, Tester, hex};
 use profivac_devices::SimulatedDevice;
@@ -20,7 +20,7 @@ pub struct Sample {
 /// The effect of a write.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
-    /// It is read back.
+    /// A read returns the written value.
     Value,
     /// The same, but not during cyclic exchange.
     Presentation,
@@ -46,7 +46,7 @@ pub struct Rig<D> {
 const DPV1: [(Relation, Access, Access); 2] =
     [(Relation::Ms1, Access::READ_1, Access::WRITE_1), (Relation::Ms2(0), Access::READ_2, Access::WRITE_2)];
 
-/// How long a parameter is; `number` is the length of a pressure.
+/// The length of a parameter; `number` is the length of a pressure.
 fn length(row: &Row, number: usize) -> usize {
     match row.data_type {
         DataType::Boolean | DataType::Int8 | DataType::Uint8 => 1,
@@ -116,7 +116,7 @@ impl<D: SimulatedDevice> Rig<D> {
         tester
     }
 
-    /// How long a pressure is in a configuration.
+    /// The length of a pressure in a configuration.
     fn number(&self, cfg: &str) -> usize {
         let configuration = self.model.configuration(&hex(cfg)).expect("a configuration of the tables");
         configuration.number().map_or(4, |number| number.octets())
@@ -138,7 +138,7 @@ impl<D: SimulatedDevice> Rig<D> {
         }
     }
 
-    /// Reading, three ways: what a mark allows is answered with its type and length, all else is refused.
+    /// Reads by all three access paths: where a mark allows it, the answer has type and length of the row; otherwise a refusal.
     pub fn every_row_is_read_as_marked(&self) {
         for cfg in self.cfgs {
             let (mut tester, number) = (self.exchanging(cfg), self.number(cfg));
@@ -172,7 +172,7 @@ impl<D: SimulatedDevice> Rig<D> {
         }
     }
 
-    /// The code for what the parameter channel cannot carry.
+    /// The refusal of a value that the parameter channel cannot transfer.
     fn unfit_code(&self, row: &Row) -> u8 {
         let text = matches!(row.data_type, DataType::Visible(_));
         self.model.channel_rules.error_code(if text {
@@ -182,7 +182,7 @@ impl<D: SimulatedDevice> Rig<D> {
         })
     }
 
-    /// Writing where no mark allows it, and with another length.
+    /// Writes where no mark allows it, and with another length.
     pub fn no_row_is_written_without_a_mark_or_with_another_length(&self) {
         for cfg in self.cfgs {
             let (mut tester, number) = (self.exchanging(cfg), self.number(cfg));
@@ -251,7 +251,7 @@ impl<D: SimulatedDevice> Rig<D> {
         })
     }
 
-    /// The samples speak of every writable row, and of no other.
+    /// The samples cover every writable row and no other.
     pub fn samples_are_complete(&self) {
         let mut writable = Vec::new();
         self.each(|address, row| {
@@ -336,7 +336,7 @@ impl<D: SimulatedDevice> Rig<D> {
         }
     }
 
-    /// Reads a row in the first way that its marks allow.
+    /// Reads a row by the first access path that its marks allow.
     fn read_somehow(&self, tester: &mut Tester<D>, slot: u8, row: &Row) -> Vec<u8> {
         match DPV1.iter().find(|(_, read, _)| row.access.contains(*read)) {
             Some((relation, ..)) => tester.read(*relation, slot, row.index).unwrap(),
@@ -344,7 +344,7 @@ impl<D: SimulatedDevice> Rig<D> {
         }
     }
 
-    /// Writes a row in the first way that its marks allow.
+    /// Writes a row by the first access path that its marks allow.
     fn write_somehow(&self, tester: &mut Tester<D>, slot: u8, row: &Row, octets: &[u8]) {
         match DPV1.iter().find(|(.., write)| row.access.contains(*write)) {
             Some((relation, ..)) => tester.write(*relation, slot, row.index, octets).unwrap(),
@@ -355,7 +355,7 @@ impl<D: SimulatedDevice> Rig<D> {
         }
     }
 
-    /// With a parameter channel if the row has no other way.
+    /// With the parameter channel if the row has no other access path.
     fn tester_for(&self, address: &Location, row: &Row) -> Tester<D> {
         let by_channel = row.access.intersects(Access::WRITE_CHANNEL);
         let mut tester = if by_channel { self.exchanging(self.cfgs[1]) } else { self.tester() };
@@ -363,7 +363,7 @@ impl<D: SimulatedDevice> Rig<D> {
         tester
     }
 
-    /// Nonvolatile values outlive the power, all others are what they were in the beginning.
+    /// Nonvolatile values survive power loss; all others return to their initial values.
     pub fn nonvolatile_values_are_restored_after_power_up(&self) {
         for sample in self.samples.iter().filter(|sample| sample.kind != Kind::Command) {
             let (address, row) = self.find(sample.at);

@@ -14,7 +14,7 @@ const DIAGNOSTIC: u8 = 6;
 /// Common alarm and common warning of Exception Status.
 const COMMON: u8 = 0x11;
 
-/// The memories of a device, and what the self test makes of those that are defective.
+/// The memories of a device, and the result of the self test for each combination of defects.
 const CASES: [(&[&str], u8, &str); 8] = [
     (&[], IDLE, "IDLE"),
     (&["eprom"], SELF_TEST_EXCEPTION, "SELFTESTEXCEPTION"),
@@ -33,10 +33,10 @@ fn power_cycle<D: SimulatedDevice>(tester: &mut Tester<D>) {
     tester.device().set_power(true);
 }
 
-/// Every combination of defective memories, found in every way. `user` and `cfg` lead to an exchange with a parameter
+/// Every combination of defective memories, found by every self test. `user` and `cfg` lead to an exchange with a parameter
 /// channel in front and a float of the process at the end.
 pub fn memories<D: SimulatedDevice>(new: impl Fn() -> Tester<D>, user: &str, cfg: &str) {
-    // The ways into a self test.
+    // The events that start a self test.
     let ways: [fn(&mut Tester<D>); 3] =
         [power_cycle, |tester| tester.command(RESET).unwrap(), |tester| tester.command(DIAGNOSTIC).unwrap()];
     for (faults, state, name) in CASES {
@@ -59,7 +59,7 @@ pub fn memories<D: SimulatedDevice>(new: impl Fn() -> Tester<D>, user: &str, cfg
     }
 }
 
-/// The device is on the bus, with safe values and a parameter channel that tells its state; the state stays.
+/// The device is on the bus, with safe values and a parameter channel that reads its state; the state stays.
 fn exchanges_safe_values<D: SimulatedDevice>(tester: &mut Tester<D>, state: u8, user: &str, cfg: &str) {
     tester.bring_up(&hex(user), &hex(cfg));
     let mut outputs = vec![0; tester.outputs().unwrap()];
@@ -71,7 +71,7 @@ fn exchanges_safe_values<D: SimulatedDevice>(tester: &mut Tester<D>, state: u8, 
     assert_eq!(tester.state(), state);
 }
 
-/// Commands that are refused, and those that lead to IDLE once the memories are sound again.
+/// Commands that are refused, and those that lead to IDLE after the memories are repaired.
 fn leaves<D: SimulatedDevice>(tester: &mut Tester<D>, state: u8, faults: &[&str]) {
     for command in 2..=5 {
         assert_eq!(tester.command(command), Err(202), "command {command} in {state}");

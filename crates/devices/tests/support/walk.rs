@@ -18,7 +18,7 @@ pub struct Particular<D> {
     pub fits: fn(&UserPrm, &Configuration) -> bool,
     /// The actions of an operator.
     pub action: fn(&mut Random) -> Action,
-    /// Nonvolatile rows (slot and index) that something else than a master may move.
+    /// Nonvolatile rows (slot and index) that can change without a write.
     pub moving: &'static [(u8, u8)],
     /// Further properties that must hold.
     pub check: fn(&mut Tester<D>),
@@ -45,7 +45,7 @@ impl Seen {
     }
 }
 
-/// A gauge on its way.
+/// The state of a random walk.
 pub struct Walk<D> {
     pub tester: Tester<D>,
     pub random: Random,
@@ -63,7 +63,7 @@ impl<D: SimulatedDevice> Walk<D> {
         Self { tester, random: Random::new(seed), seen: Seen::default(), particular, rows }
     }
 
-    /// This number of steps, with a check of everything now and then.
+    /// Runs this number of steps and checks all properties at intervals.
     pub fn steps(&mut self, steps: usize) {
         for step in 0..steps {
             self.step();
@@ -108,7 +108,7 @@ impl<D: SimulatedDevice> Walk<D> {
         self.tester.get(slot, index)
     }
 
-    /// Looks at something without moving the Channel Instance Selector.
+    /// Reads something and restores the Channel Instance Selector.
     fn peek<T>(&mut self, look: impl FnOnce(&mut Self) -> T) -> T {
         let selected = self.tester.get(1, 46);
         let seen = look(self);
@@ -116,7 +116,7 @@ impl<D: SimulatedDevice> Walk<D> {
         seen
     }
 
-    /// Everything that must be there after any power cut.
+    /// All values that must survive a power cut.
     fn kept(&mut self) -> Vec<Vec<u8>> {
         let moving = self.particular.moving;
         let kept = |(slot, _, row): &(u8, u8, &'static Row)| row.is_stored() && !moving.contains(&(*slot, row.index));
@@ -124,7 +124,7 @@ impl<D: SimulatedDevice> Walk<D> {
         self.peek(|walk| walk.read_all(&rows))
     }
 
-    /// Rows in the order of the tables, so that an instance is seldom selected twice.
+    /// Rows in the order of the tables, so that the instance changes seldom.
     fn read_all(&mut self, rows: &[(u8, u8, &'static Row)]) -> Vec<Vec<u8>> {
         let mut selected = 0;
         let read = |(slot, instance, row): &(u8, u8, &'static Row)| {
@@ -138,7 +138,7 @@ impl<D: SimulatedDevice> Walk<D> {
         self.rows[self.random.below(self.rows.len())]
     }
 
-    /// Octets that a row of this type might take, more often than not.
+    /// Octets that are mostly valid for a row of this type.
     fn any_value(&mut self, row: &Row) -> Vec<u8> {
         let random = &mut self.random;
         if random.once_in(20) {
@@ -176,7 +176,7 @@ impl<D: SimulatedDevice> Walk<D> {
         }
     }
 
-    /// A read anywhere, known or not.
+    /// A read of any slot and index, known or unknown.
     fn read(&mut self) {
         let (slot, _, row) = self.any_row();
         let index = if self.random.once_in(5) { self.random.octet() } else { row.index };
@@ -229,7 +229,7 @@ impl<D: SimulatedDevice> Walk<D> {
         octets
     }
 
-    /// Power goes and returns: what was nonvolatile is as before.
+    /// Power is lost and returns: nonvolatile values are as before.
     fn power(&mut self) {
         let before = (self.tester.get(1, 46), self.kept());
         self.tester.device().set_power(false);
@@ -242,7 +242,7 @@ impl<D: SimulatedDevice> Walk<D> {
         assert_eq!((self.tester.get(1, 46), self.kept()), before);
     }
 
-    /// An operator does something at the gauge.
+    /// An action of an operator at the gauge.
     fn operate(&mut self) {
         let action = if self.random.once_in(2) {
             Action::Fault {
@@ -299,7 +299,7 @@ impl<D: SimulatedDevice> Walk<D> {
         }
     }
 
-    /// There and back through every unit, in IDLE: no physical value changes beyond the rounding of a float.
+    /// Through every unit and back, in IDLE: no physical value changes beyond the rounding of a float.
     fn units_there_and_back(&mut self) {
         self.tester.unlock();
         self.particular.model.faults.names().for_each(|name| self.tester.fault(name, false));
@@ -350,7 +350,7 @@ impl<D: SimulatedDevice> Walk<D> {
         self.read_all(&rows).into_iter().map(|octets| f32::from_be_bytes(octets.try_into().unwrap())).collect()
     }
 
-    /// Octets that mean nothing, as parameters and as outputs.
+    /// Random octets as parameters and as outputs.
     pub fn any_octets(&mut self, rounds: usize) {
         for _ in 0..rounds {
             let length = self.random.below(12);

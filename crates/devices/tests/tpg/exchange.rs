@@ -126,7 +126,7 @@ fn every_board_combination_shows_its_channels_and_no_hardware() {
         let gauges = [0, 1, 2, 3].map(|channel| choices[number / 3usize.pow(channel) % 3]);
         let mut tester = tester(gauges);
         tester.bring_up(&[], &hex("97 A7 94 94 94 94 A0"));
-        // Everything is switched on at a pressure that is too low for a Pirani gauge.
+        // All gauges are switched on at a pressure that is too low for a Pirani gauge.
         tester.pressure_mbar(1e-5);
         tester.device().settle();
         let du = tester.exchange(&outputs(0xFF));
@@ -144,7 +144,7 @@ fn every_board_combination_shows_its_channels_and_no_hardware() {
 fn the_status_follows_pressure_switch_and_faults() {
     let mut tester = tester([PIRANI, PIRANI, COLD, COLD]);
     tester.bring_up(&[], &hex("97 A7 94 94 94 94 A0"));
-    // B1 and B2 on, the Pirani gauges as they are.
+    // B1 and B2 on, the Pirani gauges unchanged.
     for (mbar, expected) in [
         (1013.0, [2, 2, 2, 2]),
         (1000.0, [0, 0, 2, 2]),
@@ -160,7 +160,7 @@ fn the_status_follows_pressure_switch_and_faults() {
     tester.pressure_mbar(5e-3);
     tester.device().settle();
     assert_eq!(statuses(&tester.exchange(&outputs(0x54))), [0, 4, 4, 4]);
-    // 5 is a channel without a board (124), and an unplugged gauge leaves the board where it is.
+    // 5 is a channel without a board (124), and an unplugged gauge does not remove the board.
     let faults = [Fault::Sensor1, Fault::Electronics2, Fault::Unplugged3, Fault::Sensor4];
     for (channel, fault) in faults.into_iter().enumerate() {
         tester.exchange(&outputs(0));

@@ -60,7 +60,7 @@ impl Exchange {
         self.inputs[..8].try_into().unwrap()
     }
 
-    /// A dialogue of two lines: what the master sends and what it must get.
+    /// A dialogue of two lines: the request of the master and the expected answer.
     pub fn line(&mut self, request: &str, answer: &str) {
         let request: [u8; 8] = hex(request).try_into().unwrap();
         assert_eq!(self.cycle(request)[..], hex(answer), "{request:02X?}");
@@ -110,7 +110,7 @@ impl Exchange {
         self.cycle([0; 8]);
     }
 
-    /// Sensor On_Off from now on.
+    /// Sets Sensor On_Off for all following cycles.
     pub fn command(&mut self, sensor_on_off: u8) {
         self.sensor_on_off = sensor_on_off;
         self.cycle([0; 8]);
@@ -125,7 +125,7 @@ impl Exchange {
         self.tester.device().operate(Action::Fault { fault, active }).unwrap();
     }
 
-    /// Power is lost, returns, and the master begins anew.
+    /// Power is lost and returns, and the master starts data exchange again.
     pub fn power_cycle(&mut self) {
         self.tester.device().set_power(false);
         self.tester.device().set_power(true);

@@ -43,7 +43,7 @@ fn the_self_monitoring_example_works_step_by_step() {
 
 #[test]
 fn the_upper_threshold_of_the_printed_example_is_above_every_pressure() {
-    // 59 03 12 6F is 2.3e15 mbar (136): a number, so it is taken as one.
+    // 59 03 12 6F is 2.3e15 mbar (136): a valid number, so the controller accepts it.
     let mut master = exchange();
     master.line("20 0A 14 00 00 00 00 00", "B0 0A 14 00 00 00 00 00");
     master.line("30 0A 15 00 59 03 12 6F", "20 0A 15 00 59 03 12 6F");
@@ -81,14 +81,14 @@ fn every_task_has_its_width_and_its_ak() {
         ("10 00 18 00 00 00 00 00", "10 00 18 00 00 00 00 00"),
         ("20 00 18 00 00 00 04 D2", "10 00 18 00 00 00 04 D2"),
         ("10 00 15 00 00 00 00 00", "20 00 15 00 50 97 31 01"),
-        // Octets that the width does not use are ignored, and zero in the answer (24, 152).
+        // The controller ignores octets outside the width and answers zero in them (24, 152).
         ("2F 01 17 FF AA BB CC 01", "B0 01 17 00 00 00 00 01"),
         // Another width than the parameter's: data type error.
         ("30 01 17 00 00 00 00 01", "70 01 17 00 00 00 00 05"),
         ("30 00 18 00 00 00 04 D2", "70 00 18 00 00 00 00 05"),
         ("20 05 14 00 00 00 00 00", "B0 05 14 00 00 00 00 00"),
         ("20 05 15 00 00 00 00 01", "70 05 15 00 00 00 00 05"),
-        // No such instruction, the byte write of other devices among them (133, 148).
+        // Unknown instructions, among them the byte write of other devices (133, 148).
         ("A0 01 17 00 00 00 00 01", "70 01 17 00 00 00 00 11"),
         ("40 01 17 00 00 00 00 01", "70 01 17 00 00 00 00 11"),
         ("F0 01 17 00 00 00 00 01", "70 01 17 00 00 00 00 11"),
@@ -98,7 +98,7 @@ fn every_task_has_its_width_and_its_ak() {
         ("10 00 16 00 00 00 00 00", "70 00 16 00 00 00 00 03"),
         ("10 00 17 00 00 00 00 00", "70 00 17 00 00 00 00 03"),
         ("20 05 19 00 00 00 00 00", "70 05 19 00 00 00 00 03"),
-        // Measured value and status travel cyclically only (127).
+        // Measured value and status are in the cyclic data only (127).
         ("10 01 14 00 00 00 00 00", "70 01 14 00 00 00 00 03"),
         ("10 04 15 00 00 00 00 00", "70 04 15 00 00 00 00 03"),
         ("30 01 14 00 00 00 00 00", "70 01 14 00 00 00 00 01"),

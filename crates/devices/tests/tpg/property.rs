@@ -13,16 +13,16 @@ use profivac_devices::{Action, SimulatedDevice};
 
 const STEPS: usize = 1_000_000;
 
-/// A walk, with what must come back after the power.
+/// A random walk, with the values that must survive power loss.
 struct Walk {
     master: Exchange,
     random: Random,
     boards: [Option<TpgGauge>; 4],
-    /// Everything in range of a request to store, in the order of [`settings`].
+    /// The values that a request to store saves, in the order of [`settings`].
     stored: Vec<u32>,
 }
 
-/// Slot and index of everything that is stored on request.
+/// Slot and index of the values that are stored on request.
 fn settings() -> impl Iterator<Item = (u8, u8)> {
     let device = [(0, ACCESS_CODE), (0, UNDERRANGE_CONTROL), (1, UNIT)];
     let filters = (1..=4).map(|slot| (slot, FILTER));
@@ -50,7 +50,7 @@ impl Walk {
         (address.slot, &place.block.rows[self.random.below(place.block.rows.len())])
     }
 
-    /// A request at random, more often than not one that makes sense. Volatility is left to [`store`](Self::store).
+    /// A random request, mostly a valid one. Volatility is left to [`store`](Self::store).
     fn request(&mut self) {
         let (slot, row) = self.any_row();
         if row.name == "Volatility" {
@@ -114,7 +114,7 @@ impl Walk {
         self.master.tester.device().operate(Action::Fault { fault, active }).unwrap();
     }
 
-    /// A unit there and back: no threshold changes beyond the rounding of a float.
+    /// To another unit and back: no threshold changes beyond the rounding of a float.
     fn units_there_and_back(&mut self) {
         let limits = |walk: &mut Self| -> Vec<f32> {
             (5..=10).flat_map(|slot| [UPPER, LOWER].map(|index| walk.master.read_float(slot, index))).collect()

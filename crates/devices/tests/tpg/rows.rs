@@ -1,4 +1,4 @@
-//! Every row of the manual by the parameter channel, and the tables as a text to hold beside it. The rows have no mark
+//! Every row of the manual by the parameter channel, and the tables as a text to compare with it. The rows have no mark
 //! for MS1 and MS2, which are refused (150).
 
 use crate::support::rows::{Kind, Rig, Sample};
@@ -96,7 +96,7 @@ const SAMPLES: [Sample; 35] = [
 #[test]
 fn the_tables_are_those_of_the_golden() {
     golden::check("tpg500.txt", &golden::print(&table::TPG500));
-    // The other name differs in nothing else.
+    // The TPG300 and the TPG500 differ in the name only.
     let tpg300 = golden::print(&table::TPG300).replace("TPG300", "TPG500").replace("tpg300", "tpg500");
     golden::check("tpg500.txt", &tpg300);
 }

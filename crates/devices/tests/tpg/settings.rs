@@ -54,7 +54,7 @@ fn a_slower_filter_shows_a_change_later() {
         master.tester.pressure_mbar(100.0);
         master.advance(0.2);
         shares.push(master.values()[0]);
-        // Filters are the channel's own.
+        // Each channel has its own filter.
         assert_eq!(master.read(2, FILTER), Ok(2));
     }
     assert!(shares.is_sorted_by(|fast, slow| fast > slow), "{shares:?}");
@@ -128,7 +128,7 @@ fn a_setting_is_lost_with_the_power_unless_it_was_stored() {
     assert_everything(&mut master);
     master.power_cycle();
     assert_everything(&mut master);
-    // Writing 0 asks for nothing.
+    // A write of 0 stores nothing.
     master.write(A1, UNIT, 3).unwrap();
     assert_eq!(master.write(0, VOLATILITY, 0), Ok(()));
     master.power_cycle();

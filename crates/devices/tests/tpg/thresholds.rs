@@ -1,4 +1,4 @@
-//! Relays, cold cathodes and what switches them. IF300P/IF301P manual 3.2.3.2, 3.2.4.2; errata-bpg-bcg-tpg 137 to 144.
+//! Relays and cold cathodes, and their thresholds. IF300P/IF301P manual 3.2.3.2, 3.2.4.2; errata-bpg-bcg-tpg 137 to 144.
 
 use crate::master::{
     A1, B1, COLD_CATHODE_B, Exchange, LOWER, RELAY_1, SOURCE, UNDERRANGE_CONTROL, UNIT, UPPER, VALIDATION,
@@ -82,10 +82,10 @@ fn a_set_takes_effect_when_it_is_validated_in_order() {
     master.write(RELAY_1, VALIDATION, 1).unwrap();
     assert_eq!(master.read(RELAY_1, VALIDATION), Ok(1));
     assert!(master.is_activated(RELAY_1));
-    // Once more changes nothing.
+    // A second validation changes nothing.
     master.write(RELAY_1, VALIDATION, 1).unwrap();
     assert!(master.is_activated(RELAY_1));
-    // And opening it does not open the relay.
+    // Opening the set does not open the relay.
     master.write(RELAY_1, VALIDATION, 0).unwrap();
     assert!(master.is_activated(RELAY_1));
 }
@@ -166,7 +166,7 @@ fn sensor_on_off_switches_each_channel_by_its_field() {
     assert_eq!(emission(&mut master), [false, false]);
     master.command(B1_ON);
     assert_eq!(emission(&mut master), [true, false]);
-    // Zeros leave everything as it is, the master's Clear too (128).
+    // Zeros change nothing, and neither does Clear (128).
     master.command(0);
     assert_eq!(emission(&mut master), [true, false]);
     master.command(B1_OFF);
@@ -211,7 +211,7 @@ fn self_monitoring_switches_a_cold_cathode_off_and_a_new_command_on() {
 }
 
 #[test]
-fn underrange_control_trusts_a_cold_cathode_after_ten_seconds_in_range() {
+fn underrange_control_makes_a_cold_cathode_valid_after_ten_seconds_in_range() {
     // 3.2.3.2
     let mut master = exchange();
     master.thresholds(RELAY_1, 1e-3, 2e-3, B1).unwrap();
@@ -226,7 +226,7 @@ fn underrange_control_trusts_a_cold_cathode_after_ten_seconds_in_range() {
     master.pressure(1e-5);
     master.advance(9.0);
     assert!(!master.is_activated(RELAY_1));
-    // Less than ten seconds: what comes then is not trusted, and the ten seconds begin anew.
+    // After less than ten seconds in range the value is invalid, and the ten seconds start again.
     master.pressure(1e-12);
     master.advance(5.0);
     assert!(!master.is_activated(RELAY_1));
@@ -238,7 +238,7 @@ fn underrange_control_trusts_a_cold_cathode_after_ten_seconds_in_range() {
     master.pressure(1e-12);
     master.advance(60.0);
     assert!(master.is_activated(RELAY_1), "remains on");
-    // Switched off and on again, it has to be trusted anew.
+    // After off and on the ten seconds start again.
     master.command(B1_OFF);
     master.command(B1_ON);
     assert!(!master.is_activated(RELAY_1));

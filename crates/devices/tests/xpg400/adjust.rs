@@ -35,7 +35,7 @@ fn an_adjusted_pirani_reads_full_scale_also_after_power_up() {
         assert!(close(float(&mut tester, 1, 19), 1000.0));
         tester.device().sense(0, 8_700.0);
         assert!(close(float(&mut tester, 1, 19), 100.0));
-        // The other part is not moved.
+        // The other part is not adjusted.
         tester.device().sense(0, 0.0);
         assert!(close(float(&mut tester, 2, 19), 1e-3));
         restart(&mut tester);
@@ -93,7 +93,7 @@ fn an_interrupted_adjustment_changes_nothing() {
 
 #[test]
 fn an_adjustment_outside_air_changes_nothing() {
-    // Nothing, and less: a zero that is off; high vacuum, and the foreline.
+    // Pressure zero, below zero (a zero error), high vacuum, and foreline pressure.
     for sensed_pa in [0.0, -0.5, 0.1, 9_990.0] {
         let mut tester = exchanging(KINDS[0], FLOATS, 1e-3);
         tester.device().sense(0, sensed_pa);

@@ -55,7 +55,7 @@ fn the_emission_of_an_hpg_is_on_or_off() {
     }
 }
 
-/// (97): off at any time, on where the gauge itself would switch it on.
+/// (97): off at any time, on only where the automatic control would switch it on.
 #[test]
 fn emission_status_switches_the_emission() {
     for (kind, too_high) in [(Xpg400Model::Bpg, 2.4e-2), (Xpg400Model::Hpg, 1.0)] {
@@ -64,7 +64,7 @@ fn emission_status_switches_the_emission() {
         tester.put(1, 46, &[2]).unwrap();
         tester.put(1, 105, &[0]).unwrap();
         assert_eq!(emission(&mut tester), 0);
-        // The Pirani takes over, far below its range: (57), (81).
+        // The Pirani is active far below its range: (57), (81).
         assert_eq!(tester.exchange(&[])[..3], [0xA0, 0x01, 1]);
         assert_eq!(of_instance(&mut tester, 2, 102), [3]);
         tester.put(1, 105, &[1]).unwrap();

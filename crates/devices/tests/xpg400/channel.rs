@@ -69,7 +69,7 @@ fn every_error_code_has_its_access() {
         // 17: not during the exchange
         ("A0 01 15 00 00 00 00 03", 17),
         ("20 01 16 00 00 00 05 15", 17),
-        // 201: already there; 202: not in this state
+        // 201: already in this state; 202: not in this state
         ("A0 00 0F 00 00 00 00 04", 201),
         ("A0 00 0F 00 00 00 00 03", 202),
         // 18: no such instruction, reading a command
@@ -93,7 +93,7 @@ fn arrays_and_command_records_are_right_aligned() {
         ("10 00 CD 00 00 00 00 00", "20 00 CD 00 00 00 00 00"),
         ("10 00 D0 00 00 00 00 00", "20 00 D0 00 00 02 00 00"),
         ("10 00 CC 00 00 00 00 00", "B0 00 CC 00 00 00 00 00"),
-        // The block type may pass.
+        // The block type is allowed.
         ("10 00 10 00 00 00 00 00", "20 00 10 00 00 01 00 00"),
         ("A0 01 2E 00 00 00 00 02", "B0 01 2E 00 00 00 00 02"),
         // Degas on and off: command, value.

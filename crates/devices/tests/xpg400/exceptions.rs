@@ -50,7 +50,7 @@ fn the_faults_are_those_of_the_list() {
     }
 }
 
-/// 3.1.1.15 to 3.1.1.20 with (40), and the sensor records and status extensions they come from.
+/// 3.1.1.15 to 3.1.1.20 with (40), and the sensor records and status extensions behind them.
 pub fn copies_are_equal(tester: &mut Tester<Gauge>) {
     let [alarm, warning] = [27, 28].map(|index| tester.get(0, index));
     let parts = [
@@ -82,7 +82,7 @@ pub fn copies_are_equal(tester: &mut Tester<Gauge>) {
     tester.put(1, 46, &[selected]).unwrap();
 }
 
-/// (57): in IDLE nothing is wrong, but nothing is valid.
+/// (57): in IDLE there is no fault, and no reading is valid.
 #[test]
 fn the_reading_is_invalid_outside_executing() {
     for (kind, mbar) in KINDS.into_iter().flat_map(|kind| [1e-5, 1e-1, 1000.0].map(|mbar| (kind, mbar))) {

@@ -1,4 +1,4 @@
-//! Cyclic exchange: all configurations, all unit strings, and nothing else. tira36e1 1.3, 1.4, 1.5, 2.3.
+//! Cyclic exchange: all configurations and all unit strings; all others are refused. tira36e1 1.3, 1.4, 1.5, 2.3.
 
 use crate::support::{Tester, hex};
 use crate::{Gauge, KINDS, MBAR, tester};
@@ -14,7 +14,7 @@ const CONFIGURATIONS: [(&str, usize, usize); 4] = [
     ("C6 87 8E 0A 0A 05 05 05 08", 8, 15),
 ];
 
-/// 1.5: the string, and what 0.012 mbar is as a float and as an integer; COUNTS apart.
+/// 1.5: the string, and 0.012 mbar as a float and as an integer, without COUNTS.
 const UNITS: [(&str, f64, u16); 4] = [
     ("00 00 00 05 15", 9.000_740_16e-3, 0),
     ("00 00 00 05 16", 9.000_740_16, 9),

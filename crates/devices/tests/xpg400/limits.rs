@@ -100,7 +100,7 @@ fn counts_mean_the_pressure_of_the_printed_formulas() {
     }
 }
 
-/// (72): what one instance is given, all have.
+/// (72): a write to one instance sets all.
 #[test]
 fn unit_and_type_are_those_of_the_device() {
     for kind in KINDS {

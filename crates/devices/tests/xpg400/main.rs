@@ -39,7 +39,7 @@ fn tester(kind: Xpg400Model) -> Tester<Gauge> {
     Tester::new(gauge(kind))
 }
 
-/// mbar, and floats with nothing to send.
+/// User parameters for mbar, and the configuration of floats without outputs.
 const MBAR: &str = "00 00 00 05 1C";
 const FLOATS: &str = "44 86 05 05 05 08";
 

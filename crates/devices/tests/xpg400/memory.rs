@@ -64,7 +64,7 @@ const fn request(address: u8, no_add_chg: u8) -> SetSlaveAdd<'static> {
     SetSlaveAdd { address, ident: 0x06A8, no_add_chg, rem_slave_data: &[] }
 }
 
-/// 1.2, (8): 00 to 7D are an address, above holds what Set_Slave_Add has stored.
+/// 1.2, (8): 00 to 7D are an address; above 7D the address stored by Set_Slave_Add is valid.
 #[test]
 fn the_address_comes_from_the_switch_or_from_memory() {
     for switch in [0, 5, 125] {
@@ -90,7 +90,7 @@ fn the_address_comes_from_the_switch_or_from_memory() {
     assert_eq!(gauge.operate(action), Err(UnsupportedAction { action }));
 }
 
-/// A store that counts its writes, and that may fail.
+/// A store that counts its writes and can fail.
 #[derive(Clone, Default)]
 struct Worn {
     store: RamStore,

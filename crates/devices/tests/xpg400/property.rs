@@ -59,7 +59,7 @@ fn check(tester: &mut Tester<Gauge>) {
     }
     let emission = report.emission.iter().eq([&true]);
     assert_eq!(of_instance(tester, 2, 105)[0] != 0, emission);
-    // Without emission nothing but the Pirani measures (80); outside EXECUTING nothing measures.
+    // Without emission only the Pirani measures (80); outside EXECUTING no part measures.
     let executing = report.device_state == "EXECUTING";
     assert!(emission || report.active_instance == 1 || !executing, "{report:?}");
     // An adjustment runs in EXECUTING only (103).

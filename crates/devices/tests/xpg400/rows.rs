@@ -1,4 +1,4 @@
-//! Every row of tira36e1, by MS1, MS2 and parameter channel, and the tables as a text to hold beside the manual.
+//! Every row of tira36e1, by MS1, MS2 and parameter channel, and the tables as a text to compare with the manual.
 
 use crate::support::rows::{Kind::Command, Kind::Presentation, Kind::Value, Rig, Sample};
 use crate::support::{golden, rows, sense_all};
@@ -67,7 +67,7 @@ const NO_COMMANDS: &[&str] = &["01 02", "02 00", "03 00", "03 01", "80 00", "FF 
 const CURRENTS: &[&str] = &["00 00 00 00", "3C CC CC CD", "40 A0 00 00", "41 A0 00 00"];
 const NO_CURRENTS: &[&str] = &["3F 80 00 00", "7F C0 00 00"];
 
-/// Type and unit last, so that pressures are floats in mbar while they are tried.
+/// Type and unit last, so that pressures are floats in mbar during the test.
 const SAMPLES: [Sample; 18] = [
     sample(Command, (1, 2, 14), COMMANDS, NO_COMMANDS),
     sample(Command, (1, 2, 106), CURRENTS, NO_CURRENTS),
@@ -132,7 +132,7 @@ fn nonvolatile_values_are_restored_after_power_up() {
     rigs().iter().for_each(Rig::nonvolatile_values_are_restored_after_power_up);
 }
 
-/// (38), (39), (94), (104): what one gauge has and another has not.
+/// (38), (39), (94), (104): the rows in which the variants differ.
 #[test]
 fn each_gauge_has_the_rows_of_its_variant() {
     for (slot, instance, index, kinds) in [

@@ -5,7 +5,7 @@ use crate::{FLOATS, KINDS, exchanging, float, float_of, of_instance, tester};
 use profivac_devices::SimulatedDevice;
 use profivac_devices::xpg400::Xpg400Model;
 
-/// 3.2.1.4, 3.2.2.7: the values are those of the part that measured last, whose place they take in the cyclic data
+/// 3.2.1.4, 3.2.2.7: the safe value belongs to the part that measured last and replaces its value in the cyclic data
 /// (74).
 #[test]
 fn each_safe_state_shows_its_value_outside_executing() {
@@ -26,7 +26,7 @@ fn each_safe_state_shows_its_value_outside_executing() {
                 assert_eq!(of_instance(&mut tester, 2, 23), [0], "Reading Valid");
             }
         }
-        // Before it has measured there is no last value, and without emission no part but the Pirani (80).
+        // Before the first measurement there is no last value, and without emission only the Pirani has a reading (80).
         tester.device().set_power(false);
         tester.device().set_power(true);
         assert_eq!(tester.get(1, 47), [1]);
@@ -55,7 +55,7 @@ fn the_last_valid_value_is_held_until_power_off() {
     let mut tester = exchanging(Xpg400Model::Bpg, FLOATS, 7.0);
     tester.put(1, 46, &[1]).unwrap();
     tester.put(1, 39, &[2]).unwrap();
-    // Not valid, and so not remembered.
+    // The value is not valid, so it is not kept.
     tester.pressure_mbar(1013.0);
     tester.command(2).unwrap();
     tester.pressure_mbar(500.0);
@@ -65,7 +65,7 @@ fn the_last_valid_value_is_held_until_power_off() {
     assert_eq!(float(&mut tester, 1, 19), 0.0);
 }
 
-/// (75): alarms, but neither warnings nor the range.
+/// (75): alarms set the safe state; warnings and the range do not.
 #[test]
 fn a_sensor_alarm_concerns_its_own_part_a_common_one_all() {
     for kind in KINDS {

@@ -43,7 +43,7 @@ fn in_state(kind: Xpg400Model, state: u8) -> Tester<Gauge> {
     tester
 }
 
-/// (89): what each command does in each state; a number is the code of the refusal.
+/// (89): the result of each command in each state; a number is the code of the refusal.
 #[test]
 fn every_command_has_its_result_in_every_state() {
     let to = |state: u8| Ok(state);
@@ -82,7 +82,7 @@ fn a_self_test_ends_in_idle_or_in_exception() {
         tester.fault(fault, false);
         tester.command(DIAGNOSTIC).unwrap();
         tester.device().settle();
-        // Not back in EXECUTING (88).
+        // The state does not return to EXECUTING (88).
         assert_eq!(tester.state(), IDLE, "{fault} gone and tested");
     }
     // A warning is no fault.

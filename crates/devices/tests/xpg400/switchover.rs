@@ -103,7 +103,7 @@ fn a_gauge_rejects_a_position_or_a_switch_that_it_does_not_have() {
     assert_eq!(switch(&mut tester, Switch::LowHigh(1)), Err(UnsupportedAction { action }));
 }
 
-/// The BPG400-SP has its switchover at 5.5e-3 mbar, and the Pirani has it (77).
+/// The BPG400-SP has its switchover at 5.5e-3 mbar of the Pirani (77).
 #[test]
 fn the_pirani_decides_the_active_instance() {
     let mut tester = exchanging(Xpg400Model::Bpg, FLOATS, 1e-3);
@@ -111,7 +111,7 @@ fn the_pirani_decides_the_active_instance() {
         (5.4e-3, 6e-3, 2, 6e-3f32),
         (5.5e-3, 5e-3, 1, 5.5e-3),
         (6e-3, 5e-3, 1, 6e-3),
-        // Emission off: nothing else measures.
+        // Emission off: only the Pirani measures.
         (1e-1, 1e-8, 1, 1e-1),
     ] {
         profivac_devices::SimulatedDevice::sense(tester.device(), 0, pirani * 100.0);
