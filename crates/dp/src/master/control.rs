@@ -21,7 +21,7 @@ pub const MAX_PENDING_COMMANDS: usize = 8;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum ControlError {
-    /// [`COMMANDS`] commands are waiting already.
+    /// [`MAX_PENDING_COMMANDS`] commands are waiting already.
     Full,
     /// No slave exchanges data, so none would execute the command.
     NoSlaveExchanging,
@@ -141,7 +141,7 @@ impl<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize, const ACYCLI
     /// come with the next cycle.
     ///
     /// # Errors
-    /// [`NotSent`]; nothing is sent.
+    /// [`ControlError`]; nothing is sent.
     pub fn control(&mut self, command: ControlCommand, group: u8) -> Result<(), ControlError> {
         let pairs = ControlCommand::SYNC | ControlCommand::UNSYNC | ControlCommand::FREEZE | ControlCommand::UNFREEZE;
         if command.is_empty() || !pairs.contains(command) {

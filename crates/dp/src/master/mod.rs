@@ -180,7 +180,7 @@ impl<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize, const ACYCLI
     /// Adds a slave at the end of the cycle.
     ///
     /// # Errors
-    /// [`Rejected`] when the list is full or the parameters are impossible.
+    /// [`SlaveListError`] when the list is full or the parameters are impossible.
     pub fn add(&mut self, parameters: &SlaveParameters<'_>) -> Result<(), SlaveListError> {
         let address = parameters.address;
         let full = SlaveListError::Full { capacity: SLAVES };

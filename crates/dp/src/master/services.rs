@@ -117,7 +117,7 @@ impl core::error::Error for ServiceError {}
 /// The station type from the answer to [`fdl_status`].
 ///
 /// # Errors
-/// [`NoResult`].
+/// [`ServiceError`].
 pub const fn station_type(confirmation: &Confirmation<'_>) -> Result<StationType, ServiceError> {
     match answered(confirmation) {
         Ok(answer) => match answer.status {
@@ -131,7 +131,7 @@ pub const fn station_type(confirmation: &Confirmation<'_>) -> Result<StationType
 /// The diagnosis from the answer to [`slave_diag`].
 ///
 /// # Errors
-/// [`NoResult`].
+/// [`ServiceError`].
 pub fn diagnosis<'a>(confirmation: &Confirmation<'a>) -> Result<SlaveDiag<'a>, ServiceError> {
     let du = data(confirmation)?;
     SlaveDiag::parse(du).map_err(|_| ServiceError::Length { expected: MIN_SLAVE_DIAG, received: du.len() })
@@ -140,7 +140,7 @@ pub fn diagnosis<'a>(confirmation: &Confirmation<'a>) -> Result<SlaveDiag<'a>, S
 /// The configuration from the answer to [`get_cfg`]: the identifiers and the lengths of inputs and outputs.
 ///
 /// # Errors
-/// [`NoResult`].
+/// [`ServiceError`].
 pub fn configuration<'a>(confirmation: &Confirmation<'a>) -> Result<(&'a [u8], Lengths), ServiceError> {
     let du = data(confirmation)?;
     cfg::lengths(du).map(|lengths| (du, lengths)).map_err(ServiceError::Cfg)
@@ -150,7 +150,7 @@ pub fn configuration<'a>(confirmation: &Confirmation<'a>) -> Result<(&'a [u8], L
 /// configuration or from [`configuration`].
 ///
 /// # Errors
-/// [`NoResult`].
+/// [`ServiceError`].
 pub fn image<'a>(confirmation: &Confirmation<'a>, expected: Option<usize>) -> Result<&'a [u8], ServiceError> {
     let answer = answered(confirmation)?;
     // SC means an image without octets: profibus-wire 2.2.
@@ -165,7 +165,7 @@ pub fn image<'a>(confirmation: &Confirmation<'a>, expected: Option<usize>) -> Re
 /// caller has to ask at the new address.
 ///
 /// # Errors
-/// [`NoResult`].
+/// [`ServiceError`].
 pub const fn acknowledged(confirmation: &Confirmation<'_>) -> Result<(), ServiceError> {
     match answered(confirmation) {
         Ok(Answer { status: Status::NoReply, .. }) => Ok(()),
