@@ -163,7 +163,7 @@ fn a_user_without_the_role_is_refused_and_nothing_changes() {
             "too%20high/return-to-service",
             &leave,
             Role::Operator,
-            "putting an alarm back into service needs the role engineer, Ada has operator",
+            "returning an alarm to service needs the role engineer, Ada has operator",
         ),
     ] {
         assert_eq!(problem(&fixture.post(&format!("/api/alarms/{path}"), body, role)), (403, sentence));
@@ -182,7 +182,7 @@ fn an_acknowledgement_of_an_earlier_occurrence_is_refused() {
     fixture.evaluate(0.5);
     let (status, sentence) = fixture.post("/api/alarms/too%20high/acknowledge", &seen, Role::Operator);
     assert_eq!(status, 409);
-    assert!(sentence["problem"].as_str().unwrap().starts_with("too high was raised again since"), "{sentence}");
+    assert!(sentence["problem"].as_str().unwrap().starts_with("too high was raised again"), "{sentence}");
     let unknown = fixture.post("/api/alarms/nobody/acknowledge", &seen, Role::Operator);
     assert_eq!(problem(&unknown), (404, "there is no alarm \"nobody\""));
     let now = json!({ "occurrence": fixture.alarm("too high")["occurrence"] });

@@ -79,7 +79,7 @@ fn plant(recorder: &Recorder) {
     }
     for (second, gauge, text) in [
         (60.0, None, "the valve to the pump was opened"),
-        (1_000.0, Some("ion"), "ion: nobody answers"),
+        (1_000.0, Some("ion"), "ion: no answer"),
         (1_200.0, Some("ion"), "ion: it exchanges data"),
         (2_400.0, Some("elsewhere"), "elsewhere: of another chamber"),
     ] {
@@ -89,7 +89,7 @@ fn plant(recorder: &Recorder) {
     }
 }
 
-fn wish(span: TimeRange, names: &[&str]) -> ReportRequest {
+fn request(span: TimeRange, names: &[&str]) -> ReportRequest {
     let config = Config::parse(STATION, Path::new("hall.toml")).unwrap();
     ReportRequest {
         title: "Acceptance of chamber 7".to_owned(),
@@ -142,7 +142,7 @@ fn a_report_has_the_page_and_the_numbers_of_the_goldens() {
     let made = made(0.05, plant);
     let reader = Reader::open(&made.path).unwrap();
     let found = pump_downs(&reader, &names(&["chamber", "ion"]), false).unwrap();
-    let report = Report::make(&reader, wish(found[0].span, &["chamber", "ion"])).unwrap();
+    let report = Report::make(&reader, request(found[0].span, &["chamber", "ion"])).unwrap();
     // 2e-5 Pa/s in 100 l.
     let flow = report.gauges[0].rises[0].steady_pa_m3_per_s.unwrap();
     assert!((flow / 2e-6 - 1.0).abs() < 0.03, "{flow}");
@@ -194,7 +194,7 @@ fn a_pump_down_that_began_days_ago_is_found_in_the_spans() {
     let found = pump_downs(&reader, &names(&["chamber"]), false).unwrap();
     let begun = found.last().map(|one| (one.span.start.0 - NOON.0) / Micros::SECOND);
     assert_eq!(begun, Some(300));
-    let report = Report::make(&reader, wish(found[0].span, &["chamber"])).unwrap();
+    let report = Report::make(&reader, request(found[0].span, &["chamber"])).unwrap();
     let slope = report.gauges[0].slope.unwrap();
     assert!((slope.exponent - 1.0).abs() < 0.02, "{slope:?}");
 }
@@ -214,14 +214,14 @@ fn names_from_a_database_are_never_markup() {
     });
     let reader = Reader::open(&made.path).unwrap();
     let span = TimeRange { start: at(0.0), end: at(199.0) };
-    let wish = ReportRequest {
+    let request = ReportRequest {
         title: hostile.to_owned(),
         station: Some(hostile.to_owned()),
         record: hostile.to_owned(),
         why: hostile.to_owned(),
-        ..wish(span, &[hostile])
+        ..request(span, &[hostile])
     };
-    let page = page(&Report::make(&reader, wish).unwrap());
+    let page = page(&Report::make(&reader, request).unwrap());
     for forbidden in ["<script", "<img", "</td><img", "\" onload", "onload='", "http://", "https://"] {
         assert!(!page.contains(forbidden), "{forbidden}");
     }
@@ -237,7 +237,7 @@ fn a_report_without_valid_pressures_is_complete() {
     let reader = Reader::open(&made.path).unwrap();
     let moved = |start, end| moved(&reader, "chamber", TimeRange { start: at(start), end: at(end) }).unwrap();
     assert_eq!((moved(0.0, 99.0), moved(200.0, 300.0)), (Some(0.0), None));
-    let report = Report::make(&reader, wish(TimeRange { start: NOON, end: at(99.0) }, &["chamber"])).unwrap();
+    let report = Report::make(&reader, request(TimeRange { start: NOON, end: at(99.0) }, &["chamber"])).unwrap();
     let page = page(&report);
     assert!(page.contains("not reached<small>no valid pressure</small>"));
     assert!(!page.contains("NaN") && !page.contains("inf"), "{page}");
@@ -264,7 +264,7 @@ fn a_pump_down_older_than_the_samples_is_read_from_spans() {
     let [found] = pump_downs(&reader, &names(&["chamber"]), false).unwrap()[..] else { panic!("one") };
     let begun = (found.span.start.0 - long_ago(0.0).0) / Micros::SECOND;
     assert!((580..=610).contains(&begun), "{begun}");
-    let report = Report::make(&reader, wish(found.span, &["chamber"])).unwrap();
+    let report = Report::make(&reader, request(found.span, &["chamber"])).unwrap();
     let gauge = &report.gauges[0];
     assert_eq!(gauge.coverage.coarsest_s, Some(10.0));
     let place = report.targets.iter().position(|target| target.pa == 1.0).unwrap();

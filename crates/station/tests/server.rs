@@ -12,7 +12,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 use tempfile::TempDir;
 
-const PATIENCE: Duration = Duration::from_secs(60);
+const TIMEOUT: Duration = Duration::from_secs(60);
 
 struct TestStation {
     _folder: TempDir,
@@ -32,7 +32,7 @@ impl TestStation {
 
     fn connect(&self) -> TcpStream {
         let stream = TcpStream::connect(self.server.address()).unwrap();
-        stream.set_read_timeout(Some(PATIENCE)).unwrap();
+        stream.set_read_timeout(Some(TIMEOUT)).unwrap();
         stream
     }
 
@@ -94,7 +94,7 @@ fn connections_above_the_limit_are_closed_and_the_others_stay() {
     assert_eq!(station.status("localhost"), "");
     assert!(held.iter_mut().all(|stream| stream.read(&mut [0; 100]).unwrap() > 0), "open connections are served");
     held.pop();
-    let end = Instant::now() + PATIENCE;
+    let end = Instant::now() + TIMEOUT;
     while station.status("localhost") != "HTTP/1.1 200 OK" {
         assert!(Instant::now() < end, "no connection is free again");
         std::thread::yield_now();

@@ -233,8 +233,8 @@ fn a_notification_is_repeated_until_it_is_accepted_and_in_order() {
     assert_eq!(
         fixture.events(),
         [
-            "webhook \"ops\" takes no letters: the answer is 500; it is tried again",
-            "webhook \"ops\" takes letters again"
+            "webhook \"ops\" accepts no notifications: the answer is 500; the station tries again",
+            "webhook \"ops\" accepts notifications again"
         ]
     );
 }
@@ -298,9 +298,9 @@ fn a_notification_that_is_refused_or_too_old_or_one_too_many_is_given_up() {
     let _delivery = fixture.start(&hook, DeliverySettings { max_age: Duration::ZERO, ..QUICK });
     fixture.until("ops", |view| (view.delivered, view.given_up, view.waiting) == (0, 2, 0));
     let events = fixture.events();
-    assert_eq!(events[0], "webhook \"ops\" was not told of 1 letters: the answer is 400");
-    assert_eq!(events[1], "webhook \"ops\" was not told of 1 letters: there are too many");
-    assert_eq!(events[2], "webhook \"ops\" was not told of 2 letters: it is too old");
+    assert_eq!(events[0], "webhook \"ops\" did not get 1 notifications: the answer is 400");
+    assert_eq!(events[1], "webhook \"ops\" did not get 1 notifications: too many wait");
+    assert_eq!(events[2], "webhook \"ops\" did not get 2 notifications: too old");
 }
 #[test]
 fn notifications_are_delivered_after_the_database_was_deleted() {
@@ -328,7 +328,7 @@ fn many_old_notifications_are_given_up_together() {
     assert!(fixture.services.recorder().record_alarms_with_receipt(batch, Vec::new()).wait());
     let _delivery = fixture.start(&hook, QUICK);
     fixture.until("ops", |view| (view.delivered, view.given_up, view.waiting) == (0, 2000, 0));
-    assert_eq!(fixture.events(), ["webhook \"ops\" was not told of 2000 letters: it is too old"]);
+    assert_eq!(fixture.events(), ["webhook \"ops\" did not get 2000 notifications: too old"]);
 }
 
 /// A server with a certificate of its own, and the file with it. It takes everything.

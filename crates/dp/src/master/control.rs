@@ -19,6 +19,7 @@ pub const MAX_PENDING_COMMANDS: usize = 8;
 
 /// Why the master did not accept a command.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum ControlError {
     /// [`MAX_PENDING_COMMANDS`] commands are waiting already.

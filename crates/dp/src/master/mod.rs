@@ -76,6 +76,7 @@ const ZEROS: [u8; MAX_DU] = [0; MAX_DU];
 
 /// The mode of a master.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Mode {
     /// No requests of the cycle: the watchdogs of the slaves expire.
     Stop,

@@ -74,6 +74,7 @@ pub(super) const fn ms0(da: u8, sap: Sap, du: &[u8]) -> Request<'_> {
 
 /// Why a service has no result.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum ServiceError {
     /// No answer came that matches the request.

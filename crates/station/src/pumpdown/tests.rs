@@ -21,9 +21,9 @@ fn valid(s: f64, pa: f64) -> Sample {
 fn recorded(seconds: f64, pressure: impl Fn(f64) -> f64) -> Vec<Sample> {
     let count = (seconds * 5.0) as u32;
     let all = (0..=count).map(|number| f64::from(number) / 5.0).map(|s| valid(s, pressure(s)));
-    let mut thinner = profivac_recorder::deadband::DeadbandFilter::default();
-    let mut kept: Vec<_> = all.flat_map(|sample| thinner.push(&Deadband::default(), sample)).collect();
-    kept.extend(thinner.flush());
+    let mut filter = profivac_recorder::deadband::DeadbandFilter::default();
+    let mut kept: Vec<_> = all.flat_map(|sample| filter.push(&Deadband::default(), sample)).collect();
+    kept.extend(filter.flush());
     kept
 }
 

@@ -1,6 +1,6 @@
 //! Sessions and their cookies.
 
-use crate::test_station::{Answer, Ask, PATIENCE, Page, TestStation};
+use crate::test_station::{Answer, Ask, Page, TIMEOUT, TestStation};
 use profivac_station::auth::Role;
 use profivac_station::auth::users::Users;
 use serde_json::{Value, json};
@@ -68,7 +68,7 @@ fn removing_a_user_ends_the_session_and_its_stream() {
     stream.write_all(Ask::get("/api/live").cookie(&vera).text().as_bytes()).unwrap();
     assert_eq!(stream.read(&mut [0; 12]).unwrap(), 12);
     station.change(|users| users.remove("vera").unwrap());
-    let end = Instant::now() + PATIENCE;
+    let end = Instant::now() + TIMEOUT;
     while stream.read(&mut [0; 4096]).unwrap() > 0 {
         assert!(Instant::now() < end, "the stream does not end");
     }

@@ -25,7 +25,7 @@ use tokio_rustls::rustls::{
 };
 
 /// Longer than any step of a test.
-pub const PATIENCE: Duration = Duration::from_secs(60);
+pub const TIMEOUT: Duration = Duration::from_secs(60);
 
 /// The password of all users.
 pub const PASSWORD: &str = "tin whisker plateau";
@@ -93,7 +93,7 @@ impl TestStation {
     /// A connection to the server.
     pub fn connect(&self) -> TcpStream {
         let stream = TcpStream::connect(SocketAddr::from(([127, 0, 0, 1], self.port()))).unwrap();
-        stream.set_read_timeout(Some(PATIENCE)).unwrap();
+        stream.set_read_timeout(Some(TIMEOUT)).unwrap();
         stream
     }
 
@@ -110,7 +110,7 @@ impl TestStation {
 
     /// The events about logins and refusals, the earliest first, as soon as one of them contains `sentence`.
     pub fn access_events(&self, sentence: &str) -> Vec<String> {
-        let end = Instant::now() + PATIENCE;
+        let end = Instant::now() + TIMEOUT;
         loop {
             assert!(self.plant.recorder().flush());
             let events =

@@ -113,7 +113,7 @@ test('a viewer sees all alarms and has no buttons', async () => {
         headers,
         body: '{"occurrence":1}',
       })
-      return [answer.status, (await answer.json()).problem]
+      return [answer.status, (await answer.json()).detail]
     })
     assert.deepEqual(status, [403, 'acknowledging an alarm needs the role operator, vera has viewer'])
   })

@@ -77,9 +77,9 @@ const dialog = (page) => page.getByRole('dialog', { name: /^(Command|Change of a
 
 /** Gives control to a user. */
 async function giveControl(user) {
-  await ask(ENGINEER, '/api/mastership/take-over', 'POST')
-  await ask(ENGINEER, '/api/mastership/release', 'POST')
-  await ask(user, '/api/mastership/ask', 'POST')
+  await ask(ENGINEER, '/api/control-authority/take-over', 'POST')
+  await ask(ENGINEER, '/api/control-authority/release', 'POST')
+  await ask(user, '/api/control-authority/request', 'POST')
 }
 
 /** Sets the pressure in the chamber, and waits until the gauge shows it. */
@@ -94,7 +94,7 @@ async function pressure(mbar) {
 test('an operator looks at trends, requests control, arms a degas and sends it', async () => {
   await pressure(1e-6)
   await giveControl(ENGINEER)
-  await ask(ENGINEER, '/api/mastership/release', 'POST')
+  await ask(ENGINEER, '/api/control-authority/release', 'POST')
   await as(OPERATOR, '/', async (page) => {
     await page.locator('.big', { hasText: '× 10⁻⁶ mbar' }).waitFor()
     await page.keyboard.press('2')

@@ -110,7 +110,7 @@ test('a degas is refused while the pressure is too high and sent when it is low;
     })
     const rows = await own.json('/api/audit?gauge=bcg450%205')
     const told = rows.filter(({ target }) => target?.startsWith('Hot Cathode Block State Command'))
-    assert.deepEqual([told[0].what, told[0].outcome, told.at(-1).what], ['outcome', 'done', 'refused'])
+    assert.deepEqual([told[0].action, told[0].outcome, told.at(-1).action], ['outcome', 'done', 'refused'])
     assert.deepEqual(
       complaints.filter((complaint) => !REFUSAL.test(complaint)),
       [],

@@ -85,7 +85,7 @@ test('a wrong password and an unknown name are refused with the same text', asyn
       said.push(await page.getByRole('alert').innerText())
       assert.equal(await page.evaluate(() => document.activeElement.autocomplete), 'current-password')
     }
-    assert.deepEqual(said, Array(2).fill('Login failed: this name and this password do not belong together.'))
+    assert.deepEqual(said, Array(2).fill('Login failed: wrong name or password.'))
   })
 })
 

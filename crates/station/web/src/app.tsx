@@ -35,11 +35,11 @@ const COMPONENTS: Record<string, () => JSX.Element> = {
 export function App(): JSX.Element {
   const { path } = useLocation()
   const live = useLive()
-  const isLoggedOut = useSessionState().session?.door === 'out'
+  const isLoggedOut = useSessionState().session?.login === 'logged-out'
   const [help, setHelp] = useState(false)
   useShortcutKeys(() => setHelp(true))
   const page = pageOf(path)
-  const station = live.moment?.station.name
+  const station = live.snapshot?.station.name
   const gauge = gaugeIn(path)
   useEffect(() => {
     document.title = [isLoggedOut ? 'Log in' : (gauge ?? page?.name ?? 'Page not found'), station ?? 'profivac'].join(
@@ -58,7 +58,7 @@ export function App(): JSX.Element {
         ) : (
           <>
             <StationProblem live={live} />
-            {live.moment ? <Page path={page?.path} /> : <p class="waiting">Waiting for the station …</p>}
+            {live.snapshot ? <Page path={page?.path} /> : <p class="waiting">Waiting for the station …</p>}
           </>
         )}
       </main>
@@ -79,8 +79,8 @@ function Page({ path }: { path: string | undefined }): JSX.Element {
 
 /** A problem that affects all pages: no connection, or the recorder does not write. */
 function StationProblem({ live }: { live: Live }): JSX.Element | null {
-  const recorder = live.moment?.station.recorder
-  if (live.moment && !live.connected) {
+  const recorder = live.snapshot?.station.recorder
+  if (live.snapshot && !live.connected) {
     return (
       <p class="error" role="alert">
         The connection to the station is lost. The page shows the last data received and reconnects by itself.

@@ -1,6 +1,6 @@
 // The live data of the station: one stream of server-sent events for all pages, and the samples of the last minutes.
 
-import type { Moment } from './api/types.ts'
+import type { Snapshot } from './api/types.ts'
 import { bits } from './lib/series.ts'
 import { currentQuality, SILENCE_MS } from './lib/stale.ts'
 import { canView, onSessionChange, refreshSession } from './session.ts'
@@ -16,20 +16,20 @@ export interface RecentSample {
 const KEPT_MS = 15 * 60_000
 const STEP_MS = 1_000
 
-/** Ages on the page are drawn this often while no moment arrives. */
+/** Ages on the page are drawn this often while no snapshot arrives. */
 const TICK_MS = 250
 
-let moment: Moment | null = null
+let snapshot: Snapshot | null = null
 let receivedAt = 0
 let openedAt = performance.now()
 let stream: EventSource | null = null
 const samples = new Map<string, RecentSample[]>()
-/** Changes with every moment, and every tick without one. */
+/** Changes with every snapshot, and every tick without one. */
 const changes = createStore(0)
 
 export interface Live {
-  /** The last moment that was received; `null` before the first. */
-  moment: Moment | null
+  /** The last snapshot that was received; `null` before the first. */
+  snapshot: Snapshot | null
   /** Milliseconds since it was received, or since the stream was opened. */
   since: number
   connected: boolean
@@ -38,9 +38,9 @@ export interface Live {
 }
 
 export function live(): Live {
-  const since = performance.now() - (moment ? receivedAt : openedAt)
-  const now = moment ? Math.round(moment.station.now_ms + since) : Date.now()
-  return { moment, since, connected: moment !== null && since < SILENCE_MS, now }
+  const since = performance.now() - (snapshot ? receivedAt : openedAt)
+  const now = snapshot ? Math.round(snapshot.station.now_ms + since) : Date.now()
+  return { snapshot, since, connected: snapshot !== null && since < SILENCE_MS, now }
 }
 
 /** The samples of a series that were received since the page was opened. */
@@ -74,7 +74,7 @@ function connect(): void {
   stream?.close()
   openedAt = performance.now()
   stream = new EventSource('/api/live')
-  stream.addEventListener('moment', (event: MessageEvent<string>) => receive(JSON.parse(event.data) as Moment))
+  stream.addEventListener('snapshot', (event: MessageEvent<string>) => receive(JSON.parse(event.data) as Snapshot))
   stream.addEventListener('error', () => void refreshSession())
 }
 
@@ -82,15 +82,15 @@ function connect(): void {
 function disconnect(): void {
   stream?.close()
   stream = null
-  moment = null
+  snapshot = null
   samples.clear()
   notify()
 }
 
-function receive(next: Moment): void {
-  // Without moments in between, the recent samples would show a line over the gap.
-  if (moment && next.station.now_ms - moment.station.now_ms > 2 * SILENCE_MS) samples.clear()
-  moment = next
+function receive(next: Snapshot): void {
+  // Without snapshots in between, the recent samples would show a line over the gap.
+  if (snapshot && next.station.now_ms - snapshot.station.now_ms > 2 * SILENCE_MS) samples.clear()
+  snapshot = next
   receivedAt = performance.now()
   for (const gauge of next.gauges) {
     for (const reading of gauge.readings) {
@@ -115,11 +115,11 @@ function notify(): void {
   changes.set(changes.get() + 1)
 }
 
-/** The last moment. Only for pages: they are drawn after the first moment has been received. */
-export function useMoment(): Moment {
-  const { moment } = useLive()
-  if (!moment) throw new Error('expected a moment, got none: pages are drawn after the first one')
-  return moment
+/** The last snapshot. Only for pages: they are drawn after the first snapshot has been received. */
+export function useSnapshot(): Snapshot {
+  const { snapshot } = useLive()
+  if (!snapshot) throw new Error('expected a snapshot, got none: pages are drawn after the first one')
+  return snapshot
 }
 
 /** Live data; the component is drawn again with every change. */

@@ -12,7 +12,7 @@ import { createStore, useStore } from './store.ts'
 
 const ROLES: Role[] = ['viewer', 'operator', 'engineer']
 
-const LOGGED_OUT: Session = { name: '', role: 'viewer', token: '', door: 'out' }
+const LOGGED_OUT: Session = { name: '', role: 'viewer', token: '', login: 'logged-out' }
 
 const RETRY_MS = 1_000
 
@@ -33,8 +33,8 @@ function update(session: Session, expiredUser: string | null = null): void {
 /** Takes over what the station says about the session. */
 function receive(session: Session): void {
   const { session: before, expiredUser } = store.get()
-  const hasEnded = before !== null && before.door !== 'out'
-  if (session.door === 'out') update(session, hasEnded ? before.name : expiredUser)
+  const hasEnded = before !== null && before.login !== 'logged-out'
+  if (session.login === 'logged-out') update(session, hasEnded ? before.name : expiredUser)
   else update(session)
 }
 
@@ -67,7 +67,7 @@ export async function logout(): Promise<void> {
 
 csrf.onSessionEnd = () => {
   const { session } = store.get()
-  if (session && session.door !== 'out') update(LOGGED_OUT, session.name)
+  if (session && session.login !== 'logged-out') update(LOGGED_OUT, session.name)
 }
 
 csrf.refresh = async () => {
@@ -80,7 +80,7 @@ csrf.refresh = async () => {
 /** Whether the station shows its data: a user is logged in, or the station has no users. */
 export function canView(): boolean {
   const { session } = store.get()
-  return session !== null && session.door !== 'out'
+  return session !== null && session.login !== 'logged-out'
 }
 
 export const onSessionChange = store.subscribe

@@ -37,8 +37,8 @@ export const fetchTrend = (
   signal?: AbortSignal,
 ): Promise<Trend> => get('/api/trend', { query: { series, from, to, pixels }, signal })
 
-export const fetchEvents = (from: number, to: number, most: number, signal?: AbortSignal): Promise<StationEvent[]> =>
-  get('/api/events', { query: { from, to, most }, signal })
+export const fetchEvents = (from: number, to: number, limit: number, signal?: AbortSignal): Promise<StationEvent[]> =>
+  get('/api/events', { query: { from, to, limit }, signal })
 
 export const fitRise = (series: string, from: number, to: number, volume_m3: number | null): Promise<Rise> =>
   get('/api/rise', { query: { series, from, to, ...(volume_m3 === null ? {} : { volume_m3 }) } })
@@ -56,9 +56,9 @@ export const fetchWebhooks = (signal?: AbortSignal): Promise<Webhook[]> => get('
 export const fetchAlarmHistory = (
   from: number,
   to: number,
-  most: number,
+  limit: number,
   signal?: AbortSignal,
-): Promise<AlarmEvent[]> => get('/api/alarms/history', { query: { from, to, most }, signal })
+): Promise<AlarmEvent[]> => get('/api/alarms/history', { query: { from, to, limit }, signal })
 
 /** Acknowledges the occurrence that the user has seen, and no later one. */
 export const acknowledge = (name: string, occurrence: number): Promise<Alarm> =>
@@ -74,7 +74,7 @@ export const takeOutOfService = (name: string, reason: string, minutes: number |
 export const returnToService = (name: string): Promise<Alarm> =>
   post('/api/alarms/{name}/return-to-service', { path: { name } })
 
-export const changeControl = (action: ControlAction): Promise<Control> => post(`/api/mastership/${action}`, {})
+export const changeControl = (action: ControlAction): Promise<Control> => post(`/api/control-authority/${action}`, {})
 
 export const fetchCommands = (gauge: string, signal?: AbortSignal): Promise<Command[]> =>
   get('/api/gauges/{name}/commands', { path: { name: gauge }, signal })
@@ -82,8 +82,8 @@ export const fetchCommands = (gauge: string, signal?: AbortSignal): Promise<Comm
 export const arm = (gauge: string, request: Request): Promise<ArmedCommand> =>
   post('/api/gauges/{name}/arm', { path: { name: gauge }, body: request })
 
-export const sendArmed = (id: string): Promise<Outcome> => post('/api/orders/{id}/fire', { path: { id } })
-export const disarm = (id: string): Promise<undefined> => remove('/api/orders/{id}', { path: { id } })
+export const sendArmed = (id: string): Promise<Outcome> => post('/api/armed-commands/{id}/execute', { path: { id } })
+export const disarm = (id: string): Promise<undefined> => remove('/api/armed-commands/{id}', { path: { id } })
 
 /** The conditions that a refusal lists. */
 export function conditionsOf(error: unknown): Condition[] {
@@ -92,19 +92,19 @@ export function conditionsOf(error: unknown): Condition[] {
 
 export interface AuditFilter {
   gauge: string
-  who: string
+  user: string
   from: number | null
 }
 
-const auditQuery = ({ gauge, who, from }: AuditFilter, most: number) => ({
-  most,
+const auditQuery = ({ gauge, user, from }: AuditFilter, limit: number) => ({
+  limit,
   ...(gauge ? { gauge } : {}),
-  ...(who ? { who } : {}),
+  ...(user ? { user } : {}),
   ...(from === null ? {} : { from }),
 })
 
-export const fetchAudit = (filter: AuditFilter, most: number, signal?: AbortSignal): Promise<AuditEntry[]> =>
-  get('/api/audit', { query: auditQuery(filter, most), signal })
+export const fetchAudit = (filter: AuditFilter, limit: number, signal?: AbortSignal): Promise<AuditEntry[]> =>
+  get('/api/audit', { query: auditQuery(filter, limit), signal })
 
 /** The CSV file has all entries. */
 export const auditAddress = (filter: AuditFilter): string =>

@@ -101,6 +101,6 @@ async function send<T>(address: string, request: RequestInit): Promise<T> {
   const body: unknown = await answer.json().catch(() => null)
   if (answer.ok) return body as T
   if (answer.status === 401 && address !== LOGIN) csrf.onSessionEnd()
-  const problem = (body as { problem?: string } | null)?.problem
+  const problem = (body as { detail?: string } | null)?.detail
   throw new RequestError(problem ?? `The station answers with ${answer.status}.`, answer.status, body)
 }

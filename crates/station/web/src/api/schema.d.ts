@@ -8,7 +8,7 @@ export interface paths {
             path?: never;
             cookie?: never;
         };
-        /** All alarms, in the order of the file, then those that there are by themselves. */
+        /** All alarms: those of the configuration file in its order, then the default alarms */
         get: operations["alarms"];
         put?: never;
         post?: never;
@@ -27,7 +27,10 @@ export interface paths {
         };
         get?: never;
         put?: never;
-        /** Somebody knows of several alarms that they have seen. Each is acknowledged or refused for itself. */
+        /**
+         * Acknowledge several alarms
+         * @description Each alarm is acknowledged or refused on its own.
+         */
         post: operations["acknowledge_all"];
         delete?: never;
         options?: never;
@@ -42,7 +45,7 @@ export interface paths {
             path?: never;
             cookie?: never;
         };
-        /** What happened to alarms, the latest first. */
+        /** The history of alarms, the latest change first */
         get: operations["history"];
         put?: never;
         post?: never;
@@ -61,7 +64,10 @@ export interface paths {
         };
         get?: never;
         put?: never;
-        /** Somebody knows of an alarm: of the occurrence they have seen, and of no later one. It is on the disk when this is answered. */
+        /**
+         * Acknowledge an alarm
+         * @description Acknowledges the occurrence that the user has seen, and no later one. The database has the change before the answer.
+         */
         post: operations["acknowledge"];
         delete?: never;
         options?: never;
@@ -78,7 +84,7 @@ export interface paths {
         };
         get?: never;
         put?: never;
-        /** Takes an alarm out of service, with a reason, for a time or until somebody puts it back. */
+        /** Take an alarm out of service, with a reason, for a time or without an end */
         post: operations["out_of_service"];
         delete?: never;
         options?: never;
@@ -95,8 +101,49 @@ export interface paths {
         };
         get?: never;
         put?: never;
-        /** Puts an alarm back into service. If its condition holds, it is raised at once. */
+        /**
+         * Return an alarm to service
+         * @description If its condition holds, the alarm is raised at once.
+         */
         post: operations["return_to_service"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/armed-commands/{id}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        post?: never;
+        /** Disarm an armed command */
+        delete: operations["disarm"];
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/armed-commands/{id}/execute": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Execute an armed command
+         * @description The second step. The station checks the conditions and the present value again, and sends the command once. Needs control
+         *     authority.
+         */
+        post: operations["execute"];
         delete?: never;
         options?: never;
         head?: never;
@@ -110,7 +157,7 @@ export interface paths {
             path?: never;
             cookie?: never;
         };
-        /** Who did what, the latest first. */
+        /** The audit trail, the latest entry first */
         get: operations["audit"];
         put?: never;
         post?: never;
@@ -127,10 +174,101 @@ export interface paths {
             path?: never;
             cookie?: never;
         };
-        /** The same as a table, the earliest first: times are ISO 8601 in UTC. */
+        /** The audit trail as CSV, the earliest entry first; times are ISO 8601 in UTC */
         get: operations["csv"];
         put?: never;
         post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/control-authority": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /** The user with control authority */
+        get: operations["authority"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/control-authority/grant": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /** Grant control authority to the user who requested it */
+        post: operations["grant"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/control-authority/release": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /** Release control authority */
+        post: operations["release"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/control-authority/request": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Request control authority
+         * @description If control authority is free, the user gets it. Otherwise the holder sees the request.
+         */
+        post: operations["request"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/control-authority/take-over": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Take over control authority from its holder
+         * @description An engineer may do so at any time, an operator 60 s after a request without an answer.
+         */
+        post: operations["take_over"];
         delete?: never;
         options?: never;
         head?: never;
@@ -144,7 +282,7 @@ export interface paths {
             path?: never;
             cookie?: never;
         };
-        /** What happened, the latest first. */
+        /** The events of a time range, the latest first */
         get: operations["events"];
         put?: never;
         post?: never;
@@ -161,7 +299,7 @@ export interface paths {
             path?: never;
             cookie?: never;
         };
-        /** What was recorded, as a table: time (ISO 8601, UTC), series, pressure in Pa, quality. */
+        /** The samples of a time range as CSV: time (ISO 8601, UTC), series, pressure in Pa, quality */
         get: operations["export"];
         put?: never;
         post?: never;
@@ -178,7 +316,7 @@ export interface paths {
             path?: never;
             cookie?: never;
         };
-        /** Gauges, and what they show. */
+        /** All gauges with their readings */
         get: operations["gauges"];
         put?: never;
         post?: never;
@@ -195,7 +333,7 @@ export interface paths {
             path?: never;
             cookie?: never;
         };
-        /** One gauge, and what it shows. */
+        /** One gauge with its readings */
         get: operations["gauge"];
         put?: never;
         post?: never;
@@ -214,7 +352,11 @@ export interface paths {
         };
         get?: never;
         put?: never;
-        /** The first step: the gauge is asked, and if all conditions hold it is armed for 30 seconds. Needs the mastership. */
+        /**
+         * Arm a command or a write
+         * @description The first step. The station reads the conditions and the present value from the gauge. If all conditions are met, the command
+         *     is armed for 30 seconds. Needs control authority.
+         */
         post: operations["arm"];
         delete?: never;
         options?: never;
@@ -229,7 +371,10 @@ export interface paths {
             path?: never;
             cookie?: never;
         };
-        /** The blocks of a gauge with what their parameters show. They are read from the gauge now, beside its cyclic data. */
+        /**
+         * The blocks and parameters of a gauge
+         * @description The station reads the parameters from the gauge now, beside its cyclic data.
+         */
         get: operations["blocks"];
         put?: never;
         post?: never;
@@ -246,7 +391,10 @@ export interface paths {
             path?: never;
             cookie?: never;
         };
-        /** The commands of a gauge with what they ask for and risk. The gauge is not asked. */
+        /**
+         * The commands of a gauge with their conditions and risks
+         * @description The station answers from its tables, without a request to the gauge.
+         */
         get: operations["commands"];
         put?: never;
         post?: never;
@@ -264,8 +412,8 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Gauges and segments four times a second, as server-sent events named `moment`. Whoever is slow misses moments. It ends with
-         *     the session it was asked for in.
+         * Snapshots of the station, four a second
+         * @description Server-sent events named `snapshot`. A slow client misses snapshots. The stream ends with the session of its client.
          */
         get: operations["live"];
         put?: never;
@@ -285,7 +433,10 @@ export interface paths {
         };
         get?: never;
         put?: never;
-        /** Begins a session. The same answer at the same time to a wrong password and to a name that there is not. */
+        /**
+         * Begin a session
+         * @description A wrong password and an unknown name get the same answer after the same time.
+         */
         post: operations["login"];
         delete?: never;
         options?: never;
@@ -302,127 +453,8 @@ export interface paths {
         };
         get?: never;
         put?: never;
-        /** Ends the session. */
+        /** End the session */
         post: operations["logout"];
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/api/mastership": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        /** Who may act now. */
-        get: operations["mastership"];
-        put?: never;
-        post?: never;
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/api/mastership/ask": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        get?: never;
-        put?: never;
-        /** Somebody wants the mastership: if it is free they have it, else its holder is told. */
-        post: operations["ask"];
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/api/mastership/grant": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        get?: never;
-        put?: never;
-        /** Its holder gives the mastership to who asked. */
-        post: operations["grant"];
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/api/mastership/release": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        get?: never;
-        put?: never;
-        /** Its holder gives the mastership back. */
-        post: operations["release"];
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/api/mastership/take-over": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        get?: never;
-        put?: never;
-        /** Somebody takes the mastership from its holder: an engineer at any time, an operator 60 s after asking without a reaction. */
-        post: operations["take_over"];
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/api/orders/{id}": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        get?: never;
-        put?: never;
-        post?: never;
-        /** What was armed is not armed any more. */
-        delete: operations["disarm"];
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/api/orders/{id}/fire": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        get?: never;
-        put?: never;
-        /** The second step: what was armed is done, once, if everything is as it was then. Needs the mastership. */
-        post: operations["fire"];
         delete?: never;
         options?: never;
         head?: never;
@@ -438,7 +470,10 @@ export interface paths {
         };
         get?: never;
         put?: never;
-        /** Changes the password of whoever asks; their other sessions end. */
+        /**
+         * Change the own password
+         * @description All sessions of the user end, and the answer begins a new one.
+         */
         post: operations["password"];
         delete?: never;
         options?: never;
@@ -453,7 +488,7 @@ export interface paths {
             path?: never;
             cookie?: never;
         };
-        /** A rise of pressure after a valve was closed, told apart into a leak and outgassing. */
+        /** A rise of pressure after a valve was closed, separated into a leak and outgassing */
         get: operations["rise"];
         put?: never;
         post?: never;
@@ -470,7 +505,7 @@ export interface paths {
             path?: never;
             cookie?: never;
         };
-        /** Segments, and who is on them. */
+        /** The segments with the stations on them */
         get: operations["segments"];
         put?: never;
         post?: never;
@@ -487,7 +522,7 @@ export interface paths {
             path?: never;
             cookie?: never;
         };
-        /** Who asks. */
+        /** The user of this session */
         get: operations["session"];
         put?: never;
         post?: never;
@@ -504,7 +539,7 @@ export interface paths {
             path?: never;
             cookie?: never;
         };
-        /** The station and its recorder. */
+        /** The station and its recorder */
         get: operations["station"];
         put?: never;
         post?: never;
@@ -521,7 +556,7 @@ export interface paths {
             path?: never;
             cookie?: never;
         };
-        /** What was recorded of a series, drawn for so many pixels. */
+        /** The trend of a series: minimum, maximum and mean of each pixel */
         get: operations["trend"];
         put?: never;
         post?: never;
@@ -538,7 +573,7 @@ export interface paths {
             path?: never;
             cookie?: never;
         };
-        /** Who is told of alarms, and how that goes. */
+        /** The webhooks with the status of their deliveries */
         get: operations["webhooks"];
         put?: never;
         post?: never;
@@ -552,212 +587,50 @@ export interface paths {
 export type webhooks = Record<string, never>;
 export interface components {
     schemas: {
-        /** @description What must be known about alarms at a moment. */
-        ActiveAlarms: {
-            /** @description Of high priority. */
-            high: components["schemas"]["Count"];
-            /** @description All that are neither normal nor out of service, the most urgent first; of very many only the first. */
-            list: components["schemas"]["Alarm"][];
-            /** @description Of low priority. */
-            low: components["schemas"]["Count"];
-            /** @description Of medium priority. */
-            medium: components["schemas"]["Count"];
-            /** @description How many there are beyond the list. */
-            more: number;
-            /** @description How many are out of service. */
-            out_of_service: number;
-            /** @description Why what is told here may be wrong: nobody has looked for long, or it cannot be written. */
-            trouble: string | null;
-        };
-        /** @description An alarm. */
-        Alarm: {
-            /** @description Who acknowledged it. */
-            acknowledged_by: string | null;
+        /** @description The occurrence of an alarm that the user has seen. */
+        Acknowledge: {
             /**
              * Format: int64
-             * @description When.
-             */
-            acknowledged_ms: number | null;
-            /**
-             * @description What is watched: `above`, `below`, `rise`, `blind`, `fault`, `stale`, `down`, `damage`, `unrecorded`.
-             * @enum {string}
-             */
-            condition: "above" | "below" | "rise" | "blind" | "fault" | "stale" | "down" | "damage" | "unrecorded";
-            /** @description The gauge. */
-            gauge: string | null;
-            /**
-             * Format: double
-             * @description The limit.
-             */
-            limit: number | null;
-            /** @description What is to be done, as the file says. */
-            message: string | null;
-            /** @description Its name. */
-            name: string;
-            /**
-             * Format: int64
-             * @description Which time it was raised, to be given when it is acknowledged; 0 if it never was.
+             * @description The number of the occurrence, as the alarm shows it.
+             * @example 3
              */
             occurrence: number;
-            out_of_service: components["schemas"]["OutOfService"] | null;
-            /** @description How soon somebody must do something. */
-            priority: components["schemas"]["Priority"];
-            /**
-             * Format: int64
-             * @description When it was raised last.
-             */
-            raised_ms: number | null;
-            /**
-             * Format: double
-             * @description The value that raised it.
-             */
-            raised_value: number | null;
-            /**
-             * Format: double
-             * @description Where it is over.
-             */
-            reset: number | null;
-            /** @description The segment, if the alarm is about one. */
-            segment: string | null;
-            /** @description The measuring part, by the name under which it is recorded. */
-            series: string | null;
-            /**
-             * Format: int64
-             * @description Since when it stands there; nothing if nothing ever became of it.
-             */
-            since_ms: number | null;
-            /** @description Where it stands. */
-            state: components["schemas"]["State"];
-            /** @description What was seen when it was raised, in a sentence. */
-            text: string;
-            /** @description What values and limits are counted in. */
-            unit: string | null;
-            /**
-             * Format: double
-             * @description The value now.
-             */
-            value: number | null;
         };
-        /** @description Something that is armed. */
-        Armed: {
-            /** @description What it is to be. */
-            after: string;
-            /** @description What it is now; nothing if it cannot be read. */
-            before: string | null;
-            /** @description All conditions; all hold. */
-            conditions: components["schemas"]["Held"][];
-            /** @description The gauge. */
-            gauge: string;
-            /** @description Whether it is a command. */
-            is_command: boolean;
-            /**
-             * Format: int64
-             * @description How much longer it is armed, in milliseconds.
-             */
-            left_ms: number;
-            /** @description The manual's name and numbers. */
-            manual: string;
-            /** @description The octets that are sent. */
-            octets: string;
-            /** @description By what it is fired. */
-            order: string;
-            /** @description What it risks. */
-            risk: components["schemas"]["Risk"];
-            /** @description The command or the parameter. */
-            target: string;
+        /** @description The alarms that the user has seen. */
+        AcknowledgeAll: {
+            /** @description 1 to 1000 alarms. */
+            alarms: components["schemas"]["AcknowledgeOne"][];
         };
-        /** @description A row of the audit trail. */
-        Audited: {
-            /**
-             * Format: int32
-             * @description Its address on the bus.
-             */
-            address: number | null;
-            /** @description What it was to be; of an outcome, what was read back. */
-            after: string | null;
-            /**
-             * Format: int64
-             * @description When, in milliseconds since 1970.
-             */
-            at_ms: number;
-            /** @description What it was. */
-            before: string | null;
-            /** @description The gauge. */
-            gauge: string | null;
-            /**
-             * Format: int64
-             * @description Its number, rising.
-             */
-            id: number;
-            /**
-             * Format: int64
-             * @description The row whose outcome this is.
-             */
-            of: number | null;
-            /** @description The order. */
-            order: string | null;
-            /** @description What came of it. */
-            outcome: string | null;
-            /** @description From which address. */
-            peer: string | null;
-            /** @description Their role then. */
-            role: string;
-            /** @description Its segment. */
-            segment: string | null;
-            /** @description The manual's name and numbers, or the alarm. */
-            target: string | null;
-            /**
-             * @description `fired` before it is sent, `outcome` after it, `refused` when a condition did not hold, `disarmed`, `mastership`; of an alarm
-             *     `acknowledged`, `taken-out-of-service`, `returned-to-service`.
-             * @enum {string}
-             */
-            what: "fired" | "outcome" | "refused" | "disarmed" | "mastership" | "acknowledged" | "taken-out-of-service" | "returned-to-service";
-            /** @description Who. */
-            who: string;
+        /** @description The result of acknowledging several alarms. */
+        AcknowledgeAllResult: {
+            /** @description The names of the acknowledged alarms. */
+            acknowledged: string[];
+            /** @description The alarms that were not acknowledged. */
+            refused: components["schemas"]["RefusedAlarm"][];
         };
-        /** @description A block of a gauge with its parameters. */
-        Block: {
-            /** @description The manual's name of the block. */
+        /** @description An occurrence of an alarm that the user has seen. */
+        AcknowledgeOne: {
+            /**
+             * @description The name of the alarm.
+             * @example chamber: fault
+             */
             name: string;
-            /** @description Its parameters. */
-            parameters: components["schemas"]["Parameter"][];
-        };
-        /**
-         * @description How much something risks.
-         * @enum {string}
-         */
-        Class: "harmless" | "volatile" | "on-request" | "kept" | "dangerous";
-        /** @description A command of a gauge. */
-        Command: {
-            /** @description Why nobody may from here. */
-            barred: string | null;
-            /** @description By what it is armed: `ba.degas-on`. */
-            command: string;
-            /** @description What must be the case. */
-            conditions: string[];
-            /** @description The manual's name of the parameter by which it is sent. */
-            name: string;
-            /** @description Its slot and index. */
-            numbers: string;
-            /** @description What it risks. */
-            risk: components["schemas"]["Risk"];
-            /** @description Who may. */
-            role: components["schemas"]["Role"];
+            /**
+             * Format: int64
+             * @description The number of the occurrence, as the alarm shows it.
+             * @example 3
+             */
+            occurrence: number;
         };
         /** @description How many alarms of a priority there are. */
-        Count: {
+        AlarmCount: {
             /** @description Whose condition holds. */
             active: number;
             /** @description That nobody has acknowledged, whether their condition holds or not any more. */
             unacknowledged: number;
         };
-        /**
-         * @description How one comes in here.
-         * @enum {string}
-         */
-        DoorState: "open" | "in" | "out";
         /** @description A line of the history. */
-        Event: {
+        AlarmHistoryView: {
             /** @description The alarm. */
             alarm: string;
             /**
@@ -799,6 +672,288 @@ export interface components {
             /** @description Who did it; nothing if it came by itself. */
             who: string | null;
         };
+        /** @description What must be known about alarms at a moment. */
+        AlarmOverview: {
+            /** @description Of high priority. */
+            high: components["schemas"]["AlarmCount"];
+            /** @description All that are neither normal nor out of service, the most urgent first; of very many only the first. */
+            list: components["schemas"]["AlarmView"][];
+            /** @description Of low priority. */
+            low: components["schemas"]["AlarmCount"];
+            /** @description Of medium priority. */
+            medium: components["schemas"]["AlarmCount"];
+            /** @description How many there are beyond the list. */
+            more: number;
+            /** @description How many are out of service. */
+            out_of_service: number;
+            /** @description Why what is told here may be wrong: nobody has looked for long, or it cannot be written. */
+            trouble: string | null;
+        };
+        /**
+         * @description Where an alarm stands.
+         * @enum {string}
+         */
+        AlarmState: "normal" | "unacknowledged" | "acknowledged" | "returned" | "out-of-service";
+        /** @description An alarm. */
+        AlarmView: {
+            /** @description Who acknowledged it. */
+            acknowledged_by: string | null;
+            /**
+             * Format: int64
+             * @description When.
+             */
+            acknowledged_ms: number | null;
+            /**
+             * @description What is watched: `above`, `below`, `rise`, `blind`, `fault`, `stale`, `down`, `damage`, `unrecorded`.
+             * @enum {string}
+             */
+            condition: "above" | "below" | "rise" | "blind" | "fault" | "stale" | "down" | "damage" | "unrecorded";
+            /** @description The gauge. */
+            gauge: string | null;
+            /**
+             * Format: double
+             * @description The limit.
+             */
+            limit: number | null;
+            /** @description What is to be done, as the file says. */
+            message: string | null;
+            /** @description Its name. */
+            name: string;
+            /**
+             * Format: int64
+             * @description Which time it was raised, to be given when it is acknowledged; 0 if it never was.
+             */
+            occurrence: number;
+            out_of_service: components["schemas"]["OutOfServiceView"] | null;
+            /** @description How soon somebody must do something. */
+            priority: components["schemas"]["Priority"];
+            /**
+             * Format: int64
+             * @description When it was raised last.
+             */
+            raised_ms: number | null;
+            /**
+             * Format: double
+             * @description The value that raised it.
+             */
+            raised_value: number | null;
+            /**
+             * Format: double
+             * @description Where it is over.
+             */
+            reset: number | null;
+            /** @description The segment, if the alarm is about one. */
+            segment: string | null;
+            /** @description The measuring part, by the name under which it is recorded. */
+            series: string | null;
+            /**
+             * Format: int64
+             * @description Since when it stands there; nothing if nothing ever became of it.
+             */
+            since_ms: number | null;
+            /** @description Where it stands. */
+            state: components["schemas"]["AlarmState"];
+            /** @description What was seen when it was raised, in a sentence. */
+            text: string;
+            /** @description What values and limits are counted in. */
+            unit: string | null;
+            /**
+             * Format: double
+             * @description The value now.
+             */
+            value: number | null;
+        };
+        /** @description An armed command or write. */
+        ArmedCommandView: {
+            /** @description The requested value with its unit. */
+            after: string;
+            /** @description The present value with its unit; `null` if it cannot be read. */
+            before: string | null;
+            /** @description The conditions, which are all met. */
+            conditions: components["schemas"]["ConditionView"][];
+            /**
+             * Format: int64
+             * @description The time until it is disarmed, in milliseconds.
+             */
+            expires_in_ms: number;
+            /** @description The gauge. */
+            gauge: string;
+            /** @description Its identifier. */
+            id: string;
+            /** @description Whether it is a command; otherwise it writes a parameter. */
+            is_command: boolean;
+            /** @description The manual's name and numbers of the parameter. */
+            manual_name: string;
+            /** @description The octets that will be sent, in hex. */
+            octets: string;
+            /** @description The risk of executing it. */
+            risk: components["schemas"]["Risk"];
+            /** @description The name of the command, or of the parameter. */
+            target: string;
+        };
+        /**
+         * @description The action of an audit entry.
+         * @enum {string}
+         */
+        AuditActionView: "execute" | "outcome" | "refused" | "disarmed" | "control-authority" | "acknowledged" | "taken-out-of-service" | "returned-to-service";
+        /** @description An entry of the audit trail. */
+        AuditView: {
+            /** @description The action. */
+            action: components["schemas"]["AuditActionView"];
+            /**
+             * Format: int32
+             * @description The bus address of the gauge.
+             */
+            address: number | null;
+            /** @description The requested value; for an `outcome`, the value that was read back. */
+            after: string | null;
+            /**
+             * Format: int64
+             * @description The time, in milliseconds since 1970.
+             */
+            at_ms: number;
+            /** @description The value before the action. */
+            before: string | null;
+            /** @description The identifier of the armed command. */
+            command_id: string | null;
+            /** @description The gauge. */
+            gauge: string | null;
+            /**
+             * Format: int64
+             * @description The number of the entry. Later entries have higher numbers.
+             */
+            id: number;
+            /** @description The result, in a sentence. */
+            outcome: string | null;
+            /** @description The address of the user's computer. */
+            peer: string | null;
+            /**
+             * Format: int64
+             * @description For an `outcome` or `disarmed`, the number of the entry that it belongs to.
+             */
+            refers_to: number | null;
+            /** @description The role of the user at that time. */
+            role: components["schemas"]["Role"];
+            /** @description The segment of the gauge. */
+            segment: string | null;
+            /** @description The manual's name and numbers of the parameter, or the name of the alarm. */
+            target: string | null;
+            /** @description The name of the user. */
+            user: string;
+        };
+        /** @description A block of a gauge with its parameters. */
+        Block: {
+            /** @description The manual's name of the block. */
+            name: string;
+            /** @description Its parameters. */
+            parameters: components["schemas"]["Parameter"][];
+        };
+        /** @description A station on a segment. */
+        BusStation: {
+            /**
+             * Format: int32
+             * @description Its address, 0 to 126.
+             */
+            address: number;
+            /** @description What it is, as far as we know. */
+            device: string | null;
+            /** @description Ident_Number, in hex. */
+            ident: string | null;
+            /** @description The name we gave it. */
+            name: string | null;
+            /** @description What it is to us. */
+            standing: components["schemas"]["BusStationState"];
+            /** @description What it is doing, in words. */
+            words: string;
+        };
+        /**
+         * @description What a station of a segment is to us.
+         * @enum {string}
+         */
+        BusStationState: "ourselves" | "master" | "exchanging" | "faulty" | "starting" | "missing" | "foreign";
+        /** @description A command of a gauge. */
+        Command: {
+            /** @description Why it cannot be executed from the station; `null` if it can. */
+            blocked_reason: string | null;
+            /**
+             * @description The name by which it is armed.
+             * @example ba.degas-on
+             */
+            command: string;
+            /** @description The conditions that must be met. */
+            conditions: string[];
+            /** @description The manual's name of the parameter that carries it. */
+            name: string;
+            /** @description Slot and index of that parameter. */
+            numbers: string;
+            /** @description The risk of executing it. */
+            risk: components["schemas"]["Risk"];
+            /** @description The lowest role that may execute it. */
+            role: components["schemas"]["Role"];
+        };
+        /** @description A condition of a command, and whether it is met. */
+        ConditionView: {
+            /** @description The expected state. */
+            expected: string;
+            /** @description The state that was found. */
+            found: string;
+            /** @description Whether the condition is met. */
+            is_met: boolean;
+        };
+        /** @description A problem document with the conditions of a command. */
+        ConflictView: components["schemas"]["Problem"] & {
+            /** @description All conditions of the command, if one of them is not met. */
+            conditions: components["schemas"]["ConditionView"][];
+        };
+        /** @description Who may act on gauges now. */
+        ControlAuthorityView: {
+            /** @description Who wants it. */
+            asked_by: string | null;
+            /**
+             * Format: int64
+             * @description Since when.
+             */
+            asked_ms: number | null;
+            /** @description Who; nothing if it is free. */
+            holder: string | null;
+            /**
+             * Format: int64
+             * @description Since when, in milliseconds since 1970.
+             */
+            since_ms: number | null;
+        };
+        /** @description Something that happened. */
+        EventView: {
+            /**
+             * Format: int64
+             * @description When, in milliseconds since 1970.
+             */
+            at_ms: number;
+            /** @description To which gauge. */
+            gauge: string | null;
+            /**
+             * @description What kind of thing: `station`, `bus`, `gauge`, `command`, `note`.
+             * @enum {string}
+             */
+            kind: "station" | "bus" | "gauge" | "command" | "note" | "access" | "alarm";
+            /** @description One sentence. */
+            text: string;
+        };
+        /** @description An executed command or write. */
+        ExecutedView: {
+            /** @description The value that was read back, with its unit; `null` if it could not be read. */
+            after: string | null;
+            /** @description The value before, with its unit; `null` if it could not be read. */
+            before: string | null;
+            /** @description The gauge. */
+            gauge: string;
+            /** @description The identifier of the armed command. */
+            id: string;
+            /** @description The octets that were sent, in hex. */
+            octets: string;
+            /** @description The name of the command, or of the parameter. */
+            target: string;
+        };
         /** @description A gauge. */
         Gauge: {
             /**
@@ -818,7 +973,7 @@ export interface components {
             /** @description The gas its readings are corrected for beside the indicated ones. */
             gas: string;
             /** @description Where a line is drawn in a trend. */
-            levels: components["schemas"]["TripLevel"][];
+            levels: components["schemas"]["PressureLevel"][];
             /** @description Its name. */
             name: string;
             /**
@@ -831,108 +986,44 @@ export interface components {
             /** @description Its segment. */
             segment: string;
             /** @description What it is to us. */
-            standing: components["schemas"]["Standing"];
+            standing: components["schemas"]["BusStationState"];
             /** @description Why it does not measure, in a sentence. */
             trouble: string | null;
         };
         /** @description A value as people and programs give it. */
-        Given: string | number | boolean;
-        /** @description Something that happened. */
-        Happening: {
-            /**
-             * Format: int64
-             * @description When, in milliseconds since 1970.
-             */
-            at_ms: number;
-            /** @description To which gauge. */
-            gauge: string | null;
-            /**
-             * @description What kind of thing: `station`, `bus`, `gauge`, `command`, `note`.
-             * @enum {string}
-             */
-            kind: "station" | "bus" | "gauge" | "command" | "note" | "access" | "alarm";
-            /** @description One sentence. */
-            text: string;
-        };
-        /** @description A condition, and whether it holds. */
-        Held: {
-            /** @description What is the case. */
-            found: string;
-            /** @description Whether that is enough. */
-            holds: boolean;
-            /** @description What must be the case. */
-            wanted: string;
-        };
-        /** @description Why, and for how long. */
-        Leave: {
-            /**
-             * Format: int32
-             * @description For so many minutes, 1 to 44640; until somebody puts it back if nothing is said.
-             */
-            minutes?: number | null;
-            /** @description Why, in 1 to 500 characters. */
-            reason: string;
-        };
-        /** @description What is asked of whoever logs in. */
+        GivenValue: string | number | boolean;
+        /** @description Name and password of a user. */
         Login: {
-            /** @description Their name. */
+            /**
+             * @description The name.
+             * @example ada
+             */
             name: string;
-            /** @description Their password. */
+            /** @description The password. */
             password: string;
         };
-        /** @description Who may act on gauges now. */
-        Mastership: {
-            /** @description Who wants it. */
-            asked_by: string | null;
-            /**
-             * Format: int64
-             * @description Since when.
-             */
-            asked_ms: number | null;
-            /** @description Who; nothing if it is free. */
-            holder: string | null;
-            /**
-             * Format: int64
-             * @description Since when, in milliseconds since 1970.
-             */
-            since_ms: number | null;
-        };
-        /** @description Everything that is seen at one moment. */
-        Moment: {
-            alarms: components["schemas"]["ActiveAlarms"];
-            gauges: components["schemas"]["Gauge"][];
-            mastership: components["schemas"]["Mastership"];
-            reading: components["schemas"]["ReadSoFar"][];
-            segments: components["schemas"]["Segment"][];
-            station: components["schemas"]["Station"];
-        };
-        /** @description What is asked of whoever wants a new password. */
+        /**
+         * @description Whether the user has to log in, and has.
+         * @enum {string}
+         */
+        LoginState: "not-required" | "logged-in" | "logged-out";
+        /** @description A change of the own password. */
         NewPassword: {
-            /** @description The one they have. */
+            /** @description The current password. */
             current: string;
-            /** @description The one they want. */
+            /** @description The new password, 8 characters at least. */
             new: string;
         };
-        /** @description A station on a segment. */
-        OnBus: {
-            /**
-             * Format: int32
-             * @description Its address, 0 to 126.
-             */
-            address: number;
-            /** @description What it is, as far as we know. */
-            device: string | null;
-            /** @description Ident_Number, in hex. */
-            ident: string | null;
-            /** @description The name we gave it. */
-            name: string | null;
-            /** @description What it is to us. */
-            standing: components["schemas"]["Standing"];
-            /** @description What it is doing, in words. */
-            words: string;
+        /** @description What is to be armed: a command, or a parameter and its value. */
+        OperationRequest: {
+            /** @description The command: `degas-on`, `ba.degas-on`. */
+            command?: string | null;
+            /** @description The parameter: `trip-point.1/high-trip-point`, `2/61`. */
+            target?: string | null;
+            value?: components["schemas"]["GivenValue"] | null;
         };
         /** @description Why an alarm is out of service. */
-        OutOfService: {
+        OutOfServiceView: {
             /**
              * Format: int64
              * @description When.
@@ -948,21 +1039,6 @@ export interface components {
             /** @description Who took it out. */
             who: string;
         };
-        /** @description Something that was fired and done. */
-        Outcome: {
-            /** @description What it is now, as it was read back; nothing if it cannot be read. */
-            after: string | null;
-            /** @description What it was. */
-            before: string | null;
-            /** @description The gauge. */
-            gauge: string;
-            /** @description The octets that were sent. */
-            octets: string;
-            /** @description The order. */
-            order: string;
-            /** @description The command or the parameter. */
-            target: string;
-        };
         /** @description A parameter of a gauge. */
         Parameter: {
             /** @description What the manual allows: `R`, `R/W`, ... */
@@ -977,20 +1053,44 @@ export interface components {
             target: string;
             /** @description What it shows now, with its unit; nothing if it could not be read. */
             value: string | null;
-            write: components["schemas"]["Writing"] | null;
+            write: components["schemas"]["WriteInfo"] | null;
+        };
+        /** @description A pressure at which something happens. */
+        PressureLevel: {
+            /** @description What happens. */
+            name: string;
+            /**
+             * Format: double
+             * @description In Pa.
+             */
+            pa: number;
         };
         /**
          * @description How soon somebody must do something. Ordered: the highest is the greatest.
          * @enum {string}
          */
         Priority: "low" | "medium" | "high";
-        /** @description Why there is no answer. */
+        /** @description A problem document after RFC 9457: why a request was refused. Its `type` is `about:blank`, so it is left out. */
         Problem: {
-            /** @description What was expected and what came. */
-            problem: string;
+            /**
+             * @description The reason in a sentence: what was expected and what was found.
+             * @example there is no gauge "chamber"
+             */
+            detail: string;
+            /**
+             * Format: int32
+             * @description The HTTP status.
+             * @example 404
+             */
+            status: number;
+            /**
+             * @description The phrase for the HTTP status.
+             * @example Not Found
+             */
+            title: string;
         };
         /** @description How far the parameters of a gauge are read. */
-        ReadSoFar: {
+        ReadProgress: {
             /** @description So many were read. */
             done: number;
             /** @description The gauge. */
@@ -1052,7 +1152,7 @@ export interface components {
         RefusedAlarm: {
             /** @description Its name. */
             name: string;
-            /** @description Why. */
+            /** @description The reason, in a sentence. */
             problem: string;
         };
         /** @description What a rise of pressure consists of. */
@@ -1098,38 +1198,20 @@ export interface components {
         /** @description What something risks. */
         Risk: {
             /** @description How much. */
-            class: components["schemas"]["Class"];
+            class: components["schemas"]["RiskClass"];
             /** @description In words: those of the table where it has some. */
             words: string;
         };
         /**
-         * @description What somebody may do. Who may more may all that those may who may less.
+         * @description How much something risks.
+         * @enum {string}
+         */
+        RiskClass: "harmless" | "volatile" | "on-request" | "kept" | "dangerous";
+        /**
+         * @description The role of a user. A role includes the permissions of all lower roles.
          * @enum {string}
          */
         Role: "viewer" | "operator" | "engineer";
-        /** @description What somebody has seen. */
-        Seen: {
-            /**
-             * Format: int64
-             * @description Which time the alarm was raised, as it stands in what they have seen.
-             */
-            occurrence: number;
-        };
-        /** @description An alarm that somebody has seen. */
-        SeenAlarm: {
-            /** @description Its name. */
-            name: string;
-            /**
-             * Format: int64
-             * @description Which time it was raised.
-             */
-            occurrence: number;
-        };
-        /** @description Alarms that somebody has seen. */
-        SeenAlarms: {
-            /** @description All of them, 1 to 1000. */
-            alarms: components["schemas"]["SeenAlarm"][];
-        };
         /** @description A segment and everybody on it. */
         Segment: {
             /**
@@ -1159,7 +1241,7 @@ export interface components {
             /** @description Where it stands. */
             state: components["schemas"]["SegmentState"];
             /** @description Who is on it. */
-            stations: components["schemas"]["OnBus"][];
+            stations: components["schemas"]["BusStation"][];
             /** @description Why it does not run, in a sentence. */
             trouble: string | null;
         };
@@ -1168,27 +1250,35 @@ export interface components {
          * @enum {string}
          */
         SegmentState: "waiting" | "listening" | "running";
-        /** @description Who asks. */
+        /** @description The session of a request. */
         Session: {
-            /** @description Whether one logs in here. */
-            door: components["schemas"]["DoorState"];
-            /** @description Their name. */
+            /** @description Whether the user has to log in, and has. */
+            login: components["schemas"]["LoginState"];
+            /**
+             * @description The name of the user.
+             * @example ada
+             */
             name: string;
-            /** @description What they may do. */
+            /** @description The role of the user. */
             role: components["schemas"]["Role"];
-            /** @description What has to stand in `x-csrf-token` of everything that is not only looked at; empty before one has logged in. */
+            /** @description The value of the header `x-csrf-token` that every request other than GET and HEAD needs; empty before login. */
             token: string;
         };
-        /**
-         * @description What a station of a segment is to us.
-         * @enum {string}
-         */
-        Standing: "ourselves" | "master" | "exchanging" | "faulty" | "starting" | "missing" | "foreign";
-        /**
-         * @description Where an alarm stands.
-         * @enum {string}
-         */
-        State: "normal" | "unacknowledged" | "acknowledged" | "returned" | "out-of-service";
+        /** @description The state of the station at one moment. */
+        Snapshot: {
+            /** @description The active alarms. */
+            alarms: components["schemas"]["AlarmOverview"];
+            /** @description The user with control authority, and a request for it. */
+            control_authority: components["schemas"]["ControlAuthorityView"];
+            /** @description Its gauges with their readings. */
+            gauges: components["schemas"]["Gauge"][];
+            /** @description The gauges whose parameters are being read. */
+            read_progress: components["schemas"]["ReadProgress"][];
+            /** @description Its segments. */
+            segments: components["schemas"]["Segment"][];
+            /** @description The station. */
+            station: components["schemas"]["Station"];
+        };
         /** @description The station as a whole. */
         Station: {
             /** @description Its name. */
@@ -1208,12 +1298,18 @@ export interface components {
             /** @description The version of the program. */
             version: string;
         };
-        /** @description What came of acknowledging several alarms. */
-        Together: {
-            /** @description Those that were acknowledged. */
-            acknowledged: string[];
-            /** @description Those that were not. */
-            refused: components["schemas"]["RefusedAlarm"][];
+        /** @description Why an alarm is taken out of service, and for how long. */
+        TakeOutOfService: {
+            /**
+             * Format: int32
+             * @description The time in minutes, 1 to 44640; without it until a user returns the alarm to service.
+             */
+            minutes?: number | null;
+            /**
+             * @description The reason, in one line of 1 to 500 characters.
+             * @example the gauge is being replaced
+             */
+            reason: string;
         };
         /** @description A trend: one entry of each list for every pixel in which something was recorded. */
         Trend: {
@@ -1229,23 +1325,6 @@ export interface components {
             series: string;
             /** @description Where pixels begin, in milliseconds since 1970, rising. */
             start_ms: number[];
-        };
-        /** @description A pressure at which something happens. */
-        TripLevel: {
-            /** @description What happens. */
-            name: string;
-            /**
-             * Format: double
-             * @description In Pa.
-             */
-            pa: number;
-        };
-        /** @description Why nothing was armed or done. */
-        Unmet: {
-            /** @description All conditions, if one of them is the reason. */
-            conditions: components["schemas"]["Held"][];
-            /** @description In a sentence. */
-            problem: string;
         };
         /** @description How a webhook is. */
         WebhookView: {
@@ -1278,16 +1357,8 @@ export interface components {
             /** @description How many letters wait. */
             waiting: number;
         };
-        /** @description What is to be armed: a command, or a parameter and its value. */
-        Wish: {
-            /** @description The command: `degas-on`, `ba.degas-on`. */
-            command?: string | null;
-            /** @description The parameter: `trip-point.1/high-trip-point`, `2/61`. */
-            target?: string | null;
-            value?: components["schemas"]["Given"] | null;
-        };
         /** @description What it takes to write a parameter. */
-        Writing: {
+        WriteInfo: {
             /** @description Why nobody may from here. */
             barred: string | null;
             /** @description The values it takes, if it takes only these. */
@@ -1322,43 +1393,43 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Alarm"][];
+                    "application/json": components["schemas"]["AlarmView"][];
                 };
             };
-            /** @description Nobody has logged in */
+            /** @description The user has not logged in */
             401: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The page that asks is not ours, or whoever asks may not */
+            /** @description The user has no permission, or the request comes from a foreign page */
             403: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description This computer is called otherwise */
+            /** @description The request is meant for another computer */
             421: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Too often; the header Retry-After says for how long */
+            /** @description The client is above a rate limit; the header Retry-After gives the time to wait in seconds */
             429: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
         };
@@ -1372,7 +1443,7 @@ export interface operations {
         };
         requestBody: {
             content: {
-                "application/json": components["schemas"]["SeenAlarms"];
+                "application/json": components["schemas"]["AcknowledgeAll"];
             };
         };
         responses: {
@@ -1381,24 +1452,25 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Together"];
+                    "application/json": components["schemas"]["AcknowledgeAllResult"];
                 };
             };
+            /** @description The body is malformed, or has no or too many alarms */
             400: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Nobody has logged in */
+            /** @description The user has not logged in */
             401: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
             /** @description The role operator is needed */
@@ -1407,52 +1479,52 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The body takes too long */
+            /** @description The body does not arrive in time */
             408: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The body is too large */
+            /** @description The body is longer than 64 KiB */
             413: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The body is no JSON */
+            /** @description The body is not JSON */
             415: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description This computer is called otherwise */
+            /** @description The request is meant for another computer */
             421: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Too often; the header Retry-After says for how long */
+            /** @description The client is above a rate limit; the header Retry-After gives the time to wait in seconds */
             429: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
         };
@@ -1466,13 +1538,13 @@ export interface operations {
                  */
                 from: number;
                 /**
-                 * @description The end.
+                 * @description The end, in milliseconds since 1970.
                  * @example 4102444800000
                  */
                 to: number;
-                /** @description How many at most, 1 to 10000; 200 if nothing is said. */
-                most?: number;
-                /** @description The name of an alarm; all if nothing is said. */
+                /** @description The most entries of the answer, 1 to 10000. */
+                limit?: number;
+                /** @description The name of an alarm; without it the history of all alarms. */
                 alarm?: string;
             };
             header?: never;
@@ -1486,59 +1558,61 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Event"][];
+                    "application/json": components["schemas"]["AlarmHistoryView"][];
                 };
             };
+            /** @description A parameter is missing or out of range */
             400: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Nobody has logged in */
+            /** @description The user has not logged in */
             401: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The page that asks is not ours, or whoever asks may not */
+            /** @description The user has no permission, or the request comes from a foreign page */
             403: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description This computer is called otherwise */
+            /** @description The request is meant for another computer */
             421: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Too often; the header Retry-After says for how long */
+            /** @description The client is above a rate limit; the header Retry-After gives the time to wait in seconds */
             429: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description The database cannot be read */
             503: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
         };
@@ -1548,14 +1622,17 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description The name of the alarm */
+                /**
+                 * @description The name of the alarm
+                 * @example chamber: fault
+                 */
                 name: string;
             };
             cookie?: never;
         };
         requestBody: {
             content: {
-                "application/json": components["schemas"]["Seen"];
+                "application/json": components["schemas"]["Acknowledge"];
             };
         };
         responses: {
@@ -1564,24 +1641,25 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Alarm"];
+                    "application/json": components["schemas"]["AlarmView"];
                 };
             };
+            /** @description The body is malformed */
             400: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Nobody has logged in */
+            /** @description The user has not logged in */
             401: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
             /** @description The role operator is needed */
@@ -1590,78 +1668,79 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description There is no alarm of this name */
             404: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The body takes too long */
+            /** @description The body does not arrive in time */
             408: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description It was raised again since, or is acknowledged already */
+            /** @description The alarm was raised again since, or is acknowledged already */
             409: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The body is too large */
+            /** @description The body is longer than 64 KiB */
             413: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The body is no JSON */
+            /** @description The body is not JSON */
             415: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description This computer is called otherwise */
+            /** @description The request is meant for another computer */
             421: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Too often; the header Retry-After says for how long */
+            /** @description The client is above a rate limit; the header Retry-After gives the time to wait in seconds */
             429: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description It is done and could not be written to the disk */
+            /** @description The alarm is acknowledged, but the database cannot be written */
             503: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
         };
@@ -1671,14 +1750,17 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description The name of the alarm */
+                /**
+                 * @description The name of the alarm
+                 * @example chamber: fault
+                 */
                 name: string;
             };
             cookie?: never;
         };
         requestBody: {
             content: {
-                "application/json": components["schemas"]["Leave"];
+                "application/json": components["schemas"]["TakeOutOfService"];
             };
         };
         responses: {
@@ -1687,24 +1769,25 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Alarm"];
+                    "application/json": components["schemas"]["AlarmView"];
                 };
             };
+            /** @description The body is malformed, or the reason or the time is out of range */
             400: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Nobody has logged in */
+            /** @description The user has not logged in */
             401: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
             /** @description The role engineer is needed */
@@ -1713,78 +1796,79 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description There is no alarm of this name */
             404: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The body takes too long */
+            /** @description The body does not arrive in time */
             408: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description It is out of service already */
+            /** @description The alarm is already out of service */
             409: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The body is too large */
+            /** @description The body is longer than 64 KiB */
             413: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The body is no JSON */
+            /** @description The body is not JSON */
             415: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description This computer is called otherwise */
+            /** @description The request is meant for another computer */
             421: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Too often; the header Retry-After says for how long */
+            /** @description The client is above a rate limit; the header Retry-After gives the time to wait in seconds */
             429: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description It is done and could not be written to the disk */
+            /** @description The alarm is out of service, but the database cannot be written */
             503: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
         };
@@ -1794,7 +1878,10 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description The name of the alarm */
+                /**
+                 * @description The name of the alarm
+                 * @example chamber: fault
+                 */
                 name: string;
             };
             cookie?: never;
@@ -1806,16 +1893,16 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Alarm"];
+                    "application/json": components["schemas"]["AlarmView"];
                 };
             };
-            /** @description Nobody has logged in */
+            /** @description The user has not logged in */
             401: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
             /** @description The role engineer is needed */
@@ -1824,78 +1911,293 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description There is no alarm of this name */
             404: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The body takes too long */
+            /** @description The body does not arrive in time */
             408: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description It is in service */
+            /** @description The alarm is in service */
             409: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The body is too large */
+            /** @description The body is longer than 64 KiB */
             413: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The body is no JSON */
+            /** @description The body is not JSON */
             415: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description This computer is called otherwise */
+            /** @description The request is meant for another computer */
             421: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Too often; the header Retry-After says for how long */
+            /** @description The client is above a rate limit; the header Retry-After gives the time to wait in seconds */
             429: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description It is done and could not be written to the disk */
+            /** @description The alarm is in service, but the database cannot be written */
             503: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    disarm: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description The identifier of the armed command */
+                id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description The command is disarmed */
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description The user has not logged in */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Another user armed the command */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description There is no armed command with this identifier */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The body does not arrive in time */
+            408: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The command is being executed or has expired */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["ConflictView"];
+                };
+            };
+            /** @description The body is longer than 64 KiB */
+            413: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The body is not JSON */
+            415: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request is meant for another computer */
+            421: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The client is above a rate limit; the header Retry-After gives the time to wait in seconds */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    execute: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description The identifier of the armed command */
+                id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ExecutedView"];
+                };
+            };
+            /** @description The user has not logged in */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The role of the user does not permit it */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description There is no armed command with this identifier */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The body does not arrive in time */
+            408: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The command has expired, the user has no control authority, a condition or the value has changed, or the gauge refused */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["ConflictView"];
+                };
+            };
+            /** @description The body is longer than 64 KiB */
+            413: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The body is not JSON */
+            415: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request is meant for another computer */
+            421: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The client is above a rate limit; the header Retry-After gives the time to wait in seconds */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The audit trail cannot be written */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
         };
@@ -1904,21 +2206,21 @@ export interface operations {
         parameters: {
             query?: {
                 /**
-                 * @description The beginning, in milliseconds since 1970; everything if nothing is said.
+                 * @description The beginning, in milliseconds since 1970; without it from the first entry.
                  * @example 0
                  */
                 from?: number;
                 /**
-                 * @description The end.
+                 * @description The end, in milliseconds since 1970; without it to the last entry.
                  * @example 4102444800000
                  */
                 to?: number;
-                /** @description Of this gauge only. */
+                /** @description Only entries about this gauge. */
                 gauge?: string;
-                /** @description By this person only. */
-                who?: string;
-                /** @description How many at most, 1 to 100000; 200 if nothing is said, 100000 as CSV. */
-                most?: number;
+                /** @description Only entries of this user. */
+                user?: string;
+                /** @description The most entries of the answer, 1 to 100000. The default is 200, as CSV 100000. */
+                limit?: number;
             };
             header?: never;
             path?: never;
@@ -1931,51 +2233,61 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Audited"][];
+                    "application/json": components["schemas"]["AuditView"][];
                 };
             };
+            /** @description A parameter is out of range */
             400: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Nobody has logged in */
+            /** @description The user has not logged in */
             401: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The page that asks is not ours, or whoever asks may not */
+            /** @description The user has no permission, or the request comes from a foreign page */
             403: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description This computer is called otherwise */
+            /** @description The request is meant for another computer */
             421: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Too often; the header Retry-After says for how long */
+            /** @description The client is above a rate limit; the header Retry-After gives the time to wait in seconds */
             429: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The database cannot be read */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
         };
@@ -1984,21 +2296,21 @@ export interface operations {
         parameters: {
             query?: {
                 /**
-                 * @description The beginning, in milliseconds since 1970; everything if nothing is said.
+                 * @description The beginning, in milliseconds since 1970; without it from the first entry.
                  * @example 0
                  */
                 from?: number;
                 /**
-                 * @description The end.
+                 * @description The end, in milliseconds since 1970; without it to the last entry.
                  * @example 4102444800000
                  */
                 to?: number;
-                /** @description Of this gauge only. */
+                /** @description Only entries about this gauge. */
                 gauge?: string;
-                /** @description By this person only. */
-                who?: string;
-                /** @description How many at most, 1 to 100000; 200 if nothing is said, 100000 as CSV. */
-                most?: number;
+                /** @description Only entries of this user. */
+                user?: string;
+                /** @description The most entries of the answer, 1 to 100000. The default is 200, as CSV 100000. */
+                limit?: number;
             };
             header?: never;
             path?: never;
@@ -2014,48 +2326,477 @@ export interface operations {
                     "text/csv": string;
                 };
             };
+            /** @description A parameter is out of range */
             400: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Nobody has logged in */
+            /** @description The user has not logged in */
             401: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The page that asks is not ours, or whoever asks may not */
+            /** @description The user has no permission, or the request comes from a foreign page */
             403: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description This computer is called otherwise */
+            /** @description The request is meant for another computer */
             421: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Too often; the header Retry-After says for how long */
+            /** @description The client is above a rate limit; the header Retry-After gives the time to wait in seconds */
             429: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The database cannot be read */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    authority: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ControlAuthorityView"];
+                };
+            };
+            /** @description The user has not logged in */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The user has no permission, or the request comes from a foreign page */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request is meant for another computer */
+            421: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The client is above a rate limit; the header Retry-After gives the time to wait in seconds */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    grant: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ControlAuthorityView"];
+                };
+            };
+            /** @description The user has not logged in */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The role operator is needed */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The body does not arrive in time */
+            408: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The user does not have control authority, or there is no request */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["ConflictView"];
+                };
+            };
+            /** @description The body is longer than 64 KiB */
+            413: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The body is not JSON */
+            415: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request is meant for another computer */
+            421: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The client is above a rate limit; the header Retry-After gives the time to wait in seconds */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    release: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ControlAuthorityView"];
+                };
+            };
+            /** @description The user has not logged in */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The role operator is needed */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The body does not arrive in time */
+            408: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The user does not have control authority */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["ConflictView"];
+                };
+            };
+            /** @description The body is longer than 64 KiB */
+            413: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The body is not JSON */
+            415: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request is meant for another computer */
+            421: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The client is above a rate limit; the header Retry-After gives the time to wait in seconds */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    request: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ControlAuthorityView"];
+                };
+            };
+            /** @description The user has not logged in */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The role operator is needed */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The body does not arrive in time */
+            408: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Another user has requested it already */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["ConflictView"];
+                };
+            };
+            /** @description The body is longer than 64 KiB */
+            413: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The body is not JSON */
+            415: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request is meant for another computer */
+            421: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The client is above a rate limit; the header Retry-After gives the time to wait in seconds */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    take_over: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ControlAuthorityView"];
+                };
+            };
+            /** @description The user has not logged in */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The role operator is needed */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The body does not arrive in time */
+            408: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The holder still has time to answer the request */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["ConflictView"];
+                };
+            };
+            /** @description The body is longer than 64 KiB */
+            413: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The body is not JSON */
+            415: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request is meant for another computer */
+            421: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The client is above a rate limit; the header Retry-After gives the time to wait in seconds */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
         };
@@ -2069,12 +2810,12 @@ export interface operations {
                  */
                 from: number;
                 /**
-                 * @description The end.
+                 * @description The end, in milliseconds since 1970.
                  * @example 4102444800000
                  */
                 to: number;
-                /** @description How many at most, 1 to 10000; 200 if nothing is said. */
-                most?: number;
+                /** @description The most events of the answer, 1 to 10000. */
+                limit?: number;
             };
             header?: never;
             path?: never;
@@ -2087,51 +2828,61 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Happening"][];
+                    "application/json": components["schemas"]["EventView"][];
                 };
             };
+            /** @description A parameter is missing or out of range */
             400: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Nobody has logged in */
+            /** @description The user has not logged in */
             401: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The page that asks is not ours, or whoever asks may not */
+            /** @description The user has no permission, or the request comes from a foreign page */
             403: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description This computer is called otherwise */
+            /** @description The request is meant for another computer */
             421: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Too often; the header Retry-After says for how long */
+            /** @description The client is above a rate limit; the header Retry-After gives the time to wait in seconds */
             429: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The database cannot be read */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
         };
@@ -2139,7 +2890,10 @@ export interface operations {
     export: {
         parameters: {
             query: {
-                /** @description Names, `series` again for each; everything if nothing is said. What is no name may be several, separated by commas. */
+                /**
+                 * @description The name of a series; `series` may be repeated. Without it the export has all series. A value that is not the name of a
+                 *     series is split at its commas.
+                 */
                 series?: string[];
                 /**
                  * @description The beginning, in milliseconds since 1970.
@@ -2147,7 +2901,7 @@ export interface operations {
                  */
                 from: number;
                 /**
-                 * @description The end.
+                 * @description The end, in milliseconds since 1970.
                  * @example 4102444800000
                  */
                 to: number;
@@ -2166,48 +2920,58 @@ export interface operations {
                     "text/csv": string;
                 };
             };
+            /** @description A parameter is missing or malformed */
             400: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Nobody has logged in */
+            /** @description The user has not logged in */
             401: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The page that asks is not ours, or whoever asks may not */
+            /** @description The user has no permission, or the request comes from a foreign page */
             403: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description This computer is called otherwise */
+            /** @description The request is meant for another computer */
             421: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Too often; the header Retry-After says for how long */
+            /** @description The client is above a rate limit; the header Retry-After gives the time to wait in seconds */
             429: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The database cannot be read */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
         };
@@ -2229,40 +2993,40 @@ export interface operations {
                     "application/json": components["schemas"]["Gauge"][];
                 };
             };
-            /** @description Nobody has logged in */
+            /** @description The user has not logged in */
             401: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The page that asks is not ours, or whoever asks may not */
+            /** @description The user has no permission, or the request comes from a foreign page */
             403: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description This computer is called otherwise */
+            /** @description The request is meant for another computer */
             421: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Too often; the header Retry-After says for how long */
+            /** @description The client is above a rate limit; the header Retry-After gives the time to wait in seconds */
             429: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
         };
@@ -2272,7 +3036,10 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description The name of the gauge */
+                /**
+                 * @description The name of the gauge
+                 * @example chamber
+                 */
                 name: string;
             };
             cookie?: never;
@@ -2287,48 +3054,49 @@ export interface operations {
                     "application/json": components["schemas"]["Gauge"];
                 };
             };
-            /** @description Nobody has logged in */
+            /** @description The user has not logged in */
             401: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The page that asks is not ours, or whoever asks may not */
+            /** @description The user has no permission, or the request comes from a foreign page */
             403: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description There is no gauge of this name */
             404: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description This computer is called otherwise */
+            /** @description The request is meant for another computer */
             421: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Too often; the header Retry-After says for how long */
+            /** @description The client is above a rate limit; the header Retry-After gives the time to wait in seconds */
             429: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
         };
@@ -2338,14 +3106,17 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description The name of the gauge */
+                /**
+                 * @description The name of the gauge
+                 * @example chamber
+                 */
                 name: string;
             };
             cookie?: never;
         };
         requestBody: {
             content: {
-                "application/json": components["schemas"]["Wish"];
+                "application/json": components["schemas"]["OperationRequest"];
             };
         };
         responses: {
@@ -2354,94 +3125,97 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Armed"];
+                    "application/json": components["schemas"]["ArmedCommandView"];
                 };
             };
+            /** @description The gauge has no such command or parameter, or does not accept the value */
             400: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Nobody has logged in */
+            /** @description The user has not logged in */
             401: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description The role of the user does not permit it */
             403: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description There is no gauge of this name */
             404: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The body did not come */
+            /** @description The body does not arrive in time */
             408: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not the mastership, a condition that does not hold, or a gauge that does not answer */
+            /** @description The user has no control authority, a condition is not met, or the gauge does not answer */
             409: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Unmet"];
+                    "application/problem+json": components["schemas"]["ConflictView"];
                 };
             };
-            /** @description The body is too long */
+            /** @description The body is longer than 64 KiB */
             413: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The body is no JSON */
+            /** @description The body is not JSON */
             415: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description This computer is called otherwise */
+            /** @description The request is meant for another computer */
             421: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Too often; the header Retry-After says for how long */
+            /** @description The client is above a rate limit; the header Retry-After gives the time to wait in seconds */
             429: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
         };
@@ -2451,7 +3225,10 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description The name of the gauge */
+                /**
+                 * @description The name of the gauge
+                 * @example chamber
+                 */
                 name: string;
             };
             cookie?: never;
@@ -2466,64 +3243,67 @@ export interface operations {
                     "application/json": components["schemas"]["Block"][];
                 };
             };
-            /** @description Nobody has logged in */
+            /** @description The user has not logged in */
             401: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The page that asks is not ours, or whoever asks may not */
+            /** @description The user has no permission, or the request comes from a foreign page */
             403: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description There is no gauge of this name */
             404: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description The gauge does not answer */
             409: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description This computer is called otherwise */
+            /** @description The request is meant for another computer */
             421: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Too often; the header Retry-After says for how long */
+            /** @description The client is above a rate limit; the header Retry-After gives the time to wait in seconds */
             429: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description The segment is busy */
             503: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
         };
@@ -2533,7 +3313,10 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description The name of the gauge */
+                /**
+                 * @description The name of the gauge
+                 * @example chamber
+                 */
                 name: string;
             };
             cookie?: never;
@@ -2548,48 +3331,49 @@ export interface operations {
                     "application/json": components["schemas"]["Command"][];
                 };
             };
-            /** @description Nobody has logged in */
+            /** @description The user has not logged in */
             401: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The page that asks is not ours, or whoever asks may not */
+            /** @description The user has no permission, or the request comes from a foreign page */
             403: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description There is no gauge of this name */
             404: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description This computer is called otherwise */
+            /** @description The request is meant for another computer */
             421: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Too often; the header Retry-After says for how long */
+            /** @description The client is above a rate limit; the header Retry-After gives the time to wait in seconds */
             429: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
         };
@@ -2608,43 +3392,43 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "text/event-stream": components["schemas"]["Moment"];
+                    "text/event-stream": components["schemas"]["Snapshot"];
                 };
             };
-            /** @description Nobody has logged in */
+            /** @description The user has not logged in */
             401: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The page that asks is not ours, or whoever asks may not */
+            /** @description The user has no permission, or the request comes from a foreign page */
             403: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description This computer is called otherwise */
+            /** @description The request is meant for another computer */
             421: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Too often; the header Retry-After says for how long */
+            /** @description The client is above a rate limit; the header Retry-After gives the time to wait in seconds */
             429: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
         };
@@ -2670,29 +3454,31 @@ export interface operations {
                     "application/json": components["schemas"]["Session"];
                 };
             };
+            /** @description The body is malformed */
             400: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description The name or the password is wrong */
             401: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The page that asks is not ours, or whoever asks may not */
+            /** @description The user has no permission, or the request comes from a foreign page */
             403: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
             /** @description The station has no users */
@@ -2701,51 +3487,61 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The body takes too long */
+            /** @description The body does not arrive in time */
             408: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The body is too large */
+            /** @description The body is longer than 64 KiB */
             413: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The body is no JSON */
+            /** @description The body is not JSON */
             415: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description This computer is called otherwise */
+            /** @description The request is meant for another computer */
             421: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description The client is above a rate limit; the header Retry-After gives the time to wait in seconds */
             429: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too many logins at the same time */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
         };
@@ -2759,691 +3555,74 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
+            /** @description The session has ended */
             204: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content?: never;
             };
+            /** @description The user has not logged in */
             401: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The page that asks is not ours, or whoever asks may not */
+            /** @description The user has no permission, or the request comes from a foreign page */
             403: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The body takes too long */
+            /** @description The body does not arrive in time */
             408: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The body is too large */
+            /** @description The body is longer than 64 KiB */
             413: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The body is no JSON */
+            /** @description The body is not JSON */
             415: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description This computer is called otherwise */
+            /** @description The request is meant for another computer */
             421: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Too often; the header Retry-After says for how long */
+            /** @description The client is above a rate limit; the header Retry-After gives the time to wait in seconds */
             429: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Problem"];
-                };
-            };
-        };
-    };
-    mastership: {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["Mastership"];
-                };
-            };
-            /** @description Nobody has logged in */
-            401: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description The page that asks is not ours, or whoever asks may not */
-            403: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description This computer is called otherwise */
-            421: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Too often; the header Retry-After says for how long */
-            429: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["Problem"];
-                };
-            };
-        };
-    };
-    ask: {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["Mastership"];
-                };
-            };
-            /** @description Nobody has logged in */
-            401: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["Problem"];
-                };
-            };
-            403: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description The body takes too long */
-            408: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["Problem"];
-                };
-            };
-            409: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["Unmet"];
-                };
-            };
-            /** @description The body is too large */
-            413: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description The body is no JSON */
-            415: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description This computer is called otherwise */
-            421: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Too often; the header Retry-After says for how long */
-            429: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["Problem"];
-                };
-            };
-        };
-    };
-    grant: {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["Mastership"];
-                };
-            };
-            /** @description Nobody has logged in */
-            401: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["Problem"];
-                };
-            };
-            403: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description The body takes too long */
-            408: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["Problem"];
-                };
-            };
-            409: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["Unmet"];
-                };
-            };
-            /** @description The body is too large */
-            413: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description The body is no JSON */
-            415: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description This computer is called otherwise */
-            421: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Too often; the header Retry-After says for how long */
-            429: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["Problem"];
-                };
-            };
-        };
-    };
-    release: {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["Mastership"];
-                };
-            };
-            /** @description Nobody has logged in */
-            401: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["Problem"];
-                };
-            };
-            403: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description The body takes too long */
-            408: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["Problem"];
-                };
-            };
-            409: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["Unmet"];
-                };
-            };
-            /** @description The body is too large */
-            413: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description The body is no JSON */
-            415: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description This computer is called otherwise */
-            421: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Too often; the header Retry-After says for how long */
-            429: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["Problem"];
-                };
-            };
-        };
-    };
-    take_over: {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["Mastership"];
-                };
-            };
-            /** @description Nobody has logged in */
-            401: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["Problem"];
-                };
-            };
-            403: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description The body takes too long */
-            408: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["Problem"];
-                };
-            };
-            409: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["Unmet"];
-                };
-            };
-            /** @description The body is too large */
-            413: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description The body is no JSON */
-            415: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description This computer is called otherwise */
-            421: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Too often; the header Retry-After says for how long */
-            429: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["Problem"];
-                };
-            };
-        };
-    };
-    disarm: {
-        parameters: {
-            query?: never;
-            header?: never;
-            path: {
-                /** @description The order */
-                id: string;
-            };
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            204: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content?: never;
-            };
-            /** @description Nobody has logged in */
-            401: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["Problem"];
-                };
-            };
-            403: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["Problem"];
-                };
-            };
-            404: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description The body takes too long */
-            408: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["Problem"];
-                };
-            };
-            409: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["Unmet"];
-                };
-            };
-            /** @description The body is too large */
-            413: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description The body is no JSON */
-            415: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description This computer is called otherwise */
-            421: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Too often; the header Retry-After says for how long */
-            429: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["Problem"];
-                };
-            };
-        };
-    };
-    fire: {
-        parameters: {
-            query?: never;
-            header?: never;
-            path: {
-                /** @description The order */
-                id: string;
-            };
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["Outcome"];
-                };
-            };
-            /** @description Nobody has logged in */
-            401: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["Problem"];
-                };
-            };
-            403: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["Problem"];
-                };
-            };
-            404: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description The body takes too long */
-            408: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Not in time, not the mastership, not the same as it was, or the gauge refused */
-            409: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["Unmet"];
-                };
-            };
-            /** @description The body is too large */
-            413: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description The body is no JSON */
-            415: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description This computer is called otherwise */
-            421: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Too often; the header Retry-After says for how long */
-            429: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description The audit trail cannot be written */
-            503: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
         };
@@ -3469,29 +3648,31 @@ export interface operations {
                     "application/json": components["schemas"]["Session"];
                 };
             };
+            /** @description The new password is refused */
             400: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Nobody has logged in */
+            /** @description The user has not logged in */
             401: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description The current password is wrong */
             403: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
             /** @description The station has no users */
@@ -3500,52 +3681,61 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The body takes too long */
+            /** @description The body does not arrive in time */
             408: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The body is too large */
+            /** @description The body is longer than 64 KiB */
             413: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The body is no JSON */
+            /** @description The body is not JSON */
             415: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description This computer is called otherwise */
+            /** @description The request is meant for another computer */
             421: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Too often; the header Retry-After says for how long */
+            /** @description The client is above a rate limit; the header Retry-After gives the time to wait in seconds */
             429: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The password cannot be stored */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
         };
@@ -3553,7 +3743,10 @@ export interface operations {
     rise: {
         parameters: {
             query: {
-                /** @description The name of what was recorded. */
+                /**
+                 * @description The name of the series: that of a gauge, or `gauge.N` for channel N of a controller.
+                 * @example chamber
+                 */
                 series: string;
                 /**
                  * @description The beginning, in milliseconds since 1970.
@@ -3561,11 +3754,14 @@ export interface operations {
                  */
                 from: number;
                 /**
-                 * @description The end.
+                 * @description The end, in milliseconds since 1970.
                  * @example 4102444800000
                  */
                 to: number;
-                /** @description The volume in m³, for flows. */
+                /**
+                 * @description The volume in m³. With it the answer has flows in Pa m³/s.
+                 * @example 0.1
+                 */
                 volume_m3?: number;
             };
             header?: never;
@@ -3582,48 +3778,58 @@ export interface operations {
                     "application/json": components["schemas"]["RiseView"];
                 };
             };
+            /** @description A parameter is out of range, or the time range has too few samples */
             400: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Nobody has logged in */
+            /** @description The user has not logged in */
             401: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The page that asks is not ours, or whoever asks may not */
+            /** @description The user has no permission, or the request comes from a foreign page */
             403: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description This computer is called otherwise */
+            /** @description The request is meant for another computer */
             421: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Too often; the header Retry-After says for how long */
+            /** @description The client is above a rate limit; the header Retry-After gives the time to wait in seconds */
             429: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The database cannot be read */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
         };
@@ -3645,40 +3851,40 @@ export interface operations {
                     "application/json": components["schemas"]["Segment"][];
                 };
             };
-            /** @description Nobody has logged in */
+            /** @description The user has not logged in */
             401: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The page that asks is not ours, or whoever asks may not */
+            /** @description The user has no permission, or the request comes from a foreign page */
             403: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description This computer is called otherwise */
+            /** @description The request is meant for another computer */
             421: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Too often; the header Retry-After says for how long */
+            /** @description The client is above a rate limit; the header Retry-After gives the time to wait in seconds */
             429: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
         };
@@ -3700,40 +3906,40 @@ export interface operations {
                     "application/json": components["schemas"]["Session"];
                 };
             };
-            /** @description Nobody has logged in */
+            /** @description The user has not logged in */
             401: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The page that asks is not ours, or whoever asks may not */
+            /** @description The user has no permission, or the request comes from a foreign page */
             403: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description This computer is called otherwise */
+            /** @description The request is meant for another computer */
             421: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Too often; the header Retry-After says for how long */
+            /** @description The client is above a rate limit; the header Retry-After gives the time to wait in seconds */
             429: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
         };
@@ -3755,40 +3961,40 @@ export interface operations {
                     "application/json": components["schemas"]["Station"];
                 };
             };
-            /** @description Nobody has logged in */
+            /** @description The user has not logged in */
             401: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The page that asks is not ours, or whoever asks may not */
+            /** @description The user has no permission, or the request comes from a foreign page */
             403: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description This computer is called otherwise */
+            /** @description The request is meant for another computer */
             421: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Too often; the header Retry-After says for how long */
+            /** @description The client is above a rate limit; the header Retry-After gives the time to wait in seconds */
             429: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
         };
@@ -3796,7 +4002,10 @@ export interface operations {
     trend: {
         parameters: {
             query: {
-                /** @description The name of what was recorded. */
+                /**
+                 * @description The name of the series: that of a gauge, or `gauge.N` for channel N of a controller.
+                 * @example chamber
+                 */
                 series: string;
                 /**
                  * @description The beginning, in milliseconds since 1970.
@@ -3804,11 +4013,11 @@ export interface operations {
                  */
                 from: number;
                 /**
-                 * @description The end.
+                 * @description The end, in milliseconds since 1970.
                  * @example 4102444800000
                  */
                 to: number;
-                /** @description How many pixels there are, 1 to 20000; 1000 if nothing is said. */
+                /** @description The most entries of the trend, 1 to 20000. */
                 pixels?: number;
             };
             header?: never;
@@ -3825,48 +4034,58 @@ export interface operations {
                     "application/json": components["schemas"]["Trend"];
                 };
             };
+            /** @description A parameter is missing or out of range */
             400: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Nobody has logged in */
+            /** @description The user has not logged in */
             401: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The page that asks is not ours, or whoever asks may not */
+            /** @description The user has no permission, or the request comes from a foreign page */
             403: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description This computer is called otherwise */
+            /** @description The request is meant for another computer */
             421: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Too often; the header Retry-After says for how long */
+            /** @description The client is above a rate limit; the header Retry-After gives the time to wait in seconds */
             429: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The database cannot be read */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
         };
@@ -3888,48 +4107,49 @@ export interface operations {
                     "application/json": components["schemas"]["WebhookView"][];
                 };
             };
-            /** @description Nobody has logged in */
+            /** @description The user has not logged in */
             401: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The page that asks is not ours, or whoever asks may not */
+            /** @description The user has no permission, or the request comes from a foreign page */
             403: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description This computer is called otherwise */
+            /** @description The request is meant for another computer */
             421: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Too often; the header Retry-After says for how long */
+            /** @description The client is above a rate limit; the header Retry-After gives the time to wait in seconds */
             429: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description The database cannot be read */
             503: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
         };

@@ -5,17 +5,17 @@ import type { components } from './schema.d.ts'
 
 type Schemas = components['schemas']
 
-/** What /api/live sends four times a second. */
-export type Moment = Schemas['Moment']
+/** /api/live sends one four times a second. */
+export type Snapshot = Schemas['Snapshot']
 export type Station = Schemas['Station']
 export type Recorder = Schemas['RecorderView']
 
 export type Segment = Schemas['Segment']
 export type SegmentState = Schemas['SegmentState']
 /** A master or slave on a segment. */
-export type BusStation = Schemas['OnBus']
+export type BusStation = Schemas['BusStation']
 /** The relation of a master or slave to this station: our gauge in data exchange, another master, ... */
-export type BusStatus = Schemas['Standing']
+export type BusStatus = Schemas['BusStationState']
 
 export type Gauge = Schemas['Gauge']
 export type Reading = Schemas['Reading']
@@ -25,17 +25,17 @@ export type Block = Schemas['Block']
 export type Parameter = Schemas['Parameter']
 
 export type Trend = Schemas['Trend']
-export type StationEvent = Schemas['Happening']
+export type StationEvent = Schemas['EventView']
 export type EventKind = StationEvent['kind']
 export type Rise = Schemas['RiseView']
 
-export type Alarm = Schemas['Alarm']
-export type AlarmState = Schemas['State']
-export type AlarmCounts = Schemas['Count']
-export type ActiveAlarms = Schemas['ActiveAlarms']
-export type AlarmEvent = Schemas['Event']
+export type Alarm = Schemas['AlarmView']
+export type AlarmState = Schemas['AlarmState']
+export type AlarmCounts = Schemas['AlarmCount']
+export type ActiveAlarms = Schemas['AlarmOverview']
+export type AlarmEvent = Schemas['AlarmHistoryView']
 export type AlarmChange = AlarmEvent['what']
-export type AcknowledgedAlarms = Schemas['Together']
+export type AcknowledgedAlarms = Schemas['AcknowledgeAllResult']
 export type Priority = Schemas['Priority']
 export type Webhook = Schemas['WebhookView']
 
@@ -43,17 +43,17 @@ export type Session = Schemas['Session']
 export type Role = Schemas['Role']
 
 /** Who has control of the gauges, and who requests it. */
-export type Control = Schemas['Mastership']
-export type ControlAction = 'ask' | 'release' | 'grant' | 'take-over'
+export type Control = Schemas['ControlAuthorityView']
+export type ControlAction = 'request' | 'release' | 'grant' | 'take-over'
 export type Command = Schemas['Command']
-export type Condition = Schemas['Held']
+export type Condition = Schemas['ConditionView']
 export type Risk = Schemas['Risk']
-export type RiskClass = Schemas['Class']
+export type RiskClass = Schemas['RiskClass']
 /** A command, or a parameter and its new value, to be armed. */
 export type Request = { command: string } | { target: string; value: string }
-export type ArmedCommand = Schemas['Armed']
-export type Outcome = Schemas['Outcome']
+export type ArmedCommand = Schemas['ArmedCommandView']
+export type Outcome = Schemas['ExecutedView']
 /** The answer when a command is refused: the reason, and all conditions. */
-export type Refusal = Schemas['Unmet']
-export type AuditEntry = Schemas['Audited']
-export type AuditAction = AuditEntry['what']
+export type Refusal = Schemas['ConflictView']
+export type AuditEntry = Schemas['AuditView']
+export type AuditAction = AuditEntry['action']

@@ -11,13 +11,13 @@ export function AccountMenu(): JSX.Element | null {
   const { session } = useSessionState()
   const [open, setOpen] = useState(false)
   const [error, setError] = useState<string | null>(null)
-  if (!session || session.door === 'out') return null
+  if (!session || session.login === 'logged-out') return null
   const user = (
     <>
       {session.name} <span class="muted">{session.role}</span>
     </>
   )
-  if (session.door === 'open') return <span class="user">{user}</span>
+  if (session.login === 'not-required') return <span class="user">{user}</span>
   const leave = (): void => void logout().catch((error: unknown) => setError(errorText(error)))
   return (
     <>

@@ -2,7 +2,7 @@
 
 import './alarm-marks.css'
 import type { JSX } from 'preact'
-import type { Alarm, AlarmState, Moment, Priority } from '../api/types.ts'
+import type { Alarm, AlarmState, Priority, Snapshot } from '../api/types.ts'
 import { ALARM_STATES, isActive, SHAPES, summary } from '../lib/alarms.ts'
 import { Link } from '../router.tsx'
 
@@ -27,8 +27,8 @@ export function AlarmStateMark({ state }: { state: AlarmState }): JSX.Element {
 }
 
 /** In the header of all pages: the number of alarms, and the highest priority. */
-export function AlarmBadge({ moment }: { moment: Moment }): JSX.Element {
-  const { alarms } = moment
+export function AlarmBadge({ snapshot }: { snapshot: Snapshot }): JSX.Element {
+  const { alarms } = snapshot
   const counts = summary(alarms)
   if (alarms.trouble) {
     return (

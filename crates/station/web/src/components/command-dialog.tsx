@@ -35,8 +35,8 @@ export function CommandDialog({ gauge, request, close }: Props): JSX.Element {
     let isClosed = false
     arm(gauge, request).then(
       (armed) => {
-        if (isClosed) void disarm(armed.order).catch(() => {})
-        else setState({ step: 'armed', armed, until: performance.now() + armed.left_ms })
+        if (isClosed) void disarm(armed.id).catch(() => {})
+        else setState({ step: 'armed', armed, until: performance.now() + armed.expires_in_ms })
       },
       (error: unknown) => {
         if (!isClosed) refused(error)
@@ -49,12 +49,12 @@ export function CommandDialog({ gauge, request, close }: Props): JSX.Element {
   // The harmless button has the focus, so that Enter pressed once too often sends nothing.
   useEffect(() => dialog.current?.querySelector<HTMLButtonElement>('.buttons button:not(.send)')?.focus(), [state.step])
   const leave = (): void => {
-    if (state.step === 'armed') disarm(state.armed.order).catch(() => {})
+    if (state.step === 'armed') disarm(state.armed.id).catch(() => {})
     close(state.step === 'done' ? state.outcome : null)
   }
   const send = (armed: ArmedCommand): void => {
     setState({ step: 'sending', armed })
-    sendArmed(armed.order).then((outcome) => setState({ step: 'done', armed, outcome }), refused)
+    sendArmed(armed.id).then((outcome) => setState({ step: 'done', armed, outcome }), refused)
   }
   // A command that is being sent cannot be cancelled: the dialog stays until the outcome is known.
   const cancel = (event: Event): void => {
@@ -124,12 +124,12 @@ function Body({ state }: { state: State }): JSX.Element {
 }
 
 function Details({ armed }: { armed: ArmedCommand }): JSX.Element {
-  const { is_command, manual, before, after, octets, risk, conditions } = armed
+  const { is_command, manual_name, before, after, octets, risk, conditions } = armed
   return (
     <>
       <dl class="details">
         <dt>{is_command ? 'Command' : 'Parameter'}</dt>
-        <dd>{manual}</dd>
+        <dd>{manual_name}</dd>
         <dt>{is_command ? 'Sends' : 'Value'}</dt>
         <dd>
           {!is_command && (
@@ -162,12 +162,12 @@ function Conditions({ conditions }: { conditions: Condition[] }): JSX.Element | 
   if (conditions.length === 0) return null
   return (
     <ul class="conditions">
-      {conditions.map(({ wanted, found, holds }) => (
-        <li class={holds ? 'met' : 'unmet'} key={wanted}>
-          <span class="mark" role="img" aria-label={holds ? 'met:' : 'not met:'}>
-            {holds ? '✓' : '✗'}
+      {conditions.map(({ expected, found, is_met }) => (
+        <li class={is_met ? 'met' : 'unmet'} key={expected}>
+          <span class="mark" role="img" aria-label={is_met ? 'met:' : 'not met:'}>
+            {is_met ? '✓' : '✗'}
           </span>{' '}
-          {wanted} <span class="muted">· {found}</span>
+          {expected} <span class="muted">· {found}</span>
         </li>
       ))}
     </ul>

@@ -15,15 +15,15 @@ const ANSWER_MS = 60_000
 export function controlActions(control: Control, session: Session, now: number): ControlAction[] {
   const { holder, asked_by, asked_ms } = control
   if (!hasRole(session, 'operator')) return []
-  if (holder === null) return ['ask']
+  if (holder === null) return ['request']
   if (holder === session.name) return asked_by === null ? ['release'] : ['grant', 'release']
   const hasWaited = asked_by === session.name && asked_ms !== null && now - asked_ms >= ANSWER_MS
   const take: ControlAction[] = hasRole(session, 'engineer') || hasWaited ? ['take-over'] : []
-  return asked_by === null ? ['ask', ...take] : take
+  return asked_by === null ? ['request', ...take] : take
 }
 
 const ACTIONS: Record<ControlAction, { label: string; title: string }> = {
-  ask: { label: 'Request control', title: 'Request control: only the user in control can send commands to gauges' },
+  request: { label: 'Request control', title: 'Request control: only the user in control can send commands to gauges' },
   release: { label: 'Release control', title: 'Release control' },
   grant: { label: 'Hand over control', title: 'Give control to the user who requests it' },
   'take-over': {

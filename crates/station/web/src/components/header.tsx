@@ -22,16 +22,16 @@ interface Props {
 }
 
 export function Header({ current, live, showHelp }: Props): JSX.Element {
-  const { moment } = live
-  const isLoggedOut = useSessionState().session?.door === 'out'
+  const { snapshot } = live
+  const isLoggedOut = useSessionState().session?.login === 'logged-out'
   return (
     <header>
       <div class="station">
-        <strong>{moment?.station.name ?? 'profivac'}</strong>
+        <strong>{snapshot?.station.name ?? 'profivac'}</strong>
         {!isLoggedOut && <Connection live={live} />}
-        {!isLoggedOut && moment && <AlarmBadge moment={moment} />}
+        {!isLoggedOut && snapshot && <AlarmBadge snapshot={snapshot} />}
       </div>
-      {moment && !isLoggedOut && <ControlStatus control={moment.mastership} now={live.now} />}
+      {snapshot && !isLoggedOut && <ControlStatus control={snapshot.control_authority} now={live.now} />}
       <div class="choices">
         <AccountMenu />
         {!isLoggedOut && <UnitChoice />}
@@ -46,7 +46,7 @@ export function Header({ current, live, showHelp }: Props): JSX.Element {
 }
 
 function Connection({ live }: { live: Live }): JSX.Element {
-  const text = live.connected ? 'live' : live.moment ? `lost for ${age(live.since)}` : 'connecting'
+  const text = live.connected ? 'live' : live.snapshot ? `lost for ${age(live.since)}` : 'connecting'
   return (
     <span class={live.connected ? 'connection good' : 'connection lost'} role="status">
       <span class="dot" aria-hidden="true" />

@@ -6,7 +6,7 @@ import type { Gauge, Quality, Reading } from '../api/types.ts'
 const STALE_POLLS = 5
 const STALE_MS = 3_000
 
-/** Without a moment for this long the station counts as lost: it sends four a second. */
+/** Without a snapshot for this long the station counts as lost: it sends four a second. */
 export const SILENCE_MS = 3_000
 
 /** The age of the readings: the age that the station gave, plus the time since it gave it. */

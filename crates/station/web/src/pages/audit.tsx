@@ -6,17 +6,17 @@ import { type AuditFilter, auditAddress, fetchAudit } from '../api/calls.ts'
 import type { AuditAction, AuditEntry } from '../api/types.ts'
 import { Choice, SearchField, sameText } from '../components/fields.tsx'
 import { type Column, LogTable, Time, useLog } from '../components/log.tsx'
-import { useMoment } from '../live.ts'
+import { useSnapshot } from '../live.ts'
 import { gaugePath, Link } from '../router.tsx'
 
 const DAY_MS = 86_400_000
 
 const ACTIONS: Record<AuditAction, string> = {
-  fired: 'sent',
+  execute: 'sent',
   outcome: 'outcome',
   refused: 'refused',
   disarmed: 'disarmed',
-  mastership: 'control',
+  'control-authority': 'control',
   acknowledged: 'acknowledged',
   'taken-out-of-service': 'out of service',
   'returned-to-service': 'back in service',
@@ -41,18 +41,18 @@ const COLUMNS: Column<AuditEntry>[] = [
   },
   {
     title: 'User',
-    cell: ({ who, role, peer }) => (
+    cell: ({ user, role, peer }) => (
       <>
-        {who} <span class="muted">{[role, peer].filter(Boolean).join(', ')}</span>
+        {user} <span class="muted">{[role, peer].filter(Boolean).join(', ')}</span>
       </>
     ),
   },
   {
     title: 'Action',
-    cell: ({ what, of }) => (
+    cell: ({ action, refers_to }) => (
       <>
-        <span class={`kind ${what}`}>{ACTIONS[what]}</span>
-        {of !== null && <span class="muted"> of #{of}</span>}
+        <span class={`kind ${action}`}>{ACTIONS[action]}</span>
+        {refers_to !== null && <span class="muted"> of #{refers_to}</span>}
       </>
     ),
   },
@@ -74,19 +74,19 @@ const COLUMNS: Column<AuditEntry>[] = [
 ]
 
 export function Audit(): JSX.Element {
-  const { gauges, station } = useMoment()
+  const { gauges, station } = useSnapshot()
   const [gauge, setGauge] = useState('')
-  const [who, setWho] = useState('')
+  const [user, setUser] = useState('')
   const [period, setPeriod] = useState('')
-  const filter: AuditFilter = { gauge, who, from: period ? station.now_ms - Number(period) : null }
-  const log = useLog(`${gauge} ${who} ${period}`, (most, signal) => fetchAudit(filter, most, signal))
+  const filter: AuditFilter = { gauge, user, from: period ? station.now_ms - Number(period) : null }
+  const log = useLog(`${gauge} ${user} ${period}`, (limit, signal) => fetchAudit(filter, limit, signal))
   const names = sameText(gauges.map(({ name }) => name))
   return (
     <section class="panel audit" aria-label="Audit">
       <div class="bar">
         <h1>Audit</h1>
         <Choice label="Gauge" value={gauge} options={[['', 'all gauges'], ...names]} onChange={setGauge} />
-        <SearchField label="User" placeholder="User" value={who} onInput={(text) => setWho(text.trim())} />
+        <SearchField label="User" placeholder="User" value={user} onInput={(text) => setUser(text.trim())} />
         <Choice label="Time" value={period} options={PERIODS} onChange={setPeriod} />
         <a class="button" href={auditAddress(filter)} download="audit.csv">
           Save as CSV
@@ -98,8 +98,8 @@ export function Audit(): JSX.Element {
         log={log}
         shown={log.entries}
         keyOf={({ id }) => id}
-        kindOf={({ what }) => what}
-        empty={{ none: 'No entries yet.', filtered: 'No entry matches.', isFiltered: Boolean(gauge || who || period) }}
+        kindOf={({ action }) => action}
+        empty={{ none: 'No entries yet.', filtered: 'No entry matches.', isFiltered: Boolean(gauge || user || period) }}
       />
     </section>
   )

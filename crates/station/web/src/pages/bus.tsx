@@ -7,14 +7,14 @@ import type { BusStation, BusStatus, Segment } from '../api/types.ts'
 import { BusStatusMark } from '../components/bus-status.tsx'
 import { number } from '../lib/format.ts'
 import { BUS_STATUS, baud, SEGMENT_STATES, segmentSentence } from '../lib/labels.ts'
-import { useMoment } from '../live.ts'
+import { useSnapshot } from '../live.ts'
 import { gaugePath, Link } from '../router.tsx'
 
 /** All station addresses; 126 is the address of a slave that has none yet. */
 const ADDRESSES = Array.from({ length: 127 }, (_, address) => address)
 
 export function BusMap(): JSX.Element {
-  const { segments } = useMoment()
+  const { segments } = useSnapshot()
   return (
     <>
       <h1 class="visually-hidden">Bus map</h1>

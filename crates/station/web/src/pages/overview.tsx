@@ -11,14 +11,14 @@ import { Sparkline } from '../components/sparkline.tsx'
 import { PRINCIPLES } from '../lib/labels.ts'
 import { currentQuality, isStale } from '../lib/stale.ts'
 import type { Unit } from '../lib/units.ts'
-import { type Live, useLive, useMoment } from '../live.ts'
+import { type Live, useLive, useSnapshot } from '../live.ts'
 import { gaugePath, Link } from '../router.tsx'
 import { useUnit } from '../settings.ts'
 
 export function Overview(): JSX.Element {
   const live = useLive()
   const unit = useUnit()
-  const { segments, gauges, alarms } = useMoment()
+  const { segments, gauges, alarms } = useSnapshot()
   const alarmsOf = ({ name }: Gauge): Alarm[] => alarms.list.filter(({ gauge }) => gauge === name)
   return (
     <>

@@ -5,7 +5,7 @@ import { acknowledge, acknowledgeAll } from '../../api/calls.ts'
 import type { Alarm } from '../../api/types.ts'
 import { byUrgency, conditionText, isUnacknowledged, quantity } from '../../lib/alarms.ts'
 import { age } from '../../lib/format.ts'
-import { useLive, useMoment } from '../../live.ts'
+import { useLive, useSnapshot } from '../../live.ts'
 import { gaugePath, Link } from '../../router.tsx'
 import { hasRole, useSession } from '../../session.ts'
 import { useUnit } from '../../settings.ts'
@@ -19,7 +19,7 @@ interface Props {
 }
 
 export function ActiveAlarmList({ error, act, takeOut }: Props): JSX.Element {
-  const { alarms } = useMoment()
+  const { alarms } = useSnapshot()
   const list = [...alarms.list].sort(byUrgency)
   return (
     <section class="panel" aria-label="Active alarms">

@@ -12,7 +12,7 @@ import { OutOfServiceList } from './out-of-service.tsx'
 import { OutOfServiceDialog } from './out-of-service-dialog.tsx'
 import { Webhooks } from './webhooks.tsx'
 
-/** All alarms are fetched this often; every moment has the active ones. */
+/** All alarms are fetched this often; every snapshot has the active ones. */
 const REFRESH_MS = 2_000
 
 export function Alarms(): JSX.Element {

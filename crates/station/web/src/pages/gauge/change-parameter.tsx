@@ -5,7 +5,7 @@ import type { JSX } from 'preact'
 import { useState } from 'preact/hooks'
 import type { Parameter, Request } from '../../api/types.ts'
 import { RiskMark } from '../../components/command-dialog.tsx'
-import { useMoment } from '../../live.ts'
+import { useSnapshot } from '../../live.ts'
 import { hasRole, useSession } from '../../session.ts'
 import { obstacle } from './permission.ts'
 
@@ -19,7 +19,7 @@ interface Props {
 /** A button that opens the form; nothing if the parameter is not written, or if the role of the user does not allow it. */
 export function ChangeParameter({ parameter, open }: Props): JSX.Element | null {
   const session = useSession()
-  const control = useMoment().mastership
+  const control = useSnapshot().control_authority
   const [isEditing, setEditing] = useState(false)
   const { name, write } = parameter
   if (write === null || !hasRole(session, write.role)) return null

@@ -7,7 +7,7 @@ import type { Command, Gauge, Request } from '../../api/types.ts'
 import { RiskMark } from '../../components/command-dialog.tsx'
 import { controlActions, controlText } from '../../components/control.tsx'
 import { useQuery } from '../../components/hooks.ts'
-import { useLive, useMoment } from '../../live.ts'
+import { useLive, useSnapshot } from '../../live.ts'
 import { hasRole, useSession } from '../../session.ts'
 import { NEEDS_CONTROL, obstacle } from './permission.ts'
 
@@ -38,17 +38,17 @@ export function Commands({ gauge, open }: { gauge: Gauge; open: (request: Reques
 function Permission(): JSX.Element | null {
   const session = useSession()
   const { now } = useLive()
-  const control = useMoment().mastership
+  const control = useSnapshot().control_authority
   if (!hasRole(session, 'operator')) {
     return <p class="muted permission">Commands need the role operator, changes of parameters the role engineer.</p>
   }
   if (control.holder === session.name) return null
-  const canRequest = controlActions(control, session, now).includes('ask')
+  const canRequest = controlActions(control, session, now).includes('request')
   return (
     <p class="muted permission">
       {controlText(control, session)}. Commands need control.{' '}
       {canRequest && (
-        <button type="button" onClick={() => void changeControl('ask').catch(() => {})}>
+        <button type="button" onClick={() => void changeControl('request').catch(() => {})}>
           Request control
         </button>
       )}
@@ -58,8 +58,8 @@ function Permission(): JSX.Element | null {
 
 function Item({ command, open }: { command: Command; open: (request: Request) => void }): JSX.Element {
   const session = useSession()
-  const control = useMoment().mastership
-  const reason = obstacle(session, control, command.role, command.barred)
+  const control = useSnapshot().control_authority
+  const reason = obstacle(session, control, command.role, command.blocked_reason)
   const id = `command-${command.command}`
   return (
     <li data-command={command.command}>

@@ -5,14 +5,14 @@ import { useState } from 'preact/hooks'
 import type { Gauge, Outcome, Request } from '../../api/types.ts'
 import { CommandDialog } from '../../components/command-dialog.tsx'
 import { Choice, sameText } from '../../components/fields.tsx'
-import { useMoment } from '../../live.ts'
+import { useSnapshot } from '../../live.ts'
 import { gaugeIn, gaugePath, go, Link, useLocation } from '../../router.tsx'
 import { Commands } from './commands.tsx'
 import { Parameters } from './parameters.tsx'
 import { Readings } from './readings.tsx'
 
 export function GaugePage(): JSX.Element {
-  const { gauges } = useMoment()
+  const { gauges } = useSnapshot()
   const name = gaugeIn(useLocation().path) ?? gauges[0]?.name
   const gauge = gauges.find((gauge) => gauge.name === name)
   const names = sameText(gauges.map(({ name }) => name))

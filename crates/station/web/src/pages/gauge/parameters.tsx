@@ -105,7 +105,7 @@ function withOutcome(parameter: Parameter, { target, after }: Outcome): Paramete
 }
 
 function Progress({ gauge, startedAt, read }: { gauge: Gauge; startedAt: number | null; read: Read }): JSX.Element {
-  const progress = useLive().moment?.reading.find((progress) => progress.gauge === gauge.name)
+  const progress = useLive().snapshot?.read_progress.find((progress) => progress.gauge === gauge.name)
   if (startedAt === null) {
     return (
       <span class="progress muted" role="status">

@@ -5,7 +5,7 @@ import type { JSX } from 'preact'
 import { fitRise } from '../../api/calls.ts'
 import { useQuery } from '../../components/hooks.ts'
 import { allSeries } from '../../components/use-trends.ts'
-import { useLive, useMoment } from '../../live.ts'
+import { useLive, useSnapshot } from '../../live.ts'
 import { RiseChart } from './chart.tsx'
 import { useMeasurement } from './measurement.ts'
 import { Result } from './result.tsx'
@@ -16,7 +16,7 @@ const REFRESH_MS = 2_000
 
 export function RateOfRise(): JSX.Element {
   const live = useLive()
-  const names = allSeries(useMoment().gauges).map(({ series }) => series)
+  const names = allSeries(useSnapshot().gauges).map(({ series }) => series)
   const [measurement, change] = useMeasurement(names[0] ?? '')
   const { series, begin, end, litres } = measurement
   const volume = Number(litres) > 0 ? Number(litres) / 1000 : null

@@ -13,7 +13,7 @@ import { SeriesList } from '../../components/series-list.tsx'
 import { allSeries, seriesAt, useChartData, useTrends } from '../../components/use-trends.ts'
 import { limitsOf } from '../../lib/alarms.ts'
 import { isLive, type Range, windowOf } from '../../lib/range.ts'
-import { useLive, useMoment } from '../../live.ts'
+import { useLive, useSnapshot } from '../../live.ts'
 import { useDark, useUnit } from '../../settings.ts'
 import { TrendChart, trendPixels } from './chart.tsx'
 import { useTrendChoice } from './choice.ts'
@@ -26,7 +26,7 @@ const LIMITS_MS = 10_000
 export function Trends(): JSX.Element {
   const { now } = useLive()
   const unit = useUnit()
-  const all = allSeries(useMoment().gauges)
+  const all = allSeries(useSnapshot().gauges)
   const names = all.map(({ series }) => series)
   const [choice, change] = useTrendChoice(names)
   const { series: chosen, range } = choice
