@@ -157,8 +157,8 @@ pub enum TypedError {
         /// The octets of the record.
         octets: Vec<u8>,
     },
-    /// The tables of the device have no units.
-    #[error("the device has no units")]
+    /// The unit of the pressure is in no table of the device, or the tables have no scale for its COUNTS.
+    #[error("the unit of the pressure is not known")]
     NoUnit,
 }
 
