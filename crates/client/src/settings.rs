@@ -461,8 +461,7 @@ mod tests {
     fn dumped(every: usize) -> Result<Dump, ClientError> {
         let records = Shared { shown: 2, reads: 0, every };
         let mut gauge = Gauge::with_model(records, 5, model_named("bcg450").unwrap());
-        let dump = dump(&mut gauge);
-        dump
+        dump(&mut gauge)
     }
 
     #[test]
