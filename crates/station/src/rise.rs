@@ -10,7 +10,7 @@
 //! For a given tau this is linear in the three other unknowns; tau is searched on a logarithmic scale. Where a straight line
 //! explains the rise as well, there is no bend to be seen, and the fit says so instead of inventing one.
 
-/// What a rise consists of. Flows in Pa m³/s, as long as the volume is in m³.
+/// The parts of a rise. Flows in Pa m³/s, as long as the volume is in m³.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Rise {
     /// The pressure at the beginning, in Pa.

@@ -1,4 +1,4 @@
-//! What the threads of the station share, each part with a type of its own.
+//! The parts of a station that its threads share, each with a type of its own.
 //!
 //! ```text
 //! segments ── snapshots ──▶ alarms, control, API

@@ -91,7 +91,7 @@ pub enum OperationError {
     OutcomeUnknown(#[from] OutcomeUnknown),
 }
 
-/// What changed between arming and executing.
+/// A change between arming and executing.
 #[derive(Debug, thiserror::Error)]
 pub enum ChangedSinceArmed {
     /// The gauge is connected elsewhere.
@@ -129,9 +129,9 @@ pub enum ChangedSinceArmed {
     Meaning {
         /// The value as it was given.
         given: String,
-        /// What it meant then.
+        /// Its meaning when the command was armed.
         armed: String,
-        /// What it means now.
+        /// Its present meaning.
         now: String,
     },
     /// The user has lost control.

@@ -6,7 +6,7 @@ use profivac_dp::link::Baud;
 use profivac_dp::link::active::RingState;
 use profivac_host::session::BusSession;
 
-/// What the master sees of its bus.
+/// The state of a bus as its master sees it.
 pub struct BusState {
     /// The state of the segment.
     pub state: SegmentState,

@@ -146,7 +146,7 @@ fn parameter<R: Records>(
     }))
 }
 
-/// What writing a parameter needs; `None` if it is not writable, or only by a command.
+/// The values and the role that writing a parameter needs; `None` if it is not writable, or only by a command.
 fn write_info(model: &'static Model, named: &NamedParameter, unit: &'static Unit) -> Option<WriteInfo> {
     let row = named.parameter.row;
     if !row.access.allows(AccessPath::Class2, Direction::Write) || row.codes.is_command() {
