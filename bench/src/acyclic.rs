@@ -42,14 +42,14 @@ impl Answers {
     }
 }
 
-struct Tool {
+struct Client {
     station: Active<Master<0, 0>>,
     receiver: Receiver,
     answers: Answers,
     now: BitTime,
 }
 
-impl Tool {
+impl Client {
     /// The next telegram of the master, and its answer if there is one.
     fn step(&mut self) {
         self.now = self.station.wake_at().unwrap_or(self.now).max(self.now);
@@ -86,11 +86,11 @@ impl Tool {
 pub fn read(times: u32) {
     let bus = BusParameters { hsa: MASTER, ..BusParameters::new(MASTER, BAUD) };
     let station = Master::on(bus, Settings::new(BAUD), BitTime(0));
-    let mut tool = Tool { station, receiver: Receiver::new(BitTime(0)), answers: Answers::new(), now: BitTime(0) };
+    let mut client = Client { station, receiver: Receiver::new(BitTime(0)), answers: Answers::new(), now: BitTime(0) };
     let parameters = Ms2Parameters { pace_tbit: 0, ..Ms2Parameters::new(BAUD) };
-    let connection = tool.station.user.ms2_open(SLAVE, &parameters);
+    let connection = client.station.user.ms2_open(SLAVE, &parameters);
     let connection = connection.unwrap_or_else(|refused| unreachable!("{refused}"));
     for _ in 0..times {
-        tool.read(connection);
+        client.read(connection);
     }
 }

@@ -17,7 +17,7 @@ use support::rig::MasterRig;
 const BAUD: Baud = Baud::B1500000;
 
 /// A master without slaves, for MS2.
-fn tool() -> MasterRig<Master<0, 0>> {
+fn class2_master() -> MasterRig<Master<0, 0>> {
     MasterRig::new(Master::on(bus(), Settings::new(BAUD), BitTime(0)))
 }
 
@@ -39,7 +39,7 @@ const OPENING: &str = "
 /// profibus-wire 4.6.6, octet by octet.
 #[test]
 fn ms2_as_printed() {
-    let mut rig = tool();
+    let mut rig = class2_master();
     let connection = open(&mut rig);
     assert_eq!(rig.station.user.ms2_phase(connection), Some(Phase::Initiating));
     rig.dialogue(OPENING);
@@ -86,7 +86,7 @@ fn ms2_as_printed() {
 /// profibus-wire 5.4: I&M0 is called and read on the connection, at once after it was opened with one poll.
 #[test]
 fn i_and_m0_as_printed() {
-    let mut rig = tool();
+    let mut rig = class2_master();
     let connection = open(&mut rig);
     rig.dialogue(OPENING);
     assert!(matches!(rig.station.user.outcome(connection), Some(Ok(_))));

@@ -173,7 +173,7 @@ fn an_abort_of_the_slave_is_reported() {
     let mut line = line(&[8]);
     let connection = open(&mut line, 8);
     // Another function arrives instead of Idle, with a matching check octet.
-    line.tamper = Some(Box::new(|_, octets| match octets {
+    line.telegram_fault = Some(Box::new(|_, octets| match octets {
         [0x68, 6, 6, 0x68, da, sa, fc, dsap, ssap, 0x48, sum, 0x16] => {
             vec![0x68, 6, 6, 0x68, *da, *sa, *fc, *dsap, *ssap, 0x49, sum.wrapping_add(1), 0x16]
         }
@@ -189,7 +189,7 @@ fn an_abort_of_the_slave_is_reported() {
 fn a_connection_over_a_broken_line_ends_at_both_sides() {
     let mut line = line(&[8]);
     let connection = open(&mut line, 8);
-    line.tamper = Some(Box::new(|from, octets| match from {
+    line.telegram_fault = Some(Box::new(|from, octets| match from {
         From::Master if octets[0] == 0x68 => octets.iter().map(|octet| octet ^ 0x10).collect(),
         _ => octets.to_vec(),
     }));
@@ -197,7 +197,7 @@ fn a_connection_over_a_broken_line_ends_at_both_sides() {
     assert_eq!(end(&mut line, connection), ConnectionEnd::Failed { reason: AbortReason::Fdl(15), cause: lost });
     line.run_for(3 * second());
     // The slave has freed its connection by itself: both can be opened again.
-    line.tamper = None;
+    line.telegram_fault = None;
     open(&mut line, 8);
     open(&mut line, 8);
 }

@@ -20,7 +20,7 @@ const ADDRESSES: [u8; 6] = [3, 4, 5, 9, 77, 50];
 
 type Bus = Line<Master<5, 32>>;
 
-fn act(line: &mut Bus, random: &mut Random) {
+fn random_call(line: &mut Bus, random: &mut Random) {
     let address = ADDRESSES[random.below(ADDRESSES.len())];
     let interval = [0, 0, 0, 4_000][random.below(4)];
     let parameters = SlaveParameters {
@@ -81,13 +81,13 @@ fn commands_in_any_order_and_at_any_time() {
         line.attach(device, *address);
     }
     let mut noise = Random::new(0x0DD5_0DD6);
-    line.tamper = Some(Box::new(move |from, octets| match (from, noise.below(40)) {
+    line.telegram_fault = Some(Box::new(move |from, octets| match (from, noise.below(40)) {
         (From::Slave(_), 0) => Vec::new(),
         _ => octets.to_vec(),
     }));
     let mut seen = [0; 6];
     for _ in 0..20_000 {
-        act(&mut line, &mut random);
+        random_call(&mut line, &mut random);
         let end = line.now + random.below(3_000) as u64;
         line.run_until(10_000, |line| {
             check(line);
@@ -98,7 +98,7 @@ fn commands_in_any_order_and_at_any_time() {
     }
     assert!(seen[..4].iter().all(|times| *times > 500), "how often each number of slaves exchanges data: {seen:?}");
     // Without further commands all present slaves exchange data, and no others.
-    line.tamper = None;
+    line.telegram_fault = None;
     line.master.user.set_mode(Mode::Operate);
     for address in ADDRESSES {
         line.master.user.restart(address);

@@ -172,7 +172,7 @@ fn a_slave_of_another_master_is_left_alone_until_it_is_free() {
     assert_eq!(rig.station.user.exchange_error(8), Some(ExchangeError::Owned { master: 5 }));
     let reported = events(&mut rig.station.user);
     assert_eq!(
-        reported.iter().filter(|what| matches!(what, EventKind::Trouble(_))).count(),
+        reported.iter().filter(|what| matches!(what, EventKind::Error(_))).count(),
         1,
         "reported once: {reported:?}"
     );
@@ -193,14 +193,14 @@ fn a_device_with_another_ident_number_is_never_parameterised() {
     let mut rig = rig_in_diag1();
     rig.receive(&diag("02 05 00 FF 43 21"));
     assert_eq!(rig.next_request().octets[7], 0x3C);
-    let trouble = ExchangeError::Ident { expected: IDENT, received: 0x4321 };
-    assert_eq!(rig.station.user.exchange_error(8), Some(trouble));
-    assert_eq!(trouble.to_string(), "it is another device: ident number 4321 instead of 1234");
+    let error = ExchangeError::Ident { expected: IDENT, received: 0x4321 };
+    assert_eq!(rig.station.user.exchange_error(8), Some(error));
+    assert_eq!(error.to_string(), "it is another device: ident number 4321 instead of 1234");
 }
 
 #[test]
 fn the_second_diagnosis_decides() {
-    for (du, trouble) in [
+    for (du, error) in [
         ("42 05 00 FF 12 34", ExchangeError::PrmFault),
         ("06 05 00 FF 12 34", ExchangeError::CfgFault),
         ("02 05 00 FF 12 34", ExchangeError::PrmReq),
@@ -210,7 +210,7 @@ fn the_second_diagnosis_decides() {
     ] {
         let mut rig = rig_in_diag2();
         rig.receive(&diag(du));
-        assert_eq!(rig.station.user.exchange_error(8), Some(trouble), "{du}");
+        assert_eq!(rig.station.user.exchange_error(8), Some(error), "{du}");
         assert_eq!(rig.station.user.state(8), Some(HandlerState::Diag1), "{du}");
         // From the beginning, the first time at once.
         assert_eq!(rig.next_request().octets[7], 0x3C, "{du}");

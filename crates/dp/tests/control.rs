@@ -208,10 +208,10 @@ fn an_invalid_command_is_refused_with_a_text() {
 #[test]
 fn commands_are_dropped_when_no_slave_exchanges_data() {
     let mut line = line(settings(), &[slave(3, 1)]);
-    line.tamper = Some(Box::new(|_, _| Vec::new()));
+    line.telegram_fault = Some(Box::new(|_, _| Vec::new()));
     assert_eq!(line.master.user.control(ControlCommand::SYNC, 1), Ok(()));
     line.run_until(100_000, |line| line.master.user.exchanging() == 0);
-    line.tamper = None;
+    line.telegram_fault = None;
     let first = line.trace.len();
     line.run_until(2_000_000, |line| line.master.user.inputs(3).is_some());
     line.run_for(5_000);
@@ -256,8 +256,8 @@ fn a_cleared_group_gets_the_empty_data_unit_where_the_slave_declares_fail_safe()
             })
             .collect()
     };
-    let exchanges_in = |line: &mut Bus, act: &dyn Fn(&mut Bus)| {
-        act(line);
+    let exchanges_in = |line: &mut Bus, change: &dyn Fn(&mut Bus)| {
+        change(line);
         // The one that is on its way does not count.
         line.run_for(600);
         let first = line.trace.len();
@@ -319,7 +319,8 @@ fn stop_goes_through_clear_so_that_no_slave_keeps_its_outputs() {
 #[test]
 fn a_slave_that_is_mute_does_not_keep_a_master_from_stopping() {
     let mut line = line(settings(), &[slave(3, 0), slave(4, 0)]);
-    line.tamper = Some(Box::new(|from, octets| if from == From::Slave(0) { Vec::new() } else { octets.to_vec() }));
+    line.telegram_fault =
+        Some(Box::new(|from, octets| if from == From::Slave(0) { Vec::new() } else { octets.to_vec() }));
     line.master.user.set_mode(Mode::Stop);
     line.run_for(20_000);
     let first = line.trace.len();
@@ -331,7 +332,8 @@ fn a_slave_that_is_mute_does_not_keep_a_master_from_stopping() {
 fn a_stopping_master_starts_no_slave() {
     // A silent slave delays the shutdown; another powers up meanwhile and asks for parameters.
     let mut line = line(Settings { miss_limit: 10, ..settings() }, &[slave(3, 0), slave(4, 0)]);
-    line.tamper = Some(Box::new(|from, octets| if from == From::Slave(0) { Vec::new() } else { octets.to_vec() }));
+    line.telegram_fault =
+        Some(Box::new(|from, octets| if from == From::Slave(0) { Vec::new() } else { octets.to_vec() }));
     line.slaves[1].power_up(4);
     line.master.user.set_mode(Mode::Stop);
     line.run_for(50_000);
@@ -343,17 +345,18 @@ fn auto_clear_takes_all_slaves_to_safe_outputs_when_one_is_lost() {
     let mut line = line(Settings { auto_clear: true, ..settings() }, &[slave(3, 0), slave(4, 0), slave(5, 0)]);
     put(&mut line, [7, 7]);
     line.run_for(3_000);
-    line.tamper = Some(Box::new(|from, octets| if from == From::Slave(1) { Vec::new() } else { octets.to_vec() }));
+    line.telegram_fault =
+        Some(Box::new(|from, octets| if from == From::Slave(1) { Vec::new() } else { octets.to_vec() }));
     line.run_until(50_000, |line| line.master.user.mode() == Mode::Clear);
     line.run_for(3_000);
     assert_eq!((&outputs(&line)[0], &outputs(&line)[2]), (&Some(vec![0, 0]), &Some(vec![0, 0])));
     let reported: Vec<_> = std::iter::from_fn(|| line.master.user.next_event()).collect();
     let what: Vec<_> = reported.iter().map(|event| event.kind).collect();
     let lost = ExchangeError::NoAnswer(Failure::Silence);
-    assert_eq!(what, [EventKind::Trouble(lost), EventKind::Entered(HandlerState::Offline), EventKind::AutoClear]);
+    assert_eq!(what, [EventKind::Error(lost), EventKind::Entered(HandlerState::Offline), EventKind::AutoClear]);
     assert!(reported.iter().all(|event| event.address == 4));
     // The mode stays Clear when the slave is back, until the user changes it.
-    line.tamper = None;
+    line.telegram_fault = None;
     line.run_until(2_000_000, |line| line.master.user.exchanging() == 3);
     assert_eq!(line.master.user.mode(), Mode::Clear);
     line.master.user.set_mode(Mode::Operate);

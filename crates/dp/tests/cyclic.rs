@@ -165,8 +165,8 @@ fn an_answer_that_does_not_fit_never_becomes_a_value() {
         rig.next_request();
         assert_eq!(rig.station.user.inputs(8), Some(&[1, 2][..]), "{answer}");
         // A wrong FCS is a damaged answer: reported when the slave is lost, and not before.
-        let trouble = mismatch.map(|mismatch| ExchangeError::NoAnswer(Failure::Mismatch(mismatch)));
-        assert_eq!(rig.station.user.exchange_error(8), trouble, "{answer}");
+        let error = mismatch.map(|mismatch| ExchangeError::NoAnswer(Failure::Mismatch(mismatch)));
+        assert_eq!(rig.station.user.exchange_error(8), error, "{answer}");
         assert_eq!(rig.station.user.counters(8).unwrap().lost, 1, "{answer}");
     }
 }
@@ -208,7 +208,7 @@ fn rs_in_exchange_restarts_the_slave_at_once() {
     let first = line.trace.len();
     line.run_until(10_000, |line| line.master.user.counters(8).unwrap().starts == 2);
     let reported: Vec<_> = std::iter::from_fn(|| line.master.user.next_event()).map(|event| event.kind).collect();
-    assert_eq!(reported[0], EventKind::Trouble(ExchangeError::Refused(Status::ServiceNotActivated)));
+    assert_eq!(reported[0], EventKind::Error(ExchangeError::Refused(Status::ServiceNotActivated)));
     assert_eq!(reported[1], EventKind::Entered(HandlerState::Diag1));
     // RS, diagnosis, parameters, configuration, diagnosis: nothing else is needed.
     let messages = line.messages(first);
@@ -335,7 +335,7 @@ fn a_repeated_request_is_counted_and_executed_once() {
     line.run_until(10_000, |line| line.trace.last().is_some_and(|entry| entry.octets[0] == 0xDC));
     let before = *line.master.user.counters(8).unwrap();
     let mut drop_next = true;
-    line.tamper = Some(Box::new(move |from, octets| {
+    line.telegram_fault = Some(Box::new(move |from, octets| {
         if from == From::Slave(0) && std::mem::take(&mut drop_next) { Vec::new() } else { octets.to_vec() }
     }));
     let first = line.trace.len();
@@ -350,12 +350,13 @@ fn a_repeated_request_is_counted_and_executed_once() {
 #[test]
 fn a_master_recovers_from_a_bus_without_answers() {
     let mut line = line(settings(), &[8, 9]);
-    line.tamper = Some(Box::new(|from, octets| if from == From::Master { octets.to_vec() } else { Vec::new() }));
+    line.telegram_fault =
+        Some(Box::new(|from, octets| if from == From::Master { octets.to_vec() } else { Vec::new() }));
     // 0.7 s
     line.run_for(1_050_000);
     assert_eq!(line.master.user.exchanging(), 0);
     assert_eq!(line.master.user.state(8), Some(HandlerState::Offline));
-    line.tamper = None;
+    line.telegram_fault = None;
     let back = line.now;
     line.run_until(400_000, |line| line.master.user.exchanging() == 2);
     println!("back after {} bit times", line.now - back);
@@ -365,10 +366,10 @@ fn a_master_recovers_from_a_bus_without_answers() {
 fn a_watchdog_that_expired_is_noticed() {
     let mut line = line(settings(), &[8]);
     // The slave receives nothing for 1.2 s; its watchdog time is one second.
-    line.tamper = Some(Box::new(|_, _| Vec::new()));
+    line.telegram_fault = Some(Box::new(|_, _| Vec::new()));
     line.run_for(1_800_000);
     assert_eq!(line.slaves[0].state().owner(), None);
-    line.tamper = None;
+    line.telegram_fault = None;
     line.run_until(400_000, |line| line.master.user.inputs(8).is_some());
 }
 
@@ -378,7 +379,7 @@ fn flipped_bits_cause_repetitions_and_never_a_wrong_value() {
     let mut line = line(settings(), &addresses);
     let mut random = Random::new(0x5EED_0001);
     // One octet in 500 with one bit flipped, at most one octet per telegram.
-    line.tamper = Some(Box::new(move |_, octets| {
+    line.telegram_fault = Some(Box::new(move |_, octets| {
         let mut octets = octets.to_vec();
         let place = random.below(500);
         if let Some(octet) = octets.get_mut(place) {
@@ -402,7 +403,7 @@ fn flipped_bits_cause_repetitions_and_never_a_wrong_value() {
             assert!(known, "{:?}", slave.device().outputs);
         }
     }
-    line.tamper = None;
+    line.telegram_fault = None;
     for address in addresses {
         let counters = line.master.user.counters(address).unwrap();
         assert!(counters.exchanges > 3_000 && counters.retries > 20, "{counters:?}");
@@ -536,7 +537,7 @@ fn the_extended_diagnosis_is_returned_entry_by_entry() {
 
 #[test]
 fn a_diagnosis_may_end_data_exchange() {
-    for (diag, trouble, next) in [
+    for (diag, error, next) in [
         // Another master took it over.
         ("68 0B 0B 68 82 88 08 3E 3C 00 0C 00 05 12 34 E3 16", ExchangeError::Owned { master: 5 }, HandlerState::Diag1),
         ("68 0B 0B 68 82 88 08 3E 3C 02 05 00 FF 12 34 D8 16", ExchangeError::PrmReq, HandlerState::Diag1),
@@ -545,7 +546,7 @@ fn a_diagnosis_may_end_data_exchange() {
         rig.receive(INPUTS_HIGH);
         rig.next_request();
         rig.receive(diag);
-        assert_eq!(rig.station.user.exchange_error(8), Some(trouble));
+        assert_eq!(rig.station.user.exchange_error(8), Some(error));
         assert_eq!(rig.station.user.state(8), Some(next));
         assert_eq!(rig.station.user.inputs(8), None);
     }

@@ -210,7 +210,7 @@ fn the_wait_for_an_answer_that_has_begun_is_limited() {
     rig.receive_octets(289, &answer);
     assert_eq!(rig.station.user.reported[1], Told::Answer(Status::DataLow, vec![7; 244], 0));
 
-    // A line that is never quiet ends the patience: the station listens, and does not talk over it.
+    // The station stops waiting for a line that is never idle: it listens and does not send.
     rig.next_telegram();
     for _ in 0..1000 {
         rig.receive_after(11, "FF");

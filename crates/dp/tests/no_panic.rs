@@ -63,8 +63,8 @@ fn meddle(station: &mut Any, random: &mut Random) {
 /// After the storm: silence, then a slave that works. It must come into data exchange.
 fn works_afterwards(mut station: Any, mut now: BitTime) {
     let mut slave = Slave::new(Plain::new(IDENT, &CFG), 8, Baud::B1500000);
+    let mut slave_receiver = Receiver::new(now);
     let mut receiver = Receiver::new(now);
-    let mut ear = Receiver::new(now);
     station.user.set_mode(Mode::Operate);
     station.user.restart(8);
     for _ in 0..20_000 {
@@ -79,21 +79,21 @@ fn works_afterwards(mut station: Any, mut now: BitTime) {
         let mut answer = None;
         for octet in octets {
             now = now + CHARACTER_TBIT;
-            if let Received::Telegram(telegram) = receiver.octet(now, octet) {
+            if let Received::Telegram(telegram) = slave_receiver.octet(now, octet) {
                 answer = slave.telegram(now, &telegram).map(|answer| answer.octets.to_vec());
             }
         }
         station.sent(now);
         for octet in answer.into_iter().flatten() {
             now = now + CHARACTER_TBIT;
-            hear(&mut station, &mut ear, now, octet);
+            receive(&mut station, &mut receiver, now, octet);
         }
     }
     panic!("slave 8 is in {:?}, {:?}", station.user.state(8), station.user.exchange_error(8));
 }
 
-fn hear(station: &mut Any, ear: &mut Receiver, now: BitTime, octet: u8) {
-    match ear.octet(now, octet) {
+fn receive(station: &mut Any, receiver: &mut Receiver, now: BitTime, octet: u8) {
+    match receiver.octet(now, octet) {
         Received::Telegram(telegram) => drop(station.telegram(now, &telegram)),
         Received::Nothing | Received::Damaged(_) => station.activity(now),
     }
@@ -104,7 +104,7 @@ fn random_octets_at_random_times() {
     let mut random = Random::new(0x000C_7E75);
     for _ in 0..20 {
         let mut station = station();
-        let mut ear = Receiver::new(BitTime(0));
+        let mut receiver = Receiver::new(BitTime(0));
         let mut now = BitTime(0);
         for _ in 0..100_000 {
             // Mostly without a gap, mostly with octets that mean something.
@@ -115,7 +115,7 @@ fn random_octets_at_random_times() {
                 2 => [2, 8, 5, 0x88, 0x82][random.below(5)],
                 _ => [0x08, 0x0A, 0x3C, 0x3E, 0x6D][random.below(5)],
             };
-            hear(&mut station, &mut ear, now, octet);
+            receive(&mut station, &mut receiver, now, octet);
             if random.below(3) == 0 && station.poll(now).is_some() && random.below(4) > 0 {
                 now = now + 100;
                 station.sent(now);
@@ -132,7 +132,7 @@ fn every_kind_of_wrong_answer_to_every_request() {
     for _ in 0..20 {
         let mut station = station();
         let mut slaves = [3, 8, 9].map(|address| Slave::new(Plain::new(IDENT, &CFG), address, Baud::B1500000));
-        let mut ear = Receiver::new(BitTime(0));
+        let mut receiver = Receiver::new(BitTime(0));
         let mut now = BitTime(0);
         let mut octets_heard = 0;
         while octets_heard < 100_000 {
@@ -153,7 +153,7 @@ fn every_kind_of_wrong_answer_to_every_request() {
             now = now + [11, 11, 11, 200, 301, 400][random.below(6)];
             for octet in answer {
                 now = now + CHARACTER_TBIT;
-                hear(&mut station, &mut ear, now, octet);
+                receive(&mut station, &mut receiver, now, octet);
             }
             meddle(&mut station, &mut random);
             if random.below(50) == 0 {

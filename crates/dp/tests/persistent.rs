@@ -55,12 +55,13 @@ fn line() -> Bus {
 
 /// Every answer of the faulty slave becomes these octets.
 fn answers(line: &mut Bus, octets: Vec<u8>) {
-    line.tamper = Some(Box::new(move |from, sent| if from == From::Slave(0) { octets.clone() } else { sent.to_vec() }));
+    line.telegram_fault =
+        Some(Box::new(move |from, sent| if from == From::Slave(0) { octets.clone() } else { sent.to_vec() }));
 }
 
 /// Its answers to everything but FDL status become these octets.
 fn answers_services(line: &mut Bus, octets: &'static str) {
-    line.tamper = Some(Box::new(move |from, sent| match (from, sent) {
+    line.telegram_fault = Some(Box::new(move |from, sent| match (from, sent) {
         (From::Slave(0), [0x10, _, _, 0, ..]) => sent.to_vec(),
         (From::Slave(0), _) => hex(octets),
         _ => sent.to_vec(),
@@ -78,7 +79,7 @@ fn diag(du: [u8; 6]) -> Vec<u8> {
 
 /// Its diagnosis becomes this one.
 fn diagnoses(line: &mut Bus, du: [u8; 6]) {
-    line.tamper = Some(Box::new(move |from, sent| match (from, sent) {
+    line.telegram_fault = Some(Box::new(move |from, sent| match (from, sent) {
         (From::Slave(0), [0x68, _, _, _, 0x82, 0x88, _, 0x3E, 0x3C, ..]) => diag(du),
         _ => sent.to_vec(),
     }));
@@ -88,7 +89,7 @@ fn diagnoses(line: &mut Bus, du: [u8; 6]) {
 struct Fault {
     name: &'static str,
     err: fn(&mut Bus),
-    trouble: ExchangeError,
+    error: ExchangeError,
     words: &'static str,
     /// The number of messages from the first of a new try to the fault.
     messages: usize,
@@ -98,14 +99,14 @@ const FAULTS: &[Fault] = &[
     Fault {
         name: "it never answers",
         err: |line| answers(line, Vec::new()),
-        trouble: ExchangeError::NoAnswer(Failure::Silence),
+        error: ExchangeError::NoAnswer(Failure::Silence),
         words: "no answer",
         messages: 1,
     },
     Fault {
         name: "it answers FDL status and nothing else",
         err: |line| answers_services(line, ""),
-        trouble: ExchangeError::NoAnswer(Failure::Silence),
+        error: ExchangeError::NoAnswer(Failure::Silence),
         words: "no answer",
         // FDL status; Slave_Diag three times, since it was not there before.
         messages: 4,
@@ -113,70 +114,70 @@ const FAULTS: &[Fault] = &[
     Fault {
         name: "it answers with garbage",
         err: |line| answers(line, vec![0x55, 0xAA, 0x68, 0xFF, 0x10, 0x00, 0x16, 0x33]),
-        trouble: ExchangeError::NoAnswer(Failure::Damaged),
+        error: ExchangeError::NoAnswer(Failure::Damaged),
         words: "the answer is damaged",
         messages: 1,
     },
     Fault {
         name: "it refuses Set_Prm",
         err: |line| line.slaves[0].device_mut().accepts_prm = false,
-        trouble: ExchangeError::PrmFault,
+        error: ExchangeError::PrmFault,
         words: "it does not accept its parameters (Prm_Fault)",
         messages: 4,
     },
     Fault {
         name: "it refuses Chk_Cfg",
         err: |line| line.slaves[0].device_mut().cfg = vec![0x10],
-        trouble: ExchangeError::CfgFault,
+        error: ExchangeError::CfgFault,
         words: "it does not accept its configuration (Cfg_Fault)",
         messages: 4,
     },
     Fault {
         name: "it is another device",
         err: |line| line.slaves[0].device_mut().ident = 0x4321,
-        trouble: ExchangeError::Ident { expected: IDENT, received: 0x4321 },
+        error: ExchangeError::Ident { expected: IDENT, received: 0x4321 },
         words: "it is another device: ident number 4321 instead of 1234",
         messages: 1,
     },
     Fault {
         name: "it belongs to another master",
         err: |line| diagnoses(line, [0x00, 0x0C, 0x00, 0x05, 0x12, 0x34]),
-        trouble: ExchangeError::Owned { master: 5 },
+        error: ExchangeError::Owned { master: 5 },
         words: "it belongs to master 5",
         messages: 1,
     },
     Fault {
         name: "it always asks for parameters",
         err: |line| diagnoses(line, [0x02, 0x05, 0x00, 0xFF, 0x12, 0x34]),
-        trouble: ExchangeError::PrmReq,
+        error: ExchangeError::PrmReq,
         words: "it asks to be parameterised again (Prm_Req)",
         messages: 4,
     },
     Fault {
         name: "it answers RS",
         err: |line| answers_services(line, "10 02 08 03 0D 16"),
-        trouble: ExchangeError::Refused(Status::ServiceNotActivated),
+        error: ExchangeError::Refused(Status::ServiceNotActivated),
         words: "it does not exchange data with us (RS)",
         messages: 1,
     },
     Fault {
         name: "it answers UE",
         err: |line| answers_services(line, "10 02 08 01 0B 16"),
-        trouble: ExchangeError::Refused(Status::UserError),
+        error: ExchangeError::Refused(Status::UserError),
         words: "its application has failed (UE)",
         messages: 1,
     },
     Fault {
         name: "it answers RR",
         err: |line| answers_services(line, "10 02 08 02 0C 16"),
-        trouble: ExchangeError::Refused(Status::NoResource),
+        error: ExchangeError::Refused(Status::NoResource),
         words: "it has no room for the data (RR)",
         messages: 1,
     },
     Fault {
         name: "it acknowledges everything",
         err: |line| answers_services(line, "E5"),
-        trouble: ExchangeError::Refused(Status::NoReply),
+        error: ExchangeError::Refused(Status::NoReply),
         words: "it acknowledges where it should answer with data",
         messages: 1,
     },
@@ -210,9 +211,9 @@ fn a_faulty_slave_is_reported_retried_slowly_and_costs_the_others_at_most_one_me
         let mut line = line();
         (fault.err)(&mut line);
         line.run_until(500_000, |line| {
-            line.master.user.exchanging() == OTHERS.len() && line.master.user.exchange_error(BAD) == Some(fault.trouble)
+            line.master.user.exchanging() == OTHERS.len() && line.master.user.exchange_error(BAD) == Some(fault.error)
         });
-        assert_eq!(fault.trouble.to_string(), fault.words);
+        assert_eq!(fault.error.to_string(), fault.words);
         // One second, until the pauses have grown, and two that count.
         line.run_for(1_500_000);
         let before = OTHERS.map(|address| *line.master.user.counters(address).unwrap());
@@ -220,7 +221,7 @@ fn a_faulty_slave_is_reported_retried_slowly_and_costs_the_others_at_most_one_me
         while line.master.user.next_event().is_some() {}
         let (longest, asked) = watch(&mut line, 3_000_000);
 
-        assert_eq!(line.master.user.exchange_error(BAD), Some(fault.trouble), "{}", fault.name);
+        assert_eq!(line.master.user.exchange_error(BAD), Some(fault.error), "{}", fault.name);
         assert!(longest <= GOOD_CYCLE + WORST_MESSAGE + CONTROL, "{}: {longest}", fault.name);
         // Every 250 ms, eight or nine times; a repetition of each message that fails in silence.
         let (least, most) = (7 * fault.messages, 10 * fault.messages * 2);
@@ -244,8 +245,8 @@ fn a_fault_that_lasts_is_reported_once() {
         (fault.err)(&mut line);
         line.run_for(1_000_000);
         let reported: Vec<_> = std::iter::from_fn(|| line.master.user.next_event()).collect();
-        let troubles = reported.iter().filter(|event| event.address == BAD && event.kind.to_string() == fault.words);
-        assert_eq!(troubles.count(), 1, "{}: {reported:?}", fault.name);
+        let errors = reported.iter().filter(|event| event.address == BAD && event.kind.to_string() == fault.words);
+        assert_eq!(errors.count(), 1, "{}: {reported:?}", fault.name);
     }
 }
 
@@ -255,7 +256,7 @@ fn a_repaired_slave_returns_within_the_longest_pause() {
         let mut line = line();
         (fault.err)(&mut line);
         line.run_for(3_000_000);
-        line.tamper = None;
+        line.telegram_fault = None;
         let device = line.slaves[0].device_mut();
         (device.accepts_prm, device.cfg, device.ident) = (true, CFG.to_vec(), IDENT);
         let limit = settings().pause_max_tbit + 20_000;

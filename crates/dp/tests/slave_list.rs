@@ -112,7 +112,8 @@ fn a_slave_that_does_not_answer_is_removed_at_once() {
     assert_eq!(line.master.user.state(50), None);
     assert!(!line.master.user.remove(50), "it is gone");
     // And a silent one after the miss limit, though it cannot be unlocked.
-    line.tamper = Some(Box::new(|from, octets| if from == From::Slave(0) { Vec::new() } else { octets.to_vec() }));
+    line.telegram_fault =
+        Some(Box::new(|from, octets| if from == From::Slave(0) { Vec::new() } else { octets.to_vec() }));
     assert!(line.master.user.remove(3));
     line.run_until(20_000, |line| line.master.user.state(3).is_none());
     // In Stop nothing is sent.
@@ -251,7 +252,7 @@ fn a_slave_with_a_watchdog_leaves_by_itself_when_its_master_is_gone() {
     let slaves: Vec<_> =
         (3..).zip(watchdogs).map(|(address, watchdog)| SlaveParameters { watchdog, ..slave(address) }).collect();
     let mut line = line(&slaves);
-    line.tamper = Some(Box::new(|_, _| Vec::new()));
+    line.telegram_fault = Some(Box::new(|_, _| Vec::new()));
     let owned = |line: &Bus| -> Vec<bool> { line.slaves.iter().map(|slave| slave.state().owner().is_some()).collect() };
     for (ms, expected) in [(19, [true, true, true]), (11, [false, true, true]), (20, [false, false, true])] {
         line.run_for(Baud::B1500000.tbit_of_ms(ms));

@@ -219,7 +219,7 @@ impl BusSession {
     }
 
     /// The state of this master in the token ring.
-    pub fn standing(&mut self) -> RingState {
+    pub fn ring_state(&mut self) -> RingState {
         self.station().ring_state()
     }
 

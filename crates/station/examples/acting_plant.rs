@@ -45,10 +45,10 @@ fn main() -> Result<(), Box<dyn Error>> {
     let services = Arc::new(Services::new("Test hall".to_owned(), file, recorder));
     services.recorder().event_now_and_wait(None, EventKind::Station, "the station starts");
     let (pressures, inbox) = channel();
-    let scene = scene()?;
+    let segment = memory_segment()?;
     let names = |_| ("chamber".to_owned(), "bcg450".to_owned());
-    let demo = DemoSegment::new(services.for_segments(), "hall", &scene, 1, names);
-    std::thread::spawn(move || run(scene, demo, &inbox));
+    let demo = DemoSegment::new(services.for_segments(), "hall", &segment, 1, names);
+    std::thread::spawn(move || run(segment, demo, &inbox));
     let users = folder.path().join("users.toml");
     let hash = Hash::of(PASSWORD)?;
     Users::change(&users, |users| USERS.iter().try_for_each(|(name, role)| users.add(name, *role, hash.clone())))?;
@@ -67,7 +67,7 @@ fn around(mbar: f64) -> GasConditions {
     GasConditions { pressure: Pressure::from_mbar(mbar), atmosphere: Pressure::from_mbar(1013.25), gas: Gas::N2 }
 }
 
-fn scene() -> Result<MemorySegment, Box<dyn Error>> {
+fn memory_segment() -> Result<MemorySegment, Box<dyn Error>> {
     let spec: DeviceSpec = "bcg450@5".parse()?;
     let device = VirtualDevice::new(spec.build(NonvolatileMemory::volatile(), BAUD)?, 5, BAUD, around(1e-6));
     let model = entry("bcg450")?.model;
@@ -82,17 +82,17 @@ fn scene() -> Result<MemorySegment, Box<dyn Error>> {
     Ok(MemorySegment::new(vec![device], vec![slave], 1, BAUD)?)
 }
 
-fn run(mut scene: MemorySegment, mut demo: DemoSegment, pressures: &Receiver<f64>) {
+fn run(mut segment: MemorySegment, mut demo: DemoSegment, pressures: &Receiver<f64>) {
     let mut last = Instant::now();
     loop {
         match pressures.recv_timeout(STEP) {
-            Ok(mbar) => scene.set_environment(around(mbar)),
+            Ok(mbar) => segment.set_environment(around(mbar)),
             Err(RecvTimeoutError::Timeout) => {}
             Err(RecvTimeoutError::Disconnected) => return,
         }
         let now = Instant::now();
-        scene.run_until(scene.seconds() + now.duration_since(last).as_secs_f64().min(0.2));
+        segment.run_until(segment.seconds() + now.duration_since(last).as_secs_f64().min(0.2));
         last = now;
-        demo.run_once(&mut scene);
+        demo.run_once(&mut segment);
     }
 }

@@ -41,7 +41,7 @@ use std::time::Duration;
 /// The time between two snapshots.
 const PERIOD: Duration = Duration::from_millis(100);
 
-/// The recording: from this many seconds ago, a sample every so many seconds.
+/// Recorded samples: the age of the first one in seconds, and the seconds between two.
 const PAST: [(i64, i64); 3] = [(7 * 86_400, 120), (86_400, 20), (1_800, 1)];
 
 /// The number of samples between two flushes; the queue of the recorder holds more.

@@ -183,7 +183,7 @@ impl Demo {
         while self.pending_s >= self.run.step_s() && started.elapsed() < MAX_LAG {
             self.pending_s -= self.run.step_s();
             let next = self.run.seconds() + self.run.step_s();
-            self.run.step_scene(&mut self.segment, next);
+            self.run.step_segment(&mut self.segment, next);
         }
         // The rest is skipped.
         self.pending_s = self.pending_s.min(self.run.step_s());

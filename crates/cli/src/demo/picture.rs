@@ -298,7 +298,7 @@ mod tests {
         let mut demo = Demo::new(&arguments).unwrap();
         let mut trend = Trend::default();
         while demo.run.seconds() < seconds {
-            demo.run.step_scene(&mut demo.segment, demo.run.seconds() + 0.5);
+            demo.run.step_segment(&mut demo.segment, demo.run.seconds() + 0.5);
             trend.add(demo.run.seconds(), &demo.run, &demo.row());
         }
         let mut terminal = Terminal::new(TestBackend::new(width, height)).unwrap();

@@ -165,7 +165,7 @@ fn degas_runs_three_minutes_below_its_limit() {
 fn a_degas_that_is_refused_because_of_the_pressure_sets_a_warning() {
     let mut tester = exchanging(COMMANDS, 7.2e-6);
     let warning = |tester: &mut Tester<Gauge>| of_instance(tester, 2, 104)[1];
-    assert_eq!(warning(&mut tester), 0, "nobody wants it");
+    assert_eq!(warning(&mut tester), 0, "no degas is requested");
     assert_eq!(command(&mut tester, 1, 1), Err(202));
     assert_eq!(warning(&mut tester), 0x08);
     assert_eq!(tester.exchange(&[0, 0])[0], 0xA0);
@@ -230,7 +230,7 @@ fn the_degas_input_starts_and_stops_degas() {
 
 /// 2.3, (101): the cyclic transition command acts when the pair changes, with any selected instance.
 #[test]
-fn a_cyclic_command_acts_when_it_changes() {
+fn a_cyclic_command_takes_effect_when_it_changes() {
     let mut tester = exchanging(COMMANDS, 1e-7);
     tester.put(1, 46, &[6]).unwrap();
     let emission = |tester: &mut Tester<Gauge>| *tester.report().emission.iter().next().unwrap();
@@ -258,7 +258,7 @@ fn a_cyclic_command_acts_when_it_changes() {
 
 /// (101): without outputs the command is 0.
 #[test]
-fn clear_lets_the_same_cyclic_command_act_again() {
+fn after_clear_the_same_cyclic_command_takes_effect_again() {
     let mut tester = exchanging(COMMANDS, 1e-7);
     tester.exchange(&[3, 0]);
     command(&mut tester, 3, 1).unwrap();

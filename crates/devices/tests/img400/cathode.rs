@@ -35,7 +35,7 @@ fn emission_is_off_after_power_up_and_switched_by_command_or_status() {
 }
 
 #[test]
-fn a_cyclic_command_acts_when_it_changes() {
+fn a_cyclic_command_takes_effect_when_it_changes() {
     // (117)
     let mut tester = exchanging(COMMANDS, 1e-6);
     tester.exchange(&[3, 1]);

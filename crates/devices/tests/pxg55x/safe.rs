@@ -11,18 +11,18 @@ fn process_value(tester: &mut crate::support::Tester<crate::Gauge>) -> f32 {
 fn each_safe_state_shows_its_value_outside_executing_and_with_an_alarm() {
     for (kind, full_scale) in [(pcg(), 1500.0), (psg(), 1000.0)] {
         for (mode, value) in [(0, 0.0), (1, full_scale), (2, 50.0), (3, 7.0)] {
-            for trouble in ["", "ram", "comm", "sensor1", "electronics1"] {
+            for fault in ["", "ram", "comm", "sensor1", "electronics1"] {
                 let mut tester = exchanging(kind, FLOATS, 50.0);
                 tester.put(1, 39, &[mode]).unwrap();
                 tester.put(1, 40, &7f32.to_be_bytes()).unwrap();
-                if trouble.is_empty() {
+                if fault.is_empty() {
                     tester.command(5).unwrap();
                 } else {
-                    tester.fault(trouble, true);
+                    tester.fault(fault, true);
                 }
                 tester.pressure_mbar(100.0);
-                assert!(tester.report().outputs_safe, "{trouble}");
-                assert_eq!(process_value(&mut tester), value, "mode {mode}, {trouble:?}");
+                assert!(tester.report().outputs_safe, "{fault}");
+                assert_eq!(process_value(&mut tester), value, "mode {mode}, {fault:?}");
             }
         }
     }

@@ -91,7 +91,7 @@ fn the_led_shows_a_memory_fault_and_not_the_state() {
 
 /// (22): "Reset (1) is the only command that acts in CRITICAL FAULT".
 #[test]
-fn the_manufacturers_resets_do_not_act_in_a_critical_fault() {
+fn the_manufacturers_resets_have_no_effect_in_a_critical_fault() {
     let mut tester = found("eprom ram", CRITICAL_FAULT);
     tester.put(1, 39, &[3]).unwrap();
     for command in (2..=6).chain([FACTORY_RESET, RESET]) {

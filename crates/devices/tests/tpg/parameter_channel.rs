@@ -64,7 +64,7 @@ fn a_write_is_executed_once_and_a_read_in_every_cycle() {
     let mut master = exchange();
     master.line("20 00 1A 00 00 00 00 01", "B0 00 1A 00 00 00 00 01");
     master.line("10 00 1A 00 00 00 00 00", "B0 00 1A 00 00 00 00 01");
-    // The storage is done with the next refresh of the controller (143); the standing read shows it.
+    // The controller stores the value with its next refresh (143); the unchanged read request shows it.
     master.advance(0.2);
     master.line("10 00 1A 00 00 00 00 00", "B0 00 1A 00 00 00 00 00");
     master.line("20 00 1A 00 00 00 00 01", "B0 00 1A 00 00 00 00 01");

@@ -28,7 +28,7 @@ pub enum EventKind {
     /// The handler has entered this state.
     Entered(HandlerState),
     /// The slave does not exchange data. Reported once, until it exchanges data or the reason changes.
-    Trouble(ExchangeError),
+    Error(ExchangeError),
     /// The diagnosis has changed.
     Diagnosis,
     /// The slave has answered twice, or late. Reported once after the slave was found, then only counted:
@@ -45,7 +45,7 @@ impl fmt::Display for EventKind {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Entered(state) => state.fmt(f),
-            Self::Trouble(trouble) => trouble.fmt(f),
+            Self::Error(error) => error.fmt(f),
             Self::Diagnosis => f.write_str("new diagnosis"),
             Self::Stray => f.write_str("it answered twice or late: another station may have its address"),
             Self::Acyclic(id, AcyclicEvent::OutcomeReady) => {

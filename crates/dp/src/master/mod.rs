@@ -314,13 +314,13 @@ impl<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize, const ACYCLI
         self.slaves.get(self.index_of(address)?)
     }
 
-    fn with(&mut self, address: u8, act: impl FnOnce(&mut Handler<OCTETS>, &mut Context<'_>)) {
+    fn with(&mut self, address: u8, action: impl FnOnce(&mut Handler<OCTETS>, &mut Context<'_>)) {
         if let Some(place) = self.index_of(address) {
-            self.with_place(place, act);
+            self.with_place(place, action);
         }
     }
 
-    fn with_place(&mut self, place: usize, act: impl FnOnce(&mut Handler<OCTETS>, &mut Context<'_>)) -> Change {
+    fn with_place(&mut self, place: usize, action: impl FnOnce(&mut Handler<OCTETS>, &mut Context<'_>)) -> Change {
         let mut context = Context {
             now: self.now,
             address: self.address,
@@ -332,7 +332,7 @@ impl<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize, const ACYCLI
             change: Change::Nothing,
         };
         if let Some(slave) = self.slaves.get_mut(place) {
-            act(slave, &mut context);
+            action(slave, &mut context);
         }
         context.change
     }

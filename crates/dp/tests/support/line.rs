@@ -28,7 +28,7 @@ pub struct Entry {
 type Given = Option<(BitTime, Vec<u8>)>;
 
 /// Changes a telegram on the line to other octets, or to none.
-type Tamper = Box<dyn FnMut(From, &[u8]) -> Vec<u8>>;
+type TelegramFault = Box<dyn FnMut(From, &[u8]) -> Vec<u8>>;
 
 /// A telegram on its way.
 struct Flight {
@@ -45,11 +45,11 @@ pub struct Line<R> {
     pub slaves: Vec<Slave<Plain>>,
     receivers: Vec<Receiver>,
     flight: Option<Flight>,
-    pub tamper: Option<Tamper>,
+    pub telegram_fault: Option<TelegramFault>,
     pub trace: Vec<Entry>,
     pub now: BitTime,
     /// Deadlines since time advanced. Each of them is over when it has been polled.
-    standing_still: u32,
+    deadlines_since: u32,
 }
 
 /// The most deadlines at one bit time that all stations of a test can have.
@@ -63,10 +63,10 @@ impl<R: FdlUser> Line<R> {
             slaves: Vec::new(),
             receivers: Vec::new(),
             flight: None,
-            tamper: None,
+            telegram_fault: None,
             trace: Vec::new(),
             now: BitTime(0),
-            standing_still: 0,
+            deadlines_since: 0,
         }
     }
 
@@ -105,8 +105,8 @@ impl<R: FdlUser> Line<R> {
     }
 
     fn deadline(&mut self, now: BitTime) {
-        self.standing_still = if now == self.now { self.standing_still + 1 } else { 0 };
-        if self.standing_still > DEADLINES {
+        self.deadlines_since = if now == self.now { self.deadlines_since + 1 } else { 0 };
+        if self.deadlines_since > DEADLINES {
             self.fail("a deadline is never over");
         }
         self.now = now;
@@ -153,7 +153,10 @@ impl<R: FdlUser> Line<R> {
             }
             let start = not_before.max(self.now);
             let end = start + octets.len() as u64 * CHARACTER_TBIT;
-            let received = self.tamper.as_mut().map_or_else(|| octets.clone(), |tamper| tamper(from, &octets));
+            let received = self
+                .telegram_fault
+                .as_mut()
+                .map_or_else(|| octets.clone(), |telegram_fault| telegram_fault(from, &octets));
             let entry = Entry { from, start, end, octets };
             self.trace.push(entry.clone());
             self.flight = Some(Flight { entry, received, arrived: 0 });

@@ -85,7 +85,7 @@ pub struct Case {
     pub name: &'static str,
     /// Plays until this request is on the line.
     pub asked: fn() -> Station,
-    pub tool: Option<Class2Rig>,
+    pub class2: Option<Class2Rig>,
     /// The right answer, with new values.
     pub right: Answer,
     /// The answer to the previous request.
@@ -168,7 +168,7 @@ pub fn cyclic() -> Vec<Case> {
     let diag = |du: &[u8]| Answer::of(8, saps(0x3C), du);
     let too_short: &[_] = &[(5, "its answer has 5 octets instead of 6"), (1, "its answer has 1 octets instead of 6")];
     let data: &[_] = &[(1, "it answers with data where it should only acknowledge")];
-    let case = |name, asked, right, former, lengths| Case { name, asked, tool: None, right, former, lengths };
+    let case = |name, asked, right, former, lengths| Case { name, asked, class2: None, right, former, lengths };
     vec![
         case("FDL status", fdl_status, Answer::of(0, None, &[]), INPUTS, &[(1, FORM)]),
         case("Slave_Diag before Set_Prm", first_diag, diag(&[2, 5, 0, 0xFF, 0x12, 0x34, 2, 9]), THERE, too_short),
@@ -197,31 +197,31 @@ pub fn cyclic() -> Vec<Case> {
     ]
 }
 
-pub fn tools() -> Vec<Case> {
-    let tool = |name, request, read, right, lengths| Case {
+pub fn class2_cases() -> Vec<Case> {
+    let case = |name, request, read, right, lengths| Case {
         name,
         asked: exchange,
-        tool: Some(Class2Rig { request, read }),
+        class2: Some(Class2Rig { request, read }),
         right,
         former: INPUTS,
         lengths,
     };
     vec![
-        tool(
+        case(
             "FDL status",
             services::fdl_status(8),
             |c| services::station_type(c).map(|_| vec![]),
             Answer::of(0, None, &[]),
             &[(1, FORM)],
         ),
-        tool(
+        case(
             "Slave_Diag",
             services::slave_diag(8),
             |c| services::diagnosis(c).map(|diag| diag.ext_diag.to_vec()),
             Answer::of(8, saps(0x3C), &[8, 0xC, 0, 2, 0x12, 0x34, 2, 9]),
             &[(5, "its answer has 5 octets instead of 6")],
         ),
-        tool(
+        case(
             "Get_Cfg",
             services::get_cfg(8),
             |c| services::configuration(c).map(|(octets, _)| octets.to_vec()),
@@ -231,21 +231,21 @@ pub fn tools() -> Vec<Case> {
                 (0, "its configuration is none: no identifier"),
             ],
         ),
-        tool(
+        case(
             "RD_Inp",
             services::rd_inp(8),
             |c| services::image(c, Some(2)).map(<[u8]>::to_vec),
             Answer::of(8, saps(0x38), &[7, 7]),
             &[(1, "its answer has 1 octets instead of 2"), (3, "its answer has 3 octets instead of 2")],
         ),
-        tool(
+        case(
             "RD_Outp",
             services::rd_outp(8),
             |c| services::image(c, Some(2)).map(<[u8]>::to_vec),
             Answer::of(8, saps(0x39), &[7, 7]),
             &[(1, "its answer has 1 octets instead of 2"), (3, "its answer has 3 octets instead of 2")],
         ),
-        tool(
+        case(
             "Set_Slave_Add",
             services::set_slave_add(8, &[5, 0x12, 0x34, 0]),
             |c| services::acknowledged(c).map(|()| vec![]),
@@ -263,12 +263,12 @@ pub fn is_exchange(said: &Sent) -> bool {
 }
 
 impl Case {
-    /// Answers every try of the request with these octets until it comes to something: the words for it, and the values
-    /// of a tool where there are some.
+    /// Answers each repetition of the request with these octets until the master has a result: the text of the error, or the
+    /// values that a class 2 request returns.
     pub fn answered(&self, rig: &mut Station, octets: &[u8]) -> Result<Vec<u8>, String> {
-        match &self.tool {
+        match &self.class2 {
             None => Self::cycle_answered(rig, octets),
-            Some(tool) => Self::tool_answered(rig, tool, octets),
+            Some(class2) => Self::class2_answered(rig, class2, octets),
         }
     }
 
@@ -280,8 +280,8 @@ impl Case {
                 rig.receive_octets(11, octets);
             }
             rig.next_request();
-            if let Some(trouble) = rig.station.user.exchange_error(8) {
-                return Err(trouble.to_string());
+            if let Some(error) = rig.station.user.exchange_error(8) {
+                return Err(error.to_string());
             }
             if rig.station.user.state(8) != state || rig.station.user.counters(8).unwrap().exchanges != exchanges {
                 return Ok(Vec::new());
@@ -291,8 +291,8 @@ impl Case {
     }
 
     /// Data_Exchange with the same slave continues as it should.
-    fn tool_answered(rig: &mut Station, tool: &Class2Rig, octets: &[u8]) -> Result<Vec<u8>, String> {
-        rig.station.user.submit_request(&tool.request).unwrap();
+    fn class2_answered(rig: &mut Station, class2: &Class2Rig, octets: &[u8]) -> Result<Vec<u8>, String> {
+        rig.station.user.submit_request(&class2.request).unwrap();
         rig.receive(INPUTS);
         for _ in 0..20 {
             match rig.next_request() {
@@ -301,7 +301,7 @@ impl Case {
                 _ => rig.receive_octets(11, octets),
             }
             if let Some(confirmation) = rig.station.user.take_confirmation() {
-                return (tool.read)(&confirmation).map_err(|reason| reason.to_string());
+                return (class2.read)(&confirmation).map_err(|reason| reason.to_string());
             }
         }
         panic!("there is no result");
@@ -312,7 +312,7 @@ impl Case {
         let before = known(&rig);
         let result = self.answered(&mut rig, &self.right.octets());
         assert!(result.is_ok(), "{}: {result:?}", self.name);
-        match &self.tool {
+        match &self.class2 {
             None => assert_ne!(known(&rig), before, "{}: the poison works", self.name),
             // With data, the error of the raw request is about their end.
             Some(_) => assert!(self.right.du.ends_with(&result.unwrap()), "{}", self.name),
@@ -330,7 +330,7 @@ impl Case {
 
     pub fn nothing_is_new(&self, rig: &Station, before: &Known, what: &str) {
         let now = known(rig);
-        match &self.tool {
+        match &self.class2 {
             // The slave may have been lost over it, and then there are no inputs at all.
             None => {
                 assert!(now.inputs.is_none() || now.inputs == before.inputs, "{}, {what}: {now:?}", self.name);
@@ -341,7 +341,7 @@ impl Case {
                     self.name
                 );
             }
-            // A tool beside it disturbs nothing.
+            // A class 2 request does not disturb the data exchange.
             Some(_) => {
                 assert_eq!((&now.inputs, &now.state), (&before.inputs, &before.state), "{}, {what}", self.name);
             }
@@ -351,5 +351,5 @@ impl Case {
 }
 
 pub fn all() -> impl Iterator<Item = Case> {
-    cyclic().into_iter().chain(tools())
+    cyclic().into_iter().chain(class2_cases())
 }

@@ -86,7 +86,7 @@ fn an_answer_of_another_length_is_refused() {
             let wrong = if acknowledges {
                 // Data where SC is due: with the access points that fit, so that the status alone is wrong.
                 let service = [(0, 0x3D), (1, 0x3E)][usize::from(case.name == "Chk_Cfg")].1;
-                let service = if case.tool.is_some() { 0x37 } else { service };
+                let service = if case.class2.is_some() { 0x37 } else { service };
                 Answer { fc: 8, saps: saps(service), du, ..case.right.clone() }
             } else {
                 Answer { du, ..case.right.clone() }

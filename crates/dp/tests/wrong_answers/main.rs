@@ -1,4 +1,4 @@
-//! A wrong answer of any kind never becomes a value, and the trouble is named. profibus-wire 1.3, 1.5, 2.2 and 2.8.
+//! A wrong answer of any kind never becomes a value, and the error says why. profibus-wire 1.3, 1.5, 2.2 and 2.8.
 //!
 //! For every request of a class 1 master and every raw request, a table of answers with one defect each. All of them carry
 //! values that differ from those that the master has. [`Case::takes_the_right_answer`] shows for every kind that

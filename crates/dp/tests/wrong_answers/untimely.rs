@@ -1,6 +1,6 @@
 //! Right answers at a wrong time: late, or after another one.
 
-use crate::case::{INPUTS, Station, THERE, all, cyclic, exchange, is_exchange, known, set_prm, tools};
+use crate::case::{INPUTS, Station, THERE, all, class2_cases, cyclic, exchange, is_exchange, known, set_prm};
 use profivac_dp::master::EventKind;
 use profivac_dp::master::services;
 
@@ -23,11 +23,11 @@ fn a_late_answer_does_not_become_the_answer_to_the_next_request() {
         assert_eq!(result.as_deref(), Some("the answer came from station 8"), "{}", case.name);
         case.nothing_is_new(&rig, &before, "late");
     }
-    for case in tools() {
+    for case in class2_cases() {
         let mut rig = (case.asked)();
         let before = known(&rig);
-        let tool = case.tool.unwrap();
-        rig.station.user.submit_request(&tool.request).unwrap();
+        let class2 = case.class2.unwrap();
+        rig.station.user.submit_request(&class2.request).unwrap();
         rig.receive(INPUTS);
         // Unanswered, again and again, until the exchange is asked for.
         while !is_exchange(&rig.next_request()) {}
@@ -39,12 +39,12 @@ fn a_late_answer_does_not_become_the_answer_to_the_next_request() {
             .station
             .user
             .take_confirmation()
-            .map(|confirmation| (tool.read)(&confirmation).unwrap_err().to_string());
+            .map(|confirmation| (class2.read)(&confirmation).unwrap_err().to_string());
         assert_eq!(result.as_deref(), Some("no answer"), "{}", case.name);
         // An acknowledgement is one to anything. It has no length of inputs, and so it is no value either.
         if case.right.fc == 9 {
-            let trouble = rig.station.user.exchange_error(8).unwrap().to_string();
-            assert_eq!((trouble.as_str(), known(&rig).inputs), ("its answer has 0 octets instead of 2", None));
+            let error = rig.station.user.exchange_error(8).unwrap().to_string();
+            assert_eq!((error.as_str(), known(&rig).inputs), ("its answer has 0 octets instead of 2", None));
         } else {
             case.nothing_is_new(&rig, &before, "late");
         }
@@ -55,11 +55,11 @@ fn a_late_answer_does_not_become_the_answer_to_the_next_request() {
 #[test]
 fn a_second_answer_from_the_same_address_is_dropped() {
     for case in all() {
-        let mut twin = case.right.clone();
-        twin.du.iter_mut().rev().take(1).for_each(|octet| *octet ^= 0x40);
+        let mut duplicate = case.right.clone();
+        duplicate.du.iter_mut().rev().take(1).for_each(|octet| *octet ^= 0x40);
         let mut rig = (case.asked)();
-        if let Some(tool) = &case.tool {
-            rig.station.user.submit_request(&tool.request).unwrap();
+        if let Some(class2) = &case.class2 {
+            rig.station.user.submit_request(&class2.request).unwrap();
             rig.receive(INPUTS);
             rig.next_request();
         }
@@ -67,12 +67,12 @@ fn a_second_answer_from_the_same_address_is_dropped() {
         let before = known(&rig);
         while rig.station.user.next_event().is_some() {}
         // Within T_ID1, and a third one as well.
-        rig.receive_octets(15, &twin.octets());
-        rig.receive_octets(200, &twin.octets());
+        rig.receive_octets(15, &duplicate.octets());
+        rig.receive_octets(200, &duplicate.octets());
         assert_eq!(known(&rig), before, "{}", case.name);
         assert_eq!(strays(&mut rig), (2, 1), "{}: counted each time, reported once", case.name);
-        if let Some(tool) = &case.tool {
-            let result = rig.station.user.take_confirmation().map(|confirmation| (tool.read)(&confirmation).unwrap());
+        if let Some(class2) = &case.class2 {
+            let result = rig.station.user.take_confirmation().map(|confirmation| (class2.read)(&confirmation).unwrap());
             assert!(case.right.du.ends_with(&result.unwrap()), "{}", case.name);
         }
     }

@@ -39,9 +39,9 @@ fn a_new_master_reports_its_state_before_it_joins() {
     line.add(5);
     let mut seen = Vec::new();
     while seen.last() != Some(&RingState::InRing) {
-        let standing = line.master(5).ring_state();
-        if seen.last() != Some(&standing) {
-            seen.push(standing);
+        let state = line.master(5).ring_state();
+        if seen.last() != Some(&state) {
+            seen.push(state);
         }
         line.segment.run_for(10).unwrap();
     }

@@ -74,17 +74,17 @@ fn a_spurious_token_disappears() {
 fn a_second_master_with_an_address_of_the_ring_is_silent_until_the_first_leaves() {
     let mut line = Line::complete(&[2, 5, 9]);
     let now = line.segment.now();
-    let twin = line.segment.attach(master(5, now));
+    let duplicate = line.segment.attach(master(5, now));
     line.segment.run_for(100_000).unwrap();
     line.stays_complete(&[2, 5, 9]).unwrap();
-    let silent = line.segment.station(twin);
+    let silent = line.segment.station(duplicate);
     assert_eq!((silent.ring_state(), silent.user.answered + silent.user.failed), (RingState::AddressTaken, 0));
     assert!(silent.ring_counters().own_address >= 2);
     assert_eq!(line.master(5).ring_counters().own_address, 0, "its own address was never received");
     // The first leaves; the second replaces it.
     line.switch_off(5);
     line.segment.run_for(Bounds::of(&[2, 5, 9]).token_lost(1) + Bounds::of(&[2, 5, 9]).join()).unwrap();
-    line.masters[1].1 = twin;
+    line.masters[1].1 = duplicate;
     line.stays_complete(&[2, 5, 9]).unwrap();
 }
 
@@ -92,13 +92,13 @@ fn a_second_master_with_an_address_of_the_ring_is_silent_until_the_first_leaves(
 fn a_second_master_is_silent_beside_a_single_one() {
     let mut line = Line::complete(&[2]);
     let now = line.segment.now();
-    let twin = line.segment.attach(master(2, now));
+    let duplicate = line.segment.attach(master(2, now));
     line.segment.run_for(100_000).unwrap();
     line.stays_complete(&[2]).unwrap();
-    assert_eq!(line.segment.station(twin).ring_state(), RingState::AddressTaken);
+    assert_eq!(line.segment.station(duplicate).ring_state(), RingState::AddressTaken);
     line.switch_off(2);
     line.segment.run_for(Bounds::of(&[2]).token_lost(0) * 2).unwrap();
-    line.masters[0].1 = twin;
+    line.masters[0].1 = duplicate;
     line.stays_complete(&[2]).unwrap();
 }
 
@@ -107,14 +107,14 @@ fn a_second_master_is_silent_beside_a_single_one() {
 fn two_masters_with_one_address_that_meet_do_not_babble() {
     for after in (0..1_500).step_by(37) {
         let mut line = Line::along(&[(2, 0), (5, 0)]);
-        let twin = line.segment.attach_at(4, master(5, BitTime(0)));
+        let duplicate = line.segment.attach_at(4, master(5, BitTime(0)));
         line.segment.inject(Fault::Cut(Some(2)));
         line.segment.run_for(60_000 + after).unwrap();
-        assert_eq!(line.segment.station(twin).ring_state(), RingState::InRing);
+        assert_eq!(line.segment.station(duplicate).ring_state(), RingState::InRing);
         line.segment.inject(Fault::Cut(None));
         line.without_token_rules(Bounds::of(&[2, 5]).begin(3));
         if line.master(5).ring_state() != RingState::InRing {
-            line.masters[1].1 = twin;
+            line.masters[1].1 = duplicate;
         }
         line.stays_complete(&[2, 5]).unwrap_or_else(|violation| panic!("{after}: {violation}"));
     }

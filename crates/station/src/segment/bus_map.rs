@@ -27,7 +27,7 @@ impl BusState {
 
     /// Asks the master.
     pub fn of(session: &mut BusSession, config: &config::Segment) -> Self {
-        let ring = session.standing();
+        let ring = session.ring_state();
         let (state, problem) = match ring {
             RingState::InRing => (SegmentState::Running, None),
             RingState::AddressTaken => (SegmentState::Listening, Some(format!("the master of this station {ring}"))),

@@ -35,7 +35,7 @@ pub enum PostError {
     HostName {
         /// The host.
         host: String,
-        /// The error.
+        /// The reason.
         error: InvalidDnsNameError,
     },
     /// No TLS connection.

@@ -129,8 +129,9 @@ mod tests {
 
     #[test]
     fn noise_has_its_mean_and_its_deviation() {
-        let flaws = Imperfections::new(&Tolerance { noise: 0.02, floor_pa: 0.0, ..QUIET }, 7);
-        let values: Vec<f64> = (0..20_000).map(|k| flaws.apply(5.0, f64::from(k) / 100.0, REFERENCE_K)).collect();
+        let imperfections = Imperfections::new(&Tolerance { noise: 0.02, floor_pa: 0.0, ..QUIET }, 7);
+        let values: Vec<f64> =
+            (0..20_000).map(|k| imperfections.apply(5.0, f64::from(k) / 100.0, REFERENCE_K)).collect();
         let mean = values.iter().sum::<f64>() / 20_000.0;
         let deviation = (values.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / 20_000.0).sqrt();
         assert!((mean - 5.0).abs() < 3e-3, "{mean}");
@@ -139,20 +140,21 @@ mod tests {
 
     #[test]
     fn successive_values_of_the_noise_are_uncorrelated() {
-        let flaws = Imperfections::new(&Tolerance { floor_pa: 1.0, ..QUIET }, 7);
-        let values: Vec<f64> = (0..20_000).map(|k| flaws.apply(0.0, f64::from(k) / 100.0, REFERENCE_K)).collect();
+        let imperfections = Imperfections::new(&Tolerance { floor_pa: 1.0, ..QUIET }, 7);
+        let values: Vec<f64> =
+            (0..20_000).map(|k| imperfections.apply(0.0, f64::from(k) / 100.0, REFERENCE_K)).collect();
         let correlation = values.windows(2).map(|pair| pair[0] * pair[1]).sum::<f64>() / 20_000.0;
         assert!(correlation.abs() < 0.03, "{correlation}");
     }
 
     #[test]
     fn the_zero_moves_with_temperature_and_time() {
-        let mut flaws = Imperfections::new(&QUIET, 1);
-        (flaws.zero_pa, flaws.zero_pa_per_k) = (3.0, 0.5);
-        assert_eq!(flaws.apply(10.0, 0.0, REFERENCE_K + 4.0), 15.0);
-        flaws.drift_pa = 0.1;
-        assert_eq!(flaws.apply(10.0, 0.0, REFERENCE_K), 13.0, "no drift yet");
-        let hours = [1.0, 8.0, 30.0].map(|hours| flaws.apply(10.0, 3600.0 * hours, REFERENCE_K) - 13.0);
+        let mut imperfections = Imperfections::new(&QUIET, 1);
+        (imperfections.zero_pa, imperfections.zero_pa_per_k) = (3.0, 0.5);
+        assert_eq!(imperfections.apply(10.0, 0.0, REFERENCE_K + 4.0), 15.0);
+        imperfections.drift_pa = 0.1;
+        assert_eq!(imperfections.apply(10.0, 0.0, REFERENCE_K), 13.0, "no drift yet");
+        let hours = [1.0, 8.0, 30.0].map(|hours| imperfections.apply(10.0, 3600.0 * hours, REFERENCE_K) - 13.0);
         assert!(hours.iter().all(|drift| drift.abs() > 1e-3 && drift.abs() < 0.6), "{hours:?}");
     }
 

@@ -106,21 +106,21 @@ impl Sensor {
     #[must_use]
     pub fn real(principle: Principle, range: Range, seed: u64) -> Self {
         let element = Element::new(principle, range);
-        let flaws = Imperfections::new(&element.tolerance(), seed);
-        Self { element, real: Some(Real { imperfections: flaws, lag: Lag::default(), time_s: 0.0 }) }
+        let imperfections = Imperfections::new(&element.tolerance(), seed);
+        Self { element, real: Some(Real { imperfections, lag: Lag::default(), time_s: 0.0 }) }
     }
 
     /// Advances the sensor by `seconds` and returns its indication, in Pa.
     ///
     /// Noise and drift are functions of seed and time, so they do not depend on the length of the steps.
     pub fn read(&mut self, environment: &Environment, drive: Drive, seconds: f64) -> f64 {
-        let Some(Real { imperfections: flaws, lag, time_s }) = &mut self.real else {
+        let Some(Real { imperfections, lag, time_s }) = &mut self.real else {
             return self.element.ideal_pa(environment);
         };
         *time_s += seconds;
-        let signal = self.element.signal(environment, drive, seconds, flaws.seed);
-        let lagged = lag.follow(signal, seconds, flaws.lag_s);
-        self.element.indicated_pa(flaws.apply(lagged, *time_s, environment.temperature_k), drive)
+        let signal = self.element.signal(environment, drive, seconds, imperfections.seed);
+        let lagged = lag.follow(signal, seconds, imperfections.lag_s);
+        self.element.indicated_pa(imperfections.apply(lagged, *time_s, environment.temperature_k), drive)
     }
 
     /// Removes the lag: the next indication is the settled one.

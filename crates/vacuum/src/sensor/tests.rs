@@ -83,9 +83,10 @@ fn the_response_to_a_pressure_step_has_the_lag_of_the_principle() {
         [(Principle::Pirani, PRINCIPLES[0].1, 0.08), (Principle::Diaphragm, PRINCIPLES[1].1, 0.03)]
     {
         let mut sensor = Sensor::real(principle, range, 5);
-        let flaws = sensor.imperfections_mut().unwrap();
-        assert_eq!(flaws.lag_s, lag_s);
-        *flaws = Imperfections { gain: 1.0, zero_pa: 0.0, noise: 0.0, floor_pa: 0.0, drift_pa: 0.0, ..*flaws };
+        let imperfections = sensor.imperfections_mut().unwrap();
+        assert_eq!(imperfections.lag_s, lag_s);
+        *imperfections =
+            Imperfections { gain: 1.0, zero_pa: 0.0, noise: 0.0, floor_pa: 0.0, drift_pa: 0.0, ..*imperfections };
         sensor.read(&environment(Gas::N2, 0.0), Drive::On, 1.0);
         assert_eq!(sensor.read(&environment(Gas::N2, 100.0), Drive::On, 0.0), 0.0);
         let after = sensor.read(&environment(Gas::N2, 100.0), Drive::On, lag_s);
@@ -99,8 +100,9 @@ fn the_response_to_a_pressure_step_has_the_lag_of_the_principle() {
 fn a_head_is_heated_by_request() {
     let (principle, range) = PRINCIPLES[1];
     let read = |mut sensor: Sensor, heated: bool| {
-        if let Some(flaws) = sensor.imperfections_mut() {
-            *flaws = Imperfections { gain: 1.0, zero_pa: 0.0, noise: 0.0, floor_pa: 0.0, drift_pa: 0.0, ..*flaws };
+        if let Some(imperfections) = sensor.imperfections_mut() {
+            *imperfections =
+                Imperfections { gain: 1.0, zero_pa: 0.0, noise: 0.0, floor_pa: 0.0, drift_pa: 0.0, ..*imperfections };
         }
         if heated {
             sensor.heat_head(373.15);

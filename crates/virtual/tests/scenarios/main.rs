@@ -105,7 +105,7 @@ fn on_a_bus(name: &str, baud: Baud, piece_s: f64) -> (Run, Vec<Shown>) {
     while !run.is_over() {
         served += piece_s;
         let until = served.min((trajectory.len() + 1) as f64 * 10.0);
-        run.step_scene(&mut scene, until + 1e-6);
+        run.step_segment(&mut scene, until + 1e-6);
         if until < served {
             trajectory.push(shown(scene.devices()));
         }

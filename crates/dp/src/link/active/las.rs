@@ -222,7 +222,7 @@ mod tests {
 
     #[test]
     fn previous_and_next_go_around_the_end() {
-        for (own, members, previous, next) in [
+        for (own, masters, previous, next) in [
             (2, &[][..], 2, 2),
             (2, &[5], 5, 5),
             (2, &[5, 9], 9, 5),
@@ -231,8 +231,8 @@ mod tests {
             (125, &[0, 124], 124, 0),
         ] {
             let mut las = Las::alone(own);
-            members.iter().for_each(|address| las.insert(*address));
-            assert_eq!((las.previous(), las.next()), (previous, next), "{own} among {members:?}");
+            masters.iter().for_each(|address| las.insert(*address));
+            assert_eq!((las.previous(), las.next()), (previous, next), "{own} among {masters:?}");
         }
     }
 

@@ -182,9 +182,9 @@ impl BusParameters {
         // A request without data has 6 characters or, with access points, 11; a token has 3.
         let slot = u64::from(self.slot_tbit);
         let message = slot.saturating_add(11 * CHARACTER_TBIT);
-        let question = slot.saturating_add(6 * CHARACTER_TBIT);
+        let request = slot.saturating_add(6 * CHARACTER_TBIT);
         let token = self.id1_tbit().saturating_add(3 * CHARACTER_TBIT);
-        let visit = message.saturating_add(question).saturating_add(token);
+        let visit = message.saturating_add(request).saturating_add(token);
         let visits = u64::from(self.hsa).saturating_add(2 + 3);
         self.timeout_tbit().saturating_add(self.gap_pause_tbit()).saturating_add(visit.saturating_mul(visits))
     }

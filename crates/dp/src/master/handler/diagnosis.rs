@@ -48,7 +48,7 @@ impl<const OCTETS: usize> Handler<OCTETS> {
         self.store(&diag, context);
         match self.state {
             HandlerState::Diag1 => match self.foreign_reason(&diag, context.address) {
-                Some(trouble) => self.restart(trouble, context),
+                Some(error) => self.restart(error, context),
                 None => self.enter(HandlerState::Prm, context),
             },
             _ => self.evaluate(&diag, context),
@@ -72,7 +72,7 @@ impl<const OCTETS: usize> Handler<OCTETS> {
             {
                 self.state = HandlerState::Diag2 { since, prm_reqs: prm_reqs.saturating_add(1) };
             }
-            (Assessment::Fault(trouble), _) => self.restart(trouble, context),
+            (Assessment::Fault(error), _) => self.restart(error, context),
             (Assessment::NotReady, Some((since, _))) if context.now < since + context.settings.ready_tbit => {}
             (Assessment::NotReady, _) => self.restart(ExchangeError::NotReady, context),
             (Assessment::Static, Some(_)) => self.report(ExchangeError::StaticDiag, context),
@@ -88,7 +88,7 @@ impl<const OCTETS: usize> Handler<OCTETS> {
     fn assess(&self, diag: &SlaveDiag<'_>, address: u8) -> Assessment {
         let status = diag.status;
         match self.foreign_reason(diag, address) {
-            Some(trouble) => Assessment::Fault(trouble),
+            Some(error) => Assessment::Fault(error),
             None if status.contains(StationStatus::PRM_FAULT) => Assessment::Fault(ExchangeError::PrmFault),
             None if status.contains(StationStatus::CFG_FAULT) => Assessment::Fault(ExchangeError::CfgFault),
             None if status.contains(StationStatus::PRM_REQ) || diag.master_add == NO_MASTER => {

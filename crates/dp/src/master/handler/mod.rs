@@ -384,8 +384,8 @@ impl<const OCTETS: usize> Handler<OCTETS> {
     }
 
     /// Back to the first diagnosis, at once after a good data exchange, otherwise after a growing pause.
-    pub(super) fn restart(&mut self, trouble: ExchangeError, context: &mut Context<'_>) {
-        self.report(trouble, context);
+    pub(super) fn restart(&mut self, error: ExchangeError, context: &mut Context<'_>) {
+        self.report(error, context);
         self.enter(HandlerState::Diag1, context);
         self.back_off.failed(context.now, context.settings);
     }
@@ -394,10 +394,10 @@ impl<const OCTETS: usize> Handler<OCTETS> {
         self.counters.retries = self.counters.retries.wrapping_add(answer.retries.into());
     }
 
-    pub(super) fn report(&mut self, trouble: ExchangeError, context: &mut Context<'_>) {
-        if self.error != Some(trouble) {
-            self.error = Some(trouble);
-            self.push_event(EventKind::Trouble(trouble), context);
+    pub(super) fn report(&mut self, error: ExchangeError, context: &mut Context<'_>) {
+        if self.error != Some(error) {
+            self.error = Some(error);
+            self.push_event(EventKind::Error(error), context);
         }
     }
 
