@@ -1,6 +1,9 @@
 //! Watches the pressures of several gauges without blocking: the bus runs in a thread of its own, and any async runtime can
 //! await it. This example needs none.
 //!
+//! On a gauge with several instances each reading may write the Channel Instance Selector, which the manuals list as nonvolatile:
+//! for days of measurement exchange cyclic data instead.
+//!
 //! ```sh
 //! profivac simulate --pty /tmp/line --pressure '5e-6 mbar' bcg450@5 hpg400@6
 //! cargo run -p profivac-client --example watch -- /tmp/line 5 6

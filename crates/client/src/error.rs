@@ -344,9 +344,9 @@ impl fmt::Display for Advice {
             Self::CheckStateAndPressure => {
                 "the state or the pressure does not allow it: read device.device-state and the process value"
             }
-            Self::CheckRange => "`profivac list` shows what it takes",
+            Self::CheckRange => "`profivac list` shows the values it accepts",
             Self::NotFitted => "this device does not have it now: a part that is not fitted, or another instance is shown",
-            Self::ReadExceptions => "its memory took nothing, and nothing has changed: read the exception details",
+            Self::ReadExceptions => "its nonvolatile memory failed and nothing has changed: read the exception details",
         })
     }
 }

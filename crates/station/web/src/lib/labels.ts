@@ -57,14 +57,14 @@ export const EVENT_KINDS: Record<EventKind, string> = {
 }
 
 export const RISKS: Record<RiskClass, { label: string; sentence: string }> = {
-  harmless: { label: 'harmless', sentence: 'The manual warns of nothing.' },
+  harmless: { label: 'harmless', sentence: 'The manual names no risk.' },
   volatile: { label: 'volatile', sentence: 'The value is lost when the gauge loses power.' },
   'on-request': {
     label: 'kept on request',
-    sentence: 'The value survives a power loss once the gauge is told to store it.',
+    sentence: 'The value survives a power loss after the gauge has stored it on request.',
   },
   kept: { label: 'kept', sentence: 'The value survives a power loss at once.' },
-  dangerous: { label: 'risk', sentence: 'The manual warns; the text beside it says of what.' },
+  dangerous: { label: 'risk', sentence: 'The text beside it describes the risk.' },
 }
 
 const GASES: Record<string, string> = { n2: 'N₂', h2: 'H₂', co2: 'CO₂', h2o: 'H₂O', o2: 'O₂', co: 'CO', air: 'air' }
