@@ -240,7 +240,7 @@ fn a_file_that_names_secrets_must_be_private() {
     let complaint = String::from_utf8_lossy(&stderr.stderr).into_owned();
     assert_eq!(stderr.status.code(), Some(2), "{complaint}");
     assert!(
-        complaint.contains("people.toml: `profivac user add NAME --role engineer FILE.toml` makes it"),
+        complaint.contains("people.toml does not exist: `profivac user add NAME --role engineer FILE.toml` creates it"),
         "{complaint}"
     );
 }
