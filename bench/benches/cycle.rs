@@ -1,9 +1,9 @@
-//! `cargo bench -p bench --bench cycle`: prints how long a cycle takes over the least it can take.
+//! `cargo bench -p bench --bench cycle`: prints the overhead of a cycle over its minimum.
 
 use bench::cycle::{SLAVES, least_tbit, ours_tbit, theirs_tbit};
 
 fn main() {
-    println!("| Slaves | least, bit times | profivac | profirust 0.6.0 |");
+    println!("| Slaves | minimum, bit times | profivac | profirust 0.6.0 |");
     println!("|--:|--:|--:|--:|");
     for slaves in SLAVES {
         let least = least_tbit(slaves) as f64;

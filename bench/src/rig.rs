@@ -1,4 +1,4 @@
-//! A slave on the rig, in data exchange with a master that is a list of octets.
+//! A slave in data exchange with a master that is a list of octets.
 
 use profivac_dp::link::{Baud, BitTime, CHARACTER_TBIT, Received, Receiver, Station, T_SYN_TBIT};
 use profivac_dp::slave::{CfgFault, Device, Features, Outputs, PrmFault, Slave};
@@ -80,7 +80,7 @@ pub fn telegram(frame: DataTelegram<'_>) -> Vec<u8> {
 
 /// A slave behind a receiver, in data exchange.
 pub struct SlaveRig<D> {
-    /// Hears the requests.
+    /// Receives the requests.
     pub receiver: Receiver,
     /// Answers them.
     pub slave: Slave<D>,
@@ -100,13 +100,13 @@ impl<D: Device> SlaveRig<D> {
         let prm = SetPrm { status: PrmStatus::LOCK_REQ, wd_fact: [0, 0], min_tsdr: 11, ident, group: 0, user };
         let mut du = [0; 32];
         let length = prm.emit(&mut du).unwrap_or(0);
-        rig.hear(&request(Self::ADDRESS, Sap::SetPrm, FrameCount::First, &du[..length]));
-        rig.hear(&request(Self::ADDRESS, Sap::ChkCfg, FrameCount::Counted(false), cfg));
+        rig.receive(&request(Self::ADDRESS, Sap::SetPrm, FrameCount::First, &du[..length]));
+        rig.receive(&request(Self::ADDRESS, Sap::ChkCfg, FrameCount::Counted(false), cfg));
         rig
     }
 
-    /// Hears a request that arrives in one piece after T_SYN, and returns the length of the answer.
-    pub fn hear(&mut self, octets: &[u8]) -> usize {
+    /// Receives a request in one piece after T_SYN, and returns the length of the answer.
+    pub fn receive(&mut self, octets: &[u8]) -> usize {
         let first = self.now + T_SYN_TBIT + CHARACTER_TBIT;
         self.now = self.now + T_SYN_TBIT + CHARACTER_TBIT * octets.len() as u64;
         match self.receiver.octets(first, octets) {
@@ -116,7 +116,7 @@ impl<D: Device> SlaveRig<D> {
     }
 
     /// The same, octet by octet.
-    pub fn hear_each(&mut self, octets: &[u8]) -> usize {
+    pub fn receive_each(&mut self, octets: &[u8]) -> usize {
         let mut now = self.now + T_SYN_TBIT;
         let mut answered = 0;
         for octet in octets {

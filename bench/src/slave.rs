@@ -34,7 +34,7 @@ fn exchanges(outputs: &[u8]) -> [Vec<u8>; 2] {
 pub fn in_one_piece(times: u32) {
     let mut rig = mirror();
     for request in exchanges(&OUTPUTS).iter().cycle().take(times as usize) {
-        black_box(rig.hear(black_box(request)));
+        black_box(rig.receive(black_box(request)));
     }
 }
 
@@ -42,7 +42,7 @@ pub fn in_one_piece(times: u32) {
 pub fn octet_by_octet(times: u32) {
     let mut rig = mirror();
     for request in exchanges(&OUTPUTS).iter().cycle().take(times as usize) {
-        black_box(rig.hear_each(black_box(request)));
+        black_box(rig.receive_each(black_box(request)));
     }
 }
 
@@ -51,7 +51,7 @@ pub fn all_but_last(times: u32) {
     let mut rig = mirror();
     for request in exchanges(&OUTPUTS).iter().cycle().take(times as usize) {
         let [octets @ .., _] = black_box(request.as_slice()) else { continue };
-        black_box(rig.hear_each(octets));
+        black_box(rig.receive_each(octets));
         rig.receiver.character_error(rig.now);
     }
 }
@@ -66,7 +66,7 @@ fn bcg450() -> SlaveRig<Bcg450<RamStore>> {
 pub fn bcg450_exchange(times: u32) {
     let mut rig = bcg450();
     for request in exchanges(&[0; 8]).iter().cycle().take(times as usize) {
-        black_box(rig.hear(black_box(request)));
+        black_box(rig.receive(black_box(request)));
     }
 }
 
@@ -81,7 +81,7 @@ pub fn ms1_read(times: u32) {
     let requests = read_and_poll();
     for _ in 0..times {
         for request in black_box(&requests) {
-            black_box(rig.hear(request));
+            black_box(rig.receive(request));
         }
     }
 }
@@ -98,7 +98,7 @@ pub fn parameter_channel_read(times: u32) {
     let requests = channel_read();
     for _ in 0..times {
         for request in black_box(&requests) {
-            black_box(rig.hear(request));
+            black_box(rig.receive(request));
         }
     }
 }
@@ -113,36 +113,36 @@ mod tests {
         let mut rig = mirror();
         for request in exchanges(&OUTPUTS) {
             assert_eq!(request.len(), 14);
-            assert_eq!(rig.hear(&request), 11);
+            assert_eq!(rig.receive(&request), 11);
         }
         for request in exchanges(&OUTPUTS) {
-            assert_eq!(rig.hear_each(&request), 11);
+            assert_eq!(rig.receive_each(&request), 11);
         }
         assert_eq!(rig.slave.device().outputs[..5], OUTPUTS);
     }
 
     #[test]
     fn a_request_without_its_last_octet_is_not_answered() {
-        assert_eq!(mirror().hear_each(&exchanges(&OUTPUTS)[0][..13]), 0);
+        assert_eq!(mirror().receive_each(&exchanges(&OUTPUTS)[0][..13]), 0);
     }
 
     #[test]
     fn the_bcg450_answers_with_fifteen_octets() {
         let mut rig = bcg450();
-        assert_eq!(exchanges(&[0; 8]).map(|request| rig.hear(&request)), [24, 24]);
+        assert_eq!(exchanges(&[0; 8]).map(|request| rig.receive(&request)), [24, 24]);
     }
 
     #[test]
     fn the_ms1_read_is_acknowledged_and_its_response_has_four_octets() {
         let mut rig = bcg450();
-        assert_eq!(read_and_poll().map(|request| rig.hear(&request)), [1, 19]);
+        assert_eq!(read_and_poll().map(|request| rig.receive(&request)), [1, 19]);
     }
 
     #[test]
     fn the_parameter_channel_answers_with_a_double_word_and_then_rests() {
         let mut rig = bcg450();
         let mut ak = |octets: &[u8]| {
-            assert_eq!(rig.hear(octets), 24);
+            assert_eq!(rig.receive(octets), 24);
             let mut inputs = [0; 15];
             rig.slave.device_mut().inputs(&mut inputs);
             inputs[0] >> 4

@@ -123,7 +123,7 @@ impl From<ValueError> for Failure {
 impl From<StationError> for Failure {
     fn from(error: StationError) -> Self {
         let kind = match error {
-            StationError::Store(_) => Kind::Usage,
+            StationError::Database(_) => Kind::Usage,
             StationError::Thread(_) => Kind::Port,
         };
         Self { kind, sentence: error.to_string() }

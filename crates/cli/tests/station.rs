@@ -133,7 +133,7 @@ fn a_change_that_needs_a_restart_is_reported_and_a_dead_port_does_not_delay_the_
     let second = run(&["run", &file, "--listen", "127.0.0.1:0"]);
     assert_eq!(second.status.code(), Some(2));
     let complaint = String::from_utf8_lossy(&second.stderr).into_owned();
-    assert!(complaint.contains("plant.db is already recorded into by another station"), "{complaint}");
+    assert!(complaint.contains("plant.db is in use by another station"), "{complaint}");
     station.terminate();
     assert_eq!(station.exit_code(), 0);
 }

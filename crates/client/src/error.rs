@@ -119,6 +119,14 @@ pub enum ClientError {
         /// The reason.
         reason: Interruption,
     },
+    /// A typed parameter cannot be used.
+    #[error("{place}: {error}")]
+    Typed {
+        /// The parameter.
+        place: ParameterContext,
+        /// The reason.
+        error: TypedError,
+    },
     /// The parameter does not have the value that was written.
     #[error("{place}: {written} was written, but it reads {found}")]
     NotKept {
@@ -129,6 +137,29 @@ pub enum ClientError {
         /// The value that was read back.
         found: String,
     },
+}
+
+/// Why a typed parameter cannot be used.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum TypedError {
+    /// The model has no such parameter at this location.
+    #[error("it has no {parameter} at {location}")]
+    NotOnModel {
+        /// The name of the parameter.
+        parameter: &'static str,
+        /// The name of the location.
+        location: &'static str,
+    },
+    /// The value is not in the code table, or has another length.
+    #[error("{} is no value of its table", crate::values::hex(octets))]
+    UnknownCode {
+        /// The octets of the record.
+        octets: Vec<u8>,
+    },
+    /// The tables of the device have no units.
+    #[error("the device has no units")]
+    NoUnit,
 }
 
 /// Why the access column of a table forbids an access. `marks` is the column as the manual prints it.
@@ -340,9 +371,10 @@ impl ClientError {
     #[must_use]
     pub const fn kind(&self) -> ErrorKind {
         match self {
-            Self::Session(SessionError::Parameters(_)) | Self::Target(_) | Self::UnknownDevice { .. } => {
-                ErrorKind::Usage
-            }
+            Self::Session(SessionError::Parameters(_))
+            | Self::Target(_)
+            | Self::UnknownDevice { .. }
+            | Self::Typed { error: TypedError::NotOnModel { .. }, .. } => ErrorKind::Usage,
             Self::Value { error, .. } if !error.out_of_range => ErrorKind::Usage,
             Self::Session(_) | Self::NoAnswer(_) | Self::Interrupted { .. } => ErrorKind::Line,
             Self::Value { .. }
@@ -351,6 +383,7 @@ impl ClientError {
             | Self::Condition { .. }
             | Self::Refused { .. }
             | Self::Unavailable { .. }
+            | Self::Typed { .. }
             | Self::NotKept { .. } => ErrorKind::Refused,
         }
     }

@@ -42,7 +42,7 @@ pub mod values;
 
 pub use async_bus::{AsyncBus, AsyncGauge, BusError, Pending};
 pub use bus::{Bus, BusBuilder};
-pub use error::{AccessReason, Advice, ClientError, ErrorKind, Operation, ParameterContext, Unmet};
+pub use error::{AccessReason, Advice, ClientError, ErrorKind, Operation, ParameterContext, TypedError, Unmet};
 pub use gauge::conditions::{self, Condition};
 pub use gauge::{Gauge, ParameterReading, PreparedWrite, PressureReading, WriteResult};
 pub use pressure::Pressure;

@@ -1,5 +1,6 @@
 //! A pressure with its units.
 
+use profivac_devices::model::Pascal;
 use std::fmt;
 use std::str::FromStr;
 
@@ -78,6 +79,12 @@ impl Pressure {
     #[must_use]
     pub const fn mbar(self) -> f64 {
         self.mbar
+    }
+}
+
+impl From<Pascal> for Pressure {
+    fn from(pressure: Pascal) -> Self {
+        Self::from_pa(pressure.0)
     }
 }
 

@@ -44,7 +44,7 @@ impl Port for Lossy {
     }
 }
 
-fn tool(lost: u8) -> BusSession {
+fn session(lost: u8) -> BusSession {
     let file = SegmentFile::parse("devices = [\"bcg450@126\", \"pcg550@6\"]", Path::new("bench.toml")).unwrap();
     let port = Box::new(Lossy { port: Box::new(file.run().unwrap()), lost });
     BusSession::new(port, BAUD, bus_parameters(0, BAUD), Duration::from_secs(5)).unwrap()
@@ -53,7 +53,7 @@ fn tool(lost: u8) -> BusSession {
 #[test]
 fn a_lost_answer_does_not_make_a_used_address_look_free() {
     for lost in 0..3 {
-        let answer = check(&mut tool(lost), 126, 6);
+        let answer = check(&mut session(lost), 126, 6);
         assert!(matches!(answer, Err(AddressError::AddressInUse(6))), "{lost} lost: {answer:?}");
     }
 }

@@ -328,8 +328,8 @@ fn a_slave_that_is_mute_does_not_keep_a_master_from_stopping() {
 }
 
 #[test]
-fn nobody_is_brought_up_by_a_master_that_stops() {
-    // A mute slave makes the farewell long; another powers up meanwhile and asks for parameters.
+fn a_stopping_master_starts_no_slave() {
+    // A silent slave delays the shutdown; another powers up meanwhile and asks for parameters.
     let mut line = line(Settings { miss_limit: 10, ..settings() }, &[slave(3, 0), slave(4, 0)]);
     line.tamper = Some(Box::new(|from, octets| if from == From::Slave(0) { Vec::new() } else { octets.to_vec() }));
     line.slaves[1].power_up(4);

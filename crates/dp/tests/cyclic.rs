@@ -364,7 +364,7 @@ fn a_master_recovers_from_a_bus_without_answers() {
 #[test]
 fn a_watchdog_that_expired_is_noticed() {
     let mut line = line(settings(), &[8]);
-    // The slave hears nothing for 1.2 s; its watchdog runs for one.
+    // The slave receives nothing for 1.2 s; its watchdog time is one second.
     line.tamper = Some(Box::new(|_, _| Vec::new()));
     line.run_for(1_800_000);
     assert_eq!(line.slaves[0].state().owner(), None);

@@ -30,7 +30,7 @@ fn control(rig: &mut Rig, sa: u8, da: u8, fc: u8, du: &str) {
     assert_eq!(rig.raw(&emit(&Telegram::Data(frame))), None, "an SDN is never answered");
 }
 
-fn everybody(rig: &mut Rig, du: &str) {
+fn all_stations(rig: &mut Rig, du: &str) {
     control(rig, MASTER, 127, 0x46, du);
 }
 
@@ -183,16 +183,16 @@ fn a_repeated_request_for_the_diagnosis_gets_the_same_answer() {
 fn sync_holds_outputs_back_until_the_next_sync() {
     let mut rig = exchanging();
     rig.dx(MASTER, &[1, 1]);
-    everybody(&mut rig, "20 00");
+    all_stations(&mut rig, "20 00");
     assert_eq!(outputs(&mut rig), low("01 01"));
     rig.dx(MASTER, &[2, 2]);
     rig.dx(MASTER, &[3, 3]);
     assert_eq!(outputs(&mut rig), low("01 01"));
     assert_eq!(rig.diag(MASTER), "00 24 00 02");
-    everybody(&mut rig, "20 00");
+    all_stations(&mut rig, "20 00");
     assert_eq!(outputs(&mut rig), low("03 03"));
     rig.dx(MASTER, &[4, 4]);
-    everybody(&mut rig, "30 00");
+    all_stations(&mut rig, "30 00");
     assert_eq!(outputs(&mut rig), low("04 04"), "Unsync beside Sync");
     rig.dx(MASTER, &[5, 5]);
     assert_eq!(outputs(&mut rig), low("05 05"));
@@ -203,15 +203,15 @@ fn sync_holds_outputs_back_until_the_next_sync() {
 #[test]
 fn freeze_keeps_the_inputs_until_the_next_freeze() {
     let mut rig = exchanging();
-    everybody(&mut rig, "08 00");
+    all_stations(&mut rig, "08 00");
     rig.device().inputs = vec![3, 4];
     assert_eq!(rig.dx(MASTER, &[0, 0]), low("01 02"));
     assert_eq!(rig.ms0(OTHER, RD_INP, &[]), low("01 02"));
     assert_eq!(rig.diag(MASTER), "00 14 00 02");
-    everybody(&mut rig, "08 00");
+    all_stations(&mut rig, "08 00");
     assert_eq!(rig.dx(MASTER, &[0, 0]), low("03 04"));
     rig.device().inputs = vec![5, 6];
-    everybody(&mut rig, "0C 00");
+    all_stations(&mut rig, "0C 00");
     assert_eq!(rig.dx(MASTER, &[0, 0]), low("05 06"), "Unfreeze beside Freeze");
     assert_eq!(rig.diag(MASTER), "00 04 00 02");
 }
@@ -220,15 +220,15 @@ fn freeze_keeps_the_inputs_until_the_next_freeze() {
 fn clear_makes_outputs_safe_at_once_also_in_sync() {
     let mut rig = exchanging();
     rig.dx(MASTER, &[5, 6]);
-    everybody(&mut rig, "02 00");
+    all_stations(&mut rig, "02 00");
     assert_eq!(outputs(&mut rig), low("00 00"));
     assert_eq!(rig.device().seen.last(), Some(&Seen::Safe));
     rig.dx(MASTER, &[7, 8]);
     assert_eq!(outputs(&mut rig), low("07 08"));
-    everybody(&mut rig, "20 00");
+    all_stations(&mut rig, "20 00");
     rig.dx(MASTER, &[9, 9]);
-    everybody(&mut rig, "02 00");
-    everybody(&mut rig, "20 00");
+    all_stations(&mut rig, "02 00");
+    all_stations(&mut rig, "20 00");
     assert_eq!(outputs(&mut rig), low("00 00"), "the outputs that Sync holds back are cleared too");
 }
 
@@ -237,10 +237,10 @@ fn a_command_is_executed_for_the_own_group_of_the_owner_in_data_exchange() {
     let group = |select: u8| {
         let mut rig = Rig::new(Gauge::default());
         rig.ms0(MASTER, 61, &hex("80 01 01 00 12 34 06"));
-        everybody(&mut rig, "28 00");
+        all_stations(&mut rig, "28 00");
         rig.ms0(MASTER, 62, &hex("11 21"));
         assert_eq!(rig.diag(MASTER), "00 04 00 02", "not before data exchange");
-        everybody(&mut rig, &format!("28 {select:02X}"));
+        all_stations(&mut rig, &format!("28 {select:02X}"));
         rig.diag(MASTER)
     };
     assert_eq!([0, 2, 4, 6, 0xFF].map(group), ["00 34 00 02"; 5]);
@@ -250,7 +250,7 @@ fn a_command_is_executed_for_the_own_group_of_the_owner_in_data_exchange() {
     assert_eq!(rig.diag(MASTER), "00 04 00 02", "from another master");
     control(&mut rig, MASTER, 9, 0x46, "28 00");
     assert_eq!(rig.diag(MASTER), "00 04 00 02", "to another station");
-    everybody(&mut rig, "28");
+    all_stations(&mut rig, "28");
     assert_eq!(rig.diag(MASTER), "00 04 00 02", "cut");
 }
 
@@ -274,7 +274,7 @@ fn a_slave_without_sync_and_freeze_accepts_unsync_and_unfreeze() {
         let features = Features { sync, freeze, ..Gauge::default().features };
         let not_supported = |command: &str| {
             let mut rig = Rig::exchanging(Gauge { features, ..Gauge::default() });
-            everybody(&mut rig, command);
+            all_stations(&mut rig, command);
             let announced = matches!(rig.dx(MASTER, &[5, 6]), Answer::High(_));
             assert_eq!(rig.diag(MASTER).starts_with("10 "), announced, "{command}");
             announced
@@ -290,7 +290,7 @@ fn an_unsupported_command_sets_not_supported() {
     let features = Features { sync: false, freeze: false, ..Gauge::default().features };
     for command in ["20 00", "08 00", "01 00", "40 00", "80 00"] {
         let mut rig = Rig::exchanging(Gauge { features, ..Gauge::default() });
-        everybody(&mut rig, command);
+        all_stations(&mut rig, command);
         assert_eq!(rig.dx(MASTER, &[5, 6]), Answer::High(vec![1, 2]), "{command}");
         assert_eq!(rig.diag(MASTER), "10 04 00 02", "{command}");
         assert_eq!(rig.dx(MASTER, &[5, 6]), low("01 02"), "{command}");
@@ -301,7 +301,7 @@ fn an_unsupported_command_sets_not_supported() {
 #[test]
 fn a_new_start_ends_sync_and_freeze() {
     let mut rig = exchanging();
-    everybody(&mut rig, "28 00");
+    all_stations(&mut rig, "28 00");
     rig.start(MASTER, "80 00 00");
     assert_eq!(rig.diag(MASTER), "00 04 00 02");
     rig.dx(MASTER, &[5, 6]);

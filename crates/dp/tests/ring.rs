@@ -229,7 +229,7 @@ fn a_token_holder_that_hears_another_master_gives_the_token_up() {
 }
 
 #[test]
-fn the_own_address_heard_twice_silences_the_station_until_two_rotations_are_without_it() {
+fn a_station_that_receives_its_own_address_twice_is_silent_until_two_rotations_without_it() {
     for received in ["DC 09 05", "10 28 05 49 76 16", "10 03 05 00 08 16"] {
         let mut rig = idle();
         rig.receive_after(40, received);
@@ -248,7 +248,7 @@ fn the_own_address_heard_twice_silences_the_station_until_two_rotations_are_with
 }
 
 #[test]
-fn the_own_address_heard_now_and_then_is_noise() {
+fn a_single_telegram_with_the_own_address_now_and_then_is_noise() {
     let mut rig = idle();
     for _ in 0..10 {
         rig.receive_after(40, "DC 09 05");

@@ -50,11 +50,7 @@ impl Tap {
     ///
     /// # Errors
     /// [`PortError::Lost`] if the port is lost.
-    pub fn receive(
-        &mut self,
-        others: &[Readiness<'_>],
-        at_most: Duration,
-    ) -> Result<(TapEvent, Vec<bool>), PortError> {
+    pub fn receive(&mut self, others: &[Readiness<'_>], at_most: Duration) -> Result<(TapEvent, Vec<bool>), PortError> {
         let watched: Vec<_> = others.iter().copied().chain(self.port.readiness()).collect();
         let at_most = if self.last.is_some() { at_most.min(PLATFORM_SILENCE) } else { at_most };
         let mut readable = wait(&watched, at_most).map_err(|error| PortError::system(self.port.name(), error))?;

@@ -1,144 +1,102 @@
-//! Where alarms stand, their history, and letters to webhooks that wait: tables beside what was measured, written in the same transactions.
+//! Alarm states, their history, and the notifications that wait for delivery: tables beside the samples, written in the same
+//! transactions as events and audit entries.
 
 use super::audit::{self, AuditEntry};
-use super::database::DatabaseError;
+use super::error::DatabaseError;
 use super::reader::Reader;
 use super::sample::Micros;
 use rusqlite::{Connection, Row, Transaction, params};
 use std::collections::BTreeMap;
 
-/// The step that makes the tables.
-pub const ALARM_TABLES: &str = "
-    -- Where each alarm stands. Times in microseconds since 1970.
-    CREATE TABLE alarm (
-        name            TEXT PRIMARY KEY,
-        state           TEXT NOT NULL,
-        since           INTEGER NOT NULL,
-        occurrence      INTEGER NOT NULL,
-        raised          INTEGER,
-        value           REAL,
-        text            TEXT NOT NULL,
-        acknowledged_by TEXT,
-        acknowledged_at INTEGER,
-        out_by          TEXT,
-        out_at          INTEGER,
-        out_reason      TEXT,
-        out_until       INTEGER
-    ) WITHOUT ROWID;
-    CREATE TABLE alarm_history (
-        id         INTEGER PRIMARY KEY,
-        at         INTEGER NOT NULL,
-        alarm      TEXT NOT NULL,
-        what       TEXT NOT NULL,
-        state      TEXT NOT NULL,
-        priority   TEXT NOT NULL,
-        subject    TEXT,
-        occurrence INTEGER NOT NULL,
-        who        TEXT,
-        value      REAL,
-        unit       TEXT,
-        text       TEXT NOT NULL
-    );
-    CREATE INDEX alarm_history_at ON alarm_history (at);
-    -- What webhooks have not taken yet. No number is ever used twice.
-    CREATE TABLE letter (
-        id   INTEGER PRIMARY KEY AUTOINCREMENT,
-        hook TEXT NOT NULL,
-        at   INTEGER NOT NULL,
-        body TEXT NOT NULL
-    );
-    CREATE INDEX letter_hook ON letter (hook, id);
-";
-
-/// Where an alarm stands.
+/// The stored state of an alarm.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct StoredAlarm {
     /// The word of its state.
     pub state: String,
-    /// Since when.
+    /// The time of its last change.
     pub since: Micros,
-    /// Which time it was raised.
+    /// The number of its last occurrence; 0 if it was never raised.
     pub occurrence: i64,
     /// When it was raised last.
     pub raised_at: Option<Micros>,
-    /// The value then.
+    /// The value that raised it.
     pub value: Option<f64>,
-    /// What was seen then.
+    /// A sentence about why it was raised.
     pub text: String,
-    /// Who knows, and since when.
+    /// The user who acknowledged it, and when.
     pub acknowledged: Option<(String, Micros)>,
-    /// Who took it out of service, when, and why.
+    /// The user who took it out of service, when, and the reason.
     pub out_of_service: Option<(String, Micros, String)>,
-    /// When it comes back.
+    /// When it returns to service by itself.
     pub out_until: Option<Micros>,
 }
 
-/// A line of the history.
+/// A row of the alarm history.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AlarmHistoryEntry {
-    /// When.
+    /// When it happened.
     pub at: Micros,
-    /// The alarm.
+    /// The name of the alarm.
     pub alarm: String,
-    /// What happened.
+    /// The word of the change.
     pub change: String,
-    /// The state it led to.
+    /// The word of the state after the change.
     pub state: String,
-    /// The priority it had.
+    /// The word of its priority at that time.
     pub priority: String,
-    /// The gauge or segment.
+    /// The series, gauge or segment.
     pub subject: Option<String>,
-    /// Which time it was raised.
+    /// The number of the occurrence.
     pub occurrence: i64,
-    /// Who did it.
-    pub who: Option<String>,
-    /// The value then.
+    /// The user who made the change; `None` if the station did.
+    pub user: Option<String>,
+    /// The value at that time.
     pub value: Option<f64>,
-    /// Its unit.
+    /// The unit of the value.
     pub unit: Option<String>,
     /// A sentence.
     pub text: String,
 }
 
-/// A letter that a webhook has not taken yet.
+/// A message that waits for delivery to a webhook.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Notification {
-    /// Its number; 0 before it is on the disk.
+    /// Its number; 0 before it is stored.
     pub id: i64,
-    /// To which webhook.
+    /// The name of the webhook.
     pub webhook: String,
     /// When it was written.
     pub at: Micros,
-    /// What it says.
+    /// Its body, a JSON object.
     pub body: String,
 }
 
-/// What is to be written together.
+/// Changes that are written in one transaction.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct AlarmBatch {
-    /// Where alarms stand now; nothing for one that is not there any more.
+    /// The new states of alarms by name; `None` removes an alarm.
     pub alarms: BTreeMap<String, Option<StoredAlarm>>,
-    /// What happened.
+    /// Rows of the history.
     pub history: Vec<AlarmHistoryEntry>,
-    /// What people did, for the audit trail.
+    /// Rows of the audit trail.
     pub audit: Vec<AuditEntry>,
-    /// What is to be told.
+    /// New notifications.
     pub notifications: Vec<Notification>,
-    /// The numbers of letters that nobody waits for any more.
+    /// The numbers of notifications that were delivered or given up.
     pub finished_notifications: Vec<i64>,
 }
 
 impl AlarmBatch {
-    /// What came later, too. Says how many lines, rows and letters found no room among so many.
-    pub fn append(&mut self, mut later: Self, most: usize) -> u64 {
+    /// Adds a later batch, up to `limit` rows of each kind. Returns how many rows were dropped.
+    pub fn append(&mut self, mut later: Self, limit: usize) -> u64 {
         self.alarms.append(&mut later.alarms);
         self.finished_notifications.append(&mut later.finished_notifications);
-        let lost = extend_up_to(&mut self.history, later.history, most);
-        let lost = lost.saturating_add(extend_up_to(&mut self.audit, later.audit, most));
-        lost.saturating_add(extend_up_to(&mut self.notifications, later.notifications, most))
+        let dropped = extend_up_to(&mut self.history, later.history, limit);
+        let dropped = dropped.saturating_add(extend_up_to(&mut self.audit, later.audit, limit));
+        dropped.saturating_add(extend_up_to(&mut self.notifications, later.notifications, limit))
     }
 
-    /// Whether there is nothing to be written.
+    /// Whether there is nothing to write.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.alarms.is_empty()
@@ -148,53 +106,59 @@ impl AlarmBatch {
             && self.finished_notifications.is_empty()
     }
 
-    /// Writes all of it.
+    /// Writes the batch.
     pub(super) fn write(&self, transaction: &Transaction<'_>) -> rusqlite::Result<()> {
-        for (name, kept) in &self.alarms {
-            match kept {
-                Some(kept) => upsert_alarm(transaction, name, kept)?,
+        for (name, alarm) in &self.alarms {
+            match alarm {
+                Some(alarm) => upsert_alarm(transaction, name, alarm)?,
                 None => delete_alarm(transaction, name)?,
             }
         }
-        self.history.iter().try_for_each(|line| insert_history(transaction, line))?;
+        self.history.iter().try_for_each(|entry| insert_history(transaction, entry))?;
         self.audit.iter().try_for_each(|entry| audit::insert(transaction, entry).map(drop))?;
-        for Notification { webhook: hook, at, body, .. } in &self.notifications {
+        for Notification { webhook, at, body, .. } in &self.notifications {
             transaction
-                .prepare_cached("INSERT INTO letter (hook, at, body) VALUES (?1, ?2, ?3)")?
-                .execute(params![hook, at.0, body])?;
+                .prepare_cached("INSERT INTO notification (webhook, at_us, body) VALUES (?1, ?2, ?3)")?
+                .execute(params![webhook, at.0, body])?;
         }
         for id in &self.finished_notifications {
-            transaction.prepare_cached("DELETE FROM letter WHERE id = ?1")?.execute([id])?;
+            transaction.prepare_cached("DELETE FROM notification WHERE id = ?1")?.execute([id])?;
         }
         Ok(())
     }
 }
 
-fn extend_up_to<T>(all: &mut Vec<T>, more: Vec<T>, most: usize) -> u64 {
-    let room = most.saturating_sub(all.len());
-    let lost = more.len().saturating_sub(room);
+/// Appends `more` as far as `limit` allows. Returns how many items were dropped.
+fn extend_up_to<T>(all: &mut Vec<T>, more: Vec<T>, limit: usize) -> u64 {
+    let room = limit.saturating_sub(all.len());
+    let dropped = more.len().saturating_sub(room);
     all.extend(more.into_iter().take(room));
-    lost as u64
+    dropped as u64
 }
 
-fn upsert_alarm(connection: &Connection, name: &str, kept: &StoredAlarm) -> rusqlite::Result<()> {
-    let (acknowledged, out) = (kept.acknowledged.as_ref(), kept.out_of_service.as_ref());
+fn upsert_alarm(connection: &Connection, name: &str, alarm: &StoredAlarm) -> rusqlite::Result<()> {
+    let (acknowledged, out) = (alarm.acknowledged.as_ref(), alarm.out_of_service.as_ref());
     connection
-        .prepare_cached("INSERT OR REPLACE INTO alarm VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11, ?12, ?13)")?
+        .prepare_cached(
+            "INSERT OR REPLACE INTO alarm (name, state, since_us, occurrence, raised_us, raised_value, raised_text,
+                 acknowledged_by, acknowledged_us, out_of_service_by, out_of_service_us, out_of_service_reason,
+                 out_of_service_until_us)
+             VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11, ?12, ?13)",
+        )?
         .execute(params![
             name,
-            kept.state,
-            kept.since.0,
-            kept.occurrence,
-            kept.raised_at.map(|at| at.0),
-            kept.value,
-            kept.text,
-            acknowledged.map(|(who, _)| who),
+            alarm.state,
+            alarm.since.0,
+            alarm.occurrence,
+            alarm.raised_at.map(|at| at.0),
+            alarm.value,
+            alarm.text,
+            acknowledged.map(|(user, _)| user),
             acknowledged.map(|(_, at)| at.0),
-            out.map(|(who, _, _)| who),
+            out.map(|(user, _, _)| user),
             out.map(|(_, at, _)| at.0),
             out.map(|(_, _, reason)| reason),
-            kept.out_until.map(|at| at.0),
+            alarm.out_until.map(|at| at.0),
         ])
         .map(drop)
 }
@@ -203,33 +167,33 @@ fn delete_alarm(connection: &Connection, name: &str) -> rusqlite::Result<()> {
     connection.prepare_cached("DELETE FROM alarm WHERE name = ?1")?.execute([name]).map(drop)
 }
 
-fn insert_history(connection: &Connection, line: &AlarmHistoryEntry) -> rusqlite::Result<()> {
+fn insert_history(connection: &Connection, entry: &AlarmHistoryEntry) -> rusqlite::Result<()> {
     connection
         .prepare_cached(
-            "INSERT INTO alarm_history (at, alarm, what, state, priority, subject, occurrence, who, value, unit, text)
+            "INSERT INTO alarm_history (at_us, alarm, change, state, priority, subject, occurrence, user_name, value, unit, text)
              VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11)",
         )?
         .execute(params![
-            line.at.0,
-            line.alarm,
-            line.change,
-            line.state,
-            line.priority,
-            line.subject,
-            line.occurrence,
-            line.who,
-            line.value,
-            line.unit,
-            line.text
+            entry.at.0,
+            entry.alarm,
+            entry.change,
+            entry.state,
+            entry.priority,
+            entry.subject,
+            entry.occurrence,
+            entry.user,
+            entry.value,
+            entry.unit,
+            entry.text
         ])
         .map(drop)
 }
 
 fn stored_alarm(row: &Row<'_>) -> rusqlite::Result<(String, StoredAlarm)> {
-    let time = |place: usize| Ok::<_, rusqlite::Error>(row.get::<_, Option<i64>>(place)?.map(Micros));
-    let text = |place: usize| row.get::<_, Option<String>>(place);
+    let time = |column: usize| Ok::<_, rusqlite::Error>(row.get::<_, Option<i64>>(column)?.map(Micros));
+    let text = |column: usize| row.get::<_, Option<String>>(column);
     let out = text(9)?.zip(time(10)?).zip(text(11)?);
-    let kept = StoredAlarm {
+    let alarm = StoredAlarm {
         state: row.get(1)?,
         since: Micros(row.get(2)?),
         occurrence: row.get(3)?,
@@ -237,10 +201,10 @@ fn stored_alarm(row: &Row<'_>) -> rusqlite::Result<(String, StoredAlarm)> {
         value: row.get(5)?,
         text: row.get(6)?,
         acknowledged: text(7)?.zip(time(8)?),
-        out_of_service: out.map(|((who, at), reason)| (who, at, reason)),
+        out_of_service: out.map(|((user, at), reason)| (user, at, reason)),
         out_until: time(12)?,
     };
-    Ok((row.get(0)?, kept))
+    Ok((row.get(0)?, alarm))
 }
 
 fn history_entry(row: &Row<'_>) -> rusqlite::Result<AlarmHistoryEntry> {
@@ -252,7 +216,7 @@ fn history_entry(row: &Row<'_>) -> rusqlite::Result<AlarmHistoryEntry> {
         priority: row.get(4)?,
         subject: row.get(5)?,
         occurrence: row.get(6)?,
-        who: row.get(7)?,
+        user: row.get(7)?,
         value: row.get(8)?,
         unit: row.get(9)?,
         text: row.get(10)?,
@@ -264,56 +228,60 @@ fn notification_row(row: &Row<'_>) -> rusqlite::Result<Notification> {
 }
 
 impl Reader {
-    /// Where all alarms stand, as far as something ever became of them.
+    /// The states of all alarms that were ever raised or taken out of service, by name.
     ///
     /// # Errors
-    /// [`StoreError`] when the file cannot be read.
+    /// [`DatabaseError`] when the database cannot be read.
     pub fn alarms(&self) -> Result<Vec<(String, StoredAlarm)>, DatabaseError> {
-        self.query_all("SELECT * FROM alarm", [], stored_alarm)
+        let sql = "SELECT name, state, since_us, occurrence, raised_us, raised_value, raised_text, acknowledged_by, acknowledged_us,
+                       out_of_service_by, out_of_service_us, out_of_service_reason, out_of_service_until_us FROM alarm";
+        self.query_all(sql, [], stored_alarm)
     }
 
-    /// What happened to alarms in a time, the latest first, at most so much; to one of them, if it is named.
+    /// The history of all alarms, or of one, from `from` to `to`: the latest `limit` rows, the latest first.
     ///
     /// # Errors
-    /// [`StoreError`] when the file cannot be read.
+    /// [`DatabaseError`] when the database cannot be read.
     pub fn alarm_history(
         &self,
         from: Micros,
         to: Micros,
         alarm: Option<&str>,
-        most: u32,
+        limit: u32,
     ) -> Result<Vec<AlarmHistoryEntry>, DatabaseError> {
         self.query_all(
-            "SELECT at, alarm, what, state, priority, subject, occurrence, who, value, unit, text FROM alarm_history
-             WHERE at BETWEEN ?1 AND ?2 AND (?3 IS NULL OR alarm = ?3) ORDER BY at DESC, id DESC LIMIT ?4",
-            params![from.0, to.0, alarm, most],
+            "SELECT at_us, alarm, change, state, priority, subject, occurrence, user_name, value, unit, text FROM alarm_history
+             WHERE at_us BETWEEN ?1 AND ?2 AND (?3 IS NULL OR alarm = ?3) ORDER BY at_us DESC, id DESC LIMIT ?4",
+            params![from.0, to.0, alarm, limit],
             history_entry,
         )
     }
 
-    /// What a letter to a webhook says, if it is still there.
+    /// A queued notification, if it still waits.
     ///
     /// # Errors
-    /// [`StoreError`] when the file cannot be read.
+    /// [`DatabaseError`] when the database cannot be read.
     pub fn notification(&self, id: i64) -> Result<Option<Notification>, DatabaseError> {
-        Ok(self.query_all("SELECT id, hook, at, body FROM letter WHERE id = ?1", [id], notification_row)?.pop())
+        let sql = "SELECT id, webhook, at_us, body FROM notification WHERE id = ?1";
+        Ok(self.query_all(sql, [id], notification_row)?.pop())
     }
 
-    /// The numbers and times of all letters to a webhook, in their order.
+    /// The numbers and times of all notifications queued for a webhook, the earliest first.
     ///
     /// # Errors
-    /// [`StoreError`] when the file cannot be read.
-    pub fn queued_notifications(&self, hook: &str) -> Result<Vec<(i64, Micros)>, DatabaseError> {
-        let sql = "SELECT id, at FROM letter WHERE hook = ?1 ORDER BY id";
-        self.query_all(sql, [hook], |row| Ok((row.get(0)?, Micros(row.get(1)?))))
+    /// [`DatabaseError`] when the database cannot be read.
+    pub fn queued_notifications(&self, webhook: &str) -> Result<Vec<(i64, Micros)>, DatabaseError> {
+        let sql = "SELECT id, at_us FROM notification WHERE webhook = ?1 ORDER BY id";
+        self.query_all(sql, [webhook], |row| Ok((row.get(0)?, Micros(row.get(1)?))))
     }
 
-    /// The numbers of letters to webhooks other than these.
+    /// The numbers of notifications queued for webhooks other than these.
     ///
     /// # Errors
-    /// [`StoreError`] when the file cannot be read.
-    pub fn notifications_for_other_webhooks(&self, hooks: &[String]) -> Result<Vec<i64>, DatabaseError> {
-        let all = self.query_all("SELECT id, hook, at, '' FROM letter", [], notification_row)?;
-        Ok(all.into_iter().filter(|letter| !hooks.contains(&letter.webhook)).map(|letter| letter.id).collect())
+    /// [`DatabaseError`] when the database cannot be read.
+    pub fn notifications_for_other_webhooks(&self, webhooks: &[String]) -> Result<Vec<i64>, DatabaseError> {
+        let all = self.query_all("SELECT id, webhook, at_us, '' FROM notification", [], notification_row)?;
+        let others = all.into_iter().filter(|notification| !webhooks.contains(&notification.webhook));
+        Ok(others.map(|notification| notification.id).collect())
     }
 }

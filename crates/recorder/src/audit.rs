@@ -1,59 +1,30 @@
-//! The audit trail: who did what to which gauge or alarm, when, and what came of it.
+//! The audit trail: which user did what to which gauge or alarm, when, and with what outcome.
 //!
-//! Rows are only ever added. What came of something is a row of its own that refers to the first, and not a change of it:
-//! so the file itself can refuse every change of a row, and what was true before anything was sent stays as it was written.
+//! Rows are only added. An outcome is a row of its own that refers to the row of its command, so that the database can refuse every
+//! change of a row, and the row that was written before the command was sent stays as it was.
 
 use super::sample::Micros;
 use rusqlite::types::Type;
 use rusqlite::{Connection, Row, params};
 
-/// The table, as a step of the file.
-pub const AUDIT_TABLE: &str = "
-    -- Times in microseconds since 1970. what: fired, outcome, refused, disarmed, mastership.
-    -- of: the row whose outcome this is. Empty where there is nothing to say.
-    CREATE TABLE audit (
-        id      INTEGER PRIMARY KEY AUTOINCREMENT,
-        at      INTEGER NOT NULL,
-        what    TEXT NOT NULL,
-        of      INTEGER REFERENCES audit,
-        who     TEXT NOT NULL,
-        role    TEXT NOT NULL,
-        peer    TEXT,
-        gauge   TEXT,
-        segment TEXT,
-        address INTEGER,
-        target  TEXT,
-        before  TEXT,
-        after   TEXT,
-        outcome TEXT,
-        order_id TEXT
-    );
-    CREATE INDEX audit_at ON audit (at);
-    CREATE UNIQUE INDEX audit_of ON audit (of) WHERE of IS NOT NULL;
-    CREATE TRIGGER audit_is_not_changed BEFORE UPDATE ON audit
-        BEGIN SELECT RAISE(ABORT, 'the audit trail is not changed'); END;
-    CREATE TRIGGER audit_is_not_deleted BEFORE DELETE ON audit
-        BEGIN SELECT RAISE(ABORT, 'the audit trail is not deleted'); END;
-";
-
-/// What a row is about.
+/// What a row states.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum AuditAction {
-    /// Something is going to be sent: written before it is.
+    /// A command is about to be sent. Written before it is sent.
     Execute,
-    /// What came of it.
+    /// The outcome of a command.
     Outcome,
-    /// Nothing was armed, because a condition did not hold.
+    /// A command was not armed because a condition does not hold.
     Refused,
-    /// Somebody thought better of it.
+    /// The user disarmed a command.
     Disarmed,
-    /// The mastership went from one to another.
+    /// Control authority was requested, granted, taken or released.
     ControlAuthority,
-    /// Somebody knows of an alarm.
+    /// The user acknowledged an alarm.
     Acknowledged,
-    /// An alarm is not told any more.
+    /// The user took an alarm out of service.
     TakenOutOfService,
-    /// It is told again.
+    /// The user returned an alarm to service.
     ReturnedToService,
 }
 
@@ -69,40 +40,42 @@ impl AuditAction {
         Self::ReturnedToService,
     ];
 
-    /// As it stands in the file.
+    /// The word in the database and in the API.
     #[must_use]
     pub const fn word(self) -> &'static str {
         match self {
-            Self::Execute => "fired",
+            Self::Execute => "execute",
             Self::Outcome => "outcome",
             Self::Refused => "refused",
             Self::Disarmed => "disarmed",
-            Self::ControlAuthority => "mastership",
+            Self::ControlAuthority => "control-authority",
             Self::Acknowledged => "acknowledged",
             Self::TakenOutOfService => "taken-out-of-service",
             Self::ReturnedToService => "returned-to-service",
         }
     }
 
-    fn from_word(word: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|deed| deed.word() == word)
+    /// The action with this word.
+    #[must_use]
+    pub fn from_word(word: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|action| action.word() == word)
     }
 }
 
 /// A row that is to be written.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct AuditEntry {
-    /// When.
+    /// When it happened.
     pub at: Micros,
-    /// What it is about.
+    /// What it states.
     pub action: AuditAction,
-    /// The row whose outcome this is.
+    /// The row whose outcome this row states.
     pub refers_to: Option<i64>,
-    /// The name of who did it.
-    pub who: String,
-    /// What they were.
+    /// The name of the user.
+    pub user: String,
+    /// The role of the user at that time.
     pub role: String,
-    /// From which address, if it is known.
+    /// The network address of the user, if it is known.
     pub peer: Option<String>,
     /// The gauge.
     pub gauge: Option<String>,
@@ -110,15 +83,15 @@ pub struct AuditEntry {
     pub segment: Option<String>,
     /// Its address on the bus.
     pub address: Option<u8>,
-    /// The parameter: the manual's name and its numbers. Or the alarm.
+    /// The parameter, by the manual's name and numbers, or the alarm.
     pub target: Option<String>,
-    /// What it was.
+    /// The value or state before.
     pub before: Option<String>,
-    /// What it was to be; of an outcome, what it is.
+    /// The value or state that was to be reached; in an outcome the one that was read back.
     pub after: Option<String>,
-    /// What came of it, or what happened, in a sentence.
+    /// A sentence about the outcome.
     pub outcome: Option<String>,
-    /// The order.
+    /// The id of the armed command.
     pub command_id: Option<String>,
 }
 
@@ -127,39 +100,43 @@ pub struct AuditEntry {
 pub struct AuditRow {
     /// Its number, rising.
     pub id: i64,
-    /// What it says.
+    /// Its contents.
     pub entry: AuditEntry,
 }
 
-/// Which rows.
+/// Selects rows.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct AuditQuery {
-    /// From this moment on.
+    /// From this time on.
     pub from: Micros,
-    /// Before this moment.
+    /// Before this time.
     pub to: Micros,
-    /// Of this gauge only.
+    /// Only rows about this gauge.
     pub gauge: Option<String>,
-    /// By this person only.
-    pub who: Option<String>,
-    /// At most so many.
+    /// Only rows by this user.
+    pub user: Option<String>,
+    /// The largest number of rows.
     pub limit: u32,
 }
 
-/// Adds a row. Says which it is. A row that refers to one of a record that was deleted meanwhile refers to none.
+/// The outcome of a command that was being sent when the station ended.
+pub const OUTCOME_UNKNOWN: &str = "not known: the station ended meanwhile";
+
+/// Adds a row and returns its number. A reference to a row of a database that was deleted meanwhile becomes empty.
 ///
 /// # Errors
-/// What SQLite says.
+/// Any error of SQLite.
 pub fn insert(connection: &Connection, entry: &AuditEntry) -> rusqlite::Result<i64> {
     let mut insert = connection.prepare_cached(
-        "INSERT INTO audit (at, what, of, who, role, peer, gauge, segment, address, target, before, after, outcome, order_id)
-         VALUES (?1, ?2, (SELECT id FROM audit WHERE id = ?3 AND order_id IS ?14), ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11, ?12, ?13, ?14)",
+        "INSERT INTO audit (at_us, action, refers_to, user_name, role, peer, gauge, segment, address, target, before, after, outcome,
+                            command_id)
+         VALUES (?1, ?2, (SELECT id FROM audit WHERE id = ?3 AND command_id IS ?14), ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11, ?12, ?13, ?14)",
     )?;
     insert.execute(params![
         entry.at.0,
         entry.action.word(),
         entry.refers_to,
-        entry.who,
+        entry.user,
         entry.role,
         entry.peer,
         entry.gauge,
@@ -174,46 +151,46 @@ pub fn insert(connection: &Connection, entry: &AuditEntry) -> rusqlite::Result<i
     Ok(connection.last_insert_rowid())
 }
 
-/// What was going to be sent when the station ended has an outcome from now on: nobody knows.
+/// Adds an unknown outcome for each command that has none: it was being sent when the station ended.
 ///
 /// # Errors
-/// What SQLite says.
+/// Any error of SQLite.
 pub fn close_unfinished(connection: &Connection, now: Micros) -> rusqlite::Result<usize> {
     connection.execute(
-        "INSERT INTO audit (at, what, of, who, role, peer, gauge, segment, address, target, before, outcome, order_id)
-         SELECT ?1, 'outcome', id, who, role, peer, gauge, segment, address, target, before, ?2, order_id
+        "INSERT INTO audit (at_us, action, refers_to, user_name, role, peer, gauge, segment, address, target, before, outcome,
+                            command_id)
+         SELECT ?1, 'outcome', id, user_name, role, peer, gauge, segment, address, target, before, ?2, command_id
          FROM audit AS open
-         WHERE what = 'fired' AND NOT EXISTS (SELECT 1 FROM audit WHERE of = open.id)",
+         WHERE action = 'execute' AND NOT EXISTS (SELECT 1 FROM audit WHERE refers_to = open.id)",
         params![now.0, OUTCOME_UNKNOWN],
     )
 }
 
-/// The outcome of what was going on when the station ended.
-pub const OUTCOME_UNKNOWN: &str = "not known: the station ended meanwhile";
-
-/// The rows that are wanted, the latest first.
+/// The selected rows, the latest first.
 ///
 /// # Errors
-/// What SQLite says.
-pub fn select(connection: &Connection, wanted: &AuditQuery) -> rusqlite::Result<Vec<AuditRow>> {
+/// Any error of SQLite.
+pub fn select(connection: &Connection, query: &AuditQuery) -> rusqlite::Result<Vec<AuditRow>> {
     let mut select = connection.prepare_cached(
-        "SELECT id, at, what, of, who, role, peer, gauge, segment, address, target, before, after, outcome, order_id
+        "SELECT id, at_us, action, refers_to, user_name, role, peer, gauge, segment, address, target, before, after, outcome,
+                command_id
          FROM audit
-         WHERE at >= ?1 AND at < ?2 AND (?3 IS NULL OR gauge = ?3) AND (?4 IS NULL OR who = ?4)
+         WHERE at_us >= ?1 AND at_us < ?2 AND (?3 IS NULL OR gauge = ?3) AND (?4 IS NULL OR user_name = ?4)
          ORDER BY id DESC LIMIT ?5",
     )?;
-    let AuditQuery { from, to, gauge, who, limit: most } = wanted;
-    select.query_map(params![from.0, to.0, gauge, who, most], recorded)?.collect()
+    let AuditQuery { from, to, gauge, user, limit } = query;
+    select.query_map(params![from.0, to.0, gauge, user, limit], audit_row)?.collect()
 }
 
-fn recorded(row: &Row<'_>) -> rusqlite::Result<AuditRow> {
+fn audit_row(row: &Row<'_>) -> rusqlite::Result<AuditRow> {
     let word: String = row.get(2)?;
-    let unknown = || rusqlite::Error::FromSqlConversionFailure(2, Type::Text, format!("{word:?} is no deed").into());
+    let unknown =
+        || rusqlite::Error::FromSqlConversionFailure(2, Type::Text, format!("{word:?} is no audit action").into());
     let entry = AuditEntry {
         at: Micros(row.get(1)?),
         action: AuditAction::from_word(&word).ok_or_else(unknown)?,
         refers_to: row.get(3)?,
-        who: row.get(4)?,
+        user: row.get(4)?,
         role: row.get(5)?,
         peer: row.get(6)?,
         gauge: row.get(7)?,

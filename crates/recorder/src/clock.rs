@@ -1,39 +1,40 @@
-//! Whether somebody has set the clock of the computer.
+//! Detects steps of the system clock.
 //!
-//! Samples carry the time that the clock showed, whatever it showed: a record whose times were bent to rise would lie about
-//! them for ever. What is set back is told by an event, and the times that stand twice are both kept.
+//! Samples carry the time that the clock showed: correcting it afterwards would falsify the record. A step is recorded as an event,
+//! and the samples of times that occur twice are all kept.
 
 use super::sample::Micros;
 use std::time::{Duration, Instant};
 
-/// A clock that is slewed drifts by far less between two looks; what is less than this nobody sees in a trend. free choice.
+/// The smallest step that is reported. A slewed clock drifts by far less between two checks, and less is not visible in a trend.
+/// free choice.
 const MIN_STEP: Duration = Duration::from_secs(1);
 
-/// What the clocks showed together.
+/// The times of both clocks at the last check.
 pub struct ClockMonitor {
-    steady: Instant,
-    shown: Micros,
+    monotonic: Instant,
+    wall: Micros,
 }
 
 impl ClockMonitor {
-    /// Both clocks at a moment.
-    pub const fn new(steady: Instant, shown: Micros) -> Self {
-        Self { steady, shown }
+    /// The times of both clocks at one moment.
+    pub const fn new(monotonic: Instant, wall: Micros) -> Self {
+        Self { monotonic, wall }
     }
 
-    /// What happened to the clock since this was asked last, in a sentence, if something did.
-    pub fn detect_step(&mut self, steady: Instant, shown: Micros) -> Option<String> {
-        let expected = self.shown.after(steady.saturating_duration_since(self.steady));
-        *self = Self { steady, shown };
-        let by = Duration::from_micros(shown.0.abs_diff(expected.0));
-        if by < MIN_STEP {
+    /// A sentence about the step since the last check, if there was one.
+    pub fn detect_step(&mut self, monotonic: Instant, wall: Micros) -> Option<String> {
+        let expected = self.wall.after(monotonic.saturating_duration_since(self.monotonic));
+        *self = Self { monotonic, wall };
+        let step = Duration::from_micros(wall.0.abs_diff(expected.0));
+        if step < MIN_STEP {
             return None;
         }
-        let seconds = by.as_secs_f64();
-        Some(if shown < expected {
-            format!("the clock was set back by {seconds:.1} s: times before this may stand twice")
+        let seconds = step.as_secs_f64();
+        Some(if wall < expected {
+            format!("the clock was set back by {seconds:.1} s: times before this event may occur twice")
         } else {
-            format!("the clock was set forward by {seconds:.1} s, or the computer slept")
+            format!("the clock was set forward by {seconds:.1} s, or the computer was suspended")
         })
     }
 }
@@ -43,18 +44,21 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_clock_that_is_set_is_noticed_once() {
+    fn a_clock_step_is_reported_once() {
         let begin = Instant::now();
         let mut clock = ClockMonitor::new(begin, Micros(1_000 * Micros::SECOND));
-        let mut look = |after: u64, shown: f64| {
-            clock.detect_step(begin + Duration::from_secs(after), Micros((shown * Micros::SECOND as f64) as i64))
+        let mut check = |after: u64, wall: f64| {
+            clock.detect_step(begin + Duration::from_secs(after), Micros((wall * Micros::SECOND as f64) as i64))
         };
-        assert_eq!(look(10, 1_010.5), None, "a little is drift");
+        assert_eq!(check(10, 1_010.5), None, "half a second is drift");
         assert_eq!(
-            look(11, 1_001.5).as_deref(),
-            Some("the clock was set back by 10.0 s: times before this may stand twice")
+            check(11, 1_001.5).as_deref(),
+            Some("the clock was set back by 10.0 s: times before this event may occur twice")
         );
-        assert_eq!(look(12, 1_002.5), None);
-        assert_eq!(look(13, 4_603.5).as_deref(), Some("the clock was set forward by 3600.0 s, or the computer slept"));
+        assert_eq!(check(12, 1_002.5), None);
+        assert_eq!(
+            check(13, 4_603.5).as_deref(),
+            Some("the clock was set forward by 3600.0 s, or the computer was suspended")
+        );
     }
 }

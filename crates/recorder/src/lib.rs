@@ -1,48 +1,63 @@
-//! What was measured and what happened, in one SQLite file that survives a power cut.
+//! Records samples, spans, events, alarms and the audit trail in one SQLite database that survives a power cut.
 //!
 //! ```text
-//! push ── ring ── thinner ── sample ┐
-//!    └─────────── roll-ups ─────────┤ one transaction a second, or at once for an event
-//! event ────────────────────────────┘
+//! push ── ring buffer ── deadband ── sample ┐
+//!    └─────────────────────────────── span ─┤ one transaction a second, or at once for events and alarms
+//! event, alarms, audit ─────────────────────┘
 //! ```
 //!
 //! | Module | Holds |
 //! |---|---|
-//! | [`sample`] | a pressure with its quality |
-//! | [`thin`] | the dead band on the logarithm of pressure |
-//! | [`ring`] | full rate around events |
-//! | [`rollup`] | the levels in which long times are kept and drawn |
-//! | [`store`] | the file: tables, transactions, retention |
-//! | [`audit`] | who did what: rows that are only ever added |
-//! | [`writer`] | the thread that owns the file |
-//! | [`alarms`] | where alarms stand, their history, letters to webhooks |
-//! | `lock` | where the file lies, and that nobody else records into it |
-//! | `clock` | whether somebody has set the clock |
-//! | [`reader`] | drawing and reading |
-//! | [`export`] | all of it as CSV, piece by piece |
+//! | [`quality`] | why a sample has no pressure, or that it has one |
+//! | [`validity`] | the quality and the freshness of a reading |
+//! | [`sample`] | a pressure with its quality and time |
+//! | [`event`] | something that happened |
+//! | [`deadband`] | the deadband on the logarithm of pressure |
+//! | [`ring`] | the full sample rate around events |
+//! | [`spans`] | summaries of 10 s to 6 h |
+//! | [`error`] | why a database cannot be used |
+//! | [`schema`] | tables, versions, migrations |
+//! | `connection` | opening a database |
+//! | `lock` | one recorder per database |
+//! | [`database`] | transactions and retention |
+//! | [`audit`] | the audit trail: rows that are only added |
+//! | [`alarms`] | alarm states, their history, queued notifications |
+//! | [`reader`] | trends, samples, events |
+//! | [`export`] | samples as CSV, chunk by chunk |
+//! | `clock` | steps of the system clock |
+//! | [`writer`] | the thread that owns the database |
 //!
-//! Beside the file lie its log (`-wal`, `-shm`) while it is open, and `-lock`, which keeps other stations away and may stay.
+//! Beside the database SQLite keeps its log (`-wal`, `-shm`) while it is open, and the recorder keeps `-lock`, which keeps other
+//! stations away and may stay.
 //!
-//! Times are microseconds since 1970 (UTC), pressures are in Pa. No number stands for "no value": a sample says of what
-//! quality it is, and has no pressure where it has none.
+//! Times are microseconds since 1970 (UTC), pressures are in Pa. A sample without a pressure has `None`, and its quality says why.
 
 pub mod alarms;
 pub mod audit;
 mod clock;
+mod connection;
 pub mod database;
 pub mod deadband;
+pub mod error;
+pub mod event;
 pub mod export;
 mod lock;
+pub mod quality;
 pub mod reader;
 pub mod ring;
 pub mod sample;
+pub mod schema;
 pub mod spans;
+pub mod validity;
 pub mod writer;
 
 pub use audit::{AuditAction, AuditEntry};
-pub use database::{DatabaseError, Event, EventKind, Retention};
+pub use database::Retention;
 pub use deadband::Deadband;
+pub use error::{AuditError, DatabaseError};
+pub use event::{Event, EventKind};
 pub use export::Export;
+pub use quality::{Qualities, Quality};
 pub use reader::{Reader, Span};
-pub use sample::{Micros, Qualities, Quality, Sample};
+pub use sample::{Micros, Sample};
 pub use writer::{Health, Recorder, Settings, WriteReceipt};

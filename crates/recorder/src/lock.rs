@@ -1,53 +1,52 @@
-//! Where the file lies: whether a record can be there, that no other station records into it, and whether it is still there.
+//! Keeps other stations away from a database, and notices when its file is deleted or replaced.
 
-use super::database::DatabaseError;
+use super::error::DatabaseError;
 use std::fs::{self, File, OpenOptions, TryLockError};
 use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
 
-/// What keeps other stations away from a file, as long as it lives.
+/// A lock on a database, held until it is dropped.
 ///
-/// A file of its own beside the record is locked: SQLite loses its own locks when anybody else in the process closes the
-/// record itself.
+/// It is a file of its own beside the database: SQLite loses its own locks when another part of the process closes the database
+/// file.
 pub struct DatabaseLock {
     _lock: File,
-    /// Device and inode of the record.
-    opened: Option<(u64, u64)>,
+    /// Device and inode of the database.
+    identity: Option<(u64, u64)>,
 }
 
 impl DatabaseLock {
-    /// Claims the file at `path`, which need not be there yet.
+    /// Locks the database at `path`, which need not exist yet.
     ///
     /// # Errors
-    /// [`StoreError::InUse`] when another station has it, [`StoreError::Place`] when there cannot be a record.
+    /// [`DatabaseError::InUse`] when another station holds the lock; [`DatabaseError::IsFolder`] and
+    /// [`DatabaseError::NotWritable`] when there can be no database.
     pub fn acquire(path: &Path) -> Result<Self, DatabaseError> {
-        let place = |what: String| DatabaseError::Place { path: path.to_owned(), what };
         if path.is_dir() {
-            return Err(place("expected a file to record into, got a folder".to_owned()));
+            return Err(DatabaseError::IsFolder(path.to_owned()));
         }
-        let cannot = |error: std::io::Error| place(format!("nothing can be recorded here: {error}"));
+        let failed = |error: std::io::Error| DatabaseError::NotWritable { path: path.to_owned(), error };
         let name = sibling_path(path, "-lock");
-        let lock = OpenOptions::new().create(true).append(true).open(name).map_err(cannot)?;
+        let lock = OpenOptions::new().create(true).append(true).open(name).map_err(failed)?;
         match lock.try_lock() {
-            Ok(()) => Ok(Self { _lock: lock, opened: None }),
-            Err(TryLockError::WouldBlock) => Err(DatabaseError::InUse { path: path.to_owned() }),
-            Err(TryLockError::Error(error)) => Err(cannot(error)),
+            Ok(()) => Ok(Self { _lock: lock, identity: None }),
+            Err(TryLockError::WouldBlock) => Err(DatabaseError::InUse(path.to_owned())),
+            Err(TryLockError::Error(error)) => Err(failed(error)),
         }
     }
 
-    /// What lies at `path` now is the record.
+    /// Remembers the file at `path` as the database.
     ///
     /// # Errors
-    /// [`StoreError::Place`] when nothing does.
+    /// [`DatabaseError::Gone`] when there is no file.
     pub fn record_file_identity(&mut self, path: &Path) -> Result<(), DatabaseError> {
-        self.opened = file_identity(path);
-        let gone = || DatabaseError::Place { path: path.to_owned(), what: "the file is gone".to_owned() };
-        self.opened.map(drop).ok_or_else(gone)
+        self.identity = file_identity(path);
+        self.identity.map(drop).ok_or_else(|| DatabaseError::Gone(path.to_owned()))
     }
 
-    /// Whether the record still lies at `path`, and no other file.
+    /// Whether the file at `path` is still the database.
     pub fn is_same_file(&self, path: &Path) -> bool {
-        self.opened.is_some() && file_identity(path) == self.opened
+        self.identity.is_some() && file_identity(path) == self.identity
     }
 }
 
@@ -55,7 +54,7 @@ fn file_identity(path: &Path) -> Option<(u64, u64)> {
     fs::metadata(path).ok().map(|file| (file.dev(), file.ino()))
 }
 
-/// The file beside `path` whose name ends with `ending`.
+/// The path of the file beside `path` whose name ends with `ending`.
 pub fn sibling_path(path: &Path, ending: &str) -> PathBuf {
     let mut name = path.as_os_str().to_owned();
     name.push(ending);

@@ -1,135 +1,139 @@
-//! Drawing and reading. A reader has a connection of its own and never holds up the one that writes.
+//! Reads samples, trends and events. A reader has a connection of its own and never blocks the recorder.
 
 use super::audit::{self, AuditQuery, AuditRow};
-use super::database::{DatabaseError, Event, EventKind, open_to_read};
-use super::sample::{Micros, Qualities, Quality, Sample};
+use super::connection::open_to_read;
+use super::error::DatabaseError;
+use super::event::{Event, EventKind};
+use super::quality::{Qualities, Quality};
+use super::sample::{Micros, Sample};
 use super::spans::{LEVELS, Level, Summary};
 use rusqlite::{Connection, OptionalExtension, Row, params};
 use std::path::{Path, PathBuf};
 
-/// What one pixel shows.
+/// The most samples that are read for one trend. free choice: a second of work.
+const MAX_SAMPLES_PER_TREND: u32 = 1_000_000;
+
+/// A part of a trend, one pixel wide.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Span {
-    /// Where it begins.
+    /// Where it starts.
     pub start: Micros,
-    /// What happened in it.
+    /// The summary of its samples.
     pub summary: Summary,
 }
 
-/// More samples than this are not read for a picture. free choice: a second of work.
-const MAX_SAMPLES_PER_TREND: u32 = 1_000_000;
-
-/// A picture that is being drawn, from left to right.
+/// Merges summaries into the pixels of a trend, from left to right.
 struct SpanCollector {
     from: Micros,
-    /// How long a pixel is, in microseconds.
+    /// The width of a pixel, in microseconds.
     width: i64,
-    bins: Vec<Span>,
+    spans: Vec<Span>,
 }
 
 impl SpanCollector {
-    fn take(&mut self, at: Micros, extent: &Summary) {
-        // A span that begins before the picture is at its edge.
-        let place = at.max(self.from).0.saturating_sub(self.from.0).div_euclid(self.width);
-        let start = Micros(self.from.0.saturating_add(place.saturating_mul(self.width)));
-        match self.bins.last_mut().filter(|last| last.start == start) {
-            Some(last) => last.summary.add(extent),
-            None => self.bins.push(Span { start, summary: *extent }),
+    fn add(&mut self, at: Micros, summary: &Summary) {
+        // A stored span that starts before the trend belongs to its first pixel.
+        let pixel = at.max(self.from).0.saturating_sub(self.from.0).div_euclid(self.width);
+        let start = Micros(self.from.0.saturating_add(pixel.saturating_mul(self.width)));
+        match self.spans.last_mut().filter(|last| last.start == start) {
+            Some(last) => last.summary.add(summary),
+            None => self.spans.push(Span { start, summary: *summary }),
         }
     }
 }
 
-/// An open file.
+/// A database opened for reading.
 pub struct Reader {
     path: PathBuf,
     connection: Connection,
 }
 
 impl Reader {
-    /// Opens the file of a recorder.
+    /// Opens the database of a recorder.
     ///
     /// # Errors
-    /// [`StoreError`] when there is no such file.
+    /// [`DatabaseError`] when the file is missing, is no database, or was written by a newer program.
     pub fn open(path: &Path) -> Result<Self, DatabaseError> {
         Ok(Self { path: path.to_owned(), connection: open_to_read(path)? })
     }
 
-    /// Rows of the audit trail, the latest first.
+    /// The selected rows of the audit trail, the latest first.
     ///
     /// # Errors
-    /// [`StoreError`] when the file cannot be read.
-    pub fn audit(&self, wanted: &AuditQuery) -> Result<Vec<AuditRow>, DatabaseError> {
-        audit::select(&self.connection, wanted).map_err(|error| self.failed(error))
+    /// [`DatabaseError`] when the database cannot be read.
+    pub fn audit(&self, query: &AuditQuery) -> Result<Vec<AuditRow>, DatabaseError> {
+        audit::select(&self.connection, query).map_err(|error| self.failed(error))
     }
 
-    /// The names of all gauges that were ever recorded, in the order of their first sample.
+    /// The names of all series that were ever recorded, in the order of their first sample.
     ///
     /// # Errors
-    /// [`StoreError`] when the file cannot be read.
+    /// [`DatabaseError`] when the database cannot be read.
     pub fn gauges(&self) -> Result<Vec<String>, DatabaseError> {
-        self.query_all("SELECT name FROM gauge ORDER BY id", [], |row| row.get(0))
+        self.query_all("SELECT name FROM series ORDER BY id", [], |row| row.get(0))
     }
 
-    /// What a gauge showed in a time, in at most `pixels` bins (and one more at the edge). Bins in which nothing was
-    /// recorded are left out.
+    /// The trend of a series from `from` to `to`, in at most `pixels` spans and one more at the edge. Pixels without samples are
+    /// left out.
     ///
-    /// Where there are very many samples, or none any more, bins are as coarse as the finest spans that there are.
+    /// Where there are too many samples, or none any more, the trend is as coarse as the finest stored spans.
     ///
     /// # Errors
-    /// [`StoreError`] when the file cannot be read.
-    pub fn trend(&self, gauge: &str, from: Micros, to: Micros, pixels: u32) -> Result<Vec<Span>, DatabaseError> {
-        let Some(number) = self.series_id(gauge)? else { return Ok(Vec::new()) };
+    /// [`DatabaseError`] when the database cannot be read.
+    pub fn trend(&self, series: &str, from: Micros, to: Micros, pixels: u32) -> Result<Vec<Span>, DatabaseError> {
+        let Some(id) = self.series_id(series)? else { return Ok(Vec::new()) };
         let range = to.0.saturating_sub(from.0).max(1);
         let width = range.checked_div(i64::from(pixels.max(1))).unwrap_or(range).max(1);
-        let mut bins = SpanCollector { from, width, bins: Vec::new() };
+        let mut collector = SpanCollector { from, width, spans: Vec::new() };
         let level = Level::coarsest_within(width);
-        if level.is_none() && self.count(number, from, to, MAX_SAMPLES_PER_TREND)? < MAX_SAMPLES_PER_TREND {
-            self.each_sample(number, from, to, i64::MAX, &mut |sample| bins.take(sample.at, &Summary::of(&sample)))?;
+        if level.is_none() && self.count(id, from, to, MAX_SAMPLES_PER_TREND)? < MAX_SAMPLES_PER_TREND {
+            self.each_sample(id, from, to, i64::MAX, &mut |sample| collector.add(sample.at, &Summary::of(&sample)))?;
         }
         let levels = LEVELS.into_iter().filter(|coarse| level.is_none_or(|level| coarse.number >= level.number));
         for level in levels {
-            if bins.bins.is_empty() {
-                self.each_span(level, number, from, to, &mut |at, extent| bins.take(at, extent))?;
+            if collector.spans.is_empty() {
+                self.each_span(level, id, from, to, &mut |at, summary| collector.add(at, summary))?;
             }
         }
-        Ok(bins.bins)
+        Ok(collector.spans)
     }
 
-    /// The samples of a gauge in a time, as they were kept.
+    /// The kept samples of a series from `from` to `to`.
     ///
     /// # Errors
-    /// [`StoreError`] when the file cannot be read.
-    pub fn samples(&self, gauge: &str, from: Micros, to: Micros) -> Result<Vec<Sample>, DatabaseError> {
-        self.page(gauge, from, to, u32::MAX)
+    /// [`DatabaseError`] when the database cannot be read.
+    pub fn samples(&self, series: &str, from: Micros, to: Micros) -> Result<Vec<Sample>, DatabaseError> {
+        self.page(series, from, to, u32::MAX)
     }
 
-    /// The first `most` of them.
+    /// The first `limit` kept samples of a series from `from` to `to`.
     ///
     /// # Errors
-    /// [`StoreError`] when the file cannot be read.
-    pub fn page(&self, gauge: &str, from: Micros, to: Micros, most: u32) -> Result<Vec<Sample>, DatabaseError> {
+    /// [`DatabaseError`] when the database cannot be read.
+    pub fn page(&self, series: &str, from: Micros, to: Micros, limit: u32) -> Result<Vec<Sample>, DatabaseError> {
         let mut samples = Vec::new();
-        if let Some(number) = self.series_id(gauge)? {
-            self.each_sample(number, from, to, i64::from(most), &mut |sample| samples.push(sample))?;
+        if let Some(id) = self.series_id(series)? {
+            self.each_sample(id, from, to, i64::from(limit), &mut |sample| samples.push(sample))?;
         }
         Ok(samples)
     }
 
-    /// The first and the last moment of which anything is known of a gauge, samples and spans together.
+    /// The first and the last time of which samples or spans of a series are stored.
     ///
     /// # Errors
-    /// [`StoreError`] when the file cannot be read.
-    pub fn time_range(&self, gauge: &str) -> Result<Option<(Micros, Micros)>, DatabaseError> {
-        let Some(number) = self.series_id(gauge)? else { return Ok(None) };
+    /// [`DatabaseError`] when the database cannot be read.
+    pub fn time_range(&self, series: &str) -> Result<Option<(Micros, Micros)>, DatabaseError> {
+        let Some(id) = self.series_id(series)? else { return Ok(None) };
         let ends = |sql: &str, level: u8| {
-            let row = self.connection.query_row(sql, params![number, level], |row| Ok((row.get(0)?, row.get(1)?)));
+            let row = self.connection.query_row(sql, params![id, level], |row| Ok((row.get(0)?, row.get(1)?)));
             row.map(|(first, last): (Option<i64>, Option<i64>)| first.zip(last)).map_err(|error| self.failed(error))
         };
-        let samples = ends("SELECT min(at), max(at) FROM sample WHERE gauge = ?1 AND ?2 >= 0", 0)?;
+        let samples = ends("SELECT min(at_us), max(at_us) FROM sample WHERE series_id = ?1 AND ?2 >= 0", 0)?;
         let Some(level) = LEVELS.last() else { return Ok(None) };
-        let spans = ends("SELECT min(start), max(start) FROM rollup WHERE gauge = ?1 AND level = ?2", level.number)?;
+        let spans =
+            ends("SELECT min(start_us), max(start_us) FROM span WHERE series_id = ?1 AND level = ?2", level.number)?;
         let known = match (samples, spans) {
-            // A span begins before what is in it, so it says something new only if it ends before the first sample.
+            // A span starts before its first sample, so it extends the range only if it ends before the first sample.
             (Some((first, last)), Some((start, _))) if start.saturating_add(level.micros()) > first => {
                 Some((first, last))
             }
@@ -139,27 +143,27 @@ impl Reader {
         Ok(known.map(|(first, last)| (Micros(first), Micros(last))))
     }
 
-    /// When the first sample that is still there was taken.
+    /// The time of the first stored sample of a series.
     ///
     /// # Errors
-    /// [`StoreError`] when the file cannot be read.
-    pub fn first_sample(&self, gauge: &str) -> Result<Option<Micros>, DatabaseError> {
-        let Some(number) = self.series_id(gauge)? else { return Ok(None) };
-        let sql = "SELECT min(at) FROM sample WHERE gauge = ?1";
+    /// [`DatabaseError`] when the database cannot be read.
+    pub fn first_sample(&self, series: &str) -> Result<Option<Micros>, DatabaseError> {
+        let Some(id) = self.series_id(series)? else { return Ok(None) };
+        let sql = "SELECT min(at_us) FROM sample WHERE series_id = ?1";
         let first: Option<i64> =
-            self.connection.query_row(sql, [number], |row| row.get(0)).map_err(|error| self.failed(error))?;
+            self.connection.query_row(sql, [id], |row| row.get(0)).map_err(|error| self.failed(error))?;
         Ok(first.map(Micros))
     }
 
-    /// What happened in a time, the latest first, at most so much.
+    /// The latest `limit` events from `from` to `to`, the latest first.
     ///
     /// # Errors
-    /// [`StoreError`] when the file cannot be read.
-    pub fn events(&self, from: Micros, to: Micros, most: u32) -> Result<Vec<Event>, DatabaseError> {
+    /// [`DatabaseError`] when the database cannot be read.
+    pub fn events(&self, from: Micros, to: Micros, limit: u32) -> Result<Vec<Event>, DatabaseError> {
         self.query_all(
-            "SELECT at, name, kind, text FROM event LEFT JOIN gauge ON gauge.id = event.gauge
-             WHERE at BETWEEN ?1 AND ?2 ORDER BY at DESC, event.id DESC LIMIT ?3",
-            params![from.0, to.0, most],
+            "SELECT at_us, name, kind, text FROM event LEFT JOIN series ON series.id = event.series_id
+             WHERE at_us BETWEEN ?1 AND ?2 ORDER BY at_us DESC, event.id DESC LIMIT ?3",
+            params![from.0, to.0, limit],
             |row| {
                 let kind: String = row.get(2)?;
                 let kind = EventKind::from_word(&kind).unwrap_or(EventKind::Note);
@@ -168,30 +172,33 @@ impl Reader {
         )
     }
 
-    fn series_id(&self, gauge: &str) -> Result<Option<i64>, DatabaseError> {
-        let asked = self.connection.query_row("SELECT id FROM gauge WHERE name = ?1", [gauge], |row| row.get(0));
-        asked.optional().map_err(|error| self.failed(error))
+    fn series_id(&self, series: &str) -> Result<Option<i64>, DatabaseError> {
+        let sql = "SELECT id FROM series WHERE name = ?1";
+        let found = self.connection.query_row(sql, [series], |row| row.get(0));
+        found.optional().map_err(|error| self.failed(error))
     }
 
-    /// How many samples there are, counted up to `most`.
-    fn count(&self, gauge: i64, from: Micros, to: Micros, most: u32) -> Result<u32, DatabaseError> {
-        let sql = "SELECT count(*) FROM (SELECT 1 FROM sample WHERE gauge = ?1 AND at BETWEEN ?2 AND ?3 LIMIT ?4)";
-        let asked = self.connection.query_row(sql, params![gauge, from.0, to.0, most], |row| row.get(0));
-        asked.map_err(|error| self.failed(error))
+    /// The number of samples, counted up to `limit`.
+    fn count(&self, series: i64, from: Micros, to: Micros, limit: u32) -> Result<u32, DatabaseError> {
+        let sql = "SELECT count(*) FROM
+                       (SELECT 1 FROM sample WHERE series_id = ?1 AND at_us BETWEEN ?2 AND ?3 LIMIT ?4)";
+        let counted = self.connection.query_row(sql, params![series, from.0, to.0, limit], |row| row.get(0));
+        counted.map_err(|error| self.failed(error))
     }
 
     fn each_sample(
         &self,
-        gauge: i64,
+        series: i64,
         from: Micros,
         to: Micros,
-        most: i64,
+        limit: i64,
         take: &mut dyn FnMut(Sample),
     ) -> Result<(), DatabaseError> {
-        let sql = "SELECT at, pa, quality FROM sample WHERE gauge = ?1 AND at BETWEEN ?2 AND ?3 ORDER BY at LIMIT ?4";
-        self.query_each(sql, params![gauge, from.0, to.0, most], |row| {
+        let sql = "SELECT at_us, pressure_pa, quality FROM sample
+                   WHERE series_id = ?1 AND at_us BETWEEN ?2 AND ?3 ORDER BY at_us LIMIT ?4";
+        self.query_each(sql, params![series, from.0, to.0, limit], |row| {
             let quality = Quality::from_number(row.get(2)?).unwrap_or(Quality::Invalid);
-            // Whoever else wrote into the file may have written what is no pressure.
+            // Another program may have written a number that is no pressure: Sample::new checks it.
             take(Sample::new(Micros(row.get(0)?), row.get(1)?, quality));
             Ok(())
         })
@@ -200,22 +207,22 @@ impl Reader {
     fn each_span(
         &self,
         level: Level,
-        gauge: i64,
+        series: i64,
         from: Micros,
         to: Micros,
         take: &mut dyn FnMut(Micros, &Summary),
     ) -> Result<(), DatabaseError> {
-        let sql = "SELECT start, low, high, decades, count, qualities FROM rollup
-                   WHERE level = ?1 AND gauge = ?2 AND start > ?3 AND start <= ?4 ORDER BY start";
-        self.query_each(sql, params![level.number, gauge, from.0.saturating_sub(level.micros()), to.0], |row| {
-            let extent = Summary {
+        let sql = "SELECT start_us, min_pa, max_pa, log10_sum, count, qualities FROM span
+                   WHERE level = ?1 AND series_id = ?2 AND start_us > ?3 AND start_us <= ?4 ORDER BY start_us";
+        self.query_each(sql, params![level.number, series, from.0.saturating_sub(level.micros()), to.0], |row| {
+            let summary = Summary {
                 low: row.get(1)?,
                 high: row.get(2)?,
                 decades: row.get(3)?,
                 count: row.get(4)?,
                 qualities: Qualities(row.get(5)?),
             };
-            take(Micros(row.get(0)?), &extent);
+            take(Micros(row.get(0)?), &summary);
             Ok(())
         })
     }

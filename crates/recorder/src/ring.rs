@@ -1,37 +1,37 @@
-//! Full rate around events: the last seconds are remembered, and written when something happens; then everything is written
-//! for as long.
+//! Keeps the full sample rate around events: the samples of the last seconds wait in memory and are written when an event occurs;
+//! after the event every sample is written for the same time.
 
 use super::sample::{Micros, Sample};
 use std::collections::VecDeque;
 use std::time::Duration;
 
-/// The last samples of one gauge.
-#[derive(Clone, Debug)]
-pub struct RingBuffer {
-    span: Duration,
-    samples: VecDeque<Sample>,
-    /// Everything is written until then.
-    open_until: Option<Micros>,
-}
-
-/// No gauge is faster than so many samples a second for long.
+/// The most samples in a ring buffer. No gauge is faster for long.
 const MAX_SAMPLES: usize = 10_000;
 
+/// The last samples of one series.
+#[derive(Clone, Debug)]
+pub struct RingBuffer {
+    window: Duration,
+    samples: VecDeque<Sample>,
+    /// Until this time every sample is written.
+    full_rate_until: Option<Micros>,
+}
+
 impl RingBuffer {
-    /// Remembers samples for `span`.
+    /// Keeps the samples of the last `window`.
     #[must_use]
-    pub const fn new(span: Duration) -> Self {
-        Self { span, samples: VecDeque::new(), open_until: None }
+    pub const fn new(window: Duration) -> Self {
+        Self { window, samples: VecDeque::new(), full_rate_until: None }
     }
 
-    /// Remembers a sample, or says that it is to be written at full rate.
+    /// Keeps a sample, or returns `true` when it is to be written now.
     pub fn push(&mut self, sample: Sample) -> bool {
-        let (oldest, newest) = (sample.at.before(self.span), sample.at.after(self.span));
-        // An end that lies further ahead than any event puts it was set by a clock that was since set back.
-        if self.open_until.is_some_and(|end| sample.at <= end && end <= newest.after(self.span)) {
+        let (oldest, newest) = (sample.at.before(self.window), sample.at.after(self.window));
+        // An end beyond twice the window was set by a clock that was set back since.
+        if self.full_rate_until.is_some_and(|end| sample.at <= end && end <= newest.after(self.window)) {
             return true;
         }
-        self.open_until = None;
+        self.full_rate_until = None;
         while self.samples.front().is_some_and(|first| first.at < oldest || first.at > newest)
             || self.samples.len() >= MAX_SAMPLES
         {
@@ -41,16 +41,16 @@ impl RingBuffer {
         false
     }
 
-    /// Something happened at `at`: what is remembered is to be written, and what comes for as long again.
+    /// An event occurred at `at`: returns the kept samples, and lets every sample through for one more window.
     pub fn trigger(&mut self, at: Micros) -> impl Iterator<Item = Sample> {
-        self.open_until = Some(at.after(self.span));
+        self.full_rate_until = Some(at.after(self.window));
         self.samples.drain(..)
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::super::sample::Quality;
+    use super::super::quality::Quality;
     use super::*;
 
     fn at(second: i64) -> Sample {
@@ -58,7 +58,7 @@ mod tests {
     }
 
     #[test]
-    fn an_event_brings_what_was_before_it_and_what_follows() {
+    fn an_event_returns_the_samples_before_it_and_opens_a_window_after_it() {
         let mut ring = RingBuffer::new(Duration::from_secs(5));
         assert!((0..20).all(|second| !ring.push(at(second))));
         let before: Vec<_> =
@@ -66,11 +66,11 @@ mod tests {
         assert_eq!(before, [14, 15, 16, 17, 18, 19]);
         let after: Vec<_> = (20..30).filter(|second| ring.push(at(*second))).collect();
         assert_eq!(after, [20, 21, 22, 23, 24]);
-        assert_eq!(ring.trigger(Micros(30 * Micros::SECOND)).count(), 5, "what was written is not brought again");
+        assert_eq!(ring.trigger(Micros(30 * Micros::SECOND)).count(), 5, "written samples are not returned again");
     }
 
     #[test]
-    fn a_clock_that_was_set_back_does_not_leave_it_open() {
+    fn a_clock_that_is_set_back_closes_the_window() {
         let mut ring = RingBuffer::new(Duration::from_secs(5));
         ring.push(at(3600));
         assert_eq!(ring.trigger(Micros(3600 * Micros::SECOND)).count(), 1);
@@ -79,7 +79,7 @@ mod tests {
     }
 
     #[test]
-    fn a_clock_that_stands_still_fills_no_memory() {
+    fn a_clock_that_stands_still_does_not_fill_the_memory() {
         let mut ring = RingBuffer::new(Duration::from_secs(5));
         (0..MAX_SAMPLES + 100).for_each(|_| {
             ring.push(at(1));

@@ -1,15 +1,16 @@
-//! The levels in which long times are kept and drawn: for each span the lowest and highest pressure, their geometric mean,
-//! and what happened.
+//! The levels of stored summaries: for each span of time the lowest and highest pressure, their geometric mean and the qualities that
+//! occurred.
 //!
-//! Each level is twelve to fifteen times as long as the one below, so a picture reads at most fifteen rows for a pixel.
+//! A span of a level is twelve to fifteen times as long as one of the level below, so a trend reads at most fifteen rows per pixel.
 
-use super::sample::{Micros, Qualities, Sample};
+use super::quality::Qualities;
+use super::sample::{Micros, Sample};
 use std::collections::BTreeMap;
 
-/// A level: its number in the file and the length of its spans.
+/// A level of spans.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Level {
-    /// Its number.
+    /// Its number in the database.
     pub number: u8,
     /// The length of a span in seconds.
     pub seconds: i64,
@@ -30,36 +31,36 @@ impl Level {
         self.seconds.saturating_mul(Micros::SECOND)
     }
 
-    /// The beginning of the span that `at` lies in.
+    /// The start of the span that contains `at`.
     #[must_use]
     pub const fn start(self, at: Micros) -> Micros {
         Micros(at.0.saturating_sub(at.0.rem_euclid(self.micros())))
     }
 
-    /// The coarsest level whose spans are not longer than `micros`; nothing if even the finest is.
+    /// The coarsest level whose spans are not longer than `micros`; `None` if even the finest ones are longer.
     #[must_use]
     pub fn coarsest_within(micros: i64) -> Option<Self> {
         LEVELS.into_iter().rev().find(|level| level.micros() <= micros)
     }
 }
 
-/// What happened in a span.
+/// The summary of a span.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Summary {
     /// The lowest pressure in Pa.
     pub low: Option<f64>,
-    /// The highest.
+    /// The highest pressure in Pa.
     pub high: Option<f64>,
     /// The sum of the decimal logarithms of all pressures.
     pub decades: f64,
-    /// How many pressures there were.
+    /// The number of pressures.
     pub count: u32,
     /// The qualities that occurred.
     pub qualities: Qualities,
 }
 
 impl Summary {
-    /// One sample alone.
+    /// The summary of one sample.
     #[must_use]
     pub fn of(sample: &Sample) -> Self {
         Self {
@@ -71,7 +72,7 @@ impl Summary {
         }
     }
 
-    /// Both.
+    /// Adds another summary.
     pub fn add(&mut self, other: &Self) {
         let lowest = |one: f64, two: f64| one.min(two);
         let highest = |one: f64, two: f64| one.max(two);
@@ -96,49 +97,49 @@ fn merged(one: Option<f64>, two: Option<f64>, choose: fn(f64, f64) -> f64) -> Op
     }
 }
 
-/// Which span of which gauge.
+/// Identifies a span of a series.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct SpanKey {
     /// The number of the level.
     pub level: u8,
-    /// The gauge.
-    pub gauge: usize,
-    /// The beginning of the span.
+    /// The index of the series.
+    pub series: usize,
+    /// The start of the span.
     pub start: Micros,
 }
 
-/// What has to be added to the file.
+/// Summaries to be added to the database.
 #[derive(Clone, Debug, Default)]
 pub struct PendingSpans(BTreeMap<SpanKey, Summary>);
 
 impl PendingSpans {
-    /// A sample, in every level.
-    pub fn add(&mut self, gauge: usize, sample: &Sample) {
-        let extent = Summary::of(sample);
+    /// Adds a sample to its span of each level.
+    pub fn add(&mut self, series: usize, sample: &Sample) {
+        let summary = Summary::of(sample);
         for level in LEVELS {
-            let key = SpanKey { level: level.number, gauge, start: level.start(sample.at) };
-            self.0.entry(key).or_default().add(&extent);
+            let key = SpanKey { level: level.number, series, start: level.start(sample.at) };
+            self.0.entry(key).or_default().add(&summary);
         }
     }
 
-    /// All of them.
+    /// All spans.
     pub fn iter(&self) -> impl Iterator<Item = (&SpanKey, &Summary)> {
         self.0.iter()
     }
 
-    /// How many spans they touch.
+    /// The number of spans.
     #[must_use]
     pub fn len(&self) -> usize {
         self.0.len()
     }
 
-    /// Whether there is nothing to add.
+    /// Whether there are no spans.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.0.is_empty()
     }
 
-    /// They were added.
+    /// Removes all spans, after they were written.
     pub fn clear(&mut self) {
         self.0.clear();
     }
@@ -146,7 +147,7 @@ impl PendingSpans {
 
 #[cfg(test)]
 mod tests {
-    use super::super::sample::Quality;
+    use super::super::quality::Quality;
     use super::*;
 
     fn at(second: i64, pa: f64) -> Sample {
@@ -154,12 +155,12 @@ mod tests {
     }
 
     #[test]
-    fn a_span_knows_lowest_highest_and_geometric_mean() {
-        let mut extent = Summary::default();
-        [at(0, 1e-4), at(1, 1e-2), Sample::gap(Micros(2))].iter().for_each(|sample| extent.add(&Summary::of(sample)));
-        assert_eq!((extent.low, extent.high, extent.count), (Some(1e-4), Some(1e-2), 2));
-        assert!((extent.mean().unwrap() - 1e-3).abs() < 1e-9);
-        assert_eq!(extent.qualities.iter().collect::<Vec<_>>(), [Quality::Valid, Quality::Gap]);
+    fn a_summary_has_the_lowest_the_highest_and_the_geometric_mean() {
+        let mut summary = Summary::default();
+        [at(0, 1e-4), at(1, 1e-2), Sample::gap(Micros(2))].iter().for_each(|sample| summary.add(&Summary::of(sample)));
+        assert_eq!((summary.low, summary.high, summary.count), (Some(1e-4), Some(1e-2), 2));
+        assert!((summary.mean().unwrap() - 1e-3).abs() < 1e-9);
+        assert_eq!(summary.qualities.iter().collect::<Vec<_>>(), [Quality::Valid, Quality::Gap]);
     }
 
     #[test]
@@ -174,12 +175,12 @@ mod tests {
     }
 
     #[test]
-    fn spans_before_1970_begin_before_they_end() {
+    fn a_span_before_1970_starts_before_it_ends() {
         assert_eq!(LEVELS[0].start(Micros(-1)), Micros(-10 * Micros::SECOND));
     }
 
     #[test]
-    fn a_picture_takes_the_coarsest_level_that_is_fine_enough() {
+    fn a_trend_uses_the_coarsest_level_that_is_fine_enough() {
         let level = |seconds: i64| Level::coarsest_within(seconds * Micros::SECOND).map(|level| level.number);
         assert_eq!(
             [level(9), level(10), level(119), level(120), level(15_768), level(100_000)],

@@ -1,10 +1,12 @@
-//! The thread that owns the file. Whoever measures never waits for the disk.
+//! The thread that owns the database. Bus threads put samples into a queue and never block on disk I/O.
 
 use super::alarms::AlarmBatch;
 use super::audit::{AuditAction, AuditEntry};
 use super::clock::ClockMonitor;
-use super::database::{Database, DatabaseError, Event, EventKind, Retention};
+use super::database::{Database, Retention};
 use super::deadband::{Deadband, DeadbandFilter};
+use super::error::{AuditError, DatabaseError};
+use super::event::{Event, EventKind};
 use super::ring::RingBuffer;
 use super::sample::{Micros, Sample};
 use super::spans::PendingSpans;
@@ -15,33 +17,35 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-/// How often what was measured is written: a power cut loses no more.
+/// The time between two transactions: a power cut loses no more than this.
 const WRITE_INTERVAL: Duration = Duration::from_secs(1);
 
-/// How often what is old is looked for.
+/// The time between two searches for rows beyond the retention.
 const PRUNE_INTERVAL: Duration = Duration::from_secs(60);
 
-/// So many messages may wait for the thread: ten seconds of 125 gauges at 50 Hz.
+/// Messages that may wait for the thread: ten seconds of 125 gauges at 50 Hz.
 const QUEUE_LENGTH: usize = 65_536;
 
-/// So many samples and spans, and so many events, are kept in memory while the disk takes none.
+/// Samples and spans that are kept in memory while the disk takes none.
 const MAX_UNWRITTEN: usize = 1_000_000;
+
+/// Events, and rows of each other kind, that are kept in memory while the disk takes none.
 const MAX_UNWRITTEN_EVENTS: usize = 10_000;
 
-/// A disk that has not answered for so long hangs.
+/// A disk that has not answered for this time is reported as stalled.
 const STALL_TIMEOUT: Duration = Duration::from_secs(15);
 
-/// How long somebody who wants to know waits for the disk.
+/// The longest that a caller waits for the disk.
 const WRITE_TIMEOUT: Duration = Duration::from_secs(10);
 
-/// What is kept, and for how long.
+/// Which samples are kept, and for how long.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settings {
-    /// The dead band.
+    /// The deadband.
     pub deadband: Deadband,
-    /// How much time before and after an event is kept at full rate.
+    /// The time before and after an event in which every sample is kept.
     pub full_rate_window: Duration,
-    /// How long what is kept.
+    /// How long rows are kept.
     pub retention: Retention,
 }
 
@@ -55,73 +59,73 @@ impl Default for Settings {
     }
 }
 
-/// How the recorder is.
+/// The state of a recorder.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Health {
-    /// When a transaction ended last.
+    /// When the last transaction ended.
     pub last_write: Option<Micros>,
-    /// Why the last one failed, if it did; it is tried again.
+    /// Why the last transaction failed, if it did; the recorder tries again.
     pub error: Option<String>,
-    /// Samples that could not be kept: the queue was full, or the disk took none for long.
+    /// Samples that were dropped because the queue or the memory was full.
     pub lost_samples: u64,
-    /// Events that could not be kept, for the same reasons.
+    /// Events and other rows that were dropped for the same reasons.
     pub lost_events: u64,
 }
 
 enum Message {
     Sample(Arc<str>, Sample),
-    /// Somebody may want to know when it is on the disk.
+    /// The sender, if any, waits until the event is on the disk.
     Event(Event, Option<Sender<()>>),
-    /// A row of the audit trail, now or never: which row it is, or why there is none.
-    AuditBeforeSending(Box<AuditEntry>, Sender<Result<i64, String>>),
-    /// A row of the audit trail that must not be lost; somebody wants to know when it is on the disk.
+    /// A row of the audit trail that is written now or never. The sender waits for its number.
+    AuditBeforeSending(Box<AuditEntry>, Sender<Result<i64, AuditError>>),
+    /// A row of the audit trail that is kept until the disk takes it. The sender may wait for that.
     Audit(Box<AuditEntry>, Sender<()>),
-    /// What became of alarms, with the events that tell it. Written at once.
+    /// Changes of alarms with their events, written at once.
     Alarms(AlarmBatch, Vec<Event>, Option<Sender<()>>),
     Flush(Sender<()>),
-    /// A flush with what the dead band holds back.
+    /// A flush that includes the samples held by the deadbands.
     Finish(Sender<()>),
 }
 
-/// Takes samples and events from any thread.
+/// Records samples, events, alarms and audit entries from any thread.
 pub struct Recorder {
     messages: Option<SyncSender<Message>>,
     health: Arc<Mutex<Health>>,
-    /// When the thread was last done with the disk.
+    /// When the thread last returned from the disk.
     answered: Arc<Mutex<Instant>>,
     thread: Option<JoinHandle<()>>,
 }
 
 impl Recorder {
-    /// Opens the file and begins.
+    /// Opens the database and starts the thread.
     ///
     /// # Errors
-    /// [`StoreError`] when the file cannot be used.
+    /// [`DatabaseError`] when the database cannot be used.
     pub fn start(path: &Path, settings: Settings) -> Result<Self, DatabaseError> {
-        let store = Database::open(path)?;
+        let database = Database::open(path)?;
         let health = Arc::new(Mutex::new(Health::default()));
         let (messages, inbox) = sync_channel(QUEUE_LENGTH);
-        let work = Writer::new(store, settings, Arc::clone(&health));
-        let answered = Arc::clone(&work.answered);
-        let thread = std::thread::spawn(move || work.run(&inbox));
+        let writer = Writer::new(database, settings, Arc::clone(&health));
+        let answered = Arc::clone(&writer.answered);
+        let thread = std::thread::spawn(move || writer.run(&inbox));
         Ok(Self { messages: Some(messages), health, answered, thread: Some(thread) })
     }
 
-    /// A sample of a gauge. Never waits: what cannot be taken is counted in [`Health::lost`].
-    pub fn push(&self, gauge: &Arc<str>, sample: Sample) {
-        if !self.send(Message::Sample(Arc::clone(gauge), sample)) {
+    /// Records a sample of a series. Never blocks: a sample that is dropped is counted in [`Health::lost_samples`].
+    pub fn push(&self, series: &Arc<str>, sample: Sample) {
+        if !self.send(Message::Sample(Arc::clone(series), sample)) {
             count(&mut self.locked().lost_samples);
         }
     }
 
-    /// Something happened. Never waits: what cannot be taken is counted in [`Health::lost_events`].
+    /// Records an event. Never blocks: an event that is dropped is counted in [`Health::lost_events`].
     pub fn record_event(&self, event: Event) {
         if !self.send(Message::Event(event, None)) {
             count(&mut self.locked().lost_events);
         }
     }
 
-    /// Something happened. Returns when it is on the disk, `false` if that could not be had in ten seconds.
+    /// Records an event. Returns `true` when it is on the disk, `false` after ten seconds.
     #[must_use]
     pub fn record_event_and_wait(&self, event: Event) -> bool {
         let (done, wait) = channel();
@@ -132,58 +136,58 @@ impl Recorder {
         sent && wait.recv_timeout(WRITE_TIMEOUT).is_ok()
     }
 
-    /// A row of the audit trail before something is done. Returns its number when it is on the disk; if it does not get
-    /// there now, it is not tried again.
+    /// Writes a row of the audit trail before its command is sent. Returns its number when it is on the disk. A row that is not
+    /// written at once is not written later.
     ///
     /// # Errors
-    /// Why it is not there.
-    pub fn audit_before_sending(&self, entry: AuditEntry) -> Result<i64, String> {
+    /// [`AuditError`] says why the row is not on the disk.
+    pub fn audit_before_sending(&self, entry: AuditEntry) -> Result<i64, AuditError> {
         let (done, wait) = channel();
         if !self.send(Message::AuditBeforeSending(Box::new(entry), done)) {
-            return Err("the recorder has too much to write".to_owned());
+            return Err(AuditError::QueueFull);
         }
-        wait.recv_timeout(WRITE_TIMEOUT).unwrap_or_else(|_| Err("the disk is too slow".to_owned()))
+        wait.recv_timeout(WRITE_TIMEOUT).unwrap_or(Err(AuditError::Timeout))
     }
 
-    /// A row of the audit trail after something was done. If the disk does not take it now, it is tried again.
+    /// Writes a row of the audit trail. The recorder keeps it until the disk takes it.
     pub fn audit(&self, entry: AuditEntry) -> WriteReceipt {
         let (done, wait) = channel();
-        let is_taken = self.send(Message::Audit(Box::new(entry), done));
-        if !is_taken {
+        let is_queued = self.send(Message::Audit(Box::new(entry), done));
+        if !is_queued {
             count(&mut self.locked().lost_events);
         }
-        WriteReceipt(is_taken.then_some(wait))
+        WriteReceipt(is_queued.then_some(wait))
     }
 
-    /// What became of alarms, and the events that tell it. Never waits, and is written at once. Says whether there was room for it.
+    /// Records changes of alarms with their events, at once. Never blocks. Returns whether the queue had room.
     #[must_use]
     pub fn record_alarms(&self, batch: AlarmBatch, events: Vec<Event>) -> bool {
         self.send(Message::Alarms(batch, events, None))
     }
 
-    /// The same, with somebody who waits: what is returned tells when it is on the disk. The order of what is sent is the order in
-    /// the file.
+    /// Records changes of alarms with their events, at once. The receipt says when they are on the disk. Batches are written in the
+    /// order of the calls.
     #[must_use]
     pub fn record_alarms_with_receipt(&self, batch: AlarmBatch, events: Vec<Event>) -> WriteReceipt {
         let (done, wait) = channel();
         WriteReceipt(self.send(Message::Alarms(batch, events, Some(done))).then_some(wait))
     }
 
-    /// Writes what is waiting. Returns when it is on the disk, `false` if that could not be had in ten seconds.
+    /// Writes everything in the queue. Returns `true` when it is on the disk, `false` after ten seconds.
     #[must_use]
     pub fn flush(&self) -> bool {
         let (done, wait) = channel();
         self.send(Message::Flush(done)) && wait.recv_timeout(WRITE_TIMEOUT).is_ok()
     }
 
-    /// The same with what the dead band holds back, for an end at which not everybody may have let go of the recorder.
+    /// Flushes, including the samples held by the deadbands: for the end of a station whose threads still share the recorder.
     #[must_use]
     pub fn finish(&self) -> bool {
         let (done, wait) = channel();
         self.send(Message::Finish(done)) && wait.recv_timeout(WRITE_TIMEOUT).is_ok()
     }
 
-    /// How it is. Who has died or waits for a disk that hangs cannot say so.
+    /// The state of the recorder, also when its thread has ended or hangs in the disk.
     #[must_use]
     pub fn health(&self) -> Health {
         let silent = self.answered.lock().unwrap_or_else(PoisonError::into_inner).elapsed();
@@ -196,31 +200,31 @@ impl Recorder {
         self.health.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Whether there was room for it.
+    /// Returns whether the queue had room.
     fn send(&self, message: Message) -> bool {
         self.messages.as_ref().is_some_and(|messages| messages.try_send(message).is_ok())
     }
 }
 
-/// What the thread cannot say itself.
+/// What the thread cannot report itself: that it has ended, or that it hangs in the disk.
 fn stall_message(has_ended: bool, silent: Duration) -> Option<String> {
     match has_ended {
-        true => Some("who records has died: start the station again".to_owned()),
+        true => Some("the recorder thread has ended: restart the station".to_owned()),
         false => (silent > STALL_TIMEOUT).then(|| format!("the disk has not answered for {} s", silent.as_secs())),
     }
 }
 
-/// Something that is on its way to the disk.
+/// Says when rows are on the disk.
 pub struct WriteReceipt(Option<Receiver<()>>);
 
 impl WriteReceipt {
-    /// Whether there was room for it.
+    /// Whether the queue had room for the rows.
     #[must_use]
     pub const fn is_queued(&self) -> bool {
         self.0.is_some()
     }
 
-    /// Returns when it is on the disk, `false` if that could not be had in ten seconds.
+    /// Returns `true` when the rows are on the disk, `false` after ten seconds.
     pub fn wait(self) -> bool {
         self.0.is_some_and(|wait| wait.recv_timeout(WRITE_TIMEOUT).is_ok())
     }
@@ -231,7 +235,7 @@ const fn count(lost: &mut u64) {
 }
 
 impl Drop for Recorder {
-    /// Everything that was taken is written before this returns.
+    /// Writes everything in the queue before it returns.
     fn drop(&mut self) {
         self.messages = None;
         if let Some(thread) = self.thread.take() {
@@ -240,66 +244,67 @@ impl Drop for Recorder {
     }
 }
 
-/// One gauge on its way to the file.
+/// The filters of one series.
 struct SeriesState {
-    number: usize,
-    thinner: DeadbandFilter,
+    index: usize,
+    deadband: DeadbandFilter,
     ring: RingBuffer,
 }
 
+/// The state of the thread.
 struct Writer {
-    store: Database,
+    database: Database,
     settings: Settings,
     health: Arc<Mutex<Health>>,
     series: HashMap<Arc<str>, SeriesState>,
     samples: Vec<(usize, Sample)>,
-    additions: PendingSpans,
+    spans: PendingSpans,
     events: Vec<Event>,
     audit: Vec<AuditEntry>,
     alarms: AlarmBatch,
-    /// Something is not to wait for the end of the second.
+    /// Write before the end of the interval.
     is_urgent: bool,
-    acknowledgements: Vec<Sender<()>>,
+    receipts: Vec<Sender<()>>,
     clock: ClockMonitor,
     answered: Arc<Mutex<Instant>>,
-    /// So much fits into memory.
+    /// The most samples and spans in memory.
     capacity: usize,
-    due: Instant,
+    write_at: Instant,
     prune_at: Instant,
 }
 
 impl Writer {
-    fn new(store: Database, settings: Settings, health: Arc<Mutex<Health>>) -> Self {
+    fn new(database: Database, settings: Settings, health: Arc<Mutex<Health>>) -> Self {
         let now = Instant::now();
         Self {
-            store,
+            database,
             settings,
             health,
             series: HashMap::new(),
             samples: Vec::new(),
-            additions: PendingSpans::default(),
+            spans: PendingSpans::default(),
             events: Vec::new(),
             audit: Vec::new(),
             alarms: AlarmBatch::default(),
             is_urgent: false,
-            acknowledgements: Vec::new(),
+            receipts: Vec::new(),
             clock: ClockMonitor::new(now, Micros::now()),
             answered: Arc::new(Mutex::new(now)),
             capacity: MAX_UNWRITTEN,
-            due: now + WRITE_INTERVAL,
+            write_at: now + WRITE_INTERVAL,
             prune_at: now,
         }
     }
 
-    /// Until nobody can send any more.
+    /// Runs until the last sender is dropped.
     fn run(mut self, inbox: &Receiver<Message>) {
         loop {
-            match inbox.recv_timeout(self.due.saturating_duration_since(Instant::now())) {
+            match inbox.recv_timeout(self.write_at.saturating_duration_since(Instant::now())) {
                 Ok(message) => self.handle(message),
                 Err(RecvTimeoutError::Timeout) => {}
                 Err(RecvTimeoutError::Disconnected) => break,
             }
-            if self.is_urgent || !self.acknowledgements.is_empty() || Instant::now() >= self.due {
+            if self.is_urgent || !self.receipts.is_empty() || Instant::now() >= self.write_at {
                 self.write();
             }
         }
@@ -309,67 +314,60 @@ impl Writer {
 
     fn handle(&mut self, message: Message) {
         match message {
-            Message::Sample(gauge, sample) => self.sample(&gauge, sample),
+            Message::Sample(series, sample) => self.sample(&series, sample),
             Message::Event(event, done) => self.event(event, done),
             Message::AuditBeforeSending(entry, done) => {
-                let written = self.intend((*entry).clone());
-                // Whoever asked has gone when it took too long, and does nothing then.
+                let written = self.audit_now((*entry).clone());
+                // A requester that timed out has sent nothing, so the row gets an outcome.
                 if let Err(SendError(Ok(row))) = done.send(written) {
                     let outcome = Some("not sent: the disk was too slow".to_owned());
-                    self.audit.push(AuditEntry {
-                        action: AuditAction::Outcome,
-                        refers_to: Some(row),
-                        outcome,
-                        ..*entry
-                    });
+                    let action = AuditAction::Outcome;
+                    self.audit.push(AuditEntry { action, refers_to: Some(row), outcome, ..*entry });
                 }
             }
             Message::Audit(..) if self.audit.len() >= MAX_UNWRITTEN_EVENTS => count(&mut self.locked().lost_events),
             Message::Audit(entry, done) => {
                 self.audit.push(*entry);
-                self.acknowledgements.push(done);
+                self.receipts.push(done);
             }
             Message::Alarms(batch, events, done) => self.alarms(batch, events, done),
-            Message::Flush(done) => self.acknowledgements.push(done),
+            Message::Flush(done) => self.receipts.push(done),
             Message::Finish(done) => {
                 self.flush_deadbands();
-                self.acknowledgements.push(done);
+                self.receipts.push(done);
             }
         }
     }
 
-    /// What the dead band held back is the last that is known.
+    /// Keeps the sample that each deadband holds: it is the last known one.
     fn flush_deadbands(&mut self) {
-        for lane in self.series.values_mut() {
-            self.samples.extend(lane.thinner.flush().map(|sample| (lane.number, sample)));
+        for state in self.series.values_mut() {
+            self.samples.extend(state.deadband.flush().map(|sample| (state.index, sample)));
         }
     }
 
-    /// Whether nothing more fits into memory while the disk takes nothing.
+    /// Whether the memory takes no more samples while the disk takes none.
     fn is_full(&self) -> bool {
-        self.samples.len().saturating_add(self.additions.len()) >= self.capacity
+        self.samples.len().saturating_add(self.spans.len()) >= self.capacity
     }
 
-    fn sample(&mut self, gauge: &Arc<str>, sample: Sample) {
+    fn sample(&mut self, series: &Arc<str>, sample: Sample) {
         if self.is_full() {
             count(&mut self.locked().lost_samples);
             return;
         }
-        if !self.series.contains_key(gauge) {
-            let number = self.store.series_index(gauge);
-            let lane = SeriesState {
-                number,
-                thinner: DeadbandFilter::default(),
-                ring: RingBuffer::new(self.settings.full_rate_window),
-            };
-            self.series.insert(Arc::clone(gauge), lane);
+        if !self.series.contains_key(series) {
+            let index = self.database.series_index(series);
+            let ring = RingBuffer::new(self.settings.full_rate_window);
+            let state = SeriesState { index, deadband: DeadbandFilter::default(), ring };
+            self.series.insert(Arc::clone(series), state);
         }
-        let Some(lane) = self.series.get_mut(gauge) else { return };
-        let number = lane.number;
-        let whole = lane.ring.push(sample).then_some(sample);
-        let thinned = lane.thinner.push(&self.settings.deadband, sample);
-        self.samples.extend(whole.into_iter().chain(thinned).map(|sample| (number, sample)));
-        self.additions.add(number, &sample);
+        let Some(state) = self.series.get_mut(series) else { return };
+        let index = state.index;
+        let full_rate = state.ring.push(sample).then_some(sample);
+        let kept = state.deadband.push(&self.settings.deadband, sample);
+        self.samples.extend(full_rate.into_iter().chain(kept).map(|sample| (index, sample)));
+        self.spans.add(index, &sample);
     }
 
     fn event(&mut self, event: Event, done: Option<Sender<()>>) {
@@ -377,78 +375,78 @@ impl Writer {
             count(&mut self.locked().lost_events);
             return;
         }
-        // Whoever is only refused at the door must not make the record grow.
+        // Refused logins must not let an unauthenticated client make the database grow.
         if !self.is_full() && event.kind != EventKind::Access {
             self.write_full_rate(&event);
         }
         self.events.push(event);
-        self.acknowledgements.extend(done);
+        self.receipts.extend(done);
     }
 
     fn alarms(&mut self, batch: AlarmBatch, events: Vec<Event>, done: Option<Sender<()>>) {
-        let lost = self.alarms.append(batch, MAX_UNWRITTEN_EVENTS);
-        if lost > 0 {
+        let dropped = self.alarms.append(batch, MAX_UNWRITTEN_EVENTS);
+        if dropped > 0 {
             let mut health = self.locked();
-            health.lost_events = health.lost_events.saturating_add(lost);
+            health.lost_events = health.lost_events.saturating_add(dropped);
         }
         events.into_iter().for_each(|event| self.event(event, None));
         self.is_urgent = true;
-        self.acknowledgements.extend(done);
+        self.receipts.extend(done);
     }
 
-    /// Full rate around an event: of its gauge, or of all.
+    /// Keeps every sample around an event: of its gauge, or of all series.
     fn write_full_rate(&mut self, event: &Event) {
-        for (name, lane) in &mut self.series {
+        for (name, state) in &mut self.series {
             if event.gauge.as_deref().is_none_or(|gauge| gauge == &**name) {
-                let number = lane.number;
-                self.samples.extend(lane.ring.trigger(event.at).map(|sample| (number, sample)));
+                let index = state.index;
+                self.samples.extend(state.ring.trigger(event.at).map(|sample| (index, sample)));
             }
         }
     }
 
-    /// What waits before it goes first: rows stand in the order in which things happened.
-    fn intend(&mut self, entry: AuditEntry) -> Result<i64, String> {
+    /// Writes a row now, after the rows that wait: rows are in the order of what they state.
+    fn audit_now(&mut self, entry: AuditEntry) -> Result<i64, AuditError> {
         let mut entries = std::mem::take(&mut self.audit);
         entries.push(entry);
-        match self.store.audit(&entries) {
-            Ok(rows) => rows.last().copied().ok_or_else(|| "no row was written".to_owned()),
+        match self.database.audit(&entries) {
+            Ok(rows) => rows.last().copied().ok_or(AuditError::NoRow),
             Err(error) => {
                 entries.pop();
                 self.audit = entries;
-                Err(error.to_string())
+                Err(error.into())
             }
         }
     }
 
-    /// Writes what waits of the audit trail.
+    /// Writes the rows of the audit trail that wait.
     fn write_audit(&mut self) -> Result<(), DatabaseError> {
         if !self.audit.is_empty() {
-            self.store.audit(&self.audit)?;
+            self.database.audit(&self.audit)?;
             self.audit.clear();
         }
         Ok(())
     }
 
-    /// Writes what is there. What could not be written is tried again with the next.
+    /// Writes everything in memory. What the disk does not take is tried again in the next interval.
     fn write(&mut self) {
-        self.due = Instant::now() + WRITE_INTERVAL;
+        self.write_at = Instant::now() + WRITE_INTERVAL;
         self.is_urgent = false;
         if let Some(text) = self.clock.detect_step(Instant::now(), Micros::now()) {
             self.event(Event { at: Micros::now(), gauge: None, kind: EventKind::Station, text }, None);
         }
         let written = self.write_audit();
         let written =
-            written.and_then(|()| self.store.write(&self.samples, &self.additions, &self.events, &self.alarms));
+            written.and_then(|()| self.database.write(&self.samples, &self.spans, &self.events, &self.alarms));
         if let Some(crowded) = self.note_result(written) {
             let mut health = self.locked();
             health.lost_samples = health.lost_samples.saturating_add(crowded);
             drop(health);
             self.samples.clear();
-            self.additions.clear();
+            self.spans.clear();
             self.events.clear();
             self.alarms = AlarmBatch::default();
-            self.acknowledgements.drain(..).for_each(|done| {
-                // Whoever asked may have gone.
+            self.receipts.drain(..).for_each(|done| {
+                // The requester may have timed out.
                 done.send(()).ok();
             });
             self.prune();
@@ -460,12 +458,12 @@ impl Writer {
         if Instant::now() < self.prune_at {
             return;
         }
-        let more = self.store.prune(&self.settings.retention, Micros::now());
+        let more = self.database.prune(&self.settings.retention, Micros::now());
         let more = self.note_result(more) == Some(true);
         self.prune_at = Instant::now() + if more { WRITE_INTERVAL } else { PRUNE_INTERVAL };
     }
 
-    /// Notes how it went.
+    /// Puts the result of a transaction into the health.
     fn note_result<T>(&self, result: Result<T, DatabaseError>) -> Option<T> {
         let mut health = self.locked();
         match result {
@@ -488,69 +486,68 @@ impl Writer {
 
 #[cfg(test)]
 mod tests {
+    use super::super::quality::Quality;
     use super::super::reader::Reader;
-    use super::super::sample::Quality;
     use super::*;
 
     #[test]
-    fn who_records_and_has_died_or_hangs_is_told() {
+    fn health_reports_a_stalled_disk_and_an_ended_thread() {
         assert_eq!(stall_message(false, STALL_TIMEOUT), None);
-        assert_eq!(
-            stall_message(false, Duration::from_secs(16)).as_deref(),
-            Some("the disk has not answered for 16 s")
-        );
+        let stalled = stall_message(false, Duration::from_secs(16));
+        assert_eq!(stalled.as_deref(), Some("the disk has not answered for 16 s"));
         let folder = tempfile::tempdir().unwrap();
         let mut recorder = Recorder::start(&folder.path().join("plant.db"), Settings::default()).unwrap();
-        // Its thread ends, and nobody joins it.
+        // The thread ends when its queue closes; it is not joined.
         recorder.messages = None;
         while recorder.health().error.is_none() {
             std::thread::yield_now();
         }
-        assert_eq!(recorder.health().error.as_deref(), Some("who records has died: start the station again"));
+        let error = recorder.health().error;
+        assert_eq!(error.as_deref(), Some("the recorder thread has ended: restart the station"));
     }
 
     #[test]
-    fn a_full_disk_is_told_and_what_waited_is_written_when_there_is_room() {
+    fn a_full_disk_is_reported_and_samples_in_memory_are_written_when_there_is_room() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("plant.db");
         let health = Arc::new(Mutex::new(Health::default()));
-        let settings =
-            Settings { deadband: Deadband { decades: 0.0, max_interval: Duration::ZERO }, ..Settings::default() };
-        let mut work = Writer::new(Database::open(&path).unwrap(), settings, Arc::clone(&health));
-        work.capacity = 5_000;
-        work.store.limit_pages(20);
-        let gauge: Arc<str> = Arc::from("chamber");
+        let deadband = Deadband { decades: 0.0, max_interval: Duration::ZERO };
+        let settings = Settings { deadband, ..Settings::default() };
+        let mut writer = Writer::new(Database::open(&path).unwrap(), settings, Arc::clone(&health));
+        writer.capacity = 5_000;
+        writer.database.limit_pages(20);
+        let series: Arc<str> = Arc::from("chamber");
         let now = Micros::now().0;
         let sample = |number: i64| Sample::new(Micros(now + number), Some(1.0), Quality::Valid);
-        (0..6_000).for_each(|number| work.sample(&gauge, sample(number)));
-        work.write();
-        let told = health.lock().unwrap().clone();
-        assert!(told.error.unwrap().ends_with("database or disk is full"));
-        let kept = 6_000 - told.lost_samples;
-        assert!(told.lost_samples > 0 && kept > 4_900, "{kept} kept");
-        work.store.limit_pages(1_000_000);
-        work.write();
+        (0..6_000).for_each(|number| writer.sample(&series, sample(number)));
+        writer.write();
+        let full = health.lock().unwrap().clone();
+        assert!(full.error.unwrap().ends_with("database or disk is full"));
+        let kept = 6_000 - full.lost_samples;
+        assert!(full.lost_samples > 0 && kept > 4_900, "{kept} kept");
+        writer.database.limit_pages(1_000_000);
+        writer.write();
         assert_eq!(health.lock().unwrap().error, None);
         let samples = Reader::open(&path).unwrap().samples("chamber", Micros(0), Micros(i64::MAX)).unwrap();
         assert_eq!(samples.len() as u64, kept);
     }
 
     #[test]
-    fn who_is_refused_at_the_door_makes_nobody_record_at_full_rate() {
+    fn an_access_event_does_not_trigger_the_full_sample_rate() {
         let folder = tempfile::tempdir().unwrap();
         let health = Arc::new(Mutex::new(Health::default()));
-        let store = Database::open(&folder.path().join("plant.db")).unwrap();
-        let mut work = Writer::new(store, Settings::default(), health);
-        let gauge: Arc<str> = Arc::from("chamber");
+        let database = Database::open(&folder.path().join("plant.db")).unwrap();
+        let mut writer = Writer::new(database, Settings::default(), health);
+        let series: Arc<str> = Arc::from("chamber");
         let now = Micros::now();
         let sample = |number: i64| Sample::new(Micros(now.0 + number * 1000), Some(1.0), Quality::Valid);
         let event = |kind| Event { at: now, gauge: None, kind, text: "x".to_owned() };
-        (0..100).for_each(|number| work.sample(&gauge, sample(number)));
-        let kept = work.samples.len();
-        work.event(event(EventKind::Access), None);
-        (100..200).for_each(|number| work.sample(&gauge, sample(number)));
-        assert_eq!(work.samples.len(), kept, "nothing has moved");
-        work.event(event(EventKind::Note), None);
-        assert!(work.samples.len() >= kept + 199, "all that is remembered");
+        (0..100).for_each(|number| writer.sample(&series, sample(number)));
+        let kept = writer.samples.len();
+        writer.event(event(EventKind::Access), None);
+        (100..200).for_each(|number| writer.sample(&series, sample(number)));
+        assert_eq!(writer.samples.len(), kept, "the pressure is steady");
+        writer.event(event(EventKind::Note), None);
+        assert!(writer.samples.len() >= kept + 199, "every sample of the window is kept");
     }
 }

@@ -1,10 +1,11 @@
-//! A station over one gauge in memory that acts: for tests in a browser.
+//! A station with one gauge in memory that executes commands, for tests in a browser.
 //!
 //! ```text
 //! cargo run -p profivac-station --example acting_plant -- 127.0.0.1:8080
 //! ```
 //!
-//! A bcg450 called chamber at 1e-6 mbar. Erna is engineer, Otto operator and Vera viewer; all have the same password. A line `mbar 5e-4` on its input is the pressure from then on. It ends when its input ends.
+//! The gauge is a bcg450 called chamber at 1e-6 mbar. Erna is engineer, Otto operator and Vera viewer; all have the same password. A line
+//! `mbar 5e-4` on the standard input sets the pressure. The program ends when its input ends.
 
 use profivac_client::cyclic::CyclicSlave;
 use profivac_client::pressure::Pressure;
@@ -29,10 +30,10 @@ use std::time::{Duration, Instant};
 
 const BAUD: Baud = Baud::B187500;
 
-/// The gauge lives in pieces of so long.
-const PIECE: Duration = Duration::from_millis(20);
+/// The time that the gauge advances in one step.
+const STEP: Duration = Duration::from_millis(20);
 
-const PEOPLE: [(&str, Role); 3] = [("Erna", Role::Engineer), ("Otto", Role::Operator), ("Vera", Role::Viewer)];
+const USERS: [(&str, Role); 3] = [("Erna", Role::Engineer), ("Otto", Role::Operator), ("Vera", Role::Viewer)];
 
 const PASSWORD: &str = "tin whisker plateau";
 
@@ -41,17 +42,17 @@ fn main() -> Result<(), Box<dyn Error>> {
     let folder = tempfile::tempdir()?;
     let file = folder.path().join("acting.db");
     let recorder = Recorder::start(&file, Settings::default())?;
-    let plant = Arc::new(Services::new("Test hall".to_owned(), file, recorder));
-    plant.record_event_and_wait(None, EventKind::Station, "the station begins");
+    let services = Arc::new(Services::new("Test hall".to_owned(), file, recorder));
+    services.recorder().event_now_and_wait(None, EventKind::Station, "the station starts");
     let (pressures, inbox) = channel();
     let scene = scene()?;
-    let exhibit =
-        DemoSegment::new(Arc::clone(&plant), "hall", &scene, 1, |_| ("chamber".to_owned(), "bcg450".to_owned()));
-    std::thread::spawn(move || live(scene, exhibit, &inbox));
+    let names = |_| ("chamber".to_owned(), "bcg450".to_owned());
+    let demo = DemoSegment::new(services.for_segments(), "hall", &scene, 1, names);
+    std::thread::spawn(move || run(scene, demo, &inbox));
     let users = folder.path().join("users.toml");
     let hash = Hash::of(PASSWORD)?;
-    Users::change(&users, |users| PEOPLE.iter().try_for_each(|(name, role)| users.add(name, *role, hash.clone())))?;
-    let server = Server::start(plant, Setup::new(address, Access::Users(users.clone())))?;
+    Users::change(&users, |users| USERS.iter().try_for_each(|(name, role)| users.add(name, *role, hash.clone())))?;
+    let server = Server::start(services, Setup::new(address, Access::Users(users.clone())))?;
     println!("{}", server.url());
     println!("{}", users.display());
     for line in std::io::stdin().lines() {
@@ -70,28 +71,28 @@ fn scene() -> Result<MemorySegment, Box<dyn Error>> {
     let spec: DeviceSpec = "bcg450@5".parse()?;
     let device = VirtualDevice::new(spec.build(NonvolatileMemory::volatile(), BAUD)?, 5, BAUD, around(1e-6));
     let model = entry("bcg450")?.model;
-    let unit = model.unit_named("mbar").ok_or("there is no such unit")?;
-    let watched = CyclicSlave {
+    let unit = model.unit_named("mbar").ok_or("the device has no unit mbar")?;
+    let slave = CyclicSlave {
         address: 5,
         model,
         configuration: model.default_configuration,
         unit,
         principles: Default::default(),
     };
-    Ok(MemorySegment::new(vec![device], vec![watched], 1, BAUD)?)
+    Ok(MemorySegment::new(vec![device], vec![slave], 1, BAUD)?)
 }
 
-fn live(mut scene: MemorySegment, mut exhibit: DemoSegment, pressures: &Receiver<f64>) {
-    let mut lived = Instant::now();
+fn run(mut scene: MemorySegment, mut demo: DemoSegment, pressures: &Receiver<f64>) {
+    let mut last = Instant::now();
     loop {
-        match pressures.recv_timeout(PIECE) {
+        match pressures.recv_timeout(STEP) {
             Ok(mbar) => scene.set_surroundings(around(mbar)),
             Err(RecvTimeoutError::Timeout) => {}
             Err(RecvTimeoutError::Disconnected) => return,
         }
         let now = Instant::now();
-        scene.run_until(scene.seconds() + now.duration_since(lived).as_secs_f64().min(0.2));
-        lived = now;
-        exhibit.run_once(&mut scene);
+        scene.run_until(scene.seconds() + now.duration_since(last).as_secs_f64().min(0.2));
+        last = now;
+        demo.run_once(&mut scene);
     }
 }

@@ -1,14 +1,14 @@
-//! A station without a bus: the API and the dashboard over scenery and a record that are made up, and the same on every run.
+//! A station without a bus: the API and the dashboard over synthetic snapshots and a synthetic recording, the same in every run.
 //!
 //! ```text
 //! cargo run -p profivac-station --example fake_plant -- 127.0.0.1:8080
 //! ```
 //!
-//! For work on the dashboard and for its tests in a browser. Three segments, thirteen gauges, a week of record. Everything is
-//! a function of the seconds since it was started, except that a line `vessel=1e5` as input makes that gauge show that pressure in Pa
-//! from then on. It ends when its input ends. Further arguments: `hostile` adds a gauge
-//! whose name is a script. `viewer` lets everybody only look, otherwise everybody is an engineer. `users` lets in ada (engineer), olga
-//! (operator) and vera (viewer), all with the password `tin whisker plateau`; the name of their file is printed as well.
+//! For work on the dashboard and for its tests in a browser: three segments, thirteen gauges, a recording of a week. Everything is a
+//! function of the seconds since the start, except that a line `vessel=1e5` on the standard input sets the pressure of that gauge in
+//! Pa. The program ends when its input ends. Further arguments: `hostile` adds a gauge whose name is a script. `viewer` makes every
+//! client a viewer instead of an engineer. `users` requires a login as ada (engineer), olga (operator) or vera (viewer), all with the
+//! password `tin whisker plateau`; the path of their file is printed as well.
 
 #[path = "fake_plant/alarms.rs"]
 mod alarms;
@@ -25,9 +25,12 @@ use profivac_station::alarm::AlarmThread;
 use profivac_station::auth::password::Hash;
 use profivac_station::auth::users::Users;
 use profivac_station::auth::{Access, Role};
-use profivac_station::control::operation::OperationError;
+use profivac_station::control::OperationError;
+use profivac_station::control::error::Unavailable;
+use profivac_station::control::requests::SegmentRequest;
 use profivac_station::server::{Server, Setup};
-use profivac_station::services::{SegmentRequest, SegmentSnapshot, Services};
+use profivac_station::services::Services;
+use profivac_station::snapshot::SegmentSnapshot;
 use std::collections::HashMap;
 use std::error::Error;
 use std::net::SocketAddr;
@@ -35,13 +38,13 @@ use std::path::Path;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
-/// How often the scenery changes.
+/// The time between two snapshots.
 const PERIOD: Duration = Duration::from_millis(100);
 
-/// From so many seconds ago a sample every so many seconds: a week coarsely, a day, the last half hour finely.
+/// The recording: from this many seconds ago, a sample every so many seconds.
 const PAST: [(i64, i64); 3] = [(7 * 86_400, 120), (86_400, 20), (1_800, 1)];
 
-/// So many samples are handed over before the record is written: the recorder's queue holds more.
+/// The number of samples between two flushes; the queue of the recorder holds more.
 const BATCH: u64 = 20_000;
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -53,29 +56,30 @@ fn main() -> Result<(), Box<dyn Error>> {
     let folder = tempfile::tempdir()?;
     let file = folder.path().join("fake.db");
     let recorder = Recorder::start(&file, Settings::default())?;
-    let plant = Arc::new(Services::new("Target hall".to_owned(), file, recorder));
+    let services = Arc::new(Services::new("Target hall".to_owned(), file, recorder));
     let start = Micros::now();
-    remember(&plant, &fakes, start);
-    show(&plant, &fakes, 0.0, &Told::default());
+    record_past(&services, &fakes, start);
+    show(&services, &fakes, 0.0, &Told::default());
     for segment in ["beam line", "hall"] {
-        answer(&plant, segment);
+        answer(&services, segment);
     }
-    alarms::begin(&plant, &fakes)?;
-    plant.record_event_and_wait(None, EventKind::Station, "the station begins");
-    let _watcher = AlarmThread::start(Arc::clone(&plant))?;
+    alarms::start(&services, &fakes)?;
+    services.recorder().event_now_and_wait(None, EventKind::Station, "the station starts");
+    let (snapshots, recorder) = (Arc::clone(services.snapshots()), Arc::clone(services.recorder()));
+    let _alarm_thread = AlarmThread::start(Arc::clone(services.alarms()), snapshots, recorder)?;
     let users = folder.path().join("users.toml");
     let access = match (said("users"), said("viewer")) {
         (true, _) => with_users(&users)?,
         (_, true) => Access::anonymous_viewer(),
         _ => Access::anonymous("demo", Role::Engineer),
     };
-    let server = Server::start(Arc::clone(&plant), Setup::new(address, access))?;
+    let server = Server::start(Arc::clone(&services), Setup::new(address, access))?;
     println!("{}", server.url());
     println!("{}", users.display());
     let told = Arc::new(Mutex::new(HashMap::new()));
     let heard = Arc::clone(&told);
-    std::thread::spawn(move || live(&plant, &fakes, start, &heard));
-    // Until whoever started it is gone.
+    std::thread::spawn(move || live(&services, &fakes, start, &heard));
+    // The input ends when the parent process ends.
     for line in std::io::stdin().lines() {
         if let Some((name, pa)) = line?.split_once('=') {
             told.lock().unwrap_or_else(PoisonError::into_inner).insert(name.to_owned(), pa.parse()?);
@@ -84,7 +88,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// Gauges by name, with the pressure that somebody has told them.
+/// The pressures that were set on the standard input, by gauge.
 type Told = Mutex<HashMap<String, f64>>;
 
 fn with_users(file: &Path) -> Result<Access, Box<dyn Error>> {
@@ -97,24 +101,24 @@ fn with_users(file: &Path) -> Result<Access, Box<dyn Error>> {
     Ok(Access::Users(file.to_owned()))
 }
 
-/// The week before the start.
-fn remember(plant: &Services, fakes: &[Fake], start: Micros) {
+/// Records the week before the start.
+fn record_past(services: &Services, fakes: &[Fake], start: Micros) {
     let mut pushed = 0_u64;
     for fake in fakes {
         let until = PAST.iter().skip(1).map(|(from, _)| -from).chain([0]);
         for ((from, step), until) in PAST.into_iter().zip(until) {
             for second in (-from..until).step_by(usize::try_from(step).unwrap_or(1)) {
-                record(plant, fake, start, second as f64);
+                record(services, fake, start, second as f64);
                 pushed += 1;
                 if pushed.is_multiple_of(BATCH) {
-                    let _written = plant.recorder().flush();
+                    let _written = services.recorder().flush();
                 }
             }
         }
     }
     for (second, gauge, kind, text) in segments::EVENTS {
         let at = moment(start, second);
-        let _written = plant.recorder().record_event_and_wait(Event {
+        let _written = services.recorder().record_event_and_wait(Event {
             at,
             gauge: gauge.map(str::to_owned),
             kind,
@@ -123,12 +127,12 @@ fn remember(plant: &Services, fakes: &[Fake], start: Micros) {
     }
 }
 
-/// What a gauge shows at a second, on its way to the record.
-fn record(plant: &Services, fake: &Fake, start: Micros, second: f64) {
+/// Records the readings of a gauge.
+fn record(services: &Services, fake: &Fake, start: Micros, second: f64) {
     let at = moment(start, second);
     for (series, shown) in fake.series(second) {
         let Shown { pa, quality } = shown;
-        plant.recorder().push(&series, Sample::new(at, pa, quality));
+        services.recorder().push(&series, Sample::new(at, pa, quality));
     }
 }
 
@@ -136,47 +140,49 @@ fn moment(start: Micros, second: f64) -> Micros {
     Micros(start.0 + (second * 1e6) as i64)
 }
 
-/// What is seen `second` seconds after the start.
-fn show(plant: &Services, fakes: &[Fake], second: f64, told: &Told) {
+/// Publishes the snapshots `second` seconds after the start.
+fn show(services: &Services, fakes: &[Fake], second: f64, told: &Told) {
     let told = told.lock().unwrap_or_else(PoisonError::into_inner);
     for segment in segments::all(fakes, second) {
         let ours = fakes.iter().filter(|fake| fake.segment == segment.name);
         let gauges = ours.map(|fake| fake.view(second, told.get(fake.name).copied())).collect();
-        plant.publish(SegmentSnapshot { segment, gauges });
+        services.snapshots().publish(SegmentSnapshot { segment, gauges });
     }
 }
 
-fn live(plant: &Services, fakes: &[Fake], start: Micros, told: &Told) {
+fn live(services: &Services, fakes: &[Fake], start: Micros, told: &Told) {
     loop {
         let second = (Micros::now().0 - start.0) as f64 / 1e6;
-        show(plant, fakes, second, told);
+        show(services, fakes, second, told);
         for fake in fakes {
-            record(plant, fake, start, second);
+            record(services, fake, start, second);
         }
         std::thread::sleep(PERIOD);
     }
 }
 
-/// Answers what is asked of a segment, about as fast as a slow bus.
-fn answer(plant: &Services, segment: &str) {
-    let questions = plant.accept_requests(segment);
+/// Answers the requests to a segment, about as fast as a slow bus.
+fn answer(services: &Services, segment: &str) {
+    let requests = services.control().requests().accept(segment);
     std::thread::spawn(move || {
-        while let Ok(question) = questions.recv() {
+        while let Ok(request) = requests.recv() {
             std::thread::sleep(Duration::from_millis(400));
-            // Whoever asked may have gone.
-            match question {
+            match request {
                 SegmentRequest::Blocks(gauge, answer) if gauge == "turbo outlet" => {
-                    answer.send(Err(format!("{gauge} does not answer"))).ok();
+                    answer.send(Err(Unavailable::NoAnswer(gauge))).ok();
                 }
                 SegmentRequest::Blocks(_, answer) => drop(answer.send(Ok(blocks::all()))),
-                SegmentRequest::Preview(gauge, _, answer) => drop(answer.send(Err(scenery(&gauge)))),
-                SegmentRequest::Execute(order, _, answer) => drop(answer.send(Err(scenery(&order.gauge)))),
+                SegmentRequest::Preview(gauge, _, answer) => drop(answer.send(Err(not_possible(&gauge)))),
+                SegmentRequest::Execute(command, _, answer) => drop(answer.send(Err(not_possible(&command.gauge)))),
             }
         }
     });
 }
 
-/// Nothing can be done to what is painted.
-fn scenery(gauge: &str) -> OperationError {
-    OperationError::Unavailable(format!("{gauge} is scenery: the example acting_plant has a gauge that acts"))
+/// A synthetic gauge executes nothing.
+fn not_possible(gauge: &str) -> OperationError {
+    Unavailable::SegmentDown(format!(
+        "{gauge} is synthetic: the example acting_plant has a gauge that executes commands"
+    ))
+    .into()
 }

@@ -1,23 +1,26 @@
-//! The station: what a vacuum group leaves running for years.
+//! The station software: it watches the gauges of all segments, records them, raises alarms, and serves a dashboard.
 //!
 //! | Module | Holds |
 //! |---|---|
-//! | [`act`] | commands and parameters: armed, fired, by one person at a time, and written down |
-//! | [`alarm`] | what somebody must know about, and who knows |
-//! | [`api`] | what can be asked over HTTP |
-//! | [`config`] | the file that describes a station |
-//! | [`people`] | who asks, and what they may |
-//! | [`plant`] | what all threads share |
-//! | [`pumpdown`] | pump-downs in what was recorded |
-//! | [`recorder`] | what was measured and what happened, in a file that survives a power cut |
+//! | `host_name` | host names in requests and in the station's file |
+//! | [`suggestion`] | suggestions for mistyped names |
+//! | [`rise`] | a rise of pressure, separated into leak and outgassing |
+//! | [`pumpdown`] | pump-downs in a recording |
+//! | [`web`] | the dashboard, embedded in the program |
+//! | [`recording`] | the recorder as the threads share it |
+//! | [`auth`] | users, roles, sessions |
+//! | [`view`] | what the API shows |
+//! | [`snapshot`] | the latest snapshot of each segment |
+//! | [`alarm`] | alarms after ISA-18.2 |
+//! | [`config`] | the station's file |
+//! | [`control`] | commands and parameter writes: armed, executed, in the audit trail |
 //! | [`report`] | a page about a pump-down |
-//! | [`rise`] | leaks told from outgassing |
-//! | [`segment`] | a port, a master, its gauges: a thread of their own |
+//! | [`webhook`] | notifications about alarms over HTTP |
+//! | [`segment`] | a thread for each port, with a master and its gauges |
+//! | [`services`] | what the threads share |
+//! | [`station`] | the running station |
+//! | [`api`] | the API over HTTP |
 //! | [`server`] | API and dashboard on a socket |
-//! | [`station`] | all of it |
-//! | [`view`] | what can be seen |
-//! | [`web`] | the dashboard |
-//! | [`webhook`] | who is told of alarms over HTTP |
 
 pub mod alarm;
 pub mod api;
@@ -26,11 +29,13 @@ pub mod config;
 pub mod control;
 mod host_name;
 pub mod pumpdown;
+pub mod recording;
 pub mod report;
 pub mod rise;
 pub mod segment;
 pub mod server;
 pub mod services;
+pub mod snapshot;
 pub mod station;
 pub mod suggestion;
 pub mod view;

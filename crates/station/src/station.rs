@@ -1,4 +1,5 @@
-//! The station as a whole: a recorder, a thread for each segment, and somebody who starts one again that has died.
+//! The running station: a recorder, a thread for each segment, the alarm thread and the delivery threads. It restarts a thread that
+//! has ended.
 
 use crate::alarm::{AlarmThread, NotificationTarget};
 use crate::config::{Config, Webhook};
@@ -10,138 +11,132 @@ use profivac_recorder::{DatabaseError, EventKind, Recorder, Settings};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-/// How long a segment may take to end: its slaves have a second to let go.
+/// The longest that a segment may take to stop: its slaves are released within a second.
 const STOP_TIMEOUT: Duration = Duration::from_millis(1500);
 
-/// Why a station does not begin.
+/// An event is recorded when the alarms have not been evaluated for this time.
+const EVALUATION_OVERDUE: Duration = Duration::from_secs(15);
+
+/// Why a station does not start.
 #[derive(Debug, thiserror::Error)]
 pub enum StationError {
-    /// The record.
+    /// The database cannot be used.
     #[error(transparent)]
-    Store(#[from] DatabaseError),
-    /// The system.
+    Database(#[from] DatabaseError),
+    /// The system gives no thread.
     #[error("the system gives no thread: {0}")]
     Thread(#[from] std::io::Error),
 }
 
-/// A station that runs.
+/// A running station.
 pub struct Station {
-    plant: Arc<Services>,
+    services: Arc<Services>,
     segments: Vec<SegmentHandle>,
-    /// Nobody looks for alarms any more when the station ends.
-    watcher: Option<AlarmThread>,
-    couriers: Vec<DeliveryThread>,
-    /// Somebody was told that nobody looks for alarms.
-    told: bool,
+    alarm_thread: Option<AlarmThread>,
+    deliveries: Vec<DeliveryThread>,
+    /// The overdue evaluation was recorded as an event.
+    is_overdue: bool,
 }
 
-/// When nobody has looked for alarms for so long, an event says so.
-const EVALUATION_OVERDUE: Duration = Duration::from_secs(15);
-
 impl Station {
-    /// Begins to record and to watch.
+    /// Starts to record and to evaluate alarms.
     ///
     /// # Errors
-    /// [`StationError`] when the record cannot be kept, or the system gives no threads.
+    /// [`StationError`] when the database cannot be used, or the system gives no threads.
     pub fn start(config: Config) -> Result<Self, StationError> {
         let recorder = Recorder::start(&config.database, Settings::default())?;
-        let plant = Arc::new(Services::new(config.name, config.database, recorder));
-        plant.record_event_and_wait(None, EventKind::Station, "the station begins");
-        plant.alarms().begin(&plant, config.alarms, notification_targets(&config.webhooks))?;
-        let start = |segment| SegmentHandle::start(segment, Arc::clone(&plant));
+        let services = Arc::new(Services::new(config.name, config.database, recorder));
+        services.recorder().event_now_and_wait(None, EventKind::Station, "the station starts");
+        services.alarms().start(config.alarms, notification_targets(&config.webhooks))?;
+        let start = |segment| SegmentHandle::start(segment, services.for_segments());
         let segments = config.segments.into_iter().map(start).collect::<Result<_, _>>()?;
-        let watcher = Some(AlarmThread::start(Arc::clone(&plant))?);
-        let mut station = Self { plant, segments, watcher, couriers: Vec::new(), told: false };
+        let alarm_thread = Some(start_alarm_thread(&services)?);
+        let mut station = Self { services, segments, alarm_thread, deliveries: Vec::new(), is_overdue: false };
         station.start_deliveries(config.webhooks)?;
         Ok(station)
     }
 
-    /// What all threads share.
+    /// What the threads of the station share.
     #[must_use]
     pub fn services(&self) -> Arc<Services> {
-        Arc::clone(&self.plant)
+        Arc::clone(&self.services)
     }
 
-    /// Becomes what a changed file says. What did not change goes on; the record and the address of the dashboard stay as
-    /// they are until the station is started again.
+    /// Applies a changed file. Unchanged parts keep running; the database and the address of the dashboard stay as they are until
+    /// the station is restarted.
     ///
     /// # Errors
     /// When the system gives no threads.
     pub fn reconfigure(&mut self, config: Config) -> std::io::Result<()> {
         let mut old = std::mem::take(&mut self.segments);
         for new in config.segments {
-            let place =
+            let same =
                 old.iter().position(|segment| segment.config().name == new.name && segment.can_reconfigure(&new));
-            self.segments.push(match place.map(|place| old.remove(place)) {
+            self.segments.push(match same.map(|index| old.remove(index)) {
                 Some(mut kept) => {
                     kept.reconfigure(new);
                     kept
                 }
                 None => {
-                    // A port cannot be opened twice: whoever has it goes first.
-                    if let Some(place) = old.iter().position(|segment| segment.config().port == new.port) {
-                        old.remove(place).stop(Instant::now() + STOP_TIMEOUT);
+                    // A port cannot be opened twice: the segment that has it stops first.
+                    if let Some(index) = old.iter().position(|segment| segment.config().port == new.port) {
+                        old.remove(index).stop(Instant::now() + STOP_TIMEOUT);
                     }
-                    SegmentHandle::start(new, Arc::clone(&self.plant))?
+                    SegmentHandle::start(new, self.services.for_segments())?
                 }
             });
         }
-        stop(old);
-        self.plant.alarms().reconfigure(self.plant.recorder(), config.alarms, notification_targets(&config.webhooks));
+        stop_all(old);
+        self.services.alarms().reconfigure(config.alarms, notification_targets(&config.webhooks));
         self.start_deliveries(config.webhooks)?;
-        self.plant.record_event(None, EventKind::Station, "the file was read again");
+        self.record_event("the station's file was read again");
         Ok(())
     }
 
-    /// A courier for each webhook; those whose webhook stays go on.
+    /// Starts a delivery thread for each webhook. Threads of unchanged webhooks keep running.
     fn start_deliveries(&mut self, webhooks: Vec<Webhook>) -> std::io::Result<()> {
         let names: Vec<_> = webhooks.iter().map(|webhook| webhook.name.clone()).collect();
-        self.couriers.retain(|courier| webhooks.contains(courier.webhook()));
+        self.deliveries.retain(|delivery| webhooks.contains(delivery.webhook()));
         for webhook in webhooks {
-            if !self.couriers.iter().any(|courier| *courier.webhook() == webhook) {
-                self.couriers.push(DeliveryThread::start(
-                    webhook,
-                    Arc::clone(&self.plant),
-                    DeliverySettings::default(),
-                )?);
+            if !self.deliveries.iter().any(|delivery| *delivery.webhook() == webhook) {
+                self.start_delivery(webhook)?;
             }
         }
-        // What was meant for somebody who does not stand in the file any more is for nobody.
-        let gone = self
-            .plant
-            .open_reader()
-            .and_then(|reader| reader.notifications_for_other_webhooks(&names))
-            .unwrap_or_default();
-        if !gone.is_empty() {
-            let _room = self
-                .plant
-                .recorder()
-                .record_alarms(AlarmBatch { finished_notifications: gone, ..AlarmBatch::default() }, Vec::new());
+        // Notifications of webhooks that are no longer in the file are not delivered.
+        let recorder = self.services.recorder();
+        let others = recorder.open_reader().and_then(|reader| reader.notifications_for_other_webhooks(&names));
+        let finished_notifications = others.unwrap_or_default();
+        if !finished_notifications.is_empty() {
+            let batch = AlarmBatch { finished_notifications, ..AlarmBatch::default() };
+            let _queued = recorder.record_alarms(batch, Vec::new());
         }
         Ok(())
     }
 
-    /// Starts what has died, and tells when nobody has looked for alarms for long.
+    fn start_delivery(&mut self, webhook: Webhook) -> std::io::Result<()> {
+        let (recorder, status) = (Arc::clone(self.services.recorder()), Arc::clone(self.services.webhooks()));
+        self.deliveries.push(DeliveryThread::start(webhook, recorder, status, DeliverySettings::default())?);
+        Ok(())
+    }
+
+    /// Restarts the alarm thread and the delivery threads if they have ended, and reports an overdue evaluation once.
     fn restart_alarm_threads(&mut self) -> std::io::Result<()> {
-        if self.watcher.as_ref().is_some_and(AlarmThread::has_ended) {
-            self.plant.record_event(None, EventKind::Station, "who looks for alarms has died and is started again");
-            self.watcher = Some(AlarmThread::start(Arc::clone(&self.plant))?);
+        if self.alarm_thread.as_ref().is_some_and(AlarmThread::has_ended) {
+            self.record_event("the alarm thread has ended and is restarted");
+            self.alarm_thread = Some(start_alarm_thread(&self.services)?);
         }
-        let is_late = self.plant.alarms().evaluated_ago().is_some_and(|ago| ago > EVALUATION_OVERDUE);
-        if is_late && !self.told {
-            self.plant.record_event(None, EventKind::Station, "nobody has looked for alarms for long");
+        let is_overdue = self.services.alarms().evaluated_ago().is_some_and(|ago| ago > EVALUATION_OVERDUE);
+        if is_overdue && !self.is_overdue {
+            self.record_event("the alarms have not been evaluated for 15 s");
         }
-        self.told = is_late;
-        let dead = self.couriers.iter().filter(|courier| courier.has_ended());
-        let dead: Vec<_> = dead.map(|courier| courier.webhook().clone()).collect();
-        self.couriers.retain(|courier| !courier.has_ended());
-        for webhook in dead {
-            self.couriers.push(DeliveryThread::start(webhook, Arc::clone(&self.plant), DeliverySettings::default())?);
-        }
-        Ok(())
+        self.is_overdue = is_overdue;
+        let ended = self.deliveries.iter().filter(|delivery| delivery.has_ended());
+        let ended: Vec<_> = ended.map(|delivery| delivery.webhook().clone()).collect();
+        self.deliveries.retain(|delivery| !delivery.has_ended());
+        ended.into_iter().try_for_each(|webhook| self.start_delivery(webhook))
     }
 
-    /// Starts segments again whose thread has died. To be called every now and then.
+    /// Restarts every thread that has ended. To be called every few seconds.
     ///
     /// # Errors
     /// When the system gives no threads.
@@ -149,39 +144,44 @@ impl Station {
         for segment in &mut self.segments {
             if segment.has_ended() {
                 let config = segment.config().clone();
-                self.plant.record_event(
-                    None,
-                    EventKind::Station,
-                    format!("segment {} has died and is started again", config.name),
-                );
-                *segment = SegmentHandle::start(config, Arc::clone(&self.plant))?;
+                let text = format!("the thread of segment {} has ended and is restarted", config.name);
+                self.services.recorder().event_now(None, EventKind::Station, text);
+                *segment = SegmentHandle::start(config, self.services.for_segments())?;
             }
         }
         self.restart_alarm_threads()
     }
 
-    /// Gives all slaves back and ends. Everything that was recorded is on the disk then, if the disk takes it.
+    /// Releases all slaves and stops. Everything recorded is on the disk afterwards, if the disk takes it.
     pub fn stop(self) {
-        // Before the segments: that they end is no alarm.
-        drop(self.watcher);
-        self.plant.alarms().end();
-        drop(self.couriers);
-        stop(self.segments);
-        self.plant.record_event(None, EventKind::Station, "the station ends");
-        // The recorder's health says so if it cannot write, and nobody is left to read that.
-        let _written = self.plant.recorder().finish();
+        // The alarm thread stops first: a segment that stops with the station is no alarm.
+        drop(self.alarm_thread);
+        self.services.alarms().end();
+        drop(self.deliveries);
+        stop_all(self.segments);
+        self.services.recorder().event_now(None, EventKind::Station, "the station stops");
+        // The recorder's health reports a failure, and no thread is left to read it.
+        let _written = self.services.recorder().finish();
+    }
+
+    fn record_event(&self, text: &str) {
+        self.services.recorder().event_now(None, EventKind::Station, text);
     }
 }
 
-fn notification_targets(webhooks: &[Webhook]) -> Vec<NotificationTarget> {
-    webhooks
-        .iter()
-        .map(|webhook| NotificationTarget { webhook: webhook.name.clone(), min_priority: webhook.min_priority })
-        .collect()
+fn start_alarm_thread(services: &Services) -> std::io::Result<AlarmThread> {
+    let (alarms, snapshots) = (Arc::clone(services.alarms()), Arc::clone(services.snapshots()));
+    AlarmThread::start(alarms, snapshots, Arc::clone(services.recorder()))
 }
 
-/// Stops segments together: one that is slow does not take the time of another.
-fn stop(segments: Vec<SegmentHandle>) {
+fn notification_targets(webhooks: &[Webhook]) -> Vec<NotificationTarget> {
+    let target =
+        |webhook: &Webhook| NotificationTarget { webhook: webhook.name.clone(), min_priority: webhook.min_priority };
+    webhooks.iter().map(target).collect()
+}
+
+/// Stops segments together, so that a slow one does not take the time of another.
+fn stop_all(segments: Vec<SegmentHandle>) {
     let end = Instant::now() + STOP_TIMEOUT;
     segments.iter().for_each(SegmentHandle::begin_to_stop);
     segments.into_iter().for_each(|segment| segment.stop(end));

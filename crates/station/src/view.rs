@@ -3,7 +3,6 @@
 //! Pressures are in Pa. Whatever shows them in another unit, or corrected for a gas, does so for the eye alone.
 
 use crate::auth::Role;
-use crate::control::permissions::Risk;
 use profivac_recorder::{Event, Micros, Qualities, Quality};
 use serde::Serialize;
 use std::time::Duration;
@@ -160,8 +159,9 @@ pub struct Reading {
     pub pa: Option<f64>,
     /// In Pa, corrected for the gas; nothing where no factor holds.
     pub corrected_pa: Option<f64>,
-    /// What it is worth: `valid`, `overrange`, `underrange`, `invalid`, `gap`.
-    pub quality: &'static str,
+    /// The quality: `valid`, `overrange`, `underrange`, `invalid`, `gap`.
+    #[schema(value_type = String)]
+    pub quality: Quality,
 }
 
 /// A trend: one entry of each list for every pixel in which something was recorded.
@@ -288,6 +288,31 @@ pub struct Parameter {
     pub write: Option<WriteInfo>,
 }
 
+/// How large a risk is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, ToSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum RiskClass {
+    /// A command without a risk in the tables.
+    Harmless,
+    /// A value that is lost at power-off.
+    Volatile,
+    /// A value that is kept if the device is told to store it.
+    OnRequest,
+    /// A value that is kept at power-off.
+    Kept,
+    /// The tables warn of it.
+    Dangerous,
+}
+
+/// A risk.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, ToSchema)]
+pub struct Risk {
+    /// How large it is.
+    pub class: RiskClass,
+    /// A description, from the table where it has one.
+    pub words: String,
+}
+
 /// What it takes to write a parameter.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, ToSchema)]
 pub struct WriteInfo {
@@ -313,10 +338,4 @@ pub const fn unix_ms(at: Micros) -> i64 {
 #[must_use]
 pub fn duration_ms(time: Duration) -> u64 {
     u64::try_from(time.as_millis()).unwrap_or(u64::MAX)
-}
-
-/// The word for a quality.
-#[must_use]
-pub const fn quality(quality: Quality) -> &'static str {
-    quality.word()
 }

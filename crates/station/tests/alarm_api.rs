@@ -1,13 +1,12 @@
-//! Alarms over HTTP: what is told, who may do what, and what is refused with a sentence.
+//! Alarms over HTTP: what the API shows, which role may change what, and which requests are refused.
 
 #![allow(clippy::unwrap_used, clippy::panic, clippy::indexing_slicing, reason = "a test")]
 
-mod desk;
+mod support;
 
 use axum::body::{Body, to_bytes};
 use axum::http::Request;
-use desk::{scenery, sight};
-use profivac_recorder::{Recorder, Settings};
+use profivac_recorder::Quality;
 use profivac_station::api::middleware::Peer;
 use profivac_station::api::router;
 use profivac_station::auth::{Role, User};
@@ -16,6 +15,7 @@ use profivac_station::services::Services;
 use serde_json::{Value, json};
 use std::path::Path;
 use std::sync::Arc;
+use support::inputs::{inputs, snapshot};
 use tempfile::TempDir;
 use tower::ServiceExt;
 
@@ -45,26 +45,24 @@ off-delay = "0 s"
 stale = { priority = "off" }
 "#;
 
-struct Desk {
-    plant: Arc<Services>,
+struct Fixture {
+    services: Arc<Services>,
     _folder: TempDir,
 }
 
-impl Desk {
+impl Fixture {
     fn new() -> Self {
         let folder = tempfile::tempdir().unwrap();
-        let file = folder.path().join("plant.db");
-        let recorder = Recorder::start(&file, Settings::default()).unwrap();
-        let plant = Arc::new(Services::new("Target hall".to_owned(), file, recorder));
+        let services = support::services(folder.path());
         let rules = Config::parse(FILE, Path::new("plant.toml")).unwrap().alarms;
-        plant.alarms().begin(&plant, rules, Vec::new()).unwrap();
-        plant.publish(scenery(1.0, "valid"));
-        Self { plant, _folder: folder }
+        services.alarms().start(rules, Vec::new()).unwrap();
+        services.snapshots().publish(snapshot(1.0, Quality::Valid));
+        Self { services, _folder: folder }
     }
 
-    /// The gauge shows this for the time of a look.
-    fn look(&self, pa: f64) {
-        self.plant.alarms().evaluate(self.plant.recorder(), &sight(pa, "valid"));
+    /// Evaluates the alarms while the gauge shows this pressure.
+    fn evaluate(&self, pa: f64) {
+        self.services.alarms().evaluate(&inputs(pa, Quality::Valid));
     }
 
     fn ask(&self, method: &str, path: &str, body: &str, role: Role) -> (u16, Value) {
@@ -74,7 +72,7 @@ impl Desk {
             let mut request = request.body(Body::from(body.to_owned())).unwrap();
             request.extensions_mut().insert(User { name: Arc::from("Ada"), role });
             request.extensions_mut().insert(Peer([10, 0, 0, 7].into()));
-            let response = router(Arc::clone(&self.plant)).oneshot(request).await.unwrap();
+            let response = router(Arc::clone(&self.services)).oneshot(request).await.unwrap();
             let status = response.status().as_u16();
             let octets = to_bytes(response.into_body(), usize::MAX).await.unwrap();
             (status, serde_json::from_slice(&octets).unwrap())
@@ -102,11 +100,11 @@ fn problem(answer: &(u16, Value)) -> (u16, &str) {
 }
 
 #[test]
-fn an_alarm_is_raised_acknowledged_and_over() {
-    let desk = Desk::new();
-    assert_eq!(desk.alarm("too high")["state"], "normal");
-    desk.look(0.5);
-    let alarm = desk.alarm("too high");
+fn an_alarm_is_raised_acknowledged_and_returns() {
+    let fixture = Fixture::new();
+    assert_eq!(fixture.alarm("too high")["state"], "normal");
+    fixture.evaluate(0.5);
+    let alarm = fixture.alarm("too high");
     for (key, value) in [
         ("state", json!("unacknowledged")),
         ("priority", json!("high")),
@@ -121,15 +119,15 @@ fn an_alarm_is_raised_acknowledged_and_over() {
         assert_eq!(alarm[key], value, "{key}");
     }
     let seen = json!({ "occurrence": alarm["occurrence"] });
-    let (status, acknowledged) = desk.post("/api/alarms/too%20high/acknowledge", &seen, Role::Operator);
+    let (status, acknowledged) = fixture.post("/api/alarms/too%20high/acknowledge", &seen, Role::Operator);
     assert_eq!(
         (status, &acknowledged["state"], &acknowledged["acknowledged_by"]),
         (200, &json!("acknowledged"), &json!("Ada"))
     );
-    desk.look(0.01);
-    assert_eq!(desk.alarm("too high")["state"], "normal");
-    assert!(desk.plant.recorder().flush());
-    let history = desk.get(&format!("/api/alarms/history?from=0&to={}", i64::MAX));
+    fixture.evaluate(0.01);
+    assert_eq!(fixture.alarm("too high")["state"], "normal");
+    assert!(fixture.services.recorder().flush());
+    let history = fixture.get(&format!("/api/alarms/history?from=0&to={}", i64::MAX));
     let told: Vec<_> =
         history.as_array().unwrap().iter().map(|line| (line["what"].as_str().unwrap(), &line["who"])).collect();
     assert_eq!(told, [("returned", &Value::Null), ("acknowledged", &json!("Ada")), ("raised", &Value::Null)]);
@@ -137,16 +135,16 @@ fn an_alarm_is_raised_acknowledged_and_over() {
         (&history[2]["value"], &history[2]["unit"], &history[2]["subject"]),
         (&json!(0.5), &json!("Pa"), &json!("chamber"))
     );
-    let events = desk.get(&format!("/api/events?from=0&to={}", i64::MAX));
+    let events = fixture.get(&format!("/api/events?from=0&to={}", i64::MAX));
     assert_eq!(events[1]["text"], "alarm \"too high\" (high) acknowledged by Ada");
-    assert_eq!(desk.get(&format!("/api/alarms/history?from=0&to={}&alarm=other", i64::MAX)), json!([]));
+    assert_eq!(fixture.get(&format!("/api/alarms/history?from=0&to={}&alarm=other", i64::MAX)), json!([]));
 }
 
 #[test]
-fn who_may_not_is_refused_and_nothing_happens() {
-    let desk = Desk::new();
-    desk.look(0.5);
-    let seen = json!({ "occurrence": desk.alarm("too high")["occurrence"] });
+fn a_user_without_the_role_is_refused_and_nothing_changes() {
+    let fixture = Fixture::new();
+    fixture.evaluate(0.5);
+    let seen = json!({ "occurrence": fixture.alarm("too high")["occurrence"] });
     let leave = json!({ "reason": "calibration" });
     for (path, body, role, sentence) in [
         (
@@ -165,82 +163,85 @@ fn who_may_not_is_refused_and_nothing_happens() {
             "too%20high/return-to-service",
             &leave,
             Role::Operator,
-            "putting an alarm back into service needs the role engineer, Ada has operator",
+            "returning an alarm to service needs the role engineer, Ada has operator",
         ),
     ] {
-        assert_eq!(problem(&desk.post(&format!("/api/alarms/{path}"), body, role)), (403, sentence));
+        assert_eq!(problem(&fixture.post(&format!("/api/alarms/{path}"), body, role)), (403, sentence));
     }
     let all = json!({ "alarms": [{ "name": "too high", "occurrence": seen["occurrence"] }] });
-    assert_eq!(desk.post("/api/alarms/acknowledge", &all, Role::Viewer).0, 403);
-    assert_eq!(desk.alarm("too high")["state"], "unacknowledged");
+    assert_eq!(fixture.post("/api/alarms/acknowledge", &all, Role::Viewer).0, 403);
+    assert_eq!(fixture.alarm("too high")["state"], "unacknowledged");
 }
 
 #[test]
-fn nobody_acknowledges_what_they_have_not_seen() {
-    let desk = Desk::new();
-    desk.look(0.5);
-    let seen = json!({ "occurrence": desk.alarm("too high")["occurrence"] });
-    desk.look(0.01);
-    desk.look(0.5);
-    let (status, sentence) = desk.post("/api/alarms/too%20high/acknowledge", &seen, Role::Operator);
+fn an_acknowledgement_of_an_earlier_occurrence_is_refused() {
+    let fixture = Fixture::new();
+    fixture.evaluate(0.5);
+    let seen = json!({ "occurrence": fixture.alarm("too high")["occurrence"] });
+    fixture.evaluate(0.01);
+    fixture.evaluate(0.5);
+    let (status, sentence) = fixture.post("/api/alarms/too%20high/acknowledge", &seen, Role::Operator);
     assert_eq!(status, 409);
-    assert!(sentence["problem"].as_str().unwrap().starts_with("too high was raised again since"), "{sentence}");
-    let unknown = desk.post("/api/alarms/nobody/acknowledge", &seen, Role::Operator);
+    assert!(sentence["problem"].as_str().unwrap().starts_with("too high was raised again"), "{sentence}");
+    let unknown = fixture.post("/api/alarms/nobody/acknowledge", &seen, Role::Operator);
     assert_eq!(problem(&unknown), (404, "there is no alarm \"nobody\""));
-    let now = json!({ "occurrence": desk.alarm("too high")["occurrence"] });
-    assert_eq!(desk.post("/api/alarms/too%20high/acknowledge", &now, Role::Engineer).0, 200);
-    let again = desk.post("/api/alarms/too%20high/acknowledge", &now, Role::Operator);
+    let now = json!({ "occurrence": fixture.alarm("too high")["occurrence"] });
+    assert_eq!(fixture.post("/api/alarms/too%20high/acknowledge", &now, Role::Engineer).0, 200);
+    let again = fixture.post("/api/alarms/too%20high/acknowledge", &now, Role::Operator);
     assert_eq!(problem(&again), (409, "too high is acknowledged by Ada already"));
 }
 
 #[test]
-fn all_that_was_seen_is_acknowledged_and_nothing_else() {
-    let desk = Desk::new();
-    desk.look(5.0);
-    let occurrence = |name| desk.alarm(name)["occurrence"].as_i64().unwrap();
+fn several_occurrences_are_acknowledged_together_and_no_others() {
+    let fixture = Fixture::new();
+    fixture.evaluate(5.0);
+    let occurrence = |name| fixture.alarm(name)["occurrence"].as_i64().unwrap();
     let seen = json!({ "alarms": [
         { "name": "too high", "occurrence": occurrence("too high") },
         { "name": "history", "occurrence": occurrence("history") - 1 },
         { "name": "nobody", "occurrence": 1 },
     ] });
-    let (status, told) = desk.post("/api/alarms/acknowledge", &seen, Role::Operator);
+    let (status, told) = fixture.post("/api/alarms/acknowledge", &seen, Role::Operator);
     assert_eq!((status, &told["acknowledged"]), (200, &json!(["too high"])));
     assert_eq!((&told["refused"][0]["name"], &told["refused"][1]["name"]), (&json!("history"), &json!("nobody")));
-    assert_eq!(desk.alarm("history")["state"], "unacknowledged");
+    assert_eq!(fixture.alarm("history")["state"], "unacknowledged");
     // A name that is also a path.
     let seen = json!({ "occurrence": occurrence("history") });
-    assert_eq!(desk.post("/api/alarms/history/acknowledge", &seen, Role::Operator).0, 200);
+    assert_eq!(fixture.post("/api/alarms/history/acknowledge", &seen, Role::Operator).0, 200);
 }
 
 #[test]
-fn an_alarm_is_taken_out_of_service_and_put_back() {
-    let desk = Desk::new();
+fn an_alarm_is_taken_out_of_service_and_returned() {
+    let fixture = Fixture::new();
     let leave = json!({ "reason": " calibration ", "minutes": 30 });
-    let (status, out) = desk.post("/api/alarms/too%20high/out-of-service", &leave, Role::Engineer);
+    let (status, out) = fixture.post("/api/alarms/too%20high/out-of-service", &leave, Role::Engineer);
     let told = &out["out_of_service"];
     assert_eq!((status, &told["who"], &told["reason"]), (200, &json!("Ada"), &json!("calibration")));
     assert_eq!(told["until_ms"].as_i64().unwrap() - told["at_ms"].as_i64().unwrap(), 1_800_000);
-    desk.look(0.5);
-    assert_eq!(desk.alarm("too high")["state"], "out-of-service");
-    let again = desk.post("/api/alarms/too%20high/out-of-service", &leave, Role::Engineer);
+    fixture.evaluate(0.5);
+    assert_eq!(fixture.alarm("too high")["state"], "out-of-service");
+    let again = fixture.post("/api/alarms/too%20high/out-of-service", &leave, Role::Engineer);
     assert_eq!(problem(&again), (409, "too high is out-of-service by Ada already"));
-    assert_eq!(desk.post("/api/alarms/too%20high/return-to-service", &json!({}), Role::Engineer).1["state"], "normal");
-    desk.look(0.5);
-    assert_eq!(desk.alarm("too high")["state"], "unacknowledged");
+    assert_eq!(
+        fixture.post("/api/alarms/too%20high/return-to-service", &json!({}), Role::Engineer).1["state"],
+        "normal"
+    );
+    fixture.evaluate(0.5);
+    assert_eq!(fixture.alarm("too high")["state"], "unacknowledged");
 }
 
 #[test]
-fn what_people_do_about_alarms_stands_in_the_audit_trail() {
-    let desk = Desk::new();
-    desk.look(0.5);
-    let seen = json!({ "occurrence": desk.alarm("too high")["occurrence"] });
-    assert_eq!(desk.post("/api/alarms/too%20high/acknowledge", &seen, Role::Operator).0, 200);
-    assert_eq!(desk.post("/api/alarms/too%20high/acknowledge", &seen, Role::Operator).0, 409);
+fn changes_by_users_are_in_the_audit_trail() {
+    let fixture = Fixture::new();
+    fixture.evaluate(0.5);
+    let seen = json!({ "occurrence": fixture.alarm("too high")["occurrence"] });
+    assert_eq!(fixture.post("/api/alarms/too%20high/acknowledge", &seen, Role::Operator).0, 200);
+    assert_eq!(fixture.post("/api/alarms/too%20high/acknowledge", &seen, Role::Operator).0, 409);
     let leave = json!({ "reason": "calibration", "minutes": 30 });
-    assert_eq!(desk.post("/api/alarms/too%20high/out-of-service", &leave, Role::Engineer).0, 200);
-    assert_eq!(desk.post("/api/alarms/too%20high/return-to-service", &json!({}), Role::Engineer).0, 200);
+    assert_eq!(fixture.post("/api/alarms/too%20high/out-of-service", &leave, Role::Engineer).0, 200);
+    assert_eq!(fixture.post("/api/alarms/too%20high/return-to-service", &json!({}), Role::Engineer).0, 200);
     // What is answered is written: nobody flushes here.
-    let rows = desk.get("/api/audit?gauge=chamber");
+    let rows = fixture.get("/api/audit?gauge=chamber");
     let cell = |row: &Value, name: &str| row[name].as_str().unwrap_or_default().to_owned();
     let columns = ["what", "who", "role", "peer", "target", "before", "after", "outcome"];
     let rows: Vec<_> = rows.as_array().unwrap().iter().rev().map(|row| columns.map(|name| cell(row, name))).collect();
@@ -265,8 +266,8 @@ fn what_people_do_about_alarms_stands_in_the_audit_trail() {
 }
 
 #[test]
-fn what_makes_no_sense_is_refused_with_a_sentence() {
-    let desk = Desk::new();
+fn an_invalid_request_is_refused_with_a_sentence() {
+    let fixture = Fixture::new();
     let path = |rest: &str| format!("/api/alarms/too%20high/{rest}");
     for (rest, body) in [
         ("acknowledge", ""),
@@ -282,27 +283,27 @@ fn what_makes_no_sense_is_refused_with_a_sentence() {
         ("out-of-service", "{\"reason\": \"so\", \"minutes\": 44641}"),
         ("out-of-service", "{\"minutes\": 5}"),
     ] {
-        let (status, told) = desk.ask("POST", &path(rest), body, Role::Engineer);
+        let (status, told) = fixture.ask("POST", &path(rest), body, Role::Engineer);
         assert!(status == 400 && told["problem"].is_string(), "{rest} {body}: {status} {told}");
     }
     let long = json!({ "reason": "x".repeat(501) });
-    assert_eq!(desk.post(&path("out-of-service"), &long, Role::Engineer).0, 400);
+    assert_eq!(fixture.post(&path("out-of-service"), &long, Role::Engineer).0, 400);
     let huge = json!({ "reason": "x".repeat(1 << 20) });
-    assert_eq!(desk.post(&path("out-of-service"), &huge, Role::Engineer).0, 400);
-    assert_eq!(desk.post("/api/alarms/acknowledge", &json!({ "alarms": [] }), Role::Operator).0, 400);
-    assert_eq!(desk.ask("GET", &path("acknowledge"), "", Role::Operator).0, 405);
-    assert_eq!(desk.ask("POST", "/api/alarms", "{}", Role::Operator).0, 405);
+    assert_eq!(fixture.post(&path("out-of-service"), &huge, Role::Engineer).0, 400);
+    assert_eq!(fixture.post("/api/alarms/acknowledge", &json!({ "alarms": [] }), Role::Operator).0, 400);
+    assert_eq!(fixture.ask("GET", &path("acknowledge"), "", Role::Operator).0, 405);
+    assert_eq!(fixture.ask("POST", "/api/alarms", "{}", Role::Operator).0, 405);
     for query in ["", "?from=2&to=1", "?from=0&to=1&most=0", "?from=a&to=1"] {
-        assert_eq!(desk.ask("GET", &format!("/api/alarms/history{query}"), "", Role::Viewer).0, 400, "{query}");
+        assert_eq!(fixture.ask("GET", &format!("/api/alarms/history{query}"), "", Role::Viewer).0, 400, "{query}");
     }
-    assert_eq!(desk.alarm("too high")["state"], "normal");
+    assert_eq!(fixture.alarm("too high")["state"], "normal");
 }
 
 #[test]
-fn a_moment_says_what_stands_the_most_urgent_first() {
-    let desk = Desk::new();
-    desk.look(5.0);
-    let standing = serde_json::to_value(desk.plant.alarms().overview()).unwrap();
+fn the_overview_lists_the_most_urgent_alarms_first() {
+    let fixture = Fixture::new();
+    fixture.evaluate(5.0);
+    let standing = serde_json::to_value(fixture.services.alarms().overview()).unwrap();
     assert_eq!(standing["high"], json!({ "active": 1, "unacknowledged": 1 }));
     assert_eq!(standing["medium"], json!({ "active": 1, "unacknowledged": 1 }));
     let names: Vec<_> =

@@ -2,7 +2,7 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, clippy::indexing_slicing, reason = "a test")]
 
-use profivac_station::alarm::{Condition, Priority, Rule, Subject};
+use profivac_station::alarm::{Condition, Priority, Rule, Series};
 use profivac_station::auth::file_permissions;
 use profivac_station::config::{Config, ConfigError};
 use std::fs;
@@ -58,6 +58,10 @@ fn rule(rules: &[Rule], name: &str) -> Rule {
     rules.iter().find(|rule| rule.name == name).unwrap_or_else(|| panic!("no {name} among {rules:#?}")).clone()
 }
 
+fn series(gauge: &str, name: &str) -> Series {
+    Series { gauge: gauge.to_owned(), name: name.to_owned() }
+}
+
 fn names(text: &str) -> Vec<String> {
     rules(text).into_iter().map(|rule| rule.name).collect()
 }
@@ -66,20 +70,20 @@ fn names(text: &str) -> Vec<String> {
 fn an_alarm_has_the_settings_of_the_file() {
     let all = rules(FILE);
     let high = rule(&all, "too high");
-    assert_eq!(high.subject, Subject::Series { gauge: "chamber".to_owned(), series: "chamber".to_owned() });
-    let Condition::Above { limit, reset } = high.condition else { panic!("{high:?}") };
+    let Condition::Above { series: chamber, limit, reset } = high.condition else { panic!("{high:?}") };
+    assert_eq!(chamber, series("chamber", "chamber"));
     assert!((limit - 0.1).abs() < 1e-12 && (reset - 0.1 / 10_f64.sqrt()).abs() < 1e-12, "{limit} {reset}");
     assert_eq!((high.delay, high.off_delay, high.priority), (Duration::from_secs(2), Duration::ZERO, Priority::High));
     assert_eq!(high.message.as_deref(), Some("close the valve"));
     let vented = rule(&all, "vented");
-    assert_eq!(vented.subject, Subject::Series { gauge: "tpg".to_owned(), series: "tpg.2".to_owned() });
-    assert_eq!(vented.condition, Condition::Below { limit: 100.0, reset: 200.0 });
+    assert_eq!(vented.condition, Condition::Below { series: series("tpg", "tpg.2"), limit: 100.0, reset: 200.0 });
     assert_eq!(
         (vented.delay, vented.off_delay, vented.priority),
         (Duration::from_secs(1), Duration::from_secs(5), Priority::Medium)
     );
     let leak = rule(&all, "leak").condition;
-    assert_eq!(leak, Condition::Rise { limit: 0.5, reset: 0.25, window: Duration::from_secs(20) });
+    let (chamber, window) = (series("chamber", "chamber"), Duration::from_secs(20));
+    assert_eq!(leak, Condition::Rise { series: chamber, limit: 0.5, reset: 0.25, window });
 }
 
 #[test]
@@ -103,8 +107,12 @@ fn every_gauge_and_segment_has_default_alarms() {
     );
     let all = rules(FILE);
     assert_eq!(rule(&all, "segment hall: down").priority, Priority::High);
-    assert_eq!(rule(&all, "chamber: no data").condition, Condition::Stale { behind_segment: Some("hall".to_owned()) });
-    assert_eq!(rule(&all, "tpg.2: blind").condition, Condition::NotMeasurable { limits: vec![100.0] });
+    let stale = Condition::Stale { gauge: "chamber".to_owned(), behind_segment: Some("hall".to_owned()) };
+    assert_eq!(rule(&all, "chamber: no data").condition, stale);
+    assert_eq!(
+        rule(&all, "tpg.2: blind").condition,
+        Condition::NotMeasurable { series: series("tpg", "tpg.2"), limits: vec![100.0] }
+    );
 }
 
 #[test]
@@ -120,13 +128,13 @@ fn a_default_alarm_can_be_changed_and_switched_off() {
     );
     assert_eq!(
         rule(&all, "chamber: no data").condition,
-        Condition::Stale { behind_segment: None },
+        Condition::Stale { gauge: "chamber".to_owned(), behind_segment: None },
         "the alarm of the segment is off"
     );
     let damage = rule(&all, "segment hall: damage");
     assert_eq!(
         (damage.condition, damage.off_delay),
-        (Condition::DamagedTelegrams { limit: 100.0 }, Duration::from_secs(9))
+        (Condition::DamagedTelegrams { segment: "hall".to_owned(), limit: 100.0 }, Duration::from_secs(9))
     );
 }
 

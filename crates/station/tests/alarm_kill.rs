@@ -1,27 +1,32 @@
-//! The process is killed forty times, at any moment: no acknowledgement that was answered is lost, and alarms stand where they stood.
+//! A process that acknowledges alarms is killed forty times at random: no confirmed acknowledgement is lost, and alarms keep their state.
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
 
-mod desk;
+mod support;
 
-use desk::{actor, sight};
 use profivac_recorder::audit::AuditQuery;
-use profivac_recorder::{Micros, Reader, Recorder, Settings};
-use profivac_station::alarm::{AlarmState, Condition, NotificationTarget, Priority, Rule, Subject};
+use profivac_recorder::{Micros, Quality, Reader};
+use profivac_station::alarm::{AlarmState, Condition, NotificationTarget, Priority, Rule, Series};
 use profivac_station::services::Services;
 use std::io::{BufRead, BufReader, Write};
 use std::path::Path;
 use std::process::{Command, Stdio};
+use std::sync::Arc;
 use std::time::Duration;
+use support::database;
+use support::inputs::{actor, inputs};
 
-/// Set in the process that is killed: the file it records into.
-const FILE: &str = "PROFIVAC_TEST_ALARMS_INTO";
+/// The environment variable that tells the child process the folder of its database.
+const FOLDER: &str = "PROFIVAC_TEST_ALARMS_INTO";
 
 fn rule(name: &str, limit: f64) -> Rule {
     Rule {
         name: name.to_owned(),
-        subject: Subject::Series { gauge: "chamber".to_owned(), series: "chamber".to_owned() },
-        condition: Condition::Above { limit, reset: limit },
+        condition: Condition::Above {
+            series: Series { gauge: "chamber".to_owned(), name: "chamber".to_owned() },
+            limit,
+            reset: limit,
+        },
         priority: Priority::High,
         delay: Duration::ZERO,
         off_delay: Duration::ZERO,
@@ -29,98 +34,97 @@ fn rule(name: &str, limit: f64) -> Rule {
     }
 }
 
-/// The plant over the file, with its alarms where they stood.
-fn open(path: &Path) -> Services {
-    let recorder = Recorder::start(path, Settings::default()).unwrap();
-    let plant = Services::new("hall".to_owned(), path.to_owned(), recorder);
+/// The services over the database in `folder`, with the stored alarms.
+fn open(folder: &Path) -> Arc<Services> {
+    let services = support::services(folder);
     let rules = vec![rule("chatters", 1.0), rule("stands", 0.5), rule("was", 10.0), rule("away", 1.0)];
-    let everything = NotificationTarget { webhook: "ops".to_owned(), min_priority: Priority::Low };
-    plant.alarms().begin(&plant, rules, vec![everything]).unwrap();
-    plant
+    let all = NotificationTarget { webhook: "ops".to_owned(), min_priority: Priority::Low };
+    services.alarms().start(rules, vec![all]).unwrap();
+    services
 }
 
-fn occurrence(plant: &Services, name: &str) -> (AlarmState, i64) {
-    let alarm = plant.alarms().all().into_iter().find(|alarm| alarm.name == name).unwrap();
+fn occurrence(services: &Services, name: &str) -> (AlarmState, i64) {
+    let alarm = services.alarms().all().into_iter().find(|alarm| alarm.name == name).unwrap();
     (alarm.state, alarm.occurrence)
 }
 
-/// What the killed process does: an alarm chatters; it is acknowledged each time, and a line is printed as soon as that is answered.
+/// The child process: an alarm chatters and is acknowledged each time; a line is printed when the acknowledgement is confirmed.
 #[test]
-fn raise_and_acknowledge_for_ever_when_told_so() {
-    let Some(path) = std::env::var_os(FILE) else { return };
-    let plant = open(Path::new(&path));
+fn child_acknowledges_until_it_is_killed() {
+    let Some(folder) = std::env::var_os(FOLDER) else { return };
+    let services = open(Path::new(&folder));
     loop {
-        plant.alarms().evaluate(plant.recorder(), &sight(2.0, "valid"));
-        let (_, raised) = occurrence(&plant, "chatters");
-        // The process before may have died between this and what follows.
-        if plant.alarms().acknowledge(plant.recorder(), "chatters", raised, &actor("Ada")).is_ok() {
+        services.alarms().evaluate(&inputs(2.0, Quality::Valid));
+        let (_, raised) = occurrence(&services, "chatters");
+        // The process before may have been killed after it had raised the alarm.
+        if services.alarms().acknowledge("chatters", raised, &actor("Ada")).is_ok() {
             println!("acknowledged {raised}");
             std::io::stdout().flush().unwrap();
         }
-        plant.alarms().evaluate(plant.recorder(), &sight(0.6, "valid"));
+        services.alarms().evaluate(&inputs(0.6, Quality::Valid));
     }
 }
 
 #[test]
-fn forty_kills_lose_no_acknowledgement_and_leave_alarms_where_they_stood() {
+fn forty_kills_lose_no_acknowledgement_and_no_alarm_state() {
     let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("plant.db");
-    // One that stands acknowledged, one that is over and nobody knows, one that is out of service.
-    let plant = open(&path);
-    plant.alarms().evaluate(plant.recorder(), &sight(20.0, "valid"));
-    plant.alarms().evaluate(plant.recorder(), &sight(0.6, "valid"));
-    let (_, stands) = occurrence(&plant, "stands");
-    plant.alarms().acknowledge(plant.recorder(), "stands", stands, &actor("Ada")).unwrap();
-    plant.alarms().take_out_of_service(plant.recorder(), "away", &actor("Eve"), "calibration", None).unwrap();
-    drop(plant);
+    let (folder, path) = (folder.path(), database(folder.path()));
+    // One alarm is acknowledged, one has returned unacknowledged, one is out of service.
+    let services = open(folder);
+    services.alarms().evaluate(&inputs(20.0, Quality::Valid));
+    services.alarms().evaluate(&inputs(0.6, Quality::Valid));
+    let (_, stands) = occurrence(&services, "stands");
+    services.alarms().acknowledge("stands", stands, &actor("Ada")).unwrap();
+    services.alarms().take_out_of_service("away", &actor("Eve"), "calibration", None).unwrap();
+    drop(services);
     let mut random = fastrand::Rng::with_seed(12);
     for _ in 0..40 {
-        let acknowledged = kill_after(random.usize(1..8), random.usize(0..20_000), &path);
+        let acknowledged = kill_after(random.usize(1..8), random.usize(0..20_000), folder);
         let reader = Reader::open(&path).unwrap();
         let lines = reader.alarm_history(Micros(0), Micros(i64::MAX), Some("chatters"), u32::MAX).unwrap();
         let known: Vec<_> =
             lines.iter().filter(|line| line.change == "acknowledged").map(|line| line.occurrence).collect();
         for raised in &acknowledged {
-            assert!(known.contains(raised), "{raised} was answered and is lost");
+            assert!(known.contains(raised), "{raised} was confirmed and is lost");
         }
         let everything = AuditQuery {
             from: Micros(0),
             to: Micros(i64::MAX),
             gauge: None,
-            who: Some("Ada".to_owned()),
+            user: Some("Ada".to_owned()),
             limit: u32::MAX,
         };
         let rows = reader.audit(&everything).unwrap();
-        assert_eq!(rows.len(), known.len() + 1, "each acknowledgement has its row, and the first has one");
-        let told = reader.queued_notifications("ops").unwrap().len();
+        assert_eq!(rows.len(), known.len() + 1, "each acknowledgement has a row of the audit trail");
+        let notifications = reader.queued_notifications("ops").unwrap().len();
         let all = reader.alarm_history(Micros(0), Micros(i64::MAX), None, u32::MAX).unwrap().len();
-        assert_eq!(told, all, "each line has its letter");
+        assert_eq!(notifications, all, "each change has a notification");
         drop(reader);
-        let plant = open(&path);
-        assert_eq!(occurrence(&plant, "stands"), (AlarmState::Acknowledged, stands));
-        assert_eq!(occurrence(&plant, "was").0, AlarmState::Returned, "nobody knows of it yet");
-        assert_eq!(occurrence(&plant, "away").0, AlarmState::OutOfService);
-        assert_ne!(occurrence(&plant, "chatters").0, AlarmState::OutOfService);
+        let services = open(folder);
+        assert_eq!(occurrence(&services, "stands"), (AlarmState::Acknowledged, stands));
+        assert_eq!(occurrence(&services, "was").0, AlarmState::Returned, "it is not acknowledged yet");
+        assert_eq!(occurrence(&services, "away").0, AlarmState::OutOfService);
+        assert_ne!(occurrence(&services, "chatters").0, AlarmState::OutOfService);
     }
 }
 
-/// Lets the process acknowledge so often, spins a little, kills it. Returns what it said was acknowledged.
-fn kill_after(lines: usize, spins: usize, path: &Path) -> Vec<i64> {
+/// Lets the child acknowledge `lines` times, spins `spins` times and kills it. Returns the acknowledged occurrences.
+fn kill_after(lines: usize, spins: usize, folder: &Path) -> Vec<i64> {
     let mut child = Command::new(std::env::current_exe().unwrap())
-        .args(["raise_and_acknowledge_for_ever_when_told_so", "--exact", "--nocapture"])
-        .env(FILE, path)
+        .args(["child_acknowledges_until_it_is_killed", "--exact", "--nocapture"])
+        .env(FOLDER, folder)
         .stdout(Stdio::piped())
         .stderr(Stdio::null())
         .spawn()
         .unwrap();
     let mut output = BufReader::new(child.stdout.take().unwrap()).lines();
-    let told = |line: String| line.strip_prefix("acknowledged ").and_then(|number| number.parse::<i64>().ok());
-    let mut all: Vec<_> = output.by_ref().map_while(Result::ok).filter_map(told).take(lines).collect();
-    assert_eq!(all.len(), lines, "it ended by itself");
+    let number_in = |line: String| line.strip_prefix("acknowledged ").and_then(|number| number.parse::<i64>().ok());
+    let mut all: Vec<_> = output.by_ref().map_while(Result::ok).filter_map(number_in).take(lines).collect();
+    assert_eq!(all.len(), lines, "the child ended by itself");
     (0..spins).for_each(|_| std::hint::spin_loop());
     child.kill().unwrap();
     child.wait().unwrap();
-    // What it said before it died counts too.
-    all.extend(output.map_while(Result::ok).filter_map(told));
+    // Lines printed before the kill count too.
+    all.extend(output.map_while(Result::ok).filter_map(number_in));
     all
 }

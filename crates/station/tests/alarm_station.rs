@@ -1,106 +1,95 @@
-//! Alarms of a station that runs on a segment in memory: raised by what a gauge says, left where they stand by a changed file, by an end and by
-//! a beginning.
+//! Alarms of a station on a segment in memory: raised by the reading of a gauge, kept over a changed file and over a restart.
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
+
+mod support;
 
 use profivac_recorder::Micros;
 use profivac_station::alarm::AlarmState;
 use profivac_station::alarm::view::AlarmView;
-use profivac_station::auth::{Role, User};
+use profivac_station::auth::{Actor, Role, User};
 use profivac_station::config::Config;
-use profivac_station::control::Actor;
 use profivac_station::services::Services;
 use profivac_station::station::Station;
 use std::fs;
 use std::path::Path;
-use std::time::{Duration, Instant};
 
-/// Long enough for a computer that is busy with something else.
-const PATIENCE: Duration = Duration::from_secs(60);
-
-/// A chamber at 2e-3 mbar, and limits around it.
+/// A chamber at 2e-3 mbar, with a limit below and one above.
 fn config(folder: &Path, more: &str) -> Config {
-    let bench = folder.join("bench.toml");
-    fs::write(&bench, "devices = [\"bcg450@5\"]\nbaud = 187500\npressure = \"2e-3 mbar\"\n").unwrap();
+    let segment = folder.join("segment.toml");
+    fs::write(&segment, "devices = [\"bcg450@5\"]\nbaud = 187500\npressure = \"2e-3 mbar\"\n").unwrap();
     let text = format!(
         "[[segment]]\nname = 'hall'\nport = 'sim:{}'\nbaud = 187500\nmaster = 1\n\
          [[segment.gauge]]\nname = 'chamber'\ndevice = 'bcg450'\naddress = 5\npoll = '50 ms'\n\
          [[alarm]]\nname = 'too high'\ngauge = 'chamber'\nabove = '1e-3 mbar'\ndelay = '0 s'\n\
          [[alarm]]\nname = 'much too high'\ngauge = 'chamber'\nabove = '1 mbar'\ndelay = '0 s'\n{more}",
-        bench.display()
+        segment.display()
     );
     Config::parse(&text, &folder.join("plant.toml")).unwrap()
 }
 
-fn alarm(plant: &Services, name: &str) -> Option<AlarmView> {
-    plant.alarms().all().into_iter().find(|alarm| alarm.name == name)
+fn alarm(services: &Services, name: &str) -> Option<AlarmView> {
+    services.alarms().all().into_iter().find(|alarm| alarm.name == name)
 }
 
-fn until(plant: &Services, name: &str, state: AlarmState) -> AlarmView {
-    let end = Instant::now() + PATIENCE;
-    loop {
-        let alarm = alarm(plant, name).unwrap();
-        if alarm.state == state {
-            return alarm;
-        }
-        assert!(Instant::now() < end, "it never was {state:?}: {alarm:?}");
-        std::thread::yield_now();
-    }
+fn until(services: &Services, name: &str, state: AlarmState) -> AlarmView {
+    support::until(name, || alarm(services, name).filter(|alarm| alarm.state == state))
 }
 
-fn history(plant: &Services) -> Vec<(String, String)> {
-    assert!(plant.recorder().flush());
-    let lines = plant.open_reader().unwrap().alarm_history(Micros(0), Micros(i64::MAX), None, 1000).unwrap();
+fn history(services: &Services) -> Vec<(String, String)> {
+    assert!(services.recorder().flush());
+    let lines =
+        services.recorder().open_reader().unwrap().alarm_history(Micros(0), Micros(i64::MAX), None, 1000).unwrap();
     lines.into_iter().rev().map(|line| (line.alarm, line.change)).collect()
 }
 
 #[test]
-fn a_station_raises_alarms_and_keeps_them_whatever_becomes_of_it() {
+fn a_station_keeps_its_alarms_over_a_changed_file_and_a_restart() {
     let folder = tempfile::tempdir().unwrap();
     let mut station = Station::start(config(folder.path(), "")).unwrap();
-    let plant = station.services();
-    let raised = until(&plant, "too high", AlarmState::Unacknowledged);
+    let services = station.services();
+    let raised = until(&services, "too high", AlarmState::Unacknowledged);
     let pa = raised.raised_value.unwrap();
     assert!((pa / 0.2 - 1.0).abs() < 0.01, "{pa}");
-    assert_eq!(alarm(&plant, "much too high").unwrap().state, AlarmState::Normal);
+    assert_eq!(alarm(&services, "much too high").unwrap().state, AlarmState::Normal);
     let ada = Actor { user: User { name: "Ada".into(), role: Role::Operator }, peer: None };
-    plant.alarms().acknowledge(plant.recorder(), "too high", raised.occurrence, &ada).unwrap();
+    services.alarms().acknowledge("too high", raised.occurrence, &ada).unwrap();
     station
         .reconfigure(config(
             folder.path(),
             "[[alarm]]\nname = 'low'\ngauge = 'chamber'\nbelow = '1 mbar'\ndelay = '0 s'\n",
         ))
         .unwrap();
-    until(&plant, "low", AlarmState::Unacknowledged);
-    assert_eq!(alarm(&plant, "too high").unwrap().acknowledged_by.as_deref(), Some("Ada"));
+    until(&services, "low", AlarmState::Unacknowledged);
+    assert_eq!(alarm(&services, "too high").unwrap().acknowledged_by.as_deref(), Some("Ada"));
     station.stop();
-    drop(plant);
-    // The alarm `low` is not meant any more.
+    drop(services);
+    // The file no longer has the alarm `low`.
     let station = Station::start(config(folder.path(), "")).unwrap();
-    let plant = station.services();
-    let kept = alarm(&plant, "too high").unwrap();
+    let services = station.services();
+    let kept = alarm(&services, "too high").unwrap();
     assert_eq!((kept.state, kept.occurrence), (AlarmState::Acknowledged, raised.occurrence));
-    assert_eq!(alarm(&plant, "low"), None);
+    assert_eq!(alarm(&services, "low"), None);
     assert!(
-        plant.open_reader().unwrap().alarms().unwrap().iter().all(|(name, _)| name != "low")
-            || plant.recorder().flush()
+        services.recorder().open_reader().unwrap().alarms().unwrap().iter().all(|(name, _)| name != "low")
+            || services.recorder().flush()
     );
     station.stop();
-    let told = history(&plant);
-    let told: Vec<_> = told.iter().map(|(alarm, what)| (alarm.as_str(), what.as_str())).collect();
+    let changes = history(&services);
+    let changes: Vec<_> = changes.iter().map(|(alarm, what)| (alarm.as_str(), what.as_str())).collect();
     let expected = [("too high", "raised"), ("too high", "acknowledged"), ("low", "raised"), ("low", "removed")];
-    assert_eq!(told, expected, "that a station ends and begins is no alarm");
+    assert_eq!(changes, expected, "a restart of the station is no alarm");
 }
 
 #[test]
-fn who_looks_for_alarms_is_looked_after() {
+fn the_station_notices_when_the_alarms_are_not_evaluated() {
     let folder = tempfile::tempdir().unwrap();
     let mut station = Station::start(config(folder.path(), "")).unwrap();
-    let plant = station.services();
+    let services = station.services();
     station.restart_ended_threads().unwrap();
-    until(&plant, "too high", AlarmState::Unacknowledged);
-    assert_eq!(plant.alarms().overview().trouble, None);
-    assert!(plant.alarms().evaluated_ago().unwrap() < PATIENCE);
+    until(&services, "too high", AlarmState::Unacknowledged);
+    assert_eq!(services.alarms().overview().trouble, None);
+    assert!(services.alarms().evaluated_ago().unwrap() < support::TIMEOUT);
     station.stop();
-    assert_eq!(plant.alarms().evaluated_ago(), None, "nobody is to look any more");
+    assert_eq!(services.alarms().evaluated_ago(), None, "no thread evaluates any more");
 }

@@ -6,7 +6,10 @@ use axum::body::{Body, to_bytes};
 use axum::http::{Request, Response};
 use profivac_recorder::{Deadband, EventKind, Micros, Quality, Recorder, Retention, Sample, Settings};
 use profivac_station::api::{description, router};
-use profivac_station::services::{SegmentRequest, SegmentSnapshot, Services};
+use profivac_station::control::error::Unavailable;
+use profivac_station::control::requests::SegmentRequest;
+use profivac_station::services::Services;
+use profivac_station::snapshot::SegmentSnapshot;
 use profivac_station::view::{Block, BusStationState, Gauge, Reading, Segment, SegmentState};
 use serde_json::Value;
 use std::sync::Arc;
@@ -34,7 +37,7 @@ impl TestStation {
         };
         let recorder = Recorder::start(&file, settings).unwrap();
         let plant = Arc::new(Services::new("Target hall".to_owned(), file, recorder));
-        plant.publish(snapshot());
+        plant.snapshots().publish(snapshot());
         Self { folder, plant }
     }
 
@@ -88,7 +91,7 @@ fn snapshot() -> SegmentSnapshot {
         principle: Some("hot-cathode"),
         pa: Some(1e-4),
         corrected_pa: Some(8e-5),
-        quality: "valid",
+        quality: Quality::Valid,
     };
     let gauge = Gauge {
         name: "chamber".to_owned(),
@@ -132,7 +135,7 @@ fn the_api_serves_the_published_snapshot() {
 #[test]
 fn a_removed_segment_is_not_served() {
     let station = TestStation::new();
-    station.plant.forget("hall");
+    station.plant.snapshots().remove("hall");
     assert_eq!(station.json("/api/segments"), Value::Array(Vec::new()));
     assert_eq!(station.json("/api/gauges"), Value::Array(Vec::new()));
 }
@@ -141,12 +144,12 @@ fn a_removed_segment_is_not_served() {
 fn blocks_are_requested_from_the_segment() {
     let station = TestStation::new();
     assert_eq!(station.problem("/api/gauges/unknown/blocks").0, 404);
-    let requests = station.plant.accept_requests("hall");
+    let requests = station.plant.control().requests().accept("hall");
     let answering = std::thread::spawn(move || {
         let SegmentRequest::Blocks(gauge, answer) = requests.recv().unwrap() else { panic!("blocks") };
         answer.send(Ok(vec![Block { name: gauge, parameters: Vec::new() }])).unwrap();
         let SegmentRequest::Blocks(_, answer) = requests.recv().unwrap() else { panic!("blocks") };
-        answer.send(Err("the gauge does not answer".to_owned())).unwrap();
+        answer.send(Err(Unavailable::SegmentDown("the gauge does not answer".to_owned()))).unwrap();
     });
     assert_eq!(station.json("/api/gauges/chamber/blocks")[0]["name"], "chamber");
     assert_eq!(station.problem("/api/gauges/chamber/blocks"), (409, "the gauge does not answer".to_owned()));
@@ -212,8 +215,8 @@ fn a_rise_is_separated_into_leak_and_outgassing() {
 #[test]
 fn events_come_latest_first() {
     let station = TestStation::new();
-    station.plant.record_event_and_wait(Some("chamber"), EventKind::Gauge, "emission is on");
-    station.plant.record_event_and_wait(None, EventKind::Station, "the station begins");
+    station.plant.recorder().event_now_and_wait(Some("chamber"), EventKind::Gauge, "emission is on");
+    station.plant.recorder().event_now_and_wait(None, EventKind::Station, "the station begins");
     let events = station.json(&format!("/api/events?from=0&to={}", i64::MAX));
     let texts: Vec<_> = events.as_array().unwrap().iter().map(|event| event["text"].as_str().unwrap()).collect();
     assert_eq!(texts, ["the station begins", "emission is on"]);

@@ -1,12 +1,11 @@
-//! Webhooks against servers that fail, hang, redirect, refuse, and take it in the end.
+//! Deliveries to receivers that fail, hang, redirect, refuse, and accept at last.
 
 #![allow(clippy::unwrap_used, clippy::panic, clippy::indexing_slicing, reason = "a test")]
 
-mod desk;
+mod support;
 
-use desk::sight;
 use profivac_recorder::alarms::{AlarmBatch, Notification};
-use profivac_recorder::{Micros, Recorder, Settings};
+use profivac_recorder::{Micros, Quality};
 use profivac_station::alarm::NotificationTarget;
 use profivac_station::config::{Config, Webhook};
 use profivac_station::services::Services;
@@ -19,14 +18,15 @@ use std::path::Path;
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, channel};
 use std::time::{Duration, Instant};
+use support::inputs::inputs;
 use tempfile::TempDir;
 use tokio_rustls::rustls::pki_types::PrivateKeyDer;
 use tokio_rustls::rustls::{ServerConfig, ServerConnection, StreamOwned, crypto};
 
-/// Long enough for a computer that is busy with something else.
+/// The longest wait, enough for a busy computer.
 const LONG: Duration = Duration::from_secs(60);
 
-/// Hardly any pause.
+/// Settings with short pauses.
 const QUICK: DeliverySettings = DeliverySettings {
     poll_interval: Duration::from_millis(2),
     answer_timeout: LONG,
@@ -38,40 +38,40 @@ const QUICK: DeliverySettings = DeliverySettings {
 
 /// What a receiver does with a request.
 #[derive(Clone, Copy)]
-enum Mood {
+enum Reaction {
     Answers(&'static str),
     Hangs,
     Closes,
 }
 
-use Mood::{Answers, Closes, Hangs};
+use Reaction::{Answers, Closes, Hangs};
 
-/// A request that came.
-struct Came {
+/// A request that the receiver got.
+struct Received {
     head: String,
     body: Value,
 }
 
-impl Came {
+impl Received {
     fn header(&self, name: &str) -> Option<&str> {
         let lines = self.head.lines().filter_map(|line| line.split_once(": "));
         lines.into_iter().find(|(key, _)| key.eq_ignore_ascii_case(name)).map(|(_, value)| value)
     }
 }
 
-/// Serves each request in the next mood, and at last in the last one for ever. Gives its address and what came.
-fn receiver(moods: &'static [Mood]) -> (String, Receiver<Came>) {
+/// A receiver with these reactions, one per request, the last one repeated. Returns its address and the requests.
+fn receiver(reactions: &'static [Reaction]) -> (String, Receiver<Received>) {
     let listener = TcpListener::bind("127.0.0.1:0").unwrap();
     let address = listener.local_addr().unwrap().to_string();
     let (sender, came) = channel();
     std::thread::spawn(move || {
-        // Those that hang are kept open.
+        // Hanging connections stay open.
         let mut kept = Vec::new();
         for number in 0.. {
             let Ok((stream, _)) = listener.accept() else { return };
-            let mood = moods[number.min(moods.len() - 1)];
+            let reaction = reactions[number.min(reactions.len() - 1)];
             let Some(request) = read(&stream) else { continue };
-            match mood {
+            match reaction {
                 Answers(status) => {
                     let (mut stream, answer) = (&stream, format!("HTTP/1.1 {status}\r\ncontent-length: 0\r\n\r\n"));
                     stream.write_all(answer.as_bytes()).ok();
@@ -87,7 +87,7 @@ fn receiver(moods: &'static [Mood]) -> (String, Receiver<Came>) {
     (address, came)
 }
 
-fn read(stream: impl Read) -> Option<Came> {
+fn read(stream: impl Read) -> Option<Received> {
     let mut reader = BufReader::new(stream);
     let mut head = String::new();
     while !head.ends_with("\r\n\r\n") {
@@ -99,63 +99,62 @@ fn read(stream: impl Read) -> Option<Came> {
     let length = length.into_iter().find(|(name, _)| name.eq_ignore_ascii_case("content-length"))?.1.parse().ok()?;
     let mut body = vec![0; length];
     reader.read_exact(&mut body).ok()?;
-    Some(Came { head, body: serde_json::from_slice(&body).ok()? })
+    Some(Received { head, body: serde_json::from_slice(&body).ok()? })
 }
 
-struct Desk {
-    plant: Arc<Services>,
+struct Fixture {
+    services: Arc<Services>,
     folder: TempDir,
 }
 
-impl Desk {
+impl Fixture {
     fn new(hooks: &[&Webhook]) -> Self {
         let folder = tempfile::tempdir().unwrap();
-        Self { plant: open(folder.path(), hooks), folder }
+        Self { services: open(folder.path(), hooks), folder }
     }
 
-    /// The pressure goes up and down once: two letters.
+    /// The pressure rises and falls once: two notifications.
     fn chatter(&self) {
         for pa in [5.0, 0.001] {
-            self.plant.alarms().evaluate(self.plant.recorder(), &sight(pa, "valid"));
+            self.services.alarms().evaluate(&inputs(pa, Quality::Valid));
         }
-        assert!(self.plant.recorder().flush());
+        assert!(self.services.recorder().flush());
     }
 
-    fn start(&self, webhook: &Webhook, patience: DeliverySettings) -> DeliveryThread {
-        DeliveryThread::start(webhook.clone(), Arc::clone(&self.plant), patience).unwrap()
+    fn start(&self, webhook: &Webhook, settings: DeliverySettings) -> DeliveryThread {
+        let (recorder, status) = (Arc::clone(self.services.recorder()), Arc::clone(self.services.webhooks()));
+        DeliveryThread::start(webhook.clone(), recorder, status, settings).unwrap()
     }
 
-    /// Waits until the webhook is as wanted.
+    /// Waits until the status of the webhook is as wanted.
     fn until(&self, name: &str, wanted: impl Fn(&WebhookView) -> bool) -> WebhookView {
         let end = Instant::now() + LONG;
         loop {
-            let views = self.plant.webhooks().views(&self.plant.open_reader().unwrap()).unwrap();
+            let views = self.services.webhooks().views(&self.services.recorder().open_reader().unwrap()).unwrap();
             let view = views.into_iter().find(|view| view.name == name).unwrap();
             if wanted(&view) {
                 return view;
             }
-            assert!(Instant::now() < end, "it never was: {view:?}");
+            assert!(Instant::now() < end, "timed out: {view:?}");
             std::thread::yield_now();
         }
     }
 
     fn events(&self) -> Vec<String> {
-        assert!(self.plant.recorder().flush());
-        let events = self.plant.open_reader().unwrap().events(Micros(0), Micros(i64::MAX), 1000).unwrap();
+        assert!(self.services.recorder().flush());
+        let events = self.services.recorder().open_reader().unwrap().events(Micros(0), Micros(i64::MAX), 1000).unwrap();
         events.into_iter().map(|event| event.text).filter(|text| text.starts_with("webhook")).rev().collect()
     }
 }
 
 fn open(folder: &Path, hooks: &[&Webhook]) -> Arc<Services> {
-    let file = folder.join("plant.db");
-    let recorder = Recorder::start(&file, Settings::default()).unwrap();
-    let plant = Arc::new(Services::new("Target hall".to_owned(), file, recorder));
-    let addressees = hooks
+    let services = support::services(folder);
+    let targets = hooks
         .iter()
         .map(|hook| NotificationTarget { webhook: hook.name.clone(), min_priority: hook.min_priority })
         .collect();
-    plant.alarms().begin(&plant, config("").alarms, addressees).unwrap();
-    plant
+    services.alarms().start(config("").alarms, targets).unwrap();
+    services
 }
 
 fn config(more: &str) -> Config {
@@ -170,12 +169,12 @@ fn webhook(address: &str, more: &str) -> Webhook {
 }
 
 #[test]
-fn a_letter_says_everything_and_goes_with_its_token() {
+fn a_notification_has_all_fields_and_its_token() {
     let (address, came) = receiver(&[Answers("204 No Content")]);
     let hook = webhook(&address, "token = 's3cret'");
-    let desk = Desk::new(&[&hook]);
-    let _courier = desk.start(&hook, QUICK);
-    desk.chatter();
+    let fixture = Fixture::new(&[&hook]);
+    let _delivery = fixture.start(&hook, QUICK);
+    fixture.chatter();
     let first = came.recv_timeout(LONG).unwrap();
     assert!(first.head.starts_with("POST /hook?key=abc HTTP/1.1\r\n"), "{}", first.head);
     assert_eq!(first.header("authorization"), Some("Bearer s3cret"));
@@ -200,16 +199,18 @@ fn a_letter_says_everything_and_goes_with_its_token() {
     let second = came.recv_timeout(LONG).unwrap();
     assert_eq!((&second.body["what"], &second.body["state"]), (&"returned".into(), &"returned".into()));
     assert_ne!(first.body["id"], second.body["id"]);
-    let view = desk.until("ops", |view| view.delivered == 2 && view.waiting == 0);
+    let view = fixture.until("ops", |view| view.delivered == 2 && view.waiting == 0);
     assert_eq!((view.at, view.problem), (format!("http://{address}"), None));
-    let shown = format!("{hook:?} {:?}", desk.plant.webhooks().views(&desk.plant.open_reader().unwrap()).unwrap())
-        + &desk.events().concat();
+    let shown = format!(
+        "{hook:?} {:?}",
+        fixture.services.webhooks().views(&fixture.services.recorder().open_reader().unwrap()).unwrap()
+    ) + &fixture.events().concat();
     assert!(!shown.contains("s3cret") && !shown.contains("abc"), "{shown}");
 }
 
 #[test]
-fn what_is_not_taken_is_told_again_until_it_is_and_in_order() {
-    static MOODS: [Mood; 6] = [
+fn a_notification_is_repeated_until_it_is_accepted_and_in_order() {
+    static REACTIONS: [Reaction; 6] = [
         Answers("500 Oh"),
         Closes,
         Hangs,
@@ -217,41 +218,41 @@ fn what_is_not_taken_is_told_again_until_it_is_and_in_order() {
         Answers("429 Slower"),
         Answers("200 OK"),
     ];
-    let (address, came) = receiver(&MOODS);
+    let (address, came) = receiver(&REACTIONS);
     let hook = webhook(&address, "");
-    let desk = Desk::new(&[&hook]);
-    desk.chatter();
+    let fixture = Fixture::new(&[&hook]);
+    fixture.chatter();
     // Who answers at all answers sooner than that, also on a computer that is busy.
-    let _courier = desk.start(&hook, DeliverySettings { answer_timeout: Duration::from_secs(3), ..QUICK });
+    let _delivery = fixture.start(&hook, DeliverySettings { answer_timeout: Duration::from_secs(3), ..QUICK });
     let all: Vec<_> = (0..7).map(|_| came.recv_timeout(LONG).unwrap()).collect();
     assert!(all.iter().all(|came| came.head.starts_with("POST /hook?key=abc ")), "redirects are not followed");
     let ids: Vec<_> = all.iter().map(|came| &came.body["id"]).collect();
     assert!(ids[..6].iter().all(|id| *id == ids[0]), "whoever gets it twice knows it again: {ids:?}");
     assert_eq!((&all[5].body["what"], &all[6].body["what"]), (&"raised".into(), &"returned".into()));
-    desk.until("ops", |view| view.delivered == 2 && view.problem.is_none() && view.failing_since_ms.is_none());
+    fixture.until("ops", |view| view.delivered == 2 && view.problem.is_none() && view.failing_since_ms.is_none());
     assert_eq!(
-        desk.events(),
+        fixture.events(),
         [
-            "webhook \"ops\" takes no letters: the answer is 500; it is tried again",
-            "webhook \"ops\" takes letters again"
+            "webhook \"ops\" accepts no notifications: the answer is 500; the station tries again",
+            "webhook \"ops\" accepts notifications again"
         ]
     );
 }
 
 #[test]
-fn one_that_hangs_holds_up_nobody() {
+fn a_receiver_that_hangs_does_not_delay_the_others() {
     let (slow, _came) = receiver(&[Hangs]);
     let (quick, came) = receiver(&[Answers("200 OK")]);
     let hanging = webhook(&slow, "");
     let other = Webhook { name: "other".to_owned(), ..webhook(&quick, "") };
-    let desk = Desk::new(&[&hanging, &other]);
-    let hangs = desk.start(&hanging, QUICK);
-    let _other = desk.start(&other, QUICK);
+    let fixture = Fixture::new(&[&hanging, &other]);
+    let hangs = fixture.start(&hanging, QUICK);
+    let _other = fixture.start(&other, QUICK);
     for _ in 0..5 {
-        desk.chatter();
+        fixture.chatter();
     }
     (0..10).for_each(|_| drop(came.recv_timeout(LONG).unwrap()));
-    desk.until("ops", |view| view.waiting == 10);
+    fixture.until("ops", |view| view.waiting == 10);
     // It is not waited for.
     let begun = Instant::now();
     drop(hangs);
@@ -259,79 +260,79 @@ fn one_that_hangs_holds_up_nobody() {
 }
 
 #[test]
-fn what_was_not_taken_is_told_by_the_next_program() {
+fn a_waiting_notification_is_delivered_after_a_restart() {
     let (address, came) = receiver(&[Answers("503 Later"), Answers("200 OK")]);
     let hook = webhook(&address, "");
-    let desk = Desk::new(&[&hook]);
-    desk.chatter();
-    let asleep = DeliverySettings { first_pause: LONG, longest_pause: LONG, ..QUICK };
-    let courier = desk.start(&hook, asleep);
+    let fixture = Fixture::new(&[&hook]);
+    fixture.chatter();
+    let long_pause = DeliverySettings { first_pause: LONG, longest_pause: LONG, ..QUICK };
+    let delivery = fixture.start(&hook, long_pause);
     let first = came.recv_timeout(LONG).unwrap();
-    desk.until("ops", |view| view.problem.as_deref() == Some("the answer is 503"));
-    drop(courier);
-    let Desk { plant, folder } = desk;
-    drop(plant);
-    let plant = open(folder.path(), &[&hook]);
-    let _courier = DeliveryThread::start(hook, plant, QUICK).unwrap();
+    fixture.until("ops", |view| view.problem.as_deref() == Some("the answer is 503"));
+    drop(delivery);
+    let Fixture { services, folder } = fixture;
+    drop(services);
+    let fixture = Fixture { services: open(folder.path(), &[&hook]), folder };
+    let _delivery = fixture.start(&hook, QUICK);
     let again = came.recv_timeout(LONG).unwrap();
     assert_eq!(first.body, again.body, "with the same number");
 }
 
 #[test]
-fn what_nobody_understands_and_what_is_too_old_or_too_much_is_given_up() {
+fn a_notification_that_is_refused_or_too_old_or_one_too_many_is_given_up() {
     let (address, came) = receiver(&[Answers("400 What"), Answers("200 OK")]);
     let hook = webhook(&address, "");
-    let desk = Desk::new(&[&hook]);
-    desk.chatter();
-    let courier = desk.start(&hook, QUICK);
+    let fixture = Fixture::new(&[&hook]);
+    fixture.chatter();
+    let delivery = fixture.start(&hook, QUICK);
     assert_eq!(came.recv_timeout(LONG).unwrap().body["what"], "raised");
     assert_eq!(came.recv_timeout(LONG).unwrap().body["what"], "returned");
-    desk.until("ops", |view| (view.delivered, view.given_up) == (1, 1));
-    drop(courier);
-    desk.chatter();
-    let courier = desk.start(&hook, DeliverySettings { max_queued: 1, ..QUICK });
+    fixture.until("ops", |view| (view.delivered, view.given_up) == (1, 1));
+    drop(delivery);
+    fixture.chatter();
+    let delivery = fixture.start(&hook, DeliverySettings { max_queued: 1, ..QUICK });
     assert_eq!(came.recv_timeout(LONG).unwrap().body["what"], "returned", "the older one is given up");
-    desk.until("ops", |view| (view.delivered, view.given_up) == (1, 1));
-    drop(courier);
-    desk.chatter();
-    let _courier = desk.start(&hook, DeliverySettings { max_age: Duration::ZERO, ..QUICK });
-    desk.until("ops", |view| (view.delivered, view.given_up, view.waiting) == (0, 2, 0));
-    let events = desk.events();
-    assert_eq!(events[0], "webhook \"ops\" was not told of 1 letters: the answer is 400");
-    assert_eq!(events[1], "webhook \"ops\" was not told of 1 letters: there are too many");
-    assert_eq!(events[2], "webhook \"ops\" was not told of 2 letters: it is too old");
+    fixture.until("ops", |view| (view.delivered, view.given_up) == (1, 1));
+    drop(delivery);
+    fixture.chatter();
+    let _delivery = fixture.start(&hook, DeliverySettings { max_age: Duration::ZERO, ..QUICK });
+    fixture.until("ops", |view| (view.delivered, view.given_up, view.waiting) == (0, 2, 0));
+    let events = fixture.events();
+    assert_eq!(events[0], "webhook \"ops\" did not get 1 notifications: the answer is 400");
+    assert_eq!(events[1], "webhook \"ops\" did not get 1 notifications: too many wait");
+    assert_eq!(events[2], "webhook \"ops\" did not get 2 notifications: too old");
 }
 #[test]
-fn a_record_that_was_deleted_is_told_of_like_any_other() {
+fn notifications_are_delivered_after_the_database_was_deleted() {
     let (address, came) = receiver(&[Answers("200 OK")]);
     let hook = webhook(&address, "");
-    let desk = Desk::new(&[&hook]);
-    let _courier = desk.start(&hook, QUICK);
+    let fixture = Fixture::new(&[&hook]);
+    let _delivery = fixture.start(&hook, QUICK);
     for delivered in [2, 4] {
-        desk.chatter();
+        fixture.chatter();
         (0..2).for_each(|_| drop(came.recv_timeout(LONG).unwrap()));
-        desk.until("ops", |view| view.delivered == delivered && view.waiting == 0);
+        fixture.until("ops", |view| view.delivered == delivered && view.waiting == 0);
         // What comes next lies in a new file, whose letters have the numbers of those before.
-        fs::remove_file(desk.folder.path().join("plant.db")).unwrap();
-        assert!(desk.plant.recorder().flush());
+        fs::remove_file(fixture.folder.path().join("plant.db")).unwrap();
+        assert!(fixture.services.recorder().flush());
     }
 }
 
 #[test]
-fn a_day_of_letters_is_given_up_at_once() {
+fn many_old_notifications_are_given_up_together() {
     let (address, _came) = receiver(&[Answers("200 OK")]);
     let hook = webhook(&address, "");
-    let desk = Desk::new(&[&hook]);
+    let fixture = Fixture::new(&[&hook]);
     let letter = |at| Notification { id: 0, webhook: hook.name.clone(), at: Micros(at), body: "{}".to_owned() };
     let batch = AlarmBatch { notifications: (0..2000).map(letter).collect(), ..AlarmBatch::default() };
-    assert!(desk.plant.recorder().record_alarms_with_receipt(batch, Vec::new()).wait());
-    let _courier = desk.start(&hook, QUICK);
-    desk.until("ops", |view| (view.delivered, view.given_up, view.waiting) == (0, 2000, 0));
-    assert_eq!(desk.events(), ["webhook \"ops\" was not told of 2000 letters: it is too old"]);
+    assert!(fixture.services.recorder().record_alarms_with_receipt(batch, Vec::new()).wait());
+    let _delivery = fixture.start(&hook, QUICK);
+    fixture.until("ops", |view| (view.delivered, view.given_up, view.waiting) == (0, 2000, 0));
+    assert_eq!(fixture.events(), ["webhook \"ops\" did not get 2000 notifications: too old"]);
 }
 
 /// A server with a certificate of its own, and the file with it. It takes everything.
-fn secure(folder: &Path) -> (String, Receiver<Came>) {
+fn secure(folder: &Path) -> (String, Receiver<Received>) {
     let made = rcgen::generate_simple_self_signed(["localhost".to_owned()]).unwrap();
     fs::write(folder.join("ca.pem"), made.cert.pem()).unwrap();
     let key = PrivateKeyDer::try_from(made.signing_key.serialize_der()).unwrap();
@@ -357,32 +358,32 @@ fn secure(folder: &Path) -> (String, Receiver<Came>) {
 }
 
 #[test]
-fn over_https_only_those_are_told_for_whom_somebody_vouches() {
+fn over_https_only_a_trusted_receiver_is_notified() {
     let folder = tempfile::tempdir().unwrap();
     let (address, came) = secure(folder.path());
     let stranger = webhook(&address, "");
     let url = format!("https://{address}/hook").parse().unwrap();
     let stranger = Webhook { url, token: webhook("127.0.0.1:1", "token = 's3cret'").token, ..stranger };
     let known = Webhook { name: "known".to_owned(), ca_file: Some(folder.path().join("ca.pem")), ..stranger.clone() };
-    let desk = Desk::new(&[&stranger, &known]);
-    desk.chatter();
-    let _courier = desk.start(&stranger, QUICK);
-    let view = desk.until("ops", |view| view.problem.is_some());
+    let fixture = Fixture::new(&[&stranger, &known]);
+    fixture.chatter();
+    let _delivery = fixture.start(&stranger, QUICK);
+    let view = fixture.until("ops", |view| view.problem.is_some());
     assert!(view.problem.unwrap().starts_with("there is no secure connection: invalid peer certificate"));
     assert!(came.try_recv().is_err(), "nobody was told anything");
-    let _courier = desk.start(&known, QUICK);
+    let _delivery = fixture.start(&known, QUICK);
     assert_eq!(came.recv_timeout(LONG).unwrap().header("authorization"), Some("Bearer s3cret"));
-    desk.until("known", |view| view.delivered == 2);
+    fixture.until("known", |view| view.delivered == 2);
 }
 
 #[test]
-fn who_is_told_of_high_ones_alone_is_not_told_of_others() {
+fn a_webhook_is_not_notified_below_its_lowest_priority() {
     let (address, _came) = receiver(&[Answers("200 OK")]);
     let (all, high) = (webhook(&address, ""), webhook(&address, "priority = 'high'"));
     let high = Webhook { name: "high".to_owned(), ..high };
-    let desk = Desk::new(&[&all, &high]);
-    desk.chatter();
-    let reader = desk.plant.open_reader().unwrap();
+    let fixture = Fixture::new(&[&all, &high]);
+    fixture.chatter();
+    let reader = fixture.services.recorder().open_reader().unwrap();
     assert_eq!(
         (reader.queued_notifications("ops").unwrap().len(), reader.queued_notifications("high").unwrap().len()),
         (2, 0)

@@ -182,7 +182,7 @@ fn key_text(key: Key) -> String {
     }
 }
 
-/// Parses a file. `None` if it differs from what [`print`] writes.
+/// Parses a file. `None` if it differs from the output of `print`.
 fn parse(octets: &[u8]) -> Option<BTreeMap<Key, Vec<u8>>> {
     let text = std::str::from_utf8(octets).ok()?;
     let body = text.get(..text.rfind(END)?)?;

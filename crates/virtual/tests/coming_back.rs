@@ -1,4 +1,4 @@
-//! Ports that go and come back, and those that are in the way: what is told, what is kept, what is cut.
+//! Ports that are lost and opened again, and ports that are in use: the errors, the retained settings, the dropped octets.
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
 
@@ -22,7 +22,7 @@ use tempfile::TempDir;
 
 const BAUD: Baud = Baud::B19200;
 
-/// How long a test waits before it gives up. It never waits for time to pass, only for events.
+/// The longest wait of a test. It waits for events only, never for time to pass.
 const DEADLINE: Timespec = Timespec { tv_sec: 30, tv_nsec: 0 };
 
 fn folder() -> (TempDir, PathBuf) {
@@ -31,7 +31,7 @@ fn folder() -> (TempDir, PathBuf) {
     (folder, path)
 }
 
-/// Waits until the port has something to do, and lets it.
+/// Waits until the port is readable and lets it receive.
 fn turn(port: &mut dyn Port, heard: &mut Vec<Character>) {
     let sources = port.readiness();
     let mut events: Vec<_> = sources.iter().map(|source| PollFd::new(source, PollFlags::IN)).collect();
@@ -40,7 +40,7 @@ fn turn(port: &mut dyn Port, heard: &mut Vec<Character>) {
     port.receive(heard).unwrap();
 }
 
-/// Serves the port until it remarks something.
+/// Serves the port until it has a notice.
 fn remarked(port: &mut dyn Port) -> Notice {
     loop {
         if let Some(remark) = port.next_notice() {
@@ -62,14 +62,14 @@ fn reopening(name: &str) -> Reopening {
     Reopening::new(open::port(name, BAUD).unwrap(), open::opener(name, BAUD))
 }
 
-/// A port is lost with one server and found with the next, twice.
+/// A port is lost with one server and opened again with the next, twice.
 fn goes_and_comes_back<S: Port>(name: &str, first: S, serve: impl Fn() -> S) {
     let mut port = reopening(name);
     let mut server = Some(first);
     for round in 1..=2 {
         drop(server.take());
         assert_eq!(remarked(&mut port), Notice::Lost(name.to_owned()));
-        port.send(b"to nobody").unwrap();
+        port.send(b"dropped").unwrap();
         let server = server.insert(serve());
         assert_eq!(remarked(&mut port), Notice::Reopened(name.to_owned()));
         assert_eq!(port.generation(), round);
@@ -81,21 +81,21 @@ fn goes_and_comes_back<S: Port>(name: &str, first: S, serve: impl Fn() -> S) {
 }
 
 #[test]
-fn a_pty_goes_and_comes_back() {
+fn a_lost_pty_is_opened_again() {
     let (_folder, path) = folder();
     let serve = || Pty::create(&path).unwrap();
     goes_and_comes_back(path.to_str().unwrap(), serve(), serve);
 }
 
 #[test]
-fn a_tcp_server_goes_and_comes_back() {
+fn a_lost_tcp_server_is_connected_again() {
     let first = TcpServer::listen("127.0.0.1:0").unwrap();
     let address = first.name().to_owned();
     goes_and_comes_back(&format!("tcp://{address}"), first, || TcpServer::listen(&address).unwrap());
 }
 
 #[test]
-fn nobody_looks_for_a_port_that_nobody_wants() {
+fn the_search_for_a_port_ends_when_the_port_is_dropped() {
     let (_folder, path) = folder();
     let (name, server) = (path.to_str().unwrap(), Pty::create(&path).unwrap());
     let opener = open::opener(name, BAUD);
@@ -111,7 +111,7 @@ fn nobody_looks_for_a_port_that_nobody_wants() {
     }
 }
 
-/// The virtual gauge at address 5 behind a pty at `path`, served by a thread until `stop` says so.
+/// The virtual gauge at address 5 behind a pty at `path`, served by a thread until `stop` is set.
 fn gauge(path: &Path, stop: Receiver<()>) -> JoinHandle<()> {
     let mut pty = Pty::create(path).unwrap();
     std::thread::spawn(move || {
@@ -143,31 +143,31 @@ fn pass(from: &mut dyn Port, to: &mut dyn Port, characters: &mut Vec<Character>)
 }
 
 #[test]
-fn a_master_begins_anew_when_its_port_is_back() {
+fn a_master_starts_again_when_its_port_was_reopened() {
     let (_folder, path) = folder();
     let name = path.to_str().unwrap();
     let (stop, stopped) = channel();
     let server = gauge(&path, stopped);
     let bus = bus_parameters(2, BAUD);
-    let tool = BusSession::new(open::port(name, BAUD).unwrap(), BAUD, bus, Duration::from_secs(30)).unwrap();
-    let mut tool = tool.with_reopening(open::opener(name, BAUD));
+    let session = BusSession::new(open::port(name, BAUD).unwrap(), BAUD, bus, Duration::from_secs(30)).unwrap();
+    let mut session = session.with_reopening(open::opener(name, BAUD));
     let answers =
-        |tool: &mut BusSession| matches!(tool.request(&services::fdl_status(5)).unwrap(), Reply::Answer { .. });
-    let insist = |tool: &mut BusSession| {
+        |session: &mut BusSession| matches!(session.request(&services::fdl_status(5)).unwrap(), Reply::Answer { .. });
+    let insist = |session: &mut BusSession| {
         let begun = Instant::now();
-        while !answers(tool) {
+        while !answers(session) {
             assert!(begun.elapsed() < Duration::from_secs(30), "no answer");
         }
     };
-    insist(&mut tool);
+    insist(&mut session);
     drop(stop);
     server.join().unwrap();
-    assert!(!answers(&mut tool), "nobody is there");
-    assert_eq!(tool.next_notice(), Some(Notice::Lost(name.to_owned())));
+    assert!(!answers(&mut session), "no device answers");
+    assert_eq!(session.next_notice(), Some(Notice::Lost(name.to_owned())));
     let (_stop, stopped) = channel();
     let _server = gauge(&path, stopped);
-    insist(&mut tool);
-    assert_eq!(tool.next_notice(), Some(Notice::Reopened(name.to_owned())));
+    insist(&mut session);
+    assert_eq!(session.next_notice(), Some(Notice::Reopened(name.to_owned())));
 }
 
 #[test]
@@ -186,13 +186,13 @@ fn a_locked_device_is_in_use_and_says_how_to_find_by_whom() {
     let (_folder, path) = folder();
     let _server = Pty::create(&path).unwrap();
     let name = path.to_str().unwrap();
-    // flock, as profivac and picocom take it.
+    // flock, as profivac and picocom use it.
     let first = Serial::open(name, BAUD).unwrap();
     let refused = Serial::open(name, BAUD).unwrap_err();
     let sentence = format!("{name} is in use by another program: end that first (fuser -v tells which it is)");
     assert_eq!(refused.to_string(), sentence);
     drop(first);
-    // TIOCEXCL, as minicom and pyserial take it. It does not hold off who may administer the system.
+    // TIOCEXCL, as minicom and pyserial use it. It does not keep a privileged process out.
     let other = rustix::fs::open(&path, rustix::fs::OFlags::RDWR | rustix::fs::OFlags::NOCTTY, 0.into()).unwrap();
     rustix::termios::ioctl_tiocexcl(&other).unwrap();
     match (Serial::open(name, BAUD), administers()) {
@@ -278,7 +278,7 @@ fn a_connection_sends_at_once_and_asks_whether_the_other_side_is_there() {
 
 #[test]
 fn a_host_that_does_not_answer_is_given_up_in_seconds() {
-    // A listener whose queue is full lets further connections hang.
+    // A listener with a full queue leaves further connections pending.
     let listener = rustix::net::socket(AddressFamily::INET, SocketType::STREAM, None).unwrap();
     rustix::net::bind(&listener, &SocketAddr::from(([127, 0, 0, 1], 0))).unwrap();
     rustix::net::listen(&listener, 0).unwrap();
@@ -290,7 +290,7 @@ fn a_host_that_does_not_answer_is_given_up_in_seconds() {
 
 #[test]
 fn a_host_without_an_address_is_named() {
-    // Longer than a name may be: nobody in the network is asked.
+    // Longer than a host name may be: no request leaves the machine.
     let address = format!("{}:4000", "h".repeat(300));
     let refused = TcpClient::connect(&address).unwrap_err();
     assert!(matches!(refused, PortError::UnresolvedHost { .. }), "{refused:?}");

@@ -1,4 +1,4 @@
-//! Ports carry every octet, survive who comes and goes, and say in one sentence what is in the way.
+//! Ports carry every octet, survive closing and opening of the other side, and name the obstacle in one sentence.
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
 
@@ -13,7 +13,7 @@ use tempfile::TempDir;
 
 const BAUD: Baud = Baud::B19200;
 
-/// How long a test waits before it gives up. It never waits for time to pass, only for octets.
+/// The longest wait of a test. It waits for octets only, never for time to pass.
 const DEADLINE: Timespec = Timespec { tv_sec: 10, tv_nsec: 0 };
 
 fn folder() -> (TempDir, PathBuf) {
@@ -26,7 +26,7 @@ fn serial(path: &std::path::Path) -> Result<Serial, PortError> {
     Serial::open(path.to_str().unwrap(), BAUD)
 }
 
-/// Waits until the port has something to do, and lets it.
+/// Waits until the port is readable and lets it receive.
 fn turn(port: &mut dyn Port, heard: &mut Vec<Character>) -> Result<(), PortError> {
     let sources = port.readiness();
     let mut events: Vec<_> = sources.iter().map(|source| PollFd::new(source, PollFlags::IN)).collect();
@@ -63,7 +63,7 @@ fn every_octet_passes_a_pty_both_ways() {
 }
 
 #[test]
-fn the_other_side_of_a_pty_may_be_closed_and_opened_again() {
+fn the_slave_side_of_a_pty_may_be_closed_and_opened_again() {
     let (_folder, path) = folder();
     let mut ours = Pty::create(&path).unwrap();
     for round in 0..5 {
@@ -76,15 +76,15 @@ fn the_other_side_of_a_pty_may_be_closed_and_opened_again() {
 }
 
 #[test]
-fn nobody_reads_what_was_sent_to_somebody_else() {
+fn a_program_does_not_read_the_octets_sent_to_another() {
     let (_folder, path) = folder();
     let mut ours = Pty::create(&path).unwrap();
-    // Opened as a plain file, so that nothing but the pty itself can forget what was not read.
+    // Opened as a plain file, so that only the pty itself can discard unread octets.
     let first = fs::OpenOptions::new().read(true).write(true).open(&path).unwrap();
     ours.send(b"for the first").unwrap();
     drop(first);
     ours.receive(&mut Vec::new()).unwrap();
-    ours.send(b"for nobody").unwrap();
+    ours.send(b"dropped").unwrap();
     let mut second = fs::OpenOptions::new().read(true).write(true).open(&path).unwrap();
     ours.send(b"!").unwrap();
     let mut read = [0; 8];
@@ -113,7 +113,7 @@ fn between_two_programs_a_pty_becomes_raw_again_and_is_left_alone_if_it_is() {
 }
 
 #[test]
-fn octets_that_nobody_reads_are_dropped_and_do_not_block() {
+fn unread_octets_are_dropped_and_do_not_block() {
     let (_folder, path) = folder();
     let mut ours = Pty::create(&path).unwrap();
     let _theirs = serial(&path).unwrap();
@@ -124,7 +124,7 @@ fn octets_that_nobody_reads_are_dropped_and_do_not_block() {
 }
 
 #[test]
-fn a_pty_is_there_as_long_as_its_server() {
+fn a_pty_exists_as_long_as_its_server() {
     let (_folder, path) = folder();
     let ours = Pty::create(&path).unwrap();
     let mut theirs = serial(&path).unwrap();
@@ -139,7 +139,7 @@ fn a_link_that_leads_nowhere_is_replaced_and_anything_else_is_kept() {
     let (_folder, path) = folder();
     std::os::unix::fs::symlink("/nowhere/at/all", &path).unwrap();
     drop(Pty::create(&path).unwrap());
-    // The side of a pty that is gone: the next pty may get its number.
+    // The number of a closed pty: the next pty may get it.
     let other = path.with_file_name("other");
     let gone = Pty::create(&other).unwrap();
     std::os::unix::fs::symlink(fs::read_link(&other).unwrap(), &path).unwrap();

@@ -80,9 +80,10 @@ impl Dashboard {
             (format!("{device} {address}"), device)
         };
         let rules = alarms::rules(scenario, SEGMENT, names)?;
-        services.alarms().begin(&services, rules, Vec::new()).map_err(StationError::from)?;
-        let _watcher = AlarmThread::start(Arc::clone(&services))?;
-        let exhibit = DemoSegment::new(services, SEGMENT, segment, master, names);
+        services.alarms().start(rules, Vec::new()).map_err(StationError::from)?;
+        let (snapshots, recorder) = (Arc::clone(services.snapshots()), Arc::clone(services.recorder()));
+        let _watcher = AlarmThread::start(Arc::clone(services.alarms()), snapshots, recorder)?;
+        let exhibit = DemoSegment::new(services.for_segments(), SEGMENT, segment, master, names);
         Ok(Self { exhibit, server, _watcher, _folder: folder })
     }
 

@@ -1,6 +1,7 @@
 //! A gauge: its pressure, its parameters by name, its commands.
 
 pub mod conditions;
+mod typed;
 
 use super::error::{AccessReason, ClientError, Operation, ParameterContext};
 use super::identify;

@@ -3,7 +3,7 @@
 use super::parts::{CATHODE, INSTANCES, PERCENTAGE, PIRANI};
 use crate::model::Precondition;
 use crate::model::Precondition::{EmissionOn, Executing, PressureBelow};
-use crate::model::codes::{code_range, codes};
+use crate::model::code_table::{code_range, codes};
 
 code_range! {
     /// 3.2.1.2

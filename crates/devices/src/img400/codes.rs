@@ -2,7 +2,8 @@
 
 use super::parts::CHANNELS;
 use crate::model::Precondition::{EmissionOn, Executing};
-use crate::model::codes::{code, code_range, codes};
+use crate::model::code_table::{code_range, codes};
+use crate::model::codes::code;
 use crate::model::{CodeTable, Codes};
 use crate::profile::DeviceState;
 use crate::profile::codes::device_state;

@@ -4,7 +4,9 @@
 //! `blocks!` lists the locations of the blocks of a device, and makes an enum of all its parameters. Behaviour is an
 //! exhaustive `match` on the latter.
 
-use super::{Access, Codes, DataType};
+use super::access::Access;
+use super::codes::Codes;
+use super::value::DataType;
 use core::fmt;
 
 /// What a device stores of a value.
@@ -109,6 +111,7 @@ impl Block {
     }
 
     /// The row with this index, for the macros of the tables, which know that there is one.
+    #[expect(clippy::panic, reason = "evaluated at compile time only: a table that lacks the row does not compile")]
     pub(crate) const fn row_at(&self, index: u8) -> &'static Row {
         let mut rows = self.rows;
         while let [first, rest @ ..] = rows {
@@ -153,6 +156,44 @@ macro_rules! block_type {
     };
     ($number:literal) => {
         Some($number)
+    };
+}
+
+/// The Rust type of a row: that of its code table, or that of its data type.
+macro_rules! value_type {
+    ($data_type:ident; $table:ident) => {
+        <super::$table as $crate::model::CodeTable>::Value
+    };
+    (BOOLEAN;) => {
+        bool
+    };
+    (INT8;) => {
+        i8
+    };
+    (UINT8;) => {
+        u8
+    };
+    (INT16;) => {
+        i16
+    };
+    (UINT16;) => {
+        u16
+    };
+    (INT32;) => {
+        i32
+    };
+    (UINT32;) => {
+        u32
+    };
+    (FLOAT;) => {
+        f32
+    };
+    (BY_TYPE;) => {
+        $crate::model::Pascal
+    };
+    // Texts, strings, arrays and records.
+    ($octets:ident;) => {
+        $crate::model::Octets
     };
 }
 
@@ -206,7 +247,7 @@ macro_rules! block {
                 pub struct $parameter;
 
                 impl $crate::model::TypedParameter for $parameter {
-                    type Value = $crate::model::typed::value_type!($data_type; $($codes)?);
+                    type Value = $crate::model::block::value_type!($data_type; $($codes)?);
 
                     const BLOCK: &'static $crate::model::Block = &super::$block::BLOCK;
                     const ROW: &'static $crate::model::Row = super::$block::BLOCK.row_at($index);
@@ -296,4 +337,4 @@ macro_rules! blocks {
     };
 }
 
-pub(crate) use {block, block_type, blocks, storage};
+pub(crate) use {block, block_type, blocks, storage, value_type};

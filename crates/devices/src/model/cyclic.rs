@@ -1,6 +1,6 @@
 //! The cyclic data: standard telegrams, and the configurations that choose them.
 
-use super::NumberType;
+use super::pressure::NumberType;
 use profivac_wire::Reader;
 
 /// One element of a cyclic telegram.

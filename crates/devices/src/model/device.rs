@@ -1,6 +1,12 @@
 //! The tables of a device in one static value.
 
-use super::{AccessError, Configuration, FaultList, Location, PartSpec, PlacedBlock, Row, TypedParameter, Unit};
+use super::access_error::AccessError;
+use super::block::{Location, PlacedBlock, Row};
+use super::cyclic::Configuration;
+use super::fault::FaultList;
+use super::part_spec::PartSpec;
+use super::pressure::Unit;
+use super::typed::TypedParameter;
 use profivac_dp::slave::Features;
 
 /// The properties of a device that do not change.

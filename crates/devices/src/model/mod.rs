@@ -5,6 +5,7 @@
 pub(crate) mod access;
 mod access_error;
 pub(crate) mod block;
+pub(crate) mod code_table;
 pub(crate) mod codes;
 mod cyclic;
 mod device;
@@ -18,7 +19,8 @@ pub(crate) mod value;
 pub use access::{Access, AccessPath, Direction};
 pub use access_error::AccessError;
 pub use block::{Block, Location, ParameterSet, PlacedBlock, Row, Storage};
-pub use codes::{Code, CodeTable, Codes, Precondition, UnknownCode};
+pub use code_table::{CodeTable, UnknownCode};
+pub use codes::{Code, Codes, Precondition};
 pub use cyclic::{Configuration, Field, Telegram};
 pub(crate) use cyclic::{configuration, telegram};
 pub use device::{ChannelRules, Gsd, Model, TaskKind, UserPrm};

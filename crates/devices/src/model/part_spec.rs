@@ -1,6 +1,6 @@
 //! The measuring parts of a device in its tables.
 
-use super::Counts;
+use super::pressure::Counts;
 
 /// The principle by which a measuring part senses pressure.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

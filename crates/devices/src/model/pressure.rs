@@ -73,7 +73,7 @@ pub enum Counts {
 }
 
 impl Counts {
-    fn from_mbar(self, mbar: f64) -> f64 {
+    fn number_of(self, mbar: f64) -> f64 {
         match self {
             // A pressure of 0 or less has no logarithm.
             Self::Log { .. } if mbar <= 0.0 => 0.0,
@@ -82,19 +82,19 @@ impl Counts {
             Self::Distance { per_decade, at_1_mbar, from_mbar, upwards } => {
                 let scale = Self::Log { per_decade, at_1_mbar };
                 let end_mbar = if upwards { from_mbar + mbar } else { from_mbar - mbar };
-                (scale.from_mbar(end_mbar) - scale.from_mbar(from_mbar)).abs()
+                (scale.number_of(end_mbar) - scale.number_of(from_mbar)).abs()
             }
         }
     }
 
-    fn to_mbar(self, counts: f64) -> f64 {
+    fn mbar_of(self, counts: f64) -> f64 {
         match self {
             Self::Log { per_decade, at_1_mbar } => libm::exp10((counts - at_1_mbar) / per_decade),
             Self::Linear { per_mbar } => counts / per_mbar,
             Self::Distance { per_decade, at_1_mbar, from_mbar, upwards } => {
                 let scale = Self::Log { per_decade, at_1_mbar };
-                let from = scale.from_mbar(from_mbar);
-                (scale.to_mbar(if upwards { from + counts } else { from - counts }) - from_mbar).abs()
+                let from = scale.number_of(from_mbar);
+                (scale.mbar_of(if upwards { from + counts } else { from - counts }) - from_mbar).abs()
             }
         }
     }
@@ -168,7 +168,7 @@ impl PressureFormat {
             // Zero has no logarithm: errata-bpg-bcg-tpg 74.
             _ if pa == 0.0 => 0.0,
             Scale::PerMbar(factor) => mbar * factor,
-            Scale::Counts => self.counts.from_mbar(mbar),
+            Scale::Counts => self.counts.number_of(mbar),
         }
     }
 
@@ -178,7 +178,7 @@ impl PressureFormat {
         let mbar = match self.unit.scale {
             _ if number == 0.0 => 0.0,
             Scale::PerMbar(factor) => number / factor,
-            Scale::Counts => self.counts.to_mbar(number),
+            Scale::Counts => self.counts.mbar_of(number),
         };
         let pa = mbar * PA_PER_MBAR;
         let is_pressure = match (self.unit.scale, self.counts) {

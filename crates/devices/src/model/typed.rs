@@ -25,7 +25,10 @@
 //! assert_eq!(value_of(&DEVICE, analog_input::ProcessValue, &octets), None, "it is no parameter of the device block");
 //! ```
 
-use super::{Block, DataType, Octets, Row, Value};
+use super::access_error::AccessError;
+use super::block::{Block, Row};
+use super::octets::Octets;
+use super::value::{DataType, Value};
 
 /// A parameter of a block with the Rust type of its value.
 pub trait TypedParameter: Copy {
@@ -48,7 +51,17 @@ pub trait ParameterValue: Copy {
     fn to_value(self, data_type: DataType) -> Value;
 }
 
-/// A pressure in Pa, whatever unit and number type the device has on the wire.
+impl Value {
+    /// The value as a typed parameter has it: a code, for example.
+    ///
+    /// # Errors
+    /// [`AccessError::OutOfRange`] if it is not of this type.
+    pub fn coded<T: ParameterValue>(&self) -> Result<T, AccessError> {
+        T::from_value(self).ok_or(AccessError::OutOfRange)
+    }
+}
+
+/// A pressure in Pa, with any unit and number type of the device.
 #[derive(Clone, Copy, Debug, PartialEq, PartialOrd)]
 pub struct Pascal(pub f64);
 
@@ -116,43 +129,3 @@ macro_rules! integers {
 }
 
 integers!(u8, u16, u32, i8, i16, i32);
-
-/// The Rust type of a row: that of its code table, or that of its data type.
-macro_rules! value_type {
-    ($data_type:ident; $table:ident) => {
-        <super::$table as $crate::model::CodeTable>::Value
-    };
-    (BOOLEAN;) => {
-        bool
-    };
-    (INT8;) => {
-        i8
-    };
-    (UINT8;) => {
-        u8
-    };
-    (INT16;) => {
-        i16
-    };
-    (UINT16;) => {
-        u16
-    };
-    (INT32;) => {
-        i32
-    };
-    (UINT32;) => {
-        u32
-    };
-    (FLOAT;) => {
-        f32
-    };
-    (BY_TYPE;) => {
-        $crate::model::Pascal
-    };
-    // Texts, strings, arrays and records.
-    ($octets:ident;) => {
-        $crate::model::Octets
-    };
-}
-
-pub(crate) use value_type;

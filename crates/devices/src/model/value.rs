@@ -1,8 +1,8 @@
 //! Values of parameters, and their octets on the wire. The high octet is first: errata-bpg-bcg-tpg 17.
 
+use super::access_error::AccessError;
 use super::octets::Octets;
 use super::pressure::PressureFormat;
-use super::{AccessError, ParameterValue};
 use core::fmt;
 
 /// The data type of a parameter: Appendix A of the manuals.
@@ -130,14 +130,6 @@ impl Value {
     #[must_use]
     pub fn octets(octets: &[u8]) -> Self {
         Self::Octets(Octets::new(octets))
-    }
-
-    /// The value as a typed parameter has it: a code, for example.
-    ///
-    /// # Errors
-    /// [`AccessError::OutOfRange`] if it is not of this type.
-    pub fn coded<T: ParameterValue>(&self) -> Result<T, AccessError> {
-        T::from_value(self).ok_or(AccessError::OutOfRange)
     }
 
     /// The integer, if `T` can hold it.

@@ -6,7 +6,8 @@ pub use super::part::SafeState;
 use super::part::StatusExtension;
 use super::state_machine::DeviceState;
 pub use super::state_machine::StateCommand;
-use crate::model::codes::{code, code_of, value_of};
+use crate::model::code_table::{code_of, value_of};
+use crate::model::codes::code;
 use crate::model::{Code, CodeTable, Codes, DataType, NumberType, ParameterValue, Value};
 
 impl CodeTable for DeviceState {

@@ -1,6 +1,6 @@
 //! A measuring part: its sensor, its reading, and its safe state.
 
-use crate::model::codes::codes;
+use crate::model::code_table::codes;
 use crate::model::{MeasuringRange, Part, PartSpec, RangeStatus};
 use crate::simulation::PartReading;
 

@@ -2,7 +2,7 @@
 
 use super::exceptions::CommonExceptions;
 use crate::model::AccessError;
-use crate::model::codes::codes;
+use crate::model::code_table::codes;
 
 /// The state of a block device.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,6 +1,6 @@
 //! The code tables of tira56e1 that no other manual has. Numbers in brackets are those of errata-pxg55x-img400.
 
-use crate::model::codes::codes;
+use crate::model::code_table::codes;
 
 const ZERO_RISK: &str = "moves the zero: the pressure must be two decades below the range of the gauge";
 const SCALE_RISK: &str = "moves the scale: the chamber must be at atmospheric pressure";

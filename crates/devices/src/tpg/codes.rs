@@ -1,7 +1,7 @@
 //! The code tables of the manual of IF300P and IF301P. Numbers in brackets are those of errata-bpg-bcg-tpg.
 
 use super::CHANNELS;
-use crate::model::codes::{code_range, codes};
+use crate::model::code_table::{code_range, codes};
 
 code_range! {
     /// 3.2.3.2 (132)

@@ -2,7 +2,7 @@
 
 use super::parts::{BPG_SWITCHOVER, INSTANCES};
 use crate::model::Precondition::{EmissionOn, Executing, PressureBelow};
-use crate::model::codes::{code_range, codes};
+use crate::model::code_table::{code_range, codes};
 
 codes! {
     /// 3.2.1.1

@@ -35,6 +35,7 @@ impl AcyclicServer {
     }
 
     /// The answer to a poll: the response if one waits, always with low priority.
+    #[inline]
     pub(super) fn fetch(&mut self) -> Reply<'_> {
         let length = self.take_length();
         self.reply(length)
@@ -46,6 +47,7 @@ impl AcyclicServer {
     }
 
     /// The response that was fetched with this length; SC if none waited.
+    #[inline]
     pub(super) fn reply(&self, length: usize) -> Reply<'_> {
         match self.response.get(..length) {
             Some(response) if length > 0 => Reply::Low(response),

@@ -1,16 +1,15 @@
-//! Alarms over the scenery: some stand from the beginning, one is acknowledged, one out of service.
+//! The alarms of the example: some are raised from the beginning, one is acknowledged, one is out of service.
 
 use crate::gauges::Fake;
 use profivac_station::alarm::thread::inputs;
-use profivac_station::auth::{Role, User};
+use profivac_station::auth::{Actor, Role, User};
 use profivac_station::config::Config;
-use profivac_station::control::Actor;
 use profivac_station::services::Services;
 use std::error::Error;
 use std::fmt::Write;
 use std::path::Path;
 
-/// What the file of such a plant would say of alarms.
+/// The alarms in the file of the station.
 const ALARMS: &str = r#"
 [[alarm]]
 name = "gate 2 not evacuated"
@@ -54,17 +53,15 @@ blind = { delay = "0 s" }
 segment = { delay = "0 s" }
 "#;
 
-/// Begins to watch, and does what people have done already.
-pub fn begin(plant: &Services, fakes: &[Fake]) -> Result<(), Box<dyn Error>> {
+/// Starts the alarms, and changes them as users would.
+pub fn start(services: &Services, fakes: &[Fake]) -> Result<(), Box<dyn Error>> {
     let config = Config::parse(&file(fakes)?, Path::new("fake.toml"))?;
-    plant.alarms().begin(plant, config.alarms, Vec::new())?;
-    let look = || plant.alarms().evaluate(plant.recorder(), &inputs(plant));
-    look();
-    let known = plant.alarms().all().into_iter().find(|alarm| alarm.name == "segment bench: down");
+    services.alarms().start(config.alarms, Vec::new())?;
+    services.alarms().evaluate(&inputs(services.snapshots(), services.recorder()));
+    let known = services.alarms().all().into_iter().find(|alarm| alarm.name == "segment bench: down");
     let occurrence = known.map(|alarm| alarm.occurrence).unwrap_or_default();
-    plant.alarms().acknowledge(plant.recorder(), "segment bench: down", occurrence, &actor("olga", Role::Operator))?;
-    plant.alarms().take_out_of_service(
-        plant.recorder(),
+    services.alarms().acknowledge("segment bench: down", occurrence, &actor("olga", Role::Operator))?;
+    services.alarms().take_out_of_service(
         "spare: no data",
         &actor("ada", Role::Engineer),
         "It is not installed yet.",

@@ -296,7 +296,7 @@ impl Fake {
             principle: Some(principle),
             pa: shown.pa,
             corrected_pa: shown.pa.map(|pa| pa * self.factor),
-            quality: shown.quality.word(),
+            quality: shown.quality,
         }
     }
 }

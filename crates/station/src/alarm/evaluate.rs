@@ -1,23 +1,24 @@
-//! Whether a condition holds, going by what the plant shows now and, for what changes, by a little of the past.
+//! Evaluates the condition of an alarm from the present snapshots and, for rates, from the recent past.
 //!
-//! A reading bounds the pressure: a valid one from both sides, an overrange from below, an underrange from above; one that is
-//! invalid or old does not. A condition is judged only if the bounds decide it. Where they do not, nothing is known, and what was
-//! last known stays: no alarm is raised and none is over. That nothing is known is an alarm of its own (blind, stale).
+//! A reading bounds the pressure: a valid one from both sides, an overrange from below, an underrange from above; an invalid or stale
+//! one does not. A limit condition is known only if the bounds decide it. An unknown condition neither raises nor clears an alarm;
+//! that it is unknown is an alarm of its own (not measurable, stale).
 
-use super::rule::{Condition, Rule, Subject};
+use super::rule::{Condition, Rule, Series};
 use crate::view::{BusStationState, Gauge, Reading, Segment, SegmentState};
+use profivac_recorder::validity::is_fresh;
 use profivac_recorder::{Micros, Quality};
 use std::collections::VecDeque;
 use std::time::Duration;
 
-/// What is seen of the plant.
+/// The snapshots from which alarms are evaluated.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Inputs {
     /// All segments.
     pub segments: Vec<Segment>,
     /// All gauges.
     pub gauges: Vec<Gauge>,
-    /// Why nothing is recorded.
+    /// Why the recorder does not write, if it does not.
     pub recorder_error: Option<String>,
 }
 
@@ -29,100 +30,88 @@ impl Inputs {
     fn segment(&self, name: &str) -> Option<&Segment> {
         self.segments.iter().find(|segment| segment.name == name)
     }
+
+    /// The gauge of this name, if its readings are fresh.
+    fn fresh_gauge(&self, name: &str) -> Option<&Gauge> {
+        self.gauge(name).filter(|gauge| is_fresh(gauge.age_ms, gauge.poll_ms))
+    }
+
+    /// The reading of a measuring part, if it is fresh.
+    fn fresh_reading(&self, series: &Series) -> Option<&Reading> {
+        self.fresh_gauge(&series.gauge).and_then(|gauge| reading(gauge, &series.name))
+    }
 }
 
-/// Readings older than so many polls are not fresh, and never sooner than after so long: as on the dashboard. free choice.
-const STALE_POLLS: u64 = 5;
-const MIN_STALE_MS: u64 = 3_000;
-
-/// Damaged telegrams are counted over so long.
+/// Damaged telegrams are counted over this time.
 const MINUTE: Duration = Duration::from_secs(60);
 
-/// A line takes so many points.
+/// The fewest points of a line.
 const MIN_POINTS: usize = 3;
 
-/// What came of looking.
+/// The result of an evaluation.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Evaluation {
-    /// Whether the condition holds; nothing if that is not known.
+    /// Whether the condition is met; `None` if that is unknown.
     pub holds: Option<bool>,
-    /// The number that decided, in the unit of the condition.
+    /// The number that decides, in the unit of the condition.
     pub value: Option<f64>,
-    /// What is seen, in a sentence.
+    /// A sentence about the present state.
     pub text: String,
 }
 
 impl Evaluation {
-    /// Something without a number. What is over is not told as if it were so.
-    fn plain(holds: Option<bool>, text: String) -> Self {
+    /// An evaluation without a number. The sentence is used only if the condition is met.
+    fn without_value(holds: Option<bool>, text: String) -> Self {
         Self { holds, value: None, text: if holds == Some(true) { text } else { String::new() } }
     }
 }
 
-/// Judges one rule.
+/// Evaluates one rule.
 #[derive(Clone, Debug, Default)]
 pub struct Evaluator {
-    /// Of a rate: when, and the logarithm of the pressure or the number of telegrams.
+    /// The past of a rate: times with logarithms of pressure, or with numbers of telegrams.
     past: VecDeque<(Micros, f64)>,
 }
 
 impl Evaluator {
-    /// Whether the condition of `rule` holds at `now` on a clock that nobody sets. While the alarm `stands`, its hysteresis counts.
-    pub fn evaluate(&mut self, rule: &Rule, stands: bool, sight: &Inputs, now: Micros) -> Evaluation {
-        match (&rule.condition, &rule.subject) {
-            (Condition::Above { limit, reset }, Subject::Series { gauge, series }) => bounded(
-                sight,
-                gauge,
-                series,
-                |bounds| bounds.above(if stands { *reset } else { *limit }),
-                "above",
-                *limit,
-            ),
-            (Condition::Below { limit, reset }, Subject::Series { gauge, series }) => bounded(
-                sight,
-                gauge,
-                series,
-                |bounds| bounds.below(if stands { *reset } else { *limit }),
-                "below",
-                *limit,
-            ),
-            (Condition::Rise { limit, reset, window }, Subject::Series { gauge, series }) => {
-                let point = fresh(sight, gauge).and_then(|gauge| point(gauge, series, now));
+    /// Evaluates `rule` at `now`, a monotonic time. While the alarm `is_active`, the reset value counts instead of the limit.
+    pub fn evaluate(&mut self, rule: &Rule, is_active: bool, inputs: &Inputs, now: Micros) -> Evaluation {
+        let threshold = |limit: f64, reset: f64| if is_active { reset } else { limit };
+        match &rule.condition {
+            Condition::Above { series, limit, reset } => {
+                let threshold = threshold(*limit, *reset);
+                bounded(inputs, series, |bounds| bounds.above(threshold), "above", *limit)
+            }
+            Condition::Below { series, limit, reset } => {
+                let threshold = threshold(*limit, *reset);
+                bounded(inputs, series, |bounds| bounds.below(threshold), "below", *limit)
+            }
+            Condition::Rise { series, limit, reset, window } => {
+                let point = inputs.fresh_gauge(&series.gauge).and_then(|gauge| point(gauge, &series.name, now));
                 let rate = self.rate(point, *window, now);
-                let limit = if stands { *reset } else { *limit };
-                let text = rate.map(|rate| format!("{series} changes by {rate:.2} decades per minute"));
-                Evaluation { holds: rate.map(|rate| rate > limit), value: rate, text: text.unwrap_or_default() }
+                let text = rate.map(|rate| format!("{} changes by {rate:.2} decades per minute", series.name));
+                let holds = rate.map(|rate| rate > threshold(*limit, *reset));
+                Evaluation { holds, value: rate, text: text.unwrap_or_default() }
             }
-            (Condition::NotMeasurable { limits }, Subject::Series { gauge, series }) => {
-                unmeasurable(sight, gauge, series, limits)
+            Condition::NotMeasurable { series, limits } => not_measurable(inputs, series, limits),
+            Condition::Fault { gauge } => fault(inputs, gauge),
+            Condition::Stale { gauge, behind_segment } => stale(inputs, gauge, behind_segment.as_deref()),
+            Condition::SegmentDown { segment } => segment_down(inputs, segment),
+            Condition::DamagedTelegrams { segment, limit } => {
+                let count = self.damaged(inputs.segment(segment), now);
+                let text = count
+                    .map(|count| format!("{count} telegrams of segment {segment} arrived damaged in the last minute"));
+                let holds = count.map(|count| count > threshold(*limit, *limit / 2.0));
+                Evaluation { holds, value: count, text: text.unwrap_or_default() }
             }
-            (Condition::Fault, Subject::Gauge(name)) => fault(sight, name),
-            (Condition::Stale { behind_segment }, Subject::Gauge(name)) => {
-                stale(sight, name, behind_segment.as_deref())
+            Condition::NotRecording => {
+                let text = inputs.recorder_error.as_ref().map(|error| format!("the recorder does not write: {error}"));
+                Evaluation { holds: Some(text.is_some()), value: None, text: text.unwrap_or_default() }
             }
-            (Condition::SegmentDown, Subject::Segment(name)) => down(sight, name),
-            (Condition::DamagedTelegrams { limit }, Subject::Segment(name)) => {
-                let count = self.damage(sight.segment(name), now);
-                let limit = if stands { limit / 2.0 } else { *limit };
-                let text =
-                    count.map(|count| format!("{count} telegrams of segment {name} arrived damaged in a minute"));
-                Evaluation { holds: count.map(|count| count > limit), value: count, text: text.unwrap_or_default() }
-            }
-            (Condition::NotRecording, Subject::Station) => Evaluation {
-                holds: Some(sight.recorder_error.is_some()),
-                value: None,
-                text: sight
-                    .recorder_error
-                    .as_ref()
-                    .map(|error| format!("nothing is recorded: {error}"))
-                    .unwrap_or_default(),
-            },
-            // The file makes no other pairs.
-            _ => Evaluation::default(),
         }
     }
 
-    /// Decades per minute along the line through the window; nothing before half of it is known.
+    /// Decades per minute along the line through the window; unknown until half of the window is covered.
     fn rate(&mut self, point: Option<(Micros, f64)>, window: Duration, now: Micros) -> Option<f64> {
         let Some((at, decades)) = point else {
             self.past.clear();
@@ -138,14 +127,14 @@ impl Evaluator {
         enough.then(|| slope(&self.past))?
     }
 
-    /// How many more damaged telegrams there are than a minute ago.
-    fn damage(&mut self, segment: Option<&Segment>, now: Micros) -> Option<f64> {
+    /// The number of telegrams damaged within the last minute.
+    fn damaged(&mut self, segment: Option<&Segment>, now: Micros) -> Option<f64> {
         let Some(segment) = segment.filter(|segment| segment.state == SegmentState::Running) else {
             self.past.clear();
             return None;
         };
         let count = f64::from(segment.damaged);
-        // A master that was made anew counts from nothing.
+        // A restarted master counts from zero.
         if self.past.back().is_some_and(|(_, last)| *last > count) {
             self.past.clear();
         }
@@ -161,7 +150,7 @@ impl Evaluator {
     }
 }
 
-/// The slope of the line with the least squares, per minute.
+/// The slope of the least-squares line, per minute.
 fn slope(points: &VecDeque<(Micros, f64)>) -> Option<f64> {
     let first = points.front()?.0;
     let minutes = |at: Micros| at.0.saturating_sub(first.0) as f64 / (60.0 * Micros::SECOND as f64);
@@ -172,7 +161,7 @@ fn slope(points: &VecDeque<(Micros, f64)>) -> Option<f64> {
     (spread > 0.0).then(|| sum(&|at, value| (at - x) * (value - y)) / spread)
 }
 
-/// Between which the pressure lies, in Pa.
+/// The bounds of a pressure, in Pa.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Bounds {
     low: f64,
@@ -180,13 +169,14 @@ struct Bounds {
 }
 
 impl Bounds {
+    /// The bounds that a reading gives, if it gives any.
     fn of(reading: &Reading) -> Option<Self> {
         let pa = reading.pa?;
         match reading.quality {
-            word if word == Quality::Valid.word() => Some(Self { low: pa, high: pa }),
-            word if word == Quality::Overrange.word() => Some(Self { low: pa, high: f64::INFINITY }),
-            word if word == Quality::Underrange.word() => Some(Self { low: 0.0, high: pa }),
-            _ => None,
+            Quality::Valid => Some(Self { low: pa, high: pa }),
+            Quality::Overrange => Some(Self { low: pa, high: f64::INFINITY }),
+            Quality::Underrange => Some(Self { low: 0.0, high: pa }),
+            Quality::Invalid | Quality::Gap => None,
         }
     }
 
@@ -207,61 +197,50 @@ const fn decided(yes: bool, no: bool) -> Option<bool> {
     }
 }
 
-/// The gauge, if what it shows is of now.
-fn fresh<'a>(sight: &'a Inputs, name: &str) -> Option<&'a Gauge> {
-    sight.gauge(name).filter(|gauge| is_fresh(gauge))
-}
-
-fn is_fresh(gauge: &Gauge) -> bool {
-    gauge.age_ms.is_some_and(|age| age <= gauge.poll_ms.saturating_mul(STALE_POLLS).max(MIN_STALE_MS))
-}
-
 fn reading<'a>(gauge: &'a Gauge, series: &str) -> Option<&'a Reading> {
     gauge.readings.iter().find(|reading| reading.series == series)
 }
 
-/// When a valid pressure was read, and its logarithm.
+/// The time of a valid reading, and the logarithm of its pressure.
 fn point(gauge: &Gauge, series: &str, now: Micros) -> Option<(Micros, f64)> {
-    let reading = reading(gauge, series).filter(|reading| reading.quality == Quality::Valid.word())?;
-    let pa = reading.pa.filter(|pa| *pa > 0.0)?;
+    let reading = reading(gauge, series).filter(|reading| reading.quality == Quality::Valid)?;
     let age = Duration::from_millis(gauge.age_ms?);
-    Some((now.before(age), pa.log10()))
+    Some((now.before(age), reading.pa?.log10()))
 }
 
 fn bounded(
-    sight: &Inputs,
-    gauge: &str,
-    series: &str,
-    judged: impl Fn(Bounds) -> Option<bool>,
+    inputs: &Inputs,
+    series: &Series,
+    decide: impl Fn(Bounds) -> Option<bool>,
     side: &str,
     limit: f64,
 ) -> Evaluation {
-    let reading = fresh(sight, gauge).and_then(|gauge| reading(gauge, series));
+    let reading = inputs.fresh_reading(series);
     let Some((reading, bounds)) = reading.and_then(|reading| Some((reading, Bounds::of(reading)?))) else {
         return Evaluation::default();
     };
-    // Where a range ends is no value.
-    let value = reading.pa.filter(|_| reading.quality == Quality::Valid.word());
-    let shown = value.map_or_else(|| format!("an {}", reading.quality), mbar);
-    let text = format!("{series} shows {shown}, {side} the limit of {}", mbar(limit));
-    Evaluation { holds: judged(bounds), value, text }
+    // The end of a range is not a value.
+    let value = reading.pa.filter(|_| reading.quality == Quality::Valid);
+    let shown = value.map_or_else(|| format!("an {}", reading.quality.word()), mbar);
+    let text = format!("{} shows {shown}, {side} the limit of {}", series.name, mbar(limit));
+    Evaluation { holds: decide(bounds), value, text }
 }
 
 fn mbar(pa: f64) -> String {
     format!("{:.2e} mbar", pa / 100.0)
 }
 
-/// A gauge that is not heard is not blind but stale.
-fn unmeasurable(sight: &Inputs, gauge: &str, series: &str, limits: &[f64]) -> Evaluation {
-    let Some(gauge) = fresh(sight, gauge) else { return Evaluation::default() };
-    let text = match reading(gauge, series) {
-        None => Some(format!("{} has no part {series}", gauge.name)),
+/// A stale gauge is not reported here but by its own alarm.
+fn not_measurable(inputs: &Inputs, series: &Series, limits: &[f64]) -> Evaluation {
+    let Some(gauge) = inputs.fresh_gauge(&series.gauge) else { return Evaluation::default() };
+    let name = &series.name;
+    let undecided = |bounds: Bounds, limit: f64| bounds.above(limit).is_none() || bounds.below(limit).is_none();
+    let text = match reading(gauge, name) {
+        None => Some(format!("{} has no series {name}", gauge.name)),
         Some(reading) => match Bounds::of(reading) {
-            None => Some(format!("{series} has no valid reading")),
-            Some(bounds)
-                if limits.iter().any(|limit| bounds.above(*limit).is_none() || bounds.below(*limit).is_none()) =>
-            {
-                Some(format!("{series} shows {}: its range ends before a limit", reading.quality))
+            None => Some(format!("{name} has no valid reading")),
+            Some(bounds) if limits.iter().any(|limit| undecided(bounds, *limit)) => {
+                Some(format!("{name} shows an {}: its range ends before a limit", reading.quality.word()))
             }
             Some(_) => None,
         },
@@ -269,37 +248,37 @@ fn unmeasurable(sight: &Inputs, gauge: &str, series: &str, limits: &[f64]) -> Ev
     Evaluation { holds: Some(text.is_some()), value: None, text: text.unwrap_or_default() }
 }
 
-/// Only a gauge that exchanges data has no fault.
-fn fault(sight: &Inputs, name: &str) -> Evaluation {
-    let gauge = fresh(sight, name);
+/// The condition ends only when the gauge is in data exchange and reports nothing.
+fn fault(inputs: &Inputs, name: &str) -> Evaluation {
+    let gauge = inputs.fresh_gauge(name);
     let holds = gauge.and_then(|gauge| match gauge.standing {
         BusStationState::Faulty => Some(true),
         BusStationState::Exchanging => Some(!gauge.exceptions.is_empty()),
         _ => None,
     });
-    let words = gauge.map(|gauge| gauge.exceptions.join(", ")).filter(|words| !words.is_empty());
-    let text = words.map_or_else(|| format!("{name} reports a fault"), |words| format!("{name} reports {words}"));
-    Evaluation::plain(holds, text)
+    let exceptions = gauge.map(|gauge| gauge.exceptions.join(", ")).filter(|words| !words.is_empty());
+    let text = format!("{name} reports {}", exceptions.as_deref().unwrap_or("a fault"));
+    Evaluation::without_value(holds, text)
 }
 
-fn stale(sight: &Inputs, name: &str, behind_segment: Option<&str>) -> Evaluation {
-    if behind_segment.is_some_and(|segment| down(sight, segment).holds != Some(false)) {
+fn stale(inputs: &Inputs, name: &str, behind_segment: Option<&str>) -> Evaluation {
+    if behind_segment.is_some_and(|segment| segment_down(inputs, segment).holds != Some(false)) {
         return Evaluation::default();
     }
-    let Some(gauge) = sight.gauge(name) else {
-        return Evaluation::plain(Some(true), format!("nothing is known of {name}"));
+    let Some(gauge) = inputs.gauge(name) else {
+        return Evaluation::without_value(Some(true), format!("no segment has a gauge {name}"));
     };
     let text = match (&gauge.trouble, gauge.age_ms) {
-        (Some(trouble), _) => format!("{name} gives no data: {trouble}"),
+        (Some(problem), _) => format!("{name} gives no data: {problem}"),
         (None, None) => format!("{name} never gave data"),
         (None, Some(age)) => format!("{name} gives no data, the last are {} s old", age / 1000),
     };
-    Evaluation::plain(Some(!is_fresh(gauge)), text)
+    Evaluation::without_value(Some(!is_fresh(gauge.age_ms, gauge.poll_ms)), text)
 }
 
-fn down(sight: &Inputs, name: &str) -> Evaluation {
-    let segment = sight.segment(name);
+fn segment_down(inputs: &Inputs, name: &str) -> Evaluation {
+    let segment = inputs.segment(name);
     let holds = segment.is_none_or(|segment| segment.state != SegmentState::Running);
-    let trouble = segment.and_then(|segment| segment.trouble.as_deref()).unwrap_or("it waits for its line");
-    Evaluation::plain(Some(holds), format!("segment {name} does not run: {trouble}"))
+    let problem = segment.and_then(|segment| segment.trouble.as_deref()).unwrap_or("it waits for its line");
+    Evaluation::without_value(Some(holds), format!("segment {name} does not run: {problem}"))
 }

@@ -1,20 +1,20 @@
-//! Alarms after ISA-18.2 (IEC 62682): what is watched, where it stands, who knows.
+//! Alarms after ISA-18.2 (IEC 62682).
 //!
 //! ```text
-//! plant ─ Sight ─ Judge ─ holds? ─ delays ─ State ─ Change ─┬─ the record: where it stands, its history, an event
-//!                                    people ───────────────┘└─ letters to webhooks
+//! snapshots ─ Inputs ─ Evaluator ─ condition met? ─ delays ─ AlarmState ─ AlarmChange ─┬─ database: state, history, an event
+//!                                            acknowledge, out of service ──────────────┘└─ notifications for webhooks
 //! ```
 //!
 //! | Module | Holds |
 //! |---|---|
-//! | [`state`] | the table of states |
-//! | [`rule`] | what is watched, and when it is an alarm |
-//! | [`judge`] | whether a condition holds |
-//! | [`book`] | all alarms, pure: time and sight come in, changes go out |
-//! | [`paper`] | what is written of them: rows, events, letters |
-//! | [`desk`] | the alarms of a running station, shared by its threads |
-//! | [`watcher`] | the thread that looks |
-//! | [`view`] | alarms as the API has them |
+//! | [`state`] | the state table |
+//! | [`rule`] | the condition of an alarm, its priority and its delays |
+//! | [`evaluate`] | whether a condition is met |
+//! | [`registry`] | all alarms, without clock, thread and disk: times and inputs come in, changes go out |
+//! | [`persistence`] | the rows, events and notifications of a change |
+//! | [`view`] | alarms as the API shows them |
+//! | [`service`] | the alarms of a running station, shared by its threads |
+//! | [`thread`] | the thread that evaluates |
 
 pub mod evaluate;
 pub mod persistence;
@@ -30,7 +30,7 @@ pub use persistence::NotificationTarget;
 pub use registry::{
     AlarmChange, AlarmError, AlarmRegistry, AlarmStatus, AlarmTime, Attribution, ChangeKind, OutOfService,
 };
-pub use rule::{Condition, Priority, Rule, Subject};
+pub use rule::{Condition, Priority, Rule, Series};
 pub use service::{AlarmService, AlarmServiceError};
 pub use state::AlarmState;
 pub use thread::AlarmThread;

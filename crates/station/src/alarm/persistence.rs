@@ -1,17 +1,17 @@
-//! What is written down of alarms: rows of the record, events, letters to webhooks.
+//! The rows, events and notifications of a change.
 
 use super::registry::{AlarmChange, AlarmStatus, Attribution, ChangeKind, OutOfService};
-use super::rule::{Priority, Rule, Subject};
+use super::rule::Priority;
 use super::state::AlarmState;
-use crate::control::Actor;
+use crate::auth::Actor;
 use crate::view::unix_ms;
 use profivac_recorder::alarms::{AlarmBatch, AlarmHistoryEntry, Notification, StoredAlarm};
 use profivac_recorder::{AuditAction, AuditEntry, Event, EventKind};
 use serde_json::json;
 
 impl From<&AlarmStatus> for StoredAlarm {
-    fn from(life: &AlarmStatus) -> Self {
-        let AlarmStatus { state, since, occurrence, raised, value, text, acknowledged, out } = life;
+    fn from(status: &AlarmStatus) -> Self {
+        let AlarmStatus { state, since, occurrence, raised, value, text, acknowledged, out } = status;
         Self {
             state: state.word().to_owned(),
             since: *since,
@@ -27,55 +27,55 @@ impl From<&AlarmStatus> for StoredAlarm {
 }
 
 impl From<StoredAlarm> for AlarmStatus {
-    /// A state that this program does not know is one that somebody must look at.
-    fn from(kept: StoredAlarm) -> Self {
-        let StoredAlarm {
-            state,
+    /// A state that this program does not know becomes one that an operator must acknowledge.
+    fn from(stored: StoredAlarm) -> Self {
+        let StoredAlarm { state, since, occurrence, raised_at, value, text, acknowledged, out_of_service, out_until } =
+            stored;
+        let out = out_of_service.map(|(user, at, reason)| {
+            let by = Attribution { user, at };
+            OutOfService { by, reason, until: out_until }
+        });
+        Self {
+            state: AlarmState::from_word(&state).unwrap_or(AlarmState::Returned),
             since,
             occurrence,
-            raised_at: raised,
+            raised: raised_at,
             value,
             text,
-            acknowledged,
-            out_of_service: out,
-            out_until,
-        } = kept;
-        let state = AlarmState::from_word(&state).unwrap_or(AlarmState::Returned);
-        let out =
-            out.map(|(who, at, reason)| OutOfService { by: Attribution { user: who, at }, reason, until: out_until });
-        let acknowledged = acknowledged.map(|(who, at)| Attribution { user: who, at });
-        Self { state, since, occurrence, raised, value, text, acknowledged, out }
+            acknowledged: acknowledged.map(|(user, at)| Attribution { user, at }),
+            out,
+        }
     }
 }
 
-/// A webhook that is to be told of alarms from some priority on.
+/// A webhook that gets notifications about alarms.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct NotificationTarget {
     /// The name of the webhook.
     pub webhook: String,
-    /// The lowest priority it is told of.
+    /// The lowest priority of which it is notified.
     pub min_priority: Priority,
 }
 
-/// What is written of changes, and the events that tell them. What somebody did stands in the audit trail, too.
+/// The rows and the events of changes. A change made by a user also gets a row of the audit trail.
 #[must_use]
 pub fn rows_and_events(
     changes: &[AlarmChange],
     by: Option<&Actor>,
     station: &str,
-    addressees: &[NotificationTarget],
+    targets: &[NotificationTarget],
 ) -> (AlarmBatch, Vec<Event>) {
     let mut batch = AlarmBatch::default();
     for change in changes {
         batch.audit.extend(by.and_then(|actor| audit_entry(change, actor)));
-        let is_there = change.what != ChangeKind::Removed;
-        batch.alarms.insert(change.rule.name.clone(), is_there.then(|| StoredAlarm::from(&change.status)));
+        let stored = (change.kind != ChangeKind::Removed).then(|| StoredAlarm::from(&change.status));
+        batch.alarms.insert(change.rule.name.clone(), stored);
         batch.history.push(history_entry(change));
-        let told = addressees.iter().filter(|addressee| addressee.min_priority <= change.rule.priority);
         let body = notification_body(change, station);
-        batch.notifications.extend(told.map(|addressee| Notification {
+        let notified = targets.iter().filter(|target| target.min_priority <= change.rule.priority);
+        batch.notifications.extend(notified.map(|target| Notification {
             id: 0,
-            webhook: addressee.webhook.clone(),
+            webhook: target.webhook.clone(),
             at: change.at,
             body: body.clone(),
         }));
@@ -83,83 +83,73 @@ pub fn rows_and_events(
     (batch, changes.iter().map(event).collect())
 }
 
-/// A row of the audit trail; nothing for what nobody does.
+/// The row of the audit trail; `None` for a change that the station makes itself.
 fn audit_entry(change: &AlarmChange, actor: &Actor) -> Option<AuditEntry> {
-    let AlarmChange { at, rule, what, was, status: life, .. } = change;
-    let deed = match what {
+    let AlarmChange { at, rule, kind, was, status, .. } = change;
+    let action = match kind {
         ChangeKind::Acknowledged => AuditAction::Acknowledged,
         ChangeKind::TakenOutOfService => AuditAction::TakenOutOfService,
         ChangeKind::ReturnedToService => AuditAction::ReturnedToService,
         ChangeKind::Raised | ChangeKind::Returned | ChangeKind::Removed => return None,
     };
-    let reason = life.out.as_ref().filter(|_| *what == ChangeKind::TakenOutOfService).map(|out| out.reason.clone());
-    let gauge = rule.subject.gauge().map(str::to_owned);
-    let (target, before, after) = (rule.name.clone(), was.word().to_owned(), life.state.word().to_owned());
-    let row = AuditEntry {
+    let out = status.out.as_ref().filter(|_| *kind == ChangeKind::TakenOutOfService);
+    Some(AuditEntry {
         at: *at,
-        gauge,
-        target: Some(target),
-        before: Some(before),
-        after: Some(after),
-        ..actor.row(deed)
-    };
-    Some(AuditEntry { outcome: reason, ..row })
+        gauge: rule.condition.gauge().map(str::to_owned),
+        target: Some(rule.name.clone()),
+        before: Some(was.word().to_owned()),
+        after: Some(status.state.word().to_owned()),
+        outcome: out.map(|out| out.reason.clone()),
+        ..actor.audit_entry(action)
+    })
 }
 
 fn history_entry(change: &AlarmChange) -> AlarmHistoryEntry {
-    let AlarmChange { at, rule, what, who, value, text, status: life, .. } = change;
+    let AlarmChange { at, rule, kind, user, value, text, status, .. } = change;
     AlarmHistoryEntry {
         at: *at,
         alarm: rule.name.clone(),
-        change: what.word().to_owned(),
-        state: life.state.word().to_owned(),
+        change: kind.word().to_owned(),
+        state: status.state.word().to_owned(),
         priority: rule.priority.word().to_owned(),
-        subject: subject(rule).map(str::to_owned),
-        occurrence: life.occurrence,
-        who: who.clone(),
+        subject: rule.condition.subject().map(str::to_owned),
+        occurrence: status.occurrence,
+        user: user.clone(),
         value: *value,
         unit: rule.condition.unit().map(str::to_owned),
         text: text.clone(),
     }
 }
 
-fn subject(rule: &Rule) -> Option<&str> {
-    match &rule.subject {
-        Subject::Series { series, .. } => Some(series),
-        Subject::Gauge(name) | Subject::Segment(name) => Some(name),
-        Subject::Station => None,
-    }
-}
-
 fn event(change: &AlarmChange) -> Event {
-    let AlarmChange { at, rule, what, who, text, .. } = change;
-    let by = who.as_ref().map(|who| format!(" by {who}")).unwrap_or_default();
-    let words = what.word().replace('-', " ");
+    let AlarmChange { at, rule, kind, user, text, .. } = change;
+    let by = user.as_ref().map(|user| format!(" by {user}")).unwrap_or_default();
+    let words = kind.word().replace('-', " ");
     let more = if text.is_empty() { String::new() } else { format!(": {text}") };
     let text = format!("alarm {:?} ({}) {words}{by}{more}", rule.name, rule.priority.word());
-    Event { at: *at, gauge: rule.subject.gauge().map(str::to_owned), kind: EventKind::Alarm, text }
+    Event { at: *at, gauge: rule.condition.gauge().map(str::to_owned), kind: EventKind::Alarm, text }
 }
 
-/// What a webhook is told, but for the number that it gets on the disk.
+/// The body of a notification, without the id that it gets in the database.
 fn notification_body(change: &AlarmChange, station: &str) -> String {
-    let AlarmChange { at, rule, what, who, value, text, status: life, .. } = change;
+    let AlarmChange { at, rule, kind, user, value, text, status, .. } = change;
     let time = humantime::format_rfc3339_millis(at.to_system_time()).to_string();
     let body = json!({
         "station": station,
         "alarm": rule.name,
-        "what": what.word(),
-        "state": life.state.word(),
+        "what": kind.word(),
+        "state": status.state.word(),
         "priority": rule.priority.word(),
         "condition": rule.condition.word(),
-        "gauge": rule.subject.gauge(),
-        "subject": subject(rule),
+        "gauge": rule.condition.gauge(),
+        "subject": rule.condition.subject(),
         "value": value,
         "limit": rule.condition.limit(),
         "unit": rule.condition.unit(),
         "at": time,
         "at_ms": unix_ms(*at),
-        "occurrence": life.occurrence,
-        "who": who,
+        "occurrence": status.occurrence,
+        "who": user,
         "text": text,
         "message": rule.message,
     });

@@ -1,7 +1,6 @@
-//! All alarms of a station: pure, with neither clock nor thread nor disk. What is told to it comes with the time.
+//! All alarms of a station, without clock, thread and disk: the caller passes the time, and gets the changes.
 //!
-//! Two times come in. `steady` is of a clock that nobody sets: delays and ends are counted on it. `at` is what the clock on the wall
-//! shows: it is written down.
+//! Two times come in. Delays and ends are counted on the monotonic time. The wall-clock time is stored and shown.
 
 use super::evaluate::{Evaluation, Evaluator, Inputs};
 use super::rule::Rule;
@@ -9,76 +8,76 @@ use super::state::{AlarmState, Input};
 use profivac_recorder::Micros;
 use std::time::Duration;
 
-/// When something happens.
+/// The present time on both clocks.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct AlarmTime {
-    /// On a clock that nobody sets.
+    /// A clock that is never set.
     pub monotonic: Micros,
-    /// On the wall.
+    /// The system clock.
     pub wall: Micros,
 }
 
-/// Who did something, and when.
+/// The user who did something, and when.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Attribution {
-    /// Their name.
+    /// The name of the user.
     pub user: String,
-    /// When, on the wall.
+    /// The wall-clock time.
     pub at: Micros,
 }
 
-/// Why it is out of service.
+/// Why an alarm is out of service.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct OutOfService {
-    /// Who took it away.
+    /// The user who took it out of service.
     pub by: Attribution,
-    /// Why.
+    /// The reason.
     pub reason: String,
-    /// When it comes back by itself, on the wall.
+    /// The wall-clock time at which it returns to service by itself.
     pub until: Option<Micros>,
 }
 
-/// What has become of an alarm: all that must survive the end of the program.
+/// The status of an alarm: everything that survives a restart.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct AlarmStatus {
-    /// Where it stands.
+    /// The state.
     pub state: AlarmState,
-    /// Since when.
+    /// The time of the last change.
     pub since: Micros,
-    /// The number of the time it was raised last: the milliseconds since 1970 at which it was, or one more than the last; 0 if it
-    /// never was.
+    /// The number of the last occurrence: the time at which it was raised in milliseconds since 1970, or one more than the
+    /// occurrence before; 0 if the alarm was never raised.
     pub occurrence: i64,
     /// When it was raised last.
     pub raised: Option<Micros>,
     /// The value that raised it.
     pub value: Option<f64>,
-    /// What was seen then, in a sentence.
+    /// A sentence about why it was raised.
     pub text: String,
-    /// Who knows.
+    /// The user who acknowledged it.
     pub acknowledged: Option<Attribution>,
     /// Why it is out of service.
     pub out: Option<OutOfService>,
 }
 
-/// What happened to an alarm.
+/// The kind of a change.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ChangeKind {
-    /// It was raised.
+    /// The condition is met.
     Raised,
-    /// Its condition does not hold any more.
+    /// The condition is no longer met.
     Returned,
-    /// Somebody knows.
+    /// A user acknowledged the alarm.
     Acknowledged,
-    /// It was taken out of service.
+    /// A user took the alarm out of service.
     TakenOutOfService,
-    /// It was put back into service.
+    /// The alarm was returned to service.
     ReturnedToService,
-    /// It does not stand in the file any more.
+    /// The station's file no longer has the alarm.
     Removed,
 }
 
 impl ChangeKind {
-    /// All of them.
+    /// All kinds.
     pub const ALL: [Self; 6] = [
         Self::Raised,
         Self::Returned,
@@ -88,7 +87,7 @@ impl ChangeKind {
         Self::Removed,
     ];
 
-    /// As it stands in the history.
+    /// The word in the database, in the API and in notifications.
     #[must_use]
     pub const fn word(self) -> &'static str {
         match self {
@@ -102,136 +101,130 @@ impl ChangeKind {
     }
 }
 
-/// One line of the history.
+/// A change of an alarm.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AlarmChange {
-    /// When, on the wall.
+    /// The wall-clock time.
     pub at: Micros,
-    /// The alarm as it is meant.
+    /// The rule of the alarm.
     pub rule: Rule,
-    /// What happened.
-    pub what: ChangeKind,
-    /// Who did it; nothing if it came by itself.
-    pub who: Option<String>,
+    /// The kind of the change.
+    pub kind: ChangeKind,
+    /// The user who made it; `None` if the station did.
+    pub user: Option<String>,
     /// The value at that time.
     pub value: Option<f64>,
     /// A sentence.
     pub text: String,
-    /// Where it stood before.
+    /// The state before.
     pub was: AlarmState,
-    /// What has become of it.
+    /// The status after.
     pub status: AlarmStatus,
 }
 
-/// Why something is not done.
+/// Why a user cannot change an alarm.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum AlarmError {
-    /// There is no such alarm.
+    /// No alarm has this name.
     #[error("there is no alarm {0:?}")]
     Unknown(String),
-    /// It is not the one that somebody saw.
+    /// The alarm was raised again since the user saw it.
     #[error(
-        "{name} was raised again since: expected occurrence {occurrence}, got {got}; look at it before you acknowledge it"
+        "{name} was raised again: expected occurrence {occurrence}, got {got}; look at the alarm before you acknowledge it"
     )]
     OccurrenceChanged {
         /// The alarm.
         name: String,
-        /// What it has.
+        /// Its last occurrence.
         occurrence: i64,
-        /// What came.
+        /// The occurrence in the request.
         got: i64,
     },
-    /// There is nothing of the kind to be done.
-    #[error("{name} is {state}{by}", state = state.word(), by = by.as_ref().map(|who| format!(" by {who} already")).unwrap_or_default())]
+    /// The change makes no sense in this state.
+    #[error("{name} is {state}{by}", state = state.word(), by = by.as_ref().map(|user| format!(" by {user} already")).unwrap_or_default())]
     NotApplicable {
         /// The alarm.
         name: String,
-        /// Where it stands.
+        /// Its state.
         state: AlarmState,
-        /// Who did it before.
+        /// The user who made the change before.
         by: Option<String>,
     },
 }
 
-/// An alarm.
+/// An alarm with its rule and its status.
 #[derive(Clone, Debug)]
 pub struct RegisteredAlarm {
     rule: Rule,
     status: AlarmStatus,
     evaluator: Evaluator,
-    /// Whether its condition holds, delays counted.
+    /// Whether the condition is met, after the delays.
     is_active: bool,
-    /// Since when it is known to be otherwise, on the steady clock.
+    /// Since when the condition is known to differ from `is_active`, in monotonic time.
     differs_since: Option<Micros>,
-    /// When it comes back into service, on the steady clock.
+    /// When it returns to service, in monotonic time.
     returns_at: Option<Micros>,
-    /// The value now.
+    /// The present value.
     value: Option<f64>,
 }
 
 impl RegisteredAlarm {
-    fn new(rule: Rule, life: AlarmStatus, now: AlarmTime) -> Self {
-        let stands = life.state.is_active();
-        let until = life.out.as_ref().and_then(|out| out.until);
-        let back = until.map(|until| Micros(now.monotonic.0.saturating_add(until.0.saturating_sub(now.wall.0))));
-        Self {
-            rule,
-            status: life,
-            evaluator: Evaluator::default(),
-            is_active: stands,
-            differs_since: None,
-            returns_at: back,
-            value: None,
-        }
+    fn new(rule: Rule, status: AlarmStatus, now: AlarmTime) -> Self {
+        let is_active = status.state.is_active();
+        let until = status.out.as_ref().and_then(|out| out.until);
+        let remaining = |until: Micros| until.0.saturating_sub(now.wall.0);
+        let returns_at = until.map(|until| Micros(now.monotonic.0.saturating_add(remaining(until))));
+        Self { rule, status, evaluator: Evaluator::default(), is_active, differs_since: None, returns_at, value: None }
     }
 
-    /// As it is meant.
+    /// The rule.
     #[must_use]
     pub const fn rule(&self) -> &Rule {
         &self.rule
     }
 
-    /// What has become of it.
+    /// The status.
     #[must_use]
     pub const fn status(&self) -> &AlarmStatus {
         &self.status
     }
 
-    /// The value now, if there is one.
+    /// The present value, if there is one.
     #[must_use]
     pub const fn value(&self) -> Option<f64> {
         self.value
     }
 
-    /// Other words for the same alarm. Where another condition is meant, what it knew of the past is forgotten.
+    /// Applies a changed rule. Another condition starts without a past.
     fn reconfigure(&mut self, rule: Rule) {
-        if (&self.rule.condition, &self.rule.subject) != (&rule.condition, &rule.subject) {
+        if self.rule.condition != rule.condition {
             self.evaluator = Evaluator::default();
             self.differs_since = None;
         }
         self.rule = rule;
     }
 
-    fn evaluate(&mut self, sight: &Inputs, now: AlarmTime) -> Vec<AlarmChange> {
-        let finding = self.evaluator.evaluate(&self.rule, self.is_active, sight, now.monotonic);
-        self.value = finding.value;
-        self.apply_delays(finding.holds, now.monotonic);
-        let back =
-            self.returns_at.filter(|back| *back <= now.monotonic).and_then(|_| self.return_to_service(None, now).ok());
+    fn evaluate(&mut self, inputs: &Inputs, now: AlarmTime) -> Vec<AlarmChange> {
+        let evaluation = self.evaluator.evaluate(&self.rule, self.is_active, inputs, now.monotonic);
+        self.value = evaluation.value;
+        self.apply_delays(evaluation.holds, now.monotonic);
+        let is_due = self.returns_at.is_some_and(|at| at <= now.monotonic);
+        let returned = is_due.then(|| self.return_to_service(None, now).ok()).flatten();
         let input = if self.is_active { Input::ConditionMet } else { Input::ConditionCleared };
-        let led = self.status.state.after(input).map(|state| self.raise_or_return(state, finding, now));
-        back.into_iter().chain(led).collect()
+        let next = self.status.state.after(input).map(|state| self.raise_or_return(state, evaluation, now));
+        returned.into_iter().chain(next).collect()
     }
 
-    /// On-delay and off-delay. What is not known neither begins nor ends one: between two readings that agree nothing else is assumed.
-    fn apply_delays(&mut self, holds: Option<bool>, steady: Micros) {
+    /// Applies on-delay and off-delay. An unknown condition neither starts nor ends a delay: between two evaluations that agree the
+    /// condition is assumed to stay.
+    fn apply_delays(&mut self, holds: Option<bool>, now: Micros) {
         match holds {
             None => {}
             Some(holds) if holds == self.is_active => self.differs_since = None,
             Some(holds) => {
-                let since = *self.differs_since.get_or_insert(steady);
+                let since = *self.differs_since.get_or_insert(now);
                 let delay = if holds { self.rule.delay } else { self.rule.off_delay };
-                if since.after(delay) <= steady {
+                if since.after(delay) <= now {
                     self.is_active = holds;
                     self.differs_since = None;
                 }
@@ -239,61 +232,56 @@ impl RegisteredAlarm {
         }
     }
 
-    /// It was raised, or is over.
-    fn raise_or_return(&mut self, state: AlarmState, finding: Evaluation, now: AlarmTime) -> AlarmChange {
-        let Evaluation { value, text, .. } = finding;
-        if state == AlarmState::Unacknowledged {
-            let occurrence = now.wall.0.div_euclid(1000).max(self.status.occurrence.saturating_add(1));
-            let raised = Some(now.wall);
-            let was = self.status.state;
-            self.status =
-                AlarmStatus { state: was, occurrence, raised, value, text: text.clone(), ..AlarmStatus::default() };
-            self.change(ChangeKind::Raised, state, None, text, now)
-        } else {
-            self.change(ChangeKind::Returned, state, None, text, now)
+    fn raise_or_return(&mut self, state: AlarmState, evaluation: Evaluation, now: AlarmTime) -> AlarmChange {
+        let Evaluation { value, text, .. } = evaluation;
+        if state != AlarmState::Unacknowledged {
+            return self.change(ChangeKind::Returned, state, None, text, now);
         }
+        let occurrence = now.wall.0.div_euclid(1000).max(self.status.occurrence.saturating_add(1));
+        self.status = AlarmStatus {
+            state: self.status.state,
+            occurrence,
+            raised: Some(now.wall),
+            value,
+            text: text.clone(),
+            ..AlarmStatus::default()
+        };
+        self.change(ChangeKind::Raised, state, None, text, now)
     }
 
-    fn acknowledge(&mut self, occurrence: i64, who: &str, now: AlarmTime) -> Result<AlarmChange, AlarmError> {
+    fn acknowledge(&mut self, occurrence: i64, user: &str, now: AlarmTime) -> Result<AlarmChange, AlarmError> {
         let AlarmStatus { state, occurrence: own, .. } = self.status;
-        // Who has seen another occurrence has seen another alarm.
         if occurrence != own {
-            return Err(AlarmError::OccurrenceChanged {
-                name: self.rule.name.clone(),
-                occurrence: own,
-                got: occurrence,
-            });
+            let name = self.rule.name.clone();
+            return Err(AlarmError::OccurrenceChanged { name, occurrence: own, got: occurrence });
         }
         let next = state.after(Input::Acknowledge).ok_or_else(|| self.not_applicable())?;
-        self.status.acknowledged = Some(Attribution { user: who.to_owned(), at: now.wall });
-        Ok(self.change(ChangeKind::Acknowledged, next, Some(who), String::new(), now))
+        self.status.acknowledged = Some(Attribution { user: user.to_owned(), at: now.wall });
+        Ok(self.change(ChangeKind::Acknowledged, next, Some(user), String::new(), now))
     }
 
     fn take_out_of_service(
         &mut self,
-        by: &str,
+        user: &str,
         reason: &str,
         time: Option<Duration>,
         now: AlarmTime,
     ) -> Result<AlarmChange, AlarmError> {
         let next = self.status.state.after(Input::TakeOutOfService).ok_or_else(|| self.not_applicable())?;
+        let by = Attribution { user: user.to_owned(), at: now.wall };
         let until = time.map(|time| now.wall.after(time));
         self.returns_at = time.map(|time| now.monotonic.after(time));
         let was = self.status.state.word();
-        self.status.out = Some(OutOfService {
-            by: Attribution { user: by.to_owned(), at: now.wall },
-            reason: reason.to_owned(),
-            until,
-        });
-        Ok(self.change(ChangeKind::TakenOutOfService, next, Some(by), format!("{reason} (it was {was})"), now))
+        self.status.out = Some(OutOfService { by, reason: reason.to_owned(), until });
+        Ok(self.change(ChangeKind::TakenOutOfService, next, Some(user), format!("{reason} (it was {was})"), now))
     }
 
-    fn return_to_service(&mut self, who: Option<&str>, now: AlarmTime) -> Result<AlarmChange, AlarmError> {
+    fn return_to_service(&mut self, user: Option<&str>, now: AlarmTime) -> Result<AlarmChange, AlarmError> {
         let next = self.status.state.after(Input::ReturnToService).ok_or_else(|| self.not_applicable())?;
         self.returns_at = None;
         self.status.out = None;
-        let text = if who.is_some() { "" } else { "its time is over" };
-        Ok(self.change(ChangeKind::ReturnedToService, next, who, text.to_owned(), now))
+        let text = if user.is_some() { "" } else { "its time out of service is over" };
+        Ok(self.change(ChangeKind::ReturnedToService, next, user, text.to_owned(), now))
     }
 
     fn not_applicable(&self) -> AlarmError {
@@ -308,9 +296,9 @@ impl RegisteredAlarm {
 
     fn change(
         &mut self,
-        what: ChangeKind,
+        kind: ChangeKind,
         state: AlarmState,
-        who: Option<&str>,
+        user: Option<&str>,
         text: String,
         now: AlarmTime,
     ) -> AlarmChange {
@@ -319,8 +307,8 @@ impl RegisteredAlarm {
         AlarmChange {
             at: now.wall,
             rule: self.rule.clone(),
-            what,
-            who: who.map(str::to_owned),
+            kind,
+            user: user.map(str::to_owned),
             value: self.value,
             text,
             was,
@@ -329,94 +317,99 @@ impl RegisteredAlarm {
     }
 }
 
-/// All alarms, in the order of the file.
+/// All alarms, in the order of the station's file.
 #[derive(Clone, Debug, Default)]
 pub struct AlarmRegistry {
-    entries: Vec<RegisteredAlarm>,
+    alarms: Vec<RegisteredAlarm>,
 }
 
 impl AlarmRegistry {
-    /// All of them.
+    /// All alarms.
     #[must_use]
-    pub fn entries(&self) -> &[RegisteredAlarm] {
-        &self.entries
+    pub fn alarms(&self) -> &[RegisteredAlarm] {
+        &self.alarms
     }
 
-    /// Becomes what the file says. What has become of an alarm goes with its name: from here, or from `kept` at the beginning. An alarm
-    /// that is not meant any more and was not normal leaves a line in the history.
+    /// Applies the rules of a file. An alarm keeps its status by its name, from here or, at the start, from `stored`. An alarm that
+    /// is removed and was not normal gives a change.
     pub fn reconfigure(
         &mut self,
         rules: Vec<Rule>,
-        mut kept: Vec<(String, AlarmStatus)>,
+        mut stored: Vec<(String, AlarmStatus)>,
         now: AlarmTime,
     ) -> Vec<AlarmChange> {
-        let mut old = std::mem::take(&mut self.entries);
+        let mut old = std::mem::take(&mut self.alarms);
         for rule in rules {
-            let here = old.iter().position(|entry| entry.rule.name == rule.name);
-            let there = kept.iter().position(|(name, _)| *name == rule.name);
-            self.entries.push(match (here, there) {
-                (Some(place), _) => {
-                    let mut entry = old.remove(place);
-                    entry.reconfigure(rule);
-                    entry
+            let present = old.iter().position(|alarm| alarm.rule.name == rule.name);
+            let known = stored.iter().position(|(name, _)| *name == rule.name);
+            self.alarms.push(match (present, known) {
+                (Some(index), _) => {
+                    let mut alarm = old.remove(index);
+                    alarm.reconfigure(rule);
+                    alarm
                 }
-                (None, Some(place)) => RegisteredAlarm::new(rule, kept.swap_remove(place).1, now),
+                (None, Some(index)) => RegisteredAlarm::new(rule, stored.swap_remove(index).1, now),
                 (None, None) => {
                     RegisteredAlarm::new(rule, AlarmStatus { since: now.wall, ..AlarmStatus::default() }, now)
                 }
             });
         }
-        let removed = |mut entry: RegisteredAlarm| {
-            let text = format!("it does not stand in the file any more (it was {})", entry.status.state.word());
-            entry.change(ChangeKind::Removed, AlarmState::Normal, None, text, now)
+        let removed = |mut alarm: RegisteredAlarm| {
+            let text = removed_text(alarm.status.state);
+            alarm.change(ChangeKind::Removed, AlarmState::Normal, None, text, now)
         };
-        old.into_iter().filter(|entry| entry.status.state != AlarmState::Normal).map(removed).collect()
+        old.into_iter().filter(|alarm| alarm.status.state != AlarmState::Normal).map(removed).collect()
     }
 
-    /// Looks at the plant.
-    pub fn evaluate(&mut self, sight: &Inputs, now: AlarmTime) -> Vec<AlarmChange> {
-        self.entries.iter_mut().flat_map(|entry| entry.evaluate(sight, now)).collect()
+    /// Evaluates all alarms.
+    pub fn evaluate(&mut self, inputs: &Inputs, now: AlarmTime) -> Vec<AlarmChange> {
+        self.alarms.iter_mut().flat_map(|alarm| alarm.evaluate(inputs, now)).collect()
     }
 
-    /// Somebody has seen this occurrence of an alarm.
+    /// Acknowledges an occurrence of an alarm.
     ///
     /// # Errors
-    /// [`Refusal`] if there is none, if it is another one by now, or if it was acknowledged already.
+    /// [`AlarmError`] if there is no such alarm, if it was raised again since, or if it is acknowledged already.
     pub fn acknowledge(
         &mut self,
         name: &str,
         occurrence: i64,
-        who: &str,
+        user: &str,
         now: AlarmTime,
     ) -> Result<AlarmChange, AlarmError> {
-        self.entry(name)?.acknowledge(occurrence, who, now)
+        self.alarm(name)?.acknowledge(occurrence, user, now)
     }
 
-    /// Somebody takes an alarm out of service, for a time or until somebody puts it back.
+    /// Takes an alarm out of service, for a time or until a user returns it.
     ///
     /// # Errors
-    /// [`Refusal`] if there is none, or if it is out of service already.
+    /// [`AlarmError`] if there is no such alarm, or if it is out of service already.
     pub fn take_out_of_service(
         &mut self,
         name: &str,
-        who: &str,
+        user: &str,
         reason: &str,
         time: Option<Duration>,
         now: AlarmTime,
     ) -> Result<AlarmChange, AlarmError> {
-        self.entry(name)?.take_out_of_service(who, reason, time, now)
+        self.alarm(name)?.take_out_of_service(user, reason, time, now)
     }
 
-    /// Somebody puts an alarm back into service. If its condition holds, it is raised with the next look.
+    /// Returns an alarm to service. If its condition is met, the next evaluation raises it.
     ///
     /// # Errors
-    /// [`Refusal`] if there is none, or if it is in service.
-    pub fn return_to_service(&mut self, name: &str, who: &str, now: AlarmTime) -> Result<AlarmChange, AlarmError> {
-        self.entry(name)?.return_to_service(Some(who), now)
+    /// [`AlarmError`] if there is no such alarm, or if it is in service.
+    pub fn return_to_service(&mut self, name: &str, user: &str, now: AlarmTime) -> Result<AlarmChange, AlarmError> {
+        self.alarm(name)?.return_to_service(Some(user), now)
     }
 
-    fn entry(&mut self, name: &str) -> Result<&mut RegisteredAlarm, AlarmError> {
-        let entry = self.entries.iter_mut().find(|entry| entry.rule.name == name);
-        entry.ok_or_else(|| AlarmError::Unknown(name.to_owned()))
+    fn alarm(&mut self, name: &str) -> Result<&mut RegisteredAlarm, AlarmError> {
+        let alarm = self.alarms.iter_mut().find(|alarm| alarm.rule.name == name);
+        alarm.ok_or_else(|| AlarmError::Unknown(name.to_owned()))
     }
+}
+
+/// The sentence about an alarm that the station's file no longer has.
+pub fn removed_text(state: AlarmState) -> String {
+    format!("the station's file no longer has it (it was {})", state.word())
 }

@@ -1,10 +1,10 @@
-//! What is watched, and when it is an alarm: as the file says, or by itself for every gauge and segment.
+//! The rule of an alarm: its condition, its priority and its delays, from the station's file or by default for each gauge and segment.
 
 use serde::{Deserialize, Serialize};
 use std::time::Duration;
 use utoipa::ToSchema;
 
-/// How soon somebody must do something. Ordered: the highest is the greatest.
+/// How soon an operator must respond. Ordered: `High` is the greatest.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Priority {
@@ -12,15 +12,15 @@ pub enum Priority {
     Low,
     /// Soon.
     Medium,
-    /// Now.
+    /// At once.
     High,
 }
 
 impl Priority {
-    /// All, the highest first.
+    /// All priorities, the highest first.
     pub const ALL: [Self; 3] = [Self::High, Self::Medium, Self::Low];
 
-    /// As it is written.
+    /// The word in the station's file, in the database and in the API.
     #[must_use]
     pub const fn word(self) -> &'static str {
         match self {
@@ -30,93 +30,91 @@ impl Priority {
         }
     }
 
-    /// The one with this word.
+    /// The priority with this word.
     #[must_use]
     pub fn from_word(word: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|priority| priority.word() == word)
     }
 }
 
-/// What is watched.
+/// One measuring part of a gauge, by the name under which it is recorded.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Subject {
-    /// One measuring part: a gauge, and the name under which the part is recorded.
-    Series {
-        /// The gauge.
-        gauge: String,
-        /// `gauge`, or `gauge.N` for channel N of a controller.
-        series: String,
-    },
-    /// A gauge.
-    Gauge(String),
-    /// A segment.
-    Segment(String),
-    /// The station itself.
-    Station,
+pub struct Series {
+    /// The gauge.
+    pub gauge: String,
+    /// `gauge`, or `gauge.N` for channel N of a controller.
+    pub name: String,
 }
 
-impl Subject {
-    /// The gauge, if it is one.
-    #[must_use]
-    pub fn gauge(&self) -> Option<&str> {
-        match self {
-            Self::Series { gauge, .. } | Self::Gauge(gauge) => Some(gauge),
-            Self::Segment(_) | Self::Station => None,
-        }
-    }
-}
-
-/// When it is an alarm.
+/// The condition of an alarm, with its subject.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Condition {
-    /// The pressure is above a limit, until it is below where it is over, both in Pa.
+    /// The pressure is above a limit.
     Above {
-        /// Above this.
+        /// The measuring part.
+        series: Series,
+        /// The limit in Pa.
         limit: f64,
-        /// Until it is below this, which is not above the limit.
+        /// The condition ends at or below this pressure in Pa, which is not above the limit.
         reset: f64,
     },
-    /// The pressure is below a limit, until it is above where it is over, both in Pa.
+    /// The pressure is below a limit.
     Below {
-        /// Below this.
+        /// The measuring part.
+        series: Series,
+        /// The limit in Pa.
         limit: f64,
-        /// Until it is above this, which is not below the limit.
+        /// The condition ends at or above this pressure in Pa, which is not below the limit.
         reset: f64,
     },
-    /// The pressure rises by so many decades in a minute, until by less than where it is over.
+    /// The pressure rises quickly.
     Rise {
-        /// Faster than this.
+        /// The measuring part.
+        series: Series,
+        /// The limit in decades per minute.
         limit: f64,
-        /// Until it is slower than this.
+        /// The condition ends at or below this rate.
         reset: f64,
-        /// The line through so much of the past is taken.
+        /// The rate is the slope of the line through the readings of this time.
         window: Duration,
     },
-    /// Nothing can be told about limits of a part whose gauge is heard: there is no valid reading, or the range ends before a limit.
+    /// A fresh gauge does not show whether limits are exceeded: its reading is invalid, or its range ends before a limit.
     NotMeasurable {
-        /// These limits, in Pa.
+        /// The measuring part.
+        series: Series,
+        /// The limits in Pa.
         limits: Vec<f64>,
     },
     /// The gauge reports a fault.
-    Fault,
+    Fault {
+        /// The gauge.
+        gauge: String,
+    },
     /// The gauge gives no fresh data: it is missing, belongs to another master, or is being started.
     Stale {
-        /// Its segment tells when it does not run, and then its gauges do not as well.
+        /// The gauge.
+        gauge: String,
+        /// A segment with an alarm of its own: while it is down, its gauges raise no alarm.
         behind_segment: Option<String>,
     },
     /// The segment does not run.
-    SegmentDown,
-    /// More telegrams arrive damaged than so many in a minute.
+    SegmentDown {
+        /// The segment.
+        segment: String,
+    },
+    /// Many telegrams arrive damaged.
     DamagedTelegrams {
-        /// So many.
+        /// The segment.
+        segment: String,
+        /// The limit in telegrams per minute. The condition ends at half of it.
         limit: f64,
     },
-    /// Nothing is being recorded.
+    /// The recorder does not write.
     NotRecording,
 }
 
 impl Condition {
-    /// The word for it in the API.
+    /// The word in the API.
     #[must_use]
     pub const fn word(&self) -> &'static str {
         match self {
@@ -124,24 +122,67 @@ impl Condition {
             Self::Below { .. } => "below",
             Self::Rise { .. } => "rise",
             Self::NotMeasurable { .. } => "blind",
-            Self::Fault => "fault",
+            Self::Fault { .. } => "fault",
             Self::Stale { .. } => "stale",
-            Self::SegmentDown => "down",
+            Self::SegmentDown { .. } => "down",
             Self::DamagedTelegrams { .. } => "damage",
             Self::NotRecording => "unrecorded",
         }
     }
 
-    /// What its value and its limit are counted in, if it has them.
+    /// The measuring part, if the condition is about one.
+    #[must_use]
+    pub const fn series(&self) -> Option<&Series> {
+        match self {
+            Self::Above { series, .. }
+            | Self::Below { series, .. }
+            | Self::Rise { series, .. }
+            | Self::NotMeasurable { series, .. } => Some(series),
+            Self::Fault { .. }
+            | Self::Stale { .. }
+            | Self::SegmentDown { .. }
+            | Self::DamagedTelegrams { .. }
+            | Self::NotRecording => None,
+        }
+    }
+
+    /// The gauge, if the condition is about one.
+    #[must_use]
+    pub fn gauge(&self) -> Option<&str> {
+        match self {
+            Self::Fault { gauge } | Self::Stale { gauge, .. } => Some(gauge),
+            other => other.series().map(|series| series.gauge.as_str()),
+        }
+    }
+
+    /// The segment, if the condition is about one.
+    #[must_use]
+    pub fn segment(&self) -> Option<&str> {
+        match self {
+            Self::SegmentDown { segment } | Self::DamagedTelegrams { segment, .. } => Some(segment),
+            _ => None,
+        }
+    }
+
+    /// The name of the series, gauge or segment.
+    #[must_use]
+    pub fn subject(&self) -> Option<&str> {
+        let series = self.series().map(|series| series.name.as_str());
+        series.or_else(|| self.gauge()).or_else(|| self.segment())
+    }
+
+    /// The unit of value and limit, if it has them.
     #[must_use]
     pub const fn unit(&self) -> Option<&'static str> {
         match self {
             Self::Above { .. } | Self::Below { .. } => Some("Pa"),
             Self::Rise { .. } => Some("decades/min"),
             Self::DamagedTelegrams { .. } => Some("telegrams/min"),
-            Self::NotMeasurable { .. } | Self::Fault | Self::Stale { .. } | Self::SegmentDown | Self::NotRecording => {
-                None
-            }
+            Self::NotMeasurable { .. }
+            | Self::Fault { .. }
+            | Self::Stale { .. }
+            | Self::SegmentDown { .. }
+            | Self::NotRecording => None,
         }
     }
 
@@ -152,41 +193,43 @@ impl Condition {
             Self::Above { limit, .. }
             | Self::Below { limit, .. }
             | Self::Rise { limit, .. }
-            | Self::DamagedTelegrams { limit } => Some(*limit),
-            Self::NotMeasurable { .. } | Self::Fault | Self::Stale { .. } | Self::SegmentDown | Self::NotRecording => {
-                None
-            }
+            | Self::DamagedTelegrams { limit, .. } => Some(*limit),
+            Self::NotMeasurable { .. }
+            | Self::Fault { .. }
+            | Self::Stale { .. }
+            | Self::SegmentDown { .. }
+            | Self::NotRecording => None,
         }
     }
 
-    /// Where it is over, if that is a number.
+    /// The value at which the condition ends, if that is a number.
     #[must_use]
     pub const fn reset(&self) -> Option<f64> {
         match self {
             Self::Above { reset, .. } | Self::Below { reset, .. } | Self::Rise { reset, .. } => Some(*reset),
-            Self::DamagedTelegrams { limit } => Some(*limit / 2.0),
-            Self::NotMeasurable { .. } | Self::Fault | Self::Stale { .. } | Self::SegmentDown | Self::NotRecording => {
-                None
-            }
+            Self::DamagedTelegrams { limit, .. } => Some(*limit / 2.0),
+            Self::NotMeasurable { .. }
+            | Self::Fault { .. }
+            | Self::Stale { .. }
+            | Self::SegmentDown { .. }
+            | Self::NotRecording => None,
         }
     }
 }
 
-/// An alarm as it is meant.
+/// The rule of an alarm.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Rule {
-    /// Its name, which no other alarm has.
+    /// The name, which no other alarm has.
     pub name: String,
-    /// What is watched.
-    pub subject: Subject,
-    /// When it is an alarm.
+    /// The condition.
     pub condition: Condition,
-    /// How soon somebody must do something.
+    /// How soon an operator must respond.
     pub priority: Priority,
-    /// The condition must hold for so long before it is an alarm.
+    /// The condition must be met for this time before the alarm is raised.
     pub delay: Duration,
-    /// It must not hold for so long before the alarm is over.
+    /// The condition must not be met for this time before the alarm returns to normal.
     pub off_delay: Duration,
-    /// What is to be done, in the words of whoever wrote the file.
+    /// What to do, as the station's file says.
     pub message: Option<String>,
 }

@@ -1,283 +1,259 @@
-//! The alarms of a running station, as its threads share them: one looks, people act, all see.
+//! The alarms of a running station, shared by its threads: one evaluates, users acknowledge, the API reads.
 //!
-//! What changes is handed to the recorder while the book is held, so the order in the file is the order in which it happened.
-//! Nobody waits for the disk with the book in hand.
+//! Changes are queued for the recorder while the registry is locked, so rows are in the order of the changes. No thread waits for
+//! the disk while it holds the lock.
 
 use super::evaluate::Inputs;
 use super::persistence::{NotificationTarget, rows_and_events};
-use super::registry::{AlarmChange, AlarmError, AlarmRegistry, AlarmStatus, AlarmTime, ChangeKind};
+use super::registry::{AlarmChange, AlarmError, AlarmRegistry, AlarmStatus, AlarmTime, ChangeKind, removed_text};
 use super::rule::Rule;
 use super::state::AlarmState;
 use super::view::{AlarmOverview, AlarmView};
-use crate::control::Actor;
-use crate::services::Services;
+use crate::auth::Actor;
+use crate::recording::RecorderHandle;
 use profivac_recorder::alarms::{AlarmBatch, AlarmHistoryEntry};
-use profivac_recorder::{DatabaseError, Event, Micros, Reader, Recorder, WriteReceipt};
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use profivac_recorder::{DatabaseError, Event, Micros, Reader, WriteReceipt};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
-/// When nobody has looked for so long, what is told of alarms cannot be believed any more.
+/// When the alarms have not been evaluated for this time, the overview says so.
 const EVALUATION_TIMEOUT: Duration = Duration::from_secs(5);
 
-/// Why somebody could not do what they wanted.
+/// The most rows of a kind that wait for room in the recorder's queue.
+const MAX_UNWRITTEN: usize = 10_000;
+
+/// Why a request about an alarm failed.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum AlarmServiceError {
-    /// The alarm does not allow it.
+    /// The state of the alarm does not allow it.
     #[error(transparent)]
     Refused(#[from] AlarmError),
-    /// It is done, and nobody knows whether it outlives the program.
-    #[error("it is done and could not be written to the disk: it may be lost when the station is started again")]
+    /// The change is made, and may be lost when the station restarts.
+    #[error("the change is made but is not on the disk: it may be lost when the station is restarted")]
     NotStored,
 }
 
-/// All alarms.
+/// All alarms of a station.
 pub struct AlarmService {
-    begun: Instant,
+    started: Instant,
+    station: String,
+    recorder: Arc<RecorderHandle>,
     inner: Mutex<Inner>,
 }
 
 #[derive(Default)]
 struct Inner {
     registry: AlarmRegistry,
-    /// The name of the station, for letters.
-    station: String,
     targets: Vec<NotificationTarget>,
-    /// When somebody looked last; nothing while nothing is watched.
+    /// When the alarms were last evaluated; `None` while no thread evaluates.
     evaluated_at: Option<Instant>,
-    /// What the recorder had no room for.
+    /// Rows and events for which the recorder had no room.
     unwritten: (AlarmBatch, Vec<Event>),
 }
 
-/// So many lines wait for room.
-const MAX_UNWRITTEN: usize = 10_000;
-
-impl Default for AlarmService {
-    fn default() -> Self {
-        Self { begun: Instant::now(), inner: Mutex::default() }
-    }
-}
-
 impl AlarmService {
+    /// A service without alarms; `station` is the name of the station in notifications.
+    #[must_use]
+    pub fn new(station: String, recorder: Arc<RecorderHandle>) -> Self {
+        Self { started: Instant::now(), station, recorder, inner: Mutex::default() }
+    }
+
     fn lock(&self) -> MutexGuard<'_, Inner> {
         self.inner.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     fn now(&self) -> AlarmTime {
-        AlarmTime { monotonic: Micros(0).after(self.begun.elapsed()), wall: Micros::now() }
+        AlarmTime { monotonic: Micros(0).after(self.started.elapsed()), wall: Micros::now() }
     }
 
-    /// Begins with what the record knows, and these alarms.
+    /// Starts with these rules and the states in the database.
     ///
     /// # Errors
-    /// [`StoreError`] when the record cannot be read.
-    pub fn begin(
-        &self,
-        plant: &Services,
-        rules: Vec<Rule>,
-        addressees: Vec<NotificationTarget>,
-    ) -> Result<(), DatabaseError> {
-        let reader = plant.open_reader()?;
-        let kept = reader.alarms()?.into_iter().map(|(name, kept)| (name, AlarmStatus::from(kept)));
-        let is_meant = |name: &str| rules.iter().any(|rule| rule.name == name);
-        let (kept, gone): (Vec<_>, Vec<_>) = kept.partition(|(name, _)| is_meant(name));
-        let farewell = removal_entries(&reader, gone)?;
-        let mut desk = self.lock();
-        desk.station = plant.name().to_owned();
-        desk.targets = addressees;
-        let changes = desk.registry.reconfigure(rules, kept, self.now());
-        desk.evaluated_at = Some(Instant::now());
-        desk.unwritten.0.append(farewell, MAX_UNWRITTEN);
-        desk.write(plant.recorder(), &changes);
+    /// [`DatabaseError`] when the database cannot be read.
+    pub fn start(&self, rules: Vec<Rule>, targets: Vec<NotificationTarget>) -> Result<(), DatabaseError> {
+        let reader = self.recorder.open_reader()?;
+        let stored = reader.alarms()?.into_iter().map(|(name, alarm)| (name, AlarmStatus::from(alarm)));
+        let has_rule = |name: &str| rules.iter().any(|rule| rule.name == name);
+        let (stored, removed): (Vec<_>, Vec<_>) = stored.partition(|(name, _)| has_rule(name));
+        let removals = removal_rows(&reader, removed)?;
+        let mut inner = self.lock();
+        inner.targets = targets;
+        let changes = inner.registry.reconfigure(rules, stored, self.now());
+        inner.evaluated_at = Some(Instant::now());
+        inner.unwritten.0.append(removals, MAX_UNWRITTEN);
+        self.write(&mut inner, &changes);
         Ok(())
     }
 
-    /// Becomes what a changed file says; what did not change stays where it stands.
-    pub fn reconfigure(&self, recorder: &Recorder, rules: Vec<Rule>, addressees: Vec<NotificationTarget>) {
-        let mut desk = self.lock();
-        desk.targets = addressees;
-        let changes = desk.registry.reconfigure(rules, Vec::new(), self.now());
-        desk.write(recorder, &changes);
+    /// Applies the rules of a changed file. Unchanged alarms keep their state.
+    pub fn reconfigure(&self, rules: Vec<Rule>, targets: Vec<NotificationTarget>) {
+        let mut inner = self.lock();
+        inner.targets = targets;
+        let changes = inner.registry.reconfigure(rules, Vec::new(), self.now());
+        self.write(&mut inner, &changes);
     }
 
-    /// Looks at what the plant shows.
-    pub fn evaluate(&self, recorder: &Recorder, sight: &Inputs) {
-        let mut desk = self.lock();
-        let changes = desk.registry.evaluate(sight, self.now());
-        desk.evaluated_at = Some(Instant::now());
-        desk.write(recorder, &changes);
+    /// Evaluates all alarms.
+    pub fn evaluate(&self, inputs: &Inputs) {
+        let mut inner = self.lock();
+        let changes = inner.registry.evaluate(inputs, self.now());
+        inner.evaluated_at = Some(Instant::now());
+        self.write(&mut inner, &changes);
     }
 
-    /// Nobody looks any more, and nobody is to: the station ends.
+    /// The station stops: from now on no thread evaluates.
     pub fn end(&self) {
         self.lock().evaluated_at = None;
     }
 
-    /// Somebody has seen this occurrence of an alarm. On the disk when this returns.
+    /// Acknowledges an occurrence of an alarm. On the disk when this returns.
     ///
     /// # Errors
-    /// [`NotDone`] says why not.
-    pub fn acknowledge(
-        &self,
-        recorder: &Recorder,
-        name: &str,
-        occurrence: i64,
-        actor: &Actor,
-    ) -> Result<AlarmView, AlarmServiceError> {
+    /// [`AlarmServiceError`] says why not.
+    pub fn acknowledge(&self, name: &str, occurrence: i64, actor: &Actor) -> Result<AlarmView, AlarmServiceError> {
         let now = self.now();
-        self.change_alarm(recorder, name, actor, |book, who| book.acknowledge(name, occurrence, who, now))
+        self.change(name, actor, |registry, user| registry.acknowledge(name, occurrence, user, now))
     }
 
-    /// Somebody has seen these occurrences of alarms. What came of each; on the disk, together, when this returns.
+    /// Acknowledges occurrences of several alarms. Returns the result of each; on the disk together when this returns.
     pub fn acknowledge_all(
         &self,
-        recorder: &Recorder,
-        seen: Vec<(String, i64)>,
+        occurrences: Vec<(String, i64)>,
         actor: &Actor,
     ) -> Vec<(String, Result<(), AlarmServiceError>)> {
         let now = self.now();
-        let mut desk = self.lock();
+        let mut inner = self.lock();
         let mut changes = Vec::new();
-        let mut done: Vec<(String, Result<(), AlarmServiceError>)> = Vec::new();
-        for (name, occurrence) in seen {
-            let acknowledged = desk.registry.acknowledge(&name, occurrence, &actor.user.name, now);
-            done.push((name, acknowledged.map(|change| changes.push(change)).map_err(AlarmServiceError::from)));
+        let mut results: Vec<(String, Result<(), AlarmServiceError>)> = Vec::new();
+        for (name, occurrence) in occurrences {
+            let acknowledged = inner.registry.acknowledge(&name, occurrence, &actor.user.name, now);
+            results.push((name, acknowledged.map(|change| changes.push(change)).map_err(AlarmServiceError::from)));
         }
-        let written = desk.write_with_receipt(recorder, &changes, actor);
-        drop(desk);
-        if !written.wait() {
-            done.iter_mut()
-                .filter(|(_, done)| done.is_ok())
-                .for_each(|(_, done)| *done = Err(AlarmServiceError::NotStored));
+        let receipt = self.write_with_receipt(&mut inner, &changes, actor);
+        drop(inner);
+        if !receipt.wait() {
+            let done = results.iter_mut().filter(|(_, result)| result.is_ok());
+            done.for_each(|(_, result)| *result = Err(AlarmServiceError::NotStored));
         }
-        done
+        results
     }
 
-    /// Takes an alarm out of service, for a time or until somebody puts it back. On the disk when this returns.
+    /// Takes an alarm out of service, for a time or until a user returns it. On the disk when this returns.
     ///
     /// # Errors
-    /// [`NotDone`] says why not.
+    /// [`AlarmServiceError`] says why not.
     pub fn take_out_of_service(
         &self,
-        recorder: &Recorder,
         name: &str,
         actor: &Actor,
         reason: &str,
         time: Option<Duration>,
     ) -> Result<AlarmView, AlarmServiceError> {
         let now = self.now();
-        self.change_alarm(recorder, name, actor, |book, who| book.take_out_of_service(name, who, reason, time, now))
+        self.change(name, actor, |registry, user| registry.take_out_of_service(name, user, reason, time, now))
     }
 
-    /// Puts an alarm back into service. On the disk when this returns.
+    /// Returns an alarm to service. On the disk when this returns.
     ///
     /// # Errors
-    /// [`NotDone`] says why not.
-    pub fn return_to_service(
-        &self,
-        recorder: &Recorder,
-        name: &str,
-        actor: &Actor,
-    ) -> Result<AlarmView, AlarmServiceError> {
+    /// [`AlarmServiceError`] says why not.
+    pub fn return_to_service(&self, name: &str, actor: &Actor) -> Result<AlarmView, AlarmServiceError> {
         let now = self.now();
-        self.change_alarm(recorder, name, actor, |book, who| book.return_to_service(name, who, now))
+        self.change(name, actor, |registry, user| registry.return_to_service(name, user, now))
     }
 
-    fn change_alarm(
+    fn change(
         &self,
-        recorder: &Recorder,
         name: &str,
         actor: &Actor,
-        act: impl FnOnce(&mut AlarmRegistry, &str) -> Result<AlarmChange, AlarmError>,
+        change: impl FnOnce(&mut AlarmRegistry, &str) -> Result<AlarmChange, AlarmError>,
     ) -> Result<AlarmView, AlarmServiceError> {
-        let mut desk = self.lock();
-        let change = act(&mut desk.registry, &actor.user.name)?;
-        let written = desk.write_with_receipt(recorder, std::slice::from_ref(&change), actor);
-        let entry = desk.registry.entries().iter().find(|entry| entry.rule().name == name).map(AlarmView::from);
-        drop(desk);
-        let alarm = entry.ok_or_else(|| AlarmError::Unknown(name.to_owned()))?;
-        if written.wait() { Ok(alarm) } else { Err(AlarmServiceError::NotStored) }
+        let mut inner = self.lock();
+        let change = change(&mut inner.registry, &actor.user.name)?;
+        let receipt = self.write_with_receipt(&mut inner, std::slice::from_ref(&change), actor);
+        let alarm = inner.registry.alarms().iter().find(|alarm| alarm.rule().name == name).map(AlarmView::from);
+        drop(inner);
+        let alarm = alarm.ok_or_else(|| AlarmError::Unknown(name.to_owned()))?;
+        if receipt.wait() { Ok(alarm) } else { Err(AlarmServiceError::NotStored) }
     }
 
-    /// All of them, in the order of the file.
+    /// All alarms, in the order of the station's file.
     #[must_use]
     pub fn all(&self) -> Vec<AlarmView> {
-        self.lock().registry.entries().iter().map(AlarmView::from).collect()
+        self.lock().registry.alarms().iter().map(AlarmView::from).collect()
     }
 
-    /// What must be known at a moment.
+    /// The number of alarms by state and priority, and the most urgent ones.
     #[must_use]
     pub fn overview(&self) -> AlarmOverview {
-        let desk = self.lock();
-        AlarmOverview::of(desk.registry.entries(), desk.trouble(Instant::now()))
+        let inner = self.lock();
+        AlarmOverview::of(inner.registry.alarms(), inner.problem(Instant::now()))
     }
 
-    /// How long ago somebody looked, if somebody is to.
+    /// The time since the last evaluation; `None` while no thread evaluates.
     #[must_use]
     pub fn evaluated_ago(&self) -> Option<Duration> {
-        self.lock().evaluated_at.map(|looked| looked.elapsed())
-    }
-}
-
-/// What is written of alarms that do not stand in the file any more, while nobody looked: a line for each that was not normal.
-fn removal_entries(reader: &Reader, gone: Vec<(String, AlarmStatus)>) -> Result<AlarmBatch, DatabaseError> {
-    let mut batch = AlarmBatch::default();
-    for (name, life) in gone {
-        // What else is known of it stands in its last line.
-        let last = reader.alarm_history(Micros(i64::MIN), Micros(i64::MAX), Some(&name), 1)?.pop();
-        let text = format!("it does not stand in the file any more (it was {})", life.state.word());
-        let (what, state) = (ChangeKind::Removed.word().to_owned(), AlarmState::Normal.word().to_owned());
-        let line = last.map(|last| AlarmHistoryEntry {
-            at: Micros::now(),
-            change: what,
-            state,
-            who: None,
-            value: None,
-            text,
-            ..last
-        });
-        batch.history.extend(line.filter(|_| life.state != AlarmState::Normal));
-        batch.alarms.insert(name, None);
-    }
-    Ok(batch)
-}
-
-impl Inner {
-    fn trouble(&self, now: Instant) -> Option<String> {
-        let since = self
-            .evaluated_at
-            .map(|looked| now.saturating_duration_since(looked))
-            .filter(|since| *since > EVALUATION_TIMEOUT);
-        let late = since.map(|since| format!("nobody has looked for alarms for {} s", since.as_secs()));
-        late.or_else(|| {
-            (!self.unwritten.0.is_empty()).then(|| "the record has no room for what became of alarms".to_owned())
-        })
+        self.lock().evaluated_at.map(|at| at.elapsed())
     }
 
-    /// Hands what happened to the recorder, with what it had no room for before.
-    fn write(&mut self, recorder: &Recorder, changes: &[AlarmChange]) {
-        let (batch, events) = self.pending_batch(changes, None);
+    /// Queues the rows of changes for the recorder, after those for which it had no room before.
+    fn write(&self, inner: &mut Inner, changes: &[AlarmChange]) {
+        let (batch, events) = self.pending(inner, changes, None);
         if batch.is_empty() && events.is_empty() {
             return;
         }
-        if !recorder.record_alarms(batch.clone(), events.clone()) {
-            self.unwritten = (batch, events);
+        if !self.recorder.record_alarms(batch.clone(), events.clone()) {
+            inner.unwritten = (batch, events);
         }
     }
 
-    fn write_with_receipt(&mut self, recorder: &Recorder, changes: &[AlarmChange], actor: &Actor) -> WriteReceipt {
-        let (batch, events) = self.pending_batch(changes, Some(actor));
-        let written = recorder.record_alarms_with_receipt(batch.clone(), events.clone());
-        if !written.is_queued() {
-            self.unwritten = (batch, events);
+    fn write_with_receipt(&self, inner: &mut Inner, changes: &[AlarmChange], actor: &Actor) -> WriteReceipt {
+        let (batch, events) = self.pending(inner, changes, Some(actor));
+        let receipt = self.recorder.record_alarms_with_receipt(batch.clone(), events.clone());
+        if !receipt.is_queued() {
+            inner.unwritten = (batch, events);
         }
-        written
+        receipt
     }
 
-    fn pending_batch(&mut self, changes: &[AlarmChange], by: Option<&Actor>) -> (AlarmBatch, Vec<Event>) {
-        let (mut batch, mut events) = std::mem::take(&mut self.unwritten);
-        let (later, told) = rows_and_events(changes, by, &self.station, &self.targets);
-        let _lost = batch.append(later, MAX_UNWRITTEN);
-        events.extend(told.into_iter().take(MAX_UNWRITTEN.saturating_sub(events.len())));
+    fn pending(&self, inner: &mut Inner, changes: &[AlarmChange], by: Option<&Actor>) -> (AlarmBatch, Vec<Event>) {
+        let (mut batch, mut events) = std::mem::take(&mut inner.unwritten);
+        let (later, later_events) = rows_and_events(changes, by, &self.station, &inner.targets);
+        let _dropped = batch.append(later, MAX_UNWRITTEN);
+        events.extend(later_events.into_iter().take(MAX_UNWRITTEN.saturating_sub(events.len())));
         (batch, events)
     }
+}
+
+impl Inner {
+    /// Why the overview may be wrong.
+    fn problem(&self, now: Instant) -> Option<String> {
+        let since = self.evaluated_at.map(|at| now.saturating_duration_since(at));
+        let overdue = since.filter(|since| *since > EVALUATION_TIMEOUT);
+        let overdue = overdue.map(|since| format!("the alarms have not been evaluated for {} s", since.as_secs()));
+        let is_full = !self.unwritten.0.is_empty();
+        overdue.or_else(|| is_full.then(|| "the recorder has no room for changes of alarms".to_owned()))
+    }
+}
+
+/// The rows about alarms that were removed from the file while the station was stopped: a history entry for each that was not
+/// normal.
+fn removal_rows(reader: &Reader, removed: Vec<(String, AlarmStatus)>) -> Result<AlarmBatch, DatabaseError> {
+    let mut batch = AlarmBatch::default();
+    for (name, status) in removed {
+        // The last history entry has the remaining columns.
+        let last = reader.alarm_history(Micros(i64::MIN), Micros(i64::MAX), Some(&name), 1)?.pop();
+        let entry = last.map(|last| AlarmHistoryEntry {
+            at: Micros::now(),
+            change: ChangeKind::Removed.word().to_owned(),
+            state: AlarmState::Normal.word().to_owned(),
+            user: None,
+            value: None,
+            text: removed_text(status.state),
+            ..last
+        });
+        batch.history.extend(entry.filter(|_| status.state != AlarmState::Normal));
+        batch.alarms.insert(name, None);
+    }
+    Ok(batch)
 }

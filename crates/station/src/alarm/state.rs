@@ -1,61 +1,61 @@
-//! Where an alarm stands, and what leads from where to where: ISA-18.2 (IEC 62682), clause 5, without latching.
+//! The states of an alarm and their transitions: ISA-18.2 (IEC 62682), clause 5, without latching.
 //!
 //! ```text
-//!              stands                    acknowledged
+//!          condition met                acknowledged
 //!   Normal ───────────► Unacknowledged ───────────────► Acknowledged
 //!     ▲ ▲                  │       ▲                        │
-//!     │ │          cleared │       │ stands                 │ cleared
+//!     │ │          cleared │       │ condition met          │ cleared
 //!     │ │                  ▼       │                        │
 //!     │ └───────────── Returned ───┘                        │
 //!     │   acknowledged                                      │
 //!     └─────────────────────────────────────────────────────┘
 //!
-//!   from each of them: taken out ─► Out of service ─ put back ─► Normal
+//!   from each of them: taken out of service ─► Out of service ─ returned to service ─► Normal
 //! ```
 //!
-//! The standard's shelving is being out of service with an end. What puts an alarm out of service is always a person.
+//! The standard's shelving is out of service with an end. Only a user takes an alarm out of service.
 
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-/// Where an alarm stands.
+/// The state of an alarm.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum AlarmState {
-    /// Its condition does not hold, and nobody needs to know anything.
+    /// The condition is not met.
     #[default]
     Normal,
-    /// Its condition holds, and nobody has said that they know.
+    /// The condition is met, and the alarm is not acknowledged.
     Unacknowledged,
-    /// Its condition holds, and somebody knows.
+    /// The condition is met, and the alarm is acknowledged.
     Acknowledged,
-    /// Its condition held, and nobody has said that they know.
+    /// The condition is no longer met, and the alarm is not acknowledged.
     Returned,
-    /// Somebody has taken it away, with a reason.
+    /// A user took the alarm out of service.
     OutOfService,
 }
 
-/// What happens to an alarm.
+/// An input of the state table.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Input {
-    /// Its condition holds, and has for as long as it is to.
+    /// The condition is met for longer than the delay.
     ConditionMet,
-    /// Its condition does not hold, and has not for as long as it is to.
+    /// The condition is not met for longer than the off-delay.
     ConditionCleared,
-    /// Somebody says that they know.
+    /// A user acknowledges the alarm.
     Acknowledge,
-    /// Somebody takes it out of service.
+    /// A user takes the alarm out of service.
     TakeOutOfService,
-    /// Somebody puts it back into service, or the time is over.
+    /// A user returns the alarm to service, or its time out of service is over.
     ReturnToService,
 }
 
 impl AlarmState {
-    /// All of them.
+    /// All states.
     pub const ALL: [Self; 5] =
         [Self::Normal, Self::Unacknowledged, Self::Acknowledged, Self::Returned, Self::OutOfService];
 
-    /// Where it stands afterwards; nothing if this changes nothing.
+    /// The next state; `None` if the input changes nothing.
     #[must_use]
     pub const fn after(self, input: Input) -> Option<Self> {
         use AlarmState::{Acknowledged, Normal, OutOfService, Returned, Unacknowledged};
@@ -84,19 +84,19 @@ impl AlarmState {
         }
     }
 
-    /// Whether it says that its condition holds.
+    /// Whether the condition is met in this state.
     #[must_use]
     pub const fn is_active(self) -> bool {
         matches!(self, Self::Unacknowledged | Self::Acknowledged)
     }
 
-    /// Whether it waits for somebody to say that they know.
+    /// Whether the alarm waits for an acknowledgement.
     #[must_use]
     pub const fn needs_acknowledgement(self) -> bool {
         matches!(self, Self::Unacknowledged | Self::Returned)
     }
 
-    /// As it stands in the file and in the API.
+    /// The word in the database and in the API.
     #[must_use]
     pub const fn word(self) -> &'static str {
         match self {
@@ -121,9 +121,9 @@ mod tests {
     use super::Input::{Acknowledge, ConditionCleared, ConditionMet, ReturnToService, TakeOutOfService};
     use super::*;
 
-    /// Row by row: the state, then what each input makes of it; the state itself where it changes nothing.
+    /// Row by row: the state, then the next state for each input; the state itself where nothing changes.
     const TABLE: [(AlarmState, [AlarmState; 5]); 5] = [
-        //                 Stands          Cleared       Acknowledge   TakeOut       PutBack
+        //                 ConditionMet    Cleared       Acknowledge   TakeOut       Return
         (Normal, [Unacknowledged, Normal, Normal, OutOfService, Normal]),
         (Unacknowledged, [Unacknowledged, Returned, Acknowledged, OutOfService, Unacknowledged]),
         (Acknowledged, [Acknowledged, Normal, Acknowledged, OutOfService, Acknowledged]),
@@ -132,7 +132,7 @@ mod tests {
     ];
 
     #[test]
-    fn each_input_leads_from_each_state_where_the_table_says() {
+    fn every_transition_is_as_in_the_table() {
         for (state, row) in TABLE {
             for (input, next) in
                 [ConditionMet, ConditionCleared, Acknowledge, TakeOutOfService, ReturnToService].into_iter().zip(row)
@@ -143,15 +143,15 @@ mod tests {
     }
 
     #[test]
-    fn an_alarm_that_stands_becomes_normal_only_through_a_person() {
-        let silent = TABLE.iter().filter(|(state, _)| state.needs_acknowledgement());
-        for (state, [stands, cleared, ..]) in silent {
-            assert!(![stands, cleared].contains(&&Normal), "{state:?}");
+    fn an_unacknowledged_alarm_becomes_normal_only_by_a_user() {
+        let waiting = TABLE.iter().filter(|(state, _)| state.needs_acknowledgement());
+        for (state, [met, cleared, ..]) in waiting {
+            assert!(![met, cleared].contains(&&Normal), "{state:?}");
         }
     }
 
     #[test]
-    fn a_word_means_one_state() {
+    fn each_state_has_a_word_of_its_own() {
         for state in AlarmState::ALL {
             assert_eq!(AlarmState::from_word(state.word()), Some(state));
             assert_eq!(serde_json::to_value(state).unwrap(), state.word());

@@ -1,34 +1,40 @@
-//! The thread that looks at the plant a few times a second, for as long as the station runs.
+//! The thread that evaluates the alarms several times a second.
 
 use super::evaluate::Inputs;
-use crate::services::Services;
+use super::service::AlarmService;
+use crate::recording::RecorderHandle;
+use crate::snapshot::SnapshotStore;
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::thread::JoinHandle;
 use std::time::Duration;
 
-/// How often. free choice: as often as the dashboard is told.
+/// The time between two evaluations. free choice: the period of the dashboard's stream.
 const PERIOD: Duration = Duration::from_millis(250);
 
-/// A thread that looks. It ends when this is dropped.
+/// A running alarm thread. It ends when this is dropped.
 pub struct AlarmThread {
     stop: Option<Sender<()>>,
     thread: Option<JoinHandle<()>>,
 }
 
 impl AlarmThread {
-    /// Begins to look.
+    /// Starts to evaluate.
     ///
     /// # Errors
     /// When the system gives no thread.
-    pub fn start(plant: Arc<Services>) -> std::io::Result<Self> {
+    pub fn start(
+        alarms: Arc<AlarmService>,
+        snapshots: Arc<SnapshotStore>,
+        recorder: Arc<RecorderHandle>,
+    ) -> std::io::Result<Self> {
         let (stop, stopped) = channel();
         let thread = std::thread::Builder::new().name("alarms".to_owned());
-        let thread = thread.spawn(move || run(&plant, &stopped))?;
+        let thread = thread.spawn(move || run(&alarms, &snapshots, &recorder, &stopped))?;
         Ok(Self { stop: Some(stop), thread: Some(thread) })
     }
 
-    /// Whether its thread has ended, which only a defect can bring about.
+    /// Whether the thread has ended, which only a defect can cause.
     #[must_use]
     pub fn has_ended(&self) -> bool {
         self.thread.as_ref().is_none_or(JoinHandle::is_finished)
@@ -44,14 +50,14 @@ impl Drop for AlarmThread {
     }
 }
 
-fn run(plant: &Services, stopped: &Receiver<()>) {
+fn run(alarms: &AlarmService, snapshots: &SnapshotStore, recorder: &RecorderHandle, stopped: &Receiver<()>) {
     while stopped.recv_timeout(PERIOD) == Err(RecvTimeoutError::Timeout) {
-        plant.alarms().evaluate(plant.recorder(), &inputs(plant));
+        alarms.evaluate(&inputs(snapshots, recorder));
     }
 }
 
-/// What the plant shows now.
+/// The present snapshots, and the state of the recorder.
 #[must_use]
-pub fn inputs(plant: &Services) -> Inputs {
-    Inputs { segments: plant.segments(), gauges: plant.gauges(), recorder_error: plant.recorder().health().error }
+pub fn inputs(snapshots: &SnapshotStore, recorder: &RecorderHandle) -> Inputs {
+    Inputs { segments: snapshots.segments(), gauges: snapshots.gauges(), recorder_error: recorder.health().error }
 }

@@ -1,7 +1,7 @@
-//! Alarms as the API and the dashboard have them. Times are milliseconds since 1970.
+//! Alarms as the API and the dashboard show them. Times are milliseconds since 1970.
 
 use super::registry::RegisteredAlarm;
-use super::rule::{Priority, Subject};
+use super::rule::Priority;
 use super::state::AlarmState;
 use crate::view::unix_ms;
 use profivac_recorder::alarms::AlarmHistoryEntry;
@@ -11,91 +11,87 @@ use utoipa::ToSchema;
 /// An alarm.
 #[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
 pub struct AlarmView {
-    /// Its name.
+    /// The name.
     pub name: String,
-    /// What is watched: `above`, `below`, `rise`, `blind`, `fault`, `stale`, `down`, `damage`, `unrecorded`.
+    /// The kind of its condition: `above`, `below`, `rise`, `blind`, `fault`, `stale`, `down`, `damage`, `unrecorded`.
     pub condition: &'static str,
-    /// The gauge.
+    /// The gauge, if the alarm is about one.
     pub gauge: Option<String>,
-    /// The measuring part, by the name under which it is recorded.
+    /// The measuring part, by the name under which it is recorded, if the alarm is about one.
     pub series: Option<String>,
     /// The segment, if the alarm is about one.
     pub segment: Option<String>,
-    /// How soon somebody must do something.
+    /// How soon an operator must respond.
     pub priority: Priority,
-    /// Where it stands.
+    /// The state.
     pub state: AlarmState,
-    /// Since when it stands there; nothing if nothing ever became of it.
+    /// The time of the last change; `null` if there was none.
     pub since_ms: Option<i64>,
-    /// Which time it was raised, to be given when it is acknowledged; 0 if it never was.
+    /// The number of the last occurrence, needed to acknowledge it; 0 if the alarm was never raised.
     pub occurrence: i64,
     /// When it was raised last.
     pub raised_ms: Option<i64>,
     /// The value that raised it.
     pub raised_value: Option<f64>,
-    /// What was seen when it was raised, in a sentence.
+    /// A sentence about why it was raised.
     pub text: String,
-    /// The value now.
+    /// The present value.
     pub value: Option<f64>,
     /// The limit.
     pub limit: Option<f64>,
-    /// Where it is over.
+    /// The value at which the condition ends.
     pub reset: Option<f64>,
-    /// What values and limits are counted in.
+    /// The unit of values and limits.
     pub unit: Option<&'static str>,
-    /// Who acknowledged it.
+    /// The user who acknowledged it.
     pub acknowledged_by: Option<String>,
-    /// When.
+    /// When it was acknowledged.
     pub acknowledged_ms: Option<i64>,
     /// Why it is out of service.
     pub out_of_service: Option<OutOfServiceView>,
-    /// What is to be done, as the file says.
+    /// What to do, as the station's file says.
     pub message: Option<String>,
 }
 
 /// Why an alarm is out of service.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, ToSchema)]
 pub struct OutOfServiceView {
-    /// Who took it out.
+    /// The user who took it out of service.
     pub who: String,
     /// When.
     pub at_ms: i64,
-    /// Why.
+    /// The reason.
     pub reason: String,
-    /// When it comes back by itself; nothing if somebody must put it back.
+    /// When it returns to service by itself; `null` if a user must return it.
     pub until_ms: Option<i64>,
 }
 
 impl From<&RegisteredAlarm> for AlarmView {
-    fn from(entry: &RegisteredAlarm) -> Self {
-        let (rule, life) = (entry.rule(), entry.status());
-        let (series, segment) = match &rule.subject {
-            Subject::Series { series, .. } => (Some(series.clone()), None),
-            Subject::Segment(segment) => (None, Some(segment.clone())),
-            Subject::Gauge(_) | Subject::Station => (None, None),
-        };
-        let acknowledged = life.acknowledged.as_ref().filter(|_| life.state != AlarmState::Unacknowledged);
-        let out = life.out.as_ref();
+    fn from(alarm: &RegisteredAlarm) -> Self {
+        let (rule, status) = (alarm.rule(), alarm.status());
+        let condition = &rule.condition;
+        let acknowledged = status.acknowledged.as_ref().filter(|_| status.state != AlarmState::Unacknowledged);
+        let has_changed = status.occurrence > 0 || status.state != AlarmState::Normal;
         Self {
             name: rule.name.clone(),
-            condition: rule.condition.word(),
-            gauge: rule.subject.gauge().map(str::to_owned),
-            series,
-            segment,
+            condition: condition.word(),
+            gauge: condition.gauge().map(str::to_owned),
+            series: condition.series().map(|series| series.name.clone()),
+            segment: condition.segment().map(str::to_owned),
             priority: rule.priority,
-            state: life.state,
-            since_ms: (life.occurrence > 0 || life.state != AlarmState::Normal).then(|| unix_ms(life.since)),
-            occurrence: life.occurrence,
-            raised_ms: life.raised.map(unix_ms),
-            raised_value: life.value,
-            text: life.text.clone(),
-            value: entry.value(),
-            limit: rule.condition.limit(),
-            reset: rule.condition.reset(),
-            unit: rule.condition.unit(),
+            state: status.state,
+            since_ms: has_changed.then(|| unix_ms(status.since)),
+            occurrence: status.occurrence,
+            raised_ms: status.raised.map(unix_ms),
+            raised_value: status.value,
+            text: status.text.clone(),
+            value: alarm.value(),
+            limit: condition.limit(),
+            reset: condition.reset(),
+            unit: condition.unit(),
             acknowledged_by: acknowledged.map(|by| by.user.clone()),
             acknowledged_ms: acknowledged.map(|by| unix_ms(by.at)),
-            out_of_service: out.map(|out| OutOfServiceView {
+            out_of_service: status.out.as_ref().map(|out| OutOfServiceView {
                 who: out.by.user.clone(),
                 at_ms: unix_ms(out.by.at),
                 reason: out.reason.clone(),
@@ -106,107 +102,107 @@ impl From<&RegisteredAlarm> for AlarmView {
     }
 }
 
-/// How many alarms of a priority there are.
+/// The number of alarms of a priority.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, ToSchema)]
 pub struct AlarmCount {
-    /// Whose condition holds.
+    /// Alarms whose condition is met.
     pub active: usize,
-    /// That nobody has acknowledged, whether their condition holds or not any more.
+    /// Alarms that wait for an acknowledgement, whether their condition is still met or not.
     pub unacknowledged: usize,
 }
 
-/// What must be known about alarms at a moment.
+/// The alarms at one moment.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, ToSchema)]
 pub struct AlarmOverview {
-    /// Why what is told here may be wrong: nobody has looked for long, or it cannot be written.
+    /// Why this overview may be wrong: the alarms were not evaluated for a while, or cannot be stored.
     pub trouble: Option<String>,
-    /// Of high priority.
+    /// Alarms of high priority.
     pub high: AlarmCount,
-    /// Of medium priority.
+    /// Alarms of medium priority.
     pub medium: AlarmCount,
-    /// Of low priority.
+    /// Alarms of low priority.
     pub low: AlarmCount,
-    /// How many are out of service.
+    /// The number of alarms out of service.
     pub out_of_service: usize,
-    /// All that are neither normal nor out of service, the most urgent first; of very many only the first.
+    /// Alarms that are neither normal nor out of service, the most urgent first, up to 50.
     pub list: Vec<AlarmView>,
-    /// How many there are beyond the list.
+    /// The number of such alarms beyond the list.
     pub more: usize,
 }
 
-/// So many stand in the list of a moment, which is sent four times a second.
+/// The most alarms in an overview, which is sent four times a second.
 const MAX_LISTED: usize = 50;
 
 impl AlarmOverview {
-    /// What must be known about these.
+    /// The overview of these alarms.
     #[must_use]
-    pub fn of(entries: &[RegisteredAlarm], trouble: Option<String>) -> Self {
-        let mut standing = Self { trouble, ..Self::default() };
+    pub fn of(alarms: &[RegisteredAlarm], problem: Option<String>) -> Self {
+        let mut overview = Self { trouble: problem, ..Self::default() };
         let mut list = Vec::new();
-        for entry in entries {
-            let state = entry.status().state;
-            let count = match entry.rule().priority {
-                Priority::High => &mut standing.high,
-                Priority::Medium => &mut standing.medium,
-                Priority::Low => &mut standing.low,
+        for alarm in alarms {
+            let state = alarm.status().state;
+            let count = match alarm.rule().priority {
+                Priority::High => &mut overview.high,
+                Priority::Medium => &mut overview.medium,
+                Priority::Low => &mut overview.low,
             };
             count.active = count.active.saturating_add(usize::from(state.is_active()));
             count.unacknowledged = count.unacknowledged.saturating_add(usize::from(state.needs_acknowledgement()));
             match state {
                 AlarmState::Normal => {}
-                AlarmState::OutOfService => standing.out_of_service = standing.out_of_service.saturating_add(1),
+                AlarmState::OutOfService => overview.out_of_service = overview.out_of_service.saturating_add(1),
                 AlarmState::Unacknowledged | AlarmState::Acknowledged | AlarmState::Returned => {
-                    list.push(AlarmView::from(entry))
+                    list.push(AlarmView::from(alarm));
                 }
             }
         }
-        list.sort_by(urgency);
-        standing.more = list.len().saturating_sub(MAX_LISTED);
+        list.sort_by(by_urgency);
+        overview.more = list.len().saturating_sub(MAX_LISTED);
         list.truncate(MAX_LISTED);
-        Self { list, ..standing }
+        Self { list, ..overview }
     }
 }
 
-/// What holds comes first; among these the highest priority, then what nobody knows of, then the latest.
-fn urgency(one: &AlarmView, other: &AlarmView) -> std::cmp::Ordering {
+/// Active alarms come first; among these the highest priority, then unacknowledged ones, then the latest.
+fn by_urgency(one: &AlarmView, other: &AlarmView) -> std::cmp::Ordering {
     let rank = |alarm: &AlarmView| {
         (alarm.state.is_active(), alarm.priority, alarm.state.needs_acknowledgement(), alarm.since_ms)
     };
     rank(other).cmp(&rank(one))
 }
 
-/// A line of the history.
+/// A row of the alarm history.
 #[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
 pub struct AlarmHistoryView {
-    /// When.
+    /// When it happened.
     pub at_ms: i64,
     /// The alarm.
     pub alarm: String,
-    /// What happened: `raised`, `returned`, `acknowledged`, `taken-out-of-service`, `returned-to-service`, `removed`.
+    /// The change: `raised`, `returned`, `acknowledged`, `taken-out-of-service`, `returned-to-service`, `removed`.
     pub what: String,
-    /// Where it stood then.
+    /// The state after the change.
     pub state: String,
-    /// The priority it had.
+    /// The priority at that time.
     pub priority: String,
-    /// The gauge or segment.
+    /// The series, gauge or segment.
     pub subject: Option<String>,
-    /// Which time it was raised.
+    /// The number of the occurrence.
     pub occurrence: i64,
-    /// Who did it; nothing if it came by itself.
+    /// The user who made the change; `null` if the station did.
     pub who: Option<String>,
     /// The value at that time.
     pub value: Option<f64>,
-    /// What it is counted in.
+    /// The unit of the value.
     pub unit: Option<String>,
     /// A sentence.
     pub text: String,
 }
 
 impl From<AlarmHistoryEntry> for AlarmHistoryView {
-    fn from(line: AlarmHistoryEntry) -> Self {
-        let AlarmHistoryEntry { at, alarm, change: what, state, priority, subject, occurrence, who, value, unit, text } =
-            line;
+    fn from(entry: AlarmHistoryEntry) -> Self {
+        let AlarmHistoryEntry { at, alarm, change, state, priority, subject, occurrence, user, value, unit, text } =
+            entry;
         let at_ms = unix_ms(at);
-        Self { at_ms, alarm, what, state, priority, subject, occurrence, who, value, unit, text }
+        Self { at_ms, alarm, what: change, state, priority, subject, occurrence, who: user, value, unit, text }
     }
 }

@@ -6,8 +6,8 @@ use super::problem::{Problem, task_failed};
 use super::query::{checked_range, parsed_query, time_range};
 use crate::alarm::view::{AlarmHistoryView, AlarmView};
 use crate::alarm::{AlarmError, AlarmServiceError};
+use crate::auth::Actor;
 use crate::auth::Role;
-use crate::control::Actor;
 use crate::services::Services;
 use crate::webhook::WebhookView;
 use axum::Json;
@@ -162,7 +162,7 @@ pub async fn acknowledge(
     Body(Acknowledge { occurrence }): Body<Acknowledge>,
 ) -> Result<Json<AlarmView>, Problem> {
     actor.user.require(Role::Operator, "acknowledging an alarm")?;
-    run_blocking(move || services.alarms().acknowledge(services.recorder(), &name, occurrence, &actor)).await
+    run_blocking(move || services.alarms().acknowledge(&name, occurrence, &actor)).await
 }
 
 /// Acknowledge several alarms
@@ -191,7 +191,7 @@ pub async fn acknowledge_all(
     let task = tokio::task::spawn_blocking(move || {
         let mut result = AcknowledgeAllResult { acknowledged: Vec::new(), refused: Vec::new() };
         let seen = alarms.into_iter().map(|AcknowledgeOne { name, occurrence }| (name, occurrence)).collect();
-        for (name, done) in services.alarms().acknowledge_all(services.recorder(), seen, &actor) {
+        for (name, done) in services.alarms().acknowledge_all(seen, &actor) {
             match done {
                 Ok(()) => result.acknowledged.push(name),
                 Err(error) => result.refused.push(RefusedAlarm { name, problem: error.to_string() }),
@@ -232,7 +232,7 @@ pub async fn out_of_service(
     }
     let minutes = request.minutes.map(|minutes| checked_range("minutes", minutes, MAX_MINUTES)).transpose()?;
     let time = minutes.map(|minutes| Duration::from_secs(u64::from(minutes).saturating_mul(60)));
-    run_blocking(move || services.alarms().take_out_of_service(services.recorder(), &name, &actor, &reason, time)).await
+    run_blocking(move || services.alarms().take_out_of_service(&name, &actor, &reason, time)).await
 }
 
 /// Return an alarm to service
@@ -256,7 +256,7 @@ pub async fn return_to_service(
     Path(name): Path<String>,
 ) -> Result<Json<AlarmView>, Problem> {
     actor.user.require(Role::Engineer, "returning an alarm to service")?;
-    run_blocking(move || services.alarms().return_to_service(services.recorder(), &name, &actor)).await
+    run_blocking(move || services.alarms().return_to_service(&name, &actor)).await
 }
 
 /// The webhooks with the status of their deliveries

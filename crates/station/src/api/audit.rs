@@ -47,7 +47,7 @@ impl AuditParameters {
             return Err(Problem::bad_request("expected from to lie before to"));
         }
         let filled = |text: Option<String>| text.filter(|text| !text.is_empty());
-        Ok(AuditQuery { from, to, gauge: filled(self.gauge), who: filled(self.user), limit })
+        Ok(AuditQuery { from, to, gauge: filled(self.gauge), user: filled(self.user), limit })
     }
 }
 
@@ -131,7 +131,7 @@ impl From<AuditRow> for AuditView {
             at_ms: unix_ms(entry.at),
             action: entry.action.into(),
             refers_to: entry.refers_to,
-            user: entry.who,
+            user: entry.user,
             role: entry.role,
             peer: entry.peer,
             gauge: entry.gauge,
@@ -201,7 +201,7 @@ fn csv_line(row: &AuditRow) -> String {
         iso(entry.at),
         entry.action.word().to_owned(),
         number(entry.refers_to),
-        quoted(&entry.who),
+        quoted(&entry.user),
         entry.role.clone(),
         text(&entry.peer),
         text(&entry.gauge),

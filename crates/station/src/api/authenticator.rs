@@ -7,7 +7,7 @@ use crate::auth::rate_limit::{RateLimiters, RateLimits};
 use crate::auth::secret::Secret;
 use crate::auth::sessions::{AuthenticatedUser, Sessions};
 use crate::auth::users::{Account, Users, UsersError};
-use crate::control::{self, ReleaseReason};
+use crate::control::ReleaseReason;
 use crate::services::Services;
 use governor::clock::DefaultClock;
 use profivac_recorder::EventKind;
@@ -216,14 +216,14 @@ impl Authenticator {
 
     /// A user without a session, or with another role than before, loses control authority and armed commands.
     fn release_control_if_gone(&self, directory: &UserDirectory) {
-        let Some(holder) = control::holder(&self.services) else { return };
+        let Some(holder) = self.services.control().holder() else { return };
         let users = directory.users();
         let reason = match users.get(&holder.name) {
             Some(account) if account.role != holder.role => ReleaseReason::RoleChanged,
             Some(_) if directory.sessions().has_session(&holder.name, &users, Instant::now()) => return,
             _ => ReleaseReason::SessionEnded,
         };
-        control::release_user(&self.services, &holder.name, reason);
+        self.services.control().release_user(&holder.name, reason);
     }
 
     fn read_users_if_changed(&self, directory: &UserDirectory) {
@@ -255,7 +255,7 @@ impl Authenticator {
     }
 
     fn record_event(&self, sentence: &str) {
-        self.services.record_event(None, EventKind::Access, sentence);
+        self.services.recorder().event_now(None, EventKind::Access, sentence);
     }
 
     fn check_login_rate(&self, peer: IpAddr, name: &str) -> Result<(), AuthError> {

@@ -2,13 +2,13 @@
 
 use super::body::Body;
 use super::problem::{PROBLEM_JSON, Problem, task_failed};
-use crate::auth::Role;
-use crate::control::armed_commands::ArmedCommand;
+use crate::auth::{Actor, Role};
+use crate::control::armed_commands::{ArmedCommand, ArmedCommandError};
 use crate::control::operation::OperationRequest;
-use crate::control::permissions::{self, Risk};
-use crate::control::{self, Actor, AuthorityAction, ControlError, Executed};
+use crate::control::permissions;
+use crate::control::{AuthorityAction, ControlError, Executed, OperationError};
 use crate::services::Services;
-use crate::view::{ControlAuthorityView, duration_ms};
+use crate::view::{ControlAuthorityView, Risk, duration_ms};
 use axum::Json;
 use axum::extract::{Path, State};
 use axum::http::StatusCode;
@@ -129,10 +129,15 @@ pub struct ExecutedView {
 }
 
 impl From<Executed> for ExecutedView {
-    fn from(Executed { order, done }: Executed) -> Self {
-        let octets = order.preview.octets_as_hex();
-        let target = order.operation.target();
-        Self { id: order.id, gauge: order.gauge, target, octets, before: done.before, after: done.after }
+    fn from(Executed { command, readback }: Executed) -> Self {
+        Self {
+            octets: command.preview.octets_as_hex(),
+            target: command.operation.target(),
+            id: command.id,
+            gauge: command.gauge,
+            before: readback.before,
+            after: readback.after,
+        }
     }
 }
 
@@ -150,17 +155,25 @@ impl IntoResponse for ControlError {
     fn into_response(self) -> Response {
         let detail = self.to_string();
         match self {
-            Self::Unknown(_) => Problem::not_found(detail).into_response(),
-            Self::Bad(_) => Problem::bad_request(detail).into_response(),
-            Self::Forbidden(_) => Problem::forbidden(detail).into_response(),
-            Self::Disk(_) => Problem::unavailable(detail).into_response(),
-            Self::Conflict(_, conditions) => {
-                let problem = Problem::conflict(detail);
-                let body = Json(ConflictView { problem, conditions: ConditionView::of(&conditions) });
-                (StatusCode::CONFLICT, [(CONTENT_TYPE, PROBLEM_JSON)], body).into_response()
+            Self::UnknownGauge(_) | Self::Command(ArmedCommandError::Unknown(_)) => {
+                Problem::not_found(detail).into_response()
             }
+            Self::Device(_) | Self::Request(_) | Self::Operation(OperationError::InvalidValue(_)) => {
+                Problem::bad_request(detail).into_response()
+            }
+            Self::Forbidden(_) | Self::Command(ArmedCommandError::OtherUser(_)) => {
+                Problem::forbidden(detail).into_response()
+            }
+            Self::Audit(_) => Problem::unavailable(detail).into_response(),
+            Self::Operation(OperationError::ConditionsNotMet(conditions)) => conflict(detail, &conditions),
+            Self::Blocked { .. } | Self::Authority(_) | Self::Command(_) | Self::Operation(_) => conflict(detail, &[]),
         }
     }
+}
+
+fn conflict(detail: String, conditions: &[Condition]) -> Response {
+    let body = ConflictView { problem: Problem::conflict(detail), conditions: ConditionView::of(conditions) };
+    (StatusCode::CONFLICT, [(CONTENT_TYPE, PROBLEM_JSON)], Json(body)).into_response()
 }
 
 /// Runs `work` on a blocking thread. It continues when the client disconnects.
@@ -191,7 +204,7 @@ pub async fn commands(
     Path(name): Path<String>,
 ) -> Result<Json<Vec<Command>>, Problem> {
     let unknown = || Problem::not_found(format!("there is no gauge {name:?}"));
-    let gauge = services.gauge(&name).ok_or_else(unknown)?;
+    let gauge = services.snapshots().gauge(&name).ok_or_else(unknown)?;
     let names = entry(&gauge.device).ok().and_then(|entry| ParameterNames::of_catalog(entry.model));
     let Some(names) = names else { return Ok(Json(Vec::new())) };
     let command = |(named, code): (&profivac_client::names::NamedParameter, _)| {
@@ -232,7 +245,7 @@ pub async fn arm(
     actor: Actor,
     Body(request): Body<OperationRequest>,
 ) -> Result<Json<ArmedCommandView>, Response> {
-    let armed = run_blocking(move || control::arm(&services, &actor, &name, &request)).await?;
+    let armed = run_blocking(move || services.control().arm(&actor, &name, &request)).await?;
     Ok(Json(armed.into()))
 }
 
@@ -257,7 +270,7 @@ pub async fn execute(
     Path(id): Path<String>,
     actor: Actor,
 ) -> Result<Json<ExecutedView>, Response> {
-    let executed = run_blocking(move || control::execute(&services, &actor, &id)).await?;
+    let executed = run_blocking(move || services.control().execute(&actor, &id)).await?;
     Ok(Json(executed.into()))
 }
 
@@ -278,14 +291,14 @@ pub async fn disarm(
     Path(id): Path<String>,
     actor: Actor,
 ) -> Result<StatusCode, Response> {
-    run_blocking(move || control::disarm(&services, &actor, &id)).await?;
+    run_blocking(move || services.control().disarm(&actor, &id)).await?;
     Ok(StatusCode::NO_CONTENT)
 }
 
 /// The user with control authority
 #[utoipa::path(get, path = "/api/control-authority", responses((status = 200, body = ControlAuthorityView)))]
 pub async fn authority(State(services): State<Arc<Services>>) -> Json<ControlAuthorityView> {
-    Json(control::authority(&services, Instant::now()))
+    Json(services.control().authority(Instant::now()))
 }
 
 async fn change_authority(
@@ -294,8 +307,8 @@ async fn change_authority(
     action: AuthorityAction,
 ) -> Result<Json<ControlAuthorityView>, Response> {
     let changed = run_blocking(move || {
-        control::change_authority(&services, &actor, action, Instant::now())?;
-        Ok(control::authority(&services, Instant::now()))
+        services.control().change_authority(&actor, action, Instant::now())?;
+        Ok(services.control().authority(Instant::now()))
     });
     Ok(Json(changed.await?))
 }

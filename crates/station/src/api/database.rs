@@ -38,7 +38,7 @@ impl DatabaseReaders {
         query: impl FnOnce(Reader) -> Result<T, Problem> + Send + 'static,
     ) -> Result<T, Problem> {
         let services = Arc::clone(&self.services);
-        self.run_in_slot(move || query(services.open_reader()?)).await?
+        self.run_in_slot(move || query(services.recorder().open_reader()?)).await?
     }
 
     /// An export as the body of an answer. Each chunk is read when the client has taken the one before; between two chunks the

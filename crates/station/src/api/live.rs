@@ -2,7 +2,6 @@
 
 use super::middleware::RequestContext;
 use crate::alarm::view::AlarmOverview;
-use crate::control;
 use crate::services::Services;
 use crate::view::{ControlAuthorityView, Gauge, ReadProgress, Segment, Station};
 use axum::extract::State;
@@ -66,10 +65,10 @@ impl SnapshotSource {
         let Self { services, .. } = self;
         let snapshot = Snapshot {
             station: services.station(),
-            segments: services.segments(),
-            gauges: services.gauges(),
-            control_authority: control::authority(services, Instant::now()),
-            read_progress: services.read_progress(),
+            segments: services.snapshots().segments(),
+            gauges: services.snapshots().gauges(),
+            control_authority: services.control().authority(Instant::now()),
+            read_progress: services.snapshots().read_progress(),
             alarms: services.alarms().overview(),
         };
         // Numbers, texts and lists always have a JSON form.

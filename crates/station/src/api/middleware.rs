@@ -11,10 +11,10 @@
 use super::authenticator::{AuthError, Authenticator};
 use super::headers::{self, Hosts};
 use super::problem::Problem;
+use crate::auth::Actor;
 use crate::auth::User;
 use crate::auth::secret::Secret;
 use crate::auth::sessions::AuthenticatedUser;
-use crate::control::Actor;
 use crate::host_name::is_loopback;
 use axum::body::{Body, to_bytes};
 use axum::extract::{FromRequestParts, Request, State};

@@ -1,7 +1,9 @@
 //! The present state of the station, its segments and its gauges.
 
 use super::problem::{Problem, task_failed};
-use crate::services::{SegmentRequestError, Services};
+use crate::control::SegmentRequestError;
+use crate::control::error::Unavailable;
+use crate::services::Services;
 use crate::view::{Block, Gauge, Segment, Station};
 use axum::Json;
 use axum::extract::{Path, State};
@@ -16,13 +18,13 @@ pub async fn station(State(services): State<Arc<Services>>) -> Json<Station> {
 /// The segments with the stations on them
 #[utoipa::path(get, path = "/api/segments", responses((status = 200, body = [Segment])))]
 pub async fn segments(State(services): State<Arc<Services>>) -> Json<Vec<Segment>> {
-    Json(services.segments())
+    Json(services.snapshots().segments())
 }
 
 /// All gauges with their readings
 #[utoipa::path(get, path = "/api/gauges", responses((status = 200, body = [Gauge])))]
 pub async fn gauges(State(services): State<Arc<Services>>) -> Json<Vec<Gauge>> {
-    Json(services.gauges())
+    Json(services.snapshots().gauges())
 }
 
 /// One gauge with its readings
@@ -36,7 +38,7 @@ pub async fn gauges(State(services): State<Arc<Services>>) -> Json<Vec<Gauge>> {
     )
 )]
 pub async fn gauge(State(services): State<Arc<Services>>, Path(name): Path<String>) -> Result<Json<Gauge>, Problem> {
-    services.gauge(&name).map(Json).ok_or_else(|| Problem::not_found(format!("there is no gauge {name:?}")))
+    services.snapshots().gauge(&name).map(Json).ok_or_else(|| Problem::not_found(format!("there is no gauge {name:?}")))
 }
 
 /// The blocks and parameters of a gauge
@@ -57,7 +59,7 @@ pub async fn blocks(
     State(services): State<Arc<Services>>,
     Path(name): Path<String>,
 ) -> Result<Json<Vec<Block>>, Problem> {
-    match tokio::task::spawn_blocking(move || services.blocks(&name)).await {
+    match tokio::task::spawn_blocking(move || services.control().requests().blocks(&name)).await {
         Ok(Ok(blocks)) => Ok(Json(blocks)),
         Ok(Err(error)) => Err(error.into()),
         Err(error) => Err(task_failed(&error)),
@@ -67,9 +69,11 @@ pub async fn blocks(
 impl From<SegmentRequestError> for Problem {
     fn from(error: SegmentRequestError) -> Self {
         match error {
-            SegmentRequestError::Unknown(_) => Self::not_found(error.to_string()),
+            SegmentRequestError::UnknownGauge(_) | SegmentRequestError::Unavailable(Unavailable::UnknownGauge(_)) => {
+                Self::not_found(error.to_string())
+            }
             // A gauge that is switched off is no fault of the station.
-            SegmentRequestError::Refused(_) => Self::conflict(error.to_string()),
+            SegmentRequestError::Unavailable(_) | SegmentRequestError::Stopped => Self::conflict(error.to_string()),
             SegmentRequestError::Busy | SegmentRequestError::Timeout => Self::unavailable(error.to_string()),
         }
     }

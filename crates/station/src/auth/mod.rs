@@ -9,6 +9,7 @@
 //! | Module | Holds |
 //! |---|---|
 //! | [`access`] | whether users log in |
+//! | [`actor`] | the user of a request with the network address |
 //! | [`file_permissions`] | files that only their owner may read |
 //! | [`password`] | rules for passwords, and their hashes |
 //! | [`rate_limit`] | limits on requests and logins |
@@ -19,6 +20,7 @@
 //! The API combines these parts in `api::authenticator`.
 
 pub mod access;
+pub mod actor;
 pub mod file_permissions;
 pub mod password;
 pub mod rate_limit;
@@ -27,6 +29,7 @@ pub mod sessions;
 pub mod users;
 
 pub use access::Access;
+pub use actor::Actor;
 
 use serde::{Deserialize, Serialize};
 use std::fmt;

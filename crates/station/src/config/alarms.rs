@@ -17,7 +17,7 @@ use super::error::{ConfigProblem, Located, NamedItem};
 use super::names::unique;
 use super::segments::{SegmentToml, gauge_names};
 use super::values::{delay, priority};
-use crate::alarm::{Condition, Priority, Rule, Subject};
+use crate::alarm::{Condition, Priority, Rule, Series};
 use crate::suggestion::closest;
 use profivac_client::pressure::Pressure;
 use profivac_host::text_file::Parsed;
@@ -81,8 +81,7 @@ fn rule(alarm: &AlarmToml, segments: &[SegmentToml]) -> Result<Rule, Located> {
     let (delay, off_delay) = (delay(alarm.delay.as_ref(), DELAY)?, delay(alarm.off_delay.as_ref(), OFF_DELAY)?);
     Ok(Rule {
         name: alarm.name.get_ref().clone(),
-        subject: subject(&alarm.gauge, segments)?,
-        condition: condition(alarm)?,
+        condition: condition(alarm, series(&alarm.gauge, segments)?)?,
         priority: priority(alarm.priority.as_ref(), Priority::Medium)?,
         delay,
         off_delay,
@@ -91,7 +90,7 @@ fn rule(alarm: &AlarmToml, segments: &[SegmentToml]) -> Result<Rule, Located> {
 }
 
 /// The gauge of this name, or the gauge and the channel that `gauge.N` names.
-fn subject(name: &Spanned<String>, segments: &[SegmentToml]) -> Result<Subject, Located> {
+fn series(name: &Spanned<String>, segments: &[SegmentToml]) -> Result<Series, Located> {
     let series = name.get_ref();
     let channel = series.rsplit_once('.').filter(|(_, channel)| channel.parse::<u8>().is_ok());
     let found = |wanted: &str| gauge_names(segments).find(|known| *known == wanted);
@@ -101,10 +100,10 @@ fn subject(name: &Spanned<String>, segments: &[SegmentToml]) -> Result<Subject, 
         let suggestion = suggestion.map(str::to_owned);
         Located::new(name.span(), ConfigProblem::UnknownGauge { name: series.clone(), suggestion })
     };
-    Ok(Subject::Series { gauge: gauge.ok_or_else(unknown)?.to_owned(), series: series.clone() })
+    Ok(Series { gauge: gauge.ok_or_else(unknown)?.to_owned(), name: series.clone() })
 }
 
-fn condition(alarm: &AlarmToml) -> Result<Condition, Located> {
+fn condition(alarm: &AlarmToml, series: Series) -> Result<Condition, Located> {
     let AlarmToml { above, below, rise, reset, hysteresis, window, .. } = alarm;
     if let Some(window) = window.as_ref().filter(|_| rise.is_none()) {
         return Err(Located::new(window.span(), ConfigProblem::WindowWithoutRise));
@@ -112,13 +111,13 @@ fn condition(alarm: &AlarmToml) -> Result<Condition, Located> {
     match (above, below, rise) {
         (Some(limit), None, None) => {
             let reset = limit_reset(limit, reset.as_ref(), hysteresis.as_ref(), -1.0)?;
-            Ok(Condition::Above { limit: limit.get_ref().0.pa(), reset })
+            Ok(Condition::Above { series, limit: limit.get_ref().0.pa(), reset })
         }
         (None, Some(limit), None) => {
             let reset = limit_reset(limit, reset.as_ref(), hysteresis.as_ref(), 1.0)?;
-            Ok(Condition::Below { limit: limit.get_ref().0.pa(), reset })
+            Ok(Condition::Below { series, limit: limit.get_ref().0.pa(), reset })
         }
-        (None, None, Some(limit)) => rising(limit, reset.as_ref(), hysteresis.as_ref(), window.as_ref()),
+        (None, None, Some(limit)) => rising(series, limit, reset.as_ref(), hysteresis.as_ref(), window.as_ref()),
         _ => Err(Located::new(alarm.name.span(), ConfigProblem::OneCondition(alarm.name.get_ref().clone()))),
     }
 }
@@ -155,6 +154,7 @@ fn limit_reset(
 }
 
 fn rising(
+    series: Series,
     limit: &Spanned<f64>,
     reset: Option<&Spanned<Parsed<Pressure>>>,
     hysteresis: Option<&Spanned<f64>>,
@@ -174,7 +174,7 @@ fn rising(
         Some(given) => given.get_ref().0.into(),
         None => WINDOW,
     };
-    Ok(Condition::Rise { limit: rate, reset: rate - hysteresis, window })
+    Ok(Condition::Rise { series, limit: rate, reset: rate - hysteresis, window })
 }
 
 fn number(given: &Spanned<f64>, quantity: &'static str, range: &'static str) -> Result<f64, Located> {

@@ -10,7 +10,7 @@
 use super::error::{ConfigProblem, Located};
 use super::segments::{SegmentToml, gauge_names};
 use super::values::{delay, priority_or_off};
-use crate::alarm::{Condition, Priority, Rule, Subject};
+use crate::alarm::{Condition, Priority, Rule, Series};
 use crate::suggestion::closest;
 use profivac_host::text_file::Parsed;
 use serde::Deserialize;
@@ -78,28 +78,26 @@ pub fn default_alarms(
     let mut all = Vec::new();
     for segment in segments {
         let name = segment.name.get_ref();
-        let subject = || Subject::Segment(name.clone());
-        let down = alarms.segment.rule(name, format!("segment {name}: down"), subject(), Condition::SegmentDown);
+        let condition = Condition::SegmentDown { segment: name.clone() };
+        let down = alarms.segment.rule(name, format!("segment {name}: down"), condition);
         // While the alarm of the segment is raised, its gauges raise none.
         let behind_segment = down.as_ref().map(|_| name.clone());
         all.extend(down);
-        let condition = Condition::DamagedTelegrams { limit: alarms.max_damaged };
-        all.extend(alarms.damage.rule(name, format!("segment {name}: damage"), subject(), condition));
+        let condition = Condition::DamagedTelegrams { segment: name.clone(), limit: alarms.max_damaged };
+        all.extend(alarms.damage.rule(name, format!("segment {name}: damage"), condition));
         for name in segment.gauge.iter().map(|gauge| gauge.name.get_ref()) {
-            let subject = || Subject::Gauge(name.clone());
-            all.extend(alarms.fault.rule(name, format!("{name}: fault"), subject(), Condition::Fault));
-            let condition = Condition::Stale { behind_segment: behind_segment.clone() };
-            all.extend(alarms.stale.rule(name, format!("{name}: no data"), subject(), condition));
+            let condition = Condition::Fault { gauge: name.clone() };
+            all.extend(alarms.fault.rule(name, format!("{name}: fault"), condition));
+            let condition = Condition::Stale { gauge: name.clone(), behind_segment: behind_segment.clone() };
+            all.extend(alarms.stale.rule(name, format!("{name}: no data"), condition));
         }
     }
     // The names of these alarms keep their former words: the database finds stored alarm states by name.
-    for (subject, limits) in limits_by_series(rules) {
-        let Subject::Series { gauge, series } = &subject else { continue };
-        let condition = Condition::NotMeasurable { limits };
-        all.extend(alarms.not_measurable.rule(gauge, format!("{series}: blind"), subject.clone(), condition));
+    for (series, limits) in limits_by_series(rules) {
+        let (gauge, name) = (series.gauge.clone(), format!("{}: blind", series.name));
+        all.extend(alarms.not_measurable.rule(&gauge, name, Condition::NotMeasurable { series, limits }));
     }
-    let database = ("record: not written".to_owned(), Subject::Station, Condition::NotRecording);
-    all.extend(alarms.database.rule("", database.0, database.1, database.2));
+    all.extend(alarms.database.rule("", "record: not written".to_owned(), Condition::NotRecording));
     Ok(all)
 }
 
@@ -192,20 +190,20 @@ impl<'a> Template<'a> {
     }
 
     /// The rule for the gauge or segment `about`; `None` if the alarm is off or excepts it.
-    fn rule(&self, about: &str, name: String, subject: Subject, condition: Condition) -> Option<Rule> {
+    fn rule(&self, about: &str, name: String, condition: Condition) -> Option<Rule> {
         let priority = self.priority.filter(|_| !self.except.contains(about))?;
         let Self { delay, off_delay, .. } = *self;
-        Some(Rule { name, subject, condition, priority, delay, off_delay, message: None })
+        Some(Rule { name, condition, priority, delay, off_delay, message: None })
     }
 }
 
 /// The pressure limits in Pa of every series that an alarm watches. A series that only a rise watches has an empty list: its
 /// gauge must be able to measure too.
-fn limits_by_series(rules: &[Rule]) -> Vec<(Subject, Vec<f64>)> {
-    let mut all: BTreeMap<&str, (Subject, Vec<f64>)> = BTreeMap::new();
+fn limits_by_series(rules: &[Rule]) -> Vec<(Series, Vec<f64>)> {
+    let mut all: BTreeMap<&str, (Series, Vec<f64>)> = BTreeMap::new();
     for rule in rules {
-        let Subject::Series { series, .. } = &rule.subject else { continue };
-        let (_, limits) = all.entry(series).or_insert_with(|| (rule.subject.clone(), Vec::new()));
+        let Some(series) = rule.condition.series() else { continue };
+        let (_, limits) = all.entry(&series.name).or_insert_with(|| (series.clone(), Vec::new()));
         if rule.condition.unit() == Some("Pa") {
             limits.extend(rule.condition.limit());
         }

@@ -1,133 +1,159 @@
-//! What is armed: the first of two steps, kept until somebody fires it, thinks better of it, or its time is over.
+//! The commands that are armed: each waits until its user executes or disarms it, or until it expires.
 //!
-//! A state machine without a clock: whoever calls says what time it is.
+//! A state machine without a clock: the caller passes the time.
 
 use super::operation::{Operation, OperationPreview};
 use crate::auth::User;
+use crate::snapshot::Connection;
 use std::collections::VecDeque;
+use std::fmt;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-/// How long something stays armed. free choice: long enough to read it, too short to forget it.
+/// How long a command stays armed. free choice: long enough to read the preview, too short to forget the command.
 pub const ARMED_FOR: Duration = Duration::from_secs(30);
 
-/// So many orders are armed at once. There is one writer: whoever arms more has lost count.
+/// The most commands that are armed at once. One user has control, and executes one command at a time.
 const MAX_ARMED: usize = 16;
 
-/// So many that have ended are remembered, to say what became of them.
+/// The number of ended commands that are remembered, to say how they ended.
 const REMEMBERED: usize = 64;
 
-/// Something that is armed.
+/// An armed command.
 #[derive(Clone, Debug)]
 pub struct ArmedCommand {
-    /// What it is called.
+    /// Its id.
     pub id: String,
-    /// Who armed it.
+    /// The user who armed it.
     pub user: Arc<str>,
-    /// The gauge.
+    /// The name of the gauge.
     pub gauge: String,
-    /// Its segment, and the port of that.
-    pub line: (String, String),
-    /// What was chosen.
+    /// Where the gauge was connected when the command was armed.
+    pub connection: Connection,
+    /// What it does.
     pub operation: Operation,
-    /// What the gauge said when it was armed.
+    /// The answer of the gauge when the command was armed.
     pub preview: OperationPreview,
-    /// Until when.
+    /// When it expires.
     pub expires_at: Instant,
 }
 
-/// Why an order is not carried out.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum ArmedCommandError {
-    /// There never was one, or long ago.
-    #[error("there is no order {0:?}")]
-    Unknown(String),
-    /// Somebody else's.
-    #[error("the order is {0}'s: only who armed it may fire it")]
-    Others(String),
-    /// It is no more.
-    #[error("the order {0}: arm it again")]
-    Ended(&'static str),
-    /// Too many.
-    #[error("{MAX_ARMED} orders are armed already: fire or disarm them first")]
-    Many,
+/// How a command ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Ended {
+    /// It was not executed in time.
+    Expired,
+    /// It was executed.
+    Executed,
+    /// Its user disarmed it.
+    Disarmed,
+    /// Another user got control.
+    ControlChanged,
 }
 
-/// Everything that is armed.
+impl fmt::Display for Ended {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Expired => "has expired",
+            Self::Executed => "was already executed",
+            Self::Disarmed => "was disarmed",
+            Self::ControlChanged => "was disarmed when control changed hands",
+        })
+    }
+}
+
+/// Why a command is not armed.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum ArmedCommandError {
+    /// No command has this id, or it ended long ago.
+    #[error("there is no armed command {0:?}")]
+    Unknown(String),
+    /// Another user armed it.
+    #[error("{0} armed this command: only {0} may execute it")]
+    OtherUser(String),
+    /// It has ended.
+    #[error("the command {0}: arm it again")]
+    Ended(Ended),
+    /// Too many commands are armed.
+    #[error("{MAX_ARMED} commands are armed already: execute or disarm them first")]
+    TooMany,
+}
+
+/// All armed commands.
 #[derive(Debug, Default)]
 pub struct ArmedCommands {
     armed: Vec<ArmedCommand>,
-    ended: VecDeque<(String, &'static str)>,
+    ended: VecDeque<(String, Ended)>,
 }
 
 impl ArmedCommands {
-    /// Time has passed: what was armed too long is no more.
+    /// Ends the commands that have expired at `now`.
     pub fn expire(&mut self, now: Instant) {
-        self.end("has expired", |order| order.expires_at <= now);
+        self.end(Ended::Expired, |command| command.expires_at <= now);
     }
 
-    /// Nothing survives a change of the mastership.
+    /// Ends all commands, because control changed hands.
     pub fn clear(&mut self) {
-        self.end("was disarmed when the mastership changed hands", |_| true);
+        self.end(Ended::ControlChanged, |_| true);
     }
 
-    /// Arms something.
+    /// Arms a command.
     ///
     /// # Errors
-    /// [`NotArmed::Many`].
-    pub fn arm(&mut self, order: ArmedCommand) -> Result<(), ArmedCommandError> {
+    /// [`ArmedCommandError::TooMany`].
+    pub fn arm(&mut self, command: ArmedCommand) -> Result<(), ArmedCommandError> {
         if self.armed.len() >= MAX_ARMED {
-            return Err(ArmedCommandError::Many);
+            return Err(ArmedCommandError::TooMany);
         }
-        self.armed.push(order);
+        self.armed.push(command);
         Ok(())
     }
 
-    /// An order of this person that is armed.
+    /// An armed command of this user.
     ///
     /// # Errors
-    /// [`NotArmed`].
-    pub fn get(&self, id: &str, person: &User) -> Result<&ArmedCommand, ArmedCommandError> {
-        let Some(order) = self.armed.iter().find(|order| order.id == id) else {
+    /// [`ArmedCommandError`] when the command has ended or belongs to another user.
+    pub fn get(&self, id: &str, user: &User) -> Result<&ArmedCommand, ArmedCommandError> {
+        let Some(command) = self.armed.iter().find(|command| command.id == id) else {
             let ended = self.ended.iter().find(|(ended, _)| ended == id);
-            return Err(ended.map_or_else(
-                || ArmedCommandError::Unknown(id.to_owned()),
-                |(_, word)| ArmedCommandError::Ended(word),
-            ));
+            return Err(match ended {
+                Some((_, how)) => ArmedCommandError::Ended(*how),
+                None => ArmedCommandError::Unknown(id.to_owned()),
+            });
         };
-        if order.user == person.name { Ok(order) } else { Err(ArmedCommandError::Others(order.user.to_string())) }
-    }
-
-    /// Takes an order to carry it out: it is armed no more, whatever comes of it.
-    ///
-    /// # Errors
-    /// [`NotArmed`].
-    pub fn take_to_execute(&mut self, id: &str, person: &User) -> Result<ArmedCommand, ArmedCommandError> {
-        self.take(id, person, "was fired already")
-    }
-
-    /// Takes an order to forget it.
-    ///
-    /// # Errors
-    /// [`NotArmed`].
-    pub fn disarm(&mut self, id: &str, person: &User) -> Result<ArmedCommand, ArmedCommandError> {
-        self.take(id, person, "was disarmed")
-    }
-
-    fn take(&mut self, id: &str, person: &User, word: &'static str) -> Result<ArmedCommand, ArmedCommandError> {
-        let order = self.get(id, person)?.clone();
-        self.end(word, |armed| armed.id == order.id);
-        Ok(order)
-    }
-
-    fn end(&mut self, word: &'static str, is_over: impl Fn(&ArmedCommand) -> bool) {
-        for order in self.armed.extract_if(.., |order| is_over(order)).collect::<Vec<_>>() {
-            self.remember(order.id, word);
+        if command.user == user.name {
+            Ok(command)
+        } else {
+            Err(ArmedCommandError::OtherUser(command.user.to_string()))
         }
     }
 
-    fn remember(&mut self, id: String, word: &'static str) {
-        self.ended.push_front((id, word));
+    /// Takes a command to execute it: it ends, whatever its outcome.
+    ///
+    /// # Errors
+    /// As [`get`](Self::get).
+    pub fn take_to_execute(&mut self, id: &str, user: &User) -> Result<ArmedCommand, ArmedCommandError> {
+        self.take(id, user, Ended::Executed)
+    }
+
+    /// Disarms a command.
+    ///
+    /// # Errors
+    /// As [`get`](Self::get).
+    pub fn disarm(&mut self, id: &str, user: &User) -> Result<ArmedCommand, ArmedCommandError> {
+        self.take(id, user, Ended::Disarmed)
+    }
+
+    fn take(&mut self, id: &str, user: &User, how: Ended) -> Result<ArmedCommand, ArmedCommandError> {
+        let command = self.get(id, user)?.clone();
+        self.end(how, |armed| armed.id == command.id);
+        Ok(command)
+    }
+
+    fn end(&mut self, how: Ended, is_over: impl Fn(&ArmedCommand) -> bool) {
+        for command in self.armed.extract_if(.., |command| is_over(command)) {
+            self.ended.push_front((command.id, how));
+        }
         self.ended.truncate(REMEMBERED);
     }
 }
@@ -140,72 +166,65 @@ mod tests {
     use crate::auth::Role;
     use profivac_devices::bcg450::table::MODEL;
 
-    fn person(name: &str) -> User {
+    fn user(name: &str) -> User {
         User { name: Arc::from(name), role: Role::Operator }
     }
 
-    fn order(id: &str, until: Instant) -> ArmedCommand {
-        let choice = Operation::of(
-            &MODEL,
-            &OperationRequest { command: Some("stop".to_owned()), ..OperationRequest::default() },
-        )
-        .unwrap();
-        let risk = permissions::risk(choice.named.parameter.row, choice.command);
-        let draft = OperationPreview {
+    fn command(id: &str, expires_at: Instant) -> ArmedCommand {
+        let request = OperationRequest { command: Some("stop".to_owned()), ..OperationRequest::default() };
+        let operation = Operation::resolve(&MODEL, &request).unwrap();
+        let preview = OperationPreview {
             device: "bcg450",
             address: 5,
             octets: vec![5],
             before: None,
             after: "stop".to_owned(),
-            risk,
+            risk: permissions::risk(operation.named.parameter.row, operation.command),
             conditions: Vec::new(),
         };
-        let line = ("hall".to_owned(), "/dev/ttyUSB0".to_owned());
         ArmedCommand {
             id: id.to_owned(),
             user: Arc::from("Ada"),
             gauge: "chamber".to_owned(),
-            line,
-            operation: choice,
-            preview: draft,
-            expires_at: until,
+            connection: Connection { segment: "hall".to_owned(), port: "/dev/ttyUSB0".to_owned() },
+            operation,
+            preview,
+            expires_at,
         }
     }
 
     #[test]
-    fn what_is_armed_expires() {
-        let (mut orders, now, ada) = (ArmedCommands::default(), Instant::now(), person("Ada"));
-        orders.arm(order("1", now + ARMED_FOR)).unwrap();
-        orders.expire(now + ARMED_FOR - Duration::from_millis(1));
-        assert!(orders.get("1", &ada).is_ok());
-        orders.expire(now + ARMED_FOR);
-        assert_eq!(orders.take_to_execute("1", &ada).unwrap_err(), ArmedCommandError::Ended("has expired"));
+    fn an_armed_command_expires() {
+        let (mut commands, now, ada) = (ArmedCommands::default(), Instant::now(), user("Ada"));
+        commands.arm(command("1", now + ARMED_FOR)).unwrap();
+        commands.expire(now + ARMED_FOR - Duration::from_millis(1));
+        assert!(commands.get("1", &ada).is_ok());
+        commands.expire(now + ARMED_FOR);
+        assert_eq!(commands.take_to_execute("1", &ada).unwrap_err(), ArmedCommandError::Ended(Ended::Expired));
     }
 
     #[test]
-    fn an_order_is_taken_once_and_by_its_owner() {
-        let (mut orders, now, ada) = (ArmedCommands::default(), Instant::now(), person("Ada"));
-        orders.arm(order("1", now + ARMED_FOR)).unwrap();
-        orders.arm(order("2", now + ARMED_FOR)).unwrap();
-        assert_eq!(
-            orders.take_to_execute("1", &person("Bob")).unwrap_err(),
-            ArmedCommandError::Others("Ada".to_owned())
-        );
-        assert_eq!(orders.take_to_execute("1", &ada).unwrap().id, "1");
-        assert_eq!(orders.take_to_execute("1", &ada).unwrap_err(), ArmedCommandError::Ended("was fired already"));
-        assert_eq!(orders.disarm("2", &ada).unwrap().id, "2");
-        assert_eq!(orders.take_to_execute("2", &ada).unwrap_err(), ArmedCommandError::Ended("was disarmed"));
-        assert_eq!(orders.take_to_execute("3", &ada).unwrap_err(), ArmedCommandError::Unknown("3".to_owned()));
+    fn a_command_is_executed_once_and_only_by_its_user() {
+        let (mut commands, now, ada) = (ArmedCommands::default(), Instant::now(), user("Ada"));
+        commands.arm(command("1", now + ARMED_FOR)).unwrap();
+        commands.arm(command("2", now + ARMED_FOR)).unwrap();
+        let other = ArmedCommandError::OtherUser("Ada".to_owned());
+        assert_eq!(commands.take_to_execute("1", &user("Bob")).unwrap_err(), other);
+        assert_eq!(commands.take_to_execute("1", &ada).unwrap().id, "1");
+        assert_eq!(commands.take_to_execute("1", &ada).unwrap_err(), ArmedCommandError::Ended(Ended::Executed));
+        assert_eq!(commands.disarm("2", &ada).unwrap().id, "2");
+        assert_eq!(commands.take_to_execute("2", &ada).unwrap_err(), ArmedCommandError::Ended(Ended::Disarmed));
+        assert_eq!(commands.take_to_execute("3", &ada).unwrap_err(), ArmedCommandError::Unknown("3".to_owned()));
     }
 
     #[test]
-    fn only_so_many_are_armed() {
-        let (mut orders, now) = (ArmedCommands::default(), Instant::now());
+    fn no_more_than_the_limit_of_commands_is_armed() {
+        let (mut commands, now) = (ArmedCommands::default(), Instant::now());
         for number in 0..MAX_ARMED {
-            orders.arm(order(&number.to_string(), now + ARMED_FOR)).unwrap();
+            commands.arm(command(&number.to_string(), now + ARMED_FOR)).unwrap();
         }
-        assert_eq!(orders.arm(order("more", now + ARMED_FOR)), Err(ArmedCommandError::Many));
-        orders.clear();
-        assert_eq!(orders.arm(order("more", now + ARMED_FOR)), Ok(()));
+        assert_eq!(commands.arm(command("more", now + ARMED_FOR)), Err(ArmedCommandError::TooMany));
+        commands.clear();
+        assert_eq!(commands.arm(command("more", now + ARMED_FOR)), Ok(()));
     }
 }

@@ -1,104 +1,87 @@
-//! What the audit trail says of an act.
+//! The rows of the audit trail about commands and about control authority.
 
 use super::armed_commands::ArmedCommand;
-use super::authority::AuthorityChange;
-use super::operation::{Operation, OperationError, OperationPreview, Readback};
-use super::{Actor, ReleaseReason};
-use crate::auth::User;
+use super::authority::{AuthorityChange, ReleaseReason};
+use super::operation::{Operation, OperationPreview, Readback};
+use crate::auth::{Actor, User};
 use crate::view::Gauge;
 use profivac_recorder::{AuditAction, AuditEntry, Micros};
-
-/// A row about nothing yet.
-fn row(what: AuditAction, person: &User) -> AuditEntry {
-    AuditEntry {
-        at: Micros::now(),
-        action: what,
-        refers_to: None,
-        who: person.name.to_string(),
-        role: person.role.to_string(),
-        peer: None,
-        gauge: None,
-        segment: None,
-        address: None,
-        target: None,
-        before: None,
-        after: None,
-        outcome: None,
-        command_id: None,
-    }
-}
-
-impl Actor {
-    /// A row about something they did.
-    #[must_use]
-    pub fn row(&self, what: AuditAction) -> AuditEntry {
-        AuditEntry { peer: self.peer.map(|peer| peer.to_string()), ..row(what, &self.user) }
-    }
-}
 
 fn about(entry: AuditEntry, gauge: &Gauge) -> AuditEntry {
     let Gauge { name, segment, address, .. } = gauge;
     AuditEntry { gauge: Some(name.clone()), segment: Some(segment.clone()), address: Some(*address), ..entry }
 }
 
-fn with(entry: AuditEntry, choice: &Operation, draft: &OperationPreview) -> AuditEntry {
-    let before = draft.before.as_ref().map(|(text, _)| text.clone());
-    AuditEntry { target: Some(choice.manual_name()), before, after: Some(draft.after.clone()), ..entry }
+fn with(entry: AuditEntry, operation: &Operation, preview: &OperationPreview) -> AuditEntry {
+    let before = preview.before.as_ref().map(|(text, _)| text.clone());
+    AuditEntry { target: Some(operation.manual_name()), before, after: Some(preview.after.clone()), ..entry }
 }
 
-/// An order: fired, or disarmed.
+/// A command is about to be sent, or was disarmed.
 pub fn executed_or_disarmed(
     actor: &Actor,
     gauge: Option<&Gauge>,
-    order: &ArmedCommand,
-    what: AuditAction,
+    command: &ArmedCommand,
+    action: AuditAction,
 ) -> AuditEntry {
-    let entry = actor.row(what);
+    let entry = actor.audit_entry(action);
     let entry = match gauge {
         Some(gauge) => about(entry, gauge),
-        None => AuditEntry { gauge: Some(order.gauge.clone()), ..entry },
+        None => AuditEntry { gauge: Some(command.gauge.clone()), ..entry },
     };
-    AuditEntry { command_id: Some(order.id.clone()), ..with(entry, &order.operation, &order.preview) }
+    AuditEntry { command_id: Some(command.id.clone()), ..with(entry, &command.operation, &command.preview) }
 }
 
-/// What came of what the row `of` says.
-pub fn outcome(fired: AuditEntry, of: i64, came: &Result<Readback, OperationError>, words: &str) -> AuditEntry {
-    let (before, after) = match came {
-        Ok(Readback { before, after }) => (before.clone(), after.clone()),
-        Err(_) => (fired.before, None),
+/// The outcome of the command in row `refers_to`, with the values that were read back if it succeeded.
+pub fn outcome(executed: AuditEntry, refers_to: i64, readback: Option<&Readback>, sentence: &str) -> AuditEntry {
+    let (before, after) = match readback {
+        Some(Readback { before, after }) => (before.clone(), after.clone()),
+        None => (executed.before, None),
     };
-    let outcome = Some(words.to_owned());
-    AuditEntry { at: Micros::now(), action: AuditAction::Outcome, refers_to: Some(of), before, after, outcome, ..fired }
+    let (action, outcome) = (AuditAction::Outcome, Some(sentence.to_owned()));
+    AuditEntry { at: Micros::now(), action, refers_to: Some(refers_to), before, after, outcome, ..executed }
 }
 
-/// Nothing was armed.
-pub fn refused(actor: &Actor, gauge: &Gauge, choice: &Operation, draft: &OperationPreview, why: String) -> AuditEntry {
-    AuditEntry { outcome: Some(why), ..with(about(actor.row(AuditAction::Refused), gauge), choice, draft) }
+/// A command was not armed.
+pub fn refused(
+    actor: &Actor,
+    gauge: &Gauge,
+    operation: &Operation,
+    preview: &OperationPreview,
+    reason: String,
+) -> AuditEntry {
+    let entry = about(actor.audit_entry(AuditAction::Refused), gauge);
+    AuditEntry { outcome: Some(reason), ..with(entry, operation, preview) }
 }
 
-/// The mastership.
+/// Control authority changed, or was requested.
 pub fn authority_changed(actor: &Actor, change: &AuthorityChange) -> AuditEntry {
     let sentence = match change {
-        AuthorityChange::Taken | AuthorityChange::Kept => "has taken the mastership, which was free".to_owned(),
-        AuthorityChange::Requested => "has asked for the mastership".to_owned(),
-        AuthorityChange::Released => "has released the mastership".to_owned(),
-        AuthorityChange::Granted(name) => format!("has granted the mastership to {name}"),
-        AuthorityChange::TakenOver(name) => format!("has taken the mastership over from {name}"),
+        AuthorityChange::Taken | AuthorityChange::Kept => "took control, which was free".to_owned(),
+        AuthorityChange::Requested => "requested control".to_owned(),
+        AuthorityChange::Released => "released control".to_owned(),
+        AuthorityChange::Granted(name) => format!("granted control to {name}"),
+        AuthorityChange::TakenOver(name) => format!("took control over from {name}"),
     };
-    AuditEntry { outcome: Some(sentence), ..actor.row(AuditAction::ControlAuthority) }
+    AuditEntry { outcome: Some(sentence), ..actor.audit_entry(AuditAction::ControlAuthority) }
 }
 
-/// Its holder did nothing for long.
-pub fn authority_expired(person: &User) -> AuditEntry {
-    let sentence = "has lost the mastership by doing nothing for 15 minutes";
-    AuditEntry { outcome: Some(sentence.to_owned()), ..row(AuditAction::ControlAuthority, person) }
+/// The holder did not use control for too long.
+pub fn authority_expired(user: &User) -> AuditEntry {
+    let sentence = "lost control: it was not used for 15 minutes".to_owned();
+    AuditEntry { outcome: Some(sentence), ..of_user(user) }
 }
 
-/// Its holder has gone.
-pub fn authority_released(person: &User, why: ReleaseReason) -> AuditEntry {
-    let sentence = match why {
-        ReleaseReason::SessionEnded => "has left, and the mastership is free",
-        ReleaseReason::RoleChanged => "has another role, and the mastership is free",
+/// The holder can no longer have control.
+pub fn authority_released(user: &User, reason: ReleaseReason) -> AuditEntry {
+    let sentence = match reason {
+        ReleaseReason::SessionEnded => "lost control: the last session ended",
+        ReleaseReason::RoleChanged => "lost control: the role changed",
     };
-    AuditEntry { outcome: Some(sentence.to_owned()), ..row(AuditAction::ControlAuthority, person) }
+    AuditEntry { outcome: Some(sentence.to_owned()), ..of_user(user) }
+}
+
+/// A row about a user that no request of the user caused.
+fn of_user(user: &User) -> AuditEntry {
+    Actor { user: user.clone(), peer: None }.audit_entry(AuditAction::ControlAuthority)
 }

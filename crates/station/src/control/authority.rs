@@ -1,219 +1,228 @@
-//! Who may act: one person at a time, station-wide.
+//! Control authority: one user at a time may control gauges, on the whole station.
 //!
 //! ```text
-//!  free ── ask ──▶ held ── release, 15 min without an act, gone ──▶ free
-//!                   │ ▲
-//!         ask (another) │ grant to who asked; take-over by an engineer, or after 60 s without a reaction by who asked
-//!                   ▼ │
-//!              held, and wanted
+//!  free ── request ──▶ held ── release, 15 min without use, session ended ──▶ free
+//!                       │ ▲
+//!    request by another │ grant to the requester; take-over by an engineer, or by the requester after 60 s without a response
+//!                       ▼ │
+//!                  held, and requested
 //! ```
 //!
-//! A state machine without a clock: whoever calls says what time it is.
+//! A state machine without a clock: the caller passes the time.
 
 use crate::auth::{Role, User};
 use std::time::{Duration, Instant};
 
-/// A holder who does nothing for so long holds no more. free choice: a coffee, not a lunch.
+/// A holder who does not use control for this time loses it. free choice: a coffee, not a lunch.
 pub const IDLE_TIMEOUT: Duration = Duration::from_secs(15 * 60);
 
-/// A holder who has done nothing for so long since somebody asked has not reacted. free choice.
+/// A holder who does not use control for this time after a request has not responded. free choice.
 pub const RESPONSE_TIMEOUT: Duration = Duration::from_secs(60);
 
-/// A wish is forgotten after so long. free choice: whoever still wants it asks again.
+/// A request expires after this time. free choice: a user who still wants control requests it again.
 pub const REQUEST_TIMEOUT: Duration = Duration::from_secs(5 * 60);
 
-/// Why somebody cannot have their way, in a sentence.
+/// Why a user cannot use or get control.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum AuthorityError {
-    /// Nobody holds it.
-    #[error("nobody has the mastership: ask for it first")]
+    /// No user has control.
+    #[error("no one has control: request control first")]
     Free,
-    /// Somebody else holds it.
-    #[error("{0} has the mastership")]
+    /// Another user has control.
+    #[error("{0} has control")]
     HeldByOther(String),
-    /// Another one asked before.
-    #[error("{holder} has the mastership, and {before} has asked before")]
+    /// Another user has requested control before.
+    #[error("{holder} has control, and {before} has requested it before you")]
     Before {
-        /// Who holds it.
+        /// The user who has control.
         holder: String,
-        /// Who asked.
+        /// The user who requested it.
         before: String,
     },
-    /// Nobody has asked for it.
-    #[error("nobody has asked for the mastership")]
+    /// No user has requested control.
+    #[error("no one has requested control")]
     NoRequest,
-    /// Neither an engineer, nor somebody who was let wait.
+    /// The user is no engineer, and the holder has responded.
     #[error(
-        "{holder} has the mastership: an engineer may take it over, an operator 60 s after asking if {holder} does nothing meanwhile"
+        "{holder} has control: an engineer may take it over, an operator 60 s after requesting it if {holder} does not respond"
     )]
     Wait {
-        /// Who holds it.
+        /// The user who has control.
         holder: String,
     },
 }
 
-/// What has become of it.
+/// Why a user can no longer have control.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ReleaseReason {
+    /// The last session of the user has ended: logout, timeout, or removal of the account.
+    SessionEnded,
+    /// The user has another role.
+    RoleChanged,
+}
+
+/// A change of control authority.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum AuthorityChange {
-    /// It was free, and somebody has it now.
+    /// Control was free, and the user took it.
     Taken,
-    /// Somebody has it already and goes on.
+    /// The user had control already and keeps it.
     Kept,
-    /// Somebody wants it.
+    /// The user requested control from its holder.
     Requested,
-    /// Its holder gave it back.
+    /// The holder released control.
     Released,
-    /// Its holder gave it to who asked.
+    /// The holder granted control to this requester.
     Granted(String),
-    /// Somebody took it from its holder.
+    /// The user took control over from this holder.
     TakenOver(String),
 }
 
 impl AuthorityChange {
-    /// Whether somebody else has it now.
+    /// Whether another user, or no user, has control now.
     #[must_use]
     pub const fn changes_holder(&self) -> bool {
         !matches!(self, Self::Kept | Self::Requested)
     }
 }
 
-/// Somebody who holds it.
+/// The user who has control.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Holder {
-    /// Who.
-    pub person: User,
+    /// The user.
+    pub user: User,
     /// Since when.
     pub since: Instant,
-    /// When they last did something.
+    /// When the user last used control.
     last_used: Instant,
-    /// Who wants it, and since when.
+    /// The user who requests control, and since when.
     pub request: Option<(User, Instant)>,
 }
 
 impl Holder {
-    const fn new(person: User, now: Instant) -> Self {
-        Self { person, since: now, last_used: now, request: None }
+    const fn new(user: User, now: Instant) -> Self {
+        Self { user, since: now, last_used: now, request: None }
     }
 
-    fn is(&self, person: &User) -> bool {
-        self.person.name == person.name
+    fn is(&self, user: &User) -> bool {
+        self.user.name == user.name
     }
 
     fn name(&self) -> String {
-        self.person.name.to_string()
+        self.user.name.to_string()
     }
 }
 
-/// The mastership.
+/// The state of control authority.
 #[derive(Debug, Default)]
 pub struct ControlAuthority {
     holder: Option<Holder>,
 }
 
 impl ControlAuthority {
-    /// Who holds it.
+    /// The user who has control.
     #[must_use]
     pub const fn holder(&self) -> Option<&Holder> {
         self.holder.as_ref()
     }
 
-    /// Time has passed. Says who has lost it by that.
+    /// Lets time pass until `now`. Returns the user who lost control by that.
     pub fn expire(&mut self, now: Instant) -> Option<User> {
         let holder = self.holder.as_mut()?;
         if now.saturating_duration_since(holder.last_used) >= IDLE_TIMEOUT {
-            return self.holder.take().map(|holder| holder.person);
+            return self.holder.take().map(|holder| holder.user);
         }
         holder.request.take_if(|(_, since)| now.saturating_duration_since(*since) >= REQUEST_TIMEOUT);
         None
     }
 
-    /// Somebody wants it: if it is free they have it, else its holder is told.
+    /// The user takes control if it is free, or requests it from its holder.
     ///
     /// # Errors
-    /// [`NotYours::Before`] when somebody else asked first.
-    pub fn request(&mut self, person: &User, now: Instant) -> Result<AuthorityChange, AuthorityError> {
+    /// [`AuthorityError::Before`] when another user has requested control before.
+    pub fn request(&mut self, user: &User, now: Instant) -> Result<AuthorityChange, AuthorityError> {
         let Some(holder) = &mut self.holder else {
-            self.holder = Some(Holder::new(person.clone(), now));
+            self.holder = Some(Holder::new(user.clone(), now));
             return Ok(AuthorityChange::Taken);
         };
-        if holder.is(person) {
+        if holder.is(user) {
             holder.last_used = now;
             return Ok(AuthorityChange::Kept);
         }
         match &holder.request {
-            Some((before, _)) if before.name != person.name => {
+            Some((before, _)) if before.name != user.name => {
                 Err(AuthorityError::Before { holder: holder.name(), before: before.name.to_string() })
             }
             Some(_) => Ok(AuthorityChange::Requested),
             None => {
-                holder.request = Some((person.clone(), now));
+                holder.request = Some((user.clone(), now));
                 Ok(AuthorityChange::Requested)
             }
         }
     }
 
-    /// Its holder does something.
+    /// The holder uses control.
     ///
     /// # Errors
-    /// [`NotYours`] when it is somebody else's, or nobody's.
-    pub fn use_authority(&mut self, person: &User, now: Instant) -> Result<(), AuthorityError> {
+    /// [`AuthorityError`] when another user has control, or no user.
+    pub fn use_authority(&mut self, user: &User, now: Instant) -> Result<(), AuthorityError> {
         let holder = self.holder.as_mut().ok_or(AuthorityError::Free)?;
-        if !holder.is(person) {
+        if !holder.is(user) {
             return Err(AuthorityError::HeldByOther(holder.name()));
         }
         holder.last_used = now;
         Ok(())
     }
 
-    /// Its holder gives it back.
+    /// The holder releases control.
     ///
     /// # Errors
-    /// As [`act`](Self::act).
-    pub fn release(&mut self, person: &User, now: Instant) -> Result<AuthorityChange, AuthorityError> {
-        self.use_authority(person, now)?;
+    /// As [`use_authority`](Self::use_authority).
+    pub fn release(&mut self, user: &User, now: Instant) -> Result<AuthorityChange, AuthorityError> {
+        self.use_authority(user, now)?;
         self.holder = None;
         Ok(AuthorityChange::Released)
     }
 
-    /// Its holder gives it to who asked.
+    /// The holder grants control to the requester.
     ///
     /// # Errors
-    /// As [`act`](Self::act), and [`NotYours::NoWish`].
-    pub fn grant(&mut self, person: &User, now: Instant) -> Result<AuthorityChange, AuthorityError> {
-        self.use_authority(person, now)?;
-        let wish = self.holder.as_mut().and_then(|holder| holder.request.take());
-        let (next, _) = wish.ok_or(AuthorityError::NoRequest)?;
+    /// As [`use_authority`](Self::use_authority), and [`AuthorityError::NoRequest`].
+    pub fn grant(&mut self, user: &User, now: Instant) -> Result<AuthorityChange, AuthorityError> {
+        self.use_authority(user, now)?;
+        let request = self.holder.as_mut().and_then(|holder| holder.request.take());
+        let (next, _) = request.ok_or(AuthorityError::NoRequest)?;
         let name = next.name.to_string();
         self.holder = Some(Holder::new(next, now));
         Ok(AuthorityChange::Granted(name))
     }
 
-    /// Somebody takes it from its holder.
+    /// The user takes control over from its holder.
     ///
     /// # Errors
-    /// [`NotYours::Wait`] for an operator whose wish is not old enough, or whose holder is at work.
-    pub fn take_over(&mut self, person: &User, now: Instant) -> Result<AuthorityChange, AuthorityError> {
-        let Some(holder) = &self.holder else { return self.request(person, now) };
-        if holder.is(person) {
-            return self.request(person, now);
+    /// [`AuthorityError::Wait`] for an operator whose request is too new, or whose holder has responded.
+    pub fn take_over(&mut self, user: &User, now: Instant) -> Result<AuthorityChange, AuthorityError> {
+        let Some(holder) = &self.holder else { return self.request(user, now) };
+        if holder.is(user) {
+            return self.request(user, now);
         }
-        let asked = holder.request.as_ref().filter(|(who, _)| who.name == person.name).map(|(_, since)| *since);
-        let is_ignored =
-            asked.is_some_and(|since| now.saturating_duration_since(since.max(holder.last_used)) >= RESPONSE_TIMEOUT);
-        if person.role < Role::Engineer && !is_ignored {
+        let requested = holder.request.as_ref().filter(|(other, _)| other.name == user.name).map(|(_, since)| *since);
+        let is_ignored = requested
+            .is_some_and(|since| now.saturating_duration_since(since.max(holder.last_used)) >= RESPONSE_TIMEOUT);
+        if user.role < Role::Engineer && !is_ignored {
             return Err(AuthorityError::Wait { holder: holder.name() });
         }
         let before = holder.name();
-        self.holder = Some(Holder::new(person.clone(), now));
+        self.holder = Some(Holder::new(user.clone(), now));
         Ok(AuthorityChange::TakenOver(before))
     }
 
-    /// Somebody is gone: what they held is free, and what they wished is forgotten. Says who they were, if they held it.
+    /// Frees the control and drops the request of a user. Returns the user if they had control.
     pub fn remove_user(&mut self, name: &str) -> Option<User> {
         if let Some(holder) = &mut self.holder {
-            holder.request.take_if(|(person, _)| &*person.name == name);
+            holder.request.take_if(|(user, _)| &*user.name == name);
         }
-        self.holder.take_if(|holder| &*holder.person.name == name).map(|holder| holder.person)
+        self.holder.take_if(|holder| &*holder.user.name == name).map(|holder| holder.user)
     }
 }
 
@@ -222,76 +231,76 @@ mod tests {
     use super::*;
     use std::sync::Arc;
 
-    fn person(name: &str, role: Role) -> User {
+    fn user(name: &str, role: Role) -> User {
         User { name: Arc::from(name), role }
     }
 
-    fn holder(mastership: &ControlAuthority) -> &str {
-        mastership.holder().map_or("nobody", |holder| &holder.person.name)
+    fn holder(authority: &ControlAuthority) -> &str {
+        authority.holder().map_or("no one", |holder| &holder.user.name)
     }
 
     #[test]
-    fn who_asks_first_has_it_and_gives_it_to_who_asked_next() {
-        let (mut mastership, now) = (ControlAuthority::default(), Instant::now());
-        let [ada, bob, eve] = ["Ada", "Bob", "Eve"].map(|name| person(name, Role::Operator));
-        assert_eq!(mastership.use_authority(&ada, now), Err(AuthorityError::Free));
-        assert_eq!(mastership.request(&ada, now), Ok(AuthorityChange::Taken));
-        assert_eq!(mastership.grant(&ada, now), Err(AuthorityError::NoRequest));
-        assert_eq!(mastership.request(&bob, now), Ok(AuthorityChange::Requested));
-        assert_eq!(mastership.use_authority(&bob, now), Err(AuthorityError::HeldByOther("Ada".to_owned())));
+    fn the_first_requester_has_control_and_grants_it_to_the_next() {
+        let (mut authority, now) = (ControlAuthority::default(), Instant::now());
+        let [ada, bob, eve] = ["Ada", "Bob", "Eve"].map(|name| user(name, Role::Operator));
+        assert_eq!(authority.use_authority(&ada, now), Err(AuthorityError::Free));
+        assert_eq!(authority.request(&ada, now), Ok(AuthorityChange::Taken));
+        assert_eq!(authority.grant(&ada, now), Err(AuthorityError::NoRequest));
+        assert_eq!(authority.request(&bob, now), Ok(AuthorityChange::Requested));
+        assert_eq!(authority.use_authority(&bob, now), Err(AuthorityError::HeldByOther("Ada".to_owned())));
         let before = AuthorityError::Before { holder: "Ada".to_owned(), before: "Bob".to_owned() };
-        assert_eq!(mastership.request(&eve, now), Err(before));
-        assert_eq!(mastership.grant(&bob, now), Err(AuthorityError::HeldByOther("Ada".to_owned())));
-        assert_eq!(mastership.grant(&ada, now), Ok(AuthorityChange::Granted("Bob".to_owned())));
-        assert_eq!(holder(&mastership), "Bob");
-        assert_eq!(mastership.release(&bob, now), Ok(AuthorityChange::Released));
-        assert_eq!(holder(&mastership), "nobody");
+        assert_eq!(authority.request(&eve, now), Err(before));
+        assert_eq!(authority.grant(&bob, now), Err(AuthorityError::HeldByOther("Ada".to_owned())));
+        assert_eq!(authority.grant(&ada, now), Ok(AuthorityChange::Granted("Bob".to_owned())));
+        assert_eq!(holder(&authority), "Bob");
+        assert_eq!(authority.release(&bob, now), Ok(AuthorityChange::Released));
+        assert_eq!(holder(&authority), "no one");
     }
 
     #[test]
-    fn an_engineer_takes_it_at_any_time_and_an_operator_when_nobody_reacts() {
-        let (mut mastership, now) = (ControlAuthority::default(), Instant::now());
-        let [ada, bob] = ["Ada", "Bob"].map(|name| person(name, Role::Operator));
-        mastership.request(&ada, now).unwrap();
+    fn an_engineer_takes_control_over_at_any_time_and_an_operator_after_no_response() {
+        let (mut authority, now) = (ControlAuthority::default(), Instant::now());
+        let [ada, bob] = ["Ada", "Bob"].map(|name| user(name, Role::Operator));
+        authority.request(&ada, now).unwrap();
         let wait = Err(AuthorityError::Wait { holder: "Ada".to_owned() });
-        assert_eq!(mastership.take_over(&bob, now + RESPONSE_TIMEOUT), wait, "Bob has not asked");
-        mastership.request(&bob, now).unwrap();
+        assert_eq!(authority.take_over(&bob, now + RESPONSE_TIMEOUT), wait, "Bob has not requested control");
+        authority.request(&bob, now).unwrap();
         let early = now + RESPONSE_TIMEOUT - Duration::from_millis(1);
-        assert_eq!(mastership.take_over(&bob, early), wait);
-        mastership.use_authority(&ada, early).unwrap();
-        assert_eq!(mastership.take_over(&bob, now + RESPONSE_TIMEOUT), wait, "Ada is at work");
+        assert_eq!(authority.take_over(&bob, early), wait);
+        authority.use_authority(&ada, early).unwrap();
+        assert_eq!(authority.take_over(&bob, now + RESPONSE_TIMEOUT), wait, "Ada has responded");
         assert_eq!(
-            mastership.take_over(&bob, early + RESPONSE_TIMEOUT),
+            authority.take_over(&bob, early + RESPONSE_TIMEOUT),
             Ok(AuthorityChange::TakenOver("Ada".to_owned()))
         );
-        let engineer = person("Eve", Role::Engineer);
-        assert_eq!(mastership.take_over(&engineer, now), Ok(AuthorityChange::TakenOver("Bob".to_owned())));
+        let engineer = user("Eve", Role::Engineer);
+        assert_eq!(authority.take_over(&engineer, now), Ok(AuthorityChange::TakenOver("Bob".to_owned())));
     }
 
     #[test]
-    fn who_does_nothing_or_is_gone_holds_nothing() {
-        let (mut mastership, now) = (ControlAuthority::default(), Instant::now());
-        let ada = person("Ada", Role::Operator);
-        mastership.request(&ada, now).unwrap();
+    fn a_holder_who_is_idle_or_gone_loses_control() {
+        let (mut authority, now) = (ControlAuthority::default(), Instant::now());
+        let ada = user("Ada", Role::Operator);
+        authority.request(&ada, now).unwrap();
         let later = now + Duration::from_secs(60);
-        mastership.use_authority(&ada, later).unwrap();
-        assert_eq!(mastership.expire(now + IDLE_TIMEOUT), None);
-        assert_eq!(mastership.expire(later + IDLE_TIMEOUT), Some(ada.clone()));
-        assert_eq!(holder(&mastership), "nobody");
-        mastership.request(&ada, now).unwrap();
-        assert_eq!((mastership.remove_user("Bob"), mastership.remove_user("Ada")), (None, Some(ada)));
-        assert_eq!(holder(&mastership), "nobody");
+        authority.use_authority(&ada, later).unwrap();
+        assert_eq!(authority.expire(now + IDLE_TIMEOUT), None);
+        assert_eq!(authority.expire(later + IDLE_TIMEOUT), Some(ada.clone()));
+        assert_eq!(holder(&authority), "no one");
+        authority.request(&ada, now).unwrap();
+        assert_eq!((authority.remove_user("Bob"), authority.remove_user("Ada")), (None, Some(ada)));
+        assert_eq!(holder(&authority), "no one");
     }
 
     #[test]
-    fn a_wish_grows_old() {
-        let (mut mastership, now) = (ControlAuthority::default(), Instant::now());
-        let [ada, bob] = ["Ada", "Bob"].map(|name| person(name, Role::Operator));
-        mastership.request(&ada, now).unwrap();
-        mastership.request(&bob, now).unwrap();
-        mastership.expire(now + REQUEST_TIMEOUT - Duration::from_millis(1));
-        assert!(mastership.holder().unwrap().request.is_some());
-        mastership.expire(now + REQUEST_TIMEOUT);
-        assert_eq!(mastership.holder().unwrap().request, None);
+    fn a_request_expires() {
+        let (mut authority, now) = (ControlAuthority::default(), Instant::now());
+        let [ada, bob] = ["Ada", "Bob"].map(|name| user(name, Role::Operator));
+        authority.request(&ada, now).unwrap();
+        authority.request(&bob, now).unwrap();
+        authority.expire(now + REQUEST_TIMEOUT - Duration::from_millis(1));
+        assert!(authority.holder().unwrap().request.is_some());
+        authority.expire(now + REQUEST_TIMEOUT);
+        assert_eq!(authority.holder().unwrap().request, None);
     }
 }

@@ -1,22 +1,23 @@
-//! What somebody wants to do to a gauge, what the gauge says to it, and what came of it.
+//! An operation: a command or a parameter write, resolved for a device, with the answer of the gauge before and after it.
 
-use super::permissions::{self, Risk};
+use super::permissions;
 use crate::auth::Role;
+use crate::view::Risk;
 use profivac_client::Condition;
-use profivac_client::names::{NamedParameter, ParameterNames, Target, command_name, slug};
+use profivac_client::names::{NamedParameter, ParameterNames, Target, TargetError, command_name, slug};
 use profivac_client::values::hex;
 use profivac_devices::model::{Code, Model};
 use serde::Deserialize;
 use std::fmt;
 use utoipa::ToSchema;
 
-/// A value as people and programs give it.
+/// A value in a request.
 #[derive(Clone, Debug, PartialEq, Deserialize, ToSchema)]
 #[serde(untagged)]
 pub enum GivenValue {
-    /// `1e-3 mbar`, `use-safe-value`
+    /// A text: `1e-3 mbar`, `use-safe-value`.
     Text(String),
-    /// In the unit the gauge has.
+    /// A number in the unit of the gauge.
     Number(f64),
     /// Yes or no.
     Flag(bool),
@@ -32,7 +33,7 @@ impl fmt::Display for GivenValue {
     }
 }
 
-/// What is to be armed: a command, or a parameter and its value.
+/// A request to arm a command, or a parameter with its value.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct OperationRequest {
@@ -40,138 +41,156 @@ pub struct OperationRequest {
     pub command: Option<String>,
     /// The parameter: `trip-point.1/high-trip-point`, `2/61`.
     pub target: Option<String>,
-    /// Its value.
+    /// The value of the parameter.
     pub value: Option<GivenValue>,
 }
 
-/// What a wish means for a device. No gauge was asked.
+/// Why a request names no operation of a device.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum ResolveError {
+    /// Neither a command, nor a target with a value.
+    #[error("expected either a command, or a target and its value")]
+    Incomplete,
+    /// The device has no parameters at all.
+    #[error("{0} has no parameters")]
+    NoParameters(&'static str),
+    /// The device has no such command.
+    #[error("{device} has no command {command:?}")]
+    UnknownCommand {
+        /// The device.
+        device: &'static str,
+        /// The command.
+        command: String,
+    },
+    /// The device has no such parameter.
+    #[error("{device} has no parameter {target:?}")]
+    UnknownParameter {
+        /// The device.
+        device: &'static str,
+        /// The parameter.
+        target: String,
+    },
+    /// The numbers do not say which instance.
+    #[error("expected the instance too, {slot}:INSTANCE/{index}, got {target:?}")]
+    NoInstance {
+        /// The slot.
+        slot: u8,
+        /// The index.
+        index: u8,
+        /// The parameter as it was given.
+        target: String,
+    },
+    /// The parameter has no such command.
+    #[error("{parameter}: expected one of {commands}, got {value:?}")]
+    UnknownCode {
+        /// The parameter.
+        parameter: String,
+        /// The names of its commands.
+        commands: String,
+        /// The value as it was given.
+        value: String,
+    },
+    /// The name is unknown, or means several parameters.
+    #[error(transparent)]
+    Target(#[from] TargetError),
+}
+
+/// A command or a parameter write, resolved for a device. The gauge has not been asked.
 #[derive(Clone, Debug)]
 pub struct Operation {
     /// The parameter, or the parameter by which the command is sent.
     pub named: NamedParameter,
-    /// Its value as it was given, or the name of the command.
+    /// The value as it was given, or the name of the command.
     pub text: String,
     /// The command.
     pub command: Option<&'static Code>,
 }
 
-/// What the gauge says to it before anything is sent.
+/// The answer of the gauge before anything is sent.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct OperationPreview {
-    /// Which device it is, and where: another one may have the name of the gauge later.
+    /// The device: another device may have the name of the gauge later.
     pub device: &'static str,
     /// Its address on the bus.
     pub address: u8,
-    /// The octets that are sent.
+    /// The octets that are to be sent.
     pub octets: Vec<u8>,
-    /// What it is now, in words with its unit, and the octets of it; nothing if it cannot be read.
+    /// The present value as text with its unit and as octets; `None` if it cannot be read.
     pub before: Option<(String, Vec<u8>)>,
-    /// What it is to be, in words with its unit.
+    /// The new value as text with its unit.
     pub after: String,
-    /// What it risks.
+    /// The risk.
     pub risk: Risk,
-    /// All conditions.
+    /// All conditions of the operation.
     pub conditions: Vec<Condition>,
 }
 
 impl OperationPreview {
-    /// The octets that are sent, as hexadecimal digits.
+    /// The octets that are to be sent, as hexadecimal digits.
     #[must_use]
     pub fn octets_as_hex(&self) -> String {
         hex(&self.octets)
     }
 }
 
-/// What came of it.
+/// The values before and after an operation.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Readback {
-    /// What it was.
+    /// The value before.
     pub before: Option<String>,
-    /// What it is now; nothing if it cannot be read.
+    /// The value that was read back; `None` if it cannot be read.
     pub after: Option<String>,
 }
 
-/// Why it was not done.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum OperationError {
-    /// The parameter does not take this. Nothing was sent.
-    #[error("{0}")]
-    InvalidValue(String),
-    /// Conditions that do not hold, among all. Nothing was sent.
-    #[error("{}", unmet(.0))]
-    ConditionsNotMet(Vec<Condition>),
-    /// It is not as it was when it was armed. Nothing was sent.
-    #[error("{0}")]
-    Changed(String),
-    /// It cannot be asked. Nothing was sent.
-    #[error("{0}")]
-    Unavailable(String),
-    /// The gauge refused it.
-    #[error("{0}")]
-    Refused(String),
-    /// It was sent, and nobody knows what came of it.
-    #[error("{0}")]
-    OutcomeUnknown(String),
-}
-
-impl OperationError {
-    /// For the audit trail.
-    #[must_use]
-    pub fn outcome(&self) -> String {
-        match self {
-            Self::InvalidValue(_) | Self::ConditionsNotMet(_) | Self::Changed(_) | Self::Unavailable(_) => {
-                format!("not sent: {self}")
-            }
-            Self::Refused(_) => format!("refused: {self}"),
-            Self::OutcomeUnknown(_) => format!("not known: {self}"),
-        }
-    }
-}
-
-fn unmet(conditions: &[Condition]) -> String {
-    conditions.iter().filter_map(|condition| condition.unmet.as_deref()).collect::<Vec<_>>().join("; ")
-}
-
 impl Operation {
-    /// What a wish means for a device.
+    /// Resolves a request for a device.
     ///
     /// # Errors
-    /// In a sentence: what was expected and what came.
-    pub fn of(model: &'static Model, wish: &OperationRequest) -> Result<Self, String> {
-        let names = ParameterNames::of_catalog(model).ok_or_else(|| format!("{} has no parameters", model.name))?;
-        match (&wish.command, &wish.target, &wish.value) {
+    /// [`ResolveError`] says what was expected and what was given.
+    pub fn resolve(model: &'static Model, request: &OperationRequest) -> Result<Self, ResolveError> {
+        let names = ParameterNames::of_catalog(model).ok_or(ResolveError::NoParameters(model.name))?;
+        match (&request.command, &request.target, &request.value) {
             (Some(command), None, None) => Self::command(model, names, command),
             (None, Some(target), Some(value)) => Self::parameter(model, names, target, &value.to_string()),
-            _ => Err("expected either a command, or a target and its value".to_owned()),
+            _ => Err(ResolveError::Incomplete),
         }
     }
 
-    fn command(model: &'static Model, names: &ParameterNames, text: &str) -> Result<Self, String> {
-        let found = names.command(text).map_err(|error| error.to_string())?;
-        let (named, code) = found.ok_or_else(|| format!("{} has no command {text:?}", model.name))?;
+    fn command(model: &'static Model, names: &ParameterNames, text: &str) -> Result<Self, ResolveError> {
+        let unknown = || ResolveError::UnknownCommand { device: model.name, command: text.to_owned() };
+        let (named, code) = names.command(text)?.ok_or_else(unknown)?;
         Ok(Self { named: named.clone(), text: code.name.to_owned(), command: Some(code) })
     }
 
-    fn parameter(model: &'static Model, names: &ParameterNames, target: &str, value: &str) -> Result<Self, String> {
-        let named = match names.find(model.name, target).map_err(|error| error.to_string())? {
+    fn parameter(
+        model: &'static Model,
+        names: &ParameterNames,
+        target: &str,
+        value: &str,
+    ) -> Result<Self, ResolveError> {
+        let named = match names.find(model.name, target)? {
             Target::Parameter(named) => named.clone(),
             Target::CurrentInstance { slot, index } => {
-                return Err(format!("expected the instance too, {slot}:INSTANCE/{index}, got {target:?}"));
+                return Err(ResolveError::NoInstance { slot, index, target: target.to_owned() });
             }
-            Target::Raw { .. } => return Err(format!("{} has no parameter {target:?}", model.name)),
+            Target::Raw { .. } => {
+                return Err(ResolveError::UnknownParameter { device: model.name, target: target.to_owned() });
+            }
         };
         let codes = &named.parameter.row.codes;
         if !codes.is_command() {
             return Ok(Self { named, text: value.to_owned(), command: None });
         }
-        let code = codes.codes().iter().find(|code| slug(code.name) == slug(value)).ok_or_else(|| {
-            let commands = codes.codes().iter().map(|code| code.name).collect::<Vec<_>>().join(", ");
-            format!("{}: expected one of {commands}, got {value:?}", named.name)
+        let code = codes.codes().iter().find(|code| slug(code.name) == slug(value));
+        let code = code.ok_or_else(|| ResolveError::UnknownCode {
+            parameter: named.name.clone(),
+            commands: codes.codes().iter().map(|code| code.name).collect::<Vec<_>>().join(", "),
+            value: value.to_owned(),
         })?;
         Ok(Self { named, text: code.name.to_owned(), command: Some(code) })
     }
 
-    /// By what it is armed again: `ba.degas-on`, `trip-point.1/high-trip-point`.
+    /// The name by which the operation can be requested again: `ba.degas-on`, `trip-point.1/high-trip-point`.
     #[must_use]
     pub fn target(&self) -> String {
         self.command.map_or_else(|| self.named.name.clone(), |code| command_name(&self.named, code))
@@ -183,13 +202,13 @@ impl Operation {
         format!("{} ({})", self.named.parameter.row.name, self.named.parameter.numbers())
     }
 
-    /// Who may do it.
+    /// The role it needs.
     #[must_use]
     pub fn role(&self) -> Role {
         permissions::role(self.named.parameter.row, self.command)
     }
 
-    /// Why nobody may do it from here.
+    /// Why the station never does it.
     #[must_use]
     pub fn blocked_reason(&self) -> Option<&'static str> {
         permissions::blocked_reason(self.named.parameter.row)

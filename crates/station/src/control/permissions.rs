@@ -1,23 +1,22 @@
-//! What something risks, who may do it, and what nobody may do from here: from the tables of the devices, in one place.
+//! The risk of writing a row, the role it needs, and what the station never writes: decided here, from the tables of the devices.
 //!
-//! | What | Risk | Role |
+//! | Operation | Risk | Role |
 //! |---|---|---|
 //! | a command without a risk in the table | harmless | operator |
-//! | a command with one: degas, emission, reset, stop, ... | dangerous, in the table's words | operator |
-//! | a command that leaves something behind: an adjustment, stored settings, a mode | the same | engineer |
-//! | a parameter that outlives the power (store column N) | kept | engineer |
+//! | a command with a risk: degas, emission, reset, stop, ... | dangerous, as the table says | operator |
+//! | a command with a lasting effect: an adjustment, stored settings, a mode | the same | engineer |
+//! | a nonvolatile parameter (store column N) | kept | engineer |
 //! | a parameter that is stored on request (R) | kept on request | engineer |
-//! | any other parameter | until the power goes | engineer |
-//! | a value that the table has a risk for | dangerous, in the table's words | engineer |
-//! | the unit and the number type | | nobody: the station reads with those it found |
+//! | any other parameter | lost at power-off | engineer |
+//! | a value with a risk in the table | dangerous, as the table says | engineer |
+//! | the unit and the number type | | none: the station decodes the cyclic data with those it found |
 
 use crate::auth::Role;
+use crate::view::{Risk, RiskClass};
 use profivac_devices::model::{Code, Codes, Row, Storage};
-use serde::Serialize;
-use utoipa::ToSchema;
 
-/// Commands that leave something behind, by the manual's names. The tables have no column for it: what stands in the storage
-/// column beside a command says nothing about it (tira56e1 has N for every command, also for `execute`).
+/// Commands with a lasting effect, by the manual's names. The tables have no column for this: the storage column of a command says
+/// nothing about it (tira56e1 has N for every command, also for `execute`).
 pub const LASTING_COMMANDS: [&str; 10] = [
     "atmosphere-adjust",
     "atmosphere-adjust-off",
@@ -31,54 +30,27 @@ pub const LASTING_COMMANDS: [&str; 10] = [
     "zero-adjust",
 ];
 
-/// How much something risks.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, ToSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum RiskClass {
-    /// A command without a risk in the tables.
-    Harmless,
-    /// A value that is gone with the power.
-    Volatile,
-    /// A value that is kept when the device is told to store.
-    OnRequest,
-    /// A value that outlives the power.
-    Kept,
-    /// The tables warn of it.
-    Dangerous,
-}
-
-/// What something risks.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, ToSchema)]
-pub struct Risk {
-    /// How much.
-    pub class: RiskClass,
-    /// In words: those of the table where it has some.
-    pub words: String,
-}
-
-/// What it risks to write a row, or this code of it.
+/// The risk of writing a row, or this code of it.
 #[must_use]
 pub fn risk(row: &Row, code: Option<&Code>) -> Risk {
     let (class, words) = match (code.map_or("", |code| code.risk), row.storage) {
-        ("", _) if row.codes.is_command() => (RiskClass::Harmless, "nothing that the manual warns of"),
-        ("", Storage::Nonvolatile) => (RiskClass::Kept, "stays when the power goes"),
-        ("", Storage::OnRequest) => (RiskClass::OnRequest, "lost with the power unless the device is told to store it"),
-        ("", Storage::Volatile | Storage::Dynamic | Storage::Unstated) => {
-            (RiskClass::Volatile, "lost when the power goes")
-        }
+        ("", _) if row.codes.is_command() => (RiskClass::Harmless, "no risk in the manual"),
+        ("", Storage::Nonvolatile) => (RiskClass::Kept, "kept at power-off"),
+        ("", Storage::OnRequest) => (RiskClass::OnRequest, "lost at power-off unless the device stores it"),
+        ("", Storage::Volatile | Storage::Dynamic | Storage::Unstated) => (RiskClass::Volatile, "lost at power-off"),
         (words, _) => (RiskClass::Dangerous, words),
     };
     Risk { class, words: words.to_owned() }
 }
 
-/// Who may write a row, or this code of it.
+/// The role that is needed to write a row, or this code of it.
 #[must_use]
 pub fn role(row: &Row, code: Option<&Code>) -> Role {
     let lasts = code.is_some_and(|code| LASTING_COMMANDS.contains(&code.name));
     if row.codes.is_command() && !lasts { Role::Operator } else { Role::Engineer }
 }
 
-/// Why nobody may write a row from here.
+/// Why the station never writes a row.
 #[must_use]
 pub fn blocked_reason(row: &Row) -> Option<&'static str> {
     let is_presentation = row.codes == Codes::Units || row.name == "Data Type";
@@ -94,7 +66,7 @@ mod tests {
     use profivac_client::names::{ParameterNames, command_name};
     use profivac_devices::catalog::MODELS;
 
-    /// Commands of a device that need an engineer.
+    /// The commands of a device that need an engineer.
     fn lasting(device: &str) -> Vec<String> {
         let model = MODELS.into_iter().find(|model| model.name == device).unwrap();
         let names = ParameterNames::of(model);
@@ -104,7 +76,7 @@ mod tests {
     }
 
     #[test]
-    fn commands_that_leave_something_behind_need_an_engineer() {
+    fn commands_with_a_lasting_effect_need_an_engineer() {
         assert_eq!(
             lasting("bcg450"),
             ["ba.manual-mode", "ba.automatic-mode", "atmosphere.atmosphere-adjust", "atmosphere.atmosphere-adjust-off"]
@@ -118,7 +90,7 @@ mod tests {
     }
 
     #[test]
-    fn every_name_of_the_table_is_a_command_of_some_device() {
+    fn every_lasting_command_is_a_command_of_a_device() {
         for name in LASTING_COMMANDS {
             let has = |row: &Row| row.codes.is_command() && row.codes.codes().iter().any(|code| code.name == name);
             let rows = MODELS.iter().flat_map(|model| model.blocks).flat_map(|place| place.block.rows);
@@ -127,7 +99,7 @@ mod tests {
     }
 
     #[test]
-    fn unit_and_number_type_are_barred_on_every_device() {
+    fn the_unit_and_the_number_type_are_blocked_on_every_device() {
         for model in MODELS {
             let names = ParameterNames::of(model);
             for named in names.all() {

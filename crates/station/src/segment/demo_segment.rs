@@ -1,94 +1,90 @@
-//! A segment in memory on the dashboard: what a demonstration shows is measured, recorded and asked like anything else.
+//! A segment in memory: the gauges of a demonstration are sampled, recorded and controlled like real ones.
 
+use super::bus_map::{milliseconds, own_master};
 use super::gauge_session::GaugeSession;
 use super::requests;
+use super::services::SegmentServices;
 use crate::config;
-use crate::services::{SegmentRequest, SegmentSnapshot, Services};
-use crate::view::{BusStation, BusStationState, Segment, SegmentState};
+use crate::control::error::Unavailable;
+use crate::control::requests::SegmentRequest;
+use crate::snapshot::SegmentSnapshot;
+use crate::view::{Segment, SegmentState};
 use profivac_client::cyclic::CyclicSlave;
 use profivac_client::ms2::Ms2;
 use profivac_vacuum::Gas;
 use profivac_virtual::memory_segment::MemorySegment;
-use std::sync::Arc;
 use std::sync::mpsc::Receiver;
 use std::time::{Duration, Instant};
 
-/// How often pressures are taken, and shown.
+/// The time between two samples, and between two snapshots.
 const POLL: Duration = Duration::from_millis(100);
 
-/// A scene that is shown.
+/// A segment in memory that the station shows.
 pub struct DemoSegment {
     name: String,
     master: u8,
-    plant: Arc<Services>,
-    members: Vec<GaugeSession>,
-    questions: Receiver<SegmentRequest>,
-    show_at: Instant,
+    services: SegmentServices,
+    gauges: Vec<GaugeSession>,
+    requests: Receiver<SegmentRequest>,
+    publish_at: Instant,
 }
 
 impl DemoSegment {
-    /// Shows the gauges of `scene` under the name of a segment. `names` says what a gauge at an address is called, and its device.
+    /// Shows the gauges of `scene` as the segment `name`. `names` gives the name and the device of the gauge at an address.
     #[must_use]
     pub fn new(
-        plant: Arc<Services>,
+        services: SegmentServices,
         name: &str,
         scene: &MemorySegment,
         master: u8,
         names: impl Fn(u8) -> (String, String),
     ) -> Self {
-        let questions = plant.accept_requests(name);
-        let members = scene.slaves().iter().map(|watched| {
-            let (name, device) = names(watched.address);
+        let requests = services.control.requests().accept(name);
+        let gauges = scene.slaves().iter().map(|slave| {
+            let (name, device) = names(slave.address);
             let config =
-                config::Gauge { name, address: watched.address, device, poll: POLL, gas: Gas::N2, levels: Vec::new() };
-            GaugeSession::known(config, *watched)
+                config::Gauge { name, address: slave.address, device, poll: POLL, gas: Gas::N2, levels: Vec::new() };
+            GaugeSession::with_slave(config, *slave)
         });
-        let members = members.collect();
-        Self { name: name.to_owned(), master, plant, members, questions, show_at: Instant::now() }
+        let gauges = gauges.collect();
+        Self { name: name.to_owned(), master, services, gauges, requests, publish_at: Instant::now() }
     }
 
-    /// Takes what is new, shows it, and answers a question if there is one: while it does, time of the line passes.
+    /// Samples and publishes the gauges, and answers one request if there is one. While it answers, time passes on the bus.
     pub fn run_once(&mut self, scene: &mut MemorySegment) {
         self.sample(scene);
-        if Instant::now() >= self.show_at {
-            self.show_at = Instant::now() + POLL;
-            self.show(scene);
+        if Instant::now() >= self.publish_at {
+            self.publish_at = Instant::now() + POLL;
+            self.publish(scene);
         }
-        if let Ok(question) = self.questions.try_recv() {
-            let watched = |name: &str| self.watched(name);
-            // There is no port that could be lost.
-            requests::handle(&self.plant, question, watched, |address| Ms2::new(scene, address)).ok();
+        if let Ok(request) = self.requests.try_recv() {
+            let slave = |name: &str| self.slave(name);
+            // A segment in memory has no port to lose.
+            requests::answer(&self.services, request, slave, |address| Ms2::new(scene, address)).ok();
         }
     }
 
     fn sample(&mut self, scene: &mut MemorySegment) {
-        let (all, baud) = (scene.slaves().to_vec(), scene.baud());
+        let (slaves, baud) = (scene.slaves().to_vec(), scene.baud());
         let Some(master) = scene.master_mut() else { return };
-        for (member, watched) in self.members.iter_mut().zip(all) {
-            if member.takes_search_turn() {
-                // It was without power for long; in a scene it is the same gauge again.
-                member.search_finished(&self.plant, master, baud, Ok(watched));
+        for (gauge, slave) in self.gauges.iter_mut().zip(slaves) {
+            if gauge.takes_search_turn() {
+                // The gauge was switched off for a while; in memory it is the same device again.
+                gauge.search_finished(&self.services.recorder, master, baud, Ok(slave));
             }
-            member.sample(&self.plant, master);
+            gauge.sample(&self.services.recorder, master);
         }
     }
 
-    fn watched(&self, name: &str) -> Result<CyclicSlave, String> {
-        let member = self.members.iter().find(|member| member.config.name == name);
-        let member = member.ok_or_else(|| format!("there is no gauge {name:?}"))?;
-        member.watched.ok_or_else(|| format!("{name} does not answer"))
+    fn slave(&self, name: &str) -> Result<CyclicSlave, Unavailable> {
+        let gauge = self.gauges.iter().find(|gauge| gauge.config.name == name);
+        let gauge = gauge.ok_or_else(|| Unavailable::UnknownGauge(name.to_owned()))?;
+        gauge.slave.ok_or_else(|| Unavailable::NoAnswer(name.to_owned()))
     }
 
-    fn show(&self, scene: &MemorySegment) {
-        let own = BusStation {
-            address: self.master,
-            standing: BusStationState::Ourselves,
-            name: None,
-            device: None,
-            ident: None,
-            words: "our master".to_owned(),
-        };
-        let mut stations: Vec<_> = self.members.iter().map(GaugeSession::bus_station).chain([own]).collect();
+    fn publish(&self, scene: &MemorySegment) {
+        let own = own_master(self.master);
+        let mut stations: Vec<_> = self.gauges.iter().map(GaugeSession::bus_station).chain([own]).collect();
         stations.sort_by_key(|station| station.address);
         let baud = scene.baud();
         let segment = Segment {
@@ -98,11 +94,11 @@ impl DemoSegment {
             master: self.master,
             state: SegmentState::Running,
             trouble: None,
-            cycle_ms: scene.master().and_then(|master| super::milliseconds(master.cycle_tbit(), baud)),
+            cycle_ms: scene.master().and_then(|master| milliseconds(master.cycle_tbit(), baud)),
             damaged: 0,
             stations,
         };
-        let gauges = self.members.iter().map(|member| member.gauge(&self.name)).collect();
-        self.plant.publish(SegmentSnapshot { segment, gauges });
+        let gauges = self.gauges.iter().map(|gauge| gauge.view(&self.name)).collect();
+        self.services.snapshots.publish(SegmentSnapshot { segment, gauges });
     }
 }

@@ -1,124 +1,121 @@
-//! What is done to a gauge beside the cycle: a draft of it first, and the deed itself when it was fired.
+//! Previews and executes an operation beside the cyclic data exchange.
 
 use crate::control::armed_commands::ArmedCommand;
-use crate::control::operation::{Operation, OperationError, OperationPreview, Readback};
+use crate::control::error::{ChangedSinceArmed, OperationError, OutcomeUnknown, Unavailable};
+use crate::control::operation::{Operation, OperationPreview, Readback};
 use crate::control::permissions;
 use profivac_client::cyclic::CyclicSlave;
 use profivac_client::records::Records;
 use profivac_client::{self, ClientError, ErrorKind, Gauge};
 
-/// What the gauge says to what somebody wants. Nothing is changed.
+/// Asks the gauge what an operation would do. Nothing is changed.
 pub fn preview<R: Records>(
     name: &str,
-    watched: &CyclicSlave,
+    slave: &CyclicSlave,
     records: R,
-    choice: &Operation,
+    operation: &Operation,
 ) -> Result<OperationPreview, OperationError> {
-    let mut gauge = open(name, watched, records)?;
-    let drafted = read_preview(&mut gauge, choice).map(|(_, draft)| draft);
-    // The instance that was shown before is shown again, if the gauge still answers.
+    let mut gauge = open(name, slave, records)?;
+    let preview = read_preview(&mut gauge, operation).map(|(_, preview)| preview);
+    // A gauge that no longer answers keeps the selector where it is.
     gauge.restore_selector().ok();
-    drafted
+    preview
 }
 
-/// Carries out what was armed, if everything is as it was then.
+/// Executes an armed command, if the device, its values and its conditions are as they were.
 pub fn execute<R: Records>(
-    watched: &CyclicSlave,
+    slave: &CyclicSlave,
     records: R,
-    order: &ArmedCommand,
+    command: &ArmedCommand,
 ) -> Result<Readback, OperationError> {
-    let (was, is) = ((order.preview.device, order.preview.address), (watched.model.name, watched.address));
-    if was != is {
-        let sentence = format!(
-            "{} was {} at address {} when it was armed and is {} at {} now",
-            order.gauge, was.0, was.1, is.0, is.1
-        );
-        return Err(OperationError::Changed(sentence));
+    let armed = (command.preview.device, command.preview.address);
+    let now = (slave.model.name, slave.address);
+    if armed != now {
+        return Err(ChangedSinceArmed::Device { gauge: command.gauge.clone(), armed, now }.into());
     }
-    let mut gauge = open(&order.gauge, watched, records)?;
-    let done = execute_checked(&mut gauge, order);
+    let mut gauge = open(&command.gauge, slave, records)?;
+    let readback = execute_checked(&mut gauge, command);
     gauge.restore_selector().ok();
-    done
+    readback
 }
 
-/// MS2 alone: the parameter channel is not part of the data that the station exchanges.
-fn open<R: Records>(name: &str, watched: &CyclicSlave, records: R) -> Result<Gauge<R>, OperationError> {
-    if !watched.model.features.dpv1 {
-        let sentence = format!(
-            "{name} has no DP-V1, and the data the station exchanges with it have no parameter channel: take it out of the \
-             station's file and use `profivac write --via pkw`"
-        );
-        return Err(OperationError::Unavailable(sentence));
+/// Uses MS2 only: the cyclic data that the station exchanges have no parameter channel.
+fn open<R: Records>(name: &str, slave: &CyclicSlave, records: R) -> Result<Gauge<R>, Unavailable> {
+    if !slave.model.features.dpv1 {
+        return Err(Unavailable::WriteNeedsDpV1(name.to_owned()));
     }
-    Ok(Gauge::with_model(records, watched.address, watched.model).with_unit(watched.unit))
+    Ok(Gauge::with_model(records, slave.address, slave.model).with_unit(slave.unit))
 }
 
 fn read_preview<R: Records>(
     gauge: &mut Gauge<R>,
-    choice: &Operation,
+    operation: &Operation,
 ) -> Result<(profivac_client::PreparedWrite, OperationPreview), OperationError> {
-    let order = gauge.prepare_unchecked(&choice.named, &choice.text).map_err(|error| before_sending(&error))?;
-    let conditions = gauge.conditions(&order).map_err(|error| before_sending(&error))?;
-    let draft = OperationPreview {
+    let write = gauge.prepare(&operation.named, &operation.text).map_err(before_sending)?;
+    let conditions = gauge.conditions(&write).map_err(before_sending)?;
+    let preview = OperationPreview {
         device: gauge.model().name,
         address: gauge.address(),
-        octets: order.octets.clone(),
-        before: order.before.as_ref().map(|before| (before.text.clone(), before.octets.clone())),
-        after: order.text.clone(),
-        risk: permissions::risk(choice.named.parameter.row, order.code),
+        octets: write.octets.clone(),
+        before: write.before.as_ref().map(|before| (before.text.clone(), before.octets.clone())),
+        after: write.text.clone(),
+        risk: permissions::risk(operation.named.parameter.row, write.code),
         conditions,
     };
-    Ok((order, draft))
+    Ok((write, preview))
 }
 
-fn execute_checked<R: Records>(gauge: &mut Gauge<R>, order: &ArmedCommand) -> Result<Readback, OperationError> {
-    let (now, draft) = read_preview(gauge, &order.operation)?;
-    if draft.conditions.iter().any(|condition| condition.unmet.is_some()) {
-        return Err(OperationError::ConditionsNotMet(draft.conditions));
+fn execute_checked<R: Records>(gauge: &mut Gauge<R>, command: &ArmedCommand) -> Result<Readback, OperationError> {
+    let (write, preview) = read_preview(gauge, &command.operation)?;
+    if preview.conditions.iter().any(|condition| condition.unmet.is_some()) {
+        return Err(OperationError::ConditionsNotMet(preview.conditions));
     }
-    if let Some(sentence) = change_since_armed(order, &draft) {
-        return Err(OperationError::Changed(sentence));
-    }
-    let before = draft.before.map(|(text, _)| text);
-    match gauge.execute(now) {
+    check_unchanged(command, &preview)?;
+    let before = preview.before.map(|(text, _)| text);
+    match gauge.execute(write) {
         Ok(written) => Ok(Readback { before, after: written.after.map(|after| after.text) }),
-        Err(error) => Err(after_sending(&error)),
+        Err(error) => Err(after_sending(error)),
     }
 }
 
-/// What is not as it was when it was armed.
-fn change_since_armed(order: &ArmedCommand, now: &OperationPreview) -> Option<String> {
-    let (was, is) = (&order.preview, now);
-    let words = |before: &Option<(String, Vec<u8>)>| before.as_ref().map_or("unreadable", |(text, _)| text).to_owned();
-    if was.before != is.before {
-        return Some(format!(
-            "{} was {} when it was armed and is {} now",
-            order.operation.named.name,
-            words(&was.before),
-            words(&is.before)
-        ));
+/// Compares the present answer of the gauge with its answer when the command was armed.
+fn check_unchanged(command: &ArmedCommand, now: &OperationPreview) -> Result<(), ChangedSinceArmed> {
+    let (armed, operation) = (&command.preview, &command.operation);
+    let text = |before: &Option<(String, Vec<u8>)>| {
+        before.as_ref().map_or_else(|| "unreadable".to_owned(), |(text, _)| text.clone())
+    };
+    if armed.before != now.before {
+        return Err(ChangedSinceArmed::Value {
+            target: operation.named.name.clone(),
+            armed: text(&armed.before),
+            now: text(&now.before),
+        });
     }
-    (was.octets != is.octets)
-        .then(|| format!("{} meant {} when it was armed and means {} now", order.operation.text, was.after, is.after))
+    if armed.octets != now.octets {
+        return Err(ChangedSinceArmed::Meaning {
+            given: operation.text.clone(),
+            armed: armed.after.clone(),
+            now: now.after.clone(),
+        });
+    }
+    Ok(())
 }
 
-/// Nothing was sent yet.
-fn before_sending(error: &ClientError) -> OperationError {
+/// An error before anything was sent.
+fn before_sending(error: ClientError) -> OperationError {
     match error {
         ClientError::Value { .. } | ClientError::Target(_) | ClientError::Access { .. } => {
-            OperationError::InvalidValue(error.to_string())
+            OperationError::InvalidValue(error)
         }
-        _ => OperationError::Unavailable(error.to_string()),
+        error => Unavailable::Client(error).into(),
     }
 }
 
-fn after_sending(error: &ClientError) -> OperationError {
+/// An error after the command was sent.
+fn after_sending(error: ClientError) -> OperationError {
     match error {
-        ClientError::Refused { doing: profivac_client::Operation::Write, .. } => {
-            OperationError::Refused(error.to_string())
-        }
-        _ if error.kind() == ErrorKind::Line => OperationError::OutcomeUnknown(error.to_string()),
-        // It was taken, and is not read back.
-        _ => OperationError::OutcomeUnknown(format!("it was sent and taken, but {error}")),
+        ClientError::Refused { doing: profivac_client::Operation::Write, .. } => OperationError::Refused(error),
+        error if error.kind() == ErrorKind::Line => OutcomeUnknown::Line(error).into(),
+        error => OutcomeUnknown::NotReadBack(error).into(),
     }
 }

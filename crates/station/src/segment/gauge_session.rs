@@ -1,64 +1,113 @@
-//! A gauge of the station on its way into data exchange, and what it shows there.
+//! A gauge of a segment: the station searches for it, brings it into data exchange, samples it and shows it.
 
 use crate::config;
-use crate::services::Services;
+use crate::recording::RecorderHandle;
 use crate::view::{self, BusStationState};
 use profivac_client::cyclic::{ChannelValue, CyclicSlave, CyclicValues};
 use profivac_client::discover::CyclicError;
 use profivac_devices::Principle;
 use profivac_devices::profile::StatusExtension;
 use profivac_dp::link::{Baud, BitTime};
-use profivac_dp::master::HandlerState;
+use profivac_dp::master::{HandlerState, SlaveListError};
 use profivac_host::port::PortError;
 use profivac_host::scan;
 use profivac_host::session::{BusMaster, BusSession, SessionError};
+use profivac_recorder::validity::{self, MAX_SILENCE, RangeStatus};
 use profivac_recorder::{EventKind, Micros, Quality, Sample};
 use profivac_vacuum::Gas;
-use profivac_virtual::device_spec::entry;
+use profivac_virtual::device_spec::{SpecError, entry};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-/// How long a gauge that was not found is left alone.
+/// The time between two searches for a missing gauge.
 const SEARCH_INTERVAL: Duration = Duration::from_secs(3);
 
-/// A gauge whose data do not come for so long shows nothing any more, whatever it showed last: another master may have the line.
-const STALE_AFTER: Duration = Duration::from_secs(1);
-
-/// A gauge that is silent for so long is looked for from the beginning.
+/// A gauge without data for this time is searched from the beginning: another device may answer at its address.
 const SEARCH_AFTER: Duration = Duration::from_secs(5);
 
-/// From 1 to 100 Pa the factors of a Pirani hold; below 0.1 Pa those of an ion gauge: BCG450 manual, page 54.
+/// The gas factors of a Pirani hold from 1 to 100 Pa: BCG450 manual, page 54.
 const PIRANI_PA: (f64, f64) = (1.0, 100.0);
+
+/// The gas factors of an ion gauge hold below 0.1 Pa: BCG450 manual, page 54.
 const ION_PA: f64 = 0.1;
+
+/// Why a gauge cannot be brought into data exchange.
+#[derive(Debug, thiserror::Error)]
+pub enum FindError {
+    /// The port was lost.
+    #[error(transparent)]
+    Port(PortError),
+    /// No slave answers at its address.
+    #[error("no slave answers")]
+    NoAnswer,
+    /// The bus does not allow requests.
+    #[error(transparent)]
+    Session(SessionError),
+    /// The slave cannot exchange data with this station.
+    #[error(transparent)]
+    Slave(CyclicError),
+    /// The station's file names a device that this program does not know.
+    #[error(transparent)]
+    UnknownDevice(#[from] SpecError),
+    /// Another device has the address.
+    #[error("it is a {found}, the station's file says {configured}")]
+    OtherDevice {
+        /// The device on the bus.
+        found: &'static str,
+        /// The device in the file.
+        configured: String,
+    },
+    /// The master does not take it.
+    #[error(transparent)]
+    Rejected(#[from] SlaveListError),
+}
+
+impl From<SessionError> for FindError {
+    fn from(error: SessionError) -> Self {
+        match error {
+            SessionError::Port(error) => Self::Port(error),
+            error => Self::Session(error),
+        }
+    }
+}
+
+impl From<CyclicError> for FindError {
+    fn from(error: CyclicError) -> Self {
+        match error {
+            CyclicError::Session(error) => error.into(),
+            error => Self::Slave(error),
+        }
+    }
+}
 
 /// A gauge.
 pub struct GaugeSession {
-    /// What the file says.
+    /// The configuration.
     pub config: config::Gauge,
-    /// What it is, once it was met.
-    pub watched: Option<CyclicSlave>,
-    standing: BusStationState,
-    trouble: Option<String>,
+    /// The slave, once it was found.
+    pub slave: Option<CyclicSlave>,
+    state: BusStationState,
+    problem: Option<String>,
     exceptions: Vec<String>,
     readings: Vec<view::Reading>,
-    /// Series that were recorded and are not in a gap.
+    /// The series whose last sample is not a gap.
     recorded: Vec<Arc<str>>,
     read_at: Option<Instant>,
-    /// When its last data came, on the bus and on our clock; at first when it was taken.
+    /// The last data exchange in bus time, and when the station noticed it; at first the time of adding the slave.
     last_exchange: (Option<BitTime>, Instant),
     search_at: Instant,
     sample_at: Instant,
 }
 
 impl GaugeSession {
-    /// A gauge that nothing is known of.
+    /// A gauge that has not been found yet.
     pub fn new(config: config::Gauge) -> Self {
         let now = Instant::now();
         Self {
             config,
-            watched: None,
-            standing: BusStationState::Missing,
-            trouble: None,
+            slave: None,
+            state: BusStationState::Missing,
+            problem: None,
             exceptions: Vec::new(),
             readings: Vec::new(),
             recorded: Vec::new(),
@@ -69,201 +118,199 @@ impl GaugeSession {
         }
     }
 
-    /// A gauge that its master has already.
-    pub fn known(config: config::Gauge, watched: CyclicSlave) -> Self {
-        Self { watched: Some(watched), standing: BusStationState::Starting, ..Self::new(config) }
+    /// A gauge whose slave the master already has.
+    pub fn with_slave(config: config::Gauge, slave: CyclicSlave) -> Self {
+        Self { slave: Some(slave), state: BusStationState::Starting, ..Self::new(config) }
     }
 
-    /// The same slave under what the file says now.
+    /// The same slave with another configuration.
     pub fn with_config(mut self, config: config::Gauge) -> Self {
         self.config = config;
         self
     }
 
-    /// When there is something to do.
+    /// When the gauge needs to be sampled or searched.
     pub fn due(&self) -> Instant {
-        if self.watched.is_some() { self.sample_at } else { self.search_at }
+        if self.slave.is_some() { self.sample_at } else { self.search_at }
     }
 
-    /// Whether it was not met yet and the time to look for it has come. If so, the next time is later.
+    /// Whether the gauge is missing and is to be searched now. If so, sets the time of the next search.
     pub fn takes_search_turn(&mut self) -> bool {
         let now = Instant::now();
-        let looks = self.watched.is_none() && self.search_at <= now;
-        if looks {
+        let is_due = self.slave.is_none() && self.search_at <= now;
+        if is_due {
             self.search_at = now + SEARCH_INTERVAL;
         }
-        looks
+        is_due
     }
 
-    /// What came of looking for it: it is taken, or there is a reason.
+    /// Takes the result of a search: adds the slave to the master, or notes the problem.
     pub fn search_finished(
         &mut self,
-        plant: &Services,
+        recorder: &RecorderHandle,
         master: &mut BusMaster,
         baud: Baud,
-        met: Result<CyclicSlave, String>,
+        found: Result<CyclicSlave, FindError>,
     ) {
-        let taken = met.and_then(|watched| {
+        let added = found.and_then(|slave| {
             master.remove(self.config.address);
-            master.add(&watched.parameters(baud)).map_err(|error| error.to_string())?;
-            Ok(watched)
+            master.add(&slave.parameters(baud))?;
+            Ok(slave)
         });
-        match taken {
-            Ok(watched) => {
+        match added {
+            Ok(slave) => {
                 let now = Instant::now();
-                self.watched = Some(watched);
-                self.standing = BusStationState::Starting;
+                self.slave = Some(slave);
+                self.state = BusStationState::Starting;
                 self.sample_at = now;
                 self.last_exchange = (None, now);
             }
-            Err(sentence) => self.missing(plant, &sentence),
+            Err(error) => {
+                self.state = BusStationState::Missing;
+                self.note_problem(recorder, Some(error.to_string()));
+            }
         }
     }
 
-    /// It is not there, and why.
-    fn missing(&mut self, plant: &Services, sentence: &str) {
-        self.standing = BusStationState::Missing;
-        self.note_fault(plant, Some(sentence));
-    }
-
-    /// Notes a trouble, or its end, once.
-    fn note_fault(&mut self, plant: &Services, trouble: Option<&str>) {
-        if self.trouble.as_deref() != trouble {
-            let sentence = trouble.unwrap_or("it exchanges data");
-            plant.record_event(Some(&self.config.name), EventKind::Bus, format!("{}: {sentence}", self.config.name));
-            self.trouble = trouble.map(str::to_owned);
+    /// Sets the problem, and records an event if it is another one than before.
+    fn note_problem(&mut self, recorder: &RecorderHandle, problem: Option<String>) {
+        if self.problem != problem {
+            let sentence = problem.as_deref().unwrap_or("in data exchange");
+            let text = format!("{}: {sentence}", self.config.name);
+            recorder.event_now(Some(&self.config.name), EventKind::Bus, text);
+            self.problem = problem;
         }
     }
 
-    /// It was silent for long: what is there when somebody answers again may be another device, or show another unit.
-    fn forget(&mut self, master: &mut BusMaster) {
-        master.remove(self.config.address);
-        self.watched = None;
+    /// Ends the data exchange because the port is lost, the segment stops or the gauge is removed.
+    pub fn disconnect(&mut self, recorder: &RecorderHandle, problem: &str) {
+        self.begin_gap(recorder);
+        self.slave = None;
+        self.state = BusStationState::Missing;
+        self.problem = Some(problem.to_owned());
         self.search_at = Instant::now();
     }
 
-    /// The line is gone, or the gauge is to be forgotten.
-    pub fn disconnect(&mut self, plant: &Services, sentence: &str) {
-        self.gap(plant);
-        self.watched = None;
-        self.standing = BusStationState::Missing;
-        self.trouble = Some(sentence.to_owned());
-        self.search_at = Instant::now();
+    /// Removes the slave from the master.
+    pub fn release(&mut self, session: &mut BusSession) {
+        session.master().remove(self.config.address);
     }
 
-    /// Gives the slave back.
-    pub fn release(&mut self, tool: &mut BusSession) {
-        tool.master().remove(self.config.address);
-    }
-
-    /// Takes what the gauge shows, if the time for it has come.
-    pub fn sample(&mut self, plant: &Services, master: &mut BusMaster) {
+    /// Takes the present reading, if its time has come.
+    pub fn sample(&mut self, recorder: &RecorderHandle, master: &mut BusMaster) {
         let now = Instant::now();
-        let Some(watched) = self.watched.filter(|_| self.sample_at <= now) else { return };
+        let Some(slave) = self.slave.filter(|_| self.sample_at <= now) else { return };
         self.sample_at = now + self.config.poll;
         let address = self.config.address;
         let exchanged_at = master.exchanged_at(address);
         if exchanged_at.is_some() && exchanged_at != self.last_exchange.0 {
             self.last_exchange = (exchanged_at, now);
         }
-        let silent = now.saturating_duration_since(self.last_exchange.1);
-        match master.inputs(address).filter(|_| silent < STALE_AFTER) {
-            Some(inputs) => self.take_reading(plant, &watched, &watched.decode_inputs(inputs)),
-            None => self.take_no_reading(plant, master),
+        let silence = now.saturating_duration_since(self.last_exchange.1);
+        match master.inputs(address).filter(|_| silence < MAX_SILENCE) {
+            Some(inputs) => self.take_reading(recorder, &slave, &slave.decode_inputs(inputs), silence),
+            None => self.take_no_reading(recorder, master),
         }
-        if silent > SEARCH_AFTER {
-            self.forget(master);
+        if silence > SEARCH_AFTER {
+            master.remove(address);
+            self.slave = None;
+            self.search_at = Instant::now();
         }
     }
 
-    fn take_reading(&mut self, plant: &Services, watched: &CyclicSlave, reading: &CyclicValues) {
-        self.exceptions = reading.exceptions().into_iter().map(str::to_owned).collect();
+    fn take_reading(
+        &mut self,
+        recorder: &RecorderHandle,
+        slave: &CyclicSlave,
+        values: &CyclicValues,
+        silence: Duration,
+    ) {
+        self.exceptions = values.exceptions().into_iter().map(str::to_owned).collect();
         self.read_at = Some(self.last_exchange.1);
-        self.standing = if self.exceptions.is_empty() { BusStationState::Exchanging } else { BusStationState::Faulty };
-        self.note_fault(plant, None);
-        self.record(plant, watched, &reading.values);
+        self.state = if self.exceptions.is_empty() { BusStationState::Exchanging } else { BusStationState::Faulty };
+        self.note_problem(recorder, None);
+        self.record(recorder, slave, &values.values, silence);
     }
 
-    fn take_no_reading(&mut self, plant: &Services, master: &BusMaster) {
-        self.gap(plant);
+    fn take_no_reading(&mut self, recorder: &RecorderHandle, master: &BusMaster) {
+        self.begin_gap(recorder);
         let address = self.config.address;
-        let trouble = master.exchange_error(address).map(|trouble| trouble.to_string());
-        let is_there = !matches!(master.state(address), None | Some(HandlerState::Offline | HandlerState::Inactive));
-        self.standing =
-            if is_there && trouble.is_none() { BusStationState::Starting } else { BusStationState::Missing };
-        if trouble.is_some() {
-            self.note_fault(plant, trouble.as_deref());
+        let problem = master.exchange_error(address).map(|error| error.to_string());
+        let is_present = !matches!(master.state(address), None | Some(HandlerState::Offline | HandlerState::Inactive));
+        self.state = if is_present && problem.is_none() { BusStationState::Starting } else { BusStationState::Missing };
+        if problem.is_some() {
+            self.note_problem(recorder, problem);
         }
     }
 
-    fn record(&mut self, plant: &Services, watched: &CyclicSlave, values: &[ChannelValue]) {
+    fn record(&mut self, recorder: &RecorderHandle, slave: &CyclicSlave, values: &[ChannelValue], silence: Duration) {
         let at = Micros::now();
-        let alone = values.len() == 1;
-        self.readings = values.iter().map(|value| self.reading(watched, value, alone)).collect();
+        let is_only = values.len() == 1;
+        self.readings = values.iter().map(|value| self.reading(slave, value, is_only, silence)).collect();
         self.recorded.clear();
-        for (reading, value) in self.readings.iter().zip(values) {
+        for reading in &self.readings {
             let series: Arc<str> = Arc::from(reading.series.as_str());
-            plant.recorder().push(&series, Sample::new(at, reading.pa, quality(value)));
+            recorder.push(&series, Sample::new(at, reading.pa, reading.quality));
             self.recorded.push(series);
         }
     }
 
-    fn reading(&self, watched: &CyclicSlave, value: &ChannelValue, alone: bool) -> view::Reading {
-        // Nothing for a channel of a TPG300 or TPG500: it tells nobody which gauge it has.
-        let principle = watched.principle(value.instance);
+    fn reading(&self, slave: &CyclicSlave, value: &ChannelValue, is_only: bool, silence: Duration) -> view::Reading {
+        // A TPG300 or TPG500 does not report which gauges its channels have.
+        let principle = slave.principle(value.instance);
         let name = &self.config.name;
         view::Reading {
-            series: if alone { name.clone() } else { format!("{name}.{}", value.instance) },
+            series: if is_only { name.clone() } else { format!("{name}.{}", value.instance) },
             instance: value.instance,
             principle: principle.map(word),
             pa: value.pa,
             corrected_pa: value.pa.and_then(|pa| corrected(pa, principle?, self.config.gas)),
-            quality: quality(value).word(),
+            quality: validity::quality(value.pa, range_status(value.status), silence),
         }
     }
 
-    /// Nothing is heard any more.
-    fn gap(&mut self, plant: &Services) {
+    /// Begins a gap in each recorded series.
+    fn begin_gap(&mut self, recorder: &RecorderHandle) {
         let at = Micros::now();
         for series in self.recorded.drain(..) {
-            plant.recorder().push(&series, Sample::gap(at));
+            recorder.push(&series, Sample::gap(at));
         }
         for reading in &mut self.readings {
             reading.pa = None;
             reading.corrected_pa = None;
-            reading.quality = Quality::Gap.word();
+            reading.quality = Quality::Gap;
         }
         self.exceptions.clear();
     }
 
-    /// What the bus map shows.
+    /// The gauge as a station on the bus.
     pub fn bus_station(&self) -> view::BusStation {
-        let words = match (&self.trouble, self.standing) {
-            (Some(trouble), _) => trouble.clone(),
-            (None, BusStationState::Exchanging) => "exchanges data".to_owned(),
+        let description = match (&self.problem, self.state) {
+            (Some(problem), _) => problem.clone(),
+            (None, BusStationState::Exchanging) => "in data exchange".to_owned(),
             (None, BusStationState::Faulty) => self.exceptions.join(", "),
             (None, _) => "is being brought into data exchange".to_owned(),
         };
         view::BusStation {
             address: self.config.address,
-            standing: self.standing,
+            standing: self.state,
             name: Some(self.config.name.clone()),
             device: Some(self.config.device.clone()),
-            ident: self.watched.map(|watched| format!("0x{:04X}", watched.model.ident)),
-            words,
+            ident: self.slave.map(|slave| format!("0x{:04X}", slave.model.ident)),
+            words: description,
         }
     }
 
-    /// What the dashboard shows.
-    pub fn gauge(&self, segment: &str) -> view::Gauge {
+    /// The gauge as the API shows it.
+    pub fn view(&self, segment: &str) -> view::Gauge {
         let levels = self.config.levels.iter();
         view::Gauge {
             name: self.config.name.clone(),
             segment: segment.to_owned(),
             address: self.config.address,
             device: self.config.device.clone(),
-            standing: self.standing,
-            trouble: self.trouble.clone(),
+            standing: self.state,
+            trouble: self.problem.clone(),
             exceptions: self.exceptions.clone(),
             gas: self.config.gas.to_string(),
             levels: levels.map(|(name, level)| view::PressureLevel { name: name.clone(), pa: level.pa() }).collect(),
@@ -274,42 +321,33 @@ impl GaugeSession {
     }
 }
 
-/// Looks for the gauge at its address, and finds it if it is there, free, and what the file says; or else says why not.
-pub fn find_gauge(
-    tool: &mut BusSession,
-    gauge: &config::Gauge,
-    master: u8,
-) -> Result<Result<CyclicSlave, String>, PortError> {
-    // Quickly: to find somebody takes patience.
-    match scan::probe(tool, gauge.address) {
-        Ok(Some(seen)) if seen.slave.is_some() => {}
-        Ok(_) => return Ok(Err("nobody answers".to_owned())),
-        Err(SessionError::Port(error)) => return Err(error),
-        Err(error) => return Ok(Err(error.to_string())),
+/// Searches for a gauge at its address: a slave that answers, that no other master owns, and that is the configured device.
+pub fn find_gauge(session: &mut BusSession, gauge: &config::Gauge, master: u8) -> Result<CyclicSlave, FindError> {
+    // A probe takes less time than waiting for a slave that is absent.
+    let probed = scan::probe(session, gauge.address)?;
+    if probed.is_none_or(|station| station.slave.is_none()) {
+        return Err(FindError::NoAnswer);
     }
-    match CyclicSlave::find(tool, gauge.address, master) {
-        Ok(watched) => Ok(as_configured(watched, &gauge.device)),
-        Err(CyclicError::Session(SessionError::Port(error))) => Err(error),
-        Err(error) => Ok(Err(error.to_string())),
-    }
+    as_configured(CyclicSlave::find(session, gauge.address, master)?, &gauge.device)
 }
 
-/// What was found, as the device that the file says. Devices that share an ident number cannot be told apart on the bus.
-fn as_configured(found: CyclicSlave, device: &str) -> Result<CyclicSlave, String> {
-    let said = entry(device).map_err(|error| error.to_string())?.model;
-    if said.ident != found.model.ident {
-        return Err(format!("it is a {}, the file says {device}", found.model.name));
+/// The found slave as the configured device: devices that share an ident number cannot be told apart on the bus.
+fn as_configured(found: CyclicSlave, device: &str) -> Result<CyclicSlave, FindError> {
+    let model = entry(device)?.model;
+    if model.ident != found.model.ident {
+        return Err(FindError::OtherDevice { found: found.model.name, configured: device.to_owned() });
     }
-    let configuration = said.configuration(found.configuration.octets).unwrap_or(found.configuration);
-    Ok(CyclicSlave { model: said, configuration, unit: said.unit(found.unit.code).unwrap_or(found.unit), ..found })
+    let configuration = model.configuration(found.configuration.octets).unwrap_or(found.configuration);
+    Ok(CyclicSlave { model, configuration, unit: model.unit(found.unit.code).unwrap_or(found.unit), ..found })
 }
 
-fn quality(value: &ChannelValue) -> Quality {
-    match (value.pa, value.status) {
-        (Some(_), status) if status.contains(StatusExtension::OVER) => Quality::Overrange,
-        (Some(_), status) if status.contains(StatusExtension::UNDER) => Quality::Underrange,
-        (Some(_), _) => Quality::Valid,
-        (None, _) => Quality::Invalid,
+/// The status of a value as the recorder judges it.
+fn range_status(status: StatusExtension) -> RangeStatus {
+    match status {
+        status if status.contains(StatusExtension::INVALID) => RangeStatus::Invalid,
+        status if status.contains(StatusExtension::OVER) => RangeStatus::Over,
+        status if status.contains(StatusExtension::UNDER) => RangeStatus::Under,
+        _ => RangeStatus::InRange,
     }
 }
 
@@ -338,7 +376,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn factors_are_used_only_where_they_hold() {
+    fn gas_factors_are_used_only_where_they_hold() {
         assert_eq!(corrected(10.0, Principle::Pirani, Gas::Ar), Some(17.0));
         assert_eq!(corrected(1e4, Principle::Pirani, Gas::Ar), None);
         assert_eq!(corrected(1e4, Principle::Pirani, Gas::N2), Some(1e4));
@@ -349,11 +387,10 @@ mod tests {
     }
 
     #[test]
-    fn a_value_is_worth_what_its_status_says() {
-        let value = |pa, status| quality(&ChannelValue { instance: 1, pa, status });
-        assert_eq!(value(Some(1.0), StatusExtension::empty()), Quality::Valid);
-        assert_eq!(value(Some(1.0), StatusExtension::OVER), Quality::Overrange);
-        assert_eq!(value(Some(1.0), StatusExtension::UNDER), Quality::Underrange);
-        assert_eq!(value(None, StatusExtension::INVALID | StatusExtension::OVER), Quality::Invalid);
+    fn an_invalid_status_outweighs_overrange_and_underrange() {
+        assert_eq!(range_status(StatusExtension::empty()), RangeStatus::InRange);
+        assert_eq!(range_status(StatusExtension::OVER), RangeStatus::Over);
+        assert_eq!(range_status(StatusExtension::UNDER), RangeStatus::Under);
+        assert_eq!(range_status(StatusExtension::INVALID | StatusExtension::OVER), RangeStatus::Invalid);
     }
 }

@@ -1,143 +1,114 @@
-//! What a segment is asked beside its cycle: the parameters of a gauge, and what is done to one.
+//! Answers the requests of users to a segment: the parameters of a gauge, and operations.
 //!
-//! Meanwhile the gauges are sampled: who asks does not make holes in a record.
+//! The gauges are sampled meanwhile, so a request leaves no gap in the recording.
 
-use super::{SegmentThread, execute};
-use crate::control::operation::OperationError;
-use crate::control::{self, permissions};
-use crate::services::{SegmentRequest, Services};
+use super::execute;
+use super::services::SegmentServices;
+use crate::control::error::{ChangedSinceArmed, Unavailable};
+use crate::control::permissions;
+use crate::control::requests::SegmentRequest;
+use crate::snapshot::SnapshotStore;
 use crate::view::{Block, Parameter, WriteInfo};
 use profivac_client::cyclic::CyclicSlave;
-use profivac_client::ms2::Ms2;
 use profivac_client::names::NamedParameter;
 use profivac_client::records::Records;
 use profivac_client::values::ValueFormat;
 use profivac_client::{ClientError, Gauge};
 use profivac_devices::model::{AccessPath, Codes, DataType, Direction, Model, NumberType, Unit};
-use profivac_host::session::{BusSession, SessionError};
+use profivac_host::session::SessionError;
 use std::sync::mpsc::Receiver;
 use std::time::Instant;
 
-/// Answers one question, if there is one.
-///
-/// # Errors
-/// The name of the port, when it was lost.
-pub fn answer_next(worker: &SegmentThread, tool: &mut BusSession) -> Result<(), String> {
-    let Ok(question) = worker.questions.try_recv() else { return Ok(()) };
-    let settled = handle(&worker.plant, question, |name| watched(name, worker), |address| Ms2::new(tool, address));
-    settled.map_err(|PortLost| tool.port_name().to_owned())
-}
-
-/// The port was lost meanwhile.
+/// The port was lost during a request.
 pub struct PortLost;
 
-/// Answers a question. `watched` says what is known of a gauge, `records` is the way to it.
+/// Answers a request. `slave` gives the slave of a gauge in data exchange, `records` the access to the records at an address.
 ///
 /// # Errors
-/// [`Lost`].
-pub fn handle<R: Records>(
-    plant: &Services,
-    question: SegmentRequest,
-    watched: impl FnOnce(&str) -> Result<CyclicSlave, String>,
+/// [`PortLost`]. Where a write finds the port lost, the next cycle finds it lost too.
+pub fn answer<R: Records>(
+    services: &SegmentServices,
+    request: SegmentRequest,
+    slave: impl FnOnce(&str) -> Result<CyclicSlave, Unavailable>,
     records: impl FnOnce(u8) -> R,
 ) -> Result<(), PortLost> {
-    // Whoever asked may have gone.
-    match question {
+    // A requester that timed out takes no answer.
+    match request {
         SegmentRequest::Blocks(name, answer) => {
-            let watched = watched(&name).map_err(ReadBlocksError::Because);
-            let blocks = watched.and_then(|watched| read_blocks(plant, &name, &watched, records(watched.address)));
-            let lost = matches!(blocks, Err(ReadBlocksError::Port));
-            answer.send(blocks.map_err(ReadBlocksError::sentence)).ok();
-            return if lost { Err(PortLost) } else { Ok(()) };
+            let blocks =
+                slave(&name).and_then(|slave| read_blocks(&services.snapshots, &name, &slave, records(slave.address)));
+            let is_lost = matches!(blocks, Err(Unavailable::PortLost));
+            answer.send(blocks).ok();
+            return if is_lost { Err(PortLost) } else { Ok(()) };
         }
-        SegmentRequest::Preview(name, choice, answer) => {
-            let watched = watched(&name).map_err(OperationError::Unavailable);
-            let draft =
-                watched.and_then(|watched| execute::preview(&name, &watched, records(watched.address), &choice));
-            answer.send(draft).ok();
+        SegmentRequest::Preview(name, operation, answer) => {
+            let preview = slave(&name)
+                .map_err(Into::into)
+                .and_then(|slave| execute::preview(&name, &slave, records(slave.address), &operation));
+            answer.send(preview).ok();
         }
-        SegmentRequest::Execute(order, begin_by, answer) if Instant::now() >= begin_by => {
-            let sentence = format!("the segment of {} was busy for too long", order.gauge);
-            answer.send(Err(OperationError::Unavailable(sentence))).ok();
+        SegmentRequest::Execute(command, begin_by, answer) if Instant::now() >= begin_by => {
+            answer.send(Err(Unavailable::SegmentBusy(command.gauge.clone()).into())).ok();
         }
-        SegmentRequest::Execute(order, _, answer) if !control::may_send(plant, &order) => {
-            let sentence = format!("{} has lost the mastership before it was sent", order.user);
-            answer.send(Err(OperationError::Changed(sentence))).ok();
+        SegmentRequest::Execute(command, _, answer) if !services.control.may_send(&command) => {
+            let lost = ChangedSinceArmed::ControlLost { user: command.user.to_string() };
+            answer.send(Err(lost.into())).ok();
         }
-        SegmentRequest::Execute(order, _, answer) => {
-            let watched = watched(&order.gauge).map_err(OperationError::Unavailable);
-            let done = watched.and_then(|watched| execute::execute(&watched, records(watched.address), &order));
-            answer.send(done).ok();
+        SegmentRequest::Execute(command, _, answer) => {
+            let readback = slave(&command.gauge)
+                .map_err(Into::into)
+                .and_then(|slave| execute::execute(&slave, records(slave.address), &command));
+            answer.send(readback).ok();
         }
     }
-    // If the port was lost, serving the line finds it out.
     Ok(())
 }
 
-/// Refuses all questions.
-pub fn refuse_all(questions: &Receiver<SegmentRequest>, sentence: &str) {
-    while let Ok(question) = questions.try_recv() {
-        let away = || OperationError::Unavailable(sentence.to_owned());
-        match question {
-            SegmentRequest::Blocks(_, answer) => answer.send(Err(sentence.to_owned())).ok(),
-            SegmentRequest::Preview(_, _, answer) => answer.send(Err(away())).ok(),
-            SegmentRequest::Execute(_, _, answer) => answer.send(Err(away())).ok(),
+/// Refuses all requests, because the segment does not run.
+pub fn refuse_all(requests: &Receiver<SegmentRequest>, problem: &str) {
+    let down = || Unavailable::SegmentDown(problem.to_owned());
+    while let Ok(request) = requests.try_recv() {
+        match request {
+            SegmentRequest::Blocks(_, answer) => answer.send(Err(down())).ok(),
+            SegmentRequest::Preview(_, _, answer) => answer.send(Err(down().into())).ok(),
+            SegmentRequest::Execute(_, _, answer) => answer.send(Err(down().into())).ok(),
         };
     }
 }
 
-/// Why there are no blocks.
-enum ReadBlocksError {
-    /// The port is lost.
-    Port,
-    /// In a sentence.
-    Because(String),
-}
-
-impl ReadBlocksError {
-    /// For people.
-    fn sentence(self) -> String {
-        match self {
-            Self::Port => "the port is lost".to_owned(),
-            Self::Because(sentence) => sentence,
-        }
-    }
-}
-
-/// All blocks of a gauge, with what their parameters show.
+/// Reads all blocks of a gauge.
 fn read_blocks<R: Records>(
-    plant: &Services,
+    snapshots: &SnapshotStore,
     name: &str,
-    watched: &CyclicSlave,
+    slave: &CyclicSlave,
     records: R,
-) -> Result<Vec<Block>, ReadBlocksError> {
-    if !watched.model.features.dpv1 {
-        let sentence = format!("{name} has no DP-V1: its parameters are read with `profivac dump --via pkw`");
-        return Err(ReadBlocksError::Because(sentence));
+) -> Result<Vec<Block>, Unavailable> {
+    if !slave.model.features.dpv1 {
+        return Err(Unavailable::ReadNeedsDpV1(name.to_owned()));
     }
-    let mut gauge = Gauge::with_model(records, watched.address, watched.model).with_unit(watched.unit);
+    let mut gauge = Gauge::with_model(records, slave.address, slave.model).with_unit(slave.unit);
     let (names, mut blocks) = (gauge.names(), Ok(Vec::new()));
-    let of = names.all().len();
+    let total = names.all().len();
     for (done, named) in names.all().iter().enumerate() {
-        plant.set_read_progress(name, done, of);
-        blocks = blocks.and_then(|blocks| add_parameter(blocks, &mut gauge, named, watched.unit));
+        snapshots.set_read_progress(name, done, total);
+        blocks = blocks.and_then(|blocks| add_parameter(blocks, &mut gauge, named, slave.unit));
         if blocks.is_err() {
             break;
         }
     }
-    plant.set_read_progress(name, of, of);
-    // The instance that was shown before is shown again, if the gauge still answers.
+    snapshots.set_read_progress(name, total, total);
+    // A gauge that no longer answers keeps the selector where it is.
     gauge.restore_selector().ok();
     blocks
 }
 
-/// Blocks with one more parameter, if somebody can read or write it.
+/// Adds a parameter to its block, if it can be read or written over MS2.
 fn add_parameter<R: Records>(
     mut blocks: Vec<Block>,
     gauge: &mut Gauge<R>,
     named: &NamedParameter,
     unit: &'static Unit,
-) -> Result<Vec<Block>, ReadBlocksError> {
+) -> Result<Vec<Block>, Unavailable> {
     let Some(parameter) = parameter(gauge, named, unit)? else { return Ok(blocks) };
     let title = title(named);
     match blocks.last_mut().filter(|block| block.name == title) {
@@ -147,20 +118,12 @@ fn add_parameter<R: Records>(
     Ok(blocks)
 }
 
-/// What is known of the gauge that is asked for, or why it cannot be asked.
-fn watched(name: &str, worker: &SegmentThread) -> Result<CyclicSlave, String> {
-    let members = worker.members();
-    let member = members.iter().find(|member| member.config.name == name);
-    let member = member.ok_or_else(|| format!("there is no gauge {name:?}"))?;
-    member.watched.ok_or_else(|| format!("{name} does not answer"))
-}
-
-/// A parameter with what it shows; nothing if nobody can read or write it on the way we have.
+/// Reads a parameter; `None` if MS2 neither reads nor writes it.
 fn parameter<R: Records>(
     gauge: &mut Gauge<R>,
     named: &NamedParameter,
     unit: &'static Unit,
-) -> Result<Option<Parameter>, ReadBlocksError> {
+) -> Result<Option<Parameter>, Unavailable> {
     let row = named.parameter.row;
     let readable = row.access.allows(AccessPath::Class2, Direction::Read);
     if !readable && !row.access.allows(AccessPath::Class2, Direction::Write) {
@@ -169,7 +132,7 @@ fn parameter<R: Records>(
     let (value, refusal) = match readable.then(|| gauge.read(named)) {
         None => (None, None),
         Some(Ok(reading)) => (Some(reading.text), None),
-        Some(Err(ClientError::Session(SessionError::Port(_)))) => return Err(ReadBlocksError::Port),
+        Some(Err(ClientError::Session(SessionError::Port(_)))) => return Err(Unavailable::PortLost),
         Some(Err(error)) => (None, Some(error.to_string())),
     };
     Ok(Some(Parameter {
@@ -179,12 +142,12 @@ fn parameter<R: Records>(
         access: row.access_text.to_owned(),
         value,
         refusal,
-        write: writing(gauge.model(), named, unit),
+        write: write_info(gauge.model(), named, unit),
     }))
 }
 
-/// What it takes to write a parameter; nothing if it is not written, or only as a command.
-fn writing(model: &'static Model, named: &NamedParameter, unit: &'static Unit) -> Option<WriteInfo> {
+/// What writing a parameter needs; `None` if it is not writable, or only by a command.
+fn write_info(model: &'static Model, named: &NamedParameter, unit: &'static Unit) -> Option<WriteInfo> {
     let row = named.parameter.row;
     if !row.access.allows(AccessPath::Class2, Direction::Write) || row.codes.is_command() {
         return None;
@@ -198,7 +161,7 @@ fn writing(model: &'static Model, named: &NamedParameter, unit: &'static Unit) -
     Some(WriteInfo { takes, choices, risk: permissions::risk(row, None), role: permissions::role(row, None), barred })
 }
 
-/// The name of a block, with its instance where there are several.
+/// The name of a block, with its instance if there are several.
 fn title(named: &NamedParameter) -> String {
     let place = named.parameter.place;
     match place.instance {

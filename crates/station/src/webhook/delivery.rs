@@ -1,11 +1,13 @@
-//! The thread that delivers the letters to one webhook.
+//! The thread that delivers the notifications of one webhook.
 
-use super::client::Client;
-use crate::config::{Secret, Webhook, ca_certificates};
-use crate::services::Services;
+use super::client::{Client, ClientSetupError, PostError};
+use super::status::DeliveryStatus;
+use crate::config::{CertificateError, Secret, Webhook, ca_certificates};
+use crate::recording::RecorderHandle;
 use profivac_recorder::alarms::{AlarmBatch, Notification};
 use profivac_recorder::{DatabaseError, EventKind, Micros};
 use std::collections::BTreeSet;
+use std::fmt::Display;
 use std::sync::Arc;
 use std::thread::JoinHandle;
 use std::time::Duration;
@@ -13,26 +15,26 @@ use tokio::runtime::Builder;
 use tokio::sync::oneshot;
 use tokio::time::{sleep, timeout};
 
-/// How patient a courier is.
+/// Timeouts and limits of a delivery.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct DeliverySettings {
-    /// How often it looks for new letters.
+    /// The time between two looks into an empty queue.
     pub poll_interval: Duration,
-    /// How long an answer may take, from the first packet on.
+    /// The longest wait for an answer, from the first packet on.
     pub answer_timeout: Duration,
-    /// The pause after the first failure; each further one is twice as long.
+    /// The pause after the first failure; each further pause is twice as long.
     pub first_pause: Duration,
     /// The longest pause.
     pub longest_pause: Duration,
-    /// A letter that is older is given up.
+    /// An older notification is given up.
     pub max_age: Duration,
-    /// Of more letters the oldest are given up.
+    /// When more notifications wait, the oldest are given up.
     pub max_queued: usize,
 }
 
 impl Default for DeliverySettings {
-    /// free choice: told within a second where all is well, quick after an interruption, no burden on who is in trouble, and nothing
-    /// that is told a day later is news.
+    /// free choice: delivered within a second, resumed soon after an interruption, no load on a failing receiver, and a
+    /// notification of yesterday is no news.
     fn default() -> Self {
         Self {
             poll_interval: Duration::from_millis(500),
@@ -45,47 +47,78 @@ impl Default for DeliverySettings {
     }
 }
 
-/// These answers say that the letter itself is not understood: it will not be the next time.
+/// With these statuses the receiver refuses the notification itself, and would refuse it again.
 const PERMANENT_REFUSALS: [u16; 3] = [400, 413, 422];
 
-/// Somebody who delivers. Ends when this is dropped.
+/// Why a notification was not delivered.
+#[derive(Debug, thiserror::Error)]
+enum DeliveryError {
+    /// The file with further certificates.
+    #[error(transparent)]
+    Certificates(#[from] CertificateError),
+    /// The client.
+    #[error(transparent)]
+    Setup(#[from] ClientSetupError),
+    /// No answer.
+    #[error(transparent)]
+    Post(#[from] PostError),
+    /// No answer in time.
+    #[error("no answer in {} s", .0.as_secs_f64())]
+    Timeout(Duration),
+    /// An answer other than success.
+    #[error("the answer is {0}")]
+    Status(u16),
+}
+
+/// A running delivery. Ends when it is dropped.
 pub struct DeliveryThread {
     webhook: Webhook,
-    plant: Arc<Services>,
+    status: Arc<DeliveryStatus>,
     stop: Option<oneshot::Sender<()>>,
     thread: Option<JoinHandle<()>>,
 }
 
 impl DeliveryThread {
-    /// Begins to deliver.
+    /// Starts to deliver.
     ///
     /// # Errors
     /// When the system gives no thread.
-    pub fn start(webhook: Webhook, plant: Arc<Services>, patience: DeliverySettings) -> std::io::Result<Self> {
+    pub fn start(
+        webhook: Webhook,
+        recorder: Arc<RecorderHandle>,
+        status: Arc<DeliveryStatus>,
+        settings: DeliverySettings,
+    ) -> std::io::Result<Self> {
         let runtime = Builder::new_current_thread().enable_io().enable_time().build()?;
         let (stop, stopped) = oneshot::channel::<()>();
-        let round = Delivery { webhook: webhook.clone(), plant: Arc::clone(&plant), patience, gone: BTreeSet::new() };
-        plant.webhooks().begin(&webhook.name, webhook.origin());
+        status.add(&webhook.name, webhook.origin());
+        let delivery = Delivery {
+            webhook: webhook.clone(),
+            recorder,
+            status: Arc::clone(&status),
+            settings,
+            finished: BTreeSet::new(),
+        };
         let thread = std::thread::Builder::new().name("webhook".to_owned()).spawn(move || {
             runtime.block_on(async {
                 tokio::select! {
-                    () = round.run() => {}
+                    () = delivery.run() => {}
                     _ = stopped => {}
                 }
             });
-            // A name that is being looked up is not waited for.
+            // Does not wait for a name that is being resolved.
             runtime.shutdown_background();
         })?;
-        Ok(Self { webhook, plant, stop: Some(stop), thread: Some(thread) })
+        Ok(Self { webhook, status, stop: Some(stop), thread: Some(thread) })
     }
 
-    /// To whom.
+    /// The webhook.
     #[must_use]
     pub const fn webhook(&self) -> &Webhook {
         &self.webhook
     }
 
-    /// Whether its thread has ended, which only a defect can bring about.
+    /// Whether the thread has ended, which only a defect can cause.
     #[must_use]
     pub fn has_ended(&self) -> bool {
         self.thread.as_ref().is_none_or(JoinHandle::is_finished)
@@ -98,130 +131,126 @@ impl Drop for DeliveryThread {
         if let Some(thread) = self.thread.take() {
             thread.join().ok();
         }
-        self.plant.webhooks().end(&self.webhook.name);
+        self.status.remove(&self.webhook.name);
     }
 }
 
+/// The state of the thread.
 struct Delivery {
     webhook: Webhook,
-    plant: Arc<Services>,
-    patience: DeliverySettings,
-    /// Letters that nobody waits for any more and whose deletion may not be on the disk yet. With their times: a record that was
-    /// deleted is begun again, and counts from one again.
-    gone: BTreeSet<(i64, Micros)>,
+    recorder: Arc<RecorderHandle>,
+    status: Arc<DeliveryStatus>,
+    settings: DeliverySettings,
+    /// Finished notifications whose deletion may not be on the disk yet, by number and time: a database that was deleted and
+    /// created again counts from one.
+    finished: BTreeSet<(i64, Micros)>,
 }
 
 impl Delivery {
-    /// For ever.
+    /// Delivers without end.
     async fn run(mut self) {
         let client = match self.client() {
             Ok(client) => client,
-            Err(problem) => return self.fails(&problem),
+            Err(error) => return self.report_failure(&error),
         };
-        let mut pause = self.patience.first_pause;
+        let mut pause = self.settings.first_pause;
         loop {
             match self.next() {
-                Ok(Some(letter)) => match self.deliver(&client, &letter).await {
-                    Ok(()) => pause = self.patience.first_pause,
-                    Err(problem) => {
-                        self.fails(&problem);
+                Ok(Some(notification)) => match self.deliver(&client, &notification).await {
+                    Ok(()) => pause = self.settings.first_pause,
+                    Err(error) => {
+                        self.report_failure(&error);
                         sleep(pause).await;
-                        pause = pause.saturating_mul(2).min(self.patience.longest_pause);
+                        pause = pause.saturating_mul(2).min(self.settings.longest_pause);
                     }
                 },
-                Ok(None) => sleep(self.patience.poll_interval).await,
+                Ok(None) => sleep(self.settings.poll_interval).await,
                 Err(error) => {
-                    self.fails(&error.to_string());
-                    sleep(self.patience.poll_interval).await;
+                    self.report_failure(&error);
+                    sleep(self.settings.poll_interval).await;
                 }
             }
         }
     }
 
-    fn client(&self) -> Result<Client, String> {
-        let trusted = self
-            .webhook
-            .ca_file
-            .as_deref()
-            .map(ca_certificates)
-            .transpose()
-            .map_err(|error| error.to_string())?
-            .unwrap_or_default();
-        Client::new(self.webhook.url.clone(), self.webhook.token.as_ref().map(Secret::reveal), trusted)
+    fn client(&self) -> Result<Client, DeliveryError> {
+        let trusted = self.webhook.ca_file.as_deref().map(ca_certificates).transpose()?.unwrap_or_default();
+        Ok(Client::new(self.webhook.url.clone(), self.webhook.token.as_ref().map(Secret::reveal), trusted)?)
     }
 
-    /// The next letter, once those were given up that are too old or too many.
+    /// The next notification. Gives up those that are too old or too many.
     fn next(&mut self) -> Result<Option<Notification>, DatabaseError> {
-        let reader = self.plant.open_reader()?;
-        let there: BTreeSet<_> = reader.queued_notifications(&self.webhook.name)?.into_iter().collect();
-        self.gone.retain(|letter| there.contains(letter));
-        let mut waiting: Vec<_> = there.difference(&self.gone).copied().collect();
-        let rest = waiting.split_off(waiting.len().saturating_sub(self.patience.max_queued));
-        self.give_up(&waiting, "there are too many");
-        let oldest = Micros::now().before(self.patience.max_age);
+        let reader = self.recorder.open_reader()?;
+        let queued: BTreeSet<_> = reader.queued_notifications(&self.webhook.name)?.into_iter().collect();
+        self.finished.retain(|notification| queued.contains(notification));
+        let mut waiting: Vec<_> = queued.difference(&self.finished).copied().collect();
+        let rest = waiting.split_off(waiting.len().saturating_sub(self.settings.max_queued));
+        self.give_up(&waiting, "too many wait");
+        let oldest = Micros::now().before(self.settings.max_age);
         let (old, rest): (Vec<_>, Vec<_>) = rest.into_iter().partition(|(_, at)| *at < oldest);
-        self.give_up(&old, "it is too old");
+        self.give_up(&old, "too old");
         rest.first().map_or(Ok(None), |(id, _)| reader.notification(*id))
     }
 
-    async fn deliver(&mut self, client: &Client, letter: &Notification) -> Result<(), String> {
-        let answer = timeout(self.patience.answer_timeout, client.post(numbered(letter))).await;
-        let status = answer.map_err(|_| format!("no answer in {} s", self.patience.answer_timeout.as_secs_f64()))??;
+    async fn deliver(&mut self, client: &Client, notification: &Notification) -> Result<(), DeliveryError> {
+        let answer_timeout = self.settings.answer_timeout;
+        let answer = timeout(answer_timeout, client.post(with_id(notification))).await;
+        let status = answer.map_err(|_| DeliveryError::Timeout(answer_timeout))??;
         match status {
             200..=299 => {
-                self.done(&[(letter.id, letter.at)]);
-                if self.plant.webhooks().delivered(&self.webhook.name) {
-                    self.remark("takes letters again");
+                self.finish(&[(notification.id, notification.at)]);
+                if self.status.delivered(&self.webhook.name) {
+                    self.record_event("accepts notifications again");
                 }
                 Ok(())
             }
             status if PERMANENT_REFUSALS.contains(&status) => {
-                self.give_up(&[(letter.id, letter.at)], &format!("the answer is {status}"));
+                self.give_up(&[(notification.id, notification.at)], &DeliveryError::Status(status).to_string());
                 Ok(())
             }
-            status => Err(format!("the answer is {status}")),
+            status => Err(DeliveryError::Status(status)),
         }
     }
 
-    fn fails(&self, problem: &str) {
-        if self.plant.webhooks().failed(&self.webhook.name, problem) {
-            self.remark(&format!("takes no letters: {problem}; it is tried again"));
+    fn report_failure(&self, error: &dyn Display) {
+        let problem = error.to_string();
+        if self.status.failed(&self.webhook.name, &problem) {
+            self.record_event(&format!("accepts no notifications: {problem}; the station tries again"));
         }
     }
 
-    fn give_up(&mut self, letters: &[(i64, Micros)], why: &str) {
-        if !letters.is_empty() {
-            self.done(letters);
-            self.plant.webhooks().gave_up(&self.webhook.name, letters.len());
-            self.remark(&format!("was not told of {} letters: {why}", letters.len()));
+    fn give_up(&mut self, notifications: &[(i64, Micros)], reason: &str) {
+        if !notifications.is_empty() {
+            self.finish(notifications);
+            self.status.gave_up(&self.webhook.name, notifications.len());
+            self.record_event(&format!("did not get {} notifications: {reason}", notifications.len()));
         }
     }
 
-    /// Nobody waits for these any more. A deletion that finds no room is made up for when the station begins again: the letter is then
-    /// told once more.
-    fn done(&mut self, letters: &[(i64, Micros)]) {
-        self.gone.extend(letters);
-        let gone = letters.iter().map(|(id, _)| *id).collect();
-        let _room = self
-            .plant
-            .recorder()
-            .record_alarms(AlarmBatch { finished_notifications: gone, ..AlarmBatch::default() }, Vec::new());
+    /// Deletes notifications. A deletion for which the recorder has no room happens after the next start: the notification is
+    /// then delivered twice.
+    fn finish(&mut self, notifications: &[(i64, Micros)]) {
+        self.finished.extend(notifications);
+        let finished_notifications = notifications.iter().map(|(id, _)| *id).collect();
+        let batch = AlarmBatch { finished_notifications, ..AlarmBatch::default() };
+        let _queued = self.recorder.record_alarms(batch, Vec::new());
     }
 
-    fn remark(&self, what: &str) {
-        self.plant.record_event(None, EventKind::Alarm, format!("webhook {:?} {what}", self.webhook.name));
+    fn record_event(&self, sentence: &str) {
+        let text = format!("webhook {:?} {sentence}", self.webhook.name);
+        self.recorder.event_now(None, EventKind::Alarm, text);
     }
 }
 
-/// The letter with its number, by which whoever gets it twice knows it again.
-fn numbered(letter: &Notification) -> String {
-    let id = format!("{}-{}", letter.at.0, letter.id);
-    // What we have written ourselves is an object.
-    match serde_json::from_str(&letter.body) {
+/// The body of a notification with its id, by which a receiver recognises a repeated delivery.
+fn with_id(notification: &Notification) -> String {
+    let id = format!("{}-{}", notification.at.0, notification.id);
+    // The station has written the body, so it is an object.
+    match serde_json::from_str(&notification.body) {
         Ok(serde_json::Value::Object(mut body)) => {
             body.insert("id".to_owned(), id.into());
             serde_json::Value::Object(body).to_string()
         }
-        _ => letter.body.clone(),
+        _ => notification.body.clone(),
     }
 }

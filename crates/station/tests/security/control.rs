@@ -1,15 +1,15 @@
 //! Users who lose their session or their role while they have control authority: it is released, and armed commands are never sent.
 
-use crate::bench;
+use crate::support;
+use crate::support::memory_station::MemoryStation;
 use crate::test_station::{Answer, Ask, Page, TestStation};
 use profivac_station::auth::Role;
-use profivac_station::control;
 use serde_json::{Value, json};
 
 /// A gauge at a pressure that permits degassing, and a station with users around it.
-fn plant() -> (bench::Desk, TestStation) {
-    let gauge = bench::Desk::new(1e-6);
-    let station = TestStation::over(&gauge.plant);
+fn plant() -> (MemoryStation, TestStation) {
+    let gauge = MemoryStation::new(1e-6);
+    let station = TestStation::over(&gauge.services);
     (gauge, station)
 }
 
@@ -34,7 +34,7 @@ fn last(station: &TestStation, reader: &Page) -> (String, String) {
 }
 
 fn until_free(station: &TestStation) {
-    bench::until("control authority is free", || control::holder(&station.plant).is_none().then_some(()));
+    support::until("control authority is free", || station.plant.control().holder().is_none().then_some(()));
 }
 
 #[test]
@@ -43,16 +43,16 @@ fn a_user_who_logs_out_everywhere_loses_control_authority_and_armed_commands() {
     let (one, other, vera) = (station.login("olga"), station.login("olga"), station.login("vera"));
     let execute = armed(&station, &one);
     assert_eq!(post(&station, &one, "/api/logout", &json!(null)).status, 204);
-    assert!(control::holder(&station.plant).is_some(), "the user has another session");
+    assert!(station.plant.control().holder().is_some(), "the user has another session");
     assert_eq!(post(&station, &other, "/api/logout", &json!(null)).status, 204);
-    assert_eq!(control::holder(&station.plant), None);
-    let left = ("olga".to_owned(), "has left, and the mastership is free".to_owned());
+    assert_eq!(station.plant.control().holder(), None);
+    let left = ("olga".to_owned(), "lost control: the last session ended".to_owned());
     assert_eq!(last(&station, &vera), left);
     let back = station.login("olga");
     assert_eq!(post(&station, &back, "/api/control-authority/request", &json!(null)).status, 200);
     let refused = post(&station, &back, &execute, &json!(null));
     assert_eq!(refused.status, 409, "{refused:?}");
-    assert!(refused.problem().contains("was disarmed when the mastership changed hands"), "{refused:?}");
+    assert!(refused.problem().contains("was disarmed when control changed hands"), "{refused:?}");
     assert!(!gauge.is_degassing());
 }
 
@@ -62,7 +62,7 @@ fn a_login_as_another_user_releases_control_authority() {
     let olga = station.login("olga");
     armed(&station, &olga);
     assert_eq!(Ask::login("vera", crate::test_station::PASSWORD).cookie(&olga).to(&station).status, 200);
-    assert_eq!(control::holder(&station.plant), None);
+    assert_eq!(station.plant.control().holder(), None);
 }
 
 #[test]
@@ -72,12 +72,12 @@ fn a_user_who_is_removed_or_gets_another_role_executes_no_armed_command() {
     let execute = armed(&station, &olga);
     station.change(|users| users.remove("olga").unwrap());
     until_free(&station);
-    assert_eq!(last(&station, &vera).1, "has left, and the mastership is free");
+    assert_eq!(last(&station, &vera).1, "lost control: the last session ended");
     assert_eq!(post(&station, &olga, &execute, &json!(null)).status, 401);
     let execute = armed(&station, &ada);
     station.change(|users| users.get_mut("ada").unwrap().role = Role::Viewer);
     until_free(&station);
-    assert_eq!(last(&station, &vera), ("ada".to_owned(), "has another role, and the mastership is free".to_owned()));
+    assert_eq!(last(&station, &vera), ("ada".to_owned(), "lost control: the role changed".to_owned()));
     let refused = post(&station, &ada, &execute, &json!(null));
     assert!([403, 409].contains(&refused.status), "{refused:?}");
     assert!(!gauge.is_degassing());

@@ -2,12 +2,12 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
 
-#[path = "../bench/mod.rs"]
-mod bench;
 mod control;
 mod list;
 mod login;
 mod requests;
 mod sessions;
+#[path = "../support/mod.rs"]
+mod support;
 mod test_station;
 mod tls;

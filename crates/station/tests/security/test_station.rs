@@ -113,7 +113,8 @@ impl TestStation {
         let end = Instant::now() + TIMEOUT;
         loop {
             assert!(self.plant.recorder().flush());
-            let events = self.plant.open_reader().unwrap().events(Micros(0), Micros(i64::MAX), 1000).unwrap();
+            let events =
+                self.plant.recorder().open_reader().unwrap().events(Micros(0), Micros(i64::MAX), 1000).unwrap();
             let access = events.into_iter().rev().filter(|event| event.kind.word() == "access");
             let texts: Vec<_> = access.map(|event| event.text).collect();
             if texts.iter().any(|text| text.contains(sentence)) {

@@ -1,5 +1,5 @@
-//! What gauges show while a chamber is pumped down, as numbers in `tests/golden/curves` and as pictures in `docs/curves`, both
-//! compared with every run.
+//! The readings of gauges during a pump-down, as numbers in `tests/golden/curves` and as pictures in `docs/curves`, both
+//! compared in every run.
 
 use super::picture::{Curve, Picture};
 use super::{devices, scenario};
@@ -19,14 +19,14 @@ fn golden(path: &str, text: &str) {
     assert_eq!(text, expected, "{} is no longer what comes out", path.display());
 }
 
-/// One line of numbers: the time, the true pressure, and what each part shows where it is valid.
+/// One line of numbers: the time, the true pressure, and the valid reading of each part.
 struct Line {
     seconds: f64,
     true_mbar: f64,
     shown: Vec<Option<f64>>,
 }
 
-/// The whole scenario, with a line for each time; and the names of what is shown.
+/// Runs a whole scenario, with a line for each time, and returns the names of the columns.
 fn record(scenario: &Scenario, times: &[f64]) -> (Vec<String>, Vec<Line>) {
     let mut devices = devices(scenario);
     let mut run = scenario.start(MasterPresence::Absent);
@@ -59,7 +59,7 @@ fn line(run: &Run, devices: &[VirtualDevice]) -> Line {
     Line { seconds: run.seconds(), true_mbar, shown: shown.collect() }
 }
 
-/// So many times for each decade of seconds.
+/// The number of times for each decade of seconds.
 fn times(first: f64, last: f64, each: i32) -> Vec<f64> {
     let decades = (last / first).log10();
     let count = (decades * f64::from(each)).round() as i32;
@@ -81,7 +81,7 @@ fn table(names: &[String], lines: &[Line]) -> String {
     text
 }
 
-/// The columns whose names `wanted` takes, each as a curve.
+/// The columns whose names `wanted` accepts, each as a curve.
 fn curves(names: &[String], lines: &[Line], wanted: impl Fn(&str) -> bool) -> Vec<Curve> {
     let truth = lines.iter().map(|line| (line.seconds, line.true_mbar)).collect();
     let mut curves = vec![Curve { name: "true pressure".to_owned(), points: truth }];

@@ -1,4 +1,4 @@
-//! The scenarios that are shipped, each as fast as possible: every assertion in the file holds.
+//! Runs the shipped scenarios as fast as possible: every expectation of the files is met.
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
 
@@ -25,7 +25,7 @@ fn devices(scenario: &Scenario) -> Vec<VirtualDevice> {
     scenario.devices::<SpecError>(Baud::B1500000, |_| Ok(NonvolatileMemory::volatile())).unwrap()
 }
 
-/// The whole scenario without a bus; looks at it every so many seconds.
+/// Runs a whole scenario without a bus and calls `look` at a fixed interval.
 fn run(name: &str, every_s: f64, mut look: impl FnMut(&Run, &[VirtualDevice])) -> Run {
     let scenario = scenario(name);
     let mut devices = devices(&scenario);
@@ -82,10 +82,10 @@ fn two_days_of_baking_leave_hydrogen() {
     holds("bake-out");
 }
 
-/// Address, instance, and the bits of what it shows, for everybody.
+/// Address, instance and the bits of the shown value, for all devices.
 type Shown = Vec<(u8, u8, u64)>;
 
-/// What everybody shows, as its bits: noise and all.
+/// The bits of all shown values, noise included.
 fn shown<'d>(devices: impl Iterator<Item = &'d VirtualDevice>) -> Shown {
     let shown = devices.flat_map(|device| {
         let report = device.report();
@@ -95,7 +95,7 @@ fn shown<'d>(devices: impl Iterator<Item = &'d VirtualDevice>) -> Shown {
     shown.collect()
 }
 
-/// On a segment in memory that is served in pieces of so many seconds; what is shown every ten seconds.
+/// Runs on a segment in memory in steps of this many seconds; takes the shown values every ten seconds.
 fn on_a_bus(name: &str, baud: Baud, piece_s: f64) -> (Run, Vec<Shown>) {
     let scenario = scenario(name);
     let mut scene = scenario.memory_segment(1, baud).unwrap();
@@ -128,7 +128,7 @@ fn the_trajectory_is_the_same_however_fast_it_is_run() {
     assert_eq!(slow, fast);
 }
 
-/// Only where a device measures as soon as it has power: what the master does comes at other times at another rate.
+/// Only for devices that measure as soon as they have power: a master acts at other times at another rate.
 #[test]
 fn the_trajectory_is_the_same_at_any_rate_and_without_a_bus() {
     let pcg = |trajectory: Vec<Shown>| -> Vec<Shown> {

@@ -1,8 +1,8 @@
-//! Curves on log-log axes as SVG, in plain text: nothing but lines and words, so that a change is seen in a comparison.
+//! Curves on log-log axes as SVG in plain text, so that a change is visible in a comparison.
 
 use std::fmt::Write;
 
-/// The size of the field the curves are in, and of the margin around it.
+/// The size of the plot area and of its margin.
 const WIDTH: f64 = 720.0;
 const HEIGHT: f64 = 440.0;
 const MARGIN: f64 = 64.0;

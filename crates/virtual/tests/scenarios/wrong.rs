@@ -1,8 +1,8 @@
-//! What is wrong with a file is told with line, column, what was expected and what came.
+//! An invalid scenario file is an error with line, column, the expected and the found value.
 
 use profivac_virtual::scenario::{MasterPresence, Scenario};
 
-/// Lines 1 to 9; what is appended begins at line 10.
+/// Lines 1 to 9; appended text begins at line 10.
 const GOOD: &str = "\
 title = \"test\"
 until = \"1 min\"
@@ -124,7 +124,7 @@ fn a_name_or_an_address_is_given_once() {
     assert!(twice.contains("the name \"gate\" is given twice"), "{twice}");
 }
 
-/// What no plant has would lead calculations out of what numbers can hold, or take for ever.
+/// Quantities beyond any real plant would overflow calculations or take for ever.
 #[test]
 fn quantities_beyond_all_plants_are_refused() {
     for (from, to, sentence) in [
@@ -157,7 +157,7 @@ fn a_file_without_an_end_is_given_up() {
     assert_eq!(error, "/dev/zero: expected a text of at most 262144 octets, got more");
 }
 
-/// Numbers, texts and signs that a file may get by accident.
+/// Numbers, texts and signs that a file may contain by accident.
 const ODD: [&str; 22] = [
     "",
     "0",
@@ -183,8 +183,8 @@ const ODD: [&str; 22] = [
     "'",
 ];
 
-/// Every shipped file, with a few places of it replaced by something odd: it is taken or told with a place, and nothing panics. One
-/// that is taken also runs.
+/// Replaces a few places of every shipped file with odd text: the file is accepted or rejected with a position, and nothing
+/// panics. An accepted file also runs.
 #[test]
 fn files_that_were_damaged_are_told_or_run() {
     let folder = super::file("demo").parent().unwrap().to_owned();
@@ -219,7 +219,7 @@ fn files_that_were_damaged_are_told_or_run() {
     assert!(told > 200 && run > 20, "{told} told, {run} run");
 }
 
-/// A word or a sign becomes something odd, or a line is lost or comes twice.
+/// Replaces a word or a sign with odd text, or drops or doubles a line.
 fn damage(text: &mut String, rng: &mut fastrand::Rng) {
     let bounds: Vec<usize> = text.char_indices().map(|(at, _)| at).collect();
     let at = bounds[rng.usize(..bounds.len())];

@@ -1,10 +1,10 @@
-//! Sensors that are off, and the adjustments of the manuals that put them right: now, and after a power cut.
+//! Sensors with errors, and the adjustments of the manuals that correct them, now and after a power cut.
 
 use super::{around, device, indicated, mean, shown, start, write};
 use profivac_vacuum::Gas;
 use profivac_virtual::device::VirtualDevice;
 
-/// A device that measures, with real sensors of which nothing is wrong but what a test makes wrong.
+/// A measuring device with real sensors that have only the errors a test sets.
 fn real(name: &str, mbar: f64) -> VirtualDevice {
     let mut device = device(name, mbar).with_real_sensors(11);
     start(&mut device);
@@ -21,14 +21,14 @@ fn spoil(device: &mut VirtualDevice, instance: u8, gain: f64, zero_pa: f64) {
     (flaws.gain, flaws.zero_pa) = (gain, zero_pa);
 }
 
-/// The gauge at another pressure of nitrogen, when its lag is over.
+/// The reading at another pressure of nitrogen after the lag of the sensor.
 fn at(device: &mut VirtualDevice, instance: u8, mbar: f64) -> f64 {
     device.set_surroundings(around(Gas::N2, mbar));
     device.advance(5.0);
     mean(device, instance)
 }
 
-/// Off and on again, and measuring.
+/// Switches the power off and on, and starts measuring.
 fn power_cut(device: &mut VirtualDevice) {
     device.set_power(false);
     device.set_power(true);
@@ -39,7 +39,7 @@ fn close(found: f64, expected: f64, tolerance: f64) -> bool {
     (found - expected).abs() <= tolerance * expected.abs()
 }
 
-/// tira56e1 8.1.1, also for a diaphragm that shows less than there is.
+/// tira56e1 8.1.1, also for a diaphragm that reads too low.
 #[test]
 fn a_zero_adjust_puts_the_diaphragm_of_a_pcg_right() {
     for zero_pa in [35.0, -35.0] {
@@ -55,7 +55,7 @@ fn a_zero_adjust_puts_the_diaphragm_of_a_pcg_right() {
     }
 }
 
-/// tira56e1 8.1.11: while the Pirani says that there is nothing, the diaphragm finds its zero by itself.
+/// tira56e1 8.1.11: while the Pirani indicates vacuum, the diaphragm adjusts its zero by itself.
 #[test]
 fn auto_zero_follows_a_diaphragm_that_drifts() {
     let mut gauge = real("pcg550", 1e-4);
@@ -87,7 +87,7 @@ fn zero_and_gain_adjust_put_a_pirani_right() {
     assert!(close(at(&mut gauge, 1, 1000.0), 1000.0, 1e-6));
 }
 
-/// tira56e1 8.3.1, tira41d1 3.3.5.2: the sensor of the air outside is led to the diaphragm when the chamber is open.
+/// tira56e1 8.3.1, tira41d1 3.3.5.2: the atmosphere sensor is adjusted to the diaphragm while the chamber is open.
 #[test]
 fn the_atmosphere_sensor_follows_the_diaphragm() {
     let mut gauge = real("pcg550", 1013.25);
@@ -100,7 +100,7 @@ fn the_atmosphere_sensor_follows_the_diaphragm() {
     assert!(close(at(&mut gauge, 3, 1013.25), 1013.25, 1e-6));
 }
 
-/// The relay of a BCG450 that waits for 99 % of atmosphere never closes with a sensor that reads high, until it is adjusted.
+/// The relay of a BCG450 at 99 % of atmosphere never closes with a sensor that reads high, until it is adjusted.
 #[test]
 fn user_atm_adjust_of_a_bcg_puts_its_relay_right() {
     let mut gauge = real("bcg450", 1.0);

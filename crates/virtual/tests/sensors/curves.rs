@@ -1,5 +1,5 @@
-//! What every device shows in nitrogen, argon and helium from 1e-11 to 2000 mbar, as tables for people, and what can be read
-//! from them: where parts take over from each other, each with its own idea of the gas.
+//! The readings of every device in nitrogen, argon and helium from 1e-11 to 2000 mbar as tables, and their properties:
+//! where the parts of a gauge take over from each other, each with its own factor for the gas.
 
 use super::{around, device, indicated, shown, start};
 use profivac_vacuum::Gas;
@@ -33,7 +33,7 @@ fn sweep<T>(name: &str, gas: Gas, look: impl Fn(&VirtualDevice) -> T) -> Vec<T> 
     sweep_of(name, gas, pressures(), look)
 }
 
-/// A device at rising pressures of a gas, and what is to be seen of it.
+/// The readings of a device at rising pressures of a gas.
 pub fn sweep_of<T>(
     name: &str,
     gas: Gas,
@@ -117,7 +117,7 @@ fn in_nitrogen_an_ideal_gauge_shows_the_truth_over_its_whole_range() {
     }
 }
 
-/// What the gauge shows at this true pressure, per true pressure.
+/// The reading divided by the true pressure.
 fn ratio(device: &mut VirtualDevice, gas: Gas, mbar: f64) -> f64 {
     device.settle_in(around(gas, mbar));
     shown(device) / mbar
@@ -146,13 +146,14 @@ fn where_parts_are_joined_a_gas_leads_steadily_from_one_factor_to_the_other() {
         assert!((below * ion - 1.0).abs() < 1e-9 && (above * pirani - 1.0).abs() < 1e-9, "{gas}: {below} {above}");
         assert!((middle * (ion * pirani).sqrt() - 1.0).abs() < 0.01, "{gas}: {middle} in the middle");
         assert!([below, low, middle, high, above].is_sorted_by(|a, b| (a > b) == (ion < pirani)), "{gas}");
-        // The diaphragm takes over, and the gas is no matter any more.
+        // The diaphragm takes over, which does not depend on the gas.
         gauge.settle_in(around(gas, 900.0));
         assert!((shown(&gauge) / 900.0 - 1.0).abs() < 1e-9, "{gas}: {}", shown(&gauge));
     }
 }
 
-/// tira56e1 9.1.2, errata-pxg55x-img400 67: from 10 mbar of the diaphragm on it measures, and down to 9 it stays.
+/// tira56e1 9.1.2, errata-pxg55x-img400 67: the diaphragm measures from 10 mbar upwards, and keeps measuring down to 9
+/// mbar.
 #[test]
 fn argon_makes_a_step_with_a_hysteresis_between_pirani_and_diaphragm() {
     let mut gauge = device("pcg550", 1.0);
@@ -166,7 +167,7 @@ fn argon_makes_a_step_with_a_hysteresis_between_pirani_and_diaphragm() {
     }
 }
 
-/// What is vented with argon shows far too little on a Pirani, and helium far too much: the diaphragm tells the truth.
+/// During venting with argon a Pirani reads far too low, with helium far too high; the diaphragm reads the true pressure.
 #[test]
 fn at_atmosphere_only_the_diaphragm_knows_argon() {
     for (name, low, high) in [("psg550", 50.0, 200.0), ("bpg400", 50.0, 200.0), ("pcg550", 999.9, 1000.1)] {

@@ -1,4 +1,4 @@
-//! What devices say about their parts: what each is made for, and what is done to it.
+//! The principle of each part of a device, and how the device drives it.
 
 use super::{around, device, start, write};
 use profivac_devices::Drive::{self, Off, On};
@@ -34,7 +34,7 @@ fn every_part_of_every_device_is_made_for_something() {
         for (part, of) in instrument.parts().iter().enumerate() {
             let span = instrument.measuring_range(part);
             assert!(0.0 < span.lowest_pa && span.lowest_pa < span.highest_pa, "{}: {of:?}", instrument.name());
-            // Ion gauges end where atmosphere is far, the others are made for it.
+            // Ion gauges end far below atmosphere; the others reach it.
             let ionises = matches!(of.principle, Principle::HotCathode | Principle::ColdCathode);
             assert_eq!(ionises, span.highest_pa < 1e3, "{}: {of:?} up to {} Pa", instrument.name(), span.highest_pa);
         }
@@ -119,7 +119,7 @@ fn a_tpg_switches_the_high_voltage() {
     assert_eq!(drives(&controller), [On, On, On, On]);
 }
 
-/// What is no number is nothing, whatever a sensor says.
+/// A value that is not a number counts as no pressure.
 #[test]
 fn a_sensor_that_says_nonsense_reads_nothing() {
     for entry in &DEVICES {

@@ -1,5 +1,5 @@
-//! Virtual devices with the sensors behind them: what gauges show in which gas, what adjustments are good for, and what takes
-//! its time.
+//! Virtual devices with their sensors: readings in different gases, the effect of adjustments, and processes that take
+//! time.
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
 
@@ -23,14 +23,14 @@ fn around(gas: Gas, mbar: f64) -> Environment {
     Environment { gas: Mixture::pure(gas, mbar * 100.0), atmosphere_pa: ATMOSPHERE_PA, temperature_k: REFERENCE_K }
 }
 
-/// A device as the command line names it, in nitrogen, not measuring yet.
+/// A device from its spec, in nitrogen, not measuring yet.
 fn device(spec: &str, mbar: f64) -> VirtualDevice {
     let spec: DeviceSpec = format!("{spec}@5").parse().unwrap();
     let unit = spec.build(NonvolatileMemory::volatile(), Baud::B1500000).unwrap();
     VirtualDevice::new(unit, 5, Baud::B1500000, around(Gas::N2, mbar))
 }
 
-/// A master exchanges data with it, and so it measures; on a controller every gauge is switched on.
+/// A device that measures because a master exchanges data with it; on a controller every gauge is switched on.
 fn start(device: &mut VirtualDevice) {
     device.instrument_mut().set_exchanging(true);
     device.advance(1.0);
@@ -43,23 +43,23 @@ fn start(device: &mut VirtualDevice) {
     }
 }
 
-/// A class 2 master writes.
+/// Writes a record as a class 2 master.
 fn write(device: &mut VirtualDevice, slot: u8, index: u8, octets: &[u8]) -> Result<(), Dpv1Error> {
     device.instrument_mut().write(Relation::Ms2(0), slot, index, octets)
 }
 
-/// What an instance indicates, in mbar.
+/// The indication of an instance in mbar.
 fn indicated(device: &VirtualDevice, instance: u8) -> f64 {
     let report = device.report();
     report.indicated.iter().find(|it| it.instance == instance).unwrap().value_mbar
 }
 
-/// What the gauge shows: its active instance, in mbar.
+/// The reading of the active instance in mbar.
 fn shown(device: &VirtualDevice) -> f64 {
     indicated(device, device.report().active_instance)
 }
 
-/// The mean of what an instance indicates in the next second.
+/// The mean indication of an instance over the next second.
 fn mean(device: &mut VirtualDevice, instance: u8) -> f64 {
     let values = (0..100).map(|_| {
         device.advance(0.01);

@@ -1,4 +1,4 @@
-//! The picture in `docs/sensors.md`: what two gauges show in nitrogen, argon and helium.
+//! The picture in `docs/sensors.md`: the readings of two gauges in nitrogen, argon and helium.
 
 use super::curves::sweep_of;
 use super::shown;
@@ -18,12 +18,12 @@ const HIGHEST: i32 = 3;
 const DECADE: f64 = 40.0;
 const SIDE: f64 = (HIGHEST - LOWEST) as f64 * DECADE;
 
-/// Where a panel begins, and the next one after it.
+/// The origin of a panel, and the distance to the next one.
 const LEFT: f64 = 60.0;
 const TOP: f64 = 40.0;
 const NEXT: f64 = SIDE + 60.0;
 
-/// The place of a pressure on an axis.
+/// The position of a pressure on an axis.
 fn place(mbar: f64) -> f64 {
     (mbar.log10() - f64::from(LOWEST)) * DECADE
 }
@@ -80,7 +80,7 @@ fn axes(title: &str) -> String {
 fn curve(name: &str, (gas, colour, _): (Gas, &str, &str)) -> String {
     let pressures = pressures();
     let points = pressures.iter().zip(sweep_of(name, gas, pressures.iter().copied(), shown));
-    // What leaves the picture is not drawn.
+    // A point outside the picture is not drawn.
     let seen = points.filter(|(_, shown)| (0.0..=SIDE).contains(&place(*shown)));
     let path: Vec<String> =
         seen.map(|(mbar, shown)| format!("{:.1} {:.1}", place(*mbar), SIDE - place(shown))).collect();

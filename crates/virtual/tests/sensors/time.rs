@@ -1,4 +1,4 @@
-//! What takes its time: lag, ignition, degas, a filament that burns; and that it is the same every time.
+//! Processes that take time: lag, ignition, degas, a filament that burns out; and that they repeat exactly.
 
 use super::{around, device, indicated, shown, start};
 use profivac_devices::model::Fault;
@@ -53,18 +53,18 @@ fn a_real_gauge_lags_and_an_ideal_one_does_not() {
     assert!((0.95..1.05).contains(&shown(&gauge)), "{}", shown(&gauge));
 }
 
-/// Until its discharge burns, a cold cathode shows its lower limit, and nothing tells that from a good vacuum.
+/// Until its discharge ignites, a cold cathode reads its lower limit, which looks like a good vacuum.
 #[test]
 fn a_cold_cathode_has_to_ignite() {
     let seconds = |mbar: f64| {
-        // As it comes on, the Pirani of its board switches the high voltage on.
+        // When it starts measuring, the Pirani of its board switches the high voltage on.
         let mut controller = device("tpg500", mbar).with_real_sensors(5);
         controller.set_power(false);
         controller.set_power(true);
         let lit = |controller: &VirtualDevice| indicated(controller, 3) > 0.5 * mbar;
         f64::from((1..10_000).find(|_| (controller.advance(0.1), lit(&controller)).1).unwrap()) / 10.0
     };
-    // The filter of the controller is in it with a second or two.
+    // The filter of the controller adds a second or two.
     let (poor, good) = (seconds(1e-6), seconds(1e-8));
     assert!((1.0..6.0).contains(&poor), "{poor} s");
     assert!((100.0..310.0).contains(&good), "{good} s");
@@ -84,7 +84,7 @@ fn a_degas_is_seen_while_it_lasts() {
     assert!(shown(&gauge) < before, "{} after {before}", shown(&gauge));
 }
 
-/// A BCG450 switches off by its Pirani before harm is done; what cannot see the pressure come burns.
+/// A BCG450 is protected by its Pirani; a gauge that does not detect the rising pressure loses its filament.
 #[test]
 fn venting_with_the_ion_gauge_on_wears_the_filament_and_the_protection_saves_it() {
     let mut gauge = real("bcg450", 1e-6, 4);
@@ -101,7 +101,8 @@ fn venting_with_the_ion_gauge_on_wears_the_filament_and_the_protection_saves_it(
     assert_eq!(gauge.report().exception_status & 0x0F, 0, "no alarm");
 }
 
-/// A Pirani that sees nothing keeps the emission on in air: three seconds later the filament is gone, and the gauge says so.
+/// A Pirani that indicates vacuum keeps the emission on in air: after three seconds the filament is burnt out, and the
+/// gauge reports it.
 #[test]
 fn without_its_protection_a_filament_burns() {
     let mut gauge = real("bcg450", 1e-6, 4);
@@ -124,7 +125,7 @@ fn a_broken_filament_is_a_fault_of_the_device() {
         let report = gauge.report();
         assert_eq!(report.emission.iter().next(), Some(&false), "{name}");
         assert!(!report.indicated.iter().find(|it| it.instance == instance).unwrap().valid, "{name}");
-        // Replaced, and told so.
+        // The filament is replaced and the fault cleared.
         gauge.sensor_mut(instance).unwrap().filament_mut().unwrap().replace();
         gauge.operate(Action::Fault { fault: Fault::of_sensor(instance).unwrap(), active: false }).unwrap();
         gauge.advance(1.0);
@@ -132,7 +133,7 @@ fn a_broken_filament_is_a_fault_of_the_device() {
     }
 }
 
-/// Dirt keeps the Pirani from seeing high vacuum, and the ionisation part from being asked.
+/// Contamination keeps the Pirani from detecting high vacuum, and so the ionisation part from being used.
 #[test]
 fn a_dirty_pirani_hides_the_ionisation_part() {
     let mut gauge = real("bpg400", 1e-6, 6);

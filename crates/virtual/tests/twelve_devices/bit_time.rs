@@ -1,4 +1,4 @@
-//! The line in bit times: telegram after telegram, nothing waits for a clock.
+//! The line in bit times: telegram by telegram, without a clock.
 
 use crate::rig::{BAUD, Line, MASTER};
 use profivac_devices::{Principle, SimulatedDevice};
@@ -21,7 +21,7 @@ pub struct InBitTime {
 
 impl InBitTime {
     pub fn new(devices: &[String]) -> Self {
-        // The GAP is small: this is about something else.
+        // A small GAP, because these tests do not examine it.
         let bus = BusParameters { hsa: MASTER, ..BusParameters::new(MASTER, BAUD) };
         let station = Box::new(BusMaster::on(bus, Settings::new(BAUD), BitTime(0)));
         let unit = |device: &String| {
@@ -32,7 +32,7 @@ impl InBitTime {
         Self { station, units: devices.iter().map(unit).collect(), now: BitTime(0) }
     }
 
-    /// A telegram has left, and the stations that it concerns get it. The answer, if there is one.
+    /// Delivers a telegram that was sent to the stations it concerns. Returns the answer, if there is one.
     fn deliver(&mut self, octets: &[u8]) -> Option<(BitTime, Vec<u8>)> {
         let telegram = Telegram::parse(octets).unwrap();
         let mut answer = None;
@@ -53,7 +53,7 @@ impl InBitTime {
     }
 }
 
-/// Whether a station is given a telegram, as on any line.
+/// Whether a station receives a telegram, as on any line.
 fn concerns(telegram: &Telegram<'_>, listening: Listening) -> bool {
     match (listening, telegram) {
         (Listening::Everything, _) => true,
@@ -67,7 +67,7 @@ impl Line for InBitTime {
         &mut self.station.user
     }
 
-    /// One telegram of the master, and its answer.
+    /// Sends one telegram of the master and delivers its answer.
     fn step(&mut self) {
         self.now = self.now.max(self.station.wake_at().unwrap());
         let Some(transmit) = self.station.poll(self.now) else { return };
@@ -88,7 +88,7 @@ impl Line for InBitTime {
     }
 }
 
-/// Every sensor in a good vacuum, where everything can be switched on.
+/// All sensors in a good vacuum, where everything can be switched on.
 fn evacuate(instrument: &mut dyn SimulatedDevice) {
     instrument.settle();
     for part in 0..instrument.parts().len() {

@@ -1,10 +1,10 @@
-//! Every device in every configuration, with every string of user parameters its table has.
+//! Brings every device up in every configuration, with every user parameter string of its table.
 
 use crate::rig::{Line, patient, until};
 use profivac_devices::model::{Configuration, Field, Model, UserPrm};
 use profivac_dp::master::{Mode, SlaveParameters};
 
-/// What a device is brought up with: every configuration, and every string of user parameters at least once.
+/// All configurations of a device, and every user parameter string at least once.
 fn settings(model: &'static Model) -> Vec<(&'static Configuration, &'static UserPrm)> {
     let strings =
         |of: &Configuration| model.user_prm.iter().filter(move |prm| suit(model, of, prm)).collect::<Vec<_>>();
@@ -26,7 +26,7 @@ fn suit(model: &Model, configuration: &Configuration, prm: &UserPrm) -> bool {
     !has_modes || is_ttr == model.unit(prm.unit_code()).is_none()
 }
 
-/// Round after round all devices are brought up together, each in its next configuration, until each had all.
+/// Brings all devices up together, round by round, each in its next configuration, until all are done.
 pub fn every_configuration<L: Line>(line: &mut L, devices: &[(u8, &'static Model)]) {
     line.master().set_mode(Mode::Operate);
     let settings: Vec<_> = devices.iter().map(|(_, model)| settings(model)).collect();

@@ -1,4 +1,4 @@
-//! Readable texts beside the tests. `cargo xtask goldens` writes them anew; the diff is part of a review.
+//! Text files beside the tests. `cargo xtask goldens` writes them; the difference is part of a review.
 
 use std::{env, fs, path::Path};
 

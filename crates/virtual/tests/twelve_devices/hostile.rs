@@ -1,8 +1,8 @@
-//! What a user can do to a line while somebody writes: unplug it, switch the device off, write from elsewhere, give away its
-//! address. Each ends with a sentence, and soon.
+//! Interruptions of a write: the line is unplugged, the device is switched off, another master writes, the address changes.
+//! Each ends soon and with a clear error.
 
 use crate::FIRST;
-use crate::real_time::{Bench, PATIENCE, bus_of, conditions};
+use crate::real_time::{Bench, TIMEOUT, bus_of, conditions};
 use crate::rig::{BAUD, patient};
 use profivac_client::address::{self, AddressError};
 use profivac_client::class1::Class1Session;
@@ -26,7 +26,7 @@ const SLOT: u8 = 2;
 const INDEX: u8 = 20;
 const TARGET: &str = "2/20";
 
-/// Longer than anybody sends while one record is written.
+/// More telegrams than a single write needs.
 const MOMENTS: usize = 8;
 
 /// SD4
@@ -36,7 +36,7 @@ fn gauges(count: usize) -> Vec<String> {
     (FIRST..).take(count).map(|address| format!("pcg550@{address}")).collect()
 }
 
-/// Something happens instead of the telegram after so many, once this is set.
+/// After this many telegrams, the interruption happens instead of the next one.
 #[derive(Clone)]
 struct Fate(Arc<AtomicUsize>);
 
@@ -65,7 +65,7 @@ impl Fate {
 
 type Happens = Box<dyn FnMut() -> Result<(), PortError> + Send>;
 
-/// A port with a fate.
+/// A port with an interruption.
 struct Fateful {
     port: Box<dyn Port>,
     fate: Fate,
@@ -86,7 +86,7 @@ impl Port for Fateful {
     }
 
     fn send(&mut self, octets: &[u8]) -> Result<(), PortError> {
-        // Tokens go around in between, as many as there is time for.
+        // Tokens circulate in between, as many as fit.
         if octets.first() != Some(&TOKEN) && self.fate.has_come() {
             (self.happens)()?;
         }
@@ -94,28 +94,28 @@ impl Port for Fateful {
     }
 }
 
-/// A tool on a port with a fate.
+/// A session on a port with an interruption.
 fn fateful(name: &str, bus: BusParameters, fate: &Fate, happens: Happens) -> BusSession {
     let port = open::port(name, BAUD).unwrap();
-    BusSession::new(Box::new(Fateful { port, fate: fate.clone(), happens }), BAUD, bus, PATIENCE).unwrap()
+    BusSession::new(Box::new(Fateful { port, fate: fate.clone(), happens }), BAUD, bus, TIMEOUT).unwrap()
 }
 
-/// The line is cut at every moment of a write: the sentence says so, at once.
+/// Interrupts the line at every telegram of a write: the error names the lost port, at once.
 #[test]
 fn a_line_that_is_cut_while_a_record_is_written_is_lost_and_says_so() {
     let bench = Bench::on_tcp(&gauges(MOMENTS));
-    // Each round begins with T_TO, and nobody is kept waiting long by a short slot here.
+    // Each round begins with T_TO, which is short with a short slot time.
     let bus = BusParameters { slot_tbit: bus_of(0, 0).slot_tbit / 8, ..bus_of(0, 0) };
     for (moment, address) in (0..MOMENTS).zip(FIRST..) {
         let (fate, name) = (Fate::new(), bench.name.clone());
         let cut = Box::new(move || Err(PortError::Lost(name.clone())));
-        let mut tool = fateful(&bench.name, bus, &fate, cut);
-        let mut records = Ms2::new(&mut tool, address);
+        let mut session = fateful(&bench.name, bus, &fate, cut);
+        let mut records = Ms2::new(&mut session, address);
         assert_eq!(records.read(SLOT, INDEX).unwrap(), [1]);
         fate.after(moment);
         let begun = Instant::now();
         let written = records.write(SLOT, INDEX, &[0]);
-        assert!(begun.elapsed() < PATIENCE, "{moment}");
+        assert!(begun.elapsed() < TIMEOUT, "{moment}");
         match written {
             Err(Ms2Error::Session(SessionError::Port(lost @ PortError::Lost(_)))) => {
                 assert!(lost.to_string().contains("unplugged"), "{lost}");
@@ -130,7 +130,8 @@ fn a_line_that_is_cut_while_a_record_is_written_is_lost_and_says_so() {
     panic!("it never came to an end");
 }
 
-/// The device is switched off between request and response: nobody knows whether it was written, and that is what is said.
+/// The device is switched off between request and response, so the write may or may not have happened, and the error says
+/// so.
 #[test]
 fn a_device_that_is_switched_off_while_it_is_written_leaves_it_open() {
     let bench = Arc::new(Mutex::new(Bench::on_a_pty(&gauges(1))));
@@ -140,11 +141,11 @@ fn a_device_that_is_switched_off_while_it_is_written_leaves_it_open() {
         Ok(())
     });
     let name = bench.lock().unwrap().name.clone();
-    let mut tool = fateful(&name, bus_of(0, 0), &fate, off);
-    let mut gauge = Gauge::open(&mut tool, FIRST).unwrap();
+    let mut session = fateful(&name, bus_of(0, 0), &fate, off);
+    let mut gauge = Gauge::open(&mut session, FIRST).unwrap();
     let named = gauge.find(TARGET).unwrap();
     let order = gauge.prepare(&named, "off").unwrap();
-    // The request goes out; what comes of it is not polled for any more.
+    // The request is sent; its response is never polled.
     fate.after(1);
     let lost = gauge.execute(order).unwrap_err();
     assert!(matches!(lost, ClientError::Interrupted { .. }), "{lost}");
@@ -152,11 +153,12 @@ fn a_device_that_is_switched_off_while_it_is_written_leaves_it_open() {
     drop(gauge);
     bench.lock().unwrap().order(|devices| devices[0].set_power(true));
     fate.after(NEVER);
-    let is = Ms2::new(&mut tool, FIRST).read(SLOT, INDEX).unwrap();
+    let is = Ms2::new(&mut session, FIRST).read(SLOT, INDEX).unwrap();
     assert!([[0], [1]].iter().any(|value| is == value), "{is:?}");
 }
 
-/// Two tools write one parameter again and again: each write is taken, and at the end one of the two values is there.
+/// Two sessions write one parameter repeatedly: every write is accepted, and in the end the parameter has one of the two
+/// values.
 #[test]
 fn two_tools_that_write_the_same_parameter_are_both_served() {
     let bench = Bench::on_tcp(&gauges(1));
@@ -164,8 +166,8 @@ fn two_tools_that_write_the_same_parameter_are_both_served() {
         let name = bench.name.clone();
         std::thread::spawn(move || {
             let port = open::port(&name, BAUD).unwrap();
-            let mut tool = BusSession::new(port, BAUD, bus_of(master, 1), PATIENCE).unwrap();
-            let mut records = Ms2::new(&mut tool, FIRST);
+            let mut session = BusSession::new(port, BAUD, bus_of(master, 1), TIMEOUT).unwrap();
+            let mut records = Ms2::new(&mut session, FIRST);
             for _ in 0..20 {
                 records.write(SLOT, INDEX, &[master]).unwrap();
                 let read = records.read(SLOT, INDEX).unwrap();
@@ -174,45 +176,45 @@ fn two_tools_that_write_the_same_parameter_are_both_served() {
         })
     };
     let tools = [write(0), write(1)];
-    tools.into_iter().for_each(|tool| tool.join().unwrap());
+    tools.into_iter().for_each(|session| session.join().unwrap());
 }
 
-/// A slave in data exchange keeps its address, and goes on.
+/// A slave in data exchange keeps its address and continues.
 #[test]
 fn an_address_is_not_changed_while_data_are_exchanged() {
     let mut bench = Bench::on_tcp(&gauges(1));
     bench.order(|devices| devices[0].settle_in(conditions(1e-2)));
-    let mut tool = bench.tool(bus_of(0, 0));
-    let watched = CyclicSlave::find(&mut tool, FIRST, 0).unwrap();
+    let mut session = bench.session(bus_of(0, 0));
+    let watched = CyclicSlave::find(&mut session, FIRST, 0).unwrap();
     let watchdog = patient(FIRST, watched.model, watched.configuration).watchdog;
-    tool.master().add(&SlaveParameters { watchdog, ..watched.parameters(BAUD) }).unwrap();
-    tool.master().set_mode(Mode::Operate);
+    session.master().add(&SlaveParameters { watchdog, ..watched.parameters(BAUD) }).unwrap();
+    session.master().set_mode(Mode::Operate);
     let begun = Instant::now();
-    let exchanges = |tool: &mut BusSession| tool.master().counters(FIRST).unwrap().exchanges;
-    while exchanges(&mut tool) == 0 {
-        assert!(begun.elapsed() < PATIENCE, "no data");
-        tool.serve(&[], PATIENCE).unwrap();
+    let exchanges = |session: &mut BusSession| session.master().counters(FIRST).unwrap().exchanges;
+    while exchanges(&mut session) == 0 {
+        assert!(begun.elapsed() < TIMEOUT, "no data");
+        session.serve(&[], TIMEOUT).unwrap();
     }
-    let owned = address::check(&mut tool, FIRST, FIRST + 1).unwrap_err();
+    let owned = address::check(&mut session, FIRST, FIRST + 1).unwrap_err();
     assert!(matches!(owned, AddressError::OwnedByOther { address: FIRST, master: 0 }), "{owned}");
-    let before = exchanges(&mut tool);
-    let refused = address::change(&mut tool, FIRST, FIRST + 1, watched.model.ident, false).unwrap_err();
+    let before = exchanges(&mut session);
+    let refused = address::change(&mut session, FIRST, FIRST + 1, watched.model.ident, false).unwrap_err();
     assert!(matches!(refused, AddressError::ServiceClosed(FIRST, _) | AddressError::NotChanged(FIRST)), "{refused}");
-    while exchanges(&mut tool) < before + 3 {
-        assert!(begun.elapsed() < PATIENCE, "no more data");
-        tool.serve(&[], PATIENCE).unwrap();
+    while exchanges(&mut session) < before + 3 {
+        assert!(begun.elapsed() < TIMEOUT, "no more data");
+        session.serve(&[], TIMEOUT).unwrap();
     }
-    assert_eq!(tool.master().counters(FIRST).unwrap().starts, 1);
+    assert_eq!(session.master().counters(FIRST).unwrap().starts, 1);
 }
 
-/// The way to a record is changed on one and the same tool: each way has a configuration of its own.
+/// The service changes within one session: each service has a configuration of its own.
 #[test]
 fn a_slave_that_was_owned_for_one_way_is_taken_for_another() {
     let bench = Bench::on_tcp(&gauges(1));
-    let mut tool = bench.tool(bus_of(0, 0));
-    let watched = CyclicSlave::find(&mut tool, FIRST, 0).unwrap();
+    let mut session = bench.session(bus_of(0, 0));
+    let watched = CyclicSlave::find(&mut session, FIRST, 0).unwrap();
     for via in [AccessPath::Class1, AccessPath::ParameterChannel, AccessPath::Class1] {
-        let mut owned = Class1Session::open(&mut tool, &watched, via).unwrap();
+        let mut owned = Class1Session::open(&mut session, &watched, via).unwrap();
         assert_eq!(owned.read(SLOT, INDEX).unwrap(), [1], "{via:?}");
     }
 }

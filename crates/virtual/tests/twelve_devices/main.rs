@@ -1,6 +1,6 @@
-//! All twelve devices with this project's master, in bit time, over a pty and over TCP: brought up in every configuration,
-//! every parameter by MS2, MS1 and parameter channel with one value whatever the way, and every writable one written and
-//! restored.
+//! All twelve devices with the master of this project, in bit time, over a pty and over TCP: brought up in every
+//! configuration, every parameter read by MS2, MS1 and the parameter channel with equal values, and every writable one
+//! written and restored.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "this is test code")]
 
 mod bit_time;
@@ -23,12 +23,12 @@ use std::fmt::Write;
 /// The address of the first device; the others follow.
 const FIRST: u8 = 5;
 
-/// All devices there are, at addresses that follow each other.
+/// All devices at consecutive addresses.
 fn all() -> Vec<(u8, &'static Model)> {
     (FIRST..).zip(DEVICES.iter().map(|entry| entry.model)).collect()
 }
 
-/// The same as people name them.
+/// Their device specs.
 fn named() -> Vec<String> {
     all().into_iter().map(|(address, model)| format!("{}@{address}", model.name)).collect()
 }
@@ -60,7 +60,7 @@ fn read_every_way<L: Line>(line: &mut L, address: u8, model: &'static Model) {
     rig.leave();
 }
 
-/// In IDLE by MS2, and in data exchange by every way.
+/// Read in IDLE by MS2, and in data exchange by every service.
 #[test]
 fn in_bit_time_every_writable_parameter_is_written_and_restored() {
     let mut text = String::new();
@@ -109,7 +109,7 @@ fn over_tcp_a_second_master_looks_and_disturbs_nobody() {
     one_segment::a_second_master_looks(Bench::on_tcp(&one_segment::named()));
 }
 
-/// All devices on one segment: one after the other read and written, then each in every configuration.
+/// All devices on one segment: read and written one by one, then brought up in every configuration.
 fn everything_in_real_time(bench: Bench) {
     let mut line = InRealTime::new(bench);
     for (address, model) in all() {
@@ -119,7 +119,8 @@ fn everything_in_real_time(bench: Bench) {
     bring_up::every_configuration(&mut line, &all());
 }
 
-/// By MS2 where there is MS2, and in the parameter channel elsewhere. What data exchange decides is written without it.
+/// By MS2 where the device has it, otherwise in the parameter channel. Parameters that depend on data exchange are written
+/// without it.
 fn write_once<L: Line>(line: &mut L, address: u8, model: &'static Model) {
     let mut left = walk::writable(model);
     for exchanging in [true, false] {

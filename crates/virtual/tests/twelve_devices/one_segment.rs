@@ -1,7 +1,7 @@
-//! All twelve devices in data exchange at the same time, each in a vacuum of its own: what else is asked on the line disturbs
-//! nobody, and no value comes from the neighbour.
+//! All twelve devices in data exchange at the same time, each in its own vacuum: acyclic requests disturb no data exchange,
+//! and no value comes from another device.
 
-use crate::real_time::{Bench, PATIENCE, bus_of, conditions};
+use crate::real_time::{Bench, TIMEOUT, bus_of, conditions};
 use crate::rig::{BAUD, patient, rows};
 use profivac_client::cyclic::CyclicSlave;
 use profivac_client::ms2;
@@ -13,32 +13,32 @@ use std::fmt::Debug;
 use std::sync::mpsc::{TryRecvError, channel};
 use std::time::{Duration, Instant};
 
-/// Of the master that exchanges data, and of one that looks.
+/// The addresses of the master that exchanges data, and of a second one.
 const EXCHANGING: u8 = 0;
 const LOOKING: u8 = 1;
 
 /// DPV1_Enable, profibus-wire 2.4.
 const DPV1_ENABLE: u8 = 0x80;
 
-/// The vacuum of each device, in mbar: what it shows is nearer to this than to that of any other.
+/// The vacuum of each device in mbar: its reading is nearer to this than to that of any other.
 fn pressure_mbar(address: u8) -> f64 {
     2e-3 * 1.2_f64.powi(i32::from(address - crate::FIRST))
 }
 
-/// What it is called: its serial number.
+/// The serial number of a device.
 fn serial(address: u8) -> String {
     format!("no. {address}")
 }
 
-/// The devices as people name them.
+/// The device specs.
 pub fn named() -> Vec<String> {
     let all = crate::all();
     all.into_iter().map(|(address, model)| format!("{}@{address}:serial={}", model.name, serial(address))).collect()
 }
 
-/// A master that exchanges data with all devices of a bench.
+/// A master that exchanges data with all devices.
 pub struct Plant {
-    pub tool: BusSession,
+    pub session: BusSession,
     pub bench: Bench,
     watched: Vec<CyclicSlave>,
     begun: Instant,
@@ -51,8 +51,8 @@ impl Plant {
                 device.settle_in(conditions(pressure_mbar(device.switch_address())));
             }
         });
-        let mut tool = bench.tool(bus_of(EXCHANGING, LOOKING));
-        let find = |(address, _)| CyclicSlave::find(&mut tool, address, EXCHANGING).unwrap();
+        let mut session = bench.session(bus_of(EXCHANGING, LOOKING));
+        let find = |(address, _)| CyclicSlave::find(&mut session, address, EXCHANGING).unwrap();
         let watched: Vec<_> = crate::all().into_iter().map(find).collect();
         for slave in &watched {
             let usual = slave.parameters(BAUD);
@@ -62,28 +62,28 @@ impl Plant {
             }
             let watchdog = patient(slave.address, slave.model, slave.configuration).watchdog;
             let parameters = SlaveParameters { user_prm: &user_prm, watchdog, ..usual };
-            add_or_restart(tool.master(), &parameters).unwrap();
+            add_or_restart(session.master(), &parameters).unwrap();
         }
-        tool.master().set_mode(Mode::Operate);
-        let mut plant = Self { tool, bench, watched, begun: Instant::now() };
-        plant.until("bring-up", |plant| plant.tool.master().exchanging() == crate::all().len());
+        session.master().set_mode(Mode::Operate);
+        let mut plant = Self { session, bench, watched, begun: Instant::now() };
+        plant.until("bring-up", |plant| plant.session.master().exchanging() == crate::all().len());
         plant
     }
 
-    /// Serves the line until something is so, and looks at every value meanwhile.
+    /// Serves the line until a condition holds, and checks every value meanwhile.
     pub fn until(&mut self, what: &str, mut is_so: impl FnMut(&mut Self) -> bool) {
         while !is_so(self) {
-            assert!(self.begun.elapsed() < PATIENCE, "{what} takes too long");
-            self.tool.serve(&[], Duration::from_millis(20)).unwrap();
-            while self.tool.master().next_event().is_some() {}
+            assert!(self.begun.elapsed() < TIMEOUT, "{what} takes too long");
+            self.session.serve(&[], Duration::from_millis(20)).unwrap();
+            while self.session.master().next_event().is_some() {}
             self.look();
         }
     }
 
-    /// Every value is that of its device.
+    /// Every value belongs to its device.
     fn look(&mut self) {
         for slave in &self.watched {
-            let Some(inputs) = self.tool.master().inputs(slave.address) else { continue };
+            let Some(inputs) = self.session.master().inputs(slave.address) else { continue };
             let reading = slave.decode_inputs(inputs);
             let mbar = pressure_mbar(slave.address);
             let own =
@@ -93,7 +93,7 @@ impl Plant {
     }
 
     fn exchanges(&mut self) -> BTreeMap<u8, (u32, u32)> {
-        let master = self.tool.master();
+        let master = self.session.master();
         let counted = |address: u8| {
             let counters = master.counters(address).unwrap();
             (address, (counters.exchanges, counters.starts))
@@ -101,7 +101,7 @@ impl Plant {
         crate::all().into_iter().map(|(address, _)| counted(address)).collect()
     }
 
-    /// Everybody is exchanged with once more at least, and nobody has had to begin anew.
+    /// Every device is exchanged with at least once more, and none was restarted.
     pub fn went_on_since(&mut self, before: &BTreeMap<u8, (u32, u32)>) {
         let now = self.exchanges();
         for (address, (exchanges, starts)) in before {
@@ -117,14 +117,14 @@ impl Plant {
     {
         let mut record = None;
         self.until(what, |plant| {
-            record = plant.tool.master().outcome(read).map(|outcome| outcome.unwrap().to_vec());
+            record = plant.session.master().outcome(read).map(|outcome| outcome.unwrap().to_vec());
             record.is_some()
         });
         record.unwrap()
     }
 }
 
-/// Where a class 2 master reads the serial number.
+/// The slot and index of the serial number.
 fn serial_place(model: &Model) -> Option<(u8, u8)> {
     let is_serial = |name: &str| name == "Serial Number";
     let found = rows(model).into_iter().find(|(_, row)| is_serial(row.name) && row.access.contains(Access::READ_2));
@@ -135,7 +135,7 @@ fn is_serial_of(record: &[u8], address: u8) -> bool {
     String::from_utf8_lossy(record).trim_end_matches(['\0', ' ']) == serial(address)
 }
 
-/// Serial numbers by MS2, several connections at a time, and records by MS1 while data are exchanged.
+/// Reads serial numbers by MS2 over several connections at a time, and records by MS1 during data exchange.
 pub fn requests_beside_the_exchange(bench: Bench) {
     let mut plant = Plant::new(bench);
     let before = plant.exchanges();
@@ -143,52 +143,53 @@ pub fn requests_beside_the_exchange(bench: Bench) {
         crate::all().into_iter().filter_map(|(address, model)| Some((address, serial_place(model)?))).collect();
     assert!(places.len() >= 9, "{places:?}");
     for few in places.chunks(4) {
-        let open = |(address, _): &(u8, _)| plant.tool.master().ms2_open(*address, &Ms2Parameters::new(BAUD)).unwrap();
+        let open =
+            |(address, _): &(u8, _)| plant.session.master().ms2_open(*address, &Ms2Parameters::new(BAUD)).unwrap();
         let connections: Vec<_> = few.iter().map(open).collect();
         for connection in &connections {
-            plant.until("opening", |plant| plant.tool.master().outcome(*connection).map(Result::unwrap).is_some());
+            plant.until("opening", |plant| plant.session.master().outcome(*connection).map(Result::unwrap).is_some());
         }
         let read = |(connection, (_, (slot, index))): (&Handle<_>, &(u8, (u8, u8)))| {
-            plant.tool.master().ms2_read(*connection, *slot, *index, 240).unwrap()
+            plant.session.master().ms2_read(*connection, *slot, *index, 240).unwrap()
         };
         let reads: Vec<_> = connections.iter().zip(few).map(read).collect();
         for ((connection, read), (address, _)) in connections.iter().zip(reads).zip(few) {
             let record = plant.record("MS2", read);
             assert!(is_serial_of(&record, *address), "{address}: {record:02X?}");
-            plant.tool.master().ms2_close(*connection).unwrap();
+            plant.session.master().ms2_close(*connection).unwrap();
         }
         for connection in &connections {
-            plant.until("closing", |plant| plant.tool.master().outcome(*connection).is_some());
+            plant.until("closing", |plant| plant.session.master().outcome(*connection).is_some());
         }
     }
     for (address, model) in crate::all().into_iter().filter(|(_, model)| model.features.ms1) {
         let readable = rows(model).into_iter().find(|(_, row)| row.access.contains(Access::READ_1));
         let (place, row) = readable.unwrap();
         let parameters = Ms1Parameters::new(BAUD);
-        let handle = plant.tool.master().ms1_read(address, place.slot, row.index, 240, &parameters).unwrap();
+        let handle = plant.session.master().ms1_read(address, place.slot, row.index, 240, &parameters).unwrap();
         assert!(!plant.record("MS1", handle).is_empty(), "{address}");
     }
     plant.went_on_since(&before);
 }
 
-/// Another master joins the ring, reads a record of every device that has MS2, and goes.
+/// A second master joins the ring, reads a record of every device with MS2, and leaves.
 pub fn a_second_master_looks(bench: Bench) {
     let mut plant = Plant::new(bench);
     let name = plant.bench.name.clone();
     let (tell, told) = channel();
     let reader = std::thread::spawn(move || {
         let port = profivac_virtual::open::port(&name, BAUD).unwrap();
-        let mut tool = BusSession::new(port, BAUD, bus_of(LOOKING, LOOKING), PATIENCE).unwrap();
+        let mut session = BusSession::new(port, BAUD, bus_of(LOOKING, LOOKING), TIMEOUT).unwrap();
         for (address, model) in crate::all() {
             if let Some((slot, index)) = serial_place(model) {
-                let record = ms2::read(&mut tool, address, slot, index).unwrap();
-                tell.send((address, record, tool.masters().collect::<Vec<_>>())).unwrap();
+                let record = ms2::read(&mut session, address, slot, index).unwrap();
+                tell.send((address, record, session.masters().collect::<Vec<_>>())).unwrap();
             }
         }
     });
     let mut read = 0;
     let before = plant.exchanges();
-    let claimed = plant.tool.ring_counters().claimed;
+    let claimed = plant.session.ring_counters().claimed;
     plant.until("reading", |_| match told.try_recv() {
         Ok((address, record, masters)) => {
             assert!(is_serial_of(&record, address), "{address}: {record:02X?}");
@@ -202,11 +203,11 @@ pub fn a_second_master_looks(bench: Bench) {
     reader.join().unwrap();
     assert!(read >= 9, "{read}");
     plant.went_on_since(&before);
-    plant.until("the ring without it", |plant| plant.tool.masters().eq([EXCHANGING]));
+    plant.until("the ring without it", |plant| plant.session.masters().eq([EXCHANGING]));
     let before = plant.exchanges();
     plant.until("exchange after it", |plant| {
         plant.exchanges().iter().all(|(address, (exchanges, _))| *exchanges > before[address].0 + 2)
     });
     plant.went_on_since(&before);
-    assert_eq!(plant.tool.ring_counters().claimed, claimed, "the token did not go with it");
+    assert_eq!(plant.session.ring_counters().claimed, claimed, "the token did not go with it");
 }

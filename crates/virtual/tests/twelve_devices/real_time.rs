@@ -1,4 +1,4 @@
-//! The line in real time: a master on one end of a port, and virtual devices in a thread on the other.
+//! The line in real time: a master at one end of a port, and virtual devices in a thread at the other.
 
 use crate::rig::{BAUD, Line, MASTER};
 use profivac_client::pressure::Pressure;
@@ -19,22 +19,22 @@ use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 use tempfile::TempDir;
 
-/// Nobody waits longer for something that happens at all.
-pub const PATIENCE: Duration = Duration::from_secs(30);
+/// The longest wait for any event.
+pub const TIMEOUT: Duration = Duration::from_secs(30);
 
-/// The line is looked at again after so long, if nothing happens.
+/// The longest interval between two runs of the line.
 const SLICE: Duration = Duration::from_millis(100);
 
 type Order = Box<dyn FnOnce(&mut [VirtualDevice]) + Send>;
 
-/// Devices on a port, in a thread, until this is dropped.
+/// Devices on a port, in a thread that ends when this is dropped.
 pub struct Bench {
     orders: Option<Sender<Order>>,
     bell: UnixStream,
     thread: Option<JoinHandle<()>>,
-    /// What the port is called by who connects to it.
+    /// The name of the port for the other end.
     pub name: String,
-    /// Where a pty is.
+    /// The path of a pty.
     _folder: Option<TempDir>,
 }
 
@@ -61,18 +61,18 @@ impl Bench {
         Self { orders: Some(orders), bell, thread: Some(thread), name, _folder: folder }
     }
 
-    /// Does something to the devices, and waits until it is done.
+    /// Runs a closure on the devices and waits for it.
     pub fn order<T: Send + 'static>(&mut self, order: impl FnOnce(&mut [VirtualDevice]) -> T + Send + 'static) -> T {
         let (done, waits) = channel();
         let order = move |devices: &mut [VirtualDevice]| done.send(order(devices)).unwrap();
         self.orders.as_ref().unwrap().send(Box::new(order)).unwrap();
         self.bell.write_all(&[0]).unwrap();
-        waits.recv_timeout(PATIENCE).unwrap()
+        waits.recv_timeout(TIMEOUT).unwrap()
     }
 
-    /// A master on the other end.
-    pub fn tool(&self, bus: BusParameters) -> BusSession {
-        BusSession::new(open::port(&self.name, BAUD).unwrap(), BAUD, bus, PATIENCE).unwrap()
+    /// A master at the other end.
+    pub fn session(&self, bus: BusParameters) -> BusSession {
+        BusSession::new(open::port(&self.name, BAUD).unwrap(), BAUD, bus, TIMEOUT).unwrap()
     }
 }
 
@@ -92,7 +92,7 @@ fn powered(device: &str) -> VirtualDevice {
     VirtualDevice::new(unit, spec.address, BAUD, conditions(1e-6))
 }
 
-/// Nitrogen at so many mbar.
+/// Nitrogen at this pressure in mbar.
 pub fn conditions(mbar: f64) -> GasConditions {
     let pressure = |text: &str| text.parse::<Pressure>().unwrap();
     GasConditions { pressure: pressure(&format!("{mbar} mbar")), atmosphere: pressure("1000 mbar"), gas: Gas::N2 }
@@ -112,11 +112,11 @@ fn live(mut segment: Segment<Vec<VirtualDevice>>, orders: &Receiver<Order>, mut 
     }
 }
 
-/// A thread on a busy machine may rest for so long. Slots that are shorter would make this a test of the machine: whoever
-/// answers later has not answered.
+/// The longest pause of a thread on a busy machine. With shorter slot times the test would measure the machine: a late
+/// answer is no answer.
 const SLOT: Duration = Duration::from_millis(400);
 
-/// The bus parameters of a master in a ring of few: nobody is looked for behind the last one.
+/// The bus parameters of a master in a small ring, without a GAP behind the last station.
 pub fn bus_of(address: u8, hsa: u8) -> BusParameters {
     let slot_tbit = u32::try_from(tbit_of(BAUD, SLOT)).unwrap();
     BusParameters { hsa, slot_tbit, retry_limit: 3, ..bus_parameters(address, BAUD) }
@@ -124,25 +124,25 @@ pub fn bus_of(address: u8, hsa: u8) -> BusParameters {
 
 /// A master and its devices in real time.
 pub struct InRealTime {
-    pub tool: BusSession,
+    pub session: BusSession,
     pub bench: Bench,
     begun: Instant,
 }
 
 impl InRealTime {
     pub fn new(bench: Bench) -> Self {
-        Self { tool: bench.tool(bus_of(MASTER, MASTER)), bench, begun: Instant::now() }
+        Self { session: bench.session(bus_of(MASTER, MASTER)), bench, begun: Instant::now() }
     }
 }
 
 impl Line for InRealTime {
     fn master(&mut self) -> &mut BusMaster {
-        self.tool.master()
+        self.session.master()
     }
 
     fn step(&mut self) {
-        self.tool.serve(&[], SLICE).unwrap();
-        while self.tool.master().next_event().is_some() {}
+        self.session.serve(&[], SLICE).unwrap();
+        while self.session.master().next_event().is_some() {}
     }
 
     fn elapsed(&self) -> Duration {

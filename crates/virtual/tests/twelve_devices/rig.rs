@@ -1,4 +1,4 @@
-//! A master and devices on a line, however time passes there: bringing up, reading and writing each way.
+//! A master and devices on a line with any kind of time: bringing up, reading and writing by each service.
 
 use profivac_devices::model::{
     Configuration, Field, Location, Model, NumberType, PlacedBlock, Row, TaskKind, Telegram,
@@ -13,27 +13,27 @@ use std::fmt;
 use std::time::Duration;
 
 pub const BAUD: Baud = Baud::B1500000;
-/// The lowest address: a master that begins takes the token first.
+/// The lowest address: this master claims the token first.
 pub const MASTER: u8 = 0;
 
-/// Longer than any time-out of the master: what takes so long has failed.
+/// Longer than any timeout of the master: an operation that takes longer has failed.
 const LIMIT: Duration = Duration::from_secs(30);
 
-/// How time passes.
+/// The time of a line.
 pub trait Line {
     fn master(&mut self) -> &mut BusMaster;
 
-    /// Something more happens.
+    /// Advances to the next event.
     fn step(&mut self);
 
-    /// How long the line has been there.
+    /// The time since the start.
     fn elapsed(&self) -> Duration;
 
-    /// What follows by itself in the devices has followed.
+    /// Completes every process of the devices.
     fn settle(&mut self);
 }
 
-/// A way to a parameter.
+/// A service for parameters.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Way {
     Ms2,
@@ -41,13 +41,13 @@ pub enum Way {
     Pkw,
 }
 
-/// What became of it.
+/// The result of a request.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Told {
-    /// The octets read, or what the parameter channel shows after a write.
+    /// The octets read, or the answer of the parameter channel to a write.
     Octets(Vec<u8>),
     Written,
-    /// The sentence for a refusal.
+    /// The text of a refusal.
     Refused(String),
 }
 
@@ -64,7 +64,7 @@ impl fmt::Display for Told {
     }
 }
 
-/// Lets things happen until it is done.
+/// Advances until a condition holds.
 pub fn until<L: Line, T>(line: &mut L, what: &str, mut done: impl FnMut(&mut BusMaster) -> Option<T>) -> T {
     let limit = line.elapsed() + LIMIT;
     loop {
@@ -76,13 +76,13 @@ pub fn until<L: Line, T>(line: &mut L, what: &str, mut done: impl FnMut(&mut Bus
     }
 }
 
-/// What a slave is given that waits for its master longer than a thread may rest on a busy machine.
+/// The watchdog of a slave, longer than a thread may pause on a busy machine.
 pub fn patient(address: u8, model: &'static Model, configuration: &'static Configuration) -> SlaveParameters<'static> {
     let watchdog = master::watchdog_factors(20_000, 10);
     SlaveParameters { watchdog, ..SlaveParameters::new(address, model.ident, configuration.octets) }
 }
 
-/// One device of a line, and the ways to it.
+/// A device of a line with its services.
 pub struct Rig<'a, L> {
     pub model: &'static Model,
     address: u8,
@@ -101,7 +101,7 @@ impl<'a, L: Line> Rig<'a, L> {
         until(self.line, &format!("{}: {what}", self.model.name), done)
     }
 
-    /// The configuration with a parameter channel, with floats where there is a choice.
+    /// The configuration with a parameter channel, with floats if possible.
     fn configuration(&self) -> &'static Configuration {
         let has_channel = |it: &&'static Configuration| {
             it.outputs.is_some_and(|telegram| telegram.fields.contains(&Field::ParameterChannel))
@@ -110,7 +110,7 @@ impl<'a, L: Line> Rig<'a, L> {
         all().find(|it| it.number() == Some(NumberType::Float)).or_else(|| all().next()).unwrap()
     }
 
-    /// Into data exchange, with DP-V1 where the device has it.
+    /// Brings it into data exchange, with DP-V1 if the device has it.
     pub fn bring_up(&mut self) {
         let configuration = self.configuration();
         let mut user_prm = self.model.user_prm[0].octets.to_vec();
@@ -134,7 +134,7 @@ impl<'a, L: Line> Rig<'a, L> {
         self.pkw = PkwParameters { outputs_at, inputs_at, byte_ak: byte.unwrap().0, ..PkwParameters::GAUGE };
     }
 
-    /// Opens MS2; on a device without it that is refused.
+    /// Opens MS2. A device without it refuses.
     pub fn open(&mut self) {
         let parameters = Ms2Parameters { pace_tbit: 0, ..Ms2Parameters::new(BAUD) };
         let connection = self.line.master().ms2_open(self.address, &parameters).unwrap();
@@ -143,7 +143,7 @@ impl<'a, L: Line> Rig<'a, L> {
         self.connection = opened.then_some(connection);
     }
 
-    /// Gives the device back, so that the line is as before.
+    /// Releases the device, so that the line is as before.
     pub fn leave(&mut self) {
         if let Some(connection) = self.connection.take() {
             self.line.master().ms2_close(connection).unwrap();
@@ -155,7 +155,7 @@ impl<'a, L: Line> Rig<'a, L> {
         self.exchanging = false;
     }
 
-    /// Which ways there are.
+    /// The services of the device.
     pub fn ways(&self) -> Vec<Way> {
         let mut ways = Vec::new();
         ways.extend(self.connection.map(|_| Way::Ms2));
@@ -164,7 +164,7 @@ impl<'a, L: Line> Rig<'a, L> {
         ways
     }
 
-    /// Lets the slot show this instance.
+    /// Selects the instance that the slot shows.
     pub fn select(&mut self, address: &Location) {
         if address.instance != 0 {
             assert_eq!(self.write(Way::Ms2, 1, 46, &[address.instance]), Told::Written);

@@ -1,10 +1,10 @@
-//! The walk through the parameters of a device: what is read in each way, what is written and restored.
+//! Walks through the parameters of a device: reads each by every service, writes and restores the writable ones.
 
 use crate::rig::{Line, Rig, Told, Way, rows};
 use profivac_devices::model::{Access, DataType, Location, Model, Row};
 use std::collections::BTreeSet;
 
-/// Whether the access marks of a row allow this way.
+/// Whether the access marks of a row allow this service.
 fn is_readable(row: &Row, way: Way) -> bool {
     match way {
         Way::Ms2 => row.access.contains(Access::READ_2),
@@ -21,7 +21,7 @@ fn is_writable(row: &Row, way: Way) -> bool {
     }
 }
 
-/// The parameter channel carries up to four octets, and no texts: errata-bpg-bcg-tpg 19 and 20, errata-pxg55x-img400 4.
+/// The parameter channel carries up to four octets and no texts: errata-bpg-bcg-tpg 19 and 20, errata-pxg55x-img400 4.
 fn is_carried(row: &Row) -> bool {
     match row.data_type {
         DataType::Visible(_) => false,
@@ -30,13 +30,13 @@ fn is_carried(row: &Row) -> bool {
     }
 }
 
-/// Reads every parameter in every way there is: how many there are, and how many of them in more than one way.
+/// Reads every parameter by every service. Returns the number of parameters, and of those with more than one service.
 pub fn read_every_way<L: Line>(rig: &mut Rig<'_, L>) -> (usize, usize) {
     let (mut read, mut compared) = (0, 0);
     for (address, row) in rig.rows() {
         rig.select(address);
         let mut values = values(rig, address, row);
-        // What lives may have lived on between two ways, but not each time.
+        // A value that changes by itself may differ between two services, but not every time.
         for _ in 0..3 {
             if !are_equal(&values) {
                 values = self::values(rig, address, row);
@@ -54,7 +54,7 @@ fn are_equal(values: &[Vec<u8>]) -> bool {
     values.windows(2).all(|pair| pair[0] == pair[1])
 }
 
-/// What is read in each way; those that the access marks do not allow are refused.
+/// The values read by each service; services that the access marks forbid refuse.
 fn values<L: Line>(rig: &mut Rig<'_, L>, address: &Location, row: &Row) -> Vec<Vec<u8>> {
     let mut values = Vec::new();
     for way in rig.ways() {
@@ -68,7 +68,7 @@ fn values<L: Line>(rig: &mut Rig<'_, L>, address: &Location, row: &Row) -> Vec<V
     values
 }
 
-/// An array of three octets stands behind a zero in the channel: errata-bpg-bcg-tpg 20.
+/// In the channel an array of three octets follows a zero: errata-bpg-bcg-tpg 20.
 fn without_padding(row: &Row, octets: Vec<u8>) -> Vec<u8> {
     match row.data_type {
         DataType::Array(3) if octets.len() == 4 => octets[1..].to_vec(),
@@ -76,7 +76,7 @@ fn without_padding(row: &Row, octets: Vec<u8>) -> Vec<u8> {
     }
 }
 
-/// What is written to try a parameter with a present value: the first of these that is accepted.
+/// Candidates for a trial write, given the present value: the first that the device accepts.
 fn candidates(row: &Row, present: &[u8]) -> Vec<Vec<u8>> {
     let count = |step: i64| {
         let value = present.iter().fold(0u32, |value, octet| value << 8 | u32::from(*octet));
@@ -98,7 +98,7 @@ fn candidates(row: &Row, present: &[u8]) -> Vec<Vec<u8>> {
     all.into_iter().filter(|other| other != present).collect()
 }
 
-/// Another value is written, read back, and the value before restored. What is told of it.
+/// Writes another value, reads it back and restores the value before. Returns a line about it.
 fn there_and_back<L: Line>(rig: &mut Rig<'_, L>, way: Way, slot: u8, row: &Row) -> String {
     let read = |rig: &mut Rig<'_, L>| {
         let ways = rig.ways();
@@ -117,7 +117,7 @@ fn there_and_back<L: Line>(rig: &mut Rig<'_, L>, way: Way, slot: u8, row: &Row) 
             if !is_switch(row) {
                 assert_eq!(read(rig), other, "{what}");
             }
-            // A switch is written 0 and 1, and may show which "on" it is.
+            // A switch is written 0 and 1, and may display a specific "on" value.
             let back = if is_switch(row) { vec![u8::from(before != [0])] } else { before.clone() };
             assert_eq!(rig.write(way, slot, row.index, &back), Told::Written, "{what}: back");
             assert_eq!(read(rig), before, "{what}: restored");
@@ -125,7 +125,7 @@ fn there_and_back<L: Line>(rig: &mut Rig<'_, L>, way: Way, slot: u8, row: &Row) 
         }
         assert_eq!(read(rig), before, "a refused value changes nothing");
     }
-    // A selector with nothing else to select takes the value it has.
+    // A selector without alternatives accepts its present value.
     match rig.write(way, slot, row.index, &before) {
         Told::Written => format!("{} again and back", Told::Octets(before)),
         _ => last.to_string(),
@@ -139,7 +139,7 @@ fn is_command(row: &Row) -> bool {
     [14, 15].contains(&row.index) || [(26, "Volatility"), (106, "Emission Current")].contains(&(row.index, row.name))
 }
 
-/// A cathode is switched by 0 and 1 and shows what it does then, which can be more.
+/// A cathode is switched by 0 and 1 and then displays its state, which has more values.
 fn is_switch(row: &Row) -> bool {
     row.name == "Emission Status"
 }
@@ -150,15 +150,15 @@ fn is_value(row: &Row) -> bool {
     both && !is_command(row)
 }
 
-/// A set of thresholds that is valid cannot be changed: errata-bpg-bcg-tpg 138.
+/// A valid set of thresholds cannot be changed: errata-bpg-bcg-tpg 138.
 fn unlock<L: Line>(rig: &mut Rig<'_, L>, slot: u8, row: &Row) {
     if ["Upper threshold", "Lower threshold", "Threshold source"].contains(&row.name) {
         assert_eq!(rig.write(Way::Pkw, slot, 20, &[0]), Told::Written);
     }
 }
 
-/// Writes the parameters at `places` in the ways that `chosen` leaves of those there are, and restores them. A line for each,
-/// and where those are that were changed.
+/// Writes the parameters at `places` by the services that `chosen` selects, and restores them. Returns a line for each, and
+/// the locations of those that changed.
 pub fn write_and_restore<L: Line>(
     rig: &mut Rig<'_, L>,
     places: &BTreeSet<String>,
@@ -185,7 +185,7 @@ pub fn write_and_restore<L: Line>(
     (lines, changed)
 }
 
-/// Where the parameters of a device are that can be written and read back.
+/// The locations of the parameters that can be written and read back.
 pub fn writable(model: &Model) -> BTreeSet<String> {
     rows(model).into_iter().filter(|(_, row)| is_value(row)).map(|(address, row)| place(address, row)).collect()
 }

@@ -14,6 +14,7 @@ impl<D: Device, const CONNECTIONS: usize> Server<D, CONNECTIONS> {
     }
 
     /// SAP 51.
+    #[inline]
     pub(super) fn ms1(&mut self, request: &Indication<'_>) -> Reply<'_> {
         if !self.ms1_is_open_to(request.sa) {
             return SERVICE_CLOSED;

@@ -1,7 +1,4 @@
-//! A segment in memory to which things happen: gauges lose power, the line is cut, somebody babbles.
-
-#![allow(clippy::unwrap_used, clippy::panic, clippy::indexing_slicing, reason = "a test")]
-#![allow(dead_code, reason = "each test uses its part")]
+//! Virtual devices behind a TCP port, to which faults happen: a gauge loses power, the line is cut, noise is on the line.
 
 use profivac_dp::link::{Baud, BitTime, Listening, Station, Transmit};
 use profivac_host::port::TcpServer;
@@ -21,59 +18,59 @@ use std::time::Duration;
 
 pub const BAUD: Baud = Baud::B187500;
 
-/// What happens.
+/// A fault, or its end.
 #[derive(Clone, Copy, Debug)]
-pub enum Blow {
-    /// The gauge at this place loses power, or has it again.
+pub enum Fault {
+    /// The gauge at this address loses power, or gets it back.
     Power(u8, bool),
-    /// The gauge at this place is exchanged for one of another kind.
+    /// The gauge at this address is replaced by another device.
     Swap(u8, &'static str),
-    /// The gauge at this place answers no class 2 master, or does again.
-    Deaf(u8, bool),
-    /// Nobody serves the line any more.
+    /// The gauge at this address answers no class 2 master, or answers again.
+    NoMs2(u8, bool),
+    /// The line is not served any more.
     Cut,
     /// The line is served again.
     Mend,
 }
 
-/// Gauges behind a TCP port.
-pub struct Bench {
+/// Virtual devices behind a TCP port.
+pub struct TcpSegment {
     pub address: String,
-    blows: Option<Sender<Blow>>,
+    faults: Option<Sender<Fault>>,
     thread: Option<JoinHandle<()>>,
 }
 
-impl Bench {
+impl TcpSegment {
     /// Switches `devices` on.
     pub fn start(devices: &[&str]) -> Self {
         let server = TcpServer::listen("127.0.0.1:0").unwrap();
         let address = profivac_host::port::Port::name(&server).to_owned();
         let devices: Vec<_> = devices.iter().map(|device| built(device)).collect();
-        let (blows, inbox) = channel();
+        let (faults, inbox) = channel();
         let place = address.clone();
-        let live = move || live(server, devices, &inbox, &place);
-        Self { address, blows: Some(blows), thread: Some(std::thread::spawn(live)) }
+        let run = move || run(server, devices, &inbox, &place);
+        Self { address, faults: Some(faults), thread: Some(std::thread::spawn(run)) }
     }
 
-    pub fn strike(&self, blow: Blow) {
-        self.blows.as_ref().unwrap().send(blow).unwrap();
+    pub fn apply(&self, fault: Fault) {
+        self.faults.as_ref().unwrap().send(fault).unwrap();
     }
 
-    /// Octets of no telegram on the line. A line that is cut takes none.
-    pub fn babble(&self, octets: &[u8]) {
+    /// Puts octets on the line that are no telegram. A cut line takes none.
+    pub fn send_noise(&self, octets: &[u8]) {
         if let Ok(mut stream) = TcpStream::connect(&self.address) {
             stream.write_all(octets).ok();
         }
     }
 }
 
-/// A station with a segment for each bench: all its devices, each taken every `poll`.
-pub fn config(benches: &[Bench], devices: &[&str], poll: &str, folder: &Path) -> Config {
+/// The configuration of a station with all these segments, whose gauges are polled every `poll`.
+pub fn config(segments: &[TcpSegment], devices: &[&str], poll: &str, folder: &Path) -> Config {
     let mut text = String::new();
-    for (number, bench) in benches.iter().enumerate() {
+    for (number, segment) in segments.iter().enumerate() {
         text += &format!(
             "[[segment]]\nname = \"s{number}\"\nport = \"tcp://{}\"\nbaud = 187500\nmaster = 1\n",
-            bench.address
+            segment.address
         );
         for device in devices {
             let (device, address) = device.split_once('@').unwrap();
@@ -85,26 +82,26 @@ pub fn config(benches: &[Bench], devices: &[&str], poll: &str, folder: &Path) ->
     Config::parse(&text, &folder.join("plant.toml")).unwrap()
 }
 
-impl Drop for Bench {
+impl Drop for TcpSegment {
     fn drop(&mut self) {
-        self.blows = None;
+        self.faults = None;
         self.thread.take().unwrap().join().unwrap();
     }
 }
 
-/// A device, and what was done to it.
-struct Struck {
+/// A device with its faults.
+struct FaultyDevice {
     device: VirtualDevice,
-    is_deaf: bool,
+    has_no_ms2: bool,
 }
 
-/// Where class 2 masters knock: up to this service access point (profibus-wire 4.1).
+/// Class 2 masters use the service access points up to this one (profibus-wire 4.1).
 const LAST_MS2: u8 = 50;
 
-impl Station for Struck {
+impl Station for FaultyDevice {
     fn telegram(&mut self, end: BitTime, telegram: &Telegram<'_>) -> Option<Transmit<'_>> {
         let is_ms2 = matches!(telegram, Telegram::Data(frame) if frame.dsap.is_some_and(|sap| sap <= LAST_MS2));
-        if self.is_deaf && is_ms2 { None } else { self.device.telegram(end, telegram) }
+        if self.has_no_ms2 && is_ms2 { None } else { self.device.telegram(end, telegram) }
     }
 
     fn poll(&mut self, now: BitTime) -> Option<Transmit<'_>> {
@@ -120,7 +117,7 @@ impl Station for Struck {
     }
 }
 
-fn built(text: &str) -> Struck {
+fn built(text: &str) -> FaultyDevice {
     let spec: DeviceSpec = text.parse().unwrap();
     let conditions = GasConditions {
         pressure: "2e-3 mbar".parse().unwrap(),
@@ -128,50 +125,50 @@ fn built(text: &str) -> Struck {
         gas: Gas::N2,
     };
     let unit = spec.build(NonvolatileMemory::volatile(), BAUD).unwrap();
-    Struck { device: VirtualDevice::new(unit, spec.address, BAUD, conditions), is_deaf: false }
+    FaultyDevice { device: VirtualDevice::new(unit, spec.address, BAUD, conditions), has_no_ms2: false }
 }
 
-/// Serves the line, cut by cut, until nobody strikes any more.
-fn live(server: TcpServer, mut devices: Vec<Struck>, blows: &Receiver<Blow>, address: &str) {
+/// Serves the line, from cut to cut, until the segment is dropped.
+fn run(server: TcpServer, mut devices: Vec<FaultyDevice>, faults: &Receiver<Fault>, address: &str) {
     let mut server = Some(server);
     loop {
         if let Some(server) = server.take() {
-            match serve(server, devices, blows) {
+            match serve(server, devices, faults) {
                 Some(rest) => devices = rest,
                 None => return,
             }
         }
-        match blows.recv() {
-            Ok(Blow::Mend) => server = Some(TcpServer::listen(address).unwrap()),
-            Ok(blow) => strike(&mut devices, blow),
+        match faults.recv() {
+            Ok(Fault::Mend) => server = Some(TcpServer::listen(address).unwrap()),
+            Ok(fault) => apply(&mut devices, fault),
             Err(_) => return,
         }
     }
 }
 
-/// Until the line is cut: then the devices are what is left.
-fn serve(server: TcpServer, devices: Vec<Struck>, blows: &Receiver<Blow>) -> Option<Vec<Struck>> {
+/// Serves the line until it is cut, and returns the devices; `None` when the segment is dropped.
+fn serve(server: TcpServer, devices: Vec<FaultyDevice>, faults: &Receiver<Fault>) -> Option<Vec<FaultyDevice>> {
     let mut segment = Segment::new(Box::new(server), BAUD, false, devices);
     loop {
         segment.serve(&[], Duration::from_millis(20)).unwrap();
-        match blows.try_recv() {
-            Ok(Blow::Cut) => return Some(std::mem::take(segment.stations_mut())),
-            Ok(blow) => strike(segment.stations_mut(), blow),
+        match faults.try_recv() {
+            Ok(Fault::Cut) => return Some(std::mem::take(segment.stations_mut())),
+            Ok(fault) => apply(segment.stations_mut(), fault),
             Err(TryRecvError::Empty) => {}
             Err(TryRecvError::Disconnected) => return None,
         }
     }
 }
 
-fn strike(devices: &mut [Struck], blow: Blow) {
-    match blow {
-        Blow::Power(place, on) => at(devices, place).device.set_power(on),
-        Blow::Deaf(place, is_deaf) => at(devices, place).is_deaf = is_deaf,
-        Blow::Swap(place, other) => *at(devices, place) = built(other),
-        Blow::Cut | Blow::Mend => {}
+fn apply(devices: &mut [FaultyDevice], fault: Fault) {
+    match fault {
+        Fault::Power(place, on) => at(devices, place).device.set_power(on),
+        Fault::NoMs2(place, has_no_ms2) => at(devices, place).has_no_ms2 = has_no_ms2,
+        Fault::Swap(place, other) => *at(devices, place) = built(other),
+        Fault::Cut | Fault::Mend => {}
     }
 }
 
-fn at(devices: &mut [Struck], place: u8) -> &mut Struck {
-    devices.iter_mut().find(|struck| struck.device.switch_address() == place).unwrap()
+fn at(devices: &mut [FaultyDevice], place: u8) -> &mut FaultyDevice {
+    devices.iter_mut().find(|faulty| faulty.device.switch_address() == place).unwrap()
 }

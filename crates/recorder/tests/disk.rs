@@ -1,5 +1,4 @@
-//! A disk as careless people and hard times leave it: the record is in use, in the wrong place, deleted, locked, full of what
-//! is old, and read by somebody slow.
+//! The database is in use, in an impossible place, deleted, locked by another program, full of old rows, or read by a slow reader.
 
 #![allow(clippy::unwrap_used, clippy::panic, clippy::indexing_slicing, reason = "a test")]
 
@@ -18,15 +17,15 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 use tempfile::TempDir;
 
-/// Long enough for a computer that is busy with something else.
-const PATIENCE: Duration = Duration::from_secs(60);
+/// The longest wait, enough for a busy computer.
+const TIMEOUT: Duration = Duration::from_secs(60);
 
-struct Desk {
+struct Fixture {
     _folder: TempDir,
     path: PathBuf,
 }
 
-impl Desk {
+impl Fixture {
     fn new() -> Self {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("plant.db");
@@ -70,7 +69,7 @@ fn entry(what: AuditAction, of: Option<i64>) -> AuditEntry {
         at: Micros(Micros::SECOND),
         action: what,
         refers_to: of,
-        who: "Otto".to_owned(),
+        user: "Otto".to_owned(),
         role: "operator".to_owned(),
         peer: None,
         gauge: None,
@@ -84,104 +83,110 @@ fn entry(what: AuditAction, of: Option<i64>) -> AuditEntry {
     }
 }
 
-fn refusal(path: &Path) -> String {
+fn start_error(path: &Path) -> String {
     Recorder::start(path, Settings::default()).map(drop).unwrap_err().to_string()
 }
 
 fn until(what: &str, mut seen: impl FnMut() -> bool) {
-    let end = Instant::now() + PATIENCE;
+    let end = Instant::now() + TIMEOUT;
     while !seen() {
-        assert!(Instant::now() < end, "never seen: {what}");
+        assert!(Instant::now() < end, "timed out: {what}");
         std::thread::yield_now();
     }
 }
 
 #[test]
-fn two_stations_do_not_share_a_record() {
-    let desk = Desk::new();
-    let first = desk.recorder();
-    let sentence = format!("{} is already recorded into by another station", desk.path.display());
-    assert_eq!(refusal(&desk.path), sentence);
+fn a_second_station_cannot_use_the_database() {
+    let fixture = Fixture::new();
+    let first = fixture.recorder();
+    let sentence = format!("{} is in use by another station", fixture.path.display());
+    assert_eq!(start_error(&fixture.path), sentence);
     drop(first);
-    drop(desk.recorder());
+    drop(fixture.recorder());
 }
 
 #[test]
-fn a_place_where_no_record_can_be_is_told() {
-    let desk = Desk::new();
-    let folder = desk.path.parent().unwrap();
-    assert_eq!(refusal(folder), format!("{}: expected a file to record into, got a folder", folder.display()));
+fn an_error_says_why_there_can_be_no_database() {
+    let fixture = Fixture::new();
+    let folder = fixture.path.parent().unwrap();
+    assert_eq!(start_error(folder), format!("{}: expected a database file, got a folder", folder.display()));
     let nowhere = folder.join("no such folder").join("plant.db");
     assert_eq!(
-        refusal(&nowhere),
-        format!("{}: nothing can be recorded here: No such file or directory (os error 2)", nowhere.display())
+        start_error(&nowhere),
+        format!(
+            "{}: the database cannot be opened for writing: No such file or directory (os error 2)",
+            nowhere.display()
+        )
     );
-    // Where nobody may write, not even root.
-    assert!(refusal(Path::new("/proc/plant.db")).starts_with("/proc/plant.db: nothing can be recorded here: "));
+    // Not even root may create a file here.
+    assert!(
+        start_error(Path::new("/proc/plant.db"))
+            .starts_with("/proc/plant.db: the database cannot be opened for writing: ")
+    );
 }
 
 #[test]
-fn a_record_that_is_deleted_is_begun_again() {
-    let desk = Desk::new();
-    let recorder = desk.recorder();
+fn the_recorder_creates_a_deleted_database_again() {
+    let fixture = Fixture::new();
+    let recorder = fixture.recorder();
     push(&recorder, [sample(0, 1.0)]);
     assert!(recorder.flush());
-    fs::remove_file(&desk.path).unwrap();
+    fs::remove_file(&fixture.path).unwrap();
     push(&recorder, [sample(1, 2.0)]);
     assert!(recorder.flush());
-    assert_eq!(desk.samples(), [sample(1, 2.0)]);
+    assert_eq!(fixture.samples(), [sample(1, 2.0)]);
     push(&recorder, [sample(2, 3.0)]);
     drop(recorder);
-    assert_eq!(desk.samples(), [sample(1, 2.0), sample(2, 3.0)]);
+    assert_eq!(fixture.samples(), [sample(1, 2.0), sample(2, 3.0)]);
 }
 
 #[test]
-fn what_came_of_something_is_written_though_the_record_was_deleted_meanwhile() {
-    let desk = Desk::new();
-    let recorder = desk.recorder();
+fn an_outcome_is_written_after_the_database_of_its_command_was_deleted() {
+    let fixture = Fixture::new();
+    let recorder = fixture.recorder();
     recorder.audit_before_sending(entry(AuditAction::Execute, None)).unwrap();
     let fired = recorder.audit_before_sending(entry(AuditAction::Execute, None)).unwrap();
-    fs::remove_file(&desk.path).unwrap();
+    fs::remove_file(&fixture.path).unwrap();
     assert!(recorder.audit(entry(AuditAction::Outcome, Some(fired))).wait());
     push(&recorder, [sample(0, 1.0)]);
     assert!(recorder.flush());
-    assert_eq!((desk.samples(), recorder.health().error), (vec![sample(0, 1.0)], None));
-    let wanted = AuditQuery { from: Micros(0), to: Micros(i64::MAX), gauge: None, who: None, limit: 10 };
-    let rows = desk.reader().audit(&wanted).unwrap();
+    assert_eq!((fixture.samples(), recorder.health().error), (vec![sample(0, 1.0)], None));
+    let wanted = AuditQuery { from: Micros(0), to: Micros(i64::MAX), gauge: None, user: None, limit: 10 };
+    let rows = fixture.reader().audit(&wanted).unwrap();
     assert_eq!(rows.len(), 1);
     assert_eq!(
         (rows[0].entry.action, rows[0].entry.refers_to),
         (AuditAction::Outcome, None),
-        "the row it belongs to is gone"
+        "the row it refers to is deleted"
     );
 }
 
 #[test]
-fn a_record_whose_folder_is_away_goes_on_when_it_is_back() {
-    let desk = Desk::new();
-    let folder = desk.path.parent().unwrap().join("disk");
+fn the_recorder_continues_when_the_folder_of_the_database_is_back() {
+    let fixture = Fixture::new();
+    let folder = fixture.path.parent().unwrap().join("disk");
     fs::create_dir(&folder).unwrap();
-    let desk = Desk { path: folder.join("plant.db"), ..desk };
-    let recorder = desk.recorder();
+    let fixture = Fixture { path: folder.join("plant.db"), ..fixture };
+    let recorder = fixture.recorder();
     push(&recorder, [sample(0, 1.0)]);
     assert!(recorder.flush());
     let away = folder.with_file_name("away");
     fs::rename(&folder, &away).unwrap();
     push(&recorder, [sample(1, 2.0)]);
     until("an error", || recorder.health().error.is_some());
-    assert!(recorder.health().error.unwrap().contains("nothing can be recorded here"));
+    assert!(recorder.health().error.unwrap().contains("the database cannot be opened for writing"));
     fs::rename(&away, &folder).unwrap();
     assert!(recorder.flush());
-    assert_eq!(desk.samples(), [sample(0, 1.0), sample(1, 2.0)]);
+    assert_eq!(fixture.samples(), [sample(0, 1.0), sample(1, 2.0)]);
     assert_eq!((recorder.health().error, recorder.health().lost_samples), (None, 0));
 }
 
 #[test]
-fn while_another_program_has_the_record_nobody_waits_and_what_is_lost_is_counted() {
+fn a_database_locked_by_another_program_blocks_no_sender_and_lost_events_are_counted() {
     const MANY: usize = 90_000;
-    let desk = Desk::new();
-    let recorder = desk.recorder();
-    let other = Connection::open(&desk.path).unwrap();
+    let fixture = Fixture::new();
+    let recorder = fixture.recorder();
+    let other = Connection::open(&fixture.path).unwrap();
     other.execute_batch("BEGIN IMMEDIATE").unwrap();
     push(&recorder, [sample(0, 1.0)]);
     until("an error", || recorder.health().error.is_some());
@@ -189,72 +194,72 @@ fn while_another_program_has_the_record_nobody_waits_and_what_is_lost_is_counted
     (0..MANY).for_each(|number| recorder.record_event(event(&number.to_string())));
     other.execute_batch("COMMIT").unwrap();
     until("it is written again", || recorder.flush());
-    let kept = desk.reader().events(Micros(0), Micros(i64::MAX), u32::MAX).unwrap().len();
+    let kept = fixture.reader().events(Micros(0), Micros(i64::MAX), u32::MAX).unwrap().len();
     let lost = usize::try_from(recorder.health().lost_events).unwrap();
-    assert!(lost > 0, "more than memory may take");
+    assert!(lost > 0, "more than the memory takes");
     assert_eq!(kept + lost, MANY);
-    assert_eq!((desk.samples(), recorder.health().error), (vec![sample(0, 1.0)], None));
+    assert_eq!((fixture.samples(), recorder.health().error), (vec![sample(0, 1.0)], None));
 }
 
 #[test]
-fn two_samples_of_one_moment_are_both_kept_and_one_sample_once() {
-    let desk = Desk::new();
-    let recorder = desk.recorder();
-    // The clock was set back, and the same moment comes again.
+fn two_samples_of_one_time_are_both_kept_and_a_repeated_sample_once() {
+    let fixture = Fixture::new();
+    let recorder = fixture.recorder();
+    // The clock was set back, and the same time occurs again.
     push(&recorder, [sample(0, 1.0), sample(1, 2.0), sample(0, 3.0), sample(0, 3.0)]);
     assert!(recorder.flush());
-    let pressures: Vec<_> = desk.samples().iter().map(|sample| sample.pa.unwrap()).collect();
+    let pressures: Vec<_> = fixture.samples().iter().map(|sample| sample.pa.unwrap()).collect();
     assert_eq!(pressures, [1.0, 3.0, 2.0]);
     assert_eq!(recorder.health().lost_samples, 0);
-    let bins = desk.reader().trend("chamber", Micros(0), sample(100, 1.0).at, 10).unwrap();
-    assert_eq!(bins.iter().map(|bin| bin.summary.count).sum::<u32>(), 4, "each was measured");
+    let spans = fixture.reader().trend("chamber", Micros(0), sample(100, 1.0).at, 10).unwrap();
+    assert_eq!(spans.iter().map(|span| span.summary.count).sum::<u32>(), 4, "every sample is counted");
 }
 
 #[test]
-fn a_slow_reader_does_not_make_the_log_grow() {
-    let desk = Desk::new();
-    let recorder = desk.recorder();
+fn a_slow_reader_does_not_let_the_log_grow() {
+    let fixture = Fixture::new();
+    let recorder = fixture.recorder();
     push(&recorder, (0..10_000).map(|number| sample(number, 1.0)));
     assert!(recorder.flush());
-    let mut export = Export::new(desk.reader(), vec!["chamber".to_owned()], Micros(0), Micros(i64::MAX));
+    let mut export = Export::new(fixture.reader(), vec!["chamber".to_owned()], Micros(0), Micros(i64::MAX));
     assert_eq!(export.by_ref().take(2).map(Result::unwrap).count(), 2);
     for round in 1..40 {
         push(&recorder, (0..10_000).map(|number| sample(round * 10_000 + number, 1.0)));
         assert!(recorder.flush());
     }
-    let log = fs::metadata(desk.path.with_file_name("plant.db-wal")).unwrap().len();
+    let log = fs::metadata(fixture.path.with_file_name("plant.db-wal")).unwrap().len();
     assert!(log < 16 << 20, "{log} octets");
     let rows: usize = export.map(|piece| piece.unwrap().lines().count()).sum();
-    assert_eq!(rows, 400_000 - 2_000, "what came meanwhile is in the table");
+    assert_eq!(rows, 400_000 - 2_000, "the export contains samples that were recorded meanwhile");
 }
 
 #[test]
-fn what_is_deleted_gives_its_room_back() {
-    let desk = Desk::new();
-    let mut store = Database::open(&desk.path).unwrap();
-    let gauge = store.series_index("chamber");
+fn deleted_rows_return_their_pages_to_the_disk() {
+    let fixture = Fixture::new();
+    let mut database = Database::open(&fixture.path).unwrap();
+    let gauge = database.series_index("chamber");
     let samples: Vec<_> = (0..100_000).map(|number| (gauge, sample(number, 1.0))).collect();
-    store.write(&samples, &PendingSpans::default(), &[], &AlarmBatch::default()).unwrap();
+    database.write(&samples, &PendingSpans::default(), &[], &AlarmBatch::default()).unwrap();
     let pages = |what: &str| -> i64 {
-        let connection = Connection::open(&desk.path).unwrap();
+        let connection = Connection::open(&fixture.path).unwrap();
         connection.query_row(&format!("PRAGMA {what}"), [], |row| row.get(0)).unwrap()
     };
     let full = pages("page_count");
     let retention = Retention { samples: Duration::ZERO, spans: [None; 4] };
-    let rounds = (0..100).take_while(|_| store.prune(&retention, Micros(i64::MAX)).unwrap()).count();
-    assert_eq!(rounds, 5, "20000 at a time");
+    let rounds = (0..100).take_while(|_| database.prune(&retention, Micros(i64::MAX)).unwrap()).count();
+    assert_eq!(rounds, 5, "20000 rows at a time");
     assert!(full > 500 && pages("page_count") < 50, "{} pages of {full}", pages("page_count"));
     assert_eq!(pages("freelist_count"), 0);
 }
 
 #[test]
-fn where_samples_are_gone_spans_are_drawn() {
-    let desk = Desk::new();
-    let recorder = desk.recorder();
+fn a_trend_without_samples_uses_spans() {
+    let fixture = Fixture::new();
+    let recorder = fixture.recorder();
     push(&recorder, (0..100).map(|number| sample(number, 1.0)));
     assert!(recorder.flush());
-    Connection::open(&desk.path).unwrap().execute("DELETE FROM sample", []).unwrap();
-    let bins = desk.reader().trend("chamber", sample(0, 1.0).at, sample(99, 1.0).at, 1000).unwrap();
-    assert_eq!(bins.iter().map(|bin| bin.summary.count).sum::<u32>(), 100);
-    assert_eq!(bins.len(), 10);
+    Connection::open(&fixture.path).unwrap().execute("DELETE FROM sample", []).unwrap();
+    let spans = fixture.reader().trend("chamber", sample(0, 1.0).at, sample(99, 1.0).at, 1000).unwrap();
+    assert_eq!(spans.iter().map(|span| span.summary.count).sum::<u32>(), 100);
+    assert_eq!(spans.len(), 10);
 }

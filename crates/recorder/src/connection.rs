@@ -1,0 +1,71 @@
+//! Opens a database for reading or for writing.
+
+use super::error::DatabaseError;
+use super::schema::{VERSION, read_as_current, upgrade, version};
+use rusqlite::{Connection, OpenFlags};
+use std::fs::OpenOptions;
+use std::io::ErrorKind;
+use std::os::unix::fs::OpenOptionsExt;
+use std::path::Path;
+use std::time::Duration;
+
+/// How long one connection waits for another. The recorder tries again every second by itself.
+const BUSY_TIMEOUT: Duration = Duration::from_secs(1);
+
+/// The log is truncated when it has become longer than this, in octets. free choice: four times the length at which SQLite
+/// truncates it when no reader is in the way.
+pub const MAX_WAL_OCTETS: i64 = 16 << 20;
+
+/// Opens a database for reading. A database of an older version is read under the current names of tables and columns.
+///
+/// # Errors
+/// [`DatabaseError`] when the file is missing, is no database, or was written by a newer program.
+pub fn open_to_read(path: &Path) -> Result<Connection, DatabaseError> {
+    let failed = |error| DatabaseError::Sql { path: path.to_owned(), error };
+    let flags = OpenFlags::SQLITE_OPEN_READ_ONLY | OpenFlags::SQLITE_OPEN_NO_MUTEX;
+    let connection = Connection::open_with_flags(path, flags).map_err(failed)?;
+    connection.busy_timeout(BUSY_TIMEOUT).map_err(failed)?;
+    let found = version(&connection).map_err(failed)?;
+    if !(1..=VERSION).contains(&found) {
+        return Err(DatabaseError::Version { path: path.to_owned(), found });
+    }
+    read_as_current(&connection, found).map_err(failed)?;
+    Ok(connection)
+}
+
+/// Opens a database for writing. A missing file is created; an older version is migrated.
+///
+/// # Errors
+/// [`DatabaseError`] when the file cannot be written, is no database, or was written by a newer program.
+pub fn open_to_write(path: &Path) -> Result<Connection, DatabaseError> {
+    let failed = |error| DatabaseError::Sql { path: path.to_owned(), error };
+    create_file(path).map_err(|error| DatabaseError::NotWritable { path: path.to_owned(), error })?;
+    let mut connection = Connection::open(path).map_err(failed)?;
+    prepare(&connection).map_err(failed)?;
+    let found = version(&connection).map_err(failed)?;
+    if !(0..=VERSION).contains(&found) {
+        return Err(DatabaseError::Version { path: path.to_owned(), found });
+    }
+    upgrade(&mut connection, found).map_err(failed)?;
+    Ok(connection)
+}
+
+/// Creates a missing file readable by its owner alone. SQLite gives its log the permissions of the file.
+fn create_file(path: &Path) -> std::io::Result<()> {
+    match OpenOptions::new().write(true).create_new(true).mode(0o600).open(path) {
+        Err(error) if error.kind() == ErrorKind::AlreadyExists => Ok(()),
+        created => created.map(drop),
+    }
+}
+
+fn prepare(connection: &Connection) -> rusqlite::Result<()> {
+    connection.busy_timeout(BUSY_TIMEOUT)?;
+    // auto_vacuum must be chosen before the first table.
+    connection.execute_batch(
+        "PRAGMA auto_vacuum = INCREMENTAL;
+         PRAGMA journal_mode = WAL;
+         PRAGMA synchronous = FULL;
+         PRAGMA foreign_keys = ON;",
+    )?;
+    connection.pragma_update(None, "journal_size_limit", MAX_WAL_OCTETS)
+}

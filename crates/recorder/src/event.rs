@@ -1,0 +1,61 @@
+//! Something that happened, as a row of the event list.
+
+use super::sample::Micros;
+
+/// What an event is about.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum EventKind {
+    /// The station or one of its segments started or stopped.
+    Station,
+    /// A slave entered or left data exchange.
+    Bus,
+    /// A gauge reports a fault, or no longer reports it.
+    Gauge,
+    /// A user executed a command.
+    Command,
+    /// A user made a note.
+    Note,
+    /// A user logged in or out, a request was refused, or the users changed.
+    Access,
+    /// An alarm changed its state.
+    Alarm,
+}
+
+impl EventKind {
+    /// All kinds.
+    pub const ALL: [Self; 7] =
+        [Self::Station, Self::Bus, Self::Gauge, Self::Command, Self::Note, Self::Access, Self::Alarm];
+
+    /// The word in the database and in the API.
+    #[must_use]
+    pub const fn word(self) -> &'static str {
+        match self {
+            Self::Station => "station",
+            Self::Bus => "bus",
+            Self::Gauge => "gauge",
+            Self::Command => "command",
+            Self::Note => "note",
+            Self::Access => "access",
+            Self::Alarm => "alarm",
+        }
+    }
+
+    /// The kind with this word.
+    #[must_use]
+    pub fn from_word(word: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|kind| kind.word() == word)
+    }
+}
+
+/// Something that happened.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Event {
+    /// When it happened.
+    pub at: Micros,
+    /// The name of the gauge, if it is about one.
+    pub gauge: Option<String>,
+    /// What it is about.
+    pub kind: EventKind,
+    /// One sentence.
+    pub text: String,
+}

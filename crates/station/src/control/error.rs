@@ -1,0 +1,222 @@
+//! Why a command is not armed or not executed.
+//!
+//! Each error says by its variant whether something was sent to the gauge: the audit trail and the HTTP status depend on it.
+
+use super::armed_commands::ArmedCommandError;
+use super::authority::AuthorityError;
+use super::operation::ResolveError;
+use crate::auth::Forbidden;
+use crate::snapshot::Connection;
+use profivac_client::{ClientError, Condition};
+use profivac_recorder::AuditError;
+use profivac_virtual::device_spec::SpecError;
+
+/// Why a control request was refused.
+#[derive(Debug, thiserror::Error)]
+pub enum ControlError {
+    /// The station has no gauge of this name.
+    #[error("there is no gauge {0:?}")]
+    UnknownGauge(String),
+    /// The station's file names a device that this program does not know.
+    #[error(transparent)]
+    Device(#[from] SpecError),
+    /// The request does not name a command or a parameter of the device.
+    #[error(transparent)]
+    Request(#[from] ResolveError),
+    /// The role of the user does not allow it.
+    #[error(transparent)]
+    Forbidden(#[from] Forbidden),
+    /// The station never does this.
+    #[error("{target}: {reason}")]
+    Blocked {
+        /// The command or parameter.
+        target: String,
+        /// Why, and what to do instead.
+        reason: &'static str,
+    },
+    /// The user does not have control, or cannot get it.
+    #[error(transparent)]
+    Authority(#[from] AuthorityError),
+    /// The armed command does not exist any more, or belongs to another user.
+    #[error(transparent)]
+    Command(#[from] ArmedCommandError),
+    /// The operation is not possible, or failed.
+    #[error(transparent)]
+    Operation(#[from] OperationError),
+    /// The audit trail cannot be written, so nothing was sent.
+    #[error("nothing was sent, because the audit trail cannot be written: {0}")]
+    Audit(#[from] AuditError),
+}
+
+/// Why a segment does not answer a request.
+#[derive(Debug, thiserror::Error)]
+pub enum SegmentRequestError {
+    /// No running segment has a gauge of this name.
+    #[error("there is no gauge {0:?}")]
+    UnknownGauge(String),
+    /// The queue of the segment is full.
+    #[error("the segment is busy with other requests: try again")]
+    Busy,
+    /// The segment cannot do it.
+    #[error(transparent)]
+    Unavailable(Unavailable),
+    /// The segment stopped before it answered.
+    #[error("the segment was stopped")]
+    Stopped,
+    /// No answer within the timeout.
+    #[error("the segment did not answer in time")]
+    Timeout,
+}
+
+/// Why an operation was not done.
+#[derive(Debug, thiserror::Error)]
+pub enum OperationError {
+    /// The parameter does not take this value. Nothing was sent.
+    #[error(transparent)]
+    InvalidValue(ClientError),
+    /// Some of these conditions do not hold. Nothing was sent.
+    #[error("{}", unmet(.0))]
+    ConditionsNotMet(Vec<Condition>),
+    /// Something is not as it was when the command was armed. Nothing was sent.
+    #[error(transparent)]
+    Changed(#[from] ChangedSinceArmed),
+    /// The gauge cannot be asked. Nothing was sent.
+    #[error(transparent)]
+    Unavailable(#[from] Unavailable),
+    /// The gauge refused it.
+    #[error(transparent)]
+    Refused(ClientError),
+    /// It was sent, and its outcome is unknown.
+    #[error(transparent)]
+    OutcomeUnknown(#[from] OutcomeUnknown),
+}
+
+/// What changed between arming and executing.
+#[derive(Debug, thiserror::Error)]
+pub enum ChangedSinceArmed {
+    /// The gauge is connected elsewhere.
+    #[error("{gauge} was on segment {} at {} when it was armed and is on segment {} at {} now", .armed.segment, .armed.port, .now.segment, .now.port)]
+    Connection {
+        /// The gauge.
+        gauge: String,
+        /// Where it was.
+        armed: Box<Connection>,
+        /// Where it is.
+        now: Box<Connection>,
+    },
+    /// Another device has the name of the gauge.
+    #[error("{gauge} was {} at address {} when it was armed and is {} at {} now", .armed.0, .armed.1, .now.0, .now.1)]
+    Device {
+        /// The gauge.
+        gauge: String,
+        /// Its device and address then.
+        armed: (&'static str, u8),
+        /// Its device and address now.
+        now: (&'static str, u8),
+    },
+    /// The parameter has another value.
+    #[error("{target} was {armed} when it was armed and is {now} now")]
+    Value {
+        /// The parameter.
+        target: String,
+        /// Its value then.
+        armed: String,
+        /// Its value now.
+        now: String,
+    },
+    /// The given value means other octets.
+    #[error("{given} meant {armed} when it was armed and means {now} now")]
+    Meaning {
+        /// The value as it was given.
+        given: String,
+        /// What it meant then.
+        armed: String,
+        /// What it means now.
+        now: String,
+    },
+    /// The user has lost control.
+    #[error("{user} lost control before the command was sent")]
+    ControlLost {
+        /// The user.
+        user: String,
+    },
+}
+
+/// Why a gauge cannot be asked.
+#[derive(Debug, thiserror::Error)]
+pub enum Unavailable {
+    /// The segment has no gauge of this name.
+    #[error("there is no gauge {0:?}")]
+    UnknownGauge(String),
+    /// The gauge is not in data exchange.
+    #[error("{0} does not answer")]
+    NoAnswer(String),
+    /// The gauge has no DP-V1, so its parameters cannot be read beside its cyclic data.
+    #[error("{0} has no DP-V1: read its parameters with `profivac dump --via pkw`")]
+    ReadNeedsDpV1(String),
+    /// The gauge has no DP-V1, so it cannot be written beside its cyclic data.
+    #[error(
+        "{0} has no DP-V1, and the data the station exchanges with it have no parameter channel: take it out of the station's file \
+         and use `profivac write --via pkw`"
+    )]
+    WriteNeedsDpV1(String),
+    /// The segment got to the command too late.
+    #[error("the segment of {0} was busy for too long")]
+    SegmentBusy(String),
+    /// The segment does not run.
+    #[error("{0}")]
+    SegmentDown(String),
+    /// The port was lost.
+    #[error("the port is lost")]
+    PortLost,
+    /// The gauge or the line failed.
+    #[error(transparent)]
+    Client(#[from] ClientError),
+    /// The segment did not answer.
+    #[error(transparent)]
+    Request(Box<SegmentRequestError>),
+}
+
+/// Why it is unknown what came of a command that was sent.
+#[derive(Debug, thiserror::Error)]
+pub enum OutcomeUnknown {
+    /// The segment did not answer in time.
+    #[error("the gauge did not answer in time")]
+    NoAnswer,
+    /// The segment was stopped meanwhile.
+    #[error("the segment was stopped")]
+    SegmentStopped,
+    /// The line failed meanwhile.
+    #[error(transparent)]
+    Line(ClientError),
+    /// The gauge took the command, and its value cannot be read back.
+    #[error("the gauge accepted the command, but reading it back failed: {0}")]
+    NotReadBack(ClientError),
+}
+
+impl OperationError {
+    /// The sentence for the audit trail: it begins with what happened to the command.
+    #[must_use]
+    pub fn outcome(&self) -> String {
+        match self {
+            Self::InvalidValue(_) | Self::ConditionsNotMet(_) | Self::Changed(_) | Self::Unavailable(_) => {
+                format!("not sent: {self}")
+            }
+            Self::Refused(_) => format!("refused: {self}"),
+            Self::OutcomeUnknown(_) => format!("not known: {self}"),
+        }
+    }
+}
+
+impl From<SegmentRequestError> for OperationError {
+    fn from(error: SegmentRequestError) -> Self {
+        match error {
+            SegmentRequestError::Unavailable(unavailable) => unavailable.into(),
+            other => Unavailable::Request(Box::new(other)).into(),
+        }
+    }
+}
+
+fn unmet(conditions: &[Condition]) -> String {
+    conditions.iter().filter_map(|condition| condition.unmet.as_deref()).collect::<Vec<_>>().join("; ")
+}

@@ -1,0 +1,242 @@
+//! The control service: one user at a time has control, arms commands and executes them.
+
+use super::armed_commands::{ARMED_FOR, ArmedCommand, ArmedCommands};
+use super::audit_entries;
+use super::authority::{AuthorityChange, AuthorityError, ControlAuthority, ReleaseReason};
+use super::error::{ControlError, OperationError, SegmentRequestError};
+use super::operation::{Operation, OperationRequest, Readback};
+use super::requests::SegmentRequests;
+use crate::auth::{Actor, Role, User};
+use crate::recording::RecorderHandle;
+use crate::snapshot::SnapshotStore;
+use crate::view::{self, Gauge};
+use profivac_recorder::{AuditAction, EventKind, Micros, WriteReceipt};
+use profivac_virtual::device_spec::entry;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
+
+/// A segment that has not begun with a command after this time does not begin with it any more: the operator no longer expects it.
+const START_TIMEOUT: Duration = Duration::from_secs(10);
+
+/// A change of control authority that a user asks for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum AuthorityAction {
+    /// Take control if it is free, otherwise ask its holder for it.
+    Request,
+    /// Give control back.
+    Release,
+    /// Give control to the user who requested it.
+    Grant,
+    /// Take control from its holder.
+    TakeOver,
+}
+
+/// A command that was executed.
+#[derive(Clone, Debug)]
+pub struct Executed {
+    /// The command.
+    pub command: ArmedCommand,
+    /// The value before and after.
+    pub readback: Readback,
+}
+
+#[derive(Default)]
+struct ControlState {
+    authority: ControlAuthority,
+    armed_commands: ArmedCommands,
+    /// Commands armed since the start, for their ids.
+    armed: u64,
+}
+
+/// Who has control, and which commands are armed.
+pub struct ControlService {
+    state: Mutex<ControlState>,
+    started: Micros,
+    recorder: Arc<RecorderHandle>,
+    snapshots: Arc<SnapshotStore>,
+    requests: SegmentRequests,
+}
+
+impl ControlService {
+    /// Nobody has control, and nothing is armed.
+    #[must_use]
+    pub fn new(recorder: Arc<RecorderHandle>, snapshots: Arc<SnapshotStore>) -> Self {
+        let requests = SegmentRequests::new(Arc::clone(&snapshots));
+        Self { state: Mutex::default(), started: Micros::now(), recorder, snapshots, requests }
+    }
+
+    /// The request queues of the segments.
+    #[must_use]
+    pub const fn requests(&self) -> &SegmentRequests {
+        &self.requests
+    }
+
+    /// Who has control at `now`.
+    #[must_use]
+    pub fn authority(&self, now: Instant) -> view::ControlAuthorityView {
+        let state = self.state_at(now);
+        let unix_ms = |since: Instant| {
+            let ago = view::duration_ms(now.saturating_duration_since(since));
+            view::unix_ms(Micros::now()).saturating_sub_unsigned(ago)
+        };
+        let holder = state.authority.holder();
+        let request = holder.and_then(|holder| holder.request.as_ref());
+        view::ControlAuthorityView {
+            holder: holder.map(|holder| holder.user.name.to_string()),
+            since_ms: holder.map(|holder| unix_ms(holder.since)),
+            asked_by: request.map(|(user, _)| user.name.to_string()),
+            asked_ms: request.map(|(_, since)| unix_ms(*since)),
+        }
+    }
+
+    /// Changes who has control. On the disk when this returns, if the disk takes it in time.
+    ///
+    /// # Errors
+    /// [`ControlError`] for a viewer, and for a user who cannot have or give control now.
+    pub fn change_authority(&self, actor: &Actor, action: AuthorityAction, now: Instant) -> Result<(), ControlError> {
+        let user = &actor.user;
+        user.require(Role::Operator, "control")?;
+        let mut state = self.state_at(now);
+        let authority = &mut state.authority;
+        let change = match action {
+            AuthorityAction::Request => authority.request(user, now),
+            AuthorityAction::Release => authority.release(user, now),
+            AuthorityAction::Grant => authority.grant(user, now),
+            AuthorityAction::TakeOver => authority.take_over(user, now),
+        }?;
+        if change.changes_holder() {
+            state.armed_commands.clear();
+        }
+        // The row is queued while the state is locked, so rows are in the order of the changes.
+        let receipt = (change != AuthorityChange::Kept)
+            .then(|| self.recorder.audit(audit_entries::authority_changed(actor, &change)));
+        drop(state);
+        receipt.map(WriteReceipt::wait);
+        Ok(())
+    }
+
+    /// Whether a command that was given to its segment may still be sent: control may have changed hands while it waited.
+    #[must_use]
+    pub fn may_send(&self, command: &ArmedCommand) -> bool {
+        self.state_at(Instant::now()).authority.holder().is_some_and(|holder| holder.user.name == command.user)
+    }
+
+    /// Asks the gauge, and arms the operation if all its conditions hold. Waits for the gauge.
+    ///
+    /// # Errors
+    /// [`ControlError`] says why nothing is armed.
+    pub fn arm(&self, actor: &Actor, gauge: &str, request: &OperationRequest) -> Result<ArmedCommand, ControlError> {
+        let user = &actor.user;
+        let gauge = self.snapshots.gauge(gauge).ok_or_else(|| ControlError::UnknownGauge(gauge.to_owned()))?;
+        let operation = Operation::resolve(entry(&gauge.device)?.model, request)?;
+        user.require(operation.role(), &operation.target())?;
+        if let Some(reason) = operation.blocked_reason() {
+            return Err(ControlError::Blocked { target: operation.target(), reason });
+        }
+        self.use_authority(user, Instant::now())?;
+        let unknown = || OperationError::from(SegmentRequestError::UnknownGauge(gauge.name.clone()));
+        let connection = self.snapshots.connection(&gauge.name).ok_or_else(unknown)?;
+        let preview = self.requests.preview(&gauge.name, operation.clone())?;
+        if preview.conditions.iter().any(|condition| condition.unmet.is_some()) {
+            let error = OperationError::ConditionsNotMet(preview.conditions.clone());
+            let row = audit_entries::refused(actor, &gauge, &operation, &preview, error.to_string());
+            self.recorder.audit(row).wait();
+            return Err(error.into());
+        }
+        // Reading the gauge takes time: another user may have taken control meanwhile.
+        let now = Instant::now();
+        let mut state = self.state_at(now);
+        state.authority.use_authority(user, now)?;
+        state.armed = state.armed.saturating_add(1);
+        let command = ArmedCommand {
+            id: format!("{:x}-{}", self.started.0, state.armed),
+            user: user.name.clone(),
+            gauge: gauge.name,
+            connection,
+            operation,
+            preview,
+            expires_at: now + ARMED_FOR,
+        };
+        state.armed_commands.arm(command.clone())?;
+        Ok(command)
+    }
+
+    /// Disarms a command.
+    ///
+    /// # Errors
+    /// [`ControlError`] when the command is not armed, or was armed by another user.
+    pub fn disarm(&self, actor: &Actor, id: &str) -> Result<(), ControlError> {
+        let command = self.state_at(Instant::now()).armed_commands.disarm(id, &actor.user)?;
+        let gauge = self.snapshots.gauge(&command.gauge);
+        let row = audit_entries::executed_or_disarmed(actor, gauge.as_ref(), &command, AuditAction::Disarmed);
+        self.recorder.audit(row).wait();
+        Ok(())
+    }
+
+    /// Executes an armed command. Waits for the disk and for the gauge; goes on when the requester has gone.
+    ///
+    /// # Errors
+    /// [`ControlError`] says whether the command was sent, and why it failed.
+    pub fn execute(&self, actor: &Actor, id: &str) -> Result<Executed, ControlError> {
+        let command = self.take_to_execute(actor, id, Instant::now())?;
+        let gauge = self.snapshots.gauge(&command.gauge);
+        let row = audit_entries::executed_or_disarmed(actor, gauge.as_ref(), &command, AuditAction::Execute);
+        let id = self.recorder.audit_before_sending(row.clone())?;
+        let result = self.requests.execute(command.clone(), Instant::now() + START_TIMEOUT);
+        let outcome = result.as_ref().map_or_else(OperationError::outcome, |_| "done".to_owned());
+        self.record_command_event(actor, gauge.as_ref(), &command, &outcome);
+        self.recorder.audit(audit_entries::outcome(row, id, result.as_ref().ok(), &outcome)).wait();
+        Ok(Executed { command, readback: result? })
+    }
+
+    /// The user who has control, with the role at the time of taking it.
+    #[must_use]
+    pub fn holder(&self) -> Option<User> {
+        self.state_at(Instant::now()).authority.holder().map(|holder| holder.user.clone())
+    }
+
+    /// Frees the control of a user, drops the request of the user, and disarms the commands.
+    pub fn release_user(&self, name: &str, reason: ReleaseReason) {
+        let mut state = self.state_at(Instant::now());
+        if let Some(user) = state.authority.remove_user(name) {
+            state.armed_commands.clear();
+            self.recorder.audit(audit_entries::authority_released(&user, reason));
+        }
+    }
+
+    fn use_authority(&self, user: &User, now: Instant) -> Result<(), AuthorityError> {
+        self.state_at(now).authority.use_authority(user, now)
+    }
+
+    /// Takes a command out of the armed ones, if this user may execute it at `now`.
+    fn take_to_execute(&self, actor: &Actor, id: &str, now: Instant) -> Result<ArmedCommand, ControlError> {
+        let mut state = self.state_at(now);
+        // An expired command is reported before a missing authority.
+        let command = state.armed_commands.get(id, &actor.user)?;
+        actor.user.require(command.operation.role(), &command.operation.target())?;
+        state.authority.use_authority(&actor.user, now)?;
+        Ok(state.armed_commands.take_to_execute(id, &actor.user)?)
+    }
+
+    /// Records the outcome as an event too: the recorder keeps the full sample rate around events.
+    fn record_command_event(&self, actor: &Actor, gauge: Option<&Gauge>, command: &ArmedCommand, outcome: &str) {
+        let ArmedCommand { operation, preview, .. } = command;
+        let action = match operation.command {
+            Some(_) => operation.target(),
+            None => format!("{} = {}", operation.target(), preview.after),
+        };
+        let text = format!("{}: {action} by {}: {outcome}", command.gauge, actor.user.name);
+        self.recorder.event_now(gauge.map(|gauge| gauge.name.as_str()), EventKind::Command, text);
+    }
+
+    /// The state at `now`: control that was not used for too long is free, and expired commands are gone.
+    fn state_at(&self, now: Instant) -> MutexGuard<'_, ControlState> {
+        let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(user) = state.authority.expire(now) {
+            state.armed_commands.clear();
+            self.recorder.audit(audit_entries::authority_expired(&user));
+        }
+        state.armed_commands.expire(now);
+        state
+    }
+}

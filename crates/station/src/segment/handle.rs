@@ -1,0 +1,103 @@
+//! The handle of a segment's thread.
+
+use super::services::SegmentServices;
+use super::thread::{SegmentCommand, SegmentThread};
+use crate::config;
+use profivac_recorder::{EventKind, Micros, Quality, Sample};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
+use std::thread::JoinHandle;
+use std::time::Instant;
+
+/// The stack of the thread: a master with room for every slave of a bus is moved several times while it is built.
+const STACK: usize = 8 << 20;
+
+/// A running segment.
+pub struct SegmentHandle {
+    config: config::Segment,
+    services: SegmentServices,
+    commands: Sender<SegmentCommand>,
+    /// Carries no messages: it disconnects when the thread ends.
+    alive: Receiver<()>,
+    /// The thread did not stop in time, and must not publish any more.
+    is_abandoned: Arc<AtomicBool>,
+    thread: JoinHandle<()>,
+}
+
+impl SegmentHandle {
+    /// Starts the thread. Problems of port and bus are published, and the thread tries again.
+    ///
+    /// # Errors
+    /// When the system gives no thread.
+    pub fn start(config: config::Segment, services: SegmentServices) -> std::io::Result<Self> {
+        let (commands, inbox) = channel();
+        let (life, alive) = channel();
+        let is_abandoned = Arc::new(AtomicBool::new(false));
+        let segment = SegmentThread::new(config.clone(), services.clone(), inbox, Arc::clone(&is_abandoned));
+        let thread = std::thread::Builder::new().name(config.name.clone()).stack_size(STACK);
+        let thread = thread.spawn(move || {
+            let _life: Sender<()> = life;
+            segment.run();
+        })?;
+        Ok(Self { config, services, commands, alive, is_abandoned, thread })
+    }
+
+    /// The present configuration.
+    #[must_use]
+    pub const fn config(&self) -> &config::Segment {
+        &self.config
+    }
+
+    /// Whether the segment can take a new configuration without a restart: only its gauges differ.
+    #[must_use]
+    pub fn can_reconfigure(&self, new: &config::Segment) -> bool {
+        config::Segment { gauges: Vec::new(), ..self.config.clone() }
+            == config::Segment { gauges: Vec::new(), ..new.clone() }
+    }
+
+    /// Takes other gauges. Gauges that stay are not disturbed.
+    pub fn reconfigure(&mut self, new: config::Segment) {
+        if self.config != new {
+            // A thread that has ended is restarted with the new configuration.
+            self.commands.send(SegmentCommand::Gauges(new.gauges.clone())).ok();
+            self.config = new;
+        }
+    }
+
+    /// Whether the thread has ended, which only a defect can cause.
+    #[must_use]
+    pub fn has_ended(&self) -> bool {
+        self.thread.is_finished()
+    }
+
+    /// Tells the thread to release its slaves and to stop.
+    pub fn begin_to_stop(&self) {
+        self.commands.send(SegmentCommand::Stop).ok();
+    }
+
+    /// Stops the thread, waiting until `end`. A thread that takes longer, for instance in a port that does not answer, is abandoned.
+    pub fn stop(self, end: Instant) {
+        self.begin_to_stop();
+        let remaining = end.saturating_duration_since(Instant::now());
+        if self.alive.recv_timeout(remaining) == Err(RecvTimeoutError::Disconnected) {
+            self.thread.join().ok();
+        } else {
+            self.is_abandoned.store(true, Ordering::Relaxed);
+            record_abandoned(&self.services, &self.config.name);
+        }
+        self.services.snapshots.remove(&self.config.name);
+        self.services.control.requests().close(&self.config.name);
+    }
+}
+
+/// Records an event and a gap for each series of a segment that did not stop in time.
+fn record_abandoned(services: &SegmentServices, segment: &str) {
+    let text = format!("segment {segment} did not stop in time and was abandoned");
+    services.recorder.event_now(None, EventKind::Station, text);
+    let gauges = services.snapshots.gauges().into_iter().filter(|gauge| gauge.segment == segment);
+    let readings = gauges.flat_map(|gauge| gauge.readings).filter(|reading| reading.quality != Quality::Gap);
+    for reading in readings {
+        services.recorder.push(&Arc::from(reading.series), Sample::gap(Micros::now()));
+    }
+}

@@ -1,0 +1,75 @@
+//! Snapshots of one segment, hall, with one gauge, chamber.
+
+use profivac_recorder::Quality;
+use profivac_station::alarm::Inputs;
+use profivac_station::auth::{Actor, Role, User};
+use profivac_station::snapshot::SegmentSnapshot;
+use profivac_station::view::{BusStationState, Gauge, Reading, Segment, SegmentState};
+use std::sync::Arc;
+
+/// An engineer at a neighbouring computer.
+pub fn actor(name: &str) -> Actor {
+    Actor { user: User { name: Arc::from(name), role: Role::Engineer }, peer: Some([10, 0, 0, 7].into()) }
+}
+
+/// The inputs of the alarms while the gauge shows this reading.
+pub fn inputs(pa: f64, quality: Quality) -> Inputs {
+    let SegmentSnapshot { segment, gauges } = snapshot(pa, quality);
+    Inputs { segments: vec![segment], gauges, recorder_error: None }
+}
+
+/// The inputs of the alarms while the gauge has given no data for a minute.
+pub fn silent() -> Inputs {
+    let mut inputs = inputs(1.0, Quality::Gap);
+    for gauge in &mut inputs.gauges {
+        gauge.age_ms = Some(60_000);
+    }
+    inputs
+}
+
+/// The snapshot of the segment while the gauge shows this reading.
+pub fn snapshot(pa: f64, quality: Quality) -> SegmentSnapshot {
+    let has_pressure = profivac_recorder::validity::has_pressure(quality);
+    let reading = Reading {
+        series: "chamber".to_owned(),
+        instance: 1,
+        principle: Some("hot-cathode"),
+        pa: has_pressure.then_some(pa),
+        corrected_pa: None,
+        quality,
+    };
+    SegmentSnapshot { segment: segment(), gauges: vec![gauge(vec![reading])] }
+}
+
+/// The segment hall, running.
+pub fn segment() -> Segment {
+    Segment {
+        name: "hall".to_owned(),
+        port: "/dev/ttyUSB0".to_owned(),
+        baud: 19200,
+        master: 0,
+        state: SegmentState::Running,
+        trouble: None,
+        cycle_ms: None,
+        damaged: 0,
+        stations: Vec::new(),
+    }
+}
+
+/// The gauge chamber, in data exchange.
+pub fn gauge(readings: Vec<Reading>) -> Gauge {
+    Gauge {
+        name: "chamber".to_owned(),
+        segment: "hall".to_owned(),
+        address: 5,
+        device: "bcg450".to_owned(),
+        standing: BusStationState::Exchanging,
+        trouble: None,
+        exceptions: Vec::new(),
+        gas: "n2".to_owned(),
+        levels: Vec::new(),
+        readings,
+        age_ms: Some(10),
+        poll_ms: 200,
+    }
+}
