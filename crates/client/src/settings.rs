@@ -225,10 +225,10 @@ impl Dump {
     #[must_use]
     pub fn to_toml(&self) -> String {
         let mut text = format!("device = \"{}\"\nident = 0x{:04X}\n", self.device, self.ident);
-        for (heading, remark, is_wanted) in
+        for (heading, note, is_wanted) in
             [("settings", "restore writes these", true), ("readings", "these are only for reading", false)]
         {
-            writeln!(text, "\n# {remark}\n[{heading}]").ok();
+            writeln!(text, "\n# {note}\n[{heading}]").ok();
             for (named, reading) in self.readings.iter().filter(|(named, _)| is_setting(named) == is_wanted) {
                 match reading {
                     Ok(reading) => writeln!(text, "\"{}\" = {}", named.name, quoted(&reading.text)).ok(),

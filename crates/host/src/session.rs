@@ -434,8 +434,8 @@ mod tests {
                 bus.station_mut(first).user.take_confirmation();
                 bus.run_for(100).unwrap();
             }
-            let standing = bus.station(second).ring_state();
-            assert_eq!(standing, RingState::InRing, "{address}, which begins after {begins_ms} ms");
+            let ring_state = bus.station(second).ring_state();
+            assert_eq!(ring_state, RingState::InRing, "{address}, which begins after {begins_ms} ms");
         }
     }
 

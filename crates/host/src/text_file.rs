@@ -66,7 +66,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn only_a_text_of_a_size_that_people_write_is_read() {
+    fn only_a_text_of_limited_size_is_read() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("file");
         for (octets, expected) in [

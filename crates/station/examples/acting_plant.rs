@@ -86,7 +86,7 @@ fn run(mut scene: MemorySegment, mut demo: DemoSegment, pressures: &Receiver<f64
     let mut last = Instant::now();
     loop {
         match pressures.recv_timeout(STEP) {
-            Ok(mbar) => scene.set_surroundings(around(mbar)),
+            Ok(mbar) => scene.set_environment(around(mbar)),
             Err(RecvTimeoutError::Timeout) => {}
             Err(RecvTimeoutError::Disconnected) => return,
         }

@@ -77,7 +77,7 @@ fn a_pressure_that_rises_after_arming_prevents_the_execution() {
     let station = MemoryStation::new(1e-6);
     station.take_control(OPERATOR);
     let (_, armed) = station.arm(OPERATOR, &json!({ "command": DEGAS }));
-    station.outside(|scene| scene.set_surroundings(Outside::mbar(5e-4)));
+    station.outside(|scene| scene.set_environment(Outside::mbar(5e-4)));
     station.until_pa(|pa| pa > 1e-2);
     let (status, refused) = station.execute(OPERATOR, &armed);
     assert_eq!((status, &refused["conditions"][2]["holds"]), (409, &json!(false)), "{refused}");

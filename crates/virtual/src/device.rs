@@ -46,10 +46,10 @@ impl From<GasConditions> for Environment {
 /// A slave with any simulated device.
 pub trait GaugeSlave: Station + Send {
     /// The simulated device.
-    fn instrument(&self) -> &dyn SimulatedDevice;
+    fn device(&self) -> &dyn SimulatedDevice;
 
     /// The simulated device, mutable.
-    fn instrument_mut(&mut self) -> &mut dyn SimulatedDevice;
+    fn device_mut(&mut self) -> &mut dyn SimulatedDevice;
 
     /// The station address of the slave.
     fn station_address(&self) -> u8;
@@ -62,11 +62,11 @@ pub trait GaugeSlave: Station + Send {
 }
 
 impl<I: SimulatedDevice + Send> GaugeSlave for Slave<I> {
-    fn instrument(&self) -> &dyn SimulatedDevice {
+    fn device(&self) -> &dyn SimulatedDevice {
         self.device()
     }
 
-    fn instrument_mut(&mut self) -> &mut dyn SimulatedDevice {
+    fn device_mut(&mut self) -> &mut dyn SimulatedDevice {
         self.device_mut()
     }
 
@@ -96,8 +96,8 @@ pub struct VirtualDevice {
     sensors: Vec<(Sensor, f64)>,
     has_real_sensors: bool,
     around: Environment,
-    /// The surroundings of measuring parts outside the common chamber, by instance.
-    part_surroundings: Vec<(u8, Environment)>,
+    /// The environment of measuring parts outside the common chamber, by instance.
+    part_environments: Vec<(u8, Environment)>,
     baud: Baud,
     /// Its time is advanced by the caller and not by the bus.
     externally_timed: bool,
@@ -108,11 +108,11 @@ pub struct VirtualDevice {
 }
 
 impl VirtualDevice {
-    /// A device in its surroundings, settled. `place` is the setting of its address switch.
+    /// A device in its environment, settled. `place` is the setting of its address switch.
     #[must_use]
     pub fn new(unit: Box<dyn GaugeSlave>, place: u8, baud: Baud, around: impl Into<Environment>) -> Self {
         let around = around.into();
-        let sensors = sensors(unit.instrument(), Sensor::ideal);
+        let sensors = sensors(unit.device(), Sensor::ideal);
         let mut device = Self {
             switch_address: place,
             slave: unit,
@@ -120,7 +120,7 @@ impl VirtualDevice {
             sensors,
             has_real_sensors: false,
             around,
-            part_surroundings: Vec::new(),
+            part_environments: Vec::new(),
             baud,
             externally_timed: false,
             connected: true,
@@ -136,7 +136,7 @@ impl VirtualDevice {
     pub fn with_real_sensors(mut self, seed: u64) -> Self {
         let mut seeds = (0..).map(|part: u64| seed ^ part << 40 ^ u64::from(self.switch_address) << 32);
         let bought = |principle, range| Sensor::real(principle, range, seeds.next().unwrap_or_default());
-        self.sensors = sensors(self.slave.instrument(), bought);
+        self.sensors = sensors(self.slave.device(), bought);
         self.has_real_sensors = true;
         self.sense(0.0);
         self
@@ -150,7 +150,7 @@ impl VirtualDevice {
         self
     }
 
-    /// Changes the surroundings and advances the device by `seconds`.
+    /// Changes the environment and advances the device by `seconds`.
     pub fn advance_in(&mut self, around: impl Into<Environment>, seconds: f64) {
         self.around = around.into();
         if !self.has_real_sensors && self.powered {
@@ -172,7 +172,7 @@ impl VirtualDevice {
 
     /// The sensor of the measuring part with this instance.
     pub fn sensor_mut(&mut self, instance: u8) -> Option<&mut Sensor> {
-        let parts = self.slave.instrument().parts();
+        let parts = self.slave.device().parts();
         parts.iter().zip(&mut self.sensors).find(|(part, _)| part.instance == instance).map(|(_, (sensor, _))| sensor)
     }
 
@@ -190,48 +190,48 @@ impl VirtualDevice {
 
     /// The simulated device.
     #[must_use]
-    pub fn instrument(&self) -> &dyn SimulatedDevice {
-        self.slave.instrument()
+    pub fn device(&self) -> &dyn SimulatedDevice {
+        self.slave.device()
     }
 
     /// The simulated device, for operations that need no bus.
-    pub fn instrument_mut(&mut self) -> &mut dyn SimulatedDevice {
-        self.slave.instrument_mut()
+    pub fn device_mut(&mut self) -> &mut dyn SimulatedDevice {
+        self.slave.device_mut()
     }
 
     /// The state of the device.
     #[must_use]
     pub fn report(&self) -> StateReport {
-        self.slave.instrument().report()
+        self.slave.device().report()
     }
 
-    /// The surroundings.
+    /// The environment.
     #[must_use]
-    pub const fn surroundings(&self) -> &Environment {
+    pub const fn environment(&self) -> &Environment {
         &self.around
     }
 
-    /// Changes the surroundings and settles. With real sensors the same as [`set_surroundings`](Self::set_surroundings).
+    /// Changes the environment and settles. With real sensors the same as [`set_environment`](Self::set_environment).
     pub fn settle_in(&mut self, around: impl Into<Environment>) {
         self.around = around.into();
         self.settle();
     }
 
-    /// Changes the surroundings. The device reacts in its own time.
-    pub fn set_surroundings(&mut self, around: impl Into<Environment>) {
+    /// Changes the environment. The device reacts in its own time.
+    pub fn set_environment(&mut self, around: impl Into<Environment>) {
         self.around = around.into();
         if self.powered {
             self.sense(0.0);
         }
     }
 
-    /// Changes the surroundings of one measuring part: the sensor of a channel has a cable of its own. Takes effect with
+    /// Changes the environment of one measuring part: the sensor of a channel has a cable of its own. Takes effect with
     /// the next step.
-    pub fn set_part_surroundings(&mut self, instance: u8, around: impl Into<Environment>) {
+    pub fn set_part_environment(&mut self, instance: u8, around: impl Into<Environment>) {
         let around = around.into();
-        match self.part_surroundings.iter_mut().find(|(known, _)| *known == instance) {
+        match self.part_environments.iter_mut().find(|(known, _)| *known == instance) {
             Some((_, known)) => *known = around,
-            None => self.part_surroundings.push((instance, around)),
+            None => self.part_environments.push((instance, around)),
         }
     }
 
@@ -241,7 +241,7 @@ impl VirtualDevice {
             return;
         }
         self.powered = on;
-        self.slave.instrument_mut().set_power(on);
+        self.slave.device_mut().set_power(on);
         if on {
             self.slave.power_up();
             self.settle();
@@ -259,7 +259,7 @@ impl VirtualDevice {
     /// # Errors
     /// [`UnsupportedAction`] when the device does not have it.
     pub fn operate(&mut self, action: Action) -> Result<(), UnsupportedAction> {
-        self.slave.instrument_mut().operate(action)?;
+        self.slave.device_mut().operate(action)?;
         self.settle();
         Ok(())
     }
@@ -269,7 +269,7 @@ impl VirtualDevice {
     /// # Errors
     /// [`UnknownName`] when the device does not have the fault or control, or the control not the position.
     pub fn operate_text(&mut self, text: ActionText<'_>) -> Result<(), UnknownName> {
-        let action = text.resolve(self.slave.instrument())?;
+        let action = text.resolve(self.slave.device())?;
         // `resolve` has checked that the device has it.
         let _ = self.operate(action);
         Ok(())
@@ -280,7 +280,7 @@ impl VirtualDevice {
         if self.powered {
             self.sense(0.0);
             if !self.has_real_sensors {
-                self.slave.instrument_mut().settle();
+                self.slave.device_mut().settle();
             }
         }
     }
@@ -288,40 +288,40 @@ impl VirtualDevice {
     /// Advances sensors and device. Without power only the sensors.
     fn simulate(&mut self, seconds: f64) {
         if !self.has_real_sensors {
-            self.advance_instrument(seconds);
+            self.advance_device(seconds);
             return;
         }
         let (mut left, mut step) = (seconds, FIRST_STEP_S);
         while left > 0.0 {
             let now = left.min(step);
             self.sense(now);
-            self.advance_instrument(now);
+            self.advance_device(now);
             left -= now;
             step = (2.0 * step).min(MAX_STEP_S);
         }
     }
 
-    fn advance_instrument(&mut self, seconds: f64) {
+    fn advance_device(&mut self, seconds: f64) {
         if self.powered {
-            self.slave.instrument_mut().advance(seconds);
+            self.slave.device_mut().advance(seconds);
         }
     }
 
     /// Advances the sensors with the drive of the device, then passes their indications to the device.
     fn sense(&mut self, seconds: f64) {
-        let instrument = self.slave.instrument_mut();
+        let simulated = self.slave.device_mut();
         for (part, (sensor, pa)) in self.sensors.iter_mut().enumerate() {
-            let own = instrument.parts().get(part).map(|part| part.instance);
-            let elsewhere = self.part_surroundings.iter().find(|(instance, _)| Some(*instance) == own);
+            let own = simulated.parts().get(part).map(|part| part.instance);
+            let elsewhere = self.part_environments.iter().find(|(instance, _)| Some(*instance) == own);
             let around = elsewhere.map_or(&self.around, |(_, around)| around);
-            *pa = sensor.read(around, drive(instrument.drive(part)), seconds);
+            *pa = sensor.read(around, drive(simulated.drive(part)), seconds);
         }
         for (part, (sensor, pa)) in self.sensors.iter_mut().enumerate() {
             if self.powered {
-                instrument.sense(part, *pa);
+                simulated.sense(part, *pa);
             }
             if sensor.filament_mut().is_some_and(sensor::Filament::has_just_broken) {
-                break_sensor(instrument, part);
+                break_sensor(simulated, part);
             }
         }
     }
@@ -341,22 +341,22 @@ impl VirtualDevice {
 
 /// A sensor for each measuring part.
 fn sensors(
-    instrument: &dyn SimulatedDevice,
+    simulated: &dyn SimulatedDevice,
     mut make: impl FnMut(sensor::Principle, Range) -> Sensor,
 ) -> Vec<(Sensor, f64)> {
     let sensor = |(part, of): (usize, &profivac_devices::Part)| {
-        let span = instrument.measuring_range(part);
+        let span = simulated.measuring_range(part);
         (make(principle(of.principle), Range { lowest_pa: span.lowest_pa, highest_pa: span.highest_pa }), 0.0)
     };
-    instrument.parts().iter().enumerate().map(sensor).collect()
+    simulated.parts().iter().enumerate().map(sensor).collect()
 }
 
 /// Sets the fault of a sensor that has failed.
-fn break_sensor(instrument: &mut dyn SimulatedDevice, part: usize) {
-    let instance = instrument.parts().get(part).map(|part| part.instance);
+fn break_sensor(simulated: &mut dyn SimulatedDevice, part: usize) {
+    let instance = simulated.parts().get(part).map(|part| part.instance);
     let Some(fault) = instance.and_then(Fault::of_sensor) else { return };
     // Every device with a cathode has this fault; a device without it ignores the action.
-    let _ = instrument.operate(Action::Fault { fault, active: true });
+    let _ = simulated.operate(Action::Fault { fault, active: true });
 }
 
 /// The crates of devices and sensors do not depend on each other, so their types are converted here.

@@ -131,9 +131,9 @@ fn build_img(spec: &DeviceSpec, setup: Setup, memory: NonvolatileMemory, baud: B
     Ok(slave(Img400::new(memory, setup, gauges), baud))
 }
 
-fn slave<I: SimulatedDevice + Send + 'static>(instrument: I, baud: Baud) -> Box<dyn GaugeSlave> {
-    let address = instrument.station_address();
-    Box::new(Slave::new(instrument, address, baud))
+fn slave<I: SimulatedDevice + Send + 'static>(simulated: I, baud: Baud) -> Box<dyn GaugeSlave> {
+    let address = simulated.station_address();
+    Box::new(Slave::new(simulated, address, baud))
 }
 
 /// A device as the command line writes it.
@@ -323,8 +323,8 @@ mod tests {
         for entry in &DEVICES {
             let name = entry.model.name;
             let unit = parse(&format!("{name}@9")).unwrap().build(NonvolatileMemory::volatile(), Baud::B19200).unwrap();
-            assert_eq!((unit.instrument().name(), unit.station_address()), (name, 9));
-            assert_eq!(unit.instrument().ident_number(), entry.model.ident);
+            assert_eq!((unit.device().name(), unit.station_address()), (name, 9));
+            assert_eq!(unit.device().ident_number(), entry.model.ident);
         }
     }
 
@@ -332,7 +332,7 @@ mod tests {
     fn an_atmosphere_sensor_is_fitted_unless_a_key_removes_it() {
         let parts = |text: &str| {
             let unit = parse(text).unwrap().build(NonvolatileMemory::volatile(), Baud::B19200).unwrap();
-            unit.instrument().parts().len()
+            unit.device().parts().len()
         };
         assert_eq!([parts("pcg550@5"), parts("pcg550@5:atm=on"), parts("pcg550@5:atm=off")], [3, 3, 2]);
         assert_eq!(parts("psg550@5"), 1);

@@ -92,10 +92,11 @@ impl MemorySegment {
             master.user.add(&slave.parameters(baud))?;
         }
         master.user.set_mode(Mode::Operate);
-        let members = devices.into_iter().map(SegmentStation::Device).chain([SegmentStation::Master(master)]).collect();
+        let stations =
+            devices.into_iter().map(SegmentStation::Device).chain([SegmentStation::Master(master)]).collect();
         let receiver = Receiver::with_idle(BitTime(0), T_SYN_TBIT);
         Ok(Self {
-            line: Line::new(members, receiver.clone(), Pace::ByLine),
+            line: Line::new(stations, receiver.clone(), Pace::ByLine),
             slaves: watched,
             baud,
             now: BitTime(0),
@@ -144,15 +145,15 @@ impl MemorySegment {
         self.now.0 as f64 / f64::from(self.baud.bits_per_second())
     }
 
-    /// Changes the surroundings of all devices.
-    pub fn set_surroundings(&mut self, around: impl Into<Environment>) {
+    /// Changes the environment of all devices.
+    pub fn set_environment(&mut self, around: impl Into<Environment>) {
         let around = around.into();
-        self.devices_mut().for_each(|device| device.set_surroundings(around));
+        self.devices_mut().for_each(|device| device.set_environment(around));
     }
 
     /// The devices.
     pub fn devices(&self) -> impl Iterator<Item = &VirtualDevice> {
-        self.line.stations().iter().filter_map(|member| match member {
+        self.line.stations().iter().filter_map(|entry| match entry {
             SegmentStation::Device(device) => Some(device),
             SegmentStation::Master(_) => None,
         })
@@ -160,7 +161,7 @@ impl MemorySegment {
 
     /// The devices, mutable.
     pub fn devices_mut(&mut self) -> impl Iterator<Item = &mut VirtualDevice> {
-        self.line.stations_mut().iter_mut().filter_map(|member| match member {
+        self.line.stations_mut().iter_mut().filter_map(|entry| match entry {
             SegmentStation::Device(device) => Some(device),
             SegmentStation::Master(_) => None,
         })
@@ -174,7 +175,7 @@ impl MemorySegment {
 
     /// The master.
     pub fn master(&self) -> Option<&BusMaster> {
-        self.line.stations().iter().find_map(|member| match member {
+        self.line.stations().iter().find_map(|entry| match entry {
             SegmentStation::Master(master) => Some(&master.user),
             SegmentStation::Device(_) => None,
         })
@@ -182,7 +183,7 @@ impl MemorySegment {
 
     /// The master, mutable.
     pub fn master_mut(&mut self) -> Option<&mut BusMaster> {
-        self.line.stations_mut().iter_mut().find_map(|member| match member {
+        self.line.stations_mut().iter_mut().find_map(|entry| match entry {
             SegmentStation::Master(master) => Some(&mut master.user),
             SegmentStation::Device(_) => None,
         })
@@ -260,11 +261,11 @@ mod tests {
         GasConditions { pressure: Pressure::from_mbar(mbar), atmosphere, gas: Gas::N2 }
     }
 
-    fn scene(baud: Baud) -> MemorySegment {
-        scene_of(baud, |device| device)
+    fn segment(baud: Baud) -> MemorySegment {
+        segment_of(baud, |device| device)
     }
 
-    fn scene_of(baud: Baud, change: impl Fn(VirtualDevice) -> VirtualDevice) -> MemorySegment {
+    fn segment_of(baud: Baud, change: impl Fn(VirtualDevice) -> VirtualDevice) -> MemorySegment {
         let devices = [5, 6].map(|place| {
             let spec: DeviceSpec = format!("bcg450@{place}").parse().unwrap();
             change(VirtualDevice::new(
@@ -288,28 +289,28 @@ mod tests {
     #[test]
     fn the_master_reads_the_pressures_that_the_gauges_measure() {
         for baud in [Baud::B9600, Baud::B93750, Baud::B1500000] {
-            let mut scene = scene(baud);
+            let mut segment = segment(baud);
             for mbar in [1e-3, 5e-8, 0.2, 900.0] {
-                scene.set_surroundings(conditions(mbar));
-                scene.run(1.0);
-                for watched in scene.slaves() {
-                    let read = scene.values(watched).values[0].pa.unwrap() / 100.0;
+                segment.set_environment(conditions(mbar));
+                segment.run(1.0);
+                for watched in segment.slaves() {
+                    let read = segment.values(watched).values[0].pa.unwrap() / 100.0;
                     assert!((read / mbar - 1.0).abs() < 1e-6, "{read} instead of {mbar} mbar at {baud}");
                 }
             }
-            let counters = *scene.master().unwrap().counters(6).unwrap();
+            let counters = *segment.master().unwrap().counters(6).unwrap();
             assert!(counters.exchanges > 20, "{counters:?} at {baud}");
             assert_eq!((counters.lost, counters.retries, counters.starts), (0, 0, 1), "at {baud}");
-            assert!((scene.seconds() - 4.0).abs() < 1e-3);
+            assert!((segment.seconds() - 4.0).abs() < 1e-3);
         }
     }
 
     #[test]
     fn with_real_sensors_a_seed_determines_the_course_at_any_step_length() {
         let run = |seed: u64, pieces: u32| {
-            let mut scene = scene_of(Baud::B187500, |device| device.with_real_sensors(seed));
-            (1..=pieces).for_each(|piece| scene.run_until(2.0 * f64::from(piece) / f64::from(pieces)));
-            scene.slaves().iter().map(|watched| scene.values(watched).values[0].pa.unwrap()).collect::<Vec<_>>()
+            let mut segment = segment_of(Baud::B187500, |device| device.with_real_sensors(seed));
+            (1..=pieces).for_each(|piece| segment.run_until(2.0 * f64::from(piece) / f64::from(pieces)));
+            segment.slaves().iter().map(|watched| segment.values(watched).values[0].pa.unwrap()).collect::<Vec<_>>()
         };
         let once = run(7, 1);
         assert_eq!(run(7, 100), once);
@@ -320,43 +321,43 @@ mod tests {
 
     #[test]
     fn damaged_telegrams_are_repeated_and_never_read() {
-        let mut scene = scene(Baud::B187500);
-        scene.run(1.0);
-        scene.set_noise(0.002);
+        let mut segment = segment(Baud::B187500);
+        segment.run(1.0);
+        segment.set_noise(0.002);
         for _ in 0..20 {
-            scene.run(0.5);
-            for watched in scene.slaves() {
-                let read = scene.values(watched).values[0].pa.unwrap() / 100.0;
+            segment.run(0.5);
+            for watched in segment.slaves() {
+                let read = segment.values(watched).values[0].pa.unwrap() / 100.0;
                 assert!((read / 1e-3 - 1.0).abs() < 1e-6, "{read}");
             }
         }
-        let disturbed = *scene.master().unwrap().counters(5).unwrap();
+        let disturbed = *segment.master().unwrap().counters(5).unwrap();
         assert!(disturbed.retries > 10, "{disturbed:?}");
-        scene.set_noise(0.0);
-        scene.run(5.0);
-        let quiet = *scene.master().unwrap().counters(5).unwrap();
+        segment.set_noise(0.0);
+        segment.run(5.0);
+        let quiet = *segment.master().unwrap().counters(5).unwrap();
         assert!(quiet.exchanges > disturbed.exchanges + 100 && quiet.retries == disturbed.retries, "{quiet:?}");
     }
 
     #[test]
     fn a_gauge_without_power_leaves_data_exchange_and_returns() {
-        let mut scene = scene(Baud::B187500);
-        scene.run(1.0);
-        scene.devices_mut().take(1).for_each(|device| device.set_power(false));
-        scene.run(1.0);
-        let counters = |scene: &MemorySegment, address| *scene.master().unwrap().counters(address).unwrap();
-        assert!(counters(&scene, 5).lost > 0);
-        assert_eq!(counters(&scene, 6).lost, 0);
-        scene.devices_mut().for_each(|device| device.set_power(true));
-        scene.run(1.0);
-        assert_eq!(counters(&scene, 5).starts, 2);
+        let mut segment = segment(Baud::B187500);
+        segment.run(1.0);
+        segment.devices_mut().take(1).for_each(|device| device.set_power(false));
+        segment.run(1.0);
+        let counters = |segment: &MemorySegment, address| *segment.master().unwrap().counters(address).unwrap();
+        assert!(counters(&segment, 5).lost > 0);
+        assert_eq!(counters(&segment, 6).lost, 0);
+        segment.devices_mut().for_each(|device| device.set_power(true));
+        segment.run(1.0);
+        assert_eq!(counters(&segment, 5).starts, 2);
     }
 
     #[test]
     fn the_history_contains_the_last_telegrams() {
-        let mut scene = scene(Baud::B187500);
-        scene.run(1.0);
-        let telegrams: Vec<_> = scene.telegrams().collect();
+        let mut segment = segment(Baud::B187500);
+        segment.run(1.0);
+        let telegrams: Vec<_> = segment.telegrams().collect();
         assert_eq!(telegrams.len(), MAX_TELEGRAMS);
         assert!(telegrams.contains(&&[0xDC, 1, 1][..]));
         assert!(telegrams.iter().any(|octets| octets.starts_with(&[0x68, 0x0A, 0x0A, 0x68, 1, 5, 0x08])));

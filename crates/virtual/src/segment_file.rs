@@ -90,7 +90,7 @@ pub enum SegmentFileError {
     },
 }
 
-/// What is wrong at a position of a segment file.
+/// The error at a position of a segment file.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum EntryError {
@@ -228,7 +228,7 @@ baud = 93750
     fn a_file_describes_the_same_devices_as_a_command_line() {
         let file = parse(FILE).unwrap();
         let devices: Vec<_> =
-            file.devices.iter().map(|device| (device.instrument().name(), device.switch_address())).collect();
+            file.devices.iter().map(|device| (device.device().name(), device.switch_address())).collect();
         assert_eq!((devices.as_slice(), file.baud), (&[("bcg450", 5), ("pcg550", 6)][..], Baud::B93750));
         assert_eq!(file.name, "sim:segment.toml");
         let usual = toml::from_str::<Description>("devices = []").unwrap();
@@ -307,8 +307,8 @@ baud = 93750
         drop(SegmentFile::read(&path).unwrap());
         assert!(folder.path().join("gauges").is_dir());
         fs::write(folder.path().join("gauges/bcg450-5.state"), "damaged").unwrap();
-        let remarks = SegmentFile::read(&path).unwrap().notices;
-        assert!(matches!(&remarks[..], [Notice::StoreDamaged { address: 5, .. }]), "{remarks:?}");
+        let notices = SegmentFile::read(&path).unwrap().notices;
+        assert!(matches!(&notices[..], [Notice::StoreDamaged { address: 5, .. }]), "{notices:?}");
         let missing = SegmentFile::read(&folder.path().join("nothing.toml"));
         assert!(matches!(missing, Err(SegmentFileError::Read { .. })));
     }

@@ -41,10 +41,10 @@ fn turn(port: &mut dyn Port, heard: &mut Vec<Character>) {
 }
 
 /// Serves the port until it has a notice.
-fn remarked(port: &mut dyn Port) -> Notice {
+fn next_notice(port: &mut dyn Port) -> Notice {
     loop {
-        if let Some(remark) = port.next_notice() {
-            return remark;
+        if let Some(notice) = port.next_notice() {
+            return notice;
         }
         turn(port, &mut Vec::new());
     }
@@ -68,10 +68,10 @@ fn goes_and_comes_back<S: Port>(name: &str, first: S, serve: impl Fn() -> S) {
     let mut server = Some(first);
     for round in 1..=2 {
         drop(server.take());
-        assert_eq!(remarked(&mut port), Notice::Lost(name.to_owned()));
+        assert_eq!(next_notice(&mut port), Notice::Lost(name.to_owned()));
         port.send(b"dropped").unwrap();
         let server = server.insert(serve());
-        assert_eq!(remarked(&mut port), Notice::Reopened(name.to_owned()));
+        assert_eq!(next_notice(&mut port), Notice::Reopened(name.to_owned()));
         assert_eq!(port.generation(), round);
         port.send(b"here again").unwrap();
         hear(server, b"here again");
@@ -101,7 +101,7 @@ fn the_search_for_a_port_ends_when_the_port_is_dropped() {
     let opener = open::opener(name, BAUD);
     let mut port = Reopening::new(open::port(name, BAUD).unwrap(), Arc::clone(&opener));
     drop(server);
-    assert_eq!(remarked(&mut port), Notice::Lost(name.to_owned()));
+    assert_eq!(next_notice(&mut port), Notice::Lost(name.to_owned()));
     assert!(Arc::strong_count(&opener) > 2, "it is looked for");
     drop(port);
     let begun = Instant::now();
@@ -209,7 +209,7 @@ fn administers() -> bool {
 }
 
 #[test]
-fn a_client_that_does_not_read_holds_up_nobody_and_is_told() {
+fn a_client_that_does_not_read_delays_no_other_and_is_a_notice() {
     let mut server = TcpServer::listen("127.0.0.1:0").unwrap();
     let deaf = TcpStream::connect(server.name()).unwrap();
     let mut client = TcpClient::connect(server.name()).unwrap();
@@ -249,7 +249,7 @@ fn a_server_that_does_not_read_does_not_block_and_is_told() {
 }
 
 #[test]
-fn octets_that_nobody_reads_from_a_pty_are_told() {
+fn unread_octets_of_a_pty_are_a_notice() {
     let (_folder, path) = folder();
     let mut server = Pty::create(&path).unwrap();
     let _deaf = Serial::open(path.to_str().unwrap(), BAUD).unwrap();

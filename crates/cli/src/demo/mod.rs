@@ -198,7 +198,7 @@ impl Demo {
         let counters = counters.unwrap_or_default();
         Row {
             seconds: self.run.seconds(),
-            true_mbar: self.segment.devices().next().map_or(0.0, |device| device.surroundings().gas.total() / 100.0),
+            true_mbar: self.segment.devices().next().map_or(0.0, |device| device.environment().gas.total() / 100.0),
             read_mbar: value.and_then(|value| value.pa).map(|pa| pa / 100.0),
             instance: value.map_or(0, |value| value.instance),
             exchanges: counters.exchanges,

@@ -187,7 +187,7 @@ fn gauge(segment: &MemorySegment, watched: &CyclicSlave, device: &VirtualDevice,
     let (report, reading) = (device.report(), segment.values(watched));
     let value = reading.values.iter().find(|value| value.pa.is_some()).or(reading.values.first());
     let mbar = value.and_then(|value| value.pa).map(|pa| pa / 100.0);
-    let part = device.instrument().parts().iter().find(|part| Some(part.instance) == value.map(|value| value.instance));
+    let part = device.device().parts().iter().find(|part| Some(part.instance) == value.map(|value| value.instance));
     let (from, colour) = part.map_or(("-", Color::DarkGray), |part| principle(part.principle));
     let colour = if mbar.is_some() { colour } else { Color::DarkGray };
     let state =

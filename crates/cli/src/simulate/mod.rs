@@ -239,12 +239,12 @@ impl Simulation {
     fn execute_at(&mut self, address: u8, command: &DeviceCommand<'_>) -> Result<Option<String>, CommandError> {
         let constant = self.scenario.is_none().then(|| self.conditions.pressure.mbar());
         let device = self.device(address)?;
-        let true_mbar = constant.unwrap_or_else(|| device.surroundings().gas.total() / 100.0);
+        let true_mbar = constant.unwrap_or_else(|| device.environment().gas.total() / 100.0);
         match command {
             DeviceCommand::Power(on) => device.set_power(*on),
             DeviceCommand::State => return Ok(Some(state::json(device, true_mbar))),
             DeviceCommand::Operate(action) => {
-                let name = device.instrument().name();
+                let name = device.device().name();
                 device.operate_text(*action).map_err(|unknown| unknown_part(name, *action, unknown.expected))?;
             }
         }

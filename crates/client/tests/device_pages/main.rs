@@ -20,7 +20,7 @@ struct Page {
     /// The folder of the tables in `crates/devices/src`.
     source: &'static str,
     /// The differences between the devices of the page.
-    remark: &'static str,
+    note: &'static str,
     models: &'static [&'static Model],
 }
 
@@ -28,11 +28,11 @@ const WITH_ATM: &str = "With the atmosphere sensor (`pcg550@5`, `pcg550@5:atm=on
 const WITHOUT_ATM: &str = "Without the atmosphere sensor (`pcg550@5:atm=off`). With it: [pcg55x-atm](pcg55x-atm.md).";
 
 const fn page(file: &'static str, source: &'static str, models: &'static [&'static Model]) -> Page {
-    Page { file, source, remark: "", models }
+    Page { file, source, note: "", models }
 }
 
-const fn pxg(file: &'static str, remark: &'static str, models: &'static [&'static Model]) -> Page {
-    Page { file, source: "pxg55x", remark, models }
+const fn pxg(file: &'static str, note: &'static str, models: &'static [&'static Model]) -> Page {
+    Page { file, source: "pxg55x", note, models }
 }
 
 /// All pages, in the order of the manuals.

@@ -14,8 +14,8 @@ pub fn print(page: &Page) -> String {
         text += "One page for all of them: everything below this table is the same for each.\n\n";
     }
     text += &models(page.models);
-    if !page.remark.is_empty() {
-        text += &format!("\n{}\n", page.remark);
+    if !page.note.is_empty() {
+        text += &format!("\n{}\n", page.note);
     }
     let source = format!("crates/devices/src/{}/table.rs", page.source);
     text += &format!("\nTables: [{source}](../../{source}), with a comment where a row departs from the print. ");

@@ -6,7 +6,7 @@ use super::codes::{
 };
 use super::faults::Faults;
 use super::parts;
-use crate::model::block::{block, blocks};
+use crate::model::block_macros::{block, blocks};
 use crate::model::{
     ChannelRules, Configuration, Field, Gsd, Location, Model, NumberType, ParameterSet, Scale, TaskKind, Telegram,
     Unit, UserPrm, configuration, telegram,

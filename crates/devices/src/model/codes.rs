@@ -73,15 +73,3 @@ impl Codes {
         matches!(self, Self::Commands(_) | Self::BitCommands(_))
     }
 }
-
-/// The code table of a row, which not every row has.
-macro_rules! row_codes {
-    () => {
-        $crate::model::Codes::Plain
-    };
-    ($table:ident) => {
-        <$table as $crate::model::CodeTable>::CODES
-    };
-}
-
-pub(crate) use row_codes;

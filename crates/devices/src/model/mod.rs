@@ -4,7 +4,8 @@
 
 pub(crate) mod access;
 mod access_error;
-pub(crate) mod block;
+mod block;
+pub(crate) mod block_macros;
 pub(crate) mod code_table;
 pub(crate) mod codes;
 mod cyclic;

@@ -4,7 +4,7 @@
 use super::codes::{AtmAdjust, CdgAdjust, PiraniAdjust, PiraniOff, SetpointMode};
 use super::faults::{PCG_FAULTS, PCG_WITH_ATM_FAULTS, PSG_FAULTS};
 use super::parts;
-use crate::model::block::{block, blocks};
+use crate::model::block_macros::{block, blocks};
 use crate::model::{
     AccessError, Block, ChannelRules, Configuration, FaultList, Field, Gsd, Location, Model, NumberType, ParameterSet,
     Part, PartSpec, PlacedBlock, Row, Scale, TaskKind, Telegram, Unit, UserPrm, configuration, telegram,

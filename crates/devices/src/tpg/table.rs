@@ -7,7 +7,7 @@ use super::codes::{
     AccessCode, Filter, MeasurementStatus, SetpointStatus, Source, UnderrangeControl, Validation, Volatility,
 };
 use super::faults::Faults;
-use crate::model::block::{block, blocks};
+use crate::model::block_macros::{block, blocks};
 use crate::model::{
     AccessError, ChannelRules, Configuration, Counts, Field, Gsd, Location, Model, NumberType, ParameterSet,
     PressureFormat, Scale, TaskKind, Telegram, Unit, UserPrm, configuration, telegram,

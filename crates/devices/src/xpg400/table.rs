@@ -4,7 +4,7 @@
 use super::codes::{AdjustCommand, DegasStatus, EmissionStatus, HotCathodeCommand, Selector};
 use super::faults::Faults;
 use super::parts;
-use crate::model::block::{block, blocks};
+use crate::model::block_macros::{block, blocks};
 use crate::model::{
     ChannelRules, Configuration, Counts, Field, Gsd, Limits, Location, Model, NumberType, ParameterSet, PartSpec,
     PlacedBlock, Scale, TaskKind, Telegram, Unit, UserPrm, configuration, telegram,

@@ -15,6 +15,7 @@ use profivac_wire::Telegram;
 
 /// A telegram to be sent.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Transmit<'a> {
     /// The first bit must not begin earlier.
     pub not_before: BitTime,
@@ -24,6 +25,7 @@ pub struct Transmit<'a> {
 
 /// The telegrams that a station needs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Listening {
     /// All telegrams, and every character that completes none: an active station follows the token and its slot time.
     Everything,

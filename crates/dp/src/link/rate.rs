@@ -9,6 +9,7 @@ use profivac_wire::{MAX_TELEGRAM, Telegram};
 
 /// The setting of the port.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Rate {
     /// The station searches at this rate and must not send.
     Searching(Baud),
@@ -39,6 +40,7 @@ impl Rate {
 /// assert_eq!(control.rate(), Rate::Searching(Baud::B6000000));
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct RateControl {
     rate: Rate,
     /// When the station gives the rate up; `None` if the rate is fixed.

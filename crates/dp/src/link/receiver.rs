@@ -8,6 +8,7 @@ use profivac_wire::{MAX_TELEGRAM, Telegram, TelegramError, TelegramLength};
 
 /// The result of one or more characters.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Received<'a> {
     /// No telegram is complete, or the receiver waits for an idle line.
     Nothing,

@@ -25,6 +25,7 @@ const fn srd_high(fcb: bool) -> u8 {
 
 /// A request for the layer above.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Indication<'a> {
     /// The address of the requester.
     pub sa: u8,
@@ -38,6 +39,7 @@ pub struct Indication<'a> {
 
 /// The answer of the layer above, with its data unit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Reply<'a> {
     /// SC: accepted, without data.
     ShortAck,
@@ -51,6 +53,7 @@ pub enum Reply<'a> {
 
 /// The decision of the link layer about a telegram.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Accepted<'a> {
     /// Not for this station, or not to be answered.
     Ignored,

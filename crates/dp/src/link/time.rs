@@ -11,6 +11,7 @@ pub const T_SYN_TBIT: u64 = 33;
 
 /// A point in time, in bit times since an origin that the caller chooses. A duration is a plain number of bit times (`_tbit`).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct BitTime(pub u64);
 
 impl Add<u64> for BitTime {
@@ -39,6 +40,7 @@ impl fmt::Display for BitTime {
 
 /// A transmission rate of RS-485.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Baud {
     /// 9.6 kbit/s
     B9600,

@@ -19,9 +19,10 @@ pub const MAX_PENDING_COMMANDS: usize = 8;
 
 /// Why the master did not accept a command.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum ControlError {
-    /// [`COMMANDS`] commands are waiting already.
+    /// [`MAX_PENDING_COMMANDS`] commands are waiting already.
     Full,
     /// No slave exchanges data, so none would execute the command.
     NoSlaveExchanging,
@@ -141,7 +142,7 @@ impl<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize, const ACYCLI
     /// come with the next cycle.
     ///
     /// # Errors
-    /// [`NotSent`]; nothing is sent.
+    /// [`ControlError`]; nothing is sent.
     pub fn control(&mut self, command: ControlCommand, group: u8) -> Result<(), ControlError> {
         let pairs = ControlCommand::SYNC | ControlCommand::UNSYNC | ControlCommand::FREEZE | ControlCommand::UNFREEZE;
         if command.is_empty() || !pairs.contains(command) {

@@ -10,6 +10,7 @@ use profivac_wire::control::Status;
 
 /// An event of a slave.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Event {
     /// The time.
     pub at: BitTime,
@@ -21,6 +22,7 @@ pub struct Event {
 
 /// The kind of an event.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum EventKind {
     /// The handler has entered this state.
@@ -57,6 +59,7 @@ impl fmt::Display for EventKind {
 
 /// Why a slave does not exchange data.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum ExchangeError {
     /// No valid answer came.

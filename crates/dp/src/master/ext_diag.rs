@@ -6,6 +6,7 @@ use profivac_wire::ext_diag::{Block, Blocks, Message};
 
 /// One entry of the extended diagnosis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum ExtDiagEntry<'a> {
     /// A device-related block of a DP-V1 slave: an alarm or a status.
     Message(Message<'a>),

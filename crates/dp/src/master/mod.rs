@@ -76,6 +76,7 @@ const ZEROS: [u8; MAX_DU] = [0; MAX_DU];
 
 /// The mode of a master.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Mode {
     /// No requests of the cycle: the watchdogs of the slaves expire.
     Stop,
@@ -180,7 +181,7 @@ impl<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize, const ACYCLI
     /// Adds a slave at the end of the cycle.
     ///
     /// # Errors
-    /// [`Rejected`] when the list is full or the parameters are impossible.
+    /// [`SlaveListError`] when the list is full or the parameters are impossible.
     pub fn add(&mut self, parameters: &SlaveParameters<'_>) -> Result<(), SlaveListError> {
         let address = parameters.address;
         let full = SlaveListError::Full { capacity: SLAVES };

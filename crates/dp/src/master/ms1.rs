@@ -27,6 +27,7 @@ pub enum AcknowledgeAlarm {}
 ///
 /// Not `non_exhaustive`: a caller treats each of the three cases differently.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum RequestError {
     /// The slave refused the request.
     Refused(Negative),
@@ -50,6 +51,7 @@ impl core::error::Error for RequestError {}
 
 /// The timeouts of MS1 requests.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Ms1Parameters {
     /// C1_Response_Timeout of the GSD file, in bit times.
     pub response_tbit: u64,

@@ -6,6 +6,7 @@ use profivac_wire::cfg::CfgError;
 
 /// The settings for all slaves of a master.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Settings {
     /// The least time from the begin of a cycle to the begin of the next, in bit times.
     pub min_cycle_tbit: u64,
@@ -44,6 +45,7 @@ impl Settings {
 
 /// The parameters of one slave.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct SlaveParameters<'a> {
     /// Station address, 0 to 125.
     pub address: u8,
@@ -121,6 +123,7 @@ const fn at_least_one(factor: u32) -> u32 {
 
 /// Why the master did not change its list of slaves.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum SlaveListError {
     /// The list is full.
@@ -165,6 +168,7 @@ impl fmt::Display for SlaveListError {
 
 /// The data of a slave that a master has buffers for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum SlaveData {
     /// The input image.
     Inputs,

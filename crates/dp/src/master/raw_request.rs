@@ -7,6 +7,7 @@ use profivac_wire::control::{Function, StationType, Status};
 
 /// The slot is in use: the previous request is not finished, or its confirmation was not taken.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Busy;
 
 impl fmt::Display for Busy {

@@ -74,6 +74,7 @@ pub(super) const fn ms0(da: u8, sap: Sap, du: &[u8]) -> Request<'_> {
 
 /// Why a service has no result.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum ServiceError {
     /// No answer came that matches the request.
@@ -117,7 +118,7 @@ impl core::error::Error for ServiceError {}
 /// The station type from the answer to [`fdl_status`].
 ///
 /// # Errors
-/// [`NoResult`].
+/// [`ServiceError`].
 pub const fn station_type(confirmation: &Confirmation<'_>) -> Result<StationType, ServiceError> {
     match answered(confirmation) {
         Ok(answer) => match answer.status {
@@ -131,7 +132,7 @@ pub const fn station_type(confirmation: &Confirmation<'_>) -> Result<StationType
 /// The diagnosis from the answer to [`slave_diag`].
 ///
 /// # Errors
-/// [`NoResult`].
+/// [`ServiceError`].
 pub fn diagnosis<'a>(confirmation: &Confirmation<'a>) -> Result<SlaveDiag<'a>, ServiceError> {
     let du = data(confirmation)?;
     SlaveDiag::parse(du).map_err(|_| ServiceError::Length { expected: MIN_SLAVE_DIAG, received: du.len() })
@@ -140,7 +141,7 @@ pub fn diagnosis<'a>(confirmation: &Confirmation<'a>) -> Result<SlaveDiag<'a>, S
 /// The configuration from the answer to [`get_cfg`]: the identifiers and the lengths of inputs and outputs.
 ///
 /// # Errors
-/// [`NoResult`].
+/// [`ServiceError`].
 pub fn configuration<'a>(confirmation: &Confirmation<'a>) -> Result<(&'a [u8], Lengths), ServiceError> {
     let du = data(confirmation)?;
     cfg::lengths(du).map(|lengths| (du, lengths)).map_err(ServiceError::Cfg)
@@ -150,7 +151,7 @@ pub fn configuration<'a>(confirmation: &Confirmation<'a>) -> Result<(&'a [u8], L
 /// configuration or from [`configuration`].
 ///
 /// # Errors
-/// [`NoResult`].
+/// [`ServiceError`].
 pub fn image<'a>(confirmation: &Confirmation<'a>, expected: Option<usize>) -> Result<&'a [u8], ServiceError> {
     let answer = answered(confirmation)?;
     // SC means an image without octets: profibus-wire 2.2.
@@ -165,7 +166,7 @@ pub fn image<'a>(confirmation: &Confirmation<'a>, expected: Option<usize>) -> Re
 /// caller has to ask at the new address.
 ///
 /// # Errors
-/// [`NoResult`].
+/// [`ServiceError`].
 pub const fn acknowledged(confirmation: &Confirmation<'_>) -> Result<(), ServiceError> {
     match answered(confirmation) {
         Ok(Answer { status: Status::NoReply, .. }) => Ok(()),

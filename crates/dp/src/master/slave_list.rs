@@ -26,7 +26,7 @@ impl<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize, const ACYCLI
     /// and Chk_Cfg again, without effect on the others. It keeps its outputs if their number is the same.
     ///
     /// # Errors
-    /// [`Rejected`] when the list has no such slave or the parameters are impossible; nothing has changed then.
+    /// [`SlaveListError`] when the list has no such slave or the parameters are impossible; nothing has changed then.
     pub fn reparameterise(&mut self, parameters: &SlaveParameters<'_>) -> Result<(), SlaveListError> {
         let place = self.index_of(parameters.address).ok_or(SlaveListError::Unknown(parameters.address))?;
         let fresh = Handler::new(parameters)?;
@@ -38,7 +38,7 @@ impl<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize, const ACYCLI
     /// [`reparameterise`](Self::reparameterise).
     ///
     /// # Errors
-    /// [`Rejected`] when the list has no such slave.
+    /// [`SlaveListError`] when the list has no such slave.
     pub fn set_group(&mut self, address: u8, group: u8) -> Result<(), SlaveListError> {
         let place = self.index_of(address).ok_or(SlaveListError::Unknown(address))?;
         self.with_place(place, |slave, context| slave.set_group(group, context));

@@ -5,6 +5,7 @@ use core::fmt;
 
 /// The state of a slave on the way to data exchange.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum HandlerState {
     /// No answer yet: the master sends FDL status until one comes.
     Offline,
@@ -75,6 +76,7 @@ pub(super) enum CyclicRequest {
 
 /// Counters since the slave was added.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Counters {
     /// Valid answers to Data_Exchange.
     pub exchanges: u32,

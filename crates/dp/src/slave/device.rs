@@ -7,6 +7,7 @@ use profivac_wire::ident::Ident;
 
 /// The protocol features of a device. They are fixed for the life of the device; the GSD file says the same.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Features {
     /// Sync is supported.
     pub sync: bool,
@@ -21,14 +22,17 @@ pub struct Features {
 
 /// The device does not accept the user parameters: Prm_Fault.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct PrmFault;
 
 /// The device does not have this configuration: Cfg_Fault.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct CfgFault;
 
 /// Outputs for the device.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Outputs<'a> {
     /// The master's data, exactly as long as the configuration says.
     Data(&'a [u8]),
@@ -38,6 +42,7 @@ pub enum Outputs<'a> {
 
 /// The device-dependent part of a diagnosis.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Diagnosis<'a> {
     /// Ext_Diag: the blocks report an event and not a status.
     pub event: bool,
@@ -49,6 +54,7 @@ pub struct Diagnosis<'a> {
 
 /// The relation through which an acyclic access comes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Relation {
     /// The class 1 master that owns the slave.
     Ms1,
@@ -58,6 +64,7 @@ pub enum Relation {
 
 /// A negative DP-V1 response: Error_Code_1 and Error_Code_2; Error_Decode is always 128. profibus-wire 4.1.2 and 4.1.3.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Dpv1Error {
     /// Error_Class in the high and Error_Code in the low nibble.
     pub code_1: u8,

@@ -9,6 +9,7 @@ use profivac_wire::cfg::Lengths;
 /// Every telegram reads the discriminant several times, so it has an octet of its own (`repr`) and is not encoded in an
 /// impossible value of the watchdog.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[repr(u8)]
 pub enum SlaveState {
     /// Waits for Set_Prm. The fault is kept for the diagnosis.
@@ -21,6 +22,7 @@ pub enum SlaveState {
 
 /// Why a slave returned to WAIT-PRM, as far as the diagnosis distinguishes it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Fault {
     /// Power-up, unlock, watchdog, wrong output length: only Prm_Req.
     None,
@@ -32,6 +34,7 @@ pub enum Fault {
 
 /// The master that parameterised the slave, and its parameters.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Owner {
     /// Diag_Master_Add.
     pub master: u8,
@@ -49,6 +52,7 @@ pub struct Owner {
 
 /// The response watchdog. profibus-wire 3.6.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Watchdog {
     /// T_WD in bit times.
     pub period_tbit: u64,
@@ -58,6 +62,7 @@ pub struct Watchdog {
 
 /// The part of the state that exists only during data exchange.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct ExchangeState {
     /// The lengths of inputs and outputs.
     pub lengths: Lengths,

@@ -115,7 +115,7 @@ mod tests {
         let setting = terminal.path().join("device/latency_timer");
         // Reads as a number and cannot be written, even by root.
         std::os::unix::fs::symlink("/proc/sys/kernel/cap_last_cap", &setting).unwrap();
-        let Some(Notice::Latency { ms, .. }) = lower_latency(terminal.path(), NAME) else { panic!("no remark") };
+        let Some(Notice::Latency { ms, .. }) = lower_latency(terminal.path(), NAME) else { panic!("no notice") };
         assert!(ms > LATENCY_MS);
     }
 

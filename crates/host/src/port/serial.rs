@@ -44,19 +44,19 @@ impl Serial {
         let settings = tcgetattr(&device).map_err(opening)?;
         flock(&device, FlockOperation::NonBlockingLockExclusive).map_err(opening)?;
         let is_pty = system::is_pty(name);
-        let mut remarks = Notices::default();
+        let mut notices = Notices::default();
         if is_pty {
             set(&device, to_8e1(settings), baud).map_err(opening)?;
         } else {
             // A lock that programs without flock respect too. On a pty it would outlive this process.
             ioctl_tiocexcl(&device).map_err(opening)?;
-            remarks.extend(system::set_up(&device, name));
+            notices.extend(system::set_up(&device, name));
             set(&device, with_error_marks(to_8e1(settings)), baud).map_err(opening)?;
             verify(&tcgetattr(&device).map_err(opening)?, name, baud)?;
         }
         tcflush(&device, QueueSelector::IOFlush).map_err(opening)?;
         let copper = (!is_pty).then(|| (Marks::default(), Echo::default()));
-        Ok(Self { name: name.to_owned(), device, uart: copper, drops: DropCounter::default(), notices: remarks })
+        Ok(Self { name: name.to_owned(), device, uart: copper, drops: DropCounter::default(), notices: notices })
     }
 }
 

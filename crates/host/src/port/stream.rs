@@ -17,9 +17,9 @@ pub struct Stream<S> {
 
 impl<S> Stream<S> {
     /// Octets over `socket`, which must not block, with the notices that exist already.
-    pub fn new(name: String, socket: S, remarks: Vec<Notice>) -> Self {
+    pub fn new(name: String, socket: S, notices: Vec<Notice>) -> Self {
         let mut waiting = Notices::default();
-        waiting.extend(remarks);
+        waiting.extend(notices);
         Self { name, socket, drops: DropCounter::default(), notices: waiting }
     }
 }

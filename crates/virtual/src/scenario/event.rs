@@ -160,26 +160,26 @@ impl EventParser<'_> {
             let what = format!("expected a time before the end of the scenario, got {:?}", entry.at.get_ref());
             return Err(TextError::at(&entry.at.span(), what));
         }
-        let mut acts = self.plant_actions(entry)?;
+        let mut actions = self.plant_actions(entry)?;
         if entry.atmosphere.is_some() {
             *atmosphere = air(entry.atmosphere.as_ref(), *atmosphere)?;
-            acts.push(ScenarioAction::Air(*atmosphere));
+            actions.push(ScenarioAction::Air(*atmosphere));
         }
         if let Some(part) = &entry.noise {
-            acts.push(ScenarioAction::Noise(PART.parse(part)?));
+            actions.push(ScenarioAction::Noise(PART.parse(part)?));
         }
-        self.device_actions(entry, &mut acts)?;
+        self.device_actions(entry, &mut actions)?;
         let expectations = entry.expect.iter().map(|expect| self.expectation(expect)).collect::<Result<_, _>>()?;
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a count of steps, never negative")]
         let step = (seconds / self.step_s).round() as u64;
-        Ok(Event { step, message: entry.say.clone(), actions: acts, expectations })
+        Ok(Event { step, message: entry.say.clone(), actions: actions, expectations })
     }
 
     fn plant_actions(&self, entry: &Entry) -> Result<Vec<ScenarioAction>, TextError> {
-        let mut acts = Vec::new();
+        let mut actions = Vec::new();
         let opened = entry.open.iter().map(|name| (name, 1.0)).chain(entry.close.iter().map(|name| (name, 0.0)));
         for (name, how_far) in opened {
-            acts.push(self.plant.part("a valve, tube, leak or vent", name, |part| match part {
+            actions.push(self.plant.part("a valve, tube, leak or vent", name, |part| match part {
                 Part::Joint(joint) => Some(ScenarioAction::Joint(joint, how_far)),
                 Part::Opening(opening) => Some(ScenarioAction::Opening(opening, how_far)),
                 _ => None,
@@ -187,23 +187,23 @@ impl EventParser<'_> {
         }
         let started = entry.start.iter().map(|name| (name, true)).chain(entry.stop.iter().map(|name| (name, false)));
         for (name, running) in started {
-            acts.push(self.plant.part("a pump", name, |part| match part {
+            actions.push(self.plant.part("a pump", name, |part| match part {
                 Part::Roughing(pump) => Some(ScenarioAction::Roughing(pump, running)),
                 Part::Turbo(pump) => Some(ScenarioAction::Turbo(pump, running)),
                 _ => None,
             })?);
         }
         for flow in &entry.flow {
-            acts.push(self.feed(flow)?);
+            actions.push(self.feed(flow)?);
         }
         for heat in &entry.heat {
             let kelvin = temperature(&heat.to)?;
-            acts.push(self.plant.part("a wall", &heat.wall, |part| match part {
+            actions.push(self.plant.part("a wall", &heat.wall, |part| match part {
                 Part::Wall(wall) => Some(ScenarioAction::Heat(wall, kelvin)),
                 _ => None,
             })?);
         }
-        Ok(acts)
+        Ok(actions)
     }
 
     fn feed(&self, set: &Flow) -> Result<ScenarioAction, TextError> {
@@ -224,9 +224,9 @@ impl EventParser<'_> {
         })
     }
 
-    fn device_actions(&self, entry: &Entry, acts: &mut Vec<ScenarioAction>) -> Result<(), TextError> {
-        let mut add = |device: &Spanned<u8>, at: std::ops::Range<usize>, act| {
-            acts.push(ScenarioAction::Device(self.check_action(device, &at, &act)?, act));
+    fn device_actions(&self, entry: &Entry, actions: &mut Vec<ScenarioAction>) -> Result<(), TextError> {
+        let mut add = |device: &Spanned<u8>, at: std::ops::Range<usize>, action| {
+            actions.push(ScenarioAction::Device(self.check_action(device, &at, &action)?, action));
             Ok::<(), TextError>(())
         };
         for (faults, present) in [(&entry.fault, true), (&entry.clear, false)] {
@@ -244,8 +244,8 @@ impl EventParser<'_> {
             add(&button.device, button.number.span(), DeviceAction::Button(*button.number.get_ref()))?;
         }
         for switch in &entry.switch {
-            let act = DeviceAction::Switch(switch.name.get_ref().clone(), switch.value.get_ref().clone());
-            add(&switch.device, switch.name.span(), act)?;
+            let action = DeviceAction::Switch(switch.name.get_ref().clone(), switch.value.get_ref().clone());
+            add(&switch.device, switch.name.span(), action)?;
         }
         for pot in &entry.pot {
             let volts = *pot.volts.get_ref();
@@ -256,8 +256,8 @@ impl EventParser<'_> {
             add(&pot.device, pot.which.span(), DeviceAction::Pot(*pot.which.get_ref(), volts))?;
         }
         for write in &entry.write {
-            let act = DeviceAction::Write(write.slot, write.index, write.octets.clone());
-            add(&write.device, write.device.span(), act)?;
+            let action = DeviceAction::Write(write.slot, write.index, write.octets.clone());
+            add(&write.device, write.device.span(), action)?;
         }
         Ok(())
     }
@@ -267,15 +267,15 @@ impl EventParser<'_> {
         &self,
         device: &Spanned<u8>,
         at: &std::ops::Range<usize>,
-        act: &DeviceAction,
+        action: &DeviceAction,
     ) -> Result<u8, TextError> {
         let spec = self.spec(device)?;
-        let Some(action) = act.action() else { return Ok(spec.address) };
+        let Some(text) = action.action() else { return Ok(spec.address) };
         let unit = spec.build(NonvolatileMemory::volatile(), Baud::B19200).map_err(|error| TextError::at(at, error))?;
-        let name = unit.instrument().name();
-        action.resolve(unit.instrument()).map_err(|unknown| {
+        let name = unit.device().name();
+        text.resolve(unit.device()).map_err(|unknown| {
             let has = if unknown.expected.is_empty() { "nothing".to_owned() } else { unknown.expected.join(", ") };
-            let given = match act {
+            let given = match action {
                 DeviceAction::Fault(fault, _) => fault.clone(),
                 DeviceAction::Switch(name, value) => format!("{name} = {value}"),
                 DeviceAction::Button(number) => number.to_string(),

@@ -163,9 +163,9 @@ impl Scenario {
     ) -> Result<Vec<VirtualDevice>, E> {
         let device = |Gauge { spec, volume, channel_volumes: elsewhere }: &Gauge| {
             let unit = spec.build(memory(spec)?, baud)?;
-            let mut device = VirtualDevice::new(unit, spec.address, baud, surroundings(&self.plant, *volume));
+            let mut device = VirtualDevice::new(unit, spec.address, baud, environment(&self.plant, *volume));
             for (instance, volume) in elsewhere {
-                device.set_part_surroundings(*instance, surroundings(&self.plant, *volume));
+                device.set_part_environment(*instance, environment(&self.plant, *volume));
             }
             if self.has_real_sensors {
                 device = device.with_real_sensors(self.seed);
@@ -178,7 +178,7 @@ impl Scenario {
     /// Puts the devices on a segment in memory with a master at `address` that exchanges data with all of them.
     ///
     /// # Errors
-    /// [`MemorySegmentError`] when the master cannot have so many slaves.
+    /// [`MemorySegmentError`] when the master has no room for the slaves.
     pub fn memory_segment(&self, address: u8, baud: Baud) -> Result<MemorySegment, MemorySegmentError> {
         let devices = self.devices(baud, |_| Ok::<_, SpecError>(NonvolatileMemory::volatile()))?;
         let watched = |Gauge { spec, .. }: &Gauge| {
@@ -230,8 +230,8 @@ struct Gauge {
     channel_volumes: Vec<(u8, Volume)>,
 }
 
-/// The surroundings of a gauge at a volume.
-fn surroundings(plant: &Plant, volume: Volume) -> Environment {
+/// The environment of a gauge at a volume.
+fn environment(plant: &Plant, volume: Volume) -> Environment {
     Environment {
         gas: plant.network.mixture(volume),
         atmosphere_pa: plant.network.atmosphere().pressure_pa,
@@ -264,7 +264,7 @@ fn channels(file: &File, plant: &Plant, gauges: &mut [Gauge]) -> Result<(), Text
         let Some(gauge) = gauges.get_mut(at) else { continue };
         let unit = gauge.spec.build(NonvolatileMemory::volatile(), Baud::B19200);
         let unit = unit.map_err(|error| TextError::at(&address.span(), error))?;
-        let instances: Vec<String> = unit.instrument().parts().iter().map(|part| part.instance.to_string()).collect();
+        let instances: Vec<String> = unit.device().parts().iter().map(|part| part.instance.to_string()).collect();
         for (instance, volume) in channels {
             let wrong = || unknown("an instance of a sensor", instance, instances.iter().map(String::as_str));
             let known =

@@ -2,7 +2,7 @@
 
 use super::event::{Check, DeviceAction, Event, Expectation, ScenarioAction, Subject};
 use super::plant::{Part, Plant};
-use super::{Gauge, Scenario, surroundings};
+use super::{Gauge, Scenario, environment};
 use crate::device::VirtualDevice;
 use crate::memory_segment::MemorySegment;
 use profivac_devices::StateReport;
@@ -126,7 +126,7 @@ impl Run {
     pub fn step<'d>(&mut self, devices: impl IntoIterator<Item = &'d mut VirtualDevice>) {
         let mut devices: Vec<&mut VirtualDevice> = devices.into_iter().collect();
         if self.steps == 0 && self.bus == MasterPresence::Absent {
-            devices.iter_mut().for_each(|device| device.instrument_mut().set_exchanging(true));
+            devices.iter_mut().for_each(|device| device.device_mut().set_exchanging(true));
         }
         while self.events.last().is_some_and(|event| event.step <= self.steps)
             && let Some(event) = self.events.pop()
@@ -140,9 +140,9 @@ impl Run {
             let place = device.switch_address();
             if let Some(gauge) = self.gauges.iter().find(|gauge| gauge.spec.address == place) {
                 for (instance, volume) in &gauge.channel_volumes {
-                    device.set_part_surroundings(*instance, surroundings(&self.plant, *volume));
+                    device.set_part_environment(*instance, environment(&self.plant, *volume));
                 }
-                device.advance_in(surroundings(&self.plant, gauge.volume), self.step_s);
+                device.advance_in(environment(&self.plant, gauge.volume), self.step_s);
             }
         }
     }
@@ -177,7 +177,7 @@ impl Run {
             failed.into_iter().for_each(|what| self.find(expectation.line, what));
         }
         self.message = event.message.or(self.message.take());
-        event.actions.into_iter().for_each(|act| self.act(act, devices));
+        event.actions.into_iter().for_each(|action| self.action(action, devices));
     }
 
     fn find(&mut self, line: usize, what: String) {
@@ -189,9 +189,9 @@ impl Run {
         });
     }
 
-    fn act(&mut self, act: ScenarioAction, devices: &mut [&mut VirtualDevice]) {
+    fn action(&mut self, action: ScenarioAction, devices: &mut [&mut VirtualDevice]) {
         let network = &mut self.plant.network;
-        match act {
+        match action {
             ScenarioAction::Joint(joint, how_far) => network.set_joint(joint, how_far),
             ScenarioAction::Opening(opening, how_far) => network.set_opening(opening, how_far),
             ScenarioAction::Roughing(pump, running) => network.run_roughing(pump, running),
@@ -200,26 +200,26 @@ impl Run {
             ScenarioAction::Heat(wall, kelvin) => network.set_wall_temperature(wall, kelvin),
             ScenarioAction::Noise(part) => self.noise = part,
             ScenarioAction::Air(atmosphere) => network.set_atmosphere(atmosphere),
-            ScenarioAction::Device(place, act) => {
+            ScenarioAction::Device(place, action) => {
                 let device = devices.iter_mut().find(|device| device.switch_address() == place);
-                let refused = device.and_then(|device| self.operate(device, &act));
+                let refused = device.and_then(|device| self.operate(device, &action));
                 refused.into_iter().for_each(|what| self.find(0, what));
             }
         }
     }
 
     /// Executes an action on a device. Reports a refusal as a failure.
-    fn operate(&self, device: &mut VirtualDevice, act: &DeviceAction) -> Option<String> {
-        match act {
+    fn operate(&self, device: &mut VirtualDevice, action: &DeviceAction) -> Option<String> {
+        match action {
             DeviceAction::Power(on) => {
                 device.set_power(*on);
                 if self.bus == MasterPresence::Absent && *on {
-                    device.instrument_mut().set_exchanging(true);
+                    device.device_mut().set_exchanging(true);
                 }
             }
             DeviceAction::Plug(plugged) => device.set_connected(*plugged),
             DeviceAction::Write(slot, index, octets) => {
-                let written = device.instrument_mut().write(Relation::Ms2(0), *slot, *index, octets);
+                let written = device.device_mut().write(Relation::Ms2(0), *slot, *index, octets);
                 let name = title(device);
                 return written.err().map(|refusal| {
                     format!("expected {name} to take {octets:?} in slot {slot} index {index}, it refused: {refusal:?}")
@@ -227,7 +227,7 @@ impl Run {
             }
             _ => {
                 // The action was tried when the file was parsed.
-                let _ = act.action().map(|action| device.operate_text(action));
+                let _ = action.action().map(|action| device.operate_text(action));
             }
         }
         None
@@ -274,7 +274,7 @@ impl Run {
 }
 
 fn title(device: &VirtualDevice) -> String {
-    format!("{}@{}", device.instrument().name(), device.switch_address())
+    format!("{}@{}", device.device().name(), device.switch_address())
 }
 
 /// A pressure in Pa outside its bounds.

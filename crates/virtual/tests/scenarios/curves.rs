@@ -38,8 +38,8 @@ fn record(scenario: &Scenario, times: &[f64]) -> (Vec<String>, Vec<Line>) {
         lines.push(line(&run, &devices));
     }
     let names = devices.iter().flat_map(|device| {
-        let name = format!("{}@{}", device.instrument().name(), device.switch_address());
-        let parts = device.instrument().parts().to_vec();
+        let name = format!("{}@{}", device.device().name(), device.switch_address());
+        let parts = device.device().parts().to_vec();
         parts.into_iter().map(move |part| format!("{name} {:?}", part.principle))
     });
     (names.collect(), lines)
@@ -48,7 +48,7 @@ fn record(scenario: &Scenario, times: &[f64]) -> (Vec<String>, Vec<Line>) {
 fn line(run: &Run, devices: &[VirtualDevice]) -> Line {
     let shown = devices.iter().flat_map(|device| {
         let report = device.report();
-        let parts = device.instrument().parts().iter();
+        let parts = device.device().parts().iter();
         let shown = parts.map(move |part| {
             let shown = report.indicated.iter().find(|it| it.instance == part.instance)?;
             Some(shown.value_mbar).filter(|mbar| shown.valid && *mbar > 0.0)

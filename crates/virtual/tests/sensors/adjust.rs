@@ -9,21 +9,27 @@ fn real(name: &str, mbar: f64) -> VirtualDevice {
     let mut device = device(name, mbar).with_real_sensors(11);
     start(&mut device);
     for instance in 1..=4 {
-        if let Some(flaws) = device.sensor_mut(instance).and_then(|sensor| sensor.imperfections_mut()) {
-            (flaws.gain, flaws.zero_pa, flaws.drift_pa, flaws.noise, flaws.floor_pa) = (1.0, 0.0, 0.0, 0.0, 0.0);
+        if let Some(imperfections) = device.sensor_mut(instance).and_then(|sensor| sensor.imperfections_mut()) {
+            (
+                imperfections.gain,
+                imperfections.zero_pa,
+                imperfections.drift_pa,
+                imperfections.noise,
+                imperfections.floor_pa,
+            ) = (1.0, 0.0, 0.0, 0.0, 0.0);
         }
     }
     device
 }
 
 fn spoil(device: &mut VirtualDevice, instance: u8, gain: f64, zero_pa: f64) {
-    let flaws = device.sensor_mut(instance).unwrap().imperfections_mut().unwrap();
-    (flaws.gain, flaws.zero_pa) = (gain, zero_pa);
+    let imperfections = device.sensor_mut(instance).unwrap().imperfections_mut().unwrap();
+    (imperfections.gain, imperfections.zero_pa) = (gain, zero_pa);
 }
 
 /// The reading at another pressure of nitrogen after the lag of the sensor.
 fn at(device: &mut VirtualDevice, instance: u8, mbar: f64) -> f64 {
-    device.set_surroundings(around(Gas::N2, mbar));
+    device.set_environment(around(Gas::N2, mbar));
     device.advance(5.0);
     mean(device, instance)
 }

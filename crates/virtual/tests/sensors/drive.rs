@@ -13,8 +13,8 @@ const fn emission(milliamperes: f64) -> Drive {
 }
 
 fn drives(device: &VirtualDevice) -> Vec<Drive> {
-    let instrument = device.instrument();
-    (0..instrument.parts().len()).map(|part| instrument.drive(part)).collect()
+    let simulated = device.device();
+    (0..simulated.parts().len()).map(|part| simulated.drive(part)).collect()
 }
 
 fn close(found: Drive, expected: Drive) -> bool {
@@ -30,13 +30,13 @@ fn close(found: Drive, expected: Drive) -> bool {
 fn every_part_of_every_device_is_made_for_something() {
     for entry in &DEVICES {
         let device = device(entry.model.name, 1e-3);
-        let instrument = device.instrument();
-        for (part, of) in instrument.parts().iter().enumerate() {
-            let span = instrument.measuring_range(part);
-            assert!(0.0 < span.lowest_pa && span.lowest_pa < span.highest_pa, "{}: {of:?}", instrument.name());
+        let simulated = device.device();
+        for (part, of) in simulated.parts().iter().enumerate() {
+            let span = simulated.measuring_range(part);
+            assert!(0.0 < span.lowest_pa && span.lowest_pa < span.highest_pa, "{}: {of:?}", simulated.name());
             // Ion gauges end far below atmosphere; the others reach it.
             let ionises = matches!(of.principle, Principle::HotCathode | Principle::ColdCathode);
-            assert_eq!(ionises, span.highest_pa < 1e3, "{}: {of:?} up to {} Pa", instrument.name(), span.highest_pa);
+            assert_eq!(ionises, span.highest_pa < 1e3, "{}: {of:?} up to {} Pa", simulated.name(), span.highest_pa);
         }
     }
 }
@@ -96,7 +96,7 @@ fn a_pcg_heats_its_pirani_as_it_is_told() {
 #[test]
 fn the_emission_of_an_img_is_what_its_code_says() {
     let mut controller = device("img400", 1e-7);
-    controller.instrument_mut().set_exchanging(true);
+    controller.device_mut().set_exchanging(true);
     assert_eq!(drives(&controller), [Off, Off, On, On]);
     start(&mut controller);
     for (code, milliamperes) in [(1, 0.1), (2, 1.0), (3, 1.6), (4, 10.0), (5, 45.0), (6, 90.0)] {
@@ -125,8 +125,8 @@ fn a_sensor_that_says_nonsense_reads_nothing() {
     for entry in &DEVICES {
         let mut device = device(entry.model.name, 1.0);
         start(&mut device);
-        for part in 0..device.instrument().parts().len() {
-            device.instrument_mut().sense(part, f64::NAN);
+        for part in 0..device.device().parts().len() {
+            device.device_mut().sense(part, f64::NAN);
         }
         let report = device.report();
         assert!(report.indicated.iter().all(|it| it.value_mbar.is_finite()), "{}: {report:?}", entry.model.name);

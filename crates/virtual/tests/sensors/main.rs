@@ -32,20 +32,20 @@ fn device(spec: &str, mbar: f64) -> VirtualDevice {
 
 /// A device that measures because a master exchanges data with it; on a controller every gauge is switched on.
 fn start(device: &mut VirtualDevice) {
-    device.instrument_mut().set_exchanging(true);
+    device.device_mut().set_exchanging(true);
     device.advance(1.0);
-    let instrument = device.instrument_mut();
-    match instrument.name() {
+    let simulated = device.device_mut();
+    match simulated.name() {
         // The parameter channel, then Sensor On_Off of four channels.
-        "tpg500" => instrument.outputs(Outputs::Data(&[0, 0, 0, 0, 0, 0, 0, 0, 0xFF])),
-        "img400" => [1, 2].iter().for_each(|slot| instrument.write(Relation::Ms2(0), *slot, 14, &[3, 1]).unwrap()),
+        "tpg500" => simulated.outputs(Outputs::Data(&[0, 0, 0, 0, 0, 0, 0, 0, 0xFF])),
+        "img400" => [1, 2].iter().for_each(|slot| simulated.write(Relation::Ms2(0), *slot, 14, &[3, 1]).unwrap()),
         _ => {}
     }
 }
 
 /// Writes a record as a class 2 master.
 fn write(device: &mut VirtualDevice, slot: u8, index: u8, octets: &[u8]) -> Result<(), Dpv1Error> {
-    device.instrument_mut().write(Relation::Ms2(0), slot, index, octets)
+    device.device_mut().write(Relation::Ms2(0), slot, index, octets)
 }
 
 /// The indication of an instance in mbar.

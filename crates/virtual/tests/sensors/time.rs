@@ -42,10 +42,10 @@ fn a_real_gauge_is_noisy_and_near_the_truth() {
 fn a_real_gauge_lags_and_an_ideal_one_does_not() {
     let mut ideal = device("psg550", 1.0);
     start(&mut ideal);
-    ideal.set_surroundings(around(Gas::N2, 10.0));
+    ideal.set_environment(around(Gas::N2, 10.0));
     assert_eq!(shown(&ideal), 10.0);
     let mut gauge = real("psg550", 0.1, 1);
-    gauge.set_surroundings(around(Gas::N2, 1.0));
+    gauge.set_environment(around(Gas::N2, 1.0));
     assert!(shown(&gauge) < 0.2);
     gauge.advance(0.08);
     assert!((0.6..0.75).contains(&shown(&gauge)), "{}", shown(&gauge));
@@ -90,7 +90,7 @@ fn venting_with_the_ion_gauge_on_wears_the_filament_and_the_protection_saves_it(
     let mut gauge = real("bcg450", 1e-6, 4);
     let vent = |gauge: &mut VirtualDevice| {
         for _ in 0..1000 {
-            gauge.set_surroundings(around(Gas::Air, 1000.0));
+            gauge.set_environment(around(Gas::Air, 1000.0));
             gauge.advance(0.01);
         }
     };
@@ -107,7 +107,7 @@ fn venting_with_the_ion_gauge_on_wears_the_filament_and_the_protection_saves_it(
 fn without_its_protection_a_filament_burns() {
     let mut gauge = real("bcg450", 1e-6, 4);
     gauge.sensor_mut(1).unwrap().imperfections_mut().unwrap().gain = 0.0;
-    gauge.set_surroundings(around(Gas::Air, 1000.0));
+    gauge.set_environment(around(Gas::Air, 1000.0));
     let seconds = (1..1000).find(|_| (gauge.advance(0.01), gauge.report().exception_status & 0x0F != 0).1);
     let seconds = f64::from(seconds.unwrap()) / 100.0;
     assert!((2.0..5.0).contains(&seconds), "{seconds}");

@@ -26,7 +26,7 @@ impl InBitTime {
         let station = Box::new(BusMaster::on(bus, Settings::new(BAUD), BitTime(0)));
         let unit = |device: &String| {
             let mut unit = device.parse::<DeviceSpec>().unwrap().build(NonvolatileMemory::volatile(), BAUD).unwrap();
-            evacuate(unit.instrument_mut());
+            evacuate(unit.device_mut());
             unit
         };
         Self { station, units: devices.iter().map(unit).collect(), now: BitTime(0) }
@@ -84,17 +84,17 @@ impl Line for InBitTime {
     }
 
     fn settle(&mut self) {
-        self.units.iter_mut().for_each(|unit| unit.instrument_mut().settle());
+        self.units.iter_mut().for_each(|unit| unit.device_mut().settle());
     }
 }
 
 /// All sensors in a good vacuum, where everything can be switched on.
-fn evacuate(instrument: &mut dyn SimulatedDevice) {
-    instrument.settle();
-    for part in 0..instrument.parts().len() {
-        if instrument.parts()[part].principle != Principle::Atmosphere {
-            instrument.sense(part, 1e-4);
+fn evacuate(simulated: &mut dyn SimulatedDevice) {
+    simulated.settle();
+    for part in 0..simulated.parts().len() {
+        if simulated.parts()[part].principle != Principle::Atmosphere {
+            simulated.sense(part, 1e-4);
         }
     }
-    instrument.settle();
+    simulated.settle();
 }

@@ -160,7 +160,7 @@ fn a_device_that_is_switched_off_while_it_is_written_leaves_it_open() {
 /// Two sessions write one parameter repeatedly: every write is accepted, and in the end the parameter has one of the two
 /// values.
 #[test]
-fn two_tools_that_write_the_same_parameter_are_both_served() {
+fn two_sessions_that_write_the_same_parameter_are_both_served() {
     let bench = Bench::on_tcp(&gauges(1));
     let write = |master: u8| {
         let name = bench.name.clone();
@@ -175,8 +175,8 @@ fn two_tools_that_write_the_same_parameter_are_both_served() {
             }
         })
     };
-    let tools = [write(0), write(1)];
-    tools.into_iter().for_each(|session| session.join().unwrap());
+    let sessions = [write(0), write(1)];
+    sessions.into_iter().for_each(|session| session.join().unwrap());
 }
 
 /// A slave in data exchange keeps its address and continues.

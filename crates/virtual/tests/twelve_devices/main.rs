@@ -105,7 +105,7 @@ fn over_tcp_requests_disturb_no_data_exchange() {
 }
 
 #[test]
-fn over_tcp_a_second_master_looks_and_disturbs_nobody() {
+fn over_tcp_a_second_master_reads_without_disturbing_the_first() {
     one_segment::a_second_master_looks(Bench::on_tcp(&one_segment::named()));
 }
 

@@ -151,7 +151,7 @@ impl Line for InRealTime {
 
     fn settle(&mut self) {
         self.bench.order(|devices| {
-            devices.iter_mut().for_each(|device| device.settle_in(*device.surroundings()));
+            devices.iter_mut().for_each(|device| device.settle_in(*device.environment()));
         });
     }
 }

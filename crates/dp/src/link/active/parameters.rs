@@ -21,6 +21,7 @@ const MAX_ADDRESS: u8 = 125;
 /// # Ok::<(), profivac_dp::link::active::OutOfRange>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct BusParameters {
     /// TS, the address of this station.
     pub address: u8,
@@ -49,6 +50,7 @@ pub struct BusParameters {
 
 /// A bus parameter whose range [`BusParameters::check`] checks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum BusParameter {
     /// TS.
@@ -86,6 +88,7 @@ impl fmt::Display for BusParameter {
 
 /// A bus parameter is outside its range.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct OutOfRange {
     /// The parameter.
     pub parameter: BusParameter,

@@ -8,6 +8,7 @@ use profivac_wire::telegram::BROADCAST;
 /// A request for the station to send. An impossible request (to the station itself, too long) is confirmed as
 /// [`Failure::Impossible`] and not sent.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Request<'a> {
     /// The destination: 0 to 126, or 127 (all stations) for a request without an answer.
     pub da: u8,
@@ -77,6 +78,7 @@ impl Request<'_> {
 
 /// The priority of a message in a token visit. profibus-wire 1.12.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Priority {
     /// One message is always allowed, more only during the token hold time.
     High,
@@ -103,6 +105,7 @@ pub trait FdlUser {
 
 /// The result of a request.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Confirmation<'a> {
     /// The request was sent; it has no answer.
     Sent,
@@ -114,6 +117,7 @@ pub enum Confirmation<'a> {
 
 /// An answer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Answer<'a> {
     /// The type of the answering station.
     pub station: StationType,
@@ -127,6 +131,7 @@ pub struct Answer<'a> {
 
 /// Why a request has no answer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum Failure {
     /// No character was received.
@@ -143,6 +148,7 @@ pub enum Failure {
 
 /// How a telegram differs from the expected answer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum Mismatch {
     /// It came from this other station.

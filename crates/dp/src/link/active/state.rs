@@ -147,6 +147,7 @@ impl SilentVisits {
 
 /// The relation of an active station to the ring.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum RingState {
     /// The station has left the ring and sends nothing.
     Offline,
@@ -174,6 +175,7 @@ impl fmt::Display for RingState {
 
 /// Counters of token errors. They stop at the highest value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct RingCounters {
     /// The line was idle for T_TO, and this station took the token.
     pub claimed: u32,

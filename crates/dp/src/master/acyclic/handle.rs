@@ -6,6 +6,7 @@ use core::marker::PhantomData;
 
 /// The service of an acyclic request.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Service {
     /// Class 1: one request to a slave in data exchange.
     Ms1,
@@ -27,6 +28,7 @@ impl fmt::Display for Service {
 
 /// A slot of a pool, and which of its successive contents is meant.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub(in crate::master) struct Key {
     pub(in crate::master) slot: u8,
     pub(in crate::master) serial: u32,
@@ -34,6 +36,7 @@ pub(in crate::master) struct Key {
 
 /// Identifies an MS1 request, an MS2 connection or a task of the parameter channel in events.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct AcyclicId {
     service: Service,
     key: Key,

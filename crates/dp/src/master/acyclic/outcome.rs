@@ -8,6 +8,7 @@ use profivac_wire::control::Status;
 
 /// An event of an acyclic request or connection.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum AcyclicEvent {
     /// An outcome can be taken.
     OutcomeReady,
@@ -17,6 +18,7 @@ pub enum AcyclicEvent {
 
 /// How an MS2 connection ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum ConnectionEnd {
     /// The user closed it, for this reason.
     Closed(AbortReason),
@@ -35,6 +37,7 @@ pub enum ConnectionEnd {
 
 /// Why an MS1 or MS2 request failed at this master.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum Cause {
     /// No response came in time.
@@ -78,6 +81,7 @@ impl core::error::Error for Cause {}
 
 /// Why the master did not accept a request. Nothing was sent.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum SubmitError {
     /// All slots of the service are in use.

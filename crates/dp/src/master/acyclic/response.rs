@@ -34,6 +34,7 @@ impl ExpectedResponse {
 
 /// How a response differs from the expected one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum ResponseMismatch {
     /// The octets are no response PDU.

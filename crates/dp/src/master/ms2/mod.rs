@@ -50,6 +50,7 @@ pub enum Transport {}
 ///
 /// Not `non_exhaustive`: after `Refused` the connection is open, after `Ended` it is not.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum RequestError {
     /// The slave refused the request; the connection stays open.
     Refused(Negative),
@@ -70,6 +71,7 @@ impl core::error::Error for RequestError {}
 
 /// The phase of a connection.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Phase {
     /// The master asks the resource manager, and then the server, for a connection.
     Initiating,

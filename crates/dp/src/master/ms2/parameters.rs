@@ -9,6 +9,7 @@ const UNIT_MS: u64 = 10;
 
 /// The parameters of an MS2 connection. Times in the PDUs are in units of 10 ms, profibus-wire 4.6.3 and 4.9.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Ms2Parameters {
     /// The rate of the segment, to convert times of the PDUs to bit times.
     pub baud: Baud,
@@ -77,6 +78,7 @@ impl Ms2Parameters {
 
 /// The properties of an open connection.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Opened {
     /// The access point of the connection at the slave, 0 to 48.
     pub server_sap: u8,

@@ -25,6 +25,7 @@ pub enum Task {}
 
 /// Why a task has no value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum TaskError {
     /// The slave refused the task.
@@ -61,6 +62,7 @@ pub const WRITE_BYTE_AS_WORD: u8 = 2;
 
 /// The place of the channel in the images, and the dialect of the slave.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct PkwParameters {
     /// The offset of the eight octets in the outputs.
     pub outputs_at: usize,

@@ -23,6 +23,7 @@ const BYTE: u8 = 11;
 
 /// A value, with its width.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Value {
     /// One octet.
     Byte(u8),
@@ -76,6 +77,7 @@ impl Value {
 
 /// The error number of a refused task (AK 7).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct ErrorNumber(pub u16);
 
 impl ErrorNumber {
@@ -116,6 +118,7 @@ impl fmt::Display for ErrorNumber {
 
 /// How an answer differs from the one that the task expects.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum AnswerMismatch {
     /// No answer has this AK.
