@@ -97,14 +97,15 @@ fn scenery() -> SegmentSnapshot {
         segment: "hall".to_owned(),
         address: 5,
         device: "bcg450".to_owned(),
-        standing: BusStationState::Exchanging,
-        trouble: None,
+        state: BusStationState::DataExchange,
+        problem: None,
         exceptions: Vec::new(),
         gas: "ar".to_owned(),
         levels: Vec::new(),
         readings: vec![reading],
         age_ms: None,
         poll_ms: 200,
+        stale_after_ms: 3000,
     };
     let segment = Segment {
         name: "hall".to_owned(),
@@ -112,9 +113,9 @@ fn scenery() -> SegmentSnapshot {
         baud: 19200,
         master: 0,
         state: SegmentState::Running,
-        trouble: None,
+        problem: None,
         cycle_ms: Some(20.0),
-        damaged: 0,
+        damaged_telegrams: 0,
         stations: Vec::new(),
     };
     SegmentSnapshot { segment, gauges: vec![gauge] }
@@ -127,7 +128,7 @@ fn the_api_serves_the_published_snapshot() {
     assert_eq!(desk.json("/api/segments")[0]["state"], "running");
     let gauge = desk.json("/api/gauges/chamber");
     assert_eq!(gauge, desk.json("/api/gauges")[0]);
-    assert_eq!((&gauge["standing"], &gauge["readings"][0]["pa"]), (&"exchanging".into(), &1e-4.into()));
+    assert_eq!((&gauge["state"], &gauge["readings"][0]["pa"]), (&"data-exchange".into(), &1e-4.into()));
     assert_eq!(desk.problem("/api/gauges/unknown"), (404, "there is no gauge \"unknown\"".to_owned()));
 }
 
@@ -174,7 +175,7 @@ fn a_wrong_parameter_is_refused_with_a_sentence() {
     for (path, sentence) in [
         ("/api/trend?series=a&from=2&to=1", "expected from to lie before to, found 2 and 1"),
         ("/api/trend?series=a&from=1&to=2&pixels=0", "expected pixels from 1 to 20000, found 0"),
-        ("/api/events?from=1&to=2&most=99999", "expected most from 1 to 10000, found 99999"),
+        ("/api/events?from=1&to=2&limit=99999", "expected limit from 1 to 10000, found 99999"),
         ("/api/rise?series=a&from=1&to=2&volume_m3=-1", "expected a volume in m³ above 0, found -1"),
         ("/api/rise?series=a&from=1&to=2", "expected at least 8 samples, got 0"),
         ("/api/export.csv?from=2&to=1", "expected from to lie before to, found 2 and 1"),

@@ -41,7 +41,6 @@ pub struct HistoryQuery {
     #[param(example = 4_102_444_800_000_i64)]
     to: i64,
     /// The most entries of the answer, 1 to 10000.
-    #[serde(rename = "most")]
     #[param(default = 200, minimum = 1, maximum = 10_000)]
     limit: Option<u32>,
     /// The name of an alarm; without it the history of all alarms.
@@ -131,7 +130,7 @@ pub async fn history(
 ) -> Result<Json<Vec<AlarmHistoryView>>, Problem> {
     let query = parsed_query(query)?;
     let (from, to) = time_range(query.from, query.to)?;
-    let limit = checked_range("most", query.limit.unwrap_or(200), MAX_ENTRIES)?;
+    let limit = checked_range("limit", query.limit.unwrap_or(200), MAX_ENTRIES)?;
     let read = readers.read(move |reader| {
         let entries = reader.alarm_history(from, to, query.alarm.as_deref(), limit)?;
         Ok(Json(entries.into_iter().map(AlarmHistoryView::from).collect()))

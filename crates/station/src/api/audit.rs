@@ -32,17 +32,15 @@ pub struct AuditParameters {
     /// Only entries about this gauge.
     gauge: Option<String>,
     /// Only entries of this user.
-    #[serde(rename = "who")]
     user: Option<String>,
     /// The most entries of the answer, 1 to 100000. The default is 200, as CSV 100000.
-    #[serde(rename = "most")]
     #[param(minimum = 1, maximum = 100_000)]
     limit: Option<u32>,
 }
 
 impl AuditParameters {
     fn into_query(self, default_limit: u32) -> Result<AuditQuery, Problem> {
-        let limit = checked_range("most", self.limit.unwrap_or(default_limit), MAX_ENTRIES)?;
+        let limit = checked_range("limit", self.limit.unwrap_or(default_limit), MAX_ENTRIES)?;
         let micros = |at: i64| Micros(at.saturating_mul(1000));
         let (from, to) = (self.from.map_or(Micros(0), micros), self.to.map_or(Micros(i64::MAX), micros));
         if from >= to {
@@ -61,13 +59,10 @@ pub struct AuditView {
     /// The time, in milliseconds since 1970.
     at_ms: i64,
     /// The action.
-    #[serde(rename = "what")]
     action: AuditActionView,
     /// For an `outcome` or `disarmed`, the number of the entry that it belongs to.
-    #[serde(rename = "of")]
     refers_to: Option<i64>,
     /// The name of the user.
-    #[serde(rename = "who")]
     user: String,
     /// The role of the user at that time.
     #[schema(value_type = Role)]
@@ -89,7 +84,6 @@ pub struct AuditView {
     /// The result, in a sentence.
     outcome: Option<String>,
     /// The identifier of the armed command.
-    #[serde(rename = "order")]
     command_id: Option<String>,
 }
 
@@ -98,7 +92,6 @@ pub struct AuditView {
 #[serde(rename_all = "kebab-case")]
 pub enum AuditActionView {
     /// A command or a write is about to be sent.
-    #[serde(rename = "fired")]
     Execute,
     /// The result of a command or a write.
     Outcome,
@@ -107,7 +100,6 @@ pub enum AuditActionView {
     /// An armed command was disarmed.
     Disarmed,
     /// Control authority changed.
-    #[serde(rename = "mastership")]
     ControlAuthority,
     /// An alarm was acknowledged.
     Acknowledged,
@@ -197,7 +189,8 @@ pub async fn csv(
     Ok((headers, format!("{CSV_HEAD}{lines}")))
 }
 
-const CSV_HEAD: &str = "id,time,what,of,who,role,peer,gauge,segment,address,target,before,after,outcome,order\n";
+const CSV_HEAD: &str =
+    "id,time,action,refers_to,user,role,peer,gauge,segment,address,target,before,after,outcome,command_id\n";
 
 fn csv_line(row: &AuditRow) -> String {
     let AuditRow { id, entry } = row;

@@ -40,7 +40,6 @@ pub struct Command {
     /// The lowest role that may execute it.
     role: Role,
     /// Why it cannot be executed from the station; `null` if it can.
-    #[serde(rename = "barred")]
     blocked_reason: Option<String>,
 }
 
@@ -48,12 +47,10 @@ pub struct Command {
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, ToSchema)]
 pub struct ConditionView {
     /// The expected state.
-    #[serde(rename = "wanted")]
     expected: String,
     /// The state that was found.
     found: String,
     /// Whether the condition is met.
-    #[serde(rename = "holds")]
     is_met: bool,
 }
 
@@ -72,14 +69,12 @@ impl ConditionView {
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, ToSchema)]
 pub struct ArmedCommandView {
     /// Its identifier.
-    #[serde(rename = "order")]
     id: String,
     /// The gauge.
     gauge: String,
     /// The name of the command, or of the parameter.
     target: String,
     /// The manual's name and numbers of the parameter.
-    #[serde(rename = "manual")]
     manual_name: String,
     /// Whether it is a command; otherwise it writes a parameter.
     is_command: bool,
@@ -94,7 +89,6 @@ pub struct ArmedCommandView {
     /// The conditions, which are all met.
     conditions: Vec<ConditionView>,
     /// The time until it is disarmed, in milliseconds.
-    #[serde(rename = "left_ms")]
     expires_in_ms: u64,
 }
 
@@ -121,7 +115,6 @@ impl From<ArmedCommand> for ArmedCommandView {
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, ToSchema)]
 pub struct ExecutedView {
     /// The identifier of the armed command.
-    #[serde(rename = "order")]
     id: String,
     /// The gauge.
     gauge: String,

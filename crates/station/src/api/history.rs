@@ -53,7 +53,6 @@ pub struct EventsParameters {
     #[param(example = 4_102_444_800_000_i64)]
     to: i64,
     /// The most events of the answer, 1 to 10000.
-    #[serde(rename = "most")]
     #[param(default = 200, minimum = 1, maximum = 10_000)]
     limit: Option<u32>,
 }
@@ -167,7 +166,7 @@ pub async fn events(
 ) -> Result<Json<Vec<EventView>>, Problem> {
     let parameters = parsed_query(parameters)?;
     let (from, to) = time_range(parameters.from, parameters.to)?;
-    let limit = checked_range("most", parameters.limit.unwrap_or(200), MAX_EVENTS)?;
+    let limit = checked_range("limit", parameters.limit.unwrap_or(200), MAX_EVENTS)?;
     let read = readers.read(move |reader| {
         let events = reader.events(from, to, limit)?;
         Ok(Json(events.into_iter().map(EventView::from).collect()))

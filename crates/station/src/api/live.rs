@@ -29,10 +29,8 @@ pub struct Snapshot {
     /// Its gauges with their readings.
     gauges: Vec<Gauge>,
     /// The user with control authority, and a request for it.
-    #[serde(rename = "mastership")]
     control_authority: ControlAuthorityView,
     /// The gauges whose parameters are being read.
-    #[serde(rename = "reading")]
     read_progress: Vec<ReadProgress>,
     /// The active alarms.
     alarms: AlarmOverview,

@@ -22,15 +22,15 @@ fn armed(desk: &Desk, page: &Page) -> String {
     assert_eq!(post(desk, page, "/api/mastership/ask", &json!(null)).status, 200);
     let armed = post(desk, page, "/api/gauges/chamber/arm", &json!({ "command": "ba.degas-on" }));
     assert_eq!(armed.status, 200, "{armed:?}");
-    format!("/api/orders/{}/fire", armed.json()["order"].as_str().unwrap())
+    format!("/api/orders/{}/fire", armed.json()["id"].as_str().unwrap())
 }
 
 /// User and outcome of the last audit entry about control authority.
 fn last(desk: &Desk, reader: &Page) -> (String, String) {
     assert!(desk.plant.recorder().flush());
     let rows = Ask::get("/api/audit").by(reader).to(desk).json();
-    let row = rows.as_array().unwrap().iter().find(|row| row["what"] == "control-authority").unwrap().clone();
-    (row["who"].as_str().unwrap().to_owned(), row["outcome"].as_str().unwrap().to_owned())
+    let row = rows.as_array().unwrap().iter().find(|row| row["action"] == "control-authority").unwrap().clone();
+    (row["user"].as_str().unwrap().to_owned(), row["outcome"].as_str().unwrap().to_owned())
 }
 
 fn until_free(desk: &Desk) {
