@@ -27,11 +27,11 @@ pub struct Station {
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, ToSchema)]
 pub struct RecorderView {
     /// When it wrote last, in milliseconds since 1970.
-    pub written_ms: Option<i64>,
+    pub last_write_ms: Option<i64>,
     /// Why it does not, if it does not.
     pub error: Option<String>,
     /// Samples it could not keep.
-    pub lost: u64,
+    pub lost_samples: u64,
     /// Events it could not keep.
     pub lost_events: u64,
 }
@@ -62,11 +62,11 @@ pub struct Segment {
     /// Where it stands.
     pub state: SegmentState,
     /// Why it does not run, in a sentence.
-    pub trouble: Option<String>,
+    pub problem: Option<String>,
     /// How long a cycle takes, in milliseconds.
     pub cycle_ms: Option<f64>,
     /// Telegrams that arrived damaged since it runs.
-    pub damaged: u32,
+    pub damaged_telegrams: u32,
     /// Who is on it.
     pub stations: Vec<BusStation>,
 }
@@ -76,19 +76,19 @@ pub struct Segment {
 #[serde(rename_all = "kebab-case")]
 pub enum BusStationState {
     /// Our master.
-    Ourselves,
+    OwnMaster,
     /// Another master.
-    Master,
+    OtherMaster,
     /// A slave of ours that exchanges data.
-    Exchanging,
+    DataExchange,
     /// A slave of ours that reports a fault.
-    Faulty,
+    Fault,
     /// A slave of ours that is being brought into data exchange.
     Starting,
     /// A slave of ours that does not answer, or belongs to another master.
     Missing,
     /// A slave that is not ours.
-    Foreign,
+    Unconfigured,
 }
 
 /// A station on a segment.
@@ -97,7 +97,7 @@ pub struct BusStation {
     /// Its address, 0 to 126.
     pub address: u8,
     /// What it is to us.
-    pub standing: BusStationState,
+    pub state: BusStationState,
     /// The name we gave it.
     pub name: Option<String>,
     /// What it is, as far as we know.
@@ -105,7 +105,7 @@ pub struct BusStation {
     /// Ident_Number, in hex.
     pub ident: Option<String>,
     /// What it is doing, in words.
-    pub words: String,
+    pub description: String,
 }
 
 /// A gauge.
@@ -120,9 +120,9 @@ pub struct Gauge {
     /// What it is: `bcg450`.
     pub device: String,
     /// What it is to us.
-    pub standing: BusStationState,
+    pub state: BusStationState,
     /// Why it does not measure, in a sentence.
-    pub trouble: Option<String>,
+    pub problem: Option<String>,
     /// What it reports beside the pressure, in words.
     pub exceptions: Vec<String>,
     /// The gas its readings are corrected for beside the indicated ones.
@@ -135,6 +135,8 @@ pub struct Gauge {
     pub age_ms: Option<u64>,
     /// How often they are taken, in milliseconds: older than a few of these, they are stale.
     pub poll_ms: u64,
+    /// The age in milliseconds from which the readings are stale.
+    pub stale_after_ms: u64,
 }
 
 /// A pressure at which something happens.
@@ -253,7 +255,7 @@ pub struct ReadProgress {
     /// So many were read.
     pub done: usize,
     /// Of so many.
-    pub of: usize,
+    pub total: usize,
 }
 
 /// Who may act on gauges now.
@@ -264,9 +266,9 @@ pub struct ControlAuthorityView {
     /// Since when, in milliseconds since 1970.
     pub since_ms: Option<i64>,
     /// Who wants it.
-    pub asked_by: Option<String>,
+    pub requested_by: Option<String>,
     /// Since when.
-    pub asked_ms: Option<i64>,
+    pub requested_ms: Option<i64>,
 }
 
 /// A parameter of a gauge.
@@ -283,7 +285,7 @@ pub struct Parameter {
     /// What it shows now, with its unit; nothing if it could not be read.
     pub value: Option<String>,
     /// Why it could not be read.
-    pub refusal: Option<String>,
+    pub read_error: Option<String>,
     /// What it takes to write it; nothing if it is not written, or only as a command.
     pub write: Option<WriteInfo>,
 }
@@ -297,9 +299,9 @@ pub enum RiskClass {
     /// A value that is lost at power-off.
     Volatile,
     /// A value that is kept if the device is told to store it.
-    OnRequest,
+    StoredOnRequest,
     /// A value that is kept at power-off.
-    Kept,
+    Persistent,
     /// The tables warn of it.
     Dangerous,
 }
@@ -310,22 +312,22 @@ pub struct Risk {
     /// How large it is.
     pub class: RiskClass,
     /// A description, from the table where it has one.
-    pub words: String,
+    pub description: String,
 }
 
 /// What it takes to write a parameter.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, ToSchema)]
 pub struct WriteInfo {
     /// What it takes, in words with its unit.
-    pub takes: String,
+    pub expects: String,
     /// The values it takes, if it takes only these.
-    pub choices: Vec<String>,
+    pub allowed_values: Vec<String>,
     /// What it risks.
     pub risk: Risk,
     /// Who may.
     pub role: Role,
     /// Why nobody may from here.
-    pub barred: Option<String>,
+    pub blocked_reason: Option<String>,
 }
 
 /// Milliseconds since 1970.

@@ -84,8 +84,8 @@ impl ControlService {
         view::ControlAuthorityView {
             holder: holder.map(|holder| holder.user.name.to_string()),
             since_ms: holder.map(|holder| unix_ms(holder.since)),
-            asked_by: request.map(|(user, _)| user.name.to_string()),
-            asked_ms: request.map(|(_, since)| unix_ms(*since)),
+            requested_by: request.map(|(user, _)| user.name.to_string()),
+            requested_ms: request.map(|(_, since)| unix_ms(*since)),
         }
     }
 
