@@ -1,4 +1,4 @@
-//! Judges a reading: its quality and whether it is fresh. The recorder, the alarms, the API and the gateways use these functions, so
+//! Evaluates a reading: its quality, and whether it is fresh. The recorder, the alarms, the API and the gateways use these functions, so
 //! that a reading has the same quality everywhere.
 //!
 //! | Silence of the gauge | Pressure | Reported status | Quality |

@@ -28,7 +28,7 @@ fn trail(station: &MemoryStation) -> Vec<[String; 6]> {
     assert_eq!(status, 200, "{rows}");
     let cell = |row: &Value, name: &str| row[name].as_str().unwrap_or_default().to_owned();
     let rows = rows.as_array().unwrap().iter().rev();
-    rows.map(|row| ["what", "who", "target", "before", "after", "outcome"].map(|name| cell(row, name))).collect()
+    rows.map(|row| ["action", "user", "target", "before", "after", "outcome"].map(|name| cell(row, name))).collect()
 }
 
 #[test]
@@ -42,9 +42,13 @@ fn a_degas_is_armed_executed_and_recorded() {
     station.take_control(OPERATOR);
     let (status, armed) = station.arm(OPERATOR, &json!({ "command": "degas on" }));
     assert_eq!(status, 200, "{armed}");
-    assert_eq!(armed["conditions"].as_array().unwrap().iter().filter(|one| one["holds"] == true).count(), 3, "{armed}");
+    assert_eq!(
+        armed["conditions"].as_array().unwrap().iter().filter(|one| one["is_met"] == true).count(),
+        3,
+        "{armed}"
+    );
     assert_eq!(armed["octets"], "01 01");
-    assert!(armed["risk"]["words"].as_str().unwrap().starts_with("heats the electrodes"), "{armed}");
+    assert!(armed["risk"]["description"].as_str().unwrap().starts_with("heats the electrodes"), "{armed}");
     assert!(!station.is_degassing(), "nothing has been sent");
     let (status, done) = station.execute(OPERATOR, &armed);
     assert_eq!(status, 200, "{done}");
@@ -53,7 +57,7 @@ fn a_degas_is_armed_executed_and_recorded() {
     let command = "Hot Cathode Block State Command (1:2/14)";
     assert_eq!(trail[1], ["execute", "Otto", command, "", "degas-on", ""], "{trail:#?}");
     assert_eq!(trail[2], ["outcome", "Otto", command, "", "", "done"], "{trail:#?}");
-    assert_eq!(station.gauge().standing, BusStationState::Exchanging);
+    assert_eq!(station.gauge().state, BusStationState::DataExchange);
 }
 
 #[test]
@@ -63,8 +67,8 @@ fn a_degas_above_its_pressure_limit_is_refused_with_the_reason() {
     let (status, refused) = station.arm(OPERATOR, &json!({ "command": DEGAS }));
     assert_eq!(status, 409, "{refused}");
     let pressure = &refused["conditions"][2];
-    assert_eq!(pressure["holds"], false);
-    assert_eq!(pressure["wanted"], "ba.process-value is below 7.2e-6 mbar");
+    assert_eq!(pressure["is_met"], false);
+    assert_eq!(pressure["expected"], "ba.process-value is below 7.2e-6 mbar");
     assert!(pressure["found"].as_str().unwrap().starts_with("it is "), "{refused}");
     assert!(refused["problem"].as_str().unwrap().contains("must be below 7.2e-6 mbar; pump down first"), "{refused}");
     let trail = trail(&station);
@@ -80,7 +84,7 @@ fn a_pressure_that_rises_after_arming_prevents_the_execution() {
     station.outside(|scene| scene.set_environment(Outside::mbar(5e-4)));
     station.until_pa(|pa| pa > 1e-2);
     let (status, refused) = station.execute(OPERATOR, &armed);
-    assert_eq!((status, &refused["conditions"][2]["holds"]), (409, &json!(false)), "{refused}");
+    assert_eq!((status, &refused["conditions"][2]["is_met"]), (409, &json!(false)), "{refused}");
     assert!(!station.is_degassing());
     assert!(trail(&station).last().unwrap()[5].starts_with("not sent: ba.process-value is "), "{:#?}", trail(&station));
 }
@@ -92,7 +96,7 @@ fn a_write_records_the_values_before_and_after() {
     let (status, armed) = station.arm(ENGINEER, &write(SAFE_VALUE, "12.5 Pascal"));
     assert_eq!(status, 200, "{armed}");
     assert_eq!((&armed["before"], &armed["after"]), (&json!("0 mbar"), &json!("0.125 mbar")), "{armed}");
-    assert_eq!(armed["risk"]["class"], "kept");
+    assert_eq!(armed["risk"]["class"], "persistent");
     let (status, done) = station.execute(ENGINEER, &armed);
     assert_eq!(status, 200, "{done}");
     assert_eq!((&done["before"], &done["after"]), (&json!("0 mbar"), &json!("0.125 mbar")), "{done}");
@@ -101,11 +105,11 @@ fn a_write_records_the_values_before_and_after() {
     let all = blocks.as_array().unwrap().iter().flat_map(|block| block["parameters"].as_array().unwrap());
     let safe = all.clone().find(|parameter| parameter["target"] == SAFE_VALUE).unwrap();
     assert_eq!(
-        (&safe["value"], &safe["write"]["takes"]),
+        (&safe["value"], &safe["write"]["expects"]),
         (&json!("0.125 mbar"), &json!("a pressure of 0 mbar or more"))
     );
     let state = all.clone().find(|parameter| parameter["target"] == "pirani.safe-state").unwrap();
-    assert_eq!(state["write"]["choices"], json!(["zero", "full-scale", "hold-last-value", "use-safe-value"]));
+    assert_eq!(state["write"]["allowed_values"], json!(["zero", "full-scale", "hold-last-value", "use-safe-value"]));
 }
 
 #[test]
@@ -183,7 +187,7 @@ fn a_change_of_control_disarms_all_commands() {
     assert_eq!((status, &refused["problem"]), (409, &json!(sentence)));
     let (status, refused) = station.arm(OPERATOR, &json!({ "command": DEGAS }));
     assert_eq!((status, &refused["problem"]), (409, &json!("Erna has control")));
-    assert_eq!(station.post(OPERATOR, "/api/mastership/ask", None).1["asked_by"], "Otto");
+    assert_eq!(station.post(OPERATOR, "/api/mastership/ask", None).1["requested_by"], "Otto");
     assert_eq!(station.post(ENGINEER, "/api/mastership/grant", None).1["holder"], "Otto");
     let sentences: Vec<_> = trail(&station).into_iter().map(|row| row[5].clone()).collect();
     assert_eq!(
@@ -216,7 +220,7 @@ fn of_many_simultaneous_requests_one_user_gets_control() {
         assert_eq!(released.count(), 1);
     }
     assert!(station.services.recorder().flush());
-    let (_, rows) = station.get(VIEWER, "/api/audit?most=1000");
+    let (_, rows) = station.get(VIEWER, "/api/audit?limit=1000");
     let count = |words: &str| rows.as_array().unwrap().iter().filter(|row| row["outcome"] == words).count();
     assert_eq!((count("took control, which was free"), count("released control")), (50, 50));
 }
@@ -289,7 +293,7 @@ fn an_invalid_request_is_answered_with_what_was_expected() {
         (write("pirani.safe-valve", "1"), 400, "did you mean"),
         (json!({ "command": "explode" }), 400, "bcg450 has no command \"explode\""),
         (json!({ "target": SAFE_VALUE }), 400, "expected either a command, or a target and its value"),
-        (json!({ "password": "orchid ladder" }), 400, "expected JSON as /api/openapi.json describes it"),
+        (json!({ "password": "orchid ladder" }), 400, "expected a JSON body as /api/openapi.json describes it"),
         (write("pirani.process-value", "1"), 400, "read-only"),
         (write("ba.hot-cathode-block-state-command", "explode"), 400, "expected one of inactive, degas-off"),
     ] {
@@ -314,13 +318,13 @@ fn the_audit_trail_is_exported_and_cannot_be_changed() {
     assert_eq!(station.execute(ENGINEER, &armed).0, 200);
     let table = station.text("/api/audit.csv");
     let mut lines = table.lines();
-    assert!(lines.next().unwrap().starts_with("id,time,what,of,who,role,peer,gauge,segment,address,target,"));
+    assert!(lines.next().unwrap().starts_with("id,time,action,refers_to,user,role,peer,gauge,segment,address,target,"));
     assert!(lines.next().unwrap().contains(",control-authority,,\"'=1+1\",engineer,"), "a name is no formula: {table}");
     assert!(table.contains(",\"0 mbar\",\"1 mbar\",\"done\","), "{table}");
-    let (_, rows) = station.get(VIEWER, "/api/audit?gauge=chamber&who=Erna&most=1");
-    assert_eq!((rows.as_array().unwrap().len(), &rows[0]["what"]), (1, &json!("outcome")));
-    assert_eq!(station.get(VIEWER, "/api/audit?who=Otto").1, json!([]));
-    assert_eq!(station.get(VIEWER, "/api/audit?most=0").0, 400);
+    let (_, rows) = station.get(VIEWER, "/api/audit?gauge=chamber&user=Erna&limit=1");
+    assert_eq!((rows.as_array().unwrap().len(), &rows[0]["action"]), (1, &json!("outcome")));
+    assert_eq!(station.get(VIEWER, "/api/audit?user=Otto").1, json!([]));
+    assert_eq!(station.get(VIEWER, "/api/audit?limit=0").0, 400);
     let other = rusqlite::Connection::open(station.database()).unwrap();
     for sql in ["UPDATE audit SET user_name = 'Eve'", "DELETE FROM audit"] {
         let refused = other.execute_batch(sql).unwrap_err().to_string();
@@ -338,7 +342,7 @@ fn data_exchange_continues_while_commands_are_executed() {
     }
     let lost = station.ask_outside(|scene| scene.master().unwrap().counters(5).unwrap().lost);
     assert_eq!(lost, 0);
-    until("data exchange", || (station.gauge().standing == BusStationState::Exchanging).then_some(()));
+    until("data exchange", || (station.gauge().state == BusStationState::DataExchange).then_some(()));
 }
 
 #[test]
@@ -346,7 +350,7 @@ fn an_outcome_is_recorded_when_the_browser_has_gone() {
     let station = MemoryStation::new(1e-6);
     station.take_control(ENGINEER);
     let (_, armed) = station.arm(ENGINEER, &write(SAFE_VALUE, "1"));
-    station.execute_and_leave(ENGINEER, &armed, || (trail(&station).last()?[0] == "fired").then_some(()));
+    station.execute_and_leave(ENGINEER, &armed, || (trail(&station).last()?[0] == "execute").then_some(()));
     until("the outcome", || trail(&station).last().filter(|row| row[5] == "done").cloned());
 }
 

@@ -51,7 +51,7 @@ fn read_preview<R: Records>(
     gauge: &mut Gauge<R>,
     operation: &Operation,
 ) -> Result<(profivac_client::PreparedWrite, OperationPreview), OperationError> {
-    let write = gauge.prepare(&operation.named, &operation.text).map_err(before_sending)?;
+    let write = gauge.prepare_unchecked(&operation.named, &operation.text).map_err(before_sending)?;
     let conditions = gauge.conditions(&write).map_err(before_sending)?;
     let preview = OperationPreview {
         device: gauge.model().name,

@@ -141,7 +141,7 @@ fn parameter<R: Records>(
         numbers: named.parameter.numbers(),
         access: row.access_text.to_owned(),
         value,
-        refusal,
+        read_error: refusal,
         write: write_info(gauge.model(), named, unit),
     }))
 }
@@ -158,7 +158,13 @@ fn write_info(model: &'static Model, named: &NamedParameter, unit: &'static Unit
     };
     let takes = ValueFormat { named, model, unit: Some(unit) }.expected(NumberType::Float).to_string();
     let barred = permissions::blocked_reason(row).map(str::to_owned);
-    Some(WriteInfo { takes, choices, risk: permissions::risk(row, None), role: permissions::role(row, None), barred })
+    Some(WriteInfo {
+        expects: takes,
+        allowed_values: choices,
+        risk: permissions::risk(row, None),
+        role: permissions::role(row, None),
+        blocked_reason: barred,
+    })
 }
 
 /// The name of a block, with its instance if there are several.

@@ -35,7 +35,7 @@ pub enum PostError {
     HostName {
         /// The host.
         host: String,
-        /// What is wrong.
+        /// The error.
         error: InvalidDnsNameError,
     },
     /// No TLS connection.
