@@ -70,7 +70,7 @@ fn a_degas_above_its_pressure_limit_is_refused_with_the_reason() {
     assert_eq!(pressure["is_met"], false);
     assert_eq!(pressure["expected"], "ba.process-value is below 7.2e-6 mbar");
     assert!(pressure["found"].as_str().unwrap().starts_with("it is "), "{refused}");
-    assert!(refused["problem"].as_str().unwrap().contains("must be below 7.2e-6 mbar; pump down first"), "{refused}");
+    assert!(refused["detail"].as_str().unwrap().contains("must be below 7.2e-6 mbar; pump down first"), "{refused}");
     let trail = trail(&station);
     assert_eq!(trail[1][0], "refused", "{trail:#?}");
     assert!(trail[1][5].contains("pump down first"), "{trail:#?}");
@@ -117,12 +117,12 @@ fn a_user_without_the_role_is_refused_and_told_which_role_it_needs() {
     let station = MemoryStation::new(1e-6);
     let (status, refused) = station.arm(VIEWER, &json!({ "command": DEGAS }));
     assert_eq!(status, 403, "{refused}");
-    assert_eq!(refused["problem"], "ba.degas-on needs the role operator, Vera has viewer");
-    assert_eq!(station.post(VIEWER, "/api/mastership/ask", None).0, 403);
+    assert_eq!(refused["detail"], "ba.degas-on needs the role operator, Vera has viewer");
+    assert_eq!(station.post(VIEWER, "/api/control-authority/request", None).0, 403);
     station.take_control(OPERATOR);
     let (status, refused) = station.arm(OPERATOR, &write(SAFE_VALUE, "1"));
     assert_eq!(
-        (status, &refused["problem"]),
+        (status, &refused["detail"]),
         (403, &json!("pirani.safe-value needs the role engineer, Otto has operator"))
     );
     assert_eq!(station.arm(OPERATOR, &json!({ "command": "manual-mode" })).0, 403);
@@ -137,7 +137,7 @@ fn a_user_whose_role_was_lowered_after_arming_executes_nothing() {
     for (role, has) in [(Role::Viewer, "viewer"), (Role::Operator, "operator")] {
         let (status, refused) = station.execute((ENGINEER.0, role), &armed);
         let why = format!("pirani.safe-value needs the role engineer, Erna has {has}");
-        assert_eq!((status, &refused["problem"]), (403, &json!(why)));
+        assert_eq!((status, &refused["detail"]), (403, &json!(why)));
     }
     assert!(trail(&station).iter().all(|row| row[0] != "execute"), "{:#?}", trail(&station));
     assert_eq!(station.execute(ENGINEER, &armed).0, 200, "the command is still armed");
@@ -149,14 +149,14 @@ fn a_command_is_executed_once_and_only_by_the_user_who_armed_it() {
     station.take_control(ENGINEER);
     let (_, armed) = station.arm(ENGINEER, &write(SAFE_VALUE, "1"));
     let (status, refused) = station.execute(OPERATOR, &armed);
-    assert_eq!((status, &refused["problem"]), (403, &json!("Erna armed this command: only Erna may execute it")));
+    assert_eq!((status, &refused["detail"]), (403, &json!("Erna armed this command: only Erna may execute it")));
     assert_eq!(station.execute(ENGINEER, &armed).0, 200);
     let (status, refused) = station.execute(ENGINEER, &armed);
-    assert_eq!((status, &refused["problem"]), (409, &json!("the command was already executed: arm it again")));
+    assert_eq!((status, &refused["detail"]), (409, &json!("the command was already executed: arm it again")));
     let (_, armed) = station.arm(ENGINEER, &write(SAFE_VALUE, "2"));
     assert_eq!(station.disarm(ENGINEER, &armed).0, 204);
-    assert_eq!(station.execute(ENGINEER, &armed).1["problem"], "the command was disarmed: arm it again");
-    assert_eq!(station.post(ENGINEER, "/api/orders/nothing/fire", None).0, 404);
+    assert_eq!(station.execute(ENGINEER, &armed).1["detail"], "the command was disarmed: arm it again");
+    assert_eq!(station.post(ENGINEER, "/api/armed-commands/nothing/execute", None).0, 404);
     assert_eq!(trail(&station).iter().filter(|row| row[0] == "execute").count(), 1);
 }
 
@@ -169,7 +169,7 @@ fn a_value_that_changed_after_arming_is_not_overwritten() {
     assert_eq!(station.execute(ENGINEER, &second).0, 200);
     let (status, refused) = station.execute(ENGINEER, &first);
     let sentence = "pirani.safe-value was 0 mbar when it was armed and is 2 mbar now";
-    assert_eq!((status, &refused["problem"]), (409, &json!(sentence)));
+    assert_eq!((status, &refused["detail"]), (409, &json!(sentence)));
     assert_eq!(trail(&station).last().unwrap()[5], format!("not sent: {sentence}"));
 }
 
@@ -177,18 +177,18 @@ fn a_value_that_changed_after_arming_is_not_overwritten() {
 fn a_change_of_control_disarms_all_commands() {
     let station = MemoryStation::new(1e-6);
     let (status, refused) = station.arm(OPERATOR, &json!({ "command": DEGAS }));
-    assert_eq!((status, &refused["problem"]), (409, &json!("no one has control: request control first")));
+    assert_eq!((status, &refused["detail"]), (409, &json!("no one has control: request control first")));
     station.take_control(OPERATOR);
     let (_, armed) = station.arm(OPERATOR, &json!({ "command": DEGAS }));
-    let (status, authority) = station.post(ENGINEER, "/api/mastership/take-over", None);
+    let (status, authority) = station.post(ENGINEER, "/api/control-authority/take-over", None);
     assert_eq!((status, &authority["holder"]), (200, &json!("Erna")));
     let (status, refused) = station.execute(OPERATOR, &armed);
     let sentence = "the command was disarmed when control changed hands: arm it again";
-    assert_eq!((status, &refused["problem"]), (409, &json!(sentence)));
+    assert_eq!((status, &refused["detail"]), (409, &json!(sentence)));
     let (status, refused) = station.arm(OPERATOR, &json!({ "command": DEGAS }));
-    assert_eq!((status, &refused["problem"]), (409, &json!("Erna has control")));
-    assert_eq!(station.post(OPERATOR, "/api/mastership/ask", None).1["requested_by"], "Otto");
-    assert_eq!(station.post(ENGINEER, "/api/mastership/grant", None).1["holder"], "Otto");
+    assert_eq!((status, &refused["detail"]), (409, &json!("Erna has control")));
+    assert_eq!(station.post(OPERATOR, "/api/control-authority/request", None).1["requested_by"], "Otto");
+    assert_eq!(station.post(ENGINEER, "/api/control-authority/grant", None).1["holder"], "Otto");
     let sentences: Vec<_> = trail(&station).into_iter().map(|row| row[5].clone()).collect();
     assert_eq!(
         sentences,
@@ -244,7 +244,7 @@ fn a_refusal_of_the_gauge_is_reported_with_its_reason() {
     assert_eq!(status, 200, "{armed}");
     let (status, refused) = station.execute(ENGINEER, &armed);
     assert_eq!(status, 409, "{refused}");
-    let sentence = refused["problem"].as_str().unwrap();
+    let sentence = refused["detail"].as_str().unwrap();
     assert!(
         sentence.contains("writing was refused with ") && sentence.contains("code 2: lower or upper"),
         "{sentence}"
@@ -263,7 +263,7 @@ fn nothing_is_sent_while_the_audit_trail_cannot_be_written() {
     let (status, refused) = station.execute(OPERATOR, &armed);
     assert_eq!(status, 503, "{refused}");
     assert!(
-        refused["problem"]
+        refused["detail"]
             .as_str()
             .unwrap()
             .starts_with("nothing was sent, because the audit trail cannot be written: ")
@@ -280,7 +280,7 @@ fn the_unit_and_the_number_type_are_never_written() {
     for target in ["pirani.data-units", "pirani.data-type"] {
         let (status, refused) = station.arm(ENGINEER, &write(target, "Torr"));
         assert_eq!(status, 409, "{refused}");
-        assert!(refused["problem"].as_str().unwrap().contains("profivac write"), "{refused}");
+        assert!(refused["detail"].as_str().unwrap().contains("profivac write"), "{refused}");
     }
 }
 
@@ -299,7 +299,7 @@ fn an_invalid_request_is_answered_with_what_was_expected() {
     ] {
         let (found, refused) = station.arm(ENGINEER, &request);
         assert_eq!(found, status, "{refused}");
-        assert!(refused["problem"].as_str().unwrap().contains(part), "{refused}");
+        assert!(refused["detail"].as_str().unwrap().contains(part), "{refused}");
         assert!(!refused.to_string().contains("orchid"), "{refused}");
     }
     assert_eq!(station.post(ENGINEER, "/api/gauges/unknown/arm", Some(&write(SAFE_VALUE, "1"))).0, 404);
@@ -312,7 +312,7 @@ fn the_audit_trail_is_exported_and_cannot_be_changed() {
     let station = MemoryStation::new(1e-6);
     let formula = ("=1+1", Role::Engineer);
     station.take_control(formula);
-    station.post(formula, "/api/mastership/release", None);
+    station.post(formula, "/api/control-authority/release", None);
     station.take_control(ENGINEER);
     let (_, armed) = station.arm(ENGINEER, &write(SAFE_VALUE, "1"));
     assert_eq!(station.execute(ENGINEER, &armed).0, 200);
@@ -403,6 +403,6 @@ fn viewers_leave_room_in_the_queue_for_operators() {
         }
         let Ok(SegmentRequest::Preview(_, _, answer)) = requests.recv() else { panic!("expected the preview") };
         answer.send(Err(Unavailable::SegmentDown("asked".to_owned()).into())).unwrap();
-        assert_eq!(arm.join().unwrap().1["problem"], "asked");
+        assert_eq!(arm.join().unwrap().1["detail"], "asked");
     });
 }

@@ -96,7 +96,7 @@ impl Fixture {
 }
 
 fn problem(answer: &(u16, Value)) -> (u16, &str) {
-    (answer.0, answer.1["problem"].as_str().unwrap())
+    (answer.0, answer.1["detail"].as_str().unwrap())
 }
 
 #[test]
@@ -182,9 +182,9 @@ fn an_acknowledgement_of_an_earlier_occurrence_is_refused() {
     fixture.evaluate(0.5);
     let (status, sentence) = fixture.post("/api/alarms/too%20high/acknowledge", &seen, Role::Operator);
     assert_eq!(status, 409);
-    assert!(sentence["problem"].as_str().unwrap().starts_with("too high was raised again"), "{sentence}");
-    let unknown = fixture.post("/api/alarms/nobody/acknowledge", &seen, Role::Operator);
-    assert_eq!(problem(&unknown), (404, "there is no alarm \"nobody\""));
+    assert!(sentence["detail"].as_str().unwrap().starts_with("too high was raised again"), "{sentence}");
+    let unknown = fixture.post("/api/alarms/unknown/acknowledge", &seen, Role::Operator);
+    assert_eq!(problem(&unknown), (404, "there is no alarm \"unknown\""));
     let now = json!({ "occurrence": fixture.alarm("too high")["occurrence"] });
     assert_eq!(fixture.post("/api/alarms/too%20high/acknowledge", &now, Role::Engineer).0, 200);
     let again = fixture.post("/api/alarms/too%20high/acknowledge", &now, Role::Operator);
@@ -283,8 +283,8 @@ fn an_invalid_request_is_refused_with_a_sentence() {
         ("out-of-service", "{\"reason\": \"so\", \"minutes\": 44641}"),
         ("out-of-service", "{\"minutes\": 5}"),
     ] {
-        let (status, told) = fixture.ask("POST", &path(rest), body, Role::Engineer);
-        assert!(status == 400 && told["problem"].is_string(), "{rest} {body}: {status} {told}");
+        let (status, answer) = fixture.ask("POST", &path(rest), body, Role::Engineer);
+        assert!(status == 400 && answer["detail"].is_string(), "{rest} {body}: {status} {answer}");
     }
     let long = json!({ "reason": "x".repeat(501) });
     assert_eq!(fixture.post(&path("out-of-service"), &long, Role::Engineer).0, 400);
