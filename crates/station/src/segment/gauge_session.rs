@@ -342,7 +342,7 @@ fn as_configured(found: CyclicSlave, device: &str) -> Result<CyclicSlave, FindEr
     Ok(CyclicSlave { model, configuration, unit: model.unit(found.unit.code).unwrap_or(found.unit), ..found })
 }
 
-/// The status of a value as the recorder judges it.
+/// The status of a value as the recorder evaluates it.
 fn range_status(status: StatusExtension) -> RangeStatus {
     match status {
         status if status.contains(StatusExtension::INVALID) => RangeStatus::Invalid,
