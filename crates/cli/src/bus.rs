@@ -34,16 +34,17 @@ pub struct MasterOptions {
     /// Bits per second; with auto, a serial device listens at each rate until it receives a telegram
     #[arg(long, value_name = "RATE|auto", default_value = "19200", value_parser = values::rate)]
     baud: Rate,
-    /// The address of this master
+    /// The address of this master; no other station may have it
     #[arg(long, value_name = "N", default_value_t = 0)]
     master: u8,
-    /// The highest station address
+    /// The highest station address (HSA) that is searched
     #[arg(long, value_name = "N", default_value_t = 126)]
     hsa: u8,
     /// The slot time in bit times; default: the slot time of the rate and 20 ms
     #[arg(long, value_name = "BITS")]
     slot_time: Option<u32>,
-    /// The longest wait for the line and for an answer; default: 5, and for the line the time in which a ring admits a master
+    /// The longest wait for the line and for an answer; default: 5, and longer for the line where a token ring needs more to
+    /// admit a master
     #[arg(long, value_name = "SECONDS", value_parser = values::seconds, allow_hyphen_values = true)]
     timeout: Option<Duration>,
 }

@@ -21,8 +21,8 @@ use std::ops::ControlFlow;
 /// Test a slave against the rules of PROFIBUS DP, and show request, answer and section for each.
 ///
 /// Any slave can be tested, not only a gauge. It is parameterised, brought into data exchange with outputs of zero, and released
-/// many times, and receives damaged telegrams: it must not be in use, and no other master may use the line. Its stored values
-/// do not change. Exit code 1 means that it breaks a rule.
+/// many times, so relays of a gauge open and close, and it receives damaged telegrams: it must not be in use, and no other master
+/// may use the line. Its stored values do not change. Exit code 1 means that it breaks a rule.
 #[derive(Args, Debug)]
 #[command(after_help = EXAMPLES)]
 pub struct Arguments {

@@ -13,7 +13,8 @@ use serde::Serialize;
 ///
 /// TARGET is a name like pirani.process-value, slot and index like 1/19, or those of instance 2 like 1:2/19; `profivac list`
 /// shows all. Reading takes no ownership and changes nothing: where several instances share a slot, the Channel Instance Selector
-/// is set to the wanted instance and restored.
+/// is set to the wanted instance and restored. The manuals list the selector as nonvolatile, so a gauge may write its EEPROM each
+/// time: use `profivac monitor`, not a loop of `read`, to watch a pressure.
 #[derive(Args, Debug)]
 #[command(after_help = EXAMPLES)]
 pub struct Arguments {

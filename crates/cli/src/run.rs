@@ -17,8 +17,9 @@ use std::time::Duration;
 /// Run the station: segments, recorder, alarms and dashboard.
 ///
 /// The file is checked completely before anything starts. The station parameterises gauges, keeps their units, and releases them
-/// at the end. It waits for missing gauges and reopens lost ports. SIGHUP makes it read the file, certificate and key again;
-/// unchanged segments continue. Without users (see `profivac user`) every user of this computer may view the dashboard.
+/// at the end; a gauge that is released returns to IDLE, stops measuring and opens its relays. The station waits for missing
+/// gauges and reopens lost ports. SIGHUP makes it read the file, certificate and key again; unchanged segments continue. Without
+/// users (see `profivac user`) every user of this computer may view the dashboard.
 #[derive(Args, Debug)]
 #[command(after_help = EXAMPLES)]
 pub struct Arguments {

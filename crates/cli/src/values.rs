@@ -12,7 +12,7 @@ pub struct ValueError {
     found: String,
 }
 
-/// What a value has to be.
+/// The values that an option accepts.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Expected {
     Rate,

@@ -62,7 +62,7 @@ fn a_bus_becomes_a_station_with_a_dashboard() {
     let mut station = Program::start(&["run", &file, "--listen", "127.0.0.1:0"]);
     let ready = station.ready();
     let address = ready.strip_prefix("http://").unwrap();
-    let gauges = until(address, "/api/gauges", "\"exchanging\"");
+    let gauges = until(address, "/api/gauges", "\"data-exchange\"");
     assert!(gauges.contains("\"bcg450 5\""), "{gauges}");
     assert!(get(address, "/").contains("<div id=\"app\">"));
     // A changed file, and one with an error.
@@ -240,7 +240,7 @@ fn a_file_that_names_secrets_must_be_private() {
     let complaint = String::from_utf8_lossy(&stderr.stderr).into_owned();
     assert_eq!(stderr.status.code(), Some(2), "{complaint}");
     assert!(
-        complaint.contains("people.toml: `profivac user add NAME --role engineer FILE.toml` makes it"),
+        complaint.contains("people.toml does not exist: `profivac user add NAME --role engineer FILE.toml` creates it"),
         "{complaint}"
     );
 }
@@ -290,7 +290,7 @@ fn the_dashboard_of_the_demonstration_shows_all_devices() {
     let end = Instant::now() + TIMEOUT;
     loop {
         let gauges = get(address, "/api/gauges");
-        let measuring = gauges.matches("\"exchanging\"").count() + gauges.matches("\"faulty\"").count();
+        let measuring = gauges.matches("\"data-exchange\"").count() + gauges.matches("\"fault\"").count();
         if measuring == 12 {
             break;
         }

@@ -1,12 +1,17 @@
 //! Watches the pressures of several gauges without blocking: the bus runs in a thread of its own, and any async runtime can
 //! await it. This example needs none.
 //!
+//! On a gauge with several instances each reading may write the Channel Instance Selector, which the manuals list as nonvolatile:
+//! for days of measurement exchange cyclic data instead.
+//!
 //! ```sh
 //! profivac simulate --pty /tmp/line --pressure '5e-6 mbar' bcg450@5 hpg400@6
 //! cargo run -p profivac-client --example watch -- /tmp/line 5 6
 //! ```
 
-use profivac_client::{AsyncBus, Bus, BusError, PressureReading};
+use profivac_client::ms2::Ms2;
+use profivac_client::{AsyncBus, Bus, BusError, ClientError, Gauge, PressureReading};
+use profivac_devices::profile::DeviceState;
 use std::error::Error;
 use std::ops::ControlFlow;
 use std::pin::pin;
@@ -24,9 +29,7 @@ pub async fn watch<B>(
 ) -> Result<Option<B>, BusError> {
     for address in addresses {
         let gauge = bus.gauge(*address);
-        if gauge.parameter("device.device-state").await?.text == "IDLE" {
-            gauge.command("execute").await?;
-        }
+        gauge.with(start_if_idle).await?;
     }
     for address in addresses.iter().cycle() {
         let reading = bus.gauge(*address).pressure().await?;
@@ -35,6 +38,14 @@ pub async fn watch<B>(
         }
     }
     Ok(None)
+}
+
+/// Runs in the thread of the bus, as one piece.
+fn start_if_idle(gauge: &mut Gauge<Ms2<'_>>) -> Result<(), ClientError> {
+    if gauge.device_state()? == DeviceState::Idle {
+        gauge.command("execute")?;
+    }
+    Ok(())
 }
 
 /// A minimal runtime: polls the future on this thread.

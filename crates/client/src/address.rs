@@ -28,7 +28,7 @@ pub enum AddressError {
     #[error("address {0} is taken: a station answers there")]
     AddressInUse(u8),
     /// Another master owns the slave.
-    #[error("the slave at address {address} belongs to master {master}: let it go first")]
+    #[error("the slave at address {address} belongs to master {master}; release it there first")]
     OwnedByOther {
         /// The address of the slave.
         address: u8,

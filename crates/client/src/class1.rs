@@ -288,7 +288,6 @@ mod tests {
             assert_eq!((parameters.outputs_at, parameters.inputs_at, parameters.byte_ak), (0, 0, byte_ak));
             assert!(configuration.output_octets() >= 8 && configuration.input_octets() >= 8);
             for number in [NumberType::Integer, NumberType::Float] {
-                let model = model;
                 let found = service_of(
                     model,
                     model.default_configuration,

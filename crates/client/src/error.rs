@@ -96,7 +96,7 @@ pub enum ClientError {
         doing: Operation,
         /// The codes of the slave.
         refused: RefusalCodes,
-        /// What to do, where the codes tell it.
+        /// Advice, where the codes are specific enough.
         advice: Option<Advice>,
     },
     /// The slave does not offer the service.
@@ -157,8 +157,8 @@ pub enum TypedError {
         /// The octets of the record.
         octets: Vec<u8>,
     },
-    /// The tables of the device have no units.
-    #[error("the device has no units")]
+    /// The unit of the pressure is in no table of the device, or the tables have no scale for its COUNTS.
+    #[error("the unit of the pressure is not known")]
     NoUnit,
 }
 
@@ -305,7 +305,7 @@ pub(crate) fn mbar(pa: f64) -> String {
     format!("{} mbar", format_number(pa / 100.0))
 }
 
-/// What to do about a refusal.
+/// Advice about a refusal.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Advice {
@@ -344,9 +344,9 @@ impl fmt::Display for Advice {
             Self::CheckStateAndPressure => {
                 "the state or the pressure does not allow it: read device.device-state and the process value"
             }
-            Self::CheckRange => "`profivac list` shows what it takes",
+            Self::CheckRange => "`profivac list` shows the values it accepts",
             Self::NotFitted => "this device does not have it now: a part that is not fitted, or another instance is shown",
-            Self::ReadExceptions => "its memory took nothing, and nothing has changed: read the exception details",
+            Self::ReadExceptions => "its nonvolatile memory failed and nothing has changed: read the exception details",
         })
     }
 }

@@ -237,7 +237,6 @@ mod tests {
     #[test]
     fn the_default_user_parameters_are_accepted_by_the_device() {
         for model in MODELS {
-            let model = model;
             match usual_prm(model) {
                 Some(octets) => assert!(model.user_prm(&octets).is_some(), "{}: {octets:02X?}", model.name),
                 None => assert!(model.user_prm(&[]).is_some(), "{}", model.name),

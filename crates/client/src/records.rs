@@ -105,13 +105,13 @@ pub enum Unavailable {
     #[error("{0}")]
     Parameters(SlaveListError),
     /// The slave refuses to exchange data.
-    #[error("no data are exchanged: {0}")]
+    #[error("the gauge does not exchange data: {0}")]
     NoExchange(ExchangeError),
     /// None of the parameters can be read by this service.
     #[error("nothing can be read this way; say --via pkw")]
     NothingReadable,
     /// Another master moves the Channel Instance Selector between two requests.
-    #[error("another master keeps moving the Channel Instance Selector: read again when it has finished")]
+    #[error("another master also changes the Channel Instance Selector; read again when it has finished")]
     SelectorContention,
 }
 
@@ -141,10 +141,10 @@ pub enum Interruption {
     #[error("interrupted by a signal")]
     Cancelled,
     /// The slave did not exchange data in time.
-    #[error("no data are exchanged: {}", exchange_reason(.0))]
+    #[error("the gauge does not exchange data: {}", exchange_reason(.0))]
     NoExchange(Option<ExchangeError>),
     /// The unit code is in no table of the device.
-    #[error("the table has no such unit")]
+    #[error("the gauge reports a unit that its table does not have")]
     UnknownUnit,
 }
 

@@ -8,6 +8,7 @@ use super::gauge::{Gauge, ParameterReading, PreparedWrite};
 use super::names::{NamedParameter, Target, TargetError};
 use super::records::{Records, Unavailable};
 use profivac_devices::model::{Access, Codes, DataType, Direction};
+use profivac_host::text_file::line_and_column;
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -142,8 +143,8 @@ pub fn is_setting(named: &NamedParameter) -> bool {
 /// # Errors
 /// As [`Gauge::write`].
 pub fn open_set<R: Records>(gauge: &mut Gauge<R>, lock: &NamedParameter) -> Result<(), ClientError> {
-    let order = gauge.prepare(lock, OPEN)?;
-    gauge.execute(order).map(|_| ())
+    let write = gauge.prepare(lock, OPEN)?;
+    gauge.execute(write).map(|_| ())
 }
 
 /// Closes a set of parameters, which applies its values.
@@ -151,8 +152,8 @@ pub fn open_set<R: Records>(gauge: &mut Gauge<R>, lock: &NamedParameter) -> Resu
 /// # Errors
 /// As [`Gauge::write`]; the device refuses if the values contradict each other.
 pub fn close_set<R: Records>(gauge: &mut Gauge<R>, lock: &NamedParameter) -> Result<(), ClientError> {
-    let order = gauge.prepare(lock, CLOSED)?;
-    gauge.execute(order).map(|_| ())
+    let write = gauge.prepare(lock, CLOSED)?;
+    gauge.execute(write).map(|_| ())
 }
 
 /// How often an instance is read when another master moves the selector meanwhile.
@@ -165,13 +166,13 @@ pub type ReadResult = (NamedParameter, Result<ParameterReading, ClientError>);
 fn dump_instance<R: Records>(
     gauge: &mut Gauge<R>,
     group: &[&NamedParameter],
-    tell: &mut dyn FnMut(usize),
+    report: &mut dyn FnMut(usize),
 ) -> Result<Vec<ReadResult>, ClientError> {
     let Some(last) = group.last() else { return Ok(Vec::new()) };
     for _ in 0..ATTEMPTS {
         let mut readings = Vec::new();
         for named in group {
-            tell(readings.len());
+            report(readings.len());
             match gauge.read_once(named) {
                 Err(error) if error.kind() == ErrorKind::Line => return Err(error),
                 reading => readings.push(((*named).clone(), reading)),
@@ -198,7 +199,7 @@ pub fn dump<R: Records>(gauge: &mut Gauge<R>) -> Result<Dump, ClientError> {
 /// As [`dump`].
 pub fn dump_with_progress<R: Records>(
     gauge: &mut Gauge<R>,
-    mut tell: impl FnMut(usize, usize),
+    mut report: impl FnMut(usize, usize),
 ) -> Result<Dump, ClientError> {
     let names = gauge.names();
     let via = gauge.records().via();
@@ -211,9 +212,9 @@ pub fn dump_with_progress<R: Records>(
     let mut readings = Vec::new();
     for group in wanted.chunk_by(|a, b| place(a) == place(b)) {
         let before = readings.len();
-        readings.extend(dump_instance(gauge, group, &mut |done| tell(before + done, wanted.len()))?);
+        readings.extend(dump_instance(gauge, group, &mut |done| report(before + done, wanted.len()))?);
     }
-    tell(readings.len(), wanted.len());
+    report(readings.len(), wanted.len());
     if readings.is_empty() {
         return Err(gauge.unavailable(Unavailable::NothingReadable));
     }
@@ -275,11 +276,11 @@ impl SettingsFile {
     /// [`SettingsFileError::Syntax`] with line and column.
     pub fn parse(text: &str) -> Result<Self, SettingsFileError> {
         let raw: Raw = toml::from_str(text).map_err(|error| {
-            let (line, column) = position(text, error.span().map_or(0, |span| span.start));
+            let (line, column) = line_and_column(text, error.span().map_or(0, |span| span.start));
             SettingsFileError::Syntax { line, column, message: error.message().trim_end().replace('\n', ", ") }
         })?;
         let setting = |(name, value): (String, Spanned<String>)| {
-            let at = position(text, value.span().start);
+            let at = line_and_column(text, value.span().start);
             Setting { name, value: value.into_inner(), at }
         };
         Ok(Self { device: raw.device, ident: raw.ident, settings: raw.settings.into_iter().map(setting).collect() })
@@ -338,14 +339,6 @@ fn write_rank(named: &NamedParameter) -> u8 {
     }
 }
 
-/// Line and column of an octet of a text, from 1.
-fn position(text: &str, at: usize) -> (usize, usize) {
-    let before = text.get(..at).unwrap_or(text);
-    let line = before.matches('\n').count() + 1;
-    let column = before.rsplit('\n').next().map_or(0, |last| last.chars().count()) + 1;
-    (line, column)
-}
-
 /// Compares a setting with the gauge. `None` if the values are equal.
 ///
 /// # Errors
@@ -355,12 +348,12 @@ pub fn compare<R: Records>(
     named: &NamedParameter,
     setting: &Setting,
 ) -> Result<Option<Difference>, ClientError> {
-    let order = gauge.prepare(named, &setting.value)?;
-    let now = match &order.before {
+    let write = gauge.prepare(named, &setting.value)?;
+    let current = match &write.before {
         Some(before) => before.clone(),
         None => gauge.read(named)?,
     };
-    Ok((!is_same(named, &order.octets, &now.octets)).then_some(Difference { write: order, current: now }))
+    Ok((!is_same(named, &write.octets, &current.octets)).then_some(Difference { write, current }))
 }
 
 /// Whether two values are equal. A pressure converted between units may differ in the last digit.
@@ -382,8 +375,8 @@ pub fn restore<R: Records>(gauge: &mut Gauge<R>, difference: Difference) -> Resu
     match gauge.execute(difference.write) {
         Ok(written) => {
             let after = written.after.as_ref().map_or_else(|| text.clone(), |after| after.text.clone());
-            let is_there = written.after.as_ref().is_none_or(|after| is_same(&named, &octets, &after.octets));
-            if is_there {
+            let is_kept = written.after.as_ref().is_none_or(|after| is_same(&named, &octets, &after.octets));
+            if is_kept {
                 return Ok(RestoreOutcome::Written { name: named.name, before: difference.current.text, after });
             }
             let place = gauge.context(&named);
@@ -468,8 +461,7 @@ mod tests {
     fn dumped(every: usize) -> Result<Dump, ClientError> {
         let records = Shared { shown: 2, reads: 0, every };
         let mut gauge = Gauge::with_model(records, 5, model_named("bcg450").unwrap());
-        let dump = dump(&mut gauge);
-        dump
+        dump(&mut gauge)
     }
 
     #[test]

@@ -496,7 +496,7 @@ mod tests {
         for model in profivac_devices::catalog::MODELS {
             let names = ParameterNames::of(model);
             for named in names.all() {
-                let meaning = ValueFormat { named, model: model, unit: model.unit_named("mbar") };
+                let meaning = ValueFormat { named, model, unit: model.unit_named("mbar") };
                 for code in named.parameter.row.codes.codes() {
                     let octets = meaning.parse(code.name, NumberType::Float).unwrap();
                     assert_eq!(meaning.format(&Value::of(named.parameter.row, &octets)), code.name, "{named}");

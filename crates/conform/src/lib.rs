@@ -1,39 +1,6 @@
-//! Tests any PROFIBUS DP slave, of any vendor and on any port, against the rules of the protocol.
+#![doc = include_str!("../README.md")]
 //!
-//! Each [check](checks::Check) sends requests that a master sends, and some that no master should send, and compares the answers
-//! with one section of the protocol reference. [`run`] runs all checks:
-//!
-//! ```no_run
-//! use profivac_conform::dialogue::SlaveUnderTest;
-//! use profivac_conform::{Outcome, PortLink, run};
-//! use profivac_dp::link::{Baud, active::BusParameters};
-//! use profivac_host::port::Port;
-//! use std::ops::ControlFlow;
-//!
-//! fn test_slave(port: Box<dyn Port>) -> Result<(), Box<dyn std::error::Error>> {
-//!     let mut link = PortLink::new(port, Baud::B19200, BusParameters::new(2, Baud::B19200));
-//!     if let Some(master) = link.listen()? {
-//!         return Err(format!("master {master} uses the line").into());
-//!     }
-//!     // A BCG450 in mbar.
-//!     let slave = SlaveUnderTest {
-//!         address: 8,
-//!         ident: 0x08E6,
-//!         cfg: vec![0x44, 0x86, 0x05, 0x05, 0x05, 0x08],
-//!         user_prm: vec![0x00, 0x00, 0x00, 0x05, 0x1C],
-//!     };
-//!     run(&mut link, &slave, |result| {
-//!         if let Outcome::Violated { expected, .. } = &result.outcome {
-//!             println!("{} (section {}): expected {expected}", result.check.rule, result.check.section);
-//!         }
-//!         ControlFlow::Continue(())
-//!     })?;
-//!     Ok(())
-//! }
-//! ```
-//!
-//! The checks parameterise and release the slave many times, with outputs of zero. No other program may need the slave
-//! meanwhile, and no other master may use the line.
+//! ## Modules
 //!
 //! | Module | Contents |
 //! |---|---|

@@ -1,26 +1,6 @@
-//! Explains PROFIBUS traffic in sentences.
+#![doc = include_str!("../README.md")]
 //!
-//! A [`Decoder`] takes octets from a port or a file and returns telegrams, their meaning, and [notes](note::Note) about
-//! everything that changes: a slave that starts, a refused configuration with its reason, a parameter that is written.
-//!
-//! ```
-//! use profivac_dp::link::Baud;
-//! use profivac_explain::{Decoder, input::Capture};
-//!
-//! // A log, a trace or a pcapng file; Baud applies when the file has no transmission rate.
-//! let log = b"TX 68 07 07 68 FF 82 46 3A 3E 02 00 41 16\n";
-//! let capture = Capture::read(log, Baud::B19200)?;
-//!
-//! let mut decoder = Decoder::new(capture.baud.unwrap_or(Baud::B19200), capture.times);
-//! let mut explained = Vec::new();
-//! for chunk in &capture.chunks {
-//!     decoder.push(chunk, &mut explained);
-//! }
-//! decoder.end(&mut explained);
-//!
-//! assert_eq!(explained[0].notes[0].text, "master 2 sends Global_Control Clear_Data to all");
-//! # Ok::<(), profivac_explain::input::InputError>(())
-//! ```
+//! ## Modules
 //!
 //! [`Capture`](input::Capture) reads a whole file. A [`Source`](input::Source) reads a file of any size piece by piece, and a
 //! [`Tap`](tap::Tap) receives from a port without sending; both return the [`Chunk`]s that `push` takes.

@@ -144,7 +144,7 @@ impl<C: Stations> Line<C> {
 
     /// Receives a character from outside that ended at `end`.
     pub fn receive(&mut self, end: BitTime, character: Character) {
-        let heard = match character {
+        let received = match character {
             Character::Octet(octet) if !self.noise.hits() => self.receiver.octet(end, octet),
             // A flipped bit is a parity error.
             Character::Octet(_) | Character::Error => {
@@ -152,7 +152,7 @@ impl<C: Stations> Line<C> {
                 Received::Nothing
             }
         };
-        match heard {
+        match received {
             Received::Telegram(telegram) => deliver(self.stations.all_mut(), &mut self.queue, None, end, &telegram),
             Received::Nothing | Received::Damaged(_) => self.report_activity(None, end),
         }

@@ -7,7 +7,7 @@ use super::sample::Micros;
 use rusqlite::types::Type;
 use rusqlite::{Connection, Row, params};
 
-/// What a row states.
+/// The statement of a row.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum AuditAction {
     /// A command is about to be sent. Written before it is sent.
@@ -67,7 +67,7 @@ impl AuditAction {
 pub struct AuditEntry {
     /// When it happened.
     pub at: Micros,
-    /// What it states.
+    /// The statement.
     pub action: AuditAction,
     /// The row whose outcome this row states.
     pub refers_to: Option<i64>,

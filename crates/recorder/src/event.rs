@@ -2,7 +2,7 @@
 
 use super::sample::Micros;
 
-/// What an event is about.
+/// The subject of an event.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum EventKind {
     /// The station or one of its segments started or stopped.
@@ -54,7 +54,7 @@ pub struct Event {
     pub at: Micros,
     /// The name of the gauge, if it is about one.
     pub gauge: Option<String>,
-    /// What it is about.
+    /// The subject.
     pub kind: EventKind,
     /// One sentence.
     pub text: String,

@@ -32,6 +32,11 @@
 //!
 //! Times are microseconds since 1970 (UTC), pressures are in Pa. A sample without a pressure has `None`, and its quality says why.
 
+/// The example of the README, as a doctest.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;
+
 pub mod alarms;
 pub mod audit;
 mod clock;

@@ -206,7 +206,7 @@ impl Recorder {
     }
 }
 
-/// What the thread cannot report itself: that it has ended, or that it hangs in the disk.
+/// An error that the thread cannot report itself: it has ended, or the disk does not answer.
 fn stall_message(has_ended: bool, silent: Duration) -> Option<String> {
     match has_ended {
         true => Some("the recorder thread has ended: restart the station".to_owned()),

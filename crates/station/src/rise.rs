@@ -1,65 +1,65 @@
-//! Rate of rise: the valve to the pump is closed, the pressure rises, and the shape of the rise tells a leak from outgassing.
+//! Rate of rise: after the valve to the pump is closed, the shape of the pressure rise separates a leak from outgassing.
 //!
-//! A leak lets in the same amount of gas in every second, so its pressure is a straight line. Outgassing slows down as its
-//! own pressure comes near equilibrium, so its pressure bends. What is fitted is
+//! A leak lets in the same amount of gas every second, so its pressure is a straight line. Outgassing slows down as the pressure
+//! approaches equilibrium, so its pressure bends. The fitted function is
 //!
 //! ```text
 //! p(t) = p0 + (Q_leak / V) t + k (1 - exp(-t / tau))
 //! ```
 //!
-//! For a given tau this is linear in the three other unknowns; tau is searched on a logarithmic scale. Where a straight line
-//! explains the rise as well, there is no bend to be seen, and the fit says so instead of inventing one.
+//! For a given tau this is linear in the three other unknowns; tau is searched on a logarithmic scale. Where a straight line fits
+//! equally well, the result has no bend.
 
-/// What a rise consists of. Flows in Pa m³/s, as long as the volume is in m³.
+/// The parts of a rise. Flows in Pa m³/s, as long as the volume is in m³.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Rise {
-    /// The pressure at the beginning, in Pa.
+    /// The pressure at the start, in Pa.
     pub start_pa: f64,
     /// The part that does not slow down, in Pa/s: leaks, permeation.
     pub steady_pa_per_s: f64,
-    /// The part that slows down, if it can be told from the steady one.
+    /// The part that slows down, if it can be separated from the steady one.
     pub bend: Option<Bend>,
-    /// The root of the mean square of what is not explained, in Pa.
+    /// The root mean square of the residuals, in Pa.
     pub residual_pa: f64,
-    /// How much of the variation is explained, 0 to 1.
+    /// The explained part of the variation, 0 to 1.
     pub explained: f64,
 }
 
 /// The part of a rise that slows down.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Bend {
-    /// How far it rises in the end, in Pa.
+    /// The final height of the rise, in Pa.
     pub height_pa: f64,
-    /// After so many seconds it has gone 63 % of the way.
+    /// The time constant in seconds: after it the rise has reached 63 % of its height.
     pub tau_s: f64,
 }
 
 impl Bend {
-    /// Its rate at the beginning, in Pa/s.
+    /// The rate at the start, in Pa/s.
     #[must_use]
     pub fn initial_pa_per_s(&self) -> f64 {
         self.height_pa / self.tau_s
     }
 }
 
-/// Why nothing can be said.
+/// Why samples cannot be fitted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum NoRise {
     /// Too few samples.
     #[error("expected at least {LEAST} samples, got {0}")]
     Few(usize),
-    /// All at the same moment.
-    #[error("the samples take no time")]
+    /// All samples have the same time.
+    #[error("all samples have the same time")]
     NoTime,
 }
 
-/// Three unknowns, and some more to see whether they mean anything.
+/// The fewest samples: three unknowns, and some more to test the fit.
 const LEAST: usize = 8;
 
-/// How many values of tau are tried in a decade, from a twentieth of the time to three times it.
+/// The number of values of tau, from a twentieth of the time to three times the time.
 const STEPS: i32 = 60;
 
-/// A bend must make what is not explained smaller by so much: less is what noise does by itself. free choice.
+/// A bend must reduce the residuals to this part: noise alone reduces them less. free choice.
 const WORTH: f64 = 0.8;
 
 /// Fits samples: seconds since the valve was closed, and pressures in Pa.
@@ -81,14 +81,14 @@ pub fn fit(samples: &[(f64, f64)]) -> Result<Rise, NoRise> {
     let bent = (0..=STEPS)
         .map(|step| time * 10_f64.powf(f64::from(step) / f64::from(STEPS) * 60_f64.log10() - 20_f64.log10()))
         .filter_map(|tau| solve(&samples, Some(tau)))
-        // Gas neither leaks out of a chamber under vacuum nor is there less of it than nothing.
+        // Gas does not leak out of a chamber under vacuum, and outgassing is not negative.
         .filter(|fit| fit.bend.is_some_and(|bend| bend.height_pa > 0.0) && fit.steady_pa_per_s >= 0.0)
         .min_by(|one, two| one.residual_pa.total_cmp(&two.residual_pa));
     let straight = straight.ok_or(NoRise::NoTime)?;
     Ok(bent.filter(|bent| bent.residual_pa < WORTH * straight.residual_pa).unwrap_or(straight))
 }
 
-/// The least squares for one tau, or for a straight line.
+/// The least-squares fit for one tau, or for a straight line.
 fn solve(samples: &[(f64, f64)], tau: Option<f64>) -> Option<Rise> {
     let row = |t: f64| [1.0, t, tau.map_or(0.0, |tau| -(-t / tau).exp_m1())];
     let unknowns = if tau.is_some() { 3 } else { 2 };
@@ -115,7 +115,7 @@ fn solve(samples: &[(f64, f64)], tau: Option<f64>) -> Option<Rise> {
     })
 }
 
-/// Solves the first `unknowns` of three equations by elimination with pivots; nothing if they say too little.
+/// Solves the first `unknowns` of three equations by elimination with pivots; `None` if they are singular.
 fn eliminate(mut lines: [[f64; 4]; 3], unknowns: usize) -> Option<[f64; 3]> {
     let lines = lines.get_mut(..unknowns)?;
     for column in 0..unknowns {
@@ -162,7 +162,7 @@ mod tests {
     }
 
     #[test]
-    fn outgassing_bends() {
+    fn outgassing_is_a_bend() {
         let rise = fit(&samples(|t| 1e-4 + 5e-4 * (1.0 - (-t / 90.0).exp()))).unwrap();
         let bend = rise.bend.unwrap();
         near(bend.height_pa, 5e-4, 3.0);
@@ -171,14 +171,14 @@ mod tests {
     }
 
     #[test]
-    fn both_are_told_apart() {
+    fn a_leak_and_outgassing_are_separated() {
         let rise = fit(&samples(|t| 1e-4 + 1e-6 * t + 4e-4 * (1.0 - (-t / 60.0).exp()))).unwrap();
         near(rise.steady_pa_per_s, 1e-6, 3.0);
         near(rise.bend.unwrap().height_pa, 4e-4, 3.0);
     }
 
     #[test]
-    fn noise_does_not_make_a_bend() {
+    fn noise_is_no_bend() {
         let mut random = fastrand::Rng::with_seed(3);
         for _ in 0..20 {
             let noisy: Vec<_> = samples(|t| 1e-4 + 2e-6 * t)
@@ -192,7 +192,7 @@ mod tests {
     }
 
     #[test]
-    fn pressures_of_every_size_are_fitted_alike() {
+    fn pressures_of_every_magnitude_are_fitted() {
         for size in [1e-9, 1e-3, 1e3] {
             let rise = fit(&samples(|t| size * (1.0 + 0.01 * t + 4.0 * (1.0 - (-t / 60.0).exp())))).unwrap();
             near(rise.steady_pa_per_s, 0.01 * size, 3.0);
@@ -201,7 +201,7 @@ mod tests {
     }
 
     #[test]
-    fn too_little_is_no_rise() {
+    fn too_few_samples_are_no_rise() {
         assert_eq!(fit(&[(0.0, 1.0); 3]), Err(NoRise::Few(3)));
         assert_eq!(fit(&[(1.0, 1.0); 20]), Err(NoRise::NoTime));
         let flat = fit(&samples(|_| 1e-4)).unwrap();

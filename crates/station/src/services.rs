@@ -1,4 +1,4 @@
-//! What the threads of the station share, each part with a type of its own.
+//! The parts of a station that its threads share, each with a type of its own.
 //!
 //! ```text
 //! segments ── snapshots ──▶ alarms, control, API
@@ -91,9 +91,9 @@ impl Services {
     pub fn station(&self) -> Station {
         let health = self.recorder.health();
         let recorder = RecorderView {
-            written_ms: health.last_write.map(unix_ms),
+            last_write_ms: health.last_write.map(unix_ms),
             error: health.error,
-            lost: health.lost_samples,
+            lost_samples: health.lost_samples,
             lost_events: health.lost_events,
         };
         Station {

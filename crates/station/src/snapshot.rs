@@ -106,7 +106,7 @@ impl SnapshotStore {
         let mut progress = self.progress();
         progress.retain(|other| other.gauge != gauge);
         if done < total {
-            progress.push(ReadProgress { gauge: gauge.to_owned(), done, of: total });
+            progress.push(ReadProgress { gauge: gauge.to_owned(), done, total });
         }
     }
 
@@ -128,7 +128,7 @@ fn segment_after(segment: &Segment, since: Duration) -> Segment {
     let mut segment = segment.clone();
     if since > STALLED_AFTER {
         segment.state = SegmentState::Waiting;
-        segment.trouble = Some(format!("the thread of the segment has not responded for {} s", since.as_secs()));
+        segment.problem = Some(format!("the thread of the segment has not responded for {} s", since.as_secs()));
     }
     segment
 }
@@ -151,13 +151,14 @@ mod tests {
             segment: "hall".to_owned(),
             address: 5,
             device: "bcg450".to_owned(),
-            standing: BusStationState::Exchanging,
-            trouble: None,
+            state: BusStationState::DataExchange,
+            problem: None,
             exceptions: Vec::new(),
             gas: "n2".to_owned(),
             levels: Vec::new(),
             readings: Vec::new(),
             poll_ms: 200,
+            stale_after_ms: 3000,
             age_ms: Some(12),
         };
         assert_eq!(gauge_after(&gauge, Duration::from_secs(3)).age_ms, Some(3012));
@@ -167,14 +168,14 @@ mod tests {
             baud: 19200,
             master: 0,
             state: SegmentState::Running,
-            trouble: None,
+            problem: None,
             cycle_ms: None,
-            damaged: 0,
+            damaged_telegrams: 0,
             stations: Vec::new(),
         };
         assert_eq!(segment_after(&segment, STALLED_AFTER), segment);
         let stalled = segment_after(&segment, Duration::from_secs(20));
-        assert_eq!(stalled.trouble.as_deref(), Some("the thread of the segment has not responded for 20 s"));
+        assert_eq!(stalled.problem.as_deref(), Some("the thread of the segment has not responded for 20 s"));
         assert_eq!(stalled.state, SegmentState::Waiting);
     }
 }

@@ -56,7 +56,7 @@ impl Station {
         Ok(station)
     }
 
-    /// What the threads of the station share.
+    /// The parts that the threads of the station share.
     #[must_use]
     pub fn services(&self) -> Arc<Services> {
         Arc::clone(&self.services)

@@ -1,6 +1,6 @@
-//! What can be seen of the station, as the API and the dashboard have it.
+//! The views of the station that the API sends as JSON.
 //!
-//! Pressures are in Pa. Whatever shows them in another unit, or corrected for a gas, does so for the eye alone.
+//! Pressures are in Pa. Another unit, or the correction for a gas, is a matter of display.
 
 use crate::auth::Role;
 use profivac_recorder::{Event, Micros, Qualities, Quality};
@@ -8,18 +8,18 @@ use serde::Serialize;
 use std::time::Duration;
 use utoipa::ToSchema;
 
-/// The station as a whole.
+/// The station.
 #[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
 pub struct Station {
-    /// Its name.
+    /// The name.
     pub name: String,
     /// The version of the program.
     pub version: &'static str,
-    /// When it began, in milliseconds since 1970.
+    /// When it was started, in milliseconds since 1970.
     pub started_ms: i64,
-    /// What its clock shows, in milliseconds since 1970.
+    /// The time of its clock, in milliseconds since 1970.
     pub now_ms: i64,
-    /// Whether the recorder writes.
+    /// The recorder.
     pub recorder: RecorderView,
 }
 
@@ -27,28 +27,28 @@ pub struct Station {
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, ToSchema)]
 pub struct RecorderView {
     /// When it wrote last, in milliseconds since 1970.
-    pub written_ms: Option<i64>,
+    pub last_write_ms: Option<i64>,
     /// Why it does not, if it does not.
     pub error: Option<String>,
     /// Samples it could not keep.
-    pub lost: u64,
+    pub lost_samples: u64,
     /// Events it could not keep.
     pub lost_events: u64,
 }
 
-/// Where a segment stands.
+/// The state of a segment.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, ToSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum SegmentState {
-    /// Its port is being opened, or waited for.
+    /// The port is not open.
     Waiting,
-    /// Its master listens before it takes the line.
+    /// The master listens before it enters the ring.
     Listening,
-    /// Its master has the token, alone or in turn.
+    /// The master is in the ring.
     Running,
 }
 
-/// A segment and everybody on it.
+/// A segment with the stations on its bus.
 #[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
 pub struct Segment {
     /// Its name.
@@ -57,38 +57,38 @@ pub struct Segment {
     pub port: String,
     /// Bits per second.
     pub baud: u32,
-    /// The address of our master.
+    /// The address of the master of this station.
     pub master: u8,
-    /// Where it stands.
+    /// The state.
     pub state: SegmentState,
     /// Why it does not run, in a sentence.
-    pub trouble: Option<String>,
+    pub problem: Option<String>,
     /// How long a cycle takes, in milliseconds.
     pub cycle_ms: Option<f64>,
     /// Telegrams that arrived damaged since it runs.
-    pub damaged: u32,
+    pub damaged_telegrams: u32,
     /// Who is on it.
     pub stations: Vec<BusStation>,
 }
 
-/// What a station of a segment is to us.
+/// The state of a station on the bus.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, ToSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum BusStationState {
     /// Our master.
-    Ourselves,
+    OwnMaster,
     /// Another master.
-    Master,
+    OtherMaster,
     /// A slave of ours that exchanges data.
-    Exchanging,
+    DataExchange,
     /// A slave of ours that reports a fault.
-    Faulty,
+    Fault,
     /// A slave of ours that is being brought into data exchange.
     Starting,
-    /// A slave of ours that does not answer, or belongs to another master.
+    /// A gauge that does not answer, or belongs to another master.
     Missing,
     /// A slave that is not ours.
-    Foreign,
+    Unconfigured,
 }
 
 /// A station on a segment.
@@ -97,15 +97,15 @@ pub struct BusStation {
     /// Its address, 0 to 126.
     pub address: u8,
     /// What it is to us.
-    pub standing: BusStationState,
+    pub state: BusStationState,
     /// The name we gave it.
     pub name: Option<String>,
-    /// What it is, as far as we know.
+    /// The device, if it is known.
     pub device: Option<String>,
     /// Ident_Number, in hex.
     pub ident: Option<String>,
     /// What it is doing, in words.
-    pub words: String,
+    pub description: String,
 }
 
 /// A gauge.
@@ -117,36 +117,38 @@ pub struct Gauge {
     pub segment: String,
     /// Its address.
     pub address: u8,
-    /// What it is: `bcg450`.
+    /// The device: `bcg450`.
     pub device: String,
     /// What it is to us.
-    pub standing: BusStationState,
+    pub state: BusStationState,
     /// Why it does not measure, in a sentence.
-    pub trouble: Option<String>,
+    pub problem: Option<String>,
     /// What it reports beside the pressure, in words.
     pub exceptions: Vec<String>,
-    /// The gas its readings are corrected for beside the indicated ones.
+    /// The gas for which the readings are corrected.
     pub gas: String,
-    /// Where a line is drawn in a trend.
+    /// Pressures that trends mark with a line.
     pub levels: Vec<PressureLevel>,
-    /// What it measures, one for each measuring part that travels.
+    /// The readings, one for each measuring part in the cyclic data.
     pub readings: Vec<Reading>,
-    /// How old the readings are, in milliseconds; nothing if there never was one.
+    /// The age of the readings in milliseconds; `null` if there never was one.
     pub age_ms: Option<u64>,
-    /// How often they are taken, in milliseconds: older than a few of these, they are stale.
+    /// The poll interval in milliseconds.
     pub poll_ms: u64,
+    /// The age in milliseconds from which the readings are stale.
+    pub stale_after_ms: u64,
 }
 
-/// A pressure at which something happens.
+/// A pressure that a trend marks with a line.
 #[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
 pub struct PressureLevel {
-    /// What happens.
+    /// The name.
     pub name: String,
     /// In Pa.
     pub pa: f64,
 }
 
-/// What a measuring part shows.
+/// The reading of a measuring part.
 #[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
 pub struct Reading {
     /// The name under which it is recorded: that of the gauge, with the channel of a controller.
@@ -155,34 +157,34 @@ pub struct Reading {
     pub instance: u8,
     /// How the part senses: `pirani`, `hot-cathode`, `cold-cathode`, `diaphragm`, `atmosphere`.
     pub principle: Option<&'static str>,
-    /// In Pa, as indicated; nothing unless there is a value.
+    /// The indicated pressure in Pa; `null` without a value.
     pub pa: Option<f64>,
-    /// In Pa, corrected for the gas; nothing where no factor holds.
+    /// The pressure in Pa, corrected for the gas; `null` where no factor holds.
     pub corrected_pa: Option<f64>,
     /// The quality: `valid`, `overrange`, `underrange`, `invalid`, `gap`.
     #[schema(value_type = String)]
     pub quality: Quality,
 }
 
-/// A trend: one entry of each list for every pixel in which something was recorded.
+/// A trend: each list has one entry for every pixel with samples.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, ToSchema)]
 pub struct Trend {
-    /// The name of what was recorded.
+    /// The name of the series.
     pub series: String,
-    /// Where pixels begin, in milliseconds since 1970, rising.
+    /// The start of each pixel, in milliseconds since 1970, rising.
     pub start_ms: Vec<i64>,
-    /// The lowest pressure in Pa; nothing where there was none.
+    /// The lowest pressure in Pa; `null` without a pressure.
     pub low: Vec<Option<f64>>,
-    /// The highest.
+    /// The highest pressure in Pa.
     pub high: Vec<Option<f64>>,
-    /// The geometric mean.
+    /// The geometric mean in Pa.
     pub mean: Vec<Option<f64>>,
-    /// What occurred: bit 0 valid, 1 overrange, 2 underrange, 3 invalid, 4 gap.
+    /// The qualities that occurred: bit 0 valid, 1 overrange, 2 underrange, 3 invalid, 4 gap.
     pub qualities: Vec<u8>,
 }
 
 impl Trend {
-    /// A trend of bins.
+    /// The trend of these spans.
     #[must_use]
     pub fn of(series: &str, bins: &[profivac_recorder::Span]) -> Self {
         Self {
@@ -201,9 +203,9 @@ impl Trend {
 pub struct EventView {
     /// When, in milliseconds since 1970.
     pub at_ms: i64,
-    /// To which gauge.
+    /// The gauge, if the event is about one.
     pub gauge: Option<String>,
-    /// What kind of thing: `station`, `bus`, `gauge`, `command`, `note`.
+    /// The kind: `station`, `bus`, `gauge`, `command`, `note`, `access`, `alarm`.
     pub kind: &'static str,
     /// One sentence.
     pub text: String,
@@ -215,7 +217,7 @@ impl From<Event> for EventView {
     }
 }
 
-/// What a rise of pressure consists of.
+/// The parts of a pressure rise.
 #[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
 pub struct RiseView {
     /// The pressure at the beginning, in Pa.
@@ -224,7 +226,7 @@ pub struct RiseView {
     pub steady_pa_per_s: f64,
     /// The same as a flow, in Pa m³/s, if the volume is known.
     pub leak_pa_m3_per_s: Option<f64>,
-    /// How far the part that slows down rises, in Pa; nothing if it cannot be told from the steady one.
+    /// The final height of the part that slows down, in Pa; `null` if it cannot be separated from the steady one.
     pub bend_pa: Option<f64>,
     /// Its time constant in seconds.
     pub tau_s: Option<f64>,
@@ -232,7 +234,7 @@ pub struct RiseView {
     pub outgassing_pa_m3_per_s: Option<f64>,
     /// How much of the variation is explained, 0 to 1.
     pub explained: f64,
-    /// How many samples were fitted.
+    /// The number of fitted samples.
     pub samples: usize,
 }
 
@@ -245,45 +247,45 @@ pub struct Block {
     pub parameters: Vec<Parameter>,
 }
 
-/// How far the parameters of a gauge are read.
+/// The progress of reading the parameters of a gauge.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, ToSchema)]
 pub struct ReadProgress {
     /// The gauge.
     pub gauge: String,
-    /// So many were read.
+    /// The number of parameters that were read.
     pub done: usize,
     /// Of so many.
-    pub of: usize,
+    pub total: usize,
 }
 
-/// Who may act on gauges now.
+/// The user who has control.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, ToSchema)]
 pub struct ControlAuthorityView {
-    /// Who; nothing if it is free.
+    /// The user; `null` if control is free.
     pub holder: Option<String>,
     /// Since when, in milliseconds since 1970.
     pub since_ms: Option<i64>,
     /// Who wants it.
-    pub asked_by: Option<String>,
+    pub requested_by: Option<String>,
     /// Since when.
-    pub asked_ms: Option<i64>,
+    pub requested_ms: Option<i64>,
 }
 
 /// A parameter of a gauge.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, ToSchema)]
 pub struct Parameter {
-    /// By what it is read and written: `trip-point.1/high-trip-point`.
+    /// The name by which it is read and written: `trip-point.1/high-trip-point`.
     pub target: String,
     /// The manual's name.
     pub name: String,
     /// Slot and index, or the number of the parameter channel.
     pub numbers: String,
-    /// What the manual allows: `R`, `R/W`, ...
+    /// The access that the manual allows: `R`, `R/W`, ...
     pub access: String,
-    /// What it shows now, with its unit; nothing if it could not be read.
+    /// The present value with its unit; `null` if it could not be read.
     pub value: Option<String>,
     /// Why it could not be read.
-    pub refusal: Option<String>,
+    pub read_error: Option<String>,
     /// What it takes to write it; nothing if it is not written, or only as a command.
     pub write: Option<WriteInfo>,
 }
@@ -297,9 +299,9 @@ pub enum RiskClass {
     /// A value that is lost at power-off.
     Volatile,
     /// A value that is kept if the device is told to store it.
-    OnRequest,
+    StoredOnRequest,
     /// A value that is kept at power-off.
-    Kept,
+    Persistent,
     /// The tables warn of it.
     Dangerous,
 }
@@ -310,22 +312,22 @@ pub struct Risk {
     /// How large it is.
     pub class: RiskClass,
     /// A description, from the table where it has one.
-    pub words: String,
+    pub description: String,
 }
 
-/// What it takes to write a parameter.
+/// How a parameter is written.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, ToSchema)]
 pub struct WriteInfo {
     /// What it takes, in words with its unit.
-    pub takes: String,
+    pub expects: String,
     /// The values it takes, if it takes only these.
-    pub choices: Vec<String>,
+    pub allowed_values: Vec<String>,
     /// What it risks.
     pub risk: Risk,
-    /// Who may.
+    /// The role it needs.
     pub role: Role,
     /// Why nobody may from here.
-    pub barred: Option<String>,
+    pub blocked_reason: Option<String>,
 }
 
 /// Milliseconds since 1970.

@@ -28,7 +28,7 @@ fn trail(station: &MemoryStation) -> Vec<[String; 6]> {
     assert_eq!(status, 200, "{rows}");
     let cell = |row: &Value, name: &str| row[name].as_str().unwrap_or_default().to_owned();
     let rows = rows.as_array().unwrap().iter().rev();
-    rows.map(|row| ["what", "who", "target", "before", "after", "outcome"].map(|name| cell(row, name))).collect()
+    rows.map(|row| ["action", "user", "target", "before", "after", "outcome"].map(|name| cell(row, name))).collect()
 }
 
 #[test]
@@ -42,9 +42,13 @@ fn a_degas_is_armed_executed_and_recorded() {
     station.take_control(OPERATOR);
     let (status, armed) = station.arm(OPERATOR, &json!({ "command": "degas on" }));
     assert_eq!(status, 200, "{armed}");
-    assert_eq!(armed["conditions"].as_array().unwrap().iter().filter(|one| one["holds"] == true).count(), 3, "{armed}");
+    assert_eq!(
+        armed["conditions"].as_array().unwrap().iter().filter(|one| one["is_met"] == true).count(),
+        3,
+        "{armed}"
+    );
     assert_eq!(armed["octets"], "01 01");
-    assert!(armed["risk"]["words"].as_str().unwrap().starts_with("heats the electrodes"), "{armed}");
+    assert!(armed["risk"]["description"].as_str().unwrap().starts_with("heats the electrodes"), "{armed}");
     assert!(!station.is_degassing(), "nothing has been sent");
     let (status, done) = station.execute(OPERATOR, &armed);
     assert_eq!(status, 200, "{done}");
@@ -53,7 +57,7 @@ fn a_degas_is_armed_executed_and_recorded() {
     let command = "Hot Cathode Block State Command (1:2/14)";
     assert_eq!(trail[1], ["execute", "Otto", command, "", "degas-on", ""], "{trail:#?}");
     assert_eq!(trail[2], ["outcome", "Otto", command, "", "", "done"], "{trail:#?}");
-    assert_eq!(station.gauge().standing, BusStationState::Exchanging);
+    assert_eq!(station.gauge().state, BusStationState::DataExchange);
 }
 
 #[test]
@@ -63,10 +67,10 @@ fn a_degas_above_its_pressure_limit_is_refused_with_the_reason() {
     let (status, refused) = station.arm(OPERATOR, &json!({ "command": DEGAS }));
     assert_eq!(status, 409, "{refused}");
     let pressure = &refused["conditions"][2];
-    assert_eq!(pressure["holds"], false);
-    assert_eq!(pressure["wanted"], "ba.process-value is below 7.2e-6 mbar");
+    assert_eq!(pressure["is_met"], false);
+    assert_eq!(pressure["expected"], "ba.process-value is below 7.2e-6 mbar");
     assert!(pressure["found"].as_str().unwrap().starts_with("it is "), "{refused}");
-    assert!(refused["problem"].as_str().unwrap().contains("must be below 7.2e-6 mbar; pump down first"), "{refused}");
+    assert!(refused["detail"].as_str().unwrap().contains("must be below 7.2e-6 mbar; pump down first"), "{refused}");
     let trail = trail(&station);
     assert_eq!(trail[1][0], "refused", "{trail:#?}");
     assert!(trail[1][5].contains("pump down first"), "{trail:#?}");
@@ -80,7 +84,7 @@ fn a_pressure_that_rises_after_arming_prevents_the_execution() {
     station.outside(|scene| scene.set_environment(Outside::mbar(5e-4)));
     station.until_pa(|pa| pa > 1e-2);
     let (status, refused) = station.execute(OPERATOR, &armed);
-    assert_eq!((status, &refused["conditions"][2]["holds"]), (409, &json!(false)), "{refused}");
+    assert_eq!((status, &refused["conditions"][2]["is_met"]), (409, &json!(false)), "{refused}");
     assert!(!station.is_degassing());
     assert!(trail(&station).last().unwrap()[5].starts_with("not sent: ba.process-value is "), "{:#?}", trail(&station));
 }
@@ -92,7 +96,7 @@ fn a_write_records_the_values_before_and_after() {
     let (status, armed) = station.arm(ENGINEER, &write(SAFE_VALUE, "12.5 Pascal"));
     assert_eq!(status, 200, "{armed}");
     assert_eq!((&armed["before"], &armed["after"]), (&json!("0 mbar"), &json!("0.125 mbar")), "{armed}");
-    assert_eq!(armed["risk"]["class"], "kept");
+    assert_eq!(armed["risk"]["class"], "persistent");
     let (status, done) = station.execute(ENGINEER, &armed);
     assert_eq!(status, 200, "{done}");
     assert_eq!((&done["before"], &done["after"]), (&json!("0 mbar"), &json!("0.125 mbar")), "{done}");
@@ -101,11 +105,11 @@ fn a_write_records_the_values_before_and_after() {
     let all = blocks.as_array().unwrap().iter().flat_map(|block| block["parameters"].as_array().unwrap());
     let safe = all.clone().find(|parameter| parameter["target"] == SAFE_VALUE).unwrap();
     assert_eq!(
-        (&safe["value"], &safe["write"]["takes"]),
+        (&safe["value"], &safe["write"]["expects"]),
         (&json!("0.125 mbar"), &json!("a pressure of 0 mbar or more"))
     );
     let state = all.clone().find(|parameter| parameter["target"] == "pirani.safe-state").unwrap();
-    assert_eq!(state["write"]["choices"], json!(["zero", "full-scale", "hold-last-value", "use-safe-value"]));
+    assert_eq!(state["write"]["allowed_values"], json!(["zero", "full-scale", "hold-last-value", "use-safe-value"]));
 }
 
 #[test]
@@ -113,12 +117,12 @@ fn a_user_without_the_role_is_refused_and_told_which_role_it_needs() {
     let station = MemoryStation::new(1e-6);
     let (status, refused) = station.arm(VIEWER, &json!({ "command": DEGAS }));
     assert_eq!(status, 403, "{refused}");
-    assert_eq!(refused["problem"], "ba.degas-on needs the role operator, Vera has viewer");
-    assert_eq!(station.post(VIEWER, "/api/mastership/ask", None).0, 403);
+    assert_eq!(refused["detail"], "ba.degas-on needs the role operator, Vera has viewer");
+    assert_eq!(station.post(VIEWER, "/api/control-authority/request", None).0, 403);
     station.take_control(OPERATOR);
     let (status, refused) = station.arm(OPERATOR, &write(SAFE_VALUE, "1"));
     assert_eq!(
-        (status, &refused["problem"]),
+        (status, &refused["detail"]),
         (403, &json!("pirani.safe-value needs the role engineer, Otto has operator"))
     );
     assert_eq!(station.arm(OPERATOR, &json!({ "command": "manual-mode" })).0, 403);
@@ -133,7 +137,7 @@ fn a_user_whose_role_was_lowered_after_arming_executes_nothing() {
     for (role, has) in [(Role::Viewer, "viewer"), (Role::Operator, "operator")] {
         let (status, refused) = station.execute((ENGINEER.0, role), &armed);
         let why = format!("pirani.safe-value needs the role engineer, Erna has {has}");
-        assert_eq!((status, &refused["problem"]), (403, &json!(why)));
+        assert_eq!((status, &refused["detail"]), (403, &json!(why)));
     }
     assert!(trail(&station).iter().all(|row| row[0] != "execute"), "{:#?}", trail(&station));
     assert_eq!(station.execute(ENGINEER, &armed).0, 200, "the command is still armed");
@@ -145,14 +149,14 @@ fn a_command_is_executed_once_and_only_by_the_user_who_armed_it() {
     station.take_control(ENGINEER);
     let (_, armed) = station.arm(ENGINEER, &write(SAFE_VALUE, "1"));
     let (status, refused) = station.execute(OPERATOR, &armed);
-    assert_eq!((status, &refused["problem"]), (403, &json!("Erna armed this command: only Erna may execute it")));
+    assert_eq!((status, &refused["detail"]), (403, &json!("Erna armed this command: only Erna may execute it")));
     assert_eq!(station.execute(ENGINEER, &armed).0, 200);
     let (status, refused) = station.execute(ENGINEER, &armed);
-    assert_eq!((status, &refused["problem"]), (409, &json!("the command was already executed: arm it again")));
+    assert_eq!((status, &refused["detail"]), (409, &json!("the command was already executed: arm it again")));
     let (_, armed) = station.arm(ENGINEER, &write(SAFE_VALUE, "2"));
     assert_eq!(station.disarm(ENGINEER, &armed).0, 204);
-    assert_eq!(station.execute(ENGINEER, &armed).1["problem"], "the command was disarmed: arm it again");
-    assert_eq!(station.post(ENGINEER, "/api/orders/nothing/fire", None).0, 404);
+    assert_eq!(station.execute(ENGINEER, &armed).1["detail"], "the command was disarmed: arm it again");
+    assert_eq!(station.post(ENGINEER, "/api/armed-commands/nothing/execute", None).0, 404);
     assert_eq!(trail(&station).iter().filter(|row| row[0] == "execute").count(), 1);
 }
 
@@ -165,7 +169,7 @@ fn a_value_that_changed_after_arming_is_not_overwritten() {
     assert_eq!(station.execute(ENGINEER, &second).0, 200);
     let (status, refused) = station.execute(ENGINEER, &first);
     let sentence = "pirani.safe-value was 0 mbar when it was armed and is 2 mbar now";
-    assert_eq!((status, &refused["problem"]), (409, &json!(sentence)));
+    assert_eq!((status, &refused["detail"]), (409, &json!(sentence)));
     assert_eq!(trail(&station).last().unwrap()[5], format!("not sent: {sentence}"));
 }
 
@@ -173,18 +177,18 @@ fn a_value_that_changed_after_arming_is_not_overwritten() {
 fn a_change_of_control_disarms_all_commands() {
     let station = MemoryStation::new(1e-6);
     let (status, refused) = station.arm(OPERATOR, &json!({ "command": DEGAS }));
-    assert_eq!((status, &refused["problem"]), (409, &json!("no one has control: request control first")));
+    assert_eq!((status, &refused["detail"]), (409, &json!("no one has control: request control first")));
     station.take_control(OPERATOR);
     let (_, armed) = station.arm(OPERATOR, &json!({ "command": DEGAS }));
-    let (status, authority) = station.post(ENGINEER, "/api/mastership/take-over", None);
+    let (status, authority) = station.post(ENGINEER, "/api/control-authority/take-over", None);
     assert_eq!((status, &authority["holder"]), (200, &json!("Erna")));
     let (status, refused) = station.execute(OPERATOR, &armed);
     let sentence = "the command was disarmed when control changed hands: arm it again";
-    assert_eq!((status, &refused["problem"]), (409, &json!(sentence)));
+    assert_eq!((status, &refused["detail"]), (409, &json!(sentence)));
     let (status, refused) = station.arm(OPERATOR, &json!({ "command": DEGAS }));
-    assert_eq!((status, &refused["problem"]), (409, &json!("Erna has control")));
-    assert_eq!(station.post(OPERATOR, "/api/mastership/ask", None).1["asked_by"], "Otto");
-    assert_eq!(station.post(ENGINEER, "/api/mastership/grant", None).1["holder"], "Otto");
+    assert_eq!((status, &refused["detail"]), (409, &json!("Erna has control")));
+    assert_eq!(station.post(OPERATOR, "/api/control-authority/request", None).1["requested_by"], "Otto");
+    assert_eq!(station.post(ENGINEER, "/api/control-authority/grant", None).1["holder"], "Otto");
     let sentences: Vec<_> = trail(&station).into_iter().map(|row| row[5].clone()).collect();
     assert_eq!(
         sentences,
@@ -216,7 +220,7 @@ fn of_many_simultaneous_requests_one_user_gets_control() {
         assert_eq!(released.count(), 1);
     }
     assert!(station.services.recorder().flush());
-    let (_, rows) = station.get(VIEWER, "/api/audit?most=1000");
+    let (_, rows) = station.get(VIEWER, "/api/audit?limit=1000");
     let count = |words: &str| rows.as_array().unwrap().iter().filter(|row| row["outcome"] == words).count();
     assert_eq!((count("took control, which was free"), count("released control")), (50, 50));
 }
@@ -240,7 +244,7 @@ fn a_refusal_of_the_gauge_is_reported_with_its_reason() {
     assert_eq!(status, 200, "{armed}");
     let (status, refused) = station.execute(ENGINEER, &armed);
     assert_eq!(status, 409, "{refused}");
-    let sentence = refused["problem"].as_str().unwrap();
+    let sentence = refused["detail"].as_str().unwrap();
     assert!(
         sentence.contains("writing was refused with ") && sentence.contains("code 2: lower or upper"),
         "{sentence}"
@@ -259,7 +263,7 @@ fn nothing_is_sent_while_the_audit_trail_cannot_be_written() {
     let (status, refused) = station.execute(OPERATOR, &armed);
     assert_eq!(status, 503, "{refused}");
     assert!(
-        refused["problem"]
+        refused["detail"]
             .as_str()
             .unwrap()
             .starts_with("nothing was sent, because the audit trail cannot be written: ")
@@ -276,7 +280,7 @@ fn the_unit_and_the_number_type_are_never_written() {
     for target in ["pirani.data-units", "pirani.data-type"] {
         let (status, refused) = station.arm(ENGINEER, &write(target, "Torr"));
         assert_eq!(status, 409, "{refused}");
-        assert!(refused["problem"].as_str().unwrap().contains("profivac write"), "{refused}");
+        assert!(refused["detail"].as_str().unwrap().contains("profivac write"), "{refused}");
     }
 }
 
@@ -289,13 +293,13 @@ fn an_invalid_request_is_answered_with_what_was_expected() {
         (write("pirani.safe-valve", "1"), 400, "did you mean"),
         (json!({ "command": "explode" }), 400, "bcg450 has no command \"explode\""),
         (json!({ "target": SAFE_VALUE }), 400, "expected either a command, or a target and its value"),
-        (json!({ "password": "orchid ladder" }), 400, "expected JSON as /api/openapi.json describes it"),
+        (json!({ "password": "orchid ladder" }), 400, "expected a JSON body as /api/openapi.json describes it"),
         (write("pirani.process-value", "1"), 400, "read-only"),
         (write("ba.hot-cathode-block-state-command", "explode"), 400, "expected one of inactive, degas-off"),
     ] {
         let (found, refused) = station.arm(ENGINEER, &request);
         assert_eq!(found, status, "{refused}");
-        assert!(refused["problem"].as_str().unwrap().contains(part), "{refused}");
+        assert!(refused["detail"].as_str().unwrap().contains(part), "{refused}");
         assert!(!refused.to_string().contains("orchid"), "{refused}");
     }
     assert_eq!(station.post(ENGINEER, "/api/gauges/unknown/arm", Some(&write(SAFE_VALUE, "1"))).0, 404);
@@ -308,19 +312,19 @@ fn the_audit_trail_is_exported_and_cannot_be_changed() {
     let station = MemoryStation::new(1e-6);
     let formula = ("=1+1", Role::Engineer);
     station.take_control(formula);
-    station.post(formula, "/api/mastership/release", None);
+    station.post(formula, "/api/control-authority/release", None);
     station.take_control(ENGINEER);
     let (_, armed) = station.arm(ENGINEER, &write(SAFE_VALUE, "1"));
     assert_eq!(station.execute(ENGINEER, &armed).0, 200);
     let table = station.text("/api/audit.csv");
     let mut lines = table.lines();
-    assert!(lines.next().unwrap().starts_with("id,time,what,of,who,role,peer,gauge,segment,address,target,"));
+    assert!(lines.next().unwrap().starts_with("id,time,action,refers_to,user,role,peer,gauge,segment,address,target,"));
     assert!(lines.next().unwrap().contains(",control-authority,,\"'=1+1\",engineer,"), "a name is no formula: {table}");
     assert!(table.contains(",\"0 mbar\",\"1 mbar\",\"done\","), "{table}");
-    let (_, rows) = station.get(VIEWER, "/api/audit?gauge=chamber&who=Erna&most=1");
-    assert_eq!((rows.as_array().unwrap().len(), &rows[0]["what"]), (1, &json!("outcome")));
-    assert_eq!(station.get(VIEWER, "/api/audit?who=Otto").1, json!([]));
-    assert_eq!(station.get(VIEWER, "/api/audit?most=0").0, 400);
+    let (_, rows) = station.get(VIEWER, "/api/audit?gauge=chamber&user=Erna&limit=1");
+    assert_eq!((rows.as_array().unwrap().len(), &rows[0]["action"]), (1, &json!("outcome")));
+    assert_eq!(station.get(VIEWER, "/api/audit?user=Otto").1, json!([]));
+    assert_eq!(station.get(VIEWER, "/api/audit?limit=0").0, 400);
     let other = rusqlite::Connection::open(station.database()).unwrap();
     for sql in ["UPDATE audit SET user_name = 'Eve'", "DELETE FROM audit"] {
         let refused = other.execute_batch(sql).unwrap_err().to_string();
@@ -338,7 +342,7 @@ fn data_exchange_continues_while_commands_are_executed() {
     }
     let lost = station.ask_outside(|scene| scene.master().unwrap().counters(5).unwrap().lost);
     assert_eq!(lost, 0);
-    until("data exchange", || (station.gauge().standing == BusStationState::Exchanging).then_some(()));
+    until("data exchange", || (station.gauge().state == BusStationState::DataExchange).then_some(()));
 }
 
 #[test]
@@ -346,7 +350,7 @@ fn an_outcome_is_recorded_when_the_browser_has_gone() {
     let station = MemoryStation::new(1e-6);
     station.take_control(ENGINEER);
     let (_, armed) = station.arm(ENGINEER, &write(SAFE_VALUE, "1"));
-    station.execute_and_leave(ENGINEER, &armed, || (trail(&station).last()?[0] == "fired").then_some(()));
+    station.execute_and_leave(ENGINEER, &armed, || (trail(&station).last()?[0] == "execute").then_some(()));
     until("the outcome", || trail(&station).last().filter(|row| row[5] == "done").cloned());
 }
 
@@ -399,6 +403,6 @@ fn viewers_leave_room_in_the_queue_for_operators() {
         }
         let Ok(SegmentRequest::Preview(_, _, answer)) = requests.recv() else { panic!("expected the preview") };
         answer.send(Err(Unavailable::SegmentDown("asked".to_owned()).into())).unwrap();
-        assert_eq!(arm.join().unwrap().1["problem"], "asked");
+        assert_eq!(arm.join().unwrap().1["detail"], "asked");
     });
 }

@@ -96,7 +96,7 @@ impl Fixture {
 }
 
 fn problem(answer: &(u16, Value)) -> (u16, &str) {
-    (answer.0, answer.1["problem"].as_str().unwrap())
+    (answer.0, answer.1["detail"].as_str().unwrap())
 }
 
 #[test]
@@ -129,7 +129,7 @@ fn an_alarm_is_raised_acknowledged_and_returns() {
     assert!(fixture.services.recorder().flush());
     let history = fixture.get(&format!("/api/alarms/history?from=0&to={}", i64::MAX));
     let told: Vec<_> =
-        history.as_array().unwrap().iter().map(|line| (line["what"].as_str().unwrap(), &line["who"])).collect();
+        history.as_array().unwrap().iter().map(|line| (line["change"].as_str().unwrap(), &line["user"])).collect();
     assert_eq!(told, [("returned", &Value::Null), ("acknowledged", &json!("Ada")), ("raised", &Value::Null)]);
     assert_eq!(
         (&history[2]["value"], &history[2]["unit"], &history[2]["subject"]),
@@ -182,7 +182,7 @@ fn an_acknowledgement_of_an_earlier_occurrence_is_refused() {
     fixture.evaluate(0.5);
     let (status, sentence) = fixture.post("/api/alarms/too%20high/acknowledge", &seen, Role::Operator);
     assert_eq!(status, 409);
-    assert!(sentence["problem"].as_str().unwrap().starts_with("too high was raised again"), "{sentence}");
+    assert!(sentence["detail"].as_str().unwrap().starts_with("too high was raised again"), "{sentence}");
     let unknown = fixture.post("/api/alarms/nobody/acknowledge", &seen, Role::Operator);
     assert_eq!(problem(&unknown), (404, "there is no alarm \"nobody\""));
     let now = json!({ "occurrence": fixture.alarm("too high")["occurrence"] });
@@ -216,7 +216,7 @@ fn an_alarm_is_taken_out_of_service_and_returned() {
     let leave = json!({ "reason": " calibration ", "minutes": 30 });
     let (status, out) = fixture.post("/api/alarms/too%20high/out-of-service", &leave, Role::Engineer);
     let told = &out["out_of_service"];
-    assert_eq!((status, &told["who"], &told["reason"]), (200, &json!("Ada"), &json!("calibration")));
+    assert_eq!((status, &told["user"], &told["reason"]), (200, &json!("Ada"), &json!("calibration")));
     assert_eq!(told["until_ms"].as_i64().unwrap() - told["at_ms"].as_i64().unwrap(), 1_800_000);
     fixture.evaluate(0.5);
     assert_eq!(fixture.alarm("too high")["state"], "out-of-service");
@@ -243,7 +243,7 @@ fn changes_by_users_are_in_the_audit_trail() {
     // What is answered is written: nobody flushes here.
     let rows = fixture.get("/api/audit?gauge=chamber");
     let cell = |row: &Value, name: &str| row[name].as_str().unwrap_or_default().to_owned();
-    let columns = ["what", "who", "role", "peer", "target", "before", "after", "outcome"];
+    let columns = ["action", "user", "role", "peer", "target", "before", "after", "outcome"];
     let rows: Vec<_> = rows.as_array().unwrap().iter().rev().map(|row| columns.map(|name| cell(row, name))).collect();
     let at = "10.0.0.7";
     assert_eq!(
@@ -284,7 +284,7 @@ fn an_invalid_request_is_refused_with_a_sentence() {
         ("out-of-service", "{\"minutes\": 5}"),
     ] {
         let (status, told) = fixture.ask("POST", &path(rest), body, Role::Engineer);
-        assert!(status == 400 && told["problem"].is_string(), "{rest} {body}: {status} {told}");
+        assert!(status == 400 && told["detail"].is_string(), "{rest} {body}: {status} {told}");
     }
     let long = json!({ "reason": "x".repeat(501) });
     assert_eq!(fixture.post(&path("out-of-service"), &long, Role::Engineer).0, 400);
@@ -293,7 +293,7 @@ fn an_invalid_request_is_refused_with_a_sentence() {
     assert_eq!(fixture.post("/api/alarms/acknowledge", &json!({ "alarms": [] }), Role::Operator).0, 400);
     assert_eq!(fixture.ask("GET", &path("acknowledge"), "", Role::Operator).0, 405);
     assert_eq!(fixture.ask("POST", "/api/alarms", "{}", Role::Operator).0, 405);
-    for query in ["", "?from=2&to=1", "?from=0&to=1&most=0", "?from=a&to=1"] {
+    for query in ["", "?from=2&to=1", "?from=0&to=1&limit=0", "?from=a&to=1"] {
         assert_eq!(fixture.ask("GET", &format!("/api/alarms/history{query}"), "", Role::Viewer).0, 400, "{query}");
     }
     assert_eq!(fixture.alarm("too high")["state"], "normal");
@@ -307,6 +307,6 @@ fn the_overview_lists_the_most_urgent_alarms_first() {
     assert_eq!(standing["high"], json!({ "active": 1, "unacknowledged": 1 }));
     assert_eq!(standing["medium"], json!({ "active": 1, "unacknowledged": 1 }));
     let names: Vec<_> =
-        standing["list"].as_array().unwrap().iter().map(|alarm| alarm["name"].as_str().unwrap()).collect();
-    assert_eq!((names, &standing["trouble"]), (vec!["too high", "history"], &Value::Null));
+        standing["alarms"].as_array().unwrap().iter().map(|alarm| alarm["name"].as_str().unwrap()).collect();
+    assert_eq!((names, &standing["problem"]), (vec!["too high", "history"], &Value::Null));
 }

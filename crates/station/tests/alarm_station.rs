@@ -88,7 +88,7 @@ fn the_station_notices_when_the_alarms_are_not_evaluated() {
     let services = station.services();
     station.restart_ended_threads().unwrap();
     until(&services, "too high", AlarmState::Unacknowledged);
-    assert_eq!(services.alarms().overview().trouble, None);
+    assert_eq!(services.alarms().overview().problem, None);
     assert!(services.alarms().evaluated_ago().unwrap() < support::TIMEOUT);
     station.stop();
     assert_eq!(services.alarms().evaluated_ago(), None, "no thread evaluates any more");

@@ -263,19 +263,19 @@ fn a_fault_alarm_returns_when_the_gauge_exchanges_data_without_exceptions() {
     let mut fixture = Fixture::new(vec![rule(Condition::Fault { gauge: "chamber".to_owned() }, 0, 0)]);
     let with = |standing, exceptions: &[&str]| {
         let mut inputs = inputs(1.0, Quality::Valid);
-        inputs.gauges[0].standing = standing;
+        inputs.gauges[0].state = standing;
         inputs.gauges[0].exceptions = exceptions.iter().map(|&words| words.to_owned()).collect();
         inputs
     };
-    assert_eq!(fixture.evaluate(&with(BusStationState::Exchanging, &[])), []);
+    assert_eq!(fixture.evaluate(&with(BusStationState::DataExchange, &[])), []);
     assert_eq!(
-        fixture.evaluate(&with(BusStationState::Faulty, &["filament broken", "Pirani error"])),
+        fixture.evaluate(&with(BusStationState::Fault, &["filament broken", "Pirani error"])),
         [ChangeKind::Raised]
     );
     assert_eq!(fixture.status().text, "chamber reports filament broken, Pirani error");
     assert_eq!(fixture.evaluate(&with(BusStationState::Missing, &[])), [], "a missing gauge does not clear its fault");
     let now = fixture.now();
-    let changes = fixture.registry.evaluate(&with(BusStationState::Exchanging, &[]), now);
+    let changes = fixture.registry.evaluate(&with(BusStationState::DataExchange, &[]), now);
     assert_eq!(changes.iter().map(|change| change.kind).collect::<Vec<_>>(), [ChangeKind::Returned]);
     assert_eq!(changes[0].text, "", "a return has no sentence about the fault");
 }
@@ -310,7 +310,7 @@ fn a_segment_that_does_not_run_or_is_absent_raises_an_alarm() {
     assert_eq!(down().evaluate(&inputs(1.0, Quality::Valid)), []);
     let mut lost = inputs(1.0, Quality::Valid);
     lost.segments[0].state = SegmentState::Waiting;
-    lost.segments[0].trouble = Some("the port is lost".to_owned());
+    lost.segments[0].problem = Some("the port is lost".to_owned());
     let mut fixture = down();
     assert_eq!(fixture.evaluate(&lost), [ChangeKind::Raised]);
     assert_eq!(fixture.status().text, "segment hall does not run: the port is lost");
@@ -327,7 +327,7 @@ fn damaged_telegrams_are_counted_over_a_minute() {
         let seen: Vec<_> = (0..180)
             .flat_map(|second| {
                 let mut inputs = inputs(1.0, Quality::Valid);
-                inputs.segments[0].damaged = 1000 + (per_second * f64::from(second)) as u32;
+                inputs.segments[0].damaged_telegrams = 1000 + (per_second * f64::from(second)) as u32;
                 fixture.evaluate_for(&inputs, 1000)
             })
             .collect();
@@ -337,7 +337,7 @@ fn damaged_telegrams_are_counted_over_a_minute() {
     let (seen, mut fixture) = run(0.6);
     assert_eq!(seen, [ChangeKind::Raised]);
     let mut anew = inputs(1.0, Quality::Valid);
-    anew.segments[0].damaged = 3;
+    anew.segments[0].damaged_telegrams = 3;
     assert_eq!(fixture.evaluate(&anew), [ChangeKind::Returned], "a restarted master counts from zero");
 }
 

@@ -98,14 +98,15 @@ fn snapshot() -> SegmentSnapshot {
         segment: "hall".to_owned(),
         address: 5,
         device: "bcg450".to_owned(),
-        standing: BusStationState::Exchanging,
-        trouble: None,
+        state: BusStationState::DataExchange,
+        problem: None,
         exceptions: Vec::new(),
         gas: "ar".to_owned(),
         levels: Vec::new(),
         readings: vec![reading],
         age_ms: None,
         poll_ms: 200,
+        stale_after_ms: 3000,
     };
     let segment = Segment {
         name: "hall".to_owned(),
@@ -113,9 +114,9 @@ fn snapshot() -> SegmentSnapshot {
         baud: 19200,
         master: 0,
         state: SegmentState::Running,
-        trouble: None,
+        problem: None,
         cycle_ms: Some(20.0),
-        damaged: 0,
+        damaged_telegrams: 0,
         stations: Vec::new(),
     };
     SegmentSnapshot { segment, gauges: vec![gauge] }
@@ -128,7 +129,7 @@ fn the_api_serves_the_published_snapshot() {
     assert_eq!(station.json("/api/segments")[0]["state"], "running");
     let gauge = station.json("/api/gauges/chamber");
     assert_eq!(gauge, station.json("/api/gauges")[0]);
-    assert_eq!((&gauge["standing"], &gauge["readings"][0]["pa"]), (&"exchanging".into(), &1e-4.into()));
+    assert_eq!((&gauge["state"], &gauge["readings"][0]["pa"]), (&"data-exchange".into(), &1e-4.into()));
     assert_eq!(station.problem("/api/gauges/unknown"), (404, "there is no gauge \"unknown\"".to_owned()));
 }
 

@@ -56,7 +56,7 @@ fn child_executes_until_it_is_killed() {
 fn preview() -> OperationPreview {
     let request = OperationRequest { command: Some("degas-on".to_owned()), ..OperationRequest::default() };
     let operation = Operation::resolve(&MODEL, &request).unwrap();
-    let risk = Risk { class: RiskClass::Dangerous, words: operation.command.unwrap().risk.to_owned() };
+    let risk = Risk { class: RiskClass::Dangerous, description: operation.command.unwrap().risk.to_owned() };
     OperationPreview {
         device: "bcg450",
         address: 5,

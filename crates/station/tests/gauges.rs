@@ -47,11 +47,11 @@ impl Fixture {
     }
 
     fn exchanging(&self, name: &str) -> Gauge {
-        self.until(name, |gauge| gauge.standing == BusStationState::Exchanging)
+        self.until(name, |gauge| gauge.state == BusStationState::DataExchange)
     }
 
     fn until_problem(&self, name: &str, part: &str) -> Gauge {
-        self.until(name, |gauge| gauge.trouble.as_deref().is_some_and(|problem| problem.contains(part)))
+        self.until(name, |gauge| gauge.problem.as_deref().is_some_and(|problem| problem.contains(part)))
     }
 
     /// The number of samples of a gauge.
@@ -101,9 +101,9 @@ fn a_gauge_that_was_replaced_by_another_device_is_reported() {
     fixture.exchanging("fore");
     fixture.hall.apply(Fault::Swap(5, "psg550@5"));
     let chamber = fixture.until_problem("chamber", "the station's file says bcg450");
-    assert_eq!(chamber.standing, BusStationState::Missing);
+    assert_eq!(chamber.state, BusStationState::Missing);
     assert!(chamber.readings.iter().all(|reading| (reading.pa, reading.quality) == (None, Quality::Gap)));
-    assert_eq!(fixture.services.snapshots().gauge("fore").unwrap().standing, BusStationState::Exchanging);
+    assert_eq!(fixture.services.snapshots().gauge("fore").unwrap().state, BusStationState::DataExchange);
     // The configured device with another unit.
     fixture.hall.apply(Fault::Swap(5, "bcg450@5:unit=torr"));
     let chamber = fixture.exchanging("chamber");
@@ -144,7 +144,7 @@ fn the_progress_of_reading_parameters_is_published() {
         assert!(!blocks.is_finished(), "the blocks were read without progress");
         fixture.services.snapshots().read_progress().into_iter().find(|progress| progress.done > 10)
     });
-    assert!(progress.gauge == "chamber" && progress.done < progress.of && progress.of > 50, "{progress:?}");
+    assert!(progress.gauge == "chamber" && progress.done < progress.total && progress.total > 50, "{progress:?}");
     assert!(!blocks.join().unwrap().is_empty());
     assert_eq!(fixture.services.snapshots().read_progress(), []);
     fixture.station.stop();
@@ -187,7 +187,7 @@ fn executing_commands_leaves_no_gap_in_the_samples() {
     // A write and the requests around it take some poll intervals.
     let during = fixture.samples("fore") - before;
     assert!(during > 10, "sampled {during} times");
-    assert_eq!(fixture.services.snapshots().gauge("chamber").unwrap().standing, BusStationState::Exchanging);
+    assert_eq!(fixture.services.snapshots().gauge("chamber").unwrap().state, BusStationState::DataExchange);
     fixture.station.stop();
 }
 

@@ -18,11 +18,11 @@ fn until(services: &Services, what: &str, seen: impl Fn(&Services) -> bool) {
 }
 
 fn is_exchanging(services: &Services, gauge: &str) -> bool {
-    services.snapshots().gauge(gauge).is_some_and(|gauge| gauge.standing == BusStationState::Exchanging)
+    services.snapshots().gauge(gauge).is_some_and(|gauge| gauge.state == BusStationState::DataExchange)
 }
 
 fn all_exchange(services: &Services, count: usize) -> bool {
-    services.snapshots().gauges().iter().filter(|gauge| gauge.standing == BusStationState::Exchanging).count() == count
+    services.snapshots().gauges().iter().filter(|gauge| gauge.state == BusStationState::DataExchange).count() == count
 }
 
 #[test]
@@ -36,14 +36,14 @@ fn a_segment_recovers_from_each_fault_and_the_others_are_not_affected() {
         let [gauge, neighbour] = [format!("g{number}.5"), format!("g{number}.6")];
         segment.apply(Fault::Power(5, false));
         until(&services, "a gauge without power", |services| {
-            services.snapshots().gauge(&gauge).unwrap().standing == BusStationState::Missing
+            services.snapshots().gauge(&gauge).unwrap().state == BusStationState::Missing
         });
         assert!(is_exchanging(&services, &neighbour), "{neighbour}");
         segment.apply(Fault::Power(5, true));
         until(&services, "the gauge has power again", |services| is_exchanging(services, &gauge));
         segment.send_noise(&[0x68, 0xFF, 0x10, 0xDC, 0x01, 0x05, 0xE5, 0x00, 0x16].repeat(40));
         segment.apply(Fault::Cut);
-        until(&services, "the line is cut", |services| services.snapshots().segments()[number].trouble.is_some());
+        until(&services, "the line is cut", |services| services.snapshots().segments()[number].problem.is_some());
         let others = (0..3).filter(|other| *other != number);
         assert!(
             others.map(|other| format!("g{other}.6")).all(|other| is_exchanging(&services, &other)),

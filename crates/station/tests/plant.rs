@@ -66,7 +66,7 @@ fn gauge(services: &Services, name: &str, wanted: impl Fn(&Gauge) -> bool) -> Ga
 }
 
 fn exchanging(services: &Services, name: &str) -> Gauge {
-    gauge(services, name, |gauge| gauge.standing == BusStationState::Exchanging)
+    gauge(services, name, |gauge| gauge.state == BusStationState::DataExchange)
 }
 
 fn segment(services: &Services, name: &str) -> Segment {
@@ -92,8 +92,8 @@ fn gauges_are_found_sampled_and_recorded() {
     let old = gauge(&services, "old", |gauge| !gauge.readings.is_empty());
     assert_eq!(principles(&old), [None; 4], "the controller does not report them");
     let map = segment(&services, "hall").stations;
-    let addresses: Vec<_> = map.iter().map(|station| (station.address, station.standing)).collect();
-    assert_eq!(addresses[0], (1, BusStationState::Ourselves));
+    let addresses: Vec<_> = map.iter().map(|station| (station.address, station.state)).collect();
+    assert_eq!(addresses[0], (1, BusStationState::OwnMaster));
     assert_eq!(addresses.iter().map(|(address, _)| *address).collect::<Vec<_>>(), [1, 5, 6, 7, 8]);
     station.stop();
     let samples = services.recorder().open_reader().unwrap().samples("chamber", Micros(0), Micros(i64::MAX)).unwrap();
@@ -113,7 +113,7 @@ fn parameters_are_read_during_data_exchange() {
     let all: Vec<_> = blocks.iter().flat_map(|block| &block.parameters).collect();
     let read = all.iter().filter(|parameter| parameter.value.is_some()).count();
     assert!(read > 50, "{read} of {}", all.len());
-    assert_eq!(services.snapshots().gauge("chamber").unwrap().standing, BusStationState::Exchanging);
+    assert_eq!(services.snapshots().gauge("chamber").unwrap().state, BusStationState::DataExchange);
     station.stop();
 }
 
@@ -125,15 +125,15 @@ fn a_missing_gauge_and_another_device_are_reported_in_a_sentence() {
     let station = Station::start(fixture.config(&[("hall", &gauges)])).unwrap();
     let services = station.services();
     exchanging(&services, "chamber");
-    let other = gauge(&services, "other", |gauge| gauge.trouble.is_some());
-    assert_eq!((other.standing, other.trouble.as_deref()), (BusStationState::Missing, Some("no slave answers")));
+    let other = gauge(&services, "other", |gauge| gauge.problem.is_some());
+    assert_eq!((other.state, other.problem.as_deref()), (BusStationState::Missing, Some("no slave answers")));
     station.stop();
     // The services hold the database.
     drop(services);
     let wrong = Station::start(fixture.config(&[("hall", &["chamber psg550 5"])])).unwrap();
     let services = wrong.services();
-    let chamber = gauge(&services, "chamber", |gauge| gauge.trouble.is_some());
-    assert_eq!(chamber.trouble.as_deref(), Some("it is a bcg450, the station's file says psg550"));
+    let chamber = gauge(&services, "chamber", |gauge| gauge.problem.is_some());
+    assert_eq!(chamber.problem.as_deref(), Some("it is a bcg450, the station's file says psg550"));
     wrong.stop();
 }
 
@@ -146,13 +146,13 @@ fn a_lost_segment_does_not_affect_another() {
     let services = station.services();
     exchanging(&services, "chamber");
     let annex = until("a problem of the annex", || {
-        Some(segment(&services, "annex")).filter(|segment| segment.trouble.is_some())
+        Some(segment(&services, "annex")).filter(|segment| segment.problem.is_some())
     });
-    assert!(annex.trouble.unwrap().contains("annex"));
+    assert!(annex.problem.unwrap().contains("annex"));
     fixture.memory_segment("annex", &["bcg450@5"]);
     exchanging(&services, "second");
-    assert_eq!(services.snapshots().gauge("chamber").unwrap().standing, BusStationState::Exchanging);
-    assert_eq!(segment(&services, "annex").trouble, None);
+    assert_eq!(services.snapshots().gauge("chamber").unwrap().state, BusStationState::DataExchange);
+    assert_eq!(segment(&services, "annex").problem, None);
     station.stop();
 }
 
@@ -215,13 +215,13 @@ fn a_command_armed_for_one_gauge_is_not_sent_to_another_of_the_same_name() {
     let request = OperationRequest { command: Some("stop".to_owned()), ..OperationRequest::default() };
     let command = services.control().arm(&actor, "chamber", &request).unwrap();
     station.reconfigure(fixture.config(&[("hall", &["chamber bcg450 6"])])).unwrap();
-    gauge(&services, "chamber", |gauge| gauge.address == 6 && gauge.standing == BusStationState::Exchanging);
+    gauge(&services, "chamber", |gauge| gauge.address == 6 && gauge.state == BusStationState::DataExchange);
     let refused = services.control().execute(&actor, &command.id).unwrap_err().to_string();
     assert_eq!(refused, "chamber was bcg450 at address 5 when it was armed and is bcg450 at 6 now");
     // The same device at the same address, on another segment.
     let command = services.control().arm(&actor, "chamber", &request).unwrap();
     station.reconfigure(fixture.config(&[("annex", &["chamber bcg450 6"])])).unwrap();
-    gauge(&services, "chamber", |gauge| gauge.segment == "annex" && gauge.standing == BusStationState::Exchanging);
+    gauge(&services, "chamber", |gauge| gauge.segment == "annex" && gauge.state == BusStationState::DataExchange);
     let refused = services.control().execute(&actor, &command.id).unwrap_err().to_string();
     let [hall, annex] = ["hall", "annex"].map(|name| format!("segment {name} at sim:{}", fixture.path(name).display()));
     assert_eq!(refused, format!("chamber was on {hall} when it was armed and is on {annex} now"));

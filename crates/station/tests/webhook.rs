@@ -185,19 +185,19 @@ fn a_notification_has_all_fields_and_its_token() {
     for (key, value) in [
         ("station", "Target hall".into()),
         ("alarm", "too high".into()),
-        ("what", "raised".into()),
+        ("change", "raised".into()),
         ("state", "unacknowledged".into()),
         ("priority", "medium".into()),
         ("gauge", "chamber".into()),
         ("value", 5.0.into()),
         ("limit", 1.0.into()),
         ("unit", "Pa".into()),
-        ("who", Value::Null),
+        ("user", Value::Null),
     ] {
         assert_eq!(first.body[key], value, "{key}");
     }
     let second = came.recv_timeout(LONG).unwrap();
-    assert_eq!((&second.body["what"], &second.body["state"]), (&"returned".into(), &"returned".into()));
+    assert_eq!((&second.body["change"], &second.body["state"]), (&"returned".into(), &"returned".into()));
     assert_ne!(first.body["id"], second.body["id"]);
     let view = fixture.until("ops", |view| view.delivered == 2 && view.waiting == 0);
     assert_eq!((view.at, view.problem), (format!("http://{address}"), None));
@@ -228,7 +228,7 @@ fn a_notification_is_repeated_until_it_is_accepted_and_in_order() {
     assert!(all.iter().all(|came| came.head.starts_with("POST /hook?key=abc ")), "redirects are not followed");
     let ids: Vec<_> = all.iter().map(|came| &came.body["id"]).collect();
     assert!(ids[..6].iter().all(|id| *id == ids[0]), "whoever gets it twice knows it again: {ids:?}");
-    assert_eq!((&all[5].body["what"], &all[6].body["what"]), (&"raised".into(), &"returned".into()));
+    assert_eq!((&all[5].body["change"], &all[6].body["change"]), (&"raised".into(), &"returned".into()));
     fixture.until("ops", |view| view.delivered == 2 && view.problem.is_none() && view.failing_since_ms.is_none());
     assert_eq!(
         fixture.events(),
@@ -285,13 +285,13 @@ fn a_notification_that_is_refused_or_too_old_or_one_too_many_is_given_up() {
     let fixture = Fixture::new(&[&hook]);
     fixture.chatter();
     let delivery = fixture.start(&hook, QUICK);
-    assert_eq!(came.recv_timeout(LONG).unwrap().body["what"], "raised");
-    assert_eq!(came.recv_timeout(LONG).unwrap().body["what"], "returned");
+    assert_eq!(came.recv_timeout(LONG).unwrap().body["change"], "raised");
+    assert_eq!(came.recv_timeout(LONG).unwrap().body["change"], "returned");
     fixture.until("ops", |view| (view.delivered, view.given_up) == (1, 1));
     drop(delivery);
     fixture.chatter();
     let delivery = fixture.start(&hook, DeliverySettings { max_queued: 1, ..QUICK });
-    assert_eq!(came.recv_timeout(LONG).unwrap().body["what"], "returned", "the older one is given up");
+    assert_eq!(came.recv_timeout(LONG).unwrap().body["change"], "returned", "the older one is given up");
     fixture.until("ops", |view| (view.delivered, view.given_up) == (1, 1));
     drop(delivery);
     fixture.chatter();

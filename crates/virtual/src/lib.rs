@@ -6,6 +6,7 @@
 //! |---|---|
 //! | [`device`] | a virtual device: a slave, its power switch, faults, and the pressure around it |
 //! | [`device_spec`] | devices from text such as `bcg450@5:unit=torr` |
+//! | [`action_text`] | faults, switches and potentiometers as users write them |
 //! | [`nonvolatile`] | nonvolatile memory in a file that survives a power cut |
 //! | [`memory_segment`] | a segment in memory, faster than real time |
 //! | [`segment_file`] | a segment in memory, described by a file, in real time |

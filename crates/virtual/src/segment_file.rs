@@ -86,7 +86,7 @@ pub enum SegmentFileError {
         /// From 1.
         column: usize,
         /// The error at this position.
-        error: EntryError,
+        error: Box<EntryError>,
     },
 }
 
@@ -149,7 +149,7 @@ impl SegmentFile {
     pub fn parse(text: &str, path: &Path) -> Result<Self, SegmentFileError> {
         Self::make(text, path).map_err(|Positioned { at, error }| {
             let (line, column) = line_and_column(text, at);
-            SegmentFileError::Text { name: path.display().to_string(), line, column, error }
+            SegmentFileError::Text { name: path.display().to_string(), line, column, error: Box::new(error) }
         })
     }
 

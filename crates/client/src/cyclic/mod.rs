@@ -12,7 +12,7 @@ use profivac_devices::profile::{ExceptionStatus, StatusExtension};
 use profivac_dp::link::Baud;
 use profivac_dp::master::SlaveParameters;
 
-/// What a class 1 master needs to exchange data with a slave.
+/// The data that a class 1 master needs to exchange data with a slave.
 #[derive(Clone, Copy, Debug)]
 pub struct CyclicSlave {
     /// The address.
@@ -294,7 +294,6 @@ mod tests {
     #[test]
     fn the_parameters_are_those_of_the_gsd_file() {
         for model in MODELS {
-            let model = model;
             let Some(unit) = model.units.first() else { continue };
             let slave = CyclicSlave {
                 address: 5,

@@ -27,8 +27,8 @@ const ATTEMPTS: usize = 3;
 ///
 /// Where several instances share a slot, a request for one of them moves the Channel Instance Selector. Dropping the gauge
 /// moves it back, also when an error or a panic ends the work. If the line is lost at that moment, the bus session keeps the
-/// original instance, and the next gauge at the same address restores it before its first request. So reading leaves no
-/// trace. [`restore_selector`](Self::restore_selector) does the same earlier and reports errors.
+/// original instance, and the next gauge at the same address restores it before its first request. So reading
+/// changes nothing. [`restore_selector`](Self::restore_selector) does the same earlier and reports errors.
 ///
 /// ```
 /// # use profivac_client::Bus;
@@ -425,12 +425,14 @@ impl<R: Records> Gauge<R> {
     ///
     /// ```
     /// # use profivac_client::Bus;
+    /// use profivac_devices::profile::DeviceState;
+    ///
     /// # let mut bus = Bus::builder("sim").open_on(profivac_virtual::open::devices(&["bcg450@5"])?)?;
     /// let mut gauge = bus.gauge(5)?;
-    /// if gauge.parameter("device.device-state")?.text == "IDLE" {
+    /// if gauge.device_state()? == DeviceState::Idle {
     ///     gauge.command("execute")?;
     /// }
-    /// assert_eq!(gauge.parameter("device.device-state")?.text, "EXECUTING");
+    /// assert_eq!(gauge.device_state()?, DeviceState::Executing);
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     ///

@@ -6,7 +6,7 @@ use crate::names::NamedParameter;
 use crate::records::Records;
 use crate::values::ValueFormat;
 use profivac_devices::model::{
-    Counts, DataType, Direction, Location, NumberType, ParameterValue, PressureFormat, Row, TypedParameter,
+    Counts, DataType, Direction, Location, NumberType, ParameterValue, PressureFormat, Row, Scale, TypedParameter,
 };
 use profivac_devices::profile::DeviceState;
 use profivac_devices::{bcg450, img400};
@@ -73,7 +73,7 @@ impl<R: Records> Gauge<R> {
         self.execute(PreparedWrite { named, octets, text, code, before })
     }
 
-    /// Reads the state of the device, on every model.
+    /// Reads the state of the device, on every model that has one: a TPG300 and a TPG500 have none.
     ///
     /// ```
     /// # use profivac_client::Bus;
@@ -86,7 +86,7 @@ impl<R: Records> Gauge<R> {
     /// ```
     ///
     /// # Errors
-    /// As [`read_typed`](Self::read_typed).
+    /// As [`read_typed`](Self::read_typed): [`TypedError::NotOnModel`] on a TPG300 or TPG500.
     pub fn device_state(&mut self) -> Result<DeviceState, ClientError> {
         let location = &bcg450::table::DEVICE;
         let block_device = bcg450::table::device_block::DeviceState;
@@ -106,18 +106,19 @@ impl<R: Records> Gauge<R> {
         })
     }
 
-    /// How a parameter writes its pressures. `length` is the number of its octets.
+    /// How a parameter writes its pressures. `length` is the number of its octets. The unit matters only for a pressure, and
+    /// the scale of the instance only for a pressure in COUNTS.
     fn pressure_format(&mut self, named: &NamedParameter, length: usize) -> Result<PressureFormat, ClientError> {
-        let unit = self.unit_of(named)?.or_else(|| self.model.units.first());
+        let is_pressure = named.parameter.row.data_type == DataType::ByType;
+        let unit = if is_pressure { self.unit()? } else { self.model.units.first() };
         let instance = super::instance_of(named);
         let spec = self.model.parts.iter().find(|spec| spec.part.instance == instance);
-        let counts = spec.map_or(Counts::Linear { per_mbar: 1.0 }, |spec| spec.counts);
-        let number = if length == 2 && named.parameter.row.data_type == DataType::ByType {
-            NumberType::Integer
-        } else {
-            NumberType::Float
+        let needs_scale = is_pressure && unit.is_some_and(|unit| unit.scale == Scale::Counts);
+        let counts = spec.map(|spec| spec.counts).or((!needs_scale).then_some(Counts::Linear { per_mbar: 1.0 }));
+        let (Some(unit), Some(counts)) = (unit, counts) else {
+            return Err(ClientError::Typed { place: self.context(named), error: TypedError::NoUnit });
         };
-        let unit = unit.ok_or_else(|| ClientError::Typed { place: self.context(named), error: TypedError::NoUnit })?;
+        let number = if is_pressure && length == 2 { NumberType::Integer } else { NumberType::Float };
         Ok(PressureFormat { unit, number, counts, max_integer: u16::MAX })
     }
 }

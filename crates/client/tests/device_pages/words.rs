@@ -126,7 +126,7 @@ pub const fn refusal(refusal: AccessError) -> &'static str {
         AccessError::AlreadyInState => "already in the requested state",
         AccessError::StateConflict => "not in this state",
         AccessError::OutOfRange => "outside the range or the enumeration",
-        AccessError::StorageFailed => "the nonvolatile memory took nothing",
+        AccessError::StorageFailed => "the nonvolatile memory failed; nothing is stored",
         AccessError::UnknownTask => "no such instruction",
         _ => "another reason",
     }

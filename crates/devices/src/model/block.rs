@@ -7,7 +7,7 @@ use super::codes::Codes;
 use super::value::DataType;
 use core::fmt;
 
-/// What a device stores of a value.
+/// The store class: whether a device stores a value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Storage {
     /// `N`: stored.

@@ -1,8 +1,8 @@
 //! The tasks of the parameter channel, executed with the same access to parameters that serves DP-V1.
 //!
 //! A write is executed once, when its request arrives with the outputs. A read is executed whenever the slave collects
-//! its inputs, so that the answer has the value of that cycle: errata-bpg-bcg-tpg 25. [`ParameterChannel`] holds the
-//! request between the two.
+//! its inputs, so that the answer has the value of that cycle: errata-bpg-bcg-tpg 25.
+//! [`ParameterChannel`](parameter_channel::ParameterChannel) holds the request between the two.
 
 use super::behaviour::Behaviour;
 use super::device::BlockDevice;

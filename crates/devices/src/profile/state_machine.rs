@@ -186,10 +186,12 @@ impl SelfTestResult {
     // memory are both defective cannot run reliably.
     #[must_use]
     pub fn found(common: CommonExceptions, alarm: bool) -> Self {
-        match () {
-            () if common.contains(CommonExceptions::EPROM | CommonExceptions::RAM) => Self::Critical,
-            () if alarm => Self::Alarm,
-            () => Self::Passed,
+        if common.contains(CommonExceptions::EPROM | CommonExceptions::RAM) {
+            Self::Critical
+        } else if alarm {
+            Self::Alarm
+        } else {
+            Self::Passed
         }
     }
 }

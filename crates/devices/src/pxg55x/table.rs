@@ -17,8 +17,7 @@ use profivac_wire::acyclic::Im0;
 block! {
     /// Identity, state and exceptions of a PCG55x.
     pub DeviceBlock in device_block = "Device Block", type 1;
-    // ID  parameter                    name as printed                           data type   access
-    // store  section
+    // ID  parameter                    name as printed                           data type   access         store  section
     15  StateCommand                    "Device Block State"                      UINT8       [     1_R/W 2_R/W]     N  "7.2.2" StateCommand;
     16  BlockType                       "Block Type ID"                           OSTRING(4)  [     1_R   2_R  ]     N  "7.1.1";
     17  DeviceType                      "Device Type"                             VSTRING(8)  [           2_R  ]     N  "7.1.2";
@@ -50,8 +49,7 @@ block! {
 block! {
     /// Identity, state and exceptions of a PSG55x: with one sensor instead of two, 27, 28, 205 and 209 are shorter.
     pub PsgDeviceBlock in psg_device_block = "Device Block", type 1;
-    // ID  parameter                    name as printed                           data type   access
-    // store  section
+    // ID  parameter                    name as printed                           data type   access         store  section
     15  StateCommand                    "Device Block State"                      UINT8       [     1_R/W 2_R/W]     N  "7.2.2" StateCommand;
     16  BlockType                       "Block Type ID"                           OSTRING(4)  [     1_R   2_R  ]     N  "7.1.1";
     17  DeviceType                      "Device Type"                             VSTRING(8)  [           2_R  ]     N  "7.1.2";
@@ -160,8 +158,7 @@ block! {
 block! {
     /// Compares the process value with a high and a low limit.
     pub TripPoint in trip_point = "Trip Point Function Block", type 17;
-    // ID  parameter            name as printed                             data type  access                store
-    // section
+    // ID  parameter            name as printed                             data type  access          store  section
     16  BlockType               "Block Type ID"                             OSTRING(4) [     1_R   2_R  ]     N  "11.2.1";
     17  HighTripPoint           "High Trip Point"                           BY_TYPE    [     1_R/W 2_R/W]     N  "11.2.2";
     18  HighTripEnable          "High Trip Enable"                          BOOLEAN    [     1_R/W 2_R/W]     N  "11.2.3";

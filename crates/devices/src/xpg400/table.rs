@@ -16,8 +16,8 @@ use profivac_dp::slave::Features;
 block! {
     /// Identity, state and exceptions of the whole device.
     pub DeviceBlock in device_block = "Device Block", type 1;
-    // ID  parameter                    name as printed                              data type    access           store
-    //  section "Device Block State" in the overview; 3.1.2.1 prints N, but a command is never kept (35).
+    // ID parameter                 name as printed                                data type    access        store  section
+    // "Device Block State" in the overview; 3.1.2.1 prints N, but a command is never kept (35).
     15 StateCommand               "Device Block State Command"                   UINT8        [1_R/W 2_R/W]    -  "3.1.2.1" StateCommand;
     16 BlockType                  "Block Type"                                   OSTRING(4)   [1/2_R]          N  "3.1.1.1";
     17 DeviceType                 "Device Type"                                  VSTRING(8)   [1/2_R]          N  "3.1.1.2";

@@ -40,7 +40,7 @@
 //!     }
 //! }
 //!
-//! let mut slave = Slave::<_>::new(Echo([0; 2]), 8, Baud::B19200);
+//! let mut slave = Slave::new(Echo([0; 2]), 8, Baud::B19200);
 //! // Master 2 asks for the FDL status; the telegram ended at 1000 bit times.
 //! let request = Telegram::parse(&[0x10, 8, 2, 0x49, 0x53, 0x16]).expect("a telegram");
 //! let answer = slave.telegram(BitTime(1000), &request).expect("an answer");

@@ -26,8 +26,8 @@ impl Echo {
         self.expected.extend(octets);
     }
 
-    /// Appends `character` to `heard` unless it is an echo.
-    pub fn filter(&mut self, character: Character, heard: &mut Vec<Character>) {
+    /// Appends `character` to `characters` unless it is an echo.
+    pub fn filter(&mut self, character: Character, characters: &mut Vec<Character>) {
         match (self.expected.front(), character) {
             (Some(expected), Character::Octet(octet)) if *expected == octet => {
                 self.expected.pop_front();
@@ -38,8 +38,8 @@ impl Echo {
             }
             _ => {
                 self.expected.clear();
-                heard.append(&mut self.held);
-                heard.push(character);
+                characters.append(&mut self.held);
+                characters.push(character);
             }
         }
     }
@@ -50,13 +50,13 @@ mod tests {
     use super::*;
 
     fn filtered(echo: &mut Echo, octets: &[u8]) -> Vec<u8> {
-        let mut heard = Vec::new();
-        octets.iter().for_each(|octet| echo.filter(Character::Octet(*octet), &mut heard));
+        let mut characters = Vec::new();
+        octets.iter().for_each(|octet| echo.filter(Character::Octet(*octet), &mut characters));
         let octet = |character: &Character| match character {
             Character::Octet(octet) => *octet,
             Character::Error => panic!("nothing is broken here"),
         };
-        heard.iter().map(octet).collect()
+        characters.iter().map(octet).collect()
     }
 
     const ANSWER: [u8; 6] = [0x10, 2, 8, 0, 0x0A, 0x16];
@@ -83,9 +83,9 @@ mod tests {
     fn a_damaged_echo_is_received() {
         let mut echo = Echo::default();
         echo.sent(&ANSWER);
-        let mut heard = Vec::new();
-        echo.filter(Character::Octet(0x10), &mut heard);
-        echo.filter(Character::Error, &mut heard);
-        assert_eq!(heard, [Character::Octet(0x10), Character::Error]);
+        let mut characters = Vec::new();
+        echo.filter(Character::Octet(0x10), &mut characters);
+        echo.filter(Character::Error, &mut characters);
+        assert_eq!(characters, [Character::Octet(0x10), Character::Error]);
     }
 }

@@ -23,14 +23,14 @@ enum State {
 impl Marks {
     /// The character that the next octet from the driver completes.
     pub fn take(&mut self, octet: u8) -> Option<Character> {
-        let (state, heard) = match (self.state, octet) {
+        let (state, completed) = match (self.state, octet) {
             (State::Plain, 0xFF) => (State::Mark, None),
             (State::Mark, 0x00) => (State::Error, None),
             (State::Plain | State::Mark, _) => (State::Plain, Some(Character::Octet(octet))),
             (State::Error, _) => (State::Plain, Some(Character::Error)),
         };
         self.state = state;
-        heard
+        completed
     }
 }
 

@@ -59,14 +59,14 @@ pub trait Port: Send {
         false
     }
 
-    /// What becomes readable when [`receive`](Self::receive) has something to do.
+    /// The sources that become readable when [`receive`](Self::receive) has something to do.
     fn readiness(&self) -> Vec<Readiness<'_>>;
 
-    /// Appends the received characters to `heard`, possibly none.
+    /// Appends the received characters to `characters`, possibly none.
     ///
     /// # Errors
     /// [`PortError::Lost`] when nothing can arrive any more.
-    fn receive(&mut self, heard: &mut Vec<Character>) -> Result<(), PortError>;
+    fn receive(&mut self, characters: &mut Vec<Character>) -> Result<(), PortError>;
 
     /// Sends `octets`. Drops what the other side does not take, with a [`Notice::OctetsDropped`].
     ///

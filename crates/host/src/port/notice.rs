@@ -46,7 +46,7 @@ impl fmt::Display for Notice {
         match self {
             Self::Latency { name, ms, setting } => write!(
                 f,
-                "{name} keeps what it hears for {ms} ms: `echo 1 | sudo tee {}` lets answers in at once, until it is \
+                "{name} delays received octets by up to {ms} ms: run `echo 1 | sudo tee {}`, which holds until the adapter is \
                  unplugged",
                 setting.display()
             ),
@@ -55,11 +55,11 @@ impl fmt::Display for Notice {
                 "the kernel does not switch the transmitter of {name}: its RS-485 adapter has to do so by itself"
             ),
             Self::OctetsDropped { name, octets } => {
-                write!(f, "{name} does not read what it is sent: {octets} octets were cut off so far")
+                write!(f, "{name} does not read: {octets} octets were discarded so far")
             }
             Self::StoreDamaged { device, address, kept_as } => write!(
                 f,
-                "the memory of {device} at address {address} is damaged: kept as {}, defaults used",
+                "the nonvolatile memory of {device} at address {address} is damaged; it was renamed to {}, and the device has default values",
                 kept_as.display()
             ),
             Self::Lost(name) => {

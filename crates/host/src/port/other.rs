@@ -26,7 +26,7 @@ pub fn set_up(_device: &OwnedFd, name: &str) -> Vec<Notice> {
 #[derive(Debug)]
 pub struct OpenEvents;
 
-impl Openings {
+impl OpenEvents {
     /// Watches nothing.
     pub fn watch(_side: &Path) -> Result<Self, Errno> {
         Ok(Self)

@@ -46,20 +46,20 @@ impl Pty {
         let opening = |errno| PortError::opening(&name, errno);
         // Must come first: the new pty may get the number that a left-over link leads to.
         remove_dangling(path).map_err(|error| link_error(&name, error))?;
-        let ours = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC).map_err(opening)?;
-        rustix::io::ioctl_fionbio(&ours, true).map_err(opening)?;
-        grantpt(&ours).map_err(opening)?;
-        unlockpt(&ours).map_err(opening)?;
-        let side = PathBuf::from(OsString::from_vec(ptsname(&ours, Vec::new()).map_err(opening)?.into_bytes()));
+        let master = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC).map_err(opening)?;
+        rustix::io::ioctl_fionbio(&master, true).map_err(opening)?;
+        grantpt(&master).map_err(opening)?;
+        unlockpt(&master).map_err(opening)?;
+        let side = PathBuf::from(OsString::from_vec(ptsname(&master, Vec::new()).map_err(opening)?.into_bytes()));
         reset(&side).map_err(opening)?;
-        let openings = OpenEvents::watch(&side).map_err(opening)?;
+        let open_events = OpenEvents::watch(&side).map_err(opening)?;
         symlink(&side, path).map_err(|error| link_error(&name, error))?;
         Ok(Self {
             name,
             link: path.to_owned(),
             slave_path: side,
-            master: ours,
-            open_events: openings,
+            master,
+            open_events,
             is_open: false,
             drops: DropCounter::default(),
             notices: Notices::default(),
@@ -89,16 +89,16 @@ impl Port for Pty {
     /// The hang-up of a closed slave side stays readable for ever, so the master side counts only while the slave side is
     /// open.
     fn readiness(&self) -> Vec<Readiness<'_>> {
-        let ours = self.is_open.then(|| Readiness::of(&self.master));
-        [self.open_events.readiness(), ours].into_iter().flatten().collect()
+        let master = self.is_open.then(|| Readiness::of(&self.master));
+        [self.open_events.readiness(), master].into_iter().flatten().collect()
     }
 
-    fn receive(&mut self, heard: &mut Vec<Character>) -> Result<(), PortError> {
+    fn receive(&mut self, characters: &mut Vec<Character>) -> Result<(), PortError> {
         let mut buffer = [0; CHUNK];
         self.open_events.drain();
         self.update_open().map_err(|errno| PortError::using(&self.name, errno))?;
         match rustix::io::read(&self.master, &mut buffer) {
-            Ok(length) => heard.extend(buffer.iter().take(length).map(|octet| Character::Octet(*octet))),
+            Ok(length) => characters.extend(buffer.iter().take(length).map(|octet| Character::Octet(*octet))),
             // No data, or the slave side is closed.
             Err(Errno::WOULDBLOCK | Errno::INTR | Errno::IO) => {}
             Err(errno) => return Err(PortError::using(&self.name, errno)),

@@ -82,10 +82,10 @@ impl Port for Reopening {
         }
     }
 
-    fn receive(&mut self, heard: &mut Vec<Character>) -> Result<(), PortError> {
+    fn receive(&mut self, characters: &mut Vec<Character>) -> Result<(), PortError> {
         self.take_reopened();
         let State::Open(port) = &mut self.state else { return Ok(()) };
-        let done = port.receive(heard);
+        let done = port.receive(characters);
         self.handle_loss(done)
     }
 

@@ -24,7 +24,7 @@ const RATE_TOLERANCE: u32 = 50;
 pub struct Serial {
     name: String,
     device: OwnedFd,
-    /// What a UART needs and a pty does not: characters with errors, and the echo of sent octets.
+    /// On a UART: characters with errors, and the echo of sent octets. `None` on a pty, which has neither.
     uart: Option<(Marks, Echo)>,
     drops: DropCounter,
     notices: Notices,
@@ -55,8 +55,8 @@ impl Serial {
             verify(&tcgetattr(&device).map_err(opening)?, name, baud)?;
         }
         tcflush(&device, QueueSelector::IOFlush).map_err(opening)?;
-        let copper = (!is_pty).then(|| (Marks::default(), Echo::default()));
-        Ok(Self { name: name.to_owned(), device, uart: copper, drops: DropCounter::default(), notices: notices })
+        let uart = (!is_pty).then(|| (Marks::default(), Echo::default()));
+        Ok(Self { name: name.to_owned(), device, uart, drops: DropCounter::default(), notices })
     }
 }
 
@@ -132,17 +132,17 @@ impl Port for Serial {
         vec![Readiness::of(&self.device)]
     }
 
-    fn receive(&mut self, heard: &mut Vec<Character>) -> Result<(), PortError> {
+    fn receive(&mut self, characters: &mut Vec<Character>) -> Result<(), PortError> {
         let mut buffer = [0; CHUNK];
         match rustix::io::read(&self.device, &mut buffer) {
             Ok(0) => Err(PortError::Lost(self.name.clone())),
             Ok(length) => {
                 let octets = buffer.iter().take(length);
                 match &mut self.uart {
-                    None => heard.extend(octets.map(|octet| Character::Octet(*octet))),
+                    None => characters.extend(octets.map(|octet| Character::Octet(*octet))),
                     Some((marks, echo)) => octets
                         .filter_map(|octet| marks.take(*octet))
-                        .for_each(|character| echo.filter(character, heard)),
+                        .for_each(|character| echo.filter(character, characters)),
                 }
                 Ok(())
             }
@@ -165,7 +165,7 @@ impl Port for Serial {
     }
 
     fn set_baud(&mut self, baud: Baud) -> Result<(), PortError> {
-        let Some(copper) = &mut self.uart else { return Err(PortError::NoBaudRate(self.name.clone())) };
+        let Some(uart) = &mut self.uart else { return Err(PortError::NoBaudRate(self.name.clone())) };
         let using = |errno| PortError::using(&self.name, errno);
         let settings = tcgetattr(&self.device).map_err(using)?;
         let offered = settings.output_speed();
@@ -176,7 +176,7 @@ impl Port for Serial {
         verify(&tcgetattr(&self.device).map_err(using)?, &self.name, baud)?;
         // Octets received at the old rate are meaningless at the new one.
         tcflush(&self.device, QueueSelector::IOFlush).map_err(using)?;
-        *copper = Default::default();
+        *uart = Default::default();
         Ok(())
     }
 

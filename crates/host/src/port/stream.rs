@@ -33,11 +33,11 @@ impl<S: Read + Write + AsFd + Send> Port for Stream<S> {
         vec![Readiness::of(&self.socket)]
     }
 
-    fn receive(&mut self, heard: &mut Vec<Character>) -> Result<(), PortError> {
+    fn receive(&mut self, characters: &mut Vec<Character>) -> Result<(), PortError> {
         let mut buffer = [0; CHUNK];
         match self.socket.read(&mut buffer) {
             Ok(0) => return Err(PortError::Lost(self.name.clone())),
-            Ok(length) => heard.extend(buffer.iter().take(length).map(|octet| Character::Octet(*octet))),
+            Ok(length) => characters.extend(buffer.iter().take(length).map(|octet| Character::Octet(*octet))),
             Err(error) if is_temporary(&error) => {}
             Err(_) => return Err(PortError::Lost(self.name.clone())),
         }

@@ -91,7 +91,7 @@ impl Port for TcpServer {
         std::iter::once(Readiness::of(&self.listener)).chain(clients).collect()
     }
 
-    fn receive(&mut self, heard: &mut Vec<Character>) -> Result<(), PortError> {
+    fn receive(&mut self, characters: &mut Vec<Character>) -> Result<(), PortError> {
         self.accept();
         let mut buffer = [0; CHUNK];
         let mut gone = Vec::new();
@@ -99,7 +99,7 @@ impl Port for TcpServer {
             match self.clients.get_mut(number).map(|client| client.socket.read(&mut buffer)) {
                 Some(Ok(length)) if length > 0 => {
                     let octets = buffer.get(..length).unwrap_or_default();
-                    heard.extend(octets.iter().map(|octet| Character::Octet(*octet)));
+                    characters.extend(octets.iter().map(|octet| Character::Octet(*octet)));
                     self.distribute(octets, Some(number));
                 }
                 Some(Err(error)) if is_temporary(&error) => {}

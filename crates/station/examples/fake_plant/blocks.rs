@@ -60,7 +60,7 @@ fn parameter((target, name, numbers, access, read): &Row) -> Parameter {
         numbers: (*numbers).to_owned(),
         access: (*access).to_owned(),
         value: read.ok().map(str::to_owned),
-        refusal: read.err().map(str::to_owned),
+        read_error: read.err().map(str::to_owned),
         write: None,
     }
 }

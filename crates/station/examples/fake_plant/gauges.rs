@@ -64,7 +64,7 @@ const HALL: Fake = Fake {
     address: 0,
     device: "bcg450",
     ident: "0x0A05",
-    standing: BusStationState::Exchanging,
+    standing: BusStationState::DataExchange,
     gas: "n2",
     factor: 1.0,
     range: (5e-8, 1.5e5),
@@ -141,7 +141,7 @@ fn hall() -> [Fake; 6] {
             name: "cryostat",
             address: 9,
             device: "bpg400",
-            standing: BusStationState::Faulty,
+            standing: BusStationState::Fault,
             parts: &[("hot-cathode", Shape::Invalid)],
             exceptions: &["hot cathode error: filament broken", "Pirani error"],
             ..HALL
@@ -276,8 +276,8 @@ impl Fake {
             segment: self.segment.to_owned(),
             address: self.address,
             device: self.device.to_owned(),
-            standing: self.standing,
-            trouble: self.trouble.map(str::to_owned),
+            state: self.standing,
+            problem: self.trouble.map(str::to_owned),
             exceptions: self.exceptions.iter().map(|&words| words.to_owned()).collect(),
             gas: self.gas.to_owned(),
             levels: self.levels.iter().map(|(name, pa)| PressureLevel { name: (*name).to_owned(), pa: *pa }).collect(),
@@ -286,6 +286,7 @@ impl Fake {
                 .collect(),
             age_ms,
             poll_ms: 200,
+            stale_after_ms: 3000,
         }
     }
 

@@ -24,7 +24,7 @@ pub fn all(fakes: &[Fake], second: f64) -> Vec<Segment> {
     let beam = segment("beam line", "/dev/ttyUSB1", 500_000, Some(9.7 + 0.1 * wobble), 0);
     let bench = Segment {
         state: SegmentState::Waiting,
-        trouble: Some("/dev/ttyUSB2: the port is lost".to_owned()),
+        problem: Some("/dev/ttyUSB2: the port is lost".to_owned()),
         ..segment("bench", "/dev/ttyUSB2", 19_200, None, 0)
     };
     let mut all = [hall, beam, bench];
@@ -33,8 +33,8 @@ pub fn all(fakes: &[Fake], second: f64) -> Vec<Segment> {
         segment.stations.extend(ours);
     }
     let [hall, ..] = &mut all;
-    hall.stations.push(other(2, BusStationState::Master, "another master in the ring"));
-    hall.stations.push(other(60, BusStationState::Foreign, "a slave that is not in the station's file"));
+    hall.stations.push(other(2, BusStationState::OtherMaster, "another master in the ring"));
+    hall.stations.push(other(60, BusStationState::Unconfigured, "a slave that is not in the station's file"));
     all.into_iter().collect()
 }
 
@@ -45,30 +45,30 @@ fn segment(name: &str, port: &str, baud: u32, cycle_ms: Option<f64>, damaged: u3
         baud,
         master: 1,
         state: SegmentState::Running,
-        trouble: None,
+        problem: None,
         cycle_ms,
-        damaged,
-        stations: vec![other(1, BusStationState::Ourselves, "our master")],
+        damaged_telegrams: damaged,
+        stations: vec![other(1, BusStationState::OwnMaster, "our master")],
     }
 }
 
 fn other(address: u8, standing: BusStationState, words: &str) -> BusStation {
-    BusStation { address, standing, name: None, device: None, ident: None, words: words.to_owned() }
+    BusStation { address, state: standing, name: None, device: None, ident: None, description: words.to_owned() }
 }
 
 fn on_bus(fake: &Fake) -> BusStation {
     let words = match (fake.trouble, fake.standing) {
         (Some(trouble), _) => trouble,
-        (None, BusStationState::Exchanging) => "exchanges data",
-        (None, BusStationState::Faulty) => "hot cathode error: filament broken, Pirani error",
+        (None, BusStationState::DataExchange) => "exchanges data",
+        (None, BusStationState::Fault) => "hot cathode error: filament broken, Pirani error",
         (None, _) => "is being brought into data exchange",
     };
     BusStation {
         address: fake.address,
-        standing: fake.standing,
+        state: fake.standing,
         name: Some(fake.name.to_owned()),
         device: Some(fake.device.to_owned()),
         ident: Some(fake.ident.to_owned()),
-        words: words.to_owned(),
+        description: words.to_owned(),
     }
 }

@@ -133,7 +133,7 @@ impl Evaluator {
             self.past.clear();
             return None;
         };
-        let count = f64::from(segment.damaged);
+        let count = f64::from(segment.damaged_telegrams);
         // A restarted master counts from zero.
         if self.past.back().is_some_and(|(_, last)| *last > count) {
             self.past.clear();
@@ -251,9 +251,9 @@ fn not_measurable(inputs: &Inputs, series: &Series, limits: &[f64]) -> Evaluatio
 /// The condition ends only when the gauge is in data exchange and reports nothing.
 fn fault(inputs: &Inputs, name: &str) -> Evaluation {
     let gauge = inputs.fresh_gauge(name);
-    let holds = gauge.and_then(|gauge| match gauge.standing {
-        BusStationState::Faulty => Some(true),
-        BusStationState::Exchanging => Some(!gauge.exceptions.is_empty()),
+    let holds = gauge.and_then(|gauge| match gauge.state {
+        BusStationState::Fault => Some(true),
+        BusStationState::DataExchange => Some(!gauge.exceptions.is_empty()),
         _ => None,
     });
     let exceptions = gauge.map(|gauge| gauge.exceptions.join(", ")).filter(|words| !words.is_empty());
@@ -268,7 +268,7 @@ fn stale(inputs: &Inputs, name: &str, behind_segment: Option<&str>) -> Evaluatio
     let Some(gauge) = inputs.gauge(name) else {
         return Evaluation::without_value(Some(true), format!("no segment has a gauge {name}"));
     };
-    let text = match (&gauge.trouble, gauge.age_ms) {
+    let text = match (&gauge.problem, gauge.age_ms) {
         (Some(problem), _) => format!("{name} gives no data: {problem}"),
         (None, None) => format!("{name} never gave data"),
         (None, Some(age)) => format!("{name} gives no data, the last are {} s old", age / 1000),
@@ -279,6 +279,6 @@ fn stale(inputs: &Inputs, name: &str, behind_segment: Option<&str>) -> Evaluatio
 fn segment_down(inputs: &Inputs, name: &str) -> Evaluation {
     let segment = inputs.segment(name);
     let holds = segment.is_none_or(|segment| segment.state != SegmentState::Running);
-    let problem = segment.and_then(|segment| segment.trouble.as_deref()).unwrap_or("it waits for its line");
+    let problem = segment.and_then(|segment| segment.problem.as_deref()).unwrap_or("it waits for its line");
     Evaluation::without_value(Some(holds), format!("segment {name} does not run: {problem}"))
 }

@@ -137,7 +137,7 @@ fn notification_body(change: &AlarmChange, station: &str) -> String {
     let body = json!({
         "station": station,
         "alarm": rule.name,
-        "what": kind.word(),
+        "change": kind.word(),
         "state": status.state.word(),
         "priority": rule.priority.word(),
         "condition": rule.condition.word(),
@@ -149,7 +149,7 @@ fn notification_body(change: &AlarmChange, station: &str) -> String {
         "at": time,
         "at_ms": unix_ms(*at),
         "occurrence": status.occurrence,
-        "who": user,
+        "user": user,
         "text": text,
         "message": rule.message,
     });

@@ -121,12 +121,12 @@ impl Condition {
             Self::Above { .. } => "above",
             Self::Below { .. } => "below",
             Self::Rise { .. } => "rise",
-            Self::NotMeasurable { .. } => "blind",
+            Self::NotMeasurable { .. } => "not-measurable",
             Self::Fault { .. } => "fault",
             Self::Stale { .. } => "stale",
-            Self::SegmentDown { .. } => "down",
-            Self::DamagedTelegrams { .. } => "damage",
-            Self::NotRecording => "unrecorded",
+            Self::SegmentDown { .. } => "segment-down",
+            Self::DamagedTelegrams { .. } => "damaged-telegrams",
+            Self::NotRecording => "not-recording",
         }
     }
 

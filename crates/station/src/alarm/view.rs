@@ -13,7 +13,8 @@ use utoipa::ToSchema;
 pub struct AlarmView {
     /// The name.
     pub name: String,
-    /// The kind of its condition: `above`, `below`, `rise`, `blind`, `fault`, `stale`, `down`, `damage`, `unrecorded`.
+    /// The kind of its condition: `above`, `below`, `rise`, `not-measurable`, `fault`, `stale`, `segment-down`,
+    /// `damaged-telegrams`, `not-recording`.
     pub condition: &'static str,
     /// The gauge, if the alarm is about one.
     pub gauge: Option<String>,
@@ -57,7 +58,7 @@ pub struct AlarmView {
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, ToSchema)]
 pub struct OutOfServiceView {
     /// The user who took it out of service.
-    pub who: String,
+    pub user: String,
     /// When.
     pub at_ms: i64,
     /// The reason.
@@ -92,7 +93,7 @@ impl From<&RegisteredAlarm> for AlarmView {
             acknowledged_by: acknowledged.map(|by| by.user.clone()),
             acknowledged_ms: acknowledged.map(|by| unix_ms(by.at)),
             out_of_service: status.out.as_ref().map(|out| OutOfServiceView {
-                who: out.by.user.clone(),
+                user: out.by.user.clone(),
                 at_ms: unix_ms(out.by.at),
                 reason: out.reason.clone(),
                 until_ms: out.until.map(unix_ms),
@@ -115,7 +116,7 @@ pub struct AlarmCount {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, ToSchema)]
 pub struct AlarmOverview {
     /// Why this overview may be wrong: the alarms were not evaluated for a while, or cannot be stored.
-    pub trouble: Option<String>,
+    pub problem: Option<String>,
     /// Alarms of high priority.
     pub high: AlarmCount,
     /// Alarms of medium priority.
@@ -125,9 +126,9 @@ pub struct AlarmOverview {
     /// The number of alarms out of service.
     pub out_of_service: usize,
     /// Alarms that are neither normal nor out of service, the most urgent first, up to 50.
-    pub list: Vec<AlarmView>,
+    pub alarms: Vec<AlarmView>,
     /// The number of such alarms beyond the list.
-    pub more: usize,
+    pub not_listed: usize,
 }
 
 /// The most alarms in an overview, which is sent four times a second.
@@ -137,7 +138,7 @@ impl AlarmOverview {
     /// The overview of these alarms.
     #[must_use]
     pub fn of(alarms: &[RegisteredAlarm], problem: Option<String>) -> Self {
-        let mut overview = Self { trouble: problem, ..Self::default() };
+        let mut overview = Self { problem, ..Self::default() };
         let mut list = Vec::new();
         for alarm in alarms {
             let state = alarm.status().state;
@@ -157,9 +158,9 @@ impl AlarmOverview {
             }
         }
         list.sort_by(by_urgency);
-        overview.more = list.len().saturating_sub(MAX_LISTED);
+        overview.not_listed = list.len().saturating_sub(MAX_LISTED);
         list.truncate(MAX_LISTED);
-        Self { list, ..overview }
+        Self { alarms: list, ..overview }
     }
 }
 
@@ -179,7 +180,7 @@ pub struct AlarmHistoryView {
     /// The alarm.
     pub alarm: String,
     /// The change: `raised`, `returned`, `acknowledged`, `taken-out-of-service`, `returned-to-service`, `removed`.
-    pub what: String,
+    pub change: String,
     /// The state after the change.
     pub state: String,
     /// The priority at that time.
@@ -189,7 +190,7 @@ pub struct AlarmHistoryView {
     /// The number of the occurrence.
     pub occurrence: i64,
     /// The user who made the change; `null` if the station did.
-    pub who: Option<String>,
+    pub user: Option<String>,
     /// The value at that time.
     pub value: Option<f64>,
     /// The unit of the value.
@@ -203,6 +204,6 @@ impl From<AlarmHistoryEntry> for AlarmHistoryView {
         let AlarmHistoryEntry { at, alarm, change, state, priority, subject, occurrence, user, value, unit, text } =
             entry;
         let at_ms = unix_ms(at);
-        Self { at_ms, alarm, what: change, state, priority, subject, occurrence, who: user, value, unit, text }
+        Self { at_ms, alarm, change, state, priority, subject, occurrence, user, value, unit, text }
     }
 }

@@ -30,7 +30,7 @@ pub struct ArmedCommand {
     pub gauge: String,
     /// Where the gauge was connected when the command was armed.
     pub connection: Connection,
-    /// What it does.
+    /// The command or the parameter write.
     pub operation: Operation,
     /// The answer of the gauge when the command was armed.
     pub preview: OperationPreview,

@@ -73,7 +73,7 @@ pub enum SegmentRequestError {
 pub enum OperationError {
     /// The parameter does not take this value. Nothing was sent.
     #[error(transparent)]
-    InvalidValue(ClientError),
+    InvalidValue(Box<ClientError>),
     /// Some of these conditions do not hold. Nothing was sent.
     #[error("{}", unmet(.0))]
     ConditionsNotMet(Vec<Condition>),
@@ -85,13 +85,13 @@ pub enum OperationError {
     Unavailable(#[from] Unavailable),
     /// The gauge refused it.
     #[error(transparent)]
-    Refused(ClientError),
+    Refused(Box<ClientError>),
     /// It was sent, and its outcome is unknown.
     #[error(transparent)]
     OutcomeUnknown(#[from] OutcomeUnknown),
 }
 
-/// What changed between arming and executing.
+/// A change between arming and executing.
 #[derive(Debug, thiserror::Error)]
 pub enum ChangedSinceArmed {
     /// The gauge is connected elsewhere.
@@ -129,9 +129,9 @@ pub enum ChangedSinceArmed {
     Meaning {
         /// The value as it was given.
         given: String,
-        /// What it meant then.
+        /// Its meaning when the command was armed.
         armed: String,
-        /// What it means now.
+        /// Its present meaning.
         now: String,
     },
     /// The user has lost control.
@@ -171,7 +171,7 @@ pub enum Unavailable {
     PortLost,
     /// The gauge or the line failed.
     #[error(transparent)]
-    Client(#[from] ClientError),
+    Client(Box<ClientError>),
     /// The segment did not answer.
     #[error(transparent)]
     Request(Box<SegmentRequestError>),
@@ -188,10 +188,10 @@ pub enum OutcomeUnknown {
     SegmentStopped,
     /// The line failed meanwhile.
     #[error(transparent)]
-    Line(ClientError),
+    Line(Box<ClientError>),
     /// The gauge took the command, and its value cannot be read back.
     #[error("the gauge accepted the command, but reading it back failed: {0}")]
-    NotReadBack(ClientError),
+    NotReadBack(Box<ClientError>),
 }
 
 impl OperationError {

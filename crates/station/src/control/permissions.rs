@@ -35,12 +35,12 @@ pub const LASTING_COMMANDS: [&str; 10] = [
 pub fn risk(row: &Row, code: Option<&Code>) -> Risk {
     let (class, words) = match (code.map_or("", |code| code.risk), row.storage) {
         ("", _) if row.codes.is_command() => (RiskClass::Harmless, "no risk in the manual"),
-        ("", Storage::Nonvolatile) => (RiskClass::Kept, "kept at power-off"),
-        ("", Storage::OnRequest) => (RiskClass::OnRequest, "lost at power-off unless the device stores it"),
+        ("", Storage::Nonvolatile) => (RiskClass::Persistent, "kept at power-off"),
+        ("", Storage::OnRequest) => (RiskClass::StoredOnRequest, "lost at power-off unless the device stores it"),
         ("", Storage::Volatile | Storage::Dynamic | Storage::Unstated) => (RiskClass::Volatile, "lost at power-off"),
         (words, _) => (RiskClass::Dangerous, words),
     };
-    Risk { class, words: words.to_owned() }
+    Risk { class, description: words.to_owned() }
 }
 
 /// The role that is needed to write a row, or this code of it.

@@ -48,7 +48,7 @@ struct ControlState {
     armed: u64,
 }
 
-/// Who has control, and which commands are armed.
+/// The holder of control, and the armed commands.
 pub struct ControlService {
     state: Mutex<ControlState>,
     started: Micros,
@@ -58,7 +58,7 @@ pub struct ControlService {
 }
 
 impl ControlService {
-    /// Nobody has control, and nothing is armed.
+    /// A service in which control is free and no command is armed.
     #[must_use]
     pub fn new(recorder: Arc<RecorderHandle>, snapshots: Arc<SnapshotStore>) -> Self {
         let requests = SegmentRequests::new(Arc::clone(&snapshots));
@@ -71,7 +71,7 @@ impl ControlService {
         &self.requests
     }
 
-    /// Who has control at `now`.
+    /// The holder of control at `now`, and the request for it.
     #[must_use]
     pub fn authority(&self, now: Instant) -> view::ControlAuthorityView {
         let state = self.state_at(now);
@@ -84,8 +84,8 @@ impl ControlService {
         view::ControlAuthorityView {
             holder: holder.map(|holder| holder.user.name.to_string()),
             since_ms: holder.map(|holder| unix_ms(holder.since)),
-            asked_by: request.map(|(user, _)| user.name.to_string()),
-            asked_ms: request.map(|(_, since)| unix_ms(*since)),
+            requested_by: request.map(|(user, _)| user.name.to_string()),
+            requested_ms: request.map(|(_, since)| unix_ms(*since)),
         }
     }
 

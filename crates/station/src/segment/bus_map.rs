@@ -6,7 +6,7 @@ use profivac_dp::link::Baud;
 use profivac_dp::link::active::RingState;
 use profivac_host::session::BusSession;
 
-/// What the master sees of its bus.
+/// The state of a bus as its master sees it.
 pub struct BusState {
     /// The state of the segment.
     pub state: SegmentState,
@@ -43,19 +43,19 @@ impl BusState {
 
 /// The station's own master.
 pub fn own_master(address: u8) -> BusStation {
-    station(address, BusStationState::Ourselves, "the master of this station")
+    station(address, BusStationState::OwnMaster, "the master of this station")
 }
 
 fn other_master(address: u8) -> BusStation {
-    station(address, BusStationState::Master, "another master in the ring")
+    station(address, BusStationState::OtherMaster, "another master in the ring")
 }
 
 fn unconfigured(address: u8) -> BusStation {
-    station(address, BusStationState::Foreign, "a slave that is not in the station's file")
+    station(address, BusStationState::Unconfigured, "a slave that is not in the station's file")
 }
 
 fn station(address: u8, state: BusStationState, description: &str) -> BusStation {
-    BusStation { address, standing: state, name: None, device: None, ident: None, words: description.to_owned() }
+    BusStation { address, state, name: None, device: None, ident: None, description: description.to_owned() }
 }
 
 /// A time on the bus in milliseconds; `None` for no time.

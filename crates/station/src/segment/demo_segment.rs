@@ -93,9 +93,9 @@ impl DemoSegment {
             baud: baud.bits_per_second(),
             master: self.master,
             state: SegmentState::Running,
-            trouble: None,
+            problem: None,
             cycle_ms: scene.master().and_then(|master| milliseconds(master.cycle_tbit(), baud)),
-            damaged: 0,
+            damaged_telegrams: 0,
             stations,
         };
         let gauges = self.gauges.iter().map(|gauge| gauge.view(&self.name)).collect();

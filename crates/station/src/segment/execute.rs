@@ -51,7 +51,7 @@ fn read_preview<R: Records>(
     gauge: &mut Gauge<R>,
     operation: &Operation,
 ) -> Result<(profivac_client::PreparedWrite, OperationPreview), OperationError> {
-    let write = gauge.prepare(&operation.named, &operation.text).map_err(before_sending)?;
+    let write = gauge.prepare_unchecked(&operation.named, &operation.text).map_err(before_sending)?;
     let conditions = gauge.conditions(&write).map_err(before_sending)?;
     let preview = OperationPreview {
         device: gauge.model().name,
@@ -105,17 +105,19 @@ fn check_unchanged(command: &ArmedCommand, now: &OperationPreview) -> Result<(),
 fn before_sending(error: ClientError) -> OperationError {
     match error {
         ClientError::Value { .. } | ClientError::Target(_) | ClientError::Access { .. } => {
-            OperationError::InvalidValue(error)
+            OperationError::InvalidValue(Box::new(error))
         }
-        error => Unavailable::Client(error).into(),
+        error => Unavailable::Client(Box::new(error)).into(),
     }
 }
 
 /// An error after the command was sent.
 fn after_sending(error: ClientError) -> OperationError {
     match error {
-        ClientError::Refused { doing: profivac_client::Operation::Write, .. } => OperationError::Refused(error),
-        error if error.kind() == ErrorKind::Line => OutcomeUnknown::Line(error).into(),
-        error => OutcomeUnknown::NotReadBack(error).into(),
+        ClientError::Refused { doing: profivac_client::Operation::Write, .. } => {
+            OperationError::Refused(Box::new(error))
+        }
+        error if error.kind() == ErrorKind::Line => OutcomeUnknown::Line(Box::new(error)).into(),
+        error => OutcomeUnknown::NotReadBack(Box::new(error)).into(),
     }
 }

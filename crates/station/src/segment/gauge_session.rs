@@ -227,7 +227,7 @@ impl GaugeSession {
     ) {
         self.exceptions = values.exceptions().into_iter().map(str::to_owned).collect();
         self.read_at = Some(self.last_exchange.1);
-        self.state = if self.exceptions.is_empty() { BusStationState::Exchanging } else { BusStationState::Faulty };
+        self.state = if self.exceptions.is_empty() { BusStationState::DataExchange } else { BusStationState::Fault };
         self.note_problem(recorder, None);
         self.record(recorder, slave, &values.values, silence);
     }
@@ -287,17 +287,17 @@ impl GaugeSession {
     pub fn bus_station(&self) -> view::BusStation {
         let description = match (&self.problem, self.state) {
             (Some(problem), _) => problem.clone(),
-            (None, BusStationState::Exchanging) => "in data exchange".to_owned(),
-            (None, BusStationState::Faulty) => self.exceptions.join(", "),
+            (None, BusStationState::DataExchange) => "in data exchange".to_owned(),
+            (None, BusStationState::Fault) => self.exceptions.join(", "),
             (None, _) => "is being brought into data exchange".to_owned(),
         };
         view::BusStation {
             address: self.config.address,
-            standing: self.state,
+            state: self.state,
             name: Some(self.config.name.clone()),
             device: Some(self.config.device.clone()),
             ident: self.slave.map(|slave| format!("0x{:04X}", slave.model.ident)),
-            words: description,
+            description,
         }
     }
 
@@ -309,14 +309,15 @@ impl GaugeSession {
             segment: segment.to_owned(),
             address: self.config.address,
             device: self.config.device.clone(),
-            standing: self.state,
-            trouble: self.problem.clone(),
+            state: self.state,
+            problem: self.problem.clone(),
             exceptions: self.exceptions.clone(),
             gas: self.config.gas.to_string(),
             levels: levels.map(|(name, level)| view::PressureLevel { name: name.clone(), pa: level.pa() }).collect(),
             readings: self.readings.clone(),
             age_ms: self.read_at.map(|at| view::duration_ms(at.elapsed())),
             poll_ms: view::duration_ms(self.config.poll),
+            stale_after_ms: validity::stale_after_ms(view::duration_ms(self.config.poll)),
         }
     }
 }
@@ -341,7 +342,7 @@ fn as_configured(found: CyclicSlave, device: &str) -> Result<CyclicSlave, FindEr
     Ok(CyclicSlave { model, configuration, unit: model.unit(found.unit.code).unwrap_or(found.unit), ..found })
 }
 
-/// The status of a value as the recorder judges it.
+/// The status of a value as the recorder evaluates it.
 fn range_status(status: StatusExtension) -> RangeStatus {
     match status {
         status if status.contains(StatusExtension::INVALID) => RangeStatus::Invalid,

@@ -141,12 +141,12 @@ fn parameter<R: Records>(
         numbers: named.parameter.numbers(),
         access: row.access_text.to_owned(),
         value,
-        refusal,
+        read_error: refusal,
         write: write_info(gauge.model(), named, unit),
     }))
 }
 
-/// What writing a parameter needs; `None` if it is not writable, or only by a command.
+/// The values and the role that writing a parameter needs; `None` if it is not writable, or only by a command.
 fn write_info(model: &'static Model, named: &NamedParameter, unit: &'static Unit) -> Option<WriteInfo> {
     let row = named.parameter.row;
     if !row.access.allows(AccessPath::Class2, Direction::Write) || row.codes.is_command() {
@@ -158,7 +158,13 @@ fn write_info(model: &'static Model, named: &NamedParameter, unit: &'static Unit
     };
     let takes = ValueFormat { named, model, unit: Some(unit) }.expected(NumberType::Float).to_string();
     let barred = permissions::blocked_reason(row).map(str::to_owned);
-    Some(WriteInfo { takes, choices, risk: permissions::risk(row, None), role: permissions::role(row, None), barred })
+    Some(WriteInfo {
+        expects: takes,
+        allowed_values: choices,
+        risk: permissions::risk(row, None),
+        role: permissions::role(row, None),
+        blocked_reason: barred,
+    })
 }
 
 /// The name of a block, with its instance if there are several.

@@ -309,9 +309,9 @@ impl SegmentThread {
             baud: config.baud.bits_per_second(),
             master: config.master,
             state,
-            trouble: self.problem.clone().or(problem),
+            problem: self.problem.clone().or(problem),
             cycle_ms,
-            damaged: damaged_telegrams,
+            damaged_telegrams,
             stations,
         };
         let gauges = gauges.iter().map(|gauge| gauge.view(&config.name)).collect();

@@ -239,7 +239,7 @@ fn run(
     runtime.shutdown_background();
 }
 
-/// What each connection needs.
+/// The parts of the server that each connection needs.
 #[derive(Clone)]
 struct Connections {
     router: Router,

@@ -49,9 +49,9 @@ pub fn segment() -> Segment {
         baud: 19200,
         master: 0,
         state: SegmentState::Running,
-        trouble: None,
+        problem: None,
         cycle_ms: None,
-        damaged: 0,
+        damaged_telegrams: 0,
         stations: Vec::new(),
     }
 }
@@ -63,13 +63,14 @@ pub fn gauge(readings: Vec<Reading>) -> Gauge {
         segment: "hall".to_owned(),
         address: 5,
         device: "bcg450".to_owned(),
-        standing: BusStationState::Exchanging,
-        trouble: None,
+        state: BusStationState::DataExchange,
+        problem: None,
         exceptions: Vec::new(),
         gas: "n2".to_owned(),
         levels: Vec::new(),
         readings,
         age_ms: Some(10),
         poll_ms: 200,
+        stale_after_ms: 3000,
     }
 }

@@ -69,7 +69,7 @@ impl MemoryStation {
         let station = Self { folder, services, actions: Some(actions), thread: Some(thread) };
         station.until_pa(|pa| (pa / (mbar * 100.0) - 1.0).abs() < 0.1);
         until("it exchanges data", || {
-            station.services.snapshots().gauge("chamber").filter(|gauge| gauge.standing == BusStationState::Exchanging)
+            station.services.snapshots().gauge("chamber").filter(|gauge| gauge.state == BusStationState::DataExchange)
         });
         station
     }
@@ -131,7 +131,7 @@ impl MemoryStation {
         let hold: Action = Box::new(move |_| gate.recv().unwrap_or_default());
         self.actions.as_ref().unwrap().send(hold).unwrap();
         let runtime = tokio::runtime::Builder::new_multi_thread().worker_threads(1).enable_time().build().unwrap();
-        let path = format!("/api/orders/{}/fire", armed["order"].as_str().unwrap());
+        let path = format!("/api/armed-commands/{}/execute", armed["id"].as_str().unwrap());
         let request = request(user, "POST", &path, "application/json", String::new());
         let asked = runtime.spawn(router(Arc::clone(&self.services)).oneshot(request));
         until("the segment has the command", taken);
@@ -159,7 +159,7 @@ impl MemoryStation {
 
     /// The user takes control, which is free.
     pub fn take_control(&self, user: Login) {
-        let (status, authority) = self.post(user, "/api/mastership/ask", None);
+        let (status, authority) = self.post(user, "/api/control-authority/request", None);
         assert_eq!((status, authority["holder"].as_str()), (200, Some(user.0)));
     }
 
@@ -168,11 +168,11 @@ impl MemoryStation {
     }
 
     pub fn execute(&self, user: Login, armed: &Value) -> (u16, Value) {
-        self.post(user, &format!("/api/orders/{}/fire", armed["order"].as_str().unwrap()), None)
+        self.post(user, &format!("/api/armed-commands/{}/execute", armed["id"].as_str().unwrap()), None)
     }
 
     pub fn disarm(&self, user: Login, armed: &Value) -> (u16, Value) {
-        self.json(user, "DELETE", &format!("/api/orders/{}", armed["order"].as_str().unwrap()), None)
+        self.json(user, "DELETE", &format!("/api/armed-commands/{}", armed["id"].as_str().unwrap()), None)
     }
 }
 

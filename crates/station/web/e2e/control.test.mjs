@@ -222,7 +222,7 @@ test('the audit trail is filtered, and saved as CSV', async () => {
       [...document.querySelectorAll('.audit tbody tr')].every((row) => row.innerText.includes('Erna')),
     )
     const table = await (await ask(VIEWER, await page.getByRole('link', { name: 'CSV' }).getAttribute('href'))).text()
-    assert.match(table, /^id,time,what,of,who/)
+    assert.match(table, /^id,time,action,refers_to,user/)
     assert.ok(
       table
         .trim()

@@ -99,7 +99,7 @@ test('a degas is refused while the pressure is too high and sent when it is low;
     await chamber.getByRole('button', { name: 'Acknowledge' }).click()
     await chamber.getByRole('button', { name: 'Acknowledge' }).waitFor({ state: 'detached' })
     const history = await own.json('/api/alarms/history?from=0&to=9999999999999&alarm=chamber+above+1e-3+mbar')
-    assert.equal(history.find(({ what }) => what === 'acknowledged').who, 'demo')
+    assert.equal(history.find(({ change }) => change === 'acknowledged').user, 'demo')
     await page.goto(`${own.url}/gauge/bcg450%205`)
     await degas(page, async (dialog, send) => {
       if ((await send.count()) === 0) return false

@@ -7,17 +7,17 @@ import { fitted, steadyPart, verdict } from '../dist/test/lib/rise.js'
 import { matchingBlocks } from '../dist/test/lib/search.js'
 import { ageOf, currentQuality, isStale } from '../dist/test/lib/stale.js'
 
-const gauge = { age_ms: 100, poll_ms: 200 }
+const gauge = { age_ms: 100, stale_after_ms: 3_000 }
 
 test('a reading becomes stale when no new one arrives', () => {
   assert.equal(ageOf(gauge, 500), 600)
   assert.equal(ageOf({ age_ms: null }, 500), null)
   assert.ok(!isStale(gauge, 2_800) && isStale(gauge, 3_000))
-  assert.ok(isStale({ age_ms: null, poll_ms: 200 }, 0))
+  assert.ok(isStale({ age_ms: null, stale_after_ms: 3_000 }, 0))
 })
 
-test('a gauge that is polled once an hour is not stale after a minute', () => {
-  assert.ok(!isStale({ age_ms: 60_000, poll_ms: 3_600_000 }, 0))
+test('the station decides after which time a reading is stale', () => {
+  assert.ok(!isStale({ age_ms: 60_000, stale_after_ms: 18_000_000 }, 0))
 })
 
 test('a stale reading is a gap, whatever its quality was', () => {
@@ -109,11 +109,15 @@ test('parameters are found by any of their words', () => {
 })
 
 test('the state of a segment is a sentence', () => {
-  const segment = { state: 'running', trouble: null, stations: [{ address: 3, standing: 'exchanging', words: 'fine' }] }
+  const segment = {
+    state: 'running',
+    problem: null,
+    stations: [{ address: 3, state: 'data-exchange', description: 'fine' }],
+  }
   assert.equal(segmentSentence(segment), 'All gauges exchange data.')
-  assert.equal(segmentSentence({ ...segment, trouble: 'the port is lost' }), 'Not working: the port is lost.')
+  assert.equal(segmentSentence({ ...segment, problem: 'the port is lost' }), 'Not working: the port is lost.')
   assert.equal(segmentSentence({ ...segment, state: 'waiting' }), 'The segment is waiting for the port.')
-  const missing = { address: 7, standing: 'missing', name: 'gate', words: 'no answer' }
+  const missing = { address: 7, state: 'missing', name: 'gate', description: 'no answer' }
   assert.equal(segmentSentence({ ...segment, stations: [missing] }), 'gate: no answer.')
 })
 
@@ -123,7 +127,8 @@ test('texts for gases and baud rates', () => {
 })
 
 test('lost samples and events are counted in a sentence', () => {
-  const sentence = (lost, lost_events) => lostSentence({ written_ms: 1, error: null, lost, lost_events })
+  const sentence = (lost_samples, lost_events) =>
+    lostSentence({ last_write_ms: 1, error: null, lost_samples, lost_events })
   assert.equal(sentence(0, 0), null)
   assert.equal(sentence(7, 0), '7 samples could not be recorded.')
   assert.equal(sentence(0, 1), '1 event could not be recorded.')

@@ -172,7 +172,7 @@ impl EventParser<'_> {
         let expectations = entry.expect.iter().map(|expect| self.expectation(expect)).collect::<Result<_, _>>()?;
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a count of steps, never negative")]
         let step = (seconds / self.step_s).round() as u64;
-        Ok(Event { step, message: entry.say.clone(), actions: actions, expectations })
+        Ok(Event { step, message: entry.say.clone(), actions, expectations })
     }
 
     fn plant_actions(&self, entry: &Entry) -> Result<Vec<ScenarioAction>, TextError> {

@@ -622,110 +622,111 @@ export interface components {
              */
             occurrence: number;
         };
-        /** @description How many alarms of a priority there are. */
+        /** @description The number of alarms of a priority. */
         AlarmCount: {
-            /** @description Whose condition holds. */
+            /** @description Alarms whose condition is met. */
             active: number;
-            /** @description That nobody has acknowledged, whether their condition holds or not any more. */
+            /** @description Alarms that wait for an acknowledgement, whether their condition is still met or not. */
             unacknowledged: number;
         };
-        /** @description A line of the history. */
+        /** @description A row of the alarm history. */
         AlarmHistoryView: {
             /** @description The alarm. */
             alarm: string;
             /**
              * Format: int64
-             * @description When.
+             * @description When it happened.
              */
             at_ms: number;
             /**
+             * @description The change: `raised`, `returned`, `acknowledged`, `taken-out-of-service`, `returned-to-service`, `removed`.
+             * @enum {string}
+             */
+            change: "raised" | "returned" | "acknowledged" | "taken-out-of-service" | "returned-to-service" | "removed";
+            /**
              * Format: int64
-             * @description Which time it was raised.
+             * @description The number of the occurrence.
              */
             occurrence: number;
             /**
-             * @description The priority it had.
+             * @description The priority at that time.
              * @enum {string}
              */
-            priority: "low" | "medium" | "high";
+            priority: "high" | "medium" | "low";
             /**
-             * @description Where it stood then.
+             * @description The state after the change.
              * @enum {string}
              */
             state: "normal" | "unacknowledged" | "acknowledged" | "returned" | "out-of-service";
-            /** @description The gauge or segment. */
+            /** @description The series, gauge or segment. */
             subject: string | null;
             /** @description A sentence. */
             text: string;
-            /** @description What it is counted in. */
+            /** @description The unit of the value. */
             unit: string | null;
+            /** @description The user who made the change; `null` if the station did. */
+            user: string | null;
             /**
              * Format: double
              * @description The value at that time.
              */
             value: number | null;
-            /**
-             * @description What happened: `raised`, `returned`, `acknowledged`, `taken-out-of-service`, `returned-to-service`, `removed`.
-             * @enum {string}
-             */
-            what: "raised" | "returned" | "acknowledged" | "taken-out-of-service" | "returned-to-service" | "removed";
-            /** @description Who did it; nothing if it came by itself. */
-            who: string | null;
         };
-        /** @description What must be known about alarms at a moment. */
+        /** @description The alarms at one moment. */
         AlarmOverview: {
-            /** @description Of high priority. */
+            /** @description Alarms that are neither normal nor out of service, the most urgent first, up to 50. */
+            alarms: components["schemas"]["AlarmView"][];
+            /** @description Alarms of high priority. */
             high: components["schemas"]["AlarmCount"];
-            /** @description All that are neither normal nor out of service, the most urgent first; of very many only the first. */
-            list: components["schemas"]["AlarmView"][];
-            /** @description Of low priority. */
+            /** @description Alarms of low priority. */
             low: components["schemas"]["AlarmCount"];
-            /** @description Of medium priority. */
+            /** @description Alarms of medium priority. */
             medium: components["schemas"]["AlarmCount"];
-            /** @description How many there are beyond the list. */
-            more: number;
-            /** @description How many are out of service. */
+            /** @description The number of such alarms beyond the list. */
+            not_listed: number;
+            /** @description The number of alarms out of service. */
             out_of_service: number;
-            /** @description Why what is told here may be wrong: nobody has looked for long, or it cannot be written. */
-            trouble: string | null;
+            /** @description Why this overview may be wrong: the alarms were not evaluated for a while, or cannot be stored. */
+            problem: string | null;
         };
         /**
-         * @description Where an alarm stands.
+         * @description The state of an alarm.
          * @enum {string}
          */
         AlarmState: "normal" | "unacknowledged" | "acknowledged" | "returned" | "out-of-service";
         /** @description An alarm. */
         AlarmView: {
-            /** @description Who acknowledged it. */
+            /** @description The user who acknowledged it. */
             acknowledged_by: string | null;
             /**
              * Format: int64
-             * @description When.
+             * @description When it was acknowledged.
              */
             acknowledged_ms: number | null;
             /**
-             * @description What is watched: `above`, `below`, `rise`, `blind`, `fault`, `stale`, `down`, `damage`, `unrecorded`.
+             * @description The kind of its condition: `above`, `below`, `rise`, `not-measurable`, `fault`, `stale`, `segment-down`,
+             *     `damaged-telegrams`, `not-recording`.
              * @enum {string}
              */
-            condition: "above" | "below" | "rise" | "blind" | "fault" | "stale" | "down" | "damage" | "unrecorded";
-            /** @description The gauge. */
+            condition: "above" | "below" | "rise" | "not-measurable" | "fault" | "stale" | "segment-down" | "damaged-telegrams" | "not-recording";
+            /** @description The gauge, if the alarm is about one. */
             gauge: string | null;
             /**
              * Format: double
              * @description The limit.
              */
             limit: number | null;
-            /** @description What is to be done, as the file says. */
+            /** @description What to do, as the station's file says. */
             message: string | null;
-            /** @description Its name. */
+            /** @description The name. */
             name: string;
             /**
              * Format: int64
-             * @description Which time it was raised, to be given when it is acknowledged; 0 if it never was.
+             * @description The number of the last occurrence, needed to acknowledge it; 0 if the alarm was never raised.
              */
             occurrence: number;
             out_of_service: components["schemas"]["OutOfServiceView"] | null;
-            /** @description How soon somebody must do something. */
+            /** @description How soon an operator must respond. */
             priority: components["schemas"]["Priority"];
             /**
              * Format: int64
@@ -739,27 +740,27 @@ export interface components {
             raised_value: number | null;
             /**
              * Format: double
-             * @description Where it is over.
+             * @description The value at which the condition ends.
              */
             reset: number | null;
             /** @description The segment, if the alarm is about one. */
             segment: string | null;
-            /** @description The measuring part, by the name under which it is recorded. */
+            /** @description The measuring part, by the name under which it is recorded, if the alarm is about one. */
             series: string | null;
             /**
              * Format: int64
-             * @description Since when it stands there; nothing if nothing ever became of it.
+             * @description The time of the last change; `null` if there was none.
              */
             since_ms: number | null;
-            /** @description Where it stands. */
+            /** @description The state. */
             state: components["schemas"]["AlarmState"];
-            /** @description What was seen when it was raised, in a sentence. */
+            /** @description A sentence about why it was raised. */
             text: string;
-            /** @description What values and limits are counted in. */
+            /** @description The unit of values and limits. */
             unit: string | null;
             /**
              * Format: double
-             * @description The value now.
+             * @description The present value.
              */
             value: number | null;
         };
@@ -855,6 +856,8 @@ export interface components {
              * @description Its address, 0 to 126.
              */
             address: number;
+            /** @description What it is doing, in words. */
+            description: string;
             /** @description What it is, as far as we know. */
             device: string | null;
             /** @description Ident_Number, in hex. */
@@ -862,15 +865,13 @@ export interface components {
             /** @description The name we gave it. */
             name: string | null;
             /** @description What it is to us. */
-            standing: components["schemas"]["BusStationState"];
-            /** @description What it is doing, in words. */
-            words: string;
+            state: components["schemas"]["BusStationState"];
         };
         /**
          * @description What a station of a segment is to us.
          * @enum {string}
          */
-        BusStationState: "ourselves" | "master" | "exchanging" | "faulty" | "starting" | "missing" | "foreign";
+        BusStationState: "own-master" | "other-master" | "data-exchange" | "fault" | "starting" | "missing" | "unconfigured";
         /** @description A command of a gauge. */
         Command: {
             /** @description Why it cannot be executed from the station; `null` if it can. */
@@ -907,15 +908,15 @@ export interface components {
         };
         /** @description Who may act on gauges now. */
         ControlAuthorityView: {
+            /** @description Who; nothing if it is free. */
+            holder: string | null;
             /** @description Who wants it. */
-            asked_by: string | null;
+            requested_by: string | null;
             /**
              * Format: int64
              * @description Since when.
              */
-            asked_ms: number | null;
-            /** @description Who; nothing if it is free. */
-            holder: string | null;
+            requested_ms: number | null;
             /**
              * Format: int64
              * @description Since when, in milliseconds since 1970.
@@ -981,16 +982,21 @@ export interface components {
              * @description How often they are taken, in milliseconds: older than a few of these, they are stale.
              */
             poll_ms: number;
+            /** @description Why it does not measure, in a sentence. */
+            problem: string | null;
             /** @description What it measures, one for each measuring part that travels. */
             readings: components["schemas"]["Reading"][];
             /** @description Its segment. */
             segment: string;
+            /**
+             * Format: int64
+             * @description The age in milliseconds from which the readings are stale.
+             */
+            stale_after_ms: number;
             /** @description What it is to us. */
-            standing: components["schemas"]["BusStationState"];
-            /** @description Why it does not measure, in a sentence. */
-            trouble: string | null;
+            state: components["schemas"]["BusStationState"];
         };
-        /** @description A value as people and programs give it. */
+        /** @description A value in a request. */
         GivenValue: string | number | boolean;
         /** @description Name and password of a user. */
         Login: {
@@ -1014,7 +1020,7 @@ export interface components {
             /** @description The new password, 8 characters at least. */
             new: string;
         };
-        /** @description What is to be armed: a command, or a parameter and its value. */
+        /** @description A request to arm a command, or a parameter with its value. */
         OperationRequest: {
             /** @description The command: `degas-on`, `ba.degas-on`. */
             command?: string | null;
@@ -1029,15 +1035,15 @@ export interface components {
              * @description When.
              */
             at_ms: number;
-            /** @description Why. */
+            /** @description The reason. */
             reason: string;
             /**
              * Format: int64
-             * @description When it comes back by itself; nothing if somebody must put it back.
+             * @description When it returns to service by itself; `null` if a user must return it.
              */
             until_ms: number | null;
-            /** @description Who took it out. */
-            who: string;
+            /** @description The user who took it out of service. */
+            user: string;
         };
         /** @description A parameter of a gauge. */
         Parameter: {
@@ -1048,7 +1054,7 @@ export interface components {
             /** @description Slot and index, or the number of the parameter channel. */
             numbers: string;
             /** @description Why it could not be read. */
-            refusal: string | null;
+            read_error: string | null;
             /** @description By what it is read and written: `trip-point.1/high-trip-point`. */
             target: string;
             /** @description What it shows now, with its unit; nothing if it could not be read. */
@@ -1066,7 +1072,7 @@ export interface components {
             pa: number;
         };
         /**
-         * @description How soon somebody must do something. Ordered: the highest is the greatest.
+         * @description How soon an operator must respond. Ordered: `High` is the greatest.
          * @enum {string}
          */
         Priority: "low" | "medium" | "high";
@@ -1096,7 +1102,7 @@ export interface components {
             /** @description The gauge. */
             gauge: string;
             /** @description Of so many. */
-            of: number;
+            total: number;
         };
         /** @description What a measuring part shows. */
         Reading: {
@@ -1121,7 +1127,7 @@ export interface components {
              */
             principle: "pirani" | "hot-cathode" | "cold-cathode" | "diaphragm" | "atmosphere" | null;
             /**
-             * @description What it is worth: `valid`, `overrange`, `underrange`, `invalid`, `gap`.
+             * @description The quality: `valid`, `overrange`, `underrange`, `invalid`, `gap`.
              * @enum {string}
              */
             quality: "valid" | "overrange" | "underrange" | "invalid" | "gap";
@@ -1134,9 +1140,9 @@ export interface components {
             error: string | null;
             /**
              * Format: int64
-             * @description Samples it could not keep.
+             * @description When it wrote last, in milliseconds since 1970.
              */
-            lost: number;
+            last_write_ms: number | null;
             /**
              * Format: int64
              * @description Events it could not keep.
@@ -1144,9 +1150,9 @@ export interface components {
             lost_events: number;
             /**
              * Format: int64
-             * @description When it wrote last, in milliseconds since 1970.
+             * @description Samples it could not keep.
              */
-            written_ms: number | null;
+            lost_samples: number;
         };
         /** @description An alarm that was not acknowledged. */
         RefusedAlarm: {
@@ -1195,18 +1201,18 @@ export interface components {
              */
             tau_s: number | null;
         };
-        /** @description What something risks. */
+        /** @description A risk. */
         Risk: {
-            /** @description How much. */
+            /** @description How large it is. */
             class: components["schemas"]["RiskClass"];
-            /** @description In words: those of the table where it has some. */
-            words: string;
+            /** @description A description, from the table where it has one. */
+            description: string;
         };
         /**
-         * @description How much something risks.
+         * @description How large a risk is.
          * @enum {string}
          */
-        RiskClass: "harmless" | "volatile" | "on-request" | "kept" | "dangerous";
+        RiskClass: "harmless" | "volatile" | "stored-on-request" | "persistent" | "dangerous";
         /**
          * @description The role of a user. A role includes the permissions of all lower roles.
          * @enum {string}
@@ -1228,7 +1234,7 @@ export interface components {
              * Format: int32
              * @description Telegrams that arrived damaged since it runs.
              */
-            damaged: number;
+            damaged_telegrams: number;
             /**
              * Format: int32
              * @description The address of our master.
@@ -1238,12 +1244,12 @@ export interface components {
             name: string;
             /** @description Its port. */
             port: string;
+            /** @description Why it does not run, in a sentence. */
+            problem: string | null;
             /** @description Where it stands. */
             state: components["schemas"]["SegmentState"];
             /** @description Who is on it. */
             stations: components["schemas"]["BusStation"][];
-            /** @description Why it does not run, in a sentence. */
-            trouble: string | null;
         };
         /**
          * @description Where a segment stands.
@@ -1326,49 +1332,49 @@ export interface components {
             /** @description Where pixels begin, in milliseconds since 1970, rising. */
             start_ms: number[];
         };
-        /** @description How a webhook is. */
+        /** @description The delivery status of a webhook. */
         WebhookView: {
-            /** @description Scheme and host; what follows is often a secret. */
+            /** @description Scheme and host of its URL; the rest often is a secret. */
             at: string;
             /**
              * Format: int64
-             * @description How many it has taken since the station began.
+             * @description Notifications delivered since the station started.
              */
             delivered: number;
             /**
              * Format: int64
-             * @description When it took one last, in milliseconds since 1970.
+             * @description When the last notification was delivered, in milliseconds since 1970.
              */
             delivered_ms: number | null;
             /**
              * Format: int64
-             * @description Since when, in milliseconds since 1970.
+             * @description Since when the delivery fails, in milliseconds since 1970.
              */
             failing_since_ms: number | null;
             /**
              * Format: int64
-             * @description How many were given up since the station began.
+             * @description Notifications given up since the station started.
              */
             given_up: number;
             /** @description Its name. */
             name: string;
-            /** @description Why it does not take the next one, if it does not; it is tried again. */
+            /** @description Why the next notification is not delivered; the station tries again. */
             problem: string | null;
-            /** @description How many letters wait. */
+            /** @description Notifications that wait for delivery. */
             waiting: number;
         };
         /** @description What it takes to write a parameter. */
         WriteInfo: {
-            /** @description Why nobody may from here. */
-            barred: string | null;
             /** @description The values it takes, if it takes only these. */
-            choices: string[];
+            allowed_values: string[];
+            /** @description Why nobody may from here. */
+            blocked_reason: string | null;
+            /** @description What it takes, in words with its unit. */
+            expects: string;
             /** @description What it risks. */
             risk: components["schemas"]["Risk"];
             /** @description Who may. */
             role: components["schemas"]["Role"];
-            /** @description What it takes, in words with its unit. */
-            takes: string;
         };
     };
     responses: never;

@@ -30,9 +30,9 @@ export function AlarmStateMark({ state }: { state: AlarmState }): JSX.Element {
 export function AlarmBadge({ snapshot }: { snapshot: Snapshot }): JSX.Element {
   const { alarms } = snapshot
   const counts = summary(alarms)
-  if (alarms.trouble) {
+  if (alarms.problem) {
     return (
-      <Link to="/alarms" class="badge high" title={alarms.trouble}>
+      <Link to="/alarms" class="badge high" title={alarms.problem}>
         <span aria-hidden="true">✖ </span>alarms not monitored
       </Link>
     )

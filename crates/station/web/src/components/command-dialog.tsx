@@ -141,7 +141,7 @@ function Details({ armed }: { armed: ArmedCommand }): JSX.Element {
         </dd>
         <dt>Risk</dt>
         <dd>
-          <RiskMark risk={risk} /> {risk.words}
+          <RiskMark risk={risk} /> {risk.description}
         </dd>
       </dl>
       <Conditions conditions={conditions} />

@@ -13,13 +13,13 @@ const ANSWER_MS = 60_000
 
 /** The actions that the user has now. */
 export function controlActions(control: Control, session: Session, now: number): ControlAction[] {
-  const { holder, asked_by, asked_ms } = control
+  const { holder, requested_by, requested_ms } = control
   if (!hasRole(session, 'operator')) return []
   if (holder === null) return ['request']
-  if (holder === session.name) return asked_by === null ? ['release'] : ['grant', 'release']
-  const hasWaited = asked_by === session.name && asked_ms !== null && now - asked_ms >= ANSWER_MS
+  if (holder === session.name) return requested_by === null ? ['release'] : ['grant', 'release']
+  const hasWaited = requested_by === session.name && requested_ms !== null && now - requested_ms >= ANSWER_MS
   const take: ControlAction[] = hasRole(session, 'engineer') || hasWaited ? ['take-over'] : []
-  return asked_by === null ? ['request', ...take] : take
+  return requested_by === null ? ['request', ...take] : take
 }
 
 const ACTIONS: Record<ControlAction, { label: string; title: string }> = {
@@ -33,11 +33,11 @@ const ACTIONS: Record<ControlAction, { label: string; title: string }> = {
 }
 
 /** `Otto has control`. */
-export function controlText({ holder, asked_by }: Control, { name }: Session): string {
+export function controlText({ holder, requested_by }: Control, { name }: Session): string {
   if (holder === null) return 'No one has control'
   const has = holder === name ? 'You have control' : `${holder} has control`
-  if (asked_by === null) return has
-  return asked_by === name ? `${has}, you have requested it` : `${has}, ${asked_by} requests it`
+  if (requested_by === null) return has
+  return requested_by === name ? `${has}, you have requested it` : `${has}, ${requested_by} requests it`
 }
 
 export function ControlStatus({ control, now }: { control: Control; now: number }): JSX.Element {

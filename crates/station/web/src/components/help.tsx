@@ -59,7 +59,7 @@ export function Help({ close }: { close: () => void }): JSX.Element {
       <h2>Risk of commands and parameters</h2>
       <dl class="keys marks">
         {(Object.keys(RISKS) as RiskClass[]).map((risk) => (
-          <Mark key={risk} mark={<RiskMark risk={{ class: risk, words: '' }} />} text={RISKS[risk].sentence} />
+          <Mark key={risk} mark={<RiskMark risk={{ class: risk, description: '' }} />} text={RISKS[risk].sentence} />
         ))}
       </dl>
     </dialog>

@@ -9,7 +9,7 @@ import type { Live } from '../live.ts'
 
 /** The reason why a gauge does not measure, and everything it reports. */
 export function Faults({ gauge }: { gauge: Gauge }): JSX.Element | null {
-  const sentences = gauge.trouble ? [gauge.trouble, ...gauge.exceptions] : gauge.exceptions
+  const sentences = gauge.problem ? [gauge.problem, ...gauge.exceptions] : gauge.exceptions
   if (sentences.length === 0) return null
   return (
     <ul class="faults">

@@ -14,7 +14,7 @@ export const ALARM_STATES: Record<AlarmState, { label: string; sentence: string 
   unacknowledged: { label: 'new', sentence: 'The condition holds; the alarm is not acknowledged.' },
   acknowledged: { label: 'acknowledged', sentence: 'The condition holds; an operator has acknowledged the alarm.' },
   returned: { label: 'cleared, new', sentence: 'The condition no longer holds; the alarm is not acknowledged.' },
-  'out-of-service': { label: 'out of service', sentence: 'An engineer has switched the alarm off and given a reason.' },
+  'out-of-service': { label: 'out of service', sentence: 'An engineer has taken the alarm out of service and given a reason.' },
 }
 
 export const ALARM_CHANGES: Record<AlarmChange, string> = {
@@ -93,23 +93,23 @@ export function conditionText({ condition, limit, reset, unit, series, gauge, se
       return `${place} below ${at}${cleared}`
     case 'rise':
       return `${place} rises faster than ${at}`
-    case 'blind':
+    case 'not-measurable':
       return `${place} has a limit but no valid reading`
     case 'fault':
       return `${place} reports a fault`
     case 'stale':
       return `${place} delivers no new data`
-    case 'down':
+    case 'segment-down':
       return `segment ${place} is not running`
-    case 'damage':
+    case 'damaged-telegrams':
       return `segment ${place}: more than ${at} arrive damaged`
-    case 'unrecorded':
+    case 'not-recording':
       return 'the recorder does not write'
   }
 }
 
 /** Whether an entry of the history passes the filter. */
 export function matchesFilter(event: AlarmEvent, change: string, text: string): boolean {
-  const words = [event.alarm, event.subject, event.who, event.text].filter(Boolean).join(' ').toLowerCase()
-  return (!change || event.what === change) && words.includes(text.toLowerCase())
+  const words = [event.alarm, event.subject, event.user, event.text].filter(Boolean).join(' ').toLowerCase()
+  return (!change || event.change === change) && words.includes(text.toLowerCase())
 }

@@ -12,16 +12,16 @@ import type {
 } from '../api/types.ts'
 
 export const BUS_STATUS: Record<BusStatus, { label: string; sentence: string }> = {
-  ourselves: { label: 'our master', sentence: 'The master of this station.' },
-  master: { label: 'other master', sentence: 'Another master; it shares the bus with ours.' },
-  exchanging: { label: 'exchanging', sentence: 'A configured gauge in data exchange.' },
-  faulty: { label: 'fault', sentence: 'A configured gauge in data exchange that reports a fault.' },
+  'own-master': { label: 'our master', sentence: 'The master of this station.' },
+  'other-master': { label: 'other master', sentence: 'Another master; it shares the bus with ours.' },
+  'data-exchange': { label: 'exchanging', sentence: 'A configured gauge in data exchange.' },
+  fault: { label: 'fault', sentence: 'A configured gauge in data exchange that reports a fault.' },
   starting: { label: 'starting', sentence: 'A configured gauge that the master is bringing into data exchange.' },
   missing: {
     label: 'missing',
     sentence: 'A configured gauge that does not answer, or that belongs to another master.',
   },
-  foreign: { label: 'not configured', sentence: 'A slave that answers but is not in the station’s file.' },
+  unconfigured: { label: 'not configured', sentence: 'A slave that answers but is not in the station’s file.' },
 }
 
 export const QUALITIES: Record<Quality, string> = {
@@ -57,14 +57,14 @@ export const EVENT_KINDS: Record<EventKind, string> = {
 }
 
 export const RISKS: Record<RiskClass, { label: string; sentence: string }> = {
-  harmless: { label: 'harmless', sentence: 'The manual warns of nothing.' },
+  harmless: { label: 'harmless', sentence: 'The manual names no risk.' },
   volatile: { label: 'volatile', sentence: 'The value is lost when the gauge loses power.' },
-  'on-request': {
-    label: 'kept on request',
-    sentence: 'The value survives a power loss once the gauge is told to store it.',
+  'stored-on-request': {
+    label: 'stored on request',
+    sentence: 'The value survives a power loss after the gauge has stored it on request.',
   },
-  kept: { label: 'kept', sentence: 'The value survives a power loss at once.' },
-  dangerous: { label: 'risk', sentence: 'The manual warns; the text beside it says of what.' },
+  persistent: { label: 'persistent', sentence: 'The value survives a power loss at once.' },
+  dangerous: { label: 'risk', sentence: 'The text beside it describes the risk.' },
 }
 
 const GASES: Record<string, string> = { n2: 'N₂', h2: 'H₂', co2: 'CO₂', h2o: 'H₂O', o2: 'O₂', co: 'CO', air: 'air' }
@@ -78,18 +78,18 @@ export function baud(bitsPerSecond: number): string {
 }
 
 /** The number of samples and events that the recorder lost, in one sentence; `null` if it lost none. */
-export function lostSentence({ lost, lost_events }: Recorder): string | null {
+export function lostSentence({ lost_samples, lost_events }: Recorder): string | null {
   const counted = (count: number, noun: string): string[] =>
     count ? [`${count} ${noun}${count === 1 ? '' : 's'}`] : []
-  const all = [...counted(lost, 'sample'), ...counted(lost_events, 'event')]
+  const all = [...counted(lost_samples, 'sample'), ...counted(lost_events, 'event')]
   return all.length ? `${all.join(' and ')} could not be recorded.` : null
 }
 
 /** The state of a segment, in one sentence. */
 export function segmentSentence(segment: Segment): string {
-  if (segment.trouble) return `Not working: ${segment.trouble}.`
+  if (segment.problem) return `Not working: ${segment.problem}.`
   if (segment.state !== 'running') return `The segment is ${SEGMENT_STATES[segment.state]}.`
-  const others = segment.stations.filter(({ standing }) => ['missing', 'faulty', 'starting'].includes(standing))
+  const others = segment.stations.filter(({ state }) => ['missing', 'fault', 'starting'].includes(state))
   if (others.length === 0) return 'All gauges exchange data.'
-  return `${others.map(({ name, address, words }) => `${name ?? address}: ${words}`).join('; ')}.`
+  return `${others.map(({ name, address, description }) => `${name ?? address}: ${description}`).join('; ')}.`
 }

@@ -2,10 +2,6 @@
 
 import type { Gauge, Quality, Reading } from '../api/types.ts'
 
-/** A reading is stale when it is older than this number of polls, and older than this time. Free choice. */
-const STALE_POLLS = 5
-const STALE_MS = 3_000
-
 /** Without a snapshot for this long the station counts as lost: it sends four a second. */
 export const SILENCE_MS = 3_000
 
@@ -16,7 +12,7 @@ export function ageOf(gauge: Gauge, sinceMs: number): number | null {
 
 export function isStale(gauge: Gauge, sinceMs: number): boolean {
   const age = ageOf(gauge, sinceMs)
-  return age === null || age > Math.max(STALE_POLLS * gauge.poll_ms, STALE_MS)
+  return age === null || age > gauge.stale_after_ms
 }
 
 /** The quality of a reading now: a stale reading is a gap. */

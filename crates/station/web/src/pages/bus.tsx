@@ -28,7 +28,7 @@ export function BusMap(): JSX.Element {
 
 function Legend({ segments }: { segments: Segment[] }): JSX.Element {
   const stations = segments.flatMap(({ stations }) => stations)
-  const count = (status: BusStatus): number => stations.filter(({ standing }) => standing === status).length
+  const count = (status: BusStatus): number => stations.filter(({ state }) => state === status).length
   return (
     <ul class="legend" aria-label="Bus status">
       {(Object.keys(BUS_STATUS) as BusStatus[]).map((status) => (
@@ -47,7 +47,7 @@ function SegmentMap({ segment }: { segment: Segment }): JSX.Element {
   return (
     <section class="panel segment-map" aria-label={`Segment ${segment.name}`} data-segment={segment.name}>
       <h2>{segment.name}</h2>
-      <p class={`sentence ${segment.trouble ? 'bad' : ''}`}>{segmentSentence(segment)}</p>
+      <p class={`sentence ${segment.problem ? 'bad' : ''}`}>{segmentSentence(segment)}</p>
       <Facts segment={segment} />
       <div class="addresses">
         {ADDRESSES.map((address) => (
@@ -71,7 +71,7 @@ function Facts({ segment }: { segment: Segment }): JSX.Element {
     ['baud rate', baud(segment.baud)],
     ['state', SEGMENT_STATES[segment.state]],
     ['cycle time', segment.cycle_ms === null ? '–' : `${number(segment.cycle_ms)} ms`],
-    ['damaged telegrams', `${segment.damaged}`],
+    ['damaged telegrams', `${segment.damaged_telegrams}`],
     ['master address', `${segment.master}`],
   ]
   return (
@@ -95,11 +95,11 @@ interface CellProps {
 
 function Cell({ address, station, chosen, choose }: CellProps): JSX.Element {
   if (!station) return <span class="cell empty">{address}</span>
-  const text = `${address}: ${station.name ?? BUS_STATUS[station.standing].label}, ${station.words}`
+  const text = `${address}: ${station.name ?? BUS_STATUS[station.state].label}, ${station.description}`
   return (
     <button
       type="button"
-      class={`cell ${station.standing}`}
+      class={`cell ${station.state}`}
       aria-pressed={chosen}
       aria-label={text}
       title={text}
@@ -114,10 +114,10 @@ function Details({ station }: { station: BusStation | null }): JSX.Element {
   if (!station) return <p class="station-details muted">Press an address for details.</p>
   return (
     <p class="station-details" role="status">
-      <strong>{station.address}</strong> <BusStatusMark status={station.standing} />{' '}
+      <strong>{station.address}</strong> <BusStatusMark status={station.state} />{' '}
       {station.name && <Link to={gaugePath(station.name)}>{station.name}</Link>}{' '}
-      {[station.device, station.ident, station.words].filter(Boolean).join(' · ')}
-      <span class="muted"> {BUS_STATUS[station.standing].sentence}</span>
+      {[station.device, station.ident, station.description].filter(Boolean).join(' · ')}
+      <span class="muted"> {BUS_STATUS[station.state].sentence}</span>
     </p>
   )
 }

@@ -19,7 +19,7 @@ export function Overview(): JSX.Element {
   const live = useLive()
   const unit = useUnit()
   const { segments, gauges, alarms } = useSnapshot()
-  const alarmsOf = ({ name }: Gauge): Alarm[] => alarms.list.filter(({ gauge }) => gauge === name)
+  const alarmsOf = ({ name }: Gauge): Alarm[] => alarms.alarms.filter(({ gauge }) => gauge === name)
   return (
     <>
       <h1 class="visually-hidden">Overview</h1>
@@ -44,7 +44,7 @@ function SegmentHeading({ segment }: { segment: Segment }): JSX.Element {
   return (
     <h2>
       {segment.name}
-      {segment.trouble && <span class="trouble"> {segment.trouble}</span>}
+      {segment.problem && <span class="trouble"> {segment.problem}</span>}
     </h2>
   )
 }
@@ -59,7 +59,7 @@ function Card(props: { gauge: Gauge; alarms: Alarm[]; live: Live; unit: Unit }):
         <h3>
           <Link to={gaugePath(gauge.name)}>{gauge.name}</Link>
         </h3>
-        <BusStatusMark status={gauge.standing} stale={stale && gauge.standing === 'exchanging'} />
+        <BusStatusMark status={gauge.state} stale={stale && gauge.state === 'data-exchange'} />
       </div>
       {gauge.readings.map((reading) => (
         <CardReading gauge={gauge} reading={reading} live={live} unit={unit} several={several} key={reading.series} />

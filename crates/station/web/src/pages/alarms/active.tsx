@@ -20,7 +20,7 @@ interface Props {
 
 export function ActiveAlarmList({ error, act, takeOut }: Props): JSX.Element {
   const { alarms } = useSnapshot()
-  const list = [...alarms.list].sort(byUrgency)
+  const list = [...alarms.alarms].sort(byUrgency)
   return (
     <section class="panel" aria-label="Active alarms">
       <Head list={list} act={act} />
@@ -29,9 +29,9 @@ export function ActiveAlarmList({ error, act, takeOut }: Props): JSX.Element {
           {error}
         </p>
       )}
-      {alarms.trouble && (
+      {alarms.problem && (
         <p class="error" role="alert">
-          This list may be wrong: {alarms.trouble}.
+          This list may be wrong: {alarms.problem}.
         </p>
       )}
       {list.length === 0 && <p class="muted no-alarms">No active alarms.</p>}
@@ -40,7 +40,7 @@ export function ActiveAlarmList({ error, act, takeOut }: Props): JSX.Element {
           <ActiveAlarm alarm={alarm} act={act} takeOut={takeOut} key={alarm.name} />
         ))}
       </ul>
-      {alarms.more > 0 && <p class="muted">{alarms.more} more active alarms are under All alarms.</p>}
+      {alarms.not_listed > 0 && <p class="muted">{alarms.not_listed} more active alarms are under All alarms.</p>}
     </section>
   )
 }

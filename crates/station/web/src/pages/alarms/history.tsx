@@ -20,7 +20,7 @@ const CHANGES: [string, string][] = [['', 'all changes'], ...Object.entries(ALAR
 const columns = (unit: Unit): Column<AlarmEvent>[] => [
   { title: 'Time', class: 'time', cell: ({ at_ms }) => <Time at={at_ms} /> },
   { title: 'Priority', cell: ({ priority }) => <PriorityMark priority={priority} /> },
-  { title: 'Change', cell: ({ what }) => ALARM_CHANGES[what] },
+  { title: 'Change', cell: ({ change }) => ALARM_CHANGES[change] },
   {
     title: 'Alarm',
     cell: ({ alarm, text, value }) => (
@@ -30,7 +30,7 @@ const columns = (unit: Unit): Column<AlarmEvent>[] => [
       </>
     ),
   },
-  { title: 'User', class: 'short', cell: ({ who }) => who },
+  { title: 'User', class: 'short', cell: ({ user }) => user },
   { title: 'Value', class: 'short', cell: (event) => quantity(event.value, event.unit, unit) },
 ]
 
@@ -52,7 +52,7 @@ export function AlarmHistory(): JSX.Element {
         columns={columns(unit)}
         log={log}
         shown={shown}
-        keyOf={({ at_ms, alarm, what }) => `${at_ms} ${alarm} ${what}`}
+        keyOf={({ at_ms, alarm, change }) => `${at_ms} ${alarm} ${change}`}
         empty={{ none: 'No entries yet.', filtered: 'No entry matches.', isFiltered: log.entries.length > 0 }}
       />
     </section>

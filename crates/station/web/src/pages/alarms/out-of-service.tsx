@@ -38,12 +38,12 @@ export function OutOfServiceList({ alarms, act }: { alarms: Alarm[]; act: Act })
 function Reason({ alarm: { out_of_service } }: { alarm: Alarm }): JSX.Element | null {
   const { now } = useLive()
   if (!out_of_service) return null
-  const { who, at_ms, reason, until_ms } = out_of_service
+  const { user, at_ms, reason, until_ms } = out_of_service
   return (
     <>
       <p>{reason}</p>
       <p class="muted">
-        {who}, {shortTime(at_ms, now)},{' '}
+        {user}, {shortTime(at_ms, now)},{' '}
         {until_ms === null ? 'until returned to service' : `until ${shortTime(until_ms, now)}`}
       </p>
     </>

@@ -23,11 +23,11 @@ export function ChangeParameter({ parameter, open }: Props): JSX.Element | null 
   const [isEditing, setEditing] = useState(false)
   const { name, write } = parameter
   if (write === null || !hasRole(session, write.role)) return null
-  if (write.barred !== null) {
+  if (write.blocked_reason !== null) {
     return (
-      <details class="barred">
+      <details class="blocked">
         <summary>cannot be changed here</summary>
-        {write.barred}
+        {write.blocked_reason}
       </details>
     )
   }
@@ -59,9 +59,9 @@ function Form({ parameter, write, open, close }: Props & { write: Write; close: 
   const label = `New value of ${name}`
   return (
     <form class="change" onSubmit={submit}>
-      {write.choices.length > 0 ? (
+      {write.allowed_values.length > 0 ? (
         <select name="value" aria-label={label} autofocus>
-          {write.choices.map((choice) => (
+          {write.allowed_values.map((choice) => (
             <option value={choice} selected={choice === value} key={choice}>
               {choice}
             </option>
@@ -77,7 +77,7 @@ function Form({ parameter, write, open, close }: Props & { write: Write; close: 
         Cancel
       </button>
       <span class="muted takes">
-        <RiskMark risk={write.risk} /> {write.choices.length === 0 && write.takes}
+        <RiskMark risk={write.risk} /> {write.allowed_values.length === 0 && write.expects}
       </span>
     </form>
   )

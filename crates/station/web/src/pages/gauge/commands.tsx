@@ -73,7 +73,7 @@ function Item({ command, open }: { command: Command; open: (request: Request) =>
         {command.command} …
       </button>
       <span class="command-facts" id={id}>
-        <RiskMark risk={command.risk} /> {command.risk.class === 'dangerous' && command.risk.words}
+        <RiskMark risk={command.risk} /> {command.risk.class === 'dangerous' && command.risk.description}
         {command.conditions.length > 0 && <span class="muted"> Conditions: {command.conditions.join('; ')}.</span>}
         {reason && reason !== NEEDS_CONTROL && <em class="muted"> {reason}</em>}
       </span>

@@ -86,7 +86,7 @@ function useParameters(gauge: Gauge, outcome: Outcome | null): Reading {
     setStartedAt(null)
   }
   useEffect(() => {
-    if (!kept.has(gauge.name) && (gauge.standing === 'exchanging' || gauge.standing === 'faulty')) void readAgain()
+    if (!kept.has(gauge.name) && (gauge.state === 'data-exchange' || gauge.state === 'fault')) void readAgain()
   }, [])
   // The station reads a parameter back after it has written it, so the outcome has its new value.
   useEffect(() => {
@@ -101,7 +101,7 @@ function useParameters(gauge: Gauge, outcome: Outcome | null): Reading {
 }
 
 function withOutcome(parameter: Parameter, { target, after }: Outcome): Parameter {
-  return parameter.target === target ? { ...parameter, value: after, refusal: null } : parameter
+  return parameter.target === target ? { ...parameter, value: after, read_error: null } : parameter
 }
 
 function Progress({ gauge, startedAt, read }: { gauge: Gauge; startedAt: number | null; read: Read }): JSX.Element {
@@ -115,7 +115,7 @@ function Progress({ gauge, startedAt, read }: { gauge: Gauge; startedAt: number 
   }
   return (
     <span class="progress busy" role="status">
-      reading … {progress && `${progress.done} of ${progress.of}, `}
+      reading … {progress && `${progress.done} of ${progress.total}, `}
       {age(performance.now() - startedAt)}
     </span>
   )
@@ -146,8 +146,8 @@ function Table({ block, parameters, open }: TableProps): JSX.Element {
               {parameter.name}
               <code>{parameter.target}</code>
             </th>
-            <td class={parameter.refusal ? 'refusal' : 'value'}>
-              {parameter.value ?? parameter.refusal ?? 'write only'}
+            <td class={parameter.read_error ? 'refusal' : 'value'}>
+              {parameter.value ?? parameter.read_error ?? 'write only'}
               <ChangeParameter parameter={parameter} open={open} />
             </td>
             <td>{parameter.access}</td>

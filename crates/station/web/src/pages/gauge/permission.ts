@@ -6,9 +6,9 @@ import { hasRole } from '../../session.ts'
 /** The commands panel says this once for all commands. */
 export const NEEDS_CONTROL = 'needs control'
 
-/** Why the user may not act; `null` if they may. `barred` is the reason why nobody may. */
-export function obstacle(session: Session, control: Control, needed: Role, barred: string | null): string | null {
-  if (barred) return barred
+/** Why the user may not act; `null` if they may. `blocked` is the reason why no user may. */
+export function obstacle(session: Session, control: Control, needed: Role, blocked: string | null): string | null {
+  if (blocked) return blocked
   if (!hasRole(session, needed)) return `needs the role ${needed}`
   return control.holder === session.name ? null : NEEDS_CONTROL
 }

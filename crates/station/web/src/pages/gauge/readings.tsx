@@ -19,7 +19,7 @@ export function Readings({ gauge }: { gauge: Gauge }): JSX.Element {
     <section class={`panel readings ${stale ? 'stale' : ''}`} aria-label="Readings">
       <div class="readings-head">
         <h2>{gauge.name}</h2>
-        <BusStatusMark status={gauge.standing} stale={stale && gauge.standing === 'exchanging'} />
+        <BusStatusMark status={gauge.state} stale={stale && gauge.state === 'data-exchange'} />
         <span class="muted">
           {gauge.device} · {gauge.segment} · address {gauge.address}
         </span>
