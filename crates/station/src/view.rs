@@ -26,13 +26,13 @@ pub struct Station {
 /// The recorder.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, ToSchema)]
 pub struct RecorderView {
-    /// When it wrote last, in milliseconds since 1970.
+    /// The time of the last write, in milliseconds since 1970.
     pub last_write_ms: Option<i64>,
-    /// Why it does not, if it does not.
+    /// Why it does not write, if it does not.
     pub error: Option<String>,
-    /// Samples it could not keep.
+    /// Samples that were dropped.
     pub lost_samples: u64,
-    /// Events it could not keep.
+    /// Events that were dropped.
     pub lost_events: u64,
 }
 
@@ -63,11 +63,11 @@ pub struct Segment {
     pub state: SegmentState,
     /// Why it does not run, in a sentence.
     pub problem: Option<String>,
-    /// How long a cycle takes, in milliseconds.
+    /// The duration of a cycle, in milliseconds.
     pub cycle_ms: Option<f64>,
-    /// Telegrams that arrived damaged since it runs.
+    /// Telegrams that arrived damaged since the port was opened.
     pub damaged_telegrams: u32,
-    /// Who is on it.
+    /// The stations on the bus, by address.
     pub stations: Vec<BusStation>,
 }
 
@@ -75,19 +75,19 @@ pub struct Segment {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, ToSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum BusStationState {
-    /// Our master.
+    /// The master of this station.
     OwnMaster,
     /// Another master.
     OtherMaster,
-    /// A slave of ours that exchanges data.
+    /// A gauge in data exchange.
     DataExchange,
-    /// A slave of ours that reports a fault.
+    /// A gauge in data exchange that reports a fault.
     Fault,
-    /// A slave of ours that is being brought into data exchange.
+    /// A gauge that is being brought into data exchange.
     Starting,
     /// A gauge that does not answer, or belongs to another master.
     Missing,
-    /// A slave that is not ours.
+    /// A slave that is not in the station's file.
     Unconfigured,
 }
 
@@ -96,15 +96,15 @@ pub enum BusStationState {
 pub struct BusStation {
     /// Its address, 0 to 126.
     pub address: u8,
-    /// What it is to us.
+    /// The state.
     pub state: BusStationState,
-    /// The name we gave it.
+    /// The name in the station's file.
     pub name: Option<String>,
     /// The device, if it is known.
     pub device: Option<String>,
     /// Ident_Number, in hex.
     pub ident: Option<String>,
-    /// What it is doing, in words.
+    /// A description of the state.
     pub description: String,
 }
 
@@ -119,11 +119,11 @@ pub struct Gauge {
     pub address: u8,
     /// The device: `bcg450`.
     pub device: String,
-    /// What it is to us.
+    /// The state.
     pub state: BusStationState,
-    /// Why it does not measure, in a sentence.
+    /// Why it is not in data exchange, in a sentence.
     pub problem: Option<String>,
-    /// What it reports beside the pressure, in words.
+    /// The exceptions it reports.
     pub exceptions: Vec<String>,
     /// The gas for which the readings are corrected.
     pub gas: String,
@@ -254,7 +254,7 @@ pub struct ReadProgress {
     pub gauge: String,
     /// The number of parameters that were read.
     pub done: usize,
-    /// Of so many.
+    /// The number of all parameters.
     pub total: usize,
 }
 
@@ -265,7 +265,7 @@ pub struct ControlAuthorityView {
     pub holder: Option<String>,
     /// Since when, in milliseconds since 1970.
     pub since_ms: Option<i64>,
-    /// Who wants it.
+    /// The user who requests control.
     pub requested_by: Option<String>,
     /// Since when.
     pub requested_ms: Option<i64>,
@@ -286,7 +286,7 @@ pub struct Parameter {
     pub value: Option<String>,
     /// Why it could not be read.
     pub read_error: Option<String>,
-    /// What it takes to write it; nothing if it is not written, or only as a command.
+    /// How it is written; `null` if it is not writable, or only by a command.
     pub write: Option<WriteInfo>,
 }
 
@@ -318,15 +318,15 @@ pub struct Risk {
 /// How a parameter is written.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, ToSchema)]
 pub struct WriteInfo {
-    /// What it takes, in words with its unit.
+    /// A description of the expected value, with its unit.
     pub expects: String,
-    /// The values it takes, if it takes only these.
+    /// The allowed values, if only some are allowed.
     pub allowed_values: Vec<String>,
-    /// What it risks.
+    /// The risk.
     pub risk: Risk,
     /// The role it needs.
     pub role: Role,
-    /// Why nobody may from here.
+    /// Why the station never writes it.
     pub blocked_reason: Option<String>,
 }
 
