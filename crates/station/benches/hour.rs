@@ -79,7 +79,7 @@ fn main() {
 fn wait_until_well(services: &Services) -> Duration {
     let begun = Instant::now();
     // An IMG 400 with its ion gauges off reports that.
-    let is_well = |standing| matches!(standing, BusStationState::DataExchange | BusStationState::Fault);
+    let is_well = |state| matches!(state, BusStationState::DataExchange | BusStationState::Fault);
     let well = |services: &Services| services.snapshots().gauges().iter().filter(|gauge| is_well(gauge.state)).count();
     while well(services) < SEGMENTS * DEVICES.len() {
         assert!(begun.elapsed() < Duration::from_secs(120), "something is stuck: {:#?}", services.snapshots().gauges());

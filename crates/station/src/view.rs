@@ -67,7 +67,7 @@ pub struct Segment {
     pub cycle_ms: Option<f64>,
     /// Telegrams that arrived damaged since it runs.
     pub damaged_telegrams: u32,
-    /// Who is on it.
+    /// The stations on it.
     pub stations: Vec<BusStation>,
 }
 
@@ -254,7 +254,7 @@ pub struct ReadProgress {
     pub gauge: String,
     /// The number of parameters that were read.
     pub done: usize,
-    /// Of so many.
+    /// The number of all parameters.
     pub total: usize,
 }
 
@@ -265,7 +265,7 @@ pub struct ControlAuthorityView {
     pub holder: Option<String>,
     /// Since when, in milliseconds since 1970.
     pub since_ms: Option<i64>,
-    /// Who wants it.
+    /// The user who requests control.
     pub requested_by: Option<String>,
     /// Since when.
     pub requested_ms: Option<i64>,
@@ -326,7 +326,7 @@ pub struct WriteInfo {
     pub risk: Risk,
     /// The role it needs.
     pub role: Role,
-    /// Why nobody may from here.
+    /// The reason why no user may execute it here.
     pub blocked_reason: Option<String>,
 }
 

@@ -81,7 +81,7 @@ fn a_pressure_that_rises_after_arming_prevents_the_execution() {
     let station = MemoryStation::new(1e-6);
     station.take_control(OPERATOR);
     let (_, armed) = station.arm(OPERATOR, &json!({ "command": DEGAS }));
-    station.outside(|scene| scene.set_environment(Outside::mbar(5e-4)));
+    station.outside(|segment| segment.set_environment(Outside::mbar(5e-4)));
     station.until_pa(|pa| pa > 1e-2);
     let (status, refused) = station.execute(OPERATOR, &armed);
     assert_eq!((status, &refused["conditions"][2]["is_met"]), (409, &json!(false)), "{refused}");
@@ -230,7 +230,7 @@ fn a_gauge_that_is_lost_after_arming_is_reported() {
     let station = MemoryStation::new(1e-6);
     station.take_control(OPERATOR);
     let (_, armed) = station.arm(OPERATOR, &json!({ "command": DEGAS }));
-    station.outside(|scene| scene.devices_mut().for_each(|device| device.set_power(false)));
+    station.outside(|segment| segment.devices_mut().for_each(|device| device.set_power(false)));
     let (status, refused) = station.execute(OPERATOR, &armed);
     assert_eq!(status, 409, "{refused}");
     assert!(trail(&station).last().unwrap()[5].starts_with("not sent: "), "{:#?}", trail(&station));
@@ -340,7 +340,7 @@ fn data_exchange_continues_while_commands_are_executed() {
         let (_, armed) = station.arm(ENGINEER, &write(SAFE_VALUE, value));
         assert_eq!(station.execute(ENGINEER, &armed).0, 200);
     }
-    let lost = station.ask_outside(|scene| scene.master().unwrap().counters(5).unwrap().lost);
+    let lost = station.ask_outside(|segment| segment.master().unwrap().counters(5).unwrap().lost);
     assert_eq!(lost, 0);
     until("data exchange", || (station.gauge().state == BusStationState::DataExchange).then_some(()));
 }

@@ -183,8 +183,8 @@ fn an_acknowledgement_of_an_earlier_occurrence_is_refused() {
     let (status, sentence) = fixture.post("/api/alarms/too%20high/acknowledge", &seen, Role::Operator);
     assert_eq!(status, 409);
     assert!(sentence["detail"].as_str().unwrap().starts_with("too high was raised again"), "{sentence}");
-    let unknown = fixture.post("/api/alarms/nobody/acknowledge", &seen, Role::Operator);
-    assert_eq!(problem(&unknown), (404, "there is no alarm \"nobody\""));
+    let unknown = fixture.post("/api/alarms/unknown/acknowledge", &seen, Role::Operator);
+    assert_eq!(problem(&unknown), (404, "there is no alarm \"unknown\""));
     let now = json!({ "occurrence": fixture.alarm("too high")["occurrence"] });
     assert_eq!(fixture.post("/api/alarms/too%20high/acknowledge", &now, Role::Engineer).0, 200);
     let again = fixture.post("/api/alarms/too%20high/acknowledge", &now, Role::Operator);
@@ -199,11 +199,11 @@ fn several_occurrences_are_acknowledged_together_and_no_others() {
     let seen = json!({ "alarms": [
         { "name": "too high", "occurrence": occurrence("too high") },
         { "name": "history", "occurrence": occurrence("history") - 1 },
-        { "name": "nobody", "occurrence": 1 },
+        { "name": "unknown", "occurrence": 1 },
     ] });
     let (status, told) = fixture.post("/api/alarms/acknowledge", &seen, Role::Operator);
     assert_eq!((status, &told["acknowledged"]), (200, &json!(["too high"])));
-    assert_eq!((&told["refused"][0]["name"], &told["refused"][1]["name"]), (&json!("history"), &json!("nobody")));
+    assert_eq!((&told["refused"][0]["name"], &told["refused"][1]["name"]), (&json!("history"), &json!("unknown")));
     assert_eq!(fixture.alarm("history")["state"], "unacknowledged");
     // A name that is also a path.
     let seen = json!({ "occurrence": occurrence("history") });
@@ -240,7 +240,7 @@ fn changes_by_users_are_in_the_audit_trail() {
     let leave = json!({ "reason": "calibration", "minutes": 30 });
     assert_eq!(fixture.post("/api/alarms/too%20high/out-of-service", &leave, Role::Engineer).0, 200);
     assert_eq!(fixture.post("/api/alarms/too%20high/return-to-service", &json!({}), Role::Engineer).0, 200);
-    // What is answered is written: nobody flushes here.
+    // The answers came after the writes, so the test does not flush.
     let rows = fixture.get("/api/audit?gauge=chamber");
     let cell = |row: &Value, name: &str| row[name].as_str().unwrap_or_default().to_owned();
     let columns = ["action", "user", "role", "peer", "target", "before", "after", "outcome"];
@@ -303,10 +303,10 @@ fn an_invalid_request_is_refused_with_a_sentence() {
 fn the_overview_lists_the_most_urgent_alarms_first() {
     let fixture = Fixture::new();
     fixture.evaluate(5.0);
-    let standing = serde_json::to_value(fixture.services.alarms().overview()).unwrap();
-    assert_eq!(standing["high"], json!({ "active": 1, "unacknowledged": 1 }));
-    assert_eq!(standing["medium"], json!({ "active": 1, "unacknowledged": 1 }));
+    let overview = serde_json::to_value(fixture.services.alarms().overview()).unwrap();
+    assert_eq!(overview["high"], json!({ "active": 1, "unacknowledged": 1 }));
+    assert_eq!(overview["medium"], json!({ "active": 1, "unacknowledged": 1 }));
     let names: Vec<_> =
-        standing["alarms"].as_array().unwrap().iter().map(|alarm| alarm["name"].as_str().unwrap()).collect();
-    assert_eq!((names, &standing["problem"]), (vec!["too high", "history"], &Value::Null));
+        overview["alarms"].as_array().unwrap().iter().map(|alarm| alarm["name"].as_str().unwrap()).collect();
+    assert_eq!((names, &overview["problem"]), (vec!["too high", "history"], &Value::Null));
 }

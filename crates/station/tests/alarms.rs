@@ -261,9 +261,9 @@ fn a_rise_is_the_slope_over_its_window() {
 #[test]
 fn a_fault_alarm_returns_when_the_gauge_exchanges_data_without_exceptions() {
     let mut fixture = Fixture::new(vec![rule(Condition::Fault { gauge: "chamber".to_owned() }, 0, 0)]);
-    let with = |standing, exceptions: &[&str]| {
+    let with = |state, exceptions: &[&str]| {
         let mut inputs = inputs(1.0, Quality::Valid);
-        inputs.gauges[0].state = standing;
+        inputs.gauges[0].state = state;
         inputs.gauges[0].exceptions = exceptions.iter().map(|&words| words.to_owned()).collect();
         inputs
     };

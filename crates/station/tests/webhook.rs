@@ -222,12 +222,12 @@ fn a_notification_is_repeated_until_it_is_accepted_and_in_order() {
     let hook = webhook(&address, "");
     let fixture = Fixture::new(&[&hook]);
     fixture.chatter();
-    // Who answers at all answers sooner than that, also on a computer that is busy.
+    // A receiver that answers does so sooner, also on a busy computer.
     let _delivery = fixture.start(&hook, DeliverySettings { answer_timeout: Duration::from_secs(3), ..QUICK });
     let all: Vec<_> = (0..7).map(|_| came.recv_timeout(LONG).unwrap()).collect();
     assert!(all.iter().all(|came| came.head.starts_with("POST /hook?key=abc ")), "redirects are not followed");
     let ids: Vec<_> = all.iter().map(|came| &came.body["id"]).collect();
-    assert!(ids[..6].iter().all(|id| *id == ids[0]), "whoever gets it twice knows it again: {ids:?}");
+    assert!(ids[..6].iter().all(|id| *id == ids[0]), "all attempts have the same identifier: {ids:?}");
     assert_eq!((&all[5].body["change"], &all[6].body["change"]), (&"raised".into(), &"returned".into()));
     fixture.until("ops", |view| view.delivered == 2 && view.problem.is_none() && view.failing_since_ms.is_none());
     assert_eq!(
@@ -312,7 +312,7 @@ fn notifications_are_delivered_after_the_database_was_deleted() {
         fixture.chatter();
         (0..2).for_each(|_| drop(came.recv_timeout(LONG).unwrap()));
         fixture.until("ops", |view| view.delivered == delivered && view.waiting == 0);
-        // What comes next lies in a new file, whose letters have the numbers of those before.
+        // The next notifications are in a new database, where their numbers start again.
         fs::remove_file(fixture.folder.path().join("plant.db")).unwrap();
         assert!(fixture.services.recorder().flush());
     }
@@ -370,7 +370,7 @@ fn over_https_only_a_trusted_receiver_is_notified() {
     let _delivery = fixture.start(&stranger, QUICK);
     let view = fixture.until("ops", |view| view.problem.is_some());
     assert!(view.problem.unwrap().starts_with("there is no secure connection: invalid peer certificate"));
-    assert!(came.try_recv().is_err(), "nobody was told anything");
+    assert!(came.try_recv().is_err(), "nothing was sent");
     let _delivery = fixture.start(&known, QUICK);
     assert_eq!(came.recv_timeout(LONG).unwrap().header("authorization"), Some("Bearer s3cret"));
     fixture.until("known", |view| view.delivered == 2);

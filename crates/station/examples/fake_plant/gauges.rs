@@ -21,7 +21,7 @@ enum Shape {
     Still(f64),
     /// Around a pressure by a part of a decade, slowly.
     Drift { pa: f64, decades: f64, period: f64 },
-    /// Pumped from atmosphere every so many seconds, down to a pressure.
+    /// Pumped from atmosphere down to a pressure, once in each period in seconds.
     Pumped { to: f64, period: f64 },
     /// The valve was closed for the ten minutes before the start: a leak and outgassing.
     Rise,
@@ -39,12 +39,12 @@ pub struct Fake {
     pub segment: &'static str,
     /// Its address.
     pub address: u8,
-    /// What it is.
+    /// Its device.
     pub device: &'static str,
     /// Ident_Number.
     pub ident: &'static str,
-    /// What it is to the station.
-    pub standing: BusStationState,
+    /// Its state on the bus.
+    pub state: BusStationState,
     gas: &'static str,
     factor: f64,
     /// Lowest and highest pressure in Pa that it can measure.
@@ -53,8 +53,8 @@ pub struct Fake {
     parts: &'static [(&'static str, Shape)],
     exceptions: &'static [&'static str],
     /// Why it does not measure.
-    pub trouble: Option<&'static str>,
-    /// Seconds in which nothing was heard of it.
+    pub problem: Option<&'static str>,
+    /// The times in seconds in which it did not answer.
     gaps: &'static [(f64, f64)],
 }
 
@@ -64,14 +64,14 @@ const HALL: Fake = Fake {
     address: 0,
     device: "bcg450",
     ident: "0x0A05",
-    standing: BusStationState::DataExchange,
+    state: BusStationState::DataExchange,
     gas: "n2",
     factor: 1.0,
     range: (5e-8, 1.5e5),
     levels: &[],
     parts: &[],
     exceptions: &[],
-    trouble: None,
+    problem: None,
     gaps: &[],
 };
 
@@ -85,8 +85,8 @@ pub fn all(hostile: bool) -> Vec<Fake> {
         segment: "bench",
         address: 4,
         device: "psg550",
-        standing: BusStationState::Missing,
-        trouble: Some("/dev/ttyUSB2: the port is lost"),
+        state: BusStationState::Missing,
+        problem: Some("/dev/ttyUSB2: the port is lost"),
         range: (5e-2, 1e5),
         parts: &[("pirani", Shape::Lost(8.7))],
         ..HALL
@@ -141,7 +141,7 @@ fn hall() -> [Fake; 6] {
             name: "cryostat",
             address: 9,
             device: "bpg400",
-            standing: BusStationState::Fault,
+            state: BusStationState::Fault,
             parts: &[("hot-cathode", Shape::Invalid)],
             exceptions: &["hot cathode error: filament broken", "Pirani error"],
             ..HALL
@@ -204,7 +204,7 @@ fn beam() -> [Fake; 6] {
             parts: &[("pirani", Shape::Rise)],
             ..BEAM
         },
-        Fake { name: "spare", address: 40, device: "pcg550", standing: BusStationState::Starting, parts: &[], ..BEAM },
+        Fake { name: "spare", address: 40, device: "pcg550", state: BusStationState::Starting, parts: &[], ..BEAM },
     ]
 }
 
@@ -266,7 +266,7 @@ impl Fake {
     pub fn view(&self, second: f64, told: Option<f64>) -> Gauge {
         let told = |shown: Shown| told.map_or(shown, |pa| Shown { pa: Some(pa), quality: Quality::Valid });
         let readings = self.series(second).into_iter().zip(self.parts).enumerate();
-        let age_ms = match self.standing {
+        let age_ms = match self.state {
             BusStationState::Starting => None,
             BusStationState::Missing => Some(((second + 300.0) * 1e3) as u64),
             _ => Some(12),
@@ -276,8 +276,8 @@ impl Fake {
             segment: self.segment.to_owned(),
             address: self.address,
             device: self.device.to_owned(),
-            state: self.standing,
-            problem: self.trouble.map(str::to_owned),
+            state: self.state,
+            problem: self.problem.map(str::to_owned),
             exceptions: self.exceptions.iter().map(|&words| words.to_owned()).collect(),
             gas: self.gas.to_owned(),
             levels: self.levels.iter().map(|(name, pa)| PressureLevel { name: (*name).to_owned(), pa: *pa }).collect(),

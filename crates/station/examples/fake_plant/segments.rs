@@ -52,20 +52,20 @@ fn segment(name: &str, port: &str, baud: u32, cycle_ms: Option<f64>, damaged: u3
     }
 }
 
-fn other(address: u8, standing: BusStationState, words: &str) -> BusStation {
-    BusStation { address, state: standing, name: None, device: None, ident: None, description: words.to_owned() }
+fn other(address: u8, state: BusStationState, words: &str) -> BusStation {
+    BusStation { address, state, name: None, device: None, ident: None, description: words.to_owned() }
 }
 
 fn on_bus(fake: &Fake) -> BusStation {
-    let words = match (fake.trouble, fake.standing) {
-        (Some(trouble), _) => trouble,
+    let words = match (fake.problem, fake.state) {
+        (Some(problem), _) => problem,
         (None, BusStationState::DataExchange) => "exchanges data",
         (None, BusStationState::Fault) => "hot cathode error: filament broken, Pirani error",
         (None, _) => "is being brought into data exchange",
     };
     BusStation {
         address: fake.address,
-        state: fake.standing,
+        state: fake.state,
         name: Some(fake.name.to_owned()),
         device: Some(fake.device.to_owned()),
         ident: Some(fake.ident.to_owned()),

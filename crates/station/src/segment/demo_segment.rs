@@ -30,17 +30,17 @@ pub struct DemoSegment {
 }
 
 impl DemoSegment {
-    /// Shows the gauges of `scene` as the segment `name`. `names` gives the name and the device of the gauge at an address.
+    /// Shows the gauges of `segment` as the segment `name`. `names` gives the name and the device of the gauge at an address.
     #[must_use]
     pub fn new(
         services: SegmentServices,
         name: &str,
-        scene: &MemorySegment,
+        segment: &MemorySegment,
         master: u8,
         names: impl Fn(u8) -> (String, String),
     ) -> Self {
         let requests = services.control.requests().accept(name);
-        let gauges = scene.slaves().iter().map(|slave| {
+        let gauges = segment.slaves().iter().map(|slave| {
             let (name, device) = names(slave.address);
             let config =
                 config::Gauge { name, address: slave.address, device, poll: POLL, gas: Gas::N2, levels: Vec::new() };
@@ -51,22 +51,22 @@ impl DemoSegment {
     }
 
     /// Samples and publishes the gauges, and answers one request if there is one. While it answers, time passes on the bus.
-    pub fn run_once(&mut self, scene: &mut MemorySegment) {
-        self.sample(scene);
+    pub fn run_once(&mut self, segment: &mut MemorySegment) {
+        self.sample(segment);
         if Instant::now() >= self.publish_at {
             self.publish_at = Instant::now() + POLL;
-            self.publish(scene);
+            self.publish(segment);
         }
         if let Ok(request) = self.requests.try_recv() {
             let slave = |name: &str| self.slave(name);
             // A segment in memory has no port to lose.
-            requests::answer(&self.services, request, slave, |address| Ms2::new(scene, address)).ok();
+            requests::answer(&self.services, request, slave, |address| Ms2::new(segment, address)).ok();
         }
     }
 
-    fn sample(&mut self, scene: &mut MemorySegment) {
-        let (slaves, baud) = (scene.slaves().to_vec(), scene.baud());
-        let Some(master) = scene.master_mut() else { return };
+    fn sample(&mut self, segment: &mut MemorySegment) {
+        let (slaves, baud) = (segment.slaves().to_vec(), segment.baud());
+        let Some(master) = segment.master_mut() else { return };
         for (gauge, slave) in self.gauges.iter_mut().zip(slaves) {
             if gauge.takes_search_turn() {
                 // The gauge was switched off for a while; in memory it is the same device again.
@@ -82,11 +82,11 @@ impl DemoSegment {
         gauge.slave.ok_or_else(|| Unavailable::NoAnswer(name.to_owned()))
     }
 
-    fn publish(&self, scene: &MemorySegment) {
+    fn publish(&self, segment: &MemorySegment) {
         let own = own_master(self.master);
         let mut stations: Vec<_> = self.gauges.iter().map(GaugeSession::bus_station).chain([own]).collect();
         stations.sort_by_key(|station| station.address);
-        let baud = scene.baud();
+        let baud = segment.baud();
         let segment = Segment {
             name: self.name.clone(),
             port: "in memory".to_owned(),
@@ -94,7 +94,7 @@ impl DemoSegment {
             master: self.master,
             state: SegmentState::Running,
             problem: None,
-            cycle_ms: scene.master().and_then(|master| milliseconds(master.cycle_tbit(), baud)),
+            cycle_ms: segment.master().and_then(|master| milliseconds(master.cycle_tbit(), baud)),
             damaged_telegrams: 0,
             stations,
         };

@@ -1,4 +1,4 @@
-//! A station with a gauge on a segment in memory, users user send requests, and surroundings that tests change.
+//! A station with a gauge on a segment in memory, users who send requests, and an environment that tests change.
 
 use super::{TIMEOUT, database, services, until};
 use axum::body::{Body, to_bytes};
@@ -40,7 +40,7 @@ pub type Login = (&'static str, Role);
 /// An action on the segment from outside.
 type Action = Box<dyn FnOnce(&mut MemorySegment) + Send>;
 
-/// The surroundings of the gauges.
+/// The environment of the gauges.
 pub struct Outside;
 
 impl Outside {
@@ -127,8 +127,8 @@ impl MemoryStation {
 
     /// Requests an execution while the segment is blocked, and drops the request as soon as `taken` returns a value.
     pub fn execute_and_leave(&self, user: Login, armed: &Value, taken: impl FnMut() -> Option<()>) {
-        let (release, gate) = channel::<()>();
-        let hold: Action = Box::new(move |_| gate.recv().unwrap_or_default());
+        let (release, released) = channel::<()>();
+        let hold: Action = Box::new(move |_| released.recv().unwrap_or_default());
         self.actions.as_ref().unwrap().send(hold).unwrap();
         let runtime = tokio::runtime::Builder::new_multi_thread().worker_threads(1).enable_time().build().unwrap();
         let path = format!("/api/armed-commands/{}/execute", armed["id"].as_str().unwrap());
@@ -204,15 +204,15 @@ fn run(services: SegmentServices, mbar: f64, inbox: &Receiver<Action>) {
         unit,
         principles: Default::default(),
     };
-    let mut scene = MemorySegment::new(vec![device], vec![watched], 1, BAUD).unwrap();
-    let mut demo = DemoSegment::new(services, "hall", &scene, 1, |_| ("chamber".to_owned(), "bcg450".to_owned()));
+    let mut segment = MemorySegment::new(vec![device], vec![watched], 1, BAUD).unwrap();
+    let mut demo = DemoSegment::new(services, "hall", &segment, 1, |_| ("chamber".to_owned(), "bcg450".to_owned()));
     loop {
         match inbox.recv_timeout(Duration::from_millis(1)) {
-            Ok(action) => action(&mut scene),
+            Ok(action) => action(&mut segment),
             Err(RecvTimeoutError::Timeout) => {}
             Err(RecvTimeoutError::Disconnected) => return,
         }
-        scene.run_until(scene.seconds() + 0.02);
-        demo.run_once(&mut scene);
+        segment.run_until(segment.seconds() + 0.02);
+        demo.run_once(&mut segment);
     }
 }

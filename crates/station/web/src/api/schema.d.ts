@@ -858,17 +858,17 @@ export interface components {
             address: number;
             /** @description What it is doing, in words. */
             description: string;
-            /** @description What it is, as far as we know. */
+            /** @description The device, if it is known. */
             device: string | null;
             /** @description Ident_Number, in hex. */
             ident: string | null;
-            /** @description The name we gave it. */
+            /** @description The name in the station's file. */
             name: string | null;
             /** @description What it is to us. */
             state: components["schemas"]["BusStationState"];
         };
         /**
-         * @description What a station of a segment is to us.
+         * @description The state of a station on the bus.
          * @enum {string}
          */
         BusStationState: "own-master" | "other-master" | "data-exchange" | "fault" | "starting" | "missing" | "unconfigured";
@@ -906,11 +906,11 @@ export interface components {
             /** @description All conditions of the command, if one of them is not met. */
             conditions: components["schemas"]["ConditionView"][];
         };
-        /** @description Who may act on gauges now. */
+        /** @description The user who has control. */
         ControlAuthorityView: {
             /** @description Who; nothing if it is free. */
             holder: string | null;
-            /** @description Who wants it. */
+            /** @description The user who requests control. */
             requested_by: string | null;
             /**
              * Format: int64
@@ -930,7 +930,7 @@ export interface components {
              * @description When, in milliseconds since 1970.
              */
             at_ms: number;
-            /** @description To which gauge. */
+            /** @description The gauge, if the event is about one. */
             gauge: string | null;
             /**
              * @description What kind of thing: `station`, `bus`, `gauge`, `command`, `note`.
@@ -964,27 +964,27 @@ export interface components {
             address: number;
             /**
              * Format: int64
-             * @description How old the readings are, in milliseconds; nothing if there never was one.
+             * @description The age of the readings in milliseconds; `null` if there never was one.
              */
             age_ms: number | null;
-            /** @description What it is: `bcg450`. */
+            /** @description The device: `bcg450`. */
             device: string;
-            /** @description What it reports beside the pressure, in words. */
+            /** @description The exceptions it reports. */
             exceptions: string[];
-            /** @description The gas its readings are corrected for beside the indicated ones. */
+            /** @description The gas for which the readings are corrected. */
             gas: string;
-            /** @description Where a line is drawn in a trend. */
+            /** @description Pressures that trends mark with a line. */
             levels: components["schemas"]["PressureLevel"][];
             /** @description Its name. */
             name: string;
             /**
              * Format: int64
-             * @description How often they are taken, in milliseconds: older than a few of these, they are stale.
+             * @description The poll interval in milliseconds.
              */
             poll_ms: number;
             /** @description Why it does not measure, in a sentence. */
             problem: string | null;
-            /** @description What it measures, one for each measuring part that travels. */
+            /** @description The readings, one for each measuring part in the cyclic data. */
             readings: components["schemas"]["Reading"][];
             /** @description Its segment. */
             segment: string;
@@ -1047,7 +1047,7 @@ export interface components {
         };
         /** @description A parameter of a gauge. */
         Parameter: {
-            /** @description What the manual allows: `R`, `R/W`, ... */
+            /** @description The access that the manual allows: `R`, `R/W`, ... */
             access: string;
             /** @description The manual's name. */
             name: string;
@@ -1055,15 +1055,15 @@ export interface components {
             numbers: string;
             /** @description Why it could not be read. */
             read_error: string | null;
-            /** @description By what it is read and written: `trip-point.1/high-trip-point`. */
+            /** @description The name by which it is read and written: `trip-point.1/high-trip-point`. */
             target: string;
-            /** @description What it shows now, with its unit; nothing if it could not be read. */
+            /** @description The present value with its unit; `null` if it could not be read. */
             value: string | null;
             write: components["schemas"]["WriteInfo"] | null;
         };
-        /** @description A pressure at which something happens. */
+        /** @description A pressure that a trend marks with a line. */
         PressureLevel: {
-            /** @description What happens. */
+            /** @description The name. */
             name: string;
             /**
              * Format: double
@@ -1095,20 +1095,20 @@ export interface components {
              */
             title: string;
         };
-        /** @description How far the parameters of a gauge are read. */
+        /** @description The progress of reading the parameters of a gauge. */
         ReadProgress: {
-            /** @description So many were read. */
+            /** @description The number of parameters that were read. */
             done: number;
             /** @description The gauge. */
             gauge: string;
-            /** @description Of so many. */
+            /** @description The number of all parameters. */
             total: number;
         };
-        /** @description What a measuring part shows. */
+        /** @description The reading of a measuring part. */
         Reading: {
             /**
              * Format: double
-             * @description In Pa, corrected for the gas; nothing where no factor holds.
+             * @description The pressure in Pa, corrected for the gas; `null` where no factor holds.
              */
             corrected_pa: number | null;
             /**
@@ -1118,7 +1118,7 @@ export interface components {
             instance: number;
             /**
              * Format: double
-             * @description In Pa, as indicated; nothing unless there is a value.
+             * @description The indicated pressure in Pa; `null` without a value.
              */
             pa: number | null;
             /**
@@ -1136,7 +1136,7 @@ export interface components {
         };
         /** @description The recorder. */
         RecorderView: {
-            /** @description Why it does not, if it does not. */
+            /** @description Why it does not write, if it does not. */
             error: string | null;
             /**
              * Format: int64
@@ -1161,11 +1161,11 @@ export interface components {
             /** @description The reason, in a sentence. */
             problem: string;
         };
-        /** @description What a rise of pressure consists of. */
+        /** @description The parts of a pressure rise. */
         RiseView: {
             /**
              * Format: double
-             * @description How far the part that slows down rises, in Pa; nothing if it cannot be told from the steady one.
+             * @description The final height of the part that slows down, in Pa; `null` if it cannot be separated from the steady one.
              */
             bend_pa: number | null;
             /**
@@ -1183,7 +1183,7 @@ export interface components {
              * @description Its flow at the beginning, in Pa m³/s, if the volume is known.
              */
             outgassing_pa_m3_per_s: number | null;
-            /** @description How many samples were fitted. */
+            /** @description The number of fitted samples. */
             samples: number;
             /**
              * Format: double
@@ -1218,7 +1218,7 @@ export interface components {
          * @enum {string}
          */
         Role: "viewer" | "operator" | "engineer";
-        /** @description A segment and everybody on it. */
+        /** @description A segment with the stations on its bus. */
         Segment: {
             /**
              * Format: int32
@@ -1227,17 +1227,17 @@ export interface components {
             baud: number;
             /**
              * Format: double
-             * @description How long a cycle takes, in milliseconds.
+             * @description The duration of a cycle, in milliseconds.
              */
             cycle_ms: number | null;
             /**
              * Format: int32
-             * @description Telegrams that arrived damaged since it runs.
+             * @description Telegrams that arrived damaged since the port was opened.
              */
             damaged_telegrams: number;
             /**
              * Format: int32
-             * @description The address of our master.
+             * @description The address of the master of this station.
              */
             master: number;
             /** @description Its name. */
@@ -1246,13 +1246,13 @@ export interface components {
             port: string;
             /** @description Why it does not run, in a sentence. */
             problem: string | null;
-            /** @description Where it stands. */
+            /** @description The state. */
             state: components["schemas"]["SegmentState"];
-            /** @description Who is on it. */
+            /** @description The stations on it. */
             stations: components["schemas"]["BusStation"][];
         };
         /**
-         * @description Where a segment stands.
+         * @description The state of a segment.
          * @enum {string}
          */
         SegmentState: "waiting" | "listening" | "running";
@@ -1285,20 +1285,20 @@ export interface components {
             /** @description The station. */
             station: components["schemas"]["Station"];
         };
-        /** @description The station as a whole. */
+        /** @description The station. */
         Station: {
-            /** @description Its name. */
+            /** @description The name. */
             name: string;
             /**
              * Format: int64
-             * @description What its clock shows, in milliseconds since 1970.
+             * @description The time of its clock, in milliseconds since 1970.
              */
             now_ms: number;
-            /** @description Whether the recorder writes. */
+            /** @description The recorder. */
             recorder: components["schemas"]["RecorderView"];
             /**
              * Format: int64
-             * @description When it began, in milliseconds since 1970.
+             * @description When it was started, in milliseconds since 1970.
              */
             started_ms: number;
             /** @description The version of the program. */
@@ -1317,19 +1317,19 @@ export interface components {
              */
             reason: string;
         };
-        /** @description A trend: one entry of each list for every pixel in which something was recorded. */
+        /** @description A trend: each list has one entry for every pixel with samples. */
         Trend: {
-            /** @description The highest. */
+            /** @description The highest pressure in Pa. */
             high: (number | null)[];
-            /** @description The lowest pressure in Pa; nothing where there was none. */
+            /** @description The lowest pressure in Pa; `null` without a pressure. */
             low: (number | null)[];
-            /** @description The geometric mean. */
+            /** @description The geometric mean in Pa. */
             mean: (number | null)[];
-            /** @description What occurred: bit 0 valid, 1 overrange, 2 underrange, 3 invalid, 4 gap. */
+            /** @description The qualities that occurred: bit 0 valid, 1 overrange, 2 underrange, 3 invalid, 4 gap. */
             qualities: number[];
-            /** @description The name of what was recorded. */
+            /** @description The name of the series. */
             series: string;
-            /** @description Where pixels begin, in milliseconds since 1970, rising. */
+            /** @description The start of each pixel, in milliseconds since 1970, rising. */
             start_ms: number[];
         };
         /** @description The delivery status of a webhook. */
@@ -1363,15 +1363,15 @@ export interface components {
             /** @description Notifications that wait for delivery. */
             waiting: number;
         };
-        /** @description What it takes to write a parameter. */
+        /** @description How a parameter is written. */
         WriteInfo: {
             /** @description The values it takes, if it takes only these. */
             allowed_values: string[];
-            /** @description Why nobody may from here. */
+            /** @description The reason why no user may execute it here. */
             blocked_reason: string | null;
             /** @description What it takes, in words with its unit. */
             expects: string;
-            /** @description What it risks. */
+            /** @description The risk. */
             risk: components["schemas"]["Risk"];
             /** @description Who may. */
             role: components["schemas"]["Role"];

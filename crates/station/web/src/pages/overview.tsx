@@ -44,7 +44,7 @@ function SegmentHeading({ segment }: { segment: Segment }): JSX.Element {
   return (
     <h2>
       {segment.name}
-      {segment.problem && <span class="trouble"> {segment.problem}</span>}
+      {segment.problem && <span class="problem"> {segment.problem}</span>}
     </h2>
   )
 }

@@ -7,7 +7,7 @@ import { AlarmStateMark, PriorityMark } from '../../components/alarm-marks.tsx'
 import { clock, day, moment } from '../../lib/format.ts'
 
 /** Runs an action on alarms and shows its error. */
-export type Act = (action: () => Promise<unknown>) => void
+export type RunAction = (action: () => Promise<unknown>) => void
 
 interface Props {
   alarm: Alarm

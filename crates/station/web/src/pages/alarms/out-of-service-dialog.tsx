@@ -6,7 +6,7 @@ import { useState } from 'preact/hooks'
 import { takeOutOfService } from '../../api/calls.ts'
 import type { Alarm } from '../../api/types.ts'
 import { useModal } from '../../components/hooks.ts'
-import type { Act } from './item.tsx'
+import type { RunAction } from './item.tsx'
 
 const LONGEST_REASON = 500
 
@@ -19,13 +19,21 @@ const DURATIONS: [label: string, minutes: number | null][] = [
   ['until returned to service', null],
 ]
 
-export function OutOfServiceDialog({ alarm, act, close }: { alarm: Alarm; act: Act; close: () => void }): JSX.Element {
+export function OutOfServiceDialog({
+  alarm,
+  runAction,
+  close,
+}: {
+  alarm: Alarm
+  runAction: RunAction
+  close: () => void
+}): JSX.Element {
   const dialog = useModal()
   const [reason, setReason] = useState('')
   const [duration, setDuration] = useState(0)
   const submit = (event: Event): void => {
     event.preventDefault()
-    act(() => takeOutOfService(alarm.name, reason, DURATIONS[duration]?.[1] ?? null))
+    runAction(() => takeOutOfService(alarm.name, reason, DURATIONS[duration]?.[1] ?? null))
     close()
   }
   return (

@@ -5,9 +5,9 @@ import { returnToService } from '../../api/calls.ts'
 import type { Alarm } from '../../api/types.ts'
 import { useLive } from '../../live.ts'
 import { hasRole, useSession } from '../../session.ts'
-import { type Act, AlarmItem, shortTime } from './item.tsx'
+import { AlarmItem, type RunAction, shortTime } from './item.tsx'
 
-export function OutOfServiceList({ alarms, act }: { alarms: Alarm[]; act: Act }): JSX.Element | null {
+export function OutOfServiceList({ alarms, runAction }: { alarms: Alarm[]; runAction: RunAction }): JSX.Element | null {
   const mayReturn = hasRole(useSession(), 'engineer')
   const out = alarms.filter(({ state }) => state === 'out-of-service')
   if (out.length === 0) return null
@@ -21,7 +21,7 @@ export function OutOfServiceList({ alarms, act }: { alarms: Alarm[]; act: Act })
             key={alarm.name}
             buttons={
               mayReturn && (
-                <button type="button" onClick={() => act(() => returnToService(alarm.name))}>
+                <button type="button" onClick={() => runAction(() => returnToService(alarm.name))}>
                   Return to service
                 </button>
               )

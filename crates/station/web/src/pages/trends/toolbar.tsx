@@ -65,9 +65,9 @@ interface CustomWindowProps {
 /** Fields for start and end. In a live range they follow the window once a second. */
 export function CustomWindow({ window, live, setRange }: CustomWindowProps): JSX.Element {
   const [from, to] = window.map(inputMoment) as [string, string]
-  const [draft, setDraft] = useState<[string, string] | null>(null)
-  useEffect(() => setDraft(null), [live ? 0 : from, live ? 0 : to])
-  const [shownFrom, shownTo] = draft ?? [from, to]
+  const [edited, setEdited] = useState<[string, string] | null>(null)
+  useEffect(() => setEdited(null), [live ? 0 : from, live ? 0 : to])
+  const [shownFrom, shownTo] = edited ?? [from, to]
   const apply = (event: Event): void => {
     event.preventDefault()
     const [start, end] = [Date.parse(shownFrom), Date.parse(shownTo)]
@@ -80,7 +80,7 @@ export function CustomWindow({ window, live, setRange }: CustomWindowProps): JSX
         step="1"
         aria-label="From"
         value={shownFrom}
-        onInput={(event) => setDraft([event.currentTarget.value, shownTo])}
+        onInput={(event) => setEdited([event.currentTarget.value, shownTo])}
       />
       <span aria-hidden="true">–</span>
       <input
@@ -88,9 +88,9 @@ export function CustomWindow({ window, live, setRange }: CustomWindowProps): JSX
         step="1"
         aria-label="To"
         value={shownTo}
-        onInput={(event) => setDraft([shownFrom, event.currentTarget.value])}
+        onInput={(event) => setEdited([shownFrom, event.currentTarget.value])}
       />
-      <button type="submit" disabled={draft === null}>
+      <button type="submit" disabled={edited === null}>
         Show
       </button>
     </form>
