@@ -149,13 +149,13 @@ impl Run {
 
     /// Runs up to `seconds` with a segment in memory. If the line is ahead because a request was answered on it, it stays
     /// ahead and does not wait for the plant.
-    pub fn step_scene(&mut self, scene: &mut MemorySegment, seconds: f64) {
-        let ahead = scene.seconds() - self.seconds();
+    pub fn step_scene(&mut self, segment: &mut MemorySegment, seconds: f64) {
+        let ahead = segment.seconds() - self.seconds();
         let ahead = if ahead > self.step_s { ahead } else { 0.0 };
         while self.seconds() + self.step_s <= seconds {
-            self.step(scene.devices_mut());
-            scene.set_noise(self.noise);
-            scene.run_until(self.seconds() + ahead);
+            self.step(segment.devices_mut());
+            segment.set_noise(self.noise);
+            segment.run_until(self.seconds() + ahead);
         }
     }
 

@@ -98,16 +98,16 @@ fn shown<'d>(devices: impl Iterator<Item = &'d VirtualDevice>) -> Shown {
 /// Runs on a segment in memory in steps of this many seconds; takes the shown values every ten seconds.
 fn on_a_bus(name: &str, baud: Baud, piece_s: f64) -> (Run, Vec<Shown>) {
     let scenario = scenario(name);
-    let mut scene = scenario.memory_segment(1, baud).unwrap();
+    let mut segment = scenario.memory_segment(1, baud).unwrap();
     let mut run = scenario.start(MasterPresence::Present);
     let mut trajectory = Vec::new();
     let mut served = 0.0;
     while !run.is_over() {
         served += piece_s;
         let until = served.min((trajectory.len() + 1) as f64 * 10.0);
-        run.step_scene(&mut scene, until + 1e-6);
+        run.step_scene(&mut segment, until + 1e-6);
         if until < served {
-            trajectory.push(shown(scene.devices()));
+            trajectory.push(shown(segment.devices()));
         }
     }
     (run, trajectory)
