@@ -1,4 +1,4 @@
-//! Deliveries to receivers that fail, hang, redirect, refuse, and accept at last.
+//! Deliveries to receivers that fail, do not answer, redirect, refuse, and accept in the end.
 
 #![allow(clippy::unwrap_used, clippy::panic, clippy::indexing_slicing, reason = "a test")]
 
@@ -36,7 +36,7 @@ const QUICK: DeliverySettings = DeliverySettings {
     max_queued: 10_000,
 };
 
-/// What a receiver does with a request.
+/// The reaction of a receiver to a request.
 #[derive(Clone, Copy)]
 enum Reaction {
     Answers(&'static str),
@@ -331,7 +331,7 @@ fn many_old_notifications_are_given_up_together() {
     assert_eq!(fixture.events(), ["webhook \"ops\" did not get 2000 notifications: too old"]);
 }
 
-/// A server with a certificate of its own, and the file with it. It takes everything.
+/// A server with a certificate of its own, and the file with it. It accepts every notification.
 fn secure(folder: &Path) -> (String, Receiver<Received>) {
     let made = rcgen::generate_simple_self_signed(["localhost".to_owned()]).unwrap();
     fs::write(folder.join("ca.pem"), made.cert.pem()).unwrap();

@@ -1,23 +1,23 @@
-//! Gauges, and what each shows at every second: fields of constants and a shape.
+//! Gauges, and the readings of each at every second: constant fields and a shape.
 
 use profivac_recorder::Quality;
 use profivac_station::view::{BusStationState, Gauge, PressureLevel, Reading};
 use std::f64::consts::TAU;
 use std::sync::Arc;
 
-/// What a measuring part shows.
+/// The reading of a measuring part.
 #[derive(Clone, Copy)]
 pub struct Shown {
     /// In Pa.
     pub pa: Option<f64>,
-    /// What it is worth.
+    /// Its quality.
     pub quality: Quality,
 }
 
-/// How a pressure goes. Seconds are counted from the start of the program; before it they are negative.
+/// The course of a pressure. Seconds are counted from the start of the program; before it they are negative.
 #[derive(Clone, Copy)]
 enum Shape {
-    /// Always the same.
+    /// Constant.
     Still(f64),
     /// Around a pressure by a part of a decade, slowly.
     Drift { pa: f64, decades: f64, period: f64 },
@@ -77,7 +77,7 @@ const HALL: Fake = Fake {
 
 const BEAM: Fake = Fake { segment: "beam line", ..HALL };
 
-/// All of them, segment by segment; one more whose name is a script, if it is wanted.
+/// All gauges by segment; with `hostile` one more whose name is a script.
 pub fn all(hostile: bool) -> Vec<Fake> {
     let mut all = hall().into_iter().chain(beam()).collect::<Vec<_>>();
     all.push(Fake {
@@ -239,7 +239,7 @@ fn pressure(shape: Shape, second: f64) -> Option<f64> {
 }
 
 impl Fake {
-    /// Every series with what it shows at a second.
+    /// Every series with its reading at a second.
     pub fn series(&self, second: f64) -> Vec<(Arc<str>, Shown)> {
         let alone = self.parts.len() == 1;
         let named = |place: usize| if alone { self.name.to_owned() } else { format!("{}.{}", self.name, place + 1) };
@@ -262,7 +262,7 @@ impl Fake {
         }
     }
 
-    /// What the dashboard shows of it; the pressure that it was told, if it was told one.
+    /// The gauge as the API serves it; with the pressure that was set, if one was set.
     pub fn view(&self, second: f64, told: Option<f64>) -> Gauge {
         let told = |shown: Shown| told.map_or(shown, |pa| Shown { pa: Some(pa), quality: Quality::Valid });
         let readings = self.series(second).into_iter().zip(self.parts).enumerate();
