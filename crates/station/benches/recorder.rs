@@ -1,6 +1,6 @@
-//! What recording costs and how fast a year is drawn: `cargo bench -p profivac-station`.
+//! The cost of recording, and the time to read a year for a trend: `cargo bench -p profivac-station`.
 //!
-//! The year is written once and takes minutes and gigabytes: PROFIVAC_BENCH_SAMPLES says how many samples it has (by
+//! The year is written once and takes minutes and gigabytes: PROFIVAC_BENCH_SAMPLES sets the number of samples (by
 //! default a hundred million, one every 0.3 s).
 
 #![allow(clippy::unwrap_used, missing_docs, reason = "a benchmark")]
@@ -23,7 +23,7 @@ fn main() {
     drawing(&folder.path().join("year.db"));
 }
 
-/// 125 gauges at 50 Hz, with the noise that gauges have.
+/// 125 gauges at 50 Hz, with typical noise.
 fn recording(path: &Path) {
     const GAUGES: usize = 125;
     const RATE: i64 = 50;
@@ -77,11 +77,11 @@ fn drawing(path: &Path) {
     }
 }
 
-/// What this process has used, in user and system mode.
+/// The processor time of this process, in user and system mode.
 fn processor_time() -> Duration {
     let stat = fs::read_to_string("/proc/self/stat").unwrap();
     let fields: Vec<_> = stat.rsplit(')').next().unwrap().split_whitespace().collect();
-    // Fields 14 and 15 of proc(5), in clock ticks of 10 ms; two stand before the bracket.
+    // Fields 14 and 15 of proc(5), in clock ticks of 10 ms; two precede the bracket.
     let ticks: u64 = fields[11].parse::<u64>().unwrap() + fields[12].parse::<u64>().unwrap();
     Duration::from_millis(ticks * 10)
 }

@@ -295,7 +295,7 @@ fn text(piece: Option<Result<axum::body::Bytes, axum::Error>>) -> String {
 }
 
 #[test]
-fn a_rise_of_very_many_samples_is_fitted_to_their_means() {
+fn a_rise_with_many_samples_is_fitted_to_their_means() {
     let station = TestStation::new();
     (0..30_000).for_each(|second| station.record(second, 1e-4 + 1e-6 * second as f64));
     assert!(station.plant.recorder().flush());

@@ -171,7 +171,7 @@ fn a_master_starts_again_when_its_port_was_reopened() {
 }
 
 #[test]
-fn without_an_opener_a_lost_port_ends_it() {
+fn a_lost_port_without_an_opener_ends_the_session() {
     let (_folder, path) = folder();
     let server = Pty::create(&path).unwrap();
     let port = open::port(path.to_str().unwrap(), BAUD).unwrap();
@@ -182,7 +182,7 @@ fn without_an_opener_a_lost_port_ends_it() {
 }
 
 #[test]
-fn a_locked_device_is_in_use_and_says_how_to_find_by_whom() {
+fn the_error_of_a_locked_device_tells_how_to_find_the_other_program() {
     let (_folder, path) = folder();
     let _server = Pty::create(&path).unwrap();
     let name = path.to_str().unwrap();
@@ -192,7 +192,7 @@ fn a_locked_device_is_in_use_and_says_how_to_find_by_whom() {
     let sentence = format!("{name} is in use by another program: end that first (fuser -v tells which it is)");
     assert_eq!(refused.to_string(), sentence);
     drop(first);
-    // TIOCEXCL, as minicom and pyserial use it. It does not keep a privileged process out.
+    // TIOCEXCL, as minicom and pyserial use it. A privileged process can still open the device.
     let other = rustix::fs::open(&path, rustix::fs::OFlags::RDWR | rustix::fs::OFlags::NOCTTY, 0.into()).unwrap();
     rustix::termios::ioctl_tiocexcl(&other).unwrap();
     match (Serial::open(name, BAUD), administers()) {
@@ -209,7 +209,7 @@ fn administers() -> bool {
 }
 
 #[test]
-fn a_client_that_does_not_read_delays_no_other_and_is_a_notice() {
+fn a_client_that_does_not_read_delays_no_other_client_and_causes_a_notice() {
     let mut server = TcpServer::listen("127.0.0.1:0").unwrap();
     let deaf = TcpStream::connect(server.name()).unwrap();
     let mut client = TcpClient::connect(server.name()).unwrap();
@@ -233,7 +233,7 @@ fn a_client_that_does_not_read_delays_no_other_and_is_a_notice() {
 }
 
 #[test]
-fn a_server_that_does_not_read_does_not_block_and_is_told() {
+fn a_server_that_does_not_read_does_not_block_and_causes_a_notice() {
     let listener = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
     let mut client = TcpClient::connect(&listener.local_addr().unwrap().to_string()).unwrap();
     let _deaf = listener.accept().unwrap();
@@ -249,7 +249,7 @@ fn a_server_that_does_not_read_does_not_block_and_is_told() {
 }
 
 #[test]
-fn unread_octets_of_a_pty_are_a_notice() {
+fn unread_octets_of_a_pty_cause_a_notice() {
     let (_folder, path) = folder();
     let mut server = Pty::create(&path).unwrap();
     let _deaf = Serial::open(path.to_str().unwrap(), BAUD).unwrap();
@@ -262,7 +262,7 @@ fn unread_octets_of_a_pty_are_a_notice() {
 }
 
 #[test]
-fn a_connection_sends_at_once_and_asks_whether_the_other_side_is_there() {
+fn a_connection_has_no_delay_and_keepalive() {
     let mut server = TcpServer::listen("127.0.0.1:0").unwrap();
     let client = TcpClient::connect(server.name()).unwrap();
     turn(&mut server, &mut Vec::new());
@@ -289,7 +289,7 @@ fn a_host_that_does_not_answer_is_given_up_in_seconds() {
 }
 
 #[test]
-fn a_host_without_an_address_is_named() {
+fn the_error_names_a_host_without_an_address() {
     // Longer than a host name may be: no request leaves the machine.
     let address = format!("{}:4000", "h".repeat(300));
     let refused = TcpClient::connect(&address).unwrap_err();
@@ -298,7 +298,7 @@ fn a_host_without_an_address_is_named() {
 }
 
 #[test]
-fn an_ipv6_address_stands_in_brackets() {
+fn an_ipv6_address_is_written_in_brackets() {
     for address in ["::1:4000", "[::1:4000", "fe80::1:4000"] {
         let refused = TcpClient::connect(address).unwrap_err().to_string();
         assert!(refused.ends_with("(an IPv6 address in brackets: [::1]:4000)"), "{refused}");
@@ -311,7 +311,7 @@ fn an_ipv6_address_stands_in_brackets() {
 }
 
 #[test]
-fn only_what_runs_at_a_rate_has_one_to_be_found() {
+fn only_a_port_with_a_baud_rate_can_search_it() {
     let (_folder, path) = folder();
     let _pty = Pty::create(&path).unwrap();
     let server = TcpServer::listen("127.0.0.1:0").unwrap();

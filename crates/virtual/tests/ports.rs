@@ -1,4 +1,4 @@
-//! Ports carry every octet, survive closing and opening of the other side, and name the obstacle in one sentence.
+//! Ports transfer every octet, survive closing and opening of the other side, and report errors in one sentence.
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
 
@@ -93,7 +93,7 @@ fn a_program_does_not_read_the_octets_sent_to_another() {
 }
 
 #[test]
-fn between_two_programs_a_pty_becomes_raw_again_and_is_left_alone_if_it_is() {
+fn between_two_programs_a_pty_becomes_raw_again_and_a_raw_one_is_not_changed() {
     let (_folder, path) = folder();
     let mut ours = Pty::create(&path).unwrap();
     let mut after = |change: fn(&mut Termios)| {
@@ -171,7 +171,7 @@ fn a_serial_port_belongs_to_one_program() {
 }
 
 #[test]
-fn what_is_no_serial_port_is_refused_by_what_it_is() {
+fn a_missing_path_and_a_file_that_is_no_serial_port_are_different_errors() {
     let (folder, path) = folder();
     assert!(matches!(serial(&path), Err(PortError::NotFound(_))));
     fs::write(&path, "").unwrap();
@@ -198,7 +198,7 @@ fn tcp_clients_share_one_line() {
 }
 
 #[test]
-fn a_tcp_line_survives_its_clients_but_not_the_other_way_round() {
+fn a_tcp_line_outlives_its_clients_and_a_client_is_lost_with_the_line() {
     let mut server = TcpServer::listen("127.0.0.1:0").unwrap();
     let address = server.name().to_owned();
     drop(TcpClient::connect(&address).unwrap());

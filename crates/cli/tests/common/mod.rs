@@ -18,7 +18,7 @@ use tempfile::TempDir;
 /// The deadline of a wait, long enough for a loaded computer.
 const DEADLINE: Duration = Duration::from_secs(30);
 
-/// How long a master waits for an answer before it asks again.
+/// The time after which a master repeats a request without answer.
 const SLOT_TIME: Duration = Duration::from_millis(200);
 
 /// A folder of its own for every test.
@@ -220,7 +220,7 @@ impl Drop for Program {
     }
 }
 
-/// The lines of a stream as they come.
+/// The lines of a stream, as soon as they arrive.
 fn lines(stream: impl Read + Send + 'static) -> Receiver<String> {
     let (sender, receiver) = channel();
     std::thread::spawn(move || {
@@ -233,7 +233,7 @@ fn lines(stream: impl Read + Send + 'static) -> Receiver<String> {
     receiver
 }
 
-/// The end of a line at which a master is.
+/// The master's end of a line.
 pub struct End(Stream);
 
 enum Stream {

@@ -1,6 +1,6 @@
 //! The cyclic data of the BCG450-SP. tira41d1 1.4, 1.5 and 2.3, corrected by errata-bpg-bcg-tpg 2, 5, 59 and 60.
 //!
-//! A second copy, independent of the tables of the device: a test that takes its expectations from the tables would accept
+//! A second copy, independent of the tables of the device: a test with expectations from the tables would accept
 //! every mistake in them.
 
 use crate::ADDRESS;
@@ -10,7 +10,7 @@ use crate::slave::Slave;
 /// Ident number.
 const IDENT: u16 = 0x08E6;
 
-/// A configuration string and how many octets it exchanges.
+/// A configuration string and the numbers of octets that it exchanges.
 pub struct Cfg {
     /// The octets of Chk_Cfg.
     pub octets: &'static str,

@@ -1,4 +1,4 @@
-//! Blocks of a gauge, as one might have read them.
+//! Blocks of a gauge, as a reading returns them.
 
 use profivac_station::view::{Block, Parameter};
 

@@ -1,4 +1,4 @@
-//! Segments with everybody on them, and what happened.
+//! Segments with their stations, and their events.
 
 use crate::gauges::Fake;
 use profivac_recorder::EventKind;

@@ -239,7 +239,7 @@ pub struct Answer {
 impl Answer {
     pub fn read(stream: &mut impl Read) -> Self {
         let mut octets = Vec::new();
-        // An end without the farewell of TLS is an end.
+        // An end without close_notify of TLS counts as an end.
         let _ended = stream.read_to_end(&mut octets);
         let text = String::from_utf8_lossy(&octets).into_owned();
         let (head, body) = text.split_once("\r\n\r\n").unwrap_or((&text, ""));

@@ -4,7 +4,7 @@
 //! |---|---|
 //! | `inputs` | snapshots of one segment with one gauge |
 //! | `memory_station` | a station with a gauge in memory and users who send requests |
-//! | `tcp_segment` | virtual devices behind a TCP port, to which faults happen |
+//! | `tcp_segment` | virtual devices behind a TCP port, with faults |
 
 #![allow(clippy::unwrap_used, clippy::panic, clippy::indexing_slicing, reason = "a test")]
 #![allow(dead_code, reason = "each test uses its part")]

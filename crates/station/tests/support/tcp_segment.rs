@@ -1,4 +1,4 @@
-//! Virtual devices behind a TCP port, to which faults happen: a gauge loses power, the line is cut, noise is on the line.
+//! Virtual devices behind a TCP port, with faults: a gauge loses power, the line is cut, noise is on the line.
 
 use profivac_dp::link::{Baud, BitTime, Listening, Station, Transmit};
 use profivac_host::port::TcpServer;
@@ -27,7 +27,7 @@ pub enum Fault {
     Swap(u8, &'static str),
     /// The gauge at this address answers no class 2 master, or answers again.
     NoMs2(u8, bool),
-    /// The line is not served any more.
+    /// The line is cut.
     Cut,
     /// The line is served again.
     Mend,
@@ -56,7 +56,7 @@ impl TcpSegment {
         self.faults.as_ref().unwrap().send(fault).unwrap();
     }
 
-    /// Puts octets on the line that are no telegram. A cut line takes none.
+    /// Puts octets on the line that are no telegram, unless the line is cut.
     pub fn send_noise(&self, octets: &[u8]) {
         if let Ok(mut stream) = TcpStream::connect(&self.address) {
             stream.write_all(octets).ok();

@@ -81,7 +81,7 @@ fn table(names: &[String], lines: &[Line]) -> String {
     text
 }
 
-/// The columns whose names `wanted` accepts, each as a curve.
+/// The columns whose names `wanted` selects, each as a curve.
 fn curves(names: &[String], lines: &[Line], wanted: impl Fn(&str) -> bool) -> Vec<Curve> {
     let truth = lines.iter().map(|line| (line.seconds, line.true_mbar)).collect();
     let mut curves = vec![Curve { name: "true pressure".to_owned(), points: truth }];
@@ -93,7 +93,7 @@ fn curves(names: &[String], lines: &[Line], wanted: impl Fn(&str) -> bool) -> Ve
 }
 
 #[test]
-fn a_pump_down_is_seen_by_every_gauge_where_it_can() {
+fn every_gauge_follows_a_pump_down_within_its_range() {
     let scenario = scenario("pump-down");
     let (names, coarse) = record(&scenario, &times(11.0, 3600.0, 8));
     golden("tests/golden/curves/pump-down.txt", &table(&names, &coarse));

@@ -68,12 +68,12 @@ fn argon_is_shown_by_the_factors_of_the_manuals() {
 }
 
 #[test]
-fn degas_is_refused_done_and_over() {
+fn degas_is_refused_then_runs_and_ends() {
     holds("degas");
 }
 
 #[test]
-fn a_broken_filament_is_told_until_it_is_replaced() {
+fn a_broken_filament_is_reported_until_it_is_replaced() {
     holds("filament");
 }
 
@@ -95,7 +95,7 @@ fn shown<'d>(devices: impl Iterator<Item = &'d VirtualDevice>) -> Shown {
     shown.collect()
 }
 
-/// Runs on a segment in memory in steps of this many seconds; takes the shown values every ten seconds.
+/// Runs on a segment in memory in steps of `piece_s` seconds; records the shown values every ten seconds.
 fn on_a_bus(name: &str, baud: Baud, piece_s: f64) -> (Run, Vec<Shown>) {
     let scenario = scenario(name);
     let mut segment = scenario.memory_segment(1, baud).unwrap();
@@ -114,21 +114,21 @@ fn on_a_bus(name: &str, baud: Baud, piece_s: f64) -> (Run, Vec<Shown>) {
 }
 
 #[test]
-fn a_master_finds_again_what_was_unplugged_or_without_power() {
+fn a_master_finds_devices_again_after_unplugging_and_power_loss() {
     let (run, _) = on_a_bus("bus", Baud::B187500, 1.0);
     let findings: Vec<_> = run.failures().iter().map(ToString::to_string).collect();
     assert!(findings.is_empty(), "\n{}", findings.join("\n"));
 }
 
 #[test]
-fn the_trajectory_is_the_same_however_fast_it_is_run() {
+fn the_trajectory_does_not_depend_on_the_speed_of_the_run() {
     let (_, slow) = on_a_bus("bus", Baud::B187500, 0.0371);
     let (_, fast) = on_a_bus("bus", Baud::B187500, 3.0);
     assert!(slow.len() >= 5 && slow.iter().all(|shown| shown.len() >= 5), "{slow:?}");
     assert_eq!(slow, fast);
 }
 
-/// Only for devices that measure as soon as they have power: a master acts at other times at another rate.
+/// Only for devices that measure as soon as they have power: the times of a master's requests depend on the rate.
 #[test]
 fn the_trajectory_is_the_same_at_any_rate_and_without_a_bus() {
     let pcg = |trajectory: Vec<Shown>| -> Vec<Shown> {
@@ -148,7 +148,7 @@ fn the_trajectory_is_the_same_at_any_rate_and_without_a_bus() {
 }
 
 #[test]
-fn what_is_not_as_expected_is_told_with_its_line() {
+fn a_failed_expectation_is_reported_with_its_line() {
     let text = std::fs::read_to_string(file("filament")).unwrap();
     let text = text
         .replace("above", "below")
@@ -164,6 +164,6 @@ fn what_is_not_as_expected_is_told_with_its_line() {
 }
 
 #[test]
-fn the_demo_holds_what_it_expects() {
+fn the_expectations_of_the_demo_are_met() {
     holds("demo");
 }

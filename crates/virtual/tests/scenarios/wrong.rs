@@ -32,13 +32,13 @@ fn with(entry: &str) -> String {
 }
 
 #[test]
-fn a_good_file_is_taken() {
+fn a_valid_file_is_accepted() {
     assert_eq!(said(GOOD), "nothing");
     assert_eq!(with("open = [\"gate\"]\nfault = [{ device = 5, name = \"sensor2\" }]"), "nothing");
 }
 
 #[test]
-fn values_that_are_none_are_told_with_their_place() {
+fn the_error_for_an_invalid_value_names_its_position() {
     for (from, to, sentence) in [
         ("1 min", "1 minute", "x.toml:2:9: expected a time like \"90 s\" in ms, s, min, h, d, got \"1 minute\""),
         ("10 l\"", "0 l\"", "x.toml:4:34: expected a volume above zero, got \"0 l\""),
@@ -70,7 +70,7 @@ fn values_that_are_none_are_told_with_their_place() {
 }
 
 #[test]
-fn what_cannot_happen_is_told_before_anything_happens() {
+fn an_impossible_event_is_an_error_before_the_start() {
     for (entry, sentence) in [
         (
             "open = [\"gaet\"]",
@@ -124,7 +124,7 @@ fn a_name_or_an_address_is_given_once() {
     assert!(twice.contains("the name \"gate\" is given twice"), "{twice}");
 }
 
-/// Quantities beyond any real plant would overflow calculations or take for ever.
+/// Quantities beyond any real plant would overflow calculations or need unlimited time.
 #[test]
 fn quantities_beyond_all_plants_are_refused() {
     for (from, to, sentence) in [
@@ -152,7 +152,7 @@ fn quantities_beyond_all_plants_are_refused() {
 }
 
 #[test]
-fn a_file_without_an_end_is_given_up() {
+fn a_file_without_an_end_is_an_error() {
     let error = Scenario::read(std::path::Path::new("/dev/zero")).unwrap_err().to_string();
     assert_eq!(error, "/dev/zero: expected a text of at most 262144 octets, got more");
 }
@@ -186,7 +186,7 @@ const ODD: [&str; 22] = [
 /// Replaces a few places of every shipped file with odd text: the file is accepted or rejected with a position, and nothing
 /// panics. An accepted file also runs.
 #[test]
-fn files_that_were_damaged_are_told_or_run() {
+fn damaged_files_are_rejected_with_a_position_or_run() {
     let folder = super::file("demo").parent().unwrap().to_owned();
     let mut files: Vec<_> = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect();
     files.sort();

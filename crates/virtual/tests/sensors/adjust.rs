@@ -47,7 +47,7 @@ fn close(found: f64, expected: f64, tolerance: f64) -> bool {
 
 /// tira56e1 8.1.1, also for a diaphragm that reads too low.
 #[test]
-fn a_zero_adjust_puts_the_diaphragm_of_a_pcg_right() {
+fn a_zero_adjust_corrects_the_diaphragm_of_a_pcg() {
     for zero_pa in [35.0, -35.0] {
         let mut gauge = real("pcg550", 20.0);
         spoil(&mut gauge, 1, 1.0, zero_pa);
@@ -78,7 +78,7 @@ fn auto_zero_follows_a_diaphragm_that_drifts() {
 
 /// tira56e1 8.2.1: zero, then full scale at atmosphere.
 #[test]
-fn zero_and_gain_adjust_put_a_pirani_right() {
+fn zero_and_gain_adjust_correct_a_pirani() {
     let mut gauge = real("psg550", 1e-6);
     spoil(&mut gauge, 1, 1.0, 0.8);
     assert!(at(&mut gauge, 1, 1e-3) > 8e-3);
@@ -108,7 +108,7 @@ fn the_atmosphere_sensor_follows_the_diaphragm() {
 
 /// The relay of a BCG450 at 99 % of atmosphere never closes with a sensor that reads high, until it is adjusted.
 #[test]
-fn user_atm_adjust_of_a_bcg_puts_its_relay_right() {
+fn user_atm_adjust_corrects_the_relay_of_a_bcg() {
     let mut gauge = real("bcg450", 1.0);
     spoil(&mut gauge, 4, 1.05, 0.0);
     write(&mut gauge, 1, 46, &[5]).unwrap();
@@ -129,7 +129,7 @@ fn user_atm_adjust_of_a_bcg_puts_its_relay_right() {
 
 /// tira36e1 3.2.1.1
 #[test]
-fn full_scale_adjust_puts_the_pirani_of_a_bpg_right() {
+fn full_scale_adjust_corrects_the_pirani_of_a_bpg() {
     for name in ["bpg400", "hpg400"] {
         let mut gauge = real(name, 1000.0);
         spoil(&mut gauge, 1, 0.985, 0.0);
@@ -144,7 +144,7 @@ fn full_scale_adjust_puts_the_pirani_of_a_bpg_right() {
 
 /// tira36e1 3.1.1.14
 #[test]
-fn cal_adj_makes_up_for_the_sensitivity_of_a_tube() {
+fn cal_adj_corrects_the_sensitivity_of_a_tube() {
     let mut gauge = real("hpg400", 1e-2);
     spoil(&mut gauge, 2, 1.0 / 1.15, 0.0);
     assert!(at(&mut gauge, 2, 1e-2) < 8.8e-3);
@@ -154,7 +154,7 @@ fn cal_adj_makes_up_for_the_sensitivity_of_a_tube() {
 
 /// BG 5530 4.4.2: target 1 is zero, target 0 no offset.
 #[test]
-fn zero_adjust_puts_the_diaphragm_on_an_img_right() {
+fn zero_adjust_corrects_the_diaphragm_on_an_img() {
     let mut controller = real("img400", 1e-5);
     spoil(&mut controller, 4, 1.0, -12.0);
     at(&mut controller, 4, 1e-5);

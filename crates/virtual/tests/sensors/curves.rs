@@ -1,5 +1,5 @@
 //! The readings of every device in nitrogen, argon and helium from 1e-11 to 2000 mbar as tables, and their properties:
-//! where the parts of a gauge take over from each other, each with its own factor for the gas.
+//! the switchover between the parts of a gauge, each with its own factor for the gas.
 
 use super::{around, device, indicated, shown, start};
 use profivac_vacuum::Gas;
@@ -99,9 +99,9 @@ fn controllers() {
     }
 }
 
-/// Nitrogen is what gauges are calibrated with.
+/// Gauges are calibrated with nitrogen.
 #[test]
-fn in_nitrogen_an_ideal_gauge_shows_the_truth_over_its_whole_range() {
+fn in_nitrogen_an_ideal_gauge_reads_the_true_pressure_over_its_whole_range() {
     for (name, low, high) in [
         ("pcg550", 5e-5, 1500.0),
         ("psg550", 5e-5, 1200.0),
@@ -123,9 +123,9 @@ fn ratio(device: &mut VirtualDevice, gas: Gas, mbar: f64) -> f64 {
     shown(device) / mbar
 }
 
-/// tira36e1 3.2.1.4: the parts take over from each other at 5.5e-3 mbar of the Pirani, and each has its own factor.
+/// tira36e1 3.2.1.4: the switchover is at 5.5e-3 mbar of the Pirani, and each part has its own factor.
 #[test]
-fn a_gas_makes_a_step_where_the_parts_take_over() {
+fn a_gas_causes_a_step_at_the_switchover() {
     for (gas, ion, pirani) in [(Gas::Ar, 0.8, 1.7), (Gas::He, 5.9, 0.8), (Gas::N2, 1.0, 1.0)] {
         let mut gauge = device("bpg400", 1e-4);
         start(&mut gauge);
@@ -137,7 +137,7 @@ fn a_gas_makes_a_step_where_the_parts_take_over() {
 
 /// tira41d1 3.2.1.3: the BCG450 joins its parts between 5.5e-3 and 2e-2 and between 1 and 10 mbar of the Pirani.
 #[test]
-fn where_parts_are_joined_a_gas_leads_steadily_from_one_factor_to_the_other() {
+fn between_two_joined_parts_the_factor_of_a_gas_changes_steadily() {
     for (gas, ion, pirani) in [(Gas::Ar, 0.8, 1.7), (Gas::He, 5.9, 0.8)] {
         let mut gauge = device("bcg450", 1e-4);
         start(&mut gauge);
@@ -146,7 +146,7 @@ fn where_parts_are_joined_a_gas_leads_steadily_from_one_factor_to_the_other() {
         assert!((below * ion - 1.0).abs() < 1e-9 && (above * pirani - 1.0).abs() < 1e-9, "{gas}: {below} {above}");
         assert!((middle * (ion * pirani).sqrt() - 1.0).abs() < 0.01, "{gas}: {middle} in the middle");
         assert!([below, low, middle, high, above].is_sorted_by(|a, b| (a > b) == (ion < pirani)), "{gas}");
-        // The diaphragm takes over, which does not depend on the gas.
+        // The diaphragm is active, which does not depend on the gas.
         gauge.settle_in(around(gas, 900.0));
         assert!((shown(&gauge) / 900.0 - 1.0).abs() < 1e-9, "{gas}: {}", shown(&gauge));
     }
@@ -155,7 +155,7 @@ fn where_parts_are_joined_a_gas_leads_steadily_from_one_factor_to_the_other() {
 /// tira56e1 9.1.2, errata-pxg55x-img400 67: the diaphragm measures from 10 mbar upwards, and keeps measuring down to 9
 /// mbar.
 #[test]
-fn argon_makes_a_step_with_a_hysteresis_between_pirani_and_diaphragm() {
+fn argon_causes_a_step_with_a_hysteresis_between_pirani_and_diaphragm() {
     let mut gauge = device("pcg550", 1.0);
     start(&mut gauge);
     for (mbar, active, low, high) in
@@ -169,7 +169,7 @@ fn argon_makes_a_step_with_a_hysteresis_between_pirani_and_diaphragm() {
 
 /// During venting with argon a Pirani reads far too low, with helium far too high; the diaphragm reads the true pressure.
 #[test]
-fn at_atmosphere_only_the_diaphragm_knows_argon() {
+fn at_atmosphere_only_the_diaphragm_reads_argon_correctly() {
     for (name, low, high) in [("psg550", 50.0, 200.0), ("bpg400", 50.0, 200.0), ("pcg550", 999.9, 1000.1)] {
         let mut gauge = device(name, 1000.0);
         start(&mut gauge);

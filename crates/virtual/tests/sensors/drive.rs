@@ -27,7 +27,7 @@ fn close(found: Drive, expected: Drive) -> bool {
 }
 
 #[test]
-fn every_part_of_every_device_is_made_for_something() {
+fn every_part_of_every_device_has_a_principle_and_a_range() {
     for entry in &DEVICES {
         let device = device(entry.model.name, 1e-3);
         let simulated = device.device();
@@ -42,7 +42,7 @@ fn every_part_of_every_device_is_made_for_something() {
 }
 
 #[test]
-fn without_power_nothing_is_done_to_any_part() {
+fn without_power_no_part_is_driven() {
     for entry in &DEVICES {
         let mut device = device(entry.model.name, 1e-6);
         device.set_power(false);
@@ -50,7 +50,7 @@ fn without_power_nothing_is_done_to_any_part() {
     }
 }
 
-/// tira41d1 3.3.3.6: the current by the pressure, and 20 mA in a degas.
+/// tira41d1 3.3.3.6: the current depends on the pressure and is 20 mA during degas.
 #[test]
 fn the_emission_of_a_bcg_and_a_bpg_follows_the_pressure_and_degas() {
     for name in ["bcg450", "bpg400"] {
@@ -71,7 +71,7 @@ fn the_emission_of_a_bcg_and_a_bpg_follows_the_pressure_and_degas() {
 
 /// tira36e1 3.3.3.6: one current.
 #[test]
-fn the_emission_of_an_hpg_is_there_or_not() {
+fn the_emission_of_an_hpg_is_on_or_off() {
     let mut gauge = device("hpg400", 10.0);
     start(&mut gauge);
     for (mbar, expected) in [(10.0, Off), (0.1, emission(0.025)), (1e-6, emission(0.025))] {
@@ -82,7 +82,7 @@ fn the_emission_of_an_hpg_is_there_or_not() {
 
 /// tira56e1 12.2.5: Pirani OFF.
 #[test]
-fn a_pcg_heats_its_pirani_as_it_is_told() {
+fn a_pcg_heats_its_pirani_by_its_off_mode() {
     let mut gauge = device("pcg550", 1.0);
     start(&mut gauge);
     write(&mut gauge, 1, 46, &[2]).unwrap();
@@ -94,7 +94,7 @@ fn a_pcg_heats_its_pirani_as_it_is_told() {
 
 /// BG 5530 4.4.4, ID 107: codes.
 #[test]
-fn the_emission_of_an_img_is_what_its_code_says() {
+fn the_emission_of_an_img_follows_its_code() {
     let mut controller = device("img400", 1e-7);
     controller.device_mut().set_exchanging(true);
     assert_eq!(drives(&controller), [Off, Off, On, On]);
@@ -121,7 +121,7 @@ fn a_tpg_switches_the_high_voltage() {
 
 /// A value that is not a number counts as no pressure.
 #[test]
-fn a_sensor_that_says_nonsense_reads_nothing() {
+fn a_sensor_value_that_is_not_a_number_gives_no_reading() {
     for entry in &DEVICES {
         let mut device = device(entry.model.name, 1.0);
         start(&mut device);

@@ -23,7 +23,7 @@ fn around(gas: Gas, mbar: f64) -> Environment {
     Environment { gas: Mixture::pure(gas, mbar * 100.0), atmosphere_pa: ATMOSPHERE_PA, temperature_k: REFERENCE_K }
 }
 
-/// A device from its spec, in nitrogen, not measuring yet.
+/// A device from its spec, in nitrogen, before it measures.
 fn device(spec: &str, mbar: f64) -> VirtualDevice {
     let spec: DeviceSpec = format!("{spec}@5").parse().unwrap();
     let unit = spec.build(NonvolatileMemory::volatile(), Baud::B1500000).unwrap();

@@ -33,7 +33,7 @@ fn pressures() -> Vec<f64> {
 }
 
 #[test]
-fn the_picture_shows_what_the_gauges_show() {
+fn the_picture_has_the_readings_of_the_gauges() {
     let (width, height) = (LEFT + 2.0 * NEXT, TOP + SIDE + 60.0);
     let mut svg = format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width} {height}\" font-family=\"sans-serif\" font-size=\"12\">\n\

@@ -1,4 +1,4 @@
-//! Processes that take time: lag, ignition, degas, a filament that burns out; and that they repeat exactly.
+//! Processes that take time: lag, ignition, degas, a filament that burns out. They repeat exactly.
 
 use super::{around, device, indicated, shown, start};
 use profivac_devices::model::Fault;
@@ -15,7 +15,7 @@ fn real(name: &str, mbar: f64, seed: u64) -> VirtualDevice {
 }
 
 #[test]
-fn one_seed_is_one_gauge_and_another_seed_another() {
+fn each_seed_gives_a_different_gauge_and_the_same_seed_the_same_gauge() {
     let run = |name: &str, seed| {
         let mut device = real(name, 1e-3, seed);
         (0..200).map(|_| (device.advance(0.01), device.report()).1).collect::<Vec<_>>()
@@ -27,7 +27,7 @@ fn one_seed_is_one_gauge_and_another_seed_another() {
 }
 
 #[test]
-fn a_real_gauge_is_noisy_and_near_the_truth() {
+fn a_real_gauge_is_noisy_and_reads_near_the_true_pressure() {
     for (name, mbar, within) in [("bcg450", 1e-6, 0.2), ("bpg400", 0.1, 0.1), ("pcg550", 100.0, 0.02)] {
         let mut gauge = real(name, mbar, 3);
         gauge.advance(20.0 * 3600.0);
@@ -71,7 +71,7 @@ fn a_cold_cathode_has_to_ignite() {
 }
 
 #[test]
-fn a_degas_is_seen_while_it_lasts() {
+fn a_degas_changes_the_reading_while_it_lasts() {
     let mut gauge = real("bcg450", 1e-8, 2);
     gauge.advance(60.0);
     let before = shown(&gauge);
@@ -86,7 +86,7 @@ fn a_degas_is_seen_while_it_lasts() {
 
 /// A BCG450 is protected by its Pirani; a gauge that does not detect the rising pressure loses its filament.
 #[test]
-fn venting_with_the_ion_gauge_on_wears_the_filament_and_the_protection_saves_it() {
+fn the_protection_limits_the_wear_of_the_filament_during_venting() {
     let mut gauge = real("bcg450", 1e-6, 4);
     let vent = |gauge: &mut VirtualDevice| {
         for _ in 0..1000 {
@@ -104,7 +104,7 @@ fn venting_with_the_ion_gauge_on_wears_the_filament_and_the_protection_saves_it(
 /// A Pirani that indicates vacuum keeps the emission on in air: after three seconds the filament is burnt out, and the
 /// gauge reports it.
 #[test]
-fn without_its_protection_a_filament_burns() {
+fn without_its_protection_a_filament_burns_out() {
     let mut gauge = real("bcg450", 1e-6, 4);
     gauge.sensor_mut(1).unwrap().imperfections_mut().unwrap().gain = 0.0;
     gauge.set_environment(around(Gas::Air, 1000.0));
@@ -133,9 +133,9 @@ fn a_broken_filament_is_a_fault_of_the_device() {
     }
 }
 
-/// Contamination keeps the Pirani from detecting high vacuum, and so the ionisation part from being used.
+/// A contaminated Pirani does not detect high vacuum, so the gauge does not use its ionisation part.
 #[test]
-fn a_dirty_pirani_hides_the_ionisation_part() {
+fn a_contaminated_pirani_keeps_the_ionisation_part_off() {
     let mut gauge = real("bpg400", 1e-6, 6);
     assert_eq!(gauge.report().active_instance, 2);
     gauge.sensor_mut(1).unwrap().contaminate(0.5);

@@ -21,7 +21,7 @@ pub struct InBitTime {
 
 impl InBitTime {
     pub fn new(devices: &[String]) -> Self {
-        // A small GAP, because these tests do not examine it.
+        // A small GAP, because these tests do not test it.
         let bus = BusParameters { hsa: MASTER, ..BusParameters::new(MASTER, BAUD) };
         let station = Box::new(BusMaster::on(bus, Settings::new(BAUD), BitTime(0)));
         let unit = |device: &String| {

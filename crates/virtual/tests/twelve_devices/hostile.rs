@@ -102,7 +102,7 @@ fn fateful(name: &str, bus: BusParameters, fate: &Fate, happens: Happens) -> Bus
 
 /// Interrupts the line at every telegram of a write: the error names the lost port, at once.
 #[test]
-fn a_line_that_is_cut_while_a_record_is_written_is_lost_and_says_so() {
+fn a_line_that_is_cut_during_a_write_is_reported_as_lost() {
     let bench = Bench::on_tcp(&gauges(MOMENTS));
     // Each round begins with T_TO, which is short with a short slot time.
     let bus = BusParameters { slot_tbit: bus_of(0, 0).slot_tbit / 8, ..bus_of(0, 0) };
@@ -130,10 +130,10 @@ fn a_line_that_is_cut_while_a_record_is_written_is_lost_and_says_so() {
     panic!("it never came to an end");
 }
 
-/// The device is switched off between request and response, so the write may or may not have happened, and the error says
-/// so.
+/// The device is switched off between request and response, so the error says that the outcome of the
+/// write is not known.
 #[test]
-fn a_device_that_is_switched_off_while_it_is_written_leaves_it_open() {
+fn a_device_that_is_switched_off_during_a_write_leaves_the_outcome_unknown() {
     let bench = Arc::new(Mutex::new(Bench::on_a_pty(&gauges(1))));
     let (fate, benched) = (Fate::new(), Arc::clone(&bench));
     let off = Box::new(move || {
@@ -181,7 +181,7 @@ fn two_sessions_that_write_the_same_parameter_are_both_served() {
 
 /// A slave in data exchange keeps its address and continues.
 #[test]
-fn an_address_is_not_changed_while_data_are_exchanged() {
+fn a_slave_in_data_exchange_keeps_its_address() {
     let mut bench = Bench::on_tcp(&gauges(1));
     bench.order(|devices| devices[0].settle_in(conditions(1e-2)));
     let mut session = bench.session(bus_of(0, 0));
@@ -209,7 +209,7 @@ fn an_address_is_not_changed_while_data_are_exchanged() {
 
 /// The service changes within one session: each service has a configuration of its own.
 #[test]
-fn a_slave_that_was_owned_for_one_way_is_taken_for_another() {
+fn a_session_changes_the_service_of_a_slave_that_it_owns() {
     let bench = Bench::on_tcp(&gauges(1));
     let mut session = bench.session(bus_of(0, 0));
     let watched = CyclicSlave::find(&mut session, FIRST, 0).unwrap();

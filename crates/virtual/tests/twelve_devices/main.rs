@@ -44,7 +44,7 @@ fn in_bit_time_every_device_is_brought_up_in_every_configuration() {
 }
 
 #[test]
-fn in_bit_time_every_readable_parameter_has_one_value_whatever_the_way() {
+fn in_bit_time_every_readable_parameter_has_the_same_value_by_every_service() {
     for entry in &DEVICES {
         read_every_way(&mut alone(entry.model), FIRST, entry.model);
     }

@@ -112,7 +112,7 @@ fn live(mut segment: Segment<Vec<VirtualDevice>>, orders: &Receiver<Order>, mut 
     }
 }
 
-/// The longest pause of a thread on a busy machine. With shorter slot times the test would measure the machine: a late
+/// The longest pause of a thread on a busy machine. With shorter slot times the result would depend on the machine: a late
 /// answer is no answer.
 const SLOT: Duration = Duration::from_millis(400);
 

@@ -21,7 +21,7 @@ fn is_writable(row: &Row, way: Way) -> bool {
     }
 }
 
-/// The parameter channel carries up to four octets and no texts: errata-bpg-bcg-tpg 19 and 20, errata-pxg55x-img400 4.
+/// The parameter channel transfers up to four octets and no texts: errata-bpg-bcg-tpg 19 and 20, errata-pxg55x-img400 4.
 fn is_carried(row: &Row) -> bool {
     match row.data_type {
         DataType::Visible(_) => false,
@@ -133,8 +133,8 @@ fn there_and_back<L: Line>(rig: &mut Rig<'_, L>, way: Way, slot: u8, row: &Row) 
 }
 
 /// The commands of a block are 14 and 15 in the manuals of the gauges, and Volatility is one at the controllers
-/// (errata-bpg-bcg-tpg 143); Emission Current 106 need not follow what is written (98). What they do is tested with the
-/// devices.
+/// (errata-bpg-bcg-tpg 143); Emission Current 106 need not follow what is written (98). The tests of the devices cover
+/// their effect.
 fn is_command(row: &Row) -> bool {
     [14, 15].contains(&row.index) || [(26, "Volatility"), (106, "Emission Current")].contains(&(row.index, row.name))
 }
