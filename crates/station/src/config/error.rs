@@ -20,7 +20,7 @@ pub struct ConfigError {
     /// The column, from 1.
     pub column: usize,
     /// The problem, with the expected and the found value.
-    pub problem: ConfigProblem,
+    pub problem: Box<ConfigProblem>,
 }
 
 /// A problem and the octets of the file that cause it.

@@ -165,7 +165,7 @@ impl Config {
             file: path.to_owned(),
             line: 1,
             column: 1,
-            problem: ConfigProblem::Unreadable(error),
+            problem: Box::new(ConfigProblem::Unreadable(error)),
         };
         Self::parse(&text_file::read(path).map_err(unreadable)?, path)
     }
@@ -177,7 +177,7 @@ impl Config {
     pub fn parse(text: &str, path: &Path) -> Result<Self, ConfigError> {
         let located = |Located { span, problem }: Located| {
             let (line, column) = line_and_column(text, span.start);
-            ConfigError { file: path.to_owned(), line, column, problem }
+            ConfigError { file: path.to_owned(), line, column, problem: Box::new(problem) }
         };
         let file = ConfigToml::parse(text).map_err(located)?;
         check::check(&file).map_err(located)?;
