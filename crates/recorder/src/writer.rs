@@ -38,7 +38,7 @@ const STALL_TIMEOUT: Duration = Duration::from_secs(15);
 /// The longest that a caller waits for the disk.
 const WRITE_TIMEOUT: Duration = Duration::from_secs(10);
 
-/// Which samples are kept, and for how long.
+/// The deadband, the full-rate window and the retention of the samples.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settings {
     /// The deadband.

@@ -26,13 +26,13 @@ pub struct Station {
 /// The recorder.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, ToSchema)]
 pub struct RecorderView {
-    /// When it wrote last, in milliseconds since 1970.
+    /// The time of the last write, in milliseconds since 1970.
     pub last_write_ms: Option<i64>,
-    /// Why it does not, if it does not.
+    /// The reason why it does not write; `null` if it does.
     pub error: Option<String>,
-    /// Samples it could not keep.
+    /// The number of samples that were not stored.
     pub lost_samples: u64,
-    /// Events it could not keep.
+    /// The number of events that were not stored.
     pub lost_events: u64,
 }
 
@@ -61,13 +61,13 @@ pub struct Segment {
     pub master: u8,
     /// The state.
     pub state: SegmentState,
-    /// Why it does not run, in a sentence.
+    /// The reason why it does not run, in a sentence.
     pub problem: Option<String>,
-    /// How long a cycle takes, in milliseconds.
+    /// The duration of a cycle, in milliseconds.
     pub cycle_ms: Option<f64>,
-    /// Telegrams that arrived damaged since it runs.
+    /// The number of damaged telegrams since the start of the segment.
     pub damaged_telegrams: u32,
-    /// The stations on it.
+    /// The stations on the bus.
     pub stations: Vec<BusStation>,
 }
 
@@ -75,19 +75,19 @@ pub struct Segment {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, ToSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum BusStationState {
-    /// Our master.
+    /// The master of this station.
     OwnMaster,
     /// Another master.
     OtherMaster,
-    /// A slave of ours that exchanges data.
+    /// A configured slave in data exchange.
     DataExchange,
-    /// A slave of ours that reports a fault.
+    /// A configured slave that reports a fault.
     Fault,
-    /// A slave of ours that is being brought into data exchange.
+    /// A configured slave before data exchange.
     Starting,
     /// A gauge that does not answer, or belongs to another master.
     Missing,
-    /// A slave that is not ours.
+    /// A slave that is not in the station's file.
     Unconfigured,
 }
 
@@ -96,15 +96,15 @@ pub enum BusStationState {
 pub struct BusStation {
     /// Its address, 0 to 126.
     pub address: u8,
-    /// What it is to us.
+    /// Its state on the bus.
     pub state: BusStationState,
-    /// The name we gave it.
+    /// The name in the station's file.
     pub name: Option<String>,
     /// The device, if it is known.
     pub device: Option<String>,
     /// Ident_Number, in hex.
     pub ident: Option<String>,
-    /// What it is doing, in words.
+    /// A description of its state.
     pub description: String,
 }
 
@@ -119,11 +119,11 @@ pub struct Gauge {
     pub address: u8,
     /// The device: `bcg450`.
     pub device: String,
-    /// What it is to us.
+    /// Its state on the bus.
     pub state: BusStationState,
-    /// Why it does not measure, in a sentence.
+    /// The reason why it does not measure, in a sentence.
     pub problem: Option<String>,
-    /// What it reports beside the pressure, in words.
+    /// The exceptions that it reports, in words.
     pub exceptions: Vec<String>,
     /// The gas for which the readings are corrected.
     pub gas: String,
@@ -151,11 +151,11 @@ pub struct PressureLevel {
 /// The reading of a measuring part.
 #[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
 pub struct Reading {
-    /// The name under which it is recorded: that of the gauge, with the channel of a controller.
+    /// The name of the series: that of the gauge, with the channel of a controller.
     pub series: String,
     /// The instance or channel, 0 if there is only one.
     pub instance: u8,
-    /// How the part senses: `pirani`, `hot-cathode`, `cold-cathode`, `diaphragm`, `atmosphere`.
+    /// The principle of measurement: `pirani`, `hot-cathode`, `cold-cathode`, `diaphragm`, `atmosphere`.
     pub principle: Option<&'static str>,
     /// The indicated pressure in Pa; `null` without a value.
     pub pa: Option<f64>,
@@ -198,10 +198,10 @@ impl Trend {
     }
 }
 
-/// Something that happened.
+/// An event.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, ToSchema)]
 pub struct EventView {
-    /// When, in milliseconds since 1970.
+    /// The time, in milliseconds since 1970.
     pub at_ms: i64,
     /// The gauge, if the event is about one.
     pub gauge: Option<String>,
@@ -232,7 +232,7 @@ pub struct RiseView {
     pub tau_s: Option<f64>,
     /// Its flow at the beginning, in Pa m³/s, if the volume is known.
     pub outgassing_pa_m3_per_s: Option<f64>,
-    /// How much of the variation is explained, 0 to 1.
+    /// The explained part of the variation, 0 to 1.
     pub explained: f64,
     /// The number of fitted samples.
     pub samples: usize,
@@ -263,11 +263,11 @@ pub struct ReadProgress {
 pub struct ControlAuthorityView {
     /// The user; `null` if control is free.
     pub holder: Option<String>,
-    /// Since when, in milliseconds since 1970.
+    /// The start of the present control, in milliseconds since 1970.
     pub since_ms: Option<i64>,
     /// The user who requests control.
     pub requested_by: Option<String>,
-    /// Since when.
+    /// The time of the request, in milliseconds since 1970.
     pub requested_ms: Option<i64>,
 }
 
@@ -284,13 +284,13 @@ pub struct Parameter {
     pub access: String,
     /// The present value with its unit; `null` if it could not be read.
     pub value: Option<String>,
-    /// Why it could not be read.
+    /// The reason why it could not be read.
     pub read_error: Option<String>,
-    /// What it takes to write it; nothing if it is not written, or only as a command.
+    /// How it is written; `null` if it cannot be written, or only by a command.
     pub write: Option<WriteInfo>,
 }
 
-/// How large a risk is.
+/// The class of a risk.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, ToSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum RiskClass {
@@ -298,18 +298,18 @@ pub enum RiskClass {
     Harmless,
     /// A value that is lost at power-off.
     Volatile,
-    /// A value that is kept if the device is told to store it.
+    /// A value that survives power-off if the device stores it on request.
     StoredOnRequest,
-    /// A value that is kept at power-off.
+    /// A value that survives power-off.
     Persistent,
-    /// The tables warn of it.
+    /// A write or command that the tables warn of.
     Dangerous,
 }
 
 /// A risk.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, ToSchema)]
 pub struct Risk {
-    /// How large it is.
+    /// The class.
     pub class: RiskClass,
     /// A description, from the table where it has one.
     pub description: String,
@@ -318,13 +318,13 @@ pub struct Risk {
 /// How a parameter is written.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, ToSchema)]
 pub struct WriteInfo {
-    /// What it takes, in words with its unit.
+    /// The expected value, in words with its unit.
     pub expects: String,
-    /// The values it takes, if it takes only these.
+    /// The allowed values; empty if there is no list.
     pub allowed_values: Vec<String>,
-    /// What it risks.
+    /// The risk.
     pub risk: Risk,
-    /// The role it needs.
+    /// The role that the user needs.
     pub role: Role,
     /// The reason why no user may execute it here.
     pub blocked_reason: Option<String>,

@@ -16,7 +16,7 @@ pub const ARMED_FOR: Duration = Duration::from_secs(30);
 /// The most commands that are armed at once. One user has control, and executes one command at a time.
 const MAX_ARMED: usize = 16;
 
-/// The number of ended commands that are remembered, to say how they ended.
+/// The number of ended commands whose outcome is kept.
 const REMEMBERED: usize = 64;
 
 /// An armed command.

@@ -177,7 +177,7 @@ pub enum Unavailable {
     Request(Box<SegmentRequestError>),
 }
 
-/// Why it is unknown what came of a command that was sent.
+/// The reason why the outcome of a command that was sent is not known.
 #[derive(Debug, thiserror::Error)]
 pub enum OutcomeUnknown {
     /// The segment did not answer in time.

@@ -50,7 +50,7 @@ pub enum SegmentCommand {
 
 /// Why the thread does not serve the bus any more.
 enum ServeEnd {
-    /// It was told to stop.
+    /// The station has stopped the segment.
     Stopped,
     /// The port was lost.
     Lost(SessionError),
@@ -102,7 +102,7 @@ impl SegmentThread {
         self.gauges.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Runs until it is told to stop.
+    /// Runs until the station stops it.
     pub fn run(mut self) {
         let mut pause = FIRST_PAUSE;
         self.publish(None);

@@ -716,7 +716,7 @@ export interface components {
              * @description The limit.
              */
             limit: number | null;
-            /** @description What to do, as the station's file says. */
+            /** @description The instruction for the operator, from the station's file. */
             message: string | null;
             /** @description The name. */
             name: string;
@@ -856,7 +856,7 @@ export interface components {
              * @description Its address, 0 to 126.
              */
             address: number;
-            /** @description What it is doing, in words. */
+            /** @description A description of its state. */
             description: string;
             /** @description The device, if it is known. */
             device: string | null;
@@ -864,7 +864,7 @@ export interface components {
             ident: string | null;
             /** @description The name in the station's file. */
             name: string | null;
-            /** @description What it is to us. */
+            /** @description Its state on the bus. */
             state: components["schemas"]["BusStationState"];
         };
         /**
@@ -908,32 +908,32 @@ export interface components {
         };
         /** @description The user who has control. */
         ControlAuthorityView: {
-            /** @description Who; nothing if it is free. */
+            /** @description The user; `null` if control is free. */
             holder: string | null;
             /** @description The user who requests control. */
             requested_by: string | null;
             /**
              * Format: int64
-             * @description Since when.
+             * @description The time of the request, in milliseconds since 1970.
              */
             requested_ms: number | null;
             /**
              * Format: int64
-             * @description Since when, in milliseconds since 1970.
+             * @description The start of the present control, in milliseconds since 1970.
              */
             since_ms: number | null;
         };
-        /** @description Something that happened. */
+        /** @description An event. */
         EventView: {
             /**
              * Format: int64
-             * @description When, in milliseconds since 1970.
+             * @description The time, in milliseconds since 1970.
              */
             at_ms: number;
             /** @description The gauge, if the event is about one. */
             gauge: string | null;
             /**
-             * @description What kind of thing: `station`, `bus`, `gauge`, `command`, `note`.
+             * @description The kind: `station`, `bus`, `gauge`, `command`, `note`, `access`, `alarm`.
              * @enum {string}
              */
             kind: "station" | "bus" | "gauge" | "command" | "note" | "access" | "alarm";
@@ -969,7 +969,7 @@ export interface components {
             age_ms: number | null;
             /** @description The device: `bcg450`. */
             device: string;
-            /** @description The exceptions it reports. */
+            /** @description The exceptions that it reports, in words. */
             exceptions: string[];
             /** @description The gas for which the readings are corrected. */
             gas: string;
@@ -982,7 +982,7 @@ export interface components {
              * @description The poll interval in milliseconds.
              */
             poll_ms: number;
-            /** @description Why it does not measure, in a sentence. */
+            /** @description The reason why it does not measure, in a sentence. */
             problem: string | null;
             /** @description The readings, one for each measuring part in the cyclic data. */
             readings: components["schemas"]["Reading"][];
@@ -993,7 +993,7 @@ export interface components {
              * @description The age in milliseconds from which the readings are stale.
              */
             stale_after_ms: number;
-            /** @description What it is to us. */
+            /** @description Its state on the bus. */
             state: components["schemas"]["BusStationState"];
         };
         /** @description A value in a request. */
@@ -1053,7 +1053,7 @@ export interface components {
             name: string;
             /** @description Slot and index, or the number of the parameter channel. */
             numbers: string;
-            /** @description Why it could not be read. */
+            /** @description The reason why it could not be read. */
             read_error: string | null;
             /** @description The name by which it is read and written: `trip-point.1/high-trip-point`. */
             target: string;
@@ -1122,7 +1122,7 @@ export interface components {
              */
             pa: number | null;
             /**
-             * @description How the part senses: `pirani`, `hot-cathode`, `cold-cathode`, `diaphragm`, `atmosphere`.
+             * @description The principle of measurement: `pirani`, `hot-cathode`, `cold-cathode`, `diaphragm`, `atmosphere`.
              * @enum {string|null}
              */
             principle: "pirani" | "hot-cathode" | "cold-cathode" | "diaphragm" | "atmosphere" | null;
@@ -1131,26 +1131,26 @@ export interface components {
              * @enum {string}
              */
             quality: "valid" | "overrange" | "underrange" | "invalid" | "gap";
-            /** @description The name under which it is recorded: that of the gauge, with the channel of a controller. */
+            /** @description The name of the series: that of the gauge, with the channel of a controller. */
             series: string;
         };
         /** @description The recorder. */
         RecorderView: {
-            /** @description Why it does not write, if it does not. */
+            /** @description The reason why it does not write; `null` if it does. */
             error: string | null;
             /**
              * Format: int64
-             * @description When it wrote last, in milliseconds since 1970.
+             * @description The time of the last write, in milliseconds since 1970.
              */
             last_write_ms: number | null;
             /**
              * Format: int64
-             * @description Events it could not keep.
+             * @description The number of events that were not stored.
              */
             lost_events: number;
             /**
              * Format: int64
-             * @description Samples it could not keep.
+             * @description The number of samples that were not stored.
              */
             lost_samples: number;
         };
@@ -1170,7 +1170,7 @@ export interface components {
             bend_pa: number | null;
             /**
              * Format: double
-             * @description How much of the variation is explained, 0 to 1.
+             * @description The explained part of the variation, 0 to 1.
              */
             explained: number;
             /**
@@ -1203,13 +1203,13 @@ export interface components {
         };
         /** @description A risk. */
         Risk: {
-            /** @description How large it is. */
+            /** @description The class. */
             class: components["schemas"]["RiskClass"];
             /** @description A description, from the table where it has one. */
             description: string;
         };
         /**
-         * @description How large a risk is.
+         * @description The class of a risk.
          * @enum {string}
          */
         RiskClass: "harmless" | "volatile" | "stored-on-request" | "persistent" | "dangerous";
@@ -1232,7 +1232,7 @@ export interface components {
             cycle_ms: number | null;
             /**
              * Format: int32
-             * @description Telegrams that arrived damaged since the port was opened.
+             * @description The number of damaged telegrams since the start of the segment.
              */
             damaged_telegrams: number;
             /**
@@ -1244,11 +1244,11 @@ export interface components {
             name: string;
             /** @description Its port. */
             port: string;
-            /** @description Why it does not run, in a sentence. */
+            /** @description The reason why it does not run, in a sentence. */
             problem: string | null;
             /** @description The state. */
             state: components["schemas"]["SegmentState"];
-            /** @description The stations on it. */
+            /** @description The stations on the bus. */
             stations: components["schemas"]["BusStation"][];
         };
         /**
@@ -1365,15 +1365,15 @@ export interface components {
         };
         /** @description How a parameter is written. */
         WriteInfo: {
-            /** @description The values it takes, if it takes only these. */
+            /** @description The allowed values; empty if there is no list. */
             allowed_values: string[];
             /** @description The reason why no user may execute it here. */
             blocked_reason: string | null;
-            /** @description What it takes, in words with its unit. */
+            /** @description The expected value, in words with its unit. */
             expects: string;
             /** @description The risk. */
             risk: components["schemas"]["Risk"];
-            /** @description Who may. */
+            /** @description The role that the user needs. */
             role: components["schemas"]["Role"];
         };
     };
