@@ -1,4 +1,4 @@
-//! An hour with faults in every segment: `cargo bench -p profivac-station --bench hour`.
+//! An hour with faults in every segment: `cargo segment -p profivac-station --segment hour`.
 //!
 //! In every segment a gauge loses power, the line is cut or noise is on the line, every few seconds. The bench prints the memory of the
 //! process, the number of faults of each kind, and whether all gauges are in data exchange at the end. PROFIVAC_BENCH_SECONDS makes
@@ -75,10 +75,10 @@ fn main() {
     station.stop();
 }
 
-/// Waits until all gauges exchange data and returns the time. Fails if a gauge never does.
+/// How long it took until all gauges exchange data. A station in which something is stuck never gets there.
 fn wait_until_well(services: &Services) -> Duration {
     let begun = Instant::now();
-    // An IMG 400 with its ion gauges off reports an exception.
+    // An IMG 400 with its ion gauges off reports that.
     let is_well = |state| matches!(state, BusStationState::DataExchange | BusStationState::Fault);
     let well = |services: &Services| services.snapshots().gauges().iter().filter(|gauge| is_well(gauge.state)).count();
     while well(services) < SEGMENTS * DEVICES.len() {

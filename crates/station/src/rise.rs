@@ -10,7 +10,7 @@
 //! For a given tau this is linear in the three other unknowns; tau is searched on a logarithmic scale. Where a straight line fits
 //! equally well, the result has no bend.
 
-/// The parts of a rise. Flows in Pa m³/s, as long as the volume is in m³.
+/// The parts of a rise. Rates in Pa/s; multiplied by a volume in m³ they are flows in Pa m³/s.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Rise {
     /// The pressure at the start, in Pa.

@@ -28,11 +28,11 @@ pub struct Station {
 pub struct RecorderView {
     /// The time of the last write, in milliseconds since 1970.
     pub last_write_ms: Option<i64>,
-    /// The reason why it does not write; `null` if it does.
+    /// Why it does not write, if it does not.
     pub error: Option<String>,
-    /// The number of samples that were not stored.
+    /// Samples that were dropped.
     pub lost_samples: u64,
-    /// The number of events that were not stored.
+    /// Events that were dropped.
     pub lost_events: u64,
 }
 
@@ -61,13 +61,13 @@ pub struct Segment {
     pub master: u8,
     /// The state.
     pub state: SegmentState,
-    /// The reason why it does not run, in a sentence.
+    /// Why it does not run, in a sentence.
     pub problem: Option<String>,
     /// The duration of a cycle, in milliseconds.
     pub cycle_ms: Option<f64>,
-    /// The number of damaged telegrams since the start of the segment.
+    /// Telegrams that arrived damaged since the port was opened.
     pub damaged_telegrams: u32,
-    /// The stations on the bus.
+    /// The stations on the bus, by address.
     pub stations: Vec<BusStation>,
 }
 
@@ -79,11 +79,11 @@ pub enum BusStationState {
     OwnMaster,
     /// Another master.
     OtherMaster,
-    /// A configured slave in data exchange.
+    /// A gauge in data exchange.
     DataExchange,
-    /// A configured slave that reports a fault.
+    /// A gauge in data exchange that reports a fault.
     Fault,
-    /// A configured slave before data exchange.
+    /// A gauge that is being brought into data exchange.
     Starting,
     /// A gauge that does not answer, or belongs to another master.
     Missing,
@@ -96,7 +96,7 @@ pub enum BusStationState {
 pub struct BusStation {
     /// Its address, 0 to 126.
     pub address: u8,
-    /// Its state on the bus.
+    /// The state.
     pub state: BusStationState,
     /// The name in the station's file.
     pub name: Option<String>,
@@ -104,7 +104,7 @@ pub struct BusStation {
     pub device: Option<String>,
     /// Ident_Number, in hex.
     pub ident: Option<String>,
-    /// A description of its state.
+    /// A description of the state.
     pub description: String,
 }
 
@@ -119,11 +119,11 @@ pub struct Gauge {
     pub address: u8,
     /// The device: `bcg450`.
     pub device: String,
-    /// Its state on the bus.
+    /// The state.
     pub state: BusStationState,
-    /// The reason why it does not measure, in a sentence.
+    /// Why it is not in data exchange, in a sentence.
     pub problem: Option<String>,
-    /// The exceptions that it reports, in words.
+    /// The exceptions it reports.
     pub exceptions: Vec<String>,
     /// The gas for which the readings are corrected.
     pub gas: String,
@@ -151,11 +151,11 @@ pub struct PressureLevel {
 /// The reading of a measuring part.
 #[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
 pub struct Reading {
-    /// The name of the series: that of the gauge, with the channel of a controller.
+    /// The name under which it is recorded: that of the gauge, with the channel of a controller.
     pub series: String,
     /// The instance or channel, 0 if there is only one.
     pub instance: u8,
-    /// The principle of measurement: `pirani`, `hot-cathode`, `cold-cathode`, `diaphragm`, `atmosphere`.
+    /// How the part senses: `pirani`, `hot-cathode`, `cold-cathode`, `diaphragm`, `atmosphere`.
     pub principle: Option<&'static str>,
     /// The indicated pressure in Pa; `null` without a value.
     pub pa: Option<f64>,
@@ -198,10 +198,10 @@ impl Trend {
     }
 }
 
-/// An event.
+/// Something that happened.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, ToSchema)]
 pub struct EventView {
-    /// The time, in milliseconds since 1970.
+    /// When, in milliseconds since 1970.
     pub at_ms: i64,
     /// The gauge, if the event is about one.
     pub gauge: Option<String>,
@@ -232,7 +232,7 @@ pub struct RiseView {
     pub tau_s: Option<f64>,
     /// Its flow at the beginning, in Pa m³/s, if the volume is known.
     pub outgassing_pa_m3_per_s: Option<f64>,
-    /// The explained part of the variation, 0 to 1.
+    /// How much of the variation is explained, 0 to 1.
     pub explained: f64,
     /// The number of fitted samples.
     pub samples: usize,
@@ -263,11 +263,11 @@ pub struct ReadProgress {
 pub struct ControlAuthorityView {
     /// The user; `null` if control is free.
     pub holder: Option<String>,
-    /// The start of the present control, in milliseconds since 1970.
+    /// Since when, in milliseconds since 1970.
     pub since_ms: Option<i64>,
     /// The user who requests control.
     pub requested_by: Option<String>,
-    /// The time of the request, in milliseconds since 1970.
+    /// Since when.
     pub requested_ms: Option<i64>,
 }
 
@@ -284,13 +284,13 @@ pub struct Parameter {
     pub access: String,
     /// The present value with its unit; `null` if it could not be read.
     pub value: Option<String>,
-    /// The reason why it could not be read.
+    /// Why it could not be read.
     pub read_error: Option<String>,
-    /// How it is written; `null` if it cannot be written, or only by a command.
+    /// How it is written; `null` if it is not writable, or only by a command.
     pub write: Option<WriteInfo>,
 }
 
-/// The class of a risk.
+/// How large a risk is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, ToSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum RiskClass {
@@ -298,18 +298,18 @@ pub enum RiskClass {
     Harmless,
     /// A value that is lost at power-off.
     Volatile,
-    /// A value that survives power-off if the device stores it on request.
+    /// A value that is kept if the device is told to store it.
     StoredOnRequest,
-    /// A value that survives power-off.
+    /// A value that is kept at power-off.
     Persistent,
-    /// A write or command that the tables warn of.
+    /// The tables warn of it.
     Dangerous,
 }
 
 /// A risk.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, ToSchema)]
 pub struct Risk {
-    /// The class.
+    /// How large it is.
     pub class: RiskClass,
     /// A description, from the table where it has one.
     pub description: String,
@@ -318,15 +318,15 @@ pub struct Risk {
 /// How a parameter is written.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, ToSchema)]
 pub struct WriteInfo {
-    /// The expected value, in words with its unit.
+    /// A description of the expected value, with its unit.
     pub expects: String,
-    /// The allowed values; empty if there is no list.
+    /// The allowed values, if only some are allowed.
     pub allowed_values: Vec<String>,
     /// The risk.
     pub risk: Risk,
-    /// The role that the user needs.
+    /// The role it needs.
     pub role: Role,
-    /// The reason why no user may execute it here.
+    /// Why the station never writes it.
     pub blocked_reason: Option<String>,
 }
 

@@ -240,7 +240,7 @@ fn changes_by_users_are_in_the_audit_trail() {
     let leave = json!({ "reason": "calibration", "minutes": 30 });
     assert_eq!(fixture.post("/api/alarms/too%20high/out-of-service", &leave, Role::Engineer).0, 200);
     assert_eq!(fixture.post("/api/alarms/too%20high/return-to-service", &json!({}), Role::Engineer).0, 200);
-    // The answers came after the writes, so the test does not flush.
+    // The answer comes after the write: no flush is needed.
     let rows = fixture.get("/api/audit?gauge=chamber");
     let cell = |row: &Value, name: &str| row[name].as_str().unwrap_or_default().to_owned();
     let columns = ["action", "user", "role", "peer", "target", "before", "after", "outcome"];

@@ -1,4 +1,4 @@
-//! Deliveries to receivers that fail, do not answer, redirect, refuse, and accept in the end.
+//! Deliveries to receivers that fail, hang, redirect, refuse, and accept at last.
 
 #![allow(clippy::unwrap_used, clippy::panic, clippy::indexing_slicing, reason = "a test")]
 
@@ -36,7 +36,7 @@ const QUICK: DeliverySettings = DeliverySettings {
     max_queued: 10_000,
 };
 
-/// The reaction of a receiver to a request.
+/// What a receiver does with a request.
 #[derive(Clone, Copy)]
 enum Reaction {
     Answers(&'static str),
@@ -222,12 +222,12 @@ fn a_notification_is_repeated_until_it_is_accepted_and_in_order() {
     let hook = webhook(&address, "");
     let fixture = Fixture::new(&[&hook]);
     fixture.chatter();
-    // A receiver that answers does so sooner, also on a busy computer.
+    // A receiver that answers at all answers sooner, also on a busy computer.
     let _delivery = fixture.start(&hook, DeliverySettings { answer_timeout: Duration::from_secs(3), ..QUICK });
     let all: Vec<_> = (0..7).map(|_| came.recv_timeout(LONG).unwrap()).collect();
     assert!(all.iter().all(|came| came.head.starts_with("POST /hook?key=abc ")), "redirects are not followed");
     let ids: Vec<_> = all.iter().map(|came| &came.body["id"]).collect();
-    assert!(ids[..6].iter().all(|id| *id == ids[0]), "all attempts have the same identifier: {ids:?}");
+    assert!(ids[..6].iter().all(|id| *id == ids[0]), "a receiver recognises a repeated notification: {ids:?}");
     assert_eq!((&all[5].body["change"], &all[6].body["change"]), (&"raised".into(), &"returned".into()));
     fixture.until("ops", |view| view.delivered == 2 && view.problem.is_none() && view.failing_since_ms.is_none());
     assert_eq!(
@@ -312,7 +312,7 @@ fn notifications_are_delivered_after_the_database_was_deleted() {
         fixture.chatter();
         (0..2).for_each(|_| drop(came.recv_timeout(LONG).unwrap()));
         fixture.until("ops", |view| view.delivered == delivered && view.waiting == 0);
-        // The next notifications are in a new database, where their numbers start again.
+        // The following notifications are in a new file and have the numbers of earlier ones.
         fs::remove_file(fixture.folder.path().join("plant.db")).unwrap();
         assert!(fixture.services.recorder().flush());
     }
@@ -331,7 +331,7 @@ fn many_old_notifications_are_given_up_together() {
     assert_eq!(fixture.events(), ["webhook \"ops\" did not get 2000 notifications: too old"]);
 }
 
-/// A server with a certificate of its own, and the file with it. It accepts every notification.
+/// A server with a certificate of its own, and the file with it. It takes everything.
 fn secure(folder: &Path) -> (String, Receiver<Received>) {
     let made = rcgen::generate_simple_self_signed(["localhost".to_owned()]).unwrap();
     fs::write(folder.join("ca.pem"), made.cert.pem()).unwrap();
@@ -370,7 +370,7 @@ fn over_https_only_a_trusted_receiver_is_notified() {
     let _delivery = fixture.start(&stranger, QUICK);
     let view = fixture.until("ops", |view| view.problem.is_some());
     assert!(view.problem.unwrap().starts_with("there is no secure connection: invalid peer certificate"));
-    assert!(came.try_recv().is_err(), "nothing was sent");
+    assert!(came.try_recv().is_err(), "no notification was sent");
     let _delivery = fixture.start(&known, QUICK);
     assert_eq!(came.recv_timeout(LONG).unwrap().header("authorization"), Some("Bearer s3cret"));
     fixture.until("known", |view| view.delivered == 2);

@@ -1,27 +1,27 @@
-//! Gauges, and the readings of each at every second: constant fields and a shape.
+//! Gauges, and what each shows at every second: fields of constants and a shape.
 
 use profivac_recorder::Quality;
 use profivac_station::view::{BusStationState, Gauge, PressureLevel, Reading};
 use std::f64::consts::TAU;
 use std::sync::Arc;
 
-/// The reading of a measuring part.
+/// What a measuring part shows.
 #[derive(Clone, Copy)]
 pub struct Shown {
     /// In Pa.
     pub pa: Option<f64>,
-    /// Its quality.
+    /// What it is worth.
     pub quality: Quality,
 }
 
-/// The course of a pressure. Seconds are counted from the start of the program; before it they are negative.
+/// How a pressure goes. Seconds are counted from the start of the program; before it they are negative.
 #[derive(Clone, Copy)]
 enum Shape {
-    /// Constant.
+    /// Always the same.
     Still(f64),
     /// Around a pressure by a part of a decade, slowly.
     Drift { pa: f64, decades: f64, period: f64 },
-    /// Pumped from atmosphere down to a pressure, once in each period in seconds.
+    /// Pumped from atmosphere to a pressure, again after each period in seconds.
     Pumped { to: f64, period: f64 },
     /// The valve was closed for the ten minutes before the start: a leak and outgassing.
     Rise,
@@ -39,11 +39,11 @@ pub struct Fake {
     pub segment: &'static str,
     /// Its address.
     pub address: u8,
-    /// Its device.
+    /// What it is.
     pub device: &'static str,
     /// Ident_Number.
     pub ident: &'static str,
-    /// Its state on the bus.
+    /// What it is to the station.
     pub state: BusStationState,
     gas: &'static str,
     factor: f64,
@@ -54,7 +54,7 @@ pub struct Fake {
     exceptions: &'static [&'static str],
     /// Why it does not measure.
     pub problem: Option<&'static str>,
-    /// The times in seconds in which it did not answer.
+    /// Seconds in which nothing was heard of it.
     gaps: &'static [(f64, f64)],
 }
 
@@ -77,7 +77,7 @@ const HALL: Fake = Fake {
 
 const BEAM: Fake = Fake { segment: "beam line", ..HALL };
 
-/// All gauges by segment; with `hostile` one more whose name is a script.
+/// All of them, segment by segment; one more whose name is a script, if it is wanted.
 pub fn all(hostile: bool) -> Vec<Fake> {
     let mut all = hall().into_iter().chain(beam()).collect::<Vec<_>>();
     all.push(Fake {
@@ -239,7 +239,7 @@ fn pressure(shape: Shape, second: f64) -> Option<f64> {
 }
 
 impl Fake {
-    /// Every series with its reading at a second.
+    /// Every series with what it shows at a second.
     pub fn series(&self, second: f64) -> Vec<(Arc<str>, Shown)> {
         let alone = self.parts.len() == 1;
         let named = |place: usize| if alone { self.name.to_owned() } else { format!("{}.{}", self.name, place + 1) };
@@ -262,7 +262,7 @@ impl Fake {
         }
     }
 
-    /// The gauge as the API serves it; with the pressure that was set, if one was set.
+    /// What the dashboard shows of it; the pressure that it was told, if it was told one.
     pub fn view(&self, second: f64, told: Option<f64>) -> Gauge {
         let told = |shown: Shown| told.map_or(shown, |pa| Shown { pa: Some(pa), quality: Quality::Valid });
         let readings = self.series(second).into_iter().zip(self.parts).enumerate();

@@ -40,7 +40,7 @@ const NO_ANSWER = 'The station does not answer.'
 export const csrf = {
   /** Proves that a request that changes something comes from this page. */
   token: '',
-  /** Called when the station answers that the user is not logged in. */
+  /** Called when the station answers that no user is logged in. */
   onSessionEnd: (): void => {},
   /** Fetches the session again; whether the same user has a new token, from another window. */
   refresh: (): Promise<boolean> => Promise.resolve(false),

@@ -716,7 +716,7 @@ export interface components {
              * @description The limit.
              */
             limit: number | null;
-            /** @description The instruction for the operator, from the station's file. */
+            /** @description What to do, as the station's file says. */
             message: string | null;
             /** @description The name. */
             name: string;
@@ -856,7 +856,7 @@ export interface components {
              * @description Its address, 0 to 126.
              */
             address: number;
-            /** @description A description of its state. */
+            /** @description A description of the state. */
             description: string;
             /** @description The device, if it is known. */
             device: string | null;
@@ -864,7 +864,7 @@ export interface components {
             ident: string | null;
             /** @description The name in the station's file. */
             name: string | null;
-            /** @description Its state on the bus. */
+            /** @description The state. */
             state: components["schemas"]["BusStationState"];
         };
         /**
@@ -914,20 +914,20 @@ export interface components {
             requested_by: string | null;
             /**
              * Format: int64
-             * @description The time of the request, in milliseconds since 1970.
+             * @description Since when.
              */
             requested_ms: number | null;
             /**
              * Format: int64
-             * @description The start of the present control, in milliseconds since 1970.
+             * @description Since when, in milliseconds since 1970.
              */
             since_ms: number | null;
         };
-        /** @description An event. */
+        /** @description Something that happened. */
         EventView: {
             /**
              * Format: int64
-             * @description The time, in milliseconds since 1970.
+             * @description When, in milliseconds since 1970.
              */
             at_ms: number;
             /** @description The gauge, if the event is about one. */
@@ -969,7 +969,7 @@ export interface components {
             age_ms: number | null;
             /** @description The device: `bcg450`. */
             device: string;
-            /** @description The exceptions that it reports, in words. */
+            /** @description The exceptions it reports. */
             exceptions: string[];
             /** @description The gas for which the readings are corrected. */
             gas: string;
@@ -982,7 +982,7 @@ export interface components {
              * @description The poll interval in milliseconds.
              */
             poll_ms: number;
-            /** @description The reason why it does not measure, in a sentence. */
+            /** @description Why it is not in data exchange, in a sentence. */
             problem: string | null;
             /** @description The readings, one for each measuring part in the cyclic data. */
             readings: components["schemas"]["Reading"][];
@@ -993,7 +993,7 @@ export interface components {
              * @description The age in milliseconds from which the readings are stale.
              */
             stale_after_ms: number;
-            /** @description Its state on the bus. */
+            /** @description The state. */
             state: components["schemas"]["BusStationState"];
         };
         /** @description A value in a request. */
@@ -1053,7 +1053,7 @@ export interface components {
             name: string;
             /** @description Slot and index, or the number of the parameter channel. */
             numbers: string;
-            /** @description The reason why it could not be read. */
+            /** @description Why it could not be read. */
             read_error: string | null;
             /** @description The name by which it is read and written: `trip-point.1/high-trip-point`. */
             target: string;
@@ -1122,7 +1122,7 @@ export interface components {
              */
             pa: number | null;
             /**
-             * @description The principle of measurement: `pirani`, `hot-cathode`, `cold-cathode`, `diaphragm`, `atmosphere`.
+             * @description How the part senses: `pirani`, `hot-cathode`, `cold-cathode`, `diaphragm`, `atmosphere`.
              * @enum {string|null}
              */
             principle: "pirani" | "hot-cathode" | "cold-cathode" | "diaphragm" | "atmosphere" | null;
@@ -1131,12 +1131,12 @@ export interface components {
              * @enum {string}
              */
             quality: "valid" | "overrange" | "underrange" | "invalid" | "gap";
-            /** @description The name of the series: that of the gauge, with the channel of a controller. */
+            /** @description The name under which it is recorded: that of the gauge, with the channel of a controller. */
             series: string;
         };
         /** @description The recorder. */
         RecorderView: {
-            /** @description The reason why it does not write; `null` if it does. */
+            /** @description Why it does not write, if it does not. */
             error: string | null;
             /**
              * Format: int64
@@ -1145,12 +1145,12 @@ export interface components {
             last_write_ms: number | null;
             /**
              * Format: int64
-             * @description The number of events that were not stored.
+             * @description Events that were dropped.
              */
             lost_events: number;
             /**
              * Format: int64
-             * @description The number of samples that were not stored.
+             * @description Samples that were dropped.
              */
             lost_samples: number;
         };
@@ -1170,7 +1170,7 @@ export interface components {
             bend_pa: number | null;
             /**
              * Format: double
-             * @description The explained part of the variation, 0 to 1.
+             * @description How much of the variation is explained, 0 to 1.
              */
             explained: number;
             /**
@@ -1203,13 +1203,13 @@ export interface components {
         };
         /** @description A risk. */
         Risk: {
-            /** @description The class. */
+            /** @description How large it is. */
             class: components["schemas"]["RiskClass"];
             /** @description A description, from the table where it has one. */
             description: string;
         };
         /**
-         * @description The class of a risk.
+         * @description How large a risk is.
          * @enum {string}
          */
         RiskClass: "harmless" | "volatile" | "stored-on-request" | "persistent" | "dangerous";
@@ -1232,7 +1232,7 @@ export interface components {
             cycle_ms: number | null;
             /**
              * Format: int32
-             * @description The number of damaged telegrams since the start of the segment.
+             * @description Telegrams that arrived damaged since the port was opened.
              */
             damaged_telegrams: number;
             /**
@@ -1244,11 +1244,11 @@ export interface components {
             name: string;
             /** @description Its port. */
             port: string;
-            /** @description The reason why it does not run, in a sentence. */
+            /** @description Why it does not run, in a sentence. */
             problem: string | null;
             /** @description The state. */
             state: components["schemas"]["SegmentState"];
-            /** @description The stations on the bus. */
+            /** @description The stations on the bus, by address. */
             stations: components["schemas"]["BusStation"][];
         };
         /**
@@ -1365,15 +1365,15 @@ export interface components {
         };
         /** @description How a parameter is written. */
         WriteInfo: {
-            /** @description The allowed values; empty if there is no list. */
+            /** @description The allowed values, if only some are allowed. */
             allowed_values: string[];
-            /** @description The reason why no user may execute it here. */
+            /** @description Why the station never writes it. */
             blocked_reason: string | null;
-            /** @description The expected value, in words with its unit. */
+            /** @description A description of the expected value, with its unit. */
             expects: string;
             /** @description The risk. */
             risk: components["schemas"]["Risk"];
-            /** @description The role that the user needs. */
+            /** @description The role it needs. */
             role: components["schemas"]["Role"];
         };
     };

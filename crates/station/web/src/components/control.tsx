@@ -43,7 +43,7 @@ export function controlText({ holder, requested_by }: Control, { name }: Session
 export function ControlStatus({ control, now }: { control: Control; now: number }): JSX.Element {
   const session = useSession()
   const [error, setError] = useState<string | null>(null)
-  const change = (action: ControlAction): void => {
+  const run = (action: ControlAction): void => {
     setError(null)
     changeControl(action).catch((error: unknown) => setError(errorText(error)))
   }
@@ -58,7 +58,7 @@ export function ControlStatus({ control, now }: { control: Control; now: number 
           class={action === 'grant' ? 'main' : undefined}
           key={action}
           title={ACTIONS[action].title}
-          onClick={() => change(action)}
+          onClick={() => run(action)}
         >
           {ACTIONS[action].label}
         </button>

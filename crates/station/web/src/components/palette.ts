@@ -1,4 +1,4 @@
-// Colours of curves. They differ for readers with red-green colour blindness, on light and on dark backgrounds.
+// Colours of curves. Users who do not distinguish red and green can tell them apart, on light and on dark ground.
 
 const LIGHT = ['#0b63b6', '#c2410c', '#0f7a52', '#8b35c9', '#a16207', '#0e7490', '#be185d', '#4b5b76']
 const DARK = ['#5aa9f5', '#f08a4b', '#4cc38a', '#c084f5', '#e2b341', '#3fc1d8', '#f472b0', '#9aabc8']

@@ -14,16 +14,16 @@ import { AlarmItem, type RunAction, shortTime } from './item.tsx'
 interface Props {
   /** Why the last action failed. */
   error: string | null
-  runAction: RunAction
+  run: RunAction
   takeOut: (alarm: Alarm) => void
 }
 
-export function ActiveAlarmList({ error, runAction, takeOut }: Props): JSX.Element {
+export function ActiveAlarmList({ error, run, takeOut }: Props): JSX.Element {
   const { alarms } = useSnapshot()
   const list = [...alarms.alarms].sort(byUrgency)
   return (
     <section class="panel" aria-label="Active alarms">
-      <Head list={list} runAction={runAction} />
+      <Head list={list} run={run} />
       {error && (
         <p class="error" role="alert">
           {error}
@@ -37,7 +37,7 @@ export function ActiveAlarmList({ error, runAction, takeOut }: Props): JSX.Eleme
       {list.length === 0 && <p class="muted no-alarms">No active alarms.</p>}
       <ul class="alarm-list">
         {list.map((alarm) => (
-          <ActiveAlarm alarm={alarm} runAction={runAction} takeOut={takeOut} key={alarm.name} />
+          <ActiveAlarm alarm={alarm} run={run} takeOut={takeOut} key={alarm.name} />
         ))}
       </ul>
       {alarms.not_listed > 0 && <p class="muted">{alarms.not_listed} more active alarms are under All alarms.</p>}
@@ -45,7 +45,7 @@ export function ActiveAlarmList({ error, runAction, takeOut }: Props): JSX.Eleme
   )
 }
 
-function Head({ list, runAction }: { list: Alarm[]; runAction: RunAction }): JSX.Element {
+function Head({ list, run }: { list: Alarm[]; run: RunAction }): JSX.Element {
   const mayAcknowledge = hasRole(useSession(), 'operator')
   const unacknowledged = list.filter(isUnacknowledged)
   const shown = unacknowledged.map(({ name, occurrence }) => ({ name, occurrence }))
@@ -57,7 +57,7 @@ function Head({ list, runAction }: { list: Alarm[]; runAction: RunAction }): JSX
     <div class="bar">
       <h1>Alarms</h1>
       {mayAcknowledge && unacknowledged.length > 1 && (
-        <button type="button" onClick={() => runAction(all)}>
+        <button type="button" onClick={() => run(all)}>
           Acknowledge all {unacknowledged.length}
         </button>
       )}
@@ -68,11 +68,11 @@ function Head({ list, runAction }: { list: Alarm[]; runAction: RunAction }): JSX
 
 function ActiveAlarm({
   alarm,
-  runAction,
+  run,
   takeOut,
 }: {
   alarm: Alarm
-  runAction: RunAction
+  run: RunAction
   takeOut: (alarm: Alarm) => void
 }): JSX.Element {
   const session = useSession()
@@ -83,7 +83,7 @@ function ActiveAlarm({
       buttons={
         <>
           {isUnacknowledged(alarm) && hasRole(session, 'operator') && (
-            <button type="button" class="main" onClick={() => runAction(() => acknowledge(name, occurrence))}>
+            <button type="button" class="main" onClick={() => run(() => acknowledge(name, occurrence))}>
               Acknowledge
             </button>
           )}

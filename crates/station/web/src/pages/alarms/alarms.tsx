@@ -21,7 +21,7 @@ export function Alarms(): JSX.Element {
   const [error, setError] = useState<string | null>(null)
   const [chosen, setChosen] = useState<Alarm | null>(null)
   /** Runs an action, and fetches the alarms again when it has ended. */
-  const runAction = (action: () => Promise<unknown>): void => {
+  const run = (action: () => Promise<unknown>): void => {
     setError(null)
     action()
       .catch((error: unknown) => setError(errorText(error)))
@@ -30,12 +30,12 @@ export function Alarms(): JSX.Element {
   const alarms = query.value ?? []
   return (
     <>
-      <ActiveAlarmList error={error} runAction={runAction} takeOut={setChosen} />
-      <OutOfServiceList alarms={alarms} runAction={runAction} />
+      <ActiveAlarmList error={error} run={run} takeOut={setChosen} />
+      <OutOfServiceList alarms={alarms} run={run} />
       <AllAlarms alarms={alarms} error={query.error} takeOut={setChosen} />
       <AlarmHistory />
       <Webhooks />
-      {chosen && <OutOfServiceDialog alarm={chosen} runAction={runAction} close={() => setChosen(null)} />}
+      {chosen && <OutOfServiceDialog alarm={chosen} run={run} close={() => setChosen(null)} />}
     </>
   )
 }

@@ -21,11 +21,11 @@ const DURATIONS: [label: string, minutes: number | null][] = [
 
 export function OutOfServiceDialog({
   alarm,
-  runAction,
+  run,
   close,
 }: {
   alarm: Alarm
-  runAction: RunAction
+  run: RunAction
   close: () => void
 }): JSX.Element {
   const dialog = useModal()
@@ -33,7 +33,7 @@ export function OutOfServiceDialog({
   const [duration, setDuration] = useState(0)
   const submit = (event: Event): void => {
     event.preventDefault()
-    runAction(() => takeOutOfService(alarm.name, reason, DURATIONS[duration]?.[1] ?? null))
+    run(() => takeOutOfService(alarm.name, reason, DURATIONS[duration]?.[1] ?? null))
     close()
   }
   return (

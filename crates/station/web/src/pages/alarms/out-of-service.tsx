@@ -7,7 +7,7 @@ import { useLive } from '../../live.ts'
 import { hasRole, useSession } from '../../session.ts'
 import { AlarmItem, type RunAction, shortTime } from './item.tsx'
 
-export function OutOfServiceList({ alarms, runAction }: { alarms: Alarm[]; runAction: RunAction }): JSX.Element | null {
+export function OutOfServiceList({ alarms, run }: { alarms: Alarm[]; run: RunAction }): JSX.Element | null {
   const mayReturn = hasRole(useSession(), 'engineer')
   const out = alarms.filter(({ state }) => state === 'out-of-service')
   if (out.length === 0) return null
@@ -21,7 +21,7 @@ export function OutOfServiceList({ alarms, runAction }: { alarms: Alarm[]; runAc
             key={alarm.name}
             buttons={
               mayReturn && (
-                <button type="button" onClick={() => runAction(() => returnToService(alarm.name))}>
+                <button type="button" onClick={() => run(() => returnToService(alarm.name))}>
                   Return to service
                 </button>
               )

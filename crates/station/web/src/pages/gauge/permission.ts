@@ -6,7 +6,7 @@ import { hasRole } from '../../session.ts'
 /** The commands panel says this once for all commands. */
 export const NEEDS_CONTROL = 'needs control'
 
-/** Why the user may not send a command; `null` if they may. `blocked` is the reason why no user may. */
+/** Why the user may not control the gauge; `null` if they may. `blocked` is the reason why no user may. */
 export function obstacle(session: Session, control: Control, needed: Role, blocked: string | null): string | null {
   if (blocked) return blocked
   if (!hasRole(session, needed)) return `needs the role ${needed}`
