@@ -64,7 +64,7 @@ impl Default for Settings {
 pub struct Health {
     /// When the last transaction ended.
     pub last_write: Option<Micros>,
-    /// Why the last transaction failed, if it did; the recorder tries again.
+    /// The reason why the last transaction failed, if it did; the recorder tries again.
     pub error: Option<String>,
     /// Samples that were dropped because the queue or the memory was full.
     pub lost_samples: u64,

@@ -62,7 +62,7 @@ impl fmt::Display for Ended {
     }
 }
 
-/// Why a command is not armed.
+/// The reason why a command is not armed.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum ArmedCommandError {
     /// No command has this id, or it ended long ago.

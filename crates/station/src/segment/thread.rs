@@ -48,7 +48,7 @@ pub enum SegmentCommand {
     Stop,
 }
 
-/// Why the thread does not serve the bus any more.
+/// The reason why the thread does not serve the bus any more.
 enum ServeEnd {
     /// The station has stopped the segment.
     Stopped,
@@ -78,7 +78,7 @@ pub struct SegmentThread {
     is_abandoned: Arc<AtomicBool>,
     /// The records that the last session could not restore, by address.
     unrestored: BTreeMap<u8, UnrestoredRecord>,
-    /// Why the port is not open.
+    /// The reason why the port is not open.
     problem: Option<String>,
     publish_at: Instant,
 }
