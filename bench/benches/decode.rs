@@ -42,7 +42,7 @@ fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
 }
 
-/// The traces one after the other, again and again.
+/// The traces one after the other, repeated.
 fn traffic() -> Result<Trace, String> {
     let mut traces = Vec::new();
     for name in TRACES {

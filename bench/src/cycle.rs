@@ -60,7 +60,7 @@ fn average(slaves: u8, mut step: impl FnMut() -> (u32, BitTime)) -> f64 {
 mod tests {
     use super::*;
 
-    /// While the GAP is asked, in each cycle one address: 66 bit times and at most T_SL. Then G x T_TR without.
+    /// During a scan of the GAP, with one address in each cycle: 66 bit times and at most T_SL. Then G x T_TR without.
     /// Every 50th cycle Global_Control: 143 bit times and T_ID2. Nothing else is allowed to cost anything.
     #[test]
     fn a_cycle_takes_the_minimum_plus_gap_and_global_control() {

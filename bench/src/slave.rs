@@ -46,7 +46,7 @@ pub fn octet_by_octet(times: u32) {
     }
 }
 
-/// All octets of the request but the last; then the line is disturbed, so that the next request begins anew.
+/// All octets of the request but the last; then the line is disturbed, so that the next request starts a new telegram.
 pub fn all_but_last(times: u32) {
     let mut rig = mirror();
     for request in exchanges(&OUTPUTS).iter().cycle().take(times as usize) {

@@ -14,7 +14,7 @@ use profivac_virtual::scenario::{MemorySegmentError, ScenarioError};
 use std::fmt;
 use std::process::ExitCode;
 
-/// Why a command failed.
+/// The reason why a command failed.
 #[derive(Debug)]
 pub struct Failure {
     kind: Kind,

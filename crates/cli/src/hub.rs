@@ -104,7 +104,7 @@ fn handle_input(hub: &mut Hub, input: &Input) -> ControlFlow<()> {
     ControlFlow::Continue(())
 }
 
-/// Why `mute` failed.
+/// The reason why `mute` failed.
 #[derive(Debug, thiserror::Error)]
 enum MuteError {
     #[error(transparent)]

@@ -105,7 +105,7 @@ fn an_empty_bus_is_no_answer() {
 fn a_scan_gives_up_on_a_line_that_another_master_occupies() {
     let (_program, address) = on_tcp(&["bcg450@5"]);
     let mut other = End::tcp(&address);
-    // A token every 20 ms, from before the scan until it gives up.
+    // A token every 20 ms, from before the scan until it ends.
     other.send("DC 02 02");
     let mut scan = Program::start(&["scan", "--port", &format!("tcp://{address}"), "--timeout", "1"]);
     while !scan.has_ended() {

@@ -14,7 +14,7 @@ const LOCKED: u8 = 0xFF;
 /// The number of requests before an address counts as free. free choice: two answers in a row may be lost.
 const ATTEMPTS: u8 = 3;
 
-/// Why the address of a slave was not changed.
+/// The reason why the address of a slave was not changed.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum AddressError {

@@ -71,7 +71,7 @@ pub struct AsyncGauge {
     address: u8,
 }
 
-/// Why a request to an [`AsyncBus`] failed.
+/// The reason why a request to an [`AsyncBus`] failed.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum BusError {

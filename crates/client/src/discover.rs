@@ -14,7 +14,7 @@ use std::time::Instant;
 /// The index of Block Type in a transducer block: BG 5530 4.4.5.
 const BLOCK_TYPE: u8 = 101;
 
-/// Why a slave cannot be used for data exchange.
+/// The reason why a slave cannot be used for data exchange.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum CyclicError {

@@ -35,7 +35,7 @@ pub struct ParameterContext {
     pub index: u8,
 }
 
-/// Why an operation on a gauge failed.
+/// The reason why an operation on a gauge failed.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ClientError {
@@ -139,7 +139,7 @@ pub enum ClientError {
     },
 }
 
-/// Why a typed parameter cannot be used.
+/// The reason why a typed parameter cannot be used.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum TypedError {
@@ -162,7 +162,7 @@ pub enum TypedError {
     NoUnit,
 }
 
-/// Why the access column of a table forbids an access. `marks` is the column as the manual prints it.
+/// The reason why the access column of a table forbids an access. `marks` is the column as the manual prints it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum AccessReason {

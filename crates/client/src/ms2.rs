@@ -15,7 +15,7 @@ use profivac_wire::control::Status;
 /// How often a record is requested when telegrams are lost.
 const ATTEMPTS: usize = 3;
 
-/// Why an MS2 request failed.
+/// The reason why an MS2 request failed.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Ms2Error {

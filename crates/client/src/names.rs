@@ -63,7 +63,7 @@ pub enum Target<'a> {
     },
 }
 
-/// Why a search failed.
+/// The reason why a search failed.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum TargetError {

@@ -61,7 +61,7 @@ impl<R: Records + ?Sized> Records for Box<R> {
     }
 }
 
-/// Why a record was not read or written.
+/// The reason why a record was not read or written.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum RecordError {
@@ -79,7 +79,7 @@ pub enum RecordError {
     Interrupted(#[from] Interruption),
 }
 
-/// Why a service cannot be used with a slave.
+/// The reason why a service cannot be used with a slave.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum Unavailable {
@@ -115,7 +115,7 @@ pub enum Unavailable {
     SelectorContention,
 }
 
-/// Why no usable answer arrived.
+/// The reason why no usable answer arrived.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum Interruption {

@@ -51,7 +51,7 @@ pub struct Setting {
     pub at: (usize, usize),
 }
 
-/// Why a file cannot be used, or not for this gauge.
+/// The reason why a file cannot be used, or not for this gauge.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum SettingsFileError {

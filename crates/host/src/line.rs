@@ -229,7 +229,7 @@ impl<C: Stations> Line<C> {
         }
     }
 
-    /// Completes a telegram: its sender is told, the others receive it.
+    /// Completes a telegram: the sender gets its notification, the others receive it.
     fn finish_telegram(&mut self, first: &Outgoing, end: BitTime) {
         if let Some(sender) = self.stations.all_mut().get_mut(first.sender) {
             sender.sent(end);

@@ -103,7 +103,7 @@ mod tests {
     const REQUEST: [u8; 6] = [0x10, 8, 2, 0x49, 0x53, 0x16];
     const TOKENS: [u8; 6] = [0xDC, 2, 2, 0xE5, 0xDC, 2];
 
-    /// A line that carries the same telegram again and again, and an adapter with certain rates.
+    /// A line with the same telegram repeatedly, and an adapter with certain rates.
     struct Bus {
         offered: &'static [Baud],
         spoken: Option<(Baud, [u8; 6])>,

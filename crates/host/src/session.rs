@@ -49,7 +49,7 @@ pub fn entry_time(bus: &BusParameters, baud: Baud) -> Duration {
     duration_of(baud, bus.entry_tbit())
 }
 
-/// Why a session could not send a request.
+/// The reason why a session could not send a request.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum SessionError {

@@ -4,7 +4,7 @@ use super::schema::VERSION;
 use std::io;
 use std::path::PathBuf;
 
-/// Why a database cannot be opened, read or written.
+/// The reason why a database cannot be opened, read or written.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum DatabaseError {
@@ -43,7 +43,7 @@ pub enum DatabaseError {
     },
 }
 
-/// Why an audit entry was not written before its command was to be sent.
+/// The reason why an audit entry was not written before its command was to be sent.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum AuditError {

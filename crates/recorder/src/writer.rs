@@ -38,7 +38,7 @@ const STALL_TIMEOUT: Duration = Duration::from_secs(15);
 /// The longest that a caller waits for the disk.
 const WRITE_TIMEOUT: Duration = Duration::from_secs(10);
 
-/// Which samples are kept, and for how long.
+/// The deadband, the full-rate window and the retention of the samples.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settings {
     /// The deadband.
@@ -64,7 +64,7 @@ impl Default for Settings {
 pub struct Health {
     /// When the last transaction ended.
     pub last_write: Option<Micros>,
-    /// Why the last transaction failed, if it did; the recorder tries again.
+    /// The reason why the last transaction failed, if it did; the recorder tries again.
     pub error: Option<String>,
     /// Samples that were dropped because the queue or the memory was full.
     pub lost_samples: u64,

@@ -42,7 +42,7 @@ impl Bend {
     }
 }
 
-/// Why samples cannot be fitted.
+/// The reason why samples cannot be fitted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum NoRise {
     /// Too few samples.

@@ -17,7 +17,7 @@ const STOP_TIMEOUT: Duration = Duration::from_millis(1500);
 /// An event is recorded when the alarms have not been evaluated for this time.
 const EVALUATION_OVERDUE: Duration = Duration::from_secs(15);
 
-/// Why a station does not start.
+/// The reason why a station does not start.
 #[derive(Debug, thiserror::Error)]
 pub enum StationError {
     /// The database cannot be used.

@@ -147,7 +147,7 @@ pub struct DeviceSpec {
     pub keys: Vec<(String, String)>,
 }
 
-/// Why a device spec is invalid.
+/// The reason why a device spec is invalid.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum SpecError {
     /// The text does not have the form `DEVICE@ADDR[:key=value,...]`.

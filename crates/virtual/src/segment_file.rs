@@ -64,7 +64,7 @@ impl Description {
     }
 }
 
-/// Why a segment file cannot be used.
+/// The reason why a segment file cannot be used.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum SegmentFileError {

@@ -50,7 +50,7 @@ const FORMS: [(&str, &str); 12] = [
     ("quit", ""),
 ];
 
-/// Why a command was not executed.
+/// The reason why a command was not executed.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum CommandError {
     /// The words do not fit the command with this first word.

@@ -23,7 +23,7 @@ pub struct Condition {
     pub required: String,
     /// The present state.
     pub found: String,
-    /// Why the condition is not met, and what to do. `None` if it is met.
+    /// The reason why the condition is not met, and what to do. `None` if it is met.
     pub unmet: Option<String>,
 }
 

@@ -635,7 +635,7 @@ impl<R: Records> Gauge<R> {
     }
 }
 
-/// Why the access column of a row forbids an access, and which service allows it.
+/// The reason why the access column of a row forbids an access, and which service allows it.
 fn access_reason(row: &Row, via: AccessPath, direction: Direction) -> AccessReason {
     let (access, marks) = (row.access, row.access_text);
     let acyclic = Access::READ.union(Access::WRITE);

@@ -3,7 +3,7 @@
 use crate::Page;
 use crate::page::{HEADER, table};
 
-/// What all pages have in common.
+/// The text that all pages share.
 const READING: &str = "
 ## How to read a page
 

@@ -3,7 +3,7 @@
 use crate::model::faults;
 
 faults! {
-    /// Which faults are active. The details behind Exception Status cannot be read (120, 121 of errata-pxg55x-img400).
+    /// The active faults. The details behind Exception Status cannot be read (120, 121 of errata-pxg55x-img400).
     pub Faults;
     eeprom         Eeprom        "common alarm and warning";
     ram            Ram           "common alarm and warning";

@@ -36,7 +36,7 @@ pub enum AccessError {
 impl AccessError {
     /// Code of the parameter channel and Error_Code_1 of DP-V1, which carries the first as Error_Code_2.
     ///
-    /// Parameter channel: errata-bpg-bcg-tpg 23; a device that knows fewer or other codes names them in its
+    /// Parameter channel: errata-bpg-bcg-tpg 23; a device with fewer or other codes names them in its
     /// [`ChannelRules`](crate::model::ChannelRules). DP-V1: errata-bpg-bcg-tpg 121 and profibus-wire 4.1.3.
     const fn codes(self) -> (u8, u8) {
         match self {

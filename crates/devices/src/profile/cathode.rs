@@ -163,7 +163,7 @@ impl Cathode {
         }
     }
 
-    /// Chooses the current after a change of the gauge's pressure, and forgets a refused degas below the limit.
+    /// Chooses the current after a change of the gauge's pressure, and clears a refused degas below the limit.
     ///
     /// free choice: the manuals have one limit for the current. A high current stays until the pressure is a tenth
     /// above it; otherwise noise would switch it.

@@ -98,7 +98,7 @@ impl<const N: usize> ExceptionDetails<N> {
         self.groups().contains(&true)
     }
 
-    /// Which groups have a detail set: common, device, manufacturer.
+    /// The groups with a detail: common, device, manufacturer.
     fn groups(&self) -> [bool; 3] {
         [!self.common.is_empty(), self.device.iter().any(|detail| *detail != 0), self.manufacturer != 0]
     }

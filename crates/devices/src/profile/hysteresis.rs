@@ -1,6 +1,6 @@
 //! A switch with two thresholds.
 
-/// Whether a switch is on that goes on below one pressure and off above another; between the two it stays as it `was`.
+/// The state of a switch that switches on below one pressure and off above another; between the two it keeps its state `was`.
 /// Pressures in Pa; without a pressure it is off.
 #[must_use]
 pub fn switched(pressure: Option<f64>, on_below_pa: f64, off_above_pa: f64, was: bool) -> bool {

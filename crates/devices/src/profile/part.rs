@@ -31,7 +31,7 @@ impl StatusExtension {
 }
 
 codes! {
-    /// Safe State: what a device shows instead of a value that it must not show. errata-bpg-bcg-tpg 74 to 76.
+    /// Safe State: the value that a device shows in place of an invalid one. errata-bpg-bcg-tpg 74 to 76.
     pub SafeState: Names;
     0 Zero          "zero";
     1 FullScale     "full-scale";
@@ -176,7 +176,7 @@ impl MeasuringPart {
         }
     }
 
-    /// The value that Safe State asks for, in Pa.
+    /// The value by Safe State, in Pa.
     const fn safe_pa(&self) -> f64 {
         match self.safe_state {
             SafeState::Zero => 0.0,

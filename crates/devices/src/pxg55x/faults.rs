@@ -3,7 +3,7 @@
 use crate::model::{FaultList, faults};
 
 faults! {
-    /// Which faults are active. The effect of each is a bit of the exception details (7.1.12). The list ends with the
+    /// The active faults. The effect of each is a bit of the exception details (7.1.12). The list ends with the
     /// faults of the instances, because a gauge has those of its own instances only.
     pub Faults;
     eeprom         Eeprom        "EEPROM exception, alarm and warning";

@@ -16,7 +16,7 @@ codes! {
 }
 
 codes! {
-    /// 3.2.3.2, errata-bpg-bcg-tpg 143: a command; what is read is lost with the power.
+    /// 3.2.3.2, errata-bpg-bcg-tpg 143: a command; the readable value is lost with the power.
     pub Volatility: Commands;
     0 ReadyToStore     "ready-to-store";
     1 Store            "store", risk "stores all settings as they are now";

@@ -4,7 +4,7 @@ use super::CHANNELS;
 use crate::model::faults;
 
 faults! {
-    /// Which faults are active; the numbers are those of the channels.
+    /// The active faults; the numbers are those of the channels.
     pub Faults;
     comm           Comm          "no link to the controller: error on every channel, nothing can be written (156)";
     sensor_1       Sensor1       "error on channel A1";
@@ -22,7 +22,7 @@ faults! {
 }
 
 impl Faults {
-    /// Which channels have failed. The measurement status does not distinguish the causes.
+    /// The failed channels. The measurement status does not distinguish the causes.
     pub(super) const fn failed(&self) -> [bool; CHANNELS] {
         [
             self.sensor_1 || self.electronics_1 || self.unplugged_1,

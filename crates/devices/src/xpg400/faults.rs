@@ -3,7 +3,7 @@
 use crate::model::faults;
 
 faults! {
-    /// Which faults are active. The effect of each is a bit of the exception details (3.1.1.11, 3.1.1.12).
+    /// The active faults. The effect of each is a bit of the exception details (3.1.1.11, 3.1.1.12).
     pub Faults;
     eeprom         Eeprom        "EEPROM exception, alarm and warning";
     ram            Ram           "RAM exception, alarm and warning";

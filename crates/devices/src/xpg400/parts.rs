@@ -78,7 +78,7 @@ pub static BPG_SWITCHOVER: Switchover = Switchover {
     emission: Thresholds { off_pa: mbar(3.2e-2), on_pa: mbar(2.4e-2), degas_pa: mbar(7.2e-6) },
 };
 
-/// The emission of the HPG400-SP goes on at the switchover (82).
+/// The emission of the HPG400-SP switches on at the switchover (82).
 ///
 /// free choice: it goes off a third above it, as far as on the sister gauges. There is one current and no degas.
 const fn switchover(at_mbar: f64) -> Switchover {

@@ -52,7 +52,7 @@ fn the_hpg_switches_over_at_the_pressure_of_low_high() {
     }
 }
 
-/// (82): the emission goes on at the same pressure.
+/// (82): the emission switches on at the same pressure.
 #[test]
 fn the_emission_goes_on_at_the_switchover() {
     let mut tester = exchanging(Xpg400Model::Hpg, FLOATS, 0.3);

@@ -135,7 +135,7 @@ impl Responder {
         self.length = 0;
     }
 
-    /// Decides about a telegram and, if it is a new counted request, remembers it.
+    /// Decides about a telegram and, if it is a new counted request, stores it.
     #[inline]
     pub fn accept<'a>(&mut self, frame: &DataTelegram<'a>) -> Accepted<'a> {
         if self.is_next(frame) {

@@ -17,7 +17,7 @@ use profivac_wire::{BROADCAST, Sap};
 /// The most commands that can wait.
 pub const MAX_PENDING_COMMANDS: usize = 8;
 
-/// Why the master did not accept a command.
+/// The reason why the master did not accept a command.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]

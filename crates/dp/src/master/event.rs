@@ -57,7 +57,7 @@ impl fmt::Display for EventKind {
     }
 }
 
-/// Why a slave does not exchange data.
+/// The reason why a slave does not exchange data.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]

@@ -239,7 +239,7 @@ impl<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize, const ACYCLI
         self.slave(address).map(Handler::state)
     }
 
-    /// Why a slave does not exchange data; `None` if it does, or if the reason is not known yet.
+    /// The reason why a slave does not exchange data; `None` if it does, or if the reason is not known yet.
     pub fn exchange_error(&self, address: u8) -> Option<ExchangeError> {
         self.slave(address)?.error()
     }

@@ -23,7 +23,7 @@ pub enum Write {}
 #[derive(Clone, Copy, Debug)]
 pub enum AcknowledgeAlarm {}
 
-/// Why an MS1 request has no positive response.
+/// The reason why an MS1 request has no positive response.
 ///
 /// Not `non_exhaustive`: a caller treats each of the three cases differently.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -121,7 +121,7 @@ const fn at_least_one(factor: u32) -> u32 {
     if factor == 0 { 1 } else { factor }
 }
 
-/// Why the master did not change its list of slaves.
+/// The reason why the master did not change its list of slaves.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]

@@ -48,7 +48,7 @@ impl<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize, const ACYCLI
         index: u8,
         wanted: u8,
     ) -> Result<Handle<ms2::Read>, SubmitError> {
-        // A connection with shorter data units is asked for less: it cannot carry the rest of a longer record.
+        // A connection with shorter data units gets a request for less: it cannot transfer a longer record.
         let most = self.max_len_data_unit(connection)?;
         let length = if most == 0 { wanted } else { wanted.min(most) };
         let access = Access { slot, index, length };
@@ -242,7 +242,7 @@ impl<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize, const ACYCLI
     pub fn elapse(&mut self, now: BitTime) {
         self.now = self.now.max(now);
         if let Pending::Acyclic(_) = self.pending {
-            // The confirmation of the message on its way comes before anything else is decided.
+            // The confirmation of the pending message is evaluated first.
             return;
         }
         let (slaves, indices) = (&self.slaves, &self.index_by_address);

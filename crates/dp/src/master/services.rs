@@ -72,7 +72,7 @@ pub(super) const fn ms0(da: u8, sap: Sap, du: &[u8]) -> Request<'_> {
     Request { da, function: Function::SrdHigh, dsap: sap.to_octet(), ssap: Some(MASTER_MS0), du }
 }
 
-/// Why a service has no result.
+/// The reason why a service has no result.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]

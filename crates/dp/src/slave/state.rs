@@ -20,7 +20,7 @@ pub enum SlaveState {
     DataExch(Owner, ExchangeState),
 }
 
-/// Why a slave returned to WAIT-PRM, as far as the diagnosis distinguishes it.
+/// The reason why a slave returned to WAIT-PRM, as far as the diagnosis distinguishes it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Fault {

@@ -5,7 +5,7 @@ use rustix::io::Errno;
 use std::error::Error;
 use std::fmt;
 
-/// Why a port cannot be used.
+/// The reason why a port cannot be used.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum PortError {

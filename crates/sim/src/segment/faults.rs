@@ -29,7 +29,7 @@ impl Segment {
         }
     }
 
-    /// Switches the power of a station. After power-up its receiver starts anew, so it needs a tap of its own.
+    /// Switches the power of a station. After power-up its receiver starts again, so it needs a tap of its own.
     fn power(&mut self, station: StationId, on: bool) {
         let StationId(driver) = station;
         if on {

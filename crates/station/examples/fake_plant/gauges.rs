@@ -52,7 +52,7 @@ pub struct Fake {
     levels: &'static [(&'static str, f64)],
     parts: &'static [(&'static str, Shape)],
     exceptions: &'static [&'static str],
-    /// Why it does not measure.
+    /// The reason why it does not measure.
     pub problem: Option<&'static str>,
     /// Seconds in which nothing was heard of it.
     gaps: &'static [(f64, f64)],

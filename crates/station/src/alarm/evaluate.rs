@@ -18,7 +18,7 @@ pub struct Inputs {
     pub segments: Vec<Segment>,
     /// All gauges.
     pub gauges: Vec<Gauge>,
-    /// Why the recorder does not write, if it does not.
+    /// The reason why the recorder does not write, if it does not.
     pub recorder_error: Option<String>,
 }
 

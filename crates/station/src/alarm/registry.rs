@@ -26,7 +26,7 @@ pub struct Attribution {
     pub at: Micros,
 }
 
-/// Why an alarm is out of service.
+/// The reason why an alarm is out of service.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct OutOfService {
     /// The user who took it out of service.
@@ -55,7 +55,7 @@ pub struct AlarmStatus {
     pub text: String,
     /// The user who acknowledged it.
     pub acknowledged: Option<Attribution>,
-    /// Why it is out of service.
+    /// The reason why it is out of service.
     pub out: Option<OutOfService>,
 }
 
@@ -122,7 +122,7 @@ pub struct AlarmChange {
     pub status: AlarmStatus,
 }
 
-/// Why a user cannot change an alarm.
+/// The reason why a user cannot change an alarm.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum AlarmError {
     /// No alarm has this name.

@@ -230,6 +230,6 @@ pub struct Rule {
     pub delay: Duration,
     /// The condition must not be met for this time before the alarm returns to normal.
     pub off_delay: Duration,
-    /// What to do, as the station's file says.
+    /// The instruction for the operator, from the station's file.
     pub message: Option<String>,
 }

@@ -22,7 +22,7 @@ const EVALUATION_TIMEOUT: Duration = Duration::from_secs(5);
 /// The most rows of a kind that wait for room in the recorder's queue.
 const MAX_UNWRITTEN: usize = 10_000;
 
-/// Why a request about an alarm failed.
+/// The reason why a request about an alarm failed.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum AlarmServiceError {
     /// The state of the alarm does not allow it.
@@ -226,7 +226,7 @@ impl AlarmService {
 }
 
 impl Inner {
-    /// Why the overview may be wrong.
+    /// The reason why the overview may be wrong.
     fn problem(&self, now: Instant) -> Option<String> {
         let since = self.evaluated_at.map(|at| now.saturating_duration_since(at));
         let overdue = since.filter(|since| *since > EVALUATION_TIMEOUT);

@@ -50,7 +50,7 @@ pub struct AlarmView {
     pub acknowledged_ms: Option<i64>,
     /// Why it is out of service.
     pub out_of_service: Option<OutOfServiceView>,
-    /// What to do, as the station's file says.
+    /// The instruction for the operator, from the station's file.
     pub message: Option<String>,
 }
 

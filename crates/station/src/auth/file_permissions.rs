@@ -9,7 +9,7 @@ use tempfile::NamedTempFile;
 /// The mode bits of the group and of others.
 const OTHERS: u32 = 0o077;
 
-/// Why a file cannot be used for secrets.
+/// The reason why a file cannot be used for secrets.
 #[derive(Debug, thiserror::Error)]
 pub enum PermissionError {
     /// The group or others have access; the second value is the mode.

@@ -39,7 +39,7 @@ static BLOCKS: Mutex<Vec<Vec<Block>>> = Mutex::new(Vec::new());
 /// The number of memory blocks that are kept: as many as hashes run at once. free choice.
 const MAX_KEPT: usize = 2;
 
-/// Why a password is refused.
+/// The reason why a password is refused.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum PasswordError {

@@ -28,7 +28,7 @@ use std::time::Duration;
 
 type Limiter<C> = RateLimiter<u16, HashMapStateStore<u16>, C, NoOpMiddleware<<C as Clock>::Instant>>;
 
-/// The number of successful logins (address and name) that are remembered. free choice: more than a group has computers.
+/// The number of successful logins (address and name) that are kept. free choice: more than a group has computers.
 const MAX_REMEMBERED: usize = 1024;
 
 /// A burst, and a sustained rate after it.

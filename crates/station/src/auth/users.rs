@@ -73,7 +73,7 @@ pub enum UsersFileProblem {
     Account(AccountError),
 }
 
-/// Why an account cannot be added, changed or removed.
+/// The reason why an account cannot be added, changed or removed.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum AccountError {
@@ -93,7 +93,7 @@ pub enum AccountError {
     TooMany,
 }
 
-/// Why the users' file cannot be read or changed.
+/// The reason why the users' file cannot be read or changed.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum UsersError {

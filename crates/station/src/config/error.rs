@@ -81,7 +81,7 @@ impl fmt::Display for AddressUser {
     }
 }
 
-/// Why a URL cannot be that of a webhook.
+/// The reason why a URL cannot be that of a webhook.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum WebhookUrlProblem {

@@ -16,7 +16,7 @@ pub const ARMED_FOR: Duration = Duration::from_secs(30);
 /// The most commands that are armed at once. One user has control, and executes one command at a time.
 const MAX_ARMED: usize = 16;
 
-/// The number of ended commands that are remembered, to say how they ended.
+/// The number of ended commands whose outcome is kept.
 const REMEMBERED: usize = 64;
 
 /// An armed command.
@@ -62,7 +62,7 @@ impl fmt::Display for Ended {
     }
 }
 
-/// Why a command is not armed.
+/// The reason why a command is not armed.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum ArmedCommandError {
     /// No command has this id, or it ended long ago.

@@ -22,7 +22,7 @@ pub const RESPONSE_TIMEOUT: Duration = Duration::from_secs(60);
 /// A request expires after this time. free choice: a user who still wants control requests it again.
 pub const REQUEST_TIMEOUT: Duration = Duration::from_secs(5 * 60);
 
-/// Why a user cannot use or get control.
+/// The reason why a user cannot use or get control.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum AuthorityError {
     /// No user has control.
@@ -52,7 +52,7 @@ pub enum AuthorityError {
     },
 }
 
-/// Why a user can no longer have control.
+/// The reason why a user can no longer have control.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ReleaseReason {
     /// The last session of the user has ended: logout, timeout, or removal of the account.

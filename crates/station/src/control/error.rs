@@ -11,7 +11,7 @@ use profivac_client::{ClientError, Condition};
 use profivac_recorder::AuditError;
 use profivac_virtual::device_spec::SpecError;
 
-/// Why a control request was refused.
+/// The reason why a control request was refused.
 #[derive(Debug, thiserror::Error)]
 pub enum ControlError {
     /// The station has no gauge of this name.
@@ -48,7 +48,7 @@ pub enum ControlError {
     Audit(#[from] AuditError),
 }
 
-/// Why a segment does not answer a request.
+/// The reason why a segment does not answer a request.
 #[derive(Debug, thiserror::Error)]
 pub enum SegmentRequestError {
     /// No running segment has a gauge of this name.
@@ -68,7 +68,7 @@ pub enum SegmentRequestError {
     Timeout,
 }
 
-/// Why an operation was not done.
+/// The reason why an operation was not done.
 #[derive(Debug, thiserror::Error)]
 pub enum OperationError {
     /// The parameter does not take this value. Nothing was sent.
@@ -142,7 +142,7 @@ pub enum ChangedSinceArmed {
     },
 }
 
-/// Why a gauge cannot be asked.
+/// The reason why a gauge cannot be asked.
 #[derive(Debug, thiserror::Error)]
 pub enum Unavailable {
     /// The segment has no gauge of this name.
@@ -177,7 +177,7 @@ pub enum Unavailable {
     Request(Box<SegmentRequestError>),
 }
 
-/// Why it is unknown what came of a command that was sent.
+/// The reason why the outcome of a command that was sent is not known.
 #[derive(Debug, thiserror::Error)]
 pub enum OutcomeUnknown {
     /// The segment did not answer in time.

@@ -45,7 +45,7 @@ pub struct OperationRequest {
     pub value: Option<GivenValue>,
 }
 
-/// Why a request names no operation of a device.
+/// The reason why a request names no operation of a device.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum ResolveError {
     /// Neither a command, nor a target with a value.
@@ -208,7 +208,7 @@ impl Operation {
         permissions::role(self.named.parameter.row, self.command)
     }
 
-    /// Why the station never does it.
+    /// The reason why the station never does it.
     #[must_use]
     pub fn blocked_reason(&self) -> Option<&'static str> {
         permissions::blocked_reason(self.named.parameter.row)

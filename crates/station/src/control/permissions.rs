@@ -50,7 +50,7 @@ pub fn role(row: &Row, code: Option<&Code>) -> Role {
     if row.codes.is_command() && !lasts { Role::Operator } else { Role::Engineer }
 }
 
-/// Why the station never writes a row.
+/// The reason why the station never writes a row.
 #[must_use]
 pub fn blocked_reason(row: &Row) -> Option<&'static str> {
     let is_presentation = row.codes == Codes::Units || row.name == "Data Type";

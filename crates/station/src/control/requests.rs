@@ -89,7 +89,7 @@ impl SegmentRequests {
     /// Executes an armed command, unless the segment has not begun with it at `begin_by`. Waits for the segment.
     ///
     /// # Errors
-    /// [`OperationError`] says whether the command was sent, and what came of it.
+    /// [`OperationError`] says whether the command was sent, and its outcome.
     pub fn execute(&self, command: ArmedCommand, begin_by: Instant) -> Result<Readback, OperationError> {
         let gauge = command.gauge.clone();
         let now = self.snapshots.connection(&gauge).ok_or_else(|| SegmentRequestError::UnknownGauge(gauge.clone()))?;

@@ -173,7 +173,7 @@ impl ControlService {
         Ok(())
     }
 
-    /// Executes an armed command. Waits for the disk and for the gauge; goes on when the requester has gone.
+    /// Executes an armed command. Waits for the disk and for the gauge; continues when the requester has disconnected.
     ///
     /// # Errors
     /// [`ControlError`] says whether the command was sent, and why it failed.

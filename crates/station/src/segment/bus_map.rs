@@ -10,7 +10,7 @@ use profivac_host::session::BusSession;
 pub struct BusState {
     /// The state of the segment.
     pub state: SegmentState,
-    /// Why it does not run.
+    /// The reason why it does not run.
     pub problem: Option<String>,
     /// The duration of a cycle in milliseconds.
     pub cycle_ms: Option<f64>,

@@ -31,7 +31,7 @@ const PIRANI_PA: (f64, f64) = (1.0, 100.0);
 /// The gas factors of an ion gauge hold below 0.1 Pa: BCG450 manual, page 54.
 const ION_PA: f64 = 0.1;
 
-/// Why a gauge cannot be brought into data exchange.
+/// The reason why a gauge cannot be brought into data exchange.
 #[derive(Debug, thiserror::Error)]
 pub enum FindError {
     /// The port was lost.

@@ -48,9 +48,9 @@ pub enum SegmentCommand {
     Stop,
 }
 
-/// Why the thread does not serve the bus any more.
+/// The reason why the thread does not serve the bus any more.
 enum ServeEnd {
-    /// It was told to stop.
+    /// The station has stopped the segment.
     Stopped,
     /// The port was lost.
     Lost(SessionError),
@@ -78,7 +78,7 @@ pub struct SegmentThread {
     is_abandoned: Arc<AtomicBool>,
     /// The records that the last session could not restore, by address.
     unrestored: BTreeMap<u8, UnrestoredRecord>,
-    /// Why the port is not open.
+    /// The reason why the port is not open.
     problem: Option<String>,
     publish_at: Instant,
 }
@@ -102,7 +102,7 @@ impl SegmentThread {
         self.gauges.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Runs until it is told to stop.
+    /// Runs until the station stops it.
     pub fn run(mut self) {
         let mut pause = FIRST_PAUSE;
         self.publish(None);

@@ -13,7 +13,7 @@ use tokio_rustls::TlsConnector;
 use tokio_rustls::rustls::pki_types::{CertificateDer, InvalidDnsNameError, ServerName};
 use tokio_rustls::rustls::{self, ClientConfig, RootCertStore, crypto};
 
-/// Why a client cannot be made.
+/// The reason why a client cannot be made.
 #[derive(Debug, thiserror::Error)]
 pub enum ClientSetupError {
     /// The token is no header value.
@@ -24,7 +24,7 @@ pub enum ClientSetupError {
     Tls(#[from] rustls::Error),
 }
 
-/// Why a POST got no answer.
+/// The reason why a POST got no answer.
 #[derive(Debug, thiserror::Error)]
 pub enum PostError {
     /// No TCP connection.

@@ -50,7 +50,7 @@ impl Default for DeliverySettings {
 /// With these statuses the receiver refuses the notification itself, and would refuse it again.
 const PERMANENT_REFUSALS: [u16; 3] = [400, 413, 422];
 
-/// Why a notification was not delivered.
+/// The reason why a notification was not delivered.
 #[derive(Debug, thiserror::Error)]
 enum DeliveryError {
     /// The file with further certificates.

@@ -22,7 +22,7 @@ pub struct WebhookView {
     pub given_up: u64,
     /// When the last notification was delivered, in milliseconds since 1970.
     pub delivered_ms: Option<i64>,
-    /// Why the next notification is not delivered; the station tries again.
+    /// The reason why the next notification is not delivered; the station tries again.
     pub problem: Option<String>,
     /// Since when the delivery fails, in milliseconds since 1970.
     pub failing_since_ms: Option<i64>,

@@ -55,7 +55,7 @@ use std::path::Path;
 const STEP_S: f64 = 0.01;
 const LONGEST_STEP_S: f64 = 3600.0;
 
-/// Why a scenario cannot be used.
+/// The reason why a scenario cannot be used.
 #[derive(Debug, thiserror::Error)]
 pub enum ScenarioError {
     /// The file cannot be read.
@@ -80,7 +80,7 @@ pub enum ScenarioError {
     },
 }
 
-/// Why the segment in memory cannot be built.
+/// The reason why the segment in memory cannot be built.
 #[derive(Debug, thiserror::Error)]
 pub enum MemorySegmentError {
     /// A device spec is invalid.

@@ -14,7 +14,7 @@ pub(super) struct Gap {
     hsa: u8,
     /// The pause between two scans of the GAP.
     pause_tbit: u64,
-    /// No address is asked before this time.
+    /// The station polls no address before this time.
     not_before: BitTime,
     /// Every scan begins with the pause.
     delayed: bool,
@@ -95,7 +95,7 @@ impl Gap {
         self.delayed = true;
     }
 
-    /// Sets the highest station address and scans anew.
+    /// Sets the highest station address and starts a new scan.
     pub(super) const fn set_hsa(&mut self, hsa: u8) {
         self.hsa = hsa;
         self.cursor = self.own;

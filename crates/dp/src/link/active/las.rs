@@ -193,7 +193,7 @@ mod tests {
     fn a_repeated_token_is_no_rotation() {
         let las = after_tokens(7, &[(15, 3), (3, 15), (15, 3), (15, 3), (15, 3)]);
         assert!(!las.is_complete());
-        // A master that is alone sends the same token again and again, and each is a rotation.
+        // A master that is alone sends the same token repeatedly, and each is a rotation.
         assert!(after_tokens(7, &[(3, 3), (3, 3), (3, 3)]).is_complete());
     }
 

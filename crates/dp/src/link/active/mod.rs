@@ -101,7 +101,7 @@ impl<R: FdlUser> Active<R> {
         &self.bus
     }
 
-    /// Sets the highest station address. The GAP is scanned anew.
+    /// Sets the highest station address. A new scan of the GAP starts.
     pub const fn set_hsa(&mut self, hsa: u8) {
         self.bus.hsa = hsa;
         self.gap.set_hsa(hsa);
@@ -160,7 +160,7 @@ impl<R: FdlUser> Active<R> {
         self.gap.live_list()
     }
 
-    /// Begins anew at `now`, for instance because the port was lost: a request under way has failed.
+    /// Restarts at `now`, for instance because the port was lost: a pending request has failed.
     pub fn listen(&mut self, now: BitTime) {
         self.busy_until = self.busy_until.max(now);
         self.give_up_token(now);

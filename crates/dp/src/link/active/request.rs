@@ -12,7 +12,7 @@ use profivac_wire::telegram::BROADCAST;
 pub struct Request<'a> {
     /// The destination: 0 to 126, or 127 (all stations) for a request without an answer.
     pub da: u8,
-    /// The function. An SDN, and any function this station does not know, has no answer.
+    /// The function. An SDN and an unknown function have no answer.
     pub function: Function,
     /// The service access point at the destination.
     pub dsap: Option<u8>,
@@ -129,7 +129,7 @@ pub struct Answer<'a> {
     pub retries: u8,
 }
 
-/// Why a request has no answer.
+/// The reason why a request has no answer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]

@@ -153,7 +153,7 @@ pub enum RingState {
     Offline,
     /// The station learns the masters of the ring; it answers FDL status with "not ready".
     Listening,
-    /// The station knows the ring and waits to be let in.
+    /// The station knows the ring and waits until its predecessor finds it in the GAP and passes the token.
     Ready,
     /// The station is in the ring.
     InRing,

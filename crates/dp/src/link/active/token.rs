@@ -218,7 +218,7 @@ impl<R: FdlUser> Active<R> {
     }
 
     /// Whether the station that should answer has sent the function code of a request. A slave that does so has no token: its
-    /// answer is wrong. A master asked for its FDL status may ask for ours because it has a token of its own.
+    /// answer is wrong. A master may answer FDL status with an FDL status request because it has a token of its own.
     fn is_answer_with_request_code(&mut self, telegram: &Telegram<'_>) -> bool {
         let (FdlState::Waiting(cycle), Telegram::Data(frame)) = (&mut self.state, telegram) else { return false };
         let status = matches!(frame.control(), Control::Request { function: Function::FdlStatus, .. });

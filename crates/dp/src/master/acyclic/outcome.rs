@@ -35,7 +35,7 @@ pub enum ConnectionEnd {
     },
 }
 
-/// Why an MS1 or MS2 request failed at this master.
+/// The reason why an MS1 or MS2 request failed at this master.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
@@ -79,7 +79,7 @@ impl fmt::Display for Cause {
 
 impl core::error::Error for Cause {}
 
-/// Why the master did not accept a request. Nothing was sent.
+/// The reason why the master did not accept a request. Nothing was sent.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]

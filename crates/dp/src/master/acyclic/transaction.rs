@@ -21,7 +21,7 @@ pub(in crate::master) struct Timeouts {
     pub(in crate::master) rejections: u8,
 }
 
-/// Which message comes next.
+/// The next message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(in crate::master) enum Stage {
     /// The request. The slave has not confirmed that it has it.
@@ -138,7 +138,7 @@ impl Transaction {
         match confirmation {
             Confirmation::Answer(answer) => self.answered(&answer, timeouts),
             Confirmation::Failed(failure @ Failure::Impossible) => Progress::Failed(Cause::NoAnswer(failure)),
-            // Another master spoke at the same time, and neither telegram was understood: the slave is not at fault.
+            // Another master sent at the same time, and neither telegram was received: the slave is not at fault.
             Confirmation::Failed(Failure::Interrupted) if is_repeatable && self.stage == Stage::Request => {
                 self.uncertain = true;
                 Progress::Waiting

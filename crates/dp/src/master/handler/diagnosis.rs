@@ -100,7 +100,7 @@ impl<const OCTETS: usize> Handler<OCTETS> {
         }
     }
 
-    /// Why this master must not parameterise the slave: another master owns it, or it is another device.
+    /// The reason why this master must not parameterise the slave: another master owns it, or it is another device.
     ///
     /// free choice: the master does not try a wrong ident number. The slave would refuse it, but only after its outputs became
     /// safe.

@@ -204,7 +204,7 @@ impl<const OCTETS: usize> Handler<OCTETS> {
             return;
         }
         match (ask, confirmation) {
-            // An interruption says nothing about the slave, and every request of a handler has an answer.
+            // An interruption is no failure of the slave, and every request of a handler has an answer.
             (_, Confirmation::Failed(Failure::Interrupted) | Confirmation::Sent) => {}
             (_, Confirmation::Failed(failure)) => self.no_answer(failure, context),
             (CyclicRequest::DataExch, Confirmation::Answer(answer)) => self.exchanged(&answer, context),

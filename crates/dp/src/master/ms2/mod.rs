@@ -46,7 +46,7 @@ pub enum Write {}
 #[derive(Clone, Copy, Debug)]
 pub enum Transport {}
 
-/// Why an MS2 request has no positive response.
+/// The reason why an MS2 request has no positive response.
 ///
 /// Not `non_exhaustive`: after `Refused` the connection is open, after `Ended` it is not.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -23,7 +23,7 @@ use value::{Answer, Instruction, is_rest};
 #[derive(Clone, Copy, Debug)]
 pub enum Task {}
 
-/// Why a task has no value.
+/// The reason why a task has no value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]

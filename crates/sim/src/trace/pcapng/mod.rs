@@ -97,8 +97,8 @@ fn padded(octets: &[u8]) -> Vec<u8> {
 ///
 /// # Errors
 /// [`CaptureError`] if the octets are not a complete capture file of PROFIBUS.
-pub fn read(file: &[u8], otherwise: Baud) -> Result<Trace, CaptureError> {
-    let mut reader = Reader::new(otherwise);
+pub fn read(file: &[u8], default_baud: Baud) -> Result<Trace, CaptureError> {
+    let mut reader = Reader::new(default_baud);
     reader.push(file);
     let mut entries = std::collections::VecDeque::new();
     while let Some(entry) = reader.next() {

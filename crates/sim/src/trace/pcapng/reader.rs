@@ -94,7 +94,7 @@ type Block = (u64, u32, std::ops::Range<usize>);
 impl Reader {
     /// A reader; `default_baud` applies to a file without a rate.
     #[must_use]
-    pub const fn new(otherwise: Baud) -> Self {
+    pub const fn new(default_baud: Baud) -> Self {
         Self {
             ahead: Vec::new(),
             at: 0,
@@ -103,7 +103,7 @@ impl Reader {
             passing: 0,
             big_endian: false,
             interfaces: Vec::new(),
-            baud: otherwise,
+            baud: default_baud,
             stage: Stage::New,
         }
     }

@@ -716,7 +716,7 @@ export interface components {
              * @description The limit.
              */
             limit: number | null;
-            /** @description What to do, as the station's file says. */
+            /** @description The instruction for the operator, from the station's file. */
             message: string | null;
             /** @description The name. */
             name: string;
@@ -1358,7 +1358,7 @@ export interface components {
             given_up: number;
             /** @description Its name. */
             name: string;
-            /** @description Why the next notification is not delivered; the station tries again. */
+            /** @description The reason why the next notification is not delivered; the station tries again. */
             problem: string | null;
             /** @description Notifications that wait for delivery. */
             waiting: number;
