@@ -488,6 +488,7 @@ mod tests {
                 }
             }
         }
-        assert!(dumped(2).unwrap_err().to_string().contains("keeps moving the Channel Instance Selector"));
+        let error = dumped(2).unwrap_err();
+        assert!(matches!(error, ClientError::Unavailable { reason: Unavailable::SelectorContention, .. }), "{error}");
     }
 }

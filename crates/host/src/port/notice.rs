@@ -137,6 +137,6 @@ mod tests {
     fn a_notice_says_what_to_do() {
         let setting = PathBuf::from("/sys/class/tty/ttyUSB0/device/latency_timer");
         let text = Notice::Latency { name: "/dev/ttyUSB0".to_owned(), ms: 16, setting }.to_string();
-        assert!(text.contains("16 ms: `echo 1 | sudo tee /sys/class/tty/ttyUSB0/device/latency_timer`"), "{text}");
+        assert!(text.contains("16 ms: run `echo 1 | sudo tee /sys/class/tty/ttyUSB0/device/latency_timer`"), "{text}");
     }
 }
