@@ -237,7 +237,7 @@ test('every page has a shortcut', async () => {
     }
     await page.keyboard.press('?')
     await page.getByRole('dialog').waitFor()
-    for (const words of ['Audit', 'cleared, new', 'kept on request'])
+    for (const words of ['Audit', 'cleared, new', 'stored on request'])
       await page.getByRole('dialog').getByText(words, { exact: true }).waitFor()
     await page.keyboard.press('Escape')
     await page.getByRole('dialog').waitFor({ state: 'hidden' })
@@ -454,7 +454,7 @@ test('events are found by kind and by word', async () => {
   await visit('/events', async (page) => {
     const rows = page.locator('.events tbody tr')
     await rows.first().waitFor()
-    assert.match(await text(rows.first()), /the station begins/)
+    assert.match(await text(rows.first()), /the station starts/)
     await page.getByLabel('Kind').selectOption('note')
     assert.equal(await rows.count(), 1)
     await page.getByLabel('Kind').selectOption('')
