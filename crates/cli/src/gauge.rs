@@ -123,7 +123,7 @@ impl GaugeOptions {
         let restored = gauge.restore_selector();
         if let (true, Some(master)) = (gauge.selector_moved(), slave.owner) {
             notice(&format_args!(
-                "the Channel Instance Selector was moved and put back while master {master} owns the gauge"
+                "the Channel Instance Selector was changed and restored while master {master} owns the gauge"
             ));
         }
         let done = done?;

@@ -109,10 +109,10 @@ fn handle_input(hub: &mut Hub, input: &Input) -> ControlFlow<()> {
 enum MuteError {
     #[error(transparent)]
     Seconds(#[from] ValueError),
-    #[error("expected a shorter time")]
+    #[error("expected a shorter time: the clock cannot represent this one")]
     TooLong,
     /// `known` are the paths of the hub.
-    #[error("no pty {path}; there are {known}")]
+    #[error("no pty {path}; known: {known}")]
     UnknownPty { path: String, known: String },
 }
 

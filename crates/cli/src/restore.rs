@@ -137,7 +137,7 @@ fn write_all(
 
 /// The row of a setting that another setting keeps changing.
 fn conflicting(named: &NamedParameter, difference: &Difference) -> Row {
-    let error = format!("another setting changes it whenever it is {}", difference.write.text);
+    let error = format!("another setting of the file changes it again after {} is written", difference.write.text);
     Row { name: named.name.clone(), before: difference.current.text.clone(), after: None, error: Some(error) }
 }
 

@@ -299,7 +299,7 @@ mod tests {
         let mut demo = demo(1.0);
         let step_s = demo.run.step_s();
         demo.advance(step_s);
-        // As many requests to a gauge take.
+        // A minute of the line: requests to a gauge take that long.
         demo.segment.run_until(demo.segment.seconds() + 60.0);
         let asked = demo.row();
         demo.advance(3.0 * step_s);

@@ -312,7 +312,7 @@ fn matching_series(asked: &[String], all: &[String], path: &Path) -> Result<Vec<
         if found.is_empty() {
             let hint = match closest(name, all.iter().map(String::as_str)) {
                 Some(like) => format!("did you mean {like:?}?"),
-                None => format!("there are {}", all.join(", ")),
+                None => format!("known: {}", all.join(", ")),
             };
             return Err(Failure::usage(format!("{} has no gauge {name:?}; {hint}", path.display())));
         }

@@ -209,7 +209,7 @@ mod tests {
             (ControlModes::CS7 | ControlModes::PARENB, "7E1"),
         ] {
             let refused = verify(&settings(modes, 19_200), "port", Baud::B19200).unwrap_err().to_string();
-            assert!(refused.ends_with(&format!("(8E1), it offers {offered}")), "{refused}");
+            assert!(refused.ends_with(&format!("(8E1): the driver set {offered} instead")), "{refused}");
         }
         assert!(verify(&settings(MODES, 19_200), "port", Baud::B19200).is_ok());
     }
@@ -220,7 +220,7 @@ mod tests {
             assert_eq!(verify(&settings(MODES, speed), "port", Baud::B93750).is_ok(), accepted, "{speed}");
         }
         let refused = verify(&settings(MODES, 115_200), "port", Baud::B93750).unwrap_err().to_string();
-        assert_eq!(refused, "port cannot run at 93.75 kbit/s, it offers 115200 bit/s");
+        assert_eq!(refused, "port cannot run at 93.75 kbit/s: the driver set 115200 bit/s instead");
     }
 
     #[test]
