@@ -1,4 +1,4 @@
-//! `cargo xtask layers|citations|architecture|prose|purity|goldens`: what this repository checks and regenerates about itself.
+//! `cargo xtask layers|citations|architecture|prose|purity|goldens`: checks of the repository, and its generated files.
 //!
 //! Each task is a module. A check prints one line if it passes, otherwise all defects.
 

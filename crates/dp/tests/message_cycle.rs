@@ -376,7 +376,7 @@ fn the_master_stops_sending_when_another_master_sends() {
         rig.receive_after(20, foreign);
         let received = rig.now;
         assert_eq!(rig.next_telegram().start, received + 3000, "{foreign}");
-        // Alone again: it continues.
+        // The station is alone again and continues.
         rig.next_telegram();
         rig.next_telegram();
         assert_eq!(rig.station.other_master(), None, "{foreign}");

@@ -75,7 +75,7 @@ fn a_removed_slave_is_unlocked_and_its_place_is_free_while_the_others_exchange()
     for (gone, delay) in addresses.into_iter().zip((0..).step_by(331)) {
         let mut line = line(&addresses.map(slave));
         line.run_for(delay);
-        // From the cycle before.
+        // The request is from the cycle before.
         let first = line.trace.len() - 40;
         let place = addresses.iter().position(|address| *address == gone).unwrap();
         assert!(line.master.user.remove(gone));

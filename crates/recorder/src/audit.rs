@@ -119,7 +119,7 @@ pub struct AuditQuery {
     pub limit: u32,
 }
 
-/// The outcome of a command that was being sent when the station ended.
+/// The outcome of a command that was being sent when the station ended: it is not known.
 pub const OUTCOME_UNKNOWN: &str = "not known: the station ended meanwhile";
 
 /// Adds a row and returns its number. A reference to a row of a database that was deleted meanwhile becomes empty.

@@ -1,4 +1,4 @@
-//! Keeps other stations away from a database, and notices when its file is deleted or replaced.
+//! Prevents other stations from writing to a database, and detects that its file was deleted or replaced.
 
 use super::error::DatabaseError;
 use std::fs::{self, File, OpenOptions, TryLockError};

@@ -172,7 +172,7 @@ impl Referee {
         self.asked_tsdr = [None; 128];
     }
 
-    /// Forgets the last transmissions: not every station has received them.
+    /// Deletes the last transmissions: not every station has received them.
     pub(crate) fn forget(&mut self) {
         self.recent.clear();
         self.next = Expected::Anything;

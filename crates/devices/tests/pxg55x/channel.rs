@@ -64,7 +64,7 @@ fn every_refusal_has_its_error_code() {
     }
 }
 
-/// (10): otherwise the device would adjust in every cycle.
+/// (10): a repeated instruction is executed once; otherwise the device would adjust in every cycle.
 #[test]
 fn a_repeated_task_adjusts_once() {
     let mut tester = exchanging(pcg(), CHANNEL, 100.0);
