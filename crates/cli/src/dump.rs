@@ -27,7 +27,7 @@ pub struct Arguments {
     /// Print JSON
     #[arg(long)]
     json: bool,
-    /// Show only names that contain this
+    /// Show only names that contain this text
     #[arg(value_name = "TARGET")]
     target: Option<String>,
 }

@@ -17,8 +17,8 @@ use std::time::{Duration, Instant};
 
 /// Make a virtual RS-485 line: each program reads from its pty what the others write to theirs.
 ///
-/// Prints `ready` and the paths once it serves. Then it reads commands from standard input and answers each with one line that
-/// begins with `ok` or `error:`. It continues after end of file; `quit`, SIGTERM and SIGINT end it.
+/// The command prints `ready` and the paths when the line works. Then it reads commands from standard input and answers each with
+/// one line that begins with `ok` or `error:`. It continues after end of file; `quit`, SIGTERM and SIGINT end it.
 #[derive(Args, Debug)]
 #[command(after_help = EXAMPLES)]
 pub struct Arguments {
@@ -130,7 +130,7 @@ struct Hub {
     received: Vec<Character>,
 }
 
-/// Octets that are being transmitted at a rate.
+/// The octets on a line with a rate.
 struct Pace {
     clock: Clock,
     /// The time at which the line is free again.

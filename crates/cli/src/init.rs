@@ -13,7 +13,7 @@ use std::path::PathBuf;
 
 /// Make a file for `profivac run` from the gauges that answer on a bus.
 ///
-/// This only reads, like `scan`. The name of a gauge is its device and address; edit the file to change it.
+/// The command only reads, like `scan`. The name of a gauge is its device and address; edit the file to change it.
 #[derive(Args, Debug)]
 #[command(after_help = EXAMPLES)]
 pub struct Arguments {

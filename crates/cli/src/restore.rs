@@ -13,7 +13,7 @@ use std::path::PathBuf;
 
 /// Write the settings in a file of `profivac dump` to a gauge, for instance to a replacement.
 ///
-/// A file of a device with another ident number is refused. Only settings that differ are written, unit and data type first and
+/// The command refuses the file of a device with another ident number. Only settings that differ are written, unit and data type first and
 /// enabling parameters last; each is read back and reported. A setting that the gauge refuses is reported, and the others continue.
 #[derive(Args, Debug)]
 #[command(after_help = EXAMPLES)]
