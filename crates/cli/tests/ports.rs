@@ -38,7 +38,9 @@ fn monitor_survives(port: &str, simulation: &[&str]) {
     let monitor = Program::start(&["monitor", "--port", port, "--own", "--csv", PATIENTLY, "5"]);
     shows(&monitor, ",5,bcg450,1e-3,mbar,1e-3,2,DATA,");
     first.kill();
-    let lost = format!("profivac: lost {port}: it was unplugged, or its other side was closed; profivac tries to open it again");
+    let lost = format!(
+        "profivac: lost {port}: it was unplugged, or its other side was closed; profivac tries to open it again"
+    );
     assert_eq!(monitor.complaint(), lost);
     shows(&monitor, ",OFFLINE,");
     let _second = simulate("3e-7 mbar");

@@ -58,7 +58,7 @@ fn an_exchange_takes_the_time_of_the_specification() {
         segment.run_until(BitTime(1_000_000)).unwrap();
         let t_id1 = segment.station(master).bus().id1_tbit();
         // Two exchanges with slave 12, and between them one with slave 13: request, T_SDR, answer, T_ID1 each. profibus-wire 8.1:
-    // 198 + 11 (O + I) + T_SDR + T_ID1.
+        // 198 + 11 (O + I) + T_SDR + T_ID1.
         let requests: Vec<_> = segment.trace().entries.iter().filter(|entry| entry.octets.len() == 11).collect();
         let begin =
             |da| move |pair: &[&profivac_sim::trace::Entry]| pair[0].octets[4] == da && pair[1].octets[4] == OWN;

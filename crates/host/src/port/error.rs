@@ -43,7 +43,10 @@ pub enum PortError {
     #[error("{0} has no transmission rate to detect: give the rate as a number (--baud 19200)")]
     NoBaudRate(String),
     /// No telegram was received at any rate.
-    #[error("no telegram on {name} at any of {} bit/s: detection needs another master that sends; otherwise give the rate as a number", rates(tried))]
+    #[error(
+        "no telegram on {name} at any of {} bit/s: detection needs another master that sends; otherwise give the rate as a number",
+        rates(tried)
+    )]
     NoTelegram {
         /// The port.
         name: String,
@@ -65,7 +68,9 @@ pub enum PortError {
         source: std::io::Error,
     },
     /// The host did not answer.
-    #[error("{name} does not answer within {seconds} s: check that the serial server is switched on and in this network")]
+    #[error(
+        "{name} does not answer within {seconds} s: check that the serial server is switched on and in this network"
+    )]
     Unreachable {
         /// The port.
         name: String,

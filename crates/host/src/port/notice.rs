@@ -63,7 +63,10 @@ impl fmt::Display for Notice {
                 kept_as.display()
             ),
             Self::Lost(name) => {
-                write!(f, "lost {name}: it was unplugged, or its other side was closed; profivac tries to open it again")
+                write!(
+                    f,
+                    "lost {name}: it was unplugged, or its other side was closed; profivac tries to open it again"
+                )
             }
             Self::Reopened(name) => write!(f, "{name} is open again"),
         }
