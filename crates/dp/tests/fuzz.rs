@@ -158,7 +158,7 @@ impl Line {
         self.device_agrees();
     }
 
-    /// The device knows whether it exchanges data; outside data exchange its outputs are safe.
+    /// The state of the device agrees with that of the slave; outside data exchange its outputs are safe.
     fn device_agrees(&mut self) {
         let exchanging = matches!(self.slave.state(), SlaveState::DataExch(..));
         let device = self.slave.device_mut();

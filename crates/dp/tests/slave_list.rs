@@ -64,7 +64,7 @@ fn to(line: &Bus, first: usize, address: u8) -> Vec<Entry> {
         .collect()
 }
 
-/// The longest time between the begins of two requests to a slave.
+/// The longest time between the start of two requests to a slave.
 fn longest_gap(line: &Bus, first: usize, address: u8) -> u64 {
     to(line, first, address).windows(2).map(|pair| pair[1].start - pair[0].start).max().unwrap()
 }

@@ -1,6 +1,6 @@
 //! The audit trail: which user did what to which gauge or alarm, when, and with what outcome.
 //!
-//! Rows are only added. An outcome is a row of its own that refers to the row of its command, so that the database can refuse every
+//! Rows are only added. An outcome is a separate row that refers to the row of its command, so that the database can refuse every
 //! change of a row, and the row that was written before the command was sent stays as it was.
 
 use super::sample::Micros;

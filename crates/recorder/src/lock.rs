@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 /// A lock on a database, held until it is dropped.
 ///
-/// It is a file of its own beside the database: SQLite loses its own locks when another part of the process closes the database
+/// It is a separate file beside the database: SQLite loses its own locks when another part of the process closes the database
 /// file.
 pub struct DatabaseLock {
     _lock: File,

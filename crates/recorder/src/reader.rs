@@ -1,4 +1,4 @@
-//! Reads samples, trends and events. A reader has a connection of its own and never blocks the recorder.
+//! Reads samples, trends and events. A reader has a separate connection and never blocks the recorder.
 
 use super::audit::{self, AuditQuery, AuditRow};
 use super::connection::open_to_read;

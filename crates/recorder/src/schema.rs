@@ -450,7 +450,7 @@ mod tests {
         assert_eq!(Reader::open(&old).unwrap().samples("chamber", Micros(0), Micros(i64::MAX)).unwrap().len(), 16);
     }
 
-    /// Not a test of its own: the process that `a_kill_during_the_migration_leaves_version_3` starts and kills.
+    /// Not a separate test: the process that `a_kill_during_the_migration_leaves_version_3` starts and kills.
     #[test]
     fn migrate_and_stop_when_asked_to() {
         let (Ok(path), Ok(stop_at)) = (std::env::var(PATH), std::env::var(STOP_AT)) else { return };

@@ -1,7 +1,7 @@
 //! Divides the text of a file into passages. A citation is within one passage.
 //!
 //! Comment lines that follow each other are one passage, and so are the lines of a paragraph in Markdown. A row of a
-//! table and a line of code are passages of their own; a string with a backslash at the end of a line is not cut.
+//! table and a line of code are separate passages; a string with a backslash at the end of a line is not cut.
 
 /// A tracked file.
 #[derive(Debug)]

@@ -115,7 +115,7 @@ impl Network {
         seconds
     }
 
-    /// Tries a step with the rates at its begin. Returns two errors as the largest fraction of the gas of a volume: from the
+    /// Tries a step with the rates at its start. Returns two errors as the largest fraction of the gas of a volume: from the
     /// change of the rates, and from the change of outgassing.
     fn attempt(&self, seconds: f64, step: &mut Step) -> [f64; 2] {
         self.apply(seconds, step, false);
@@ -141,7 +141,7 @@ impl Network {
         worst
     }
 
-    /// Repeats the tried step with the mean of the rates at begin and end.
+    /// Repeats the tried step with the mean of the rates at its start and end.
     fn repeat(&self, seconds: f64, step: &mut Step) {
         self.apply(seconds, step, true);
         self.rates(&step.tried, &step.turned, &mut step.then, &step.relative_speeds, &step.roots);
