@@ -15,7 +15,7 @@ use std::ops::ControlFlow;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
-/// Make a virtual RS-485 line: each program reads from its pty what the others write to theirs.
+/// Make a virtual RS-485 line: each program reads from its pty the octets that the other programs write to theirs.
 ///
 /// The command prints `ready` and the paths when the line works. Then it reads commands from standard input and answers each with
 /// one line that begins with `ok` or `error:`. It continues after end of file; `quit`, SIGTERM and SIGINT end it.
@@ -47,7 +47,7 @@ Lines on standard input:
 Examples:
   profivac hub --pty /tmp/master --pty /tmp/tap
   profivac hub --pty /tmp/master --pty /tmp/a --pty /tmp/b --flip 0.002 --seed 7
-and the devices for the second one, while a master opens /tmp/master:
+On the second line, a master opens /tmp/master, and these commands are the slaves:
   profivac simulate --serial /tmp/a bcg450@5
   profivac simulate --serial /tmp/b bcg450@6";
 

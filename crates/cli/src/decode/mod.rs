@@ -13,7 +13,7 @@ use std::io::{self, Read};
 
 /// Explain recorded traffic: start-ups, refusals with their reason, reads and writes.
 ///
-/// Accepts a capture file (pcapng), a trace of profivac, or text with hexadecimal octets as programs print them: dumps of
+/// The command accepts a capture file (pcapng), a trace of profivac, or text with hexadecimal octets as programs print them: dumps of
 /// xxd and hexdump, logs with times, arrows and words, 0x, commas, colons. Damaged telegrams are reported and never hide valid
 /// telegrams beside them. Each explanation is printed as soon as its input is read, also from a pipe that never ends. A file that is truncated, or still
 /// being written, is explained up to its end; then a message gives the position, and the exit code is 2.
