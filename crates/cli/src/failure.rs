@@ -89,7 +89,10 @@ impl From<CyclicError> for Failure {
 impl From<PortError> for Failure {
     fn from(error: PortError) -> Self {
         let kind = match error {
-            PortError::InvalidAddress(_) | PortError::NoBaudRate(_) | PortError::File(_) => Kind::Usage,
+            PortError::InvalidAddress(_)
+            | PortError::NoBaudRate(_)
+            | PortError::File(_)
+            | PortError::NotCreatable { .. } => Kind::Usage,
             _ => Kind::Port,
         };
         Self { kind, sentence: error.to_string() }
