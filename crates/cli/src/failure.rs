@@ -35,6 +35,11 @@ impl Failure {
         Self { kind: Kind::Refused, sentence: sentence.into() }
     }
 
+    /// `diff` has found differences and printed them: exit code 1, without a message.
+    pub const fn quiet_differences() -> Self {
+        Self { kind: Kind::Refused, sentence: String::new() }
+    }
+
     /// The reader of standard output has closed it: exit code 3, without a message.
     pub const fn quiet() -> Self {
         Self { kind: Kind::Port, sentence: String::new() }
