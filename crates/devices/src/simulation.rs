@@ -1,6 +1,7 @@
 //! A device without hardware: sensors to drive, faults to inject, a front panel to operate, a state to report.
 
 use crate::model::{Fault, FaultList, MeasuringRange, Part};
+use crate::store::Key;
 use core::fmt;
 use profivac_dp::slave::Device;
 
@@ -327,6 +328,10 @@ pub trait SimulatedDevice: Device {
 
     /// Switches the power off or on. Switched on, the device starts with its nonvolatile values.
     fn set_power(&mut self, on: bool);
+
+    /// Calls `found` with the key of each value of the nonvolatile memory that the device does not take at power-up, because the
+    /// parameter cannot have it; its default holds. Keys that the device does not have are not looked at.
+    fn refused_values(&self, found: &mut dyn FnMut(Key));
 
     /// The faults that the device can have.
     fn faults(&self) -> &'static FaultList;

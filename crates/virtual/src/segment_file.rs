@@ -13,7 +13,7 @@
 //! behaves like any other; they end with the port.
 
 use crate::device::{GasConditions, VirtualDevice};
-use crate::device_spec::{DeviceSpec, SpecError, check_addresses};
+use crate::device_spec::{DeviceSpec, MemoryError, SpecError, check_addresses};
 use crate::gas_pressure::GasPressure;
 use crate::nonvolatile::NonvolatileMemory;
 use profivac_client::pressure::Pressure;
@@ -103,8 +103,8 @@ pub enum EntryError {
     #[error(transparent)]
     Device(#[from] SpecError),
     /// The folder of the nonvolatile memory cannot be used.
-    #[error("{0}")]
-    Store(#[from] std::io::Error),
+    #[error(transparent)]
+    Store(#[from] MemoryError),
 }
 
 impl From<SegmentFileError> for PortError {
@@ -176,14 +176,10 @@ impl SegmentFile {
         spec: &DeviceSpec,
     ) -> Result<NonvolatileMemory, Positioned> {
         let Some(folder) = &described.state else { return Ok(NonvolatileMemory::volatile()) };
-        let opened = NonvolatileMemory::open(&path.with_file_name(folder.get_ref()), &spec.device, spec.address)
+        let opened = spec
+            .open_memory(&path.with_file_name(folder.get_ref()))
             .map_err(|error| Positioned::at(&folder.span(), error))?;
-        let (device, place) = (spec.device.clone(), spec.address);
-        self.notices.extend(opened.damaged_copy.map(|aside| Notice::StoreDamaged {
-            device,
-            address: place,
-            kept_as: aside,
-        }));
+        self.notices.extend(opened.set_aside.map(|aside| aside.notice(&spec.device, spec.address)));
         Ok(opened.memory)
     }
 

@@ -15,7 +15,7 @@ use profivac_host::segment::Segment;
 use profivac_vacuum::Gas;
 use profivac_virtual::action_text::ActionText as Action;
 use profivac_virtual::device::{GasConditions, VirtualDevice};
-use profivac_virtual::device_spec::{DeviceSpec, check_addresses};
+use profivac_virtual::device_spec::{DeviceSpec, MemoryError, check_addresses};
 use profivac_virtual::gas_pressure::GasPressure;
 use profivac_virtual::nonvolatile::NonvolatileMemory;
 use profivac_virtual::open;
@@ -130,14 +130,12 @@ fn devices(arguments: &Arguments, conditions: GasConditions) -> Result<Vec<Virtu
 /// The nonvolatile memory of a device: from the folder, or with default values.
 fn memory(spec: &DeviceSpec, folder: Option<&Path>) -> Result<NonvolatileMemory, Failure> {
     let Some(folder) = folder else { return Ok(NonvolatileMemory::volatile()) };
-    let opened = NonvolatileMemory::open(folder, &spec.device, spec.address)
-        .map_err(|error| Failure::usage(format!("--state {}: {error}", folder.display())))?;
-    if let Some(aside) = opened.damaged_copy {
-        let DeviceSpec { device, address, .. } = spec;
-        notice(&format_args!(
-            "the nonvolatile memory of {device} at address {address} is damaged; it was renamed to {}, and the device has default values",
-            aside.display()
-        ));
+    let opened = spec.open_memory(folder).map_err(|error| match error {
+        MemoryError::Spec(error) => error.into(),
+        error => Failure::usage(format!("--state {}: {error}", folder.display())),
+    })?;
+    if let Some(aside) = opened.set_aside {
+        notice(&aside.notice(&spec.device, spec.address));
     }
     Ok(opened.memory)
 }
