@@ -101,8 +101,8 @@ pub mod xpg400;
 
 pub use model::{MeasuringRange, Part, Principle};
 pub use simulation::{
-    Action, BoundedVec, Drive, FrontPanel, PartReading, Potentiometer, REPORT_CAPACITY, SimulatedDevice, StateReport,
-    Switch, SwitchName, UnsupportedAction,
+    Action, BoundedVec, Drive, FrontPanel, Led, PartReading, Potentiometer, REPORT_CAPACITY, ReportedState,
+    SimulatedDevice, StateReport, Switch, SwitchName, UnsupportedAction,
 };
 
 /// The examples of the README, as doctests.

@@ -3,6 +3,7 @@
 use super::exceptions::CommonExceptions;
 use crate::model::AccessError;
 use crate::model::code_table::codes;
+use crate::simulation::ReportedState;
 
 /// The state of a block device.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -53,6 +54,20 @@ impl DeviceState {
             Self::Executing => "EXECUTING",
             Self::Abort => "ABORT",
             Self::CriticalFault => "CRITICALFAULT",
+        }
+    }
+}
+
+impl From<DeviceState> for ReportedState {
+    fn from(state: DeviceState) -> Self {
+        match state {
+            DeviceState::Init => Self::Init,
+            DeviceState::SelfTesting => Self::SelfTesting,
+            DeviceState::Idle => Self::Idle,
+            DeviceState::SelfTestException => Self::SelfTestException,
+            DeviceState::Executing => Self::Executing,
+            DeviceState::Abort => Self::Abort,
+            DeviceState::CriticalFault => Self::CriticalFault,
         }
     }
 }

@@ -22,6 +22,7 @@ use crate::profile::{
     BlockDevice, CommonExceptions, DeviceState, ExceptionDetails, MeasuringPart, Presentation, ReadingCondition,
     SelfTestResult, SerialNumber, Setup, StateCommand, StateMachine, StatusExtension,
 };
+use crate::simulation::Led;
 use crate::store::Store;
 use adjust::StoredAdjustments;
 use faults::Faults;
@@ -348,11 +349,11 @@ impl Pxg55xBehaviour {
     }
 
     /// NET LED (3.4, 112).
-    fn led(&self) -> &'static str {
+    fn led(&self) -> Led {
         match () {
-            () if self.has_error() => "red",
-            () if self.machine.is_exchanging() => "green",
-            () => "green flashing",
+            () if self.has_error() => Led::Red,
+            () if self.machine.is_exchanging() => Led::Green,
+            () => Led::GreenFlashing,
         }
     }
 }

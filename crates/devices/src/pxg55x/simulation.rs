@@ -127,7 +127,7 @@ impl Behaviour for Pxg55xBehaviour {
     fn report(&self) -> StateReport {
         let active = self.active();
         StateReport {
-            device_state: self.machine.state().name(),
+            device_state: self.machine.state().into(),
             led: self.led(),
             // A relay has the state of its trip point (93).
             relays: self.trips.iter().map(TripPoint::status).collect(),

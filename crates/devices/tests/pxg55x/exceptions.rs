@@ -149,7 +149,7 @@ fn the_discrete_outputs_report_an_error() {
     let mut tester = exchanging(pcg(), FLOATS, 100.0);
     ["eprom", "ram"].into_iter().for_each(|fault| tester.fault(fault, true));
     ["eprom", "ram"].into_iter().for_each(|fault| tester.fault(fault, false));
-    assert_eq!((tester.report().device_state, statuses(&mut tester)), ("CRITICALFAULT", [1, 1]));
+    assert_eq!((tester.report().device_state.name(), statuses(&mut tester)), ("CRITICALFAULT", [1, 1]));
     tester.command(1).unwrap();
     tester.device().settle();
     assert_eq!(statuses(&mut tester), [0, 0], "after Reset");

@@ -18,7 +18,7 @@ const FACTORY_RESET: u8 = 128;
 const RESET: u8 = 129;
 
 fn led(tester: &mut Tester<Gauge>) -> &'static str {
-    tester.report().led
+    tester.report().led.name()
 }
 
 #[test]
@@ -190,10 +190,10 @@ fn the_net_led_shows_four_states() {
         tester.unlock();
         assert_eq!(led(&mut tester), "green flashing");
         tester.device().set_power(false);
-        assert_eq!((led(&mut tester), tester.report().device_state), ("off", "OFF"));
+        assert_eq!((led(&mut tester), tester.report().device_state.name()), ("off", "OFF"));
     }
     // The atmosphere sensor is in no exception detail (74).
     let mut gauge = gauge(pcg());
     gauge.operate(Action::Fault { fault: Fault::Sensor3, active: true }).unwrap();
-    assert_eq!(gauge.report().led, "green flashing");
+    assert_eq!(gauge.report().led.name(), "green flashing");
 }

@@ -29,7 +29,7 @@ const CASES: [(&[&str], u8, &str); 8] = [
 /// Power is lost and returns.
 fn power_cycle<D: SimulatedDevice>(tester: &mut Tester<D>) {
     tester.device().set_power(false);
-    assert_eq!(tester.report().device_state, "OFF");
+    assert_eq!(tester.report().device_state.name(), "OFF");
     tester.device().set_power(true);
 }
 
@@ -66,7 +66,7 @@ fn acts_at_once<D: SimulatedDevice>(new: &impl Fn() -> Tester<D>) {
         assert_eq!(tester.state(), state, "one defective memory waits for a self test");
         tester.fault("ram", true);
         let report = tester.report();
-        assert_eq!((tester.state(), report.device_state), (CRITICAL_FAULT, "CRITICALFAULT"), "from {state}");
+        assert_eq!((tester.state(), report.device_state.name()), (CRITICAL_FAULT, "CRITICALFAULT"), "from {state}");
         assert!(report.outputs_safe, "from {state}");
         repaired(&mut tester, state);
     }
@@ -88,7 +88,7 @@ pub fn memories<D: SimulatedDevice>(new: impl Fn() -> Tester<D>, user: &str, cfg
             way(&mut tester);
             tester.device().settle();
             let report = tester.report();
-            assert_eq!((tester.state(), report.device_state), (state, name), "{faults:?}");
+            assert_eq!((tester.state(), report.device_state.name()), (state, name), "{faults:?}");
             assert_eq!(report.exception_status & COMMON, if faults.is_empty() { 0 } else { COMMON }, "{faults:?}");
             assert!(report.outputs_safe, "{faults:?}");
             if !faults.is_empty() {

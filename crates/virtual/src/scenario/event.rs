@@ -3,10 +3,11 @@
 use super::error::{ScenarioEntryError, TextError};
 use super::file::{Entry, Expect, File, Flow};
 use super::plant::{Part, Plant, air};
-use super::quantities::{PART, TIME, Text, flow, gas_pressure, pressure, temperature};
+use super::quantities::{PART, TIME, Text, flow, gas_pressure, pressure, temperature, unknown};
 use crate::action_text::ActionText;
 use crate::device_spec::DeviceSpec;
 use crate::nonvolatile::NonvolatileMemory;
+use profivac_devices::ReportedState;
 use profivac_dp::link::Baud;
 use profivac_vacuum::Atmosphere;
 use profivac_vacuum::network::{Inlet, Joint, Opening, RoughingPump, Supply, TurboPump, Volume, Wall};
@@ -118,7 +119,7 @@ pub enum Check {
     /// The value is valid.
     Valid(bool),
     /// The device state.
-    State(String),
+    State(ReportedState),
     /// At least one cathode emits.
     Emission(bool),
     /// At least one cathode is being degassed.
@@ -319,7 +320,7 @@ fn checks(expect: &Expect, wrong: &impl Fn(ScenarioEntryError) -> TextError) -> 
         checks.push(bounds);
     }
     checks.extend(expect.valid.map(Check::Valid));
-    checks.extend(expect.state.clone().map(Check::State));
+    checks.extend(expect.state.as_ref().map(state).transpose()?.map(Check::State));
     checks.extend(expect.emission.map(Check::Emission));
     checks.extend(expect.degas.map(Check::Degas));
     checks.extend(expect.fault.map(Check::Fault));
@@ -330,6 +331,12 @@ fn checks(expect: &Expect, wrong: &impl Fn(ScenarioEntryError) -> TextError) -> 
         _ => return Err(wrong(ScenarioEntryError::HalfRelay)),
     }
     Ok(checks)
+}
+
+/// The device state of this name.
+fn state(text: &Text) -> Result<ReportedState, TextError> {
+    let known = || ReportedState::ALL.into_iter().map(ReportedState::name);
+    ReportedState::from_name(text.get_ref()).ok_or_else(|| unknown("a device state", text, known()))
 }
 
 fn bounds(expect: &Expect, wrong: &impl Fn(ScenarioEntryError) -> TextError) -> Result<Option<Check>, TextError> {

@@ -98,6 +98,11 @@ fn an_impossible_event_is_an_error_before_the_start() {
             "expect = [{ volume = \"chamber\", valid = true }]",
             "x.toml:12:11: expected of a volume nothing but its pressure",
         ),
+        (
+            "expect = [{ device = 5, state = \"EXECUTNG\" }]",
+            "x.toml:12:33: state: expected a device state, got \"EXECUTNG\"; there are none, OFF, INIT, SELFTESTING, IDLE, \
+             SELFTESTEXCEPTION, EXECUTING, ABORT, CRITICALFAULT; did you mean \"EXECUTING\"?",
+        ),
         ("expect = [{ device = 5 }]", "x.toml:12:11: expected something that has to be so"),
         (
             "expect = [{ device = 5, below = \"low\" }]",
