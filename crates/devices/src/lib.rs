@@ -29,7 +29,7 @@
 //! let mut record = [0; 240];
 //! let length = gauge.read(Relation::Ms2(0), 1, 19, &mut record).unwrap();
 //! assert_eq!(record[..length], 5.5e-3f32.to_be_bytes());
-//! assert_eq!(gauge.report().device_state, "EXECUTING");
+//! assert_eq!(gauge.report().device_state.name(), "EXECUTING");
 //! ```
 //!
 //! # How to read a parameter as a Rust type

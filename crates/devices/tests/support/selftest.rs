@@ -40,8 +40,8 @@ fn diagnose<D: SimulatedDevice>(tester: &mut Tester<D>) {
 }
 
 /// A fault that is critical acts at once in every state that is not the start; another one waits for a self test.
-/// BG 5530 4.4.1, transition 9; errata-bpg-bcg-tpg 158.
-fn acts_at_once<D: SimulatedDevice>(new: &impl Fn() -> Tester<D>) {
+/// Transition 9 of BG 5530 4.4.1; errata-bpg-bcg-tpg 158.
+fn is_detected_at_once<D: SimulatedDevice>(new: &impl Fn() -> Tester<D>) {
     const EXECUTING: u8 = 4;
     const ABORT: u8 = 5;
     let repaired = |tester: &mut Tester<D>, state: u8| {
@@ -75,7 +75,7 @@ fn acts_at_once<D: SimulatedDevice>(new: &impl Fn() -> Tester<D>) {
 /// Every combination of defective memories, found by every self test. `user` and `cfg` lead to an exchange with a parameter
 /// channel in front and a float of the process at the end.
 pub fn memories<D: SimulatedDevice>(new: impl Fn() -> Tester<D>, user: &str, cfg: &str) {
-    acts_at_once(&new);
+    is_detected_at_once(&new);
     // The events that start a self test.
     let ways: [fn(&mut Tester<D>); 3] = [power_cycle, |tester| tester.command(RESET).unwrap(), diagnose];
     for (faults, state, name) in CASES {

@@ -1,6 +1,5 @@
-//! What is wrong with an entry of a scenario.
+//! The errors of the entries of a scenario.
 
-use super::quantities::nearest;
 use crate::device_spec::SpecError;
 use crate::gas_pressure::GasPressureError;
 use profivac_client::pressure::PressureError;
@@ -8,7 +7,7 @@ use profivac_vacuum::gas::UnknownGas;
 use std::fmt;
 use std::ops::Range;
 
-/// What is wrong with an entry of a scenario: the expected and the found value.
+/// The error of an entry of a scenario: the expected and the found value.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ScenarioEntryError {
@@ -196,6 +195,12 @@ fn suggestion(f: &mut fmt::Formatter<'_>, known: &[String], found: &str) -> fmt:
 
 fn list(items: &[impl ToString]) -> String {
     items.iter().map(ToString::to_string).collect::<Vec<_>>().join(", ")
+}
+
+/// The most similar name.
+fn nearest<'a>(name: &str, known: impl Iterator<Item = &'a str>) -> Option<&'a str> {
+    let alike = known.map(|known| (strsim::jaro_winkler(name, known), known)).filter(|(alike, _)| *alike > 0.8);
+    alike.max_by(|(one, _), (other, _)| one.total_cmp(other)).map(|(_, known)| known)
 }
 
 /// A message of the parser; about an unknown key, with the most similar key.

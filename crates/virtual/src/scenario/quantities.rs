@@ -151,12 +151,6 @@ pub fn unknown<'a>(what: &'static str, name: &Text, known: impl Iterator<Item = 
     TextError::at(&name.span(), ScenarioEntryError::Unknown { what, found: name.get_ref().clone(), known })
 }
 
-/// The most similar name.
-pub fn nearest<'a>(name: &str, known: impl Iterator<Item = &'a str>) -> Option<&'a str> {
-    let alike = known.map(|known| (strsim::jaro_winkler(name, known), known)).filter(|(alike, _)| *alike > 0.8);
-    alike.max_by(|(one, _), (other, _)| one.total_cmp(other)).map(|(_, known)| known)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
