@@ -14,6 +14,9 @@ use std::path::{Path, PathBuf};
 ///
 /// This takes no ownership and changes no setting; where several instances share a slot, the Channel Instance Selector is changed and
 /// restored. Pressures in different units are converted before they are compared.
+///
+/// As with diff(1) the exit code is 0 without differences and 1 with differences. A gauge that refuses a read is 1 as well, with a
+/// sentence on standard error; a wrong file is 2, a missing port or gauge 3.
 #[derive(Args, Debug)]
 #[command(after_help = EXAMPLES)]
 pub struct Arguments {
@@ -39,7 +42,7 @@ struct Row<'a> {
     gauge: &'a str,
 }
 
-/// Compares and prints the differences.
+/// Compares and prints the differences. Differences are exit code 1.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let file = load(&arguments.file)?;
     let differences = arguments.options.with_gauge(|gauge| {
@@ -57,7 +60,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     } else {
         out(&table(&rows));
     }
-    Ok(())
+    if rows.is_empty() { Ok(()) } else { Err(Failure::quiet_differences()) }
 }
 
 fn table(rows: &[Row<'_>]) -> String {

@@ -35,6 +35,11 @@ impl Failure {
         Self { kind: Kind::Refused, sentence: sentence.into() }
     }
 
+    /// `diff` has found differences and printed them: exit code 1, without a message.
+    pub const fn quiet_differences() -> Self {
+        Self { kind: Kind::Refused, sentence: String::new() }
+    }
+
     /// The reader of standard output has closed it: exit code 3, without a message.
     pub const fn quiet() -> Self {
         Self { kind: Kind::Port, sentence: String::new() }
@@ -89,7 +94,10 @@ impl From<CyclicError> for Failure {
 impl From<PortError> for Failure {
     fn from(error: PortError) -> Self {
         let kind = match error {
-            PortError::InvalidAddress(_) | PortError::NoBaudRate(_) | PortError::File(_) => Kind::Usage,
+            PortError::InvalidAddress(_)
+            | PortError::NoBaudRate(_)
+            | PortError::File(_)
+            | PortError::NotCreatable { .. } => Kind::Usage,
             _ => Kind::Port,
         };
         Self { kind, sentence: error.to_string() }

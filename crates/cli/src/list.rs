@@ -135,6 +135,7 @@ fn code_names(named: &NamedParameter, model: &Model) -> String {
         || codes.codes().iter().map(|code| format!("{} {}", code.number, code.name)).collect::<Vec<_>>().join(", ");
     match codes {
         Codes::Plain => String::new(),
+        Codes::Version => "version: six digits and a letter".to_owned(),
         Codes::Range(low, high) => format!("{low} to {high}"),
         Codes::Names(_) => list(),
         Codes::Commands(codes) | Codes::BitCommands(codes) => {

@@ -53,7 +53,7 @@ and in another terminal, or with the port of an adapter:
 
 Exit codes:
   0  done
-  1  the device refused, breaks a rule of conform, or does not meet an expectation of a scenario
+  1  the device refused, breaks a rule of conform, or does not meet an expectation of a scenario; `diff` found differences
   2  wrong usage, unknown device, two devices at one address, or a bad file
   3  the port is missing, busy or lost, no station answers, or standard output cannot be written";
 

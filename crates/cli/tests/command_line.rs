@@ -66,9 +66,43 @@ fn the_error_names_a_port_that_cannot_be_opened() {
     };
     simulate("--serial", "/dev/nothing", "there is no port /dev/nothing");
     simulate("--serial", &file, "is not a serial device");
-    simulate("--pty", "/nowhere/at/all", "there is no port /nowhere/at/all");
     simulate("--pty", &file, "exists already");
     assert_eq!(std::fs::read_to_string(&file).unwrap(), "precious");
+}
+
+/// A path is part of the command line, and no adapter is missing.
+#[test]
+fn the_error_names_the_cause_when_no_pty_can_be_linked_at_a_path() {
+    let folder = Folder::new();
+    let file = folder.name("file");
+    std::fs::write(&file, "precious").unwrap();
+    let inside = format!("{file}/line");
+    let long = folder.name(&"x".repeat(300));
+    for (path, cause) in [
+        ("/proc/x", "No such file or directory"),
+        ("/nowhere/at/all", "No such file or directory"),
+        (&inside, "Not a directory"),
+        (&long, "File name too long"),
+    ] {
+        let sentence = format!("no link to a pty can be created at {path} ({cause}");
+        fails(&["simulate", "--pty", path, "bcg450@5"], 2, &sentence);
+        fails(&["hub", "--pty", path, "--pty", &folder.name("b")], 2, &sentence);
+    }
+}
+
+#[test]
+fn a_pressure_that_no_chamber_has_is_refused() {
+    let simulate = |option: &str, pressure: &str, sentence: &str| {
+        fails(&["simulate", "--tcp", "127.0.0.1:0", option, pressure, "bcg450@5"], 2, sentence);
+    };
+    for option in ["--pressure", "--atmosphere"] {
+        for pressure in ["0 mbar", "1e300 mbar", "1e-320 mbar"] {
+            simulate(option, pressure, &format!("expected a pressure from 1e-15 mbar to 10 bar, got {pressure:?}"));
+        }
+        for pressure in ["nan mbar", "inf mbar", "-1 mbar"] {
+            simulate(option, pressure, &format!("expected a pressure like '1e-3 mbar', got {pressure:?}"));
+        }
+    }
 }
 
 #[test]

@@ -6,6 +6,7 @@ mod common;
 
 use common::{Program, run};
 use serde_json::Value;
+use std::io::{Read, Write};
 
 fn row(line: &str) -> Value {
     serde_json::from_str(line).unwrap()
@@ -45,7 +46,7 @@ fn without_a_terminal_demo_prints_a_notice_and_rows() {
     assert_eq!(done.status.code(), Some(0));
     let message = String::from_utf8(done.stderr).unwrap();
     assert!(
-        message.starts_with("profivac: standard output is no terminal; printing rows as with --headless\n"),
+        message.starts_with("profivac: standard output is no terminal; printing rows as with --headless, until SIGTERM, Ctrl-C or --for\n"),
         "{message}"
     );
     assert!(message.contains("profivac: the dashboard is at http://127.0.0.1:"), "{message}");
@@ -61,6 +62,42 @@ fn scenario(expected: &str) -> tempfile::NamedTempFile {
     let file = tempfile::NamedTempFile::new().unwrap();
     std::fs::write(file.path(), text).unwrap();
     file
+}
+
+/// Without --headless the dashboard is served until the user ends the program, also without a terminal.
+#[test]
+fn without_a_terminal_the_dashboard_is_served_beyond_the_end_of_the_scenario() {
+    let file = scenario("near = \"1013 mbar\"");
+    let path = file.path().to_str().unwrap();
+    let mut demo = Program::start(&["demo", "--listen", "127.0.0.1:0", "--speed", "10", "--scenario", path]);
+    assert!(demo.line().starts_with("  SECONDS"));
+    // The scenario lasts two seconds.
+    let seconds = |line: &str| line.split_whitespace().next().unwrap().parse::<f64>().unwrap();
+    let mut rows = Vec::new();
+    while rows.len() < 2 {
+        let now = seconds(&demo.line());
+        if now > 4.0 {
+            rows.push(now);
+        }
+    }
+    let message = [demo.complaint(), demo.complaint()].concat();
+    let url = message.split("http://").nth(1).unwrap().trim().trim_end_matches('/').to_owned();
+    let mut stream = std::net::TcpStream::connect(&url).unwrap();
+    stream.write_all(format!("GET / HTTP/1.1\r\nHost: {url}\r\nConnection: close\r\n\r\n").as_bytes()).unwrap();
+    let mut answer = String::new();
+    stream.read_to_string(&mut answer).unwrap();
+    assert!(answer.starts_with("HTTP/1.1 200"), "{answer}");
+    demo.terminate();
+    assert_eq!(demo.exit_code(), 0);
+}
+
+/// With --headless the end of the scenario is the end.
+#[test]
+fn headless_ends_with_the_scenario() {
+    let file = scenario("near = \"1013 mbar\"");
+    let path = file.path().to_str().unwrap();
+    let done = run(&["demo", "--headless", "--listen", "127.0.0.1:0", "--speed", "10", "--scenario", path]);
+    assert_eq!(done.status.code(), Some(0), "{}", String::from_utf8_lossy(&done.stderr));
 }
 
 #[test]

@@ -67,7 +67,7 @@ fn a_wrong_scenario_and_conflicting_options_are_refused() {
     let message = String::from_utf8(refused.stderr).unwrap();
     assert_eq!(refused.status.code(), Some(2), "{message}");
     assert!(
-        message.ends_with("x.toml:11:6: expected a time like \"90 s\" in ms, s, min, h, d, got \"soon\"\n"),
+        message.ends_with("x.toml:11:6: at: expected a time like \"90 s\" in ms, s, min, h, d, got \"soon\"\n"),
         "{message}"
     );
 }

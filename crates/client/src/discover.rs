@@ -2,9 +2,9 @@
 
 use crate::class1::Class1Session;
 use crate::cyclic::{ChannelPrinciples, CyclicSlave, open_instances};
+use crate::identify;
 use crate::ms2::{self, Ms2, Ms2Error};
 use crate::records::{Interruption, RecordError, Records};
-use profivac_devices::catalog::MODELS;
 use profivac_devices::model::{AccessPath, Codes, Configuration, Field, Model, Unit};
 use profivac_dp::master::services;
 use profivac_host::scan::{SlaveStatus, probe};
@@ -63,8 +63,8 @@ impl CyclicSlave {
         if let Some(owner) = slave.owner.filter(|owner| *owner != master) {
             return Err(CyclicError::OwnedByOther { address, master: owner });
         }
-        let model = MODELS.into_iter().find(|model| model.ident == slave.ident);
-        let model = model.ok_or(CyclicError::UnknownDevice { address, ident: slave.ident })?;
+        let model = identify::model(slave.ident, address, &mut Ms2::new(session, address))
+            .map_err(|_| CyclicError::UnknownDevice { address, ident: slave.ident })?;
         let configuration = present_configuration(session, address, model)?;
         // Assumed until it is read: a device whose user parameters have no unit keeps its own.
         let unit = model.units.first().ok_or(CyclicError::NoUnit(address))?;
@@ -154,6 +154,7 @@ fn unit_address(model: &Model) -> Option<(u8, u8)> {
 mod tests {
     use super::*;
     use profivac_devices::bcg450::table::MODEL;
+    use profivac_devices::catalog::MODELS;
 
     #[test]
     fn the_unit_is_at_the_slot_and_index_of_the_manual() {

@@ -3,7 +3,7 @@
 
 use super::error::ClientError;
 use super::records::Records;
-use profivac_devices::catalog::MODELS;
+use profivac_devices::catalog::model_with_ident;
 use profivac_devices::model::Model;
 use profivac_devices::pxg55x::table::VARIANTS;
 use profivac_host::scan::{SlaveStatus, probe};
@@ -35,13 +35,13 @@ pub fn wait_for_slave(session: &mut BusSession, address: u8) -> Result<SlaveStat
     }
 }
 
-/// The model with this Ident_Number; of several, the one whose Device Configuration is most similar.
+/// The model with this Ident_Number; of several, the one whose Device Configuration is most similar. TPG300 and TPG500 have
+/// none: they have a model for both.
 ///
 /// # Errors
 /// [`ClientError::UnknownDevice`].
 pub fn model(ident: u16, address: u8, records: &mut impl Records) -> Result<&'static Model, ClientError> {
-    let mut models = MODELS.into_iter().filter(|model| model.ident == ident);
-    let first = models.next().ok_or(ClientError::UnknownDevice { address, ident })?;
+    let first = model_with_ident(ident).ok_or(ClientError::UnknownDevice { address, ident })?;
     let variants: Vec<_> = VARIANTS.iter().filter(|variant| variant.model.ident == ident).collect();
     if variants.is_empty() {
         return Ok(first);

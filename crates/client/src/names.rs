@@ -176,7 +176,9 @@ impl ParameterNames {
     pub fn of_catalog(model: &Model) -> Option<&'static Self> {
         static KNOWN: LazyLock<Vec<ParameterNames>> =
             LazyLock::new(|| MODELS.iter().map(|model| ParameterNames::of(model)).collect());
-        let place = MODELS.iter().position(|known| known.name == model.name)?;
+        let named = || MODELS.iter().position(|known| known.name == model.name);
+        // A model for several devices has the tables of each.
+        let place = named().or_else(|| MODELS.iter().position(|known| std::ptr::eq(known.blocks, model.blocks)))?;
         KNOWN.get(place)
     }
 

@@ -175,6 +175,7 @@ impl ValueFormat<'_> {
                 .ok()
                 .and_then(|code| self.model.unit(code))
                 .map_or_else(|| number.to_string(), |unit| unit.name.to_owned()),
+            Codes::Version => version(number).unwrap_or_else(|| number.to_string()),
             _ => self.name_of(number).unwrap_or_else(|| match self.row().data_type {
                 DataType::Boolean => (number != 0).to_string(),
                 _ => number.to_string(),
@@ -347,6 +348,15 @@ impl ValueFormat<'_> {
     }
 }
 
+/// The version in the nibbles of a number: [`Codes::Version`]. `None` for nibbles that are none.
+fn version(number: i64) -> Option<String> {
+    let digits = u32::try_from(number).ok()? >> 8;
+    let letter = u8::try_from(number & 0xFF).ok().filter(|letter| (1..=15).contains(letter))?;
+    let digits = format!("{digits:06X}");
+    let is_decimal = digits.bytes().all(|digit| digit.is_ascii_digit());
+    is_decimal.then(|| format!("{digits}-{}", char::from(b'A' + letter - 1)))
+}
+
 /// Whether the letter at this position is the exponent sign of a number.
 fn is_exponent(text: &str, at: usize) -> bool {
     let (before, rest) = text.split_at(at);
@@ -425,6 +435,12 @@ mod tests {
             ("img400", "channel.1/emission-current", &5f32.to_be_bytes(), "45-mA"),
             ("img400", "device.device-state", &[100], "INIT"),
             ("bcg450", "device.exception-detail-alarm", &[1, 0xFE], "01 FE"),
+            // The examples of the manual, and numbers that are no version.
+            ("tpg500", "device.program-version", &[0x50, 0x97, 0x31, 0x01], "509731-A"),
+            ("tpg300", "device.program-version", &[0x50, 0x97, 0x80, 0x06], "509780-F"),
+            ("tpg300", "device.program-version", &[0x50, 0x97, 0x80, 0x00], "1352105984"),
+            ("tpg300", "device.program-version", &[0x50, 0x97, 0x80, 0x16], "1352106006"),
+            ("tpg300", "device.program-version", &[0x5A, 0x97, 0x80, 0x06], "1519878150"),
         ] {
             assert_eq!(shown(device, target, octets), text, "{device} {target}");
         }

@@ -31,6 +31,13 @@ pub fn models_with_ident(ident: u16) -> impl Iterator<Item = &'static Model> {
     MODELS.into_iter().filter(move |model| model.ident == ident)
 }
 
+/// The model of a device of which only the Ident_Number is known: where several models have it, the first of a series, or
+/// the common one of TPG300 and TPG500, which nothing on the bus tells apart.
+#[must_use]
+pub fn model_with_ident(ident: u16) -> Option<&'static Model> {
+    if ident == tpg::table::TPG.ident { Some(&tpg::table::TPG) } else { models_with_ident(ident).next() }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -42,5 +49,17 @@ mod tests {
             assert!(models_with_ident(model.ident).any(|found| core::ptr::eq(found, model)), "{}", model.name);
         }
         assert!(model_named("bcg451").is_none());
+        assert!(model_with_ident(0xFFFF).is_none());
+    }
+
+    #[test]
+    fn devices_that_the_bus_does_not_tell_apart_have_a_name_for_both() {
+        for model in MODELS {
+            let found = model_with_ident(model.ident).unwrap();
+            assert!(core::ptr::eq(found.blocks, model.blocks) || model.features.dpv1, "{}", model.name);
+            for other in models_with_ident(model.ident).filter(|other| !other.features.dpv1) {
+                assert!(found.name.contains(other.name) && found.title.contains(other.title), "{}", other.name);
+            }
+        }
     }
 }

@@ -29,7 +29,7 @@
 //! let mut record = [0; 240];
 //! let length = gauge.read(Relation::Ms2(0), 1, 19, &mut record).unwrap();
 //! assert_eq!(record[..length], 5.5e-3f32.to_be_bytes());
-//! assert_eq!(gauge.report().device_state, "EXECUTING");
+//! assert_eq!(gauge.report().device_state.name(), "EXECUTING");
 //! ```
 //!
 //! # How to read a parameter as a Rust type
@@ -101,8 +101,8 @@ pub mod xpg400;
 
 pub use model::{MeasuringRange, Part, Principle};
 pub use simulation::{
-    Action, BoundedVec, Drive, FrontPanel, PartReading, Potentiometer, REPORT_CAPACITY, SimulatedDevice, StateReport,
-    Switch, SwitchName, UnsupportedAction,
+    Action, BoundedVec, Drive, FrontPanel, Led, PartReading, Potentiometer, REPORT_CAPACITY, ReportedState,
+    SimulatedDevice, StateReport, Switch, SwitchName, UnsupportedAction,
 };
 
 /// The examples of the README, as doctests.

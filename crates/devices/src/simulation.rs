@@ -1,6 +1,7 @@
 //! A device without hardware: sensors to drive, faults to inject, a front panel to operate, a state to report.
 
 use crate::model::{Fault, FaultList, MeasuringRange, Part};
+use crate::store::Key;
 use core::fmt;
 use profivac_dp::slave::Device;
 
@@ -247,13 +248,104 @@ impl<T: Copy> FromIterator<T> for BoundedVec<T> {
     }
 }
 
+/// The device state in a report.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+pub enum ReportedState {
+    /// The device has no states.
+    #[default]
+    None,
+    /// The device has no power.
+    Off,
+    /// Starting.
+    Init,
+    /// Self test.
+    SelfTesting,
+    /// Ready, not measuring.
+    Idle,
+    /// The self test has found a fault.
+    SelfTestException,
+    /// Measuring.
+    Executing,
+    /// Stopped by command.
+    Abort,
+    /// Not able to work.
+    CriticalFault,
+}
+
+impl ReportedState {
+    /// All states.
+    pub const ALL: [Self; 9] = [
+        Self::None,
+        Self::Off,
+        Self::Init,
+        Self::SelfTesting,
+        Self::Idle,
+        Self::SelfTestException,
+        Self::Executing,
+        Self::Abort,
+        Self::CriticalFault,
+    ];
+
+    /// The name in the state diagram: `EXECUTING`; `OFF` without power, `none` without states.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::None => "none",
+            Self::Off => "OFF",
+            Self::Init => "INIT",
+            Self::SelfTesting => "SELFTESTING",
+            Self::Idle => "IDLE",
+            Self::SelfTestException => "SELFTESTEXCEPTION",
+            Self::Executing => "EXECUTING",
+            Self::Abort => "ABORT",
+            Self::CriticalFault => "CRITICALFAULT",
+        }
+    }
+
+    /// The state with this name.
+    #[must_use]
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|state| state.name() == name)
+    }
+}
+
+/// The network light of the front panel.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Led {
+    /// The device has none.
+    #[default]
+    None,
+    /// Dark: no power.
+    Off,
+    /// Red.
+    Red,
+    /// Green.
+    Green,
+    /// Green, flashing.
+    GreenFlashing,
+}
+
+impl Led {
+    /// The name for users: `green flashing`.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::None => "none",
+            Self::Off => "off",
+            Self::Red => "red",
+            Self::Green => "green",
+            Self::GreenFlashing => "green flashing",
+        }
+    }
+}
+
 /// The state of a device for users and scripts. The device does not know its address on the bus and the true pressure.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct StateReport {
-    /// The name of the device state, `EXECUTING` or as the manual has it.
-    pub device_state: &'static str,
-    /// The network light of the front panel, `none` for a device without one.
-    pub led: &'static str,
+    /// The device state.
+    pub device_state: ReportedState,
+    /// The network light of the front panel.
+    pub led: Led,
     /// Closed relays, in the order of the manual.
     pub relays: BoundedVec<bool>,
     /// The reading of each measuring part.
@@ -283,8 +375,8 @@ impl StateReport {
         let blank =
             |reading: &PartReading| PartReading { instance: reading.instance, value_mbar: f64::NAN, valid: false };
         Self {
-            device_state: "OFF",
-            led: if self.led == "none" { "none" } else { "off" },
+            device_state: ReportedState::Off,
+            led: if self.led == Led::None { Led::None } else { Led::Off },
             relays: off(&self.relays),
             indicated: self.indicated.iter().map(blank).collect(),
             active_instance: 0,
@@ -327,6 +419,10 @@ pub trait SimulatedDevice: Device {
 
     /// Switches the power off or on. Switched on, the device starts with its nonvolatile values.
     fn set_power(&mut self, on: bool);
+
+    /// Calls `found` with the key of each value of the nonvolatile memory that the device does not take at power-up, because the
+    /// parameter cannot have it; its default holds. Keys that the device does not have are not looked at.
+    fn refused_values(&self, found: &mut dyn FnMut(Key));
 
     /// The faults that the device can have.
     fn faults(&self) -> &'static FaultList;

@@ -6,7 +6,7 @@ use super::cyclic::Cyclic;
 use super::names::DeviceTables;
 use super::note::{Kind, Notes};
 use super::refusal::{RefusedConfiguration, chk_cfg_reason, set_prm_reason};
-use profivac_devices::catalog::MODELS;
+use profivac_devices::catalog::{MODELS, model_with_ident};
 use profivac_devices::model::Model;
 use profivac_dp::link::{Baud, BitTime};
 use profivac_host::scan::SlaveStatus;
@@ -248,7 +248,7 @@ impl Slave {
     fn identify(&mut self, ident: u16) {
         if self.ident != Some(ident) {
             self.ident = Some(ident);
-            let model = self.candidates().next();
+            let model = model_with_ident(ident);
             self.tables = DeviceTables { model, ..DeviceTables::default() };
         }
     }

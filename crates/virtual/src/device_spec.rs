@@ -3,7 +3,7 @@
 //! To add a device, add its entry to [`DEVICES`].
 
 use crate::device::GaugeSlave;
-use crate::nonvolatile::NonvolatileMemory;
+use crate::nonvolatile::{NonvolatileMemory, OpenedMemory};
 use profivac_devices::SimulatedDevice;
 use profivac_devices::bcg450::{self, Bcg450};
 use profivac_devices::img400::{self, Gauges, Img400, IonGauge, OtherGauge};
@@ -16,6 +16,8 @@ use profivac_devices::xpg400::{self, Xpg400};
 use profivac_dp::link::Baud;
 use profivac_dp::slave::Slave;
 use std::collections::BTreeSet;
+use std::io;
+use std::path::Path;
 use std::str::FromStr;
 
 /// The highest address on a command line: 126 is a switch setting outside 0 to 125.
@@ -149,6 +151,7 @@ pub struct DeviceSpec {
 
 /// The reason why a device spec is invalid.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
 pub enum SpecError {
     /// The text does not have the form `DEVICE@ADDR[:key=value,...]`.
     #[error("expected DEVICE@ADDR[:key=value,...] like bcg450@5, got {0:?}")]
@@ -189,6 +192,18 @@ pub enum SpecError {
     DuplicateAddress(u8),
 }
 
+/// The reason why the nonvolatile memory of a device cannot be opened.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum MemoryError {
+    /// A file cannot be read or written.
+    #[error(transparent)]
+    File(#[from] io::Error),
+    /// The device spec is wrong.
+    #[error(transparent)]
+    Spec(#[from] SpecError),
+}
+
 impl FromStr for DeviceSpec {
     type Err = SpecError;
 
@@ -225,6 +240,20 @@ impl DeviceSpec {
     #[must_use]
     pub fn value(&self, key: &str) -> Option<&str> {
         self.keys.iter().find(|(known, _)| known == key).map(|(_, value)| value.as_str())
+    }
+
+    /// Opens the nonvolatile memory of the device in `folder`. A file that cannot be used, or not completely, is kept aside.
+    ///
+    /// # Errors
+    /// [`MemoryError`] when a file cannot be read or written, or the spec is wrong.
+    pub fn open_memory(&self, folder: &Path) -> Result<OpenedMemory, MemoryError> {
+        let OpenedMemory { mut memory, set_aside } = NonvolatileMemory::open(folder, &self.device, self.address)?;
+        // Restores the values as the device will; the rate does not matter.
+        let device = self.build(memory.to_volatile(), Baud::B19200)?;
+        let mut refused = BTreeSet::new();
+        device.device().refused_values(&mut |key| refused.extend([key]));
+        let dropped = memory.drop_refused(&refused)?;
+        Ok(OpenedMemory { memory, set_aside: set_aside.or(dropped) })
     }
 
     /// Builds the device with its nonvolatile memory.

@@ -12,7 +12,8 @@
 //! ```
 
 use profivac_devices::store::{Key, MAX_STORED, Store, StoreError};
-use std::collections::BTreeMap;
+use profivac_host::port::{Notice, StoreDamage};
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
 use std::fs::{self, File};
 use std::io::{self, ErrorKind};
@@ -68,7 +69,7 @@ impl Disk for HostDisk {
 
 /// The stored values of a device.
 pub struct NonvolatileMemory {
-    title: String,
+    title: Title,
     entries: BTreeMap<Key, Vec<u8>>,
     file: Option<(PathBuf, Box<dyn Disk>)>,
 }
@@ -77,39 +78,84 @@ pub struct NonvolatileMemory {
 pub struct OpenedMemory {
     /// The memory.
     pub memory: NonvolatileMemory,
-    /// The new name of a damaged file. The memory is then empty.
-    pub damaged_copy: Option<PathBuf>,
+    /// A file that was not used as it was; the memory is then empty.
+    pub set_aside: Option<SetAside>,
+}
+
+/// A file whose values are not used, or not all of them. It is kept, and never overwritten.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct SetAside {
+    /// Why its values are not used.
+    pub damage: StoreDamage,
+    /// Its new name.
+    pub kept_as: PathBuf,
+}
+
+impl SetAside {
+    /// The notice about the device of this name with this setting of its address switch.
+    #[must_use]
+    pub fn notice(self, device: &str, address: u8) -> Notice {
+        let Self { damage, kept_as } = self;
+        Notice::StoreDamaged { device: device.to_owned(), address, damage, kept_as }
+    }
 }
 
 impl NonvolatileMemory {
     /// A memory that ends with the process.
     #[must_use]
     pub fn volatile() -> Self {
-        Self { title: String::new(), entries: BTreeMap::new(), file: None }
+        Self { title: Title { device: String::new(), address: 0 }, entries: BTreeMap::new(), file: None }
     }
 
-    /// The memory of the device `name` at `place` in `folder`. Creates the folder.
+    /// The memory of the device `name` at `address` in `folder`. Creates the folder. A file that is damaged, or that belongs to
+    /// another device, is renamed.
     ///
     /// # Errors
     /// The error of the system if the memory cannot be written.
-    pub fn open(folder: &Path, name: &str, place: u8) -> io::Result<OpenedMemory> {
+    pub fn open(folder: &Path, name: &str, address: u8) -> io::Result<OpenedMemory> {
         fs::create_dir_all(folder)?;
-        let title = format!("{name} at address {place}");
-        Self::open_on(Box::new(HostDisk), folder.join(format!("{name}-{place}.state")), title)
+        let title = Title { device: name.to_owned(), address };
+        Self::open_on(Box::new(HostDisk), folder.join(format!("{name}-{address}.state")), title)
     }
 
-    fn open_on(mut disk: Box<dyn Disk>, path: PathBuf, title: String) -> io::Result<OpenedMemory> {
-        let (entries, aside) = match disk.read(&path) {
+    fn open_on(mut disk: Box<dyn Disk>, path: PathBuf, title: Title) -> io::Result<OpenedMemory> {
+        let (entries, damage) = match disk.read(&path) {
             Ok(octets) => match parse(&octets) {
-                Some(entries) => (entries, None),
-                None => (BTreeMap::new(), Some(keep_damaged(&mut *disk, &path)?)),
+                Some((device, entries)) if device == title.device => (entries, None),
+                Some((device, _)) => (BTreeMap::new(), Some(StoreDamage::OtherDevice(device))),
+                None => (BTreeMap::new(), Some(StoreDamage::Damaged)),
             },
             Err(error) if error.kind() == ErrorKind::NotFound => (BTreeMap::new(), None),
             Err(error) => return Err(error),
         };
+        let set_aside = match damage {
+            Some(damage) => Some(SetAside { damage, kept_as: set_aside(&mut *disk, &path)? }),
+            None => None,
+        };
         let mut memory = Self { title, entries, file: Some((path, disk)) };
         memory.write()?;
-        Ok(OpenedMemory { memory, damaged_copy: aside })
+        Ok(OpenedMemory { memory, set_aside })
+    }
+
+    /// A copy of the values that ends with the process.
+    #[must_use]
+    pub fn to_volatile(&self) -> Self {
+        Self { title: self.title.clone(), entries: self.entries.clone(), file: None }
+    }
+
+    /// Drops values that the device does not take. The file with them is kept under another name, which is returned; `None`
+    /// if nothing was dropped.
+    ///
+    /// # Errors
+    /// The error of the system if the file cannot be copied or written.
+    pub fn drop_refused(&mut self, refused: &BTreeSet<Key>) -> io::Result<Option<SetAside>> {
+        let before = self.entries.len();
+        self.entries.retain(|key, _| !refused.contains(key));
+        let dropped = before.saturating_sub(self.entries.len());
+        let Some((path, disk)) = self.file.as_mut().filter(|_| dropped > 0) else { return Ok(None) };
+        let kept_as = set_aside(&mut **disk, path)?;
+        self.write()?;
+        Ok(Some(SetAside { damage: StoreDamage::Refused(dropped), kept_as }))
     }
 
     /// Writes all entries; a power cut leaves the old file or the new one.
@@ -147,8 +193,8 @@ impl Store for NonvolatileMemory {
     }
 }
 
-/// Renames a damaged file to a free name.
-fn keep_damaged(disk: &mut dyn Disk, path: &Path) -> io::Result<PathBuf> {
+/// Renames a file to a free name.
+fn set_aside(disk: &mut dyn Disk, path: &Path) -> io::Result<PathBuf> {
     let named = |number: u32| path.with_extension(format!("damaged-{number}"));
     let is_free = |aside: &PathBuf| disk.read(aside).is_err_and(|error| error.kind() == ErrorKind::NotFound);
     let aside = (1..).map(named).find(is_free).ok_or(ErrorKind::AlreadyExists)?;
@@ -157,9 +203,20 @@ fn keep_damaged(disk: &mut dyn Disk, path: &Path) -> io::Result<PathBuf> {
 }
 
 const END: &str = "end, check sum ";
+const TITLE: &str = "# nonvolatile memory of ";
+const AT_ADDRESS: &str = " at address ";
 
-fn print(title: &str, entries: &BTreeMap<Key, Vec<u8>>) -> String {
-    let mut text = format!("# nonvolatile memory of {title}\n");
+/// The first line of a file.
+#[derive(Clone, Debug)]
+struct Title {
+    device: String,
+    /// The address on the command line. A file may be renamed for another address.
+    address: u8,
+}
+
+fn print(title: &Title, entries: &BTreeMap<Key, Vec<u8>>) -> String {
+    let Title { device, address } = title;
+    let mut text = format!("{TITLE}{device}{AT_ADDRESS}{address}\n");
     for (key, octets) in entries {
         text.push_str(&key_text(*key));
         text.push_str(" =");
@@ -182,15 +239,18 @@ fn key_text(key: Key) -> String {
     }
 }
 
-/// Parses a file. `None` if it differs from the output of `print`.
-fn parse(octets: &[u8]) -> Option<BTreeMap<Key, Vec<u8>>> {
+/// Parses a file: the device of its title, and the entries. `None` if it differs from the output of `print`.
+fn parse(octets: &[u8]) -> Option<(String, BTreeMap<Key, Vec<u8>>)> {
     let text = std::str::from_utf8(octets).ok()?;
     let body = text.get(..text.rfind(END)?)?;
     let end = text.get(body.len()..)?;
     if end != format!("{END}{:08X}\n", crc32fast::hash(body.as_bytes())) {
         return None;
     }
-    body.lines().filter(|line| !line.starts_with('#')).map(parse_line).collect()
+    let mut lines = body.lines();
+    let (device, _) = lines.next()?.strip_prefix(TITLE)?.split_once(AT_ADDRESS)?;
+    let entries: Option<_> = lines.filter(|line| !line.starts_with('#')).map(parse_line).collect();
+    Some((device.to_owned(), entries?))
 }
 
 fn parse_line(line: &str) -> Option<(Key, Vec<u8>)> {
@@ -307,8 +367,12 @@ mod tests {
         }
     }
 
+    fn title() -> Title {
+        Title { device: "bcg450".to_owned(), address: 5 }
+    }
+
     fn open(disk: &Fragile) -> OpenedMemory {
-        NonvolatileMemory::open_on(Box::new(disk.clone()), PATH.into(), "test".to_owned()).unwrap()
+        NonvolatileMemory::open_on(Box::new(disk.clone()), PATH.into(), title()).unwrap()
     }
 
     /// The possible disks after a power cut: of names and of contents only the synchronised ones, or all.
@@ -339,7 +403,7 @@ mod tests {
             assert_eq!(saved.is_ok(), last_step == 4);
             assert_eq!(load(&memory, PARAMETER), Some(vec![if saved.is_ok() { 2 } else { 1 }]));
             for disk in after_the_cut(&disk) {
-                let OpenedMemory { memory, damaged_copy: aside } = open(&disk);
+                let OpenedMemory { memory, set_aside: aside } = open(&disk);
                 assert_eq!(aside, None, "after step {last_step}");
                 let value = load(&memory, PARAMETER).unwrap();
                 assert!(value == [2] || (value == [1] && saved.is_err()), "{value:?} after step {last_step}");
@@ -359,7 +423,7 @@ mod tests {
         memory.save(PARAMETER, &longest).unwrap();
         memory.save(Key::Internal(3), &[]).unwrap();
         assert_eq!(memory.save(Key::Address, &[0; MAX_STORED + 1]), Err(StoreError));
-        let OpenedMemory { memory, damaged_copy: aside } = open();
+        let OpenedMemory { memory, set_aside: aside } = open();
         assert_eq!((load(&memory, PARAMETER), load(&memory, Key::Internal(3))), (Some(longest), Some(vec![])));
         assert_eq!((load(&memory, Key::Address), aside), (None, None));
     }
@@ -379,12 +443,43 @@ mod tests {
             let disk = Fragile::default();
             disk.0.lock().unwrap().put(Path::new(PATH), &damaged);
             for number in 1..3 {
-                let OpenedMemory { memory, damaged_copy: aside } = open(&disk);
-                let aside = aside.unwrap();
-                assert_eq!(aside, Path::new(PATH).with_extension(format!("damaged-{number}")));
-                assert_eq!((load(&memory, PARAMETER), disk.read(&aside).unwrap()), (None, damaged.clone()));
+                let OpenedMemory { memory, set_aside: aside } = open(&disk);
+                let SetAside { damage, kept_as } = aside.unwrap();
+                assert_eq!(kept_as, Path::new(PATH).with_extension(format!("damaged-{number}")));
+                assert_eq!(damage, StoreDamage::Damaged);
+                assert_eq!((load(&memory, PARAMETER), disk.read(&kept_as).unwrap()), (None, damaged.clone()));
                 disk.0.lock().unwrap().put(Path::new(PATH), &damaged);
             }
         }
+    }
+
+    #[test]
+    fn the_file_of_another_device_is_renamed_and_that_of_another_address_is_used() {
+        for (device, address, is_used) in [("pcg550", 5, false), ("bcg450", 9, true), ("bcg450", 5, true)] {
+            let disk = Fragile::default();
+            let other = Title { device: device.to_owned(), address };
+            let text = print(&other, &BTreeMap::from([(PARAMETER, vec![1])]));
+            disk.0.lock().unwrap().put(Path::new(PATH), text.as_bytes());
+            let OpenedMemory { memory, set_aside } = open(&disk);
+            assert_eq!(load(&memory, PARAMETER).is_some(), is_used, "{device} {address}");
+            let Some(SetAside { damage, kept_as }) = set_aside.filter(|_| !is_used) else { continue };
+            assert_eq!(damage, StoreDamage::OtherDevice("pcg550".to_owned()));
+            assert_eq!(disk.read(&kept_as).unwrap(), text.as_bytes());
+        }
+    }
+
+    #[test]
+    fn a_file_with_refused_values_is_kept_and_the_other_values_are_used() {
+        let disk = Fragile::default();
+        let mut memory = open(&disk).memory;
+        memory.save(PARAMETER, &[1]).unwrap();
+        memory.save(Key::Internal(2), &[3]).unwrap();
+        let before = disk.read(Path::new(PATH)).unwrap();
+        assert_eq!(memory.drop_refused(&BTreeSet::new()).unwrap(), None);
+        let SetAside { damage, kept_as } = memory.drop_refused(&BTreeSet::from([Key::Internal(2)])).unwrap().unwrap();
+        assert_eq!((damage, disk.read(&kept_as).unwrap()), (StoreDamage::Refused(1), before));
+        assert_eq!((load(&memory, PARAMETER), load(&memory, Key::Internal(2))), (Some(vec![1]), None));
+        let OpenedMemory { memory, set_aside } = open(&disk);
+        assert_eq!((load(&memory, PARAMETER), load(&memory, Key::Internal(2)), set_aside), (Some(vec![1]), None, None));
     }
 }

@@ -13,7 +13,8 @@
 //! behaves like any other; they end with the port.
 
 use crate::device::{GasConditions, VirtualDevice};
-use crate::device_spec::{DeviceSpec, SpecError, check_addresses};
+use crate::device_spec::{DeviceSpec, MemoryError, SpecError, check_addresses};
+use crate::gas_pressure::GasPressure;
 use crate::nonvolatile::NonvolatileMemory;
 use profivac_client::pressure::Pressure;
 use profivac_dp::link::Baud;
@@ -35,8 +36,8 @@ struct Description {
     devices: Spanned<Vec<Spanned<String>>>,
     #[serde(default = "usual_baud", deserialize_with = "baud")]
     baud: Baud,
-    pressure: Option<Parsed<Pressure>>,
-    atmosphere: Option<Parsed<Pressure>>,
+    pressure: Option<Parsed<GasPressure>>,
+    atmosphere: Option<Parsed<GasPressure>>,
     gas: Option<Parsed<Gas>>,
     state: Option<Spanned<PathBuf>>,
 }
@@ -54,8 +55,9 @@ impl Description {
 
     /// The environment, with the defaults of `simulate`.
     fn environment(&self) -> GasConditions {
-        let or =
-            |given: &Option<Parsed<Pressure>>, mbar| given.as_ref().map_or(Pressure::from_mbar(mbar), |given| given.0);
+        let or = |given: &Option<Parsed<GasPressure>>, mbar| {
+            given.as_ref().map_or(Pressure::from_mbar(mbar), |given| given.0.0)
+        };
         GasConditions {
             pressure: or(&self.pressure, 1e-3),
             atmosphere: or(&self.atmosphere, 1013.25),
@@ -95,14 +97,14 @@ pub enum SegmentFileError {
 #[non_exhaustive]
 pub enum EntryError {
     /// The text is no TOML, or has unknown keys or invalid values.
-    #[error("{0}")]
-    Toml(String),
+    #[error("{}", .0.message())]
+    Toml(Box<toml::de::Error>),
     /// A device spec is invalid.
     #[error(transparent)]
     Device(#[from] SpecError),
     /// The folder of the nonvolatile memory cannot be used.
-    #[error("{0}")]
-    Store(#[from] std::io::Error),
+    #[error(transparent)]
+    Store(#[from] MemoryError),
 }
 
 impl From<SegmentFileError> for PortError {
@@ -154,9 +156,8 @@ impl SegmentFile {
     }
 
     fn make(text: &str, path: &Path) -> Result<Self, Positioned> {
-        let described: Description = toml::from_str(text).map_err(|error| {
-            Positioned::at(&error.span().unwrap_or_default(), EntryError::Toml(error.message().to_owned()))
-        })?;
+        let described: Description = toml::from_str(text)
+            .map_err(|error| Positioned::at(&error.span().unwrap_or_default(), EntryError::Toml(Box::new(error))))?;
         let (conditions, baud) = (described.environment(), described.baud);
         let mut file = Self { name: format!("sim:{}", path.display()), baud, devices: Vec::new(), notices: Vec::new() };
         for (span, spec) in described.specs()? {
@@ -175,14 +176,10 @@ impl SegmentFile {
         spec: &DeviceSpec,
     ) -> Result<NonvolatileMemory, Positioned> {
         let Some(folder) = &described.state else { return Ok(NonvolatileMemory::volatile()) };
-        let opened = NonvolatileMemory::open(&path.with_file_name(folder.get_ref()), &spec.device, spec.address)
+        let opened = spec
+            .open_memory(&path.with_file_name(folder.get_ref()))
             .map_err(|error| Positioned::at(&folder.span(), error))?;
-        let (device, place) = (spec.device.clone(), spec.address);
-        self.notices.extend(opened.damaged_copy.map(|aside| Notice::StoreDamaged {
-            device,
-            address: place,
-            kept_as: aside,
-        }));
+        self.notices.extend(opened.set_aside.map(|aside| aside.notice(&spec.device, spec.address)));
         Ok(opened.memory)
     }
 
@@ -245,6 +242,14 @@ baud = 93750
             ("devices = []\nbaud = 115200", "segment.toml:2:8: expected a PROFIBUS rate out of 9600, "),
             ("devices = []\nbaud = \"fast\"", "segment.toml:2:8: invalid type: string \"fast\", expected u32"),
             ("devices = []\n\npressure = \"1 psi\"", "segment.toml:3:12: expected a unit out of mbar, "),
+            (
+                "devices = []\npressure = \"0 mbar\"",
+                "segment.toml:2:12: expected a pressure from 1e-15 mbar to 10 bar, got \"0 mbar\"",
+            ),
+            (
+                "devices = []\natmosphere = \"1e300 mbar\"",
+                "segment.toml:2:14: expected a pressure from 1e-15 mbar to 10 bar, got \"1e300 mbar\"",
+            ),
             ("devices = []\ngas = \"beer\"", "segment.toml:2:7: "),
             (
                 "devices = []\ncolour = 1",

@@ -177,7 +177,7 @@ fn a_missing_path_and_a_file_that_is_no_serial_port_are_different_errors() {
     fs::write(&path, "").unwrap();
     assert!(matches!(serial(&path), Err(PortError::NotSerial(_))));
     assert!(matches!(serial(folder.path()), Err(PortError::NotSerial(_))));
-    assert!(matches!(Pty::create(&folder.path().join("no/line")), Err(PortError::NotFound(_))));
+    assert!(matches!(Pty::create(&folder.path().join("no/line")), Err(PortError::NotCreatable { .. })));
 }
 
 #[test]

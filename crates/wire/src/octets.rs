@@ -5,7 +5,7 @@
 
 use core::fmt;
 
-/// The octets end before the field does, or a length field has a value that the format does not allow.
+/// The octets end before the field does.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct TooShort;

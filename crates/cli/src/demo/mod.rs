@@ -24,8 +24,9 @@ use trend::Trend;
 
 /// Show a vacuum plant in memory: gauges and a master on a PROFIBUS segment, without any hardware.
 ///
-/// The output shows the values that the master reads: every octet passes the codec and both state machines. With --headless the
-/// command ends with the scenario, and fails if an expectation of the scenario does not hold.
+/// The output shows the values that the master reads: every octet passes the codec and both state machines. It serves the dashboard until q,
+/// SIGTERM, Ctrl-C or --for ends it; the plant stays as it is at the end of the scenario. With --headless it command ends with the scenario,
+/// and fails if an expectation of the scenario does not hold.
 #[derive(Args, Debug)]
 #[command(after_help = EXAMPLES)]
 pub struct Arguments {
@@ -43,7 +44,7 @@ pub struct Arguments {
     /// time
     #[arg(long, value_name = "N", default_value = "1", value_parser = values::speed, allow_hyphen_values = true)]
     speed: f64,
-    /// End after this time
+    /// End after this time; with --headless the end of the scenario may come first
     #[arg(long = "for", value_name = "SECONDS", value_parser = values::seconds, allow_hyphen_values = true)]
     time: Option<Duration>,
     /// Print a row every second instead of drawing, as without a terminal; fails if an exchange was lost
@@ -86,7 +87,9 @@ const MAX_LAG: Duration = Duration::from_millis(200);
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let headless = arguments.headless || !Screen::is_possible();
     if headless && !arguments.headless {
-        notice(&format_args!("standard output is no terminal; printing rows as with --headless"));
+        notice(&format_args!(
+            "standard output is no terminal; printing rows as with --headless, until SIGTERM, Ctrl-C or --for"
+        ));
     }
     let speed = arguments.speed;
     if arguments.record.is_some() && speed > 1.0 {
@@ -99,11 +102,20 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         notice(&format_args!("the dashboard is at {url}"));
     }
     if headless {
-        demo.print_rows(arguments.json)?
+        demo.print_rows(arguments.json, if arguments.headless { Ending::Scenario } else { Ending::Command })?
     } else {
         demo.draw_on_screen()?
     }
     demo.outcome(headless)
+}
+
+/// What ends the rows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Ending {
+    /// The end of the scenario, or the user.
+    Scenario,
+    /// The user alone: a signal, or the time of --for.
+    Command,
 }
 
 /// The plant and its clock.
@@ -206,7 +218,7 @@ impl Demo {
         }
     }
 
-    fn print_rows(&mut self, json: bool) -> Result<(), Failure> {
+    fn print_rows(&mut self, json: bool, ending: Ending) -> Result<(), Failure> {
         if !json {
             out(&format!(
                 "{:>9}{:>12}{:>12}{:>10}{:>11}{:>6}",
@@ -223,7 +235,7 @@ impl Demo {
             // Strings and numbers always have a JSON form.
             out(&if json { serde_json::to_string(&self.row()).unwrap_or_default() } else { self.row().line() });
             check()?;
-            if !going || self.run.is_over() {
+            if !going || ending == Ending::Scenario && self.run.is_over() {
                 return Ok(());
             }
         }

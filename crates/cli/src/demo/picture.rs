@@ -3,7 +3,7 @@
 use super::Demo;
 use super::trend::Trend;
 use profivac_client::cyclic::CyclicSlave;
-use profivac_devices::Principle;
+use profivac_devices::{Principle, ReportedState};
 use profivac_dp::master::Counters;
 use profivac_host::clock::duration_of;
 use profivac_virtual::device::VirtualDevice;
@@ -193,7 +193,10 @@ fn gauge(segment: &MemorySegment, watched: &CyclicSlave, device: &VirtualDevice,
     let state =
         segment.master().and_then(|master| master.state(watched.address)).map_or_else(String::new, |s| s.to_string());
     let bus = if device.is_exchanging() { Color::Green } else { Color::Red };
-    let device_state = if report.device_state == "none" { "-" } else { report.device_state };
+    let device_state = match report.device_state {
+        ReportedState::None => "-",
+        state => state.name(),
+    };
     let mut cells = vec![
         Cell::from(format!("{:>3}", watched.address)),
         Cell::from(watched.model.name),

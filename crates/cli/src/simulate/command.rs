@@ -1,11 +1,12 @@
 //! The commands that `simulate` reads from standard input.
 
 use crate::values::{ValueError, number};
-use profivac_client::pressure::{Pressure, PressureError};
+use profivac_client::pressure::Pressure;
 use profivac_vacuum::Gas;
 use profivac_vacuum::gas::UnknownGas;
 use profivac_virtual::action_text::ActionText as Action;
 use profivac_virtual::device_spec::{SpecError, parse_address};
+use profivac_virtual::gas_pressure::{GasPressure, GasPressureError};
 use std::fmt;
 
 /// The longest `advance`: thirty years.
@@ -62,7 +63,7 @@ pub enum CommandError {
     #[error(transparent)]
     Number(#[from] ValueError),
     #[error(transparent)]
-    Pressure(#[from] PressureError),
+    Pressure(#[from] GasPressureError),
     #[error(transparent)]
     Gas(#[from] UnknownGas),
     #[error(transparent)]
@@ -141,9 +142,9 @@ impl<'a> DeviceCommand<'a> {
 }
 
 /// Parses the rest of the line after the first word.
-fn pressure(line: &str) -> Result<Pressure, PressureError> {
+fn pressure(line: &str) -> Result<Pressure, GasPressureError> {
     let text = line.trim_start().split_once(char::is_whitespace).map_or("", |(_, rest)| rest);
-    text.parse()
+    text.parse().map(|GasPressure(pressure)| pressure)
 }
 
 /// The error for words that are no command.
@@ -187,12 +188,24 @@ mod tests {
         for (line, reason) in [
             ("pressure", "expected pressure PRESSURE"),
             ("pressure high", "expected a pressure like '1e-3 mbar', got \"high\""),
+            ("pressure 0 mbar", "expected a pressure from 1e-15 mbar to 10 bar, got \"0 mbar\""),
+            ("pressure 1e300 mbar", "expected a pressure from 1e-15 mbar to 10 bar, got \"1e300 mbar\""),
+            ("pressure inf mbar", "expected a pressure like '1e-3 mbar', got \"inf mbar\""),
+            ("pressure nan mbar", "expected a pressure like '1e-3 mbar', got \"nan mbar\""),
+            ("atmosphere 0 mbar", "expected a pressure from 1e-15 mbar to 10 bar, got \"0 mbar\""),
+            ("atmosphere -1 mbar", "expected a pressure like '1e-3 mbar', got \"-1 mbar\""),
+            ("atmosphere 1e300 mbar", "expected a pressure from 1e-15 mbar to 10 bar, got \"1e300 mbar\""),
             ("fault 5", "expected fault ADDR NAME"),
             ("fault 5 a b", "expected fault ADDR NAME"),
             ("power 5 half", "expected power ADDR off|on"),
             ("button 5 one", "expected button ADDR N"),
             ("pot 5 c 1", "expected pot ADDR a|b VOLTS"),
             ("pot 5 a inf", "expected a number from -100 to 100, got \"inf\""),
+            ("pot 5 a nan", "expected a number from -100 to 100, got \"nan\""),
+            ("pot 5 b 1e300", "expected a number from -100 to 100, got \"1e300\""),
+            ("advance nan", "expected a number from 0 to 1000000000, got \"nan\""),
+            ("advance inf", "expected a number from 0 to 1000000000, got \"inf\""),
+            ("advance 1e300", "expected a number from 0 to 1000000000, got \"1e300\""),
             ("advance -1", "expected a number from 0 to 1000000000, got \"-1\""),
             ("state 127", "expected an address from 0 to 126, got \"127\""),
             ("state", "expected state ADDR"),

@@ -9,14 +9,14 @@ use crate::output::{notice, notices, out};
 use crate::values;
 use clap::{ArgGroup, Args};
 use command::{Command, CommandError, DeviceCommand};
-use profivac_client::pressure::Pressure;
 use profivac_dp::link::Baud;
 use profivac_host::port::{Port, PortError, Pty, Serial, TcpServer};
 use profivac_host::segment::Segment;
 use profivac_vacuum::Gas;
 use profivac_virtual::action_text::ActionText as Action;
 use profivac_virtual::device::{GasConditions, VirtualDevice};
-use profivac_virtual::device_spec::{DeviceSpec, check_addresses};
+use profivac_virtual::device_spec::{DeviceSpec, MemoryError, check_addresses};
+use profivac_virtual::gas_pressure::GasPressure;
 use profivac_virtual::nonvolatile::NonvolatileMemory;
 use profivac_virtual::open;
 use profivac_virtual::scenario::{MasterPresence, Run, Scenario};
@@ -47,15 +47,15 @@ pub struct Arguments {
     /// Transmit every octet in the time it takes on a line
     #[arg(long)]
     pace: bool,
-    /// The true pressure, with its unit
+    /// The true pressure, with its unit; from 1e-15 mbar to 10 bar
     #[arg(long, value_name = "PRESSURE", default_value = "1e-3 mbar", allow_hyphen_values = true)]
-    pressure: Pressure,
+    pressure: GasPressure,
     /// Run a scenario, a plant with its gauges and a timeline, in real time
     #[arg(long, value_name = "FILE", conflicts_with_all = ["pressure", "atmosphere", "gas", "devices"])]
     scenario: Option<PathBuf>,
-    /// The pressure outside the chamber
+    /// The pressure outside the chamber, in the same range
     #[arg(long, value_name = "PRESSURE", default_value = "1013.25 mbar", allow_hyphen_values = true)]
-    atmosphere: Pressure,
+    atmosphere: GasPressure,
     /// The gas in the chamber
     #[arg(long, value_name = "GAS", default_value = "n2")]
     gas: Gas,
@@ -93,7 +93,7 @@ Examples:
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let scenario = arguments.scenario.as_deref().map(Scenario::read).transpose()?;
     let conditions =
-        GasConditions { pressure: arguments.pressure, atmosphere: arguments.atmosphere, gas: arguments.gas };
+        GasConditions { pressure: arguments.pressure.0, atmosphere: arguments.atmosphere.0, gas: arguments.gas };
     let devices = match &scenario {
         Some(scenario) => scenario.devices(arguments.baud, |spec| memory(spec, arguments.state.as_deref()))?,
         None => devices(arguments, conditions)?,
@@ -130,14 +130,12 @@ fn devices(arguments: &Arguments, conditions: GasConditions) -> Result<Vec<Virtu
 /// The nonvolatile memory of a device: from the folder, or with default values.
 fn memory(spec: &DeviceSpec, folder: Option<&Path>) -> Result<NonvolatileMemory, Failure> {
     let Some(folder) = folder else { return Ok(NonvolatileMemory::volatile()) };
-    let opened = NonvolatileMemory::open(folder, &spec.device, spec.address)
-        .map_err(|error| Failure::usage(format!("--state {}: {error}", folder.display())))?;
-    if let Some(aside) = opened.damaged_copy {
-        let DeviceSpec { device, address, .. } = spec;
-        notice(&format_args!(
-            "the nonvolatile memory of {device} at address {address} is damaged; it was renamed to {}, and the device has default values",
-            aside.display()
-        ));
+    let opened = spec.open_memory(folder).map_err(|error| match error {
+        MemoryError::Spec(error) => error.into(),
+        error => Failure::usage(format!("--state {}: {error}", folder.display())),
+    })?;
+    if let Some(aside) = opened.set_aside {
+        notice(&aside.notice(&spec.device, spec.address));
     }
     Ok(opened.memory)
 }

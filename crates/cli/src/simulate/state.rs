@@ -38,8 +38,8 @@ pub fn json(device: &VirtualDevice, true_mbar: f64) -> String {
     });
     let state = State {
         address: device.station_address(),
-        device_state: report.device_state,
-        led: report.led,
+        device_state: report.device_state.name(),
+        led: report.led.name(),
         relays: report.relays.iter().copied().collect(),
         true_mbar,
         indicated: indicated.collect(),

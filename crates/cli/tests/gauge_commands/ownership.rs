@@ -44,7 +44,7 @@ fn every_access_path_writes() {
     let pkw = ["--via", "pkw", "--own"];
     let write = |target, value| line.output("write", 6, &[&pkw[..], &[target, value]].concat());
     assert_eq!(write("a2.filter-time-constant", "fast"), "a2.filter-time-constant: medium -> fast\n");
-    let closed = "tpg300 at address 6, relay.1/upper-threshold (slot 5, index 21): writing was refused with code 17: instruction \
+    let closed = "tpg300 or tpg500 at address 6, relay.1/upper-threshold (slot 5, index 21): writing was refused with code 17: instruction \
                   not allowed in this state; open the set first: write relay.1/threshold-validation open-for-changes, and \
                   valid afterwards\n";
     let done = line.run("write", 6, &[&pkw[..], &["relay.1/upper-threshold", "5e-3"]].concat());
@@ -98,7 +98,7 @@ fn the_error_names_an_access_path_that_the_device_lacks() {
     let line = Line::with(&["tpg300@6", "pcg550@5"]);
     let done = line.run("read", 6, &["--via", "ms1", "--own", "a1.pressure-unit"]);
     assert_eq!(done.code, 1);
-    assert!(done.err.ends_with("tpg300 at address 6: it has no MS1; say --via pkw\n"), "{}", done.err);
+    assert!(done.err.ends_with("tpg300 or tpg500 at address 6: it has no MS1; say --via pkw\n"), "{}", done.err);
     let done = line.run("read", 5, &["--via", "pkw", "--own", "serial-number"]);
     assert_eq!(done.code, 1);
     assert!(done.err.contains("code 13: a text cannot be read this way"), "{}", done.err);

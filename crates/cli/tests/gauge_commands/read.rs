@@ -99,10 +99,10 @@ fn the_error_for_a_wrong_target_names_alternatives() {
     let write_only = "bcg450 at address 5, ba.hot-cathode-block-state-command (slot 1, index 14, instance 2): it cannot be read \
                       (access 1_W 2_W)";
     fails(5, "1:2/14", 1, write_only);
-    let channel = "tpg300 at address 6, a1.pressure-unit (slot 1, index 22): the manual allows it another way only (access ac_r, \
+    let channel = "tpg300 or tpg500 at address 6, a1.pressure-unit (slot 1, index 22): the manual allows it another way only (access ac_r, \
                    ac_w); say --via pkw";
     fails(6, "a1.pressure-unit", 1, channel);
-    let cyclic = "tpg300 at address 6, a1.measured-value (slot 1, index 20): it travels in the cyclic data only (access c_r); \
+    let cyclic = "tpg300 or tpg500 at address 6, a1.measured-value (slot 1, index 20): it travels in the cyclic data only (access c_r); \
                   `profivac monitor` shows those";
     fails(6, "a1.measured-value", 1, cyclic);
     let fitted = "pcg554 has no parameter or command \"atm.process-value\"; did you mean cdg.process-value or pirani.process-value?";
@@ -192,7 +192,7 @@ fn a_refused_target_does_not_hide_the_others() {
     assert_eq!((done.code, rows.as_array().unwrap().len()), (1, 3));
     assert_eq!((&rows[0]["target"], &rows[1]["text"]), (&json!("9/19"), &json!("IDLE")));
     assert!(rows[2]["error"].as_str().unwrap().starts_with("bcg450 has no parameter"), "{rows}");
-    line.fails("read", 6, &["1/99"], 1, "tpg300 at address 6: it has no DP-V1 services; say --via pkw");
+    line.fails("read", 6, &["1/99"], 1, "tpg300 or tpg500 at address 6: it has no DP-V1 services; say --via pkw");
     let own = "--address 5 is the address of this master; choose another with --master N";
     line.fails("read", 5, &["--master", "5", "0/25"], 2, own);
 }

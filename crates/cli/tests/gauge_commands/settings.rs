@@ -28,7 +28,8 @@ fn only_different_settings_are_written_to_a_replacement() {
     line.output("write", 5, &["trip-point.2/high-trip-enable", "on"]);
     line.output("write", 5, &["cdg.safe-state", "use-safe-value"]);
     let file = dumped(&line, 5);
-    assert_eq!(line.run("diff", 5, &[&file]).err, "profivac: no differences in 34 settings\n");
+    let done = line.run("diff", 5, &[&file]);
+    assert_eq!((done.code, done.err.as_str()), (0, "profivac: no differences in 34 settings\n"));
 
     let would = line.run("restore", 6, &[&file, "--dry-run"]);
     assert_eq!(would.code, 0);
@@ -74,12 +75,19 @@ NAME                              FILE      GAUGE
 relay.1/low-trip-point            1e-3 hPa  1e-4 hPa
 relay.1/low-trip-upper-threshold  2e-3 hPa  1.1e-3 hPa
 ";
-    assert_eq!(line.output("diff", 5, &[&file]), table);
-    let rows: Vec<Value> = serde_json::from_str(&line.output("diff", 5, &[&file, "--json"])).unwrap();
+    // As diff(1): 1 with differences, 0 without.
+    let done = line.run("diff", 5, &[&file]);
+    assert_eq!((done.code, done.out.as_str(), done.err.as_str()), (1, table, ""));
+    let done = line.run("diff", 5, &[&file, "--json"]);
+    assert_eq!((done.code, done.err.as_str()), (1, ""));
+    let rows: Vec<Value> = serde_json::from_str(&done.out).unwrap();
     let expected = serde_json::json!({"name": "relay.1/low-trip-point", "file": "1e-3 hPa", "gauge": "1e-4 hPa"});
     assert_eq!((rows.len(), &rows[0]), (2, &expected));
     let restored: Vec<Value> = serde_json::from_str(&line.output("restore", 5, &[&file, "--json"])).unwrap();
     assert_eq!((&restored[0]["before"], &restored[0]["after"]), (&"1e-4 hPa".into(), &"1e-3 hPa".into()));
+    let done = line.run("diff", 5, &[&file, "--json"]);
+    assert_eq!((done.code, done.out.as_str()), (0, "[]\n"));
+    assert_eq!(line.run("diff", 5, &[&file]).code, 0);
 }
 
 /// Settings that change each other end as in the file.

@@ -27,6 +27,13 @@ struct Page {
 const WITH_ATM: &str = "With the atmosphere sensor (`pcg550@5`, `pcg550@5:atm=on`). Without it: [pcg55x](pcg55x.md).";
 const WITHOUT_ATM: &str = "Without the atmosphere sensor (`pcg550@5:atm=off`). With it: [pcg55x-atm](pcg55x-atm.md).";
 
+const TPG_NOTE: &str = "The bus does not tell a TPG300 from a TPG500: both have the ident number of the interface board, so \
+profivac names a controller that it finds `tpg300 or tpg500`.
+
+A cold cathode under automatic control goes off when the channel that controls it is switched off, fails or is missing, and comes \
+back with the reading of this channel. As delivered the Pirani gauge on A1 controls all of them: switching it off with Sensor On_Off \
+switches the cathodes of both boards off. A cathode that a command has switched on stays on.";
+
 const fn page(file: &'static str, source: &'static str, models: &'static [&'static Model]) -> Page {
     Page { file, source, note: "", models }
 }
@@ -43,7 +50,7 @@ static PAGES: [Page; 8] = [
     page("bpg400", "xpg400", &[&xpg400::table::BPG400.model]),
     page("hpg400", "xpg400", &[&xpg400::table::HPG400.model]),
     page("bcg450", "bcg450", &[&bcg450::table::MODEL]),
-    page("tpg", "tpg", &[&tpg::table::TPG300, &tpg::table::TPG500]),
+    Page { file: "tpg", source: "tpg", note: TPG_NOTE, models: &[&tpg::table::TPG300, &tpg::table::TPG500] },
     page("img400", "img400", &[&img400::table::MODEL]),
 ];
 

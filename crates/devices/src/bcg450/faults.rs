@@ -7,7 +7,7 @@ faults! {
     pub Faults;
     eeprom         Eeprom        "EEPROM exception, alarm and warning";
     ram            Ram           "RAM exception, alarm and warning";
-    eprom          Eprom         "EPROM exception, alarm and warning; with ram a self test ends in CRITICAL FAULT";
+    eprom          Eprom         "EPROM exception, alarm and warning; together with ram CRITICAL FAULT";
     comm           Comm          "internal communication, manufacturer alarm and warning";
     pirani_adjust  PiraniAdjust  "electronics warning of the Pirani";
     sensor_1       Sensor1       "sensor alarm of the Pirani";

@@ -202,8 +202,9 @@ impl Bcg450Behaviour {
         }
     }
 
-    /// Updates emission, readings, relays, validity and last valid values, in this order.
+    /// Updates device state, emission, readings, relays, validity and last valid values, in this order.
     fn update_all(&mut self) {
+        self.machine.detect(self.common());
         self.pirani.failed = self.faults.sensor_1 || self.faults.electronics_1;
         self.ba.failed = self.faults.sensor_2 || self.faults.electronics_2;
         self.cdg.failed = self.faults.sensor_3 || self.faults.electronics_3;
@@ -252,9 +253,14 @@ impl Bcg450Behaviour {
         }
     }
 
-    /// Adjusts the ambient pressure sensor to the diaphragm (116).
-    fn adjust_atmosphere(&mut self) {
-        self.atmosphere.offset_pa = self.cdg.sensor.indicated_pa() - self.atmosphere.sensed_pa;
+    /// Adjusts the ambient pressure sensor to the diaphragm, in a chamber that is vented: 3.3.5.2, (116, 159).
+    fn adjust_atmosphere(&mut self) -> Result<(), AccessError> {
+        let pa = self.cdg.sensor.indicated_pa();
+        if self.cdg.failed || !parts::ATMOSPHERE.contains(pa) {
+            return Err(AccessError::StateConflict);
+        }
+        self.atmosphere.offset_pa = pa - self.atmosphere.sensed_pa;
+        Ok(())
     }
 
     /// Takes back the adjustment of the ambient pressure sensor (116).

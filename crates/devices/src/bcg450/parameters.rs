@@ -255,7 +255,7 @@ impl Bcg450Behaviour {
     fn atmosphere_command(&mut self, code: u16) -> Result<(), AccessError> {
         match AtmosphereCommand::from_code(code).ok_or(AccessError::OutOfRange)? {
             AtmosphereCommand::Inactive => {}
-            AtmosphereCommand::AtmosphereAdjust => self.adjust_atmosphere(),
+            AtmosphereCommand::AtmosphereAdjust => return self.adjust_atmosphere(),
             AtmosphereCommand::AtmosphereAdjustOff => self.reset_atmosphere(),
         }
         Ok(())

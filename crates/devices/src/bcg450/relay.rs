@@ -1,6 +1,6 @@
 //! The two relays, each with two functions. tira41d1 3.2.5.6 to 3.2.5.8, errata-bpg-bcg-tpg 110 to 114.
 
-use super::parts::{PERCENTAGE, POTENTIOMETER};
+use super::parts::{GAUGE, PERCENTAGE, POTENTIOMETER};
 use crate::model::AccessError;
 use crate::profile::{HYSTERESIS, RelaySetPoint};
 
@@ -64,6 +64,8 @@ impl Relay {
     pub fn follow(&mut self, allowed: bool, pa: f64, atmosphere_pa: f64) {
         if self.atmosphere {
             let threshold_pa = atmosphere_pa * f64::from(self.percentage) / 1000.0;
+            // "The relay is never activated" at or beyond the end of the range: 3.2.5.1, (113).
+            let allowed = allowed && threshold_pa < GAUGE.over_pa;
             self.point.switch(allowed, pa >= threshold_pa, pa >= threshold_pa * (1.0 - HYSTERESIS));
         } else {
             self.point.follow(allowed, pa);

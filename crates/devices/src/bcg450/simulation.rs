@@ -6,7 +6,7 @@ use super::relay::Relay;
 use super::table::MODEL;
 use crate::model::{Configuration, Fault, Field, MeasuringRange, Model, Octets, Part, Unit, command_code};
 use crate::profile::{Behaviour, DeviceBlockValues};
-use crate::simulation::{Drive, FrontPanel, Potentiometer, StateReport, Switch, SwitchName};
+use crate::simulation::{Drive, FrontPanel, Led, Potentiometer, StateReport, Switch, SwitchName};
 
 impl Behaviour for Bcg450Behaviour {
     fn model(&self) -> &'static Model {
@@ -131,8 +131,8 @@ impl Behaviour for Bcg450Behaviour {
 
     fn report(&self) -> StateReport {
         StateReport {
-            device_state: self.machine.state().name(),
-            led: "none",
+            device_state: self.machine.state().into(),
+            led: Led::None,
             relays: self.relays.iter().map(|relay| relay.point.is_closed()).collect(),
             indicated: [&self.pirani, &self.ba, &self.cdg]
                 .into_iter()

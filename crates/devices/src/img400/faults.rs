@@ -7,7 +7,7 @@ faults! {
     pub Faults;
     eeprom         Eeprom        "common alarm and warning";
     ram            Ram           "common alarm and warning";
-    eprom          Eprom         "common alarm and warning; with ram a self test ends in CRITICAL FAULT";
+    eprom          Eprom         "common alarm and warning; together with ram CRITICAL FAULT";
     comm           Comm          "internal serial interface set wrong (3.2): common alarm and warning; stays in INIT";
     power          Power         "general power supply: manufacturer alarm and warning, channels 3 and 4 off until reset";
     overpressure   Overpressure  "channels 1 and 2 see more than p_max: emission goes off until acknowledged";

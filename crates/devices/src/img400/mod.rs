@@ -284,8 +284,9 @@ impl Img400Behaviour {
         }
     }
 
-    /// Updates supplies, cathodes, readings, relays and last valid values, in this order.
+    /// Updates device state, supplies, cathodes, readings, relays and last valid values, in this order.
     fn update_all(&mut self) {
+        self.machine.detect(self.common());
         self.update_supplies();
         for slot in [1, 2] {
             let (able, pa) = self.conditions(slot);

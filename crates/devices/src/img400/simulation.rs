@@ -6,7 +6,7 @@ use super::table::MODEL;
 use super::{GaugeChannel, Img400Behaviour, StatusExtension};
 use crate::model::{Configuration, Fault, Field, MeasuringRange, Model, Octets, Part, Unit, command_code};
 use crate::profile::Behaviour;
-use crate::simulation::{Drive, FrontPanel, PartReading, StateReport, SwitchName};
+use crate::simulation::{Drive, FrontPanel, Led, PartReading, StateReport, SwitchName};
 
 impl Behaviour for Img400Behaviour {
     fn model(&self) -> &'static Model {
@@ -115,8 +115,8 @@ impl Behaviour for Img400Behaviour {
             valid: !self.status_extension(slot).contains(StatusExtension::INVALID),
         };
         StateReport {
-            device_state: self.machine.state().name(),
-            led: "none",
+            device_state: self.machine.state().into(),
+            led: Led::None,
             relays: self.trips.iter().map(|trip| trip.is_closed()).collect(),
             indicated: (1..=4).filter(fitted).map(indicated).collect(),
             exception_status: self.exception_status().bits(),

@@ -247,6 +247,6 @@ pub static MODEL: Model = Model {
     ],
     channel_rules: &CHANNEL_RULES,
     faults: &Faults::LIST,
-    errata: "errata-pxg55x-img400 1 to 45 and 113 to 162",
+    errata: "errata-pxg55x-img400 1 to 45 and 113 to 163",
     gsd: Gsd { revision: 1, hardware: "1.0", software: "1.0", max_diag_octets: 6, set_slave_add: true },
 };

@@ -20,6 +20,8 @@ pub enum Codes {
     Units,
     /// Commands, one for each bit.
     BitCommands(&'static [Code]),
+    /// A nibble for each of six digits, a zero for a hyphen, and one for a letter: 50973101h is `509731-A`.
+    Version,
 }
 
 /// A number with a name.
@@ -57,7 +59,7 @@ impl Codes {
     pub const fn codes(&self) -> &'static [Code] {
         match self {
             Self::Names(codes) | Self::Commands(codes) | Self::BitCommands(codes) => codes,
-            Self::Plain | Self::Range(..) | Self::Bits(_) | Self::Units => &[],
+            Self::Plain | Self::Range(..) | Self::Bits(_) | Self::Units | Self::Version => &[],
         }
     }
 

@@ -35,6 +35,14 @@ pub struct MeasuringRange {
     pub highest_pa: f64,
 }
 
+impl MeasuringRange {
+    /// Whether the part measures this pressure in Pa.
+    #[must_use]
+    pub const fn contains(&self, pa: f64) -> bool {
+        self.lowest_pa <= pa && pa <= self.highest_pa
+    }
+}
+
 /// A measuring part in the tables.
 #[derive(Debug, PartialEq)]
 pub struct PartSpec {

@@ -45,6 +45,11 @@ impl StationAddress {
         }
     }
 
+    /// Whether the memory holds an address, or none.
+    pub fn is_stored_well(store: &impl Store) -> bool {
+        store::load(store, Key::Address).as_deref().is_none_or(|octets| matches!(octets, [..=UNSET, 0 | 1]))
+    }
+
     const fn is_from_switch(&self) -> bool {
         self.switch_at_start <= HIGHEST
     }

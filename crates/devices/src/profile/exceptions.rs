@@ -35,6 +35,13 @@ impl CommonExceptions {
         common.set(Self::RAM, ram);
         common
     }
+
+    /// Whether the device cannot run reliably: program memory and working memory are both defective.
+    // free choice: no manual says which fault is critical (transition 9).
+    #[must_use]
+    pub const fn is_critical(self) -> bool {
+        self.contains(Self::EPROM.union(Self::RAM))
+    }
 }
 
 bitflags::bitflags! {

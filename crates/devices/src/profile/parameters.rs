@@ -108,18 +108,27 @@ impl<B: Behaviour, S: Store> BlockDevice<B, S> {
 
     /// Restores the stored values; values that the parameter cannot have are ignored.
     pub(super) fn restore(&mut self) {
-        for at in stored::<B::Parameter>(self.behaviour.model().blocks) {
-            let octets = store::load(&self.store, self.behaviour.storage_key(&at));
-            let format = self.behaviour.format(&at);
-            if let Some(value) = octets.and_then(|octets| at.row.data_type.decode_stored(&octets, &format)) {
-                // Out of range: another device stored it, and the factory value stays.
-                let _ = self.behaviour.restore(&at, &value);
+        Self::restore_values(&mut self.behaviour, &self.store, &mut |_| {});
+    }
+
+    /// Restores the stored values to a behaviour that has started. Calls `refused` with the key of each value that its
+    /// parameter cannot have: another device stored it, and the factory value stays.
+    pub(super) fn restore_values(behaviour: &mut B, store: &S, refused: &mut dyn FnMut(Key)) {
+        for at in stored::<B::Parameter>(behaviour.model().blocks) {
+            let key = behaviour.storage_key(&at);
+            let Some(octets) = store::load(store, key) else { continue };
+            let format = behaviour.format(&at);
+            let value = at.row.data_type.decode_stored(&octets, &format);
+            if value.is_none_or(|value| behaviour.restore(&at, &value).is_err()) {
+                refused(key);
             }
         }
-        for (number, internal) in (0..).zip(self.behaviour.internal_values_mut()) {
-            let octets = store::load(&self.store, Key::Internal(number));
-            let value = octets.and_then(|octets| octets.as_slice().try_into().map(f64::from_be_bytes).ok());
-            *internal = value.filter(|value| value.is_finite()).unwrap_or(*internal);
+        for (number, internal) in (0..).zip(behaviour.internal_values_mut()) {
+            let Some(octets) = store::load(store, Key::Internal(number)) else { continue };
+            match octets.as_slice().try_into().map(f64::from_be_bytes) {
+                Ok(value) if value.is_finite() => *internal = value,
+                _ => refused(Key::Internal(number)),
+            }
         }
     }
 }

@@ -1,10 +1,11 @@
 //! The part of [`SimulatedDevice`] that all block devices share.
 
+use super::address::StationAddress;
 use super::behaviour::Behaviour;
 use super::device::BlockDevice;
 use crate::model::{FaultList, MeasuringRange, Part};
 use crate::simulation::{Action, Drive, FrontPanel, SimulatedDevice, StateReport, Switch, UnsupportedAction};
-use crate::store::Store;
+use crate::store::{Key, Store};
 
 impl<B: Behaviour, S: Store> SimulatedDevice for BlockDevice<B, S> {
     fn name(&self) -> &'static str {
@@ -47,6 +48,15 @@ impl<B: Behaviour, S: Store> SimulatedDevice for BlockDevice<B, S> {
             self.start();
         }
         self.powered = on;
+    }
+
+    fn refused_values(&self, found: &mut dyn FnMut(Key)) {
+        if !StationAddress::is_stored_well(&self.store) {
+            found(Key::Address);
+        }
+        let mut behaviour = self.behaviour.clone();
+        behaviour.start();
+        Self::restore_values(&mut behaviour, &self.store, found);
     }
 
     fn faults(&self) -> &'static FaultList {

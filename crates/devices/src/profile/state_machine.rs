@@ -3,6 +3,7 @@
 use super::exceptions::CommonExceptions;
 use crate::model::AccessError;
 use crate::model::code_table::codes;
+use crate::simulation::ReportedState;
 
 /// The state of a block device.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -53,6 +54,20 @@ impl DeviceState {
             Self::Executing => "EXECUTING",
             Self::Abort => "ABORT",
             Self::CriticalFault => "CRITICALFAULT",
+        }
+    }
+}
+
+impl From<DeviceState> for ReportedState {
+    fn from(state: DeviceState) -> Self {
+        match state {
+            DeviceState::Init => Self::Init,
+            DeviceState::SelfTesting => Self::SelfTesting,
+            DeviceState::Idle => Self::Idle,
+            DeviceState::SelfTestException => Self::SelfTestException,
+            DeviceState::Executing => Self::Executing,
+            DeviceState::Abort => Self::Abort,
+            DeviceState::CriticalFault => Self::CriticalFault,
         }
     }
 }
@@ -182,11 +197,9 @@ pub enum SelfTestResult {
 impl SelfTestResult {
     /// The result with these common alarms, and with any alarm at all. A self test tests the memories (BG 5530 4.4.1);
     /// an exception that it detects leads to SELFTEST EXCEPTION (tira56e1 7.2.1).
-    // free choice: no manual says which fault is critical (transition 9). A device whose program memory and working
-    // memory are both defective cannot run reliably.
     #[must_use]
-    pub fn found(common: CommonExceptions, alarm: bool) -> Self {
-        if common.contains(CommonExceptions::EPROM | CommonExceptions::RAM) {
+    pub const fn found(common: CommonExceptions, alarm: bool) -> Self {
+        if common.is_critical() {
             Self::Critical
         } else if alarm {
             Self::Alarm
@@ -259,6 +272,15 @@ impl StateMachine {
         self.exchanging = running;
         self.execute_when_idle = running && matches!(self.state, DeviceState::Init | DeviceState::SelfTesting);
         self.apply(if running { StateEvent::Execute } else { StateEvent::Stop });
+    }
+
+    /// Detects a critical fault while the device works: transition 9 acts at once, errata-bpg-bcg-tpg 158. INIT has
+    /// tested nothing yet, and the self test reports at its end.
+    pub fn detect(&mut self, common: CommonExceptions) {
+        let starts = matches!(self.state, DeviceState::Init | DeviceState::SelfTesting);
+        if common.is_critical() && !starts {
+            self.apply(StateEvent::Fault);
+        }
     }
 
     /// Advances the time of the start and the self test.

@@ -8,6 +8,10 @@ use crate::profile::{DeviceState, Sensor};
 /// "2 decades below the minimum pressure range of the gauge" (8.1.1): the diaphragm reads zero there.
 const CDG_ZERO_PA: f64 = mbar(1.0) / 100.0;
 
+/// "Vent to atmosphere" comes before a gain adjust of the Pirani (8.2.1); a chamber below this pressure in Pa is not
+/// vented (164).
+const LOWEST_AIR_PA: f64 = mbar(100.0);
+
 /// free choice: the manual gives no number for "periodically" (8.1.11).
 const AUTO_ZERO_S: f64 = 600.0;
 
@@ -88,7 +92,7 @@ impl Pxg55xBehaviour {
     /// Executes an Analog Input Block Adjust Command; it has no target value (78). Commands without a name are accepted
     /// and have no effect (79).
     ///
-    /// The manual gives no condition and makes the user responsible for the right pressure.
+    /// A zero adjust works at any pressure: the user is responsible for the right one.
     pub(super) fn adjust(&mut self, instance: u8, command: u8) -> Result<(), AccessError> {
         let principle = self.part(instance).map(|part| part.spec.part.principle);
         match (principle, command) {
@@ -122,20 +126,24 @@ impl Pxg55xBehaviour {
 
     /// Adjusts the Pirani so that the present pressure is full scale (8.2.1).
     fn gain_pirani(&mut self) -> Result<(), AccessError> {
+        if self.pirani.sensor.sensed_pa < LOWEST_AIR_PA {
+            return Err(AccessError::StateConflict);
+        }
         let full_scale_pa = self.pirani.spec.limits.full_scale_pa;
         let [_, pirani_gain, pirani_offset, _, _] = &mut self.stored.values;
         (*pirani_gain, *pirani_offset) = gain(&self.pirani.sensor, full_scale_pa)?;
         Ok(())
     }
 
-    /// Adjusts the atmosphere sensor to the diaphragm (80).
+    /// Adjusts the atmosphere sensor to the diaphragm, in a chamber that is vented: 8.3.1, (80, 164).
     fn gain_atm(&mut self) -> Result<(), AccessError> {
         let (Some(cdg), Some(atm)) = (&self.cdg, &self.atm) else { return Ok(()) };
-        if cdg.failed {
+        let pa = cdg.sensor.indicated_pa();
+        if cdg.failed || !atm.measuring_range().contains(pa) {
             return Err(AccessError::StateConflict);
         }
         let [.., atm_gain] = &mut self.stored.values;
-        (*atm_gain, _) = gain(&atm.sensor, cdg.sensor.indicated_pa())?;
+        (*atm_gain, _) = gain(&atm.sensor, pa)?;
         Ok(())
     }
 

@@ -8,7 +8,7 @@ faults! {
     pub Faults;
     eeprom         Eeprom        "EEPROM exception, alarm and warning";
     ram            Ram           "RAM exception, alarm and warning";
-    eprom          Eprom         "EPROM exception, alarm and warning; with ram a self test ends in CRITICAL FAULT";
+    eprom          Eprom         "EPROM exception, alarm and warning; together with ram CRITICAL FAULT";
     comm           Comm          "internal communication exception, manufacturer alarm and warning";
     sensor_1       Sensor1       "Sensor Element Failure of instance 1";
     electronics_1  Electronics1  "Electronics Failure of instance 1";

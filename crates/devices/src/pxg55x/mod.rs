@@ -19,9 +19,10 @@ mod ttr;
 
 use crate::model::{AccessError, mbar};
 use crate::profile::{
-    BlockDevice, CommonExceptions, DeviceBlockValues, DeviceState, ExceptionDetails, ExceptionStatus, MeasuringPart,
-    Presentation, ReadingCondition, SelfTestResult, SerialNumber, Setup, StateCommand, StateMachine, StatusExtension,
+    BlockDevice, CommonExceptions, DeviceState, ExceptionDetails, MeasuringPart, Presentation, ReadingCondition,
+    SelfTestResult, SerialNumber, Setup, StateCommand, StateMachine, StatusExtension,
 };
+use crate::simulation::Led;
 use crate::store::Store;
 use adjust::StoredAdjustments;
 use faults::Faults;
@@ -190,7 +191,7 @@ impl Pxg55xBehaviour {
 
     /// The result that a self test would have.
     fn self_test(&self) -> SelfTestResult {
-        SelfTestResult::found(self.common(), self.has_alarm())
+        SelfTestResult::found(self.common(), self.has_error())
     }
 
     /// Memory faults, alike in both records (37).
@@ -232,10 +233,6 @@ impl Pxg55xBehaviour {
         ExceptionDetails { common: self.common(), device, manufacturer: self.manufacturer() }
     }
 
-    fn has_alarm(&self) -> bool {
-        self.exception_status().intersects(ExceptionStatus::ALARM)
-    }
-
     /// The conditions of the reading of a part: manufacturer alarms and warnings and its own alarm make it invalid (87,
     /// 88), alarms of the whole device make it safe (35).
     fn condition(&self, part: &MeasuringPart) -> ReadingCondition {
@@ -264,19 +261,28 @@ impl Pxg55xBehaviour {
         self.process_value_pa(self.active())
     }
 
-    /// OneOfN Status Extension: that of the active instance, and invalid with any error that puts a safe value into the
-    /// telegrams, also with one that leaves Reading Valid alone (13.1.1, 88).
+    /// OneOfN Status Extension: that of the active instance, and invalid with every error of the gauge, also with one
+    /// that leaves Reading Valid of the active instance alone (13.1.1, 88, 165).
     fn one_of_n(&self) -> StatusExtension {
-        let active = self.active();
-        let mut extension = self.status_extension(active);
-        if active.is_safe(&self.condition(active)) {
-            extension |= StatusExtension::INVALID;
-        }
+        let mut extension = self.status_extension(self.active());
+        extension.set(StatusExtension::INVALID, extension.contains(StatusExtension::INVALID) || self.has_error());
         extension
     }
 
-    /// Updates adjustments, readings, active instance, trip points and last valid values, in this order.
+    /// Whether Exception Detail Alarm has an error.
+    fn has_error(&self) -> bool {
+        self.alarm::<4>().is_any()
+    }
+
+    /// Status of the discrete outputs: the gauge has an error, or is in a fault from which there is no recovery (10.1.3,
+    /// 10.2, 166). No fault concerns a single relay.
+    fn outputs_have_error(&self) -> bool {
+        self.has_error() || self.machine.state() == DeviceState::CriticalFault
+    }
+
+    /// Updates device state, adjustments, readings, active instance, trip points and last valid values, in this order.
     fn update_all(&mut self) {
+        self.machine.detect(self.common());
         self.apply_adjustments();
         self.measure();
         self.choose_active();
@@ -343,11 +349,11 @@ impl Pxg55xBehaviour {
     }
 
     /// NET LED (3.4, 112).
-    fn led(&self) -> &'static str {
+    fn led(&self) -> Led {
         match () {
-            () if self.has_alarm() => "red",
-            () if self.machine.is_exchanging() => "green",
-            () => "green flashing",
+            () if self.has_error() => Led::Red,
+            () if self.machine.is_exchanging() => Led::Green,
+            () => Led::GreenFlashing,
         }
     }
 }

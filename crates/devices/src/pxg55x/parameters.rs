@@ -276,8 +276,7 @@ impl Pxg55xBehaviour {
             DiscreteOutput::BlockType => block_type(&DiscreteOutput::BLOCK),
             // No telegram has it: the trip point sets it (93).
             DiscreteOutput::SetpointValue => u8::from(trip.is_some_and(TripPoint::status)).into(),
-            // The fault list has no failure of a relay.
-            DiscreteOutput::Status => false.into(),
+            DiscreteOutput::Status => self.outputs_have_error().into(),
         }
     }
 

@@ -50,7 +50,7 @@ impl Behaviour for Pxg55xBehaviour {
             Field::ProcessValue(_) => self.presentation.format(parts::COUNTS).encode(self.output_pa()),
             // One octet each (103).
             Field::TripRelays(_) => Octets::new(&[trip_1, trip_2]),
-            Field::TtrValue => Octets::new(&ttr::octets(self.has_alarm(), trip_1 != 0, self.output_pa())),
+            Field::TtrValue => Octets::new(&ttr::octets(self.has_error(), trip_1 != 0, self.output_pa())),
             // In none of its telegrams.
             _ => Octets::EMPTY,
         }
@@ -127,7 +127,7 @@ impl Behaviour for Pxg55xBehaviour {
     fn report(&self) -> StateReport {
         let active = self.active();
         StateReport {
-            device_state: self.machine.state().name(),
+            device_state: self.machine.state().into(),
             led: self.led(),
             // A relay has the state of its trip point (93).
             relays: self.trips.iter().map(TripPoint::status).collect(),

@@ -547,7 +547,7 @@ const fn variant(
         parts: family.specs,
         channel_rules: &CHANNEL_RULES,
         faults: family.faults,
-        errata: "errata-pxg55x-img400 1 to 112",
+        errata: "errata-pxg55x-img400 1 to 112, 163 to 166",
         gsd: Gsd { revision: 1, hardware: HARDWARE, software: FIRMWARE, max_diag_octets: 6, set_slave_add: true },
     };
     Variant { model, family, number, configuration }

@@ -1,7 +1,18 @@
 //! The code tables of the manual of IF300P and IF301P. Numbers in brackets are those of errata-bpg-bcg-tpg.
 
 use super::CHANNELS;
-use crate::model::code_table::{code_range, codes};
+use crate::model::Codes;
+use crate::model::code_table::{CodeTable, code_range, codes};
+
+/// 3.2.3.2 (131)
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ProgramVersion {}
+
+impl CodeTable for ProgramVersion {
+    type Value = i32;
+
+    const CODES: Codes = Codes::Version;
+}
 
 code_range! {
     /// 3.2.3.2 (132)

@@ -8,7 +8,7 @@ use super::table;
 use super::threshold::ThresholdSet;
 use crate::model::{Configuration, Fault, Field, MeasuringRange, Model, Octets, Part, Unit};
 use crate::profile::Behaviour;
-use crate::simulation::{Drive, FrontPanel, PartReading, StateReport, SwitchName};
+use crate::simulation::{Drive, FrontPanel, Led, PartReading, ReportedState, StateReport, SwitchName};
 
 impl Behaviour for TpgBehaviour {
     fn model(&self) -> &'static Model {
@@ -117,8 +117,8 @@ impl Behaviour for TpgBehaviour {
         });
         let cathodes = self.channels.iter().filter(|channel| channel.gauge() == Some(TpgGauge::ColdCathode));
         StateReport {
-            device_state: "none",
-            led: "none",
+            device_state: ReportedState::None,
+            led: Led::None,
             relays: self.thresholds.iter().take(RELAYS.len()).map(|threshold| threshold.activated).collect(),
             indicated: indicated.collect(),
             emission: cathodes.map(TpgChannel::is_on).collect(),

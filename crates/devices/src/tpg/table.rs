@@ -4,7 +4,8 @@
 //! the number of its entry.
 
 use super::codes::{
-    AccessCode, Filter, MeasurementStatus, SetpointStatus, Source, UnderrangeControl, Validation, Volatility,
+    AccessCode, Filter, MeasurementStatus, ProgramVersion, SetpointStatus, Source, UnderrangeControl, Validation,
+    Volatility,
 };
 use super::faults::Faults;
 use crate::model::block_macros::{block, blocks};
@@ -22,7 +23,7 @@ block! {
     // INT8 in print, but four fields of two bits: 128
     20 SensorOnOff                 "Sensor On_Off"                  UINT8      [c_w, ac_r]   V      "3.2.3.2";
     // 1 byte in print: 129
-    21 ProgramVersion              "Program version"                INT32      [ac_r]        -      "3.2.3.2";
+    21 ProgramVersion              "Program version"                INT32      [ac_r]        -      "3.2.3.2" ProgramVersion;
     24 AccessCode                  "Authorized access code"         INT16      [ac_r, ac_w]  R      "3.2.3.2" AccessCode;
     // OSTRING1 in print: 145
     25 UnderrangeControl           "Pressure under-range control"   UINT8      [ac_r, ac_w]  R      "3.2.3.2" UnderrangeControl;
@@ -183,6 +184,10 @@ pub static TPG300: Model = model("tpg300", "TPG300", "BG509780-F");
 // free choice: the version is the other example of 3.2.3.2
 pub static TPG500: Model = model("tpg500", "TPG500", "BG509731-A");
 
+/// The controller behind an interface board: the bus does not tell which of the two it is, as both have the ident number of
+/// the board and no Device Configuration.
+pub static TPG: Model = model("tpg300 or tpg500", "TPG300 or TPG500", "IF300P");
+
 /// Both have the same interface board.
 const fn model(name: &'static str, title: &'static str, software: &'static str) -> Model {
     Model {
@@ -204,7 +209,7 @@ const fn model(name: &'static str, title: &'static str, software: &'static str) 
         parts: &[],
         channel_rules: &CHANNEL_RULES,
         faults: &Faults::LIST,
-        errata: "errata-bpg-bcg-tpg 122 to 157",
+        errata: "errata-bpg-bcg-tpg 122 to 157 and 160",
         gsd: Gsd { revision: 1, hardware: "IF300P", software, max_diag_octets: 6, set_slave_add: true },
     }
 }

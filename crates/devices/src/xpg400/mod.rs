@@ -237,8 +237,9 @@ impl Xpg400Behaviour {
         }
     }
 
-    /// Updates adjustment, emission, readings, relays, validity and last valid values, in this order.
+    /// Updates device state, adjustment, emission, readings, relays, validity and last valid values, in this order.
     fn update_all(&mut self) {
+        self.machine.detect(self.common());
         self.pirani.failed = self.faults.sensor_1 || self.faults.electronics_1;
         self.ion.failed = self.faults.sensor_2 || self.faults.electronics_2;
         self.check_adjustment();

@@ -4,7 +4,7 @@ use super::parts::PARTS;
 use super::{Xpg400Behaviour, Xpg400Model};
 use crate::model::{Configuration, Fault, Field, MeasuringRange, Model, Octets, Part, Unit};
 use crate::profile::{Behaviour, DeviceBlockValues};
-use crate::simulation::{Drive, FrontPanel, Potentiometer, StateReport, Switch, SwitchName};
+use crate::simulation::{Drive, FrontPanel, Led, Potentiometer, StateReport, Switch, SwitchName};
 
 impl Behaviour for Xpg400Behaviour {
     fn model(&self) -> &'static Model {
@@ -126,8 +126,8 @@ impl Behaviour for Xpg400Behaviour {
     fn report(&self) -> StateReport {
         let degas = (self.model == Xpg400Model::Bpg).then_some(self.cathode.is_degassing());
         StateReport {
-            device_state: self.machine.state().name(),
-            led: "none",
+            device_state: self.machine.state().into(),
+            led: Led::None,
             relays: self.set_points.iter().map(|point| point.is_closed()).collect(),
             indicated: [&self.pirani, &self.ion].into_iter().map(|part| part.indicated(&self.condition)).collect(),
             active_instance: self.active().part().instance,

@@ -283,7 +283,7 @@ const fn model(
         channel_rules: &CHANNEL_RULES,
         faults: &Faults::LIST,
         // Revisions as 3.1.1.6 and 3.1.1.7 print them (36).
-        errata: "errata-bpg-bcg-tpg 1, 3 to 10, 12 to 40, 45, 47 to 77, 81 to 95, 97 to 99, 103, 105 to 109, 117 to 119, 121",
+        errata: "errata-bpg-bcg-tpg 1, 3 to 10, 12 to 40, 45, 47 to 77, 81 to 95, 97 to 99, 103, 105 to 109, 117 to 119, 121, 158",
         gsd: Gsd { revision: 1, hardware: "1.0", software: "1.01", max_diag_octets: 6, set_slave_add: true },
     }
 }

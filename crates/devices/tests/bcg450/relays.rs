@@ -141,6 +141,66 @@ fn a_percentage_beyond_the_range_of_the_gauge_is_legal() {
     assert_eq!(relays(&mut tester), [true, false]);
 }
 
+/// 3.2.5.1, (113): the relay closes below the end of the range, 1500 mbar, and opens when its threshold moves beyond it.
+#[test]
+fn a_threshold_at_the_end_of_the_range_is_never_reached() {
+    let mut tester = exchanging(FLOATS, 1100.0);
+    tester.put(1, 46, &[5]).unwrap();
+    tester.put(1, 202, &1400u16.to_be_bytes()).unwrap();
+    tester.put(1, 201, &[1]).unwrap();
+    for (ambient, mbar, closed) in [
+        (1500.0 / 1.4, 1550.0, false),
+        (1100.0, 1550.0, false),
+        (1071.5, 1550.0, false),
+        (1071.0, 1499.0, false),
+        (1071.0, 1499.5, true),
+        (1072.0, 1550.0, false),
+        (1071.0, 1550.0, true),
+    ] {
+        tester.pressure_mbar(1.0);
+        atmosphere(&mut tester, ambient);
+        tester.pressure_mbar(mbar);
+        assert_eq!(relays(&mut tester), [closed, false], "140 % of {ambient} mbar at {mbar} mbar");
+        assert_eq!(of_instance(&mut tester, 5, 203), [u8::from(closed)], "140 % of {ambient} mbar at {mbar} mbar");
+    }
+    atmosphere(&mut tester, 1072.0);
+    assert_eq!(relays(&mut tester), [false, false], "the threshold has moved beyond the end");
+}
+
+/// 3.3.5.2, (159): "vent to atmospheric pressure" comes first. Otherwise "atmospheric pressure reached" would be 1 in vacuum.
+#[test]
+fn the_ambient_sensor_is_not_adjusted_in_vacuum_or_to_a_broken_diaphragm() {
+    let mut tester = exchanging(FLOATS, 1e-3);
+    atmosphere(&mut tester, 1000.0);
+    tester.put(1, 46, &[5]).unwrap();
+    tester.put(1, 201, &[1]).unwrap();
+    tester.put(1, 202, &990u16.to_be_bytes()).unwrap();
+    for (mbar, fault, adjusted) in [
+        (1e-3, "", Err(202)),
+        (299.0, "", Err(202)),
+        (1201.0, "", Err(202)),
+        (1000.0, "sensor3", Err(202)),
+        (1000.0, "electronics3", Err(202)),
+        (1000.0, "", Ok(())),
+    ] {
+        tester.pressure_mbar(mbar);
+        atmosphere(&mut tester, 1000.0);
+        if !fault.is_empty() {
+            tester.fault(fault, true);
+        }
+        tester.put(1, 46, &[4]).unwrap();
+        assert_eq!(tester.put(1, 14, &[128, 0]), adjusted, "{mbar} mbar {fault}");
+        // Off can be sent at any pressure: it restores the adjustment of the factory.
+        assert_eq!(tester.put(1, 14, &[128, 1]), Ok(()));
+        if !fault.is_empty() {
+            tester.fault(fault, false);
+        }
+    }
+    tester.pressure_mbar(1e-3);
+    atmosphere(&mut tester, 1000.0);
+    assert_eq!(of_instance(&mut tester, 5, 203), [0], "the atmosphere is not reached in vacuum");
+}
+
 /// 3.3.5.2, (116): the ambient sensor has the reading of the diaphragm, also after a power cycle.
 #[test]
 fn the_ambient_sensor_is_adjusted_to_the_diaphragm() {

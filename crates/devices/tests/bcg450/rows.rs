@@ -24,8 +24,11 @@ fn make() -> Gauge {
     gauge
 }
 
-/// Channel Instance Selector, where the address has an instance.
+/// Channel Instance Selector, where the address has an instance. The ambient sensor is adjusted in a vented chamber (159).
 fn select(gauge: &mut Gauge, address: &Location) {
+    if address.instance == table::ATMOSPHERE.instance {
+        sense_all(gauge, 1000.0);
+    }
     if address.instance != 0 {
         gauge.write(Relation::Ms2(0), 1, 46, &[address.instance]).unwrap();
     }

@@ -62,7 +62,7 @@ fn phases(faults: &[&str]) -> Vec<&'static str> {
         gauge.operate(Action::Fault { fault: Fault::from_name(name).unwrap(), active: true }).unwrap();
     }
     let mut names: Vec<&str> = core::iter::repeat_with(|| {
-        let name = gauge.report().device_state;
+        let name = gauge.report().device_state.name();
         gauge.advance(0.05);
         name
     })

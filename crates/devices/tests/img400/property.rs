@@ -137,7 +137,7 @@ struct Seen {
 
 impl Seen {
     fn note(&mut self, report: &StateReport) {
-        self.states.insert(report.device_state);
+        self.states.insert(report.device_state.name());
         self.exceptions |= report.exception_status;
         self.degas |= report.degas.iter().any(|degas| *degas);
         for (seen, relay) in self.relays.iter_mut().zip(report.relays.iter()) {
@@ -150,7 +150,7 @@ impl Seen {
 fn check(tester: &mut Tester<Controller>) {
     let report = tester.report();
     let state = tester.state();
-    assert_eq!(state == 4, report.device_state == "EXECUTING", "{report:?}");
+    assert_eq!(state == 4, report.device_state.name() == "EXECUTING", "{report:?}");
     assert!(matches!(state, 1..=6 | 100), "{state}");
     check_exceptions(tester, &report);
     check_cathodes(tester, &report);

@@ -71,6 +71,26 @@ fn the_atmosphere_sensor_is_set_to_the_diaphragm() {
     assert!(close(float(&mut tester, 1, 19), 100.0));
 }
 
+/// 8.2.1 and 8.3.1, (164): "vent to atmosphere" comes first.
+#[test]
+fn a_gain_adjust_in_vacuum_is_refused_and_changes_nothing() {
+    for (mbar, pirani, atm) in [
+        (1e-3, Err(202), Err(202)),
+        (99.0, Err(202), Err(202)),
+        (101.0, Ok(()), Err(202)),
+        (299.0, Ok(()), Err(202)),
+        (301.0, Ok(()), Ok(())),
+        (1201.0, Ok(()), Err(202)),
+    ] {
+        let mut tester = executing(pcg(), 100.0);
+        sense(&mut tester, mbar, mbar, 1000.0);
+        let before = [2, 3].map(|instance| float(&mut tester, instance, 19));
+        assert_eq!([adjust(&mut tester, 2, 1), adjust(&mut tester, 3, 1)], [pirani, atm], "{mbar} mbar");
+        let after = [2, 3].map(|instance| float(&mut tester, instance, 19));
+        assert_eq!([before[0] == after[0], before[1] == after[1]], [pirani.is_err(), atm.is_err()], "{mbar} mbar");
+    }
+}
+
 #[test]
 fn commands_without_a_name_are_accepted_and_have_no_effect() {
     let mut tester = executing(pcg(), 100.0);

@@ -2,6 +2,7 @@
 
 use crate::support::{Tester, hex};
 use crate::{FLOATS, Gauge, exchanging, of_instance, pcg, pcg_without_atm, psg};
+use profivac_devices::SimulatedDevice;
 use profivac_devices::pxg55x::Pxg55xModel;
 
 /// A fault; Exception Status in EXECUTING at 100 mbar, ID 27 and ID 28.
@@ -21,8 +22,9 @@ const PCG: [Row; 5] = [
     ("", 0x80, "02 00 00 04 00 00 00 00 01 00", "02 00 00 05 00 00 00 00 00 01 00"),
     ("sensor1", 0xA2, "02 00 00 04 01 00 00 00 01 00", "02 00 00 05 01 00 00 00 00 01 00"),
     ("electronics1", 0xA2, "02 00 00 04 00 02 00 00 01 00", "02 00 00 05 01 00 00 00 00 01 00"),
-    ("sensor2", 0x82, "02 00 00 04 00 00 01 00 01 00", "02 00 00 05 00 00 00 00 00 01 00"),
-    ("electronics2", 0x82, "02 00 00 04 00 00 00 02 01 00", "02 00 00 05 00 00 00 00 00 01 00"),
+    // "If an error occurs": also an error of the instance that is not active (13.1.1, 165).
+    ("sensor2", 0xA2, "02 00 00 04 00 00 01 00 01 00", "02 00 00 05 01 00 00 00 00 01 00"),
+    ("electronics2", 0xA2, "02 00 00 04 00 00 00 02 01 00", "02 00 00 05 01 00 00 00 00 01 00"),
 ];
 
 /// (74)
@@ -103,12 +105,12 @@ pub fn copies_are_equal(tester: &mut Tester<Gauge>) {
         // "The logical inversion" (12.1.2).
         assert_eq!(of_instance(tester, instance, 102)[0] & 1, 1 - valid, "status extension of {instance}");
     }
+    let any = |octets: &[u8]| u8::from(octets.iter().any(|octet| *octet != 0));
     let active = tester.get(1, 47)[0];
     // "If an error occurs" (13.1.1).
-    let error = u8::from(alarm[1..3] != [0; 2]);
+    let error = any(&alarm[1..3]) | any(&alarm[4..4 + sensors]) | any(&alarm[5 + sensors..]);
     assert_eq!(of_instance(tester, active, 102)[0] | error, warning[4], "the gauge's is that of the active instance");
     tester.put(1, 46, &selected).unwrap();
-    let any = |octets: &[u8]| u8::from(octets.iter().any(|octet| *octet != 0));
     let groups = |record: &[u8], device: usize| {
         any(&record[1..3]) | any(&record[4..4 + device]) << 1 | any(&record[5 + device..]) << 2
     };
@@ -126,6 +128,31 @@ fn an_alarm_invalidates_its_own_instance_only() {
             assert_eq!(of_instance(&mut tester, instance, 23), [valid], "{fault}: instance {instance}");
         }
     }
+}
+
+/// 10.1.3, (166): the status of both relays is 1 with every error that Exception Detail Alarm has, and in CRITICAL FAULT.
+#[test]
+fn the_discrete_outputs_report_an_error() {
+    let statuses = |tester: &mut Tester<Gauge>| [4, 5].map(|slot| tester.get(slot, 20)[0]);
+    for (kind, (fault, ..)) in rows() {
+        let mut tester = exchanging(kind, FLOATS, 100.0);
+        assert_eq!(statuses(&mut tester), [0, 0]);
+        if fault.is_empty() {
+            continue;
+        }
+        tester.fault(fault, true);
+        let expected = u8::from(!ATM.iter().any(|(name, ..)| *name == fault));
+        assert_eq!(statuses(&mut tester), [expected; 2], "{fault}");
+        tester.fault(fault, false);
+        assert_eq!(statuses(&mut tester), [0, 0], "{fault} gone");
+    }
+    let mut tester = exchanging(pcg(), FLOATS, 100.0);
+    ["eprom", "ram"].into_iter().for_each(|fault| tester.fault(fault, true));
+    ["eprom", "ram"].into_iter().for_each(|fault| tester.fault(fault, false));
+    assert_eq!((tester.report().device_state.name(), statuses(&mut tester)), ("CRITICALFAULT", [1, 1]));
+    tester.command(1).unwrap();
+    tester.device().settle();
+    assert_eq!(statuses(&mut tester), [0, 0], "after Reset");
 }
 
 /// 13.1.1, (36): outside EXECUTING the reading is invalid, and that is a warning.

@@ -36,7 +36,7 @@ fn check(tester: &mut Tester<Gauge>) {
     } else {
         "green flashing"
     };
-    assert_eq!(report.led, led);
+    assert_eq!(report.led.name(), led);
     for (slot, relay) in [2, 3].into_iter().zip(report.relays.iter()) {
         let trip = tester.get(slot, 21)[0];
         assert_eq!((tester.get(slot + 2, 19)[0], *relay), (trip, trip == 1));

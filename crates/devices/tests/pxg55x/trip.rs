@@ -51,8 +51,9 @@ fn put(tester: &mut Tester<Gauge>, slot: u8, index: u8, number: f64) -> Result<(
 /// The status of a trip point in each place that shows it; all must agree in EXECUTING.
 fn status(tester: &mut Tester<Gauge>, slot: u8) -> bool {
     let trip = tester.get(slot, STATUS)[0];
-    // The discrete output follows the trip point (93) and has no fault.
-    assert_eq!((tester.get(slot + 2, 19)[0], tester.get(slot + 2, 20)[0]), (trip, 0));
+    // The discrete output follows the trip point (93); its status is that of the gauge (166).
+    let error = u8::from(tester.report().exception_status & 0x07 != 0);
+    assert_eq!((tester.get(slot + 2, 19)[0], tester.get(slot + 2, 20)[0]), (trip, error));
     if tester.is_exchanging() {
         // The last two octets of telegrams 201 and 202 (103).
         let inputs = tester.exchange(&[]);

@@ -36,7 +36,7 @@ pub struct Seen {
 
 impl Seen {
     fn note(&mut self, report: &StateReport) {
-        self.states.insert(report.device_state);
+        self.states.insert(report.device_state.name());
         self.active.insert(report.active_instance);
         self.degas |= report.degas.iter().eq([&true]);
         for (seen, relay) in self.relays.iter_mut().zip(report.relays.iter()) {
@@ -269,13 +269,13 @@ impl<D: SimulatedDevice> Walk<D> {
     pub fn check(&mut self) {
         let names = ["INIT", "SELFTESTING", "IDLE", "SELFTESTEXCEPTION", "EXECUTING", "ABORT", "CRITICALFAULT"];
         let report = self.tester.report();
-        assert_eq!(report.device_state, names[usize::from(self.tester.state())]);
+        assert_eq!(report.device_state.name(), names[usize::from(self.tester.state())]);
         assert_eq!(report.exception_status & 0x88, 0x80);
         assert_eq!(self.tester.get(0, 26), [report.exception_status]);
         assert_eq!(self.tester.get(1, 47), [report.active_instance]);
         self.check_inputs(&report);
         self.peek(|walk| (walk.particular.check)(&mut walk.tester));
-        let executing = report.device_state == "EXECUTING";
+        let executing = report.device_state.name() == "EXECUTING";
         assert!(executing || report.relays.iter().chain(report.emission.iter()).all(|on| !on), "{report:?}");
         assert!(report.emission.iter().eq([&true]) || report.degas.iter().all(|on| !on), "{report:?}");
         assert!(report.outputs_safe || executing, "{report:?}");

@@ -158,6 +158,21 @@ fn an_automatic_cold_cathode_follows_the_block_of_its_board() {
     }
 }
 
+/// (160)
+#[test]
+fn an_automatic_cold_cathode_goes_off_with_the_pirani_that_controls_it() {
+    let mut master = exchange();
+    master.pressure(1e-4);
+    assert_eq!(emission(&mut master), [true, true]);
+    // B1 is on by command, B2 automatic; then A1, their source as delivered, goes off.
+    master.command(B1_ON);
+    master.command(0x01);
+    assert_eq!((emission(&mut master), master.statuses()), (vec![true, false], [4, 1, 0, 4]));
+    // A1 automatic, which is on.
+    master.command(0x02);
+    assert_eq!((emission(&mut master), master.statuses()), (vec![true, true], [1, 1, 0, 0]));
+}
+
 #[test]
 fn sensor_on_off_switches_each_channel_by_its_field() {
     let mut master = exchange();

@@ -60,7 +60,7 @@ fn check(tester: &mut Tester<Gauge>) {
     let emission = report.emission.iter().eq([&true]);
     assert_eq!(of_instance(tester, 2, 105)[0] != 0, emission);
     // Without emission only the Pirani measures (80); outside EXECUTING no part measures.
-    let executing = report.device_state == "EXECUTING";
+    let executing = report.device_state.name() == "EXECUTING";
     assert!(emission || report.active_instance == 1 || !executing, "{report:?}");
     // An adjustment runs in EXECUTING only (103).
     assert!(of_instance(tester, 1, 140) == [0] || executing, "{report:?}");

@@ -101,8 +101,8 @@ impl Controls {
     }
 
     /// Confirms a telegram. It has no answer, so only whether it was sent matters.
-    pub(super) fn confirmed(&mut self, tell: ControlMessage, sent: bool) {
-        match (tell, sent) {
+    pub(super) fn confirmed(&mut self, message: ControlMessage, sent: bool) {
+        match (message, sent) {
             (ControlMessage::Command, true) => {
                 self.ready = self.ready.saturating_sub(1);
                 self.commands.pop_front();
@@ -114,8 +114,8 @@ impl Controls {
     }
 
     /// The data unit.
-    fn message(&self, tell: ControlMessage, mode: Mode) -> Option<GlobalControl> {
-        Some(match (tell, mode) {
+    fn message(&self, message: ControlMessage, mode: Mode) -> Option<GlobalControl> {
+        Some(match (message, mode) {
             (ControlMessage::Mode, Mode::Operate) => GlobalControl { command: ControlCommand::empty(), group: 0 },
             (ControlMessage::Mode, Mode::Clear | Mode::Stop) => {
                 GlobalControl { command: ControlCommand::CLEAR_DATA, group: 0 }
@@ -205,8 +205,8 @@ impl<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize, const ACYCLI
     }
 
     /// The request. Global_Control goes to all stations; its group selects the slaves.
-    pub(super) fn global_control(&mut self, tell: ControlMessage) -> Option<Request<'_>> {
-        let length = self.controls.message(tell, self.mode)?.emit(&mut self.du).ok()?;
+    pub(super) fn global_control(&mut self, message: ControlMessage) -> Option<Request<'_>> {
+        let length = self.controls.message(message, self.mode)?.emit(&mut self.du).ok()?;
         Some(Request {
             da: BROADCAST,
             function: Function::SdnHigh,

@@ -127,7 +127,7 @@ pub struct Master<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize 
     cycle_tbit: u64,
     controls: Controls,
     /// When the last request to a slave was sent.
-    asked_at: BitTime,
+    requested_at: BitTime,
     /// The master is stopping and sends its slaves safe outputs before: since the cycle that began then.
     shutdown: Option<Option<BitTime>>,
     /// The master polls one absent slave per cycle, so that they do not slow down the others: the next is at this index or a
@@ -165,7 +165,7 @@ impl<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize, const ACYCLI
             began: now,
             cycle_tbit: 0,
             controls: Controls::new(),
-            asked_at: now,
+            requested_at: now,
             shutdown: None,
             offline_from: 0,
             offline_polled: false,
@@ -185,7 +185,7 @@ impl<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize, const ACYCLI
     pub fn add(&mut self, parameters: &SlaveParameters<'_>) -> Result<(), SlaveListError> {
         let address = parameters.address;
         let full = SlaveListError::Full { capacity: SLAVES };
-        let place = u8::try_from(self.slaves.len()).map_err(|_| full)?;
+        let index = u8::try_from(self.slaves.len()).map_err(|_| full)?;
         let entry = self
             .index_by_address
             .get_mut(usize::from(address))
@@ -195,7 +195,7 @@ impl<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize, const ACYCLI
             return Err(SlaveListError::Taken(address));
         }
         self.slaves.push(Handler::new(parameters)?).map_err(|_| full)?;
-        *entry = place;
+        *entry = index;
         Ok(())
     }
 
@@ -267,8 +267,8 @@ impl<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize, const ACYCLI
 
     /// The outputs of a slave, sent with the next exchange in [`Mode::Operate`]. The configuration determines their length.
     pub fn outputs_mut(&mut self, address: u8) -> Option<&mut [u8]> {
-        let place = self.index_of(address)?;
-        self.slaves.get_mut(place).map(Handler::outputs_mut)
+        let index = self.index_of(address)?;
+        self.slaves.get_mut(index).map(Handler::outputs_mut)
     }
 
     /// The number of slaves that exchange data.
@@ -315,12 +315,12 @@ impl<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize, const ACYCLI
     }
 
     fn with(&mut self, address: u8, action: impl FnOnce(&mut Handler<OCTETS>, &mut Context<'_>)) {
-        if let Some(place) = self.index_of(address) {
-            self.with_place(place, action);
+        if let Some(index) = self.index_of(address) {
+            self.with_index(index, action);
         }
     }
 
-    fn with_place(&mut self, place: usize, action: impl FnOnce(&mut Handler<OCTETS>, &mut Context<'_>)) -> Change {
+    fn with_index(&mut self, index: usize, action: impl FnOnce(&mut Handler<OCTETS>, &mut Context<'_>)) -> Change {
         let mut context = Context {
             now: self.now,
             address: self.address,
@@ -328,10 +328,10 @@ impl<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize, const ACYCLI
             events: self.events.sink(),
             exchanging: &mut self.exchanging,
             control_due: &mut self.controls.mode_due,
-            asked_at: self.asked_at,
+            requested_at: self.requested_at,
             change: Change::Nothing,
         };
-        if let Some(slave) = self.slaves.get_mut(place) {
+        if let Some(slave) = self.slaves.get_mut(index) {
             action(slave, &mut context);
         }
         context.change
@@ -339,10 +339,10 @@ impl<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize, const ACYCLI
 
     /// Evaluates any confirmation of a request to a slave.
     #[inline(never)]
-    fn confirm_slave(&mut self, place: usize, ask: CyclicRequest, confirmation: Confirmation<'_>) {
-        let change = self.with_place(place, |slave, context| slave.confirmed(ask, confirmation, context));
+    fn confirm_slave(&mut self, index: usize, request: CyclicRequest, confirmation: Confirmation<'_>) {
+        let change = self.with_index(index, |slave, context| slave.confirmed(request, confirmation, context));
         if change != Change::Nothing {
-            self.changed(place, change);
+            self.changed(index, change);
         }
     }
 
@@ -352,14 +352,14 @@ impl<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize, const ACYCLI
         if self.mode == Mode::Stop && !self.is_shutting_down() {
             return None;
         }
-        let turn = match self.next_in_list {
-            Some(turn) => turn,
+        let first = match self.next_in_list {
+            Some(first) => first,
             None => self.begin_cycle(now)?,
         };
         if let Some(control) = self.next_control() {
             return Some(control);
         }
-        let next = self.next_slave(turn, now);
+        let next = self.next_slave(first, now);
         if next.is_none() {
             self.end_cycle();
         }
@@ -402,37 +402,37 @@ impl<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize, const ACYCLI
         }
     }
 
-    /// The next slave from index `turn` on that needs a request.
+    /// The next slave from index `first` on that needs a request.
     #[inline]
-    fn next_slave(&mut self, turn: usize, now: BitTime) -> Option<Pending> {
-        for place in turn..self.slaves.len() {
-            let ask = self.slaves.get(place).and_then(|slave| slave.next_request(now));
-            if let Some(ask) = ask
-                && (ask == CyclicRequest::DataExch || self.may_request(place, ask))
+    fn next_slave(&mut self, first: usize, now: BitTime) -> Option<Pending> {
+        for index in first..self.slaves.len() {
+            let request = self.slaves.get(index).and_then(|slave| slave.next_request(now));
+            if let Some(request) = request
+                && (request == CyclicRequest::DataExch || self.may_request(index, request))
             {
-                self.next_in_list = Some(place.saturating_add(1));
-                return Some(Pending::Slave(place, ask));
+                self.next_in_list = Some(index.saturating_add(1));
+                return Some(Pending::Slave(index, request));
             }
         }
         None
     }
 
     /// Whether a request other than Data_Exchange is allowed in this cycle: a stopping master starts no slaves.
-    fn may_request(&mut self, place: usize, ask: CyclicRequest) -> bool {
-        match ask {
-            CyclicRequest::FdlStatus => self.shutdown.is_none() && self.may_poll_offline(place),
+    fn may_request(&mut self, index: usize, request: CyclicRequest) -> bool {
+        match request {
+            CyclicRequest::FdlStatus => self.shutdown.is_none() && self.may_poll_offline(index),
             CyclicRequest::SetPrm | CyclicRequest::ChkCfg | CyclicRequest::Unlock => self.shutdown.is_none(),
             CyclicRequest::SlaveDiag | CyclicRequest::DataExch => true,
         }
     }
 
     /// Whether the master polls this absent slave in this cycle.
-    const fn may_poll_offline(&mut self, place: usize) -> bool {
-        if self.offline_polled || place < self.offline_from {
+    const fn may_poll_offline(&mut self, index: usize) -> bool {
+        if self.offline_polled || index < self.offline_from {
             return false;
         }
         self.offline_polled = true;
-        self.offline_from = place.saturating_add(1);
+        self.offline_from = index.saturating_add(1);
         true
     }
 
@@ -440,10 +440,10 @@ impl<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize, const ACYCLI
     #[inline(never)]
     fn next_beside(&mut self, now: BitTime) -> Option<Pending> {
         self.elapse(now);
-        let job = self.raw_request.is_waiting().then_some(Pending::RawRequest);
-        let next = match job.filter(|_| !self.raw_request_was_last) {
-            Some(job) => Some(job),
-            None => self.acyclic.due(now).map(Pending::Acyclic).or(job),
+        let raw = self.raw_request.is_waiting().then_some(Pending::RawRequest);
+        let next = match raw.filter(|_| !self.raw_request_was_last) {
+            Some(raw) => Some(raw),
+            None => self.acyclic.due(now).map(Pending::Acyclic).or(raw),
         };
         self.raw_request_was_last = next == Some(Pending::RawRequest);
         next
@@ -451,19 +451,19 @@ impl<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize, const ACYCLI
 
     /// Evaluates the parameter channel of a slave that has just exchanged data.
     #[inline(never)]
-    fn channel_exchanged(&mut self, place: usize, ask: CyclicRequest) {
-        let Some(slave) = self.slaves.get(place).filter(|slave| slave.exchanged_at() == Some(self.now)) else { return };
-        if let (CyclicRequest::DataExch, Some(inputs)) = (ask, slave.inputs()) {
+    fn channel_exchanged(&mut self, index: usize, request: CyclicRequest) {
+        let Some(slave) = self.slaves.get(index).filter(|slave| slave.exchanged_at() == Some(self.now)) else { return };
+        if let (CyclicRequest::DataExch, Some(inputs)) = (request, slave.inputs()) {
             self.acyclic.exchanged(self.now, slave.address, inputs, &mut self.events.sink());
         }
     }
 
     /// The request to a slave.
     #[inline]
-    fn message(&mut self, place: usize, ask: CyclicRequest) -> Option<Request<'_>> {
-        let slave = self.slaves.get(place)?;
+    fn message(&mut self, index: usize, request: CyclicRequest) -> Option<Request<'_>> {
+        let slave = self.slaves.get(index)?;
         let da = slave.address;
-        Some(match ask {
+        Some(match request {
             CyclicRequest::DataExch => services::data_exchange(
                 da,
                 match self.mode {
@@ -480,7 +480,7 @@ impl<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize, const ACYCLI
             CyclicRequest::FdlStatus => services::fdl_status(da),
             CyclicRequest::ChkCfg => services::ms0(da, Sap::ChkCfg, slave.cfg()),
             CyclicRequest::SetPrm | CyclicRequest::Unlock => {
-                let prm = if ask == CyclicRequest::Unlock { slave.unlock() } else { slave.set_prm() };
+                let prm = if request == CyclicRequest::Unlock { slave.unlock() } else { slave.set_prm() };
                 let length = prm.emit(&mut self.du).ok()?;
                 services::ms0(da, Sap::SetPrm, self.du.get(..length)?)
             }
@@ -498,11 +498,11 @@ impl<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize, const ACYCLI
             Priority::High => {
                 self.pending = self.next_in_cycle(now)?;
                 match self.pending {
-                    Pending::Slave(place, ask) => {
-                        self.asked_at = now;
-                        self.message(place, ask)
+                    Pending::Slave(index, request) => {
+                        self.requested_at = now;
+                        self.message(index, request)
                     }
-                    Pending::Control(tell) => self.global_control(tell),
+                    Pending::Control(control) => self.global_control(control),
                     Pending::RawRequest | Pending::Acyclic(_) | Pending::Nothing => None,
                 }
             }
@@ -510,7 +510,7 @@ impl<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize, const ACYCLI
                 self.pending = self.next_beside(now)?;
                 match self.pending {
                     Pending::RawRequest => self.raw_request.start(),
-                    Pending::Acyclic(turn) => self.acyclic.message(turn),
+                    Pending::Acyclic(due) => self.acyclic.message(due),
                     Pending::Slave(..) | Pending::Control(_) | Pending::Nothing => None,
                 }
             }
@@ -521,20 +521,22 @@ impl<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize, const ACYCLI
     fn confirm(&mut self, now: BitTime, confirmation: Confirmation<'_>) {
         self.now = now;
         match core::mem::replace(&mut self.pending, Pending::Nothing) {
-            Pending::Slave(place, ask) => {
-                let asked = self.asked_at;
-                let usual =
-                    self.slaves.get_mut(place).is_some_and(|slave| slave.accept_inputs(ask, &confirmation, now, asked));
+            Pending::Slave(index, request) => {
+                let requested_at = self.requested_at;
+                let usual = self
+                    .slaves
+                    .get_mut(index)
+                    .is_some_and(|slave| slave.accept_inputs(request, &confirmation, now, requested_at));
                 if !usual {
-                    self.confirm_slave(place, ask, confirmation);
+                    self.confirm_slave(index, request, confirmation);
                 }
                 if !self.acyclic.is_idle() {
-                    self.channel_exchanged(place, ask);
+                    self.channel_exchanged(index, request);
                 }
             }
-            Pending::Control(tell) => self.controls.confirmed(tell, confirmation == Confirmation::Sent),
+            Pending::Control(control) => self.controls.confirmed(control, confirmation == Confirmation::Sent),
             Pending::RawRequest => self.raw_request.finish(confirmation),
-            Pending::Acyclic(turn) => self.acyclic.confirmed(turn, now, confirmation, &mut self.events.sink()),
+            Pending::Acyclic(due) => self.acyclic.confirmed(due, now, confirmation, &mut self.events.sink()),
             Pending::Nothing => {}
         }
     }

@@ -107,8 +107,8 @@ impl RawRequest {
     }
 
     fn store(&mut self, du: &[u8]) -> bool {
-        let Some(place) = self.octets.get_mut(..du.len()) else { return false };
-        place.copy_from_slice(du);
+        let Some(front) = self.octets.get_mut(..du.len()) else { return false };
+        front.copy_from_slice(du);
         self.length = du.len();
         true
     }
@@ -121,24 +121,24 @@ mod tests {
 
     #[test]
     fn the_slot_holds_one_request_until_its_result_is_taken() {
-        let mut job = RawRequest::new();
-        assert_eq!(job.submit(&services::slave_diag(8)), Ok(()));
-        assert_eq!(job.submit(&services::get_cfg(8)), Err(Busy));
-        assert_eq!(job.take(), None);
-        assert_eq!(job.start(), Some(services::slave_diag(8)));
-        assert_eq!(job.start(), None);
+        let mut request = RawRequest::new();
+        assert_eq!(request.submit(&services::slave_diag(8)), Ok(()));
+        assert_eq!(request.submit(&services::get_cfg(8)), Err(Busy));
+        assert_eq!(request.take(), None);
+        assert_eq!(request.start(), Some(services::slave_diag(8)));
+        assert_eq!(request.start(), None);
         let answer = Answer { station: StationType::Slave, status: Status::DataLow, du: &[1, 2, 3], retries: 1 };
-        job.finish(Confirmation::Answer(answer));
-        assert_eq!(job.submit(&services::get_cfg(8)), Err(Busy));
-        assert_eq!(job.take(), Some(Confirmation::Answer(answer)));
-        assert_eq!(job.take(), None);
-        assert_eq!(job.submit(&services::get_cfg(8)), Ok(()));
+        request.finish(Confirmation::Answer(answer));
+        assert_eq!(request.submit(&services::get_cfg(8)), Err(Busy));
+        assert_eq!(request.take(), Some(Confirmation::Answer(answer)));
+        assert_eq!(request.take(), None);
+        assert_eq!(request.submit(&services::get_cfg(8)), Ok(()));
     }
 
     #[test]
     fn a_data_unit_that_no_telegram_can_carry_fails_at_once() {
-        let mut job = RawRequest::new();
-        assert_eq!(job.submit(&services::set_slave_add(8, &[0; 300])), Ok(()));
-        assert_eq!(job.take(), Some(Confirmation::Failed(Failure::Impossible)));
+        let mut request = RawRequest::new();
+        assert_eq!(request.submit(&services::set_slave_add(8, &[0; 300])), Ok(()));
+        assert_eq!(request.take(), Some(Confirmation::Failed(Failure::Impossible)));
     }
 }

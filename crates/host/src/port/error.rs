@@ -56,6 +56,16 @@ pub enum PortError {
     /// The path of a pty belongs to another file.
     #[error("{0} exists already: remove it, or stop the program that serves it")]
     AlreadyExists(String),
+    /// The system cannot create a link at the path of a pty.
+    #[error(
+        "no link to a pty can be created at {path} ({source}): choose a path in a folder that exists and takes new files"
+    )]
+    NotCreatable {
+        /// The path.
+        path: String,
+        /// The error of the system.
+        source: std::io::Error,
+    },
     /// The text is not `HOST:PORT`.
     #[error("expected HOST:PORT, got {0:?} (an IPv6 address in brackets: [::1]:4000)")]
     InvalidAddress(String),

@@ -30,7 +30,7 @@ mod system;
 mod system;
 
 pub use error::{CharacterFormat, Parity, PortError};
-pub use notice::Notice;
+pub use notice::{Notice, StoreDamage};
 pub use pty::Pty;
 pub use reopening::{Opener, Reopening};
 pub use serial::Serial;

@@ -26,19 +26,33 @@ pub enum Notice {
         /// The octets dropped so far.
         octets: usize,
     },
-    /// The stored values of a virtual device are damaged; the device starts with its defaults.
+    /// Stored values of a virtual device are not used; the device starts with its defaults in their place.
     StoreDamaged {
         /// The device.
         device: String,
         /// The setting of its address switch.
         address: u8,
-        /// The new name of the damaged file.
+        /// Why they are not used.
+        damage: StoreDamage,
+        /// The name under which the file is kept.
         kept_as: PathBuf,
     },
     /// The port is lost; attempts to open it again have begun.
     Lost(String),
     /// The port is open again.
     Reopened(String),
+}
+
+/// Why stored values of a virtual device are not used.
+#[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum StoreDamage {
+    /// The file was altered or is not complete.
+    Damaged,
+    /// The file belongs to the device of this name.
+    OtherDevice(String),
+    /// The device does not take this number of values.
+    Refused(usize),
 }
 
 impl fmt::Display for Notice {
@@ -57,11 +71,24 @@ impl fmt::Display for Notice {
             Self::OctetsDropped { name, octets } => {
                 write!(f, "{name} does not read: {octets} octets have been discarded so far")
             }
-            Self::StoreDamaged { device, address, kept_as } => write!(
-                f,
-                "the nonvolatile memory of {device} at address {address} is damaged; it was renamed to {}, and the device has default values",
-                kept_as.display()
-            ),
+            Self::StoreDamaged { device, address, damage, kept_as } => {
+                let kept_as = kept_as.display();
+                write!(f, "the nonvolatile memory of {device} at address {address} ")?;
+                match damage {
+                    StoreDamage::Damaged => {
+                        write!(f, "is damaged; it was renamed to {kept_as}, and the device has default values")
+                    }
+                    StoreDamage::OtherDevice(other) => write!(
+                        f,
+                        "is the memory of a {other}; it was renamed to {kept_as}, and the device has default values"
+                    ),
+                    StoreDamage::Refused(count) => write!(
+                        f,
+                        "has values that the device does not take ({count}); it was kept as {kept_as}, and these values have \
+                         their defaults"
+                    ),
+                }
+            }
             Self::Lost(name) => {
                 write!(
                     f,

@@ -40,7 +40,7 @@ impl Pty {
     /// Makes a pty and links `path` to its slave side. Replaces a dangling link.
     ///
     /// # Errors
-    /// [`PortError::AlreadyExists`] when `path` is another file, [`PortError::NotFound`] when its folder does not exist.
+    /// [`PortError::AlreadyExists`] when `path` is another file, [`PortError::NotCreatable`] when no link can be created there.
     pub fn create(path: &Path) -> Result<Self, PortError> {
         let name = path.display().to_string();
         let opening = |errno| PortError::opening(&name, errno);
@@ -161,7 +161,6 @@ fn remove_dangling(path: &Path) -> io::Result<()> {
 fn link_error(name: &str, error: io::Error) -> PortError {
     match Errno::from_io_error(&error) {
         Some(Errno::EXIST) => PortError::AlreadyExists(name.to_owned()),
-        Some(errno) => PortError::opening(name, errno),
-        None => PortError::system(name, error),
+        _ => PortError::NotCreatable { path: name.to_owned(), source: error },
     }
 }

@@ -1,11 +1,13 @@
 //! The timeline of a scenario, with every name resolved.
 
+use super::error::{ScenarioEntryError, TextError};
 use super::file::{Entry, Expect, File, Flow};
 use super::plant::{Part, Plant, air};
-use super::quantities::{self, PART, TIME, Text, TextError, flow, pressure, temperature};
+use super::quantities::{PART, TIME, Text, flow, gas_pressure, pressure, temperature, unknown};
 use crate::action_text::ActionText;
 use crate::device_spec::DeviceSpec;
 use crate::nonvolatile::NonvolatileMemory;
+use profivac_devices::ReportedState;
 use profivac_dp::link::Baud;
 use profivac_vacuum::Atmosphere;
 use profivac_vacuum::network::{Inlet, Joint, Opening, RoughingPump, Supply, TurboPump, Volume, Wall};
@@ -117,7 +119,7 @@ pub enum Check {
     /// The value is valid.
     Valid(bool),
     /// The device state.
-    State(String),
+    State(ReportedState),
     /// At least one cathode emits.
     Emission(bool),
     /// At least one cathode is being degassed.
@@ -157,8 +159,7 @@ impl EventParser<'_> {
     fn event(&self, entry: &Entry, atmosphere: &mut Atmosphere) -> Result<Event, TextError> {
         let seconds = TIME.parse(&entry.at)?;
         if seconds > self.until_s {
-            let what = format!("expected a time before the end of the scenario, got {:?}", entry.at.get_ref());
-            return Err(TextError::at(&entry.at.span(), what));
+            return Err(TextError::at(&entry.at.span(), ScenarioEntryError::AfterEnd(entry.at.get_ref().clone())));
         }
         let mut actions = self.plant_actions(entry)?;
         if entry.atmosphere.is_some() {
@@ -212,11 +213,10 @@ impl EventParser<'_> {
                 0.0 => Supply::Closed,
                 flow => Supply::Flow(flow),
             },
-            (None, Some(text)) => match pressure(text)? {
-                0.0 => Supply::Closed,
-                pa => Supply::Pressure { pa, max_flow: MAX_INLET_FLOW },
-            },
-            _ => return Err(TextError::at(&set.inlet.span(), "expected a flow or a pressure")),
+            // 0 closes the inlet.
+            (None, Some(text)) if pressure(text)? == 0.0 => Supply::Closed,
+            (None, Some(text)) => Supply::Pressure { pa: gas_pressure(text)?, max_flow: MAX_INLET_FLOW },
+            _ => return Err(TextError::at(&set.inlet.span(), ScenarioEntryError::NoSupply)),
         };
         self.plant.part("a gas inlet", &set.inlet, |part| match part {
             Part::Inlet(inlet) => Some(ScenarioAction::Feed(inlet, supply)),
@@ -250,8 +250,8 @@ impl EventParser<'_> {
         for pot in &entry.pot {
             let volts = *pot.volts.get_ref();
             if !(-MAX_VOLTS..=MAX_VOLTS).contains(&volts) {
-                let what = format!("expected volts from -{MAX_VOLTS} to {MAX_VOLTS}, got {volts}");
-                return Err(TextError::at(&pot.volts.span(), what));
+                let error = ScenarioEntryError::Volts { most: MAX_VOLTS, found: volts };
+                return Err(TextError::at(&pot.volts.span(), error));
             }
             add(&pot.device, pot.which.span(), DeviceAction::Pot(*pot.which.get_ref(), volts))?;
         }
@@ -272,19 +272,16 @@ impl EventParser<'_> {
         let spec = self.spec(device)?;
         let Some(text) = action.action() else { return Ok(spec.address) };
         let unit = spec.build(NonvolatileMemory::volatile(), Baud::B19200).map_err(|error| TextError::at(at, error))?;
-        let name = unit.device().name();
+        let device = unit.device().name();
         text.resolve(unit.device()).map_err(|unknown| {
-            let has = if unknown.expected.is_empty() { "nothing".to_owned() } else { unknown.expected.join(", ") };
-            let given = match action {
+            let found = match action {
                 DeviceAction::Fault(fault, _) => fault.clone(),
                 DeviceAction::Switch(name, value) => format!("{name} = {value}"),
                 DeviceAction::Button(number) => number.to_string(),
                 DeviceAction::Pot(which, _) => which.to_string(),
                 DeviceAction::Power(_) | DeviceAction::Plug(_) | DeviceAction::Write(..) => String::new(),
             };
-            let near = quantities::nearest(&given, unknown.expected.iter().map(String::as_str));
-            let near = near.map_or(String::new(), |near| format!("; did you mean {near:?}?"));
-            TextError::at(at, format!("expected a fault or control of {name}, got {given:?}; it has {has}{near}"))
+            TextError::at(at, ScenarioEntryError::UnknownPart { device, found, known: unknown.expected })
         })?;
         Ok(spec.address)
     }
@@ -292,38 +289,38 @@ impl EventParser<'_> {
     fn spec(&self, device: &Spanned<u8>) -> Result<&DeviceSpec, TextError> {
         let place = *device.get_ref();
         self.specs.iter().find(|spec| spec.address == place).ok_or_else(|| {
-            let there = self.specs.iter().map(|spec| spec.address.to_string()).collect::<Vec<_>>().join(", ");
-            TextError::at(&device.span(), format!("expected the address of a gauge, got {place}; known: {there}"))
+            let known = self.specs.iter().map(|spec| spec.address).collect();
+            TextError::at(&device.span(), ScenarioEntryError::UnknownAddress { found: place, known })
         })
     }
 
     fn expectation(&self, written: &Spanned<Expect>) -> Result<Expectation, TextError> {
         let expect = written.get_ref();
-        let wrong = |what: &str| TextError::at(&written.span(), what);
+        let wrong = |error: ScenarioEntryError| TextError::at(&written.span(), error);
         let of = match (&expect.volume, &expect.device) {
             (Some(volume), None) => Subject::Volume(volume.get_ref().clone(), self.plant.at(volume)?),
             (None, Some(device)) => Subject::Device(self.spec(device)?.address, expect.instance),
-            _ => return Err(wrong("expected the key volume or the key device, and not both")),
+            _ => return Err(wrong(ScenarioEntryError::NoSubject)),
         };
         let checks = checks(expect, &wrong)?;
         if checks.is_empty() {
-            return Err(wrong("expected a check, like below = \"1e-6 mbar\""));
+            return Err(wrong(ScenarioEntryError::NoCheck));
         }
         if matches!(of, Subject::Volume(..)) && checks.iter().any(|check| !matches!(check, Check::Pressure(..))) {
-            return Err(wrong("expected only above, below or near for a volume"));
+            return Err(wrong(ScenarioEntryError::NotOfVolume));
         }
         let (line, _) = profivac_host::text_file::line_and_column(self.text, written.span().start);
         Ok(Expectation { line, subject: of, checks })
     }
 }
 
-fn checks(expect: &Expect, wrong: &impl Fn(&str) -> TextError) -> Result<Vec<Check>, TextError> {
+fn checks(expect: &Expect, wrong: &impl Fn(ScenarioEntryError) -> TextError) -> Result<Vec<Check>, TextError> {
     let mut checks = Vec::new();
     if let Some(bounds) = bounds(expect, wrong)? {
         checks.push(bounds);
     }
     checks.extend(expect.valid.map(Check::Valid));
-    checks.extend(expect.state.clone().map(Check::State));
+    checks.extend(expect.state.as_ref().map(state).transpose()?.map(Check::State));
     checks.extend(expect.emission.map(Check::Emission));
     checks.extend(expect.degas.map(Check::Degas));
     checks.extend(expect.fault.map(Check::Fault));
@@ -331,12 +328,18 @@ fn checks(expect: &Expect, wrong: &impl Fn(&str) -> TextError) -> Result<Vec<Che
     match (expect.relay, expect.closed) {
         (None, None) => {}
         (Some(relay), Some(closed)) => checks.push(Check::Relay(relay, closed)),
-        _ => return Err(wrong("expected the keys relay and closed together")),
+        _ => return Err(wrong(ScenarioEntryError::HalfRelay)),
     }
     Ok(checks)
 }
 
-fn bounds(expect: &Expect, wrong: &impl Fn(&str) -> TextError) -> Result<Option<Check>, TextError> {
+/// The device state of this name.
+fn state(text: &Text) -> Result<ReportedState, TextError> {
+    let known = || ReportedState::ALL.into_iter().map(ReportedState::name);
+    ReportedState::from_name(text.get_ref()).ok_or_else(|| unknown("a device state", text, known()))
+}
+
+fn bounds(expect: &Expect, wrong: &impl Fn(ScenarioEntryError) -> TextError) -> Result<Option<Check>, TextError> {
     let pa = |text: &Option<Text>| text.as_ref().map(pressure).transpose();
     let within = expect.within.as_ref().map(|text| PART.parse(text)).transpose()?;
     match (pa(&expect.above)?, pa(&expect.below)?, pa(&expect.near)?) {
@@ -344,9 +347,9 @@ fn bounds(expect: &Expect, wrong: &impl Fn(&str) -> TextError) -> Result<Option<
             let part = within.unwrap_or(DEFAULT_TOLERANCE);
             Ok(Some(Check::Pressure(near * (1.0 - part), near * (1.0 + part))))
         }
-        _ if within.is_some() => Err(wrong("expected the key near beside the key within")),
+        _ if within.is_some() => Err(wrong(ScenarioEntryError::NoNear)),
         (None, None, None) => Ok(None),
         (above, below, None) => Ok(Some(Check::Pressure(above.unwrap_or(0.0), below.unwrap_or(f64::INFINITY)))),
-        _ => Err(wrong("expected near, or above and below")),
+        _ => Err(wrong(ScenarioEntryError::MixedBounds)),
     }
 }

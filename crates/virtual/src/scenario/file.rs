@@ -268,7 +268,7 @@ pub struct Expect {
     /// The tolerance of `near` as a fraction; a tenth unless given.
     pub within: Option<Text>,
     pub valid: Option<bool>,
-    pub state: Option<String>,
+    pub state: Option<Text>,
     pub emission: Option<bool>,
     pub degas: Option<bool>,
     pub relay: Option<u8>,

@@ -26,12 +26,14 @@
 //! expected value. The same file runs in a [`MemorySegment`], on real ports, and on devices without a bus. [`Run`] takes
 //! the same steps everywhere, so that the sensors depend on the file alone.
 
+mod error;
 mod event;
 mod file;
 mod plant;
 mod quantities;
 mod run;
 
+pub use error::ScenarioEntryError;
 pub use event::{Check, DeviceAction, Event, Expectation, ScenarioAction, Subject};
 pub use plant::{Part, Plant};
 pub use run::{FailedExpectation, MasterPresence, Run};
@@ -40,6 +42,7 @@ use crate::device::VirtualDevice;
 use crate::device_spec::{DeviceSpec, SpecError, check_addresses, entry};
 use crate::memory_segment::MemorySegment;
 use crate::nonvolatile::NonvolatileMemory;
+use error::TextError;
 use event::EventParser;
 use file::File;
 use profivac_client::cyclic::{ChannelPrinciples, CyclicSlave};
@@ -48,7 +51,7 @@ use profivac_dp::link::Baud;
 use profivac_dp::master::SlaveListError;
 use profivac_vacuum::network::Volume;
 use profivac_vacuum::sensor::{Environment, REFERENCE_K};
-use quantities::{TIME, Text, TextError, unknown};
+use quantities::{TIME, Text, unknown};
 use std::path::Path;
 
 /// The default length of a step and the longest one, in s.
@@ -57,6 +60,7 @@ const LONGEST_STEP_S: f64 = 3600.0;
 
 /// The reason why a scenario cannot be used.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum ScenarioError {
     /// The file cannot be read.
     #[error("{name}: {source}")]
@@ -67,7 +71,7 @@ pub enum ScenarioError {
         source: std::io::Error,
     },
     /// The text is invalid.
-    #[error("{name}:{line}:{column}: {what}")]
+    #[error("{name}:{line}:{column}: {}{error}", key.as_ref().map(|key| format!("{key}: ")).unwrap_or_default())]
     Invalid {
         /// The file.
         name: String,
@@ -75,13 +79,16 @@ pub enum ScenarioError {
         line: usize,
         /// From 1.
         column: usize,
+        /// The key whose value is wrong; `None` where the error is not about the value of a key.
+        key: Option<String>,
         /// The expected and the found value.
-        what: String,
+        error: Box<ScenarioEntryError>,
     },
 }
 
 /// The reason why the segment in memory cannot be built.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum MemorySegmentError {
     /// A device spec is invalid.
     #[error(transparent)]
@@ -124,15 +131,16 @@ impl Scenario {
     /// # Errors
     /// [`ScenarioError::Invalid`] with the position in the text.
     pub fn parse(text: &str, name: &str) -> Result<Self, ScenarioError> {
-        Self::make(text, name).map_err(|TextError { at, message: what }| {
+        Self::make(text, name).map_err(|TextError { at, error }| {
             let (line, column) = profivac_host::text_file::line_and_column(text, at);
-            ScenarioError::Invalid { name: name.to_owned(), line, column, what }
+            let key = key_before(text, at);
+            ScenarioError::Invalid { name: name.to_owned(), line, column, key, error: Box::new(error) }
         })
     }
 
     fn make(text: &str, name: &str) -> Result<Self, TextError> {
         let file: File = toml::from_str(text).map_err(|error| {
-            TextError::at(&error.span().unwrap_or_default(), quantities::parser_message(error.message()))
+            TextError::at(&error.span().unwrap_or_default(), ScenarioEntryError::Toml(Box::new(error)))
         })?;
         let plant = Plant::new(&file)?;
         let mut gauges = gauges(&file, &plant)?;
@@ -205,11 +213,19 @@ impl Scenario {
     }
 }
 
+/// The key whose value begins at `at`.
+fn key_before(text: &str, at: usize) -> Option<String> {
+    let before = text.get(..at)?.trim_end_matches([' ', '\t']).strip_suffix('=')?.trim_end_matches([' ', '\t']);
+    let is_key = |letter: char| letter.is_alphanumeric() || "_-".contains(letter);
+    let key: String = before.chars().rev().take_while(|letter| is_key(*letter)).collect();
+    (!key.is_empty()).then(|| key.chars().rev().collect())
+}
+
 /// The length of a step.
 fn step(text: &Text) -> Result<f64, TextError> {
     let step_s = TIME.positive(text)?;
-    let what = || format!("expected a step of at most 1 h, got {:?}", text.get_ref());
-    if step_s <= LONGEST_STEP_S { Ok(step_s) } else { Err(TextError::at(&text.span(), what())) }
+    let long = || ScenarioEntryError::LongStep(text.get_ref().clone());
+    if step_s <= LONGEST_STEP_S { Ok(step_s) } else { Err(TextError::at(&text.span(), long())) }
 }
 
 /// The first configuration with floats and the instance of the value, or the default one.

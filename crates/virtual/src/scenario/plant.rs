@@ -1,8 +1,9 @@
 //! Builds the plant of a scenario from the parts of `profivac_vacuum`.
 
+use super::error::{ScenarioEntryError, TextError};
 use super::file::{File, Inlet, Leak, Pocket, Roughing, Tube, Turbo, Vent, Volume, Wall};
 use super::quantities::{
-    self, AREA, LENGTH, PART, SPEED, TIME, Text, TextError, VOLUME, flow, parsed, temperature, unknown,
+    AREA, LENGTH, PART, SPEED, TIME, Text, VOLUME, flow, gas_pressure, parsed, temperature, unknown,
 };
 use profivac_vacuum::atmosphere::{ROOM_K, STANDARD_PA};
 use profivac_vacuum::network::{self, Network, Outside};
@@ -53,7 +54,7 @@ impl Plant {
         let mut plant = Self { network: Network::new(atmosphere), volumes: BTreeMap::new(), parts: BTreeMap::new() };
         let mut volumes = file.volumes.values().map(Spanned::span).chain(file.pockets.values().map(Spanned::span));
         if let Some(span) = volumes.nth(MOST_VOLUMES) {
-            return Err(TextError::at(&span, format!("expected at most {MOST_VOLUMES} volumes with those of pockets")));
+            return Err(TextError::at(&span, ScenarioEntryError::TooManyVolumes(MOST_VOLUMES)));
         }
         each(&file.volumes, |name, volume| plant.volume(name, volume))?;
         each(&file.walls, |name, wall| plant.wall(name, wall))?;
@@ -75,7 +76,7 @@ impl Plant {
     }
 
     /// The part of this name, if `pick` accepts it.
-    pub fn part<T>(&self, what: &str, name: &Text, pick: impl Fn(Part) -> Option<T>) -> Result<T, TextError> {
+    pub fn part<T>(&self, what: &'static str, name: &Text, pick: impl Fn(Part) -> Option<T>) -> Result<T, TextError> {
         let known = self.parts.iter().filter(|(_, part)| pick(**part).is_some()).map(|(name, _)| name.as_str());
         self.parts.get(name.get_ref()).copied().and_then(&pick).ok_or_else(|| unknown(what, name, known))
     }
@@ -83,21 +84,21 @@ impl Plant {
     fn add(&mut self, name: &str, span: &Spanned<impl Sized>, part: Part) -> Result<(), TextError> {
         match self.parts.insert(name.to_owned(), part) {
             None => Ok(()),
-            Some(_) => Err(TextError::at(&span.span(), format!("the name {name:?} is given twice"))),
+            Some(_) => Err(TextError::at(&span.span(), ScenarioEntryError::DuplicateName(name.to_owned()))),
         }
     }
 
     /// Two different volumes.
     fn two(&self, one: &Text, other: &Text) -> Result<(network::Volume, network::Volume), TextError> {
         let (first, second) = (self.at(one)?, self.at(other)?);
-        let what = || format!("expected another volume than {:?}, got it twice", other.get_ref());
-        if first == second { Err(TextError::at(&other.span(), what())) } else { Ok((first, second)) }
+        let same = || ScenarioEntryError::SameVolume(other.get_ref().clone());
+        if first == second { Err(TextError::at(&other.span(), same())) } else { Ok((first, second)) }
     }
 
     fn volume(&mut self, name: &str, volume: &Spanned<Volume>) -> Result<(), TextError> {
         let Volume { volume, gas, pressure } = volume.get_ref();
         let air = self.network.atmosphere().mixture();
-        let pa = pressure.as_ref().map(quantities::pressure).transpose()?.unwrap_or_else(|| air.total());
+        let pa = pressure.as_ref().map(gas_pressure).transpose()?.unwrap_or_else(|| air.total());
         let filled = match gas.as_ref().map(parsed).transpose()? {
             None | Some(Gas::Air) => air.scaled(pa / air.total()),
             Some(gas) => Mixture::pure(gas, pa),
@@ -128,7 +129,7 @@ impl Plant {
                 Conductance::tube(LENGTH.positive(diameter)?, LENGTH.positive(length)?)
             }
             (None, None, Some(conductance)) => Conductance::fixed(SPEED.positive(conductance)?),
-            _ => return Err(TextError::at(&tube.span(), "expected diameter and length, or conductance")),
+            _ => return Err(TextError::at(&tube.span(), ScenarioEntryError::NoConductance)),
         };
         let (one, other) = self.two(one, other)?;
         let made = self.network.add_joint(one, other, conductance);
@@ -149,7 +150,7 @@ impl Plant {
         let Roughing { at, speed, ultimate, running } = pump.get_ref();
         let made = pump::Roughing {
             running: *running,
-            ..pump::Roughing::dry(SPEED.positive(speed)?, quantities::pressure(ultimate)?)
+            ..pump::Roughing::dry(SPEED.positive(speed)?, gas_pressure(ultimate)?)
         };
         let at = self.at(at)?;
         let made = self.network.add_roughing_pump(at, made);
@@ -165,14 +166,16 @@ impl Plant {
         turbo.rotor = if *running { 1.0 } else { 0.0 };
         match compression {
             Some(compression) if !(1.0..=HIGHEST_COMPRESSION).contains(compression.get_ref()) => {
-                let what = format!("expected a compression from 1 to 1e15, got {:e}", compression.get_ref());
-                return Err(TextError::at(&compression.span(), what));
+                return Err(TextError::at(
+                    &compression.span(),
+                    ScenarioEntryError::Compression(*compression.get_ref()),
+                ));
             }
             Some(compression) => turbo.compression = *compression.get_ref(),
             None => {}
         }
         if let Some(pressure) = critical_pressure {
-            turbo.critical_pa = quantities::pressure(pressure)?.max(f64::MIN_POSITIVE);
+            turbo.critical_pa = gas_pressure(pressure)?;
         }
         if let Some(time) = spin_up {
             turbo.spin_up_s = TIME.positive(time)?;
@@ -223,7 +226,7 @@ fn each<T>(
 /// The air outside; missing keys keep the value before.
 pub fn air(air: Option<&super::file::Air>, before: Atmosphere) -> Result<Atmosphere, TextError> {
     let Some(air) = air else { return Ok(before) };
-    let pa = air.pressure.as_ref().map(quantities::pressure).transpose()?.unwrap_or(before.pressure_pa);
+    let pa = air.pressure.as_ref().map(gas_pressure).transpose()?.unwrap_or(before.pressure_pa);
     let humidity = match &air.humidity {
         None => before.humidity,
         Some(text) => PART.parse(text)?,

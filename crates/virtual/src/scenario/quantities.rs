@@ -1,26 +1,11 @@
-//! Quantities with units, suggestions for misspelt names, and positions in the text.
+//! Quantities with units, and the most similar name.
 
+use super::error::{ScenarioEntryError, TextError};
+use crate::gas_pressure::{GasPressure, HIGHEST_PA};
 use profivac_client::pressure::Pressure;
 use profivac_vacuum::pump::flow_of_sccm;
-use std::fmt::Display;
-use std::ops::Range;
+use std::str::FromStr;
 use toml::Spanned;
-
-/// An error with its position in the text.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct TextError {
-    /// The position in octets.
-    pub at: usize,
-    /// The message.
-    pub message: String,
-}
-
-impl TextError {
-    /// An error at the beginning of `span`.
-    pub fn at(span: &Range<usize>, what: impl Display) -> Self {
-        Self { at: span.start, message: what.to_string() }
-    }
-}
 
 /// A text with its position.
 pub type Text = Spanned<String>;
@@ -94,30 +79,32 @@ impl Quantity {
     /// Parses a quantity. Returns it in SI.
     pub fn parse(&self, text: &Text) -> Result<f64, TextError> {
         let written = text.get_ref().trim();
-        let units = || self.units.iter().map(|(name, _)| *name).collect::<Vec<_>>().join(", ");
-        let wrong = || {
-            let Self { name, example, .. } = self;
-            TextError::at(&text.span(), format!("expected {name} like {example:?} in {}, got {written:?}", units()))
-        };
         let split = |(unit, factor): &(&str, f64)| {
             let number: f64 = written.strip_suffix(unit)?.trim_end().parse().ok()?;
             (number.is_finite() && number >= 0.0).then_some((number, *factor))
         };
-        let (number, factor) = self.units.iter().find_map(split).ok_or_else(wrong)?;
+        let found = self.units.iter().find_map(split);
+        let (number, factor) = found.ok_or_else(|| TextError::at(&text.span(), self.wrong_form(written)))?;
         let number = if factor == 0.0 { flow_of_sccm(number) } else { number * factor };
         let [(least, from), (most, to)] = self.bounds;
         // A bound in one unit and a value in another may differ in the last digit.
         if number == 0.0 || (from * (1.0 - 1e-9)..=to * (1.0 + 1e-9)).contains(&number) {
             return Ok(number);
         }
-        Err(TextError::at(&text.span(), format!("expected {} from {least} to {most}, got {written:?}", self.name)))
+        let error = ScenarioEntryError::OutOfRange { what: self.name, least, most, found: written.to_owned() };
+        Err(TextError::at(&text.span(), error))
+    }
+
+    fn wrong_form(&self, written: &str) -> ScenarioEntryError {
+        let units = self.units.iter().map(|(name, _)| *name).collect();
+        ScenarioEntryError::Form { what: self.name, example: self.example, units, found: written.to_owned() }
     }
 
     /// Parses a quantity above zero. Returns it in SI.
     pub fn positive(&self, text: &Text) -> Result<f64, TextError> {
         let number = self.parse(text)?;
-        let what = || format!("expected {} above zero, got {:?}", self.name, text.get_ref());
-        if number > 0.0 { Ok(number) } else { Err(TextError::at(&text.span(), what())) }
+        let zero = || ScenarioEntryError::Zero { what: self.name, found: text.get_ref().clone() };
+        if number > 0.0 { Ok(number) } else { Err(TextError::at(&text.span(), zero())) }
     }
 }
 
@@ -126,14 +113,16 @@ pub fn flow(text: &Text) -> Result<f64, TextError> {
     FLOW.parse(text)
 }
 
-/// The highest pressure, in Pa: 10 bar.
-const HIGHEST_PA: f64 = 1e6;
+/// The pressure of a gas, in Pa; never zero.
+pub fn gas_pressure(text: &Text) -> Result<f64, TextError> {
+    parsed::<GasPressure>(text).map(|pressure| pressure.0.pa())
+}
 
-/// A pressure, in Pa.
+/// A pressure to compare with, in Pa; it may be zero.
 pub fn pressure(text: &Text) -> Result<f64, TextError> {
     let pressure: Pressure = parsed(text)?;
-    let wrong = || TextError::at(&text.span(), format!("expected a pressure up to 10 bar, got {:?}", text.get_ref()));
-    if pressure.pa() <= HIGHEST_PA { Ok(pressure.pa()) } else { Err(wrong()) }
+    let high = || TextError::at(&text.span(), ScenarioEntryError::HighPressure(text.get_ref().clone()));
+    if pressure.pa() <= HIGHEST_PA { Ok(pressure.pa()) } else { Err(high()) }
 }
 
 /// A temperature in degrees Celsius or K, in K.
@@ -145,37 +134,21 @@ pub fn temperature(text: &Text) -> Result<f64, TextError> {
         _ => None,
     };
     let possible = kelvin.filter(|kelvin| (1.0..=2000.0).contains(kelvin));
-    possible.ok_or_else(|| {
-        TextError::at(&text.span(), format!("expected a temperature like \"150 C\" or \"423 K\", got {written:?}"))
-    })
+    possible.ok_or_else(|| TextError::at(&text.span(), ScenarioEntryError::Temperature(written.clone())))
 }
 
 /// Parses any type from a text.
-pub fn parsed<T: std::str::FromStr<Err: Display>>(text: &Text) -> Result<T, TextError> {
-    text.get_ref().parse().map_err(|error| TextError::at(&text.span(), error))
+pub fn parsed<T: FromStr>(text: &Text) -> Result<T, TextError>
+where
+    ScenarioEntryError: From<T::Err>,
+{
+    text.get_ref().parse().map_err(|error: T::Err| TextError::at(&text.span(), error))
 }
 
-/// The error for an unknown name: the known names, and the most similar one.
-pub fn unknown<'a>(what: &str, name: &Text, known: impl Iterator<Item = &'a str>) -> TextError {
-    let known: Vec<&str> = known.collect();
-    let there = if known.is_empty() { "there is none".to_owned() } else { format!("known: {}", known.join(", ")) };
-    let near = nearest(name.get_ref(), known.iter().copied())
-        .map_or(String::new(), |near| format!("; did you mean {near:?}?"));
-    TextError::at(&name.span(), format!("expected {what}, got {:?}; {there}{near}", name.get_ref()))
-}
-
-/// The most similar name.
-pub fn nearest<'a>(name: &str, known: impl Iterator<Item = &'a str>) -> Option<&'a str> {
-    let alike = known.map(|known| (strsim::jaro_winkler(name, known), known)).filter(|(alike, _)| *alike > 0.8);
-    alike.max_by(|(one, _), (other, _)| one.total_cmp(other)).map(|(_, known)| known)
-}
-
-/// The message of the parser about an unknown key, with the most similar key.
-pub fn parser_message(message: &str) -> String {
-    let mut names = message.split('`').skip(1).step_by(2);
-    let near =
-        message.starts_with("unknown field").then(|| names.next()).flatten().and_then(|name| nearest(name, names));
-    near.map_or_else(|| message.to_owned(), |near| format!("{message}; did you mean `{near}`?"))
+/// The error for an unknown name, with the known names.
+pub fn unknown<'a>(what: &'static str, name: &Text, known: impl Iterator<Item = &'a str>) -> TextError {
+    let known = known.map(str::to_owned).collect();
+    TextError::at(&name.span(), ScenarioEntryError::Unknown { what, found: name.get_ref().clone(), known })
 }
 
 #[cfg(test)]
@@ -212,20 +185,12 @@ mod tests {
     fn an_invalid_quantity_is_an_error_with_an_example() {
         for written in ["", "s", "9", "-1 s", "nan s", "1e400 s", "1 s s", "1 m"] {
             let expected = format!("expected a time like \"90 s\" in ms, s, min, h, d, got {written:?}");
-            assert_eq!(TIME.parse(&text(written)), Err(TextError { at: 7, message: expected }), "{written}");
+            let error = TIME.parse(&text(written)).unwrap_err();
+            assert_eq!((error.at, error.error.to_string()), (7, expected), "{written}");
         }
-        assert_eq!(VOLUME.positive(&text("0 l")).unwrap_err().message, "expected a volume above zero, got \"0 l\"");
-        let cold = temperature(&text("-300 C")).unwrap_err().message;
-        assert_eq!(cold, "expected a temperature like \"150 C\" or \"423 K\", got \"-300 C\"");
-    }
-
-    #[test]
-    fn an_unknown_name_is_an_error_with_a_suggestion() {
-        let known = || ["gate", "fore-valve"].into_iter();
-        let said = unknown("a valve", &text("gaet"), known()).message;
-        assert_eq!(said, "expected a valve, got \"gaet\"; known: gate, fore-valve; did you mean \"gate\"?");
-        assert!(!unknown("a valve", &text("turbo"), known()).message.contains("did you mean"));
-        let sentence = parser_message("unknown field `opne`, expected one of `at`, `open`");
-        assert_eq!(sentence, "unknown field `opne`, expected one of `at`, `open`; did you mean `open`?");
+        let zero = VOLUME.positive(&text("0 l")).unwrap_err().error.to_string();
+        assert_eq!(zero, "expected a volume above zero, got \"0 l\"");
+        let cold = temperature(&text("-300 C")).unwrap_err().error.to_string();
+        assert_eq!(cold, "expected a temperature like \"150 C\" or \"423 K\" from 1 K to 2000 K, got \"-300 C\"");
     }
 }

@@ -307,8 +307,8 @@ fn shown_otherwise(device: &VirtualDevice, instance: Option<u8>, check: &Check) 
             None => Some(format!("expected {name} to have an instance {instance}")),
         },
         Check::Valid(expected) => flag("the validity of the value", *expected, shown.is_some_and(|shown| shown.valid)),
-        Check::State(expected) if expected == report.device_state => None,
-        Check::State(expected) => differs("the state", expected, &report.device_state),
+        Check::State(expected) if *expected == report.device_state => None,
+        Check::State(expected) => differs("the state", &expected.name(), &report.device_state.name()),
         Check::Emission(expected) => flag("the emission", *expected, any(report.emission.iter())),
         Check::Degas(expected) => flag("the degas", *expected, any(report.degas.iter())),
         Check::Relay(number, closed) => relay(&report, *number).map_or_else(

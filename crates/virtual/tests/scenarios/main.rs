@@ -3,6 +3,7 @@
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
 
 mod curves;
+mod finite;
 mod picture;
 mod wrong;
 

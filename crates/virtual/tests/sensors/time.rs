@@ -129,7 +129,7 @@ fn a_broken_filament_is_a_fault_of_the_device() {
         gauge.sensor_mut(instance).unwrap().filament_mut().unwrap().replace();
         gauge.operate(Action::Fault { fault: Fault::of_sensor(instance).unwrap(), active: false }).unwrap();
         gauge.advance(1.0);
-        assert_eq!(gauge.report().device_state, "EXECUTING", "{name}");
+        assert_eq!(gauge.report().device_state.name(), "EXECUTING", "{name}");
     }
 }
 

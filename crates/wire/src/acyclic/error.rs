@@ -1,7 +1,7 @@
 //! Negative responses and their error codes. profibus-wire 4.1.2 and 4.1.3.
 
-use super::function::Function;
-use crate::octets::{Reader, TooLong, TooShort, Writer};
+use super::function::{FieldError, Function};
+use crate::octets::{Reader, TooLong, Writer};
 use core::fmt;
 
 /// A negative response.
@@ -34,14 +34,14 @@ impl Negative {
     }
 
     /// Parses the octets after the function number.
-    pub(super) fn parse(function: Function, mut reader: Reader<'_>) -> Result<Self, TooShort> {
+    pub(super) fn parse(function: Function, mut reader: Reader<'_>) -> Result<Self, FieldError> {
         let negative = Self {
             function,
             decode: ErrorDecode::from_octet(reader.octet()?),
             code_1: ErrorCode(reader.octet()?),
             code_2: reader.octet()?,
         };
-        if reader.is_empty() { Ok(negative) } else { Err(TooShort) }
+        if reader.is_empty() { Ok(negative) } else { Err(FieldError::Surplus) }
     }
 
     pub(super) fn emit(self, writer: &mut Writer<'_>) -> Result<(), TooLong> {

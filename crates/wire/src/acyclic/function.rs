@@ -1,5 +1,6 @@
 //! Function numbers of PDUs, and the errors of parsing a PDU. profibus-wire 4.1.
 
+use crate::octets::TooShort;
 use core::fmt;
 
 /// Bit 7 of the function number: a negative response.
@@ -82,6 +83,8 @@ pub enum PduError {
     Function(u8),
     /// The PDU is shorter or longer than its fields, or a length octet is out of range.
     Length(Function),
+    /// The resource manager names an access point above 48.
+    AccessPoint(u8),
     /// Initiate: the length of an additional address does not fit its type.
     Address,
 }
@@ -92,9 +95,39 @@ impl fmt::Display for PduError {
             Self::Empty => f.write_str("a poll is no PDU"),
             Self::Function(number) => write!(f, "there is no function {number:02X}"),
             Self::Length(function) => write!(f, "the length of {function} does not fit its fields"),
+            Self::AccessPoint(found) => write!(f, "expected an access point from 0 to 48, got {found}"),
             Self::Address => f.write_str("type and length of an additional address contradict each other"),
         }
     }
 }
 
 impl core::error::Error for PduError {}
+
+/// Why the octets after a function number are wrong.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum FieldError {
+    /// They end before the last field.
+    TooShort,
+    /// Octets follow the last field.
+    Surplus,
+    /// A length octet is out of range, or differs from the number of octets that follow.
+    Length,
+    /// An access point is above 48.
+    AccessPoint(u8),
+}
+
+impl FieldError {
+    /// The error of a PDU with this function.
+    pub(super) const fn of(self, function: Function) -> PduError {
+        match self {
+            Self::TooShort | Self::Surplus | Self::Length => PduError::Length(function),
+            Self::AccessPoint(found) => PduError::AccessPoint(found),
+        }
+    }
+}
+
+impl From<TooShort> for FieldError {
+    fn from(TooShort: TooShort) -> Self {
+        Self::TooShort
+    }
+}

@@ -1,6 +1,6 @@
 //! Initiate opens an MS2 connection of a class 2 master; the resource manager assigns the access point. profibus-wire 4.6.
 
-use super::function::{Function, PduError};
+use super::function::{FieldError, Function, PduError};
 use crate::octets::{Reader, TooLong, TooShort, Writer};
 
 /// The capabilities of one side of a connection.
@@ -207,9 +207,13 @@ pub struct ResourceManager {
 
 impl ResourceManager {
     /// Parses the octets after the function number.
-    pub(super) fn parse(mut reader: Reader<'_>) -> Result<Self, TooShort> {
+    pub(super) fn parse(mut reader: Reader<'_>) -> Result<Self, FieldError> {
         let answer = Self { server_sap: reader.octet()?, min_send_timeout: reader.word()? };
-        if reader.is_empty() && answer.server_sap <= 48 { Ok(answer) } else { Err(TooShort) }
+        match answer.server_sap {
+            _ if !reader.is_empty() => Err(FieldError::Surplus),
+            0..=48 => Ok(answer),
+            found => Err(FieldError::AccessPoint(found)),
+        }
     }
 
     pub(super) fn emit(self, writer: &mut Writer<'_>) -> Result<(), TooLong> {

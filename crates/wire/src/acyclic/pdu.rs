@@ -2,10 +2,10 @@
 
 use super::abort::Abort;
 use super::error::Negative;
-use super::function::{Function, NEGATIVE, PduError};
+use super::function::{FieldError, Function, NEGATIVE, PduError};
 use super::initiate::{Initiate, InitiateRes, ResourceManager};
 use super::record::{Access, AlarmAck, Transfer};
-use crate::octets::{Reader, TooLong, TooShort, Writer};
+use crate::octets::{Reader, TooLong, Writer};
 
 /// A PDU from a master.
 ///
@@ -45,16 +45,16 @@ impl<'a> Request<'a> {
     pub fn parse(pdu: &'a [u8]) -> Result<Self, PduError> {
         let [number, rest @ ..] = pdu else { return Err(PduError::Empty) };
         let function = Function::from_number(*number).ok_or(PduError::Function(*number))?;
-        let length = |TooShort| PduError::Length(function);
+        let wrong = |error: FieldError| error.of(function);
         let reader = Reader::new(rest);
         match function {
             Function::Idle => Ok(Self::Idle(rest)),
-            Function::DataTransport => Transfer::parse(reader, 1).map(Self::DataTransport).map_err(length),
+            Function::DataTransport => Transfer::parse(reader, 1).map(Self::DataTransport).map_err(wrong),
             Function::Initiate => Initiate::parse(reader).map(Self::Initiate),
-            Function::Abort => Abort::parse(reader).map(Self::Abort).map_err(length),
-            Function::AlarmAck => AlarmAck::parse(reader).map(Self::AlarmAck).map_err(length),
-            Function::Read => Access::parse(reader).map(Self::Read).map_err(length),
-            Function::Write => Transfer::parse(reader, 1).map(Self::Write).map_err(length),
+            Function::Abort => Abort::parse(reader).map(Self::Abort).map_err(|short| wrong(short.into())),
+            Function::AlarmAck => AlarmAck::parse(reader).map(Self::AlarmAck).map_err(wrong),
+            Function::Read => Access::parse(reader).map(Self::Read).map_err(wrong),
+            Function::Write => Transfer::parse(reader, 1).map(Self::Write).map_err(wrong),
             Function::ResourceManager => Err(PduError::Function(*number)),
         }
     }
@@ -132,21 +132,21 @@ impl<'a> Response<'a> {
         let [number, rest @ ..] = pdu else { return Err(PduError::Empty) };
         let unknown = PduError::Function(*number);
         let function = Function::from_number(*number & !NEGATIVE).ok_or(unknown)?;
-        let length = |TooShort| PduError::Length(function);
+        let wrong = |error: FieldError| error.of(function);
         let reader = Reader::new(rest);
         match (function, *number & NEGATIVE != 0) {
             (Function::Idle, false) => Ok(Self::Idle(rest)),
-            (Function::DataTransport, false) => Transfer::parse(reader, 0).map(Self::DataTransport).map_err(length),
+            (Function::DataTransport, false) => Transfer::parse(reader, 0).map(Self::DataTransport).map_err(wrong),
             (Function::ResourceManager, false) => {
-                ResourceManager::parse(reader).map(Self::ResourceManager).map_err(length)
+                ResourceManager::parse(reader).map(Self::ResourceManager).map_err(wrong)
             }
             (Function::Initiate, false) => InitiateRes::parse(reader).map(Self::Initiate),
-            (Function::Abort, false) => Abort::parse(reader).map(Self::Abort).map_err(length),
-            (Function::AlarmAck, false) => AlarmAck::parse(reader).map(Self::AlarmAck).map_err(length),
-            (Function::Read, false) => Transfer::parse(reader, 0).map(Self::Read).map_err(length),
-            (Function::Write, false) => Access::parse(reader).map(Self::Write).map_err(length),
+            (Function::Abort, false) => Abort::parse(reader).map(Self::Abort).map_err(|short| wrong(short.into())),
+            (Function::AlarmAck, false) => AlarmAck::parse(reader).map(Self::AlarmAck).map_err(wrong),
+            (Function::Read, false) => Transfer::parse(reader, 0).map(Self::Read).map_err(wrong),
+            (Function::Write, false) => Access::parse(reader).map(Self::Write).map_err(wrong),
             (Function::Idle | Function::ResourceManager | Function::Abort, true) => Err(unknown),
-            (_, true) => Negative::parse(function, reader).map(Self::Negative).map_err(length),
+            (_, true) => Negative::parse(function, reader).map(Self::Negative).map_err(wrong),
         }
     }
 

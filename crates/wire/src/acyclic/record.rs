@@ -1,6 +1,7 @@
 //! Access to records: Read, Write, Data_Transport, and Alarm_Ack. profibus-wire 4.1.1.
 
-use crate::octets::{Reader, TooLong, TooShort, Writer};
+use super::function::FieldError;
+use crate::octets::{Reader, TooLong, Writer};
 
 /// Length of the longest record in one PDU.
 pub const MAX_RECORD_LENGTH: usize = 240;
@@ -21,11 +22,14 @@ impl Access {
     /// Parses the octets after the function number.
     ///
     /// # Errors
-    /// [`TooShort`] if there are not exactly three octets, or the length is not 1 to 240.
-    pub(super) fn parse(mut reader: Reader<'_>) -> Result<Self, TooShort> {
+    /// [`FieldError`] if there are not exactly three octets, or the length is not 1 to 240.
+    pub(super) fn parse(mut reader: Reader<'_>) -> Result<Self, FieldError> {
         let access = Self { slot: reader.octet()?, index: reader.octet()?, length: reader.octet()? };
-        let possible = (1..=MAX_RECORD_LENGTH).contains(&usize::from(access.length));
-        if possible && reader.is_empty() { Ok(access) } else { Err(TooShort) }
+        match usize::from(access.length) {
+            _ if !reader.is_empty() => Err(FieldError::Surplus),
+            1..=MAX_RECORD_LENGTH => Ok(access),
+            _ => Err(FieldError::Length),
+        }
     }
 
     pub(super) fn emit(self, writer: &mut Writer<'_>) -> Result<(), TooLong> {
@@ -49,12 +53,12 @@ impl<'a> Transfer<'a> {
     /// Parses the octets after the function number. `least` is the minimum length of the data: 1 in a request, 0 in a response.
     ///
     /// # Errors
-    /// [`TooShort`] if the length octet differs from the number of octets that follow, or is not `least` to 240.
-    pub(super) fn parse(mut reader: Reader<'a>, least: usize) -> Result<Self, TooShort> {
+    /// [`FieldError`] if the length octet differs from the number of octets that follow, or is not `least` to 240.
+    pub(super) fn parse(mut reader: Reader<'a>, least: usize) -> Result<Self, FieldError> {
         let (slot, index, length) = (reader.octet()?, reader.octet()?, usize::from(reader.octet()?));
         let data = reader.rest();
         let possible = (least..=MAX_RECORD_LENGTH).contains(&length);
-        if possible && data.len() == length { Ok(Self { slot, index, data }) } else { Err(TooShort) }
+        if possible && data.len() == length { Ok(Self { slot, index, data }) } else { Err(FieldError::Length) }
     }
 
     pub(super) fn emit(&self, writer: &mut Writer<'_>) -> Result<(), TooLong> {
@@ -77,9 +81,9 @@ pub struct AlarmAck {
 }
 
 impl AlarmAck {
-    pub(super) fn parse(mut reader: Reader<'_>) -> Result<Self, TooShort> {
+    pub(super) fn parse(mut reader: Reader<'_>) -> Result<Self, FieldError> {
         let ack = Self { slot: reader.octet()?, alarm_type: reader.octet()?, specifier: reader.octet()? };
-        if reader.is_empty() { Ok(ack) } else { Err(TooShort) }
+        if reader.is_empty() { Ok(ack) } else { Err(FieldError::Surplus) }
     }
 
     pub(super) fn emit(self, writer: &mut Writer<'_>) -> Result<(), TooLong> {

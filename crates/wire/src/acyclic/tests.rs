@@ -246,3 +246,24 @@ fn a_length_that_does_not_fit_the_address_type_is_an_error() {
         assert_eq!(Request::parse(&hex(&std::format!("{fixed} {tail}"))), Err(defect), "{tail}");
     }
 }
+
+/// Each kind of wrong PDU has its own error; before, all of them ended "too early".
+#[test]
+fn a_wrong_field_is_named() {
+    let length = |function| Err(PduError::Length(function));
+    for (pdu, error) in [
+        (&[0x5E, 1, 16][..], length(Function::Read)),
+        (&[0x5E, 1, 16, 0], length(Function::Read)),
+        (&[0x5E, 1, 16, 241], length(Function::Read)),
+        (&[0x5E, 1, 16, 20, 0], length(Function::Read)),
+        (&[0x5F, 1, 16, 2, 0], length(Function::Write)),
+    ] {
+        assert_eq!(Request::parse(pdu), error, "{pdu:02X?}");
+    }
+    let manager = Function::ResourceManager.number();
+    assert!(Response::parse(&[manager, 48, 0, 100]).is_ok());
+    assert_eq!(Response::parse(&[manager, 49, 0, 100]), Err(PduError::AccessPoint(49)));
+    assert_eq!(Response::parse(&[manager, 48, 0]), Err(PduError::Length(Function::ResourceManager)));
+    assert_eq!(Response::parse(&[manager, 49, 0, 100, 0]), Err(PduError::Length(Function::ResourceManager)));
+    assert_eq!(std::format!("{}", PduError::AccessPoint(49)), "expected an access point from 0 to 48, got 49");
+}

@@ -9,10 +9,10 @@ use profivac_wire::{DataTelegram, Telegram};
 
 /// The answer in `telegram`, received by the station `address` that waits for it.
 #[inline]
-pub(super) fn matched<'a>(asked: &OpenRequest, address: u8, telegram: &Telegram<'a>) -> Result<Answer<'a>, Mismatch> {
+pub(super) fn matched<'a>(request: &OpenRequest, address: u8, telegram: &Telegram<'a>) -> Result<Answer<'a>, Mismatch> {
     match telegram {
-        Telegram::Data(frame) => framed(asked, address, frame),
-        Telegram::ShortAck => match asked.kind {
+        Telegram::Data(frame) => framed(request, address, frame),
+        Telegram::ShortAck => match request.kind {
             Kind::Reply => Ok(short(Status::NoReply)),
             Kind::Acknowledge => Ok(short(Status::Ok)),
             Kind::FdlStatus | Kind::Information | Kind::Unconfirmed => Err(Mismatch::Form),
@@ -26,17 +26,17 @@ const fn short(status: Status) -> Answer<'static> {
     Answer { station: StationType::Slave, status, du: &[], retries: 0 }
 }
 
-fn framed<'a>(asked: &OpenRequest, address: u8, frame: &DataTelegram<'a>) -> Result<Answer<'a>, Mismatch> {
+fn framed<'a>(request: &OpenRequest, address: u8, frame: &DataTelegram<'a>) -> Result<Answer<'a>, Mismatch> {
     let Control::Response { station, status } = frame.control() else { return Err(Mismatch::Function(frame.fc)) };
     if frame.da != address {
         return Err(Mismatch::Destination(frame.da));
     }
-    if frame.sa != asked.da {
+    if frame.sa != request.da {
         return Err(Mismatch::Source(frame.sa));
     }
-    let carries_data = carries_data(asked.kind, status).ok_or(Mismatch::Function(frame.fc))?;
+    let carries_data = carries_data(request.kind, status).ok_or(Mismatch::Function(frame.fc))?;
     let bare = frame.dsap.is_none() && frame.ssap.is_none() && frame.du.is_empty();
-    let swapped = frame.dsap == asked.ssap && frame.ssap == asked.dsap;
+    let swapped = frame.dsap == request.ssap && frame.ssap == request.dsap;
     match (carries_data, bare, swapped) {
         // An SD1 never has access points.
         (_, true, _) | (true, _, true) => Ok(Answer { station, status, du: frame.du, retries: 0 }),
@@ -71,14 +71,14 @@ mod tests {
     const FDL_STATUS: OpenRequest = OpenRequest { da: 8, kind: Kind::FdlStatus, dsap: None, ssap: None };
 
     /// The result of the octets in `text` at master 2: status and data, or the mismatch.
-    fn heard(asked: OpenRequest, text: &str) -> Result<(Status, Vec<u8>), Mismatch> {
+    fn heard(request: OpenRequest, text: &str) -> Result<(Status, Vec<u8>), Mismatch> {
         let octets: Vec<u8> = text.split_whitespace().map(|octet| u8::from_str_radix(octet, 16).unwrap()).collect();
-        matched(&asked, 2, &Telegram::parse(&octets).unwrap()).map(|answer| (answer.status, answer.du.to_vec()))
+        matched(&request, 2, &Telegram::parse(&octets).unwrap()).map(|answer| (answer.status, answer.du.to_vec()))
     }
 
     #[test]
     fn the_answers_in_the_reference_match_their_requests() {
-        for (asked, text, status, du) in [
+        for (request, text, status, du) in [
             (FDL_STATUS, "10 02 08 00 0A 16", Status::Ok, &[][..]),
             (EXCHANGE, "68 05 05 68 02 08 08 01 02 15 16", Status::DataLow, &[1, 2]),
             (EXCHANGE, "68 05 05 68 02 08 0A 01 02 17 16", Status::DataHigh, &[1, 2]),
@@ -91,13 +91,13 @@ mod tests {
             (DIAG, "68 0B 0B 68 82 88 08 3E 3C 02 05 00 FF 12 34 D8 16", Status::DataLow, &[2, 5, 0, 0xFF, 0x12, 0x34]),
             (DIAG, "10 02 08 03 0D 16", Status::ServiceNotActivated, &[]),
         ] {
-            assert_eq!(heard(asked, text), Ok((status, du.to_vec())), "{text}");
+            assert_eq!(heard(request, text), Ok((status, du.to_vec())), "{text}");
         }
     }
 
     #[test]
     fn every_mismatch_is_named() {
-        for (asked, text, mismatch) in [
+        for (request, text, mismatch) in [
             // A diagnosis that comes late, while inputs are awaited, and the other way round.
             (EXCHANGE, "68 0B 0B 68 82 88 08 3E 3C 02 05 00 FF 12 34 D8 16", Mismatch::AccessPoint),
             (DIAG, "68 05 05 68 02 08 08 01 02 15 16", Mismatch::AccessPoint),
@@ -113,7 +113,7 @@ mod tests {
             (FDL_STATUS, "68 05 05 68 02 08 00 01 02 0D 16", Mismatch::Form),
             (EXCHANGE, "DC 02 08", Mismatch::Form),
         ] {
-            assert_eq!(heard(asked, text), Err(mismatch), "{text}");
+            assert_eq!(heard(request, text), Err(mismatch), "{text}");
         }
     }
 }

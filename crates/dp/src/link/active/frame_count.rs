@@ -13,29 +13,29 @@ impl FrameCounts {
     }
 
     /// The frame count of a request.
-    pub(super) fn next(&self, asked: &OpenRequest) -> FrameCount {
-        match self.0.get(usize::from(asked.da)) {
-            Some(count) if asked.kind.counts() => *count,
+    pub(super) fn next(&self, request: &OpenRequest) -> FrameCount {
+        match self.0.get(usize::from(request.da)) {
+            Some(count) if request.kind.counts() => *count,
             _ => FrameCount::Uncounted,
         }
     }
 
     /// A valid answer came: the next request carries the other bit.
-    pub(super) fn answered(&mut self, asked: &OpenRequest) {
-        self.set(asked, |count| match count {
+    pub(super) fn answered(&mut self, request: &OpenRequest) {
+        self.set(request, |count| match count {
             FrameCount::Counted(fcb) => FrameCount::Counted(!fcb),
             FrameCount::First | FrameCount::Uncounted => FrameCount::Counted(false),
         });
     }
 
     /// The station is not operational any more: the next request is the first again.
-    pub(super) fn forget(&mut self, asked: &OpenRequest) {
-        self.set(asked, |_| FrameCount::First);
+    pub(super) fn forget(&mut self, request: &OpenRequest) {
+        self.set(request, |_| FrameCount::First);
     }
 
-    fn set(&mut self, asked: &OpenRequest, change: impl Fn(FrameCount) -> FrameCount) {
-        if let Some(count) = self.0.get_mut(usize::from(asked.da))
-            && asked.kind.counts()
+    fn set(&mut self, request: &OpenRequest, change: impl Fn(FrameCount) -> FrameCount) {
+        if let Some(count) = self.0.get_mut(usize::from(request.da))
+            && request.kind.counts()
         {
             *count = change(*count);
         }

@@ -65,8 +65,8 @@ pub(super) struct MessageCycle {
 }
 
 impl MessageCycle {
-    pub(super) const fn new(asked: OpenRequest, retries_left: u8) -> Self {
-        Self { request: asked, from_user: true, retries: 0, retries_left, sent_at: None, mismatch: None }
+    pub(super) const fn new(request: OpenRequest, retries_left: u8) -> Self {
+        Self { request, from_user: true, retries: 0, retries_left, sent_at: None, mismatch: None }
     }
 }
 

@@ -93,8 +93,8 @@ impl Transaction {
 
     /// Replaces the request by the record of its response.
     pub(in crate::master) fn store_response(&mut self, data: &[u8]) {
-        if let Some(place) = self.octets.get_mut(..data.len()) {
-            place.copy_from_slice(data);
+        if let Some(front) = self.octets.get_mut(..data.len()) {
+            front.copy_from_slice(data);
             self.length = data.len();
         }
     }

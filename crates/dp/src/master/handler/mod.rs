@@ -43,7 +43,7 @@ pub(super) struct Context<'a> {
     /// The mode of the master must be sent to the slaves.
     pub(super) control_due: &'a mut bool,
     /// When the request was sent that is being confirmed.
-    pub(super) asked_at: BitTime,
+    pub(super) requested_at: BitTime,
     pub(super) change: Change,
 }
 
@@ -185,25 +185,35 @@ impl<const OCTETS: usize> Handler<OCTETS> {
     }
 
     /// Evaluates the confirmation of a request.
-    pub(super) fn confirmed(&mut self, ask: CyclicRequest, confirmation: Confirmation<'_>, context: &mut Context<'_>) {
-        self.handle_confirmation(ask, confirmation, context);
-        self.enforce_min_interval(context.asked_at);
+    pub(super) fn confirmed(
+        &mut self,
+        request: CyclicRequest,
+        confirmation: Confirmation<'_>,
+        context: &mut Context<'_>,
+    ) {
+        self.handle_confirmation(request, confirmation, context);
+        self.enforce_min_interval(context.requested_at);
     }
 
     /// Min_Slave_Interval.
     #[inline]
-    fn enforce_min_interval(&mut self, asked: BitTime) {
+    fn enforce_min_interval(&mut self, requested_at: BitTime) {
         if self.min_interval_tbit > 0 {
-            self.back_off.not_before(asked + self.min_interval_tbit);
+            self.back_off.not_before(requested_at + self.min_interval_tbit);
         }
     }
 
-    fn handle_confirmation(&mut self, ask: CyclicRequest, confirmation: Confirmation<'_>, context: &mut Context<'_>) {
-        if self.state.request() != Some(ask) {
+    fn handle_confirmation(
+        &mut self,
+        request: CyclicRequest,
+        confirmation: Confirmation<'_>,
+        context: &mut Context<'_>,
+    ) {
+        if self.state.request() != Some(request) {
             // The slave was released or restarted while the request was under way.
             return;
         }
-        match (ask, confirmation) {
+        match (request, confirmation) {
             // An interruption is no failure of the slave, and every request of a handler has an answer.
             (_, Confirmation::Failed(Failure::Interrupted) | Confirmation::Sent) => {}
             (_, Confirmation::Failed(failure)) => self.no_answer(failure, context),
@@ -299,13 +309,13 @@ impl<const OCTETS: usize> Handler<OCTETS> {
     #[inline]
     pub(super) fn accept_inputs(
         &mut self,
-        ask: CyclicRequest,
+        request: CyclicRequest,
         confirmation: &Confirmation<'_>,
         at: BitTime,
-        asked: BitTime,
+        requested_at: BitTime,
     ) -> bool {
         let (HandlerState::Data { diag: false }, CyclicRequest::DataExch, Confirmation::Answer(answer)) =
-            (self.state, ask, confirmation)
+            (self.state, request, confirmation)
         else {
             return false;
         };
@@ -321,7 +331,7 @@ impl<const OCTETS: usize> Handler<OCTETS> {
         image.copy_from_slice(answer.du);
         self.count_retries(answer);
         self.exchange_succeeded(diag, at);
-        self.enforce_min_interval(asked);
+        self.enforce_min_interval(requested_at);
         true
     }
 

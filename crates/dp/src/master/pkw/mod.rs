@@ -60,7 +60,7 @@ pub const WRITE_BYTE: u8 = 10;
 /// AK of a write of one octet on devices that take octets as words (errata-bpg-bcg-tpg 133).
 pub const WRITE_BYTE_AS_WORD: u8 = 2;
 
-/// The place of the channel in the images, and the dialect of the slave.
+/// The position of the channel in the images, and the dialect of the slave.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct PkwParameters {
@@ -153,8 +153,8 @@ impl PkwTask {
 
     /// Puts the octets of the present state into outputs that are about to be sent.
     pub(super) fn put(&mut self, outputs: &mut [u8]) {
-        if let Some(place) = part_mut(outputs, self.parameters.outputs_at) {
-            *place = if self.state == TaskState::Requested { self.instruction.octets() } else { [0; OCTETS] };
+        if let Some(channel) = part_mut(outputs, self.parameters.outputs_at) {
+            *channel = if self.state == TaskState::Requested { self.instruction.octets() } else { [0; OCTETS] };
             self.sent = true;
         }
     }

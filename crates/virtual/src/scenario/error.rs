@@ -1,0 +1,237 @@
+//! The errors of the entries of a scenario.
+
+use crate::device_spec::SpecError;
+use crate::gas_pressure::GasPressureError;
+use profivac_client::pressure::PressureError;
+use profivac_vacuum::gas::UnknownGas;
+use std::fmt;
+use std::ops::Range;
+
+/// The error of an entry of a scenario: the expected and the found value.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum ScenarioEntryError {
+    /// The text is no TOML, or has a wrong key, or a value of a wrong type.
+    #[error("{}", ParserMessage(.0.message()))]
+    Toml(Box<toml::de::Error>),
+    /// A quantity has another form, or another unit.
+    #[error("expected {what} like {example:?} in {}, got {found:?}", units.join(", "))]
+    Form {
+        /// The quantity: `a time`.
+        what: &'static str,
+        /// A valid text.
+        example: &'static str,
+        /// The units of the quantity.
+        units: Vec<&'static str>,
+        /// The text of the file.
+        found: String,
+    },
+    /// A quantity is beyond every plant.
+    #[error("expected {what} from {least} to {most}, got {found:?}")]
+    OutOfRange {
+        /// The quantity.
+        what: &'static str,
+        /// The lowest value.
+        least: &'static str,
+        /// The highest value.
+        most: &'static str,
+        /// The text of the file.
+        found: String,
+    },
+    /// A quantity is zero.
+    #[error("expected {what} above zero, got {found:?}")]
+    Zero {
+        /// The quantity.
+        what: &'static str,
+        /// The text of the file.
+        found: String,
+    },
+    /// The pressure of a gas is wrong.
+    #[error(transparent)]
+    GasPressure(#[from] GasPressureError),
+    /// The pressure of an expectation is wrong.
+    #[error(transparent)]
+    Pressure(#[from] PressureError),
+    /// The pressure of an expectation is beyond every plant.
+    #[error("expected a pressure up to 10 bar, got {0:?}")]
+    HighPressure(String),
+    /// A temperature has another form or is beyond every plant.
+    #[error("expected a temperature like \"150 C\" or \"423 K\" from 1 K to 2000 K, got {0:?}")]
+    Temperature(String),
+    /// No gas has this name.
+    #[error(transparent)]
+    Gas(#[from] UnknownGas),
+    /// A device spec is wrong.
+    #[error(transparent)]
+    Device(#[from] SpecError),
+    /// A name of the file, or of the program, is unknown.
+    #[error("expected {what}, got {found:?}; {}", Known { known, found })]
+    Unknown {
+        /// The kind of name.
+        what: &'static str,
+        /// The text of the file.
+        found: String,
+        /// The names that exist.
+        known: Vec<String>,
+    },
+    /// No gauge has this address.
+    #[error("expected the address of a gauge, got {found}; known: {}", list(known))]
+    UnknownAddress {
+        /// The address of the file.
+        found: u8,
+        /// The addresses of the gauges.
+        known: Vec<u8>,
+    },
+    /// The device has no such fault, button, switch or potentiometer.
+    #[error("expected something {device} has, got {found:?}; it has {}", Has { known, found })]
+    UnknownPart {
+        /// The device.
+        device: &'static str,
+        /// The text of the file.
+        found: String,
+        /// The names that the device has.
+        known: Vec<String>,
+    },
+    /// The plant has too many volumes.
+    #[error("expected at most {0} volumes with those of pockets")]
+    TooManyVolumes(usize),
+    /// Two parts have the same name.
+    #[error("the name {0:?} is given twice")]
+    DuplicateName(String),
+    /// A part connects a volume with itself.
+    #[error("expected another volume than {0:?}, got it twice")]
+    SameVolume(String),
+    /// A tube or a valve has no conductance.
+    #[error("expected diameter and length, or conductance")]
+    NoConductance,
+    /// A compression is beyond every pump.
+    #[error("expected a compression from 1 to 1e15, got {0:e}")]
+    Compression(f64),
+    /// A step is too long.
+    #[error("expected a step of at most 1 h, got {0:?}")]
+    LongStep(String),
+    /// An event is after the end.
+    #[error("expected a time before the end of the scenario, got {0:?}")]
+    AfterEnd(String),
+    /// An inlet has neither flow nor pressure, or both.
+    #[error("expected a flow or a pressure")]
+    NoSupply,
+    /// The voltage of a potentiometer is beyond its supply.
+    #[error("expected volts from -{most} to {most}, got {found}")]
+    Volts {
+        /// The highest voltage, either sign.
+        most: f64,
+        /// The number of the file.
+        found: f64,
+    },
+    /// An expectation has no subject, or two.
+    #[error("expected the key volume or the key device, and not both")]
+    NoSubject,
+    /// An expectation has no check.
+    #[error("expected a check, like below = \"1e-6 mbar\"")]
+    NoCheck,
+    /// An expectation of a volume has a check that only a device has.
+    #[error("expected only above, below or near for a volume")]
+    NotOfVolume,
+    /// An expectation of a relay lacks its number or its state.
+    #[error("expected the keys relay and closed together")]
+    HalfRelay,
+    /// A tolerance has no value.
+    #[error("expected the key near beside the key within")]
+    NoNear,
+    /// Bounds contradict each other.
+    #[error("expected near, or above and below")]
+    MixedBounds,
+}
+
+/// An error with its position in the text.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TextError {
+    /// The position in octets.
+    pub at: usize,
+    /// The error.
+    pub error: ScenarioEntryError,
+}
+
+impl TextError {
+    /// An error at the beginning of `span`.
+    pub fn at(span: &Range<usize>, error: impl Into<ScenarioEntryError>) -> Self {
+        Self { at: span.start, error: error.into() }
+    }
+}
+
+/// The known names, and the most similar one.
+struct Known<'a> {
+    known: &'a [String],
+    found: &'a str,
+}
+
+impl fmt::Display for Known<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if self.known.is_empty() { f.write_str("there is none") } else { write!(f, "known: {}", list(self.known)) }?;
+        suggestion(f, self.known, self.found)
+    }
+}
+
+/// The names that a device has, and the most similar one.
+struct Has<'a> {
+    known: &'a [String],
+    found: &'a str,
+}
+
+impl fmt::Display for Has<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if self.known.is_empty() { f.write_str("nothing") } else { f.write_str(&list(self.known)) }?;
+        suggestion(f, self.known, self.found)
+    }
+}
+
+fn suggestion(f: &mut fmt::Formatter<'_>, known: &[String], found: &str) -> fmt::Result {
+    match nearest(found, known.iter().map(String::as_str)) {
+        Some(near) => write!(f, "; did you mean {near:?}?"),
+        None => Ok(()),
+    }
+}
+
+fn list(items: &[impl ToString]) -> String {
+    items.iter().map(ToString::to_string).collect::<Vec<_>>().join(", ")
+}
+
+/// The most similar name.
+fn nearest<'a>(name: &str, known: impl Iterator<Item = &'a str>) -> Option<&'a str> {
+    let alike = known.map(|known| (strsim::jaro_winkler(name, known), known)).filter(|(alike, _)| *alike > 0.8);
+    alike.max_by(|(one, _), (other, _)| one.total_cmp(other)).map(|(_, known)| known)
+}
+
+/// A message of the parser; about an unknown key, with the most similar key.
+struct ParserMessage<'a>(&'a str);
+
+impl fmt::Display for ParserMessage<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.0)?;
+        let mut names = self.0.split('`').skip(1).step_by(2);
+        let is_unknown = self.0.starts_with("unknown field");
+        match is_unknown.then(|| names.next()).flatten().and_then(|name| nearest(name, names)) {
+            Some(near) => write!(f, "; did you mean `{near}`?"),
+            None => Ok(()),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_unknown_name_is_an_error_with_a_suggestion() {
+        let unknown = |found: &str| {
+            let known = ["gate", "fore-valve"].map(str::to_owned).to_vec();
+            ScenarioEntryError::Unknown { what: "a valve", found: found.to_owned(), known }.to_string()
+        };
+        let said = unknown("gaet");
+        assert_eq!(said, "expected a valve, got \"gaet\"; known: gate, fore-valve; did you mean \"gate\"?");
+        assert!(!unknown("turbo").contains("did you mean"));
+        let sentence = ParserMessage("unknown field `opne`, expected one of `at`, `open`").to_string();
+        assert_eq!(sentence, "unknown field `opne`, expected one of `at`, `open`; did you mean `open`?");
+    }
+}
