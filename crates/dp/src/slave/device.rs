@@ -119,7 +119,8 @@ pub trait Device {
     /// [`PrmFault`] when the device does not accept them; nothing has changed then.
     fn set_prm(&mut self, user: &[u8]) -> Result<(), PrmFault>;
 
-    /// Takes over the configuration of the master and returns the lengths of inputs and outputs.
+    /// Takes over the configuration of the master and returns the lengths of inputs and outputs. Not called for the present
+    /// configuration during data exchange: that changes nothing.
     ///
     /// # Errors
     /// [`CfgFault`] when the device does not have this configuration; nothing has changed then.
