@@ -1,7 +1,7 @@
 //! Set_Prm: the owner of the slave and the parameters it gives. profibus-wire 2.4.
 
 use super::{MIN_TSDR_TBIT, Server};
-use crate::link::{Indication, Reply};
+use crate::link::{Baud, Indication, Reply};
 use crate::slave::{Device, Fault, Owner, SlaveState, Watchdog};
 use profivac_wire::prm::{Dpv1Status1, PrmStatus, SetPrm};
 
@@ -93,6 +93,12 @@ impl<D: Device, const CONNECTIONS: usize> Server<D, CONNECTIONS> {
             let latest = u8::try_from(self.baud.max_tsdr_tbit()).unwrap_or(u8::MAX);
             self.min_tsdr = min_tsdr.clamp(MIN_TSDR_TBIT, latest);
         }
+    }
+
+    /// The bus runs at another rate, whose max T_SDR may be lower.
+    pub(in crate::slave) fn set_baud(&mut self, baud: Baud) {
+        self.baud = baud;
+        self.set_min_tsdr(self.min_tsdr);
     }
 }
 
