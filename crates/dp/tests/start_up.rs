@@ -95,6 +95,20 @@ fn a_faulty_set_prm_is_prm_fault_from_every_state() {
     }
 }
 
+/// 2.4 refuses reserved bits only. The device gets all octets and may refuse them.
+#[test]
+fn bits_of_services_that_the_slave_does_not_have_are_accepted() {
+    for user in [
+        "80 80 00", "80 40 00", "80 20 00", "80 10 00", "80 08 00", "80 04 00", "80 01 00", "80 00 07", "80 00 08",
+        "80 00 10", "80 00 80",
+    ] {
+        let mut rig = new();
+        send(&mut rig, MASTER, SET_PRM, &format!("80 01 01 00 12 34 00 {user}"));
+        assert_eq!(rig.diag(MASTER), "02 04 00 02", "{user}");
+        assert_eq!(rig.device().seen, [Seen::Prm(hex(user))]);
+    }
+}
+
 #[test]
 fn the_device_may_refuse_user_parameters() {
     let mut rig = Rig::new(Gauge { prm_ok: false, ..Gauge::default() });
