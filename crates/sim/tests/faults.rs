@@ -288,3 +288,12 @@ fn scheduled_faults_begin_at_their_bit_time() {
     let last = answers.map(|entry| entry.start).max().unwrap();
     assert!(last < off && off - last < 3000, "the last answer begins at {last}, the power is switched off at {off}");
 }
+
+#[test]
+#[should_panic(expected = "station #1 does not belong to this segment")]
+fn a_fault_of_a_station_of_another_segment_is_an_error_of_the_caller() {
+    let mut other = Segment::new(Baud::B500000);
+    other.attach(Tester::new());
+    let station = other.attach(Tester::new()).id();
+    Segment::new(Baud::B500000).inject(Fault::Power(station, false));
+}
