@@ -35,6 +35,13 @@ pub enum Notice {
         /// The new name of the damaged file.
         kept_as: PathBuf,
     },
+    /// A server has as many clients as it serves, and closed the connection of one more.
+    ClientRefused {
+        /// The client.
+        name: String,
+        /// The most clients.
+        most: usize,
+    },
     /// The port is lost; attempts to open it again have begun.
     Lost(String),
     /// The port is open again.
@@ -62,6 +69,12 @@ impl fmt::Display for Notice {
                 "the nonvolatile memory of {device} at address {address} is damaged; it was renamed to {}, and the device has default values",
                 kept_as.display()
             ),
+            Self::ClientRefused { name, most } => {
+                write!(
+                    f,
+                    "the connection of {name} was closed: the line has {most} clients already; end one of them first"
+                )
+            }
             Self::Lost(name) => {
                 write!(f, "lost {name}: it was unplugged, or its other side was closed; looking for it")
             }
