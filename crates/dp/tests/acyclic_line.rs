@@ -37,7 +37,7 @@ fn device(address: u8) -> Plain {
 
 /// Slaves at these addresses, which are not in the master's list.
 fn line(addresses: &[u8]) -> Bus {
-    let station: Active<Master<4, 8>> = Master::on(bus(), Settings::new(BAUD), BitTime(0));
+    let station: Active<Master<4, 8>> = Master::on(bus().check().unwrap(), Settings::new(BAUD), BitTime(0));
     let mut line = Line::new(station);
     addresses.iter().for_each(|address| line.attach(device(*address), *address));
     line

@@ -60,7 +60,8 @@ fn the_trace_of_a_start_up_matches_the_golden_file() {
 fn disturbed() -> Trace {
     let baud = Baud::B12000000;
     let mut segment = Segment::new(baud);
-    let mut master = Master::<1, 8>::on(BusParameters::new(OWN, baud), Settings::new(baud), BitTime(0));
+    let mut master =
+        Master::<1, 8>::on(BusParameters::new(OWN, baud).check().unwrap(), Settings::new(baud), BitTime(0));
     master.user.add(&SlaveParameters::new(8, IDENT, &CFG)).unwrap();
     master.user.set_mode(Mode::Operate);
     segment.attach(master);

@@ -64,7 +64,7 @@ impl AcyclicId {
 /// use profivac_dp::master::{Master, Ms2Parameters, Settings};
 ///
 /// # fn drive(_: &mut Active<Master<0, 0>>) {}
-/// let mut station = Master::<0, 0>::on(BusParameters::new(2, Baud::B19200), Settings::new(Baud::B19200), BitTime(0));
+/// let mut station = Master::<0, 0>::on(BusParameters::new(2, Baud::B19200).check()?, Settings::new(Baud::B19200), BitTime(0));
 /// let connection = station.user.ms2_open(5, &Ms2Parameters::new(Baud::B19200))?;
 /// let opened = loop {
 ///     drive(&mut station); // telegrams and time
