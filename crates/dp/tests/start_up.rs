@@ -287,3 +287,15 @@ fn power_returns_to_an_unparameterised_slave() {
     assert_eq!((rig.slave.address(), rig.slave.min_tsdr_tbit()), (9, 11));
     assert_eq!(rig.device().seen.last(), Some(&Seen::Exchanging(false)));
 }
+
+/// A device whose images do not fit a telegram cannot exchange data.
+#[test]
+fn images_that_do_not_fit_a_telegram_are_cfg_fault() {
+    for (inputs, outputs) in [(245, 0), (0, 245), (255, 255)] {
+        let lengths = Some(profivac_wire::cfg::Lengths { inputs, outputs });
+        let mut rig = Rig::new(Gauge { lengths, ..Gauge::default() });
+        send(&mut rig, MASTER, SET_PRM, LOCK);
+        send(&mut rig, MASTER, CHK_CFG, CFG);
+        assert_eq!(rig.diag(MASTER), "06 05 00 FF", "{inputs} and {outputs} octets");
+    }
+}

@@ -181,7 +181,7 @@ impl<const SLOTS: usize> Scheduler<SLOTS> {
     }
 
     /// The outcome of a request on a connection. If the connection has ended its slot becomes free.
-    fn take_ms2(&mut self, key: Key, number: u16) -> Option<Result<&[u8], ms2::RequestError>> {
+    fn take_ms2(&mut self, key: Key, number: u32) -> Option<Result<&[u8], ms2::RequestError>> {
         let connection = self.ms2.get(key).filter(|connection| connection.has_request(number))?;
         if let Some(end) = connection.ended() {
             self.ms2.remove(key);

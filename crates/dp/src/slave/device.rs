@@ -48,7 +48,7 @@ pub struct Diagnosis<'a> {
     pub event: bool,
     /// Stat_Diag: no valid process data yet.
     pub static_diag: bool,
-    /// Ext_Diag_Data, at most 238 octets.
+    /// Ext_Diag_Data, at most 238 octets. Longer ones are refused with UE, and the diagnosis stays pending.
     pub blocks: &'a [u8],
 }
 

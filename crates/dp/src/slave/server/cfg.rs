@@ -19,6 +19,8 @@ impl<D: Device, const CONNECTIONS: usize> Server<D, CONNECTIONS> {
             return Reply::ShortAck;
         }
         match self.device.chk_cfg(request.du) {
+            // Longer images do not fit a telegram: the slave would exchange empty ones.
+            Ok(lengths) if usize::from(lengths.inputs.max(lengths.outputs)) > MAX_DU => self.enter_wait_prm(Fault::Cfg),
             Err(CfgFault) => self.enter_wait_prm(Fault::Cfg),
             Ok(lengths) => self.begin_exchange(owner, lengths),
         }
