@@ -92,7 +92,7 @@ impl Network {
         };
     }
 
-    /// Makes a step of at max_flow `seconds`, halved down to `shortest` if needed, and returns its length.
+    /// Makes a step of at most `seconds`, halved down to `shortest` if needed, and returns its length.
     fn advance_once(&mut self, mut seconds: f64, shortest: f64) -> f64 {
         let mut step = std::mem::take(&mut self.step);
         if !step.current {

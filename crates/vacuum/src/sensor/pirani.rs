@@ -1,7 +1,7 @@
 //! Pirani: a wire is kept at a constant temperature, and its heating power is a measure of the pressure.
 //!
 //! Three mechanisms of heat transfer follow each other with rising pressure: molecular transfer, proportional to the pressure
-//! and to the factors of the manual's table; conduction, independent of the pressure; and convection. Field manual:
+//! and to the factors of the manual's table; conduction, independent of the pressure; and convection. General knowledge:
 //! `P = P_end + eps p / (1 + p / p_c(gas))`, inverted with the curve of nitrogen, so the indication of other gases deviates
 //! where their conductivity matters.
 
