@@ -84,7 +84,7 @@ fn undefined(source: &str, names: &[String]) -> Vec<String> {
 }
 
 /// Keywords that define the name after them.
-const KEYWORDS: [&str; 9] = ["fn", "struct", "enum", "trait", "type", "const", "static", "mod", "impl"];
+const KEYWORDS: [&str; 9] = ["fn", "struct", "enum", "trait", "type", "const", "static", "mod", "macro_rules"];
 
 /// Collects the names that a token stream defines: the names after keywords, and the variants of enums.
 fn collect(tokens: TokenStream, defined: &mut BTreeSet<String>) {
@@ -107,6 +107,8 @@ fn collect(tokens: TokenStream, defined: &mut BTreeSet<String>) {
                 collect(group.stream(), defined);
                 after = false;
             }
+            // macro_rules! name
+            TokenTree::Punct(punct) if punct.as_char() == '!' => {}
             TokenTree::Punct(_) | TokenTree::Literal(_) => after = false,
         }
     }
@@ -136,6 +138,8 @@ mod tests {
         impl<'a> Telegram<'a> { pub const fn parse(octets: &[u8]) -> Self { helper() } }
         enum Reply { Low(usize), #[doc(hidden)] High { at: u8 }, None }
         const LIMIT: u8 = 1;
+    macro_rules! table { () => {} }
+    fn takes(_: impl Used, _: u8) { other!(x) }
     ";
 
     fn undefined_of(names: &[&str]) -> Vec<String> {
@@ -144,14 +148,17 @@ mod tests {
 
     #[test]
     fn a_defined_name_is_found() {
-        assert_eq!(undefined_of(&["parse", "Telegram::parse", "Telegram", "Reply::Low", "High", "LIMIT"]), [""; 0]);
+        assert_eq!(
+            undefined_of(&["parse", "Telegram::parse", "Telegram", "Reply::Low", "High", "LIMIT", "table"]),
+            [""; 0]
+        );
     }
 
     #[test]
     fn a_name_that_is_only_used_is_missing() {
         assert_eq!(
-            undefined_of(&["helper", "parse", "Telegram::emit", "octets"]),
-            ["helper", "Telegram::emit", "octets"]
+            undefined_of(&["helper", "parse", "Telegram::emit", "octets", "Used", "x", "other"]),
+            ["helper", "Telegram::emit", "octets", "Used", "x", "other"]
         );
     }
 

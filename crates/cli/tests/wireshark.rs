@@ -154,7 +154,7 @@ fn services() -> Trace {
     let mut trace = Trace { baud: Baud::B500000, entries: Default::default() };
     let mut start = BitTime(1000);
     for (octets, errors) in telegrams {
-        let entry = Entry { start, octets: octets.into(), errors };
+        let entry = Entry::new(start, octets, errors);
         start = entry.end() + 60;
         trace.entries.push_back(entry);
     }

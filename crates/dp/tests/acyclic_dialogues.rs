@@ -18,7 +18,7 @@ const BAUD: Baud = Baud::B1500000;
 
 /// A master without slaves, for MS2.
 fn class2_master() -> MasterRig<Master<0, 0>> {
-    MasterRig::new(Master::on(bus(), Settings::new(BAUD), BitTime(0)))
+    MasterRig::new(Master::on(bus().check().unwrap(), Settings::new(BAUD), BitTime(0)))
 }
 
 /// The Send_Timeout of the example is 1 s.
@@ -118,7 +118,7 @@ fn i_and_m0_as_printed() {
 #[test]
 fn idle_as_on_a_real_bus() {
     let bus = BusParameters { address: 0, hsa: 0, ..bus() };
-    let mut rig = MasterRig::new(Master::<0, 0>::on(bus, Settings::new(BAUD), BitTime(0)));
+    let mut rig = MasterRig::new(Master::<0, 0>::on(bus.check().unwrap(), Settings::new(BAUD), BitTime(0)));
     let parameters = Ms2Parameters { send_timeout: 100, ..Ms2Parameters::new(BAUD) };
     let connection = rig.station.user.ms2_open(32, &parameters).unwrap();
     rig.dialogue(

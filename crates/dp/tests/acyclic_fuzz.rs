@@ -83,7 +83,7 @@ struct Bus {
 
 impl Bus {
     fn new() -> Self {
-        let mut station: Any = Master::on(bus(), Settings::new(BAUD), BitTime(0));
+        let mut station: Any = Master::on(bus().check().unwrap(), Settings::new(BAUD), BitTime(0));
         let features = Features { sync: true, freeze: true, dpv1: true, ms1: true };
         let mut slaves = Vec::new();
         for address in [8, 9] {

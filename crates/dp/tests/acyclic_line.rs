@@ -37,7 +37,7 @@ fn device(address: u8) -> Plain {
 
 /// Slaves at these addresses, which are not in the master's list.
 fn line(addresses: &[u8]) -> Bus {
-    let station: Active<Master<4, 8>> = Master::on(bus(), Settings::new(BAUD), BitTime(0));
+    let station: Active<Master<4, 8>> = Master::on(bus().check().unwrap(), Settings::new(BAUD), BitTime(0));
     let mut line = Line::new(station);
     addresses.iter().for_each(|address| line.attach(device(*address), *address));
     line
@@ -293,4 +293,24 @@ fn an_ms1_request_ends_when_the_slave_leaves_data_exchange() {
     line.master.user.restart(8);
     assert_eq!(reported(&mut line, lost), "Err(LeftExchange)");
     assert_eq!(reported(&mut line, stays), "Ok([09, 09, 09, 09])");
+}
+
+/// Two requests whose responses never come fail in the same bit time, and each slave may still respond late.
+#[test]
+fn every_slave_whose_ms1_request_timed_out_is_restarted() {
+    let parameters = Ms1Parameters::new(BAUD);
+    let mut line = exchanging(&[8, 9, 10]);
+    let starts = |line: &Bus| [8, 9, 10].map(|address| line.master.user.counters(address).unwrap().starts);
+    assert_eq!(starts(&line), [1, 1, 1]);
+    // SC instead of each response: the slave answers, and has no response yet.
+    line.telegram_fault = Some(Box::new(|_, octets| match octets {
+        [0x68, _, _, 0x68, _, _, 0x08, 0x33, 0x33, ..] => vec![0xE5],
+        octets => octets.to_vec(),
+    }));
+    let reads = [8, 9].map(|address| line.master.user.ms1_read(address, 1, 16, 8, &parameters).unwrap());
+    for read in reads {
+        assert_eq!(reported(&mut line, read), "Err(Failed(Timeout))");
+    }
+    line.run_for(second());
+    assert_eq!(starts(&line), [2, 2, 1]);
 }

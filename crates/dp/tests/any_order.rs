@@ -74,7 +74,7 @@ fn check(line: &Bus) {
 fn commands_in_any_order_and_at_any_time() {
     let mut random = Random::new(0x0DD5_0DD5);
     let settings = Settings { control_cycles: 10, ..Settings::new(Baud::B1500000) };
-    let mut line = Line::new(Master::on(bus(), settings, BitTime(0)));
+    let mut line = Line::new(Master::on(bus().check().unwrap(), settings, BitTime(0)));
     for address in &ADDRESSES[..5] {
         let mut device = Plain::new(IDENT, &CFG);
         device.inputs = vec![1, *address];

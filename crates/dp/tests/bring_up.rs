@@ -29,7 +29,7 @@ fn settings() -> Settings {
 }
 
 fn operating(slaves: &[SlaveParameters<'_>]) -> Active<Master<32, 32>> {
-    let mut master = Master::on(bus(), settings(), BitTime(0));
+    let mut master = Master::on(bus().check().unwrap(), settings(), BitTime(0));
     for slave in slaves {
         master.user.add(slave).unwrap();
     }
@@ -374,7 +374,7 @@ fn absent_slaves_are_polled_one_per_cycle_in_turn() {
 fn absent_slaves_are_polled_equally_often() {
     // The pause is over before the next cycle begins. The first absent slaves must not take the time of the others.
     let quick = Settings { pause_min_tbit: 1, pause_max_tbit: 1, ..settings() };
-    let mut master = Master::<32, 32>::on(bus(), quick, BitTime(0));
+    let mut master = Master::<32, 32>::on(bus().check().unwrap(), quick, BitTime(0));
     for address in 3..33 {
         master.user.add(&SlaveParameters::new(address, IDENT, &CFG)).unwrap();
     }
@@ -398,7 +398,7 @@ fn the_events_report_every_state_in_order() {
 
 #[test]
 fn events_that_are_not_taken_overflow_and_the_overflow_is_reported() {
-    let mut master = Master::<1, 32, 3>::on(bus(), settings(), BitTime(0));
+    let mut master = Master::<1, 32, 3>::on(bus().check().unwrap(), settings(), BitTime(0));
     master.user.add(&SlaveParameters::new(8, IDENT, &CFG)).unwrap();
     master.user.set_mode(Mode::Operate);
     let mut line = Line::new(master);
@@ -434,7 +434,7 @@ fn a_released_slave_is_free_for_other_masters_and_may_be_restarted() {
 
 #[test]
 fn impossible_parameters_are_refused() {
-    let mut master = Master::<1, 4>::on(bus(), settings(), BitTime(0)).user;
+    let mut master = Master::<1, 4>::on(bus().check().unwrap(), settings(), BitTime(0)).user;
     let good = SlaveParameters::new(8, IDENT, &CFG);
     for (bad, sentence) in [
         (SlaveParameters { address: 126, ..good }, "no slave of this master can have the address 126"),

@@ -39,7 +39,7 @@ fn slave(address: u8, group: u8) -> SlaveParameters<'static> {
 
 /// Master and slaves in data exchange, with inputs 01 ADDRESS.
 fn line(settings: Settings, slaves: &[SlaveParameters<'_>]) -> Bus {
-    let mut master: Active<Master<8, 32>> = Master::on(bus(), settings, BitTime(0));
+    let mut master: Active<Master<8, 32>> = Master::on(bus().check().unwrap(), settings, BitTime(0));
     for slave in slaves {
         master.user.add(slave).unwrap();
     }

@@ -15,7 +15,8 @@ const SLAVES: u64 = 32;
 /// The average cycle of 32 slaves with `cfg` at 1.5 Mbit/s (T_SL 300, T_ID1 37), GAP and Global_Control included.
 fn cycle_tbit(cfg: &[u8]) -> f64 {
     // G = 10 and HSA = 126 by default; Global_Control every 50th cycle.
-    let mut master = Master::<32, 32>::on(BusParameters::new(2, BAUD), Settings::new(BAUD), BitTime(0));
+    let mut master =
+        Master::<32, 32>::on(BusParameters::new(2, BAUD).check().unwrap(), Settings::new(BAUD), BitTime(0));
     master.user.set_mode(Mode::Operate);
     for address in (3..).take(32) {
         master.user.add(&SlaveParameters::new(address, 0x1234, cfg)).unwrap();

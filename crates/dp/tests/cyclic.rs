@@ -31,7 +31,7 @@ fn settings() -> Settings {
 }
 
 fn station(slaves: &[SlaveParameters<'_>], settings: Settings) -> Station {
-    let mut master = Master::on(bus(), settings, BitTime(0));
+    let mut master = Master::on(bus().check().unwrap(), settings, BitTime(0));
     for slave in slaves {
         master.user.add(slave).expect("room for it");
     }

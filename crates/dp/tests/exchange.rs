@@ -4,6 +4,7 @@
 mod rig;
 
 use profivac_dp::slave::{Features, SlaveState};
+use profivac_wire::control::Status;
 use profivac_wire::{DataTelegram, Telegram};
 use rig::{Answer, Gauge, MASTER, RR, RS, Rig, Seen, emit, hex, low};
 
@@ -306,4 +307,18 @@ fn a_new_start_ends_sync_and_freeze() {
     assert_eq!(rig.diag(MASTER), "00 04 00 02");
     rig.dx(MASTER, &[5, 6]);
     assert_eq!(outputs(&mut rig), low("05 06"));
+}
+
+/// The owner has not got the diagnosis, so DH goes on announcing it.
+#[test]
+fn a_diagnosis_that_does_not_fit_a_telegram_stays_pending() {
+    let mut rig = exchanging();
+    rig.device().blocks = vec![0; 239];
+    rig.device().changed = true;
+    assert_eq!(rig.dx(MASTER, &[0, 0]), Answer::High(hex("01 02")));
+    assert_eq!(rig.ms0(MASTER, 60, &[]), Answer::Status(Status::UserError));
+    assert_eq!(rig.dx(MASTER, &[0, 0]), Answer::High(hex("01 02")));
+    rig.device().blocks.pop();
+    assert!(matches!(rig.ms0(MASTER, 60, &[]), Answer::Low(du) if du.len() == 244));
+    assert_eq!(rig.dx(MASTER, &[0, 0]), low("01 02"));
 }

@@ -60,7 +60,7 @@ fn rig(requests: &[Request<'static>]) -> MasterRig<List> {
 
 fn rig_with(bus: BusParameters, requests: &[Request<'static>]) -> MasterRig<List> {
     let list = List { high: requests.iter().copied().collect(), ..List::default() };
-    MasterRig::new(Active::new(bus, list, BitTime(0)))
+    MasterRig::new(Active::new(bus.check().unwrap(), list, BitTime(0)))
 }
 
 #[test]

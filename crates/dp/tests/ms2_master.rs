@@ -23,7 +23,7 @@ fn parameters() -> Ms2Parameters {
 }
 
 fn opening() -> (Class2Rig, Handle<Connect>) {
-    let mut rig = MasterRig::new(Master::on(bus(), Settings::new(BAUD), BitTime(0)));
+    let mut rig = MasterRig::new(Master::on(bus().check().unwrap(), Settings::new(BAUD), BitTime(0)));
     let connection = rig.station.user.ms2_open(8, &parameters()).unwrap();
     rig.next_request();
     (rig, connection)
@@ -254,7 +254,7 @@ fn is_about(measured: u64, ms: u64) -> bool {
 
 /// A connection with these times, in 10 ms: Send_Timeout asked for, C2_Response_Timeout, least Send_Timeout of the slave.
 fn open_with(send_timeout: u16, response_timeout: u16, least: u16) -> (Class2Rig, Handle<Connect>) {
-    let mut rig = Class2Rig::new(Master::on(bus(), Settings::new(BAUD), BitTime(0)));
+    let mut rig = Class2Rig::new(Master::on(bus().check().unwrap(), Settings::new(BAUD), BitTime(0)));
     let parameters = Ms2Parameters { send_timeout, response_timeout, ..parameters() };
     let connection = rig.station.user.ms2_open(8, &parameters).unwrap();
     rig.next_request();

@@ -18,7 +18,11 @@ const CFG: [u8; 2] = [0x11, 0x21];
 type Any = Active<Master<4, 8, 4>>;
 
 fn station() -> Any {
-    let mut station = Master::on(BusParameters { gap_factor: 3, ..bus() }, Settings::new(Baud::B1500000), BitTime(0));
+    let mut station = Master::on(
+        BusParameters { gap_factor: 3, ..bus() }.check().unwrap(),
+        Settings::new(Baud::B1500000),
+        BitTime(0),
+    );
     for address in [3, 8, 9] {
         station.user.add(&SlaveParameters::new(address, IDENT, &CFG)).expect("room for it");
     }

@@ -37,7 +37,7 @@ fn settings() -> Settings {
 }
 
 fn line() -> Bus {
-    let mut master: Active<Master<8, 32>> = Master::on(bus(), settings(), BitTime(0));
+    let mut master: Active<Master<8, 32>> = Master::on(bus().check().unwrap(), settings(), BitTime(0));
     let order = [OTHERS[0], OTHERS[1], BAD, OTHERS[2], OTHERS[3]];
     for address in order {
         master.user.add(&SlaveParameters::new(address, IDENT, &CFG)).unwrap();

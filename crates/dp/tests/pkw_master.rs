@@ -39,7 +39,7 @@ const NOTHING: [u8; 8] = [0; 8];
 /// Nine octets in and out: the channel and one more. The next exchange was asked for; user output 55.
 fn exchanging() -> Station {
     let settings = Settings { control_cycles: 0, ..Settings::new(Baud::B1500000) };
-    let mut rig = MasterRig::new(Master::on(bus(), settings, BitTime(0)));
+    let mut rig = MasterRig::new(Master::on(bus().check().unwrap(), settings, BitTime(0)));
     rig.station.user.add(&SlaveParameters::new(8, 0x1234, &[0x97, 0xA7, 0x10, 0x20])).unwrap();
     rig.station.user.set_mode(Mode::Operate);
     let ready = "68 0B 0B 68 82 88 08 3E 3C 00 0C 00 02 12 34 E0 16";

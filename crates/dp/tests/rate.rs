@@ -128,3 +128,16 @@ fn times_follow_the_rate_that_was_found() {
     rig.slave.rate_found(Baud::B12000000);
     assert!(matches!(rig.slave.state(), SlaveState::WaitPrm(_)), "the watchdog's time was in other bits");
 }
+
+/// A value that fits a fast rate is longer than the whole slot time of a slow one.
+#[test]
+fn min_tsdr_fits_the_rate_that_was_found() {
+    for (baud, min_tsdr) in [(Baud::B6000000, 200), (Baud::B1500000, 150), (Baud::B187500, 60), (Baud::B9600, 60)] {
+        let mut rig = Rig::new(Gauge::default());
+        rig.slave.rate_found(Baud::B12000000);
+        rig.ms0(MASTER, 61, &hex("80 00 00 C8 12 34 00"));
+        assert_eq!(rig.slave.min_tsdr_tbit(), 200);
+        rig.slave.rate_found(baud);
+        assert_eq!(rig.slave.min_tsdr_tbit(), min_tsdr, "{baud}");
+    }
+}

@@ -33,7 +33,7 @@ fn line<const SLAVES: usize, const OCTETS: usize>(
 
 /// A master that exchanges with slave 8.
 fn exchanging(addresses: &[u8]) -> Line<Master<4, 16>> {
-    let mut master = Master::on(bus(), Settings::new(Baud::B1500000), BitTime(0));
+    let mut master = Master::on(bus().check().unwrap(), Settings::new(Baud::B1500000), BitTime(0));
     master.user.add(&SlaveParameters::new(8, IDENT + 8, &CFG)).expect("room for it");
     master.user.set_mode(Mode::Operate);
     let mut line = line(master, addresses);
@@ -69,7 +69,11 @@ fn ask<const SLAVES: usize, const OCTETS: usize>(
 
 #[test]
 fn a_scan_finds_every_slave_and_never_sends_set_prm() {
-    let master = Master::<0, 0>::on(BusParameters { hsa: 10, ..bus() }, Settings::new(Baud::B1500000), BitTime(0));
+    let master = Master::<0, 0>::on(
+        BusParameters { hsa: 10, ..bus() }.check().unwrap(),
+        Settings::new(Baud::B1500000),
+        BitTime(0),
+    );
     let mut line = line(master, &[0, 7, 8, 125, 126]);
     let mut found = Vec::new();
     for address in 0..=126 {

@@ -4,7 +4,9 @@
 
 mod support;
 
-use profivac_dp::link::active::{Active, BusParameters, Confirmation, FdlUser, Priority, Request, RingState};
+use profivac_dp::link::active::{
+    Active, BusParameter, BusParameters, Confirmation, FdlUser, OutOfRange, Priority, Request, RingState,
+};
 use profivac_dp::link::{BitTime, CHARACTER_TBIT, Received, Receiver, Station};
 use profivac_dp::master::services;
 use profivac_wire::control::Control;
@@ -36,7 +38,7 @@ fn parameters() -> BusParameters {
 }
 
 fn listening() -> MasterRig<Asker> {
-    MasterRig::new(Active::new(parameters(), Asker::default(), BitTime(0)))
+    MasterRig::new(Active::new(parameters().check().unwrap(), Asker::default(), BitTime(0)))
 }
 
 /// Station 5 knows the ring of 3, 9 and 15 and is not in it.
@@ -305,7 +307,7 @@ fn no_token_with_an_impossible_address_changes_anything() {
 #[test]
 fn a_message_of_high_priority_is_sent_however_late_the_token_comes() {
     let mut rig = MasterRig::new(Active::new(
-        BusParameters { rotation_tbit: 256, ..parameters() },
+        BusParameters { rotation_tbit: 256, ..parameters() }.check().unwrap(),
         Asker { left: 100, failed: 0 },
         BitTime(0),
     ));
@@ -410,7 +412,7 @@ fn octets(random: &mut Random) -> Vec<u8> {
 fn storm(seed: u64) {
     let mut random = Random::new(seed);
     let bus = BusParameters { gap_factor: 1, hsa: 15, rotation_tbit: 3000, ..parameters() };
-    let mut station = Active::new(bus, Asker { left: u32::MAX, failed: 0 }, BitTime(0));
+    let mut station = Active::new(bus.check().unwrap(), Asker { left: u32::MAX, failed: 0 }, BitTime(0));
     let mut receiver = Receiver::new(BitTime(0));
     let mut watch = Watch { theirs: true, busy: BitTime(0), asked: false, sent: Vec::new(), asking: None };
     let mut now = BitTime(0);
@@ -466,4 +468,18 @@ fn random_octets_cause_no_panic_no_telegram_without_token_and_no_hang() {
     for seed in 0..200 {
         storm(seed);
     }
+}
+
+/// A station relies on its parameters, so a wrong highest address is refused and the old one holds.
+#[test]
+fn an_impossible_highest_address_is_refused() {
+    let bus = BusParameters { hsa: 20, ..parameters() };
+    let mut station = Active::new(bus.check().unwrap(), Asker::default(), BitTime(0));
+    for hsa in [0, 4, 127, 255] {
+        let refused = OutOfRange { parameter: BusParameter::HighestAddress, given: hsa.into(), least: 5, most: 126 };
+        assert_eq!(station.set_hsa(hsa), Err(refused));
+        assert_eq!(station.bus().hsa, 20);
+    }
+    assert_eq!(station.set_hsa(126), Ok(()));
+    assert_eq!(station.bus().hsa, 126);
 }

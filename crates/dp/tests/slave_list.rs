@@ -29,7 +29,7 @@ fn slave(address: u8) -> SlaveParameters<'static> {
 }
 
 fn line(slaves: &[SlaveParameters<'_>]) -> Bus {
-    let mut master: Active<Master<8, 32>> = Master::on(bus(), settings(), BitTime(0));
+    let mut master: Active<Master<8, 32>> = Master::on(bus().check().unwrap(), settings(), BitTime(0));
     for slave in slaves {
         master.user.add(slave).unwrap();
     }

@@ -95,6 +95,20 @@ fn a_faulty_set_prm_is_prm_fault_from_every_state() {
     }
 }
 
+/// 2.4 refuses reserved bits only. The device gets all octets and may refuse them.
+#[test]
+fn bits_of_services_that_the_slave_does_not_have_are_accepted() {
+    for user in [
+        "80 80 00", "80 40 00", "80 20 00", "80 10 00", "80 08 00", "80 04 00", "80 01 00", "80 00 07", "80 00 08",
+        "80 00 10", "80 00 80",
+    ] {
+        let mut rig = new();
+        send(&mut rig, MASTER, SET_PRM, &format!("80 01 01 00 12 34 00 {user}"));
+        assert_eq!(rig.diag(MASTER), "02 04 00 02", "{user}");
+        assert_eq!(rig.device().seen, [Seen::Prm(hex(user))]);
+    }
+}
+
 #[test]
 fn the_device_may_refuse_user_parameters() {
     let mut rig = Rig::new(Gauge { prm_ok: false, ..Gauge::default() });
@@ -272,4 +286,16 @@ fn power_returns_to_an_unparameterised_slave() {
     assert_eq!(rig.diag(MASTER), "02 05 00 FF");
     assert_eq!((rig.slave.address(), rig.slave.min_tsdr_tbit()), (9, 11));
     assert_eq!(rig.device().seen.last(), Some(&Seen::Exchanging(false)));
+}
+
+/// A device whose images do not fit a telegram cannot exchange data.
+#[test]
+fn images_that_do_not_fit_a_telegram_are_cfg_fault() {
+    for (inputs, outputs) in [(245, 0), (0, 245), (255, 255)] {
+        let lengths = Some(profivac_wire::cfg::Lengths { inputs, outputs });
+        let mut rig = Rig::new(Gauge { lengths, ..Gauge::default() });
+        send(&mut rig, MASTER, SET_PRM, LOCK);
+        send(&mut rig, MASTER, CHK_CFG, CFG);
+        assert_eq!(rig.diag(MASTER), "06 05 00 FF", "{inputs} and {outputs} octets");
+    }
 }

@@ -46,7 +46,7 @@ impl TestSegment {
         let built = spec.build(NonvolatileMemory::volatile(), BAUD).unwrap();
         let mut segment = Segment::new(BAUD);
         let device = segment.attach(VirtualDevice::new(built, 5, BAUD, conditions));
-        let mut master = Master::on(BusParameters::new(OWN, BAUD), Settings::new(BAUD), BitTime(0));
+        let mut master = Master::on(BusParameters::new(OWN, BAUD).check().unwrap(), Settings::new(BAUD), BitTime(0));
         master.user.add(parameters).unwrap();
         master.user.set_mode(Mode::Operate);
         let master = segment.attach(master);

@@ -20,6 +20,9 @@ pub enum Pace {
     ByLine,
 }
 
+/// The most telegrams that wait. free choice: more than all stations of a segment have to send at the same time.
+const MAX_WAITING: usize = 256;
+
 /// A telegram of a station that is waiting or being sent.
 #[derive(Clone, Debug)]
 struct Outgoing {
@@ -33,6 +36,28 @@ struct Outgoing {
     started: Option<BitTime>,
     /// The number of octets sent.
     octets_sent: usize,
+}
+
+/// The telegrams that wait, first to last; more than [`MAX_WAITING`] are dropped.
+#[derive(Clone, Debug, Default)]
+struct Queue {
+    waiting: VecDeque<Outgoing>,
+    dropped: u32,
+}
+
+impl Queue {
+    fn extend(&mut self, telegram: Option<Outgoing>) {
+        let Some(telegram) = telegram else { return };
+        if self.waiting.len() < MAX_WAITING {
+            self.waiting.push_back(telegram);
+        } else {
+            self.count_dropped();
+        }
+    }
+
+    const fn count_dropped(&mut self) {
+        self.dropped = self.dropped.saturating_add(1);
+    }
 }
 
 /// Noise that damages octets at random.
@@ -103,8 +128,10 @@ pub struct Line<C> {
     stations: C,
     receiver: Receiver,
     pace: Pace,
-    queue: VecDeque<Outgoing>,
+    queue: Queue,
     noise: Noise,
+    /// How late the answer of a slave may begin, in bit times; `None` is without a limit.
+    lateness_limit_tbit: Option<u64>,
 }
 
 impl<C: Stations> Line<C> {
@@ -112,7 +139,15 @@ impl<C: Stations> Line<C> {
     #[must_use]
     pub fn new(stations: C, receiver: Receiver, pace: Pace) -> Self {
         let noise = Noise { probability: 0.0, rng: fastrand::Rng::with_seed(0) };
-        Self { stations, receiver, pace, queue: VecDeque::new(), noise }
+        Self { stations, receiver, pace, queue: Queue::default(), noise, lateness_limit_tbit: None }
+    }
+
+    /// Drops answers of slaves that would begin more than `tbit` bit times late: on a real line the master has repeated its
+    /// request by then, or another station sends.
+    #[must_use]
+    pub const fn with_lateness_limit(mut self, tbit: u64) -> Self {
+        self.lateness_limit_tbit = Some(tbit);
+        self
     }
 
     /// Sets the probability with which noise damages an octet in either direction, 0 to 1. Every run damages the same
@@ -134,12 +169,17 @@ impl<C: Stations> Line<C> {
     /// Starts again after the port was lost: drops the telegrams that wait, and decodes with a new `receiver`.
     pub fn reset(&mut self, receiver: Receiver) {
         self.receiver = receiver;
-        self.queue.clear();
+        self.queue.waiting.clear();
     }
 
     /// The number of damaged telegrams from outside.
     pub const fn damaged_telegrams(&self) -> u32 {
         self.receiver.damaged()
+    }
+
+    /// The number of telegrams of the stations that were dropped: too late, or too many.
+    pub const fn dropped_telegrams(&self) -> u32 {
+        self.queue.dropped
     }
 
     /// Receives a character from outside that ended at `end`.
@@ -173,7 +213,7 @@ impl<C: Stations> Line<C> {
     /// When to call [`advance`](Self::advance) next if no character arrives before.
     pub fn wake_at(&self) -> Option<BitTime> {
         let wakes = self.stations.all().iter().filter_map(Station::wake_at);
-        let leaves = self.queue.front().map(|first| self.next_octet(first));
+        let leaves = self.queue.waiting.front().map(|first| self.next_octet(first));
         wakes.chain(leaves).min()
     }
 
@@ -189,12 +229,27 @@ impl<C: Stations> Line<C> {
     /// Sends the telegrams that are due, one after the other. Two answers at once would be a collision on a real line; this
     /// line has none.
     fn transmit_due(&mut self, now: BitTime, out: &mut Vec<u8>) {
-        while self.queue.front().is_some_and(|first| self.next_octet(first) <= now)
-            && let Some(first) = self.queue.pop_front()
+        while self.queue.waiting.front().is_some_and(|first| self.next_octet(first) <= now)
+            && let Some(first) = self.queue.waiting.pop_front()
         {
+            if self.is_too_late(&first, now) {
+                self.queue.count_dropped();
+                continue;
+            }
             let rest = self.transmit_next(first, now, out);
-            rest.into_iter().for_each(|rest| self.queue.push_front(rest));
+            rest.into_iter().for_each(|rest| self.queue.waiting.push_front(rest));
         }
+    }
+
+    /// Whether a telegram is an answer whose time has passed by more than the limit.
+    fn is_too_late(&self, first: &Outgoing, now: BitTime) -> bool {
+        let is_slave = self
+            .stations
+            .all()
+            .get(first.sender)
+            .is_some_and(|station| matches!(station.listening(), Listening::Own(_)));
+        let limit = self.lateness_limit_tbit.filter(|_| is_slave && first.started.is_none());
+        limit.is_some_and(|limit| now > first.not_before + limit)
     }
 
     /// Starts a telegram or sends its next octet. Returns the telegram unless it is complete.
@@ -244,7 +299,7 @@ impl<C: Stations> Line<C> {
 
 fn deliver<S: Station>(
     stations: &mut [S],
-    queue: &mut VecDeque<Outgoing>,
+    queue: &mut Queue,
     sender: Option<usize>,
     end: BitTime,
     telegram: &Telegram<'_>,
@@ -289,7 +344,7 @@ mod tests {
     const ANSWER: [u8; 6] = [0x10, 2, 8, 0, 0x0A, 0x16];
 
     /// Answers FDL status and records what it receives.
-    #[derive(Debug, Default)]
+    #[derive(Clone, Debug, Default)]
     struct Notebook {
         address: u8,
         passive: bool,
@@ -427,12 +482,44 @@ mod tests {
 
     #[test]
     fn a_broken_character_breaks_the_telegram_for_everybody() {
-        let mut line = line(Pace::Instant, vec![Notebook::at(8)]);
+        let mut line = line(Pace::Instant, vec![Notebook::at(8), Notebook::at(9)]);
         REQUEST[..3].iter().for_each(|octet| line.receive(BitTime(100), Character::Octet(*octet)));
         line.receive(BitTime(100), Character::Error);
         REQUEST[4..].iter().for_each(|octet| line.receive(BitTime(100), Character::Octet(*octet)));
-        assert!(notes(&line, 0).iter().all(|(_, what)| *what == "busy"));
+        for station in [0, 1] {
+            assert_eq!(notes(&line, station), [(100, "busy"); REQUEST.len()]);
+        }
         assert_eq!(line.damaged_telegrams(), 1);
+    }
+
+    /// On a real line the master repeats its request meanwhile. A master that is late still has the token.
+    #[test]
+    fn an_answer_that_is_too_late_is_dropped_and_counted() {
+        let mut slave = Notebook::at(8);
+        slave.passive = true;
+        let line = line(Pace::ByPort, vec![slave, Notebook::at(2)]).with_lateness_limit(100);
+        for (now, sent, dropped) in [(211, ANSWER.to_vec(), 0), (212, vec![], 1)] {
+            let mut line = line.clone();
+            REQUEST.iter().for_each(|octet| line.receive(BitTime(100), Character::Octet(*octet)));
+            let mut out = Vec::new();
+            line.advance(BitTime(now), &mut out);
+            assert_eq!((out, line.dropped_telegrams()), (sent, dropped));
+        }
+        let mut line = line;
+        line.stations_mut()[1].wake_at = Some(BitTime(50));
+        let mut out = Vec::new();
+        line.advance(BitTime(1000), &mut out);
+        assert_eq!(out, REQUEST);
+    }
+
+    /// Requests that come faster than a paced line sends the answers do not fill the memory.
+    #[test]
+    fn a_line_keeps_a_limited_number_of_telegrams() {
+        let mut line = line(Pace::ByLine, vec![Notebook::at(8)]);
+        for _ in 0..MAX_WAITING + 10 {
+            REQUEST.iter().for_each(|octet| line.receive(BitTime(100), Character::Octet(*octet)));
+        }
+        assert_eq!((line.queue.waiting.len(), line.dropped_telegrams()), (MAX_WAITING, 10));
     }
 
     #[test]

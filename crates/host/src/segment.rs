@@ -15,6 +15,10 @@ use std::time::Duration;
 /// system.
 pub const PLATFORM_GAP: Duration = Duration::from_millis(2);
 
+/// The longest delay of an answer behind its time on a real line; a later one is dropped. free choice: the slot time that
+/// `docs/adapters.md` demands of a master beside virtual gauges.
+const ANSWER_LATENESS: Duration = Duration::from_millis(20);
+
 /// Stations on a line, the port of the line, and its clock.
 pub struct Segment<C> {
     line: Line<C>,
@@ -64,9 +68,12 @@ impl<C: Stations> Segment<C> {
             (false, true) => Pace::ByLine,
             (false, false) => Pace::Instant,
         };
+        let line = Line::new(stations, Receiver::with_idle(BitTime(0), gap_tbit), pace);
+        // Only on a real line a late answer disturbs another telegram.
+        let line = if port.is_timed() { line.with_lateness_limit(tbit_of(baud, ANSWER_LATENESS)) } else { line };
         let generation = port.generation();
         Self {
-            line: Line::new(stations, Receiver::with_idle(BitTime(0), gap_tbit), pace),
+            line,
             port,
             clock: Clock::starting_at(first, baud),
             received: Vec::new(),
@@ -126,6 +133,11 @@ impl<C: Stations> Segment<C> {
     /// The number of damaged telegrams received.
     pub const fn damaged_telegrams(&self) -> u32 {
         self.line.damaged_telegrams()
+    }
+
+    /// The number of telegrams of the stations that were dropped: too late, or too many.
+    pub const fn dropped_telegrams(&self) -> u32 {
+        self.line.dropped_telegrams()
     }
 
     /// The time of the segment's clock.

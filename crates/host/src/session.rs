@@ -8,7 +8,7 @@ use crate::port::{Notice, Opener, Port, PortError};
 use crate::readiness::Readiness;
 use crate::segment::Segment;
 use profivac_dp::link::active::{
-    Active, Answer, BusParameters, Confirmation, Failure, OutOfRange, Request, RingCounters, RingState,
+    Active, Answer, BusParameters, CheckedBus, Confirmation, Failure, OutOfRange, Request, RingCounters, RingState,
 };
 use profivac_dp::link::{Baud, BitTime, Listening, Station, Transmit};
 use profivac_dp::master::{Busy, Handle, Master, Operation, Settings, SlaveListError, SlaveParameters};
@@ -118,7 +118,7 @@ struct BoxedStation(Box<Active<BusMaster>>);
 impl BoxedStation {
     /// Keeps the station off the stack of the caller.
     #[inline(never)]
-    fn new(bus: BusParameters, baud: Baud) -> Self {
+    fn new(bus: CheckedBus, baud: Baud) -> Self {
         Self(Box::new(BusMaster::on(bus, Settings::new(baud), BitTime(0))))
     }
 }
@@ -190,8 +190,8 @@ impl BusSession {
     /// # Errors
     /// [`SessionError::Parameters`] when `bus` is out of range.
     pub fn new(port: Box<dyn Port>, baud: Baud, bus: BusParameters, timeout: Duration) -> Result<Self, SessionError> {
-        bus.check().map_err(SessionError::Parameters)?;
         let entry = entry_time(&bus, baud);
+        let bus = bus.check().map_err(SessionError::Parameters)?;
         let mut station = BoxedStation::new(bus, baud);
         station.0.delay_gap_scan();
         let segment = Segment::new(port, baud, false, [station]);
@@ -419,7 +419,8 @@ mod tests {
         for (address, begins_ms) in [(1, 1_500), (1, 9_000), (60, 9_000), (125, 1_500), (125, 5_500), (125, 12_000)] {
             let mut bus = Segment::new(baud);
             let master = |address, now| {
-                let mut station = BusMaster::on(bus_parameters(address, baud), Settings::new(baud), now);
+                let mut station =
+                    BusMaster::on(bus_parameters(address, baud).check().unwrap(), Settings::new(baud), now);
                 station.delay_gap_scan();
                 station
             };

@@ -117,6 +117,8 @@ pub struct Referee {
     /// min T_SDR by address, and the value of a Set_Prm that no diagnosis has confirmed yet, with its master.
     min_tsdr: [u8; 128],
     asked_tsdr: [Option<(u8, u8)>; 128],
+    /// The station that answered last, by address.
+    answered_by: [Option<StationId>; 128],
 }
 
 impl Referee {
@@ -131,6 +133,7 @@ impl Referee {
             disturbed: false,
             min_tsdr: [DEFAULT_MIN_TSDR_TBIT; 128],
             asked_tsdr: [None; 128],
+            answered_by: [None; 128],
         }
     }
 
@@ -168,8 +171,10 @@ impl Referee {
             self.disturbed = true;
             self.token.forget();
         }
-        self.min_tsdr = [DEFAULT_MIN_TSDR_TBIT; 128];
-        self.asked_tsdr = [None; 128];
+        for (address, _) in self.answered_by.iter().enumerate().filter(|(_, by)| **by == Some(station)) {
+            self.min_tsdr[address] = DEFAULT_MIN_TSDR_TBIT;
+            self.asked_tsdr[address] = None;
+        }
     }
 
     /// Deletes the last transmissions: not every station has received them.
@@ -272,6 +277,7 @@ impl Referee {
             return Err((Rule::SecondAnswer, 0, 0));
         }
         let min_tsdr = u64::from(self.min_tsdr[usize::from(asked.da)]);
+        self.answered_by[usize::from(asked.da)] = Some(transmission.station);
         self.learn_min_tsdr(&asked, data);
         self.next = Expected::AfterAnswer(asked.clone());
         let away = asked.transmission.distance(transmission);

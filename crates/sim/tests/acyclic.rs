@@ -34,7 +34,7 @@ impl Ring {
     fn new() -> Self {
         let mut segment = Segment::new(BAUD);
         let parameters = |address| BusParameters { hsa: 5, ..BusParameters::new(address, BAUD) };
-        let mut master: Class1 = Master::on(parameters(2), Settings::new(BAUD), BitTime(0));
+        let mut master: Class1 = Master::on(parameters(2).check().unwrap(), Settings::new(BAUD), BitTime(0));
         for address in SLAVES {
             let features = Features { sync: true, freeze: true, dpv1: true, ms1: true };
             segment.attach(Slave::<_>::new(Plain { features, ..Plain::new() }, address, BAUD));
@@ -43,7 +43,7 @@ impl Ring {
         }
         master.user.set_mode(Mode::Operate);
         let class1 = segment.attach(master);
-        let class2: Class2 = Master::on(parameters(3), Settings::new(BAUD), BitTime(0));
+        let class2: Class2 = Master::on(parameters(3).check().unwrap(), Settings::new(BAUD), BitTime(0));
         let class2 = segment.attach(class2);
         segment.run_for(1_000_000).unwrap();
         let (connections, ms2_reads, ms1_reads) =

@@ -24,7 +24,8 @@ fn parameters(address: u8, group: u8) -> SlaveParameters<'static> {
 /// A master and slaves at different positions of the cable, all slaves in data exchange.
 fn exchanging(baud: Baud) -> (Segment, StationHandle<Class1>, [StationHandle<Slave<Plain>>; 4]) {
     let mut segment = Segment::new(baud);
-    let mut master = Master::<4, 8>::on(BusParameters::new(OWN, baud), Settings::new(baud), BitTime(0));
+    let mut master =
+        Master::<4, 8>::on(BusParameters::new(OWN, baud).check().unwrap(), Settings::new(baud), BitTime(0));
     for (address, group) in SLAVES {
         master.user.add(&parameters(address, group)).unwrap();
     }

@@ -22,7 +22,8 @@ type Slaves = [StationHandle<Slave<Plain>>; 3];
 /// A master at 2 and slaves at 10, 11 and 12 at different positions of the cable, all slaves in data exchange.
 fn exchanging() -> (Segment, StationHandle<Class1>, Slaves) {
     let mut segment = Segment::new(BAUD);
-    let mut master = Master::<3, 8>::on(BusParameters::new(OWN, BAUD), Settings::new(BAUD), BitTime(0));
+    let mut master =
+        Master::<3, 8>::on(BusParameters::new(OWN, BAUD).check().unwrap(), Settings::new(BAUD), BitTime(0));
     for address in 10..13 {
         let watchdog = Some([10, 5]);
         master.user.add(&SlaveParameters { watchdog, ..SlaveParameters::new(address, IDENT, &CFG) }).unwrap();
@@ -110,7 +111,8 @@ fn each_side_of_a_cut_has_its_own_referee() {
     let mut segment = Segment::new(BAUD);
     segment.inject(Fault::Cut(Some(10)));
     let masters = [(2, 0), (3, 20)].map(|(address, position)| {
-        let master = Master::<1, 8>::on(BusParameters::new(address, BAUD), Settings::new(BAUD), BitTime(0));
+        let master =
+            Master::<1, 8>::on(BusParameters::new(address, BAUD).check().unwrap(), Settings::new(BAUD), BitTime(0));
         segment.attach_at(position, master)
     });
     segment.run_for(SECOND).unwrap();
@@ -287,4 +289,13 @@ fn scheduled_faults_begin_at_their_bit_time() {
     let answers = segment.trace().entries.iter().filter(|entry| entry.octets.len() == 11 && entry.octets[5] == 10);
     let last = answers.map(|entry| entry.start).max().unwrap();
     assert!(last < off && off - last < 3000, "the last answer begins at {last}, the power is switched off at {off}");
+}
+
+#[test]
+#[should_panic(expected = "station #1 does not belong to this segment")]
+fn a_fault_of_a_station_of_another_segment_is_an_error_of_the_caller() {
+    let mut other = Segment::new(Baud::B500000);
+    other.attach(Tester::new());
+    let station = other.attach(Tester::new()).id();
+    Segment::new(Baud::B500000).inject(Fault::Power(station, false));
 }

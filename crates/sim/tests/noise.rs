@@ -101,7 +101,8 @@ type Class1 = Active<Master<8, 8>>;
 
 fn segment() -> (Segment, StationHandle<Class1>, Vec<StationHandle<Slave<Witness>>>) {
     let mut segment = Segment::new(BAUD);
-    let mut master = Master::<8, 8>::on(BusParameters::new(MASTER, BAUD), Settings::new(BAUD), BitTime(0));
+    let mut master =
+        Master::<8, 8>::on(BusParameters::new(MASTER, BAUD).check().unwrap(), Settings::new(BAUD), BitTime(0));
     for address in SLAVES {
         let mut slave = SlaveParameters::new(address, 0x1234, &CFG);
         slave.user_prm = &USER_PRM;

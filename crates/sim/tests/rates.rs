@@ -19,7 +19,7 @@ type Slaves = Vec<StationHandle<Slave<Plain>>>;
 fn segment(baud: Baud, apart: u64) -> (Segment, StationHandle<Class1>, Slaves) {
     let mut segment = Segment::new(baud);
     let parameters = BusParameters::new(OWN, baud);
-    let mut master = Master::<8, 8>::on(parameters, Settings::new(baud), BitTime(0));
+    let mut master = Master::<8, 8>::on(parameters.check().unwrap(), Settings::new(baud), BitTime(0));
     for address in 10..18 {
         let mut slave = SlaveParameters::new(address, IDENT, &CFG);
         slave.min_tsdr = address;

@@ -190,6 +190,36 @@ fn an_answer_before_the_parameterised_min_tsdr_is_found_after_a_diagnosis_confir
     assert_eq!(talk(11, &[0x42, 0x05, 0x00, 0xFF, 0x12, 0x34]), Ok(()), "the slave refused it");
 }
 
+/// The result of a Set_Prm with min T_SDR 40 to `TS`, a Slave_Diag that confirms it, and an FDL status that is answered after 11.
+/// Between the last two a station is switched off and on: `TS` itself or the slave at address 9.
+fn early_after_power_failure(of_itself: bool) -> Result<(), Rule> {
+    let set_prm = request(OWN, FIRST, 61, &[0x80, 0, 0, 40, 0x12, 0x34, 0]);
+    let mut segment =
+        segment_with(&[(100, &set_prm), (1000, &request(OWN, FIRST, 60, &[])), (2000, &status(9, OWN)), (3000, &ASK)]);
+    let itself = segment.attach(MockStation::new(|end, telegram: &Telegram<'_>| {
+        let Telegram::Data(request) = telegram else { return None };
+        let diag =
+            DataTelegram { da: OWN, sa: TS, dsap: Some(62), ssap: Some(60), fc: 8, du: &[2, 4, 0, OWN, 0x12, 0x34] };
+        match (request.da, request.dsap) {
+            (TS, Some(61)) => Some((end + 11, vec![0xE5])),
+            (TS, Some(_)) => Some((end + 40, emit(&Telegram::Data(diag)))),
+            (TS, None) => Some((end + 11, ANSWER.to_vec())),
+            _ => None,
+        }
+    }));
+    let other = segment.attach(Slave::new(Plain::new(), 9, BAUD));
+    let failing = if of_itself { itself.id() } else { other.id() };
+    segment.schedule_fault(BitTime(2500), Fault::Power(failing, false));
+    segment.schedule_fault(BitTime(2600), Fault::Power(failing, true));
+    outcome(&mut segment)
+}
+
+#[test]
+fn a_power_failure_resets_the_min_tsdr_of_that_slave_only() {
+    assert_eq!(early_after_power_failure(true), Ok(()));
+    assert_eq!(early_after_power_failure(false), Err(Rule::Early));
+}
+
 #[test]
 fn an_answer_after_max_tsdr_is_found_at_every_rate() {
     for (baud, max) in Baud::ALL.into_iter().zip([60, 60, 60, 60, 60, 100, 150, 250, 450, 800]) {

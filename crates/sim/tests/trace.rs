@@ -14,8 +14,8 @@ use profivac_dp::master::{Master, Mode, Settings, SlaveParameters};
 use profivac_dp::slave::{Features, Slave};
 use profivac_sim::scenario::Dialogue;
 use profivac_sim::stations::Tester;
-use profivac_sim::trace::pcapng;
-use profivac_sim::{Fault, Noise, OctetErrors, Segment, TelegramFault, Trace};
+use profivac_sim::trace::{Entry, pcapng};
+use profivac_sim::{Fault, Noise, OctetErrors, Rule, Segment, TelegramFault, Trace};
 
 /// The start-up of profibus-wire 2.13 with a slave of this project instead of the recorded one: the ident number and the
 /// configuration differ, the other telegrams are equal.
@@ -60,7 +60,8 @@ fn the_trace_of_a_start_up_matches_the_golden_file() {
 fn disturbed() -> Trace {
     let baud = Baud::B12000000;
     let mut segment = Segment::new(baud);
-    let mut master = Master::<1, 8>::on(BusParameters::new(OWN, baud), Settings::new(baud), BitTime(0));
+    let mut master =
+        Master::<1, 8>::on(BusParameters::new(OWN, baud).check().unwrap(), Settings::new(baud), BitTime(0));
     master.user.add(&SlaveParameters::new(8, IDENT, &CFG)).unwrap();
     master.user.set_mode(Mode::Operate);
     segment.attach(master);
@@ -75,15 +76,23 @@ fn disturbed() -> Trace {
     trace
 }
 
+/// A trace as text and capture files have it: without pauses inside the telegrams.
+fn readable(mut trace: Trace) -> Trace {
+    for entry in &mut trace.entries {
+        *entry = Entry::new(entry.start, entry.octets.clone(), entry.errors.clone());
+    }
+    trace
+}
+
 #[test]
 fn a_trace_is_read_back_from_text() {
-    let trace = disturbed();
+    let trace = readable(disturbed());
     assert!(trace.to_string().parse() == Ok(trace));
 }
 
 #[test]
 fn a_trace_is_read_back_from_a_capture_file() {
-    let trace = disturbed();
+    let trace = readable(disturbed());
     for link_type in [pcapng::PROFIBUS_DL, pcapng::USER0] {
         assert!(pcapng::read(&pcapng::write(&trace, link_type), Baud::B9600).as_ref() == Ok(&trace));
     }
@@ -100,5 +109,19 @@ fn a_trace_keeps_the_requested_number_of_telegrams() {
         let starts: Vec<u64> = segment.trace().entries.iter().map(|entry| entry.start.0).collect();
         assert_eq!(starts.len(), kept.min(10));
         assert_eq!(starts.last(), Some(&((until - 1) * 1000)));
+    }
+}
+
+/// A request of 66 bit times with a pause of 30, and one that lost an octet: both end when their sender ends.
+#[test]
+fn an_entry_ends_with_its_last_stop_bit_although_the_sender_paused() {
+    for (fault, duration) in [(TelegramFault::Pause(2, 30), 96), (TelegramFault::Lose(2), 66)] {
+        let mut segment = Segment::new(Baud::B500000);
+        let tester = segment.attach(Tester::new());
+        segment.allow(Rule::Gap);
+        segment.inject(Fault::Telegram(tester.id(), fault.clone()));
+        segment.station_mut(tester).send(BitTime(100), &[0x10, 8, 2, 0x49, 0x53, 0x16]);
+        segment.run_until(BitTime(1000)).unwrap();
+        assert_eq!(segment.trace().entries[0].end(), BitTime(100 + duration), "{fault:?}");
     }
 }

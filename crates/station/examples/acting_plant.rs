@@ -10,6 +10,7 @@
 use profivac_client::cyclic::CyclicSlave;
 use profivac_client::pressure::Pressure;
 use profivac_dp::link::Baud;
+use profivac_dp::link::active::BusParameters;
 use profivac_recorder::{EventKind, Recorder, Settings};
 use profivac_station::auth::password::Hash;
 use profivac_station::auth::users::Users;
@@ -79,7 +80,7 @@ fn memory_segment() -> Result<MemorySegment, Box<dyn Error>> {
         unit,
         principles: Default::default(),
     };
-    Ok(MemorySegment::new(vec![device], vec![slave], 1, BAUD)?)
+    Ok(MemorySegment::new(vec![device], vec![slave], BusParameters::new(1, BAUD).check()?, BAUD)?)
 }
 
 fn run(mut segment: MemorySegment, mut demo: DemoSegment, pressures: &Receiver<f64>) {

@@ -5,7 +5,7 @@
 use crate::device::VirtualDevice;
 use profivac_client::cyclic::{CyclicSlave, CyclicValues};
 use profivac_client::ms2::{Ms2Error, Ms2Line};
-use profivac_dp::link::active::{Active, BusParameters};
+use profivac_dp::link::active::{Active, CheckedBus};
 use profivac_dp::link::{Baud, BitTime, Listening, Received, Receiver, Station, T_SYN_TBIT, Transmit};
 use profivac_dp::master::{Handle, Mode, Operation, Settings, SlaveListError};
 use profivac_host::line::{Line, Pace};
@@ -76,17 +76,16 @@ pub struct MemorySegment {
 }
 
 impl MemorySegment {
-    /// `devices` and a master at `address` that exchanges data with `watched`.
+    /// `devices` and a master on `bus` that exchanges data with `watched`.
     ///
     /// # Errors
     /// [`SlaveListError`] when the master cannot have such a slave.
     pub fn new(
         devices: Vec<VirtualDevice>,
         watched: Vec<CyclicSlave>,
-        address: u8,
+        bus: CheckedBus,
         baud: Baud,
     ) -> Result<Self, SlaveListError> {
-        let bus = BusParameters::new(address, baud);
         let mut master = Box::new(BusMaster::on(bus, Settings::new(baud), BitTime(0)));
         for slave in &watched {
             master.user.add(&slave.parameters(baud))?;
@@ -248,6 +247,7 @@ mod tests {
     use profivac_client::cyclic::ChannelPrinciples;
     use profivac_client::pressure::Pressure;
     use profivac_devices::bcg450::table::MODEL;
+    use profivac_dp::link::active::BusParameters;
     use profivac_vacuum::Gas;
 
     impl MemorySegment {
@@ -283,7 +283,8 @@ mod tests {
             unit,
             principles: ChannelPrinciples::default(),
         });
-        MemorySegment::new(devices.into(), watched.into(), 1, baud).unwrap()
+        let bus = BusParameters::new(1, baud).check().unwrap();
+        MemorySegment::new(devices.into(), watched.into(), bus, baud).unwrap()
     }
 
     #[test]

@@ -2,7 +2,7 @@
 
 use crate::diag::StationStatus;
 use crate::global::ControlCommand;
-use crate::prm::{Dpv1Status1, PrmStatus};
+use crate::prm::{Dpv1Status1, Dpv1Status2, Dpv1Status3, PrmStatus};
 use defmt::{Format, Formatter};
 
 macro_rules! bits {
@@ -15,4 +15,4 @@ macro_rules! bits {
     )*};
 }
 
-bits!(StationStatus, ControlCommand, PrmStatus, Dpv1Status1);
+bits!(StationStatus, ControlCommand, PrmStatus, Dpv1Status1, Dpv1Status2, Dpv1Status3);

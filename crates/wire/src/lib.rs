@@ -2,7 +2,15 @@
 //!
 //! This crate knows the formats of a PROFIBUS line. It has no clock, no state and no allocation: timing, stations and
 //! services are in `profivac-dp`. Each format is parsed once and completely into a type that borrows the octets, and the same
-//! type emits itself. After `parse`, no access can fail. Unknown codes are kept and emitted unchanged.
+//! type emits itself. After `parse`, no access can fail. Codes without a meaning are kept and emitted unchanged. Exceptions:
+//!
+//! - [`mod@cfg`] and [`ext_diag`] are lists: each item is parsed when its turn comes, and may be an error. A configuration has no
+//!   `emit`; its octets are kept as they are.
+//! - Reserved octets of Call and Initiate are not kept and emitted as 0.
+//! - A PDU of [`acyclic`] with an unknown function number is an error, and so are access points that a PDU cannot have.
+//!
+//! "profibus-wire 2.3" and "errata-bpg-bcg-tpg 14" in the documentation of this crate are sections of the specification in
+//! `docs/spec` of the repository, not crates.
 //!
 //! | Module | Holds | Reference |
 //! |---|---|---|

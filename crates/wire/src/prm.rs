@@ -42,6 +42,46 @@ bitflags::bitflags! {
     }
 }
 
+bitflags::bitflags! {
+    /// DPV1_Status_2, the second octet of the user parameters of a DP-V1 slave.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub struct Dpv1Status2: u8 {
+        /// The slave may accept a configuration that deviates, by a rule of its own.
+        const CHECK_CFG_MODE = 1 << 0;
+        /// Bit 1, reserved: 0.
+        const RESERVED = 0x02;
+        /// Enable update alarms.
+        const UPDATE_ALARM = 1 << 2;
+        /// Enable status alarms.
+        const STATUS_ALARM = 1 << 3;
+        /// Enable alarms of the manufacturer.
+        const MANUFACTURER_ALARM = 1 << 4;
+        /// Enable diagnostic alarms.
+        const DIAGNOSTIC_ALARM = 1 << 5;
+        /// Enable process alarms.
+        const PROCESS_ALARM = 1 << 6;
+        /// Enable alarms when a module is pulled or plugged.
+        const PULL_PLUG_ALARM = 1 << 7;
+    }
+}
+
+bitflags::bitflags! {
+    /// DPV1_Status_3, the third octet of the user parameters of a DP-V1 slave.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub struct Dpv1Status3: u8 {
+        /// Bits 0 to 2: 0 is one alarm of each type, other values are a total number of alarms.
+        const ALARM_MODE = 0x07;
+        /// Structured blocks follow instead of plain user parameters.
+        const PRM_STRUCTURE = 1 << 3;
+        /// Isochronous mode of DP-V2.
+        const ISOM_REQ = 1 << 4;
+        /// Bits 5 and 6, reserved: 0.
+        const RESERVED = 0x60;
+        /// A PrmCmd of DP-V2.
+        const PRM_CMD = 1 << 7;
+    }
+}
+
 /// The data unit of Set_Prm.
 ///
 /// ```

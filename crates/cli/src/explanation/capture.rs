@@ -33,11 +33,7 @@ impl Capture {
         let mut packets = Vec::new();
         for explained in explained {
             let start = explained.piece.start.unwrap_or(self.end + T_SYN_TBIT);
-            let entry = Entry {
-                start,
-                octets: explained.piece.octets.as_slice().into(),
-                errors: explained.piece.errors.clone(),
-            };
+            let entry = Entry::new(start, explained.piece.octets.as_slice(), explained.piece.errors.clone());
             self.end = entry.end();
             packets.extend(pcapng::packet(&entry, self.baud));
         }

@@ -65,6 +65,8 @@ const MAX_OUTPUTS: usize = 16;
 pub struct BlockDevice<B, S> {
     pub(super) behaviour: B,
     pub(super) store: S,
+    /// A change was stored in part and could not be undone in the memory.
+    pub(super) store_is_behind: bool,
     pub(super) address: StationAddress,
     pub(super) powered: bool,
     pub(super) channel: ParameterChannel,
@@ -79,6 +81,7 @@ impl<B: Behaviour, S: Store> BlockDevice<B, S> {
         let mut device = Self {
             behaviour,
             store,
+            store_is_behind: false,
             address: StationAddress::new(setup.address_switch),
             powered: true,
             channel: ParameterChannel::new(model.channel_rules),

@@ -34,6 +34,55 @@ fn stored<P: ParameterSet>(blocks: &'static [PlacedBlock]) -> impl Iterator<Item
     })
 }
 
+/// A nonvolatile value before and after a change, as it is stored.
+struct StoredChange {
+    key: Key,
+    before: Octets,
+    after: Octets,
+}
+
+/// The values that are stored although they did not change.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum AlsoStored {
+    None,
+    /// The value that the master wrote.
+    Written(Key),
+    All,
+}
+
+impl AlsoStored {
+    fn contains(self, key: Key) -> bool {
+        match self {
+            Self::None => false,
+            Self::Written(written) => written == key,
+            Self::All => true,
+        }
+    }
+}
+
+/// Every nonvolatile value that differs between `before` and `after`, and those that `also` contains.
+fn changes<B: Behaviour>(before: &B, after: &B, also: AlsoStored) -> impl Iterator<Item = StoredChange> {
+    let parameters = stored::<B::Parameter>(after.model().blocks).filter_map(move |at| {
+        let (key, old, new) = (after.storage_key(&at), before.stored_value(&at), after.stored_value(&at));
+        let encode = |value, of: &B| at.row.data_type.encode_stored(value, &of.format(&at));
+        (old != new || also.contains(key)).then(|| StoredChange {
+            key,
+            before: encode(&old, before),
+            after: encode(&new, after),
+        })
+    });
+    let internal = (0..).zip(before.internal_values().iter().zip(after.internal_values()));
+    let internal = internal.filter_map(move |(number, (old, new))| {
+        let key = Key::Internal(number);
+        (old.to_bits() != new.to_bits() || also.contains(key)).then(|| StoredChange {
+            key,
+            before: Octets::new(&old.to_be_bytes()),
+            after: Octets::new(&new.to_be_bytes()),
+        })
+    });
+    parameters.chain(internal)
+}
+
 impl<B: Behaviour, S: Store> BlockDevice<B, S> {
     /// Reads a parameter.
     pub(super) fn get(&self, path: AccessPath, slot: u8, index: u8) -> Result<Octets, AccessError> {
@@ -68,7 +117,7 @@ impl<B: Behaviour, S: Store> BlockDevice<B, S> {
         Some(at.row.data_type.length(&self.behaviour.format(&at)))
     }
 
-    /// Changes the device. A change that cannot be stored is undone.
+    /// Changes the device. A change that cannot be stored is undone, in the device and in the memory.
     fn change(&mut self, at: &ParameterRef<B::Parameter>, value: &Value) -> Result<(), AccessError> {
         let before = self.behaviour.clone();
         let result = self.behaviour.set(at, value);
@@ -79,31 +128,39 @@ impl<B: Behaviour, S: Store> BlockDevice<B, S> {
             stored = stored.and_then(|()| self.address.unlock(&mut self.store));
         }
         if stored.is_err() {
-            self.behaviour = before;
+            let failed = core::mem::replace(&mut self.behaviour, before);
+            self.undo_differences(&failed);
         }
         stored
     }
 
     /// Stores every nonvolatile value that differs from `before`, and the one that was `written` even if it does not.
     pub(super) fn store_differences(&mut self, before: &B, written: Option<Key>) -> Result<(), AccessError> {
-        let Self { behaviour, store, .. } = self;
-        // A value that several instances share is saved once: the others find it stored.
-        let mut save = |key, octets: &[u8]| match store::load(store, key).as_deref() {
-            Some(stored) if stored == octets => Ok(()),
-            _ => store.save(key, octets).map_err(|_| AccessError::StorageFailed),
+        let Self { behaviour, store, store_is_behind, .. } = self;
+        let also = match written {
+            _ if *store_is_behind => AlsoStored::All,
+            Some(key) => AlsoStored::Written(key),
+            None => AlsoStored::None,
         };
-        for at in stored::<B::Parameter>(behaviour.model().blocks) {
-            let (key, value) = (behaviour.storage_key(&at), behaviour.stored_value(&at));
-            if value != before.stored_value(&at) || written == Some(key) {
-                save(key, &at.row.data_type.encode_stored(&value, &behaviour.format(&at)))?;
+        // A value that several instances share is saved once: the others find it stored.
+        for StoredChange { key, after, .. } in changes(before, behaviour, also) {
+            if store::load(store, key).as_deref() != Some(after.as_slice()) {
+                store.save(key, &after).map_err(|_| AccessError::StorageFailed)?;
             }
         }
-        for (number, (old, new)) in (0..).zip(before.internal_values().iter().zip(behaviour.internal_values())) {
-            if old.to_bits() != new.to_bits() {
-                save(Key::Internal(number), &new.to_be_bytes())?;
-            }
-        }
+        *store_is_behind = false;
         Ok(())
+    }
+
+    /// Stores the old values again where the memory has those of a change that `failed`. If that fails too, the next change
+    /// stores all values.
+    fn undo_differences(&mut self, failed: &B) {
+        let Self { behaviour, store, store_is_behind, .. } = self;
+        for StoredChange { key, before, after } in changes(behaviour, failed, AlsoStored::None) {
+            if store::load(store, key).as_deref() == Some(after.as_slice()) && store.save(key, &before).is_err() {
+                *store_is_behind = true;
+            }
+        }
     }
 
     /// Restores the stored values; values that the parameter cannot have are ignored.

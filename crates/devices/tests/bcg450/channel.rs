@@ -65,6 +65,18 @@ fn a_repeated_write_is_executed_once_and_a_repeated_read_each_time() {
     assert_eq!(cycle(&mut tester, "10 00 19 00 00 00 00 00"), hex("B0 00 19 00 00 00 00 02"));
 }
 
+/// (25): in data exchange the same configuration once more begins no task again.
+#[test]
+fn a_repeated_chk_cfg_executes_no_write_again() {
+    let mut tester = exchanging(CHANNEL, 1e-3);
+    let stop = "A0 00 0F 00 00 00 00 05";
+    assert_eq!(cycle(&mut tester, stop), hex("B0 00 0F 00 00 00 00 05"));
+    tester.command(4).unwrap();
+    tester.chk_cfg(&hex(CHANNEL));
+    assert_eq!(cycle(&mut tester, stop), hex("B0 00 0F 00 00 00 00 05"), "the answer stays");
+    assert_eq!(tester.state(), 4, "the repetition does nothing");
+}
+
 /// 2.2.1.3, (23)
 #[test]
 fn every_error_code_has_its_access() {

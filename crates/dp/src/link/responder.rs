@@ -6,7 +6,7 @@
 use super::Transmit;
 use super::time::BitTime;
 use profivac_wire::control::{Control, FrameCount, Function, Status};
-use profivac_wire::{BROADCAST, DataTelegram, MAX_DU, MAX_TELEGRAM, Sap, Telegram};
+use profivac_wire::{BROADCAST, DataTelegram, MAX_TELEGRAM, Sap, Telegram};
 
 /// The requester before the first request; no station has this address.
 const NO_STATION: u8 = 0xFF;
@@ -84,7 +84,7 @@ pub enum Accepted<'a> {
 ///
 /// // The answer was lost, and the master repeats the request.
 /// assert_eq!(responder.accept(&request), Accepted::Repetition);
-/// assert_eq!(Some(responder.repeat(BitTime(400)).octets.to_vec()), answer);
+/// assert_eq!(responder.repeat(BitTime(400)).map(|repeated| repeated.octets.to_vec()), answer);
 /// ```
 #[derive(Clone, Debug)]
 pub struct Responder {
@@ -205,14 +205,15 @@ impl Responder {
         self.is_counted = true;
     }
 
-    /// The stored answer once more, to be sent not before `not_before`.
+    /// The stored answer once more, to be sent not before `not_before`; `None` if none is stored.
     #[must_use]
-    pub fn repeat(&self, not_before: BitTime) -> Transmit<'_> {
-        Transmit { not_before, octets: self.answer.get(..self.length).unwrap_or_default() }
+    pub fn repeat(&self, not_before: BitTime) -> Option<Transmit<'_>> {
+        let octets = self.answer.get(..self.length).filter(|octets| !octets.is_empty())?;
+        Some(Transmit { not_before, octets })
     }
 
     /// Makes the answer to the telegram accepted last, to be sent not before `not_before`, and stores it if the request is
-    /// counted.
+    /// counted. `None` if the data of the reply do not fit a telegram.
     #[inline]
     pub fn answer(&mut self, frame: &DataTelegram<'_>, reply: Reply<'_>, not_before: BitTime) -> Option<Transmit<'_>> {
         let telegram = respond(frame, self.address, reply);
@@ -242,7 +243,7 @@ fn respond<'a>(frame: &DataTelegram<'_>, address: u8, reply: Reply<'a>) -> Teleg
         dsap: frame.ssap,
         ssap: frame.dsap,
         fc: Control::slave(status).to_octet(),
-        du: du.get(..MAX_DU).unwrap_or(du),
+        du,
     })
 }
 

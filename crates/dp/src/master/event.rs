@@ -128,6 +128,8 @@ impl fmt::Display for ExchangeError {
     }
 }
 
+impl core::error::Error for ExchangeError {}
+
 /// The queue. An event that comes while it is full is lost and counts as an overflow.
 #[derive(Clone, Debug)]
 pub(super) struct Events<const EVENTS: usize> {

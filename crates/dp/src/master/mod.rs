@@ -12,7 +12,7 @@
 //! use profivac_dp::master::{Master, Mode, Settings, SlaveParameters};
 //!
 //! // Room for 8 slaves with up to 32 octets each way.
-//! let bus = BusParameters::new(2, Baud::B19200);
+//! let bus = BusParameters::new(2, Baud::B19200).check()?;
 //! let mut station = Master::<8, 32>::on(bus, Settings::new(Baud::B19200), BitTime(0));
 //! // Two octets in and two octets out.
 //! station.user.add(&SlaveParameters::new(8, 0x1234, &[0x11, 0x21]))?;
@@ -21,7 +21,7 @@
 //! // The line has been idle for T_TO: the master takes the token.
 //! let due = station.wake_at().expect("listening has a time limit");
 //! assert_eq!(station.poll(due).map(|token| token.octets.to_vec()), Some(vec![0xDC, 2, 2]));
-//! # Ok::<(), profivac_dp::master::SlaveListError>(())
+//! # Ok::<(), Box<dyn core::error::Error>>(())
 //! ```
 
 mod acyclic;
@@ -53,7 +53,7 @@ pub use scheduler::Operation;
 pub use state::{Counters, HandlerState};
 
 use crate::link::BitTime;
-use crate::link::active::{Active, BusParameters, Confirmation, FdlUser, Priority, Request};
+use crate::link::active::{Active, CheckedBus, Confirmation, FdlUser, Priority, Request};
 use control::{ControlMessage, Controls};
 use core::fmt;
 use event::Events;
@@ -147,8 +147,8 @@ impl<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize, const ACYCLI
     Master<SLAVES, OCTETS, EVENTS, ACYCLIC>
 {
     /// An active station with a master that begins to listen at `now`: without slaves, in [`Mode::Stop`].
-    pub const fn on(bus: BusParameters, settings: Settings, now: BitTime) -> Active<Self> {
-        Active::new(bus, Self::new(bus.address, settings, now), now)
+    pub const fn on(bus: CheckedBus, settings: Settings, now: BitTime) -> Active<Self> {
+        Active::new(bus, Self::new(bus.get().address, settings, now), now)
     }
 
     const fn new(address: u8, settings: Settings, now: BitTime) -> Self {

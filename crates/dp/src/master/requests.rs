@@ -254,7 +254,7 @@ impl<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize, const ACYCLI
                 .then_some(ExchangeStatus { starts: slave.counters().starts, operating })
         };
         self.acyclic.elapse(now, status, &mut self.events.sink());
-        if let Some(address) = self.acyclic.take_late() {
+        while let Some(address) = self.acyclic.take_late() {
             self.with(address, |slave, context| slave.restart(ExchangeError::Ms1, context));
         }
     }

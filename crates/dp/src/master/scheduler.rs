@@ -149,13 +149,13 @@ pub struct Scheduler<const SLOTS: usize> {
     idle: bool,
     /// The place in the queue that is considered first.
     first: usize,
-    /// The address of a slave that may still respond to an MS1 request that has failed.
-    late: Option<u8>,
+    /// The slaves that may still respond to an MS1 request that has failed: one bit for each address.
+    late: u128,
 }
 
 impl<const SLOTS: usize> Scheduler<SLOTS> {
     pub(super) const fn new() -> Self {
-        Self { ms2: Pool::new(), ms1: Pool::new(), pkw: Pool::new(), idle: true, first: 0, late: None }
+        Self { ms2: Pool::new(), ms1: Pool::new(), pkw: Pool::new(), idle: true, first: 0, late: 0 }
     }
 
     pub(super) fn open(
@@ -181,7 +181,7 @@ impl<const SLOTS: usize> Scheduler<SLOTS> {
     }
 
     /// The outcome of a request on a connection. If the connection has ended its slot becomes free.
-    fn take_ms2(&mut self, key: Key, number: u16) -> Option<Result<&[u8], ms2::RequestError>> {
+    fn take_ms2(&mut self, key: Key, number: u32) -> Option<Result<&[u8], ms2::RequestError>> {
         let connection = self.ms2.get(key).filter(|connection| connection.has_request(number))?;
         if let Some(end) = connection.ended() {
             self.ms2.remove(key);
@@ -249,7 +249,7 @@ impl<const SLOTS: usize> Scheduler<SLOTS> {
         let (Some(event), Some(request)) = (event, self.ms1.at(number)) else { return };
         let address = request.address();
         if request.may_respond_late() {
-            self.late = Some(address);
+            self.late |= 1_u128.checked_shl(address.into()).unwrap_or_default();
         }
         push(now, Service::Ms1, self.ms1.key(number), Some((address, event)), events);
     }
@@ -271,9 +271,12 @@ impl<const SLOTS: usize> Scheduler<SLOTS> {
         push(now, Service::Pkw, self.pkw.key(number), report, events);
     }
 
-    /// The slave that may still respond to a failed MS1 request, once.
-    pub(super) const fn take_late(&mut self) -> Option<u8> {
-        self.late.take()
+    /// One of the slaves that may still respond to a failed MS1 request; each once.
+    pub(super) fn take_late(&mut self) -> Option<u8> {
+        // 128 if there is none.
+        let address = self.late.trailing_zeros();
+        self.late ^= 1_u128.checked_shl(address)?;
+        u8::try_from(address).ok()
     }
 
     /// The place in the queue that sends the next message.

@@ -1,5 +1,6 @@
 //! The interface between a DP slave and the device behind it.
 
+use core::fmt;
 use profivac_wire::acyclic::call::IM_RECORD_LENGTH;
 use profivac_wire::address::SetSlaveAdd;
 use profivac_wire::cfg::Lengths;
@@ -25,10 +26,26 @@ pub struct Features {
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct PrmFault;
 
+impl fmt::Display for PrmFault {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("the device does not accept the user parameters")
+    }
+}
+
+impl core::error::Error for PrmFault {}
+
 /// The device does not have this configuration: Cfg_Fault.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct CfgFault;
+
+impl fmt::Display for CfgFault {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("the device does not have this configuration")
+    }
+}
+
+impl core::error::Error for CfgFault {}
 
 /// Outputs for the device.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -48,7 +65,7 @@ pub struct Diagnosis<'a> {
     pub event: bool,
     /// Stat_Diag: no valid process data yet.
     pub static_diag: bool,
-    /// Ext_Diag_Data, at most 238 octets.
+    /// Ext_Diag_Data, at most 238 octets. Longer ones are refused with UE, and the diagnosis stays pending.
     pub blocks: &'a [u8],
 }
 
@@ -105,6 +122,14 @@ impl Dpv1Error {
     }
 }
 
+impl fmt::Display for Dpv1Error {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "the device refuses the access: error code 1 is {}, error code 2 is {}", self.code_1, self.code_2)
+    }
+}
+
+impl core::error::Error for Dpv1Error {}
+
 /// The device behind a slave. It sees no telegrams, bit times or master addresses, only what follows from them.
 pub trait Device {
     /// Ident_Number.
@@ -119,7 +144,8 @@ pub trait Device {
     /// [`PrmFault`] when the device does not accept them; nothing has changed then.
     fn set_prm(&mut self, user: &[u8]) -> Result<(), PrmFault>;
 
-    /// Takes over the configuration of the master and returns the lengths of inputs and outputs.
+    /// Takes over the configuration of the master and returns the lengths of inputs and outputs. Not called for the present
+    /// configuration during data exchange: that changes nothing.
     ///
     /// # Errors
     /// [`CfgFault`] when the device does not have this configuration; nothing has changed then.

@@ -61,6 +61,9 @@ use crate::link::{Accepted, Baud, BitTime, Listening, Reply, Responder, Station,
 use profivac_wire::Telegram;
 use server::{MIN_TSDR_TBIT, Server};
 
+/// The most MS2 connections: one for each access point from 0 to 48.
+const MAX_CONNECTIONS: usize = 49;
+
 /// A passive DP station with device `D` and room for `CONNECTIONS` MS2 connections, at most 49.
 #[derive(Clone, Debug)]
 pub struct Slave<D, const CONNECTIONS: usize = 2> {
@@ -78,6 +81,7 @@ impl<D: Device> Slave<D> {
 impl<D: Device, const CONNECTIONS: usize> Slave<D, CONNECTIONS> {
     /// As [`Slave::new`], with the number of MS2 connections of the type.
     pub fn with_connections(device: D, address: u8, baud: Baud) -> Self {
+        const { assert!(CONNECTIONS <= MAX_CONNECTIONS, "access points 0 to 48 are for connections") }
         Self { responder: Responder::new(address), server: Server::new(device, baud) }
     }
 
@@ -90,12 +94,12 @@ impl<D: Device, const CONNECTIONS: usize> Slave<D, CONNECTIONS> {
 
     /// The bus was lost and found again, at `baud`: the slave drops frame counts and closes connections, MS0 keeps its state.
     /// A slave whose watchdog runs has lost its master before it could lose the rate. profibus-wire 3.6 and 3.2,
-    /// transition 15. Times after this call are in bit times of `baud` and may start at any value.
+    /// transition 15. min T_SDR stays too, unless it is longer than `baud` allows. Times after this call are in bit times of `baud` and may start at any value.
     pub fn rate_found(&mut self, baud: Baud) {
         if self.watchdog_is_running() {
             self.server.enter_wait_prm(Fault::None);
         }
-        self.server.baud = baud;
+        self.server.set_baud(baud);
         self.set_address(self.responder.address());
     }
 
@@ -162,7 +166,7 @@ impl<D: Device, const CONNECTIONS: usize> Station for Slave<D, CONNECTIONS> {
                 server.unconfirmed(&request);
                 None
             }
-            Accepted::Repetition => Some(responder.repeat(not_before)),
+            Accepted::Repetition => responder.repeat(not_before),
             Accepted::LinkLayer(status) => responder.answer(frame, Reply::Status(status), not_before),
             Accepted::Ident => responder.answer(frame, server.ident(), not_before),
             Accepted::Confirmed(request) => {

@@ -41,7 +41,7 @@ impl MasterRig<Master<1, 8>> {
     /// A master that has just exchanged 01 02 with slave 8 and sends nothing more by itself; the next FCB is 0.
     pub fn exchanging() -> Self {
         let settings = Settings { control_cycles: 0, ..Settings::new(Baud::B1500000) };
-        let mut rig = Self::new(Master::on(bus(), settings, BitTime(0)));
+        let mut rig = Self::new(Master::on(bus().check().unwrap(), settings, BitTime(0)));
         let slave = SlaveParameters { user_prm: &[0x80, 0, 0], ..SlaveParameters::new(8, 0x1234, &[0x11, 0x21]) };
         rig.station.user.add(&slave).unwrap();
         rig.station.user.set_mode(Mode::Operate);

@@ -97,7 +97,7 @@ pub struct Case {
 pub fn rig() -> Station {
     let mut master: Active<Master<4, 32>> = {
         let settings = Settings { control_cycles: 0, ..Settings::new(Baud::B1500000) };
-        Master::on(bus(), settings, BitTime(0))
+        Master::on(bus().check().unwrap(), settings, BitTime(0))
     };
     master.user.add(&SlaveParameters::new(8, IDENT, &CFG)).unwrap();
     master.user.set_mode(Mode::Operate);

@@ -37,6 +37,13 @@ pub enum Notice {
         /// The name under which the file is kept.
         kept_as: PathBuf,
     },
+    /// A server has as many clients as it serves, and closed the connection of one more.
+    ClientRefused {
+        /// The client.
+        name: String,
+        /// The most clients.
+        most: usize,
+    },
     /// The port is lost; attempts to open it again have begun.
     Lost(String),
     /// The port is open again.
@@ -88,6 +95,12 @@ impl fmt::Display for Notice {
                          their defaults"
                     ),
                 }
+            }
+            Self::ClientRefused { name, most } => {
+                write!(
+                    f,
+                    "the connection of {name} was closed: the line has {most} clients already; end one of them first"
+                )
             }
             Self::Lost(name) => {
                 write!(

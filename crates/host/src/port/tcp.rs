@@ -22,6 +22,9 @@ const KEEPALIVE_IDLE: Duration = Duration::from_secs(10);
 const KEEPALIVE_INTERVAL: Duration = Duration::from_secs(5);
 const KEEPALIVE_COUNT: u32 = 3;
 
+/// The most clients of a server. free choice: more than the stations of most segments, and few enough to serve in turn.
+const MAX_CLIENTS: usize = 64;
+
 /// How long sent octets may stay unacknowledged, in milliseconds: as long as a silent connection may be lost.
 #[cfg(target_os = "linux")]
 const USER_TIMEOUT_MS: u32 = 25_000;
@@ -61,10 +64,13 @@ impl TcpServer {
         Ok(Self { name: format!("{host}:{port}"), listener, clients: Vec::new(), notices: Notices::default() })
     }
 
-    /// Accepts all waiting clients. A client that cannot be set up is dropped.
+    /// Accepts all waiting clients. A client that cannot be set up is dropped, and so is one too many.
     fn accept(&mut self) {
         while let Ok((socket, address)) = self.listener.accept() {
-            if set_up(&socket).is_ok() {
+            if self.clients.len() >= MAX_CLIENTS {
+                let name = format!("tcp://{address}");
+                self.notices.extend(Some(Notice::ClientRefused { name, most: MAX_CLIENTS }));
+            } else if set_up(&socket).is_ok() {
                 self.clients.push(Client { name: format!("tcp://{address}"), socket, drops: DropCounter::default() });
             }
         }
@@ -191,5 +197,29 @@ fn network(name: &str, error: std::io::Error) -> PortError {
         }
         ErrorKind::TimedOut => PortError::Unreachable { name: name.to_owned(), seconds: CONNECT_TIMEOUT.as_secs() },
         _ => PortError::system(name, error),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_server_with_all_its_clients_closes_the_connection_of_another_and_reports_it() {
+        let mut server = TcpServer::listen("127.0.0.1:0").unwrap();
+        let connect = |server: &TcpServer| TcpStream::connect(server.name()).unwrap();
+        let mut clients: Vec<_> = (0..=MAX_CLIENTS).map(|_| connect(&server)).collect();
+        server.receive(&mut Vec::new()).unwrap();
+        assert_eq!(server.clients.len(), MAX_CLIENTS);
+        let mut refused = clients.pop().unwrap();
+        let name = format!("tcp://{}", refused.local_addr().unwrap());
+        assert_eq!(server.next_notice(), Some(Notice::ClientRefused { name, most: MAX_CLIENTS }));
+        assert_eq!(refused.read(&mut [0]).unwrap(), 0, "closed");
+        // One client leaves and another takes its place.
+        clients.pop();
+        server.receive(&mut Vec::new()).unwrap();
+        clients.push(connect(&server));
+        server.receive(&mut Vec::new()).unwrap();
+        assert_eq!((server.clients.len(), server.next_notice()), (MAX_CLIENTS, None));
     }
 }

@@ -178,8 +178,8 @@ impl Segment {
     fn add_to_trace(&mut self, signal: &Signal, end: BitTime) -> bool {
         let flips = self.flips(end);
         let entry = match signal.clean() {
-            Some(octets) if flips.is_empty() => Entry::clean(self.now, octets.clone()),
-            _ => Entry::read(self.now, &signal.read(&flips)),
+            Some(octets) if flips.is_empty() => Entry::clean(self.now, end, octets.clone()),
+            _ => Entry::read(self.now, end, &signal.read(&flips)),
         };
         let changed = !flips.is_empty() || signal.clean().is_none();
         while self.trace.entries.len() >= self.trace_length.max(1) {

@@ -17,20 +17,32 @@ impl Segment {
     }
 
     /// Applies a fault now.
+    ///
+    /// # Panics
+    /// If its station belongs to another segment; a fault of the script panics when its time comes.
     pub fn inject(&mut self, fault: Fault) {
         match fault {
             Fault::Power(station, on) => self.power(station, on),
             Fault::Noise(noise) => self.set_noise(noise),
             Fault::NoiseAt(station, noise) => self.set_noise_at(station, noise),
-            Fault::Telegram(station, fault) => self.drivers[station.0].telegram_faults.push(fault),
+            Fault::Telegram(station, fault) => self.driver(station).telegram_faults.push(fault),
             Fault::OctetErrors(octet_errors) => self.octet_errors = octet_errors,
             Fault::Echo(delay) => self.set_echo(delay),
             Fault::Cut(position) => self.set_cut(position),
         }
     }
 
+    #[expect(
+        clippy::panic,
+        reason = "a station of another segment is an error of the caller that no value can express"
+    )]
+    fn driver(&mut self, station: StationId) -> &mut Driver {
+        self.drivers.get_mut(station.0).unwrap_or_else(|| panic!("{station} does not belong to this segment"))
+    }
+
     /// Switches the power of a station. After power-up its receiver starts again, so it needs a separate tap.
     fn power(&mut self, station: StationId, on: bool) {
+        self.driver(station).set_power(on);
         let StationId(driver) = station;
         if on {
             let place = self.own_tap(driver);
@@ -38,7 +50,6 @@ impl Segment {
         } else {
             self.taps.iter_mut().for_each(|tap| tap.cut_off(driver, self.now));
         }
-        self.drivers[driver].set_power(on);
         self.plan(driver);
         self.reschedule_taps();
         let now = self.now;
@@ -53,8 +64,9 @@ impl Segment {
         self.reschedule_taps();
     }
 
-    fn set_noise_at(&mut self, StationId(driver): StationId, noise: Option<Noise>) {
-        let place = self.own_tap(driver);
+    fn set_noise_at(&mut self, station: StationId, noise: Option<Noise>) {
+        self.driver(station);
+        let place = self.own_tap(station.0);
         self.taps[place].set_noise(self.now, self.noise.clone(), noise);
         self.reschedule_taps();
     }

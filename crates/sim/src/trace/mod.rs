@@ -34,7 +34,7 @@ pub struct Trace {
     pub entries: VecDeque<Entry>,
 }
 
-/// Characters without a gap: a telegram or the rest of one.
+/// A telegram, or the rest of one.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Entry {
     /// The begin of the first start bit.
@@ -43,22 +43,33 @@ pub struct Entry {
     pub octets: Arc<[u8]>,
     /// The positions of octets with a wrong parity or stop bit, counted from 0.
     pub errors: Vec<usize>,
+    /// The end of the last stop bit: later than that of the characters if the sender paused or lost one.
+    end: BitTime,
 }
 
 impl Entry {
-    pub(crate) const fn clean(start: BitTime, octets: Arc<[u8]>) -> Self {
-        Self { start, octets, errors: Vec::new() }
+    /// Characters without a pause between them.
+    #[must_use]
+    pub fn new(start: BitTime, octets: impl Into<Arc<[u8]>>, errors: Vec<usize>) -> Self {
+        let octets = octets.into();
+        Self { start, end: start + octets.len() as u64 * CHARACTER_TBIT, octets, errors }
     }
 
-    pub(crate) fn read(start: BitTime, characters: &[Character]) -> Self {
+    /// A transmission without damage, from `start` to `end`.
+    pub(crate) const fn clean(start: BitTime, end: BitTime, octets: Arc<[u8]>) -> Self {
+        Self { start, octets, errors: Vec::new(), end }
+    }
+
+    /// A transmission from `start` to `end`, as it was received.
+    pub(crate) fn read(start: BitTime, end: BitTime, characters: &[Character]) -> Self {
         let errors = (0..characters.len()).filter(|place| characters[*place].error).collect();
-        Self { start, octets: characters.iter().map(|character| character.octet).collect(), errors }
+        Self { start, octets: characters.iter().map(|character| character.octet).collect(), errors, end }
     }
 
     /// The end of the last stop bit.
     #[must_use]
-    pub fn end(&self) -> BitTime {
-        self.start + self.octets.len() as u64 * CHARACTER_TBIT
+    pub const fn end(&self) -> BitTime {
+        self.end
     }
 }
 

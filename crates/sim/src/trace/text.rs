@@ -158,7 +158,7 @@ fn entry(line: &str) -> Result<Entry, (Expected, &str)> {
         }
         read.push(octet(digits).ok_or((Expected::Digits, text))?);
     }
-    Ok(Entry { start, octets: read.into(), errors })
+    Ok(Entry::new(start, read, errors))
 }
 
 #[cfg(test)]

@@ -83,7 +83,7 @@ fn counters_stay_consistent_when_slaves_lose_and_regain_power() {
             .map(|address| segment.attach(Slave::new(Plain::new(), *address, BAUD)))
             .collect();
         let masters = [(2, addresses[0]), (5, addresses[1])].map(|(address, slaves)| {
-            let mut master = Class1::on(parameters(address), Settings::new(BAUD), BitTime(0));
+            let mut master = Class1::on(parameters(address).check().unwrap(), Settings::new(BAUD), BitTime(0));
             for slave in slaves {
                 master.user.add(&SlaveParameters::new(slave, IDENT, &CFG)).unwrap();
             }

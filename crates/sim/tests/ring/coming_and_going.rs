@@ -125,7 +125,7 @@ fn a_master_above_hsa_joins_when_hsa_is_raised() {
     line.stays_complete(&[2, 5]).unwrap();
     for address in [2, 5] {
         let master = line.handle(address);
-        line.segment.station_mut(master).set_hsa(HSA + 5);
+        line.segment.station_mut(master).set_hsa(HSA + 5).unwrap();
     }
     let all = [2, 5, HSA + 3];
     // Five more addresses to poll.
@@ -133,7 +133,7 @@ fn a_master_above_hsa_joins_when_hsa_is_raised() {
     // Lowering HSA again removes no master from the ring.
     for address in [2, 5] {
         let master = line.handle(address);
-        line.segment.station_mut(master).set_hsa(HSA);
+        line.segment.station_mut(master).set_hsa(HSA).unwrap();
     }
     line.segment.run_for(Bounds::of(&all).join()).unwrap();
     line.stays_complete(&all).unwrap();

@@ -15,7 +15,7 @@ type Class1 = Master<4, 8>;
 /// A master in Operate with four slaves and the target rotation time `rotation_tbit`.
 fn class1(address: u8, slaves: &[u8], rotation_tbit: u32) -> Active<Class1> {
     let segment = BusParameters { rotation_tbit, ..parameters(address) };
-    let mut master = Class1::on(segment, Settings::new(BAUD), BitTime(0));
+    let mut master = Class1::on(segment.check().unwrap(), Settings::new(BAUD), BitTime(0));
     for slave in slaves {
         let watchdog = Some([20, 1]);
         master.user.add(&SlaveParameters { watchdog, ..SlaveParameters::new(*slave, IDENT, &CFG) }).unwrap();

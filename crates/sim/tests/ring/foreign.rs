@@ -126,7 +126,7 @@ impl Station for Foreign {
 
 fn ours(address: u8, now: BitTime) -> Master {
     let segment = BusParameters { hsa: HSA, gap_factor: 1, rotation_tbit: 5000, ..BusParameters::new(address, BAUD) };
-    Active::new(segment, Asker::new(slave_of(address)), now)
+    Active::new(segment.check().unwrap(), Asker::new(slave_of(address)), now)
 }
 
 /// Masters of this project at these addresses and profirust, all switched on at once, and their slaves.

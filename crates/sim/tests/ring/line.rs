@@ -70,7 +70,7 @@ pub fn parameters(address: u8) -> BusParameters {
 }
 
 pub fn master(address: u8, now: BitTime) -> Master {
-    Active::new(parameters(address), Asker::new(slave_of(address)), now)
+    Active::new(parameters(address).check().unwrap(), Asker::new(slave_of(address)), now)
 }
 
 /// Bounds of times of a ring of the masters at `addresses`, in bit times.

@@ -89,7 +89,7 @@ fn the_slaves_of_others_stay_in_data_exchange() {
     for after in (0..2_000).step_by(97) {
         let mut segment = Segment::new(BAUD);
         let class1 = |address: u8, slaves: [u8; 2]| {
-            let mut master = Class1::on(parameters(address), Settings::new(BAUD), BitTime(0));
+            let mut master = Class1::on(parameters(address).check().unwrap(), Settings::new(BAUD), BitTime(0));
             for slave in slaves {
                 let watchdog = Some([5, 1]);
                 master.user.add(&SlaveParameters { watchdog, ..SlaveParameters::new(slave, IDENT, &CFG) }).unwrap();

@@ -6,6 +6,7 @@ use axum::http::Request;
 use profivac_client::cyclic::CyclicSlave;
 use profivac_client::pressure::Pressure;
 use profivac_dp::link::Baud;
+use profivac_dp::link::active::BusParameters;
 use profivac_station::api::router;
 use profivac_station::auth::{Role, User};
 use profivac_station::segment::{DemoSegment, SegmentServices};
@@ -204,7 +205,8 @@ fn run(services: SegmentServices, mbar: f64, inbox: &Receiver<Action>) {
         unit,
         principles: Default::default(),
     };
-    let mut segment = MemorySegment::new(vec![device], vec![watched], 1, BAUD).unwrap();
+    let bus = BusParameters::new(1, BAUD).check().unwrap();
+    let mut segment = MemorySegment::new(vec![device], vec![watched], bus, BAUD).unwrap();
     let mut demo = DemoSegment::new(services, "hall", &segment, 1, |_| ("chamber".to_owned(), "bcg450".to_owned()));
     loop {
         match inbox.recv_timeout(Duration::from_millis(1)) {

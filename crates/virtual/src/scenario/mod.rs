@@ -48,6 +48,7 @@ use file::File;
 use profivac_client::cyclic::{ChannelPrinciples, CyclicSlave};
 use profivac_devices::model::{Configuration, Field, Model, NumberType};
 use profivac_dp::link::Baud;
+use profivac_dp::link::active::{BusParameters, OutOfRange};
 use profivac_dp::master::SlaveListError;
 use profivac_vacuum::network::Volume;
 use profivac_vacuum::sensor::{Environment, REFERENCE_K};
@@ -93,6 +94,9 @@ pub enum MemorySegmentError {
     /// A device spec is invalid.
     #[error(transparent)]
     Spec(#[from] SpecError),
+    /// The master cannot have its address.
+    #[error(transparent)]
+    Bus(#[from] OutOfRange),
     /// The master cannot have the slaves.
     #[error("{0}")]
     Master(#[from] SlaveListError),
@@ -186,7 +190,7 @@ impl Scenario {
     /// Puts the devices on a segment in memory with a master at `address` that exchanges data with all of them.
     ///
     /// # Errors
-    /// [`MemorySegmentError`] when the master has no room for the slaves.
+    /// [`MemorySegmentError`] when the master has no room for the slaves, or no master can have this address.
     pub fn memory_segment(&self, address: u8, baud: Baud) -> Result<MemorySegment, MemorySegmentError> {
         let devices = self.devices(baud, |_| Ok::<_, SpecError>(NonvolatileMemory::volatile()))?;
         let watched = |Gauge { spec, .. }: &Gauge| {
@@ -203,7 +207,8 @@ impl Scenario {
             })
         };
         let watched = self.gauges.iter().map(watched).collect::<Result<Vec<_>, _>>()?;
-        MemorySegment::new(devices, watched, address, baud).map_err(MemorySegmentError::Master)
+        let bus = BusParameters::new(address, baud).check()?;
+        MemorySegment::new(devices, watched, bus, baud).map_err(MemorySegmentError::Master)
     }
 
     /// A run from the beginning.

@@ -23,7 +23,7 @@ impl InBitTime {
     pub fn new(devices: &[String]) -> Self {
         // A small GAP, because these tests do not test it.
         let bus = BusParameters { hsa: MASTER, ..BusParameters::new(MASTER, BAUD) };
-        let station = Box::new(BusMaster::on(bus, Settings::new(BAUD), BitTime(0)));
+        let station = Box::new(BusMaster::on(bus.check().unwrap(), Settings::new(BAUD), BitTime(0)));
         let unit = |device: &String| {
             let mut unit = device.parse::<DeviceSpec>().unwrap().build(NonvolatileMemory::volatile(), BAUD).unwrap();
             evacuate(unit.device_mut());

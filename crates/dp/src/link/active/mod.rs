@@ -27,7 +27,7 @@ mod state;
 mod token;
 mod visit;
 
-pub use parameters::{BusParameter, BusParameters, OutOfRange};
+pub use parameters::{BusParameter, BusParameters, CheckedBus, OutOfRange};
 pub use request::{Answer, Confirmation, Failure, FdlUser, Mismatch, Priority, Request};
 pub use state::{RingCounters, RingState};
 
@@ -74,7 +74,8 @@ pub struct Active<R> {
 
 impl<R: FdlUser> Active<R> {
     /// A station that begins to listen at `now`.
-    pub const fn new(bus: BusParameters, user: R, now: BitTime) -> Self {
+    pub const fn new(bus: CheckedBus, user: R, now: BitTime) -> Self {
+        let bus = bus.get();
         Self {
             user,
             state: FdlState::Listening,
@@ -102,9 +103,13 @@ impl<R: FdlUser> Active<R> {
     }
 
     /// Sets the highest station address. A new scan of the GAP starts.
-    pub const fn set_hsa(&mut self, hsa: u8) {
-        self.bus.hsa = hsa;
+    ///
+    /// # Errors
+    /// [`OutOfRange`]: it is below the address of this station or above 126, and nothing has changed.
+    pub fn set_hsa(&mut self, hsa: u8) -> Result<(), OutOfRange> {
+        self.bus = BusParameters { hsa, ..self.bus }.check()?.get();
         self.gap.set_hsa(hsa);
+        Ok(())
     }
 
     /// Scans the GAP only after the first pause. For a program that has left by then: each FDL status request costs a slot

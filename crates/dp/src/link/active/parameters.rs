@@ -16,8 +16,8 @@ const MAX_ADDRESS: u8 = 125;
 /// use profivac_dp::link::active::BusParameters;
 ///
 /// let bus = BusParameters { hsa: 40, ..BusParameters::new(2, Baud::B500000) };
-/// bus.check()?;
-/// assert_eq!(bus.id1_tbit(), 37);
+/// let bus = bus.check()?;
+/// assert_eq!(bus.get().id1_tbit(), 37);
 /// # Ok::<(), profivac_dp::link::active::OutOfRange>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -194,7 +194,7 @@ impl BusParameters {
     /// # Errors
     /// The first parameter that is [`OutOfRange`]. The slot time has no upper limit, because ports of operating systems
     /// need more than the 16383 bit times of profibus-wire 1.12 at higher rates (profibus-wire 9.4, point 38).
-    pub fn check(&self) -> Result<(), OutOfRange> {
+    pub fn check(self) -> Result<CheckedBus, OutOfRange> {
         let reaction = self.margin_tbit().saturating_add(T_SYN_TBIT);
         let reaction = u32::try_from(reaction).unwrap_or(u32::MAX);
         let (min_tsdr, max_tsdr) = (u32::from(self.min_tsdr_tbit), u32::from(self.max_tsdr_tbit));
@@ -212,7 +212,22 @@ impl BusParameters {
                 return Err(OutOfRange { parameter, given, least, most });
             }
         }
-        Ok(())
+        Ok(CheckedBus(self))
+    }
+}
+
+/// Bus parameters that are all in their ranges: [`BusParameters::check`] makes them.
+///
+/// The state machine relies on the ranges. With a slot time below T_ID1, for instance, it would send into answers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct CheckedBus(BusParameters);
+
+impl CheckedBus {
+    /// The parameters.
+    #[must_use]
+    pub const fn get(self) -> BusParameters {
+        self.0
     }
 }
 
@@ -272,7 +287,7 @@ mod tests {
     #[test]
     fn the_defaults_of_every_rate_are_possible() {
         for baud in Baud::ALL {
-            assert_eq!(BusParameters::new(2, baud).check(), Ok(()), "{baud}");
+            assert!(BusParameters::new(2, baud).check().is_ok(), "{baud}");
         }
     }
 

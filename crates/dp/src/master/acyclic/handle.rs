@@ -56,7 +56,7 @@ impl AcyclicId {
 
 /// Names an acyclic request or connection; `O` is the operation and determines the type of the outcome.
 ///
-/// A handle whose last outcome was taken never names anything else.
+/// A handle whose last outcome was taken names nothing else, until the same slot or connection has had 2^32 more requests.
 ///
 /// ```no_run
 /// use profivac_dp::link::active::{Active, BusParameters};
@@ -64,7 +64,7 @@ impl AcyclicId {
 /// use profivac_dp::master::{Master, Ms2Parameters, Settings};
 ///
 /// # fn drive(_: &mut Active<Master<0, 0>>) {}
-/// let mut station = Master::<0, 0>::on(BusParameters::new(2, Baud::B19200), Settings::new(Baud::B19200), BitTime(0));
+/// let mut station = Master::<0, 0>::on(BusParameters::new(2, Baud::B19200).check()?, Settings::new(Baud::B19200), BitTime(0));
 /// let connection = station.user.ms2_open(5, &Ms2Parameters::new(Baud::B19200))?;
 /// let opened = loop {
 ///     drive(&mut station); // telegrams and time
@@ -88,12 +88,12 @@ impl AcyclicId {
 pub struct Handle<O> {
     pub(in crate::master) key: Key,
     /// The number of the request on its MS2 connection; 0 for everything else.
-    pub(in crate::master) request: u16,
+    pub(in crate::master) request: u32,
     operation: PhantomData<fn() -> O>,
 }
 
 impl<O> Handle<O> {
-    pub(in crate::master) const fn new(key: Key, request: u16) -> Self {
+    pub(in crate::master) const fn new(key: Key, request: u32) -> Self {
         Self { key, request, operation: PhantomData }
     }
 }

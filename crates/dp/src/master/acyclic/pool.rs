@@ -27,6 +27,7 @@ struct Slot<T> {
 
 impl<T: Pooled, const SLOTS: usize> Pool<T, SLOTS> {
     pub(in crate::master) const fn new() -> Self {
+        const { assert!(SLOTS <= 256, "a key numbers the slots in one octet") }
         Self { slots: [const { Slot { serial: 0, content: None } }; SLOTS] }
     }
 

@@ -136,7 +136,7 @@ pub(super) struct Connection {
     state: ConnectionState,
     request: UserRequest,
     /// The number of the last request.
-    number: u16,
+    number: u32,
     /// The user closes the connection, for this reason.
     closing: Option<AbortReason>,
     server_sap: u8,
@@ -199,7 +199,7 @@ impl Connection {
         expected: ExpectedResponse,
         octets: usize,
         pdu: &Pdu<'_>,
-    ) -> Result<u16, SubmitError> {
+    ) -> Result<u32, SubmitError> {
         match (self.state, self.request, self.closing) {
             (
                 ConnectionState::Open(_) | ConnectionState::Transferring(_),
@@ -246,13 +246,13 @@ impl Connection {
     }
 
     /// Whether a request is waiting or under way, or its outcome was not taken.
-    pub(super) const fn has_request(&self, number: u16) -> bool {
+    pub(super) const fn has_request(&self, number: u32) -> bool {
         self.number == number
             && matches!(self.request, UserRequest::Waiting(_) | UserRequest::Running | UserRequest::Done(_))
     }
 
     /// Whether a request is waiting or under way.
-    pub(super) const fn is_running(&self, number: u16) -> bool {
+    pub(super) const fn is_running(&self, number: u32) -> bool {
         self.has_request(number) && !matches!(self.request, UserRequest::Done(_))
     }
 

@@ -14,10 +14,14 @@ impl<D: Device, const CONNECTIONS: usize> Server<D, CONNECTIONS> {
         let Some(owner) = self.state.owner().filter(|owner| owner.master == request.sa).copied() else {
             return Reply::ShortAck;
         };
-        let repeated = self.device.get_cfg() == request.du && matches!(self.state, SlaveState::DataExch(..));
+        if matches!(self.state, SlaveState::DataExch(..)) && self.device.get_cfg() == request.du {
+            // Transition 10. The device would begin the exchange anew: a task that stands in the outputs would run again.
+            return Reply::ShortAck;
+        }
         match self.device.chk_cfg(request.du) {
+            // Longer images do not fit a telegram: the slave would exchange empty ones.
+            Ok(lengths) if usize::from(lengths.inputs.max(lengths.outputs)) > MAX_DU => self.enter_wait_prm(Fault::Cfg),
             Err(CfgFault) => self.enter_wait_prm(Fault::Cfg),
-            Ok(_) if repeated => {}
             Ok(lengths) => self.begin_exchange(owner, lengths),
         }
         Reply::ShortAck

@@ -22,8 +22,9 @@ impl<D: Device, const CONNECTIONS: usize> Server<D, CONNECTIONS> {
             ext_diag: diagnosis.blocks,
         };
         let emitted = diag.emit(&mut self.du);
-        // The owner has fetched the diagnosis: profibus-wire 3.3.
-        if let SlaveState::DataExch(owner, exchange) = &mut self.state
+        // The owner has fetched the diagnosis: profibus-wire 3.3. One that does not fit a telegram stays pending.
+        if emitted.is_ok()
+            && let SlaveState::DataExch(owner, exchange) = &mut self.state
             && owner.master == request.sa
         {
             exchange.diag_flag = false;

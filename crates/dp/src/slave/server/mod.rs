@@ -44,7 +44,7 @@ fn prepared<E>(du: &[u8; MAX_DU], emitted: Result<usize, E>) -> Reply<'_> {
 #[derive(Clone, Debug)]
 pub(super) struct Server<D, const CONNECTIONS: usize> {
     pub(super) device: D,
-    pub(super) baud: Baud,
+    baud: Baud,
     pub(super) state: SlaveState,
     /// min T_SDR in bit times.
     pub(super) min_tsdr: u8,

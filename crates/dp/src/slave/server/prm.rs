@@ -1,18 +1,13 @@
 //! Set_Prm: the owner of the slave and the parameters it gives. profibus-wire 2.4.
 
 use super::{MIN_TSDR_TBIT, Server};
-use crate::link::{Indication, Reply};
+use crate::link::{Baud, Indication, Reply};
 use crate::slave::{Device, Fault, Owner, SlaveState, Watchdog};
-use profivac_wire::prm::{Dpv1Status1, PrmStatus, SetPrm};
+use profivac_wire::prm::{Dpv1Status1, Dpv1Status2, Dpv1Status3, PrmStatus, SetPrm};
 
-/// The bits of DPV1_Status_1 that a slave of this project refuses: reserved ones, and DP-V2.
+/// The bits of DPV1_Status_1 that a slave of this project refuses: the reserved ones.
+/// free choice: the publisher mode of DP-V2 as well.
 const DPV1_STATUS_1_REFUSED: Dpv1Status1 = Dpv1Status1::RESERVED.union(Dpv1Status1::PUBLISHER_ENABLE);
-
-/// The reserved bits of DPV1_Status_2.
-const DPV1_STATUS_2_RESERVED: u8 = 0x02;
-
-/// The reserved bits of DPV1_Status_3.
-const DPV1_STATUS_3_RESERVED: u8 = 0x60;
 
 /// The base of the watchdog factors in milliseconds, without and with WD_Base_1ms.
 const WATCHDOG_BASE_MS: u64 = 10;
@@ -94,18 +89,28 @@ impl<D: Device, const CONNECTIONS: usize> Server<D, CONNECTIONS> {
             self.min_tsdr = min_tsdr.clamp(MIN_TSDR_TBIT, latest);
         }
     }
+
+    /// The bus runs at another rate, whose max T_SDR may be lower.
+    pub(in crate::slave) fn set_baud(&mut self, baud: Baud) {
+        self.baud = baud;
+        self.set_min_tsdr(self.min_tsdr);
+    }
 }
 
 /// DPV1_Status_1, and whether a DP-V1 slave accepts the three octets: all absent, or without reserved bits. It refuses one
 /// or two octets (profibus-wire 10, point 37).
+///
+/// free choice: it accepts the other bits of the second and third octet, although it has no alarms, isochronous mode or
+/// PrmCmd: profibus-wire 2.4 refuses reserved bits only, and masters set Prm_Structure for DP-V1 slaves. The device gets the
+/// octets and may refuse them.
 fn dpv1_status(user: &[u8]) -> (Dpv1Status1, bool) {
     match user {
         [] => (Dpv1Status1::empty(), true),
         [first, second, third, ..] => {
             let first = Dpv1Status1::from_bits_retain(*first);
             let known = !first.intersects(DPV1_STATUS_1_REFUSED)
-                && second & DPV1_STATUS_2_RESERVED == 0
-                && third & DPV1_STATUS_3_RESERVED == 0;
+                && !Dpv1Status2::from_bits_retain(*second).intersects(Dpv1Status2::RESERVED)
+                && !Dpv1Status3::from_bits_retain(*third).intersects(Dpv1Status3::RESERVED);
             (first, known)
         }
         _ => (Dpv1Status1::empty(), false),

@@ -115,7 +115,7 @@ mod tests {
     use profivac_dp::link::BitTime;
 
     fn trace(baud: Baud) -> Trace {
-        let entry = |start, text, errors| Entry { start: BitTime(start), octets: hex(text).into(), errors };
+        let entry = |start, text, errors| Entry::new(BitTime(start), hex(text), errors);
         let entries = [
             entry(33, "10 08 02 49 53 16", vec![]),
             entry(7_777_777_777, "10 02 08 00 0A 16", vec![1, 4]),
@@ -156,7 +156,7 @@ mod tests {
             00 00 00 04 00 00 00 0C 00 00 00 0C
             00 00 00 06 00 00 00 24 00 00 00 00 00 00 00 00 00 0F 42 40 00 00 00 01 00 00 00 01 E5 00 00 00 00 00 00 24";
         let trace = read(&hex(file), Baud::B19200).unwrap();
-        let entry = Entry { start: BitTime(19_200), octets: [0xE5].into(), errors: vec![] };
+        let entry = Entry::new(BitTime(19_200), [0xE5], vec![]);
         assert_eq!(trace, Trace { baud: Baud::B19200, entries: [entry].into() });
     }
 

@@ -310,7 +310,7 @@ impl Interface {
                 errors = character_errors(value.octets).unwrap_or_default();
             }
         }
-        Some(Entry { start, octets: octets.into(), errors })
+        Some(Entry::new(start, octets, errors))
     }
 }
 
