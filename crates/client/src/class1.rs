@@ -4,7 +4,8 @@
 
 use super::records::{Interruption, RecordError, Records, RefusalCodes, Unavailable, UnrestoredRecord};
 use crate::cyclic::CyclicSlave;
-use crate::ms2;
+use crate::ms2::Ms2;
+use crate::records::read_code;
 use profivac_devices::model::{AccessPath, Configuration, Field, Model, NumberType, TaskKind, Telegram};
 use profivac_dp::link::Baud;
 use profivac_dp::master::{ExchangeError, HandlerState, Mode, Ms1Parameters, PkwParameters, SlaveParameters, ms1, pkw};
@@ -195,14 +196,14 @@ fn octets(value: pkw::Value) -> Vec<u8> {
 /// Data Type, read over MS2: a configuration with another number type would change it.
 fn present_number(session: &mut BusSession, slave: &CyclicSlave) -> Option<NumberType> {
     let places = slave.model.blocks.iter().filter(|_| slave.model.features.dpv1);
-    let (slot, index) = places
+    let (place, data_type) = places
         .filter_map(|place| {
             let row = place.block.rows.iter().find(|row| row.name == "Data Type")?;
-            Some((place.locations.first()?.slot, row.index))
+            Some(((place.locations.first()?.slot, row.index), row.data_type))
         })
         .next()?;
-    let record = ms2::read(session, slave.address, slot, index).ok()?;
-    NumberType::from_code(*record.first()?)
+    let code = read_code(&mut Ms2::new(session, slave.address), place, data_type).ok()??;
+    NumberType::from_code(u8::try_from(code).ok()?)
 }
 
 /// The configuration that carries a service, and the parameters of the service: the present configuration, or one with the

@@ -3,7 +3,7 @@
 use super::names::{NamedParameter, TargetError};
 use super::records::{Interruption, RecordError, RefusalCodes, Unavailable};
 use super::values::{ValueError, format_number};
-use profivac_devices::model::{AccessPath, Codes};
+use profivac_devices::model::{AccessPath, Codes, LengthError};
 use profivac_devices::profile::{DeviceState, StateEvent};
 use profivac_host::session::SessionError;
 use profivac_wire::acyclic::ErrorCode;
@@ -98,6 +98,16 @@ pub enum ClientError {
         refused: RefusalCodes,
         /// Advice, where the codes are specific enough.
         advice: Option<Advice>,
+    },
+    /// The slave answered with a record that is no value of the parameter.
+    #[error("{place}: {doing} gave no value: {error}")]
+    Malformed {
+        /// The parameter.
+        place: ParameterContext,
+        /// The operation.
+        doing: Operation,
+        /// The number of octets.
+        error: LengthError,
     },
     /// The slave does not offer the service.
     #[error("{device} at address {address}: {reason}")]
@@ -383,6 +393,7 @@ impl ClientError {
             | Self::Condition { .. }
             | Self::Refused { .. }
             | Self::Unavailable { .. }
+            | Self::Malformed { .. }
             | Self::Typed { .. }
             | Self::NotKept { .. } => ErrorKind::Refused,
         }
@@ -402,6 +413,7 @@ impl ClientError {
                 Self::Unavailable { device: place.device, address: place.address, reason }
             }
             RecordError::Interrupted(reason) => Self::Interrupted { place, doing, reason },
+            RecordError::Malformed(error) => Self::Malformed { place, doing, error },
         }
     }
 }

@@ -2,7 +2,8 @@
 //! Configuration.
 
 use super::error::ClientError;
-use super::records::Records;
+use super::records::{Records, read_value};
+use super::values::Value;
 use profivac_devices::catalog::MODELS;
 use profivac_devices::model::Model;
 use profivac_devices::pxg55x::table::VARIANTS;
@@ -48,8 +49,12 @@ pub fn model(ident: u16, address: u8, records: &mut impl Records) -> Result<&'st
     }
     let (slot, index) = DEVICE_CONFIGURATION;
     // Without a readable configuration the first model is assumed: the tables differ only in the fitted parts.
-    let Ok(octets) = records.read(slot, index) else { return Ok(first) };
-    let text = String::from_utf8_lossy(&octets).into_owned();
+    let data_type = first.blocks.iter().find_map(|placed| {
+        placed.locations.iter().find(|location| location.slot == slot)?;
+        Some(placed.block.row(index)?.data_type)
+    });
+    let Some(data_type) = data_type else { return Ok(first) };
+    let Ok(Value::Text(text)) = read_value(records, DEVICE_CONFIGURATION, data_type) else { return Ok(first) };
     let best = variants.into_iter().max_by_key(|variant| similarity(&text, variant.configuration));
     Ok(best.map_or(first, |variant| &variant.model))
 }

@@ -1,6 +1,7 @@
 //! Records of a slave, independent of the service that reads and writes them.
 
-use profivac_devices::model::AccessPath;
+use crate::values::Value;
+use profivac_devices::model::{AccessPath, DataType, LengthError};
 use profivac_dp::master::{ConnectionEnd, ExchangeError, SlaveListError, SubmitError, ms1, pkw};
 use profivac_host::session::SessionError;
 use profivac_wire::acyclic::{ErrorCode, Negative};
@@ -77,6 +78,28 @@ pub enum RecordError {
     /// No usable answer arrived.
     #[error(transparent)]
     Interrupted(#[from] Interruption),
+    /// The slave answered with a record that is no value of the parameter.
+    #[error(transparent)]
+    Malformed(#[from] LengthError),
+}
+
+/// Reads a record as a value of this type.
+pub(crate) fn read_value(
+    records: &mut impl Records,
+    (slot, index): (u8, u8),
+    data_type: DataType,
+) -> Result<Value, RecordError> {
+    Ok(Value::decode(data_type, &records.read(slot, index)?)?)
+}
+
+/// Reads a record as an unsigned integer of this type. A number beyond 16 bits is none of a code table.
+pub(crate) fn read_code(
+    records: &mut impl Records,
+    place: (u8, u8),
+    data_type: DataType,
+) -> Result<Option<u16>, RecordError> {
+    let value = read_value(records, place, data_type)?;
+    Ok(if let Value::Integer(code) = value { u16::try_from(code).ok() } else { None })
 }
 
 /// The reason why a service cannot be used with a slave.

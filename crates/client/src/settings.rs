@@ -391,8 +391,9 @@ pub fn restore<R: Records>(gauge: &mut Gauge<R>, difference: Difference) -> Resu
 mod tests {
     use super::super::records::RecordError;
     use super::*;
+    use crate::names::ParameterNames;
     use profivac_devices::catalog::model_named;
-    use profivac_devices::model::AccessPath;
+    use profivac_devices::model::{AccessPath, Length};
 
     const FILE: &str = "device = \"bcg450\"\nident = 0x08E6\n\n[settings]\n\"pirani.safe-state\" = \"zero\"\n";
 
@@ -442,10 +443,12 @@ mod tests {
             if self.every > 0 && self.reads.is_multiple_of(self.every) {
                 self.shown = self.shown % 3 + 1;
             }
-            Ok(match (slot, index) {
-                SELECTOR_PLACE => vec![self.shown],
-                // Every record contains the number of the instance only.
-                _ => vec![self.shown; 4],
+            let named = ParameterNames::of(model_named("bcg450").unwrap());
+            let mut data_types = named.at_index(slot, index).map(|named| named.parameter.row.data_type);
+            // Every record contains the number of the instance only.
+            Ok(match data_types.next().unwrap().octets() {
+                Length::Exactly(length) | Length::AtMost(length) => vec![self.shown; length.into()],
+                Length::ByNumberType => vec![self.shown; 4],
             })
         }
 
@@ -481,10 +484,9 @@ mod tests {
             for (named, reading) in dumped(every).unwrap().readings {
                 let place = named.parameter.place;
                 if let (1.., Ok(reading)) = (place.instance, reading) {
-                    assert!(
-                        named.parameter.row.name == crate::gauge::SELECTOR || reading.octets == [place.instance; 4],
-                        "{named} {every}"
-                    );
+                    let is_selector = named.parameter.row.name == crate::gauge::SELECTOR;
+                    let of_instance = reading.octets.iter().all(|octet| *octet == place.instance);
+                    assert!(is_selector || of_instance, "{named} {every}");
                 }
             }
         }

@@ -4,7 +4,9 @@
 //! manual names are printed and accepted by name.
 
 use super::names::{NamedParameter, key};
-use profivac_devices::model::{Codes, DataType, Model, NumberType, PressureFormat, Row, Scale, Unit};
+use profivac_devices::model::{
+    Codes, DataType, LengthError, Model, NumberType, PressureFormat, RawValue, Row, Scale, Unit,
+};
 use std::fmt;
 
 /// The value of a parameter.
@@ -90,27 +92,28 @@ pub struct ValueFormat<'a> {
 
 impl Value {
     /// Decodes the octets of a record.
-    #[must_use]
-    pub fn of(row: &Row, octets: &[u8]) -> Self {
-        match row.data_type {
-            DataType::Boolean | DataType::Uint8 | DataType::Uint16 | DataType::Uint32 => {
-                Self::Integer(octets.iter().fold(0, |sum, octet| sum << 8 | i64::from(*octet)))
-            }
-            DataType::Int8 | DataType::Int16 | DataType::Int32 => {
-                let first = if octets.first().is_some_and(|octet| octet & 0x80 != 0) { -1 } else { 0 };
-                Self::Integer(octets.iter().fold(first, |sum, octet| sum << 8 | i64::from(*octet)))
-            }
-            DataType::Float | DataType::ByType => match *octets {
-                [a, b, c, d] => Self::Number(f32::from_be_bytes([a, b, c, d]).into()),
-                [high, low] => Self::Number(u16::from_be_bytes([high, low]).into()),
-                _ => Self::Octets(octets.to_vec()),
-            },
-            DataType::Visible(_) => {
-                let text = String::from_utf8_lossy(octets);
-                Self::Text(text.trim_end_matches(['\0', ' ']).to_owned())
-            }
-            DataType::OctetString(_) | DataType::Array(_) | DataType::Record(_) => Self::Octets(octets.to_vec()),
-        }
+    ///
+    /// ```
+    /// use profivac_client::values::Value;
+    /// use profivac_devices::model::DataType;
+    ///
+    /// assert_eq!(Value::decode(DataType::Uint8, &[4])?, Value::Integer(4));
+    /// let error = Value::decode(DataType::Uint8, &[0, 4]).unwrap_err();
+    /// assert_eq!(error.to_string(), "expected 1 octet of UINT8, found 2");
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`LengthError`] if no value of this type has this number of octets.
+    pub fn decode(data_type: DataType, octets: &[u8]) -> Result<Self, LengthError> {
+        Ok(match data_type.raw(octets)? {
+            #[expect(clippy::cast_precision_loss, reason = "a word")]
+            RawValue::Integer(integer) if data_type == DataType::ByType => Self::Number(integer as f64),
+            RawValue::Integer(integer) => Self::Integer(integer),
+            RawValue::Float(float) => Self::Number(float.into()),
+            RawValue::Text(text) => Self::Text(String::from_utf8_lossy(text).trim_end_matches(['\0', ' ']).to_owned()),
+            RawValue::Octets(octets) => Self::Octets(octets.to_vec()),
+        })
     }
 }
 
@@ -176,7 +179,12 @@ impl ValueFormat<'_> {
                 .and_then(|code| self.model.unit(code))
                 .map_or_else(|| number.to_string(), |unit| unit.name.to_owned()),
             _ => self.name_of(number).unwrap_or_else(|| match self.row().data_type {
-                DataType::Boolean => (number != 0).to_string(),
+                DataType::Boolean => match number {
+                    0 => "false".to_owned(),
+                    // PROFIBUS writes FF, the manuals write 1: errata-bpg-bcg-tpg 26.
+                    1 | 0xFF => "true".to_owned(),
+                    _ => number.to_string(),
+                },
                 _ => number.to_string(),
             }),
         }
@@ -399,7 +407,7 @@ mod tests {
     }
 
     fn shown(device: &str, target: &str, octets: &[u8]) -> String {
-        with(device, target, "mbar", |meaning| meaning.format(&Value::of(meaning.row(), octets)))
+        with(device, target, "mbar", |meaning| meaning.format(&Value::decode(meaning.row().data_type, octets).unwrap()))
     }
 
     #[test]
@@ -424,7 +432,7 @@ mod tests {
             ("bcg450", "ba.emission-current", &0.025f32.to_be_bytes(), "0.025"),
             ("img400", "channel.1/emission-current", &5f32.to_be_bytes(), "45-mA"),
             ("img400", "device.device-state", &[100], "INIT"),
-            ("bcg450", "device.exception-detail-alarm", &[1, 0xFE], "01 FE"),
+            ("bcg450", "device.device-exception-detail-alarm-4-5", &[1, 0xFE], "01 FE"),
         ] {
             assert_eq!(shown(device, target, octets), text, "{device} {target}");
         }
@@ -499,7 +507,8 @@ mod tests {
                 let meaning = ValueFormat { named, model, unit: model.unit_named("mbar") };
                 for code in named.parameter.row.codes.codes() {
                     let octets = meaning.parse(code.name, NumberType::Float).unwrap();
-                    assert_eq!(meaning.format(&Value::of(named.parameter.row, &octets)), code.name, "{named}");
+                    let value = Value::decode(named.parameter.row.data_type, &octets).unwrap();
+                    assert_eq!(meaning.format(&value), code.name, "{named}");
                 }
             }
         }

@@ -12,6 +12,9 @@ use std::rc::Rc;
 /// Slot and index of the Channel Instance Selector of a BCG450.
 const SELECTOR: (u8, u8) = (1, 46);
 
+/// Slot and index of Device State.
+const DEVICE_STATE: (u8, u8) = (0, 25);
+
 /// A gauge on a line that can be interrupted.
 #[derive(Default)]
 struct Line {
@@ -52,7 +55,11 @@ impl Records for Service {
         if line.refused_index == Some(index) {
             return Err(RecordError::Refused(RefusalCodes { code_1: None, code: 3 }));
         }
-        Ok(if (slot, index) == SELECTOR { vec![line.selected] } else { vec![0; 4] })
+        Ok(match (slot, index) {
+            SELECTOR => vec![line.selected],
+            DEVICE_STATE => vec![2],
+            _ => vec![0; 4],
+        })
     }
 
     fn write(&mut self, slot: u8, index: u8, octets: &[u8]) -> Result<(), RecordError> {

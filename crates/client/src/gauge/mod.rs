@@ -239,8 +239,7 @@ impl<R: Records> Gauge<R> {
     pub(super) fn read_once(&mut self, named: &NamedParameter) -> Result<ParameterReading, ClientError> {
         self.check_access(named, Direction::Read)?;
         self.select(named)?;
-        let octets = self.read_record(named)?;
-        let value = Value::of(named.parameter.row, &octets);
+        let (octets, value) = self.read_record(named)?;
         let unit = self.unit_of(named)?;
         let text = ValueFormat { named, model: self.model, unit }.format(&value);
         Ok(ParameterReading { named: named.clone(), octets, value, text, unit: unit.map(|unit| unit.name) })
@@ -317,7 +316,8 @@ impl<R: Records> Gauge<R> {
         let mut is_valid = true;
         for other in names.all().iter().filter(|other| other.is_same_instance(named)) {
             is_valid &= match other.parameter.row.name {
-                "Reading Valid" => self.read(other)?.value == Value::Integer(1),
+                // PROFIBUS writes FF, the manuals write 1: errata-bpg-bcg-tpg 26.
+                "Reading Valid" => matches!(self.read(other)?.value, Value::Integer(1 | 0xFF)),
                 "Status Extension" => self.read(other)?.octets.first().is_some_and(|octet| octet & 1 == 0),
                 _ => true,
             };
@@ -372,7 +372,7 @@ impl<R: Records> Gauge<R> {
         let format = ValueFormat { named, model: self.model, unit };
         let octets = format.parse(text, number);
         let octets = octets.map_err(|error| ClientError::Value { place: self.context(named), error })?;
-        let value = Value::of(named.parameter.row, &octets);
+        let value = self.decode(named, Operation::Write, &octets)?;
         let text = format.format(&value);
         let code = code_of(named.parameter.row, &value);
         Ok(PreparedWrite { named: named.clone(), octets, text, code, before })
@@ -471,8 +471,8 @@ impl<R: Records> Gauge<R> {
         let Some(record) = self.records.take_unrestored() else { return Ok(()) };
         let UnrestoredRecord { slot, index, written, original } = record;
         let read = self.records.read(slot, index);
-        let restored = read.and_then(|octets| match octets.first() {
-            Some(current) if *current == written => self.records.write(slot, index, &[original]),
+        let restored = read.and_then(|octets| match octets.as_slice() {
+            [current] if *current == written => self.records.write(slot, index, &[original]),
             _ => Ok(()),
         });
         restored.map_err(|error| {
@@ -503,7 +503,7 @@ impl<R: Records> Gauge<R> {
             // All instances have the same unit: prefer the one that needs no move of the selector.
             let Some(named) = units.clone().find(is_selected).or_else(|| units.next()) else { return Ok(None) };
             self.select(named)?;
-            if let Value::Integer(code) = Value::of(named.parameter.row, &self.read_record(named)?) {
+            if let (_, Value::Integer(code)) = self.read_record(named)? {
                 self.unit = u16::try_from(code).ok().and_then(|code| self.model.unit(code));
             }
         }
@@ -514,11 +514,23 @@ impl<R: Records> Gauge<R> {
         if named.parameter.row.data_type == DataType::ByType { self.unit() } else { Ok(None) }
     }
 
-    fn read_record(&mut self, named: &NamedParameter) -> Result<Vec<u8>, ClientError> {
+    /// The octets of a record and the value in them.
+    fn read_record(&mut self, named: &NamedParameter) -> Result<(Vec<u8>, Value), ClientError> {
         self.recover_selector()?;
         let (slot, index) = (named.parameter.place.slot, named.parameter.row.index);
         let record = self.records.read(slot, index);
-        record.map_err(|error| ClientError::from_record(error, Operation::Read, self.context(named), Some(named)))
+        let octets = record
+            .map_err(|error| ClientError::from_record(error, Operation::Read, self.context(named), Some(named)))?;
+        let value = self.decode(named, Operation::Read, &octets)?;
+        Ok((octets, value))
+    }
+
+    fn decode(&self, named: &NamedParameter, doing: Operation, octets: &[u8]) -> Result<Value, ClientError> {
+        Value::decode(named.parameter.row.data_type, octets).map_err(|error| ClientError::Malformed {
+            place: self.context(named),
+            doing,
+            error,
+        })
     }
 
     /// Fails without a request if the table forbids the access.
@@ -539,7 +551,10 @@ impl<R: Records> Gauge<R> {
             return Ok(current);
         }
         let Some(selector) = self.selector(slot) else { return Ok(0) };
-        let current = self.read_record(&selector)?.first().copied().unwrap_or_default();
+        let current = match self.read_record(&selector)? {
+            (_, Value::Integer(instance)) => u8::try_from(instance).unwrap_or(UNKNOWN),
+            _ => UNKNOWN,
+        };
         let state = self.selector_state.unwrap_or(SelectorState { original: current, current, written: None });
         self.selector_state = Some(SelectorState { current, ..state });
         Ok(current)

@@ -1,7 +1,7 @@
 //! Parameters as Rust types: the compiler knows the value of a parameter from its row.
 
-use super::{Gauge, PreparedWrite, Value, WriteResult, code_of, conditions};
-use crate::error::{ClientError, TypedError};
+use super::{Gauge, PreparedWrite, WriteResult, code_of, conditions};
+use crate::error::{ClientError, Operation, TypedError};
 use crate::names::NamedParameter;
 use crate::records::Records;
 use crate::values::ValueFormat;
@@ -65,7 +65,7 @@ impl<R: Records> Gauge<R> {
         let length = before.as_ref().map_or(4, |before| before.octets.len());
         let format = self.pressure_format(&named, length)?;
         let octets = row.data_type.encode(&value.to_value(row.data_type), &format).to_vec();
-        let value = Value::of(row, &octets);
+        let value = self.decode(&named, Operation::Write, &octets)?;
         let unit = self.unit_of(&named)?;
         let text = ValueFormat { named: &named, model: self.model, unit }.format(&value);
         let code = code_of(row, &value);

@@ -31,4 +31,4 @@ pub use octets::{Octets, copy_to_front};
 pub use part_spec::{Clipping, Limits, MeasuringRange, Part, PartSpec, Principle, RangeStatus};
 pub use pressure::{Counts, NumberType, PressureFormat, Scale, Unit, mbar};
 pub use typed::{ParameterValue, Pascal, TypedParameter};
-pub use value::{DataType, Value, command_code};
+pub use value::{DataType, Length, LengthError, RawValue, Value, command_code};
