@@ -1,5 +1,6 @@
 //! The failure of a command: a sentence for users and an exit code for scripts.
 
+use crate::advice;
 use crate::values::ValueError;
 use profivac_client::discover::CyclicError;
 use profivac_host::port::PortError;
@@ -92,7 +93,7 @@ impl From<PortError> for Failure {
             PortError::InvalidAddress(_) | PortError::NoBaudRate(_) | PortError::File(_) => Kind::Usage,
             _ => Kind::Port,
         };
-        Self { kind, sentence: error.to_string() }
+        Self { kind, sentence: format!("{error}{}", advice::after_port(&error)) }
     }
 }
 

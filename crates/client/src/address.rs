@@ -44,7 +44,7 @@ pub enum AddressError {
     #[error("the slave at address {0} kept its address: it is locked against changes, or its address switch holds")]
     NotChanged(u8),
     /// No answer to the telegram arrived.
-    #[error("the slave at address {address} did not answer: {failure}; `profivac scan` shows where it is")]
+    #[error("the slave at address {address} did not answer: {failure}")]
     Unconfirmed {
         /// The old address.
         address: u8,
@@ -52,7 +52,7 @@ pub enum AddressError {
         failure: Failure,
     },
     /// The slave answers at neither address.
-    #[error("the slave answers neither at address {from} nor at {to} now; `profivac scan` shows where it is")]
+    #[error("the slave answers neither at address {from} nor at {to} now")]
     NotFound {
         /// The old address.
         from: u8,

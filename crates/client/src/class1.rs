@@ -6,7 +6,7 @@ use super::records::{Interruption, RecordError, Records, RefusalCodes, Unavailab
 use crate::cyclic::CyclicSlave;
 use crate::ms2::Ms2;
 use crate::records::read_code;
-use profivac_devices::model::{AccessPath, Configuration, Field, Model, NumberType, TaskKind, Telegram};
+use profivac_devices::model::{AccessPath, Configuration, Field, Model, NumberType, Role, TaskKind, Telegram};
 use profivac_dp::link::Baud;
 use profivac_dp::master::{ExchangeError, HandlerState, Mode, Ms1Parameters, PkwParameters, SlaveParameters, ms1, pkw};
 use profivac_host::session::{BusSession, SessionError, add_or_restart};
@@ -198,7 +198,7 @@ fn present_number(session: &mut BusSession, slave: &CyclicSlave) -> Option<Numbe
     let places = slave.model.blocks.iter().filter(|_| slave.model.features.dpv1);
     let (place, data_type) = places
         .filter_map(|place| {
-            let row = place.block.rows.iter().find(|row| row.name == "Data Type")?;
+            let row = place.block.rows.iter().find(|row| row.role == Some(Role::NumberType))?;
             Some(((place.locations.first()?.slot, row.index), row.data_type))
         })
         .next()?;

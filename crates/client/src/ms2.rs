@@ -96,7 +96,7 @@ impl Ms2Line for BusSession {
 ///
 /// ```
 /// # use profivac_client::{Bus, ms2};
-/// # let mut bus = Bus::builder("sim").open_on(profivac_virtual::open::devices(&["bcg450@5"])?)?;
+/// # let mut bus = Bus::on(profivac_virtual::open::devices(&["bcg450@5"])?).open()?;
 /// // Device State, slot 0 index 25.
 /// assert_eq!(ms2::read(bus.session(), 5, 0, 25)?, [2]);
 /// # Ok::<(), Box<dyn std::error::Error>>(())

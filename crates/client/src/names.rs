@@ -4,7 +4,7 @@
 //! and hyphens do not matter. A word that only one parameter has is enough, and so is the beginning of a name.
 
 use profivac_devices::catalog::MODELS;
-use profivac_devices::model::{Block, Code, Location, Model, Row};
+use profivac_devices::model::{Block, Code, Location, Model, Role, Row};
 use std::fmt;
 use std::sync::LazyLock;
 
@@ -91,11 +91,7 @@ pub enum TargetError {
 }
 
 fn suggestion(alike: &[String]) -> String {
-    if alike.is_empty() {
-        "; `profivac list` shows all".to_owned()
-    } else {
-        format!("; did you mean {}?", alike.join(" or "))
-    }
+    if alike.is_empty() { String::new() } else { format!("; did you mean {}?", alike.join(" or ")) }
 }
 
 impl fmt::Display for NamedParameter {
@@ -114,21 +110,23 @@ impl NamedParameter {
     }
 }
 
-/// The parameter that opens a set of parameters for changes and closes it: i9973ber/a 3.2.4.2.
-pub(super) const LOCK: &str = "Threshold validation";
+/// The row that opens the set of a block for changes and closes it: i9973ber/a 3.2.4.2.
+fn lock(block: &Block) -> Option<&'static Row> {
+    block.rows.iter().find(|row| row.role == Some(Role::SetLock))
+}
 
 impl NamedParameter {
-    /// Whether the parameter can be written only while its set is open.
-    fn has_lock(&self) -> bool {
+    /// The row that opens the set of this parameter, if it belongs to a set.
+    fn lock(&self) -> Option<&'static Row> {
         let Parameter { row, block, .. } = self.parameter;
-        row.name != LOCK && block.rows.iter().any(|row| row.name == LOCK)
+        lock(block).filter(|lock| lock.index != row.index)
     }
 
     /// The name of the parameter that opens the set of this one, if it belongs to a set.
     pub(super) fn lock_name(&self) -> Option<String> {
         let place = self.name.rsplit_once(['.', '/']).map_or("", |(place, _)| place);
         let separator = if place.contains('.') { '/' } else { '.' };
-        self.has_lock().then(|| format!("{place}{separator}{}", slug(LOCK)))
+        self.lock().map(|lock| format!("{place}{separator}{}", slug(lock.name)))
     }
 }
 
@@ -198,9 +196,8 @@ impl ParameterNames {
     /// The parameter that opens the set of `named` for changes, if it belongs to a set.
     #[must_use]
     pub fn lock_of(&self, named: &NamedParameter) -> Option<&NamedParameter> {
-        let Parameter { place, block, .. } = named.parameter;
-        let row = block.rows.iter().find(|row| row.name == LOCK).filter(|_| named.has_lock())?;
-        self.at(place.slot, place.instance, row.index)
+        let place = named.parameter.place;
+        self.at(place.slot, place.instance, named.lock()?.index)
     }
 
     /// The parameters at this slot and index, one for each instance.
@@ -480,10 +477,7 @@ mod tests {
     fn an_unknown_name_is_an_error_with_suggestions() {
         let unknown = "bcg450 has no parameter or command \"pirani.proces-valeu\"; did you mean pirani.process-value?";
         assert!(numbers_of("bcg450", "pirani.proces-valeu").starts_with(unknown.trim_end_matches('?')));
-        assert_eq!(
-            numbers_of("bcg450", "xyz"),
-            "bcg450 has no parameter or command \"xyz\"; `profivac list` shows all"
-        );
+        assert_eq!(numbers_of("bcg450", "xyz"), "bcg450 has no parameter or command \"xyz\"");
         assert_eq!(numbers_of("bcg450", "7/19"), "raw 7/19");
         let ambiguous = "\"overrange\" is ambiguous: it may be pirani.overrange (1:1/44), ba.overrange (1:2/44), cdg.overrange (1:3/44)";
         assert_eq!(numbers_of("bcg450", "overrange"), ambiguous);

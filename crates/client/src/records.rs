@@ -107,16 +107,16 @@ pub(crate) fn read_code(
 #[non_exhaustive]
 pub enum Unavailable {
     /// The device has no DP-V1 services.
-    #[error("it has no DP-V1 services; say --via pkw")]
+    #[error("it has no DP-V1 services")]
     NoDpv1,
     /// The device has no MS1.
-    #[error("it has no MS1; say --via pkw")]
+    #[error("it has no MS1")]
     NoMs1,
     /// No configuration of the device has a parameter channel.
     #[error("no configuration of it has a parameter channel")]
     NoParameterChannel,
     /// The parameter channel carries 1, 2 or 4 octets.
-    #[error("the parameter channel carries 1, 2 or 4 octets; say --via ms2")]
+    #[error("the parameter channel carries 1, 2 or 4 octets")]
     TooLongForChannel,
     /// The slave has closed the access point of the resource manager, or all connections are in use.
     #[error("it has no MS2 connection, or none left: other class 2 masters may hold them")]
@@ -131,7 +131,7 @@ pub enum Unavailable {
     #[error("the gauge does not exchange data: {0}")]
     NoExchange(ExchangeError),
     /// None of the parameters can be read by this service.
-    #[error("nothing can be read this way; say --via pkw")]
+    #[error("no parameter of it can be read by this service")]
     NothingReadable,
     /// Another master moves the Channel Instance Selector between two requests.
     #[error("another master also changes the Channel Instance Selector; read again when it has finished")]

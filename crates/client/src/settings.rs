@@ -7,7 +7,7 @@ use super::error::{ClientError, ErrorKind};
 use super::gauge::{Gauge, ParameterReading, PreparedWrite};
 use super::names::{NamedParameter, Target, TargetError};
 use super::records::{Records, Unavailable};
-use profivac_devices::model::{Access, Codes, DataType, Direction};
+use profivac_devices::model::{Access, Codes, DataType, Direction, Role};
 use profivac_host::text_file::line_and_column;
 use serde::Deserialize;
 use std::collections::BTreeMap;
@@ -135,7 +135,7 @@ pub fn is_setting(named: &NamedParameter) -> bool {
     row.is_stored()
         && row.access.intersects(Access::WRITE)
         && !row.codes.is_command()
-        && row.name != crate::gauge::SELECTOR
+        && row.role != Some(Role::InstanceSelector)
 }
 
 /// Opens a set of parameters for changes.
@@ -332,7 +332,7 @@ fn write_rank(named: &NamedParameter) -> u8 {
     let row = named.parameter.row;
     match (&row.codes, row.data_type) {
         (Codes::Units, _) => 0,
-        _ if row.name == "Data Type" => 1,
+        _ if row.role == Some(Role::NumberType) => 1,
         (Codes::Names(_) | Codes::Range(..), _) => 2,
         (_, DataType::Boolean) => 4,
         _ => 3,
@@ -348,10 +348,11 @@ pub fn compare<R: Records>(
     named: &NamedParameter,
     setting: &Setting,
 ) -> Result<Option<Difference>, ClientError> {
-    let write = gauge.prepare(named, &setting.value)?;
+    // A file may contain what the gauge had; `Difference::write` says whether the value is outside the measuring range.
+    let write = gauge.prepare_forced(named, &setting.value)?;
     let current = match &write.before {
         Some(before) => before.clone(),
-        None => gauge.read(named)?,
+        None => gauge.read_parameter(named)?,
     };
     Ok((!is_same(named, &write.octets, &current.octets)).then_some(Difference { write, current }))
 }
@@ -484,7 +485,7 @@ mod tests {
             for (named, reading) in dumped(every).unwrap().readings {
                 let place = named.parameter.place;
                 if let (1.., Ok(reading)) = (place.instance, reading) {
-                    let is_selector = named.parameter.row.name == crate::gauge::SELECTOR;
+                    let is_selector = named.parameter.row.role == Some(Role::InstanceSelector);
                     let of_instance = reading.octets.iter().all(|octet| *octet == place.instance);
                     assert!(is_selector || of_instance, "{named} {every}");
                 }

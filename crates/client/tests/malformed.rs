@@ -54,7 +54,7 @@ fn a_record_of_another_length_is_refused_by_every_service() {
                 }
                 for octets in [0, 1, 2, 3, 4, 5, 62, 240] {
                     gauge.records().octets = Some(octets);
-                    let reading = gauge.read(named);
+                    let reading = gauge.read_parameter(named);
                     let allowed = row.data_type.octets().allows(octets);
                     assert_eq!(reading.is_ok(), allowed, "{} {named}, {octets} octets", model.name);
                     if let Err(error) = reading {
@@ -71,7 +71,7 @@ fn a_record_of_another_length_is_refused_by_every_service() {
 fn a_boolean_of_62_octets_is_an_error_that_names_both_numbers() {
     let model = model_named("pcg550").unwrap();
     let answers = Answers { via: AccessPath::Class2, model, octets: Some(62) };
-    let error = Gauge::with_model(answers, 5, model).parameter("trip-point.1/low-trip-enable").unwrap_err();
+    let error = Gauge::with_model(answers, 5, model).read("trip-point.1/low-trip-enable").unwrap_err();
     assert_eq!(
         error.to_string(),
         "pcg550 at address 5, trip-point.1/low-trip-enable (slot 2, index 20): reading gave no value: expected 1 octet of BOOLEAN, found 62"
@@ -83,10 +83,10 @@ fn a_unit_a_selector_and_a_dump_of_another_length_are_no_values() {
     let model = model_named("bcg450").unwrap();
     let gauge = |octets| Gauge::with_model(Answers { via: AccessPath::Class2, model, octets }, 5, model);
     assert!(matches!(gauge(Some(62)).unit(), Err(ClientError::Malformed { .. })));
-    assert!(matches!(gauge(Some(62)).parameter("1/46"), Err(ClientError::Malformed { .. })));
-    assert!(matches!(gauge(Some(62)).parameter("ba.overrange"), Err(ClientError::Malformed { .. })));
+    assert!(matches!(gauge(Some(62)).read("1/46"), Err(ClientError::Malformed { .. })));
+    assert!(matches!(gauge(Some(62)).read("ba.overrange"), Err(ClientError::Malformed { .. })));
     assert!(matches!(settings::dump(&mut gauge(Some(62))), Err(ClientError::Malformed { .. })));
     // With the right lengths, the same records are values.
     gauge(None).unit().unwrap();
-    gauge(None).parameter("1/46").unwrap();
+    gauge(None).read("1/46").unwrap();
 }

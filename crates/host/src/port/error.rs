@@ -40,7 +40,7 @@ pub enum PortError {
         offered: CharacterFormat,
     },
     /// The port has no baud rate, so none can be detected.
-    #[error("{0} has no rate that could be searched for: give it as a number (--baud 19200)")]
+    #[error("{0} has no rate that could be searched for")]
     NoBaudRate(String),
     /// No telegram was received at any rate.
     #[error("no telegram on {name} at any of {} bit/s: a rate is found by listening to another master", rates(tried))]
