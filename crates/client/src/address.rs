@@ -63,6 +63,15 @@ pub enum AddressError {
 
 /// Checks that the slave at `from` is free and that the address `to` is free.
 ///
+/// ```
+/// # use profivac_client::{Bus, address};
+/// # let mut bus = Bus::on(profivac_virtual::open::devices(&["bcg450@5"])?).open()?;
+/// let slave = address::check(bus.session(), 5, 20)?;
+/// assert_eq!(slave.ident, 0x08E6);
+/// assert!(matches!(address::check(bus.session(), 5, 5), Err(address::AddressError::AddressInUse(5))));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+///
 /// # Errors
 /// [`AddressError`].
 pub fn check(session: &mut BusSession, from: u8, to: u8) -> Result<SlaveStatus, AddressError> {
@@ -88,6 +97,15 @@ fn find(session: &mut BusSession, address: u8) -> Result<Option<FoundStation>, S
 
 /// Gives the slave at `from` with this Ident_Number the address `to` and verifies it. With `lock` the slave accepts no
 /// other address afterwards.
+///
+/// ```
+/// # use profivac_client::{Bus, address};
+/// # let mut bus = Bus::on(profivac_virtual::open::devices(&["bcg450@5:switch=126"])?).open()?;
+/// let slave = address::check(bus.session(), 5, 20)?;
+/// address::change(bus.session(), 5, 20, slave.ident, false)?;
+/// assert_eq!(bus.gauge(20)?.model().name, "bcg450");
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 ///
 /// # Errors
 /// [`AddressError`] tells where the slave is.

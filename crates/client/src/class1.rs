@@ -26,6 +26,21 @@ const RELEASE_TIMEOUT: Duration = Duration::from_secs(1);
 const SLICE: Duration = Duration::from_millis(20);
 
 /// A slave in data exchange with this master. Dropping the session releases the slave.
+///
+/// ```
+/// # use profivac_client::Bus;
+/// use profivac_client::class1::Class1Session;
+/// use profivac_client::cyclic::CyclicSlave;
+/// use profivac_client::records::Records;
+/// use profivac_devices::model::AccessPath;
+///
+/// # let mut bus = Bus::on(profivac_virtual::open::devices(&["tpg300@7"])?).open()?;
+/// let slave = CyclicSlave::find(bus.session(), 7, 0)?;
+/// let mut records = Class1Session::open(bus.session(), &slave, AccessPath::ParameterChannel)?;
+/// // Pressure unit of channel A1, slot 1 index 22.
+/// assert_eq!(records.read(1, 22)?.len(), 2);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub struct Class1Session<'a> {
     session: &'a mut BusSession,
     address: u8,

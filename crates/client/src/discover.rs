@@ -56,6 +56,16 @@ pub enum CyclicError {
 impl CyclicSlave {
     /// Finds the slave at `address` on behalf of `master`. Changes nothing. Waits at most for the timeout of the session.
     ///
+    /// ```
+    /// # use profivac_client::Bus;
+    /// use profivac_client::cyclic::CyclicSlave;
+    ///
+    /// # let mut bus = Bus::on(profivac_virtual::open::devices(&["bcg450@5:unit=torr"])?).open()?;
+    /// let slave = CyclicSlave::find(bus.session(), 5, 0)?;
+    /// assert_eq!((slave.model.name, slave.unit.name), ("bcg450", "Torr"));
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
     /// # Errors
     /// [`CyclicError`].
     pub fn find(session: &mut BusSession, address: u8, master: u8) -> Result<Self, CyclicError> {

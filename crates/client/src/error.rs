@@ -382,6 +382,15 @@ fn advice_text(advice: &Option<Advice>) -> String {
 }
 
 /// The class of an error, as exit codes tell them apart.
+///
+/// ```
+/// # use profivac_client::{Bus, ErrorKind};
+/// # let mut bus = Bus::on(profivac_virtual::open::devices(&["bcg450@5"])?).open()?;
+/// let kind = |error: profivac_client::ClientError| error.kind();
+/// assert_eq!(bus.gauge(5)?.write("pirani.safe-value", "much").map_err(kind).unwrap_err(), ErrorKind::Usage);
+/// assert_eq!(bus.gauge(5)?.command("degas on").map_err(kind).unwrap_err(), ErrorKind::Refused);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ErrorKind {
     /// The device refused, or would refuse.

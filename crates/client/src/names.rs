@@ -26,6 +26,22 @@ const SUGGESTIONS: usize = 3;
 const MIN_SIMILARITY: f64 = 0.75;
 
 /// The parameters of a device with their names.
+///
+/// ```
+/// use profivac_client::names::{ParameterNames, Target};
+/// use profivac_devices::catalog::model_named;
+///
+/// let names = ParameterNames::of(model_named("bcg450").ok_or("no such model")?);
+/// for text in ["pirani.process-value", "Pirani Process Value", "1:1/19"] {
+///     let Target::Parameter(named) = names.find("bcg450", text)? else { return Err("ambiguous".into()) };
+///     assert_eq!(named.to_string(), "pirani.process-value (1:1/19)");
+/// }
+/// let (named, code) = names.command("degas on")?.ok_or("no such command")?;
+/// assert_eq!(profivac_client::names::command_name(named, code), "ba.degas-on");
+/// let unknown = names.find("bcg450", "pirani.proces-value").unwrap_err().to_string();
+/// assert!(unknown.contains("did you mean pirani.process-value"));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct ParameterNames {
     list: Vec<NamedParameter>,
@@ -392,6 +408,10 @@ pub(super) fn key(text: &str) -> String {
 }
 
 /// The words of a text in lower case with hyphens: `process-value` of "ProcessValue".
+///
+/// ```
+/// assert_eq!(profivac_client::names::slug("Device Exception Detail Alarm 0 ... 3"), "device-exception-detail-alarm-0-3");
+/// ```
 #[must_use]
 pub fn slug(text: &str) -> String {
     let mut slug = String::new();

@@ -11,6 +11,34 @@ use std::fmt;
 ///
 /// [`Ms2`](crate::ms2::Ms2) and [`Class1Session`](crate::class1::Class1Session) implement it; a test may implement it without a
 /// bus.
+///
+/// ```
+/// use profivac_client::Gauge;
+/// use profivac_client::records::{RecordError, Records};
+/// use profivac_devices::catalog::model_named;
+/// use profivac_devices::model::AccessPath;
+///
+/// /// A gauge in EXECUTING that has no other records.
+/// struct Executing;
+///
+/// impl Records for Executing {
+///     fn via(&self) -> AccessPath {
+///         AccessPath::Class2
+///     }
+///
+///     fn read(&mut self, _slot: u8, _index: u8) -> Result<Vec<u8>, RecordError> {
+///         Ok(vec![4])
+///     }
+///
+///     fn write(&mut self, _slot: u8, _index: u8, _octets: &[u8]) -> Result<(), RecordError> {
+///         Ok(())
+///     }
+/// }
+///
+/// let mut gauge = Gauge::with_model(Executing, 5, model_named("bcg450").ok_or("no such model")?);
+/// assert_eq!(gauge.read("device.device-state")?.text, "EXECUTING");
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub trait Records {
     /// The service that carries the records.
     fn via(&self) -> AccessPath;
@@ -176,6 +204,13 @@ fn exchange_reason(error: &Option<ExchangeError>) -> String {
 }
 
 /// The error codes of a refusal.
+///
+/// ```
+/// use profivac_client::records::RefusalCodes;
+///
+/// let refused = RefusalCodes { code_1: None, code: RefusalCodes::MODE };
+/// assert_eq!(refused.to_string(), "code 17: instruction not allowed in this state");
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct RefusalCodes {
     /// Error_Code_1 of DP-V1. The parameter channel has none.

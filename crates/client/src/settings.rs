@@ -1,7 +1,32 @@
 //! The settings of a gauge as a file. Settings are the writable parameters that survive power loss. A file can be compared
 //! with a gauge and written to its replacement.
 //!
-//! The file is TOML. [`restore`] writes `[settings]`; `[readings]` contains the other values, for the reader of the file.
+//! The file is TOML. [`restore`] writes `[settings]`; `[readings]` contains the other values, for the reader of the file. Pressures
+//! have their unit, so a file fits a gauge with another unit; a pressure without one is an error.
+//!
+//! ```
+//! # use profivac_client::Bus;
+//! use profivac_client::settings::{self, RestoreOutcome, SettingsFile};
+//!
+//! # let mut bus = Bus::on(profivac_virtual::open::devices(&["bcg450@5:unit=mbar", "bcg450@6:unit=torr"])?).open()?;
+//! bus.gauge(5)?.write("pirani.safe-value", "12.5 Pa")?;
+//! let file = SettingsFile::parse(&settings::dump(&mut bus.gauge(5)?)?.to_toml())?;
+//!
+//! let mut replacement = bus.gauge(6)?;
+//! file.check(&replacement)?;
+//! for (named, setting) in file.in_order(&replacement)? {
+//!     if let Some(difference) = settings::compare(&mut replacement, &named, &setting)? {
+//!         // A value outside the measuring range would be reported here.
+//!         assert!(difference.write.beyond_range.is_none());
+//!         match settings::restore(&mut replacement, difference)? {
+//!             RestoreOutcome::Written { name, before, after } => println!("{name}: {before} -> {after}"),
+//!             RestoreOutcome::Refused(error) => println!("{error}"),
+//!         }
+//!     }
+//! }
+//! assert_eq!(replacement.read("pirani.safe-value")?.text, "0.125 mbar");
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 use super::error::{ClientError, ErrorKind};
 use super::gauge::{Gauge, ParameterReading, PreparedWrite};
@@ -129,6 +154,17 @@ pub enum RestoreOutcome {
 }
 
 /// Whether a parameter is a setting: a value that survives power loss and that a request can write.
+///
+/// ```
+/// use profivac_client::names::ParameterNames;
+/// use profivac_client::settings::is_setting;
+/// use profivac_devices::catalog::model_named;
+///
+/// let names = ParameterNames::of(model_named("bcg450").ok_or("no such model")?);
+/// let settings: Vec<_> = names.all().iter().filter(|named| is_setting(named)).map(|named| named.name.as_str()).collect();
+/// assert!(settings.contains(&"pirani.safe-value") && !settings.contains(&"pirani.process-value"));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[must_use]
 pub fn is_setting(named: &NamedParameter) -> bool {
     let row = named.parameter.row;
@@ -194,6 +230,15 @@ pub fn dump<R: Records>(gauge: &mut Gauge<R>) -> Result<Dump, ClientError> {
 }
 
 /// Reads every readable parameter and reports how many of all are done: on a slow line this takes long.
+///
+/// ```
+/// # use profivac_client::{Bus, settings};
+/// # let mut bus = Bus::on(profivac_virtual::open::devices(&["bcg450@5"])?).open()?;
+/// let mut last = (0, 0);
+/// let dump = settings::dump_with_progress(&mut bus.gauge(5)?, |done, all| last = (done, all))?;
+/// assert_eq!(last, (dump.readings.len(), dump.readings.len()));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 ///
 /// # Errors
 /// As [`dump`].
@@ -271,6 +316,16 @@ struct Raw {
 
 impl SettingsFile {
     /// Parses a file.
+    ///
+    /// ```
+    /// use profivac_client::settings::SettingsFile;
+    ///
+    /// let file = SettingsFile::parse("device = 'bcg450'\nident = 0x08E6\n[settings]\n'pirani.safe-state' = 'zero'")?;
+    /// assert_eq!((file.device.as_str(), file.settings.len()), ("bcg450", 1));
+    /// let error = SettingsFile::parse("device = bcg450").unwrap_err().to_string();
+    /// assert!(error.starts_with("line 1, column 10: "), "{error}");
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     ///
     /// # Errors
     /// [`SettingsFileError::Syntax`] with line and column.

@@ -176,12 +176,22 @@ impl Value {
 }
 
 /// Octets as hexadecimal digits.
+///
+/// ```
+/// assert_eq!(profivac_client::values::hex(&[0x13, 0x08]), "13 08");
+/// ```
 #[must_use]
 pub fn hex(octets: &[u8]) -> String {
     octets.iter().map(|octet| format!("{octet:02X}")).collect::<Vec<_>>().join(" ")
 }
 
 /// A number in its shortest form, with an exponent if it would be long.
+///
+/// ```
+/// use profivac_client::values::format_number;
+///
+/// assert_eq!((format_number(0.125), format_number(5e-10)), ("0.125".to_owned(), "5e-10".to_owned()));
+/// ```
 #[must_use]
 #[expect(clippy::cast_possible_truncation, reason = "it came as a float of 32 bits")]
 pub fn format_number(number: f64) -> String {

@@ -101,7 +101,7 @@ pub enum EntryError {
     #[error(transparent)]
     Device(#[from] SpecError),
     /// The folder of the nonvolatile memory cannot be used.
-    #[error("{0}")]
+    #[error(transparent)]
     Store(#[from] std::io::Error),
 }
 

@@ -74,6 +74,17 @@ impl<R: Records> Gauge<R> {
 
     /// Reads a Process Value. It is valid if Reading Valid and Status Extension of the same instance say so.
     ///
+    /// ```
+    /// # use profivac_client::Bus;
+    /// # let mut bus = Bus::on(profivac_virtual::open::devices(&["bcg450@5"])?).open()?;
+    /// let mut gauge = bus.gauge(5)?;
+    /// let named = gauge.find("cdg.process-value")?;
+    /// // The gauge is in IDLE.
+    /// assert_eq!(gauge.pressure_of(&named)?.pressure(), None);
+    /// assert!(!gauge.is_valid(&named)?);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
     /// # Errors
     /// As [`read`](Self::read).
     pub fn pressure_of(&mut self, named: &NamedParameter) -> Result<PressureReading, ClientError> {

@@ -109,6 +109,18 @@ impl<R: Records> Gauge<R> {
 
     /// As [`prepare`](Self::prepare), but accepts a pressure outside the measuring range, for the case that it is intended.
     ///
+    /// ```
+    /// # use profivac_client::Bus;
+    /// # let mut bus = Bus::on(profivac_virtual::open::devices(&["bcg450@5"])?).open()?;
+    /// let mut gauge = bus.gauge(5)?;
+    /// let named = gauge.find("pirani.safe-value")?;
+    /// let write = gauge.prepare_forced(&named, "1e9 mbar")?;
+    /// let beyond = write.beyond_range.as_ref().ok_or("it is inside")?;
+    /// assert_eq!((beyond.lowest.as_str(), beyond.highest.as_str()), ("5e-10 mbar", "1500 mbar"));
+    /// gauge.execute(write)?;
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
     /// # Errors
     /// As [`prepare`](Self::prepare), without [`ClientError::BeyondRange`].
     pub fn prepare_forced(&mut self, named: &NamedParameter, text: &str) -> Result<PreparedWrite, ClientError> {
@@ -162,6 +174,18 @@ impl<R: Records> Gauge<R> {
     }
 
     /// The conditions of a prepared write, each with the present state of the gauge.
+    ///
+    /// ```
+    /// # use profivac_client::Bus;
+    /// # let mut bus = Bus::on(profivac_virtual::open::devices(&["bcg450@5"])?).open()?;
+    /// let mut gauge = bus.gauge(5)?;
+    /// let names = gauge.names();
+    /// let (named, code) = names.command("degas on")?.ok_or("no such command")?;
+    /// let write = gauge.prepare_unchecked(named, code.name)?;
+    /// let conditions = gauge.conditions(&write)?;
+    /// assert!(conditions.iter().any(|condition| condition.unmet.is_some()), "the gauge is in IDLE");
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     ///
     /// # Errors
     /// The errors of reading.

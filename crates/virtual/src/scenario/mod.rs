@@ -87,7 +87,7 @@ pub enum MemorySegmentError {
     #[error(transparent)]
     Spec(#[from] SpecError),
     /// The master cannot have the slaves.
-    #[error("{0}")]
+    #[error(transparent)]
     Master(#[from] SlaveListError),
 }
 
