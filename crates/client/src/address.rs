@@ -100,9 +100,9 @@ fn find(session: &mut BusSession, address: u8) -> Result<Option<FoundStation>, S
 ///
 /// ```
 /// # use profivac_client::{Bus, address};
-/// # let mut bus = Bus::on(profivac_virtual::open::devices(&["bcg450@5:switch=126"])?).open()?;
-/// let slave = address::check(bus.session(), 5, 20)?;
-/// address::change(bus.session(), 5, 20, slave.ident, false)?;
+/// # let mut bus = Bus::on(profivac_virtual::open::devices(&["bcg450@126"])?).open()?;
+/// let slave = address::check(bus.session(), 126, 20)?;
+/// address::change(bus.session(), 126, 20, slave.ident, false)?;
 /// assert_eq!(bus.gauge(20)?.model().name, "bcg450");
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```

@@ -38,7 +38,7 @@ const SLICE: Duration = Duration::from_millis(20);
 /// let slave = CyclicSlave::find(bus.session(), 7, 0)?;
 /// let mut records = Class1Session::open(bus.session(), &slave, AccessPath::ParameterChannel)?;
 /// // Pressure unit of channel A1, slot 1 index 22.
-/// assert_eq!(records.read(1, 22)?.len(), 2);
+/// assert_eq!(records.read(1, 22)?.len(), 1);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub struct Class1Session<'a> {

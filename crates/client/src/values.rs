@@ -430,6 +430,7 @@ impl ValueFormat<'_> {
         let (digits, unit) = text.split_at(end);
         let value: f64 = digits.parse().map_err(|_| ValueProblem::NotAccepted)?;
         let value = match unit.trim() {
+            "" if !is_pressure(value) => return Err(ValueProblem::NotAccepted),
             "" => {
                 let example = self.unit.map(|unit| format!("{digits} {}", unit.name));
                 return Err(ValueProblem::NoUnit { example });
@@ -440,7 +441,7 @@ impl ValueFormat<'_> {
                 self.converted(value, unit)?
             }
         };
-        if !(value >= 0.0 && value <= f64::from(f32::MAX)) {
+        if !is_pressure(value) {
             return Err(ValueProblem::NotAccepted);
         }
         match number {
@@ -484,6 +485,11 @@ pub(crate) fn pressure_format(
         Scale::Counts => model.counts_at(named.parameter.place)?,
     };
     Some(PressureFormat { unit, number, counts, max_integer: u16::MAX })
+}
+
+/// Whether a number of this size can be a pressure; NaN cannot.
+fn is_pressure(number: f64) -> bool {
+    (0.0..=f64::from(f32::MAX)).contains(&number)
 }
 
 /// Whether the letter at this position is the exponent sign of a number.
@@ -598,6 +604,7 @@ mod tests {
             ("bcg450", "pirani.safe-state", "never", "one of zero, full-scale, hold-last-value, use-safe-value"),
             ("bcg450", "pirani.safe-state", "4", "one of zero, full-scale, hold-last-value, use-safe-value"),
             ("bcg450", "pirani.safe-value", "-1 mbar", PRESSURE),
+            ("bcg450", "pirani.safe-value", "-1", PRESSURE),
             ("bcg450", "pirani.safe-value", "nan mbar", PRESSURE),
             ("bcg450", "pirani.safe-value", "inf mbar", PRESSURE),
             ("bcg450", "pirani.safe-value", "much", PRESSURE),
