@@ -73,7 +73,7 @@ pub enum ClientError {
         /// The parameter.
         place: ParameterContext,
         /// The accepted values.
-        error: ValueError,
+        error: Box<ValueError>,
     },
     /// The pressure is outside the measuring range of the gauge. It was not sent.
     #[error("{place}: {error}")]
@@ -81,7 +81,7 @@ pub enum ClientError {
         /// The parameter.
         place: ParameterContext,
         /// The pressure and the range.
-        error: BeyondRange,
+        error: Box<BeyondRange>,
     },
     /// The table does not allow the access.
     #[error("{place}: {reason}")]

@@ -1,5 +1,7 @@
 //! Records with another number of octets than the type of the parameter demands.
 
+#![allow(clippy::unwrap_used, reason = "a test")]
+
 use profivac_client::names::ParameterNames;
 use profivac_client::records::{RecordError, Records};
 use profivac_client::{ClientError, ErrorKind, Gauge, settings};

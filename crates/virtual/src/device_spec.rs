@@ -151,6 +151,7 @@ pub struct DeviceSpec {
 
 /// The reason why a device spec is invalid.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
 pub enum SpecError {
     /// The text does not have the form `DEVICE@ADDR[:key=value,...]`.
     #[error("expected DEVICE@ADDR[:key=value,...] like bcg450@5, got {0:?}")]

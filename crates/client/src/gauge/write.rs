@@ -138,14 +138,14 @@ impl<R: Records> Gauge<R> {
         self.prepare_with(named, |gauge, number| {
             let unit = gauge.unit_of(named)?;
             let octets = ValueFormat { named, model: gauge.model, unit }.parse(text, number);
-            octets.map_err(|error| ClientError::Value { place: gauge.context(named), error })
+            octets.map_err(|error| ClientError::Value { place: gauge.context(named), error: Box::new(error) })
         })
     }
 
     /// Fails if the value is outside the measuring range, or a condition of the command is not met.
     pub(super) fn check(&mut self, write: PreparedWrite) -> Result<PreparedWrite, ClientError> {
         if let Some(error) = write.beyond_range {
-            return Err(ClientError::BeyondRange { place: self.context(&write.named), error });
+            return Err(ClientError::BeyondRange { place: self.context(&write.named), error: Box::new(error) });
         }
         conditions::check(self, &write.named, write.code)?;
         Ok(write)

@@ -57,6 +57,7 @@ const LONGEST_STEP_S: f64 = 3600.0;
 
 /// The reason why a scenario cannot be used.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum ScenarioError {
     /// The file cannot be read.
     #[error("{name}: {source}")]
@@ -82,6 +83,7 @@ pub enum ScenarioError {
 
 /// The reason why the segment in memory cannot be built.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum MemorySegmentError {
     /// A device spec is invalid.
     #[error(transparent)]
