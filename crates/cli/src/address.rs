@@ -1,5 +1,6 @@
 //! `profivac address`: sets the station address of a slave.
 
+use crate::advice;
 use crate::bus::BusOptions;
 use crate::failure::Failure;
 use crate::gauge::confirm;
@@ -7,6 +8,7 @@ use crate::output::{json, out};
 use crate::values;
 use clap::Args;
 use profivac_client::address::{AddressError, change, check};
+use profivac_client::identify::device_names;
 use serde::Serialize;
 
 /// Set the station address of a slave.
@@ -62,7 +64,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         confirm(&risk, arguments.yes)?;
     }
     change(&mut session, from, to, slave.ident, lock)?;
-    let devices = slave.device_names();
+    let devices = device_names(slave.ident);
     let row = Row { from, to, ident: format!("0x{:04X}", slave.ident), devices, locked: lock };
     let name = if row.devices.is_empty() { "unknown".to_owned() } else { row.devices.join(" or ") };
     let locked = if lock { ", locked" } else { "" };
@@ -72,7 +74,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
 
 impl From<AddressError> for Failure {
     fn from(error: AddressError) -> Self {
-        let sentence = error.to_string();
+        let sentence = format!("{error}{}", advice::after_address_change(&error));
         match error {
             AddressError::Session(error) => error.into(),
             AddressError::AddressInUse(_) => Self::usage(sentence),

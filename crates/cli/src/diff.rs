@@ -1,5 +1,6 @@
 //! `profivac diff`: compares a gauge with a settings file.
 
+use crate::advice;
 use crate::failure::Failure;
 use crate::gauge::{AnyGauge, GaugeOptions};
 use crate::output::{json, notice, out};
@@ -78,7 +79,7 @@ pub fn load(path: &Path) -> Result<SettingsFile, Failure> {
 }
 
 fn file_failure(path: &Path, error: &SettingsFileError) -> Failure {
-    Failure::usage(format!("{}: {error}", path.display()))
+    Failure::usage(format!("{}: {error}{}", path.display(), advice::after_settings_file(error)))
 }
 
 /// The settings of a file in the order in which they are written. A file of another device is an error.

@@ -1,5 +1,6 @@
 //! `profivac dump`: reads every parameter of a gauge.
 
+use crate::advice;
 use crate::failure::Failure;
 use crate::gauge::GaugeOptions;
 use crate::list::{matches_target, tree};
@@ -78,7 +79,7 @@ fn print(arguments: &Arguments, dump: &Dump) {
             row: reading.as_ref().ok().map(Row::of),
             unread: reading.is_err().then(|| named.name.clone()),
             setting: is_setting(named),
-            error: reading.as_ref().err().map(ToString::to_string),
+            error: reading.as_ref().err().map(advice::sentence),
         });
         out(&json(&lines.collect::<Vec<_>>()));
         return;
@@ -87,7 +88,7 @@ fn print(arguments: &Arguments, dump: &Dump) {
     let names: Vec<_> = selected.iter().map(|(named, _)| named).collect();
     let mut readings = selected.iter().map(|(_, reading)| match reading {
         Ok(reading) => reading.text.clone(),
-        Err(error) => format!("- {error}"),
+        Err(error) => format!("- {}", advice::sentence(error)),
     });
     out(&tree(&heading, &names, |_| readings.next().unwrap_or_default()));
 }

@@ -1,5 +1,6 @@
 //! The failure of a command: a sentence for users and an exit code for scripts.
 
+use crate::advice;
 use crate::values::ValueError;
 use profivac_client::discover::CyclicError;
 use profivac_host::port::PortError;
@@ -100,7 +101,7 @@ impl From<PortError> for Failure {
             | PortError::NotCreatable { .. } => Kind::Usage,
             _ => Kind::Port,
         };
-        Self { kind, sentence: error.to_string() }
+        Self { kind, sentence: format!("{error}{}", advice::after_port(&error)) }
     }
 }
 

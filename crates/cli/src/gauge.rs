@@ -1,5 +1,6 @@
 //! Options and steps of every command that works with one gauge.
 
+use crate::advice;
 use crate::bus::BusOptions;
 use crate::console::Signals;
 use crate::failure::Failure;
@@ -178,7 +179,10 @@ impl GaugeOptions {
                 RecordError::Interrupted(reason) => {
                     Failure::no_answer(format!("{device} at address {address}: {reason}"))
                 }
-                error => Failure::refused(format!("{device} at address {address}: {error}")),
+                error => {
+                    let reason = advice::record_sentence(&error);
+                    Failure::refused(format!("{device} at address {address}: {reason}"))
+                }
             },
         )?;
         Ok((session, cyclic.unit))
@@ -187,7 +191,7 @@ impl GaugeOptions {
 
 impl From<ClientError> for Failure {
     fn from(error: ClientError) -> Self {
-        let sentence = error.to_string();
+        let sentence = advice::sentence(&error);
         match error.kind() {
             ErrorKind::Refused => Self::refused(sentence),
             ErrorKind::Usage => Self::usage(sentence),

@@ -4,6 +4,7 @@ use crate::bus::BusOptions;
 use crate::failure::Failure;
 use crate::output::{notice, out};
 use clap::Args;
+use profivac_client::identify::device_names;
 use profivac_host::scan::probe;
 use profivac_wire::control::StationType;
 use std::fs::OpenOptions;
@@ -36,7 +37,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let mut gauges = Vec::new();
     for address in (0..=bus.hsa().min(125)).filter(|address| *address != bus.master()) {
         let Some(station) = probe(&mut session, address)? else { continue };
-        match station.slave.map(|slave| slave.device_names()) {
+        match station.slave.map(|slave| device_names(slave.ident)) {
             Some(devices) if !devices.is_empty() => gauges.push((address, devices)),
             Some(_) => notice(&format_args!("the slave at address {address} is not a known device")),
             None if station.station_type == StationType::Slave => {

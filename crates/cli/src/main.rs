@@ -1,6 +1,7 @@
 //! The program `profivac`: one module per command, each with its arguments, its help and its `run`.
 
 mod address;
+mod advice;
 mod bus;
 mod completions;
 mod conform;

@@ -1,5 +1,6 @@
 //! `profivac read`: reads parameters of a gauge.
 
+use crate::advice;
 use crate::failure::Failure;
 use crate::gauge::{AnyGauge, GaugeOptions};
 use crate::output::{json, notice, out};
@@ -7,6 +8,8 @@ use clap::Args;
 use profivac_client::names::{NamedParameter, Target};
 use profivac_client::values::{Value, hex};
 use profivac_client::{ClientError, ErrorKind, ParameterReading};
+use profivac_devices::model::Role;
+use profivac_devices::profile::DeviceState;
 use serde::Serialize;
 
 /// Read parameters of a gauge by name or number.
@@ -107,11 +110,11 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
                 }
                 Err(error) if error.kind() == ErrorKind::Line => return Err(error.into()),
                 Err(error) => {
-                    answers.push(JsonRow::Failed { target, error: error.to_string() });
+                    answers.push(JsonRow::Failed { target, error: advice::sentence(&error) });
                     match &mut refused {
                         None => refused = Some(Failure::from(error)),
                         // The first refusal is printed at the end, as the reason for the exit code.
-                        Some(_) => notice(&error),
+                        Some(_) => notice(&advice::sentence(&error)),
                     }
                 }
             }
@@ -131,7 +134,7 @@ fn read(gauge: &mut AnyGauge<'_>, target: &str) -> Result<Row, ClientError> {
     match names.find(gauge.model().name, target)? {
         Target::Raw { slot, index } => Ok(raw_row(slot, index, &gauge.read_raw(slot, index)?)),
         Target::Parameter(_) | Target::CurrentInstance { .. } => {
-            let reading = gauge.parameter(target)?;
+            let reading = gauge.read(target)?;
             let valid = validity(gauge, &reading.named)?;
             Ok(Row { valid, ..Row::of(&reading) })
         }
@@ -139,13 +142,13 @@ fn read(gauge: &mut AnyGauge<'_>, target: &str) -> Result<Row, ClientError> {
 }
 
 fn validity(gauge: &mut AnyGauge<'_>, named: &NamedParameter) -> Result<Option<bool>, ClientError> {
-    let is_pressure = named.parameter.row.name.contains("Value (PV)");
+    let is_pressure = named.parameter.row.role == Some(Role::ProcessValue);
     is_pressure.then(|| gauge.is_valid(named)).transpose()
 }
 
 /// Prints a notice that the value is no pressure: the value of a safe state looks like one.
 fn warn_invalid(gauge: &mut AnyGauge<'_>, name: &str) {
-    let is_idle = gauge.parameter("device.device-state").is_ok_and(|state| state.text == "IDLE");
+    let is_idle = gauge.device_state().is_ok_and(|state| state == DeviceState::Idle);
     let advice = if is_idle { "; the gauge is in IDLE: `profivac write ... execute` starts it" } else { "" };
     notice(&format_args!("{name} is not a valid pressure{advice}"));
 }

@@ -1,15 +1,17 @@
 //! `profivac restore`: writes a settings file to a gauge.
 
+use crate::advice;
 use crate::diff::{differences, load, ordered_settings};
 use crate::failure::Failure;
 use crate::gauge::{AnyGauge, GaugeOptions};
 use crate::output::{json, notice, out};
 use clap::Args;
+use profivac_client::PreparedWrite;
 use profivac_client::names::NamedParameter;
 use profivac_client::settings::{Difference, RestoreOutcome, Setting, close_set, compare, open_set, restore};
 use profivac_devices::model::Storage;
 use serde::Serialize;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Write the settings in a file of `profivac dump` to a gauge, for instance to a replacement.
 ///
@@ -23,6 +25,9 @@ pub struct Arguments {
     /// Show the changes without writing them
     #[arg(long)]
     dry_run: bool,
+    /// Write pressures outside the measuring range of the gauge
+    #[arg(long)]
+    force: bool,
     /// Print JSON
     #[arg(long)]
     json: bool,
@@ -57,6 +62,9 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         let settings = ordered_settings(&file, &arguments.file, gauge)?;
         // All values are compared before the first is written.
         let found = differences(gauge, &settings, &arguments.file)?;
+        if !arguments.force {
+            check_ranges(&found, &settings, &arguments.file)?;
+        }
         if arguments.dry_run {
             rows = found.iter().map(planned).collect();
             return Ok(());
@@ -81,6 +89,18 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     }
     let verb = if arguments.dry_run { "would be" } else { "were" };
     notice(&format_args!("{} of {} settings differed and {verb} written", rows.len(), file.settings.len()));
+    Ok(())
+}
+
+/// A pressure outside the measuring range is an error of the file: nothing is written.
+fn check_ranges(found: &[Difference], settings: &[(NamedParameter, Setting)], path: &Path) -> Result<(), Failure> {
+    for PreparedWrite { named, beyond_range, .. } in found.iter().map(|difference| &difference.write) {
+        let Some(error) = beyond_range else { continue };
+        let setting = settings.iter().find(|(other, _)| other.name == named.name);
+        let (line, column) = setting.map_or((0, 0), |(_, setting)| setting.at);
+        let sentence = format!("{}: line {line}, column {column}: {named}: {error}", path.display());
+        return Err(Failure::usage(format!("{sentence}; to write it all the same add --force")));
+    }
     Ok(())
 }
 
@@ -146,7 +166,7 @@ fn write_one(gauge: &mut AnyGauge<'_>, named: &NamedParameter, difference: Diffe
     Ok(match restore(gauge, difference)? {
         RestoreOutcome::Written { name, before, after } => Row { name, before, after: Some(after), error: None },
         RestoreOutcome::Refused(error) => {
-            Row { name: named.name.clone(), before, after: None, error: Some(error.to_string()) }
+            Row { name: named.name.clone(), before, after: None, error: Some(advice::sentence(&error)) }
         }
     })
 }

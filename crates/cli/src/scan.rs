@@ -4,6 +4,7 @@ use crate::bus::BusOptions;
 use crate::failure::Failure;
 use crate::output::{json, notices, out};
 use clap::Args;
+use profivac_client::identify::device_names;
 use profivac_host::scan::{FoundStation, SlaveStatus, probe};
 use profivac_host::session::SessionError;
 use profivac_wire::control::StationType;
@@ -77,7 +78,7 @@ impl Row {
             address: seen.address,
             kind: kind(seen.station_type),
             ident: seen.slave.map(|slave| format!("0x{:04X}", slave.ident)),
-            devices: seen.slave.map(|slave| slave.device_names()).unwrap_or_default(),
+            devices: seen.slave.map(|slave| device_names(slave.ident)).unwrap_or_default(),
             state: seen.slave.map(|slave| slave.state_text()),
             owner: seen.slave.and_then(|slave| slave.owner),
         }
@@ -128,7 +129,7 @@ fn line(seen: &FoundStation) -> String {
         return format!("{address:>4}  {kind:<8}{:<8}{:<10}{state:<36}-\n", "-", "-");
     };
     let SlaveStatus { ident, owner, .. } = slave;
-    let devices = slave.device_names().join(" or ");
+    let devices = device_names(slave.ident).join(" or ");
     let devices = if devices.is_empty() { "unknown" } else { &devices };
     let owner = owner.map_or_else(|| "none".to_owned(), |owner| format!("master {owner}"));
     format!("{address:>4}  {:<8}0x{ident:04X}  {owner:<10}{:<36}{devices}\n", "slave", slave.state_text())

@@ -11,11 +11,11 @@ use serde::Serialize;
 /// Write a parameter of a gauge, or send a command by name.
 ///
 /// TARGET VALUE is a parameter and its value: `trip-point.1/low-trip-point '1e-3 mbar'`. A value is a number, one of the names
-/// that `profivac list` shows, or a pressure in any unit of the gauge; without a unit it is in the present unit of the gauge.
+/// that `profivac list` shows, or a pressure with its unit, which may be any unit of the gauge: `1e-3 mbar`.
 /// A command needs no value: `execute`, `stop`, `degas on`, `emission off`, `zero-adjust`; if several parts have it, name the
 /// part: `cdg.zero-adjust`, `channel.1/degas on`.
 ///
-/// Before anything is sent, the value is checked against the table and the conditions of a command against the gauge. The output
+/// Before anything is sent, the value is checked against the table and the measuring range, and the conditions of a command against the gauge. The output
 /// shows the value before and after. A command that switches emission or degas, adjusts, or stops the measurement asks for
 /// confirmation on a terminal and needs --yes without one.
 #[derive(Args, Debug)]
@@ -26,6 +26,9 @@ pub struct Arguments {
     /// Do not ask for confirmation
     #[arg(long)]
     yes: bool,
+    /// Write a pressure outside the measuring range of the gauge
+    #[arg(long)]
+    force: bool,
     /// Print JSON
     #[arg(long)]
     json: bool,
@@ -59,7 +62,7 @@ struct Change {
 /// Checks, asks for confirmation, sends, reads back.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     arguments.options.with_gauge(|gauge| {
-        let prepared = prepare(gauge, &arguments.target, arguments.value.as_deref())?;
+        let prepared = prepare(gauge, arguments)?;
         if let Some(risk) = prepared.code.map(|code| code.risk).filter(|risk| !risk.is_empty()) {
             confirm(&format!("{} {} {risk}", prepared.named.name, prepared.text), arguments.yes)?;
         }
@@ -70,8 +73,8 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
 }
 
 /// Prepares a command, or a parameter and its value.
-fn prepare(gauge: &mut AnyGauge<'_>, target: &str, value: Option<&str>) -> Result<PreparedWrite, Failure> {
-    let names = gauge.names();
+fn prepare(gauge: &mut AnyGauge<'_>, arguments: &Arguments) -> Result<PreparedWrite, Failure> {
+    let (names, target, value) = (gauge.names(), arguments.target.as_str(), arguments.value.as_deref());
     let words = value.map_or_else(|| target.to_owned(), |value| format!("{target} {value}"));
     if let Some((named, code)) = names.command(&words).map_err(ClientError::from)? {
         return Ok(gauge.prepare(named, code.name)?);
@@ -80,7 +83,7 @@ fn prepare(gauge: &mut AnyGauge<'_>, target: &str, value: Option<&str>) -> Resul
     let value = value.ok_or_else(|| {
         Failure::usage(format!("expected a VALUE for {named}, got none; `profivac list` shows the values it accepts"))
     })?;
-    Ok(gauge.prepare(&named, value)?)
+    Ok(if arguments.force { gauge.prepare_forced(&named, value) } else { gauge.prepare(&named, value) }?)
 }
 
 fn change(written: &WriteResult) -> Change {

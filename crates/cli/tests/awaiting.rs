@@ -5,7 +5,7 @@
 mod common;
 
 use common::Program;
-use profivac_client::{AsyncBus, Bus, BusError};
+use profivac_client::{AsyncBus, Bus, ErrorKind, ms2};
 use std::pin::pin;
 use std::sync::Arc;
 use std::task::{Context, Poll, Wake, Waker};
@@ -46,7 +46,7 @@ fn many_threads_await_many_gauges() {
         thread::spawn(move || {
             block_on(async {
                 gauge.write("pirani.safe-value", &format!("{address} mbar")).await?;
-                gauge.parameter("pirani.safe-value").await
+                gauge.read("pirani.safe-value").await
             })
         })
     });
@@ -62,13 +62,16 @@ fn a_cancelled_request_does_not_disturb_others() {
     let bus = bus(&simulation, Duration::from_secs(5));
     let gauge = bus.gauge(5);
     for _ in 0..5 {
-        let mut given_up = Box::pin(gauge.parameter("1:2/24"));
+        let mut given_up = Box::pin(gauge.read("1:2/24"));
         let mut context = Context::from_waker(Waker::noop());
         assert!(given_up.as_mut().poll(&mut context).is_pending());
     }
-    assert_eq!(block_on(gauge.parameter("device.device-state")).unwrap().text, "IDLE");
-    // The selector is restored although the request was cancelled.
-    assert_eq!(block_on(gauge.parameter("1/46")).unwrap().text, "1");
+    assert_eq!(block_on(gauge.read("device.device-state")).unwrap().text, "IDLE");
+    // The value of the gauge, not of the requests. Dropping the gauge restores it although they were cancelled.
+    assert_eq!(block_on(gauge.read("1/46")).unwrap().text, "1");
+    block_on(gauge.read("1:2/24")).unwrap();
+    drop(gauge);
+    assert_eq!(bus.submit(|session| ms2::read(session, 5, 1, 46).unwrap()).wait().unwrap(), [1]);
 }
 
 #[test]
@@ -76,15 +79,15 @@ fn a_lost_port_ends_every_wait() {
     let mut simulation = Program::start(&["simulate", "--tcp", "127.0.0.1:0", "bcg450@5"]);
     let bus = bus(&simulation, Duration::from_secs(60));
     let gauge = bus.gauge(9);
-    let waiting = thread::spawn(move || block_on(gauge.parameter("0/25")));
+    let waiting = thread::spawn(move || block_on(gauge.read("0/25")));
     let gauge = bus.gauge(5);
     simulation.kill();
     let error = waiting.join().unwrap().unwrap_err();
-    assert!(matches!(error, BusError::Client(_) | BusError::Closed), "{error}");
-    let ended = block_on(gauge.parameter("0/25")).unwrap_err().to_string();
+    assert_eq!(error.kind(), ErrorKind::Line, "{error}");
+    let ended = block_on(gauge.read("0/25")).unwrap_err().to_string();
     assert!(ended.contains("lost") || ended == "the bus is closed", "{ended}");
     let mut last = ended;
     while last != "the bus is closed" {
-        last = block_on(gauge.parameter("0/25")).unwrap_err().to_string();
+        last = block_on(gauge.read("0/25")).unwrap_err().to_string();
     }
 }

@@ -29,7 +29,7 @@ fn read_all_reads_every_gauge_that_answers() {
     let mut bus = Bus::builder(&path).open().unwrap();
     for address in 5..9 {
         let mut gauge = bus.gauge(address).unwrap();
-        if gauge.parameter("device.device-state").unwrap().text == "IDLE" {
+        if gauge.read("device.device-state").unwrap().text == "IDLE" {
             gauge.command("execute").unwrap();
         }
     }

@@ -1,8 +1,8 @@
 //! Watches the pressures of several gauges without blocking: the bus runs in a thread of its own, and any async runtime can
 //! await it. This example needs none.
 //!
-//! On a gauge with several instances each reading may write the Channel Instance Selector, which the manuals list as nonvolatile:
-//! for days of measurement exchange cyclic data instead.
+//! On a gauge with several instances the Channel Instance Selector, which the manuals list as nonvolatile, is written when another
+//! instance begins to measure, and once at the end; for days of measurement without any write exchange cyclic data instead.
 //!
 //! ```sh
 //! profivac simulate --pty /tmp/line --pressure '5e-6 mbar' bcg450@5 hpg400@6
@@ -10,7 +10,7 @@
 //! ```
 
 use profivac_client::ms2::Ms2;
-use profivac_client::{AsyncBus, Bus, BusError, ClientError, Gauge, PressureReading};
+use profivac_client::{AsyncBus, AsyncGauge, Bus, ClientError, Gauge, PressureReading};
 use profivac_devices::profile::DeviceState;
 use std::error::Error;
 use std::ops::ControlFlow;
@@ -26,13 +26,14 @@ pub async fn watch<B>(
     bus: &AsyncBus,
     addresses: &[u8],
     mut report: impl FnMut(u8, PressureReading) -> ControlFlow<B>,
-) -> Result<Option<B>, BusError> {
-    for address in addresses {
-        let gauge = bus.gauge(*address);
+) -> Result<Option<B>, ClientError> {
+    // The gauges are kept: dropping one restores its selector.
+    let gauges: Vec<(u8, AsyncGauge)> = addresses.iter().map(|address| (*address, bus.gauge(*address))).collect();
+    for (_, gauge) in &gauges {
         gauge.with(start_if_idle).await?;
     }
-    for address in addresses.iter().cycle() {
-        let reading = bus.gauge(*address).pressure().await?;
+    for (address, gauge) in gauges.iter().cycle() {
+        let reading = gauge.pressure().await?;
         if let ControlFlow::Break(end) = report(*address, reading) {
             return Ok(Some(end));
         }

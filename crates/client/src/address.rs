@@ -44,7 +44,7 @@ pub enum AddressError {
     #[error("the slave at address {0} kept its address: it is locked against changes, or its address switch holds")]
     NotChanged(u8),
     /// No answer to the telegram arrived.
-    #[error("the slave at address {address} did not answer: {failure}; `profivac scan` shows where it is")]
+    #[error("the slave at address {address} did not answer: {failure}")]
     Unconfirmed {
         /// The old address.
         address: u8,
@@ -52,7 +52,7 @@ pub enum AddressError {
         failure: Failure,
     },
     /// The slave answers at neither address.
-    #[error("the slave answers neither at address {from} nor at {to} now; `profivac scan` shows where it is")]
+    #[error("the slave answers neither at address {from} nor at {to} now")]
     NotFound {
         /// The old address.
         from: u8,
@@ -62,6 +62,15 @@ pub enum AddressError {
 }
 
 /// Checks that the slave at `from` is free and that the address `to` is free.
+///
+/// ```
+/// # use profivac_client::{Bus, address};
+/// # let mut bus = Bus::on(profivac_virtual::open::devices(&["bcg450@5"])?).open()?;
+/// let slave = address::check(bus.session(), 5, 20)?;
+/// assert_eq!(slave.ident, 0x08E6);
+/// assert!(matches!(address::check(bus.session(), 5, 5), Err(address::AddressError::AddressInUse(5))));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 ///
 /// # Errors
 /// [`AddressError`].
@@ -88,6 +97,15 @@ fn find(session: &mut BusSession, address: u8) -> Result<Option<FoundStation>, S
 
 /// Gives the slave at `from` with this Ident_Number the address `to` and verifies it. With `lock` the slave accepts no
 /// other address afterwards.
+///
+/// ```
+/// # use profivac_client::{Bus, address};
+/// # let mut bus = Bus::on(profivac_virtual::open::devices(&["bcg450@126"])?).open()?;
+/// let slave = address::check(bus.session(), 126, 20)?;
+/// address::change(bus.session(), 126, 20, slave.ident, false)?;
+/// assert_eq!(bus.gauge(20)?.model().name, "bcg450");
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 ///
 /// # Errors
 /// [`AddressError`] tells where the slave is.

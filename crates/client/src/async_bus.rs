@@ -3,19 +3,20 @@
 //! A [`Pending`] result can be awaited in any runtime or waited for without one. Between two requests the thread serves the
 //! line: a master in a token ring must pass the token on.
 
-use super::error::ClientError;
-use super::gauge::{Gauge, ParameterReading, PressureReading, WriteResult};
-use super::identify;
+use crate::error::ClientError;
+use crate::gauge::{Gauge, HeldSelector, ParameterReading, PressureReading, WriteResult};
 use crate::ms2::Ms2;
+use crate::records::RecordError;
+use profivac_devices::model::{Location, TypedParameter};
+use profivac_devices::profile::DeviceState;
 use profivac_host::readiness::{self, WakeSource};
-use profivac_host::session::{BusSession, SessionError};
+use profivac_host::session::BusSession;
 use std::future::Future;
-use std::io;
 use std::pin::Pin;
 use std::sync::mpsc::{Receiver, Sender, TryRecvError, channel};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::task::{Context, Poll, Waker};
-use std::thread;
+use std::thread::{self, ThreadId};
 use std::time::Duration;
 
 /// The longest wait of the thread without a request.
@@ -50,11 +51,11 @@ type Job = Box<dyn FnOnce(&mut BusSession) + Send>;
 /// # /*
 /// let bus = Bus::builder("/dev/ttyUSB0").open_async()?;
 /// # */
-/// # let bus = Bus::builder("sim").open_async_on(port)?;
+/// # let bus = Bus::on(port).open_async()?;
 /// # block_on(async {
-/// let state = bus.gauge(5).parameter("device.device-state").await?;
+/// let state = bus.gauge(5).read("device.device-state").await?;
 /// println!("{}", state.text);
-/// # Ok::<(), profivac_client::BusError>(())
+/// # Ok::<(), profivac_client::ClientError>(())
 /// # })?;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
@@ -62,36 +63,69 @@ type Job = Box<dyn FnOnce(&mut BusSession) + Send>;
 pub struct AsyncBus {
     jobs: Sender<Job>,
     wake: readiness::Waker,
+    thread: ThreadId,
 }
 
-/// A gauge on an [`AsyncBus`].
+/// A gauge on an [`AsyncBus`]. Its clones are the same gauge.
+///
+/// Where several instances share a slot, the Channel Instance Selector stays at the instance that was read last, so watching a
+/// gauge does not write this nonvolatile parameter for each reading. Dropping the last clone restores it, and waits for that, at
+/// most for the timeout of the bus; [`restore_selector`](Self::restore_selector) does the same earlier and reports errors.
 #[derive(Clone)]
-pub struct AsyncGauge {
+pub struct AsyncGauge(Arc<Watcher>);
+
+/// The address of a gauge, and the selector as the last request left it.
+struct Watcher {
     bus: AsyncBus,
     address: u8,
+    held: Mutex<Option<HeldSelector>>,
 }
 
-/// The reason why a request to an [`AsyncBus`] failed.
-#[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
-pub enum BusError {
-    /// The gauge or the line failed.
-    #[error(transparent)]
-    Client(#[from] ClientError),
-    /// The thread has ended because its port is lost.
-    #[error("the bus is closed")]
-    Closed,
-    /// The system has no thread or no socket left.
-    #[error("{0}")]
-    System(#[from] io::Error),
+impl Watcher {
+    /// A panic cannot leave the selector half changed, so a poisoned lock is usable.
+    fn held(&self) -> MutexGuard<'_, Option<HeldSelector>> {
+        self.held.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Restores the selector if a request has moved it.
+    fn restore(&self) -> Option<Pending<Result<(), RecordError>>> {
+        let held = self.held().take()?;
+        let address = self.address;
+        Some(self.bus.submit(move |session| held.restore(Ms2::new(session, address))))
+    }
+}
+
+impl Drop for Watcher {
+    /// A program may end right after this, so it waits, except in the thread of the bus itself.
+    fn drop(&mut self) {
+        if let Some(restored) = self.restore().filter(|_| thread::current().id() != self.bus.thread) {
+            restored.wait().ok();
+        }
+    }
 }
 
 impl AsyncBus {
     /// Opens a bus session in a thread of its own, and waits until it is open.
     ///
+    /// ```
+    /// use profivac_client::{AsyncBus, ClientError};
+    /// use profivac_dp::link::Baud;
+    /// use profivac_host::session::{BusSession, bus_parameters};
+    /// use std::time::Duration;
+    ///
+    /// # let port = profivac_virtual::open::devices(&["bcg450@5"])?;
+    /// let bus = AsyncBus::open(move || {
+    ///     let baud = Baud::B19200;
+    ///     Ok(BusSession::new(port, baud, bus_parameters(1, baud), Duration::from_secs(5))?)
+    /// })?;
+    /// let slaves = bus.submit(|session| profivac_host::scan::probe(session, 5).map(|station| station.is_some()));
+    /// assert!(slaves.wait()?.map_err(ClientError::from)?);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
     /// # Errors
-    /// The error of `open`, or [`BusError::System`].
-    pub fn open(open: impl FnOnce() -> Result<BusSession, SessionError> + Send + 'static) -> Result<Self, BusError> {
+    /// The error of `open`, or [`ClientError::System`].
+    pub fn open(open: impl FnOnce() -> Result<BusSession, ClientError> + Send + 'static) -> Result<Self, ClientError> {
         let (jobs, work) = channel();
         let (wake, source) = readiness::waker()?;
         let (promise, opened) = promise();
@@ -102,24 +136,25 @@ impl AsyncBus {
             }
             Err(error) => promise.resolve(Err(error)),
         };
-        thread::Builder::new().name("bus".to_owned()).spawn(thread)?;
-        opened.wait()?.map_err(ClientError::from)?;
-        Ok(Self { jobs, wake })
+        let thread = thread::Builder::new().name("bus".to_owned()).spawn(thread)?.thread().id();
+        opened.wait()??;
+        Ok(Self { jobs, wake, thread })
     }
 
-    /// Runs `work` in the thread of the bus.
+    /// Runs `work` in the thread of the bus, for requests that [`AsyncGauge`] does not offer. An example is at
+    /// [`open`](Self::open).
     pub fn submit<T: Send + 'static>(&self, work: impl FnOnce(&mut BusSession) -> T + Send + 'static) -> Pending<T> {
         let (promise, pending) = promise();
-        // If the thread has ended, the job is dropped with its promise, and the result is `BusError::Closed`.
+        // If the thread has ended, the job is dropped with its promise, and the result is `ClientError::Closed`.
         self.jobs.send(Box::new(move |session| promise.resolve(work(session)))).ok();
         self.wake.wake();
         pending
     }
 
-    /// The gauge at `address`. Sends nothing yet.
+    /// The gauge at `address`. Sends nothing yet. To watch a gauge, keep the [`AsyncGauge`].
     #[must_use]
     pub fn gauge(&self, address: u8) -> AsyncGauge {
-        AsyncGauge { bus: self.clone(), address }
+        AsyncGauge(Arc::new(Watcher { bus: self.clone(), address, held: Mutex::new(None) }))
     }
 }
 
@@ -141,49 +176,121 @@ fn serve(mut session: BusSession, work: &Receiver<Job>, mut wake: WakeSource) {
 }
 
 impl AsyncGauge {
-    /// Runs several requests with one [`Gauge`], which restores the Channel Instance Selector at the end.
+    /// Runs several requests with one [`Gauge`].
     ///
     /// If the future is dropped, the requests still run to their end.
     ///
     /// # Errors
-    /// The error of `work`, or [`BusError::Closed`].
+    /// The error of `work`, or [`ClientError::Closed`].
     pub async fn with<T: Send + 'static>(
         &self,
         work: impl FnOnce(&mut Gauge<Ms2<'_>>) -> Result<T, ClientError> + Send + 'static,
-    ) -> Result<T, BusError> {
-        let address = self.address;
-        let pending = self.bus.submit(move |session| {
-            let status = identify::wait_for_slave(session, address)?;
-            let mut gauge = Gauge::new(Ms2::new(session, address), address, status.ident)?;
-            let result = work(&mut gauge)?;
-            gauge.restore_selector()?;
-            Ok::<_, ClientError>(result)
-        });
-        Ok(pending.await??)
+    ) -> Result<T, ClientError> {
+        let watcher = Arc::clone(&self.0);
+        self.0.bus.submit(move |session| request(session, &watcher, work)).await?
+    }
+
+    /// Moves the Channel Instance Selector back, if a request has moved it. Dropping the last clone does the same.
+    ///
+    /// # Errors
+    /// The selector cannot be written. If the line is the reason, the next gauge at this address restores it.
+    pub async fn restore_selector(&self) -> Result<(), ClientError> {
+        self.with(|gauge| gauge.restore_selector()).await
     }
 
     /// See [`Gauge::pressure`].
     ///
     /// # Errors
     /// As [`with`](Self::with).
-    pub async fn pressure(&self) -> Result<PressureReading, BusError> {
+    pub async fn pressure(&self) -> Result<PressureReading, ClientError> {
         self.with(|gauge| gauge.pressure()).await
     }
 
-    /// See [`Gauge::parameter`].
+    /// See [`Gauge::read`].
     ///
     /// # Errors
     /// As [`with`](Self::with).
-    pub async fn parameter(&self, name: &str) -> Result<ParameterReading, BusError> {
+    pub async fn read(&self, name: &str) -> Result<ParameterReading, ClientError> {
         let name = name.to_owned();
-        self.with(move |gauge| gauge.parameter(&name)).await
+        self.with(move |gauge| gauge.read(&name)).await
+    }
+
+    /// See [`Gauge::get`].
+    ///
+    /// ```
+    /// # use profivac_client::Bus;
+    /// use profivac_devices::bcg450::table::{PIRANI, analog_input};
+    /// use profivac_devices::model::Pascal;
+    /// use profivac_devices::profile::DeviceState;
+    ///
+    /// # let bus = Bus::on(profivac_virtual::open::devices(&["bcg450@5"])?).open_async()?;
+    /// # let example = async {
+    /// let gauge = bus.gauge(5);
+    /// assert_eq!(gauge.device_state().await?, DeviceState::Idle);
+    /// gauge.set(&PIRANI, analog_input::SafeValue, Pascal(12.5)).await?;
+    /// assert_eq!(gauge.get(&PIRANI, analog_input::SafeValue).await?, Pascal(12.5));
+    /// # Ok::<(), profivac_client::ClientError>(())
+    /// # };
+    /// # struct Unpark(std::thread::Thread);
+    /// # impl std::task::Wake for Unpark {
+    /// #     fn wake(self: std::sync::Arc<Self>) {
+    /// #         self.0.unpark();
+    /// #     }
+    /// # }
+    /// # let mut example = std::pin::pin!(example);
+    /// # let waker = std::sync::Arc::new(Unpark(std::thread::current())).into();
+    /// # let mut context = std::task::Context::from_waker(&waker);
+    /// # loop {
+    /// #     match example.as_mut().poll(&mut context) {
+    /// #         std::task::Poll::Ready(done) => break done?,
+    /// #         std::task::Poll::Pending => std::thread::park(),
+    /// #     }
+    /// # }
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
+    /// # Errors
+    /// As [`with`](Self::with).
+    pub async fn get<P: TypedParameter + Send + 'static>(
+        &self,
+        location: &'static Location,
+        parameter: P,
+    ) -> Result<P::Value, ClientError>
+    where
+        P::Value: Send + 'static,
+    {
+        self.with(move |gauge| gauge.get(location, parameter)).await
+    }
+
+    /// See [`Gauge::set`].
+    ///
+    /// # Errors
+    /// As [`with`](Self::with).
+    pub async fn set<P: TypedParameter + Send + 'static>(
+        &self,
+        location: &'static Location,
+        parameter: P,
+        value: P::Value,
+    ) -> Result<WriteResult, ClientError>
+    where
+        P::Value: Send + 'static,
+    {
+        self.with(move |gauge| gauge.set(location, parameter, value)).await
+    }
+
+    /// See [`Gauge::device_state`].
+    ///
+    /// # Errors
+    /// As [`with`](Self::with).
+    pub async fn device_state(&self) -> Result<DeviceState, ClientError> {
+        self.with(|gauge| gauge.device_state()).await
     }
 
     /// See [`Gauge::write`].
     ///
     /// # Errors
     /// As [`with`](Self::with).
-    pub async fn write(&self, name: &str, value: &str) -> Result<WriteResult, BusError> {
+    pub async fn write(&self, name: &str, value: &str) -> Result<WriteResult, ClientError> {
         let (name, value) = (name.to_owned(), value.to_owned());
         self.with(move |gauge| gauge.write(&name, &value)).await
     }
@@ -192,10 +299,26 @@ impl AsyncGauge {
     ///
     /// # Errors
     /// As [`with`](Self::with).
-    pub async fn command(&self, name: &str) -> Result<WriteResult, BusError> {
+    pub async fn command(&self, name: &str) -> Result<WriteResult, ClientError> {
         let name = name.to_owned();
         self.with(move |gauge| gauge.command(&name)).await
     }
+}
+
+/// Runs `work` with the gauge of a watcher, and leaves the selector where it is for the next request.
+fn request<T>(
+    session: &mut BusSession,
+    watcher: &Watcher,
+    work: impl FnOnce(&mut Gauge<Ms2<'_>>) -> Result<T, ClientError>,
+) -> Result<T, ClientError> {
+    let mut gauge = Gauge::open(session, watcher.address)?;
+    // Requests of one watcher run one after the other in this thread.
+    if let Some(held) = watcher.held().take() {
+        gauge.resume_selector(held);
+    }
+    let result = work(&mut gauge);
+    *watcher.held() = gauge.hold_selector();
+    result
 }
 
 /// The result of a request that runs in the thread of the bus.
@@ -239,10 +362,10 @@ impl<T> Shared<T> {
 
 impl<T> State<T> {
     /// Takes the result. `None` while it is open.
-    fn take(&mut self) -> Option<Result<T, BusError>> {
+    fn take(&mut self) -> Option<Result<T, ClientError>> {
         match std::mem::replace(self, Self::Closed) {
             Self::Ready(value) => Some(Ok(value)),
-            Self::Closed => Some(Err(BusError::Closed)),
+            Self::Closed => Some(Err(ClientError::Closed)),
             open => {
                 *self = open;
                 None
@@ -271,8 +394,8 @@ impl<T> Pending<T> {
     /// Blocks until the result is there.
     ///
     /// # Errors
-    /// [`BusError::Closed`] when the thread has ended.
-    pub fn wait(self) -> Result<T, BusError> {
+    /// [`ClientError::Closed`] when the thread has ended.
+    pub fn wait(self) -> Result<T, ClientError> {
         let mut state = self.0.lock();
         loop {
             if let Some(value) = state.take() {
@@ -284,7 +407,7 @@ impl<T> Pending<T> {
 }
 
 impl<T> Future for Pending<T> {
-    type Output = Result<T, BusError>;
+    type Output = Result<T, ClientError>;
 
     fn poll(self: Pin<&mut Self>, context: &mut Context<'_>) -> Poll<Self::Output> {
         let mut state = self.0.lock();
@@ -301,6 +424,7 @@ impl<T> Future for Pending<T> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use profivac_host::session::SessionError;
 
     #[test]
     fn a_pending_result_ends_when_its_promise_is_resolved_or_dropped() {
@@ -332,7 +456,7 @@ mod tests {
 
     #[test]
     fn opening_reports_the_error_of_the_session() {
-        let opened = AsyncBus::open(|| Err(SessionError::NeverIdle));
+        let opened = AsyncBus::open(|| Err(SessionError::NeverIdle.into()));
         assert_eq!(opened.err().unwrap().to_string(), "the line is never idle");
     }
 }

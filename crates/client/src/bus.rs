@@ -1,6 +1,6 @@
 //! A bus: a master on a port, opened in one step.
 
-use crate::async_bus::{AsyncBus, BusError};
+use crate::async_bus::AsyncBus;
 use crate::error::ClientError;
 use crate::gauge::Gauge;
 use crate::ms2::Ms2;
@@ -8,6 +8,7 @@ use profivac_dp::link::Baud;
 use profivac_host::port::{self, Port};
 use profivac_host::scan::{self, FoundStation};
 use profivac_host::session::{BusSession, SessionError, bus_parameters};
+use std::fmt;
 use std::time::Duration;
 
 /// A bus on which this program is a master. Requests block the calling thread; [`AsyncBus`] does not.
@@ -19,7 +20,7 @@ use std::time::Duration;
 /// # /*
 /// let mut bus = Bus::builder("/dev/ttyUSB0").open()?;
 /// # */
-/// # let mut bus = Bus::builder("sim").open_on(port)?;
+/// # let mut bus = Bus::on(port).open()?;
 /// let reading = bus.gauge(5)?.pressure()?;
 /// match reading.pressure() {
 ///     Some(pressure) => println!("{:.3e} mbar", pressure.mbar()),
@@ -35,13 +36,22 @@ impl Bus {
     /// Starts to describe a bus at `port`: a device name or `tcp://HOST:PORT`.
     #[must_use]
     pub fn builder(port: impl Into<String>) -> BusBuilder {
-        BusBuilder {
-            port: port.into(),
-            baud: Baud::B19200,
-            master: 0,
-            timeout: Duration::from_secs(5),
-            waits_for_ring_entry: false,
-        }
+        BusBuilder::new(PortSource::Name(port.into()))
+    }
+
+    /// Starts to describe a bus on a port that is open, such as `profivac_virtual::open::port("sim:FILE.toml", ..)`.
+    ///
+    /// ```
+    /// use profivac_client::Bus;
+    ///
+    /// let port = profivac_virtual::open::devices(&["bcg450@5"])?;
+    /// let mut bus = Bus::on(port).master(1).open()?;
+    /// assert_eq!(bus.gauge(5)?.model().name, "bcg450");
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    #[must_use]
+    pub fn on(port: Box<dyn Port>) -> BusBuilder {
+        BusBuilder::new(PortSource::Open(port))
     }
 
     /// Finds the gauge at `address` and reads it over MS2.
@@ -58,15 +68,15 @@ impl Bus {
     ///
     /// ```
     /// # use profivac_client::Bus;
-    /// # let mut bus = Bus::builder("sim").open_on(profivac_virtual::open::devices(&["bcg450@5", "hpg400@6"])?)?;
+    /// # let mut bus = Bus::on(profivac_virtual::open::devices(&["bcg450@5", "hpg400@6"])?).open()?;
     /// let found = bus.scan(4..8)?;
     /// assert_eq!(found.iter().map(|station| station.address).collect::<Vec<_>>(), [5, 6]);
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     ///
     /// # Errors
-    /// [`SessionError`].
-    pub fn scan(&mut self, addresses: impl IntoIterator<Item = u8>) -> Result<Vec<FoundStation>, SessionError> {
+    /// [`ClientError::Session`]: the port failed.
+    pub fn scan(&mut self, addresses: impl IntoIterator<Item = u8>) -> Result<Vec<FoundStation>, ClientError> {
         let mut found = Vec::new();
         for address in addresses {
             found.extend(scan::probe(&mut self.session, address)?);
@@ -86,17 +96,50 @@ impl From<BusSession> for Bus {
     }
 }
 
+/// Where the port of a bus comes from.
+enum PortSource {
+    /// It is opened by name.
+    Name(String),
+    /// It is open.
+    Open(Box<dyn Port>),
+}
+
 /// The description of a bus. Without further calls: 19.2 kbit/s, master address 0, 5 s timeout.
-#[derive(Clone, Debug)]
+///
+/// ```
+/// use profivac_client::Bus;
+/// use profivac_dp::link::Baud;
+/// use std::time::Duration;
+///
+/// let builder = Bus::builder("/dev/ttyUSB0").baud(Baud::B500000).master(2).timeout(Duration::from_secs(1));
+/// assert_eq!(builder.port_name(), "/dev/ttyUSB0");
+/// ```
 pub struct BusBuilder {
-    port: String,
+    port: PortSource,
     baud: Baud,
     master: u8,
     timeout: Duration,
     waits_for_ring_entry: bool,
 }
 
+impl fmt::Debug for BusBuilder {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { baud, master, timeout, waits_for_ring_entry, .. } = self;
+        f.debug_struct("BusBuilder")
+            .field("port", &self.port_name())
+            .field("baud", baud)
+            .field("master", master)
+            .field("timeout", timeout)
+            .field("waits_for_ring_entry", waits_for_ring_entry)
+            .finish()
+    }
+}
+
 impl BusBuilder {
+    const fn new(port: PortSource) -> Self {
+        Self { port, baud: Baud::B19200, master: 0, timeout: Duration::from_secs(5), waits_for_ring_entry: false }
+    }
+
     /// Sets the baud rate of the line.
     #[must_use]
     pub const fn baud(mut self, baud: Baud) -> Self {
@@ -128,7 +171,10 @@ impl BusBuilder {
     /// The name of the port.
     #[must_use]
     pub fn port_name(&self) -> &str {
-        &self.port
+        match &self.port {
+            PortSource::Name(name) => name,
+            PortSource::Open(port) => port.name(),
+        }
     }
 
     /// The baud rate.
@@ -140,35 +186,26 @@ impl BusBuilder {
     /// Opens the port and makes this program a master on it.
     ///
     /// # Errors
-    /// [`SessionError::Port`] names the port and what to do; [`SessionError::Parameters`] for an impossible master address.
-    pub fn open(self) -> Result<Bus, SessionError> {
-        let port = port::open(&self.port, self.baud)?;
-        self.open_on(port)
-    }
-
-    /// Makes this program a master on a port that is open, such as `profivac_virtual::open::port("sim:FILE.toml", ..)`.
-    ///
-    /// # Errors
-    /// [`SessionError::Parameters`] for an impossible master address.
-    pub fn open_on(self, port: Box<dyn Port>) -> Result<Bus, SessionError> {
-        let bus = bus_parameters(self.master, self.baud);
-        let session = BusSession::new(port, self.baud, bus, self.timeout)?;
-        Ok(Bus { session: if self.waits_for_ring_entry { session.wait_for_ring_entry() } else { session } })
+    /// [`ClientError::Session`] names the port and the reason, or says that the master address is impossible.
+    pub fn open(self) -> Result<Bus, ClientError> {
+        Ok(Bus { session: self.open_session()? })
     }
 
     /// Opens the port in a thread of its own, for asynchronous programs and for several threads.
     ///
     /// # Errors
-    /// As [`open`](Self::open); [`BusError::System`] when the system has no thread or socket left.
-    pub fn open_async(self) -> Result<AsyncBus, BusError> {
-        AsyncBus::open(move || Ok(self.open()?.session))
+    /// As [`open`](Self::open); [`ClientError::System`] when the system has no thread or socket left.
+    pub fn open_async(self) -> Result<AsyncBus, ClientError> {
+        AsyncBus::open(move || self.open_session())
     }
 
-    /// The same on a port that is open.
-    ///
-    /// # Errors
-    /// As [`open_async`](Self::open_async).
-    pub fn open_async_on(self, port: Box<dyn Port>) -> Result<AsyncBus, BusError> {
-        AsyncBus::open(move || Ok(self.open_on(port)?.session))
+    fn open_session(self) -> Result<BusSession, ClientError> {
+        let port = match self.port {
+            PortSource::Name(name) => port::open(&name, self.baud).map_err(SessionError::from)?,
+            PortSource::Open(port) => port,
+        };
+        let bus = bus_parameters(self.master, self.baud);
+        let session = BusSession::new(port, self.baud, bus, self.timeout)?;
+        Ok(if self.waits_for_ring_entry { session.wait_for_ring_entry() } else { session })
     }
 }

@@ -4,8 +4,9 @@
 
 use super::records::{Interruption, RecordError, Records, RefusalCodes, Unavailable, UnrestoredRecord};
 use crate::cyclic::CyclicSlave;
-use crate::ms2;
-use profivac_devices::model::{AccessPath, Configuration, Field, Model, NumberType, TaskKind, Telegram};
+use crate::ms2::Ms2;
+use crate::records::read_code;
+use profivac_devices::model::{AccessPath, Configuration, Field, Model, NumberType, Role, TaskKind, Telegram};
 use profivac_dp::link::Baud;
 use profivac_dp::master::{ExchangeError, HandlerState, Mode, Ms1Parameters, PkwParameters, SlaveParameters, ms1, pkw};
 use profivac_host::session::{BusSession, SessionError, add_or_restart};
@@ -25,6 +26,21 @@ const RELEASE_TIMEOUT: Duration = Duration::from_secs(1);
 const SLICE: Duration = Duration::from_millis(20);
 
 /// A slave in data exchange with this master. Dropping the session releases the slave.
+///
+/// ```
+/// # use profivac_client::Bus;
+/// use profivac_client::class1::Class1Session;
+/// use profivac_client::cyclic::CyclicSlave;
+/// use profivac_client::records::Records;
+/// use profivac_devices::model::AccessPath;
+///
+/// # let mut bus = Bus::on(profivac_virtual::open::devices(&["tpg300@7"])?).open()?;
+/// let slave = CyclicSlave::find(bus.session(), 7, 0)?;
+/// let mut records = Class1Session::open(bus.session(), &slave, AccessPath::ParameterChannel)?;
+/// // Pressure unit of channel A1, slot 1 index 22.
+/// assert_eq!(records.read(1, 22)?.len(), 1);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub struct Class1Session<'a> {
     session: &'a mut BusSession,
     address: u8,
@@ -195,14 +211,14 @@ fn octets(value: pkw::Value) -> Vec<u8> {
 /// Data Type, read over MS2: a configuration with another number type would change it.
 fn present_number(session: &mut BusSession, slave: &CyclicSlave) -> Option<NumberType> {
     let places = slave.model.blocks.iter().filter(|_| slave.model.features.dpv1);
-    let (slot, index) = places
+    let (place, data_type) = places
         .filter_map(|place| {
-            let row = place.block.rows.iter().find(|row| row.name == "Data Type")?;
-            Some((place.locations.first()?.slot, row.index))
+            let row = place.block.rows.iter().find(|row| row.role == Some(Role::NumberType))?;
+            Some(((place.locations.first()?.slot, row.index), row.data_type))
         })
         .next()?;
-    let record = ms2::read(session, slave.address, slot, index).ok()?;
-    NumberType::from_code(*record.first()?)
+    let code = read_code(&mut Ms2::new(session, slave.address), place, data_type).ok()??;
+    NumberType::from_code(u8::try_from(code).ok()?)
 }
 
 /// The configuration that carries a service, and the parameters of the service: the present configuration, or one with the

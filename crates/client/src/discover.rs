@@ -3,9 +3,9 @@
 use crate::class1::Class1Session;
 use crate::cyclic::{ChannelPrinciples, CyclicSlave, open_instances};
 use crate::identify;
-use crate::ms2::{self, Ms2, Ms2Error};
-use crate::records::{Interruption, RecordError, Records};
-use profivac_devices::model::{AccessPath, Codes, Configuration, Field, Model, Unit};
+use crate::ms2::{Ms2, Ms2Error};
+use crate::records::{Interruption, RecordError, read_code};
+use profivac_devices::model::{AccessPath, Codes, Configuration, DataType, Field, Model, Unit};
 use profivac_dp::master::services;
 use profivac_host::scan::{SlaveStatus, probe};
 use profivac_host::session::{BusSession, Reply, SessionError};
@@ -55,6 +55,16 @@ pub enum CyclicError {
 
 impl CyclicSlave {
     /// Finds the slave at `address` on behalf of `master`. Changes nothing. Waits at most for the timeout of the session.
+    ///
+    /// ```
+    /// # use profivac_client::Bus;
+    /// use profivac_client::cyclic::CyclicSlave;
+    ///
+    /// # let mut bus = Bus::on(profivac_virtual::open::devices(&["bcg450@5:unit=torr"])?).open()?;
+    /// let slave = CyclicSlave::find(bus.session(), 5, 0)?;
+    /// assert_eq!((slave.model.name, slave.unit.name), ("bcg450", "Torr"));
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     ///
     /// # Errors
     /// [`CyclicError`].
@@ -130,23 +140,22 @@ fn present_unit(session: &mut BusSession, slave: &CyclicSlave) -> Result<&'stati
     let CyclicSlave { address, model, .. } = *slave;
     let unreadable = |error: RecordError| CyclicError::UnreadableUnit { address, error };
     let unknown = || unreadable(RecordError::from(Interruption::UnknownUnit));
-    let (slot, index) = unit_address(model).ok_or_else(unknown)?;
-    let record = if model.features.dpv1 {
-        ms2::read(session, address, slot, index).map_err(|error| unreadable(error.into()))?
+    let (place, data_type) = unit_address(model).ok_or_else(unknown)?;
+    let code = if model.features.dpv1 {
+        read_code(&mut Ms2::new(session, address), place, data_type)
     } else {
         let mut records = Class1Session::open(session, slave, AccessPath::ParameterChannel).map_err(unreadable)?;
-        records.read(slot, index).map_err(unreadable)?
+        read_code(&mut records, place, data_type)
     };
-    let code = record.iter().fold(0, |code: u16, octet| code << 8 | u16::from(*octet));
-    model.unit(code).ok_or_else(unknown)
+    code.map_err(unreadable)?.and_then(|code| model.unit(code)).ok_or_else(unknown)
 }
 
-/// The slot and index of the unit.
-fn unit_address(model: &Model) -> Option<(u8, u8)> {
+/// Slot, index and data type of the unit.
+fn unit_address(model: &Model) -> Option<((u8, u8), DataType)> {
     model.blocks.iter().find_map(|place| {
         let row = place.block.rows.iter().find(|row| row.codes == Codes::Units)?;
         let address = place.locations.first()?;
-        Some((address.slot, row.index))
+        Some(((address.slot, row.index), row.data_type))
     })
 }
 
@@ -158,7 +167,7 @@ mod tests {
 
     #[test]
     fn the_unit_is_at_the_slot_and_index_of_the_manual() {
-        assert_eq!(unit_address(&MODEL), Some((1, 22)));
+        assert_eq!(unit_address(&MODEL), Some(((1, 22), DataType::Uint16)));
     }
 
     #[test]

@@ -2,12 +2,12 @@
 
 use super::names::{NamedParameter, TargetError};
 use super::records::{Interruption, RecordError, RefusalCodes, Unavailable};
-use super::values::{ValueError, format_number};
-use profivac_devices::model::{AccessPath, Codes};
+use super::values::{BeyondRange, ValueError, format_number};
+use profivac_devices::model::{AccessPath, Codes, LengthError, Role};
 use profivac_devices::profile::{DeviceState, StateEvent};
 use profivac_host::session::SessionError;
 use profivac_wire::acyclic::ErrorCode;
-use std::fmt;
+use std::{fmt, io};
 
 /// The operation that failed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -42,8 +42,14 @@ pub enum ClientError {
     /// The bus session failed.
     #[error(transparent)]
     Session(#[from] SessionError),
+    /// The thread of an [`AsyncBus`](crate::AsyncBus) has ended because its port is lost.
+    #[error("the bus is closed")]
+    Closed,
+    /// The system has no thread or no socket left.
+    #[error(transparent)]
+    System(#[from] io::Error),
     /// No station answers at the address.
-    #[error("no station answers at address {0}; `profivac scan` shows the stations of the bus")]
+    #[error("no station answers at address {0}")]
     NoAnswer(u8),
     /// The station is a master.
     #[error("the station at address {0} is a master, not a gauge")]
@@ -67,7 +73,15 @@ pub enum ClientError {
         /// The parameter.
         place: ParameterContext,
         /// The accepted values.
-        error: ValueError,
+        error: Box<ValueError>,
+    },
+    /// The pressure is outside the measuring range of the gauge. It was not sent.
+    #[error("{place}: {error}")]
+    BeyondRange {
+        /// The parameter.
+        place: ParameterContext,
+        /// The pressure and the range.
+        error: Box<BeyondRange>,
     },
     /// The table does not allow the access.
     #[error("{place}: {reason}")]
@@ -98,6 +112,16 @@ pub enum ClientError {
         refused: RefusalCodes,
         /// Advice, where the codes are specific enough.
         advice: Option<Advice>,
+    },
+    /// The slave answered with a record that is no value of the parameter.
+    #[error("{place}: {doing} gave no value: {error}")]
+    Malformed {
+        /// The parameter.
+        place: ParameterContext,
+        /// The operation.
+        doing: Operation,
+        /// The number of octets.
+        error: LengthError,
     },
     /// The slave does not offer the service.
     #[error("{device} at address {address}: {reason}")]
@@ -167,7 +191,7 @@ pub enum TypedError {
 #[non_exhaustive]
 pub enum AccessReason {
     /// Another service may do it.
-    #[error("the manual allows it another way only (access {marks}); say --via {}", option(*.path))]
+    #[error("the manual allows it only by {} (access {marks})", path_name(*.path))]
     OtherPath {
         /// The access column.
         marks: &'static str,
@@ -181,7 +205,7 @@ pub enum AccessReason {
         marks: &'static str,
     },
     /// The parameter is part of the cyclic data only.
-    #[error("it travels in the cyclic data only (access {marks}); `profivac monitor` shows those")]
+    #[error("it travels in the cyclic data only (access {marks})")]
     CyclicOnly {
         /// The access column.
         marks: &'static str,
@@ -199,7 +223,9 @@ pub enum AccessReason {
         marks: &'static str,
     },
     /// The instance that the slot shows has no such index.
-    #[error("slot {slot} shows instance {instance} now, which has no index {index}; say {slot}:INSTANCE/{index}")]
+    #[error(
+        "slot {slot} shows instance {instance} now, which has no index {index}; name the instance: {slot}:INSTANCE/{index}"
+    )]
     NotInInstance {
         /// The slot.
         slot: u8,
@@ -210,12 +236,12 @@ pub enum AccessReason {
     },
 }
 
-/// The command-line option of a service.
-const fn option(path: AccessPath) -> &'static str {
+/// The name of a service.
+const fn path_name(path: AccessPath) -> &'static str {
     match path {
-        AccessPath::Class2 => "ms2",
-        AccessPath::Class1 => "ms1",
-        AccessPath::ParameterChannel => "pkw",
+        AccessPath::Class2 => "MS2",
+        AccessPath::Class1 => "MS1",
+        AccessPath::ParameterChannel => "the parameter channel",
     }
 }
 
@@ -344,7 +370,7 @@ impl fmt::Display for Advice {
             Self::CheckStateAndPressure => {
                 "the state or the pressure does not allow it: read device.device-state and the process value"
             }
-            Self::CheckRange => "`profivac list` shows the values it accepts",
+            Self::CheckRange => "the device does not accept this value now",
             Self::NotFitted => "this device does not have it now: a part that is not fitted, or another instance is shown",
             Self::ReadExceptions => "its nonvolatile memory failed and nothing has changed: read the exception details",
         })
@@ -356,6 +382,15 @@ fn advice_text(advice: &Option<Advice>) -> String {
 }
 
 /// The class of an error, as exit codes tell them apart.
+///
+/// ```
+/// # use profivac_client::{Bus, ErrorKind};
+/// # let mut bus = Bus::on(profivac_virtual::open::devices(&["bcg450@5"])?).open()?;
+/// let kind = |error: profivac_client::ClientError| error.kind();
+/// assert_eq!(bus.gauge(5)?.write("pirani.safe-value", "much").map_err(kind).unwrap_err(), ErrorKind::Usage);
+/// assert_eq!(bus.gauge(5)?.command("degas on").map_err(kind).unwrap_err(), ErrorKind::Refused);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ErrorKind {
     /// The device refused, or would refuse.
@@ -374,15 +409,18 @@ impl ClientError {
             Self::Session(SessionError::Parameters(_))
             | Self::Target(_)
             | Self::UnknownDevice { .. }
+            | Self::Value { .. }
+            | Self::BeyondRange { .. }
             | Self::Typed { error: TypedError::NotOnModel { .. }, .. } => ErrorKind::Usage,
-            Self::Value { error, .. } if !error.out_of_range => ErrorKind::Usage,
-            Self::Session(_) | Self::NoAnswer(_) | Self::Interrupted { .. } => ErrorKind::Line,
-            Self::Value { .. }
-            | Self::Master(_)
+            Self::Session(_) | Self::Closed | Self::System(_) | Self::NoAnswer(_) | Self::Interrupted { .. } => {
+                ErrorKind::Line
+            }
+            Self::Master(_)
             | Self::Access { .. }
             | Self::Condition { .. }
             | Self::Refused { .. }
             | Self::Unavailable { .. }
+            | Self::Malformed { .. }
             | Self::Typed { .. }
             | Self::NotKept { .. } => ErrorKind::Refused,
         }
@@ -402,6 +440,7 @@ impl ClientError {
                 Self::Unavailable { device: place.device, address: place.address, reason }
             }
             RecordError::Interrupted(reason) => Self::Interrupted { place, doing, reason },
+            RecordError::Malformed(error) => Self::Malformed { place, doing, error },
         }
     }
 }
@@ -409,7 +448,10 @@ impl ClientError {
 /// The advice that refusal codes and parameter suggest.
 fn advice(refused: &RefusalCodes, named: Option<&NamedParameter>) -> Option<Advice> {
     let codes = named.map(|named| &named.parameter.row.codes);
-    let is_presentation = named.is_some_and(|named| named.parameter.row.name.starts_with("Data "));
+    let is_presentation = named.is_some_and(|named| {
+        let row = named.parameter.row;
+        row.codes == Codes::Units || row.role == Some(Role::NumberType)
+    });
     let lock = named.and_then(NamedParameter::lock_name);
     Some(match (refused.code_1, refused.code, lock) {
         (_, RefusalCodes::MODE, Some(lock)) => Advice::OpenSet { lock },

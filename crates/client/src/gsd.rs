@@ -18,6 +18,14 @@ const RATES: [&str; 10] = ["9.6", "19.2", "45.45", "93.75", "187.5", "500", "1.5
 const MIN_SLAVE_INTERVAL: u8 = 10;
 
 /// Min_Slave_Interval of every device in bit times.
+///
+/// ```
+/// use profivac_client::gsd::min_slave_interval_tbit;
+/// use profivac_dp::link::Baud;
+///
+/// // 1 ms
+/// assert_eq!(min_slave_interval_tbit(Baud::B1500000), 1500);
+/// ```
 #[must_use]
 pub fn min_slave_interval_tbit(baud: Baud) -> u64 {
     let interval = u64::from(MIN_SLAVE_INTERVAL).saturating_mul(u64::from(baud.bits_per_second()));
@@ -37,6 +45,15 @@ const FAIL_SAFE: u8 = 0x40;
 const WD_BASE_1MS: u8 = 0x04;
 
 /// The GSD file of a device.
+///
+/// ```
+/// use profivac_client::gsd::gsd;
+/// use profivac_devices::catalog::model_named;
+///
+/// let file = gsd(model_named("bcg450").ok_or("no such model")?);
+/// assert!(file.contains("#Profibus_DP") && file.contains("0x08E6"));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[must_use]
 pub fn gsd(model: &Model) -> String {
     let mut file = File::default();

@@ -2,19 +2,25 @@
 //! Configuration.
 
 use super::error::ClientError;
-use super::records::Records;
-use profivac_devices::catalog::model_with_ident;
-use profivac_devices::model::Model;
+use super::records::{Records, read_value};
+use super::values::Value;
+use profivac_devices::catalog::{model_with_ident, models_with_ident};
+use profivac_devices::model::{DataType, Model, Role};
 use profivac_devices::pxg55x::table::VARIANTS;
 use profivac_host::scan::{SlaveStatus, probe};
 use profivac_host::session::BusSession;
 use profivac_wire::control::StationType;
 use std::time::Instant;
 
-/// Slot and index of Device Configuration. tira56e1 7.1.9
-const DEVICE_CONFIGURATION: (u8, u8) = (0, 24);
-
 /// Waits for the slave at `address`, at most for the timeout of the session.
+///
+/// ```
+/// # use profivac_client::{Bus, identify};
+/// # let mut bus = Bus::on(profivac_virtual::open::devices(&["bcg450@5"])?).open()?;
+/// let slave = identify::wait_for_slave(bus.session(), 5)?;
+/// assert_eq!((slave.ident, slave.owner), (0x08E6, None));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 ///
 /// # Errors
 /// [`ClientError::NoAnswer`] or [`ClientError::Master`].
@@ -38,6 +44,15 @@ pub fn wait_for_slave(session: &mut BusSession, address: u8) -> Result<SlaveStat
 /// The model with this Ident_Number; of several, the one whose Device Configuration is most similar. TPG300 and TPG500 have
 /// none: they have a model for both.
 ///
+/// ```
+/// # use profivac_client::{Bus, identify, ms2::Ms2};
+/// # let mut bus = Bus::on(profivac_virtual::open::devices(&["psg552@5"])?).open()?;
+/// let slave = identify::wait_for_slave(bus.session(), 5)?;
+/// let model = identify::model(slave.ident, 5, &mut Ms2::new(bus.session(), 5))?;
+/// assert_eq!(model.name, "psg552");
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+///
 /// # Errors
 /// [`ClientError::UnknownDevice`].
 pub fn model(ident: u16, address: u8, records: &mut impl Records) -> Result<&'static Model, ClientError> {
@@ -46,12 +61,32 @@ pub fn model(ident: u16, address: u8, records: &mut impl Records) -> Result<&'st
     if variants.is_empty() {
         return Ok(first);
     }
-    let (slot, index) = DEVICE_CONFIGURATION;
     // Without a readable configuration the first model is assumed: the tables differ only in the fitted parts.
-    let Ok(octets) = records.read(slot, index) else { return Ok(first) };
-    let text = String::from_utf8_lossy(&octets).into_owned();
+    let Some((place, data_type)) = device_configuration(first) else { return Ok(first) };
+    let Ok(Value::Text(text)) = read_value(records, place, data_type) else { return Ok(first) };
     let best = variants.into_iter().max_by_key(|variant| similarity(&text, variant.configuration));
     Ok(best.map_or(first, |variant| &variant.model))
+}
+
+/// The names of the known devices with this Ident_Number; related devices share one.
+///
+/// ```
+/// use profivac_client::identify::device_names;
+///
+/// assert_eq!(device_names(0x08E6), ["bcg450"]);
+/// assert!(device_names(0xFFFF).is_empty());
+/// ```
+#[must_use]
+pub fn device_names(ident: u16) -> Vec<&'static str> {
+    models_with_ident(ident).map(|model| model.name).collect()
+}
+
+/// Slot, index and data type of Device Configuration. tira56e1 7.1.9
+fn device_configuration(model: &Model) -> Option<((u8, u8), DataType)> {
+    model.blocks.iter().find_map(|placed| {
+        let row = placed.block.rows.iter().find(|row| row.role == Some(Role::DeviceConfiguration))?;
+        Some(((placed.locations.first()?.slot, row.index), row.data_type))
+    })
 }
 
 /// The number of common words minus that of the others.
@@ -69,8 +104,10 @@ mod tests {
     #[test]
     fn the_device_configuration_identifies_the_model_of_a_series() {
         for variant in &VARIANTS {
-            let best =
-                VARIANTS.iter().max_by_key(|other| similarity(variant.configuration, other.configuration)).unwrap();
+            let best = VARIANTS
+                .iter()
+                .max_by_key(|other| similarity(variant.configuration, other.configuration))
+                .unwrap();
             assert_eq!(best.configuration, variant.configuration);
         }
     }

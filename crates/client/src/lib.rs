@@ -40,7 +40,7 @@ pub mod records;
 pub mod settings;
 pub mod values;
 
-pub use async_bus::{AsyncBus, AsyncGauge, BusError, Pending};
+pub use async_bus::{AsyncBus, AsyncGauge, Pending};
 pub use bus::{Bus, BusBuilder};
 pub use error::{AccessReason, Advice, ClientError, ErrorKind, Operation, ParameterContext, TypedError, Unmet};
 pub use gauge::conditions::{self, Condition};

@@ -29,7 +29,7 @@ pub enum Ms2Error {
     #[error("refused with {code_1}", code_1 = .0.code_1)]
     Refused(Negative),
     /// The master did not accept the request.
-    #[error("{0}")]
+    #[error(transparent)]
     NotSubmitted(#[from] SubmitError),
     /// No answer arrived in time.
     #[error("no answer")]
@@ -96,7 +96,7 @@ impl Ms2Line for BusSession {
 ///
 /// ```
 /// # use profivac_client::{Bus, ms2};
-/// # let mut bus = Bus::builder("sim").open_on(profivac_virtual::open::devices(&["bcg450@5"])?)?;
+/// # let mut bus = Bus::on(profivac_virtual::open::devices(&["bcg450@5"])?).open()?;
 /// // Device State, slot 0 index 25.
 /// assert_eq!(ms2::read(bus.session(), 5, 0, 25)?, [2]);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
@@ -111,6 +111,16 @@ pub fn read(line: &mut impl Ms2Line, address: u8, slot: u8, index: u8) -> Result
 /// An MS2 connection to a slave.
 ///
 /// The first request opens it. If the slave has closed it since, the next request opens it again. Dropping it closes it.
+///
+/// ```
+/// # use profivac_client::{Bus, ms2::Ms2};
+/// # let mut bus = Bus::on(profivac_virtual::open::devices(&["bcg450@5"])?).open()?;
+/// let mut connection = Ms2::new(bus.session(), 5);
+/// // Safe State of the selected instance, slot 1 index 39.
+/// connection.write(1, 39, &[2])?;
+/// assert_eq!(connection.read(1, 39)?, [2]);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub struct Ms2<'a, L: Ms2Line = BusSession> {
     line: &'a mut L,
     address: u8,

@@ -4,7 +4,7 @@
 //! and hyphens do not matter. A word that only one parameter has is enough, and so is the beginning of a name.
 
 use profivac_devices::catalog::MODELS;
-use profivac_devices::model::{Block, Code, Location, Model, Row};
+use profivac_devices::model::{Block, Code, Location, Model, Role, Row};
 use std::fmt;
 use std::sync::LazyLock;
 
@@ -26,6 +26,22 @@ const SUGGESTIONS: usize = 3;
 const MIN_SIMILARITY: f64 = 0.75;
 
 /// The parameters of a device with their names.
+///
+/// ```
+/// use profivac_client::names::{ParameterNames, Target};
+/// use profivac_devices::catalog::model_named;
+///
+/// let names = ParameterNames::of(model_named("bcg450").ok_or("no such model")?);
+/// for text in ["pirani.process-value", "Pirani Process Value", "1:1/19"] {
+///     let Target::Parameter(named) = names.find("bcg450", text)? else { return Err("ambiguous".into()) };
+///     assert_eq!(named.to_string(), "pirani.process-value (1:1/19)");
+/// }
+/// let (named, code) = names.command("degas on")?.ok_or("no such command")?;
+/// assert_eq!(profivac_client::names::command_name(named, code), "ba.degas-on");
+/// let unknown = names.find("bcg450", "pirani.proces-value").unwrap_err().to_string();
+/// assert!(unknown.contains("did you mean pirani.process-value"));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct ParameterNames {
     list: Vec<NamedParameter>,
@@ -91,11 +107,7 @@ pub enum TargetError {
 }
 
 fn suggestion(alike: &[String]) -> String {
-    if alike.is_empty() {
-        "; `profivac list` shows all".to_owned()
-    } else {
-        format!("; did you mean {}?", alike.join(" or "))
-    }
+    if alike.is_empty() { String::new() } else { format!("; did you mean {}?", alike.join(" or ")) }
 }
 
 impl fmt::Display for NamedParameter {
@@ -114,21 +126,23 @@ impl NamedParameter {
     }
 }
 
-/// The parameter that opens a set of parameters for changes and closes it: i9973ber/a 3.2.4.2.
-pub(super) const LOCK: &str = "Threshold validation";
+/// The row that opens the set of a block for changes and closes it: i9973ber/a 3.2.4.2.
+fn lock(block: &Block) -> Option<&'static Row> {
+    block.rows.iter().find(|row| row.role == Some(Role::SetLock))
+}
 
 impl NamedParameter {
-    /// Whether the parameter can be written only while its set is open.
-    fn has_lock(&self) -> bool {
+    /// The row that opens the set of this parameter, if it belongs to a set.
+    fn lock(&self) -> Option<&'static Row> {
         let Parameter { row, block, .. } = self.parameter;
-        row.name != LOCK && block.rows.iter().any(|row| row.name == LOCK)
+        lock(block).filter(|lock| lock.index != row.index)
     }
 
     /// The name of the parameter that opens the set of this one, if it belongs to a set.
     pub(super) fn lock_name(&self) -> Option<String> {
         let place = self.name.rsplit_once(['.', '/']).map_or("", |(place, _)| place);
         let separator = if place.contains('.') { '/' } else { '.' };
-        self.has_lock().then(|| format!("{place}{separator}{}", slug(LOCK)))
+        self.lock().map(|lock| format!("{place}{separator}{}", slug(lock.name)))
     }
 }
 
@@ -200,9 +214,8 @@ impl ParameterNames {
     /// The parameter that opens the set of `named` for changes, if it belongs to a set.
     #[must_use]
     pub fn lock_of(&self, named: &NamedParameter) -> Option<&NamedParameter> {
-        let Parameter { place, block, .. } = named.parameter;
-        let row = block.rows.iter().find(|row| row.name == LOCK).filter(|_| named.has_lock())?;
-        self.at(place.slot, place.instance, row.index)
+        let place = named.parameter.place;
+        self.at(place.slot, place.instance, named.lock()?.index)
     }
 
     /// The parameters at this slot and index, one for each instance.
@@ -397,6 +410,10 @@ pub(super) fn key(text: &str) -> String {
 }
 
 /// The words of a text in lower case with hyphens: `process-value` of "ProcessValue".
+///
+/// ```
+/// assert_eq!(profivac_client::names::slug("Device Exception Detail Alarm 0 ... 3"), "device-exception-detail-alarm-0-3");
+/// ```
 #[must_use]
 pub fn slug(text: &str) -> String {
     let mut slug = String::new();
@@ -482,10 +499,7 @@ mod tests {
     fn an_unknown_name_is_an_error_with_suggestions() {
         let unknown = "bcg450 has no parameter or command \"pirani.proces-valeu\"; did you mean pirani.process-value?";
         assert!(numbers_of("bcg450", "pirani.proces-valeu").starts_with(unknown.trim_end_matches('?')));
-        assert_eq!(
-            numbers_of("bcg450", "xyz"),
-            "bcg450 has no parameter or command \"xyz\"; `profivac list` shows all"
-        );
+        assert_eq!(numbers_of("bcg450", "xyz"), "bcg450 has no parameter or command \"xyz\"");
         assert_eq!(numbers_of("bcg450", "7/19"), "raw 7/19");
         let ambiguous = "\"overrange\" is ambiguous: it may be pirani.overrange (1:1/44), ba.overrange (1:2/44), cdg.overrange (1:3/44)";
         assert_eq!(numbers_of("bcg450", "overrange"), ambiguous);

@@ -19,6 +19,16 @@ const UNITS: [(&str, f64); 8] = [
 const MBAR_PER_TORR: f64 = 1013.25 / 760.0;
 
 /// A pressure of 0 or more. Stored in mbar, so that a text in mbar is printed unchanged.
+///
+/// ```
+/// use profivac_client::Pressure;
+///
+/// let pressure: Pressure = "1e-3 mbar".parse()?;
+/// assert_eq!(pressure.pa(), 0.1);
+/// assert_eq!(pressure.to_string(), "1e-3 mbar");
+/// assert!("1e-3".parse::<Pressure>().is_err(), "a pressure has a unit");
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, PartialOrd)]
 pub struct Pressure {
     mbar: f64,

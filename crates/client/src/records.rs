@@ -1,6 +1,7 @@
 //! Records of a slave, independent of the service that reads and writes them.
 
-use profivac_devices::model::AccessPath;
+use crate::values::Value;
+use profivac_devices::model::{AccessPath, DataType, LengthError};
 use profivac_dp::master::{ConnectionEnd, ExchangeError, SlaveListError, SubmitError, ms1, pkw};
 use profivac_host::session::SessionError;
 use profivac_wire::acyclic::{ErrorCode, Negative};
@@ -10,6 +11,34 @@ use std::fmt;
 ///
 /// [`Ms2`](crate::ms2::Ms2) and [`Class1Session`](crate::class1::Class1Session) implement it; a test may implement it without a
 /// bus.
+///
+/// ```
+/// use profivac_client::Gauge;
+/// use profivac_client::records::{RecordError, Records};
+/// use profivac_devices::catalog::model_named;
+/// use profivac_devices::model::AccessPath;
+///
+/// /// A gauge in EXECUTING that has no other records.
+/// struct Executing;
+///
+/// impl Records for Executing {
+///     fn via(&self) -> AccessPath {
+///         AccessPath::Class2
+///     }
+///
+///     fn read(&mut self, _slot: u8, _index: u8) -> Result<Vec<u8>, RecordError> {
+///         Ok(vec![4])
+///     }
+///
+///     fn write(&mut self, _slot: u8, _index: u8, _octets: &[u8]) -> Result<(), RecordError> {
+///         Ok(())
+///     }
+/// }
+///
+/// let mut gauge = Gauge::with_model(Executing, 5, model_named("bcg450").ok_or("no such model")?);
+/// assert_eq!(gauge.read("device.device-state")?.text, "EXECUTING");
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub trait Records {
     /// The service that carries the records.
     fn via(&self) -> AccessPath;
@@ -77,6 +106,28 @@ pub enum RecordError {
     /// No usable answer arrived.
     #[error(transparent)]
     Interrupted(#[from] Interruption),
+    /// The slave answered with a record that is no value of the parameter.
+    #[error(transparent)]
+    Malformed(#[from] LengthError),
+}
+
+/// Reads a record as a value of this type.
+pub(crate) fn read_value(
+    records: &mut impl Records,
+    (slot, index): (u8, u8),
+    data_type: DataType,
+) -> Result<Value, RecordError> {
+    Ok(Value::decode(data_type, &records.read(slot, index)?)?)
+}
+
+/// Reads a record as an unsigned integer of this type. A number beyond 16 bits is none of a code table.
+pub(crate) fn read_code(
+    records: &mut impl Records,
+    place: (u8, u8),
+    data_type: DataType,
+) -> Result<Option<u16>, RecordError> {
+    let value = read_value(records, place, data_type)?;
+    Ok(if let Value::Integer(code) = value { u16::try_from(code).ok() } else { None })
 }
 
 /// The reason why a service cannot be used with a slave.
@@ -84,16 +135,16 @@ pub enum RecordError {
 #[non_exhaustive]
 pub enum Unavailable {
     /// The device has no DP-V1 services.
-    #[error("it has no DP-V1 services; say --via pkw")]
+    #[error("it has no DP-V1 services")]
     NoDpv1,
     /// The device has no MS1.
-    #[error("it has no MS1; say --via pkw")]
+    #[error("it has no MS1")]
     NoMs1,
     /// No configuration of the device has a parameter channel.
     #[error("no configuration of it has a parameter channel")]
     NoParameterChannel,
     /// The parameter channel carries 1, 2 or 4 octets.
-    #[error("the parameter channel carries 1, 2 or 4 octets; say --via ms2")]
+    #[error("the parameter channel carries 1, 2 or 4 octets")]
     TooLongForChannel,
     /// The slave has closed the access point of the resource manager, or all connections are in use.
     #[error("it has no MS2 connection, or none left: other class 2 masters may hold them")]
@@ -108,7 +159,7 @@ pub enum Unavailable {
     #[error("the gauge does not exchange data: {0}")]
     NoExchange(ExchangeError),
     /// None of the parameters can be read by this service.
-    #[error("nothing can be read this way; say --via pkw")]
+    #[error("no parameter of it can be read by this service")]
     NothingReadable,
     /// Another master moves the Channel Instance Selector between two requests.
     #[error("another master also changes the Channel Instance Selector; read again when it has finished")]
@@ -153,6 +204,13 @@ fn exchange_reason(error: &Option<ExchangeError>) -> String {
 }
 
 /// The error codes of a refusal.
+///
+/// ```
+/// use profivac_client::records::RefusalCodes;
+///
+/// let refused = RefusalCodes { code_1: None, code: RefusalCodes::MODE };
+/// assert_eq!(refused.to_string(), "code 17: instruction not allowed in this state");
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct RefusalCodes {
     /// Error_Code_1 of DP-V1. The parameter channel has none.

@@ -1,13 +1,38 @@
 //! The settings of a gauge as a file. Settings are the writable parameters that survive power loss. A file can be compared
 //! with a gauge and written to its replacement.
 //!
-//! The file is TOML. [`restore`] writes `[settings]`; `[readings]` contains the other values, for the reader of the file.
+//! The file is TOML. [`restore`] writes `[settings]`; `[readings]` contains the other values, for the reader of the file. Pressures
+//! have their unit, so a file fits a gauge with another unit; a pressure without one is an error.
+//!
+//! ```
+//! # use profivac_client::Bus;
+//! use profivac_client::settings::{self, RestoreOutcome, SettingsFile};
+//!
+//! # let mut bus = Bus::on(profivac_virtual::open::devices(&["bcg450@5:unit=mbar", "bcg450@6:unit=torr"])?).open()?;
+//! bus.gauge(5)?.write("pirani.safe-value", "12.5 Pa")?;
+//! let file = SettingsFile::parse(&settings::dump(&mut bus.gauge(5)?)?.to_toml())?;
+//!
+//! let mut replacement = bus.gauge(6)?;
+//! file.check(&replacement)?;
+//! for (named, setting) in file.in_order(&replacement)? {
+//!     if let Some(difference) = settings::compare(&mut replacement, &named, &setting)? {
+//!         // A value outside the measuring range would be reported here.
+//!         assert!(difference.write.beyond_range.is_none());
+//!         match settings::restore(&mut replacement, difference)? {
+//!             RestoreOutcome::Written { name, before, after } => println!("{name}: {before} -> {after}"),
+//!             RestoreOutcome::Refused(error) => println!("{error}"),
+//!         }
+//!     }
+//! }
+//! assert_eq!(replacement.read("pirani.safe-value")?.text, "0.125 mbar");
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 use super::error::{ClientError, ErrorKind};
 use super::gauge::{Gauge, ParameterReading, PreparedWrite};
 use super::names::{NamedParameter, Target, TargetError};
 use super::records::{Records, Unavailable};
-use profivac_devices::model::{Access, Codes, DataType, Direction};
+use profivac_devices::model::{Access, Codes, DataType, Direction, Role};
 use profivac_host::text_file::line_and_column;
 use serde::Deserialize;
 use std::collections::BTreeMap;
@@ -129,13 +154,24 @@ pub enum RestoreOutcome {
 }
 
 /// Whether a parameter is a setting: a value that survives power loss and that a request can write.
+///
+/// ```
+/// use profivac_client::names::ParameterNames;
+/// use profivac_client::settings::is_setting;
+/// use profivac_devices::catalog::model_named;
+///
+/// let names = ParameterNames::of(model_named("bcg450").ok_or("no such model")?);
+/// let settings: Vec<_> = names.all().iter().filter(|named| is_setting(named)).map(|named| named.name.as_str()).collect();
+/// assert!(settings.contains(&"pirani.safe-value") && !settings.contains(&"pirani.process-value"));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[must_use]
 pub fn is_setting(named: &NamedParameter) -> bool {
     let row = named.parameter.row;
     row.is_stored()
         && row.access.intersects(Access::WRITE)
         && !row.codes.is_command()
-        && row.name != crate::gauge::SELECTOR
+        && row.role != Some(Role::InstanceSelector)
 }
 
 /// Opens a set of parameters for changes.
@@ -194,6 +230,15 @@ pub fn dump<R: Records>(gauge: &mut Gauge<R>) -> Result<Dump, ClientError> {
 }
 
 /// Reads every readable parameter and reports how many of all are done: on a slow line this takes long.
+///
+/// ```
+/// # use profivac_client::{Bus, settings};
+/// # let mut bus = Bus::on(profivac_virtual::open::devices(&["bcg450@5"])?).open()?;
+/// let mut last = (0, 0);
+/// let dump = settings::dump_with_progress(&mut bus.gauge(5)?, |done, all| last = (done, all))?;
+/// assert_eq!(last, (dump.readings.len(), dump.readings.len()));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 ///
 /// # Errors
 /// As [`dump`].
@@ -272,6 +317,16 @@ struct Raw {
 impl SettingsFile {
     /// Parses a file.
     ///
+    /// ```
+    /// use profivac_client::settings::SettingsFile;
+    ///
+    /// let file = SettingsFile::parse("device = 'bcg450'\nident = 0x08E6\n[settings]\n'pirani.safe-state' = 'zero'")?;
+    /// assert_eq!((file.device.as_str(), file.settings.len()), ("bcg450", 1));
+    /// let error = SettingsFile::parse("device = bcg450").unwrap_err().to_string();
+    /// assert!(error.starts_with("line 1, column 10: "), "{error}");
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
     /// # Errors
     /// [`SettingsFileError::Syntax`] with line and column.
     pub fn parse(text: &str) -> Result<Self, SettingsFileError> {
@@ -332,7 +387,7 @@ fn write_rank(named: &NamedParameter) -> u8 {
     let row = named.parameter.row;
     match (&row.codes, row.data_type) {
         (Codes::Units, _) => 0,
-        _ if row.name == "Data Type" => 1,
+        _ if row.role == Some(Role::NumberType) => 1,
         (Codes::Names(_) | Codes::Range(..), _) => 2,
         (_, DataType::Boolean) => 4,
         _ => 3,
@@ -348,10 +403,11 @@ pub fn compare<R: Records>(
     named: &NamedParameter,
     setting: &Setting,
 ) -> Result<Option<Difference>, ClientError> {
-    let write = gauge.prepare(named, &setting.value)?;
+    // A file may contain what the gauge had; `Difference::write` says whether the value is outside the measuring range.
+    let write = gauge.prepare_forced(named, &setting.value)?;
     let current = match &write.before {
         Some(before) => before.clone(),
-        None => gauge.read(named)?,
+        None => gauge.read_parameter(named)?,
     };
     Ok((!is_same(named, &write.octets, &current.octets)).then_some(Difference { write, current }))
 }
@@ -391,8 +447,9 @@ pub fn restore<R: Records>(gauge: &mut Gauge<R>, difference: Difference) -> Resu
 mod tests {
     use super::super::records::RecordError;
     use super::*;
+    use crate::names::ParameterNames;
     use profivac_devices::catalog::model_named;
-    use profivac_devices::model::AccessPath;
+    use profivac_devices::model::{AccessPath, Length};
 
     const FILE: &str = "device = \"bcg450\"\nident = 0x08E6\n\n[settings]\n\"pirani.safe-state\" = \"zero\"\n";
 
@@ -442,10 +499,12 @@ mod tests {
             if self.every > 0 && self.reads.is_multiple_of(self.every) {
                 self.shown = self.shown % 3 + 1;
             }
-            Ok(match (slot, index) {
-                SELECTOR_PLACE => vec![self.shown],
-                // Every record contains the number of the instance only.
-                _ => vec![self.shown; 4],
+            let named = ParameterNames::of(model_named("bcg450").unwrap());
+            let mut data_types = named.at_index(slot, index).map(|named| named.parameter.row.data_type);
+            // Every record contains the number of the instance only.
+            Ok(match data_types.next().unwrap().octets() {
+                Length::Exactly(length) | Length::AtMost(length) => vec![self.shown; length.into()],
+                Length::ByNumberType => vec![self.shown; 4],
             })
         }
 
@@ -481,10 +540,9 @@ mod tests {
             for (named, reading) in dumped(every).unwrap().readings {
                 let place = named.parameter.place;
                 if let (1.., Ok(reading)) = (place.instance, reading) {
-                    assert!(
-                        named.parameter.row.name == crate::gauge::SELECTOR || reading.octets == [place.instance; 4],
-                        "{named} {every}"
-                    );
+                    let is_selector = named.parameter.row.role == Some(Role::InstanceSelector);
+                    let of_instance = reading.octets.iter().all(|octet| *octet == place.instance);
+                    assert!(is_selector || of_instance, "{named} {every}");
                 }
             }
         }

@@ -4,8 +4,11 @@
 //! manual names are printed and accepted by name.
 
 use super::names::{NamedParameter, key};
-use profivac_devices::model::{Codes, DataType, Model, NumberType, PressureFormat, Row, Scale, Unit};
+use profivac_devices::model::{
+    Codes, Counts, DataType, LengthError, Model, NumberType, PressureFormat, RawValue, Role, Row, Scale, Unit,
+};
 use std::fmt;
+use std::ops::RangeInclusive;
 
 /// The value of a parameter.
 #[derive(Clone, Debug, PartialEq)]
@@ -20,17 +23,74 @@ pub enum Value {
     Octets(Vec<u8>),
 }
 
-/// The parameter does not accept the text.
+/// The text is no value of the parameter.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("expected {expected}, got {received:?}")]
+#[error("expected {expected}, got {received:?}{problem}")]
 pub struct ValueError {
     /// The accepted values.
     pub expected: Expected,
     /// The text.
     pub received: String,
-    /// The text is a number, but outside the accepted range.
-    pub out_of_range: bool,
+    /// The defect of the text.
+    pub problem: ValueProblem,
 }
+
+/// The defect of a text that is no value.
+#[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum ValueProblem {
+    /// It is none of the accepted values.
+    NotAccepted,
+    /// A pressure without its unit.
+    NoUnit {
+        /// The same number with the present unit of the gauge, if that is known.
+        example: Option<String>,
+    },
+    /// A unit that the gauge does not have.
+    UnknownUnit {
+        /// Those that it has.
+        units: Vec<&'static str>,
+    },
+    /// The gauge is set to a unit into which the pressure cannot be converted: COUNTS without a scale in the tables.
+    NotConvertible {
+        /// The present unit of the gauge, if that is known.
+        unit: Option<&'static str>,
+    },
+}
+
+impl fmt::Display for ValueProblem {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::NotAccepted => Ok(()),
+            Self::NoUnit { example: Some(example) } => {
+                write!(f, " without a unit; in the present unit of the gauge it is '{example}'")
+            }
+            Self::NoUnit { example: None } => f.write_str(" without a unit"),
+            Self::UnknownUnit { units } => write!(f, "; the units of the gauge are {}", units.join(", ")),
+            Self::NotConvertible { unit: Some(unit) } => {
+                write!(f, ", which cannot be converted to {unit}, the present unit of the gauge")
+            }
+            Self::NotConvertible { unit: None } => {
+                f.write_str(", which cannot be converted: the present unit of the gauge is not known")
+            }
+        }
+    }
+}
+
+/// A pressure outside the measuring range of the gauge. The texts have the present unit of the gauge.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{given} is outside the measuring range, which is {lowest} to {highest}")]
+pub struct BeyondRange {
+    /// The pressure.
+    pub given: String,
+    /// The lowest pressure of the range; 0 for a difference of pressures.
+    pub lowest: String,
+    /// The highest pressure of the range.
+    pub highest: String,
+}
+
+/// The limits of a measuring range also belong to it after a conversion to a 32-bit float of another unit.
+const SLACK: f64 = 1e-6;
 
 /// The values that a parameter accepts.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -42,10 +102,10 @@ pub enum Expected {
     Range(i64, i64),
     /// A Boolean.
     Boolean,
-    /// A pressure. The unit is `None` while it is unknown.
+    /// A pressure with its unit.
     Pressure {
-        /// The unit of the device.
-        unit: Option<&'static str>,
+        /// A pressure that the gauge accepts, in its present unit: `1500 mbar`.
+        example: String,
         /// How the device writes its pressures.
         number: NumberType,
     },
@@ -63,12 +123,12 @@ impl fmt::Display for Expected {
             Self::OneOf(names) => write!(f, "one of {}", names.join(", ")),
             Self::Range(low, high) => write!(f, "a number from {low} to {high}"),
             Self::Boolean => f.write_str("true or false"),
-            Self::Pressure { unit, number } => {
-                let unit = unit.unwrap_or("the unit of the device");
-                match number {
-                    NumberType::Float => write!(f, "a pressure of 0 {unit} or more"),
-                    NumberType::Integer => write!(f, "a pressure from 0 to 65535 {unit} in whole numbers"),
-                }
+            Self::Pressure { example, number } => {
+                let numbers = match number {
+                    NumberType::Float => "0 or more",
+                    NumberType::Integer => "0 to 65535 in whole numbers",
+                };
+                write!(f, "a pressure of {numbers} with its unit, such as '{example}'")
             }
             Self::Number => f.write_str("a number"),
             Self::Text(length) => write!(f, "1 to {length} ASCII characters"),
@@ -90,37 +150,48 @@ pub struct ValueFormat<'a> {
 
 impl Value {
     /// Decodes the octets of a record.
-    #[must_use]
-    pub fn of(row: &Row, octets: &[u8]) -> Self {
-        match row.data_type {
-            DataType::Boolean | DataType::Uint8 | DataType::Uint16 | DataType::Uint32 => {
-                Self::Integer(octets.iter().fold(0, |sum, octet| sum << 8 | i64::from(*octet)))
-            }
-            DataType::Int8 | DataType::Int16 | DataType::Int32 => {
-                let first = if octets.first().is_some_and(|octet| octet & 0x80 != 0) { -1 } else { 0 };
-                Self::Integer(octets.iter().fold(first, |sum, octet| sum << 8 | i64::from(*octet)))
-            }
-            DataType::Float | DataType::ByType => match *octets {
-                [a, b, c, d] => Self::Number(f32::from_be_bytes([a, b, c, d]).into()),
-                [high, low] => Self::Number(u16::from_be_bytes([high, low]).into()),
-                _ => Self::Octets(octets.to_vec()),
-            },
-            DataType::Visible(_) => {
-                let text = String::from_utf8_lossy(octets);
-                Self::Text(text.trim_end_matches(['\0', ' ']).to_owned())
-            }
-            DataType::OctetString(_) | DataType::Array(_) | DataType::Record(_) => Self::Octets(octets.to_vec()),
-        }
+    ///
+    /// ```
+    /// use profivac_client::values::Value;
+    /// use profivac_devices::model::DataType;
+    ///
+    /// assert_eq!(Value::decode(DataType::Uint8, &[4])?, Value::Integer(4));
+    /// let error = Value::decode(DataType::Uint8, &[0, 4]).unwrap_err();
+    /// assert_eq!(error.to_string(), "expected 1 octet of UINT8, found 2");
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`LengthError`] if no value of this type has this number of octets.
+    pub fn decode(data_type: DataType, octets: &[u8]) -> Result<Self, LengthError> {
+        Ok(match data_type.raw(octets)? {
+            #[expect(clippy::cast_precision_loss, reason = "a word")]
+            RawValue::Integer(integer) if data_type == DataType::ByType => Self::Number(integer as f64),
+            RawValue::Integer(integer) => Self::Integer(integer),
+            RawValue::Float(float) => Self::Number(float.into()),
+            RawValue::Text(text) => Self::Text(String::from_utf8_lossy(text).trim_end_matches(['\0', ' ']).to_owned()),
+            RawValue::Octets(octets) => Self::Octets(octets.to_vec()),
+        })
     }
 }
 
 /// Octets as hexadecimal digits.
+///
+/// ```
+/// assert_eq!(profivac_client::values::hex(&[0x13, 0x08]), "13 08");
+/// ```
 #[must_use]
 pub fn hex(octets: &[u8]) -> String {
     octets.iter().map(|octet| format!("{octet:02X}")).collect::<Vec<_>>().join(" ")
 }
 
 /// A number in its shortest form, with an exponent if it would be long.
+///
+/// ```
+/// use profivac_client::values::format_number;
+///
+/// assert_eq!((format_number(0.125), format_number(5e-10)), ("0.125".to_owned(), "5e-10".to_owned()));
+/// ```
 #[must_use]
 #[expect(clippy::cast_possible_truncation, reason = "it came as a float of 32 bits")]
 pub fn format_number(number: f64) -> String {
@@ -177,13 +248,33 @@ impl ValueFormat<'_> {
                 .map_or_else(|| number.to_string(), |unit| unit.name.to_owned()),
             Codes::Version => version(number).unwrap_or_else(|| number.to_string()),
             _ => self.name_of(number).unwrap_or_else(|| match self.row().data_type {
-                DataType::Boolean => (number != 0).to_string(),
+                DataType::Boolean => match number {
+                    0 => "false".to_owned(),
+                    // PROFIBUS writes FF, the manuals write 1: errata-bpg-bcg-tpg 26.
+                    1 | 0xFF => "true".to_owned(),
+                    _ => number.to_string(),
+                },
                 _ => number.to_string(),
             }),
         }
     }
 
-    /// Parses a value. `number` is how the device writes its pressures.
+    /// Parses a value. `number` is how the device writes its pressures. A pressure needs its unit, in any unit of the device.
+    ///
+    /// ```
+    /// use profivac_client::names::{ParameterNames, Target};
+    /// use profivac_client::values::ValueFormat;
+    /// use profivac_devices::catalog::model_named;
+    /// use profivac_devices::model::NumberType;
+    ///
+    /// let model = model_named("bcg450").ok_or("no such model")?;
+    /// let names = ParameterNames::of(model);
+    /// let Target::Parameter(named) = names.find(model.name, "pirani.safe-value")? else { return Ok(()) };
+    /// let format = ValueFormat { named, model, unit: model.unit_named("mbar") };
+    /// assert_eq!(format.parse("12.5 Pa", NumberType::Float)?, 0.125_f32.to_be_bytes());
+    /// assert!(format.parse("12.5", NumberType::Float).is_err());
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     ///
     /// # Errors
     /// [`ValueError`] with the accepted values.
@@ -194,17 +285,47 @@ impl ValueFormat<'_> {
             DataType::Uint16 | DataType::Int16 => self.integer(text).map(|it| low(it, 2)),
             DataType::Uint32 | DataType::Int32 => self.integer(text).map(|it| low(it, 4)),
             DataType::Float => self.float(text),
-            DataType::ByType => self.pressure(text, number),
+            DataType::ByType => {
+                return self.pressure(text, number).map_err(|problem| self.value_error(text, number, problem));
+            }
             DataType::Visible(length) => visible(text, length.into()),
             DataType::OctetString(length) | DataType::Array(length) | DataType::Record(length) => {
                 self.command(text).or_else(|| octets(text, length.into()))
             }
         };
-        octets.ok_or_else(|| ValueError {
-            expected: self.expected(number),
-            received: text.to_owned(),
-            out_of_range: text.split_whitespace().next().is_some_and(|number| number.parse::<f64>().is_ok()),
-        })
+        octets.ok_or_else(|| self.value_error(text, number, ValueProblem::NotAccepted))
+    }
+
+    fn value_error(&self, text: &str, number: NumberType, problem: ValueProblem) -> ValueError {
+        ValueError { expected: self.expected(number), received: text.to_owned(), problem }
+    }
+
+    /// Whether a value is a pressure outside the measuring range of the gauge. 0 is inside: the manuals define it as a Safe
+    /// Value (tira41d1 3.2.2.8), and a trip point of 0 is never reached. Without a range in the tables or a known unit, nothing is
+    /// outside.
+    #[must_use]
+    pub fn beyond_range(&self, value: &Value) -> Option<BeyondRange> {
+        let (Value::Number(number), DataType::ByType) = (value, self.row().data_type) else { return None };
+        let range = self.range_in_unit()?;
+        let (lowest, highest) = (*range.start(), *range.end());
+        let is_inside = *number == 0.0 || (lowest * (1.0 - SLACK)..=highest * (1.0 + SLACK)).contains(number);
+        let text = |number: f64| self.format(&Value::Number(number));
+        (!is_inside).then(|| BeyondRange { given: text(*number), lowest: text(lowest), highest: text(highest) })
+    }
+
+    /// The measuring range in the present unit of the device; for a difference of pressures from 0 to the highest pressure.
+    fn range_in_unit(&self) -> Option<RangeInclusive<f64>> {
+        let (unit, place) = (self.unit?, self.named.parameter.place);
+        let range = self.model.measuring_range_at(place)?;
+        let is_difference = self.row().role == Some(Role::PressureDifference);
+        let format = self.pressure_format(unit)?;
+        let lowest = if is_difference { 0.0 } else { format.number_from_pa(range.lowest_pa) };
+        Some(lowest..=format.number_from_pa(range.highest_pa))
+    }
+
+    /// The format of a pressure in a unit; `None` for COUNTS without a scale.
+    fn pressure_format(&self, unit: &'static Unit) -> Option<PressureFormat> {
+        pressure_format(self.model, self.named, unit, NumberType::Float)
     }
 
     /// The values that the parameter accepts.
@@ -217,13 +338,22 @@ impl ValueFormat<'_> {
             (Codes::Units, _) => Expected::OneOf(self.model.units.iter().map(|unit| unit.name).collect()),
             (Codes::Range(low, high), _) => Expected::Range(*low, *high),
             (_, DataType::Boolean) => Expected::Boolean,
-            (_, DataType::ByType) => Expected::Pressure { unit: self.unit.map(|unit| unit.name), number },
+            (_, DataType::ByType) => Expected::Pressure { example: self.example(), number },
             (_, DataType::Float) => Expected::Number,
             (_, DataType::Visible(length)) => Expected::Text(length),
             (_, DataType::OctetString(length) | DataType::Array(length) | DataType::Record(length)) => {
                 Expected::Octets(length)
             }
             _ => self.range().map_or(Expected::Number, |(low, high)| Expected::Range(low, high)),
+        }
+    }
+
+    /// A pressure that the gauge accepts: the highest of its range.
+    fn example(&self) -> String {
+        match (self.range_in_unit(), self.unit) {
+            (Some(range), _) => self.format(&Value::Number(*range.end())),
+            (None, Some(unit)) => format!("1 {}", unit.name),
+            (None, None) => "1 mbar".to_owned(),
         }
     }
 
@@ -290,71 +420,77 @@ impl ValueFormat<'_> {
         float.is_finite().then(|| float.to_be_bytes().to_vec())
     }
 
-    /// Parses `1e-3` and `1e-3 mbar`, also in another unit of the device.
+    /// Parses `1e-3 mbar` in any unit of the device.
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "checked")]
-    fn pressure(&self, text: &str, number: NumberType) -> Option<Vec<u8>> {
+    fn pressure(&self, text: &str, number: NumberType) -> Result<Vec<u8>, ValueProblem> {
         let end = text.find(char::is_whitespace).unwrap_or_else(|| {
             text.char_indices()
                 .find(|(at, it)| it.is_ascii_alphabetic() && !is_exponent(text, *at))
                 .map_or(text.len(), |(at, _)| at)
         });
         let (digits, unit) = text.split_at(end);
-        let value: f64 = digits.parse().ok()?;
+        let value: f64 = digits.parse().map_err(|_| ValueProblem::NotAccepted)?;
         let value = match unit.trim() {
-            "" => value,
-            unit => self.converted(value, self.model.unit_named(unit)?)?,
+            "" if !is_pressure(value) => return Err(ValueProblem::NotAccepted),
+            "" => {
+                let example = self.unit.map(|unit| format!("{digits} {}", unit.name));
+                return Err(ValueProblem::NoUnit { example });
+            }
+            unit => {
+                let units = || self.model.units.iter().map(|unit| unit.name).collect();
+                let unit = self.model.unit_named(unit).ok_or_else(|| ValueProblem::UnknownUnit { units: units() })?;
+                self.converted(value, unit)?
+            }
         };
-        if !(value >= 0.0 && value <= f64::from(f32::MAX)) {
-            return None;
+        if !is_pressure(value) {
+            return Err(ValueProblem::NotAccepted);
         }
         match number {
-            NumberType::Float => Some((value as f32).to_be_bytes().to_vec()),
+            NumberType::Float => Ok((value as f32).to_be_bytes().to_vec()),
             NumberType::Integer => {
                 let whole = value.round();
                 let fits = (whole - value).abs() < 1e-6 * value.max(1.0) && whole <= f64::from(u16::MAX);
-                fits.then(|| (whole as u16).to_be_bytes().to_vec())
+                if fits { Ok((whole as u16).to_be_bytes().to_vec()) } else { Err(ValueProblem::NotAccepted) }
             }
         }
     }
 
-    /// Converts a number to the unit of the device. COUNTS can be converted only for a part whose scale the tables give.
-    fn converted(&self, value: f64, from: &'static Unit) -> Option<f64> {
-        let to = self.unit?;
+    /// Converts a number to the unit of the device.
+    fn converted(&self, value: f64, from: &'static Unit) -> Result<f64, ValueProblem> {
+        let not_convertible = || ValueProblem::NotConvertible { unit: self.unit.map(|unit| unit.name) };
+        let to = self.unit.ok_or_else(not_convertible)?;
         match (from.scale, to.scale) {
-            _ if from == to => Some(value),
-            (Scale::PerMbar(from), Scale::PerMbar(to)) => Some(value / from * to),
+            _ if from == to => Ok(value),
+            (Scale::PerMbar(from), Scale::PerMbar(to)) => Ok(value / from * to),
             _ => {
-                let format = |unit| {
-                    Some(PressureFormat {
-                        unit,
-                        number: NumberType::Float,
-                        counts: self.counts()?,
-                        max_integer: u16::MAX,
-                    })
-                };
-                Some(format(to)?.number_from_pa(format(from)?.pa_from_number(value)?))
+                let format = |unit| self.pressure_format(unit).ok_or_else(not_convertible);
+                let pa = format(from)?.pa_from_number(value).ok_or(ValueProblem::NotAccepted)?;
+                Ok(format(to)?.number_from_pa(pa))
             }
         }
-    }
-
-    /// The scale of the measuring part of the parameter.
-    fn counts(&self) -> Option<profivac_devices::model::Counts> {
-        let instance = match self.named.parameter.place {
-            place if place.instance > 0 => place.instance,
-            place => place.slot,
-        };
-        let facts = self.model.parts.iter().find(|facts| facts.part.instance == instance);
-        facts.map(|facts| facts.counts)
     }
 }
 
-/// The version in the nibbles of a number: [`Codes::Version`]. `None` for nibbles that are none.
-fn version(number: i64) -> Option<String> {
-    let digits = u32::try_from(number).ok()? >> 8;
-    let letter = u8::try_from(number & 0xFF).ok().filter(|letter| (1..=15).contains(letter))?;
-    let digits = format!("{digits:06X}");
-    let is_decimal = digits.bytes().all(|digit| digit.is_ascii_digit());
-    is_decimal.then(|| format!("{digits}-{}", char::from(b'A' + letter - 1)))
+/// The format of the pressures of a parameter in a unit. `None` for COUNTS without a scale in the tables, and for the COUNTS of
+/// a difference, which depend on the point it starts from.
+pub(crate) fn pressure_format(
+    model: &Model,
+    named: &NamedParameter,
+    unit: &'static Unit,
+    number: NumberType,
+) -> Option<PressureFormat> {
+    let is_difference = named.parameter.row.role == Some(Role::PressureDifference);
+    let counts = match unit.scale {
+        Scale::PerMbar(_) => Counts::Linear { per_mbar: 1.0 },
+        Scale::Counts if is_difference => return None,
+        Scale::Counts => model.counts_at(named.parameter.place)?,
+    };
+    Some(PressureFormat { unit, number, counts, max_integer: u16::MAX })
+}
+
+/// Whether a number of this size can be a pressure; NaN cannot.
+fn is_pressure(number: f64) -> bool {
+    (0.0..=f64::from(f32::MAX)).contains(&number)
 }
 
 /// Whether the letter at this position is the exponent sign of a number.
@@ -388,6 +524,15 @@ fn octets(text: &str, length: usize) -> Option<Vec<u8>> {
     octets.filter(|octets| octets.len() == length)
 }
 
+/// The version in the nibbles of a number: [`Codes::Version`]. `None` for nibbles that are none.
+fn version(number: i64) -> Option<String> {
+    let digits = u32::try_from(number).ok()? >> 8;
+    let letter = u8::try_from(number & 0xFF).ok().filter(|letter| (1..=15).contains(letter))?;
+    let digits = format!("{digits:06X}");
+    let is_decimal = digits.bytes().all(|digit| digit.is_ascii_digit());
+    is_decimal.then(|| format!("{digits}-{}", char::from(b'A' + letter - 1)))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -409,7 +554,7 @@ mod tests {
     }
 
     fn shown(device: &str, target: &str, octets: &[u8]) -> String {
-        with(device, target, "mbar", |meaning| meaning.format(&Value::of(meaning.row(), octets)))
+        with(device, target, "mbar", |meaning| meaning.format(&Value::decode(meaning.row().data_type, octets).unwrap()))
     }
 
     #[test]
@@ -434,7 +579,7 @@ mod tests {
             ("bcg450", "ba.emission-current", &0.025f32.to_be_bytes(), "0.025"),
             ("img400", "channel.1/emission-current", &5f32.to_be_bytes(), "45-mA"),
             ("img400", "device.device-state", &[100], "INIT"),
-            ("bcg450", "device.exception-detail-alarm", &[1, 0xFE], "01 FE"),
+            ("bcg450", "device.device-exception-detail-alarm-4-5", &[1, 0xFE], "01 FE"),
             // The examples of the manual, and numbers that are no version.
             ("tpg500", "device.program-version", &[0x50, 0x97, 0x31, 0x01], "509731-A"),
             ("tpg300", "device.program-version", &[0x50, 0x97, 0x80, 0x06], "509780-F"),
@@ -452,7 +597,7 @@ mod tests {
             ("bcg450", "pirani.safe-state", "use-safe-value", "03"),
             ("bcg450", "pirani.safe-state", "Full Scale", "01"),
             ("bcg450", "pirani.safe-state", "2", "02"),
-            ("bcg450", "pirani.safe-value", "0.125", "3E 00 00 00"),
+            ("bcg450", "pirani.safe-value", "0.125 mbar", "3E 00 00 00"),
             ("bcg450", "pirani.safe-value", "12.5 Pascal", "3E 00 00 00"),
             ("bcg450", "pirani.safe-value", "12.5Pa", "3E 00 00 00"),
             ("bcg450", "pirani.safe-value", "1.25e-1mbar", "3E 00 00 00"),
@@ -470,13 +615,15 @@ mod tests {
     }
 
     #[test]
-    fn a_value_that_is_not_accepted_is_an_error_with_those_that_are() {
+    fn a_text_that_is_no_value_is_an_error_with_the_accepted_ones() {
         for (device, target, text, sentence) in [
             ("bcg450", "pirani.safe-state", "never", "one of zero, full-scale, hold-last-value, use-safe-value"),
             ("bcg450", "pirani.safe-state", "4", "one of zero, full-scale, hold-last-value, use-safe-value"),
-            ("bcg450", "pirani.safe-value", "-1", "a pressure of 0 mbar or more"),
-            ("bcg450", "pirani.safe-value", "1 psi", "a pressure of 0 mbar or more"),
-            ("bcg450", "pirani.safe-value", "nan", "a pressure of 0 mbar or more"),
+            ("bcg450", "pirani.safe-value", "-1 mbar", PRESSURE),
+            ("bcg450", "pirani.safe-value", "-1", PRESSURE),
+            ("bcg450", "pirani.safe-value", "nan mbar", PRESSURE),
+            ("bcg450", "pirani.safe-value", "inf mbar", PRESSURE),
+            ("bcg450", "pirani.safe-value", "much", PRESSURE),
             ("bcg450", "setpoint-a.percentage-of-atmosphere", "1401", "a number from 10 to 1400"),
             ("bcg450", "pirani.data-units", "psi", "one of COUNTS, Torr, Micron, mbar, Pascal"),
             ("pcg550", "trip-point.1/low-trip-enable", "2", "true or false"),
@@ -489,8 +636,118 @@ mod tests {
             ("bcg450", "device.device-configuration", &"x".repeat(51), "1 to 50 ASCII characters"),
         ] {
             let said = parsed(device, target, text);
-            assert!(said.contains(&format!("expected {sentence}, got {text:?}")), "{said}");
+            assert_eq!(said, format!("expected {sentence}, got {text:?}"));
         }
+    }
+
+    const PRESSURE: &str = "a pressure of 0 or more with its unit, such as '1500 mbar'";
+
+    #[test]
+    fn a_pressure_without_a_unit_is_an_error_that_shows_the_unit_of_the_gauge() {
+        let sentence = |device, unit, target, text| {
+            with(device, target, unit, |format| format.parse(text, NumberType::Float).unwrap_err().to_string())
+        };
+        assert_eq!(
+            sentence("bcg450", "mbar", "pirani.safe-value", "0.5"),
+            format!(
+                "expected {PRESSURE}, got \"0.5\" without a unit; in the present unit of the gauge it is '0.5 mbar'"
+            )
+        );
+        let torr = sentence("pcg550", "Torr", "trip-point.1/high-trip-point", "1e-3");
+        assert!(
+            torr.ends_with("got \"1e-3\" without a unit; in the present unit of the gauge it is '1e-3 Torr'"),
+            "{torr}"
+        );
+        assert_eq!(
+            sentence("bcg450", "mbar", "pirani.safe-value", "0.2 bananas"),
+            format!(
+                "expected {PRESSURE}, got \"0.2 bananas\"; the units of the gauge are COUNTS, Torr, Micron, mbar, Pascal"
+            )
+        );
+        let unknown = sentence("tpg300", "none of them", "relay.1/upper-threshold", "1");
+        assert!(unknown.ends_with("such as '1 mbar', got \"1\" without a unit"), "{unknown}");
+    }
+
+    fn beyond(device: &str, unit: &str, target: &str, text: &str) -> Option<String> {
+        with(device, target, unit, |format| {
+            let octets = format.parse(text, NumberType::Float).unwrap();
+            let value = Value::decode(DataType::ByType, &octets).unwrap();
+            format.beyond_range(&value).map(|error| error.to_string())
+        })
+    }
+
+    #[test]
+    fn a_pressure_outside_the_measuring_range_is_reported_with_the_range_in_the_unit_of_the_gauge() {
+        for (device, unit, target, text, sentence) in [
+            (
+                "bcg450",
+                "mbar",
+                "pirani.safe-value",
+                "1e9 mbar",
+                Some("1e9 mbar is outside the measuring range, which is 5e-10 mbar to 1500 mbar"),
+            ),
+            (
+                "bcg450",
+                "Pascal",
+                "pirani.safe-value",
+                "1e9 mbar",
+                Some("1e11 Pascal is outside the measuring range, which is 5e-8 Pascal to 1.5e5 Pascal"),
+            ),
+            (
+                "bcg450",
+                "mbar",
+                "pirani.safe-value",
+                "1e-13 mbar",
+                Some("1e-13 mbar is outside the measuring range, which is 5e-10 mbar to 1500 mbar"),
+            ),
+            // tira41d1 3.2.5.1: the end of the range means "never", and Zero is a Safe Value.
+            ("bcg450", "mbar", "pirani.safe-value", "1500 mbar", None),
+            ("bcg450", "Torr", "pirani.safe-value", "1500 mbar", None),
+            ("bcg450", "mbar", "pirani.safe-value", "0 mbar", None),
+            ("bcg450", "counts", "pirani.safe-value", "1500 mbar", None),
+            // One range for all parts of a combined gauge.
+            ("bcg450", "mbar", "pirani.safe-value", "1e-8 mbar", None),
+            ("pcg550", "mbar", "trip-point.1/high-trip-point", "1500 mbar", None),
+            (
+                "pcg550",
+                "mbar",
+                "trip-point.2/low-trip-point",
+                "1501 mbar",
+                Some("1501 mbar is outside the measuring range, which is 5e-5 mbar to 1500 mbar"),
+            ),
+            // A difference may be smaller than every pressure.
+            ("pcg550", "mbar", "trip-point.1/low-trip-point-hysteresis", "1e-9 mbar", None),
+            (
+                "pcg550",
+                "mbar",
+                "trip-point.1/low-trip-point-hysteresis",
+                "2000 mbar",
+                Some("2000 mbar is outside the measuring range, which is 0 mbar to 1500 mbar"),
+            ),
+            (
+                "img400",
+                "hPa",
+                "channel.3/safe-value",
+                "1e-5 hPa",
+                Some("1e-5 hPa is outside the measuring range, which is 8e-4 hPa to 1000 hPa"),
+            ),
+            // The tables of a controller have no range of the gauges that may be connected.
+            ("tpg300", "mbar", "relay.1/upper-threshold", "1e9 mbar", None),
+        ] {
+            assert_eq!(beyond(device, unit, target, text).as_deref(), sentence, "{device} {target} {text}");
+        }
+    }
+
+    /// COUNTS of a difference depend on the trip point: a number from the scale of pressures would be false.
+    #[test]
+    fn a_hysteresis_is_not_converted_to_counts() {
+        let parse = |text| {
+            with("pcg550", "trip-point.1/low-trip-point-hysteresis", "counts", |format| {
+                format.parse(text, NumberType::Integer).map_err(|error| error.problem)
+            })
+        };
+        assert_eq!(parse("1 mbar"), Err(ValueProblem::NotConvertible { unit: Some("COUNTS") }));
+        assert_eq!(parse("100 counts").unwrap(), [0, 100]);
     }
 
     #[test]
@@ -502,9 +759,9 @@ mod tests {
         };
         // 10^(COUNTS/2000 - 12.5) mbar
         assert_eq!(octets("bcg450", "pirani.safe-value", "1 mbar").unwrap(), "61 A8");
-        assert_eq!(octets("bcg450", "pirani.safe-value", "25000").unwrap(), "61 A8");
-        assert!(octets("bcg450", "pirani.safe-value", "25000.5").is_err());
-        assert!(octets("bcg450", "pirani.safe-value", "65536").is_err());
+        assert_eq!(octets("bcg450", "pirani.safe-value", "25000 counts").unwrap(), "61 A8");
+        assert!(octets("bcg450", "pirani.safe-value", "25000.5 counts").is_err());
+        assert!(octets("bcg450", "pirani.safe-value", "65536 counts").is_err());
     }
 
     #[test]
@@ -515,7 +772,8 @@ mod tests {
                 let meaning = ValueFormat { named, model, unit: model.unit_named("mbar") };
                 for code in named.parameter.row.codes.codes() {
                     let octets = meaning.parse(code.name, NumberType::Float).unwrap();
-                    assert_eq!(meaning.format(&Value::of(named.parameter.row, &octets)), code.name, "{named}");
+                    let value = Value::decode(named.parameter.row.data_type, &octets).unwrap();
+                    assert_eq!(meaning.format(&value), code.name, "{named}");
                 }
             }
         }

@@ -12,6 +12,9 @@ use std::rc::Rc;
 /// Slot and index of the Channel Instance Selector of a BCG450.
 const SELECTOR: (u8, u8) = (1, 46);
 
+/// Slot and index of Device State.
+const DEVICE_STATE: (u8, u8) = (0, 25);
+
 /// A gauge on a line that can be interrupted.
 #[derive(Default)]
 struct Line {
@@ -52,7 +55,11 @@ impl Records for Service {
         if line.refused_index == Some(index) {
             return Err(RecordError::Refused(RefusalCodes { code_1: None, code: 3 }));
         }
-        Ok(if (slot, index) == SELECTOR { vec![line.selected] } else { vec![0; 4] })
+        Ok(match (slot, index) {
+            SELECTOR => vec![line.selected],
+            DEVICE_STATE => vec![2],
+            _ => vec![0; 4],
+        })
     }
 
     fn write(&mut self, slot: u8, index: u8, octets: &[u8]) -> Result<(), RecordError> {
@@ -85,8 +92,8 @@ fn gauge(line: &Rc<RefCell<Line>>) -> Gauge<Service> {
 /// Reads a parameter of instance 2, then one that fails, and leaves with `?` as a program does.
 fn read_two(line: &Rc<RefCell<Line>>) -> Result<(), ClientError> {
     let mut gauge = gauge(line);
-    gauge.parameter("ba.overrange")?;
-    gauge.parameter("ba.underrange")?;
+    gauge.read("ba.overrange")?;
+    gauge.read("ba.underrange")?;
     Ok(())
 }
 
@@ -109,7 +116,7 @@ fn a_read_without_errors_leaves_the_selector_at_the_original_instance() {
 #[test]
 fn a_gauge_without_instances_leaves_the_selector_alone() {
     let line = line();
-    gauge(&line).parameter("device.device-state").unwrap();
+    gauge(&line).read("device.device-state").unwrap();
     assert_eq!(line.borrow().writes, 0);
 }
 
@@ -118,7 +125,7 @@ fn a_panic_leaves_the_selector_at_the_original_instance() {
     let line = line();
     let result = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| {
         let mut gauge = gauge(&line);
-        gauge.parameter("ba.overrange").unwrap();
+        gauge.read("ba.overrange").unwrap();
         panic!("a defect of the program");
     }));
     assert!(result.is_err());
@@ -135,7 +142,7 @@ fn the_next_gauge_restores_the_selector_when_the_line_was_lost_at_any_request() 
             let mut line = line.borrow_mut();
             (line.is_lost, line.lost_after) = (false, None);
         }
-        gauge(&line).parameter("device.device-state").unwrap();
+        gauge(&line).read("device.device-state").unwrap();
         assert_eq!(line.borrow().selected, 1, "lost after {lost_after} requests");
         assert_eq!(line.borrow().unrestored, None);
     }
@@ -151,7 +158,7 @@ fn the_next_gauge_respects_a_selector_that_another_master_has_moved() {
         assert_eq!(line.selected, 2, "the line was lost while instance 2 was selected");
         (line.is_lost, line.lost_after, line.selected) = (false, None, 3);
     }
-    gauge(&line).parameter("device.device-state").unwrap();
+    gauge(&line).read("device.device-state").unwrap();
     assert_eq!(line.borrow().selected, 3);
 }
 

@@ -1,17 +1,16 @@
 //! The twelve device models, in the order of their manuals.
 
 use crate::model::Model;
-use crate::pxg55x::table::VARIANTS;
-use crate::{bcg450, img400, tpg, xpg400};
+use crate::{bcg450, img400, pxg55x, tpg, xpg400};
 
 /// All device models.
 pub static MODELS: [&Model; 12] = [
-    &VARIANTS[0].model,
-    &VARIANTS[1].model,
-    &VARIANTS[2].model,
-    &VARIANTS[6].model,
-    &VARIANTS[7].model,
-    &VARIANTS[8].model,
+    &pxg55x::table::PCG550_WITH_ATM.model,
+    &pxg55x::table::PCG552_WITH_ATM.model,
+    &pxg55x::table::PCG554_WITH_ATM.model,
+    &pxg55x::table::PSG550.model,
+    &pxg55x::table::PSG552.model,
+    &pxg55x::table::PSG554.model,
     &xpg400::table::BPG400.model,
     &xpg400::table::HPG400.model,
     &bcg450::table::MODEL,

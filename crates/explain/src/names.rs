@@ -60,11 +60,11 @@ impl DeviceTables {
             DataType::ByType => return self.pressure(octets),
             DataType::Visible(_) => return Some(format!("{:?}", std::str::from_utf8(octets).ok()?.trim_end())),
             _ if row.name == "Block Type" => return self.block(octets),
-            _ if !fits(row.data_type, octets) => return None,
+            DataType::Boolean if !matches!(octets, [0 | 1]) => return None,
             _ => {}
         }
         let format = ValueFormat { named, model: self.model?, unit: self.unit };
-        let value = Value::of(row, octets);
+        let value = Value::decode(row.data_type, octets).ok()?;
         let text = format.format(&value);
         Some(match value {
             Value::Integer(number) if row.codes != Codes::Plain && text != number.to_string() => {
@@ -143,17 +143,6 @@ pub fn short(number: f32) -> String {
 
 fn float(octets: &[u8]) -> Option<f32> {
     octets.try_into().ok().map(f32::from_be_bytes)
-}
-
-/// Whether the octets have the length of the type, and a Boolean is 0 or 1.
-const fn fits(data_type: DataType, octets: &[u8]) -> bool {
-    match data_type {
-        DataType::Boolean => matches!(octets, [0 | 1]),
-        DataType::Uint8 | DataType::Int8 => octets.len() == 1,
-        DataType::Uint16 | DataType::Int16 => octets.len() == 2,
-        DataType::Uint32 | DataType::Int32 | DataType::Float => octets.len() == 4,
-        _ => true,
-    }
 }
 
 #[cfg(test)]

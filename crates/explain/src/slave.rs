@@ -6,6 +6,7 @@ use super::cyclic::Cyclic;
 use super::names::DeviceTables;
 use super::note::{Kind, Notes};
 use super::refusal::{RefusedConfiguration, chk_cfg_reason, set_prm_reason};
+use profivac_client::identify::device_names;
 use profivac_devices::catalog::{MODELS, model_with_ident};
 use profivac_devices::model::Model;
 use profivac_dp::link::{Baud, BitTime};
@@ -265,7 +266,7 @@ impl Slave {
         let Some(before) = before else {
             let owner =
                 parsed.owner.map_or_else(|| "has no owner".to_owned(), |owner| format!("belongs to master {owner}"));
-            let devices = parsed.device_names().join(", ");
+            let devices = device_names(parsed.ident).join(", ");
             let devices = if devices.is_empty() { "an unknown device" } else { &devices };
             let text = format!("is present: {devices} (ident {:04X}), {owner}, {}", diag.ident, parsed.state_text());
             notes.about(self.address, Kind::Presence, text);

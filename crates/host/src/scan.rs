@@ -1,7 +1,6 @@
 //! Finds the stations of a bus: one address after the other, with FDL status and Slave_Diag only.
 
 use crate::session::{BusSession, Reply, SessionError};
-use profivac_devices::catalog::MODELS;
 use profivac_dp::link::active::Failure;
 use profivac_dp::master::services;
 use profivac_wire::control::StationType;
@@ -36,13 +35,6 @@ impl SlaveStatus {
         let diag = SlaveDiag::parse(du).ok()?;
         let owner = Some(diag.master_add).filter(|master| *master != NO_MASTER);
         Some(Self { ident: diag.ident, status: diag.status, owner })
-    }
-
-    /// The names of the known devices with this Ident_Number.
-    #[must_use]
-    pub fn device_names(&self) -> Vec<&'static str> {
-        let same = MODELS.iter().filter(|model| model.ident == self.ident);
-        same.map(|model| model.name).collect()
     }
 
     /// The state of the slave as text.
@@ -110,12 +102,5 @@ mod tests {
             assert_eq!((status.state_text().as_str(), status.owner, status.ident), (state, owner, 0x08E6), "{du:02X?}");
         }
         assert_eq!(SlaveStatus::parse(&[0x02, 0x05]), None);
-    }
-
-    #[test]
-    fn an_ident_number_names_its_devices() {
-        let with_ident = |ident| SlaveStatus { ident, status: StationStatus::empty(), owner: None };
-        assert_eq!(with_ident(0x08E6).device_names(), ["bcg450"]);
-        assert!(with_ident(0xFFFF).device_names().is_empty());
     }
 }

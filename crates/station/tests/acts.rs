@@ -106,7 +106,7 @@ fn a_write_records_the_values_before_and_after() {
     let safe = all.clone().find(|parameter| parameter["target"] == SAFE_VALUE).unwrap();
     assert_eq!(
         (&safe["value"], &safe["write"]["expects"]),
-        (&json!("0.125 mbar"), &json!("a pressure of 0 mbar or more"))
+        (&json!("0.125 mbar"), &json!("a pressure of 0 or more with its unit, such as '1500 mbar'"))
     );
     let state = all.clone().find(|parameter| parameter["target"] == "pirani.safe-state").unwrap();
     assert_eq!(state["write"]["allowed_values"], json!(["zero", "full-scale", "hold-last-value", "use-safe-value"]));
@@ -120,7 +120,7 @@ fn a_user_without_the_role_is_refused_and_told_which_role_it_needs() {
     assert_eq!(refused["detail"], "ba.degas-on needs the role operator, Vera has viewer");
     assert_eq!(station.post(VIEWER, "/api/control-authority/request", None).0, 403);
     station.take_control(OPERATOR);
-    let (status, refused) = station.arm(OPERATOR, &write(SAFE_VALUE, "1"));
+    let (status, refused) = station.arm(OPERATOR, &write(SAFE_VALUE, "1 mbar"));
     assert_eq!(
         (status, &refused["detail"]),
         (403, &json!("pirani.safe-value needs the role engineer, Otto has operator"))
@@ -133,7 +133,7 @@ fn a_user_without_the_role_is_refused_and_told_which_role_it_needs() {
 fn a_user_whose_role_was_lowered_after_arming_executes_nothing() {
     let station = MemoryStation::new(1e-6);
     station.take_control(ENGINEER);
-    let (_, armed) = station.arm(ENGINEER, &write(SAFE_VALUE, "1"));
+    let (_, armed) = station.arm(ENGINEER, &write(SAFE_VALUE, "1 mbar"));
     for (role, has) in [(Role::Viewer, "viewer"), (Role::Operator, "operator")] {
         let (status, refused) = station.execute((ENGINEER.0, role), &armed);
         let why = format!("pirani.safe-value needs the role engineer, Erna has {has}");
@@ -147,13 +147,13 @@ fn a_user_whose_role_was_lowered_after_arming_executes_nothing() {
 fn a_command_is_executed_once_and_only_by_the_user_who_armed_it() {
     let station = MemoryStation::new(1e-6);
     station.take_control(ENGINEER);
-    let (_, armed) = station.arm(ENGINEER, &write(SAFE_VALUE, "1"));
+    let (_, armed) = station.arm(ENGINEER, &write(SAFE_VALUE, "1 mbar"));
     let (status, refused) = station.execute(OPERATOR, &armed);
     assert_eq!((status, &refused["detail"]), (403, &json!("Erna armed this command: only Erna may execute it")));
     assert_eq!(station.execute(ENGINEER, &armed).0, 200);
     let (status, refused) = station.execute(ENGINEER, &armed);
     assert_eq!((status, &refused["detail"]), (409, &json!("the command was already executed: arm it again")));
-    let (_, armed) = station.arm(ENGINEER, &write(SAFE_VALUE, "2"));
+    let (_, armed) = station.arm(ENGINEER, &write(SAFE_VALUE, "2 mbar"));
     assert_eq!(station.disarm(ENGINEER, &armed).0, 204);
     assert_eq!(station.execute(ENGINEER, &armed).1["detail"], "the command was disarmed: arm it again");
     assert_eq!(station.post(ENGINEER, "/api/armed-commands/nothing/execute", None).0, 404);
@@ -164,8 +164,8 @@ fn a_command_is_executed_once_and_only_by_the_user_who_armed_it() {
 fn a_value_that_changed_after_arming_is_not_overwritten() {
     let station = MemoryStation::new(1e-6);
     station.take_control(ENGINEER);
-    let (_, first) = station.arm(ENGINEER, &write(SAFE_VALUE, "1"));
-    let (_, second) = station.arm(ENGINEER, &write(SAFE_VALUE, "2"));
+    let (_, first) = station.arm(ENGINEER, &write(SAFE_VALUE, "1 mbar"));
+    let (_, second) = station.arm(ENGINEER, &write(SAFE_VALUE, "2 mbar"));
     assert_eq!(station.execute(ENGINEER, &second).0, 200);
     let (status, refused) = station.execute(ENGINEER, &first);
     let sentence = "pirani.safe-value was 0 mbar when it was armed and is 2 mbar now";
@@ -302,9 +302,35 @@ fn an_invalid_request_is_answered_with_what_was_expected() {
         assert!(refused["detail"].as_str().unwrap().contains(part), "{refused}");
         assert!(!refused.to_string().contains("orchid"), "{refused}");
     }
-    assert_eq!(station.post(ENGINEER, "/api/gauges/unknown/arm", Some(&write(SAFE_VALUE, "1"))).0, 404);
-    let (status, armed) = station.arm(ENGINEER, &json!({ "target": SAFE_VALUE, "value": 0.25 }));
-    assert_eq!((status, &armed["after"]), (200, &json!("0.25 mbar")));
+    assert_eq!(station.post(ENGINEER, "/api/gauges/unknown/arm", Some(&write(SAFE_VALUE, "1 mbar"))).0, 404);
+    // A number is a value of a parameter without a unit only.
+    let percentage = "setpoint-a.percentage-of-atmosphere";
+    let (status, armed) = station.arm(ENGINEER, &json!({ "target": percentage, "value": 900 }));
+    assert_eq!((status, &armed["after"]), (200, &json!("900")), "{armed}");
+    let (status, refused) = station.arm(ENGINEER, &json!({ "target": SAFE_VALUE, "value": 0.25 }));
+    let sentence = "bcg450 at address 5, pirani.safe-value (slot 1, index 40, instance 1): expected a pressure of 0 or more with its \
+                    unit, such as '1500 mbar', got \"0.25\" without a unit; in the present unit of the gauge it is '0.25 mbar'";
+    assert_eq!((status, &refused["detail"]), (400, &json!(sentence)));
+}
+
+#[test]
+fn a_pressure_outside_the_measuring_range_is_armed_only_by_force_and_the_audit_trail_says_so() {
+    let station = MemoryStation::new(1e-6);
+    station.take_control(ENGINEER);
+    let (status, refused) = station.arm(ENGINEER, &write(SAFE_VALUE, "1e9 mbar"));
+    let sentence = "pirani.safe-value: 1e9 mbar is outside the measuring range, which is 5e-10 mbar to 1500 mbar; to write it all the \
+                    same, request it with \"force\": true";
+    assert_eq!((status, &refused["detail"]), (400, &json!(sentence)));
+    let (status, armed) = station.arm(ENGINEER, &json!({ "target": SAFE_VALUE, "value": "1e9 mbar", "force": true }));
+    assert_eq!((status, &armed["after"]), (200, &json!("1e9 mbar")), "{armed}");
+    let condition = &armed["conditions"][0];
+    let forced = "the request forces a pressure outside the measuring range, which is 5e-10 mbar to 1500 mbar";
+    assert_eq!((&condition["expected"], &condition["found"]), (&json!(forced), &json!("it is 1e9 mbar")), "{armed}");
+    let (status, done) = station.execute(ENGINEER, &armed);
+    assert_eq!((status, &done["after"]), (200, &json!("1e9 mbar")), "{done}");
+    let rows = trail(&station);
+    let forced = "1e9 mbar, forced: 1e9 mbar is outside the measuring range, which is 5e-10 mbar to 1500 mbar";
+    assert!(rows.iter().any(|row| row.iter().any(|cell| cell == forced)), "{rows:?}");
 }
 
 #[test]
@@ -314,7 +340,7 @@ fn the_audit_trail_is_exported_and_cannot_be_changed() {
     station.take_control(formula);
     station.post(formula, "/api/control-authority/release", None);
     station.take_control(ENGINEER);
-    let (_, armed) = station.arm(ENGINEER, &write(SAFE_VALUE, "1"));
+    let (_, armed) = station.arm(ENGINEER, &write(SAFE_VALUE, "1 mbar"));
     assert_eq!(station.execute(ENGINEER, &armed).0, 200);
     let table = station.text("/api/audit.csv");
     let mut lines = table.lines();
@@ -336,7 +362,7 @@ fn the_audit_trail_is_exported_and_cannot_be_changed() {
 fn data_exchange_continues_while_commands_are_executed() {
     let station = MemoryStation::new(1e-6);
     station.take_control(ENGINEER);
-    for value in ["1", "2", "3"] {
+    for value in ["1 mbar", "2 mbar", "3 mbar"] {
         let (_, armed) = station.arm(ENGINEER, &write(SAFE_VALUE, value));
         assert_eq!(station.execute(ENGINEER, &armed).0, 200);
     }
@@ -349,7 +375,7 @@ fn data_exchange_continues_while_commands_are_executed() {
 fn an_outcome_is_recorded_when_the_browser_has_gone() {
     let station = MemoryStation::new(1e-6);
     station.take_control(ENGINEER);
-    let (_, armed) = station.arm(ENGINEER, &write(SAFE_VALUE, "1"));
+    let (_, armed) = station.arm(ENGINEER, &write(SAFE_VALUE, "1 mbar"));
     station.execute_and_leave(ENGINEER, &armed, || (trail(&station).last()?[0] == "execute").then_some(()));
     until("the outcome", || trail(&station).last().filter(|row| row[5] == "done").cloned());
 }

@@ -63,6 +63,7 @@ fn preview() -> OperationPreview {
         octets: vec![1, 1],
         before: None,
         after: operation.text,
+        forced: None,
         risk,
         conditions: Vec::new(),
     }

@@ -157,8 +157,8 @@ fn engineer(fixture: &Fixture) -> Actor {
 }
 
 fn value(number: f64) -> OperationRequest {
-    let (target, value) = (Some("pirani.safe-value".to_owned()), Some(GivenValue::Number(number)));
-    OperationRequest { target, value, command: None }
+    let (target, value) = (Some("pirani.safe-value".to_owned()), Some(GivenValue::Text(format!("{number} mbar"))));
+    OperationRequest { target, value, ..OperationRequest::default() }
 }
 
 /// Writes a value, with retries: a busy computer is late for a connection, which the gauge then keeps for a while.

@@ -9,7 +9,9 @@ use profivac_devices::bcg450::{self, Bcg450};
 use profivac_devices::img400::{self, Gauges, Img400, IonGauge, OtherGauge};
 use profivac_devices::model::Model;
 use profivac_devices::profile::{SerialNumber, Setup};
-use profivac_devices::pxg55x::table::VARIANTS;
+use profivac_devices::pxg55x::table::{
+    PCG550_WITH_ATM, PCG552_WITH_ATM, PCG554_WITH_ATM, PSG550, PSG552, PSG554, Variant,
+};
 use profivac_devices::pxg55x::{Pxg55x, Pxg55xModel};
 use profivac_devices::tpg::{self, Tpg};
 use profivac_devices::xpg400::{self, Xpg400};
@@ -46,12 +48,12 @@ type BuildResult = Result<Box<dyn GaugeSlave>, SpecError>;
 
 /// All known devices, in the order of their manuals.
 pub static DEVICES: [DeviceEntry; 12] = [
-    pcg(0),
-    pcg(1),
-    pcg(2),
-    psg(6),
-    psg(7),
-    psg(8),
+    pcg(&PCG550_WITH_ATM),
+    pcg(&PCG552_WITH_ATM),
+    pcg(&PCG554_WITH_ATM),
+    psg(&PSG550),
+    psg(&PSG552),
+    psg(&PSG554),
     DeviceEntry {
         model: &xpg400::table::BPG400.model,
         keys: &[],
@@ -72,14 +74,14 @@ pub static DEVICES: [DeviceEntry; 12] = [
     DeviceEntry { model: &img400::table::MODEL, keys: &IMG_KEYS, build: build_img },
 ];
 
-/// A gauge of tira56e1 with an optional atmosphere sensor, by its position in the list of the manual.
-const fn pcg(version: usize) -> DeviceEntry {
-    DeviceEntry { keys: &["atm"], ..psg(version) }
+/// A gauge of tira56e1 with an optional atmosphere sensor.
+const fn pcg(variant: &'static Variant) -> DeviceEntry {
+    DeviceEntry { keys: &["atm"], ..psg(variant) }
 }
 
 /// A gauge of tira56e1 without one.
-const fn psg(version: usize) -> DeviceEntry {
-    DeviceEntry { model: &VARIANTS[version].model, keys: &[], build: build_pxg }
+const fn psg(variant: &'static Variant) -> DeviceEntry {
+    DeviceEntry { model: &variant.model, keys: &[], build: build_pxg }
 }
 
 fn build_pxg(spec: &DeviceSpec, setup: Setup, memory: NonvolatileMemory, baud: Baud) -> BuildResult {

@@ -23,7 +23,7 @@ pub fn port(name: &str, baud: Baud) -> Result<Box<dyn Port>, PortError> {
 /// use profivac_client::Bus;
 ///
 /// let port = profivac_virtual::open::devices(&["bcg450@5:unit=torr", "pcg550@6"])?;
-/// let mut bus = Bus::builder("virtual").open_on(port)?;
+/// let mut bus = Bus::on(port).open()?;
 /// assert_eq!(bus.gauge(6)?.model().name, "pcg550");
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```

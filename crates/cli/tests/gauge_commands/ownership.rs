@@ -47,7 +47,7 @@ fn every_access_path_writes() {
     let closed = "tpg300 or tpg500 at address 6, relay.1/upper-threshold (slot 5, index 21): writing was refused with code 17: instruction \
                   not allowed in this state; open the set first: write relay.1/threshold-validation open-for-changes, and \
                   valid afterwards\n";
-    let done = line.run("write", 6, &[&pkw[..], &["relay.1/upper-threshold", "5e-3"]].concat());
+    let done = line.run("write", 6, &[&pkw[..], &["relay.1/upper-threshold", "5e-3 mbar"]].concat());
     assert_eq!(done.code, 1);
     assert!(done.err.ends_with(closed), "{}", done.err);
 }

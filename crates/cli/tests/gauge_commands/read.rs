@@ -99,7 +99,7 @@ fn the_error_for_a_wrong_target_names_alternatives() {
     let write_only = "bcg450 at address 5, ba.hot-cathode-block-state-command (slot 1, index 14, instance 2): it cannot be read \
                       (access 1_W 2_W)";
     fails(5, "1:2/14", 1, write_only);
-    let channel = "tpg300 or tpg500 at address 6, a1.pressure-unit (slot 1, index 22): the manual allows it another way only (access ac_r, \
+    let channel = "tpg300 or tpg500 at address 6, a1.pressure-unit (slot 1, index 22): the manual allows it only by the parameter channel (access ac_r, \
                    ac_w); say --via pkw";
     fails(6, "a1.pressure-unit", 1, channel);
     let cyclic = "tpg300 or tpg500 at address 6, a1.measured-value (slot 1, index 20): it travels in the cyclic data only (access c_r); \

@@ -22,8 +22,8 @@ fn replaced(file: &str, old: &str, new: &str) {
 #[test]
 fn only_different_settings_are_written_to_a_replacement() {
     let line = Line::with(&["pcg550@5", "pcg550@6:unit=torr,serial=4711"]);
-    line.output("write", 5, &["trip-point.1/low-trip-point", "2e-3"]);
-    line.output("write", 5, &["trip-point.1/low-trip-point-hysteresis", "1e-4"]);
+    line.output("write", 5, &["trip-point.1/low-trip-point", "2e-3 mbar"]);
+    line.output("write", 5, &["trip-point.1/low-trip-point-hysteresis", "1e-4 mbar"]);
     line.output("write", 5, &["trip-point.2/setpoint-mode", "setpoint-mode-profibus-only"]);
     line.output("write", 5, &["trip-point.2/high-trip-enable", "on"]);
     line.output("write", 5, &["cdg.safe-state", "use-safe-value"]);
@@ -69,7 +69,7 @@ trip-point.2/high-trip-enable: false -> true
 fn differences_are_shown_as_a_table_and_as_json() {
     let line = Line::with(&["img400@5"]);
     let file = dumped(&line, 5);
-    line.output("write", 5, &["relay.1/low-trip-point", "1e-4"]);
+    line.output("write", 5, &["relay.1/low-trip-point", "1e-4 hPa"]);
     let table = "\
 NAME                              FILE      GAUGE
 relay.1/low-trip-point            1e-3 hPa  1e-4 hPa
@@ -94,11 +94,11 @@ relay.1/low-trip-upper-threshold  2e-3 hPa  1.1e-3 hPa
 #[test]
 fn settings_that_change_each_other_are_all_restored() {
     let line = Line::with(&["img400@5", "img400@6"]);
-    line.output("write", 5, &["relay.1/low-trip-point", "1e-4"]);
-    line.output("write", 5, &["relay.1/hysteresis", "5e-5"]);
+    line.output("write", 5, &["relay.1/low-trip-point", "1e-4 hPa"]);
+    line.output("write", 5, &["relay.1/hysteresis", "5e-5 hPa"]);
     let file = dumped(&line, 5);
-    line.output("write", 6, &["relay.1/low-trip-point", "3e-3"]);
-    line.output("write", 6, &["relay.1/hysteresis", "2e-3"]);
+    line.output("write", 6, &["relay.1/low-trip-point", "3e-3 hPa"]);
+    line.output("write", 6, &["relay.1/hysteresis", "2e-3 hPa"]);
     line.output("restore", 6, &[&file]);
     assert_eq!(line.run("diff", 6, &[&file]).err, "profivac: no differences in 49 settings\n");
 }
@@ -200,4 +200,33 @@ fn a_controller_is_restored_by_the_parameter_channel() {
     let valid = line.output("read", 5, &with(&["relay.2/threshold-validation"]));
     assert_eq!(valid, "relay.2/threshold-validation = valid\n");
     assert_eq!(line.output("write", 5, &with(&["--yes", "store"])), "device.volatility: store done\n");
+}
+
+#[test]
+fn a_settings_file_carries_units_and_its_pressures_lie_in_the_measuring_range() {
+    let line = Line::with(&["bcg450@5"]);
+    let file = dumped(&line, 5);
+    let text = fs::read_to_string(&file).unwrap();
+    let row = text.lines().position(|line| line.starts_with("\"pirani.safe-value\"")).unwrap() + 1;
+    let fails = |command, value: &str, rest: &[&str], sentence: &str| {
+        fs::write(
+            &file,
+            text.replace("\"pirani.safe-value\" = \"0 mbar\"", &format!("\"pirani.safe-value\" = \"{value}\"")),
+        )
+        .unwrap();
+        let done = line.run(command, 5, &[&[file.as_str()][..], rest].concat());
+        assert_eq!((done.code, done.out.as_str()), (2, ""), "{}", done.err);
+        let place = format!("profivac: {file}: line {row}, column 23: pirani.safe-value (1:1/40): ");
+        assert_eq!(done.err, format!("{place}{sentence}\n"));
+    };
+    let unitless = "expected a pressure of 0 or more with its unit, such as '1500 mbar', got \"2\" without a unit; in the present \
+                    unit of the gauge it is '2 mbar'";
+    fails("diff", "2", &[], unitless);
+    fails("restore", "2", &["--force"], unitless);
+    let beyond = "1e9 mbar is outside the measuring range, which is 5e-10 mbar to 1500 mbar; to write it all the same add --force";
+    fails("restore", "1e9 mbar", &[], beyond);
+    fails("restore", "1e9 mbar", &["--dry-run"], beyond);
+    assert_eq!(line.output("restore", 5, &[&file, "--force"]), "pirani.safe-value: 0 mbar -> 1e9 mbar\n");
+    // What the gauge already has is no error: nothing is written.
+    assert_eq!(line.run("restore", 5, &[&file]).code, 0);
 }

@@ -18,17 +18,17 @@ fn a_value_is_written_and_the_old_value_shown() {
             "setpoint-a.setpoint-function: potentiometer -> atmosphere\n",
         ),
         (5, "pirani.data-units", "Torr", "pirani.data-units: mbar -> Torr\n"),
-        (5, "ba.safe-value", "1", "ba.safe-value: 0.09375771 Torr -> 1 Torr\n"),
+        (5, "ba.safe-value", "1 Torr", "ba.safe-value: 0.09375771 Torr -> 1 Torr\n"),
         (6, "trip-point.1/low-trip-point", "2e-3 mbar", "trip-point.1/low-trip-point: 5e-5 mbar -> 2e-3 mbar\n"),
         (6, "trip-point.1/low-trip-enable", "off", "trip-point.1/low-trip-enable: true -> false\n"),
         (6, "pirani.pirani-off", "automatic", "pirani.pirani-off: always-on -> automatic\n"),
-        (7, "relay.7/low-trip-point", "1e-4", "relay.7/low-trip-point: 1e-3 hPa -> 1e-4 hPa\n"),
+        (7, "relay.7/low-trip-point", "1e-4 hPa", "relay.7/low-trip-point: 1e-3 hPa -> 1e-4 hPa\n"),
         (7, "key-lock", "full-lock", "device.key-lock: off -> full-lock\n"),
         (8, "ba.safe-state", "hold-last-value", "ba.safe-state: zero -> hold-last-value\n"),
     ] {
         assert_eq!(line.output("write", address, &[target, value]), printed, "{address} {target}");
     }
-    let printed = line.output("write", 6, &["--json", "cdg.safe-value", "5"]);
+    let printed = line.output("write", 6, &["--json", "cdg.safe-value", "5 mbar"]);
     let change: Value = serde_json::from_str(&printed).unwrap();
     assert_eq!((&change["name"], &change["written"]), (&json!("cdg.safe-value"), &json!("5 mbar")));
     assert_eq!((&change["before"]["value"], &change["after"]["value"]), (&json!(0.0), &json!(5.0)));
@@ -41,13 +41,10 @@ fn a_value_that_the_table_forbids_is_not_sent() {
     let states = "bcg450 at address 5, pirani.safe-state (slot 1, index 39, instance 1): expected one of zero, full-scale, \
                   hold-last-value, use-safe-value, got";
     fails(5, &["pirani.safe-state", "never"], 2, &format!("{states} \"never\""));
-    fails(5, &["pirani.safe-state", "4"], 1, &format!("{states} \"4\""));
-    let pressure = "bcg450 at address 5, pirani.safe-value (slot 1, index 40, instance 1): expected a pressure of 0 mbar or \
-                    more, got \"-1\"";
-    fails(5, &["pirani.safe-value", "-1"], 1, pressure);
+    fails(5, &["pirani.safe-state", "4"], 2, &format!("{states} \"4\""));
     let range = "bcg450 at address 5, setpoint-a.percentage-of-atmosphere (slot 1, index 202, instance 5): expected a number \
                  from 10 to 1400, got \"1401\"";
-    fails(5, &["setpoint-a.percentage-of-atmosphere", "1401"], 1, range);
+    fails(5, &["setpoint-a.percentage-of-atmosphere", "1401"], 2, range);
     let read_only = "bcg450 at address 5, device.serial-number (slot 0, index 23): it is read-only (access 1/2_R)";
     fails(5, &["serial-number", "4711"], 1, read_only);
     let prm = "img400 at address 7, channel.1/data-units (slot 1, index 22): only the user parameters of its master set it (access \
@@ -59,6 +56,40 @@ fn a_value_that_the_table_forbids_is_not_sent() {
     let unknown = "bcg450 has no parameter or command \"explode\"; `profivac list` shows all";
     fails(5, &["explode"], 2, unknown);
     assert_eq!(line.output("read", 5, &["pirani.safe-state"]), "pirani.safe-state = zero\n");
+}
+
+/// A text that is no value is wrong usage, whatever is wrong with it; nothing is sent.
+#[test]
+fn a_pressure_needs_a_number_and_a_unit_of_the_gauge() {
+    let line = Line::with(&["bcg450@5:unit=torr"]);
+    let expected = "bcg450 at address 5, pirani.safe-value (slot 1, index 40, instance 1): expected a pressure of 0 or more with its \
+                    unit, such as '1125.0925 Torr', got ";
+    for (value, problem) in [
+        ("0.5", "\"0.5\" without a unit; in the present unit of the gauge it is '0.5 Torr'"),
+        ("0.2 bananas", "\"0.2 bananas\"; the units of the gauge are COUNTS, Torr, Micron, mbar, Pascal"),
+        ("nan mbar", "\"nan mbar\""),
+        ("-1 mbar", "\"-1 mbar\""),
+        ("bogus", "\"bogus\""),
+    ] {
+        line.fails("write", 5, &["pirani.safe-value", value], 2, &format!("{expected}{problem}"));
+    }
+    assert_eq!(line.output("read", 5, &["pirani.safe-value"]), "pirani.safe-value = 0 Torr\n");
+}
+
+#[test]
+fn a_pressure_outside_the_measuring_range_needs_force() {
+    let line = Line::with(&["bcg450@5"]);
+    let beyond = "bcg450 at address 5, pirani.safe-value (slot 1, index 40, instance 1): 1e9 mbar is outside the measuring range, \
+                  which is 5e-10 mbar to 1500 mbar; to write it all the same add --force";
+    line.fails("write", 5, &["pirani.safe-value", "1e9 mbar"], 2, beyond);
+    assert_eq!(line.output("read", 5, &["pirani.safe-value"]), "pirani.safe-value = 0 mbar\n");
+    let forced = line.output("write", 5, &["--force", "pirani.safe-value", "1e9 mbar"]);
+    assert_eq!(forced, "pirani.safe-value: 0 mbar -> 1e9 mbar\n");
+    // The end of the range is a legal value: tira41d1 3.2.5.1. --force does not make a text a value.
+    let back = line.output("write", 5, &["pirani.safe-value", "1500 mbar"]);
+    assert_eq!(back, "pirani.safe-value: 1e9 mbar -> 1500 mbar\n");
+    let done = line.run("write", 5, &["--force", "pirani.safe-value", "1"]);
+    assert_eq!(done.code, 2, "{}", done.err);
 }
 
 /// Unit and data type change only in IDLE: the gauge refuses, and the error advises the next step.
@@ -124,7 +155,7 @@ fn a_refusal_of_the_gauge_is_shown_with_its_reason() {
     let refused = "pcg550 at address 6, trip-point.1/low-trip-point (slot 2, index 19): writing was refused with state conflict \
                    (B5), code 17: instruction not allowed in this state; read device.device-state, and the parameter that says \
                    who sets this one";
-    line.fails("write", 6, &["trip-point.1/low-trip-point", "1"], 1, refused);
+    line.fails("write", 6, &["trip-point.1/low-trip-point", "1 mbar"], 1, refused);
 }
 
 /// On a terminal the user is asked for confirmation.

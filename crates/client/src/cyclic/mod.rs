@@ -13,6 +13,23 @@ use profivac_dp::link::Baud;
 use profivac_dp::master::SlaveParameters;
 
 /// The data that a class 1 master needs to exchange data with a slave.
+///
+/// ```
+/// use profivac_client::cyclic::{ChannelPrinciples, CyclicSlave};
+/// use profivac_devices::catalog::model_named;
+/// use profivac_dp::link::Baud;
+///
+/// let model = model_named("tpg300").ok_or("no such model")?;
+/// let unit = model.unit_named("Pascal").ok_or("no such unit")?;
+/// let configuration = model.default_configuration;
+/// let slave = CyclicSlave { address: 7, model, configuration, unit, principles: ChannelPrinciples::default() };
+/// assert_eq!(slave.parameters(Baud::B19200).cfg, configuration.octets);
+/// // 8 octets of the parameter channel, then each channel with its pressure and status.
+/// let channel = [&2.5_f32.to_be_bytes()[..], &[0]].concat();
+/// let values = slave.decode_inputs(&[vec![0; 8], channel.repeat(4)].concat()).values;
+/// assert_eq!(values.first().and_then(|value| value.pa), Some(2.5));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Copy, Debug)]
 pub struct CyclicSlave {
     /// The address.
@@ -170,12 +187,26 @@ impl ChannelValue {
 }
 
 /// The set bits of a status extension by name.
+///
+/// ```
+/// use profivac_client::cyclic::extension_texts;
+/// use profivac_devices::profile::StatusExtension;
+///
+/// assert_eq!(extension_texts(StatusExtension::INVALID | StatusExtension::UNDER), ["invalid", "underrange"]);
+/// ```
 #[must_use]
 pub fn extension_texts(status: StatusExtension) -> Vec<&'static str> {
     EXTENSIONS.into_iter().filter(|(bit, _)| status.contains(*bit)).map(|(_, word)| word).collect()
 }
 
 /// The set bits of an Exception Status by name.
+///
+/// ```
+/// use profivac_client::cyclic::exception_texts;
+/// use profivac_devices::profile::ExceptionStatus;
+///
+/// assert_eq!(exception_texts(ExceptionStatus::WARNING_DEVICE), ["device warning"]);
+/// ```
 #[must_use]
 pub fn exception_texts(exception: ExceptionStatus) -> Vec<&'static str> {
     EXCEPTIONS.into_iter().filter(|(bit, _)| exception.contains(*bit)).map(|(_, word)| word).collect()

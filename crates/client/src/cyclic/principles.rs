@@ -17,6 +17,17 @@ const TRANSDUCERS: [(u16, Principle); 3] =
 const MAX_CHANNELS: usize = 4;
 
 /// The principles that the tables leave open and the device reports.
+///
+/// ```
+/// use profivac_client::cyclic::{ChannelPrinciples, open_instances};
+/// use profivac_devices::catalog::model_named;
+///
+/// let img400 = model_named("img400").ok_or("no such model")?;
+/// assert_eq!(open_instances(img400), [3, 4]);
+/// // Block Type 14: a diaphragm.
+/// assert_ne!(ChannelPrinciples::from_block_types([(3, &[0, 14, 0, 0][..])]), ChannelPrinciples::default());
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct ChannelPrinciples([Option<(u8, Principle)>; MAX_CHANNELS]);
 

@@ -7,7 +7,7 @@ use crate::error::{ClientError, STATES, Unmet, mbar, source_states, state_name};
 use crate::names::{NamedParameter, ParameterNames};
 use crate::records::Records;
 use crate::values::Value;
-use profivac_devices::model::{Code, Codes, Precondition};
+use profivac_devices::model::{Code, Codes, Precondition, Role};
 use profivac_devices::profile::{DeviceState, StateEvent};
 
 /// Slot and index of Device State in every block device.
@@ -94,13 +94,12 @@ fn requirements<'a>(names: &'a ParameterNames, named: &'a NamedParameter, code: 
     let preconditions = code.preconditions.iter().filter_map(|precondition| match *precondition {
         Precondition::Executing => state.map(Requirement::Executing),
         Precondition::EmissionOn => {
-            parameter_of_instance(names, named, named.parameter.place.instance, |name| name == "Emission Status")
+            parameter_of_instance(names, named, named.parameter.place.instance, Role::EmissionStatus)
                 .map(Requirement::Emission)
         }
         Precondition::PressureBelow(instance, pa) => {
             let instance = instance.unwrap_or(named.parameter.place.instance);
-            parameter_of_instance(names, named, instance, |name| name.contains("Value (PV)"))
-                .map(|value| Requirement::Below(value, pa))
+            parameter_of_instance(names, named, instance, Role::ProcessValue).map(|value| Requirement::Below(value, pa))
         }
     });
     transition.into_iter().chain(preconditions).collect()
@@ -114,17 +113,17 @@ fn event(named: &NamedParameter, code: &'static Code) -> Option<StateEvent> {
     StateEvent::of_command(number?).ok().flatten()
 }
 
-/// The parameter with this name in the same slot, of this instance.
+/// The parameter with this role in the same slot, of this instance.
 fn parameter_of_instance<'a>(
     names: &'a ParameterNames,
     named: &NamedParameter,
     instance: u8,
-    is: impl Fn(&str) -> bool,
+    role: Role,
 ) -> Option<&'a NamedParameter> {
     let slot = named.parameter.place.slot;
     names.all().iter().find(|other| {
         let place = other.parameter.place;
-        (place.slot, place.instance) == (slot, instance) && is(other.parameter.row.name)
+        (place.slot, place.instance) == (slot, instance) && other.parameter.row.role == Some(role)
     })
 }
 
@@ -153,7 +152,7 @@ impl Requirement<'_> {
                 (in_state(found), is_other.then_some(Unmet::NotExecuting { found }))
             }
             Self::Emission(status) => {
-                let reading = gauge.read(status)?;
+                let reading = gauge.read_parameter(status)?;
                 let is_off = reading.value == Value::Integer(0);
                 (format!("it is {}", reading.text), is_off.then_some(Unmet::EmissionOff))
             }
@@ -183,6 +182,6 @@ fn in_state(state: Option<DeviceState>) -> String {
 }
 
 fn read_state<R: Records>(gauge: &mut Gauge<R>, named: &NamedParameter) -> Result<Option<DeviceState>, ClientError> {
-    let reading = gauge.read(named)?;
+    let reading = gauge.read_parameter(named)?;
     Ok(STATES.into_iter().find(|state| reading.value == Value::Integer(state.code().into())))
 }

@@ -1,12 +1,12 @@
 //! Parameters as Rust types: the compiler knows the value of a parameter from its row.
 
-use super::{Gauge, PreparedWrite, Value, WriteResult, code_of, conditions};
+use super::{Gauge, WriteResult};
 use crate::error::{ClientError, TypedError};
 use crate::names::NamedParameter;
 use crate::records::Records;
-use crate::values::ValueFormat;
+use crate::values::pressure_format;
 use profivac_devices::model::{
-    Counts, DataType, Direction, Location, NumberType, ParameterValue, PressureFormat, Row, Scale, TypedParameter,
+    DataType, Location, NumberType, ParameterValue, PressureFormat, Row, Scale, TypedParameter, Unit,
 };
 use profivac_devices::profile::DeviceState;
 use profivac_devices::{bcg450, img400};
@@ -21,24 +21,21 @@ impl<R: Records> Gauge<R> {
     /// use profivac_devices::bcg450::table::{PIRANI, analog_input};
     /// use profivac_devices::model::Pascal;
     ///
-    /// # let mut bus = Bus::builder("sim").open_on(profivac_virtual::open::devices(&["bcg450@5"])?)?;
+    /// # let mut bus = Bus::on(profivac_virtual::open::devices(&["bcg450@5"])?).open()?;
     /// let mut gauge = bus.gauge(5)?;
-    /// gauge.write_typed(&PIRANI, analog_input::SafeValue, Pascal(12.5))?;
-    /// assert_eq!(gauge.read_typed(&PIRANI, analog_input::SafeValue)?, Pascal(12.5));
+    /// gauge.set(&PIRANI, analog_input::SafeValue, Pascal(12.5))?;
+    /// assert_eq!(gauge.get(&PIRANI, analog_input::SafeValue)?, Pascal(12.5));
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     ///
     /// # Errors
     /// [`ClientError::Typed`] if the model has no such parameter or the value is outside its code table; the errors of
     /// [`read`](Self::read).
-    pub fn read_typed<P: TypedParameter>(
-        &mut self,
-        location: &Location,
-        _parameter: P,
-    ) -> Result<P::Value, ClientError> {
+    pub fn get<P: TypedParameter>(&mut self, location: &Location, _parameter: P) -> Result<P::Value, ClientError> {
         let named = self.typed_parameter::<P>(location)?;
-        let octets = self.read(&named)?.octets;
-        let format = self.pressure_format(&named, octets.len())?;
+        let octets = self.read_parameter(&named)?.octets;
+        let number = if octets.len() == NumberType::Integer.octets() { NumberType::Integer } else { NumberType::Float };
+        let format = self.pressure_format(&named, number)?;
         let value = named.parameter.row.data_type.decode(&octets, &format).ok();
         let value = value.as_ref().and_then(P::Value::from_value);
         value.ok_or_else(|| ClientError::Typed {
@@ -47,30 +44,24 @@ impl<R: Records> Gauge<R> {
         })
     }
 
-    /// Writes a parameter as a Rust type and reads it back. Checks the conditions of a command before.
+    /// Writes a parameter as a Rust type and reads it back, with the same checks as [`write`](Self::write).
     ///
     /// # Errors
-    /// [`ClientError::Typed`] if the model has no such parameter; the errors of [`execute`](Self::execute).
-    pub fn write_typed<P: TypedParameter>(
+    /// [`ClientError::Typed`] if the model has no such parameter; the errors of [`write`](Self::write).
+    pub fn set<P: TypedParameter>(
         &mut self,
         location: &Location,
         _parameter: P,
         value: P::Value,
     ) -> Result<WriteResult, ClientError> {
         let named = self.typed_parameter::<P>(location)?;
-        self.check_access(&named, Direction::Write)?;
-        let row = named.parameter.row;
-        let is_readable = row.access.allows(self.records.via(), Direction::Read) && !row.codes.is_command();
-        let before = if is_readable { Some(self.read(&named)?) } else { None };
-        let length = before.as_ref().map_or(4, |before| before.octets.len());
-        let format = self.pressure_format(&named, length)?;
-        let octets = row.data_type.encode(&value.to_value(row.data_type), &format).to_vec();
-        let value = Value::of(row, &octets);
-        let unit = self.unit_of(&named)?;
-        let text = ValueFormat { named: &named, model: self.model, unit }.format(&value);
-        let code = code_of(row, &value);
-        conditions::check(self, &named, code)?;
-        self.execute(PreparedWrite { named, octets, text, code, before })
+        let data_type = named.parameter.row.data_type;
+        let write = self.prepare_with(&named, |gauge, number| {
+            let format = gauge.pressure_format(&named, number)?;
+            Ok(data_type.encode(&value.to_value(data_type), &format).to_vec())
+        })?;
+        let write = self.check(write)?;
+        self.execute(write)
     }
 
     /// Reads the state of the device, on every model that has one: a TPG300 and a TPG500 have none.
@@ -79,20 +70,20 @@ impl<R: Records> Gauge<R> {
     /// # use profivac_client::Bus;
     /// use profivac_devices::profile::DeviceState;
     ///
-    /// # let mut bus = Bus::builder("sim").open_on(profivac_virtual::open::devices(&["bcg450@5", "img400@6"])?)?;
+    /// # let mut bus = Bus::on(profivac_virtual::open::devices(&["bcg450@5", "img400@6"])?).open()?;
     /// assert_eq!(bus.gauge(5)?.device_state()?, DeviceState::Idle);
     /// println!("{}", bus.gauge(6)?.device_state()?.name());
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     ///
     /// # Errors
-    /// As [`read_typed`](Self::read_typed): [`TypedError::NotOnModel`] on a TPG300 or TPG500.
+    /// As [`get`](Self::get): [`TypedError::NotOnModel`] on a TPG300 or TPG500.
     pub fn device_state(&mut self) -> Result<DeviceState, ClientError> {
         let location = &bcg450::table::DEVICE;
         let block_device = bcg450::table::device_block::DeviceState;
         match self.model.typed_row::<bcg450::table::device_block::DeviceState>(location) {
-            Some(_) => self.read_typed(location, block_device),
-            None => self.read_typed(&img400::table::DEVICE, img400::table::device_block::DeviceState),
+            Some(_) => self.get(location, block_device),
+            None => self.get(&img400::table::DEVICE, img400::table::device_block::DeviceState),
         }
     }
 
@@ -106,19 +97,14 @@ impl<R: Records> Gauge<R> {
         })
     }
 
-    /// How a parameter writes its pressures. `length` is the number of its octets. The unit matters only for a pressure, and
-    /// the scale of the instance only for a pressure in COUNTS.
-    fn pressure_format(&mut self, named: &NamedParameter, length: usize) -> Result<PressureFormat, ClientError> {
+    /// How a parameter writes its pressures. The unit matters only for a pressure.
+    fn pressure_format(&mut self, named: &NamedParameter, number: NumberType) -> Result<PressureFormat, ClientError> {
         let is_pressure = named.parameter.row.data_type == DataType::ByType;
-        let unit = if is_pressure { self.unit()? } else { self.model.units.first() };
-        let instance = super::instance_of(named);
-        let spec = self.model.parts.iter().find(|spec| spec.part.instance == instance);
-        let needs_scale = is_pressure && unit.is_some_and(|unit| unit.scale == Scale::Counts);
-        let counts = spec.map(|spec| spec.counts).or((!needs_scale).then_some(Counts::Linear { per_mbar: 1.0 }));
-        let (Some(unit), Some(counts)) = (unit, counts) else {
-            return Err(ClientError::Typed { place: self.context(named), error: TypedError::NoUnit });
-        };
-        let number = if is_pressure && length == 2 { NumberType::Integer } else { NumberType::Float };
-        Ok(PressureFormat { unit, number, counts, max_integer: u16::MAX })
+        let unit = if is_pressure { self.unit()? } else { Some(&NO_UNIT) };
+        let format = unit.and_then(|unit| pressure_format(self.model, named, unit, number));
+        format.ok_or_else(|| ClientError::Typed { place: self.context(named), error: TypedError::NoUnit })
     }
 }
+
+/// The unit of a value that is no pressure.
+static NO_UNIT: Unit = Unit { code: 0, name: "", alias: "", scale: Scale::MBAR };

@@ -9,7 +9,7 @@ mod words;
 
 use profivac_devices::catalog::MODELS;
 use profivac_devices::model::Model;
-use profivac_devices::pxg55x::table::VARIANTS;
+use profivac_devices::pxg55x::table;
 use profivac_devices::{bcg450, img400, tpg, xpg400};
 use std::{env, fs, path::Path};
 
@@ -44,9 +44,13 @@ const fn pxg(file: &'static str, note: &'static str, models: &'static [&'static 
 
 /// All pages, in the order of the manuals.
 static PAGES: [Page; 8] = [
-    pxg("pcg55x-atm", WITH_ATM, &[&VARIANTS[0].model, &VARIANTS[1].model, &VARIANTS[2].model]),
-    pxg("pcg55x", WITHOUT_ATM, &[&VARIANTS[3].model, &VARIANTS[4].model, &VARIANTS[5].model]),
-    pxg("psg55x", "", &[&VARIANTS[6].model, &VARIANTS[7].model, &VARIANTS[8].model]),
+    pxg(
+        "pcg55x-atm",
+        WITH_ATM,
+        &[&table::PCG550_WITH_ATM.model, &table::PCG552_WITH_ATM.model, &table::PCG554_WITH_ATM.model],
+    ),
+    pxg("pcg55x", WITHOUT_ATM, &[&table::PCG550.model, &table::PCG552.model, &table::PCG554.model]),
+    pxg("psg55x", "", &[&table::PSG550.model, &table::PSG552.model, &table::PSG554.model]),
     page("bpg400", "xpg400", &[&xpg400::table::BPG400.model]),
     page("hpg400", "xpg400", &[&xpg400::table::HPG400.model]),
     page("bcg450", "bcg450", &[&bcg450::table::MODEL]),

@@ -4,6 +4,7 @@
 
 use super::access::Access;
 use super::codes::Codes;
+use super::role::Role;
 use super::value::DataType;
 use core::fmt;
 
@@ -53,6 +54,8 @@ pub struct Row {
     pub section: &'static str,
     /// The meaning of its numbers.
     pub codes: Codes,
+    /// The part it plays for a client, if a client looks for it.
+    pub role: Option<Role>,
 }
 
 impl Row {

@@ -110,6 +110,7 @@ macro_rules! block {
                     storage: $crate::model::block_macros::storage!($storage),
                     section: $section,
                     codes: $crate::model::block_macros::row_codes!($($codes)?),
+                    role: $crate::model::role::role!($parameter),
                 },)+],
             };
 

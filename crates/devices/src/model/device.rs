@@ -4,8 +4,9 @@ use super::access_error::AccessError;
 use super::block::{Location, PlacedBlock, Row};
 use super::cyclic::Configuration;
 use super::fault::FaultList;
-use super::part_spec::PartSpec;
-use super::pressure::Unit;
+use super::part_spec::{MeasuringRange, PartSpec, Principle};
+use super::pressure::{Counts, Unit};
+use super::role::Role;
 use super::typed::TypedParameter;
 use profivac_dp::slave::Features;
 
@@ -76,11 +77,67 @@ impl Model {
         blocks.filter_map(|placed| placed.block.row(P::ROW.index)).find(|row| row.is_like(P::ROW))
     }
 
+    /// The parts that measure the pressure of this location: one for an instance, every gauge that a channel accepts for a
+    /// channel, none for a relay.
+    pub fn parts_at(&self, location: &Location) -> impl Iterator<Item = &'static PartSpec> + '_ {
+        let has_value = self.has_process_value(location);
+        let instance = if location.instance > 0 { location.instance } else { location.slot };
+        self.parts.iter().copied().filter(move |spec| has_value && spec.part.instance == instance)
+    }
+
+    /// The parts that measure the chamber, not the ambient air.
+    fn chamber_parts(&self) -> impl Iterator<Item = &'static PartSpec> + '_ {
+        self.parts.iter().copied().filter(|spec| spec.part.principle != Principle::Atmosphere)
+    }
+
+    fn has_process_value(&self, location: &Location) -> bool {
+        let placed = self.blocks.iter().filter(|placed| placed.locations.iter().any(|own| own.is_at(location)));
+        placed.flat_map(|placed| placed.block.rows).any(|row| row.role == Some(Role::ProcessValue))
+    }
+
+    /// The COUNTS of the pressures of this location; `None` if the tables do not say.
+    #[must_use]
+    pub fn counts_at(&self, location: &Location) -> Option<Counts> {
+        common_counts(self.parts_at(location)).or_else(|| common_counts(self.chamber_parts()))
+    }
+
+    /// The pressures that the device can measure, as far as a pressure of this location depends on it: the range of a channel,
+    /// the whole range of a gauge with several instances, that of the ambient pressure sensor for its own parameters. `None` if
+    /// the tables have no ranges.
+    #[must_use]
+    pub fn measuring_range_at(&self, location: &Location) -> Option<MeasuringRange> {
+        let own = || self.parts_at(location);
+        let is_ambient = own().any(|spec| spec.part.principle == Principle::Atmosphere);
+        if is_ambient || (location.instance == 0 && own().next().is_some()) {
+            whole_range(own())
+        } else {
+            whole_range(self.chamber_parts())
+        }
+    }
+
     /// The unit with this name, in any case of letters.
     #[must_use]
     pub fn unit_named(&self, name: &str) -> Option<&'static Unit> {
         self.units.iter().find(|unit| unit.name.eq_ignore_ascii_case(name) || unit.alias.eq_ignore_ascii_case(name))
     }
+}
+
+/// The COUNTS of these parts, if all have the same.
+fn common_counts(mut parts: impl Iterator<Item = &'static PartSpec>) -> Option<Counts> {
+    let counts = parts.next()?.counts;
+    parts.all(|spec| spec.counts == counts).then_some(counts)
+}
+
+/// From the lowest to the highest pressure of all these parts.
+fn whole_range(parts: impl Iterator<Item = &'static PartSpec>) -> Option<MeasuringRange> {
+    let ranges = parts.map(|spec| MeasuringRange {
+        lowest_pa: spec.limits.under_pa,
+        highest_pa: spec.limits.over_pa.max(spec.limits.full_scale_pa),
+    });
+    ranges.reduce(|a, b| MeasuringRange {
+        lowest_pa: a.lowest_pa.min(b.lowest_pa),
+        highest_pa: a.highest_pa.max(b.highest_pa),
+    })
 }
 
 /// A user parameter string.
@@ -159,4 +216,45 @@ pub struct Gsd {
     pub max_diag_octets: u8,
     /// Set_Slave_Add is supported.
     pub set_slave_add: bool,
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::catalog::model_named;
+    use crate::model::{Counts, Location};
+
+    fn range(device: &str, slot: u8, instance: u8) -> Option<(f64, f64)> {
+        let location = Location { slot, instance, name: "" };
+        let range = model_named(device).unwrap().measuring_range_at(&location)?;
+        Some((range.lowest_pa / 100.0, range.highest_pa / 100.0))
+    }
+
+    #[test]
+    fn a_channel_has_its_own_range_and_a_combined_gauge_one_of_all_its_parts() {
+        let close = |found: Option<(f64, f64)>, (low, high): (f64, f64)| {
+            let (found_low, found_high) = found.unwrap();
+            assert!((found_low / low - 1.0).abs() < 1e-9 && (found_high / high - 1.0).abs() < 1e-9, "{found_low}");
+        };
+        close(range("bcg450", 1, 1), (5e-10, 1500.0));
+        close(range("bcg450", 1, 2), (5e-10, 1500.0));
+        close(range("img400", 1, 0), (1e-12, 1e-2));
+        close(range("img400", 3, 0), (8e-4, 1000.0));
+        // A relay may watch any channel.
+        close(range("img400", 5, 0), (1e-12, 1000.0));
+        // The ambient pressure sensor.
+        let (_, highest) = range("pcg550", 1, 3).unwrap();
+        assert!(highest < 1500.0, "{highest}");
+        assert_eq!(range("tpg300", 1, 0), None);
+    }
+
+    /// A trip point in slot 3 has nothing to do with instance 3, the ambient pressure sensor.
+    #[test]
+    fn the_counts_of_a_trip_point_are_those_of_the_chamber() {
+        let counts =
+            |device, slot, instance| model_named(device).unwrap().counts_at(&Location { slot, instance, name: "" });
+        assert!(matches!(counts("pcg550", 3, 0), Some(Counts::Log { .. })));
+        assert!(matches!(counts("pcg550", 1, 3), Some(Counts::Linear { .. })));
+        assert!(matches!(counts("img400", 11, 0), Some(Counts::Log { .. })));
+        assert_eq!(counts("tpg500", 5, 0), None);
+    }
 }

@@ -14,6 +14,7 @@ mod fault;
 mod octets;
 mod part_spec;
 mod pressure;
+pub(crate) mod role;
 pub(crate) mod typed;
 pub(crate) mod value;
 
@@ -30,5 +31,6 @@ pub use fault::{Fault, FaultList};
 pub use octets::{Octets, copy_to_front};
 pub use part_spec::{Clipping, Limits, MeasuringRange, Part, PartSpec, Principle, RangeStatus};
 pub use pressure::{Counts, NumberType, PressureFormat, Scale, Unit, mbar};
+pub use role::Role;
 pub use typed::{ParameterValue, Pascal, TypedParameter};
-pub use value::{DataType, Value, command_code};
+pub use value::{DataType, Length, LengthError, RawValue, Value, command_code};

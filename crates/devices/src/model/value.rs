@@ -101,6 +101,72 @@ impl fmt::Display for DataType {
     }
 }
 
+/// The number of octets in which a type writes its values.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Length {
+    /// Always this number.
+    Exactly(u8),
+    /// A text without all the blanks that pad it: errata-bpg-bcg-tpg 34.
+    AtMost(u8),
+    /// 2 or 4: a pressure as an integer or a float.
+    ByNumberType,
+}
+
+impl Length {
+    /// Whether a value may have this number of octets.
+    #[must_use]
+    pub const fn allows(self, octets: usize) -> bool {
+        match self {
+            Self::Exactly(length) => octets == length as usize,
+            Self::AtMost(length) => octets <= length as usize,
+            Self::ByNumberType => matches!(octets, 2 | 4),
+        }
+    }
+}
+
+impl fmt::Display for Length {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Exactly(1) => f.write_str("1 octet"),
+            Self::Exactly(length) => write!(f, "{length} octets"),
+            Self::AtMost(length) => write!(f, "at most {length} octets"),
+            Self::ByNumberType => f.write_str("2 or 4 octets"),
+        }
+    }
+}
+
+/// The octets of a record have another number than the type of the parameter demands.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct LengthError {
+    /// The type.
+    pub data_type: DataType,
+    /// The number of octets that it demands.
+    pub expected: Length,
+    /// The number of octets that came.
+    pub found: usize,
+}
+
+impl fmt::Display for LengthError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "expected {} of {}, found {}", self.expected, self.data_type, self.found)
+    }
+}
+
+impl core::error::Error for LengthError {}
+
+/// The number, text or string that octets contain, before a unit or a code table gives it a meaning.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum RawValue<'a> {
+    /// A Boolean, an integer, or a pressure as an integer.
+    Integer(i64),
+    /// A float, or a pressure as a float.
+    Float(f32),
+    /// A text with the blanks that pad it.
+    Text(&'a [u8]),
+    /// A string of octets, an array or a record.
+    Octets(&'a [u8]),
+}
+
 /// The value of a parameter.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Value {
@@ -220,6 +286,47 @@ impl DataType {
         }
     }
 
+    /// The number of octets that a value may have while unit and number type are not known.
+    #[must_use]
+    pub const fn octets(self) -> Length {
+        match self {
+            Self::Boolean | Self::Int8 | Self::Uint8 => Length::Exactly(1),
+            Self::Int16 | Self::Uint16 => Length::Exactly(2),
+            Self::Int32 | Self::Uint32 | Self::Float => Length::Exactly(4),
+            Self::Visible(length) => Length::AtMost(length),
+            Self::OctetString(length) | Self::Array(length) | Self::Record(length) => Length::Exactly(length),
+            Self::ByType => Length::ByNumberType,
+        }
+    }
+
+    /// The number, text or string in `octets`.
+    ///
+    /// ```
+    /// use profivac_devices::model::{DataType, RawValue};
+    ///
+    /// assert_eq!(DataType::Uint16.raw(&[0x13, 0x08]), Ok(RawValue::Integer(0x1308)));
+    /// let error = DataType::Boolean.raw(&[1; 62]).unwrap_err();
+    /// assert_eq!(error.to_string(), "expected 1 octet of BOOLEAN, found 62");
+    /// ```
+    ///
+    /// # Errors
+    /// [`LengthError`] for a number of octets that no value of this type has.
+    pub fn raw(self, octets: &[u8]) -> Result<RawValue<'_>, LengthError> {
+        let expected = self.octets();
+        if !expected.allows(octets.len()) {
+            return Err(LengthError { data_type: self, expected, found: octets.len() });
+        }
+        Ok(match (self, octets) {
+            (Self::Float | Self::ByType, [a, b, c, d]) => RawValue::Float(f32::from_be_bytes([*a, *b, *c, *d])),
+            (Self::Int8 | Self::Int16 | Self::Int32, _) => RawValue::Integer(signed(octets)),
+            (Self::Boolean | Self::Uint8 | Self::Uint16 | Self::Uint32 | Self::Float | Self::ByType, _) => {
+                RawValue::Integer(unsigned(octets))
+            }
+            (Self::Visible(_), _) => RawValue::Text(octets),
+            (Self::OctetString(_) | Self::Array(_) | Self::Record(_), _) => RawValue::Octets(octets),
+        })
+    }
+
     /// The octets of `value` on the wire.
     #[must_use]
     pub fn encode(self, value: &Value, format: &PressureFormat) -> Octets {
@@ -239,20 +346,18 @@ impl DataType {
     /// [`AccessError::OutOfRange`] when no value of this type has these octets: a Boolean other than 0 and 1
     /// (errata-bpg-bcg-tpg 26), a float that is not a number, a pressure below zero.
     pub fn decode(self, octets: &[u8], format: &PressureFormat) -> Result<Value, AccessError> {
-        Ok(match self {
-            Self::Boolean => match octets {
-                [0] => Value::Boolean(false),
-                [1] => Value::Boolean(true),
-                _ => return Err(AccessError::OutOfRange),
+        let number = match self.raw(octets).map_err(|_| AccessError::OutOfRange)? {
+            RawValue::Text(octets) | RawValue::Octets(octets) => return Ok(Value::octets(octets)),
+            RawValue::Integer(integer) => match (self, integer) {
+                (Self::ByType, _) => format.decode(octets).map(Value::Pressure),
+                (Self::Boolean, 0 | 1) => Some(Value::Boolean(integer == 1)),
+                (Self::Boolean, _) => None,
+                _ => Some(Value::Integer(integer)),
             },
-            Self::Uint8 | Self::Uint16 | Self::Uint32 => Value::Integer(unsigned(octets)),
-            Self::Int8 | Self::Int16 | Self::Int32 => Value::Integer(signed(octets)),
-            Self::Float => {
-                Value::Float(float(octets).filter(|float| float.is_finite()).ok_or(AccessError::OutOfRange)?)
-            }
-            Self::ByType => Value::Pressure(format.decode(octets).ok_or(AccessError::OutOfRange)?),
-            Self::Visible(_) | Self::OctetString(_) | Self::Array(_) | Self::Record(_) => Value::octets(octets),
-        })
+            RawValue::Float(_) if self == Self::ByType => format.decode(octets).map(Value::Pressure),
+            RawValue::Float(float) => float.is_finite().then_some(Value::Float(float)),
+        };
+        number.ok_or(AccessError::OutOfRange)
     }
 
     /// The octet that pads a short text or string.
@@ -303,10 +408,6 @@ fn signed(octets: &[u8]) -> i64 {
     octets.iter().fold(if negative { -1 } else { 0 }, |sum, octet| sum << 8 | i64::from(*octet))
 }
 
-fn float(octets: &[u8]) -> Option<f32> {
-    octets.try_into().ok().map(f32::from_be_bytes)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -342,6 +443,33 @@ mod tests {
             let stored = data_type.encode_stored(&value, &FORMAT);
             assert_eq!(data_type.decode_stored(&stored, &FORMAT), Some(value), "{data_type}");
         }
+    }
+
+    #[test]
+    fn octets_of_another_number_than_the_type_demands_are_no_value() {
+        for (data_type, allowed) in [
+            (DataType::Boolean, &[1][..]),
+            (DataType::Int8, &[1]),
+            (DataType::Uint8, &[1]),
+            (DataType::Int16, &[2]),
+            (DataType::Uint16, &[2]),
+            (DataType::Int32, &[4]),
+            (DataType::Uint32, &[4]),
+            (DataType::Float, &[4]),
+            (DataType::ByType, &[2, 4]),
+            (DataType::Visible(3), &[0, 1, 2, 3]),
+            (DataType::OctetString(3), &[3]),
+            (DataType::Array(3), &[3]),
+            (DataType::Record(3), &[3]),
+        ] {
+            for length in 0..=64 {
+                let octets = [0; 64];
+                let raw = data_type.raw(octets.get(..length).unwrap());
+                assert_eq!(raw.is_ok(), allowed.contains(&length), "{data_type} of {length} octets");
+            }
+        }
+        let expected = LengthError { data_type: DataType::Visible(8), expected: Length::AtMost(8), found: 9 };
+        assert_eq!(DataType::Visible(8).raw(&[b' '; 9]), Err(expected));
     }
 
     #[test]

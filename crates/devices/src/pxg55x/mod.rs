@@ -57,7 +57,7 @@ impl Pxg55xModel {
 
     /// Every gauge of the series.
     pub fn all() -> impl Iterator<Item = Self> {
-        VARIANTS.iter().map(Self)
+        VARIANTS.into_iter().map(Self)
     }
 
     /// Its tables.

@@ -557,15 +557,27 @@ const fn variant(
 ///
 /// The filament tells the models apart: tungsten, nickel, and ceramic coated, which has no abbreviation in 7.1.9.
 /// Connector, relays and analog output are those of the example there, and the part numbers stand for them.
-#[rustfmt::skip]
-pub static VARIANTS: [Variant; 9] = [
-    variant(&PCG_WITH_ATM, "pcg550", "PCG550", "3PC1-001-3121", "DS9 SP WO ATM PB CDG AO0 PIR"),
-    variant(&PCG_WITH_ATM, "pcg552", "PCG552", "3PC2-001-3121", "DS9 SP NI ATM PB CDG AO0 PIR"),
-    variant(&PCG_WITH_ATM, "pcg554", "PCG554", "3PC3-001-3121", "DS9 SP ATM PB CDG AO0 PIR"),
-    variant(&PCG,          "pcg550", "PCG550", "3PC1-001-2121", "DS9 SP WO PB CDG AO0 PIR"),
-    variant(&PCG,          "pcg552", "PCG552", "3PC2-001-2121", "DS9 SP NI PB CDG AO0 PIR"),
-    variant(&PCG,          "pcg554", "PCG554", "3PC3-001-2121", "DS9 SP PB CDG AO0 PIR"),
-    variant(&PSG,          "psg550", "PSG550", "3PI1-001-2121", "DS9 SP WO PB AO0 PIR"),
-    variant(&PSG,          "psg552", "PSG552", "3PI2-001-2121", "DS9 SP NI PB AO0 PIR"),
-    variant(&PSG,          "psg554", "PSG554", "3PI3-001-2121", "DS9 SP PB AO0 PIR"),
-];
+pub static VARIANTS: [&Variant; 9] =
+    [&PCG550_WITH_ATM, &PCG552_WITH_ATM, &PCG554_WITH_ATM, &PCG550, &PCG552, &PCG554, &PSG550, &PSG552, &PSG554];
+
+/// Tungsten, with an atmosphere sensor.
+pub static PCG550_WITH_ATM: Variant =
+    variant(&PCG_WITH_ATM, "pcg550", "PCG550", "3PC1-001-3121", "DS9 SP WO ATM PB CDG AO0 PIR");
+/// Nickel, with an atmosphere sensor.
+pub static PCG552_WITH_ATM: Variant =
+    variant(&PCG_WITH_ATM, "pcg552", "PCG552", "3PC2-001-3121", "DS9 SP NI ATM PB CDG AO0 PIR");
+/// Ceramic coated, with an atmosphere sensor.
+pub static PCG554_WITH_ATM: Variant =
+    variant(&PCG_WITH_ATM, "pcg554", "PCG554", "3PC3-001-3121", "DS9 SP ATM PB CDG AO0 PIR");
+/// Tungsten, without an atmosphere sensor.
+pub static PCG550: Variant = variant(&PCG, "pcg550", "PCG550", "3PC1-001-2121", "DS9 SP WO PB CDG AO0 PIR");
+/// Nickel, without an atmosphere sensor.
+pub static PCG552: Variant = variant(&PCG, "pcg552", "PCG552", "3PC2-001-2121", "DS9 SP NI PB CDG AO0 PIR");
+/// Ceramic coated, without an atmosphere sensor.
+pub static PCG554: Variant = variant(&PCG, "pcg554", "PCG554", "3PC3-001-2121", "DS9 SP PB CDG AO0 PIR");
+/// Tungsten.
+pub static PSG550: Variant = variant(&PSG, "psg550", "PSG550", "3PI1-001-2121", "DS9 SP WO PB AO0 PIR");
+/// Nickel.
+pub static PSG552: Variant = variant(&PSG, "psg552", "PSG552", "3PI2-001-2121", "DS9 SP NI PB AO0 PIR");
+/// Ceramic coated.
+pub static PSG554: Variant = variant(&PSG, "psg554", "PSG554", "3PI3-001-2121", "DS9 SP PB AO0 PIR");

@@ -1,6 +1,7 @@
 //! The interface between a DP slave and the device behind it.
 
 use core::fmt;
+use profivac_wire::acyclic::ErrorCode;
 use profivac_wire::acyclic::call::IM_RECORD_LENGTH;
 use profivac_wire::address::SetSlaveAdd;
 use profivac_wire::cfg::Lengths;
@@ -91,23 +92,23 @@ pub struct Dpv1Error {
 
 impl Dpv1Error {
     /// The application does not have the feature.
-    pub const FEATURE_NOT_SUPPORTED: Self = Self::new(0xA9);
+    pub const FEATURE_NOT_SUPPORTED: Self = Self::new(ErrorCode::FEATURE_NOT_SUPPORTED.0);
     /// The index does not exist.
-    pub const INVALID_INDEX: Self = Self::new(0xB0);
+    pub const INVALID_INDEX: Self = Self::new(ErrorCode::INVALID_INDEX.0);
     /// The data are longer or shorter than the parameter.
-    pub const WRITE_LENGTH: Self = Self::new(0xB1);
+    pub const WRITE_LENGTH: Self = Self::new(ErrorCode::WRITE_LENGTH.0);
     /// The slot does not exist.
-    pub const INVALID_SLOT: Self = Self::new(0xB2);
+    pub const INVALID_SLOT: Self = Self::new(ErrorCode::INVALID_SLOT.0);
     /// The request contradicts itself.
-    pub const TYPE_CONFLICT: Self = Self::new(0xB3);
+    pub const TYPE_CONFLICT: Self = Self::new(ErrorCode::TYPE_CONFLICT.0);
     /// The access is not possible in this state.
-    pub const STATE_CONFLICT: Self = Self::new(0xB5);
+    pub const STATE_CONFLICT: Self = Self::new(ErrorCode::STATE_CONFLICT.0);
     /// The requester has no access, or not in this direction.
-    pub const ACCESS_DENIED: Self = Self::new(0xB6);
+    pub const ACCESS_DENIED: Self = Self::new(ErrorCode::ACCESS_DENIED.0);
     /// The value is not allowed.
-    pub const INVALID_RANGE: Self = Self::new(0xB7);
+    pub const INVALID_RANGE: Self = Self::new(ErrorCode::INVALID_RANGE.0);
     /// A field of the request is not allowed.
-    pub const INVALID_PARAMETER: Self = Self::new(0xB8);
+    pub const INVALID_PARAMETER: Self = Self::new(ErrorCode::INVALID_PARAMETER.0);
 
     /// An error with this Error_Code_1 and an Error_Code_2 of 0.
     #[must_use]

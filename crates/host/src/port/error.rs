@@ -40,7 +40,7 @@ pub enum PortError {
         offered: CharacterFormat,
     },
     /// The port has no baud rate, so none can be detected.
-    #[error("{0} has no transmission rate to detect: give the rate as a number (--baud 19200)")]
+    #[error("{0} has no transmission rate to for")]
     NoBaudRate(String),
     /// No telegram was received at any rate.
     #[error(

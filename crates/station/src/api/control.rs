@@ -158,7 +158,9 @@ impl IntoResponse for ControlError {
             Self::UnknownGauge(_) | Self::Command(ArmedCommandError::Unknown(_)) => {
                 Problem::not_found(detail).into_response()
             }
-            Self::Device(_) | Self::Request(_) | Self::Operation(OperationError::InvalidValue(_)) => {
+            Self::Device(_)
+            | Self::Request(_)
+            | Self::Operation(OperationError::InvalidValue(_) | OperationError::BeyondRange { .. }) => {
                 Problem::bad_request(detail).into_response()
             }
             Self::Forbidden(_) | Self::Command(ArmedCommandError::OtherUser(_)) => {

@@ -179,6 +179,7 @@ mod tests {
             octets: vec![5],
             before: None,
             after: "stop".to_owned(),
+            forced: None,
             risk: permissions::risk(operation.named.parameter.row, operation.command),
             conditions: Vec::new(),
         };

@@ -14,7 +14,11 @@ fn about(entry: AuditEntry, gauge: &Gauge) -> AuditEntry {
 
 fn with(entry: AuditEntry, operation: &Operation, preview: &OperationPreview) -> AuditEntry {
     let before = preview.before.as_ref().map(|(text, _)| text.clone());
-    AuditEntry { target: Some(operation.manual_name()), before, after: Some(preview.after.clone()), ..entry }
+    let after = match &preview.forced {
+        Some(beyond) => format!("{}, forced: {beyond}", preview.after),
+        None => preview.after.clone(),
+    };
+    AuditEntry { target: Some(operation.manual_name()), before, after: Some(after), ..entry }
 }
 
 /// A command is about to be sent, or was disarmed.

@@ -7,6 +7,7 @@ use super::authority::AuthorityError;
 use super::operation::ResolveError;
 use crate::auth::Forbidden;
 use crate::snapshot::Connection;
+use profivac_client::values::BeyondRange;
 use profivac_client::{ClientError, Condition};
 use profivac_recorder::AuditError;
 use profivac_virtual::device_spec::SpecError;
@@ -74,6 +75,14 @@ pub enum OperationError {
     /// The parameter does not take this value. Nothing was sent.
     #[error(transparent)]
     InvalidValue(Box<ClientError>),
+    /// The pressure is outside the measuring range of the gauge. Nothing was sent.
+    #[error("{target}: {error}; to write it all the same, request it with \"force\": true")]
+    BeyondRange {
+        /// The parameter.
+        target: String,
+        /// The pressure and the range.
+        error: BeyondRange,
+    },
     /// Some of these conditions do not hold. Nothing was sent.
     #[error("{}", unmet(.0))]
     ConditionsNotMet(Vec<Condition>),
@@ -199,9 +208,11 @@ impl OperationError {
     #[must_use]
     pub fn outcome(&self) -> String {
         match self {
-            Self::InvalidValue(_) | Self::ConditionsNotMet(_) | Self::Changed(_) | Self::Unavailable(_) => {
-                format!("not sent: {self}")
-            }
+            Self::InvalidValue(_)
+            | Self::BeyondRange { .. }
+            | Self::ConditionsNotMet(_)
+            | Self::Changed(_)
+            | Self::Unavailable(_) => format!("not sent: {self}"),
             Self::Refused(_) => format!("refused: {self}"),
             Self::OutcomeUnknown(_) => format!("not known: {self}"),
         }

@@ -5,7 +5,7 @@ use crate::auth::Role;
 use crate::view::Risk;
 use profivac_client::Condition;
 use profivac_client::names::{NamedParameter, ParameterNames, Target, TargetError, command_name, slug};
-use profivac_client::values::hex;
+use profivac_client::values::{BeyondRange, hex};
 use profivac_devices::model::{Code, Model};
 use serde::Deserialize;
 use std::fmt;
@@ -17,7 +17,7 @@ use utoipa::ToSchema;
 pub enum GivenValue {
     /// A text: `1e-3 mbar`, `use-safe-value`.
     Text(String),
-    /// A number in the unit of the gauge.
+    /// A number without a unit: a pressure is a text with its unit.
     Number(f64),
     /// Yes or no.
     Flag(bool),
@@ -41,8 +41,11 @@ pub struct OperationRequest {
     pub command: Option<String>,
     /// The parameter: `trip-point.1/high-trip-point`, `2/61`.
     pub target: Option<String>,
-    /// The value of the parameter.
+    /// The value of the parameter. A pressure has its unit: `1e-3 mbar`.
     pub value: Option<GivenValue>,
+    /// Writes a pressure outside the measuring range of the gauge; the audit trail says so.
+    #[serde(default)]
+    pub force: bool,
 }
 
 /// The reason why a request names no operation of a device.
@@ -104,6 +107,8 @@ pub struct Operation {
     pub text: String,
     /// The command.
     pub command: Option<&'static Code>,
+    /// A pressure outside the measuring range is intended.
+    pub force: bool,
 }
 
 /// The answer of the gauge before anything is sent.
@@ -119,6 +124,8 @@ pub struct OperationPreview {
     pub before: Option<(String, Vec<u8>)>,
     /// The new value as text with its unit.
     pub after: String,
+    /// The new value is outside the measuring range, and the request forces it.
+    pub forced: Option<BeyondRange>,
     /// The risk.
     pub risk: Risk,
     /// All conditions of the operation.
@@ -151,7 +158,10 @@ impl Operation {
         let names = ParameterNames::of_catalog(model).ok_or(ResolveError::NoParameters(model.name))?;
         match (&request.command, &request.target, &request.value) {
             (Some(command), None, None) => Self::command(model, names, command),
-            (None, Some(target), Some(value)) => Self::parameter(model, names, target, &value.to_string()),
+            (None, Some(target), Some(value)) => {
+                let operation = Self::parameter(model, names, target, &value.to_string())?;
+                Ok(Self { force: request.force, ..operation })
+            }
             _ => Err(ResolveError::Incomplete),
         }
     }
@@ -159,7 +169,7 @@ impl Operation {
     fn command(model: &'static Model, names: &ParameterNames, text: &str) -> Result<Self, ResolveError> {
         let unknown = || ResolveError::UnknownCommand { device: model.name, command: text.to_owned() };
         let (named, code) = names.command(text)?.ok_or_else(unknown)?;
-        Ok(Self { named: named.clone(), text: code.name.to_owned(), command: Some(code) })
+        Ok(Self { named: named.clone(), text: code.name.to_owned(), command: Some(code), force: false })
     }
 
     fn parameter(
@@ -179,7 +189,7 @@ impl Operation {
         };
         let codes = &named.parameter.row.codes;
         if !codes.is_command() {
-            return Ok(Self { named, text: value.to_owned(), command: None });
+            return Ok(Self { named, text: value.to_owned(), command: None, force: false });
         }
         let code = codes.codes().iter().find(|code| slug(code.name) == slug(value));
         let code = code.ok_or_else(|| ResolveError::UnknownCode {
@@ -187,7 +197,7 @@ impl Operation {
             commands: codes.codes().iter().map(|code| code.name).collect::<Vec<_>>().join(", "),
             value: value.to_owned(),
         })?;
-        Ok(Self { named, text: code.name.to_owned(), command: Some(code) })
+        Ok(Self { named, text: code.name.to_owned(), command: Some(code), force: false })
     }
 
     /// The name by which the operation can be requested again: `ba.degas-on`, `trip-point.1/high-trip-point`.

@@ -53,7 +53,7 @@ pub fn role(row: &Row, code: Option<&Code>) -> Role {
 /// The reason why the station never writes a row.
 #[must_use]
 pub fn blocked_reason(row: &Row) -> Option<&'static str> {
-    let is_presentation = row.codes == Codes::Units || row.name == "Data Type";
+    let is_presentation = row.codes == Codes::Units || row.role == Some(profivac_devices::model::Role::NumberType);
     is_presentation.then_some(
         "the station reads the cyclic data with the unit and the number type it found, and the device changes them only \
          without cyclic exchange: take the gauge out of the station's file, use `profivac write`, and put it back",

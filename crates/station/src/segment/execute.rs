@@ -6,7 +6,8 @@ use crate::control::operation::{Operation, OperationPreview, Readback};
 use crate::control::permissions;
 use profivac_client::cyclic::CyclicSlave;
 use profivac_client::records::Records;
-use profivac_client::{self, ClientError, ErrorKind, Gauge};
+use profivac_client::values::BeyondRange;
+use profivac_client::{self, ClientError, Condition, ErrorKind, Gauge};
 
 /// Asks the gauge what an operation would do. Nothing is changed.
 pub fn preview<R: Records>(
@@ -52,17 +53,30 @@ fn read_preview<R: Records>(
     operation: &Operation,
 ) -> Result<(profivac_client::PreparedWrite, OperationPreview), OperationError> {
     let write = gauge.prepare_unchecked(&operation.named, &operation.text).map_err(before_sending)?;
-    let conditions = gauge.conditions(&write).map_err(before_sending)?;
+    let mut conditions = gauge.conditions(&write).map_err(before_sending)?;
+    if let Some(beyond) = &write.beyond_range {
+        if !operation.force {
+            return Err(OperationError::BeyondRange { target: operation.named.name.clone(), error: beyond.clone() });
+        }
+        conditions.push(forced_condition(beyond));
+    }
     let preview = OperationPreview {
         device: gauge.model().name,
         address: gauge.address(),
         octets: write.octets.clone(),
         before: write.before.as_ref().map(|before| (before.text.clone(), before.octets.clone())),
         after: write.text.clone(),
+        forced: write.beyond_range.clone(),
         risk: permissions::risk(operation.named.parameter.row, write.code),
         conditions,
     };
     Ok((write, preview))
+}
+
+/// A line of the preview: the user sees before the execution that the value is outside the measuring range.
+fn forced_condition(BeyondRange { given, lowest, highest }: &BeyondRange) -> Condition {
+    let required = format!("the request forces a pressure outside the measuring range, which is {lowest} to {highest}");
+    Condition { required, found: format!("it is {given}"), unmet: None }
 }
 
 fn execute_checked<R: Records>(gauge: &mut Gauge<R>, command: &ArmedCommand) -> Result<Readback, OperationError> {

@@ -129,7 +129,7 @@ fn parameter<R: Records>(
     if !readable && !row.access.allows(AccessPath::Class2, Direction::Write) {
         return Ok(None);
     }
-    let (value, refusal) = match readable.then(|| gauge.read(named)) {
+    let (value, refusal) = match readable.then(|| gauge.read_parameter(named)) {
         None => (None, None),
         Some(Ok(reading)) => (Some(reading.text), None),
         Some(Err(ClientError::Session(SessionError::Port(_)))) => return Err(Unavailable::PortLost),

@@ -98,7 +98,7 @@ pub enum MemorySegmentError {
     #[error(transparent)]
     Bus(#[from] OutOfRange),
     /// The master cannot have the slaves.
-    #[error("{0}")]
+    #[error(transparent)]
     Master(#[from] SlaveListError),
 }
 

@@ -1024,6 +1024,8 @@ export interface components {
         OperationRequest: {
             /** @description The command: `degas-on`, `ba.degas-on`. */
             command?: string | null;
+            /** @description Writes a pressure outside the measuring range of the gauge; the audit trail says so. */
+            force?: boolean;
             /** @description The parameter: `trip-point.1/high-trip-point`, `2/61`. */
             target?: string | null;
             value?: components["schemas"]["GivenValue"] | null;

@@ -1,0 +1,155 @@
+//! Watching a gauge writes the nonvolatile Channel Instance Selector when another instance is needed, and once at the end.
+
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
+
+use profivac_client::{Bus, ms2};
+use profivac_dp::link::Baud;
+use profivac_host::port::{Character, Notice, Port, PortError};
+use profivac_host::readiness::Readiness;
+use std::pin::pin;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::task::{Context, Poll, Wake, Waker};
+use std::thread::{self, Thread};
+
+/// An MS2 write of one octet to the Channel Instance Selector of a BCG450: function, slot, index, length. profibus-wire 4.6
+const WRITE_SELECTOR: [u8; 4] = [0x5F, 1, 46, 1];
+
+/// A port that counts the writes of the selector.
+struct Counting {
+    port: Box<dyn Port>,
+    writes: Arc<AtomicUsize>,
+}
+
+impl Port for Counting {
+    fn name(&self) -> &str {
+        self.port.name()
+    }
+
+    fn is_timed(&self) -> bool {
+        self.port.is_timed()
+    }
+
+    fn readiness(&self) -> Vec<Readiness<'_>> {
+        self.port.readiness()
+    }
+
+    fn receive(&mut self, characters: &mut Vec<Character>) -> Result<(), PortError> {
+        self.port.receive(characters)
+    }
+
+    fn send(&mut self, octets: &[u8]) -> Result<(), PortError> {
+        if octets.windows(WRITE_SELECTOR.len()).any(|window| window == WRITE_SELECTOR) {
+            self.writes.fetch_add(1, Ordering::SeqCst);
+        }
+        self.port.send(octets)
+    }
+
+    fn set_baud(&mut self, baud: Baud) -> Result<(), PortError> {
+        self.port.set_baud(baud)
+    }
+
+    fn next_notice(&mut self) -> Option<Notice> {
+        self.port.next_notice()
+    }
+
+    fn generation(&self) -> u32 {
+        self.port.generation()
+    }
+}
+
+/// A BCG450 that shows instance 1 of slot 1, and the number of writes of its selector.
+fn port() -> (Box<dyn Port>, Arc<AtomicUsize>) {
+    let writes = Arc::new(AtomicUsize::new(0));
+    let port = profivac_virtual::open::devices(&["bcg450@5"]).unwrap();
+    (Box::new(Counting { port, writes: Arc::clone(&writes) }), writes)
+}
+
+fn block_on<T>(future: impl Future<Output = T>) -> T {
+    struct Unpark(Thread);
+    impl Wake for Unpark {
+        fn wake(self: Arc<Self>) {
+            self.0.unpark();
+        }
+    }
+    let waker = Waker::from(Arc::new(Unpark(thread::current())));
+    let (mut context, mut future) = (Context::from_waker(&waker), pin!(future));
+    loop {
+        match future.as_mut().poll(&mut context) {
+            Poll::Ready(value) => return value,
+            Poll::Pending => thread::park(),
+        }
+    }
+}
+
+const OTHER_INSTANCE: &str = "ba.overrange";
+
+#[test]
+fn an_async_gauge_writes_the_selector_once_for_many_readings_and_once_at_the_end() {
+    let (port, writes) = port();
+    let bus = Bus::on(port).open_async().unwrap();
+    let gauge = bus.gauge(5);
+    for _ in 0..10 {
+        block_on(gauge.read(OTHER_INSTANCE)).unwrap();
+        block_on(gauge.device_state()).unwrap();
+    }
+    assert_eq!(writes.load(Ordering::SeqCst), 1);
+    let clone = gauge.clone();
+    drop(gauge);
+    assert_eq!(writes.load(Ordering::SeqCst), 1, "a clone still watches");
+    drop(clone);
+    // The drop has waited for the write.
+    assert_eq!(writes.load(Ordering::SeqCst), 2);
+    assert_eq!(bus.submit(|session| ms2::read(session, 5, 1, 46).unwrap()).wait().unwrap(), [1]);
+}
+
+#[test]
+fn an_async_gauge_that_reads_one_instance_writes_the_selector_twice_in_all() {
+    let (port, writes) = port();
+    let bus = Bus::on(port).open_async().unwrap();
+    let gauge = bus.gauge(5);
+    for _ in 0..10 {
+        block_on(gauge.read(OTHER_INSTANCE)).unwrap();
+    }
+    assert_eq!(writes.load(Ordering::SeqCst), 1);
+    block_on(gauge.restore_selector()).unwrap();
+    assert_eq!(writes.load(Ordering::SeqCst), 2);
+    drop(gauge);
+    assert_eq!(writes.load(Ordering::SeqCst), 2);
+}
+
+#[test]
+fn a_blocking_gauge_that_reads_one_instance_writes_the_selector_twice_in_all() {
+    let (port, writes) = port();
+    let mut bus = Bus::on(port).open().unwrap();
+    let mut gauge = bus.gauge(5).unwrap();
+    for _ in 0..10 {
+        gauge.read(OTHER_INSTANCE).unwrap();
+    }
+    drop(gauge);
+    assert_eq!(writes.load(Ordering::SeqCst), 2);
+    assert_eq!(ms2::read(bus.session(), 5, 1, 46).unwrap(), [1]);
+}
+
+/// Reading the selector shows the instance of the gauge, not the one that this program needed last.
+#[test]
+fn the_selector_reads_as_before_the_gauge_moved_it() {
+    let (port, _) = port();
+    let mut bus = Bus::on(port).open().unwrap();
+    let mut gauge = bus.gauge(5).unwrap();
+    gauge.read(OTHER_INSTANCE).unwrap();
+    assert_eq!(gauge.find("1/19").unwrap().name, "pirani.process-value");
+    assert_eq!(gauge.read("1/46").unwrap().text, "1");
+}
+
+/// The bus thread itself may drop the last clone: it does not wait for itself.
+#[test]
+fn a_gauge_that_is_dropped_in_the_thread_of_the_bus_restores_the_selector() {
+    let (port, writes) = port();
+    let bus = Bus::on(port).open_async().unwrap();
+    let gauge = bus.gauge(5);
+    block_on(gauge.read(OTHER_INSTANCE)).unwrap();
+    bus.submit(move |_| drop(gauge)).wait().unwrap();
+    assert_eq!(bus.submit(|session| ms2::read(session, 5, 1, 46).unwrap()).wait().unwrap(), [1]);
+    assert_eq!(writes.load(Ordering::SeqCst), 2);
+}
