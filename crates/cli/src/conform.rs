@@ -9,6 +9,7 @@ use clap::Args;
 use profivac_client::cyclic::CyclicSlave;
 use profivac_client::discover::CyclicError;
 use profivac_conform::dialogue::{LoggedCycle, SlaveUnderTest};
+use profivac_conform::expected::Reason;
 use profivac_conform::probe::Received;
 use profivac_conform::{CheckResult, Outcome, run as run_checks};
 use profivac_dp::master::services;
@@ -22,7 +23,8 @@ use std::ops::ControlFlow;
 ///
 /// Any slave can be tested, not only a gauge. It is parameterised, brought into data exchange with outputs of zero, and released
 /// many times, so relays of a gauge open and close, and it receives damaged telegrams: it must not be in use, and no other master
-/// may use the line. Its stored values do not change. Exit code 1 means that it breaks a rule.
+/// may use the line. Its stored values do not change. A rule passed, is broken, or was not tested: then the slave lacks the
+/// service, or breaks a rule that the test needs, which is named. Exit code 1 means that it breaks a rule.
 #[derive(Args, Debug)]
 #[command(after_help = EXAMPLES)]
 pub struct Arguments {
@@ -110,10 +112,10 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
 
 fn verdict(address: u8, findings: &[CheckResult]) -> Result<(), Failure> {
     let count = |wanted: fn(&Outcome) -> bool| findings.iter().filter(|finding| wanted(&finding.outcome)).count();
-    let broken = count(|outcome| matches!(outcome, Outcome::Violated { .. }));
-    let skipped = count(|outcome| matches!(outcome, Outcome::Skipped(_)));
-    let holds = count(|outcome| *outcome == Outcome::Passed);
-    writeln!(stderr(), "{holds} rules hold, {broken} are broken, {skipped} were skipped").ok();
+    let broken = count(|outcome| matches!(outcome, Outcome::Broken { .. }));
+    let untested = count(|outcome| matches!(outcome, Outcome::NotTested(_)));
+    let passed = count(|outcome| *outcome == Outcome::Passed);
+    writeln!(stderr(), "{passed} rules passed, {broken} broken, {untested} not tested").ok();
     match broken {
         0 => Ok(()),
         1 => Err(Failure::refused(format!("the slave at address {address} breaks a rule"))),
@@ -173,8 +175,8 @@ fn line(finding: &CheckResult) -> String {
     let head = |word: &str| format!("{word:<8}{:<26}{} ({})", check.name, check.rule, check.section);
     match &finding.outcome {
         Outcome::Passed => head("ok"),
-        Outcome::Skipped(why) => format!("{}\n        skipped: {why}", head("-")),
-        Outcome::Violated { expected, shown } => {
+        Outcome::NotTested(reason) => format!("{}\n        not tested: {reason}", head("-")),
+        Outcome::Broken { expected, shown } => {
             let shown = shown.as_ref().map(|shown| {
                 format!("\n        request   {}\n        answer    {}", hex(&shown.sent), answer_text(shown))
             });
@@ -202,27 +204,43 @@ struct Row {
     rule: &'static str,
     section: &'static str,
     outcome: &'static str,
+    /// What a broken rule expects.
     expected: Option<String>,
+    /// Why a rule was not tested.
+    reason: Option<String>,
+    /// The broken rule that is the reason.
+    because: Option<&'static str>,
     asked: Option<String>,
     came: Option<String>,
 }
 
 impl Row {
     fn of(finding: &CheckResult) -> Self {
-        let (outcome, expected, shown) = match &finding.outcome {
-            Outcome::Passed => ("holds", None, None),
-            Outcome::Skipped(why) => ("skipped", Some((*why).to_owned()), None),
-            Outcome::Violated { expected, shown } => ("broken", Some(expected.clone()), shown.as_ref()),
-        };
-        let check = finding.check;
-        Self {
+        let CheckResult { check, outcome } = finding;
+        let row = Self {
             name: check.name,
             rule: check.rule,
             section: check.section,
-            outcome,
-            expected,
-            asked: shown.map(|shown| hex(&shown.sent)),
-            came: shown.map(answer_text),
+            outcome: "passed",
+            expected: None,
+            reason: None,
+            because: None,
+            asked: None,
+            came: None,
+        };
+        match outcome {
+            Outcome::Passed => row,
+            Outcome::NotTested(reason) => {
+                let because = if let Reason::After(rule) = reason { Some(*rule) } else { None };
+                Self { outcome: "not-tested", reason: Some(reason.to_string()), because, ..row }
+            }
+            Outcome::Broken { expected, shown } => Self {
+                outcome: "broken",
+                expected: Some(expected.to_string()),
+                asked: shown.as_ref().map(|shown| hex(&shown.sent)),
+                came: shown.as_ref().map(answer_text),
+                ..row
+            },
         }
     }
 }
@@ -231,6 +249,7 @@ impl Row {
 mod tests {
     use super::*;
     use profivac_conform::checks;
+    use profivac_conform::expected::{Expected, Service};
 
     fn finding(outcome: Outcome) -> CheckResult {
         CheckResult { check: checks::all().next().unwrap(), outcome }
@@ -251,19 +270,32 @@ mod tests {
     #[test]
     fn a_broken_rule_is_shown_with_request_and_answer() {
         let shown = LoggedCycle { sent: vec![0x10, 8], received: Received::Telegram(vec![0xE5]) };
-        let broken = Outcome::Violated { expected: "SD1 with FC 00".to_owned(), shown: Some(shown) };
+        let broken = Outcome::Broken { expected: Expected::FdlStatus, shown: Some(shown) };
         let expected = "\
-BROKEN  layer2.fdl-status         FDL status is answered as a slave, without access points (1.11)
+BROKEN  layer2.fdl-status         FDL status is answered with status OK (1.11)
         request   10 08
         answer    E5
-        expected  SD1 with FC 00";
+        expected  SD1 with status OK (0 in bits 0 to 3, 6 and 7 of FC)";
         assert_eq!(line(&finding(broken)), expected);
     }
 
     #[test]
+    fn a_rule_that_was_not_tested_says_why() {
+        let untested = finding(Outcome::NotTested(Reason::After("start-up.exchange")));
+        let expected = "\
+-       layer2.fdl-status         FDL status is answered with status OK (1.11)
+        not tested: the slave breaks start-up.exchange";
+        assert_eq!(line(&untested), expected);
+        let row = Row::of(&untested);
+        assert_eq!((row.outcome, row.because, row.expected), ("not-tested", Some("start-up.exchange"), None));
+        assert_eq!(row.reason.as_deref(), Some("the slave breaks start-up.exchange"));
+    }
+
+    #[test]
     fn a_broken_rule_fails_with_a_count() {
-        assert!(verdict(5, &[finding(Outcome::Passed), finding(Outcome::Skipped("no MS2"))]).is_ok());
-        let broken = || finding(Outcome::Violated { expected: String::new(), shown: None });
+        let untested = finding(Outcome::NotTested(Reason::Without(Service::Ms2)));
+        assert!(verdict(5, &[finding(Outcome::Passed), untested]).is_ok());
+        let broken = || finding(Outcome::Broken { expected: Expected::Answer, shown: None });
         let sentence = |findings: &[CheckResult]| verdict(5, findings).unwrap_err().to_string();
         assert_eq!(sentence(&[broken()]), "the slave at address 5 breaks a rule");
         assert_eq!(sentence(&[broken(), broken()]), "the slave at address 5 breaks 2 rules");

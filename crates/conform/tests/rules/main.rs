@@ -1,0 +1,149 @@
+//! The rules against slaves that keep them, and against one faulty slave for each of them.
+
+#![allow(clippy::unwrap_used, clippy::panic, clippy::indexing_slicing, reason = "a test")]
+
+mod counting;
+mod damaged;
+mod faults;
+mod faulty;
+mod page;
+mod slave;
+
+use faults::FAULTY_SLAVES;
+use faulty::FaultyLine;
+use profivac_conform::dialogue::{self, Link, SlaveUnderTest};
+use profivac_conform::expected::{Reason, Service};
+use profivac_conform::probe::Received;
+use profivac_conform::{CheckResult, Outcome, checks, run};
+use profivac_devices::catalog::MODELS;
+use profivac_wire::Sap;
+use slave::{ADDRESS, sample, virtual_device};
+use std::fs;
+use std::ops::ControlFlow;
+use std::path::Path;
+
+fn results(link: &mut dyn Link, slave: &SlaveUnderTest) -> Vec<CheckResult> {
+    run(link, slave, |_| ControlFlow::Continue(())).unwrap()
+}
+
+/// The rules that a slave breaks, with what was expected and shown.
+fn broken(results: &[CheckResult]) -> Vec<String> {
+    let broken = |result: &CheckResult| match &result.outcome {
+        Outcome::Broken { expected, shown } => {
+            Some(format!("{}: expected {expected}, {shown:02X?}", result.check.name))
+        }
+        Outcome::Passed | Outcome::NotTested(_) => None,
+    };
+    results.iter().filter_map(broken).collect()
+}
+
+#[test]
+fn every_virtual_device_breaks_no_rule() {
+    for model in MODELS {
+        let (mut line, subject) = virtual_device(model.name);
+        assert_eq!(broken(&results(&mut line, &subject)), Vec::<String>::new(), "{}", model.name);
+    }
+}
+
+/// A rule that no correct slave is tested against could not be trusted.
+#[test]
+fn the_small_slave_keeps_every_rule() {
+    let (mut line, subject) = sample();
+    for result in results(&mut line, &subject) {
+        assert_eq!(result.outcome, Outcome::Passed, "{}", result.check.name);
+    }
+}
+
+#[test]
+fn each_faulty_slave_breaks_its_own_rule_and_no_other() {
+    let mut wrong = Vec::new();
+    for slave in FAULTY_SLAVES {
+        let (line, subject) = sample();
+        let broken = broken(&results(&mut FaultyLine::new(line, &slave.fault), &subject));
+        if broken.len() != 1 || !broken[0].starts_with(&format!("{}:", slave.rule)) {
+            wrong.push(format!("{}: {broken:#?}", slave.rule));
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+#[test]
+fn every_rule_has_one_faulty_slave() {
+    let rules: Vec<_> = checks::all().map(|check| check.name).collect();
+    let mut faulty: Vec<_> = FAULTY_SLAVES.iter().map(|slave| slave.rule).collect();
+    assert_eq!(faulty.len(), rules.len());
+    faulty.sort_by_key(|rule| rules.iter().position(|name| name == rule));
+    assert_eq!(faulty, rules);
+}
+
+#[test]
+fn every_rule_needs_rules_that_are_tested_before_it() {
+    let mut before: Vec<&str> = Vec::new();
+    for check in checks::all() {
+        assert!(!before.contains(&check.name), "{} occurs twice", check.name);
+        for needed in check.needs {
+            assert!(before.contains(needed), "{} needs {needed}", check.name);
+        }
+        before.push(check.name);
+    }
+}
+
+/// `cargo xtask goldens` writes the page.
+#[test]
+fn the_page_of_rules_and_faulty_slaves_is_up_to_date() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/conform-rules.md");
+    let page = page::print();
+    if std::env::var("PROFIVAC_BLESS").is_ok_and(|bless| bless == "1") {
+        fs::write(&path, &page).unwrap();
+    }
+    assert_eq!(fs::read_to_string(&path).unwrap_or_default(), page, "run `cargo xtask goldens`");
+}
+
+/// A consequence names the fault behind it, also over several rules.
+#[test]
+fn what_a_broken_rule_prevents_is_not_tested_and_names_it() {
+    let never_ready = FAULTY_SLAVES.iter().find(|slave| slave.rule == "start-up.exchange").unwrap();
+    let (line, subject) = sample();
+    let results = results(&mut FaultyLine::new(line, &never_ready.fault), &subject);
+    let outcome = |name| &results.iter().find(|result| result.check.name == name).unwrap().outcome;
+    for name in ["start-up.unlock", "read.inputs-image", "watchdog.restart", "noise.state"] {
+        assert_eq!(outcome(name), &Outcome::NotTested(Reason::After("start-up.exchange")), "{name}");
+    }
+}
+
+/// A slave of DP-V0 that says nothing on access points that it does not have.
+#[test]
+fn a_slave_that_is_silent_on_closed_access_points_breaks_one_rule() {
+    let silent = faulty::Fault::Answers(|_, request, answer| {
+        let closed = matches!(request.dsap, Some(0..=55)) || faulty::is_rs(&answer) && request.dsap.is_some();
+        if closed { Received::Nothing } else { answer }
+    });
+    let (line, subject) = sample();
+    let results = results(&mut FaultyLine::new(line, &silent), &subject);
+    let broken = broken(&results);
+    assert!(broken.len() == 1 && broken[0].starts_with("layer2.closed:"), "{broken:#?}");
+    let outcome = |name| &results.iter().find(|result| result.check.name == name).unwrap().outcome;
+    assert_eq!(outcome("ms2.manager"), &Outcome::NotTested(Reason::Without(Service::Ms2)));
+    assert_eq!(outcome("ms2.idle"), &Outcome::NotTested(Reason::Without(Service::Ms2)));
+    assert_eq!(outcome("ms1.poll"), &Outcome::NotTested(Reason::Without(Service::Ms1)));
+}
+
+/// The slave waits for parameters and has no owner.
+#[test]
+fn a_run_that_ends_after_any_check_releases_the_slave() {
+    for count in 1..checks::all().count() {
+        let (mut line, subject) = sample();
+        let mut reported = 0;
+        let results = run(&mut line, &subject, |_| {
+            reported += 1;
+            if reported == count { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        });
+        assert_eq!(results.unwrap().len(), count);
+        let diagnosis = dialogue::octets(ADDRESS, 2, Sap::SlaveDiag, 0x6D, &[]);
+        let Received::Telegram(answer) = line.send_and_receive(&diagnosis).unwrap() else {
+            panic!("no diagnosis after {count}")
+        };
+        const DU: usize = 9;
+        assert_eq!((answer[DU + 1] & 1, answer[DU + 3]), (1, 0xFF), "after {count}");
+    }
+}
