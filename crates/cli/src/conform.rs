@@ -1,10 +1,10 @@
 //! `profivac conform`: tests a slave against the rules.
 
-use crate::bus::BusOptions;
+use crate::bus::{self, BusOptions};
 use crate::console::Signals;
 use crate::failure::Failure;
 use crate::output::{json, notice, out};
-use crate::values::{self, Expected, ValueError};
+use crate::values::{self, Octets};
 use clap::Args;
 use profivac_client::cyclic::CyclicSlave;
 use profivac_client::discover::CyclicError;
@@ -12,9 +12,8 @@ use profivac_conform::dialogue::{LoggedCycle, SlaveUnderTest};
 use profivac_conform::expected::Reason;
 use profivac_conform::probe::Received;
 use profivac_conform::{CheckResult, Outcome, run as run_checks};
-use profivac_dp::master::services;
 use profivac_host::scan::{SlaveStatus, probe};
-use profivac_host::session::{BusSession, Reply};
+use profivac_host::session::BusSession;
 use serde::Serialize;
 use std::io::{IsTerminal, Write, stderr, stdin};
 use std::ops::ControlFlow;
@@ -34,10 +33,10 @@ pub struct Arguments {
     #[arg(long, value_name = "N", value_parser = values::slave_address)]
     address: u8,
     /// The configuration that the slave accepts, in hex; default: the answer to Get_Cfg
-    #[arg(long, value_name = "HEX", value_parser = octets)]
+    #[arg(long, value_name = "HEX", value_parser = values::octets)]
     cfg: Option<Octets>,
     /// The user parameters that the slave accepts, in hex; default: those that keep the unit of a known gauge, otherwise none
-    #[arg(long, value_name = "HEX", value_parser = octets)]
+    #[arg(long, value_name = "HEX", value_parser = values::octets)]
     prm: Option<Octets>,
     /// Take ownership of the slave without an announcement; required without a terminal
     #[arg(long)]
@@ -54,20 +53,6 @@ Examples:
   profivac conform --port tcp://127.0.0.1:4000 --address 9 --cfg '11 21' --prm '00 00 00'
 
 Sections are those of the protocol reference that docs/conformance.md follows.";
-
-/// Octets given in hex.
-#[derive(Clone, Debug)]
-struct Octets(Vec<u8>);
-
-fn octets(text: &str) -> Result<Octets, ValueError> {
-    let digits: String = text.chars().filter(|letter| !letter.is_whitespace()).collect();
-    let wrong = || Expected::Octets.but_found(text);
-    if !digits.is_ascii() || !digits.len().is_multiple_of(2) {
-        return Err(wrong());
-    }
-    let pairs = digits.as_bytes().chunks(2).map(|pair| std::str::from_utf8(pair).unwrap_or_default());
-    pairs.map(|pair| u8::from_str_radix(pair, 16)).collect::<Result<_, _>>().map(Octets).map_err(|_| wrong())
-}
 
 /// Runs all checks and prints their outcome. A broken rule is exit code 1.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
@@ -137,7 +122,7 @@ fn subject(arguments: &Arguments) -> Result<SlaveUnderTest, Failure> {
     };
     let cfg = match &arguments.cfg {
         Some(octets) => octets.0.clone(),
-        None => present_cfg(&mut session, address)?,
+        None => bus::present_cfg(&mut session, address)?.ok_or_else(|| without_configuration(address))?,
     };
     Ok(SlaveUnderTest { address, ident: slave.ident, cfg, user_prm })
 }
@@ -160,19 +145,16 @@ fn known_prm(session: &mut BusSession, address: u8, master: u8) -> Result<Vec<u8
     }
 }
 
-fn present_cfg(session: &mut BusSession, address: u8) -> Result<Vec<u8>, Failure> {
-    match session.request(&services::get_cfg(address))? {
-        Reply::Answer { du, .. } if !du.is_empty() => Ok(du),
-        _ => Err(Failure::refused(format!(
-            "the slave at address {address} does not answer Get_Cfg; give its configuration with --cfg HEX"
-        ))),
-    }
+fn without_configuration(address: u8) -> Failure {
+    Failure::refused(format!(
+        "the slave at address {address} does not answer Get_Cfg; give its configuration with --cfg HEX"
+    ))
 }
 
 /// A finding as a line; for a broken rule also request and answer.
 fn line(finding: &CheckResult) -> String {
     let check = finding.check;
-    let head = |word: &str| format!("{word:<8}{:<26}{} ({})", check.name, check.rule, check.section);
+    let head = |word: &str| format!("{word:<8}{:<32}{} ({})", check.name, check.rule, check.section);
     match &finding.outcome {
         Outcome::Passed => head("ok"),
         Outcome::NotTested(reason) => format!("{}\n        not tested: {reason}", head("-")),
@@ -256,23 +238,11 @@ mod tests {
     }
 
     #[test]
-    fn octets_are_parsed_with_and_without_spaces() {
-        assert_eq!(octets("11 21").unwrap().0, [0x11, 0x21]);
-        assert_eq!(octets("c6878E").unwrap().0, [0xC6, 0x87, 0x8E]);
-        for bad in ["1", "0x11", "zz", "1é"] {
-            assert_eq!(
-                octets(bad).unwrap_err().to_string(),
-                format!("expected octets in hex like '11 21', got {bad:?}")
-            );
-        }
-    }
-
-    #[test]
     fn a_broken_rule_is_shown_with_request_and_answer() {
         let shown = LoggedCycle { sent: vec![0x10, 8], received: Received::Telegram(vec![0xE5]) };
         let broken = Outcome::Broken { expected: Expected::FdlStatus, shown: Some(shown) };
         let expected = "\
-BROKEN  layer2.fdl-status         FDL status is answered with status OK (1.11)
+BROKEN  layer2.fdl-status               FDL status is answered with status OK (1.11)
         request   10 08
         answer    E5
         expected  SD1 with status OK (0 in bits 0 to 3, 6 and 7 of FC)";
@@ -283,7 +253,7 @@ BROKEN  layer2.fdl-status         FDL status is answered with status OK (1.11)
     fn a_rule_that_was_not_tested_says_why() {
         let untested = finding(Outcome::NotTested(Reason::After("start-up.exchange")));
         let expected = "\
--       layer2.fdl-status         FDL status is answered with status OK (1.11)
+-       layer2.fdl-status               FDL status is answered with status OK (1.11)
         not tested: the slave breaks start-up.exchange";
         assert_eq!(line(&untested), expected);
         let row = Row::of(&untested);

@@ -20,7 +20,10 @@ fn a_gauge_keeps_all_rules() {
     let stderr = String::from_utf8(output.stdout).unwrap();
     assert_eq!(output.status.code(), Some(0), "{stderr}");
     let lines: Vec<_> = stderr.lines().collect();
-    assert_eq!(lines.first(), Some(&"ok      layer2.fdl-status         FDL status is answered with status OK (1.11)"));
+    assert_eq!(
+        lines.first(),
+        Some(&"ok      layer2.fdl-status               FDL status is answered with status OK (1.11)")
+    );
     let count = |word: &str| lines.iter().filter(|line| line.starts_with(word)).count();
     let (passed, untested) = (count("ok "), count("- "));
     // The gauge has neither Sync nor Freeze, and its parameters leave MS1 closed.
