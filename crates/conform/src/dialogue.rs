@@ -1,6 +1,6 @@
 //! Requests of a check to the slave, and its answers.
 //!
-//! Every step fails with a [`StepError`]. A check decides what that means: [`Step::judged`] makes it a broken rule,
+//! Every step fails with a [`StepError`]. A check decides what that means: [`Step::tested`] makes it a broken rule,
 //! [`Step::prepared`] makes the rule one that was not tested.
 
 use super::expected::{Closed, Expected, Pdu, Reason, Service, Unanswered};
@@ -94,7 +94,7 @@ pub trait Step<T> {
     ///
     /// # Errors
     /// [`CheckError::Broken`].
-    fn judged(self) -> CheckOutcome<T>;
+    fn tested(self) -> CheckOutcome<T>;
 
     /// A preparation: the rule was not tested.
     ///
@@ -104,7 +104,7 @@ pub trait Step<T> {
 }
 
 impl<T> Step<T> for StepResult<T> {
-    fn judged(self) -> CheckOutcome<T> {
+    fn tested(self) -> CheckOutcome<T> {
         self.map_err(|error| match error {
             StepError::Unexpected(expected) => CheckError::Broken(expected),
             StepError::Port(error) => CheckError::Port(error),

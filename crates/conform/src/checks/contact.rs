@@ -53,22 +53,22 @@ fn fdl_status_head(dialogue: &mut Dialogue<'_>) -> StepResult<Head> {
 }
 
 fn fdl_status_is_ok(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
-    fdl_status(dialogue).judged()
+    fdl_status(dialogue).tested()
 }
 
 fn station_type(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
     let answer = fdl_status_head(dialogue).prepared()?;
-    require(answer.fc & 0x30 == 0, Expected::PassiveStation).judged()
+    require(answer.fc & 0x30 == 0, Expected::PassiveStation).tested()
 }
 
 fn addresses(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
     let answer = fdl_status_head(dialogue).prepared()?;
     let (da, sa) = (dialogue.own_address(), dialogue.slave.address);
-    require((answer.da, answer.sa) == (da, sa), Expected::Addresses { da, sa }).judged()
+    require((answer.da, answer.sa) == (da, sa), Expected::Addresses { da, sa }).tested()
 }
 
 fn diagnosis(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
-    dialogue.diagnosis_octets(dialogue.own_address()).map(|_| ()).judged()
+    dialogue.diagnosis_octets(dialogue.own_address()).map(|_| ()).tested()
 }
 
 fn access_points(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
@@ -77,7 +77,7 @@ fn access_points(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
     let found = cycle.as_ref().and_then(|cycle| access_points_of(&cycle.received));
     dialogue.show(cycle);
     let (dsap, ssap) = (Some(MASTER_MS0), Sap::SlaveDiag.to_octet());
-    require(found == Some((dsap, ssap)), Expected::AccessPoints { dsap, ssap }).judged()
+    require(found == Some((dsap, ssap)), Expected::AccessPoints { dsap, ssap }).tested()
 }
 
 /// DSAP and SSAP of a data telegram.
@@ -96,5 +96,5 @@ fn first(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
     // Two refusals may be equal.
     let answer = parse_answer(&diagnosis).prepared()?;
     require(answer.has_data_status() || answer.is_acknowledgement(), Expected::Diagnosis).prepared()?;
-    require(diagnosis != configuration, Expected::NewAnswer).judged()
+    require(diagnosis != configuration, Expected::NewAnswer).tested()
 }

@@ -50,8 +50,8 @@ pub const CHECKS: &[Check] = &[
 
 /// Requires a valid answer that is not `before`.
 fn require_new(received: &Received, before: &Received) -> CheckOutcome {
-    parse_answer(received).judged()?;
-    require(received != before, Expected::NewAnswer).judged()
+    parse_answer(received).tested()?;
+    require(received != before, Expected::NewAnswer).tested()
 }
 
 /// The octets of an answer.
@@ -95,7 +95,7 @@ fn station(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
     dialogue.counted(Counted(false), Sap::SlaveDiag, &[])?;
     dialogue.counted(Counted(true), Sap::SetPrm, &set_prm_octets(&dialogue.prm([0, 0])))?;
     let diagnosis = dialogue.counted(Counted(false), Sap::SlaveDiag, &[])?;
-    require(master_add(&diagnosis)? == own, Expected::MasterAdd(own)).judged()
+    require(master_add(&diagnosis)? == own, Expected::MasterAdd(own)).tested()
 }
 
 /// The repetition of the Set_Prm that locks the slave carries the one that releases it.
@@ -105,7 +105,7 @@ fn repetition(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
     dialogue.counted(Counted(false), Sap::SetPrm, &set_prm_octets(&dialogue.prm([0, 0])))?;
     dialogue.counted(Counted(false), Sap::SetPrm, &set_prm_octets(&dialogue.unlock_prm()))?;
     let diagnosis = dialogue.counted(Counted(true), Sap::SlaveDiag, &[])?;
-    require(master_add(&diagnosis)? == own, Expected::MasterAdd(own)).judged()
+    require(master_add(&diagnosis)? == own, Expected::MasterAdd(own)).tested()
 }
 
 /// The repetition of Get_Cfg requests the diagnosis.
@@ -113,7 +113,7 @@ fn answer(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
     dialogue.counted(First, Sap::SlaveDiag, &[])?;
     let before = telegram(dialogue.counted(Counted(false), Sap::GetCfg, &[])?)?;
     let received = dialogue.counted(Counted(false), Sap::SlaveDiag, &[])?;
-    require(received == Received::Telegram(before.clone()), Expected::SameAnswer(before)).judged()
+    require(received == Received::Telegram(before.clone()), Expected::SameAnswer(before)).tested()
 }
 
 fn refusal(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
@@ -122,7 +122,7 @@ fn refusal(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
     dialogue.counted(First, Sap::SlaveDiag, &[])?;
     let before = telegram(dialogue.counted(Counted(false), Sap::Other(NO_SERVICE), &[])?)?;
     let received = dialogue.counted(Counted(false), Sap::SlaveDiag, &[])?;
-    require(received == Received::Telegram(before.clone()), Expected::SameAnswer(before)).judged()
+    require(received == Received::Telegram(before.clone()), Expected::SameAnswer(before)).tested()
 }
 
 /// The repetition has outputs of another length: a slave that executes it refuses it or leaves data exchange. So the outputs
@@ -134,8 +134,8 @@ fn exchange(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
     dialogue.counted(First, Sap::SlaveDiag, &[])?;
     let before = telegram(dialogue.counted(Counted(false), Sap::Default, &outputs)?)?;
     let received = dialogue.counted(Counted(false), Sap::Default, &longer)?;
-    require(received == Received::Telegram(before.clone()), Expected::SameAnswer(before)).judged()?;
-    dialogue.expect_exchange().judged()
+    require(received == Received::Telegram(before.clone()), Expected::SameAnswer(before)).tested()?;
+    dialogue.expect_exchange().tested()
 }
 
 fn other_master(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
@@ -144,10 +144,10 @@ fn other_master(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
     dialogue.counted(Counted(false), Sap::SlaveDiag, &[])?;
     let request = dialogue.telegram(other, Sap::GetCfg, Counted(false), &[]);
     let received = dialogue.send(&request)?;
-    parse_answer(&received).judged()?;
+    parse_answer(&received).tested()?;
     let expected = Expected::Addresses { da: other, sa: dialogue.slave.address };
     // SC has no address.
-    require(destination(&received).is_none_or(|da| da == other), expected).judged()
+    require(destination(&received).is_none_or(|da| da == other), expected).tested()
 }
 
 /// The destination of an answer.

@@ -40,7 +40,7 @@ fn sd2(dialogue: &Dialogue<'_>) -> Vec<u8> {
 /// Sends `telegram` with one altered octet, which the slave may not answer.
 fn altered(dialogue: &mut Dialogue<'_>, mut telegram: Vec<u8>, place: usize) -> CheckOutcome {
     telegram.get_mut(place).into_iter().for_each(|octet| *octet ^= BIT);
-    dialogue.send_unanswered(&telegram, Unanswered::Altered(place)).judged()
+    dialogue.send_unanswered(&telegram, Unanswered::Altered(place)).tested()
 }
 
 fn start_delimiter(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
@@ -82,7 +82,7 @@ fn beginnings(dialogue: &Dialogue<'_>) -> Vec<Vec<u8>> {
 
 fn cut_off(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
     for beginning in beginnings(dialogue) {
-        dialogue.send_unanswered(&beginning, Unanswered::CutOff(beginning.len())).judged()?;
+        dialogue.send_unanswered(&beginning, Unanswered::CutOff(beginning.len())).tested()?;
     }
     Ok(())
 }
@@ -90,7 +90,7 @@ fn cut_off(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
 fn next(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
     for beginning in beginnings(dialogue) {
         dialogue.send(&beginning)?;
-        fdl_status(dialogue).judged()?;
+        fdl_status(dialogue).tested()?;
     }
     Ok(())
 }

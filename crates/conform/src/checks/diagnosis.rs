@@ -38,15 +38,15 @@ const MASTER_BITS: StationStatus = StationStatus::STATION_NON_EXISTENT
 const RESERVED_BITS: StationStatus = StationStatus::from_bits_retain(0x007F_4000);
 
 fn fixed_bit(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
-    dialogue.diagnosis().prepared()?.require_set(StationStatus::ALWAYS_ONE).judged()
+    dialogue.diagnosis().prepared()?.require_set(StationStatus::ALWAYS_ONE).tested()
 }
 
 fn master_bits(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
-    dialogue.diagnosis().prepared()?.require_clear(MASTER_BITS).judged()
+    dialogue.diagnosis().prepared()?.require_clear(MASTER_BITS).tested()
 }
 
 fn reserved_bits(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
-    dialogue.diagnosis().prepared()?.require_clear(RESERVED_BITS).judged()
+    dialogue.diagnosis().prepared()?.require_clear(RESERVED_BITS).tested()
 }
 
 /// Before and after Set_Prm.
@@ -57,7 +57,7 @@ fn ident(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
             dialogue.parameterise()?;
         }
         let found = dialogue.diagnosis().prepared()?.ident;
-        require(found == own, Expected::Ident(own)).judged()?;
+        require(found == own, Expected::Ident(own)).tested()?;
     }
     dialogue.release()?;
     Ok(())
@@ -66,11 +66,11 @@ fn ident(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
 fn blocks(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
     let octets = dialogue.diagnosis_octets(dialogue.own_address()).prepared()?;
     let blocks = octets.get(6..).unwrap_or_default();
-    require(Blocks::new(blocks).all(|block| block.is_ok()), Expected::DiagnosisBlocks).judged()
+    require(Blocks::new(blocks).all(|block| block.is_ok()), Expected::DiagnosisBlocks).tested()
 }
 
 fn any_master(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
-    dialogue.diagnosis_octets(dialogue.other_master_address()).map(|_| ()).judged()
+    dialogue.diagnosis_octets(dialogue.other_master_address()).map(|_| ()).tested()
 }
 
 /// The identifiers that the slave returns to `sa`.
@@ -82,16 +82,16 @@ fn configuration(dialogue: &mut Dialogue<'_>, sa: u8) -> StepResult<Vec<u8>> {
 }
 
 fn get_cfg(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
-    configuration(dialogue, dialogue.own_address()).map(|_| ()).judged()
+    configuration(dialogue, dialogue.own_address()).map(|_| ()).tested()
 }
 
 fn get_cfg_any_master(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
-    configuration(dialogue, dialogue.other_master_address()).map(|_| ()).judged()
+    configuration(dialogue, dialogue.other_master_address()).map(|_| ()).tested()
 }
 
 fn no_open_format(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
     let octets = configuration(dialogue, dialogue.own_address()).prepared()?;
-    require(!has_open_format(&octets), Expected::ClosedConfiguration).judged()
+    require(!has_open_format(&octets), Expected::ClosedConfiguration).tested()
 }
 
 /// Whether an identifier in special format has the number 15 of manufacturer octets.

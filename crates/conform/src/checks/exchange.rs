@@ -66,7 +66,7 @@ pub const CHECKS: &[Check] = &[
 fn inputs(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
     dialogue.start().prepared()?;
     for _ in 0..4 {
-        dialogue.inputs().judged()?;
+        dialogue.inputs().tested()?;
     }
     Ok(())
 }
@@ -77,7 +77,7 @@ fn wrong_length(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
     let refused = |answer: &Answer| answer.status == Status::NoResource;
     match dialogue.request(Sap::Default, &longer) {
         Ok(answer) if refused(&answer) => Ok(()),
-        Ok(_) | Err(StepError::Unexpected(_)) => dialogue.expect_no_exchange().judged(),
+        Ok(_) | Err(StepError::Unexpected(_)) => dialogue.expect_no_exchange().tested(),
         Err(StepError::Port(error)) => Err(error.into()),
     }
 }
@@ -92,12 +92,12 @@ fn diagnosis_flag(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
     // Static diagnosis stays announced after it was read.
     let is_static = announced && dialogue.diagnosis().prepared()?.status.contains(StationStatus::STAT_DIAG);
     dialogue.show(cycle);
-    require(!announced || is_static, Expected::NotAnnounced).judged()
+    require(!announced || is_static, Expected::NotAnnounced).tested()
 }
 
 fn fdl_status(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
     dialogue.start().prepared()?;
-    contact::fdl_status(dialogue).judged()
+    contact::fdl_status(dialogue).tested()
 }
 
 fn undisturbed(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
@@ -107,7 +107,7 @@ fn undisturbed(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
             dialogue.tell_from(sa, sap, &[])?;
         }
     }
-    dialogue.expect_exchange().judged()
+    dialogue.expect_exchange().tested()
 }
 
 /// The request has the present address and another ident number, so that it changes nothing if the slave executes it.
@@ -115,17 +115,17 @@ fn set_slave_add(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
     dialogue.start().prepared()?;
     let [high, low] = (dialogue.slave.ident ^ 0x0101).to_be_bytes();
     let du = [dialogue.slave.address, high, low, 0];
-    dialogue.expect_closed(dialogue.own_address(), Sap::SetSlaveAdd, &du, Closed::Exchanging).judged()
+    dialogue.expect_closed(dialogue.own_address(), Sap::SetSlaveAdd, &du, Closed::Exchanging).tested()
 }
 
 fn inputs_closed(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
     dialogue.release()?;
-    dialogue.expect_closed(dialogue.own_address(), Sap::RdInp, &[], Closed::NotExchanging).judged()
+    dialogue.expect_closed(dialogue.own_address(), Sap::RdInp, &[], Closed::NotExchanging).tested()
 }
 
 fn outputs_closed(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
     dialogue.release()?;
-    dialogue.expect_closed(dialogue.own_address(), Sap::RdOutp, &[], Closed::NotExchanging).judged()
+    dialogue.expect_closed(dialogue.own_address(), Sap::RdOutp, &[], Closed::NotExchanging).tested()
 }
 
 /// Reads an image during data exchange. A slave without the service refuses the request or is silent.
@@ -142,7 +142,7 @@ fn image(dialogue: &mut Dialogue<'_>, sap: Sap, service: Service) -> CheckOutcom
 fn require_image(answer: &Answer, length: u8) -> CheckOutcome {
     let length = usize::from(length);
     let has_status = if length == 0 { answer.is_acknowledgement() } else { answer.has_data_status() };
-    require(has_status && answer.du.len() == length, Expected::Octets(length)).judged()
+    require(has_status && answer.du.len() == length, Expected::Octets(length)).tested()
 }
 
 fn read_inputs(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
@@ -160,12 +160,12 @@ fn inputs_image(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
         return Err(CheckError::NotTested(Reason::InputsChange));
     }
     dialogue.show(cycle);
-    require(answer.du == before, Expected::Image(before)).judged()
+    require(answer.du == before, Expected::Image(before)).tested()
 }
 
 fn inputs_any_master(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
     dialogue.start().prepared()?;
-    let answer = dialogue.request_from(dialogue.other_master_address(), Sap::RdInp, &[]).judged()?;
+    let answer = dialogue.request_from(dialogue.other_master_address(), Sap::RdInp, &[]).tested()?;
     require_image(&answer, dialogue.lengths().inputs)
 }
 
@@ -179,7 +179,7 @@ fn outputs_image(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
     dialogue.start().prepared()?;
     let answer = image(dialogue, Sap::RdOutp, Service::RdOutp)?;
     let outputs = dialogue.outputs();
-    require(answer.du == outputs, Expected::Image(outputs)).judged()
+    require(answer.du == outputs, Expected::Image(outputs)).tested()
 }
 
 const SDN_HIGH: u8 = 0x46;
@@ -206,20 +206,20 @@ fn control(dialogue: &mut Dialogue<'_>, sa: u8, command: u8, group: u8) -> Check
 fn control_broadcast(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
     dialogue.start().prepared()?;
     let command = octets(BROADCAST, dialogue.own_address(), Sap::GlobalControl, SDN_HIGH, &[CLEAR, ALL_GROUPS]);
-    dialogue.send_unanswered(&command, Unanswered::Unconfirmed).judged()
+    dialogue.send_unanswered(&command, Unanswered::Unconfirmed).tested()
 }
 
 fn control_single(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
     dialogue.start().prepared()?;
     let (da, sa) = (dialogue.slave.address, dialogue.own_address());
     let command = octets(da, sa, Sap::GlobalControl, SDN_HIGH, &[CLEAR, ALL_GROUPS]);
-    dialogue.send_unanswered(&command, Unanswered::Unconfirmed).judged()
+    dialogue.send_unanswered(&command, Unanswered::Unconfirmed).tested()
 }
 
 fn control_clear(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
     dialogue.start().prepared()?;
     control(dialogue, dialogue.own_address(), CLEAR, ALL_GROUPS)?;
-    dialogue.expect_exchange().judged()
+    dialogue.expect_exchange().tested()
 }
 
 /// Starts data exchange with a feature of Global_Control, in the group of the checks.
@@ -233,37 +233,37 @@ fn start_with(dialogue: &mut Dialogue<'_>, feature: PrmStatus, service: Service)
 fn sync(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
     start_with(dialogue, PrmStatus::SYNC_REQ, Service::Sync)?;
     control(dialogue, dialogue.own_address(), SYNC_COMMAND, ALL_GROUPS)?;
-    dialogue.diagnosis().prepared()?.require_set(StationStatus::SYNC_MODE).judged()
+    dialogue.diagnosis().prepared()?.require_set(StationStatus::SYNC_MODE).tested()
 }
 
 fn unsync(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
     start_with(dialogue, PrmStatus::SYNC_REQ, Service::Sync)?;
     control(dialogue, dialogue.own_address(), SYNC_COMMAND, ALL_GROUPS)?;
     control(dialogue, dialogue.own_address(), UNSYNC, ALL_GROUPS)?;
-    dialogue.diagnosis().prepared()?.require_clear(StationStatus::SYNC_MODE).judged()
+    dialogue.diagnosis().prepared()?.require_clear(StationStatus::SYNC_MODE).tested()
 }
 
 fn control_owner(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
     start_with(dialogue, PrmStatus::SYNC_REQ, Service::Sync)?;
     control(dialogue, dialogue.other_master_address(), SYNC_COMMAND, ALL_GROUPS)?;
-    dialogue.diagnosis().prepared()?.require_clear(StationStatus::SYNC_MODE).judged()
+    dialogue.diagnosis().prepared()?.require_clear(StationStatus::SYNC_MODE).tested()
 }
 
 fn control_group(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
     start_with(dialogue, PrmStatus::SYNC_REQ, Service::Sync)?;
     control(dialogue, dialogue.own_address(), SYNC_COMMAND, OTHER_GROUP)?;
-    dialogue.diagnosis().prepared()?.require_clear(StationStatus::SYNC_MODE).judged()
+    dialogue.diagnosis().prepared()?.require_clear(StationStatus::SYNC_MODE).tested()
 }
 
 fn freeze(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
     start_with(dialogue, PrmStatus::FREEZE_REQ, Service::Freeze)?;
     control(dialogue, dialogue.own_address(), FREEZE, ALL_GROUPS)?;
-    dialogue.diagnosis().prepared()?.require_set(StationStatus::FREEZE_MODE).judged()
+    dialogue.diagnosis().prepared()?.require_set(StationStatus::FREEZE_MODE).tested()
 }
 
 fn unfreeze(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
     start_with(dialogue, PrmStatus::FREEZE_REQ, Service::Freeze)?;
     control(dialogue, dialogue.own_address(), FREEZE, ALL_GROUPS)?;
     control(dialogue, dialogue.own_address(), UNFREEZE, ALL_GROUPS)?;
-    dialogue.diagnosis().prepared()?.require_clear(StationStatus::FREEZE_MODE).judged()
+    dialogue.diagnosis().prepared()?.require_clear(StationStatus::FREEZE_MODE).tested()
 }

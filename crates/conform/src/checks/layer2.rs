@@ -31,8 +31,8 @@ fn low(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
     let own = dialogue.own_address();
     let fc = Control::Request { function: Function::SrdLow, count: dialogue.next_count(own) }.to_octet();
     let telegram = octets(dialogue.slave.address, own, Sap::SlaveDiag, fc, &[]);
-    let answer = dialogue.transmit(own, &telegram).judged()?;
-    require(answer.has_data_status() && answer.du.len() >= 6, Expected::Diagnosis).judged()
+    let answer = dialogue.transmit(own, &telegram).tested()?;
+    require(answer.has_data_status() && answer.du.len() >= 6, Expected::Diagnosis).tested()
 }
 
 /// Chk_Cfg to a slave that may wait for parameters: it answers with any status. The preparation sends the same as SD2.
@@ -44,19 +44,19 @@ fn sd3(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
     let sd2 = dialogue.next_telegram(own, Sap::ChkCfg, &IDENTIFIERS);
     // SD3 has the octets of SD2 from DA to ED.
     let telegram: Vec<_> = [0xA2].into_iter().chain(sd2.into_iter().skip(4)).collect();
-    dialogue.transmit(own, &telegram).map(|_| ()).judged()
+    dialogue.transmit(own, &telegram).map(|_| ()).tested()
 }
 
 fn closed(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
     let reason = Closed::NoSuchAccessPoint(NO_SERVICE);
-    dialogue.expect_closed(dialogue.own_address(), Sap::Other(NO_SERVICE), &[], reason).judged()
+    dialogue.expect_closed(dialogue.own_address(), Sap::Other(NO_SERVICE), &[], reason).tested()
 }
 
 /// The other station is the testing master itself, because no other station can have this address.
 fn other_station(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
     let (da, sa) = (dialogue.own_address(), dialogue.other_master_address());
     for telegram in [fdl_status_telegram(da, sa), octets(da, sa, Sap::SlaveDiag, SRD_HIGH_FIRST, &[])] {
-        dialogue.send_unanswered(&telegram, Unanswered::OtherStation).judged()?;
+        dialogue.send_unanswered(&telegram, Unanswered::OtherStation).tested()?;
     }
     Ok(())
 }
@@ -64,32 +64,32 @@ fn other_station(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
 fn broadcast(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
     let own = dialogue.own_address();
     for telegram in [fdl_status_telegram(BROADCAST, own), octets(BROADCAST, own, Sap::SlaveDiag, SRD_HIGH_FIRST, &[])] {
-        dialogue.send_unanswered(&telegram, Unanswered::Broadcast).judged()?;
+        dialogue.send_unanswered(&telegram, Unanswered::Broadcast).tested()?;
     }
     Ok(())
 }
 
 fn own_source(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
     let slave = dialogue.slave.address;
-    dialogue.send_unanswered(&fdl_status_telegram(slave, slave), Unanswered::OwnSource).judged()
+    dialogue.send_unanswered(&fdl_status_telegram(slave, slave), Unanswered::OwnSource).tested()
 }
 
 fn broadcast_source(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
     let telegram = fdl_status_telegram(dialogue.slave.address, BROADCAST);
-    dialogue.send_unanswered(&telegram, Unanswered::BroadcastSource).judged()
+    dialogue.send_unanswered(&telegram, Unanswered::BroadcastSource).tested()
 }
 
 fn token(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
     let token = [0xDC, dialogue.slave.address, dialogue.own_address()];
-    dialogue.send_unanswered(&token, Unanswered::Token).judged()
+    dialogue.send_unanswered(&token, Unanswered::Token).tested()
 }
 
 fn short_ack(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
-    dialogue.send_unanswered(&[0xE5], Unanswered::ShortAck).judged()
+    dialogue.send_unanswered(&[0xE5], Unanswered::ShortAck).tested()
 }
 
 fn response(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
     const DATA_LOW: u8 = 0x08;
     let telegram = octets(dialogue.slave.address, dialogue.own_address(), Sap::SlaveDiag, DATA_LOW, &[0; 6]);
-    dialogue.send_unanswered(&telegram, Unanswered::Response).judged()
+    dialogue.send_unanswered(&telegram, Unanswered::Response).tested()
 }

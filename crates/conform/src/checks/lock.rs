@@ -27,23 +27,23 @@ fn foreign_set_prm(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
 
 fn set_prm(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
     foreign_set_prm(dialogue)?;
-    dialogue.diagnosis().prepared()?.require_master(dialogue.own_address()).judged()
+    dialogue.diagnosis().prepared()?.require_master(dialogue.own_address()).tested()
 }
 
 fn undisturbed(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
     foreign_set_prm(dialogue)?;
-    dialogue.expect_exchange().judged()
+    dialogue.expect_exchange().tested()
 }
 
 fn chk_cfg(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
     dialogue.start().prepared()?;
     let cfg = truncated_cfg(dialogue);
     dialogue.tell_from(dialogue.other_master_address(), Sap::ChkCfg, &cfg)?;
-    dialogue.expect_exchange().judged()
+    dialogue.expect_exchange().tested()
 }
 
 fn exchange(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
     dialogue.start().prepared()?;
     let exchanging = dialogue.is_exchanging_with(dialogue.other_master_address())?;
-    require(!exchanging, Expected::NoExchange).judged()
+    require(!exchanging, Expected::NoExchange).tested()
 }

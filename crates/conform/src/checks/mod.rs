@@ -1,4 +1,4 @@
-//! The rules, in the order in which they are tested. Each judges one thing. A rule whose test needs another one names it, and
+//! The rules, in the order in which they are tested. Each is about one thing. A rule whose test needs another one names it, and
 //! is not tested if the slave breaks that one or lacks its service. All outputs are zero, and no stored value changes.
 
 mod contact;

@@ -38,20 +38,20 @@ pub fn read_refusal(answer: &Answer) -> Result<Negative, StepError> {
 
 /// Requires an error of DP-V1 in a negative response.
 pub fn require_dpv1_error(negative: &Negative) -> CheckOutcome {
-    require(negative.decode == ErrorDecode::DpV1, Expected::Pdu(Pdu::Dpv1Error)).judged()
+    require(negative.decode == ErrorDecode::DpV1, Expected::Pdu(Pdu::Dpv1Error)).tested()
 }
 
 fn closed(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
     dialogue.release()?;
     let own = dialogue.own_address();
-    dialogue.expect_closed(own, Sap::Ms1, &request_octets(&READ_NOTHING), Closed::NotExchanging).judged()
+    dialogue.expect_closed(own, Sap::Ms1, &request_octets(&READ_NOTHING), Closed::NotExchanging).tested()
 }
 
 fn poll(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
     dialogue.start().prepared()?;
     match dialogue.request(Sap::Ms1, &[]) {
         Ok(answer) if answer.is_closed() => without(Service::Ms1),
-        Ok(answer) => require(answer.is_acknowledgement(), Expected::Acknowledgement).judged(),
+        Ok(answer) => require(answer.is_acknowledgement(), Expected::Acknowledgement).tested(),
         Err(StepError::Unexpected(_)) => without(Service::Ms1),
         Err(StepError::Port(error)) => Err(error.into()),
     }
@@ -60,19 +60,19 @@ fn poll(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
 fn foreign(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
     dialogue.start().prepared()?;
     let other = dialogue.other_master_address();
-    dialogue.expect_closed(other, Sap::Ms1, &[], Closed::OtherMaster).judged()
+    dialogue.expect_closed(other, Sap::Ms1, &[], Closed::OtherMaster).tested()
 }
 
 fn refusal(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
     dialogue.start().prepared()?;
-    let answer = dialogue.acyclic(Sap::Ms1, &READ_NOTHING).judged()?;
-    read_refusal(&answer).map(|_| ()).judged()
+    let answer = dialogue.acyclic(Sap::Ms1, &READ_NOTHING).tested()?;
+    read_refusal(&answer).map(|_| ()).tested()
 }
 
 fn low_priority(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
     dialogue.start().prepared()?;
     let answer = dialogue.acyclic(Sap::Ms1, &READ_NOTHING).prepared()?;
-    require(answer.status == Status::DataLow, Expected::DataLow).judged()
+    require(answer.status == Status::DataLow, Expected::DataLow).tested()
 }
 
 fn error_decode(dialogue: &mut Dialogue<'_>) -> CheckOutcome {

@@ -128,16 +128,16 @@ fn manager(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
         Ok(answer) => answer,
         // A slave that is silent on closed access points breaks another rule.
         Err(StepError::Unexpected(Expected::Answer)) => return without(Service::Ms2),
-        Err(error) => return Err(error).judged(),
+        Err(error) => return Err(error).tested(),
     };
-    let sap = parse_manager(&answer).judged()?;
+    let sap = parse_manager(&answer).tested()?;
     close(dialogue, sap, Ok(()))
 }
 
 fn initiate(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
     let sap = request_connection(dialogue)?;
-    let answer = dialogue.poll(sap).judged();
-    let result = answer.and_then(|answer| parse_initiate(&answer).map(|_| ()).judged());
+    let answer = dialogue.poll(sap).tested();
+    let result = answer.and_then(|answer| parse_initiate(&answer).map(|_| ()).tested());
     close(dialogue, sap, result)
 }
 
@@ -145,27 +145,27 @@ fn record_length(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
     let sap = request_connection(dialogue)?;
     let answer = dialogue.poll(sap).prepared()?;
     let length = parse_initiate(&answer).prepared()?.max_len_data_unit;
-    let result = require((1..=240).contains(&length), Expected::RecordLength).judged();
+    let result = require((1..=240).contains(&length), Expected::RecordLength).tested();
     close(dialogue, sap, result)
 }
 
 fn abort(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
     let sap = request_connection(dialogue)?;
     dialogue.poll(sap).prepared()?;
-    dialogue.expect_acknowledged(sap, &abort_octets()).judged()
+    dialogue.expect_acknowledged(sap, &abort_octets()).tested()
 }
 
 /// The check before has aborted a connection. A slave with one connection has no other one if that is still open.
 fn abort_closes(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
-    let answer = answer_of_manager(dialogue).judged()?;
-    let sap = parse_manager(&answer).judged()?;
+    let answer = answer_of_manager(dialogue).tested()?;
+    let sap = parse_manager(&answer).tested()?;
     dialogue.tell(sap, &[])?;
     dialogue.tell(sap, &abort_octets())?;
-    dialogue.expect_closed(dialogue.own_address(), sap, &[], Closed::NoConnection).judged()
+    dialogue.expect_closed(dialogue.own_address(), sap, &[], Closed::NoConnection).tested()
 }
 
 fn poll(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
-    with_connection(dialogue, |dialogue, sap| dialogue.expect_acknowledged(sap, &[]).judged())
+    with_connection(dialogue, |dialogue, sap| dialogue.expect_acknowledged(sap, &[]).tested())
 }
 
 /// Sends Idle. Returns the answer with its echo.
@@ -176,13 +176,13 @@ fn echo(dialogue: &mut Dialogue<'_>, sap: Sap) -> StepResult<Answer> {
 }
 
 fn idle(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
-    with_connection(dialogue, |dialogue, sap| echo(dialogue, sap).map(|_| ()).judged())
+    with_connection(dialogue, |dialogue, sap| echo(dialogue, sap).map(|_| ()).tested())
 }
 
 fn low_priority(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
     with_connection(dialogue, |dialogue, sap| {
         let answer = echo(dialogue, sap).prepared()?;
-        require(answer.status == Status::DataLow, Expected::DataLow).judged()
+        require(answer.status == Status::DataLow, Expected::DataLow).tested()
     })
 }
 
@@ -198,7 +198,7 @@ fn repeated_poll(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
                 continue;
             }
             let repeated = dialogue.counted(FrameCount::Counted(count), sap, &[])?;
-            return require(repeated == fetched, Expected::SameAnswer(octets.clone())).judged();
+            return require(repeated == fetched, Expected::SameAnswer(octets.clone())).tested();
         }
         Err(StepError::Unexpected(Expected::Pdu(Pdu::Idle))).prepared()
     })
@@ -208,15 +208,15 @@ fn undisturbed(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
     with_connection(dialogue, |dialogue, sap| {
         dialogue.expect_acknowledged(sap, &request_octets(&Request::Idle(&[]))).prepared()?;
         dialogue.tell_from(dialogue.other_master_address(), Sap::SlaveDiag, &[])?;
-        let answer = dialogue.poll(sap).judged()?;
-        require(answer.du == [0x48], Expected::Pdu(Pdu::Idle)).judged()
+        let answer = dialogue.poll(sap).tested()?;
+        require(answer.du == [0x48], Expected::Pdu(Pdu::Idle)).tested()
     })
 }
 
 fn foreign(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
     with_connection(dialogue, |dialogue, sap| {
         let other = dialogue.other_master_address();
-        dialogue.expect_closed(other, sap, &[], Closed::OtherMaster).judged()
+        dialogue.expect_closed(other, sap, &[], Closed::OtherMaster).tested()
     })
 }
 
@@ -227,15 +227,15 @@ fn foreign_sap(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
         let (da, sa) = (dialogue.slave.address, dialogue.own_address());
         let fc = Control::Request { function: Function::SrdLow, count: dialogue.next_count(sa) }.to_octet();
         let telegram = frame_octets(DataTelegram { da, sa, dsap: sap.to_octet(), ssap: Some(OTHER), fc, du: &[] });
-        let answer = dialogue.transmit(sa, &telegram).judged()?;
-        require(answer.is_closed(), Expected::Closed(Closed::OtherAccessPoint)).judged()
+        let answer = dialogue.transmit(sa, &telegram).tested()?;
+        require(answer.is_closed(), Expected::Closed(Closed::OtherAccessPoint)).tested()
     })
 }
 
 fn refusal(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
     with_connection(dialogue, |dialogue, sap| {
-        let answer = dialogue.acyclic(sap, &READ_NOTHING).judged()?;
-        read_refusal(&answer).map(|_| ()).judged()
+        let answer = dialogue.acyclic(sap, &READ_NOTHING).tested()?;
+        read_refusal(&answer).map(|_| ()).tested()
     })
 }
 
@@ -250,29 +250,29 @@ fn error_class(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
     with_connection(dialogue, |dialogue, sap| {
         let answer = dialogue.acyclic(sap, &READ_NOTHING).prepared()?;
         let negative = read_refusal(&answer).prepared()?;
-        require(negative.code_1.class() == ACCESS_CLASS, Expected::Pdu(Pdu::AccessError)).judged()
+        require(negative.code_1.class() == ACCESS_CLASS, Expected::Pdu(Pdu::AccessError)).tested()
     })
 }
 
 fn unknown_function(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
     with_connection(dialogue, |dialogue, sap| {
-        let answer = dialogue.acyclic_octets(sap, &UNKNOWN_PDU).judged()?;
-        let aborted = matches!(response(&answer.du, Pdu::Abort).judged()?, Response::Abort(_));
-        require(aborted, Expected::Pdu(Pdu::Abort)).judged()
+        let answer = dialogue.acyclic_octets(sap, &UNKNOWN_PDU).tested()?;
+        let aborted = matches!(response(&answer.du, Pdu::Abort).tested()?, Response::Abort(_));
+        require(aborted, Expected::Pdu(Pdu::Abort)).tested()
     })
 }
 
 fn abort_ends(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
     with_connection(dialogue, |dialogue, sap| {
         dialogue.acyclic_octets(sap, &UNKNOWN_PDU).prepared()?;
-        dialogue.expect_closed(dialogue.own_address(), sap, &[], Closed::NoConnection).judged()
+        dialogue.expect_closed(dialogue.own_address(), sap, &[], Closed::NoConnection).tested()
     })
 }
 
 fn exchange(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
     dialogue.start().prepared()?;
     with_connection(dialogue, |dialogue, sap| {
-        echo(dialogue, sap).map(|_| ()).judged()?;
-        dialogue.expect_exchange().judged()
+        echo(dialogue, sap).map(|_| ()).tested()?;
+        dialogue.expect_exchange().tested()
     })
 }

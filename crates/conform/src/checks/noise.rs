@@ -31,7 +31,7 @@ fn silence(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
     let mut random = fastrand::Rng::with_seed(SEED);
     for _ in 0..TELEGRAMS {
         let damaged = damaged_telegram(dialogue, &mut random);
-        dialogue.send_unanswered(&damaged, Unanswered::Damaged).judged()?;
+        dialogue.send_unanswered(&damaged, Unanswered::Damaged).tested()?;
     }
     Ok(())
 }
@@ -43,7 +43,7 @@ fn state(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
         let damaged = damaged_telegram(dialogue, &mut random);
         dialogue.send(&damaged)?;
     }
-    dialogue.expect_exchange().judged()
+    dialogue.expect_exchange().tested()
 }
 
 /// A telegram with one altered bit that would change the state of the slave if the slave accepted it.

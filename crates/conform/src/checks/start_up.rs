@@ -113,82 +113,82 @@ fn longer_cfg(dialogue: &Dialogue<'_>) -> Vec<u8> {
 
 fn set_prm(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
     dialogue.release()?;
-    dialogue.expect_acknowledged(Sap::SetPrm, &set_prm_octets(&dialogue.prm([0, 0]))).judged()
+    dialogue.expect_acknowledged(Sap::SetPrm, &set_prm_octets(&dialogue.prm([0, 0]))).tested()
 }
 
 fn chk_cfg(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
     dialogue.parameterise()?;
-    dialogue.expect_acknowledged(Sap::ChkCfg, &dialogue.slave.cfg).judged()
+    dialogue.expect_acknowledged(Sap::ChkCfg, &dialogue.slave.cfg).tested()
 }
 
 fn exchange(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
-    dialogue.start().judged()
+    dialogue.start().tested()
 }
 
 fn unlock(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
     dialogue.start().prepared()?;
     dialogue.release()?;
-    dialogue.expect_no_exchange().judged()
+    dialogue.expect_no_exchange().tested()
 }
 
 fn refused(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
     dialogue.release()?;
     let outputs = dialogue.outputs();
-    dialogue.expect_closed(dialogue.own_address(), Sap::Default, &outputs, Closed::NotExchanging).judged()
+    dialogue.expect_closed(dialogue.own_address(), Sap::Default, &outputs, Closed::NotExchanging).tested()
 }
 
 fn no_owner(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
     dialogue.release()?;
-    dialogue.diagnosis().prepared()?.require_master(NO_MASTER).judged()
+    dialogue.diagnosis().prepared()?.require_master(NO_MASTER).tested()
 }
 
 fn prm_req(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
     dialogue.release()?;
-    dialogue.diagnosis().prepared()?.require_set(StationStatus::PRM_REQ).judged()
+    dialogue.diagnosis().prepared()?.require_set(StationStatus::PRM_REQ).tested()
 }
 
 fn not_ready(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
     dialogue.release()?;
-    dialogue.diagnosis().prepared()?.require_set(StationStatus::STATION_NOT_READY).judged()
+    dialogue.diagnosis().prepared()?.require_set(StationStatus::STATION_NOT_READY).tested()
 }
 
 fn owner(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
     dialogue.parameterise()?;
-    dialogue.diagnosis().prepared()?.require_master(dialogue.own_address()).judged()
+    dialogue.diagnosis().prepared()?.require_master(dialogue.own_address()).tested()
 }
 
 fn parameterised(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
     dialogue.parameterise()?;
-    dialogue.diagnosis().prepared()?.require_clear(StationStatus::PRM_REQ).judged()
+    dialogue.diagnosis().prepared()?.require_clear(StationStatus::PRM_REQ).tested()
 }
 
 fn waits_for_cfg(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
     dialogue.parameterise()?;
-    dialogue.diagnosis().prepared()?.require_set(StationStatus::STATION_NOT_READY).judged()
+    dialogue.diagnosis().prepared()?.require_set(StationStatus::STATION_NOT_READY).tested()
 }
 
 fn before_cfg(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
     dialogue.parameterise()?;
     dialogue.wait(PAUSE)?;
-    dialogue.expect_no_exchange().judged()
+    dialogue.expect_no_exchange().tested()
 }
 
 fn ready(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
     dialogue.start().prepared()?;
-    dialogue.diagnosis().prepared()?.require_clear(StationStatus::STATION_NOT_READY).judged()
+    dialogue.diagnosis().prepared()?.require_clear(StationStatus::STATION_NOT_READY).tested()
 }
 
 fn cfg_before_prm(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
     dialogue.release()?;
     dialogue.chk_cfg()?;
     dialogue.wait(PAUSE)?;
-    dialogue.expect_no_exchange().judged()
+    dialogue.expect_no_exchange().tested()
 }
 
 fn no_lock(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
     dialogue.release()?;
     dialogue.set_prm(&SetPrm { status: PrmStatus::empty(), ..dialogue.prm([0, 0]) })?;
-    dialogue.diagnosis().prepared()?.require_master(NO_MASTER).judged()
+    dialogue.diagnosis().prepared()?.require_master(NO_MASTER).tested()
 }
 
 fn both_locks(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
@@ -197,7 +197,7 @@ fn both_locks(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
     // A slave that takes it for Lock_Req alone waits for its configuration.
     dialogue.chk_cfg()?;
     dialogue.wait(PAUSE)?;
-    dialogue.expect_no_exchange().judged()
+    dialogue.expect_no_exchange().tested()
 }
 
 fn wrong_ident(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
@@ -205,39 +205,39 @@ fn wrong_ident(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
     dialogue.set_prm(&faulty_prm(dialogue))?;
     dialogue.chk_cfg()?;
     dialogue.wait(PAUSE)?;
-    dialogue.expect_no_exchange().judged()
+    dialogue.expect_no_exchange().tested()
 }
 
 fn prm_fault(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
     dialogue.release()?;
     dialogue.set_prm(&faulty_prm(dialogue))?;
-    dialogue.diagnosis().prepared()?.require_set(StationStatus::PRM_FAULT).judged()
+    dialogue.diagnosis().prepared()?.require_set(StationStatus::PRM_FAULT).tested()
 }
 
 fn prm_fault_acknowledged(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
     dialogue.release()?;
-    dialogue.expect_acknowledged(Sap::SetPrm, &set_prm_octets(&faulty_prm(dialogue))).judged()
+    dialogue.expect_acknowledged(Sap::SetPrm, &set_prm_octets(&faulty_prm(dialogue))).tested()
 }
 
 fn prm_fault_ended(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
     dialogue.release()?;
     dialogue.set_prm(&faulty_prm(dialogue))?;
     dialogue.set_prm(&dialogue.prm([0, 0]))?;
-    dialogue.diagnosis().prepared()?.require_clear(StationStatus::PRM_FAULT).judged()
+    dialogue.diagnosis().prepared()?.require_clear(StationStatus::PRM_FAULT).tested()
 }
 
 fn short_prm(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
     dialogue.release()?;
     let octets = set_prm_octets(&dialogue.prm([0, 0]));
     dialogue.tell(Sap::SetPrm, octets.get(..6).unwrap_or_default())?;
-    dialogue.diagnosis().prepared()?.require_set(StationStatus::PRM_FAULT).judged()
+    dialogue.diagnosis().prepared()?.require_set(StationStatus::PRM_FAULT).tested()
 }
 
 fn truncated(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
     dialogue.parameterise()?;
     dialogue.tell(Sap::ChkCfg, &truncated_cfg(dialogue))?;
     dialogue.wait(PAUSE)?;
-    dialogue.expect_no_exchange().judged()
+    dialogue.expect_no_exchange().tested()
 }
 
 fn other_cfg(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
@@ -254,7 +254,7 @@ fn other_cfg(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
         let exchanging = dialogue
             .request(Sap::Default, &outputs)
             .is_ok_and(|answer| answer.has_data_status() || answer.is_acknowledgement());
-        require(!exchanging, Expected::NoExchange).judged()?;
+        require(!exchanging, Expected::NoExchange).tested()?;
     }
     Ok(())
 }
@@ -262,41 +262,41 @@ fn other_cfg(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
 fn cfg_fault(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
     dialogue.parameterise()?;
     dialogue.tell(Sap::ChkCfg, &truncated_cfg(dialogue))?;
-    dialogue.diagnosis().prepared()?.require_set(StationStatus::CFG_FAULT).judged()
+    dialogue.diagnosis().prepared()?.require_set(StationStatus::CFG_FAULT).tested()
 }
 
 fn cfg_fault_acknowledged(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
     dialogue.parameterise()?;
-    dialogue.expect_acknowledged(Sap::ChkCfg, &truncated_cfg(dialogue)).judged()
+    dialogue.expect_acknowledged(Sap::ChkCfg, &truncated_cfg(dialogue)).tested()
 }
 
 fn cfg_fault_ended(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
     dialogue.parameterise()?;
     dialogue.tell(Sap::ChkCfg, &truncated_cfg(dialogue))?;
     dialogue.set_prm(&dialogue.prm([0, 0]))?;
-    dialogue.diagnosis().prepared()?.require_clear(StationStatus::CFG_FAULT).judged()
+    dialogue.diagnosis().prepared()?.require_clear(StationStatus::CFG_FAULT).tested()
 }
 
 fn cfg_again(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
     dialogue.start().prepared()?;
     dialogue.chk_cfg()?;
-    dialogue.await_exchange().judged()
+    dialogue.await_exchange().tested()
 }
 
 fn prm_again(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
     dialogue.start().prepared()?;
     dialogue.set_prm(&dialogue.prm([0, 0]))?;
-    dialogue.expect_no_exchange().judged()
+    dialogue.expect_no_exchange().tested()
 }
 
 fn faulty_prm_ends(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
     dialogue.start().prepared()?;
     dialogue.set_prm(&faulty_prm(dialogue))?;
-    dialogue.expect_no_exchange().judged()
+    dialogue.expect_no_exchange().tested()
 }
 
 fn faulty_cfg_ends(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
     dialogue.start().prepared()?;
     dialogue.tell(Sap::ChkCfg, &truncated_cfg(dialogue))?;
-    dialogue.expect_no_exchange().judged()
+    dialogue.expect_no_exchange().tested()
 }

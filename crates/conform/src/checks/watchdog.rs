@@ -33,30 +33,30 @@ const PERIOD: Duration = Duration::from_millis(100);
 
 fn bit(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
     dialogue.start_with(&dialogue.prm(LONG)).prepared()?;
-    dialogue.diagnosis().prepared()?.require_set(StationStatus::WD_ON).judged()
+    dialogue.diagnosis().prepared()?.require_set(StationStatus::WD_ON).tested()
 }
 
 fn no_bit(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
     dialogue.start().prepared()?;
-    dialogue.diagnosis().prepared()?.require_clear(StationStatus::WD_ON).judged()
+    dialogue.diagnosis().prepared()?.require_clear(StationStatus::WD_ON).tested()
 }
 
 fn off(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
     dialogue.start().prepared()?;
     dialogue.wait(SILENCE)?;
-    dialogue.expect_exchange().judged()
+    dialogue.expect_exchange().tested()
 }
 
 fn expiry(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
     dialogue.start_with(&dialogue.prm(SHORT)).prepared()?;
     dialogue.wait(SILENCE)?;
-    dialogue.expect_no_exchange().judged()
+    dialogue.expect_no_exchange().tested()
 }
 
 fn no_owner(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
     dialogue.start_with(&dialogue.prm(SHORT)).prepared()?;
     dialogue.wait(SILENCE)?;
-    dialogue.diagnosis().prepared()?.require_master(NO_MASTER).judged()
+    dialogue.diagnosis().prepared()?.require_master(NO_MASTER).tested()
 }
 
 /// Twice the time of the watchdog.
@@ -64,7 +64,7 @@ fn restart(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
     dialogue.start_with(&dialogue.prm(LONG)).prepared()?;
     for _ in 0..8 {
         dialogue.wait(PERIOD)?;
-        dialogue.expect_exchange().judged()?;
+        dialogue.expect_exchange().tested()?;
     }
     Ok(())
 }

@@ -1,11 +1,11 @@
 //! Slaves that accept damaged telegrams.
 
-use super::faulty::Act;
+use super::faulty::Reaction;
 use profivac_conform::probe::Received;
 use profivac_wire::Telegram;
 
 /// A slave that repairs one kind of damage, if nothing else is wrong with the telegram.
-pub fn repaired(repair: fn(&mut Vec<u8>)) -> Box<Act> {
+pub fn repaired(repair: fn(&mut Vec<u8>)) -> Box<Reaction> {
     Box::new(move |line, octets| {
         if octets.len() < 6 || Telegram::parse(octets).is_ok() {
             return line.hear(octets);
@@ -17,7 +17,7 @@ pub fn repaired(repair: fn(&mut Vec<u8>)) -> Box<Act> {
 }
 
 /// A slave that hears nothing for a telegram after one that was cut off.
-pub fn deaf() -> Box<Act> {
+pub fn deaf() -> Box<Reaction> {
     let mut deaf = false;
     Box::new(move |line, octets| {
         let was_deaf = std::mem::replace(&mut deaf, is_cut_off(octets));

@@ -7,7 +7,7 @@ use super::faulty::{
     SET_SLAVE_ADD, SLAVE_DIAG, UE, is_exchanging, is_rs, is_waiting, leave, request, sc, status,
 };
 use super::slave::{ADDRESS, CFG, IDENT, MASTER};
-use Fault::{Acts, Answers, Counts, Hears, Says};
+use Fault::{Answers, Counts, Hears, Reacts, Says};
 use profivac_conform::probe::Received;
 use profivac_dp::slave::SlaveState;
 
@@ -134,7 +134,7 @@ pub static FAULTY_SLAVES: &[FaultySlave] = &[
     slave(
         "layer2.sd3",
         "ignores SD3",
-        Acts(|| Box::new(|line, octets| if octets[0] == 0xA2 { Received::Nothing } else { line.hear(octets) })),
+        Reacts(|| Box::new(|line, octets| if octets[0] == 0xA2 { Received::Nothing } else { line.hear(octets) })),
     ),
     slave(
         "layer2.closed",
@@ -180,12 +180,12 @@ pub static FAULTY_SLAVES: &[FaultySlave] = &[
     slave(
         "layer2.token",
         "acknowledges a token",
-        Acts(|| Box::new(|line, octets| if octets[0] == 0xDC { sc() } else { line.hear(octets) })),
+        Reacts(|| Box::new(|line, octets| if octets[0] == 0xDC { sc() } else { line.hear(octets) })),
     ),
     slave(
         "layer2.short-ack",
         "acknowledges SC",
-        Acts(|| Box::new(|line, octets| if octets == [0xE5] { sc() } else { line.hear(octets) })),
+        Reacts(|| Box::new(|line, octets| if octets == [0xE5] { sc() } else { line.hear(octets) })),
     ),
     slave(
         "layer2.response",
@@ -195,12 +195,12 @@ pub static FAULTY_SLAVES: &[FaultySlave] = &[
     slave(
         "damage.start-delimiter",
         "ignores bit 2 of the first octet",
-        Acts(|| damaged::repaired(|octets| octets[0] = if octets[0] == 0x14 { 0x10 } else { octets[0] & !0x04 })),
+        Reacts(|| damaged::repaired(|octets| octets[0] = if octets[0] == 0x14 { 0x10 } else { octets[0] & !0x04 })),
     ),
     slave(
         "damage.length",
         "does not compare LE with LEr",
-        Acts(|| {
+        Reacts(|| {
             damaged::repaired(|octets| {
                 if octets.len() > 6 {
                     octets[1] = octets.len() as u8 - 6;
@@ -212,7 +212,7 @@ pub static FAULTY_SLAVES: &[FaultySlave] = &[
     slave(
         "damage.second-start",
         "does not look at the second 68",
-        Acts(|| {
+        Reacts(|| {
             damaged::repaired(|octets| {
                 if octets.len() > 6 {
                     octets[3] = 0x68;
@@ -223,7 +223,7 @@ pub static FAULTY_SLAVES: &[FaultySlave] = &[
     slave(
         "damage.check-octet",
         "does not check the check octet",
-        Acts(|| {
+        Reacts(|| {
             damaged::repaired(|octets| {
                 let end = octets.len() - 2;
                 let first = if octets[0] == 0x68 { 4 } else { 1 };
@@ -236,14 +236,16 @@ pub static FAULTY_SLAVES: &[FaultySlave] = &[
     slave(
         "damage.end-delimiter",
         "does not look at the end delimiter",
-        Acts(|| damaged::repaired(|octets| *octets.last_mut().unwrap() = 0x16)),
+        Reacts(|| damaged::repaired(|octets| *octets.last_mut().unwrap() = 0x16)),
     ),
     slave(
         "damage.cut-off",
         "acknowledges the beginning of a telegram",
-        Acts(|| Box::new(|line, octets| if octets.len() == 6 && octets[0] == 0x68 { sc() } else { line.hear(octets) })),
+        Reacts(|| {
+            Box::new(|line, octets| if octets.len() == 6 && octets[0] == 0x68 { sc() } else { line.hear(octets) })
+        }),
     ),
-    slave("damage.next", "is deaf to one telegram after the beginning of another one", Acts(damaged::deaf)),
+    slave("damage.next", "is deaf to one telegram after the beginning of another one", Reacts(damaged::deaf)),
     slave(
         "diagnosis.fixed-bit",
         "sends 0 in the bit that is always 1",
@@ -336,7 +338,7 @@ pub static FAULTY_SLAVES: &[FaultySlave] = &[
     slave(
         "start-up.exchange",
         "never gets ready",
-        Acts(|| {
+        Reacts(|| {
             Box::new(|line, octets| match Frame::parse(octets) {
                 Some(request) if request.dsap == CHK_CFG => sc(),
                 _ => line.hear(octets),
@@ -346,7 +348,7 @@ pub static FAULTY_SLAVES: &[FaultySlave] = &[
     slave(
         "start-up.unlock",
         "ignores Unlock_Req",
-        Acts(|| {
+        Reacts(|| {
             Box::new(|line, octets| match Frame::parse(octets) {
                 Some(request) if is_unlock(&request) => sc(),
                 _ => line.hear(octets),
@@ -446,7 +448,7 @@ pub static FAULTY_SLAVES: &[FaultySlave] = &[
     slave(
         "start-up.cfg-before-prm",
         "begins data exchange with Chk_Cfg alone",
-        Acts(|| {
+        Reacts(|| {
             Box::new(|line, octets| {
                 let request_cfg = Frame::parse(octets).filter(|request| request.dsap == CHK_CFG && request.du == CFG);
                 if let Some(cfg) = request_cfg
@@ -499,11 +501,11 @@ pub static FAULTY_SLAVES: &[FaultySlave] = &[
         "answers a faulty Set_Prm with UE",
         Answers(|_, request, answer| if is_faulty_prm(request) { status(request, UE) } else { answer }),
     ),
-    slave("start-up.prm-fault-ended", "keeps Prm_Fault until it is released", Acts(|| latched(is_faulty_prm, 0x40))),
+    slave("start-up.prm-fault-ended", "keeps Prm_Fault until it is released", Reacts(|| latched(is_faulty_prm, 0x40))),
     slave(
         "start-up.short-prm",
         "ignores a Set_Prm of six octets",
-        Acts(|| {
+        Reacts(|| {
             Box::new(|line, octets| match Frame::parse(octets) {
                 Some(request) if request.dsap == SET_PRM && request.du.len() < 7 => sc(),
                 _ => line.hear(octets),
@@ -540,22 +542,26 @@ pub static FAULTY_SLAVES: &[FaultySlave] = &[
         "answers a faulty Chk_Cfg with UE",
         Answers(|_, request, answer| if is_truncated_cfg(request) { status(request, UE) } else { answer }),
     ),
-    slave("start-up.cfg-fault-ended", "keeps Cfg_Fault until it is released", Acts(|| latched(is_truncated_cfg, 0x04))),
+    slave(
+        "start-up.cfg-fault-ended",
+        "keeps Cfg_Fault until it is released",
+        Reacts(|| latched(is_truncated_cfg, 0x04)),
+    ),
     slave(
         "start-up.cfg-again",
         "leaves data exchange with the same Chk_Cfg",
-        Acts(|| ends_exchange(|request| request.dsap == CHK_CFG && request.du == CFG)),
+        Reacts(|| ends_exchange(|request| request.dsap == CHK_CFG && request.du == CFG)),
     ),
-    slave("start-up.prm-again", "ignores Set_Prm during data exchange", Acts(|| ignores_in_exchange(is_valid_prm))),
+    slave("start-up.prm-again", "ignores Set_Prm during data exchange", Reacts(|| ignores_in_exchange(is_valid_prm))),
     slave(
         "start-up.faulty-prm-ends",
         "ignores a faulty Set_Prm during data exchange",
-        Acts(|| ignores_in_exchange(is_faulty_prm)),
+        Reacts(|| ignores_in_exchange(is_faulty_prm)),
     ),
     slave(
         "start-up.faulty-cfg-ends",
         "ignores a faulty Chk_Cfg during data exchange",
-        Acts(|| ignores_in_exchange(is_truncated_cfg)),
+        Reacts(|| ignores_in_exchange(is_truncated_cfg)),
     ),
     slave(
         "exchange.inputs",
@@ -596,7 +602,7 @@ pub static FAULTY_SLAVES: &[FaultySlave] = &[
     slave(
         "exchange.undisturbed",
         "leaves data exchange with Get_Cfg",
-        Acts(|| ends_exchange(|request| request.dsap == GET_CFG)),
+        Reacts(|| ends_exchange(|request| request.dsap == GET_CFG)),
     ),
     slave(
         "exchange.set-slave-add",
@@ -677,7 +683,7 @@ pub static FAULTY_SLAVES: &[FaultySlave] = &[
     slave(
         "control.clear",
         "leaves data exchange with Clear_Data",
-        Acts(|| ends_exchange(|request| request.dsap == GLOBAL_CONTROL && request.du == [0x02, 0])),
+        Reacts(|| ends_exchange(|request| request.dsap == GLOBAL_CONTROL && request.du == [0x02, 0])),
     ),
     slave(
         "control.sync",
@@ -727,7 +733,7 @@ pub static FAULTY_SLAVES: &[FaultySlave] = &[
     slave(
         "lock.set-prm",
         "accepts Set_Prm of any master",
-        Acts(|| {
+        Reacts(|| {
             Box::new(|line, octets| {
                 if Frame::parse(octets).is_some_and(|request| is_valid_prm(&request) && request.sa != MASTER) {
                     leave(line);
@@ -780,7 +786,7 @@ pub static FAULTY_SLAVES: &[FaultySlave] = &[
     slave(
         "watchdog.off",
         "runs a watchdog that is switched off",
-        Acts(|| {
+        Reacts(|| {
             Box::new(|line, octets| {
                 let received = line.hear(octets);
                 let Some(request) = Frame::parse(octets) else { return received };
@@ -812,7 +818,7 @@ pub static FAULTY_SLAVES: &[FaultySlave] = &[
     slave(
         "watchdog.no-owner",
         "keeps its owner after the watchdog has expired",
-        Acts(|| {
+        Reacts(|| {
             let mut ran = false;
             Box::new(move |line, octets| {
                 let received = line.hear(octets);
@@ -832,7 +838,7 @@ pub static FAULTY_SLAVES: &[FaultySlave] = &[
     slave(
         "watchdog.restart",
         "does not restart the watchdog with Data_Exchange",
-        Acts(|| {
+        Reacts(|| {
             let mut watch = Watch::default();
             Box::new(move |line, octets| {
                 let Some(request) = Frame::parse(octets) else { return line.hear(octets) };
@@ -904,7 +910,7 @@ pub static FAULTY_SLAVES: &[FaultySlave] = &[
     slave(
         "ms2.abort-closes",
         "ignores Abort",
-        Acts(|| {
+        Reacts(|| {
             Box::new(|line, octets| match Frame::parse(octets) {
                 Some(request) if request.is_connection() && request.du.first() == Some(&0x58) => sc(),
                 _ => line.hear(octets),
@@ -973,7 +979,7 @@ pub static FAULTY_SLAVES: &[FaultySlave] = &[
     slave(
         "ms2.undisturbed",
         "drops a response when another master sends a request",
-        Acts(|| {
+        Reacts(|| {
             let mut connection = None;
             Box::new(move |line, octets| {
                 let Some(request) = Frame::parse(octets) else { return line.hear(octets) };
@@ -1039,7 +1045,7 @@ pub static FAULTY_SLAVES: &[FaultySlave] = &[
     slave(
         "ms2.abort-ends",
         "answers polls after its own Abort",
-        Acts(|| {
+        Reacts(|| {
             let mut aborted = None;
             Box::new(move |line, octets| {
                 let received = line.hear(octets);
@@ -1058,17 +1064,17 @@ pub static FAULTY_SLAVES: &[FaultySlave] = &[
     slave(
         "ms2.exchange",
         "leaves data exchange with Initiate",
-        Acts(|| ends_exchange(|request| request.dsap == MANAGER)),
+        Reacts(|| ends_exchange(|request| request.dsap == MANAGER)),
     ),
     slave(
         "noise.silence",
         "acknowledges long telegrams with a fault",
-        Acts(|| Box::new(|line, octets| if damaged::is_long(octets) { sc() } else { line.hear(octets) })),
+        Reacts(|| Box::new(|line, octets| if damaged::is_long(octets) { sc() } else { line.hear(octets) })),
     ),
     slave(
         "noise.state",
         "leaves data exchange with a long damaged telegram",
-        Acts(|| {
+        Reacts(|| {
             Box::new(|line, octets| {
                 if damaged::is_long(octets) {
                     leave(line);
@@ -1080,7 +1086,7 @@ pub static FAULTY_SLAVES: &[FaultySlave] = &[
 ];
 
 /// A slave that keeps a bit of the first octet of its diagnosis from a request until it is released.
-fn latched(begins: fn(&Frame) -> bool, bit: u8) -> Box<super::faulty::Act> {
+fn latched(begins: fn(&Frame) -> bool, bit: u8) -> Box<super::faulty::Reaction> {
     let mut latched = false;
     Box::new(move |line, octets| {
         let received = line.hear(octets);
@@ -1097,7 +1103,7 @@ fn latched(begins: fn(&Frame) -> bool, bit: u8) -> Box<super::faulty::Act> {
 }
 
 /// A slave that leaves data exchange after a request.
-fn ends_exchange(ends: fn(&Frame) -> bool) -> Box<super::faulty::Act> {
+fn ends_exchange(ends: fn(&Frame) -> bool) -> Box<super::faulty::Reaction> {
     Box::new(move |line, octets| {
         let was = is_exchanging(&line.slave);
         let received = line.hear(octets);
@@ -1109,7 +1115,7 @@ fn ends_exchange(ends: fn(&Frame) -> bool) -> Box<super::faulty::Act> {
 }
 
 /// A slave that acknowledges a request of its owner during data exchange and does not execute it.
-fn ignores_in_exchange(ignores: fn(&Frame) -> bool) -> Box<super::faulty::Act> {
+fn ignores_in_exchange(ignores: fn(&Frame) -> bool) -> Box<super::faulty::Reaction> {
     Box::new(move |line, octets| match Frame::parse(octets) {
         Some(request) if is_exchanging(&line.slave) && request.sa == MASTER && ignores(&request) => sc(),
         _ => line.hear(octets),

@@ -106,22 +106,22 @@ pub enum Fault {
     /// It replaces its answers. The arguments are the slave, the request and the answer.
     Answers(fn(&SampleSlave, &Frame, Received) -> Received),
     /// It does anything else with the octets of a request.
-    Acts(fn() -> Box<Act>),
+    Reacts(fn() -> Box<Reaction>),
 }
 
 /// What a faulty slave does with the octets of a request.
-pub type Act = dyn FnMut(&mut Line<SampleSlave>, &[u8]) -> Received;
+pub type Reaction = dyn FnMut(&mut Line<SampleSlave>, &[u8]) -> Received;
 
 /// A slave with a fault on its line.
 pub struct FaultyLine {
     line: Line<SampleSlave>,
     memory: Memory,
-    act: Box<Act>,
+    react: Box<Reaction>,
 }
 
 impl FaultyLine {
     pub fn new(line: Line<SampleSlave>, fault: &Fault) -> Self {
-        let act: Box<Act> = match *fault {
+        let react: Box<Reaction> = match *fault {
             Fault::Hears(change) => Box::new(move |line, octets| {
                 let Some(mut request) = Frame::parse(octets) else { return line.hear(octets) };
                 change(&mut request);
@@ -143,10 +143,10 @@ impl FaultyLine {
                 }
             }),
             Fault::Counts(_) => Box::new(Line::hear),
-            Fault::Acts(make) => make(),
+            Fault::Reacts(make) => make(),
         };
         let counting = if let Fault::Counts(counting) = fault { *counting } else { Counting::Correct };
-        Self { line, memory: Memory::new(counting), act }
+        Self { line, memory: Memory::new(counting), react }
     }
 }
 
@@ -156,8 +156,8 @@ impl Link for FaultyLine {
     }
 
     fn send_and_receive(&mut self, octets: &[u8]) -> Result<Received, PortError> {
-        let Self { line, memory, act } = self;
-        Ok(memory.hear(octets, &mut |octets| act(line, octets)))
+        let Self { line, memory, react } = self;
+        Ok(memory.hear(octets, &mut |octets| react(line, octets)))
     }
 
     fn wait(&mut self, time: Duration) -> Result<(), PortError> {

@@ -50,7 +50,7 @@ pub fn print() -> String {
     for rule in &rules {
         let needs: Vec<_> = rule.needs.iter().map(|name| number(name).to_string()).collect();
         let (n, text, name, section) = (number(rule.name), rule.rule, rule.name, rule.section);
-        writeln!(page, "| {n} | {text} | `{name}` | {section} | {} |", needs.join(", ")).unwrap();
+        writeln!(page, "| {n} | {text} | `{name}` | {} | {} |", link(section), needs.join(", ")).unwrap();
     }
     let rows: Vec<_> = FAULTY_SLAVES.iter().map(|slave| (slave, outcomes(slave))).collect();
     page += SLAVES;
@@ -67,6 +67,17 @@ pub fn print() -> String {
         writeln!(page, "{:>3}  {signs}", number(slave.rule)).unwrap();
     }
     page + "```\n"
+}
+
+/// A section of the reference with its anchor.
+fn link(section: &str) -> String {
+    let file = match section.split('.').next() {
+        Some("1") => "01-fdl",
+        Some("2") => "02-dp-v0",
+        Some("3") => "03-slave",
+        _ => "04-acyclic",
+    };
+    format!("[{section}](spec/profibus-wire/{file}.md#{section})")
 }
 
 fn outcomes(slave: &FaultySlave) -> Vec<CheckResult> {
