@@ -43,7 +43,7 @@ fn a_configuration_that_the_slave_refuses_breaks_one_rule_and_the_others_name_it
     let row = |name: &str| rows.iter().find(|row| row["name"] == name).unwrap();
     let broken: Vec<_> = rows.iter().filter(|row| row["outcome"] == "broken").collect();
     assert_eq!(broken, [row("start-up.exchange")]);
-    assert_eq!(broken[0]["expected"], "SC, DL or DH as the answer to Data_Exchange within a second");
+    assert_eq!(broken[0]["expected"], "SC, DL or DH as the answer to Data_Exchange, within a second after Chk_Cfg");
     assert_eq!(broken[0]["came"], "10 00 05 03 08 16");
     let inputs = row("exchange.inputs");
     assert_eq!((&inputs["outcome"], &inputs["because"]), (&"not-tested".into(), &"start-up.exchange".into()));

@@ -398,7 +398,7 @@ impl<'a> Dialogue<'a> {
             }
             self.link.wait(READY_PAUSE)?;
         }
-        Err(StepError::Unexpected(Expected::Exchange))
+        Err(StepError::Unexpected(Expected::Ready))
     }
 
     /// Numbers of output and input octets.
@@ -411,18 +411,18 @@ impl<'a> Dialogue<'a> {
         vec![0; usize::from(self.lengths().outputs)]
     }
 
-    /// Sends Data_Exchange from `sa`. Returns whether the slave took part: with inputs of any length, or with SC.
-    pub fn is_exchanging_with(&mut self, sa: u8) -> Result<bool, PortError> {
-        match self.request_from(sa, Sap::Default, &self.outputs()) {
+    /// Sends Data_Exchange with `outputs` from `sa`. Returns whether the slave took part: with inputs of any length, or with SC.
+    pub fn is_exchanging_with(&mut self, sa: u8, outputs: &[u8]) -> Result<bool, PortError> {
+        match self.request_from(sa, Sap::Default, outputs) {
             Ok(answer) => Ok(answer.has_data_status() || answer.is_acknowledgement()),
             Err(StepError::Unexpected(_)) => Ok(false),
             Err(StepError::Port(error)) => Err(error),
         }
     }
 
-    /// As [`is_exchanging_with`](Self::is_exchanging_with) with the testing master.
+    /// As [`is_exchanging_with`](Self::is_exchanging_with) with the testing master and outputs of zero.
     pub fn is_exchanging(&mut self) -> Result<bool, PortError> {
-        self.is_exchanging_with(self.own_address())
+        self.is_exchanging_with(self.own_address(), &self.outputs())
     }
 
     /// Requires that the slave takes part in data exchange.

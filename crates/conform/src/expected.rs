@@ -64,7 +64,9 @@ pub enum Expected {
     Configuration,
     /// A configuration in which no identifier has the number 15 of manufacturer octets.
     ClosedConfiguration,
-    /// Inputs as the answer to Data_Exchange, within a second.
+    /// Inputs as the answer to Data_Exchange within a second after Chk_Cfg.
+    Ready,
+    /// Inputs as the answer to Data_Exchange.
     Exchange,
     /// No inputs as the answer to Data_Exchange.
     NoExchange,
@@ -164,13 +166,13 @@ pub enum Reason {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Service {
-    /// MS1: access point 51 is closed during data exchange.
+    /// MS1: access point 51 refuses or is silent during data exchange.
     Ms1,
-    /// MS2: access point 49 is closed.
+    /// MS2: access point 49 refuses or is silent.
     Ms2,
-    /// RD_Inp: access point 56 is closed during data exchange.
+    /// RD_Inp: access point 56 refuses or is silent during data exchange.
     RdInp,
-    /// RD_Outp: access point 57 is closed during data exchange.
+    /// RD_Outp: access point 57 refuses or is silent during data exchange.
     RdOutp,
     /// Sync: Not_Supported after Sync_Req.
     Sync,
@@ -223,7 +225,8 @@ impl fmt::Display for Expected {
             Self::DiagnosisBlocks => f.write_str("blocks of Ext_Diag_Data whose lengths end with the diagnosis"),
             Self::Configuration => f.write_str("DL with the identifiers of a configuration"),
             Self::ClosedConfiguration => f.write_str("identifiers with 0 to 14 manufacturer octets"),
-            Self::Exchange => f.write_str("SC, DL or DH as the answer to Data_Exchange within a second"),
+            Self::Ready => f.write_str("SC, DL or DH as the answer to Data_Exchange, within a second after Chk_Cfg"),
+            Self::Exchange => f.write_str("SC, DL or DH: the slave is in data exchange with this master"),
             Self::NoExchange => f.write_str("no data and no SC: the slave is not in data exchange with this master"),
             Self::NotAnnounced => f.write_str("DL or SC: the owner has read the diagnosis"),
             Self::Pdu(pdu) => pdu.fmt(f),
@@ -293,10 +296,10 @@ impl fmt::Display for Reason {
 impl fmt::Display for Service {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
-            Self::Ms1 => "MS1 with these parameters: access point 51 is closed during data exchange",
-            Self::Ms2 => "MS2: access point 49 is closed",
-            Self::RdInp => "RD_Inp: access point 56 is closed during data exchange",
-            Self::RdOutp => "RD_Outp: access point 57 is closed during data exchange",
+            Self::Ms1 => "MS1 with these parameters: access point 51 is not open during data exchange",
+            Self::Ms2 => "MS2: access point 49 is not open",
+            Self::RdInp => "RD_Inp: access point 56 is not open during data exchange",
+            Self::RdOutp => "RD_Outp: access point 57 is not open during data exchange",
             Self::Sync => "Sync: it reports Not_Supported",
             Self::Freeze => "Freeze: it reports Not_Supported",
         })
@@ -375,6 +378,6 @@ mod tests {
     fn a_reason_names_the_rule_or_the_service() {
         let reason = Reason::After("start-up.exchange");
         assert_eq!(reason.to_string(), "the slave breaks start-up.exchange");
-        assert_eq!(Reason::Without(Service::Ms2).to_string(), "the slave has no MS2: access point 49 is closed");
+        assert_eq!(Reason::Without(Service::Ms2).to_string(), "the slave has no MS2: access point 49 is not open");
     }
 }

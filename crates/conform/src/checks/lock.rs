@@ -17,22 +17,28 @@ pub const CHECKS: &[Check] = &[
         .after(&["start-up.exchange"]),
 ];
 
-/// Sends a Set_Prm of another master, which the slave may acknowledge or refuse (profibus-wire 10, point 6).
-fn foreign_set_prm(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
+/// Sends a Set_Prm of another master, which the slave may acknowledge or refuse (profibus-wire 10, point 6). Runs `test`, and
+/// releases the slave in case the other master owns it.
+fn with_foreign_prm(dialogue: &mut Dialogue<'_>, test: impl FnOnce(&mut Dialogue<'_>) -> CheckOutcome) -> CheckOutcome {
+    let other = dialogue.other_master_address();
+    let [prm, unlock] = [dialogue.prm([0, 0]), dialogue.unlock_prm()].map(|prm| set_prm_octets(&prm));
     dialogue.start().prepared()?;
-    let prm = set_prm_octets(&dialogue.prm([0, 0]));
-    dialogue.tell_from(dialogue.other_master_address(), Sap::SetPrm, &prm)?;
-    Ok(())
+    dialogue.tell_from(other, Sap::SetPrm, &prm)?;
+    let result = test(dialogue);
+    let cycle = dialogue.take_last();
+    dialogue.tell_from(other, Sap::SetPrm, &unlock)?;
+    dialogue.show(cycle);
+    result
 }
 
 fn set_prm(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
-    foreign_set_prm(dialogue)?;
-    dialogue.diagnosis().prepared()?.require_master(dialogue.own_address()).tested()
+    with_foreign_prm(dialogue, |dialogue| {
+        dialogue.diagnosis().prepared()?.require_master(dialogue.own_address()).tested()
+    })
 }
 
 fn undisturbed(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
-    foreign_set_prm(dialogue)?;
-    dialogue.expect_exchange().tested()
+    with_foreign_prm(dialogue, |dialogue| dialogue.expect_exchange().tested())
 }
 
 fn chk_cfg(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
@@ -44,6 +50,6 @@ fn chk_cfg(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
 
 fn exchange(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
     dialogue.start().prepared()?;
-    let exchanging = dialogue.is_exchanging_with(dialogue.other_master_address())?;
+    let exchanging = dialogue.is_exchanging_with(dialogue.other_master_address(), &dialogue.outputs())?;
     require(!exchanging, Expected::NoExchange).tested()
 }

@@ -123,12 +123,13 @@ fn abort_octets() -> Vec<u8> {
 }
 
 fn manager(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
-    let answer = match answer_of_manager(dialogue) {
+    let answer = match dialogue.request(Sap::ResourceManager, &request_octets(&initiate_request())) {
         Ok(answer) if answer.is_closed() => return without(Service::Ms2),
+        Ok(answer) if answer.is_acknowledgement() => dialogue.poll(Sap::ResourceManager).tested()?,
         Ok(answer) => answer,
         // A slave that is silent on closed access points breaks another rule.
-        Err(StepError::Unexpected(Expected::Answer)) => return without(Service::Ms2),
-        Err(error) => return Err(error).tested(),
+        Err(StepError::Unexpected(_)) => return without(Service::Ms2),
+        Err(StepError::Port(error)) => return Err(error.into()),
     };
     let sap = parse_manager(&answer).tested()?;
     close(dialogue, sap, Ok(()))

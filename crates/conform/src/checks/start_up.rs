@@ -1,7 +1,7 @@
 //! Set_Prm, Chk_Cfg and the states of a slave (profibus-wire 2.2 to 2.6 and 3.2).
 
 use super::Check;
-use crate::dialogue::{CheckError, CheckOutcome, Dialogue, Step, require, set_prm_octets};
+use crate::dialogue::{CheckError, CheckOutcome, Dialogue, Step, StepError, require, set_prm_octets};
 use crate::expected::{Closed, Expected, Reason};
 use profivac_wire::Sap;
 use profivac_wire::diag::{NO_MASTER, StationStatus};
@@ -245,15 +245,15 @@ fn other_cfg(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
     dialogue.parameterise()?;
     dialogue.tell(Sap::ChkCfg, &other)?;
     dialogue.wait(PAUSE)?;
-    if dialogue.request(Sap::GetCfg, &[]).is_ok_and(|answer| answer.du == other) {
-        return Err(CheckError::NotTested(Reason::Adapts));
+    match dialogue.request(Sap::GetCfg, &[]) {
+        Ok(answer) if answer.du == other => return Err(CheckError::NotTested(Reason::Adapts)),
+        Ok(_) | Err(StepError::Unexpected(_)) => {}
+        Err(StepError::Port(error)) => return Err(error.into()),
     }
     // A slave that accepts it may expect the outputs of either configuration.
-    let outputs: Vec<_> = dialogue.outputs().into_iter().chain([0]).collect();
-    for outputs in [dialogue.outputs(), outputs] {
-        let exchanging = dialogue
-            .request(Sap::Default, &outputs)
-            .is_ok_and(|answer| answer.has_data_status() || answer.is_acknowledgement());
+    let longer: Vec<_> = dialogue.outputs().into_iter().chain([0]).collect();
+    for outputs in [dialogue.outputs(), longer] {
+        let exchanging = dialogue.is_exchanging_with(dialogue.own_address(), &outputs)?;
         require(!exchanging, Expected::NoExchange).tested()?;
     }
     Ok(())

@@ -11,16 +11,18 @@ mod slave;
 
 use faults::FAULTY_SLAVES;
 use faulty::FaultyLine;
-use profivac_conform::dialogue::{self, Link, SlaveUnderTest};
+use profivac_conform::dialogue::{self, CheckError, Dialogue, Link, SlaveUnderTest};
 use profivac_conform::expected::{Reason, Service};
 use profivac_conform::probe::Received;
 use profivac_conform::{CheckResult, Outcome, checks, run};
 use profivac_devices::catalog::MODELS;
+use profivac_host::port::PortError;
 use profivac_wire::Sap;
-use slave::{ADDRESS, sample, virtual_device};
+use slave::{ADDRESS, Line, SampleSlave, sample, virtual_device};
 use std::fs;
 use std::ops::ControlFlow;
 use std::path::Path;
+use std::time::Duration;
 
 fn results(link: &mut dyn Link, slave: &SlaveUnderTest) -> Vec<CheckResult> {
     run(link, slave, |_| ControlFlow::Continue(())).unwrap()
@@ -65,6 +67,19 @@ fn each_faulty_slave_breaks_its_own_rule_and_no_other() {
         }
     }
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+/// And no rule is untested for another reason: each consequence is foreseen, and each check leaves the slave as it was.
+#[test]
+fn what_a_faulty_slave_leaves_untested_names_its_fault() {
+    for slave in FAULTY_SLAVES {
+        let (line, subject) = sample();
+        for result in results(&mut FaultyLine::new(line, &slave.fault), &subject) {
+            if let Outcome::NotTested(reason) = result.outcome {
+                assert_eq!(reason, Reason::After(slave.rule), "{}", result.check.name);
+            }
+        }
+    }
 }
 
 #[test]
@@ -126,6 +141,72 @@ fn a_slave_that_is_silent_on_closed_access_points_breaks_one_rule() {
     assert_eq!(outcome("ms2.manager"), &Outcome::NotTested(Reason::Without(Service::Ms2)));
     assert_eq!(outcome("ms2.idle"), &Outcome::NotTested(Reason::Without(Service::Ms2)));
     assert_eq!(outcome("ms1.poll"), &Outcome::NotTested(Reason::Without(Service::Ms1)));
+}
+
+#[test]
+fn every_rule_cites_a_section_of_the_reference() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/spec/profibus-wire");
+    let reference: String =
+        fs::read_dir(folder).unwrap().map(|file| fs::read_to_string(file.unwrap().path()).unwrap()).collect();
+    for check in checks::all() {
+        let anchor = format!("<a id=\"{}\"></a>", check.section);
+        assert!(reference.contains(&anchor), "{}: {}", check.name, check.section);
+    }
+}
+
+/// A link that is lost after a number of telegrams.
+struct LostLine {
+    line: Line<SampleSlave>,
+    telegrams: usize,
+}
+
+impl Link for LostLine {
+    fn address(&self) -> u8 {
+        self.line.address()
+    }
+
+    fn send_and_receive(&mut self, octets: &[u8]) -> Result<Received, PortError> {
+        self.telegrams = self.telegrams.checked_sub(1).ok_or_else(|| PortError::Lost("line".to_owned()))?;
+        self.line.send_and_receive(octets)
+    }
+
+    fn wait(&mut self, time: Duration) -> Result<(), PortError> {
+        self.line.wait(time)
+    }
+}
+
+impl LostLine {
+    fn new(telegrams: usize) -> (Self, SlaveUnderTest) {
+        let (line, subject) = sample();
+        (Self { line, telegrams }, subject)
+    }
+}
+
+/// A lost port is no fault of the slave, at whichever telegram of a check it is lost.
+#[test]
+fn a_lost_port_ends_every_check_as_a_lost_port() {
+    for check in checks::all() {
+        let (mut whole, subject) = LostLine::new(usize::MAX);
+        (check.run)(&mut Dialogue::new(&mut whole, &subject)).unwrap();
+        for telegrams in 0..usize::MAX - whole.telegrams {
+            let (mut lost, subject) = LostLine::new(telegrams);
+            let ended = (check.run)(&mut Dialogue::new(&mut lost, &subject));
+            let is_lost = matches!(ended, Err(CheckError::Port(PortError::Lost(_))));
+            assert!(is_lost, "{} after {telegrams} telegrams: {ended:?}", check.name);
+        }
+    }
+}
+
+#[test]
+fn a_lost_port_ends_the_run() {
+    let (mut lost, subject) = LostLine::new(500);
+    let mut outcomes = Vec::new();
+    let ended = run(&mut lost, &subject, |result| {
+        outcomes.push(result.outcome.clone());
+        ControlFlow::Continue(())
+    });
+    assert!(matches!(ended, Err(PortError::Lost(_))));
+    assert!(!outcomes.is_empty() && outcomes.iter().all(|outcome| *outcome == Outcome::Passed), "{outcomes:?}");
 }
 
 /// The slave waits for parameters and has no owner.
