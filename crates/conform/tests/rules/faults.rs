@@ -103,6 +103,7 @@ pub static FAULTY_SLAVES: &[FaultySlave] = &[
             (answer.da, answer.sa) = (request.da, request.sa);
         }),
     ),
+    slave("count.first", "takes a first request for a repetition", Counts(Counting::CountsFirst)),
     slave(
         "diagnosis.answer",
         "sends a diagnosis of five octets",
@@ -121,7 +122,6 @@ pub static FAULTY_SLAVES: &[FaultySlave] = &[
             }
         }),
     ),
-    slave("count.first", "takes a first request for a repetition", Counts(Counting::CountsFirst)),
     slave(
         "layer2.low-priority",
         "ignores Slave_Diag of low priority",

@@ -83,11 +83,9 @@ fn what_a_faulty_slave_leaves_untested_names_its_fault() {
 }
 
 #[test]
-fn every_rule_has_one_faulty_slave() {
+fn every_rule_has_one_faulty_slave_in_the_order_of_the_rules() {
     let rules: Vec<_> = checks::all().map(|check| check.name).collect();
-    let mut faulty: Vec<_> = FAULTY_SLAVES.iter().map(|slave| slave.rule).collect();
-    assert_eq!(faulty.len(), rules.len());
-    faulty.sort_by_key(|rule| rules.iter().position(|name| name == rule));
+    let faulty: Vec<_> = FAULTY_SLAVES.iter().map(|slave| slave.rule).collect();
     assert_eq!(faulty, rules);
 }
 
