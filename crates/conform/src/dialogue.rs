@@ -127,6 +127,19 @@ pub fn require(holds: bool, expected: Expected) -> StepResult {
     if holds { Ok(()) } else { Err(StepError::Unexpected(expected)) }
 }
 
+/// Fails unless `received` is the telegram `before` once more.
+///
+/// # Errors
+/// [`StepError::Unexpected`].
+pub fn require_same(received: Received, before: Received) -> StepResult {
+    match before {
+        Received::Telegram(octets) => {
+            require(received == Received::Telegram(octets.clone()), Expected::SameAnswer(octets))
+        }
+        Received::Nothing | Received::Damaged => Err(StepError::Unexpected(Expected::Answer)),
+    }
+}
+
 /// Ends the check: the slave does not have the service.
 ///
 /// # Errors

@@ -158,6 +158,8 @@ pub enum Reason {
     Without(Service),
     /// The slave accepts other configurations.
     Adapts,
+    /// The slave sends responses of DP-V1 at once, so none waits for a poll.
+    RespondsAtOnce,
     /// The inputs change, so two of them cannot be compared.
     InputsChange,
 }
@@ -288,6 +290,7 @@ impl fmt::Display for Reason {
             Self::Unprepared(expected) => write!(f, "the preparation expected {expected}"),
             Self::Without(service) => write!(f, "the slave has no {service}"),
             Self::Adapts => f.write_str("the slave adapts itself to other configurations"),
+            Self::RespondsAtOnce => f.write_str("the slave sends responses at once, so none waits for a poll"),
             Self::InputsChange => f.write_str("the inputs change from one request to the next"),
         }
     }

@@ -4,7 +4,9 @@
 
 use super::Check;
 use super::contact::fdl_status_telegram;
-use crate::dialogue::{CheckOutcome, Dialogue, Step, StepError, octets, parse_answer, require, set_prm_octets};
+use crate::dialogue::{
+    CheckOutcome, Dialogue, Step, StepError, octets, parse_answer, require, require_same, set_prm_octets,
+};
 use crate::expected::{Expected, Unanswered};
 use crate::probe::Received;
 use profivac_wire::control::FrameCount::{Counted, First, Uncounted};
@@ -54,12 +56,10 @@ fn require_new(received: &Received, before: &Received) -> CheckOutcome {
     require(received != before, Expected::NewAnswer).tested()
 }
 
-/// The octets of an answer.
-fn telegram(received: Received) -> CheckOutcome<Vec<u8>> {
-    match received {
-        Received::Telegram(octets) => Ok(octets),
-        Received::Nothing | Received::Damaged => Err(StepError::Unexpected(Expected::Answer)).prepared(),
-    }
+/// An answer, without which a repetition cannot be tested.
+fn answered(received: Received) -> CheckOutcome<Received> {
+    parse_answer(&received).prepared()?;
+    Ok(received)
 }
 
 /// Diag_Master_Add of a diagnosis.
@@ -111,18 +111,18 @@ fn repetition(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
 /// The repetition of Get_Cfg requests the diagnosis.
 fn answer(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
     dialogue.counted(First, Sap::SlaveDiag, &[])?;
-    let before = telegram(dialogue.counted(Counted(false), Sap::GetCfg, &[])?)?;
+    let before = answered(dialogue.counted(Counted(false), Sap::GetCfg, &[])?)?;
     let received = dialogue.counted(Counted(false), Sap::SlaveDiag, &[])?;
-    require(received == Received::Telegram(before.clone()), Expected::SameAnswer(before)).tested()
+    require_same(received, before).tested()
 }
 
 fn refusal(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
     /// The reserved access point of profibus-wire 2.1.
     const NO_SERVICE: u8 = 52;
     dialogue.counted(First, Sap::SlaveDiag, &[])?;
-    let before = telegram(dialogue.counted(Counted(false), Sap::Other(NO_SERVICE), &[])?)?;
+    let before = answered(dialogue.counted(Counted(false), Sap::Other(NO_SERVICE), &[])?)?;
     let received = dialogue.counted(Counted(false), Sap::SlaveDiag, &[])?;
-    require(received == Received::Telegram(before.clone()), Expected::SameAnswer(before)).tested()
+    require_same(received, before).tested()
 }
 
 /// The repetition has outputs of another length: a slave that executes it refuses it or leaves data exchange. So the outputs
@@ -132,9 +132,9 @@ fn exchange(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
     let outputs = dialogue.outputs();
     let longer: Vec<_> = outputs.iter().copied().chain([0]).collect();
     dialogue.counted(First, Sap::SlaveDiag, &[])?;
-    let before = telegram(dialogue.counted(Counted(false), Sap::Default, &outputs)?)?;
+    let before = answered(dialogue.counted(Counted(false), Sap::Default, &outputs)?)?;
     let received = dialogue.counted(Counted(false), Sap::Default, &longer)?;
-    require(received == Received::Telegram(before.clone()), Expected::SameAnswer(before)).tested()?;
+    require_same(received, before).tested()?;
     dialogue.expect_exchange().tested()
 }
 

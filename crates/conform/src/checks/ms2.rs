@@ -3,15 +3,15 @@
 use super::Check;
 use super::ms1::{READ_NOTHING, read_refusal, require_dpv1_error};
 use crate::dialogue::{
-    Answer, CheckOutcome, Dialogue, Step, StepError, StepResult, frame_octets, request_octets, require, response,
-    without,
+    Answer, CheckError, CheckOutcome, Dialogue, Step, StepError, StepResult, frame_octets, parse_answer,
+    request_octets, require, require_same, response, without,
 };
-use crate::expected::{Closed, Expected, Pdu, Service};
-use crate::probe::Received;
+use crate::expected::{Closed, Expected, Pdu, Reason, Service};
 use profivac_wire::acyclic::initiate::{AddAddr, Capabilities};
 use profivac_wire::acyclic::{Abort, AbortReason, Initiate, InitiateRes, Request, Response};
 use profivac_wire::control::{Control, FrameCount, Function, Status};
 use profivac_wire::{DataTelegram, Sap};
+use std::time::Duration;
 
 const MANAGER: &str = "ms2.manager";
 const INITIATE: &str = "ms2.initiate";
@@ -55,6 +55,10 @@ const SEND_TIMEOUT: u16 = 500;
 
 /// Error_Class 11 of DP-V1: access.
 const ACCESS_CLASS: u8 = 0xB;
+
+/// The polls for a response, and the pause between them.
+const POLLS: usize = 50;
+const POLL_PAUSE: Duration = Duration::from_millis(10);
 
 /// No function of DP-V1.
 const UNKNOWN_PDU: [u8; 4] = [0x33, 0, 0, 0];
@@ -190,24 +194,29 @@ fn low_priority(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
 /// A slave that does not keep its answer has lost the response at the second poll, which has the same frame count bit.
 fn repeated_poll(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
     with_connection(dialogue, |dialogue, sap| {
-        dialogue.counted(FrameCount::First, sap, &[0x48])?;
-        for count in [false, true] {
-            let fetched = dialogue.counted(FrameCount::Counted(count), sap, &[])?;
-            let Received::Telegram(octets) = &fetched else { continue };
-            // The response may take a poll to be ready.
-            if octets.len() == 1 {
+        dialogue.counted(FrameCount::First, Sap::SlaveDiag, &[])?;
+        let idle = request_octets(&Request::Idle(&[]));
+        // The response may come at once (profibus-wire 4.2), or after some polls.
+        let telegrams = std::iter::once(idle).chain(std::iter::repeat_n(Vec::new(), POLLS));
+        for (du, bit) in telegrams.zip([false, true].into_iter().cycle()) {
+            let fetched = dialogue.counted(FrameCount::Counted(bit), sap, &du)?;
+            if !parse_answer(&fetched).prepared()?.has_data_status() {
+                dialogue.wait(POLL_PAUSE)?;
                 continue;
             }
-            let repeated = dialogue.counted(FrameCount::Counted(count), sap, &[])?;
-            return require(repeated == fetched, Expected::SameAnswer(octets.clone())).tested();
+            let repeated = dialogue.counted(FrameCount::Counted(bit), sap, &du)?;
+            return require_same(repeated, fetched).tested();
         }
-        Err(StepError::Unexpected(Expected::Pdu(Pdu::Idle))).prepared()
+        Err(StepError::Unexpected(Expected::Pdu(Pdu::Response))).prepared()
     })
 }
 
 fn undisturbed(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
     with_connection(dialogue, |dialogue, sap| {
-        dialogue.expect_acknowledged(sap, &request_octets(&Request::Idle(&[]))).prepared()?;
+        let answer = dialogue.request(sap, &request_octets(&Request::Idle(&[]))).prepared()?;
+        if answer.has_data_status() {
+            return Err(CheckError::NotTested(Reason::RespondsAtOnce));
+        }
         dialogue.tell_from(dialogue.other_master_address(), Sap::SlaveDiag, &[])?;
         let answer = dialogue.poll(sap).tested()?;
         require(answer.du == [0x48], Expected::Pdu(Pdu::Idle)).tested()

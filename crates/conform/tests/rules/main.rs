@@ -2,6 +2,7 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, clippy::indexing_slicing, reason = "a test")]
 
+mod alternatives;
 mod counting;
 mod damaged;
 mod faults;
@@ -9,6 +10,7 @@ mod faulty;
 mod page;
 mod slave;
 
+use alternatives::ALTERNATIVES;
 use faults::FAULTY_SLAVES;
 use faulty::FaultyLine;
 use profivac_conform::dialogue::{self, CheckError, Dialogue, Link, SlaveUnderTest};
@@ -18,7 +20,7 @@ use profivac_conform::{CheckResult, Outcome, checks, run};
 use profivac_devices::catalog::MODELS;
 use profivac_host::port::PortError;
 use profivac_wire::Sap;
-use slave::{ADDRESS, Line, SampleSlave, sample, virtual_device};
+use slave::{ADDRESS, Line, SampleSlave, sample, sample_with, virtual_device};
 use std::fs;
 use std::ops::ControlFlow;
 use std::path::Path;
@@ -56,6 +58,17 @@ fn the_small_slave_keeps_every_rule() {
     }
 }
 
+/// Inputs only, outputs only, neither.
+#[test]
+fn a_slave_without_inputs_or_outputs_keeps_every_rule() {
+    for cfg in [&[0x11][..], &[0x21], &[0x00]] {
+        let (mut line, subject) = sample_with(cfg);
+        for result in results(&mut line, &subject) {
+            assert_eq!(result.outcome, Outcome::Passed, "{cfg:02X?}: {}", result.check.name);
+        }
+    }
+}
+
 #[test]
 fn each_faulty_slave_breaks_its_own_rule_and_no_other() {
     let mut wrong = Vec::new();
@@ -67,6 +80,19 @@ fn each_faulty_slave_breaks_its_own_rule_and_no_other() {
         }
     }
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+#[test]
+fn a_slave_that_uses_an_alternative_of_the_reference_breaks_no_rule() {
+    for (does, alternative) in ALTERNATIVES {
+        let (line, subject) = sample();
+        let results = results(&mut FaultyLine::new(line, alternative), &subject);
+        assert_eq!(broken(&results), Vec::<String>::new(), "a slave that {does}");
+        for result in results {
+            let unprepared = matches!(result.outcome, Outcome::NotTested(Reason::Unprepared(_)));
+            assert!(!unprepared, "a slave that {does}: {}: {:?}", result.check.name, result.outcome);
+        }
+    }
 }
 
 /// And no rule is untested for another reason: each consequence is foreseen, and each check leaves the slave as it was.

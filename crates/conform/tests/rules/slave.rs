@@ -102,8 +102,10 @@ pub fn virtual_device(name: &str) -> (Line<VirtualDevice>, SlaveUnderTest) {
     (Line::new(VirtualDevice::new(built, ADDRESS, BAUD, conditions)), subject)
 }
 
-/// A device with two octets in each direction, Sync, Freeze, MS1, MS2 and a status in its diagnosis.
-pub struct Sample;
+/// A device with two octets in each direction, unless it has another configuration, and with Sync, Freeze, MS1, MS2 and a status in its diagnosis.
+pub struct Sample {
+    cfg: &'static [u8],
+}
 
 /// Its configuration: two octets of inputs, two octets of outputs.
 pub const CFG: [u8; 2] = [0x11, 0x21];
@@ -127,11 +129,11 @@ impl Device for Sample {
     }
 
     fn chk_cfg(&mut self, octets: &[u8]) -> Result<cfg::Lengths, CfgFault> {
-        if octets == CFG { cfg::lengths(octets).map_err(|_| CfgFault) } else { Err(CfgFault) }
+        if octets == self.cfg { cfg::lengths(octets).map_err(|_| CfgFault) } else { Err(CfgFault) }
     }
 
     fn get_cfg(&self) -> &[u8] {
-        &CFG
+        self.cfg
     }
 
     fn outputs(&mut self, _outputs: Outputs<'_>) {}
@@ -151,6 +153,11 @@ pub type SampleSlave = Slave<Sample>;
 
 /// The small slave, which keeps every rule.
 pub fn sample() -> (Line<SampleSlave>, SlaveUnderTest) {
-    let subject = SlaveUnderTest { address: ADDRESS, ident: IDENT, cfg: CFG.to_vec(), user_prm: USER_PRM.to_vec() };
-    (Line::new(Slave::new(Sample, ADDRESS, BAUD)), subject)
+    sample_with(&CFG)
+}
+
+/// The small slave with another configuration.
+pub fn sample_with(cfg: &'static [u8]) -> (Line<SampleSlave>, SlaveUnderTest) {
+    let subject = SlaveUnderTest { address: ADDRESS, ident: IDENT, cfg: cfg.to_vec(), user_prm: USER_PRM.to_vec() };
+    (Line::new(Slave::new(Sample { cfg }, ADDRESS, BAUD)), subject)
 }
