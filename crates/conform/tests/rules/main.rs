@@ -11,7 +11,6 @@ mod page;
 mod slave;
 
 use alternatives::ALTERNATIVES;
-use faults::FAULTY_SLAVES;
 use faulty::FaultyLine;
 use profivac_conform::dialogue::{self, CheckError, Dialogue, Link, SlaveUnderTest};
 use profivac_conform::expected::{Reason, Service};
@@ -72,7 +71,7 @@ fn a_slave_without_inputs_or_outputs_keeps_every_rule() {
 #[test]
 fn each_faulty_slave_breaks_its_own_rule_and_no_other() {
     let mut wrong = Vec::new();
-    for slave in FAULTY_SLAVES {
+    for slave in faults::all() {
         let (line, subject) = sample();
         let broken = broken(&results(&mut FaultyLine::new(line, &slave.fault), &subject));
         if broken.len() != 1 || !broken[0].starts_with(&format!("{}:", slave.rule)) {
@@ -98,7 +97,7 @@ fn a_slave_that_uses_an_alternative_of_the_reference_breaks_no_rule() {
 /// And no rule is untested for another reason: each consequence is foreseen, and each check leaves the slave as it was.
 #[test]
 fn what_a_faulty_slave_leaves_untested_names_its_fault() {
-    for slave in FAULTY_SLAVES {
+    for slave in faults::all() {
         let (line, subject) = sample();
         for result in results(&mut FaultyLine::new(line, &slave.fault), &subject) {
             if let Outcome::NotTested(reason) = result.outcome {
@@ -111,7 +110,7 @@ fn what_a_faulty_slave_leaves_untested_names_its_fault() {
 #[test]
 fn every_rule_has_one_faulty_slave_in_the_order_of_the_rules() {
     let rules: Vec<_> = checks::all().map(|check| check.name).collect();
-    let faulty: Vec<_> = FAULTY_SLAVES.iter().map(|slave| slave.rule).collect();
+    let faulty: Vec<_> = faults::all().map(|slave| slave.rule).collect();
     assert_eq!(faulty, rules);
 }
 
@@ -141,7 +140,7 @@ fn the_page_of_rules_and_faulty_slaves_is_up_to_date() {
 /// A consequence names the fault behind it, also over several rules.
 #[test]
 fn what_a_broken_rule_prevents_is_not_tested_and_names_it() {
-    let never_ready = FAULTY_SLAVES.iter().find(|slave| slave.rule == "start-up.exchange").unwrap();
+    let never_ready = faults::all().find(|slave| slave.rule == "start-up.exchange").unwrap();
     let (line, subject) = sample();
     let results = results(&mut FaultyLine::new(line, &never_ready.fault), &subject);
     let outcome = |name| &results.iter().find(|result| result.check.name == name).unwrap().outcome;

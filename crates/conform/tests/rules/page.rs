@@ -1,6 +1,6 @@
 //! The page docs/conform-rules.md: the rules, their faulty slaves, and the outcome of every rule for every faulty slave.
 
-use super::faults::{FAULTY_SLAVES, FaultySlave};
+use super::faults::{self, FaultySlave};
 use super::faulty::FaultyLine;
 use super::{results, slave};
 use profivac_conform::dialogue::LoggedCycle;
@@ -52,7 +52,7 @@ pub fn print() -> String {
         let (n, text, name, section) = (number(rule.name), rule.rule, rule.name, rule.section);
         writeln!(page, "| {n} | {text} | `{name}` | {} | {} |", link(section), needs.join(", ")).unwrap();
     }
-    let rows: Vec<_> = FAULTY_SLAVES.iter().map(|slave| (slave, outcomes(slave))).collect();
+    let rows: Vec<_> = faults::all().map(|slave| (slave, outcomes(slave))).collect();
     page += SLAVES;
     for (slave, results) in &rows {
         writeln!(page, "| {} |", [number(slave.rule).to_string(), row(slave, results)].join(" | ")).unwrap();
