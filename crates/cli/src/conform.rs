@@ -23,7 +23,8 @@ use std::ops::ControlFlow;
 /// Any slave can be tested, not only a gauge. It is parameterised, brought into data exchange with outputs of zero, and released
 /// many times, so relays of a gauge open and close, and it receives damaged telegrams: it must not be in use, and no other master
 /// may use the line. Its stored values do not change. A rule passed, is broken, or was not tested: then the slave lacks the
-/// service, or breaks a rule that the test needs, which is named. Exit code 1 means that it breaks a rule.
+/// service, or breaks a rule that the test needs, which is named. Exit code 1 means that it breaks a rule, 3 that it does not
+/// answer any more.
 #[derive(Args, Debug)]
 #[command(after_help = EXAMPLES)]
 pub struct Arguments {
@@ -101,7 +102,11 @@ fn verdict(address: u8, findings: &[CheckResult]) -> Result<(), Failure> {
     let untested = count(|outcome| matches!(outcome, Outcome::NotTested(_)));
     let passed = count(|outcome| *outcome == Outcome::Passed);
     writeln!(stderr(), "{passed} rules passed, {broken} broken, {untested} not tested").ok();
+    let silent = count(|outcome| *outcome == Outcome::NotTested(Reason::Silent));
     match broken {
+        0 if silent > 0 => Err(Failure::no_answer(format!(
+            "the slave at address {address} does not answer any more; rules not tested for this reason: {silent}"
+        ))),
         0 => Ok(()),
         1 => Err(Failure::refused(format!("the slave at address {address} breaks a rule"))),
         _ => Err(Failure::refused(format!("the slave at address {address} breaks {broken} rules"))),
@@ -266,6 +271,11 @@ BROKEN  layer2.fdl-status               FDL status is answered with status OK (1
         let untested = finding(Outcome::NotTested(Reason::Without(Service::Ms2)));
         assert!(verdict(5, &[finding(Outcome::Passed), untested]).is_ok());
         let broken = || finding(Outcome::Broken { expected: Expected::Answer, shown: None });
+        let silent = verdict(5, &[finding(Outcome::Passed), finding(Outcome::NotTested(Reason::Silent))]).unwrap_err();
+        assert_eq!(
+            silent.to_string(),
+            "the slave at address 5 does not answer any more; rules not tested for this reason: 1"
+        );
         let sentence = |findings: &[CheckResult]| verdict(5, findings).unwrap_err().to_string();
         assert_eq!(sentence(&[broken()]), "the slave at address 5 breaks a rule");
         assert_eq!(sentence(&[broken(), broken()]), "the slave at address 5 breaks 2 rules");

@@ -379,6 +379,20 @@ impl<'a> Dialogue<'a> {
         self.set_prm(&self.unlock_prm())
     }
 
+    /// Releases the slave. Returns whether it answers at all: this, or else FDL status.
+    pub fn release_and_listen(&mut self) -> Result<bool, PortError> {
+        let answer = self.request(Sap::SetPrm, &set_prm_octets(&self.unlock_prm()));
+        match answer {
+            Ok(_) => Ok(true),
+            Err(StepError::Port(error)) => Err(error),
+            Err(StepError::Unexpected(_)) => {
+                let fc = Control::Request { function: Function::FdlStatus, count: FrameCount::Uncounted }.to_octet();
+                let telegram = octets(self.slave.address, self.own_address(), Sap::Default, fc, &[]);
+                Ok(matches!(self.send(&telegram)?, Received::Telegram(_)))
+            }
+        }
+    }
+
     /// Sends the configuration under test. Only the diagnosis shows whether the slave accepts it.
     pub fn chk_cfg(&mut self) -> Result<(), PortError> {
         self.tell(Sap::ChkCfg, &self.slave.cfg)

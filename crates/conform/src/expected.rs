@@ -156,6 +156,8 @@ pub enum Reason {
     Unprepared(Expected),
     /// The slave does not have this service.
     Without(Service),
+    /// The slave does not answer any more, so its silence proves nothing.
+    Silent,
     /// The slave accepts other configurations.
     Adapts,
     /// The slave sends responses of DP-V1 at once, so none waits for a poll.
@@ -289,6 +291,7 @@ impl fmt::Display for Reason {
             Self::After(rule) => write!(f, "the slave breaks {rule}"),
             Self::Unprepared(expected) => write!(f, "the preparation expected {expected}"),
             Self::Without(service) => write!(f, "the slave has no {service}"),
+            Self::Silent => f.write_str("the slave does not answer any more"),
             Self::Adapts => f.write_str("the slave adapts itself to other configurations"),
             Self::RespondsAtOnce => f.write_str("the slave sends responses at once, so none waits for a poll"),
             Self::InputsChange => f.write_str("the inputs change from one request to the next"),

@@ -62,11 +62,16 @@ pub fn run(
 ) -> Result<Vec<CheckResult>, PortError> {
     let mut dialogue = Dialogue::new(link, slave);
     let mut results = Vec::new();
+    let mut answers = true;
     for check in checks::all() {
         dialogue.set_count_mode(count_mode(check, &results));
         let outcome = match obstacle(check, &results) {
             Some(reason) => Outcome::NotTested(reason),
-            None => run_check(check, &mut dialogue)?,
+            None => {
+                let outcome = if answers { run_check(check, &mut dialogue)? } else { SILENT };
+                answers = dialogue.release_and_listen()?;
+                if answers { outcome } else { silenced(outcome) }
+            }
         };
         let result = CheckResult { check, outcome };
         let control = report(&result);
@@ -78,17 +83,24 @@ pub fn run(
     Ok(results)
 }
 
-/// Runs one check and releases the slave.
+const SILENT: Outcome = Outcome::NotTested(Reason::Silent);
+
 fn run_check(check: &Check, dialogue: &mut Dialogue<'_>) -> Result<Outcome, PortError> {
     dialogue.take_last();
-    let outcome = match (check.run)(dialogue) {
-        Ok(()) => Outcome::Passed,
-        Err(CheckError::NotTested(reason)) => Outcome::NotTested(reason),
-        Err(CheckError::Broken(expected)) => Outcome::Broken { expected, shown: dialogue.take_last() },
-        Err(CheckError::Port(error)) => return Err(error),
-    };
-    dialogue.release()?;
-    Ok(outcome)
+    match (check.run)(dialogue) {
+        Ok(()) => Ok(Outcome::Passed),
+        Err(CheckError::NotTested(reason)) => Ok(Outcome::NotTested(reason)),
+        Err(CheckError::Broken(expected)) => Ok(Outcome::Broken { expected, shown: dialogue.take_last() }),
+        Err(CheckError::Port(error)) => Err(error),
+    }
+}
+
+/// The outcome of a check after which the slave does not answer any more. Then silence proves nothing: only a wrong answer does.
+fn silenced(outcome: Outcome) -> Outcome {
+    match outcome {
+        Outcome::Broken { shown: Some(LoggedCycle { received: Received::Telegram(_), .. }), .. } => outcome,
+        Outcome::Passed | Outcome::Broken { .. } | Outcome::NotTested(_) => SILENT,
+    }
 }
 
 /// Why `check` cannot be tested: a rule that it needs is broken, or was not tested itself for this reason.

@@ -177,6 +177,44 @@ fn every_rule_cites_a_section_of_the_reference() {
     }
 }
 
+/// A slave that says nothing after a number of telegrams.
+struct DyingLine {
+    line: Line<SampleSlave>,
+    telegrams: usize,
+}
+
+impl Link for DyingLine {
+    fn address(&self) -> u8 {
+        self.line.address()
+    }
+
+    fn send_and_receive(&mut self, octets: &[u8]) -> Result<Received, PortError> {
+        let Some(left) = self.telegrams.checked_sub(1) else { return Ok(Received::Nothing) };
+        self.telegrams = left;
+        self.line.send_and_receive(octets)
+    }
+
+    fn wait(&mut self, time: Duration) -> Result<(), PortError> {
+        self.line.wait(time)
+    }
+}
+
+/// Not even a rule that asks for silence passes.
+#[test]
+fn no_rule_passes_or_breaks_on_a_slave_that_does_not_answer_any_more() {
+    let (line, subject) = sample();
+    let mut whole = DyingLine { line, telegrams: usize::MAX };
+    results(&mut whole, &subject);
+    for telegrams in (0..usize::MAX - whole.telegrams).step_by(11) {
+        let (line, subject) = sample();
+        let outcomes = results(&mut DyingLine { line, telegrams }, &subject);
+        let tested = outcomes.iter().take_while(|result| result.outcome == Outcome::Passed).count();
+        for result in &outcomes[tested..] {
+            assert_eq!(result.outcome, Outcome::NotTested(Reason::Silent), "{telegrams}: {}", result.check.name);
+        }
+    }
+}
+
 /// A link that is lost after a number of telegrams.
 struct LostLine {
     line: Line<SampleSlave>,
