@@ -103,15 +103,18 @@ fn silenced(outcome: Outcome) -> Outcome {
     }
 }
 
-/// Why `check` cannot be tested: a rule that it needs is broken, or was not tested itself for this reason.
+/// Why `check` cannot be tested: a rule that it needs is broken, or was not tested itself for this reason; or the slave breaks
+/// a rule whose fault may show itself in this one again.
 fn obstacle(check: &Check, results: &[CheckResult]) -> Option<Reason> {
+    let broken = results.iter().filter(|result| matches!(result.outcome, Outcome::Broken { .. }));
+    let mut shared = broken.map(|result| result.check.name).filter(|name| check.shares.contains(name));
     let mut needed = check.needs.iter().filter_map(|name| results.iter().find(|result| result.check.name == *name));
     let reason = |result: &CheckResult| match &result.outcome {
         Outcome::Passed => None,
         Outcome::Broken { .. } => Some(Reason::After(result.check.name)),
         Outcome::NotTested(reason) => Some(reason.clone()),
     };
-    needed.find_map(reason)
+    needed.find_map(reason).or_else(|| shared.next().map(Reason::After))
 }
 
 /// The frame count bits of a check. First requests serve until the rules about frame count bits are tested, and after them if

@@ -42,10 +42,12 @@ pub const CHECKS: &[Check] = &[
         "exchange.inputs",
     ]),
     Check::new("count.other-master", "1.9", "a request of another master is executed, whatever its bit", other_master)
-        .after(&[NEW, "layer2.addresses"]),
+        .after(&[NEW, "layer2.addresses"])
+        .unless_broken(&["diagnosis.any-master", "get-cfg.any-master"]),
     Check::new("count.fdl-status", "1.9", "FDL status does not change the remembered bit", fdl_status).after(&[NEW]),
     Check::new("count.global-control", "1.9", "Global_Control does not change the remembered bit", global_control)
-        .after(&[NEW]),
+        .after(&[NEW])
+        .unless_broken(&["count.fdl-status"]),
     Check::new("count.damaged", "1.9", "a damaged telegram does not change the remembered bit", damaged)
         .after(&[NEW, "damage.check-octet"]),
 ];

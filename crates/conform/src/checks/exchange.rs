@@ -38,28 +38,37 @@ pub const CHECKS: &[Check] = &[
     Check::new("exchange.set-slave-add", "2.11", "Set_Slave_Add is closed during data exchange", set_slave_add)
         .after(&["start-up.exchange", "layer2.closed"]),
     Check::new("read.inputs-closed", "2.2", "RD_Inp is closed outside data exchange", inputs_closed).after(CLOSED),
-    Check::new("read.outputs-closed", "2.2", "RD_Outp is closed outside data exchange", outputs_closed).after(CLOSED),
+    Check::new("read.outputs-closed", "2.2", "RD_Outp is closed outside data exchange", outputs_closed)
+        .after(CLOSED)
+        .unless_broken(&["read.inputs-closed"]),
     Check::new("read.inputs", "2.10", "RD_Inp returns the number of inputs of the configuration", read_inputs)
         .after(EXCHANGE),
     Check::new("read.inputs-image", "2.10", "RD_Inp returns the inputs of Data_Exchange", inputs_image)
         .after(&["read.inputs", "exchange.inputs"]),
     Check::new("read.inputs-any-master", "2.10", "any master can read the inputs", inputs_any_master)
-        .after(&["read.inputs"]),
+        .after(&["read.inputs"])
+        .unless_broken(&["diagnosis.any-master"]),
     Check::new("read.outputs", "2.10", "RD_Outp returns the number of outputs of the configuration", read_outputs)
         .after(EXCHANGE),
     Check::new("read.outputs-image", "2.10", "RD_Outp returns the outputs of Data_Exchange", outputs_image)
         .after(&["read.outputs"]),
     Check::new("control.broadcast", "2.9", "Global_Control to all slaves is not answered", control_broadcast)
-        .after(EXCHANGE),
-    Check::new("control.single", "2.9", "Global_Control to one slave is not answered", control_single).after(EXCHANGE),
+        .after(EXCHANGE)
+        .unless_broken(&["layer2.broadcast", "layer2.other-station"]),
+    Check::new("control.single", "2.9", "Global_Control to one slave is not answered", control_single)
+        .after(EXCHANGE)
+        .unless_broken(&["control.broadcast"]),
     Check::new("control.clear", "3.2", "Clear_Data does not end data exchange", control_clear).after(EXCHANGE),
     Check::new("control.sync", "2.9", "Sync is Sync_Mode in the diagnosis", sync)
         .after(&["start-up.exchange", "diagnosis.answer"]),
     Check::new("control.unsync", "2.9", "Unsync ends Sync_Mode", unsync).after(SYNC),
-    Check::new("control.owner", "2.9", "Global_Control of another master is ignored", control_owner).after(SYNC),
+    Check::new("control.owner", "2.9", "Global_Control of another master is ignored", control_owner)
+        .after(SYNC)
+        .unless_broken(&["lock.set-prm"]),
     Check::new("control.group", "2.9", "Global_Control to another group is ignored", control_group).after(SYNC),
     Check::new("control.freeze", "2.9", "Freeze is Freeze_Mode in the diagnosis", freeze)
-        .after(&["start-up.exchange", "diagnosis.answer"]),
+        .after(&["start-up.exchange", "diagnosis.answer"])
+        .unless_broken(&["control.sync"]),
     Check::new("control.unfreeze", "2.9", "Unfreeze ends Freeze_Mode", unfreeze).after(&["control.freeze"]),
 ];
 

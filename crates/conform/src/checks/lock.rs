@@ -12,9 +12,11 @@ pub const CHECKS: &[Check] = &[
     Check::new("lock.undisturbed", "3.4", "Set_Prm of another master does not end data exchange", undisturbed)
         .after(&["start-up.exchange", "lock.set-prm"]),
     Check::new("lock.chk-cfg", "3.4", "Chk_Cfg of another master does not end data exchange", chk_cfg)
-        .after(&["start-up.exchange"]),
+        .after(&["start-up.exchange"])
+        .unless_broken(&["lock.set-prm"]),
     Check::new("lock.exchange", "3.4", "the slave exchanges data with its owner only", exchange)
-        .after(&["start-up.exchange"]),
+        .after(&["start-up.exchange"])
+        .unless_broken(&["lock.set-prm", "lock.chk-cfg"]),
 ];
 
 /// Sends a Set_Prm of another master, which the slave may acknowledge or refuse (profibus-wire 10, point 6). Runs `test`, and

@@ -27,6 +27,8 @@ pub struct Check {
     pub section: &'static str,
     /// The names of the rules without which this one cannot be tested.
     pub needs: &'static [&'static str],
+    /// The names of the rules whose fault may show itself here again: if the slave breaks one, this rule is not tested.
+    pub shares: &'static [&'static str],
     /// Tests the rule.
     pub run: fn(&mut Dialogue<'_>) -> CheckOutcome,
 }
@@ -38,11 +40,15 @@ impl Check {
         rule: &'static str,
         run: fn(&mut Dialogue<'_>) -> CheckOutcome,
     ) -> Self {
-        Self { name, rule, section, needs: &[], run }
+        Self { name, rule, section, needs: &[], shares: &[], run }
     }
 
     const fn after(self, needs: &'static [&'static str]) -> Self {
         Self { needs, ..self }
+    }
+
+    const fn unless_broken(self, shares: &'static [&'static str]) -> Self {
+        Self { shares, ..self }
     }
 }
 
@@ -54,9 +60,9 @@ pub fn all() -> impl Iterator<Item = &'static Check> {
         damage::CHECKS,
         diagnosis::CHECKS,
         start_up::CHECKS,
+        lock::CHECKS,
         exchange::CHECKS,
         count::CHECKS,
-        lock::CHECKS,
         watchdog::CHECKS,
         ms1::CHECKS,
         ms2::CHECKS,

@@ -13,7 +13,9 @@ pub const CHECKS: &[Check] = &[
     Check::new("ms1.closed", "4.3", "MS1 is closed outside data exchange", closed)
         .after(&["start-up.unlock", "layer2.closed"]),
     Check::new(POLL, "4.2", "MS1 without a response answers a poll with SC", poll).after(&["start-up.exchange"]),
-    Check::new("ms1.foreign", "4.3", "MS1 is closed to other masters", foreign).after(&[POLL, "layer2.closed"]),
+    Check::new("ms1.foreign", "4.3", "MS1 is closed to other masters", foreign)
+        .after(&[POLL, "layer2.closed"])
+        .unless_broken(&["lock.set-prm", "diagnosis.any-master"]),
     Check::new("ms1.refusal", "4.1.2", "Read of a slot that does not exist has a negative response", refusal)
         .after(&[POLL]),
     Check::new("ms1.low-priority", "4.2", "responses of MS1 have low priority", low_priority).after(&["ms1.refusal"]),

@@ -28,20 +28,28 @@ pub const CHECKS: &[Check] = &[
     Check::new("ms2.abort", "4.8", "Abort is acknowledged with SC", abort).after(&[INITIATE]),
     Check::new("ms2.record-length", "4.6.4", "the longest record has 1 to 240 octets", record_length)
         .after(&[INITIATE]),
-    Check::new("ms2.poll", "4.2", "MS2 without a response answers a poll with SC", poll).after(&[INITIATE]),
+    Check::new("ms2.poll", "4.2", "MS2 without a response answers a poll with SC", poll)
+        .after(&[INITIATE])
+        .unless_broken(&["ms1.poll"]),
     Check::new(IDLE, "4.7", "Idle is echoed", idle).after(&[INITIATE]),
-    Check::new("ms2.low-priority", "4.2", "responses of MS2 have low priority", low_priority).after(&[IDLE]),
+    Check::new("ms2.low-priority", "4.2", "responses of MS2 have low priority", low_priority)
+        .after(&[IDLE])
+        .unless_broken(&["ms1.low-priority"]),
     Check::new("ms2.repeated-poll", "4.2", "a repeated poll gets the same response", repeated_poll)
         .after(&[IDLE, "count.repetition"]),
     Check::new("ms2.undisturbed", "1.9", "a request of another master leaves the response as it is", undisturbed)
         .after(&[IDLE]),
-    Check::new("ms2.foreign", "4.2", "a connection is closed to other masters", foreign).after(&[INITIATE]),
+    Check::new("ms2.foreign", "4.2", "a connection is closed to other masters", foreign)
+        .after(&[INITIATE])
+        .unless_broken(&["ms1.foreign", "diagnosis.any-master"]),
     Check::new("ms2.foreign-access-point", "4.2", "a connection is closed to other source access points", foreign_sap)
         .after(&[INITIATE]),
     Check::new(REFUSAL, "4.1.2", "Read of a slot that does not exist has a negative response", refusal)
-        .after(&[INITIATE]),
+        .after(&[INITIATE])
+        .unless_broken(&["ms1.refusal"]),
     Check::new("ms2.error-decode", "4.1.2", "a negative response of MS2 has an error of DP-V1", error_decode)
-        .after(&[REFUSAL]),
+        .after(&[REFUSAL])
+        .unless_broken(&["ms1.error-decode"]),
     Check::new("ms2.error-class", "4.1.3", "a slot that does not exist is an error of the access class", error_class)
         .after(&["ms2.error-decode"]),
     Check::new(UNKNOWN, "4.10", "an unknown function is answered with Abort", unknown_function).after(&[INITIATE]),

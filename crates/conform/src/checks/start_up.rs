@@ -73,13 +73,15 @@ pub const CHECKS: &[Check] = &[
     )
     .after(&["start-up.chk-cfg"]),
     Check::new("start-up.cfg-fault-ended", "2.4", "a valid Set_Prm ends Cfg_Fault", cfg_fault_ended)
-        .after(&["start-up.cfg-fault"]),
+        .after(&["start-up.cfg-fault"])
+        .unless_broken(&["start-up.prm-fault-ended"]),
     Check::new("start-up.cfg-again", "3.2", "the same Chk_Cfg does not end data exchange", cfg_again)
         .after(&[EXCHANGE]),
     Check::new("start-up.prm-again", "3.2", "a new Set_Prm ends data exchange", prm_again)
         .after(&["start-up.before-cfg"]),
     Check::new("start-up.faulty-prm-ends", "3.2", "a faulty Set_Prm ends data exchange", faulty_prm_ends)
-        .after(&["start-up.wrong-ident"]),
+        .after(&["start-up.wrong-ident"])
+        .unless_broken(&["start-up.prm-again"]),
     Check::new("start-up.faulty-cfg-ends", "3.2", "a faulty Chk_Cfg ends data exchange", faulty_cfg_ends)
         .after(&["start-up.truncated-cfg"]),
 ];

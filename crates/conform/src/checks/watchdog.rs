@@ -9,11 +9,11 @@ const EXCHANGE: &str = "start-up.exchange";
 const EXPIRY: &str = "watchdog.expiry";
 
 pub const CHECKS: &[Check] = &[
-    Check::new("watchdog.bit", "2.3", "a running watchdog is WD_On", bit).after(&["diagnosis.answer", EXCHANGE]),
     Check::new("watchdog.no-bit", "2.3", "without a watchdog WD_On is 0", no_bit)
         .after(&["diagnosis.answer", EXCHANGE]),
     Check::new("watchdog.off", "3.6", "without a watchdog a pause does not end data exchange", off).after(&[EXCHANGE]),
     Check::new(EXPIRY, "3.6", "a slave without requests of its master leaves data exchange", expiry).after(&[EXCHANGE]),
+    Check::new("watchdog.bit", "2.3", "a running watchdog is WD_On", bit).after(&["diagnosis.answer", EXPIRY]),
     Check::new("watchdog.no-owner", "3.2", "an expired watchdog ends the ownership", no_owner)
         .after(&[EXPIRY, "start-up.no-owner"]),
     Check::new("watchdog.restart", "3.6", "Data_Exchange restarts the watchdog", restart).after(&[EXPIRY]),

@@ -3,6 +3,7 @@
 #![allow(clippy::unwrap_used, clippy::panic, clippy::indexing_slicing, reason = "a test")]
 
 mod alternatives;
+mod compound;
 mod counting;
 mod damaged;
 mod faults;
@@ -11,6 +12,7 @@ mod page;
 mod slave;
 
 use alternatives::ALTERNATIVES;
+use compound::COMPOUND;
 use faulty::FaultyLine;
 use profivac_conform::dialogue::{self, CheckError, Dialogue, Link, SlaveUnderTest};
 use profivac_conform::expected::{Reason, Service};
@@ -94,6 +96,16 @@ fn a_slave_that_uses_an_alternative_of_the_reference_breaks_no_rule() {
     }
 }
 
+#[test]
+fn a_fault_of_several_services_is_one_broken_rule() {
+    for (rule, does, fault) in COMPOUND {
+        let (line, subject) = sample();
+        let broken = broken(&results(&mut FaultyLine::new(line, fault), &subject));
+        let once = broken.len() == 1 && broken[0].starts_with(&format!("{rule}:"));
+        assert!(once, "a slave that {does}: {broken:#?}");
+    }
+}
+
 /// And no rule is untested for another reason: each consequence is foreseen, and each check leaves the slave as it was.
 #[test]
 fn what_a_faulty_slave_leaves_untested_names_its_fault() {
@@ -119,7 +131,7 @@ fn every_rule_needs_rules_that_are_tested_before_it() {
     let mut before: Vec<&str> = Vec::new();
     for check in checks::all() {
         assert!(!before.contains(&check.name), "{} occurs twice", check.name);
-        for needed in check.needs {
+        for needed in check.needs.iter().chain(check.shares) {
             assert!(before.contains(needed), "{} needs {needed}", check.name);
         }
         before.push(check.name);

@@ -21,6 +21,8 @@ The correct slave keeps every rule, and none of the twelve devices breaks one.
 const RULES: &str = "
 ## Rules
 
+*Needs* lists the rules that must be kept, so that the test of this one proves something and shows a fault of its own.
+
 | # | Rule | Name | Section | Needs |
 |---|---|---|---|---|
 ";
@@ -48,7 +50,7 @@ pub fn print() -> String {
     let number = |name: &str| rules.iter().position(|rule| rule.name == name).unwrap() + 1;
     let mut page = format!("{HEAD}{RULES}");
     for rule in &rules {
-        let needs: Vec<_> = rule.needs.iter().map(|name| number(name).to_string()).collect();
+        let needs: Vec<_> = rule.needs.iter().chain(rule.shares).map(|name| number(name).to_string()).collect();
         let (n, text, name, section) = (number(rule.name), rule.rule, rule.name, rule.section);
         writeln!(page, "| {n} | {text} | `{name}` | {} | {} |", link(section), needs.join(", ")).unwrap();
     }

@@ -4,9 +4,10 @@ mod acyclic;
 mod count;
 mod exchange;
 mod link;
+mod lock;
 mod noise;
-mod owner;
 mod states;
+mod watchdog;
 
 use super::counting::Counting;
 use super::damaged;
@@ -34,9 +35,18 @@ const fn slave(rule: &'static str, does: &'static str, fault: Fault) -> FaultySl
 
 /// All faulty slaves.
 pub fn all() -> impl Iterator<Item = &'static FaultySlave> {
-    [link::SLAVES, states::SLAVES, exchange::SLAVES, count::SLAVES, owner::SLAVES, acyclic::SLAVES, noise::SLAVES]
-        .into_iter()
-        .flatten()
+    [
+        link::SLAVES,
+        states::SLAVES,
+        lock::SLAVES,
+        exchange::SLAVES,
+        count::SLAVES,
+        watchdog::SLAVES,
+        acyclic::SLAVES,
+        noise::SLAVES,
+    ]
+    .into_iter()
+    .flatten()
 }
 
 /// Octets of a diagnosis.

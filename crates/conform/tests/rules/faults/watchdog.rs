@@ -1,4 +1,4 @@
-//! Slaves with a fault in the lock to their owner or in the watchdog.
+//! Slaves with a fault in their watchdog.
 
 use super::*;
 use profivac_dp::link::Baud;
@@ -12,52 +12,6 @@ struct Watch {
 }
 
 pub static SLAVES: &[FaultySlave] = &[
-    slave(
-        "lock.set-prm",
-        "accepts Set_Prm of any master",
-        Reacts(|| {
-            Box::new(|line, octets| {
-                if Frame::parse(octets).is_some_and(|request| is_valid_prm(&request) && request.sa != MASTER) {
-                    leave(line);
-                }
-                line.hear(octets)
-            })
-        }),
-    ),
-    slave(
-        "lock.undisturbed",
-        "takes Set_Prm of any master for one of its owner",
-        Hears(|request| {
-            if is_valid_prm(request) {
-                request.sa = MASTER;
-            }
-        }),
-    ),
-    slave(
-        "lock.chk-cfg",
-        "accepts Chk_Cfg of any master",
-        Hears(|request| {
-            if request.dsap == CHK_CFG {
-                request.sa = MASTER;
-            }
-        }),
-    ),
-    slave(
-        "lock.exchange",
-        "exchanges data with any master",
-        Hears(|request| {
-            if request.is_exchange() {
-                request.sa = MASTER;
-            }
-        }),
-    ),
-    slave(
-        "watchdog.bit",
-        "does not report WD_On",
-        Says(|request, answer| {
-            diagnosis(request, answer, |du| du[TWO] &= !0x08);
-        }),
-    ),
     slave(
         "watchdog.no-bit",
         "reports WD_On at any time",
@@ -95,6 +49,13 @@ pub static SLAVES: &[FaultySlave] = &[
             if is_valid_prm(request) && request.du[0] & WD_ON != 0 {
                 request.du[1..3].copy_from_slice(&[255, 255]);
             }
+        }),
+    ),
+    slave(
+        "watchdog.bit",
+        "does not report WD_On",
+        Says(|request, answer| {
+            diagnosis(request, answer, |du| du[TWO] &= !0x08);
         }),
     ),
     slave(
