@@ -8,9 +8,10 @@ use clap::builder::NonEmptyStringValueParser;
 use profivac_conform::PortLink;
 use profivac_dp::link::Baud;
 use profivac_dp::link::active::BusParameters;
+use profivac_dp::master::services;
 use profivac_host::port::Port;
 use profivac_host::rate;
-use profivac_host::session::{BusSession, bus_parameters};
+use profivac_host::session::{BusSession, Reply, bus_parameters};
 use profivac_station::config::Segment;
 use profivac_virtual::open;
 use std::time::Duration;
@@ -114,6 +115,14 @@ impl BusOptions {
     /// The highest station address.
     pub const fn hsa(&self) -> u8 {
         self.options.hsa
+    }
+}
+
+/// The configuration that the slave returns to Get_Cfg; `None` if it returns none.
+pub fn present_cfg(session: &mut BusSession, address: u8) -> Result<Option<Vec<u8>>, Failure> {
+    match session.request(&services::get_cfg(address))? {
+        Reply::Answer { du, .. } if !du.is_empty() => Ok(Some(du)),
+        Reply::Answer { .. } | Reply::NoAnswer(_) => Ok(None),
     }
 }
 

@@ -1,19 +1,19 @@
 //! `profivac conform`: tests a slave against the rules.
 
-use crate::bus::BusOptions;
+use crate::bus::{self, BusOptions};
 use crate::console::Signals;
 use crate::failure::Failure;
 use crate::output::{json, notice, out};
-use crate::values::{self, Expected, ValueError};
+use crate::values::{self, Octets};
 use clap::Args;
 use profivac_client::cyclic::CyclicSlave;
 use profivac_client::discover::CyclicError;
 use profivac_conform::dialogue::{LoggedCycle, SlaveUnderTest};
+use profivac_conform::expected::Reason;
 use profivac_conform::probe::Received;
 use profivac_conform::{CheckResult, Outcome, run as run_checks};
-use profivac_dp::master::services;
 use profivac_host::scan::{SlaveStatus, probe};
-use profivac_host::session::{BusSession, Reply};
+use profivac_host::session::BusSession;
 use serde::Serialize;
 use std::io::{IsTerminal, Write, stderr, stdin};
 use std::ops::ControlFlow;
@@ -22,7 +22,9 @@ use std::ops::ControlFlow;
 ///
 /// The slave may be any DP slave, not only a gauge. The command parameterises it, exchanges data with outputs of zero, and releases
 /// it, many times: the relays of a gauge open and close. It also sends damaged telegrams. The slave must not be in use, and no other
-/// master may use the line. The stored values of the slave do not change. Exit code 1 means that the slave breaks a rule.
+/// master may use the line. The stored values of the slave do not change. A rule passed, is broken, or was not tested: then the slave lacks the
+/// service, or breaks a rule that the test needs, which is named. Exit code 1 means that the slave breaks a rule, 3 that it does not
+/// answer any more.
 #[derive(Args, Debug)]
 #[command(after_help = EXAMPLES)]
 pub struct Arguments {
@@ -32,10 +34,10 @@ pub struct Arguments {
     #[arg(long, value_name = "N", value_parser = values::slave_address)]
     address: u8,
     /// The configuration that the slave accepts, in hex; default: the answer to Get_Cfg
-    #[arg(long, value_name = "HEX", value_parser = octets)]
+    #[arg(long, value_name = "HEX", value_parser = values::octets)]
     cfg: Option<Octets>,
     /// The user parameters that the slave accepts, in hex; default: those that keep the unit of a known gauge, otherwise none
-    #[arg(long, value_name = "HEX", value_parser = octets)]
+    #[arg(long, value_name = "HEX", value_parser = values::octets)]
     prm: Option<Octets>,
     /// Take ownership of the slave without an announcement; required without a terminal
     #[arg(long)]
@@ -52,20 +54,6 @@ Examples:
   profivac conform --port tcp://127.0.0.1:4000 --address 9 --cfg '11 21' --prm '00 00 00'
 
 Sections are those of the protocol reference that docs/conformance.md follows.";
-
-/// Octets given in hex.
-#[derive(Clone, Debug)]
-struct Octets(Vec<u8>);
-
-fn octets(text: &str) -> Result<Octets, ValueError> {
-    let digits: String = text.chars().filter(|letter| !letter.is_whitespace()).collect();
-    let wrong = || Expected::Octets.but_found(text);
-    if !digits.is_ascii() || !digits.len().is_multiple_of(2) {
-        return Err(wrong());
-    }
-    let pairs = digits.as_bytes().chunks(2).map(|pair| std::str::from_utf8(pair).unwrap_or_default());
-    pairs.map(|pair| u8::from_str_radix(pair, 16)).collect::<Result<_, _>>().map(Octets).map_err(|_| wrong())
-}
 
 /// Runs all checks and prints their outcome. A broken rule is exit code 1.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
@@ -110,11 +98,15 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
 
 fn verdict(address: u8, findings: &[CheckResult]) -> Result<(), Failure> {
     let count = |wanted: fn(&Outcome) -> bool| findings.iter().filter(|finding| wanted(&finding.outcome)).count();
-    let broken = count(|outcome| matches!(outcome, Outcome::Violated { .. }));
-    let skipped = count(|outcome| matches!(outcome, Outcome::Skipped(_)));
-    let holds = count(|outcome| *outcome == Outcome::Passed);
-    writeln!(stderr(), "{holds} rules hold, {broken} are broken, {skipped} were skipped").ok();
+    let broken = count(|outcome| matches!(outcome, Outcome::Broken { .. }));
+    let untested = count(|outcome| matches!(outcome, Outcome::NotTested(_)));
+    let passed = count(|outcome| *outcome == Outcome::Passed);
+    writeln!(stderr(), "{passed} rules passed, {broken} broken, {untested} not tested").ok();
+    let silent = count(|outcome| *outcome == Outcome::NotTested(Reason::Silent));
     match broken {
+        0 if silent > 0 => Err(Failure::no_answer(format!(
+            "the slave at address {address} does not answer any more; rules not tested for this reason: {silent}"
+        ))),
         0 => Ok(()),
         1 => Err(Failure::refused(format!("the slave at address {address} breaks a rule"))),
         _ => Err(Failure::refused(format!("the slave at address {address} breaks {broken} rules"))),
@@ -135,7 +127,7 @@ fn subject(arguments: &Arguments) -> Result<SlaveUnderTest, Failure> {
     };
     let cfg = match &arguments.cfg {
         Some(octets) => octets.0.clone(),
-        None => present_cfg(&mut session, address)?,
+        None => bus::present_cfg(&mut session, address)?.ok_or_else(|| without_configuration(address))?,
     };
     Ok(SlaveUnderTest { address, ident: slave.ident, cfg, user_prm })
 }
@@ -158,23 +150,20 @@ fn known_prm(session: &mut BusSession, address: u8, master: u8) -> Result<Vec<u8
     }
 }
 
-fn present_cfg(session: &mut BusSession, address: u8) -> Result<Vec<u8>, Failure> {
-    match session.request(&services::get_cfg(address))? {
-        Reply::Answer { du, .. } if !du.is_empty() => Ok(du),
-        _ => Err(Failure::refused(format!(
-            "the slave at address {address} does not answer Get_Cfg; give its configuration with --cfg HEX"
-        ))),
-    }
+fn without_configuration(address: u8) -> Failure {
+    Failure::refused(format!(
+        "the slave at address {address} does not answer Get_Cfg; give its configuration with --cfg HEX"
+    ))
 }
 
 /// A finding as a line; for a broken rule also request and answer.
 fn line(finding: &CheckResult) -> String {
     let check = finding.check;
-    let head = |word: &str| format!("{word:<8}{:<26}{} ({})", check.name, check.rule, check.section);
+    let head = |word: &str| format!("{word:<8}{:<32}{} ({})", check.name, check.rule, check.section);
     match &finding.outcome {
         Outcome::Passed => head("ok"),
-        Outcome::Skipped(why) => format!("{}\n        skipped: {why}", head("-")),
-        Outcome::Violated { expected, shown } => {
+        Outcome::NotTested(reason) => format!("{}\n        not tested: {reason}", head("-")),
+        Outcome::Broken { expected, shown } => {
             let shown = shown.as_ref().map(|shown| {
                 format!("\n        request   {}\n        answer    {}", hex(&shown.sent), answer_text(shown))
             });
@@ -202,27 +191,43 @@ struct Row {
     rule: &'static str,
     section: &'static str,
     outcome: &'static str,
+    /// What a broken rule expects.
     expected: Option<String>,
+    /// Why a rule was not tested.
+    reason: Option<String>,
+    /// The broken rule that is the reason.
+    because: Option<&'static str>,
     asked: Option<String>,
     came: Option<String>,
 }
 
 impl Row {
     fn of(finding: &CheckResult) -> Self {
-        let (outcome, expected, shown) = match &finding.outcome {
-            Outcome::Passed => ("holds", None, None),
-            Outcome::Skipped(why) => ("skipped", Some((*why).to_owned()), None),
-            Outcome::Violated { expected, shown } => ("broken", Some(expected.clone()), shown.as_ref()),
-        };
-        let check = finding.check;
-        Self {
+        let CheckResult { check, outcome } = finding;
+        let row = Self {
             name: check.name,
             rule: check.rule,
             section: check.section,
-            outcome,
-            expected,
-            asked: shown.map(|shown| hex(&shown.sent)),
-            came: shown.map(answer_text),
+            outcome: "passed",
+            expected: None,
+            reason: None,
+            because: None,
+            asked: None,
+            came: None,
+        };
+        match outcome {
+            Outcome::Passed => row,
+            Outcome::NotTested(reason) => {
+                let because = if let Reason::After(rule) = reason { Some(*rule) } else { None };
+                Self { outcome: "not-tested", reason: Some(reason.to_string()), because, ..row }
+            }
+            Outcome::Broken { expected, shown } => Self {
+                outcome: "broken",
+                expected: Some(expected.to_string()),
+                asked: shown.as_ref().map(|shown| hex(&shown.sent)),
+                came: shown.as_ref().map(answer_text),
+                ..row
+            },
         }
     }
 }
@@ -231,39 +236,46 @@ impl Row {
 mod tests {
     use super::*;
     use profivac_conform::checks;
+    use profivac_conform::expected::{Expected, Service};
 
     fn finding(outcome: Outcome) -> CheckResult {
         CheckResult { check: checks::all().next().unwrap(), outcome }
     }
 
     #[test]
-    fn octets_are_parsed_with_and_without_spaces() {
-        assert_eq!(octets("11 21").unwrap().0, [0x11, 0x21]);
-        assert_eq!(octets("c6878E").unwrap().0, [0xC6, 0x87, 0x8E]);
-        for bad in ["1", "0x11", "zz", "1é"] {
-            assert_eq!(
-                octets(bad).unwrap_err().to_string(),
-                format!("expected octets in hex like '11 21', got {bad:?}")
-            );
-        }
-    }
-
-    #[test]
     fn a_broken_rule_is_shown_with_request_and_answer() {
         let shown = LoggedCycle { sent: vec![0x10, 8], received: Received::Telegram(vec![0xE5]) };
-        let broken = Outcome::Violated { expected: "SD1 with FC 00".to_owned(), shown: Some(shown) };
+        let broken = Outcome::Broken { expected: Expected::FdlStatus, shown: Some(shown) };
         let expected = "\
-BROKEN  layer2.fdl-status         FDL status is answered as a slave, without access points (1.11)
+BROKEN  layer2.fdl-status               FDL status is answered with status OK (1.11)
         request   10 08
         answer    E5
-        expected  SD1 with FC 00";
+        expected  SD1 with status OK (0 in bits 0 to 3, 6 and 7 of FC)";
         assert_eq!(line(&finding(broken)), expected);
     }
 
     #[test]
+    fn a_rule_that_was_not_tested_says_why() {
+        let untested = finding(Outcome::NotTested(Reason::After("start-up.exchange")));
+        let expected = "\
+-       layer2.fdl-status               FDL status is answered with status OK (1.11)
+        not tested: the slave breaks start-up.exchange";
+        assert_eq!(line(&untested), expected);
+        let row = Row::of(&untested);
+        assert_eq!((row.outcome, row.because, row.expected), ("not-tested", Some("start-up.exchange"), None));
+        assert_eq!(row.reason.as_deref(), Some("the slave breaks start-up.exchange"));
+    }
+
+    #[test]
     fn a_broken_rule_fails_with_a_count() {
-        assert!(verdict(5, &[finding(Outcome::Passed), finding(Outcome::Skipped("no MS2"))]).is_ok());
-        let broken = || finding(Outcome::Violated { expected: String::new(), shown: None });
+        let untested = finding(Outcome::NotTested(Reason::Without(Service::Ms2)));
+        assert!(verdict(5, &[finding(Outcome::Passed), untested]).is_ok());
+        let broken = || finding(Outcome::Broken { expected: Expected::Answer, shown: None });
+        let silent = verdict(5, &[finding(Outcome::Passed), finding(Outcome::NotTested(Reason::Silent))]).unwrap_err();
+        assert_eq!(
+            silent.to_string(),
+            "the slave at address 5 does not answer any more; rules not tested for this reason: 1"
+        );
         let sentence = |findings: &[CheckResult]| verdict(5, findings).unwrap_err().to_string();
         assert_eq!(sentence(&[broken()]), "the slave at address 5 breaks a rule");
         assert_eq!(sentence(&[broken(), broken()]), "the slave at address 5 breaks 2 rules");

@@ -160,3 +160,34 @@ pub fn number(text: &str, min: f64, max: f64) -> Result<f64, ValueError> {
     let number = text.parse().ok().filter(|number| (min..=max).contains(number));
     number.ok_or_else(|| Expected::Number { min, max }.but_found(text))
 }
+/// Octets given in hex.
+#[derive(Clone, Debug)]
+pub struct Octets(pub Vec<u8>);
+
+/// Parses octets in hex, with or without spaces.
+pub fn octets(text: &str) -> Result<Octets, ValueError> {
+    let digits: String = text.chars().filter(|letter| !letter.is_whitespace()).collect();
+    let wrong = || Expected::Octets.but_found(text);
+    if !digits.is_ascii() || !digits.len().is_multiple_of(2) {
+        return Err(wrong());
+    }
+    let pairs = digits.as_bytes().chunks(2).map(|pair| std::str::from_utf8(pair).unwrap_or_default());
+    pairs.map(|pair| u8::from_str_radix(pair, 16)).collect::<Result<_, _>>().map(Octets).map_err(|_| wrong())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn octets_are_parsed_with_and_without_spaces() {
+        assert_eq!(octets("11 21").unwrap().0, [0x11, 0x21]);
+        assert_eq!(octets("c6878E").unwrap().0, [0xC6, 0x87, 0x8E]);
+        for bad in ["1", "0x11", "zz", "1é"] {
+            assert_eq!(
+                octets(bad).unwrap_err().to_string(),
+                format!("expected octets in hex like '11 21', got {bad:?}")
+            );
+        }
+    }
+}

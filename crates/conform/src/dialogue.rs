@@ -1,16 +1,17 @@
-//! Requests of a check to the slave, and the answers that the check expects.
+//! Requests of a check to the slave, and its answers.
 //!
-//! A [`Dialogue`] logs every telegram, so that a violated rule can be shown with its octets. It keeps the frame count bits like
-//! an initiator (profibus-wire 1.10).
+//! Every step fails with a [`StepError`]. A check decides what that means: [`Step::tested`] makes it a broken rule,
+//! [`Step::prepared`] makes the rule one that was not tested.
 
+use super::expected::{Closed, Expected, Pdu, Reason, Service, Unanswered};
 use super::probe::Received;
 use profivac_host::port::PortError;
 use profivac_wire::acyclic::{self, Response};
 use profivac_wire::cfg::{self, Lengths};
 use profivac_wire::control::{Control, FrameCount, Function, Status};
-use profivac_wire::diag::SlaveDiag;
+use profivac_wire::diag::{SlaveDiag, StationStatus};
 use profivac_wire::prm::{PrmStatus, SetPrm};
-use profivac_wire::sap::{MASTER_MS0, MASTER_MS2};
+use profivac_wire::sap::{MASTER_MS0, MASTER_MS1, MASTER_MS2};
 use profivac_wire::{DataTelegram, MAX_DU, MAX_TELEGRAM, Sap, Telegram};
 use std::time::Duration;
 
@@ -45,7 +46,7 @@ pub struct SlaveUnderTest {
     pub user_prm: Vec<u8>,
 }
 
-/// A message cycle in the log.
+/// A message cycle.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct LoggedCycle {
     /// The octets that the probe sent.
@@ -54,71 +55,158 @@ pub struct LoggedCycle {
     pub received: Received,
 }
 
-/// Reason why a check ended early.
+/// The reason why a step failed.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
-pub enum CheckError {
-    /// The slave violates the rule.
-    #[error("expected {expected}")]
-    Violated {
-        /// The expected answer.
-        expected: String,
-    },
-    /// The rule does not apply to this slave.
-    #[error("not applicable: {reason}")]
-    NotApplicable {
-        /// The reason, in one sentence.
-        reason: &'static str,
-    },
+pub enum StepError {
+    /// The slave did something else.
+    #[error("expected {0}")]
+    Unexpected(Expected),
     /// The port is lost.
     #[error(transparent)]
     Port(#[from] PortError),
 }
 
-/// Result of a check or of a part of one.
+/// Result of a step.
+pub type StepResult<T = ()> = Result<T, StepError>;
+
+/// The reason why a check ended early.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum CheckError {
+    /// The slave breaks the rule.
+    #[error("expected {0}")]
+    Broken(Expected),
+    /// The rule was not tested.
+    #[error("not tested: {0}")]
+    NotTested(Reason),
+    /// The port is lost.
+    #[error(transparent)]
+    Port(#[from] PortError),
+}
+
+/// Result of a check.
 pub type CheckOutcome<T = ()> = Result<T, CheckError>;
 
-/// Ends the check: the slave did not give the expected answer.
-pub fn violated<T>(expected: impl Into<String>) -> CheckOutcome<T> {
-    Err(CheckError::Violated { expected: expected.into() })
+/// What the failure of a step means for the rule.
+pub trait Step<T> {
+    /// The rule itself: the slave breaks it.
+    ///
+    /// # Errors
+    /// [`CheckError::Broken`].
+    fn tested(self) -> CheckOutcome<T>;
+
+    /// A preparation: the rule was not tested.
+    ///
+    /// # Errors
+    /// [`CheckError::NotTested`].
+    fn prepared(self) -> CheckOutcome<T>;
 }
 
-/// Ends the check unless the condition `holds`.
+impl<T> Step<T> for StepResult<T> {
+    fn tested(self) -> CheckOutcome<T> {
+        self.map_err(|error| match error {
+            StepError::Unexpected(expected) => CheckError::Broken(expected),
+            StepError::Port(error) => CheckError::Port(error),
+        })
+    }
+
+    fn prepared(self) -> CheckOutcome<T> {
+        self.map_err(|error| match error {
+            StepError::Unexpected(expected) => CheckError::NotTested(Reason::Unprepared(expected)),
+            StepError::Port(error) => CheckError::Port(error),
+        })
+    }
+}
+
+/// Fails unless the condition `holds`.
 ///
 /// # Errors
-/// [`CheckError::Violated`] with the expected answer.
-pub fn require(holds: bool, expected: &str) -> CheckOutcome {
-    if holds { Ok(()) } else { violated(expected) }
+/// [`StepError::Unexpected`].
+pub fn require(holds: bool, expected: Expected) -> StepResult {
+    if holds { Ok(()) } else { Err(StepError::Unexpected(expected)) }
 }
 
-/// A valid answer of the slave: the addresses and the access points are those of the request, swapped.
+/// Fails unless `received` is the telegram `before` once more.
+///
+/// # Errors
+/// [`StepError::Unexpected`].
+pub fn require_same(received: Received, before: Received) -> StepResult {
+    match before {
+        Received::Telegram(octets) => {
+            require(received == Received::Telegram(octets.clone()), Expected::SameAnswer(octets))
+        }
+        Received::Nothing | Received::Damaged => Err(StepError::Unexpected(Expected::Answer)),
+    }
+}
+
+/// Ends the check: the slave does not have the service.
+///
+/// # Errors
+/// [`CheckError::NotTested`], always.
+pub const fn without<T>(service: Service) -> CheckOutcome<T> {
+    Err(CheckError::NotTested(Reason::Without(service)))
+}
+
+/// A valid answer of the slave. SC is the same as SD1 with NR (profibus-wire 1.5). Addresses and access points are not
+/// compared with the request: two rules of their own do that.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Answer {
-    /// SC.
-    ShortAck,
-    /// A telegram with a status.
-    Data {
-        /// Status of the answer.
-        status: Status,
-        /// The data unit.
-        du: Vec<u8>,
-    },
+pub struct Answer {
+    /// Its status.
+    pub status: Status,
+    /// Its data unit.
+    pub du: Vec<u8>,
 }
 
-/// Sends requests to the slave, checks its answers and logs both.
+impl Answer {
+    /// Whether it is SC or NR.
+    #[must_use]
+    pub fn is_acknowledgement(&self) -> bool {
+        self.status == Status::NoReply && self.du.is_empty()
+    }
+
+    /// Whether it is RS.
+    #[must_use]
+    pub fn is_closed(&self) -> bool {
+        self.status == Status::ServiceNotActivated
+    }
+
+    /// Whether it has the status of an answer with data, DL or DH.
+    #[must_use]
+    pub const fn has_data_status(&self) -> bool {
+        matches!(self.status, Status::DataLow | Status::DataHigh)
+    }
+}
+
+/// The frame count bits of the requests (profibus-wire 1.10).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum CountMode {
+    /// Every request is a first one, which a slave executes whatever it remembers.
+    First,
+    /// The bit alternates, as that of a master.
+    Alternating,
+}
+
+/// Sends requests to the slave and keeps the last message cycle, so that a broken rule can be shown with its octets.
 pub struct Dialogue<'a> {
     /// The slave under test.
     pub slave: &'a SlaveUnderTest,
     link: &'a mut dyn Link,
+    mode: CountMode,
     /// The frame count bit of the next request of each source; `None` before the first request.
     counts: [Option<bool>; 128],
-    log: Vec<LoggedCycle>,
+    last: Option<LoggedCycle>,
 }
 
 impl<'a> Dialogue<'a> {
-    /// A dialogue with an empty log.
+    /// A dialogue that has sent nothing.
     pub fn new(link: &'a mut dyn Link, slave: &'a SlaveUnderTest) -> Self {
-        Self { slave, link, counts: [None; 128], log: Vec::new() }
+        Self { slave, link, mode: CountMode::First, counts: [None; 128], last: None }
+    }
+
+    /// Changes the frame count bits of all further requests.
+    pub fn set_count_mode(&mut self, mode: CountMode) {
+        self.mode = mode;
     }
 
     /// The address of the testing master.
@@ -131,9 +219,14 @@ impl<'a> Dialogue<'a> {
         if self.own_address() == 3 { 4 } else { 3 }
     }
 
-    /// Returns the log since the last call.
-    pub fn take_log(&mut self) -> Vec<LoggedCycle> {
-        std::mem::take(&mut self.log)
+    /// Returns the last message cycle since the last call.
+    pub const fn take_last(&mut self) -> Option<LoggedCycle> {
+        self.last.take()
+    }
+
+    /// Keeps `cycle` as the last message cycle: the one that a broken rule is shown with.
+    pub fn show(&mut self, cycle: Option<LoggedCycle>) {
+        self.last = cycle;
     }
 
     /// Sends nothing for this time.
@@ -142,103 +235,120 @@ impl<'a> Dialogue<'a> {
     }
 
     /// Sends octets unchanged. Returns the answer.
-    pub fn send(&mut self, octets: &[u8]) -> CheckOutcome<Received> {
+    pub fn send(&mut self, octets: &[u8]) -> Result<Received, PortError> {
         let received = self.link.send_and_receive(octets)?;
-        self.log.push(LoggedCycle { sent: octets.to_vec(), received: received.clone() });
+        self.last = Some(LoggedCycle { sent: octets.to_vec(), received: received.clone() });
         Ok(received)
     }
 
     /// Sends octets that no slave may answer.
-    pub fn expect_silence(&mut self, octets: &[u8], reason: &str) -> CheckOutcome {
+    pub fn send_unanswered(&mut self, octets: &[u8], reason: Unanswered) -> StepResult {
         let received = self.send(octets)?;
-        require(received == Received::Nothing, &format!("silence: {reason}"))
+        require(received == Received::Nothing, Expected::Silence(reason))
     }
 
-    /// Sends a counted SRD from `sa`. Repeats it once if no valid answer comes. Returns the answer.
-    pub fn request_from(&mut self, sa: u8, sap: Sap, du: &[u8]) -> CheckOutcome<Answer> {
-        let telegram = self.counted(sa, sap, du);
-        let mut received = self.send(&telegram)?;
-        if received == Received::Nothing || received == Received::Damaged {
-            received = self.send(&telegram)?;
+    /// Sends a request. Repeats it once if no valid answer comes. Returns the answer.
+    pub fn request_from(&mut self, sa: u8, sap: Sap, du: &[u8]) -> StepResult<Answer> {
+        let telegram = self.next_telegram(sa, sap, du);
+        self.transmit(sa, &telegram)
+    }
+
+    /// As [`request_from`](Self::request_from) with the telegram itself, made by [`next_telegram`](Self::next_telegram).
+    pub fn transmit(&mut self, sa: u8, telegram: &[u8]) -> StepResult<Answer> {
+        let mut received = self.send(telegram)?;
+        if !matches!(received, Received::Telegram(_)) {
+            received = self.send(telegram)?;
         }
-        let answer = self.answer(sa, sap, &received)?;
-        let next = self.counts.get_mut(usize::from(sa));
-        next.into_iter().for_each(|count| *count = Some(!count.unwrap_or(true)));
-        Ok(answer)
+        let answer = parse_answer(&received);
+        // Without an answer the next request is a first one again (profibus-wire 1.10).
+        let sent = answer.is_ok().then(|| self.next_count(sa));
+        self.keep_count(sa, sent);
+        answer
     }
 
-    /// Sends a counted SRD from the testing master. Returns the answer.
-    pub fn request(&mut self, sap: Sap, du: &[u8]) -> CheckOutcome<Answer> {
+    /// Keeps the bit of the next request of `sa` after one that was `sent` and answered.
+    fn keep_count(&mut self, sa: u8, sent: Option<FrameCount>) {
+        let Some(next) = self.counts.get_mut(usize::from(sa)) else { return };
+        *next = match sent {
+            Some(FrameCount::First | FrameCount::Counted(true)) => Some(false),
+            Some(FrameCount::Counted(false)) => Some(true),
+            Some(FrameCount::Uncounted) => *next,
+            None => None,
+        };
+    }
+
+    /// Sends a request from the testing master. Returns the answer.
+    pub fn request(&mut self, sap: Sap, du: &[u8]) -> StepResult<Answer> {
         self.request_from(self.own_address(), sap, du)
     }
 
+    /// Sends a request whose answer does not matter.
+    pub fn tell_from(&mut self, sa: u8, sap: Sap, du: &[u8]) -> Result<(), PortError> {
+        match self.request_from(sa, sap, du) {
+            Ok(_) | Err(StepError::Unexpected(_)) => Ok(()),
+            Err(StepError::Port(error)) => Err(error),
+        }
+    }
+
+    /// Sends a request from the testing master whose answer does not matter.
+    pub fn tell(&mut self, sap: Sap, du: &[u8]) -> Result<(), PortError> {
+        self.tell_from(self.own_address(), sap, du)
+    }
+
     /// The telegram that [`request_from`](Self::request_from) sends next.
-    pub fn counted(&self, sa: u8, sap: Sap, du: &[u8]) -> Vec<u8> {
-        let count = self.counts.get(usize::from(sa)).copied().flatten();
-        let count = count.map_or(FrameCount::First, FrameCount::Counted);
-        let function = if is_ms2(sap) { Function::SrdLow } else { Function::SrdHigh };
-        let fc = Control::Request { function, count }.to_octet();
-        octets(self.slave.address, sa, sap, fc, du)
+    pub fn next_telegram(&self, sa: u8, sap: Sap, du: &[u8]) -> Vec<u8> {
+        self.telegram(sa, sap, self.next_count(sa), du)
     }
 
-    /// Parses `received` as the answer to a request of `sa` to `sap`.
-    fn answer(&self, sa: u8, sap: Sap, received: &Received) -> CheckOutcome<Answer> {
-        let octets = match received {
-            Received::Telegram(octets) => octets,
-            Received::Nothing => return violated("an answer within the slot time"),
-            Received::Damaged => return violated("a whole telegram"),
-        };
-        match Telegram::parse(octets) {
-            Ok(Telegram::ShortAck) => Ok(Answer::ShortAck),
-            Ok(Telegram::Data(frame)) => {
-                let Control::Response { status, .. } = frame.control() else { return violated("a response") };
-                require((frame.sa, frame.da) == (self.slave.address, sa), "the addresses of the request, swapped")?;
-                // An answer without data may omit the access points (profibus-wire 1.15).
-                let bare = (frame.dsap, frame.ssap) == (None, None) && frame.du.is_empty();
-                let swapped = (frame.dsap, frame.ssap) == (ssap_of(sap), sap.to_octet());
-                require(bare || swapped, "the access points of the request, swapped")?;
-                Ok(Answer::Data { status, du: frame.du.to_vec() })
-            }
-            Ok(Telegram::Token { .. }) | Err(_) => violated("an answer, not a token"),
+    /// The frame count of the next request of `sa`.
+    pub fn next_count(&self, sa: u8) -> FrameCount {
+        let next = self.counts.get(usize::from(sa)).copied().flatten();
+        match self.mode {
+            CountMode::First => FrameCount::First,
+            CountMode::Alternating => next.map_or(FrameCount::First, FrameCount::Counted),
         }
     }
 
-    /// Sends a request that the slave must acknowledge with SC.
-    pub fn expect_acknowledged(&mut self, sap: Sap, du: &[u8]) -> CheckOutcome {
+    /// The telegram of a request with this frame count.
+    pub fn telegram(&self, sa: u8, sap: Sap, count: FrameCount, du: &[u8]) -> Vec<u8> {
+        let function = if is_acyclic(sap) { Function::SrdLow } else { Function::SrdHigh };
+        octets(self.slave.address, sa, sap, Control::Request { function, count }.to_octet(), du)
+    }
+
+    /// Sends a request with this frame count, from the testing master. Returns the whole answer.
+    pub fn counted(&mut self, count: FrameCount, sap: Sap, du: &[u8]) -> Result<Received, PortError> {
+        let own = self.own_address();
+        let telegram = self.telegram(own, sap, count, du);
+        let received = self.send(&telegram)?;
+        self.keep_count(own, matches!(received, Received::Telegram(_)).then_some(count));
+        Ok(received)
+    }
+
+    /// Sends a request that the slave must acknowledge.
+    pub fn expect_acknowledged(&mut self, sap: Sap, du: &[u8]) -> StepResult {
         let answer = self.request(sap, du)?;
-        require(answer == Answer::ShortAck, "SC")
+        require(answer.is_acknowledgement(), Expected::Acknowledgement)
     }
 
-    /// Sends a request that the slave must answer with this status and no data.
-    pub fn expect_status_from(&mut self, sa: u8, sap: Sap, du: &[u8], status: Status, expected: &str) -> CheckOutcome {
+    /// Sends a request that the slave must answer with RS.
+    pub fn expect_closed(&mut self, sa: u8, sap: Sap, du: &[u8], reason: Closed) -> StepResult {
         let answer = self.request_from(sa, sap, du)?;
-        require(answer == Answer::Data { status, du: Vec::new() }, expected)
+        require(answer.is_closed(), Expected::Closed(reason))
     }
 
-    /// Sends a request that the slave must answer with RS: the access point is closed.
-    pub fn expect_closed(&mut self, sap: Sap, du: &[u8], expected: &str) -> CheckOutcome {
-        self.expect_status_from(self.own_address(), sap, du, Status::ServiceNotActivated, expected)
-    }
-
-    /// Sends a request that the slave must answer with data of low priority. Returns the data.
-    pub fn data_from(&mut self, sa: u8, sap: Sap) -> CheckOutcome<Vec<u8>> {
-        match self.request_from(sa, sap, &[])? {
-            Answer::Data { status: Status::DataLow, du } => Ok(du),
-            _ => violated("DL with data"),
-        }
+    /// Reads the diagnosis from `sa`. Returns its octets, at least six.
+    pub fn diagnosis_octets(&mut self, sa: u8) -> StepResult<Vec<u8>> {
+        let answer = self.request_from(sa, Sap::SlaveDiag, &[])?;
+        let whole = answer.has_data_status() && SlaveDiag::parse(&answer.du).is_ok() && answer.du.len() <= MAX_DU;
+        require(whole, Expected::Diagnosis)?;
+        Ok(answer.du)
     }
 
     /// Reads the diagnosis. Returns its fixed part.
-    pub fn diagnosis(&mut self) -> CheckOutcome<[u8; 6]> {
-        self.diagnosis_from(self.own_address())
-    }
-
-    /// Reads the diagnosis from `sa`. Returns its fixed part.
-    pub fn diagnosis_from(&mut self, sa: u8) -> CheckOutcome<[u8; 6]> {
-        let du = self.data_from(sa, Sap::SlaveDiag)?;
-        require(SlaveDiag::parse(&du).is_ok() && du.len() <= MAX_DU, "a diagnosis of 6 to 244 octets")?;
-        let fixed = du.first_chunk::<6>().copied();
-        fixed.map_or_else(|| violated("a diagnosis of 6 to 244 octets"), Ok)
+    pub fn diagnosis(&mut self) -> StepResult<Diagnosis> {
+        let du = self.diagnosis_octets(self.own_address())?;
+        let diag = SlaveDiag::parse(&du).map_err(|_| StepError::Unexpected(Expected::Diagnosis))?;
+        Ok(Diagnosis { status: diag.status, master_add: diag.master_add, ident: diag.ident })
     }
 
     /// A Set_Prm that the slave accepts: with Lock_Req, and with the watchdog factors `wd_fact`; zeros switch the watchdog off.
@@ -254,31 +364,68 @@ impl<'a> Dialogue<'a> {
         }
     }
 
-    /// Sends Set_Prm. The slave must acknowledge it, even if it refuses the parameters.
-    pub fn set_prm(&mut self, prm: &SetPrm<'_>) -> CheckOutcome {
-        self.expect_acknowledged(Sap::SetPrm, &set_prm_octets(prm))
+    /// Sends Set_Prm. Only the diagnosis shows whether the slave accepts it.
+    pub fn set_prm(&mut self, prm: &SetPrm<'_>) -> Result<(), PortError> {
+        self.tell(Sap::SetPrm, &set_prm_octets(prm))
+    }
+
+    /// A Set_Prm that releases the slave.
+    pub fn unlock_prm(&self) -> SetPrm<'a> {
+        SetPrm { status: PrmStatus::UNLOCK_REQ, user: &[], wd_fact: [0, 0], min_tsdr: 0, ..self.prm([0, 0]) }
     }
 
     /// Releases the slave: it waits for parameters afterwards.
-    pub fn release(&mut self) -> CheckOutcome {
-        let unlock =
-            SetPrm { status: PrmStatus::UNLOCK_REQ, user: &[], wd_fact: [0, 0], min_tsdr: 0, ..self.prm([0, 0]) };
-        self.set_prm(&unlock)
+    pub fn release(&mut self) -> Result<(), PortError> {
+        self.set_prm(&self.unlock_prm())
     }
 
-    /// Starts data exchange, and waits until the slave is ready.
-    pub fn start(&mut self, wd_fact: [u8; 2]) -> CheckOutcome {
+    /// Releases the slave. Returns whether it answers at all: this, or else FDL status.
+    pub fn release_and_listen(&mut self) -> Result<bool, PortError> {
+        let answer = self.request(Sap::SetPrm, &set_prm_octets(&self.unlock_prm()));
+        match answer {
+            Ok(_) => Ok(true),
+            Err(StepError::Port(error)) => Err(error),
+            Err(StepError::Unexpected(_)) => {
+                let fc = Control::Request { function: Function::FdlStatus, count: FrameCount::Uncounted }.to_octet();
+                let telegram = octets(self.slave.address, self.own_address(), Sap::Default, fc, &[]);
+                Ok(matches!(self.send(&telegram)?, Received::Telegram(_)))
+            }
+        }
+    }
+
+    /// Sends the configuration under test. Only the diagnosis shows whether the slave accepts it.
+    pub fn chk_cfg(&mut self) -> Result<(), PortError> {
+        self.tell(Sap::ChkCfg, &self.slave.cfg)
+    }
+
+    /// Releases the slave and parameterises it: it waits for its configuration afterwards.
+    pub fn parameterise(&mut self) -> Result<(), PortError> {
         self.release()?;
-        self.set_prm(&self.prm(wd_fact))?;
-        self.expect_acknowledged(Sap::ChkCfg, &self.slave.cfg)?;
+        self.set_prm(&self.prm([0, 0]))
+    }
+
+    /// Starts data exchange with the watchdog off.
+    pub fn start(&mut self) -> StepResult {
+        self.start_with(&self.prm([0, 0]))
+    }
+
+    /// Starts data exchange with these parameters, and waits until the slave is ready.
+    pub fn start_with(&mut self, prm: &SetPrm<'_>) -> StepResult {
+        self.release()?;
+        self.set_prm(prm)?;
+        self.chk_cfg()?;
+        self.await_exchange()
+    }
+
+    /// Sends Data_Exchange until the slave takes part in it. No slave needs Slave_Diag for that (profibus-wire 3.3).
+    pub fn await_exchange(&mut self) -> StepResult {
         for _ in 0..READY_TRIES {
-            let [first, second, ..] = self.diagnosis()?;
-            if first & NOT_IN_EXCHANGE == 0 && second & PRM_REQ == 0 {
+            if self.is_exchanging()? {
                 return Ok(());
             }
-            self.wait(READY_PAUSE)?;
+            self.link.wait(READY_PAUSE)?;
         }
-        violated("data exchange after Set_Prm and Chk_Cfg")
+        Err(StepError::Unexpected(Expected::Ready))
     }
 
     /// Numbers of output and input octets.
@@ -291,33 +438,100 @@ impl<'a> Dialogue<'a> {
         vec![0; usize::from(self.lengths().outputs)]
     }
 
-    /// Sends Data_Exchange, which the slave must answer with inputs of the configured length. Returns the inputs.
-    pub fn exchange(&mut self) -> CheckOutcome<Vec<u8>> {
-        let inputs = usize::from(self.lengths().inputs);
-        match self.request(Sap::Default, &self.outputs())? {
-            Answer::ShortAck if inputs == 0 => Ok(Vec::new()),
-            Answer::Data { status: Status::DataLow | Status::DataHigh, du } if du.len() == inputs => Ok(du),
-            _ => violated(format!("DL or DH with {inputs} octets")),
+    /// Sends Data_Exchange with `outputs` from `sa`. Returns whether the slave took part: with inputs of any length, or with SC.
+    pub fn is_exchanging_with(&mut self, sa: u8, outputs: &[u8]) -> Result<bool, PortError> {
+        match self.request_from(sa, Sap::Default, outputs) {
+            Ok(answer) => Ok(answer.has_data_status() || answer.is_acknowledgement()),
+            Err(StepError::Unexpected(_)) => Ok(false),
+            Err(StepError::Port(error)) => Err(error),
         }
     }
 
-    /// Sends a request over MS2 and polls for the response. Returns the response.
-    pub fn ms2(&mut self, sap: u8, request: &acyclic::Request<'_>) -> CheckOutcome<Vec<u8>> {
-        let mut du = [0; MAX_DU];
-        let length = request.emit(&mut du).unwrap_or_default();
-        let mut answer = self.request(Sap::from_octet(Some(sap)), du.get(..length).unwrap_or_default())?;
+    /// As [`is_exchanging_with`](Self::is_exchanging_with) with the testing master and outputs of zero.
+    pub fn is_exchanging(&mut self) -> Result<bool, PortError> {
+        self.is_exchanging_with(self.own_address(), &self.outputs())
+    }
+
+    /// Requires that the slave takes part in data exchange.
+    pub fn expect_exchange(&mut self) -> StepResult {
+        let exchanging = self.is_exchanging()?;
+        require(exchanging, Expected::Exchange)
+    }
+
+    /// Requires that the slave does not take part in data exchange.
+    pub fn expect_no_exchange(&mut self) -> StepResult {
+        let exchanging = self.is_exchanging()?;
+        require(!exchanging, Expected::NoExchange)
+    }
+
+    /// Reads the inputs with Data_Exchange.
+    pub fn inputs(&mut self) -> StepResult<Vec<u8>> {
+        let answer = self.request(Sap::Default, &self.outputs())?;
+        let count = usize::from(self.lengths().inputs);
+        let whole = answer.has_data_status() || (answer.is_acknowledgement() && count == 0);
+        require(whole && answer.du.len() == count, Expected::Octets(count))?;
+        Ok(answer.du)
+    }
+
+    /// Polls an access point of DP-V1 for a response.
+    pub fn poll(&mut self, sap: Sap) -> StepResult<Answer> {
         for _ in 0..READY_TRIES {
-            match answer {
-                Answer::Data { status: Status::DataLow, du } => return Ok(du),
-                Answer::ShortAck => {}
-                Answer::Data { .. } => return violated("SC, or DL with the response"),
+            let answer = self.request(sap, &[])?;
+            if !answer.is_acknowledgement() {
+                return Ok(answer);
             }
-            answer = self.request(Sap::from_octet(Some(sap)), &[])?;
-            if answer == Answer::ShortAck {
-                self.wait(READY_PAUSE)?;
-            }
+            self.link.wait(READY_PAUSE)?;
         }
-        violated("a response to the request")
+        Err(StepError::Unexpected(Expected::Pdu(Pdu::Response)))
+    }
+
+    /// Sends a request of DP-V1 and polls for the response. Returns the answer with the response.
+    pub fn acyclic(&mut self, sap: Sap, request: &acyclic::Request<'_>) -> StepResult<Answer> {
+        self.acyclic_octets(sap, &request_octets(request))
+    }
+
+    /// As [`acyclic`](Self::acyclic) with any octets.
+    pub fn acyclic_octets(&mut self, sap: Sap, du: &[u8]) -> StepResult<Answer> {
+        let answer = self.request(sap, du)?;
+        // The response may come at once (profibus-wire 4.2).
+        if answer.is_acknowledgement() { self.poll(sap) } else { Ok(answer) }
+    }
+}
+
+/// The fixed part of a diagnosis.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Diagnosis {
+    /// Station_Status.
+    pub status: StationStatus,
+    /// Diag_Master_Add.
+    pub master_add: u8,
+    /// Ident_Number.
+    pub ident: u16,
+}
+
+impl Diagnosis {
+    /// Requires that all `bits` are 1.
+    ///
+    /// # Errors
+    /// [`StepError::Unexpected`].
+    pub fn require_set(&self, bits: StationStatus) -> StepResult {
+        require(self.status.contains(bits), Expected::set(bits))
+    }
+
+    /// Requires that all `bits` are 0.
+    ///
+    /// # Errors
+    /// [`StepError::Unexpected`].
+    pub fn require_clear(&self, bits: StationStatus) -> StepResult {
+        require(!self.status.intersects(bits), Expected::clear(bits))
+    }
+
+    /// Requires this Diag_Master_Add.
+    ///
+    /// # Errors
+    /// [`StepError::Unexpected`].
+    pub fn require_master(&self, master: u8) -> StepResult {
+        require(self.master_add == master, Expected::MasterAdd(master))
     }
 }
 
@@ -325,28 +539,28 @@ impl<'a> Dialogue<'a> {
 const READY_TRIES: usize = 100;
 const READY_PAUSE: Duration = Duration::from_millis(10);
 
-/// Station_Not_Ready, Cfg_Fault and Prm_Fault.
-const NOT_IN_EXCHANGE: u8 = 0x46;
-
-/// Prm_Req, in the second octet.
-const PRM_REQ: u8 = 0x01;
-
-const fn is_ms2(sap: Sap) -> bool {
-    matches!(sap, Sap::Ms2(_) | Sap::ResourceManager)
+const fn is_acyclic(sap: Sap) -> bool {
+    matches!(sap, Sap::Ms1 | Sap::Ms2(_) | Sap::ResourceManager)
 }
 
 /// The access point of the master for an access point of the slave (profibus-wire 2.1).
-fn ssap_of(sap: Sap) -> Option<u8> {
+#[must_use]
+pub const fn ssap_of(sap: Sap) -> Option<u8> {
     match sap {
         Sap::Default => None,
-        sap if is_ms2(sap) => Some(MASTER_MS2),
+        Sap::Ms1 => Some(MASTER_MS1),
+        Sap::Ms2(_) | Sap::ResourceManager => Some(MASTER_MS2),
         _ => Some(MASTER_MS0),
     }
 }
 
 /// The octets of a telegram.
 pub fn octets(da: u8, sa: u8, sap: Sap, fc: u8, du: &[u8]) -> Vec<u8> {
-    let frame = DataTelegram { da, sa, dsap: sap.to_octet(), ssap: ssap_of(sap), fc, du };
+    frame_octets(DataTelegram { da, sa, dsap: sap.to_octet(), ssap: ssap_of(sap), fc, du })
+}
+
+/// The octets of a data telegram.
+pub fn frame_octets(frame: DataTelegram<'_>) -> Vec<u8> {
     let mut out = [0; MAX_TELEGRAM];
     let length = Telegram::Data(frame).emit(&mut out).unwrap_or_default();
     out.get(..length).unwrap_or_default().to_vec()
@@ -359,10 +573,34 @@ pub fn set_prm_octets(prm: &SetPrm<'_>) -> Vec<u8> {
     du.get(..length).unwrap_or_default().to_vec()
 }
 
-/// Parses a response over MS2.
+/// The octets of a PDU.
+pub fn request_octets(request: &acyclic::Request<'_>) -> Vec<u8> {
+    let mut du = [0; MAX_DU];
+    let length = request.emit(&mut du).unwrap_or_default();
+    du.get(..length).unwrap_or_default().to_vec()
+}
+
+/// Parses an answer.
 ///
 /// # Errors
-/// [`CheckError::Violated`] if it is not a PDU of the DP-V1 services.
-pub fn response(du: &[u8]) -> CheckOutcome<Response<'_>> {
-    Response::parse(du).or_else(|_| violated("a PDU of the DP-V1 services"))
+/// [`StepError::Unexpected`] if it is not a valid answer.
+pub fn parse_answer(received: &Received) -> StepResult<Answer> {
+    let invalid = || StepError::Unexpected(Expected::Answer);
+    let Received::Telegram(octets) = received else { return Err(invalid()) };
+    match Telegram::parse(octets) {
+        Ok(Telegram::ShortAck) => Ok(Answer { status: Status::NoReply, du: Vec::new() }),
+        Ok(Telegram::Data(frame)) => match frame.control() {
+            Control::Response { status, .. } => Ok(Answer { status, du: frame.du.to_vec() }),
+            Control::Request { .. } => Err(invalid()),
+        },
+        Ok(Telegram::Token { .. }) | Err(_) => Err(invalid()),
+    }
+}
+
+/// Parses a response of DP-V1.
+///
+/// # Errors
+/// [`StepError::Unexpected`] with `expected` if it is none.
+pub fn response(du: &[u8], expected: Pdu) -> StepResult<Response<'_>> {
+    Response::parse(du).map_err(|_| StepError::Unexpected(Expected::Pdu(expected)))
 }

@@ -5,14 +5,18 @@
 //! | Module | Contents |
 //! |---|---|
 //! | [`probe`] | the station that sends any octets and keeps the answer |
-//! | [`dialogue`] | requests, answers, and the expectations of a check |
+//! | [`expected`] | what a rule expects, and why one was not tested |
+//! | [`dialogue`] | requests, answers, and the steps of a check |
 //! | [`checks`] | the rules |
 
 pub mod checks;
 pub mod dialogue;
+pub mod expected;
 pub mod probe;
 
-use dialogue::{CheckError, Dialogue, Link, LoggedCycle, SlaveUnderTest};
+use checks::Check;
+use dialogue::{CheckError, CountMode, Dialogue, Link, LoggedCycle, SlaveUnderTest};
+use expected::{Expected, Reason};
 use probe::{Probe, Received};
 use profivac_dp::link::active::BusParameters;
 use profivac_dp::link::{Baud, BitTime};
@@ -26,27 +30,28 @@ use std::time::{Duration, Instant};
 pub enum Outcome {
     /// The slave keeps the rule.
     Passed,
-    /// The slave violates the rule.
-    Violated {
-        /// The expected answer.
-        expected: String,
-        /// The last message cycle of the check.
+    /// The slave breaks the rule.
+    Broken {
+        /// The expectation that it did not meet.
+        expected: Expected,
+        /// The message cycle that shows it.
         shown: Option<LoggedCycle>,
     },
-    /// The rule does not apply to this slave, for this reason.
-    Skipped(&'static str),
+    /// The rule was not tested. A consequence of another fault is never a broken rule.
+    NotTested(Reason),
 }
 
 /// A check with its outcome.
+#[derive(Clone, Debug)]
 pub struct CheckResult {
     /// The check.
-    pub check: &'static checks::Check,
+    pub check: &'static Check,
     /// Its outcome.
     pub outcome: Outcome,
 }
 
 /// Runs all checks. Calls `report` with each result; `ControlFlow::Break` ends the run after that check. The slave is released
-/// at the end.
+/// after each check.
 ///
 /// # Errors
 /// [`PortError`] if the port is lost.
@@ -57,34 +62,73 @@ pub fn run(
 ) -> Result<Vec<CheckResult>, PortError> {
     let mut dialogue = Dialogue::new(link, slave);
     let mut results = Vec::new();
+    let mut answers = true;
     for check in checks::all() {
-        dialogue.take_log();
-        let outcome = match (check.run)(&mut dialogue) {
-            Ok(()) => Outcome::Passed,
-            Err(CheckError::NotApplicable { reason }) => Outcome::Skipped(reason),
-            Err(CheckError::Port(error)) => return Err(error),
-            Err(CheckError::Violated { expected }) => {
-                let shown = dialogue.take_log().pop();
-                recover(&mut dialogue)?;
-                Outcome::Violated { expected, shown }
+        dialogue.set_count_mode(count_mode(check, &results));
+        let outcome = match obstacle(check, &results) {
+            Some(reason) => Outcome::NotTested(reason),
+            None => {
+                let outcome = if answers { run_check(check, &mut dialogue)? } else { SILENT };
+                answers = dialogue.release_and_listen()?;
+                if answers { outcome } else { silenced(outcome) }
             }
         };
         let result = CheckResult { check, outcome };
         let control = report(&result);
         results.push(result);
         if control.is_break() {
-            recover(&mut dialogue)?;
             break;
         }
     }
     Ok(results)
 }
 
-/// Releases the slave after a violated rule, so that the next check begins with a slave that waits for parameters.
-fn recover(dialogue: &mut Dialogue<'_>) -> Result<(), PortError> {
-    match dialogue.release() {
+const SILENT: Outcome = Outcome::NotTested(Reason::Silent);
+
+fn run_check(check: &Check, dialogue: &mut Dialogue<'_>) -> Result<Outcome, PortError> {
+    dialogue.take_last();
+    match (check.run)(dialogue) {
+        Ok(()) => Ok(Outcome::Passed),
+        Err(CheckError::NotTested(reason)) => Ok(Outcome::NotTested(reason)),
+        Err(CheckError::Broken(expected)) => Ok(Outcome::Broken { expected, shown: dialogue.take_last() }),
         Err(CheckError::Port(error)) => Err(error),
-        Ok(()) | Err(CheckError::Violated { .. } | CheckError::NotApplicable { .. }) => Ok(()),
+    }
+}
+
+/// The outcome of a check after which the slave does not answer any more. Then silence proves nothing: only a wrong answer does.
+fn silenced(outcome: Outcome) -> Outcome {
+    match outcome {
+        Outcome::Broken { shown: Some(LoggedCycle { received: Received::Telegram(_), .. }), .. } => outcome,
+        Outcome::Passed | Outcome::Broken { .. } | Outcome::NotTested(_) => SILENT,
+    }
+}
+
+/// Why `check` cannot be tested: a rule that it needs is broken, or was not tested itself for this reason; or the slave breaks
+/// a rule whose fault may show itself in this one again.
+fn obstacle(check: &Check, results: &[CheckResult]) -> Option<Reason> {
+    let broken = results.iter().filter(|result| matches!(result.outcome, Outcome::Broken { .. }));
+    let mut shared = broken.map(|result| result.check.name).filter(|name| check.shares.contains(name));
+    let mut needed = check.needs.iter().filter_map(|name| results.iter().find(|result| result.check.name == *name));
+    let reason = |result: &CheckResult| match &result.outcome {
+        Outcome::Passed => None,
+        Outcome::Broken { .. } => Some(Reason::After(result.check.name)),
+        Outcome::NotTested(reason) => Some(reason.clone()),
+    };
+    needed.find_map(reason).or_else(|| shared.next().map(Reason::After))
+}
+
+/// The frame count bits of a check. First requests serve until the rules about frame count bits are tested, and after them if
+/// the slave breaks one, so that its fault is not counted again. A slave that does not execute first requests gets counted ones.
+fn count_mode(check: &Check, results: &[CheckResult]) -> CountMode {
+    let is_count = |check: &Check| check.name.starts_with(checks::COUNT);
+    let is_broken = |result: &&CheckResult| matches!(result.outcome, Outcome::Broken { .. });
+    let broken: Vec<_> =
+        results.iter().filter(is_broken).map(|result| result.check).filter(|check| is_count(check)).collect();
+    let remain = checks::all().skip_while(|other| other.name != check.name).any(is_count);
+    match broken.first() {
+        Some(rule) if rule.name == checks::FIRST_REQUEST => CountMode::Alternating,
+        None if !remain => CountMode::Alternating,
+        Some(_) | None => CountMode::First,
     }
 }
 

@@ -5,6 +5,7 @@ mod display;
 mod plan;
 mod row;
 mod segment;
+mod slave;
 mod table;
 
 use crate::bus::MasterOptions;
@@ -12,7 +13,7 @@ use crate::console::Signals;
 use crate::failure::Failure;
 use crate::output::notice;
 use crate::screen::Screen;
-use crate::values;
+use crate::values::{self, Octets};
 use clap::Args;
 use clap::builder::NonEmptyStringValueParser;
 use display::MonitorView;
@@ -28,7 +29,9 @@ use std::time::{Duration, Instant};
 ///
 /// The command takes ownership of the slaves: it parameterises them, keeps their units, and unlocks them at the end. An unlocked
 /// gauge returns to IDLE: it stops measuring and opens its relays. The command refuses a slave that belongs to another master. It
-/// tries to open a lost port again until that succeeds. The segments of a station's file are independent: a failure in one is
+/// tries to open a lost port again until that succeeds. A slave that is no known device is shown too, with its inputs as octets: it gets
+/// its own configuration, the user parameters of `--prm`, and outputs of zero. If another master exchanges data with such a
+/// slave, its inputs are read with RD_Inp, without ownership. The segments of a station's file are independent: a failure in one is
 /// reported, and the others continue.
 #[derive(Args, Debug)]
 #[command(after_help = EXAMPLES)]
@@ -41,6 +44,9 @@ pub struct Arguments {
     /// Take ownership of the slaves without an announcement; required without a terminal
     #[arg(long)]
     own: bool,
+    /// The user parameters of slaves that are no known devices, in hex, from their GSD files; default: none
+    #[arg(long, value_name = "HEX", value_parser = values::octets)]
+    prm: Option<Octets>,
     /// Print CSV
     #[arg(long, conflicts_with = "json")]
     csv: bool,
@@ -60,6 +66,7 @@ Examples:
   profivac monitor --port /dev/ttyUSB0 5 6 7
   profivac monitor --port /tmp/line --own --csv 5 > pressures.csv
   profivac monitor --port tcp://127.0.0.1:4000 --own --json --for 10 5
+  profivac monitor --port /dev/ttyUSB0 --own --prm '00 00 00' 9
   profivac monitor plant.toml";
 
 /// The interval between two pictures on a screen.

@@ -15,6 +15,8 @@ pub struct Plan {
     pub bus: BusOptions,
     /// The addresses of its slaves.
     pub addresses: Vec<u8>,
+    /// The user parameters of slaves that are no known devices.
+    pub user_prm: Vec<u8>,
 }
 
 impl Arguments {
@@ -30,7 +32,7 @@ impl Arguments {
             (Some(port), all) => {
                 let addresses = all.iter().map(|text| values::slave_address(text));
                 let addresses = addresses.collect::<Result<_, _>>()?;
-                vec![Plan { name: None, bus: BusOptions::new(port, &self.line), addresses }]
+                vec![Plan { name: None, bus: BusOptions::new(port, &self.line), addresses, user_prm: self.user_prm() }]
             }
             (None, _) => {
                 return Err(Failure::usage("expected --port PORT with addresses, or a station's FILE.toml alone"));
@@ -38,6 +40,10 @@ impl Arguments {
         };
         plans.iter().try_for_each(Plan::check)?;
         Ok(plans)
+    }
+
+    fn user_prm(&self) -> Vec<u8> {
+        self.prm.as_ref().map_or_else(Vec::new, |octets| octets.0.clone())
     }
 
     /// The segments of a station's file that have gauges.
@@ -48,6 +54,7 @@ impl Arguments {
             name: several.then(|| segment.name.clone()),
             bus: BusOptions::of_segment(segment, &self.line),
             addresses: segment.gauges.iter().map(|gauge| gauge.address).collect(),
+            user_prm: self.user_prm(),
         };
         let plans: Vec<_> = config.segments.iter().filter(|segment| !segment.gauges.is_empty()).map(plan).collect();
         match (plans.as_slice(), config.segments.as_slice()) {

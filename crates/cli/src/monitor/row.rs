@@ -14,7 +14,8 @@ pub struct Row {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub segment: Option<String>,
     pub address: u8,
-    pub device: &'static str,
+    /// The model, or the ident number of a slave that is no known device.
+    pub device: String,
     /// In `unit`; `None` unless it is valid.
     pub pressure: Option<f64>,
     pub unit: &'static str,
@@ -27,12 +28,15 @@ pub struct Row {
     pub remarks: Vec<String>,
     pub exchanges: u32,
     pub lost: u32,
+    /// The inputs of a slave that is no known device, in hex.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub inputs: Option<String>,
 }
 
 /// The columns of CSV, in the order of [`Row::csv`].
 pub fn csv_columns(with_segment: bool) -> String {
     let segment = if with_segment { "segment," } else { "" };
-    format!("unix_time,{segment}address,device,pressure,unit,mbar,instance,state,remarks,exchanges,lost")
+    format!("unix_time,{segment}address,device,pressure,unit,mbar,instance,state,remarks,exchanges,lost,inputs")
 }
 
 impl Row {
@@ -40,32 +44,51 @@ impl Row {
     pub fn of(segment: Option<&str>, cyclic: &CyclicSlave, master: &BusMaster, unix_time: f64) -> Vec<Self> {
         let address = cyclic.address;
         let reading = master.inputs(address).map(|inputs| cyclic.decode_inputs(inputs)).unwrap_or_default();
-        let counters = master.counters(address).copied().unwrap_or_default();
-        let exceptions = reading.exceptions().into_iter().map(str::to_owned);
         let (_, unit) = in_unit(None, cyclic.unit);
-        let slave = Self {
-            unix_time,
-            segment: segment.map(str::to_owned),
-            address,
-            device: cyclic.model.name,
-            pressure: None,
-            unit,
-            mbar: None,
-            instance: 0,
-            state: master.state(address).map_or_else(String::new, |state| state.to_string()),
-            remarks: master
-                .exchange_error(address)
-                .map(|error| error.to_string())
-                .into_iter()
-                .chain(exceptions)
-                .collect(),
-            exchanges: counters.exchanges,
-            lost: counters.lost,
-        };
+        let device = cyclic.model.name.to_owned();
+        let mut slave = Self { unit, ..Self::empty(segment, address, device, unix_time).with_master(master) };
+        slave.remarks.extend(reading.exceptions().into_iter().map(str::to_owned));
         if reading.values.is_empty() {
             return vec![slave];
         }
         reading.values.iter().map(|value| slave.with_value(value, cyclic.unit)).collect()
+    }
+
+    /// A row without values.
+    pub fn empty(segment: Option<&str>, address: u8, device: String, unix_time: f64) -> Self {
+        Self {
+            unix_time,
+            segment: segment.map(str::to_owned),
+            address,
+            device,
+            pressure: None,
+            unit: "",
+            mbar: None,
+            instance: 0,
+            state: String::new(),
+            remarks: Vec::new(),
+            exchanges: 0,
+            lost: 0,
+            inputs: None,
+        }
+    }
+
+    /// The same slave with its state in the master.
+    pub fn with_master(self, master: &BusMaster) -> Self {
+        let counters = master.counters(self.address).copied().unwrap_or_default();
+        let error = master.exchange_error(self.address);
+        Self {
+            state: master.state(self.address).map_or_else(String::new, |state| state.to_string()),
+            remarks: error.into_iter().map(|error| error.to_string()).collect(),
+            exchanges: counters.exchanges,
+            lost: counters.lost,
+            ..self
+        }
+    }
+
+    /// The same slave with its inputs in hex.
+    pub fn with_inputs(self, inputs: Option<String>) -> Self {
+        Self { inputs, ..self }
     }
 
     /// The same slave with one of its values.
@@ -77,9 +100,9 @@ impl Row {
         Self { pressure, unit, mbar, instance: value.instance, remarks, ..self.clone() }
     }
 
-    /// Whether the slave exchanges data.
+    /// Whether the slave exchanges data, or is read.
     pub fn is_exchanging(&self) -> bool {
-        self.state == "DATA"
+        self.state == "DATA" || self.state == "READ"
     }
 
     /// The pressure with its unit, or `-`.
@@ -92,13 +115,19 @@ impl Row {
         self.remarks.join("; ")
     }
 
+    /// Inputs, faults and warnings as one text.
+    pub fn inputs_and_remarks_text(&self) -> String {
+        let inputs = self.inputs.as_ref().map(|octets| format!("inputs {octets}"));
+        inputs.into_iter().chain(self.remarks.iter().cloned()).collect::<Vec<_>>().join("; ")
+    }
+
     /// One line of CSV.
     pub fn csv(&self) -> String {
         let number = |number: Option<f64>| number.map_or_else(String::new, |number| format!("{number:e}"));
         let time = Some(format!("{:.3}", self.unix_time));
         let columns = [
             self.address.to_string(),
-            self.device.to_owned(),
+            self.device.clone(),
             number(self.pressure),
             self.unit.to_owned(),
             number(self.mbar),
@@ -107,6 +136,7 @@ impl Row {
             quoted(&self.remarks_text()),
             self.exchanges.to_string(),
             self.lost.to_string(),
+            self.inputs.clone().unwrap_or_default(),
         ];
         let segment = self.segment.as_deref().map(quoted);
         time.into_iter().chain(segment).chain(columns).collect::<Vec<_>>().join(",")
@@ -124,7 +154,7 @@ impl Row {
             self.state,
             self.exchanges,
             self.lost,
-            self.remarks_text()
+            self.inputs_and_remarks_text()
         )
         .trim_end()
         .to_owned()
@@ -171,18 +201,11 @@ mod tests {
 
     fn row(unit: &str, pa: Option<f64>) -> Row {
         let slave = Row {
-            unix_time: 1.5,
-            segment: None,
-            address: 5,
-            device: "bcg450",
-            pressure: None,
-            unit: "",
-            mbar: None,
-            instance: 0,
             state: "DATA".to_owned(),
             remarks: vec!["device warning".to_owned()],
             exchanges: 1234,
             lost: 5,
+            ..Row::empty(None, 5, "bcg450".to_owned(), 1.5)
         };
         slave.with_value(
             &ChannelValue { instance: 2, pa, status: StatusExtension::UNDER },
@@ -203,7 +226,7 @@ mod tests {
     #[test]
     fn every_form_has_the_same_values() {
         let row = row("mbar", Some(5e-4));
-        assert_eq!(row.csv(), "1.500,5,bcg450,5e-6,mbar,5e-6,2,DATA,\"underrange; device warning\",1234,5");
+        assert_eq!(row.csv(), "1.500,5,bcg450,5e-6,mbar,5e-6,2,DATA,\"underrange; device warning\",1234,5,");
         assert_eq!(row.csv().split(',').count(), csv_columns(false).split(',').count());
         let table = "\
 ADDR  DEVICE    PART  PRESSURE          STATE         CYCLES  LOST  REMARKS
@@ -214,6 +237,22 @@ ADDR  DEVICE    PART  PRESSURE          STATE         CYCLES  LOST  REMARKS
                         \"mbar\":5e-6,\"instance\":2,\"state\":\"DATA\",\
                         \"remarks\":[\"underrange\",\"device warning\"],\"exchanges\":1234,\"lost\":5}";
         assert_eq!(json, expected);
+    }
+
+    #[test]
+    fn the_inputs_of_an_unknown_slave_are_octets_in_every_form() {
+        let row = Row {
+            state: "DATA".to_owned(),
+            exchanges: 7,
+            inputs: Some("AA 55".to_owned()),
+            ..Row::empty(None, 9, "0x1234".to_owned(), 1.5)
+        };
+        assert_eq!(row.csv(), "1.500,9,0x1234,,,,0,DATA,\"\",7,0,AA 55");
+        let table = "   9  0x1234       0  -                 DATA               7     0  inputs AA 55";
+        assert_eq!(row.line(), table);
+        let json = serde_json::to_string(&row).unwrap();
+        assert!(json.contains("\"device\":\"0x1234\",\"pressure\":null"), "{json}");
+        assert!(json.ends_with("\"exchanges\":7,\"lost\":0,\"inputs\":\"AA 55\"}"), "{json}");
     }
 
     #[test]

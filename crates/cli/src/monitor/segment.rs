@@ -3,12 +3,12 @@
 use super::display::MonitorView;
 use super::plan::Plan;
 use super::row::Row;
+use super::slave::MonitoredSlave;
 use crate::failure::Failure;
 use crate::output::check;
-use profivac_client::cyclic::CyclicSlave;
 use profivac_dp::master::{ExchangeError, HandlerState, Mode};
 use profivac_host::readiness::{Readiness, wait};
-use profivac_host::session::{BusSession, add_or_restart};
+use profivac_host::session::BusSession;
 use std::time::{Duration, Instant, SystemTime};
 
 /// The interval between two rows.
@@ -51,17 +51,18 @@ impl SegmentMonitor<'_> {
             if wait(self.ends, Duration::ZERO).is_ok_and(|ready| ready.contains(&true)) {
                 return Ok(());
             }
-            let found = CyclicSlave::find(&mut session, *address, self.plan.bus.master());
+            let found = MonitoredSlave::find(&mut session, *address, self.plan.bus.master(), &self.plan.user_prm);
             // Reported first, because a lost port is the reason for a missing answer.
             self.forward_notices(&mut session);
-            slaves.push(found?);
+            let slave = found?;
+            if let MonitoredSlave::Unknown(unknown) = &slave {
+                self.show.notice(self.number, unknown);
+            }
+            slaves.push(slave);
         }
-        for slave in &slaves {
-            let parameters = slave.parameters(session.baud());
-            add_or_restart(session.master(), &parameters).map_err(|error| Failure::usage(error.to_string()))?;
-        }
+        slaves.iter().try_for_each(|slave| slave.take(&mut session))?;
         session.master().set_mode(Mode::Operate);
-        let shown = self.exchange(&mut session, &slaves);
+        let shown = self.exchange(&mut session, &mut slaves);
         let verdict = check_exchanged(&mut session, &slaves);
         release_slaves(&mut session, &slaves)?;
         shown.and(verdict)
@@ -74,12 +75,13 @@ impl SegmentMonitor<'_> {
     }
 
     /// Exchanges data and shows the values until the command ends.
-    fn exchange(&self, session: &mut BusSession, slaves: &[CyclicSlave]) -> Result<(), Failure> {
+    fn exchange(&self, session: &mut BusSession, slaves: &mut [MonitoredSlave]) -> Result<(), Failure> {
         let period = if self.show.is_screen() { FRAME } else { PERIOD };
         self.show.print_header();
         let mut next = Instant::now() + period;
         while self.serve_until(session, next)? {
             next += period;
+            slaves.iter_mut().for_each(|slave| slave.read(session));
             self.show.rows(self.number, self.rows(session, slaves));
             check()?;
         }
@@ -105,17 +107,18 @@ impl SegmentMonitor<'_> {
         }
     }
 
-    fn rows(&self, session: &mut BusSession, slaves: &[CyclicSlave]) -> Vec<Row> {
+    fn rows(&self, session: &mut BusSession, slaves: &[MonitoredSlave]) -> Vec<Row> {
         let now = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH).unwrap_or_default();
-        let row = |slave| Row::of(self.plan.name.as_deref(), slave, session.master(), now.as_secs_f64());
-        slaves.iter().flat_map(row).collect()
+        let rows = |slave: &MonitoredSlave| slave.rows(self.plan.name.as_deref(), session, now.as_secs_f64());
+        slaves.iter().flat_map(rows).collect()
     }
 }
 
 /// Fails if a slave has never exchanged data.
-fn check_exchanged(session: &mut BusSession, slaves: &[CyclicSlave]) -> Result<(), Failure> {
+fn check_exchanged(session: &mut BusSession, slaves: &[MonitoredSlave]) -> Result<(), Failure> {
     let master = session.master();
-    for address in slaves.iter().map(|slave| slave.address) {
+    for slave in slaves.iter().filter(|slave| slave.is_owned()) {
+        let address = slave.address();
         if master.counters(address).is_some_and(|counters| counters.exchanges == 0) {
             let error = master.exchange_error(address);
             let reason = error
@@ -123,6 +126,7 @@ fn check_exchanged(session: &mut BusSession, slaves: &[CyclicSlave]) -> Result<(
             let sentence = format!("no data from the slave at address {address}: {reason}");
             return Err(match error {
                 None | Some(ExchangeError::NoAnswer(_)) => Failure::no_answer(sentence),
+                Some(ExchangeError::PrmFault) => Failure::refused(sentence + slave.advice()),
                 Some(_) => Failure::refused(sentence),
             });
         }
@@ -131,14 +135,13 @@ fn check_exchanged(session: &mut BusSession, slaves: &[CyclicSlave]) -> Result<(
 }
 
 /// Unlocks the slaves and waits until that is done.
-fn release_slaves(session: &mut BusSession, slaves: &[CyclicSlave]) -> Result<(), Failure> {
+fn release_slaves(session: &mut BusSession, slaves: &[MonitoredSlave]) -> Result<(), Failure> {
     let end = Instant::now() + RELEASE_TIMEOUT;
-    for slave in slaves {
-        session.master().release(slave.address);
-    }
+    let owned: Vec<_> = slaves.iter().filter(|slave| slave.is_owned()).map(MonitoredSlave::address).collect();
+    owned.iter().for_each(|address| session.master().release(*address));
     let is_free = |session: &mut BusSession| {
         let master = session.master();
-        slaves.iter().all(|slave| master.state(slave.address) == Some(HandlerState::Inactive))
+        owned.iter().all(|address| master.state(*address) == Some(HandlerState::Inactive))
     };
     while Instant::now() < end && !is_free(session) {
         session.serve(&[], end.saturating_duration_since(Instant::now()))?;

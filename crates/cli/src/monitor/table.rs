@@ -46,13 +46,13 @@ fn line(row: &Row, with_segment: bool) -> Line<'static> {
     let segment = with_segment.then(|| Cell::from(row.segment.clone().unwrap_or_default()));
     let cells = [
         Cell::from(row.address.to_string()),
-        Cell::from(row.device),
+        Cell::from(row.device.clone()),
         Cell::from(row.instance.to_string()),
         Cell::from(row.pressure_text()).bold(),
         Cell::from(row.state.clone()).style(Style::new().fg(state)),
         Cell::from(row.exchanges.to_string()),
         Cell::from(row.lost.to_string()),
-        Cell::from(row.remarks_text()).style(Style::new().fg(Color::Yellow)),
+        Cell::from(row.inputs_and_remarks_text()).style(Style::new().fg(Color::Yellow)),
     ];
     Line::new(segment.into_iter().chain(cells))
 }
@@ -65,18 +65,14 @@ mod tests {
 
     fn row(segment: Option<&str>) -> Row {
         Row {
-            unix_time: 1.5,
-            segment: segment.map(str::to_owned),
-            address: 5,
-            device: "bcg450",
             pressure: Some(5e-6),
             unit: "mbar",
             mbar: Some(5e-6),
             instance: 2,
             state: "DATA".to_owned(),
-            remarks: Vec::new(),
             exchanges: 1234,
             lost: 5,
+            ..Row::empty(segment, 5, "bcg450".to_owned(), 1.5)
         }
     }
 

@@ -1,32 +1,49 @@
-//! Damaged telegrams leave the state of a slave unchanged (profibus-wire 1.8).
+//! Random damage does not change the state of a slave (profibus-wire 1.8).
 
 use super::Check;
-use crate::dialogue::{CheckOutcome, Dialogue, octets, require};
+use crate::dialogue::{CheckOutcome, Dialogue, Step, octets};
+use crate::expected::Unanswered;
 use profivac_wire::Sap;
 
-pub const CHECKS: &[Check] = &[Check {
-    name: "noise.damaged-telegrams",
-    rule: "damaged telegrams of every kind are not answered and change nothing",
-    section: "1.8",
-    run: damaged_telegrams,
-}];
+/// The rules about each kind of damage.
+const DAMAGE: &[&str] = &[
+    "damage.start-delimiter",
+    "damage.length",
+    "damage.second-start",
+    "damage.check-octet",
+    "damage.end-delimiter",
+    "damage.next",
+];
+
+pub const CHECKS: &[Check] = &[
+    Check::new("noise.silence", "1.8", "telegrams with a random altered bit are not answered", silence).after(DAMAGE),
+    Check::new("noise.state", "1.8", "telegrams with a random altered bit do not end data exchange", state)
+        .after(&["noise.silence", "watchdog.off"]),
+];
 
 /// Every run sends the same telegrams.
 const SEED: u64 = 1;
 
 const TELEGRAMS: usize = 60;
 
-fn damaged_telegrams(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
-    dialogue.start([0, 0])?;
-    let before = dialogue.diagnosis()?;
+fn silence(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
+    dialogue.release()?;
     let mut random = fastrand::Rng::with_seed(SEED);
     for _ in 0..TELEGRAMS {
         let damaged = damaged_telegram(dialogue, &mut random);
-        dialogue.expect_silence(&damaged, "the telegram is damaged")?;
+        dialogue.send_unanswered(&damaged, Unanswered::Damaged).tested()?;
     }
-    require(dialogue.diagnosis()? == before, "the same diagnosis as before")?;
-    dialogue.exchange()?;
-    dialogue.release()
+    Ok(())
+}
+
+fn state(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
+    dialogue.start().prepared()?;
+    let mut random = fastrand::Rng::with_seed(SEED);
+    for _ in 0..TELEGRAMS {
+        let damaged = damaged_telegram(dialogue, &mut random);
+        dialogue.send(&damaged)?;
+    }
+    dialogue.expect_exchange().tested()
 }
 
 /// A telegram with one altered bit that would change the state of the slave if the slave accepted it.

@@ -40,7 +40,7 @@ pub enum PortError {
         offered: CharacterFormat,
     },
     /// The port has no baud rate, so none can be detected.
-    #[error("{0} has no transmission rate to for")]
+    #[error("{0} has no transmission rate to detect")]
     NoBaudRate(String),
     /// No telegram was received at any rate.
     #[error(
