@@ -4,22 +4,12 @@ mod source;
 
 pub use source::Source;
 
+pub use super::frame::Chunk;
 use super::frame::TimeSource;
 use profivac_dp::link::{Baud, BitTime};
 use profivac_sim::trace::pcapng::CaptureError;
 use profivac_sim::trace::{Entry, TraceError};
 use std::io::ErrorKind;
-
-/// Octets that belong together: a packet, an entry, a line, or one reception.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Chunk {
-    /// Start of the first octet, if the input has times.
-    pub start: Option<BitTime>,
-    /// The octets.
-    pub octets: Vec<u8>,
-    /// Positions of the octets with a character error, counted from 0.
-    pub errors: Vec<usize>,
-}
 
 /// Contents of a file.
 #[derive(Clone, Debug, PartialEq)]
@@ -108,7 +98,7 @@ impl Capture {
 
 impl From<Entry> for Chunk {
     fn from(entry: Entry) -> Self {
-        Self { start: Some(entry.start), octets: entry.octets.to_vec(), errors: entry.errors }
+        Self { start: Some(entry.start), octets: entry.octets.to_vec(), errors: entry.errors, is_continued: false }
     }
 }
 

@@ -203,7 +203,12 @@ impl<R: Read> Source<R> {
             }
             Format::Raw if self.buffer.is_empty() => {}
             Format::Raw => {
-                chunks.push(Chunk { start: None, octets: std::mem::take(&mut self.buffer), errors: Vec::new() });
+                chunks.push(Chunk {
+                    start: None,
+                    octets: std::mem::take(&mut self.buffer),
+                    errors: Vec::new(),
+                    is_continued: true,
+                });
             }
             Format::Printed { .. } => return self.decode_lines(chunks),
         }
@@ -241,7 +246,7 @@ impl<R: Read> Source<R> {
             Some(row) => {
                 *any = true;
                 let start = row.seconds.map(|seconds| bit_time(seconds, self.baud));
-                chunks.push(Chunk { start, octets: row.octets, errors: row.errors });
+                chunks.push(Chunk { start, octets: row.octets, errors: row.errors, is_continued: false });
             }
             None if text.is_empty() => {}
             None => {
