@@ -40,8 +40,32 @@ pub struct Summary {
     pub doubtful: u64,
     /// Damaged pieces.
     pub damaged: u64,
+    /// The octets of all pieces.
+    pub octets: OctetCounts,
     /// Valid telegrams by the address of their sender.
     pub sent: BTreeMap<u8, u64>,
+}
+
+/// Octets by the kind of their piece.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct OctetCounts {
+    /// Octets of valid telegrams.
+    pub telegrams: u64,
+    /// Octets of SC and tokens that may be part of damaged octets.
+    pub doubtful: u64,
+    /// Damaged octets.
+    pub damaged: u64,
+}
+
+impl OctetCounts {
+    fn add(&mut self, piece: &Piece) {
+        let count = match piece.kind {
+            PieceKind::Valid => &mut self.telegrams,
+            PieceKind::Doubtful => &mut self.doubtful,
+            PieceKind::Damaged => &mut self.damaged,
+        };
+        *count = count.saturating_add(piece.octets.len() as u64);
+    }
 }
 
 impl Explainer {
@@ -81,6 +105,7 @@ impl Explainer {
     /// station, beyond its plain description; empty if there is none.
     pub fn piece(&mut self, piece: &Piece, number: usize, list: &mut Vec<Note>) -> String {
         let mut notes = Notes { at: piece.start, number, list };
+        self.summary.octets.add(piece);
         match (piece.kind, Telegram::parse(&piece.octets)) {
             (PieceKind::Valid, Ok(telegram)) => {
                 self.summary.telegrams = self.summary.telegrams.saturating_add(1);

@@ -10,7 +10,7 @@
 //! | Layer | Module | Result |
 //! |---|---|---|
 //! | telegrams | [`frame`] | telegrams and damaged pieces |
-//! | files | [`input`], [`octet_row`] | octets from captures, traces and logs, with times if the file has times |
+//! | files | [`input`], [`text`] | octets from captures, traces and logs, with times if the file has times |
 //! | ports | [`tap`] | octets with times, from a port that only listens |
 //! | cycles | [`cycle`] | requests with their answers |
 //! | names | [`names`], `refusal` (private) | parameters, values and reasons in the words of the manuals |
@@ -25,11 +25,11 @@ pub mod frame;
 pub mod input;
 pub mod names;
 pub mod note;
-pub mod octet_row;
 mod refusal;
 pub mod ring;
 pub mod slave;
 pub mod tap;
+pub mod text;
 
 use explainer::Explainer;
 use frame::{Chunk, Framer, Piece, TimeSource};
