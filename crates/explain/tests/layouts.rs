@@ -76,7 +76,8 @@ fn plain(random: &mut Random, telegrams: &[Vec<u8>]) -> Layout {
         10 => ("", "", "  "),
         _ => ("", "", " "),
     };
-    let prefix = one_of(random, &["", "", "TX ", "RX: ", "12.5 ", "[rx] -> ", "12:00:00.25 PHY-serial: TX   ", "> ", "  "]);
+    let prefix =
+        one_of(random, &["", "", "TX ", "RX: ", "12.5 ", "[rx] -> ", "12:00:00.25 PHY-serial: TX   ", "> ", "  "]);
     let suffix = one_of(random, &["", "", " # a comment", " // the end", "  (an answer)", ",", "\r"]);
     let rows: Vec<Vec<u8>> = match random.below(4) {
         0 => telegrams.to_vec(),
@@ -84,7 +85,8 @@ fn plain(random: &mut Random, telegrams: &[Vec<u8>]) -> Layout {
         2 => telegrams.concat().chunks(16).map(<[u8]>::to_vec).collect(),
         _ => telegrams.concat().chunks(1 + random.below(60) as usize).map(<[u8]>::to_vec).collect(),
     };
-    let mut layout = Layout { name: format!("{prefix:?} {before:?} {between:?} {after:?} {suffix:?}"), ..Layout::default() };
+    let mut layout =
+        Layout { name: format!("{prefix:?} {before:?} {between:?} {after:?} {suffix:?}"), ..Layout::default() };
     for row in rows {
         if random.below(20) == 0 {
             layout.text += one_of(random, &["# 10 02 a comment\n", "// waiting\n", "\n", "no answer yet\n"]);
@@ -108,7 +110,8 @@ fn dump(random: &mut Random, octets: &[u8]) -> Layout {
     let omits = kind < 7 && random.below(2) == 0;
     let has_characters = random.below(2) == 0;
     let radix = random.below(4);
-    let mut layout = Layout { name: format!("dump {kind} of {columns}, address {radix}, omits {omits}"), ..Layout::default() };
+    let mut layout =
+        Layout { name: format!("dump {kind} of {columns}, address {radix}, omits {omits}"), ..Layout::default() };
     let address = |at: usize| match (kind, radix) {
         (0, 0) => format!("{at:06x}"),
         (0, 1) => format!("{at:07}"),
@@ -209,7 +212,8 @@ struct Decoded {
 
 /// Decodes a text and checks that its octets are the sum of telegrams, damage and left-over.
 fn decoded(text: &str, name: &str) -> Decoded {
-    let capture = Capture::read(text.as_bytes(), Baud::B500000).unwrap_or_else(|error| panic!("{name}: {error}:\n{text}"));
+    let capture =
+        Capture::read(text.as_bytes(), Baud::B500000).unwrap_or_else(|error| panic!("{name}: {error}:\n{text}"));
     assert_eq!(capture.kind, SourceKind::Text, "{name}:\n{text}");
     let (mut decoder, mut explained) = (Decoder::new(Baud::B500000, capture.times), Vec::new());
     capture.chunks.iter().for_each(|chunk| decoder.push(chunk, &mut explained));
@@ -269,6 +273,9 @@ fn every_octet_of_10000_layouts_that_are_cut_anywhere_is_decoded_or_left_over() 
         let inner = places.iter().filter(|(begin, end, _)| first <= *begin && *end <= last + 1);
         let inner: Vec<u8> = inner.flat_map(|(_, _, octets)| octets.iter().copied()).collect();
         let shown = profivac_sim::describe::Hex(&inner).to_string();
-        assert!(decoded.octets.windows(inner.len().max(1)).any(|part| part == inner) || inner.is_empty(), "{name}: {shown} of\n{text}");
+        assert!(
+            decoded.octets.windows(inner.len().max(1)).any(|part| part == inner) || inner.is_empty(),
+            "{name}: {shown} of\n{text}"
+        );
     }
 }

@@ -9,7 +9,7 @@ use crate::values::{Expected, ValueError};
 use clap::Args;
 use profivac_dp::link::{Baud, BitTime};
 use profivac_explain::ExplainedPiece;
-use profivac_explain::explainer::{Explainer, OctetCounts, Summary};
+use profivac_explain::explainer::{Explainer, OctetCounts, Role, Summary};
 use profivac_explain::frame::{Piece, PieceKind};
 use profivac_explain::input::{LeftOver, SourceKind};
 use profivac_explain::note::Note;
@@ -82,6 +82,7 @@ struct SummaryRow<'a> {
     input: Option<&'static str>,
     octets: OctetsRow,
     sent: &'a std::collections::BTreeMap<u8, u64>,
+    masters: Vec<u8>,
     slaves: Vec<SlaveRow>,
 }
 
@@ -206,11 +207,13 @@ impl<'a> Printer<'a> {
         let summary = explainer.summary();
         let rows = slave_rows(explainer);
         if self.options.json {
-            let Summary { telegrams, damaged, doubtful, sent, .. } = summary;
+            let Summary { telegrams, damaged, doubtful, sent, roles, .. } = summary;
+            let masters =
+                roles.iter().filter(|(_, role)| **role == Role::Master).map(|(address, _)| *address).collect();
             let [telegrams, damaged, doubtful] = [telegrams, damaged, doubtful].map(|count| *count);
             let (octets, input) = (octets_row(summary, input), input.kind.map(SourceKind::name));
             let kind = "summary";
-            let row = SummaryRow { kind, telegrams, damaged, doubtful, input, octets, sent, slaves: rows };
+            let row = SummaryRow { kind, telegrams, damaged, doubtful, input, octets, sent, masters, slaves: rows };
             return out(&json(&row));
         }
         out(&format!("\n{}\n{}", counts_line(summary), octets_line(&octets_row(summary, input))));
@@ -277,10 +280,18 @@ fn table(summary: &Summary, rows: &[SlaveRow]) -> String {
                     "\n{address:>4}  {device:<8}{sent:>10}{requests:>10}{retries:>9}{unanswered:>12}{exchanges:>11}"
                 )
             }
-            None => format!("\n{address:>4}  {:<8}{sent:>10}", "master"),
+            None => format!("\n{address:>4}  {:<8}{sent:>10}", role_name(summary.roles.get(&address))),
         };
     }
     text
+}
+
+const fn role_name(role: Option<&Role>) -> &'static str {
+    match role {
+        Some(Role::Master) => "master",
+        Some(Role::Slave) => "slave",
+        None => "?",
+    }
 }
 
 /// A row as one line of JSON.
