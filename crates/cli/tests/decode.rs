@@ -57,7 +57,7 @@ fn a_log_is_explained() {
     let expected = "\
 profivac: log: read as text with octets in hexadecimal (--input octets: as the octets of a line)
 profivac: log: 1 line without octets, the first is line 1: 'Starting master 2 ...'
-profivac: log: 10 lines with words beside octets, the first is line 2: 'PHY-serial: TX'
+profivac: log: 11 lines with words beside octets, the first is line 2: 'PHY-serial: TX'
 ";
     assert_eq!((code, notice.as_str()), (Some(0), expected));
 }
@@ -260,4 +260,29 @@ fn a_station_that_only_answers_is_called_slave() {
     let folder = Folder::new();
     let (_, output, _) = decode(&folder, "log", b"68 05 05 68 04 27 08 00 00 33 16\n", &[]);
     assert!(output.ends_with("\n  39  slave            1\n"), "{output}");
+}
+
+/// The dumps of the programs that are on every computer.
+#[test]
+fn every_octet_of_a_dump_of_od_is_decoded() {
+    let folder = Folder::new();
+    let mut octets = [&[0xE5, 0xDC, 2, 2][..], &[0x10, 8, 2, 0x49, 0x53, 0x16].repeat(40), &[0; 100]].concat();
+    octets.push(0x68);
+    let path = folder.name("octets");
+    std::fs::write(&path, &octets).unwrap();
+    for options in
+        ["", "-x", "-b", "-t x1", "-A x -t x1z", "-A d -t x1", "-A n -v -t x1", "-v -t x4", "-t x8", "-w5 -t x1"]
+    {
+        let dump = std::process::Command::new("od").args(options.split_whitespace()).arg(&path).output().unwrap();
+        assert!(dump.status.success(), "od {options}");
+        let (code, output, _) = decode(&folder, "dump", &dump.stdout, &["--json"]);
+        let row: serde_json::Value = serde_json::from_str(output.lines().next_back().unwrap()).unwrap();
+        let counts = serde_json::json!({
+            "input": octets.len(), "telegrams": 244, "doubtful": 0, "damaged": 101, "left_over": 0
+        });
+        assert_eq!((code, &row["octets"]), (Some(0), &counts), "od {options}");
+    }
+    let dump = std::process::Command::new("od").args(["-A", "n", "-t", "x1", &path]).output().unwrap();
+    let (_, _, notices) = decode(&folder, "dump", &dump.stdout, &[]);
+    assert!(last_line(&notices).contains("'*'; --raw shows all; * stands for lines that the dump omits"), "{notices}");
 }

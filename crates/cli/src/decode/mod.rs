@@ -9,6 +9,7 @@ use profivac_dp::link::Baud;
 use profivac_explain::input::{
     Chunk, Damage, Ignored, IgnoredKind, IgnoredText, InputError, LeftOver, Source, SourceKind,
 };
+use profivac_explain::text::OMITTED;
 use profivac_explain::{Decoder, ExplainedPiece};
 use std::fs;
 use std::io::{self, Read};
@@ -145,20 +146,25 @@ struct LeftOverCount {
     octets: u64,
     texts: u64,
     first: Option<LeftOver>,
+    /// Lines that a dump omits are missing, and their number is not known.
+    has_omitted: bool,
 }
 
 impl LeftOverCount {
     fn add(&mut self, left_over: &LeftOver) {
         self.octets = self.octets.saturating_add(left_over.octets as u64);
         self.texts = self.texts.saturating_add(1);
+        self.has_omitted |= left_over.text == OMITTED;
         self.first.get_or_insert_with(|| left_over.clone());
     }
 
     fn report(&self, name: &str) {
         if let Some(LeftOver { line, text, .. }) = &self.first {
             let (octets, texts) = (counted(self.octets, "octet"), counted(self.texts, "line"));
+            let omitted =
+                if self.has_omitted { "; * stands for lines that the dump omits, od -v prints them" } else { "" };
             notice(&format_args!(
-                "{name}: {octets} left over in {texts}, the first is line {line}: '{text}'; --raw shows all"
+                "{name}: {octets} left over in {texts}, the first is line {line}: '{text}'; --raw shows all{omitted}"
             ));
         }
     }

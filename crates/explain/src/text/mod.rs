@@ -132,6 +132,8 @@ pub struct Reader {
     prefixes: VecDeque<String>,
     /// State within a line that comes in parts.
     part: Part,
+    /// A line without an address has had octets.
+    has_rows: bool,
     /// The present line ends with a line end.
     has_more_lines: bool,
 }
@@ -162,6 +164,9 @@ struct Part {
     /// A first digit whose second one is in the next part.
     digit: Option<char>,
 }
+
+/// The line with which od and hexdump replace lines that are equal to the one before.
+pub const OMITTED: &str = "*";
 
 /// The least number of octets in a line with other words: `cafe` and `be` are words.
 const MIN_OCTETS: usize = 3;
@@ -219,7 +224,7 @@ impl Reader {
         self.flush(found);
         if std::mem::take(&mut self.is_omitting) {
             // No address says how many lines were omitted.
-            found.left_over.push(LeftOver { line: self.line, text: "*".to_owned(), octets: 0 });
+            found.left_over.push(LeftOver { line: self.line, text: OMITTED.to_owned(), octets: 0 });
         }
     }
 
@@ -249,7 +254,7 @@ impl Reader {
     /// Reads a line of a dump. Returns false for another line.
     fn read_dump(&mut self, text: &str, found: &mut Found) -> bool {
         let number = self.line;
-        if text.trim() == "*" && matches!(self.addresses, Addresses::Undecided { .. } | Addresses::Column(_)) {
+        if text.trim() == OMITTED && matches!(self.addresses, Addresses::Undecided { .. } | Addresses::Column(_)) {
             let undecided = std::mem::take(&mut self.addresses);
             match undecided {
                 Addresses::Undecided { number, line, text } if line.has_groups_like_address() => {
@@ -350,7 +355,7 @@ impl Reader {
         let length = self.last_row.as_ref().map_or(0, |row| row.octets.len() as u64);
         match (&mut self.last_row, gap.and_then(|gap| gap.checked_div(length))) {
             (Some(row), Some(times)) => row.times = row.times.saturating_add(times),
-            _ => found.left_over.push(LeftOver { line, text: "*".to_owned(), octets: 0 }),
+            _ => found.left_over.push(LeftOver { line, text: OMITTED.to_owned(), octets: 0 }),
         }
     }
 
@@ -386,6 +391,11 @@ impl Reader {
         let text = characters.as_ref().map_or(text, |(front, _)| front);
         let words = words(text, &|digits, is_first| self.aligned(digits, is_first));
         if words.is_empty() {
+            return;
+        }
+        if text.trim() == OMITTED && self.has_rows {
+            // Without addresses nothing says how many lines a dump omits.
+            found.left_over.push(LeftOver { line: self.line, text: OMITTED.to_owned(), octets: 0 });
             return;
         }
         let mut rows = Rows::of(&words);
@@ -456,6 +466,7 @@ impl Reader {
         let (is_empty, has_left_over) = (row.octets.is_empty(), !left_over.is_empty());
         found.left_over.extend(joined(left_over).into_iter().map(|(text, octets)| LeftOver { line, text, octets }));
         if !is_empty {
+            self.has_rows = true;
             found.rows.push_back(row);
         }
         if is_empty && !has_left_over {
