@@ -4,11 +4,12 @@
 
 use profivac_dp::link::Baud;
 use profivac_explain::Decoder;
-use profivac_explain::frame::PieceKind;
-use profivac_explain::input::{Capture, SourceKind};
+use profivac_explain::frame::{Piece, PieceKind};
+use profivac_explain::input::{Capture, Source, SourceKind};
 use profivac_sim::Random;
 use profivac_wire::{DataTelegram, MAX_TELEGRAM, Telegram};
 use std::fmt::Write as _;
+use std::io::Read;
 
 const LAYOUTS: u64 = 10_000;
 
@@ -277,5 +278,74 @@ fn every_octet_of_10000_layouts_that_are_cut_anywhere_is_decoded_or_left_over() 
             decoded.octets.windows(inner.len().max(1)).any(|part| part == inner) || inner.is_empty(),
             "{name}: {shown} of\n{text}"
         );
+    }
+}
+
+/// Returns a few octets per read, like a pipe.
+struct Pipe<'a> {
+    octets: &'a [u8],
+    random: Random,
+}
+
+impl Read for Pipe<'_> {
+    fn read(&mut self, buffer: &mut [u8]) -> std::io::Result<usize> {
+        let count = 1 + self.random.below(20);
+        self.octets.by_ref().take(count).read(buffer)
+    }
+}
+
+/// The pieces of a file that is read from a pipe, and its kind.
+fn piped(file: &[u8], seed: u64) -> (SourceKind, Vec<Piece>) {
+    let mut source = Source::open(Pipe { octets: file, random: Random::new(seed) }, Baud::B500000).unwrap();
+    let (mut decoder, mut explained, mut has_more) = (Decoder::new(Baud::B500000, source.times), Vec::new(), true);
+    while has_more {
+        let mut chunks = Vec::new();
+        has_more = source.read(&mut chunks).unwrap();
+        chunks.iter().for_each(|chunk| decoder.push(chunk, &mut explained));
+    }
+    decoder.end(&mut explained);
+    (source.kind, explained.into_iter().map(|explained| explained.piece).collect())
+}
+
+#[test]
+fn a_pipe_in_portions_of_any_size_has_the_result_of_a_file() {
+    let mut random = Random::new(3);
+    for number in 0..500 {
+        let telegrams: Vec<Vec<u8>> = (0..3 + random.below(10)).map(|_| telegram(&mut random)).collect();
+        let octets = match random.below(3) {
+            0 => layout(&mut random, &telegrams).text.into_bytes(),
+            // A mark of UTF-8 before octets of a line is three octets of the line.
+            1 => [&[0xEF, 0xBB, 0xBF][..], &telegrams.concat()].concat(),
+            _ => telegrams.concat(),
+        };
+        let whole = Capture::read(&octets, Baud::B500000).unwrap();
+        let (mut decoder, mut explained) = (Decoder::new(Baud::B500000, whole.times), Vec::new());
+        whole.chunks.iter().for_each(|chunk| decoder.push(chunk, &mut explained));
+        decoder.end(&mut explained);
+        let pieces: Vec<Piece> = explained.into_iter().map(|explained| explained.piece).collect();
+        assert_eq!(piped(&octets, number), (whole.kind, pieces), "file {number}");
+    }
+}
+
+/// A packet of any size is split, so that the memory for its pieces is limited.
+#[test]
+fn a_large_packet_and_a_long_line_become_chunks_of_limited_size() {
+    use profivac_sim::trace::{Entry, Trace, pcapng};
+    let entry = Entry { start: profivac_dp::link::BitTime(7), octets: [0xE5; 100_000].into(), errors: vec![50_000] };
+    let trace = Trace { baud: Baud::B500000, entries: [entry].into() };
+    let text = "E5 ".repeat(100_000);
+    for file in
+        [pcapng::write(&trace, pcapng::USER0), trace.to_string().into_bytes(), text.into_bytes(), vec![0xE5; 100_000]]
+    {
+        let capture = Capture::read(&file, Baud::B500000).unwrap();
+        assert_eq!(capture.octets, 100_000);
+        assert!(capture.chunks.iter().all(|chunk| chunk.octets.len() <= 4096), "{:?}", capture.kind);
+        let (last, others) = capture.chunks.split_last().unwrap();
+        assert!(others.iter().all(|chunk| chunk.is_continued));
+        if capture.kind == SourceKind::Pcapng {
+            assert!(!last.is_continued);
+            assert_eq!(capture.chunks[1].start.unwrap().0, 7 + 4096 * 11);
+            assert_eq!(capture.chunks[12].errors, [50_000 - 12 * 4096]);
+        }
     }
 }

@@ -41,6 +41,8 @@ pub struct Source<R> {
     /// Damage that ends a capture file or a trace early.
     pub damage: Option<Damage>,
     format: Format,
+    /// Room for one read.
+    portion: Vec<u8>,
     /// Octets of the file that are not decoded yet.
     buffer: Vec<u8>,
     ended: bool,
@@ -113,6 +115,7 @@ impl<R: Read> Source<R> {
             left_over: Vec::new(),
             damage: None,
             format: Format::Octets,
+            portion: Vec::new(),
             buffer: Vec::new(),
             ended: false,
             is_new: true,
@@ -132,13 +135,12 @@ impl<R: Read> Source<R> {
 
     /// Reads one portion into the buffer. An empty portion is the end of the file.
     fn fill(&mut self) -> Result<(), InputError> {
-        let length = self.buffer.len();
-        self.buffer.resize(length.saturating_add(PORTION_OCTETS), 0);
+        self.portion.resize(PORTION_OCTETS, 0);
         loop {
-            match self.input.read(self.buffer.get_mut(length..).unwrap_or_default()) {
+            match self.input.read(&mut self.portion) {
                 Ok(count) => {
                     self.ended = count == 0;
-                    self.buffer.truncate(length.saturating_add(count));
+                    self.buffer.extend(self.portion.iter().take(count));
                     return Ok(());
                 }
                 Err(error) if error.kind() == ErrorKind::Interrupted => {}
