@@ -1,4 +1,4 @@
-//! `cargo bench -p bench --bench decode`: how long 100,000 telegrams take, from a file to the story, beside pyprofibus's parser.
+//! `cargo bench -p bench --bench decode`: how long 100,000 telegrams take, from a file to the explanation, beside pyprofibus's parser.
 //!
 //! Wall time of the fastest of five runs, on one core. pyprofibus runs in a process of its own, in the environment that
 //! `./test` makes; it is given the telegrams one by one, valid ones only, because it has nothing that finds them in a stream.
@@ -73,10 +73,10 @@ fn table() -> Result<(), String> {
     println!("| {TELEGRAMS} telegrams, {} octets | seconds |", octets.len());
     println!("|---|--:|");
     for (what, file) in [
-        ("a trace of profivac, to the story", traffic.to_string().into_bytes()),
-        ("pcapng, to the story", pcapng::write(&traffic, pcapng::USER0)),
-        ("octets in hexadecimal, a telegram a line, to the story", lines.clone().into_bytes()),
-        ("the octets alone, nothing between them, to the story", octets),
+        ("a trace of profivac, explained", traffic.to_string().into_bytes()),
+        ("pcapng, explained", pcapng::write(&traffic, pcapng::USER0)),
+        ("octets in hexadecimal, a telegram a line, explained", lines.clone().into_bytes()),
+        ("the octets alone, nothing between them, explained", octets),
     ] {
         println!("| {what} | {:.3} |", fastest(&file)?);
     }
@@ -96,12 +96,12 @@ fn fastest(file: &[u8]) -> Result<f64, String> {
     for _ in 0..RUNS {
         let started = Instant::now();
         let recording = Capture::read(file, Baud::B500000).map_err(|error| error.to_string())?;
-        let (mut teller, mut told) = (Decoder::new(Baud::B500000, recording.times), Vec::new());
-        recording.chunks.iter().for_each(|noted| teller.push(noted, &mut told));
-        teller.end(&mut told);
+        let (mut decoder, mut explained) = (Decoder::new(Baud::B500000, recording.times), Vec::new());
+        recording.chunks.iter().for_each(|chunk| decoder.push(chunk, &mut explained));
+        decoder.end(&mut explained);
         best = best.min(started.elapsed().as_secs_f64());
-        if teller.explainer().summary().telegrams < TELEGRAMS as u64 * 9 / 10 {
-            return Err(format!("only {} telegrams were found", teller.explainer().summary().telegrams));
+        if decoder.explainer().summary().telegrams < TELEGRAMS as u64 * 9 / 10 {
+            return Err(format!("only {} telegrams were found", decoder.explainer().summary().telegrams));
         }
     }
     Ok(best)

@@ -56,6 +56,10 @@ local ALARM = {
     [0x9E] = "PrmCmdAck", [0x9F] = "Red_State",
 }
 
+local SPECIFIER = { [0] = "no further information", [1] = "appears", [2] = "disappears", [3] = "disappears, others remain" }
+
+local MODULE_STATUS = { [0] = "valid", [1] = "invalid data", [2] = "wrong module", [3] = "no module" }
+
 local CHANNEL_ERROR = {
     [1] = "short circuit", [2] = "undervoltage", [3] = "overvoltage", [4] = "overload", [5] = "overtemperature",
     [6] = "line break", [7] = "upper limit exceeded", [8] = "lower limit exceeded", [9] = "error",
@@ -115,6 +119,10 @@ field("diag.master", ProtoField.uint8, "Master address", DEC)
 field("ident", ProtoField.uint16, "Ident number", HEX)
 field("diag.device", ProtoField.bytes, "Device-related diagnosis", base.SPACE)
 field("diag.alarm", ProtoField.uint8, "Alarm or status type", HEX, ALARM)
+field("diag.slot", ProtoField.uint8, "Slot", DEC)
+field("diag.specifier", ProtoField.uint8, "Specifier", DEC, SPECIFIER, 0x03)
+field("diag.sequence", ProtoField.uint8, "Sequence number", DEC, nil, 0xF8)
+field("diag.module_status", ProtoField.string, "Module status")
 field("diag.identifier", ProtoField.bytes, "Identifier-related diagnosis", base.SPACE)
 field("diag.channel", ProtoField.uint8, "Channel", DEC, nil, 0x3F)
 field("diag.channel_module", ProtoField.uint8, "Module of the channel", DEC, nil, 0x3F)
@@ -166,9 +174,24 @@ field("pdu.reason", ProtoField.uint8, "Reason", HEX, ABORT)
 field("pdu.alarm_type", ProtoField.uint8, "Alarm type", DEC, ALARM)
 field("pdu.specifier", ProtoField.uint8, "Specifier", HEX)
 
+field("response_in", ProtoField.framenum, "Answer in", NONE, frametype.RESPONSE)
+field("request_in", ProtoField.framenum, "Request in", NONE, frametype.REQUEST)
+field("repeats", ProtoField.framenum, "Repetition of", NONE, frametype.RETRANS_PREV)
+field("refused_service", ProtoField.string, "Refused service")
+field("invented_time", ProtoField.bool, "Invented time")
+
 local damaged = ProtoExpert.new("profibus.damaged", "Damaged telegram", expert.group.MALFORMED, expert.severity.ERROR)
 local refused = ProtoExpert.new("profibus.refused", "Refused", expert.group.RESPONSE_CODE, expert.severity.WARN)
-proto.experts = { damaged, refused }
+local repetition =
+    ProtoExpert.new("profibus.repetition", "Repetition", expert.group.SEQUENCE, expert.severity.WARN)
+local unanswered =
+    ProtoExpert.new("profibus.unanswered", "No answer", expert.group.SEQUENCE, expert.severity.WARN)
+local invented =
+    ProtoExpert.new("profibus.invented", "Invented time", expert.group.ASSUMPTION, expert.severity.CHAT)
+proto.experts = { damaged, refused, repetition, unanswered, invented }
+
+-- The description of the interface says whether its times are invented.
+local interface = Field.new("frame.interface_description")
 
 -- DP-V0 ------------------------------------------------------------------------------------------------------------------
 
@@ -197,6 +220,26 @@ local DIAG_FIELDS = {
     "ext_diag_overflow",
 }
 
+-- A device-related block: type, slot, specifier, data. Module status has two bits for each module.
+local function device_block(block, tree)
+    tree:add(f["diag.alarm"], block(1, 1))
+    tree:add(f["diag.slot"], block(2, 1))
+    tree:add(f["diag.specifier"], block(3, 1))
+    local kind = block(1, 1):uint()
+    if kind < 0x80 then tree:add(f["diag.sequence"], block(3, 1)) end
+    if kind ~= 0x82 then return end
+    for at = 4, block:len() - 1 do
+        local octet = block(at, 1):uint()
+        for number = 0, 3 do
+            local status = math.floor(octet / 4 ^ number) % 4
+            if status ~= 0 then
+                local words = string.format("module %d: %s", (at - 4) * 4 + number, MODULE_STATUS[status])
+                tree:add(f["diag.module_status"], block(at, 1), words)
+            end
+        end
+    end
+end
+
 -- The blocks of an extended diagnosis: device, identifier, channel, revision.
 local function ext_diag(du, tree)
     local at = 6
@@ -210,7 +253,7 @@ local function ext_diag(du, tree)
         end
         if kind == 0 then
             local block = tree:add(f["diag.device"], du(at, length))
-            if length >= 4 then block:add(f["diag.alarm"], du(at + 1, 1)) end
+            if length >= 4 then device_block(du(at, length), block) end
         elseif kind == 1 then
             tree:add(f["diag.identifier"], du(at, length))
         elseif kind == 2 then
@@ -459,6 +502,78 @@ local function count_words(fc)
     return fcb == 1 and " first" or ""
 end
 
+-- Cycles -----------------------------------------------------------------------------------------------------------------
+
+-- What the first pass over the packets finds: by packet number, the answer to a request, the request of an answer, the request that a
+-- repetition repeats, the service that a refusal refuses, and whether a request was ended by another telegram without an answer.
+local answer_of, request_of, repeats, service_of, silent = {}, {}, {}, {}, {}
+
+-- The request that waits for its answer, the last request to each station, and whether damaged octets came since.
+local pending, last_to, disturbed = nil, {}, {}
+
+function proto.init()
+    answer_of, request_of, repeats, service_of, silent = {}, {}, {}, {}, {}
+    pending, last_to, disturbed = nil, {}, {}
+end
+
+-- A request without an answer ends with the next request or token.
+local function end_pending()
+    if pending then silent[pending.number] = true end
+    pending = nil
+end
+
+-- Damaged octets may be the pending answer, or a request: then an equal frame count bit shows no repetition.
+local function disturb(is_one_telegram)
+    for station in pairs(last_to) do
+        local is_answer = pending and pending.da == station and is_one_telegram and not disturbed[station]
+        disturbed[station] = is_answer and "answer" or "requests"
+    end
+end
+
+local function add_request(pinfo, request)
+    end_pending()
+    request.number = pinfo.number
+    local last = last_to[request.da]
+    if request.is_counted and last and last.key == request.key and disturbed[request.da] ~= "requests" then
+        repeats[pinfo.number] = last.number
+    end
+    last_to[request.da], disturbed[request.da] = request, nil
+    pending = request
+end
+
+-- An answer belongs to the pending request if addresses and access points are swapped. SC has none.
+local function add_answer(pinfo, answer)
+    if not pending then return end
+    if answer then
+        local stations = answer.sa == pending.da and answer.da == pending.sa
+        local plain = answer.dsap == nil and answer.ssap == nil
+        local saps = answer.ssap == pending.dsap and answer.dsap == pending.ssap
+        local opens = pending.dsap ~= nil and pending.dsap <= 49 and answer.dsap == pending.ssap
+        if not (stations and (plain or saps or opens)) then return end
+    end
+    answer_of[pending.number], request_of[pinfo.number] = pinfo.number, pending.number
+    service_of[pinfo.number] = pending.service
+    pending = nil
+end
+
+-- Shows what the first pass has found for this packet.
+local function show_cycle(pinfo, tree)
+    local number = pinfo.number
+    if answer_of[number] then tree:add(f["response_in"], answer_of[number]):set_generated() end
+    if request_of[number] then tree:add(f["request_in"], request_of[number]):set_generated() end
+    if repeats[number] then
+        tree:add(f["repeats"], repeats[number]):set_generated()
+        tree:add_proto_expert_info(repetition, string.format("Repetition of the request in packet %d", repeats[number]))
+        pinfo.cols.info:append(" (repetition)")
+    end
+    if silent[number] then
+        tree:add_proto_expert_info(unanswered, "No answer to this request")
+        pinfo.cols.info:append(" (no answer)")
+    end
+end
+
+-- FDL telegrams ----------------------------------------------------------------------------------------------------------
+
 -- Dissects DA up to the last octet before FCS.
 local function frame(body, tree, pinfo)
     local da, sa = body(0, 1), body(1, 1)
@@ -484,12 +599,33 @@ local function frame(body, tree, pinfo)
     pinfo.cols.dst = da:uint() % 128 == 127 and "all" or tostring(da:uint() % 128)
     local du = body:len() > at and body(at) or nil
     local code, words = fc % 16, nil
+    local is_unanswered = is_request and (code == 4 or code == 6)
+    if not pinfo.visited then
+        local stations = { da = da:uint() % 128, sa = sa:uint() % 128, dsap = dsap, ssap = ssap }
+        if is_unanswered then
+            end_pending()
+        elseif is_request then
+            local is_status = code == 9 or code == 14 or code == 15
+            stations.service = is_status and FUNCTION[code] or service_name(dsap)
+            stations.key = tostring(body:bytes())
+            stations.is_counted = math.floor(fc / 16) % 2 == 1
+            add_request(pinfo, stations)
+        else
+            add_answer(pinfo, stations)
+        end
+    end
     if is_request and code ~= 3 and code ~= 4 and code ~= 5 and code ~= 6 and code ~= 12 and code ~= 13 then
         words = (FUNCTION[code] or string.format("request %02X", fc)) .. " ?"
     elseif not is_request and code == 0 then
         words = "OK, " .. STATION[math.floor(fc / 16) % 4]
     elseif not is_request and ssap == nil and du == nil then
         words = STATUS[code] or string.format("answer %02X", fc)
+        if code == 1 or code == 2 or code == 3 then
+            local service = service_of[pinfo.number]
+            if service then tree:add(f["refused_service"], service):set_generated() end
+            words = words .. ": refuses " .. (service or "a request that is not in the capture")
+            tree:add_proto_expert_info(refused, words)
+        end
     else
         local sap = dsap
         if not is_request then sap = ssap end
@@ -507,6 +643,7 @@ local function frame(body, tree, pinfo)
         if said then words = words .. " " .. said end
     end
     pinfo.cols.info = words
+    show_cycle(pinfo, tree)
     return nil
 end
 
@@ -529,22 +666,40 @@ local function defect(buffer)
     return nil
 end
 
+-- Whether damaged octets are at most one telegram: no longer than they announce, or shorter than a request.
+local function is_one_telegram(buffer)
+    local first, length = buffer(0, 1):uint(), buffer:len()
+    local announced = ({ [0x10] = 6, [0xA2] = 14, [0xDC] = 3, [0xE5] = 1 })[first] or 5
+    if first == 0x68 and length >= 4 and buffer(1, 1):uint() == buffer(2, 1):uint() and buffer(3, 1):uint() == 0x68 then
+        announced = buffer(1, 1):uint() + 6
+    end
+    return length <= announced
+end
+
 function proto.dissector(buffer, pinfo, root)
     if buffer:len() == 0 then return 0 end
     pinfo.cols.protocol = "PROFIBUS"
     pinfo.cols.src = ""
     pinfo.cols.dst = ""
     local tree = root:add(proto, buffer())
+    local description = interface()
+    if description and description.value:find("invented times", 1, true) then
+        tree:add(f["invented_time"], true):set_generated()
+        tree:add_proto_expert_info(invented, "The time of this packet is invented: its source has no times")
+    end
     local sd = tree:add(f["sd"], buffer(0, 1))
     local wrong = defect(buffer)
     if wrong then
         sd:add_proto_expert_info(damaged, "Damaged: " .. wrong)
         pinfo.cols.info = "damaged: " .. wrong
+        if not pinfo.visited then disturb(is_one_telegram(buffer)) end
         return buffer:len()
     end
     local first, length = buffer(0, 1):uint(), buffer:len()
     if first == 0xE5 then
         pinfo.cols.info = "SC"
+        if not pinfo.visited then add_answer(pinfo, nil) end
+        show_cycle(pinfo, tree)
         return length
     end
     if first == 0xDC then
@@ -553,6 +708,7 @@ function proto.dissector(buffer, pinfo, root)
         pinfo.cols.src = tostring(buffer(2, 1):uint())
         pinfo.cols.dst = tostring(buffer(1, 1):uint())
         pinfo.cols.info = "Token"
+        if not pinfo.visited then end_pending() end
         return length
     end
     local from = first == 0x68 and 4 or 1
@@ -567,6 +723,7 @@ function proto.dissector(buffer, pinfo, root)
         local words = string.format("the check octet is %02X, the sum is %02X", fcs:uint(), sum)
         tree:add(f["fcs"], fcs):add_proto_expert_info(damaged, "Damaged: " .. words)
         pinfo.cols.info = "damaged: " .. words
+        if not pinfo.visited then disturb(true) end
         return length
     end
     wrong = frame(body, tree, pinfo)
@@ -575,6 +732,7 @@ function proto.dissector(buffer, pinfo, root)
     if wrong then
         sd:add_proto_expert_info(damaged, "Damaged: " .. wrong)
         pinfo.cols.info = "damaged: " .. wrong
+        if not pinfo.visited then disturb(true) end
     end
     return length
 end

@@ -26,13 +26,20 @@ const EXPLANATION: &str = "   12.005000 s    5  is present: bcg450 (ident 08E6),
    12.030000 s    5  master 2 sets its parameters: lock, watchdog 100 ms, min T_SDR 11, ident 08E6, groups 00, user 80 00 00 05 1C (unit mbar)
    12.050000 s    5  master 2 asks for the configuration 44 86 05 05 0A 08: 0 octets out, 7 in
    12.070000 s       damaged, 17 octets: character error in octet 7: 68 0B 0B 68 82 85 00 3E 3C 06 05 00 FF 08 E6 81 16
+   12.080000 s    5  master 2 repeats Slave_Diag: the answer is damaged
    12.090000 s    5  Chk_Cfg refused: the bcg450 offers 44 86 05 05 05 08 and 7 others, the master asked for 44 86 05 05 0A 08; octet 5 is 0A and should be 05
 
 9 telegrams, 1 damaged piece (10.0 %)
+126 octets: 109 in telegrams, 17 damaged, 0 left over
 ADDR  DEVICE        SENT  REQUESTS  RETRIES  UNANSWERED  EXCHANGES
    2  master           5
    5  bcg450           4         5        1           1          0
 ";
+
+/// The last message of a program.
+fn last_line(text: &str) -> &str {
+    text.split_inclusive('\n').next_back().unwrap_or_default()
+}
 
 fn decode(folder: &Folder, name: &str, content: &[u8], options: &[&str]) -> (Option<i32>, String, String) {
     let path = folder.name(name);
@@ -47,7 +54,12 @@ fn a_log_is_explained() {
     let folder = Folder::new();
     let (code, text, notice) = decode(&folder, "log", LOG.as_bytes(), &[]);
     assert_eq!(text, EXPLANATION);
-    assert_eq!((code, notice.as_str()), (Some(0), "profivac: log: 1 line without octets, the first is line 1\n"));
+    let expected = "\
+profivac: log: read as text with octets in hexadecimal (--input octets: as the octets of a line)
+profivac: log: 1 line without octets, the first is line 1: 'Starting master 2 ...'
+profivac: log: 11 lines with words beside octets, the first is line 2: 'PHY-serial: TX'
+";
+    assert_eq!((code, notice.as_str()), (Some(0), expected));
 }
 
 #[test]
@@ -57,9 +69,9 @@ fn raw_shows_every_telegram_with_its_meaning() {
     let (code, text, _) = decode(&folder, "log", log.as_bytes(), &["--raw"]);
     let expected = "            #1         2 -> 5    Data_Exchange    FCB 1  AA 55 | 68 05 05 68 05 02 7D AA 55 83 16
             #2                   SC (doubtful) | E5
-            #2    5  exchanges data with master 2, 2 octets out, 0 in
+            #2    5  exchanges data with master 2, 2 octets out, 0 in; its start-up was not received
             #3       damaged | 00
-            #3       damaged, 1 octets: no telegram begins with 00: 00
+            #3       damaged, 1 octet: no telegram begins with 00: 00
             #4         2 -> 2    Token | DC 02 02
             #4       master 2 is alone in the token ring
 ";
@@ -71,11 +83,11 @@ fn json_has_a_line_for_every_sentence_and_a_summary() {
     let folder = Folder::new();
     let (code, text, _) = decode(&folder, "log", LOG.as_bytes(), &["--json"]);
     let rows: Vec<serde_json::Value> = text.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
-    assert_eq!((code, rows.len()), (Some(0), 6));
-    let refused = &rows[4];
+    assert_eq!((code, rows.len()), (Some(0), 7));
+    let refused = &rows[5];
     assert_eq!((refused["kind"].as_str(), refused["station"].as_u64()), (Some("refused"), Some(5)));
     assert_eq!((refused["time_s"].as_f64(), refused["number"].as_u64()), (Some(12.09), Some(10)));
-    let summary = &rows[5];
+    let summary = &rows[6];
     assert_eq!((summary["kind"].as_str(), summary["telegrams"].as_u64()), (Some("summary"), Some(9)));
     assert_eq!(summary["slaves"][0]["device"], "bcg450");
 }
@@ -118,7 +130,8 @@ fn a_file_that_cannot_be_decoded_is_named_with_exit_code_2() {
         (&b""[..], "profivac: file: expected telegrams, found an empty file\n"),
         (
             b"\nno octets here\n",
-            "profivac: file: line 2: expected octets in hexadecimal, as in '68 05 05 68 88 82 6D 3C 3E F1 16', found 'no octets here'\n",
+            "profivac: file: line 2: expected octets in hexadecimal, as in '68 05 05 68 88 82 6D 3C 3E F1 16', found 'no octets here'; \
+             --input octets reads the file as the octets of a line\n",
         ),
         (
             b"# 500 kbit/s\n10 | E5\nsoon | E5\n",
@@ -139,7 +152,7 @@ fn a_file_that_cannot_be_decoded_is_named_with_exit_code_2() {
         ),
     ] {
         let (code, _, complaint) = decode(&folder, "file", content, &[]);
-        assert_eq!((code, complaint.as_str()), (Some(2), message));
+        assert_eq!((code, last_line(&complaint)), (Some(2), message));
     }
     let output = run(&["decode", &folder.name("missing")]);
     assert_eq!(output.status.code(), Some(2));
@@ -173,4 +186,103 @@ fn input_from_a_pipe_is_explained_at_once() {
     assert!(program.line().ends_with("is present: bcg450 (ident 08E6), has no owner, waits for parameters, not ready"));
     program.end_of_file();
     assert_eq!(program.exit_code(), 0);
+}
+
+/// Every octet of lines that were not made for a reader.
+#[test]
+fn no_octet_of_a_text_is_lost() {
+    let folder = Folder::new();
+    for (text, octets, telegrams) in [
+        ("68 08 08 68 88 81 5d 3e 3e 00 10 10 02 16 e5\n", 15, 2),
+        ("dc 02 02 10 05 02 49 50 16\n", 9, 2),
+        ("10 0b 04 5d\n6c 16 68 07 07 68 04 0b 08 00 03 00 00 1a 16 10\n0f 04 5d 70 16\n", 25, 3),
+    ] {
+        let (code, output, _) = decode(&folder, "file", text.as_bytes(), &["--json"]);
+        let row: serde_json::Value = serde_json::from_str(output.lines().next_back().unwrap()).unwrap();
+        assert_eq!((code, row["telegrams"].as_u64()), (Some(0), Some(telegrams)), "{text}");
+        let expected = serde_json::json!({
+            "input": octets, "telegrams": octets, "doubtful": 0, "damaged": 0, "left_over": 0
+        });
+        assert_eq!((row["input"].as_str(), &row["octets"]), (Some("text"), &expected), "{text}");
+    }
+}
+
+/// A line of 64 KiB and more is read in parts: a leading word or an odd digit costs one octet at most.
+#[test]
+fn a_long_line_of_digits_loses_no_telegram() {
+    let folder = Folder::new();
+    let digits = "1008015D6616".repeat(6000);
+    for (text, left_over) in
+        [(digits.clone() + "1", 1), ("1".to_owned() + &digits, 1), ("RX: ".to_owned() + &digits, 0)]
+    {
+        let (code, output, _) = decode(&folder, "file", text.as_bytes(), &["--json"]);
+        let row: serde_json::Value = serde_json::from_str(output.lines().next_back().unwrap()).unwrap();
+        assert_eq!((code, row["telegrams"].as_u64()), (Some(0), Some(6000)));
+        assert_eq!((row["damaged"].as_u64(), row["octets"]["left_over"].as_u64()), (Some(0), Some(left_over)));
+    }
+}
+
+#[test]
+fn what_is_left_over_has_the_number_of_its_line() {
+    let folder = Folder::new();
+    let log = "Slave 88 sends 10 02 08 00 0A 16\nDC 02 02 (3 of 17)\n";
+    let (code, output, notices) = decode(&folder, "log", log.as_bytes(), &["--raw"]);
+    assert_eq!(code, Some(0));
+    assert!(output.contains("        line 1       left over: 88\n        line 2       left over: 17\n"), "{output}");
+    assert!(output.contains("\n11 octets: 9 in telegrams, 0 damaged, 2 left over\n"), "{output}");
+    let expected = "profivac: log: 2 octets left over in 2 lines, the first is line 1: '88'; --raw shows all\n";
+    assert_eq!(last_line(&notices), expected);
+    let (_, output, _) = decode(&folder, "log", log.as_bytes(), &["--raw", "--json"]);
+    assert!(output.contains(r#"{"kind":"left-over","line":1,"text":"88","octets":1}"#), "{output}");
+}
+
+/// Octets that are letters as well, and a byte order mark that is none: the same result from a file and from a pipe in portions.
+#[test]
+fn the_octets_of_a_line_are_not_taken_for_text() {
+    let folder = Folder::new();
+    let octets = [0x10, 8, 2, 0x49, 0x53, 0x16, 0x10, 9, 2, 0x49, 0x54, 0x16];
+    let marked = [&[0xEF, 0xBB, 0xBF][..], &octets].concat();
+    let note = "profivac: file: read as the octets of a line (--input text: as text with octets in hexadecimal)\n";
+    for (file, damaged) in [(&octets[..], 0), (&marked, 3)] {
+        let (code, output, notice) = decode(&folder, "file", file, &["--json"]);
+        let row: serde_json::Value = serde_json::from_str(output.lines().next_back().unwrap()).unwrap();
+        assert_eq!((code, notice.as_str(), row["telegrams"].as_u64()), (Some(0), note, Some(2)));
+        assert_eq!(row["octets"]["damaged"].as_u64(), Some(damaged));
+    }
+    let letters = b"hex 10 08 02 49 53 16\n";
+    let (code, ..) = decode(&folder, "file", letters, &["--input", "octets"]);
+    assert_eq!(code, Some(2), "no telegram among the letters");
+    assert_eq!(decode(&folder, "file", letters, &["--input", "text"]).0, Some(0));
+}
+
+#[test]
+fn a_station_that_only_answers_is_called_slave() {
+    let folder = Folder::new();
+    let (_, output, _) = decode(&folder, "log", b"68 05 05 68 04 27 08 00 00 33 16\n", &[]);
+    assert!(output.ends_with("\n  39  slave            1\n"), "{output}");
+}
+
+/// The dumps of the programs that are on every computer.
+#[test]
+fn every_octet_of_a_dump_of_od_is_decoded() {
+    let folder = Folder::new();
+    let mut octets = [&[0xE5, 0xDC, 2, 2][..], &[0x10, 8, 2, 0x49, 0x53, 0x16].repeat(40), &[0; 100]].concat();
+    octets.push(0x68);
+    let path = folder.name("octets");
+    std::fs::write(&path, &octets).unwrap();
+    for options in
+        ["", "-x", "-b", "-t x1", "-A x -t x1z", "-A d -t x1", "-A n -v -t x1", "-v -t x4", "-t x8", "-w5 -t x1"]
+    {
+        let dump = std::process::Command::new("od").args(options.split_whitespace()).arg(&path).output().unwrap();
+        assert!(dump.status.success(), "od {options}");
+        let (code, output, _) = decode(&folder, "dump", &dump.stdout, &["--json"]);
+        let row: serde_json::Value = serde_json::from_str(output.lines().next_back().unwrap()).unwrap();
+        let counts = serde_json::json!({
+            "input": octets.len(), "telegrams": 244, "doubtful": 0, "damaged": 101, "left_over": 0
+        });
+        assert_eq!((code, &row["octets"]), (Some(0), &counts), "od {options}");
+    }
+    let dump = std::process::Command::new("od").args(["-A", "n", "-t", "x1", &path]).output().unwrap();
+    let (_, _, notices) = decode(&folder, "dump", &dump.stdout, &[]);
+    assert!(last_line(&notices).contains("'*'; --raw shows all; * stands for lines that the dump omits"), "{notices}");
 }

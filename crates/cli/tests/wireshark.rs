@@ -388,3 +388,93 @@ fn the_explanation_of_all_services_is_the_golden() {
     golden("services.trace", &services().to_string());
     golden("services.txt", &story);
 }
+
+/// A capture file of telegrams without times, as `decode --out` writes it.
+fn capture_without_times(folder: &Folder, telegrams: &[Vec<u8>]) -> String {
+    let (text, capture) = (folder.name("log.txt"), folder.name("log.pcapng"));
+    let lines = telegrams.iter().map(|octets| plain(octets) + "\n");
+    std::fs::write(&text, lines.collect::<String>()).unwrap();
+    assert_eq!(run(&["decode", &text, "--out", &capture]).status.code(), Some(0));
+    capture
+}
+
+/// The fields of each packet after two passes: a link to a later packet needs the second one, as in the window of Wireshark.
+fn rows(capture: &str, fields: &[&str]) -> Vec<String> {
+    let fields: Vec<String> = fields.iter().flat_map(|name| ["-e".to_owned(), (*name).to_owned()]).collect();
+    let mut arguments = vec!["-2", "-T", "fields", "-E", "separator=|"];
+    arguments.extend(fields.iter().map(String::as_str));
+    tshark(capture, &arguments).lines().map(str::to_owned).collect()
+}
+
+#[test]
+fn requests_and_answers_are_linked_and_repetitions_and_silence_marked() {
+    let folder = Folder::new();
+    let exchange = request("- 5D 00").1;
+    let diagnosis = request("60 6D").1;
+    let telegrams = [
+        diagnosis.clone(),
+        answer(Some(60), "08 02 05 00 FF 08 E6"),
+        exchange.clone(),
+        exchange,
+        answer(None, "08 00"),
+        request("59 7D").1,
+        hex("DC 02 02"),
+        request("59 7D").1,
+        // A damaged stretch that may have another request: the next one is no repetition.
+        hex("10 05 02 49 51 16 10 05 02 49 51 16"),
+        request("59 7D").1,
+        hex("E5"),
+    ];
+    let capture = capture_without_times(&folder, &telegrams);
+    let fields = ["profibus.response_in", "profibus.request_in", "profibus.repeats", "_ws.col.Info"];
+    let rows = rows(&capture, &fields);
+    let links: Vec<&str> = rows.iter().map(|row| row.rsplit_once('|').unwrap().0).collect();
+    assert_eq!(links, ["2||", "|1|", "||", "5||3", "|4|", "||", "||", "||6", "||", "11||", "|10|"], "{rows:?}");
+    for (row, end) in [(2, "(no answer)"), (3, "(repetition)"), (5, "(no answer)"), (7, "(repetition) (no answer)")] {
+        assert!(rows[row].ends_with(end), "{}", rows[row]);
+    }
+    assert!(!rows[9].contains("repetition"), "{}", rows[9]);
+}
+
+#[test]
+fn a_bare_refusal_names_the_service_and_module_status_has_slot_and_specifier() {
+    let folder = Folder::new();
+    let telegrams = [
+        request("60 6D").1,
+        answer(Some(60), "08 08 0C 00 02 08 E6 06 82 03 01 02 04"),
+        request("59 5D").1,
+        answer(None, "03"),
+        request("- 7D 00").1,
+        answer(None, "02"),
+        answer(None, "01"),
+    ];
+    let capture = capture_without_times(&folder, &telegrams);
+    let fields =
+        ["profibus.diag.slot", "profibus.diag.specifier", "profibus.diag.module_status", "profibus.refused_service"];
+    let rows = rows(&capture, &fields);
+    let expected = [
+        "|||",
+        "3|1|module 0: wrong module,module 5: invalid data|",
+        "|||",
+        "|||Get_Cfg",
+        "|||",
+        "|||Data_Exchange",
+        "|||",
+    ];
+    assert_eq!(rows, expected);
+    let messages = tshark(&capture, &["-T", "fields", "-e", "_ws.expert.message", "-Y", "frame.number == 7"]);
+    assert!(messages.contains("UE: refuses a request that is not in the capture"), "{messages}");
+}
+
+/// A capture file needs times. Those that a source without times does not have are marked, and are none when the file is read again.
+#[test]
+fn invented_times_are_marked_in_the_capture_file() {
+    let folder = Folder::new();
+    let telegrams = [request("60 6D").1, answer(Some(60), "08 02 05 00 FF 08 E6")];
+    let capture = capture_without_times(&folder, &telegrams);
+    assert_eq!(rows(&capture, &["profibus.invented_time"]), ["1", "1"]);
+    let explained = run(&["decode", "--raw", &capture]);
+    assert!(String::from_utf8(explained.stdout).unwrap().starts_with("            #1         2 -> 5    Slave_Diag"));
+    let (capture, _) = captured(&folder);
+    assert!(rows(&capture, &["profibus.invented_time"]).iter().all(String::is_empty));
+}

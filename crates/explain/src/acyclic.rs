@@ -6,7 +6,7 @@ use super::note::{Kind, Notes};
 use profivac_sim::describe::Hex;
 use profivac_wire::Sap;
 use profivac_wire::acyclic::{Access, Call, Negative, Request as Pdu, Response, Transfer, call};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// The last read or write request on a connection.
 #[derive(Clone, Debug)]
@@ -27,6 +27,8 @@ pub(super) struct Records {
     reported: BTreeMap<(u8, u8), String>,
     /// The master that has sent Initiate and has no answer yet.
     opening: Option<u8>,
+    /// The connections whose opening was received or that have a note.
+    known: BTreeSet<u8>,
 }
 
 /// The access point of the slave; `None` for MS1.
@@ -69,6 +71,7 @@ impl Records {
         notes: &mut Notes<'_>,
     ) -> String {
         self.connection_request(address, request, notes);
+        self.report_open_connection(address, request, answer, notes);
         if answer.du.is_empty() {
             return self.answer_without_data(address, request, answer, notes);
         }
@@ -84,6 +87,20 @@ impl Records {
         }
     }
 
+    /// Adds a note about a connection in use whose opening was not received.
+    fn report_open_connection(&mut self, address: u8, request: &Request, answer: Answer<'_>, notes: &mut Notes<'_>) {
+        let begins_or_ends = matches!(Pdu::parse(&request.du), Ok(Pdu::Initiate(_) | Pdu::Abort(_)))
+            || matches!(Response::parse(answer.du), Ok(Response::Initiate(_)));
+        let Sap::Ms2(sap) = request.sap else { return };
+        if !begins_or_ends && !answer.is_refusal() && self.known.insert(sap) {
+            let text = format!(
+                "has an MS2 connection on SAP {sap} with master {}; its opening was not received",
+                request.master
+            );
+            notes.about(address, Kind::Connection, text);
+        }
+    }
+
     /// Adds a note when a master closes a connection, and remembers the master that opens one.
     fn connection_request(&mut self, address: u8, request: &Request, notes: &mut Notes<'_>) {
         match Pdu::parse(&request.du) {
@@ -92,9 +109,16 @@ impl Records {
                     format!("master {} closes {}: {}", request.master, connection_text(request.sap), abort.reason);
                 notes.about(address, Kind::Connection, text);
                 self.pending.remove(&connection(request.sap));
+                self.close(request.sap);
             }
             Ok(Pdu::Initiate(_)) => self.opening = Some(request.master),
             _ => {}
+        }
+    }
+
+    fn close(&mut self, sap: Sap) {
+        if let Some(sap) = connection(sap) {
+            self.known.remove(&sap);
         }
     }
 
@@ -107,12 +131,17 @@ impl Records {
         notes: &mut Notes<'_>,
     ) -> String {
         let text = match response {
-            Response::Abort(abort) => format!("closes {}: {}", connection_text(request.sap), abort.reason),
+            Response::Abort(abort) => {
+                self.close(request.sap);
+                format!("closes {}: {}", connection_text(request.sap), abort.reason)
+            }
             Response::ResourceManager(open) => {
                 let master = self.opening.take().unwrap_or(request.master);
+                self.known.insert(open.server_sap);
                 format!("gives master {master} an MS2 connection on SAP {}", open.server_sap)
             }
             Response::Initiate(open) => {
+                self.known.extend(connection(request.sap));
                 format!("{} is open, records up to {} octets", connection_text(request.sap), open.max_len_data_unit)
             }
             _ => return String::new(),

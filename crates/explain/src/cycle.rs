@@ -40,6 +40,20 @@ impl Answer<'_> {
     pub fn is_ack(&self) -> bool {
         matches!(self.status, Status::Ok) || (self.status == Status::NoReply && self.du.is_empty())
     }
+
+    /// Whether the answer refuses the request.
+    #[must_use]
+    pub const fn is_refusal(&self) -> bool {
+        match self.status {
+            Status::UserError | Status::NoResource | Status::ServiceNotActivated | Status::Other(_) => true,
+            Status::Ok
+            | Status::NoReply
+            | Status::DataLow
+            | Status::DataHigh
+            | Status::DataLowNotTaken
+            | Status::DataHighNotTaken => false,
+        }
+    }
 }
 
 impl Request {
@@ -52,6 +66,23 @@ impl Request {
         }
         let (sap, saps) = (Sap::from_octet(frame.dsap), [frame.dsap, frame.ssap]);
         Some(Self { master: frame.sa, slave: frame.da, sap, function, count, saps, du: frame.du.to_vec(), at })
+    }
+
+    /// The service that the request asks for.
+    #[must_use]
+    pub fn service(&self) -> String {
+        match self.function {
+            Function::FdlStatus => "FDL status".to_owned(),
+            Function::Ident => "Ident".to_owned(),
+            Function::LsapStatus => "LSAP status".to_owned(),
+            Function::SdaLow
+            | Function::SdaHigh
+            | Function::SdnLow
+            | Function::SdnHigh
+            | Function::SrdLow
+            | Function::SrdHigh
+            | Function::Other(_) => profivac_sim::describe::Service(self.sap).to_string(),
+        }
     }
 
     /// Whether `frame` is the answer: its addresses and access points are those of the request, swapped.

@@ -2,7 +2,7 @@
 
 use super::cycle::{Answer, Request};
 use super::names::DeviceTables;
-use super::note::{Kind, Notes};
+use super::note::{Kind, Notes, octets};
 use super::refusal::channel_code;
 use profivac_client::cyclic::{exception_texts, extension_texts};
 use profivac_devices::model::{Configuration, Field, TaskKind, Telegram};
@@ -82,6 +82,7 @@ impl Cyclic {
         tables: &DeviceTables,
         request: &Request,
         answer: Answer<'_>,
+        has_started: bool,
         notes: &mut Notes<'_>,
     ) -> String {
         let telegram = self.configuration.and_then(|configuration| configuration.inputs);
@@ -100,7 +101,8 @@ impl Cyclic {
         }
         all.retain(|text| !text.is_empty());
         let all = all.join(", ");
-        self.report(address, request, answer, [&states.join(", "), &all], notes);
+        let beginning = if has_started { "" } else { "; its start-up was not received" };
+        self.report(address, request, answer, [&states.join(", "), &all, beginning], notes);
         all
     }
 
@@ -109,16 +111,16 @@ impl Cyclic {
         address: u8,
         request: &Request,
         answer: Answer<'_>,
-        [states, all]: [&str; 2],
+        [states, all, beginning]: [&str; 3],
         notes: &mut Notes<'_>,
     ) {
         let contents = if all.is_empty() { String::new() } else { format!(": {all}") };
         if self.begins() {
-            let octets = format!("{} octets out, {} in", request.du.len(), answer.du.len());
+            let octets = format!("{} out, {} in", octets(request.du.len()), answer.du.len());
             notes.about(
                 address,
                 Kind::Exchange,
-                format!("exchanges data with master {}, {octets}{contents}", request.master),
+                format!("exchanges data with master {}, {octets}{contents}{beginning}", request.master),
             );
         } else if self.reported != states {
             notes.about(address, Kind::Exchange, format!("its inputs have changed{contents}"));

@@ -15,6 +15,11 @@
 //!
 //! SC and the token have no check octet, so any E5 among damaged octets looks like an SC. They are kept, because they may be
 //! valid, and are [`PieceKind::Doubtful`] where they touch damaged octets of the same chunk.
+//!
+//! Each octet is examined once, when the telegram that may begin with it is complete, so the framer looks ahead by one longest
+//! telegram. Telegrams that overlap each other are divided together; after [`MAX_CHAIN`] octets the best division up to there
+//! counts. The framer therefore holds a limited number of octets and its work grows with the number of octets alone,
+//! whatever they are. The result does not depend on the sizes of the chunks that continue each other.
 
 use profivac_dp::link::{BitTime, CHARACTER_TBIT};
 use profivac_wire::{MAX_TELEGRAM, Telegram, TelegramLength};
@@ -29,7 +34,27 @@ const SD3: u8 = 0xA2;
 const SD2: u8 = 0x68;
 
 /// The number of octets without a telegram that become a damaged piece before more follow.
-const MAX_DAMAGED: usize = 1024;
+pub const MAX_DAMAGED: usize = 1024;
+
+/// The longest row of telegrams that overlap each other and are divided together, in octets. free choice: a damaged telegram and
+/// the one that follows it.
+pub const MAX_CHAIN: usize = 2 * MAX_TELEGRAM;
+
+/// The longest row of SC and tokens that wait for the octet behind them. free choice.
+const MAX_SHORT: usize = 64;
+
+/// Octets that belong together: a packet, an entry, a line, or one reception.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Chunk {
+    /// Start of the first octet, if the input has times.
+    pub start: Option<BitTime>,
+    /// The octets.
+    pub octets: Vec<u8>,
+    /// Positions of the octets with a character error, counted from 0.
+    pub errors: Vec<usize>,
+    /// The next chunk continues this one: the place between them has no meaning.
+    pub is_continued: bool,
+}
 
 /// Kind of a piece.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -55,14 +80,6 @@ pub struct Piece {
     pub kind: PieceKind,
 }
 
-/// Start of a chunk.
-#[derive(Clone, Copy, Debug)]
-struct ChunkStart {
-    /// Position of its first octet.
-    at: usize,
-    start: Option<BitTime>,
-}
-
 /// Source of the times of octets.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum TimeSource {
@@ -74,210 +91,413 @@ pub enum TimeSource {
 }
 
 /// Divides octets that come in chunks of any size.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub struct Framer {
     times: TimeSource,
+    /// The octets that are in no piece yet. All positions below count from the first one.
     octets: Vec<u8>,
-    has_error: Vec<bool>,
-    chunks: VecDeque<ChunkStart>,
+    /// Positions of the octets with a character error.
+    errors: VecDeque<usize>,
+    /// Positions with the time of their octet, if the input has times.
+    starts: VecDeque<(usize, Option<BitTime>)>,
+    /// Positions between two chunks of which the second does not continue the first.
+    boundaries: VecDeque<usize>,
+    /// The octets before this position are in pieces.
+    emitted: usize,
+    /// The octets before this position are divided. They wait because they are damaged and more damaged octets may follow, or
+    /// because they are in `short`.
+    divided: usize,
+    /// The octets before this position are examined.
+    examined: usize,
+    /// The best divisions of the octets from `divided` to each examined position.
+    divisions: Vec<Division>,
+    /// Telegrams that begin before `examined` and end after it.
+    open: Vec<Candidate>,
+    /// SC and tokens that are doubtful if the next octet is damaged.
+    short: VecDeque<Candidate>,
+    /// The last divided octet is damaged, or part of a doubtful telegram.
+    is_doubtful: bool,
+    work: u64,
 }
 
-/// A range of the octets that are not settled yet.
+/// A possible telegram.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-struct Span {
+struct Candidate {
     from: usize,
     to: usize,
-    kind: PieceKind,
+    /// It has a check octet.
+    is_checked: bool,
+}
+
+/// Best division of the octets up to a position.
+#[derive(Clone, Copy, Debug, Default)]
+struct Division {
+    score: Score,
+    /// The telegram that ends here; otherwise the octet before is damaged.
+    last: Option<Candidate>,
+}
+
+/// Result of examining the octets from a position.
+enum Examined {
+    /// A telegram that begins here would continue after the last octet.
+    Incomplete,
+    /// No telegram begins here.
+    Nothing,
+    /// A telegram begins here.
+    Telegram(Candidate),
 }
 
 impl Framer {
     /// A framer for octets with times of this source.
     #[must_use]
     pub fn new(times: TimeSource) -> Self {
-        Self { times, ..Self::default() }
-    }
-
-    /// Time from the start of a chunk to its octet number `count`.
-    const fn passed_tbit(&self, count: usize) -> u64 {
-        match self.times {
-            TimeSource::Exact => (count as u64).saturating_mul(CHARACTER_TBIT),
-            TimeSource::Platform => 0,
+        Self {
+            times,
+            octets: Vec::new(),
+            errors: VecDeque::new(),
+            starts: VecDeque::new(),
+            boundaries: VecDeque::from([0]),
+            emitted: 0,
+            divided: 0,
+            examined: 0,
+            divisions: vec![Division::default()],
+            open: Vec::new(),
+            short: VecDeque::new(),
+            is_doubtful: false,
+            work: 0,
         }
     }
 
-    /// Adds a chunk of octets. `errors` are the positions of octets with a character error. Appends the pieces that later
-    /// octets cannot change to `out`.
-    pub fn push(&mut self, start: Option<BitTime>, octets: &[u8], errors: &[usize], out: &mut Vec<Piece>) {
+    /// The number of octets that are in no piece yet: at most [`MAX_DAMAGED`] that are damaged, [`MAX_CHAIN`] in telegrams that
+    /// overlap each other, and one longest telegram.
+    #[must_use]
+    pub fn held(&self) -> usize {
+        self.octets.len()
+    }
+
+    /// The number of steps so far: octets examined, alone and as part of telegrams, and octets divided again. It shows that the work is
+    /// proportional to the number of octets.
+    #[must_use]
+    pub const fn work(&self) -> u64 {
+        self.work
+    }
+
+    /// Adds a chunk. Appends the pieces that later octets cannot change to `out`.
+    pub fn push(&mut self, chunk: &Chunk, out: &mut Vec<Piece>) {
         let at = self.octets.len();
-        self.chunks.push_back(ChunkStart { at, start });
-        self.octets.extend_from_slice(octets);
-        self.has_error.resize(self.octets.len(), false);
-        for place in errors {
-            if let Some(has_error) = self.has_error.get_mut(at.saturating_add(*place)) {
-                *has_error = true;
-            }
+        self.starts.push_back((at, chunk.start));
+        self.octets.extend_from_slice(&chunk.octets);
+        let errors = chunk.errors.iter().filter(|position| **position < chunk.octets.len());
+        self.errors.extend(errors.map(|position| at.saturating_add(*position)));
+        if !chunk.is_continued {
+            self.add_boundary();
         }
-        self.emit_settled(false, out);
+        self.examine(0, out);
+        self.drop_emitted();
     }
 
     /// Appends all pieces that are left to `out`: after a silent line or at the end of the input no telegram continues.
     pub fn flush(&mut self, out: &mut Vec<Piece>) {
-        self.emit_settled(true, out);
+        self.examine(self.octets.len(), out);
+        self.emit_waiting(out);
+        self.is_doubtful = false;
+        self.drop_emitted();
+        self.add_boundary();
     }
 
-    fn emit_settled(&mut self, ended: bool, out: &mut Vec<Piece>) {
-        if self.octets.is_empty() {
+    /// Appends the pieces to `out` that begin with octets received before `limit`: a telegram that began so early and is not
+    /// complete is damaged.
+    pub fn give_up(&mut self, limit: BitTime, out: &mut Vec<Piece>) {
+        let is_later = |start: &Option<BitTime>| start.is_none_or(|start| start >= limit);
+        let later = self.starts.iter().find(|(_, start)| is_later(start)).map(|(at, _)| *at);
+        let old = later.unwrap_or(self.octets.len());
+        if old == 0 {
             return;
         }
-        let spans = self.divide();
-        let settled = if ended { self.octets.len() } else { self.settled(&spans) };
-        let mut done = 0;
-        for span in spans.iter().take_while(|span| span.to <= settled) {
-            out.push(self.piece(*span));
-            done = span.to;
+        self.examine(old, out);
+        if self.divided < old && !self.open.is_empty() {
+            self.divide_early(out);
         }
-        // A span in which a telegram may begin waits as a whole.
-        self.drop_settled(done);
+        self.emit_waiting(out);
+        self.drop_emitted();
     }
 
-    /// The best division. A chunk that is one telegram with a check octet needs no search: ordinary traffic comes like this.
-    fn divide(&self) -> Vec<Span> {
-        if self.chunks.len() == 1 && self.candidate(0) == Some((self.octets.len(), true)) {
-            return vec![Span { from: 0, to: self.octets.len(), kind: PieceKind::Valid }];
+    fn add_boundary(&mut self) {
+        if self.boundaries.back() != Some(&self.octets.len()) {
+            self.boundaries.push_back(self.octets.len());
         }
-        // From the last octet to the first: the best score of the octets from here on, and the telegram that begins here.
-        let mut best = vec![(Score::default(), None); self.octets.len().saturating_add(1)];
-        let mut ends = vec![false; best.len()];
-        for from in (0..self.octets.len()).rev() {
-            let mut choice = (score_from(&best, from.saturating_add(1)), None);
-            let end_is_taken = |length: usize| ends.get(from.saturating_add(length)).is_some_and(|taken| *taken);
-            let candidate = self.candidate(from).filter(|(length, checked)| !(*checked && end_is_taken(*length)));
-            if let Some((length, checked)) = candidate {
-                let takes_end = checked && (self.octets.get(from) == Some(&SD2) || self.begins_chunk(from));
-                if let Some(end) = ends.get_mut(from.saturating_add(length)).filter(|_| takes_end) {
-                    *end = true;
-                }
-                let counted = if self.octets.get(from) == Some(&SD3) { SD3_SCORE } else { length };
-                let with_telegram = score_from(&best, from.saturating_add(length)).plus(counted, checked);
-                if with_telegram >= choice.0 {
-                    choice = (with_telegram, Some((length, checked)));
+    }
+
+    fn is_boundary(&self, at: usize) -> bool {
+        self.boundaries.binary_search(&at).is_ok()
+    }
+
+    /// Examines the octets up to the first one with which an incomplete telegram may begin. Telegrams that begin before `old` are not
+    /// awaited.
+    fn examine(&mut self, old: usize, out: &mut Vec<Piece>) {
+        while self.examined < self.octets.len() {
+            let at = self.examined;
+            let found = match self.candidate(at) {
+                Examined::Incomplete if at >= old => break,
+                Examined::Incomplete | Examined::Nothing => None,
+                Examined::Telegram(candidate) => Some(candidate),
+            };
+            let is_first = at == self.divided;
+            match found {
+                None if is_first => self.add_damaged(at.saturating_add(1), out),
+                Some(candidate) if is_first && self.is_certain(candidate) => self.add_telegram(candidate, out),
+                _ => {
+                    self.open.extend(found);
+                    self.examined = at.saturating_add(1);
+                    self.add_division();
+                    if self.open.is_empty() {
+                        self.divide(self.examined, out);
+                    } else if self.examined.saturating_sub(self.divided) >= MAX_CHAIN {
+                        self.divide_early(out);
+                    }
+                    continue;
                 }
             }
-            if let Some(place) = best.get_mut(from) {
-                *place = choice;
-            }
-        }
-        let spans = spans_of(&best.into_iter().map(|(_, chosen)| chosen).collect::<Vec<_>>());
-        self.mark_doubtful(spans)
-    }
-
-    /// The telegram that begins at `from`: its length, and whether it has a check octet.
-    fn candidate(&self, from: usize) -> Option<(usize, bool)> {
-        let rest = self.octets.get(from..)?;
-        let TelegramLength::Known(length) = TelegramLength::of(rest) else { return None };
-        let length = usize::from(length);
-        let octets = rest.get(..length)?;
-        let has_error = self.has_error.iter().skip(from).take(length).any(|error| *error);
-        match Telegram::parse(octets).ok().filter(|_| !has_error)? {
-            Telegram::Token { da, sa } => (da.max(sa) <= MAX_ADDRESS).then_some((length, false)),
-            Telegram::ShortAck => Some((length, false)),
-            Telegram::Data(_) => Some((length, true)),
+            self.examined = self.divided;
         }
     }
 
-    /// Marks the telegrams without a check octet that touch damaged octets of the same chunk.
-    fn mark_doubtful(&self, mut spans: Vec<Span>) -> Vec<Span> {
-        let damaged: Vec<bool> = spans.iter().map(|span| span.kind == PieceKind::Damaged).collect();
-        let touches = |number: Option<usize>, at: usize| {
-            let neighbour = number.and_then(|number| damaged.get(number)).is_some_and(|damaged| *damaged);
-            neighbour && !self.begins_chunk(at)
+    /// Whether no other division is possible: an SC alone, or an SD1 or SD2 that is a whole number of chunks.
+    fn is_certain(&self, candidate: Candidate) -> bool {
+        let is_whole = || self.is_boundary(candidate.from) && self.is_boundary(candidate.to);
+        let is_short = candidate.to == candidate.from.saturating_add(1);
+        is_short || (candidate.is_checked && !self.is_sd3(candidate) && is_whole())
+    }
+
+    fn is_sd3(&self, candidate: Candidate) -> bool {
+        candidate.is_checked && self.octets.get(candidate.from) == Some(&SD3)
+    }
+
+    /// The telegram that begins at `from`.
+    fn candidate(&mut self, from: usize) -> Examined {
+        let rest = self.octets.get(from..).unwrap_or_default();
+        let length = match TelegramLength::of(rest) {
+            TelegramLength::Invalid(_) => return Examined::Nothing,
+            TelegramLength::Incomplete => TelegramLength::HEADER_LENGTH,
+            TelegramLength::Known(length) => length,
         };
-        // A sequence of short telegrams is doubtful if its first or its last one is.
-        let count = spans.len();
-        let mut doubtful = vec![false; count];
-        for number in (0..count).chain((0..count).rev()) {
-            let Some(span) = spans.get(number) else { continue };
-            let near = |other: Option<usize>| other.and_then(|other| doubtful.get(other)).is_some_and(|doubt| *doubt);
-            let (before, after) = (number.checked_sub(1), number.checked_add(1));
-            let doubt = touches(before, span.from)
-                || touches(after, span.to)
-                || (near(before) && !self.begins_chunk(span.from))
-                || (near(after) && !self.begins_chunk(span.to));
-            let short = span.kind == PieceKind::Valid && !self.is_checked(*span);
-            if let Some(place) = doubtful.get_mut(number) {
-                *place |= short && doubt;
+        let octets = rest.get(..usize::from(length)).unwrap_or(rest);
+        let to = from.saturating_add(octets.len());
+        self.work = self.work.saturating_add(1);
+        let next_error = self.errors.get(self.errors.partition_point(|error| *error < from));
+        if next_error.is_some_and(|error| *error < to) {
+            return Examined::Nothing;
+        }
+        if octets.len() < usize::from(length) {
+            return Examined::Incomplete;
+        }
+        self.work = self.work.saturating_add(u64::from(length));
+        let is_checked = match Telegram::parse(octets) {
+            Ok(Telegram::Token { da, sa }) if da.max(sa) <= MAX_ADDRESS => false,
+            Ok(Telegram::ShortAck) => false,
+            Ok(Telegram::Data(_)) => true,
+            Ok(Telegram::Token { .. }) | Err(_) => return Examined::Nothing,
+        };
+        Examined::Telegram(Candidate { from, to, is_checked })
+    }
+
+    /// Adds the best division up to the last examined octet.
+    fn add_division(&mut self) {
+        let end = self.examined;
+        let mut best = Division { score: self.score_at(end.saturating_sub(1)), last: None };
+        // The last start of a telegram that ends here and excludes longer ones.
+        let takes_end =
+            |candidate: &&Candidate| candidate.to == end && candidate.is_checked && self.takes_end(candidate.from);
+        let shortest = self.open.iter().filter(takes_end).map(|candidate| candidate.from).max();
+        for candidate in self.open.iter().filter(|candidate| candidate.to == end) {
+            if candidate.is_checked && shortest.is_some_and(|from| candidate.from < from) {
+                continue;
+            }
+            let score = self.score_with(*candidate);
+            if score > best.score {
+                best = Division { score, last: Some(*candidate) };
             }
         }
-        for (span, doubtful) in spans.iter_mut().zip(doubtful) {
-            if doubtful {
-                span.kind = PieceKind::Doubtful;
+        self.work = self.work.saturating_add(self.open.len() as u64);
+        self.open.retain(|candidate| candidate.to != end);
+        self.divisions.push(best);
+    }
+
+    /// Whether a telegram that begins here excludes longer ones with the same end.
+    fn takes_end(&self, from: usize) -> bool {
+        self.octets.get(from) == Some(&SD2) || self.is_boundary(from)
+    }
+
+    /// Score of the best division up to `end`.
+    fn score_at(&self, end: usize) -> Score {
+        self.divisions.get(end.saturating_sub(self.divided)).map(|division| division.score).unwrap_or_default()
+    }
+
+    /// Score of the best division that ends with `candidate`.
+    fn score_with(&self, candidate: Candidate) -> Score {
+        let length = candidate.to.saturating_sub(candidate.from);
+        let counted = if self.is_sd3(candidate) { SD3_SCORE } else { length };
+        self.score_at(candidate.from).plus(counted, candidate.is_checked)
+    }
+
+    /// Divides the examined octets although telegrams are open: the division with the best score counts.
+    fn divide_early(&mut self, out: &mut Vec<Piece>) {
+        let best = self.open.iter().copied().max_by_key(|candidate| self.score_with(*candidate));
+        match best.filter(|candidate| self.score_with(*candidate) > self.score_at(self.examined)) {
+            Some(candidate) => {
+                self.divide(candidate.from, out);
+                self.add_telegram(candidate, out);
+                self.examined = self.divided;
             }
+            None => self.divide(self.examined, out),
         }
-        spans
     }
 
-    fn begins_chunk(&self, at: usize) -> bool {
-        self.chunks.iter().any(|chunk| chunk.at == at)
-    }
-
-    fn is_checked(&self, span: Span) -> bool {
-        self.candidate(span.from).is_some_and(|(_, checked)| checked)
-    }
-
-    /// The end of the octets that later octets cannot change: the first octet with which an incomplete telegram may begin.
-    /// Octets inside a telegram with a check octet count as data.
-    fn settled(&self, spans: &[Span]) -> usize {
-        let unchecked = spans.iter().filter(|span| !self.is_checked(**span));
-        let open = unchecked.flat_map(|span| span.from..span.to).find(|place| self.is_incomplete(*place));
-        match (open, spans.last()) {
-            (Some(open), _) => open,
-            // Damaged octets at the end wait for those that follow, to form one piece.
-            (None, Some(Span { from, to, kind: PieceKind::Damaged })) if to.saturating_sub(*from) < MAX_DAMAGED => {
-                *from
+    /// Divides the octets up to `end` with the best division, and begins again behind it.
+    fn divide(&mut self, end: usize, out: &mut Vec<Piece>) {
+        let (mut telegrams, mut at) = (Vec::new(), end);
+        while at > self.divided {
+            self.work = self.work.saturating_add(1);
+            let division = self.divisions.get(at.saturating_sub(self.divided)).copied().unwrap_or_default();
+            at = division.last.map_or(at.saturating_sub(1), |telegram| telegram.from);
+            telegrams.extend(division.last);
+        }
+        for telegram in telegrams.into_iter().rev() {
+            if telegram.from > self.divided {
+                self.add_damaged(telegram.from, out);
             }
-            (None, _) => self.octets.len(),
+            self.add_telegram(telegram, out);
+        }
+        if end > self.divided {
+            self.add_damaged(end, out);
+        }
+        self.divisions.truncate(1);
+        self.open.clear();
+    }
+
+    /// Adds the octets up to `to`, which are damaged.
+    fn add_damaged(&mut self, to: usize, out: &mut Vec<Piece>) {
+        if self.is_boundary(self.divided) {
+            self.emit_short(PieceKind::Valid, out);
+        } else {
+            self.emit_short(PieceKind::Doubtful, out);
+        }
+        (self.divided, self.is_doubtful) = (to, true);
+        while self.divided.saturating_sub(self.emitted) >= MAX_DAMAGED {
+            self.emit(self.emitted.saturating_add(MAX_DAMAGED), PieceKind::Damaged, out);
         }
     }
 
-    /// Whether a telegram may begin at `from` that continues after the last octet.
-    fn is_incomplete(&self, from: usize) -> bool {
-        // Only the last octets matter: a telegram that begins before them would be complete.
-        let Some(rest) = self.octets.get(from..).filter(|rest| rest.len() < MAX_TELEGRAM) else { return false };
-        if self.has_error.iter().skip(from).any(|error| *error) {
-            return false;
+    fn add_telegram(&mut self, telegram: Candidate, out: &mut Vec<Piece>) {
+        let is_boundary = self.is_boundary(telegram.from);
+        if is_boundary || telegram.is_checked {
+            self.emit_short(PieceKind::Valid, out);
         }
-        match TelegramLength::of(rest) {
-            TelegramLength::Incomplete => true,
-            TelegramLength::Known(length) => usize::from(length) > rest.len(),
-            TelegramLength::Invalid(_) => false,
+        if self.short.is_empty() {
+            self.emit(telegram.from, PieceKind::Damaged, out);
+        }
+        self.is_doubtful &= !is_boundary && !telegram.is_checked;
+        self.divided = telegram.to;
+        if telegram.is_checked {
+            return self.emit(telegram.to, PieceKind::Valid, out);
+        }
+        if self.is_doubtful {
+            return self.emit(telegram.to, PieceKind::Doubtful, out);
+        }
+        self.short.push_back(telegram);
+        if self.is_boundary(telegram.to) {
+            self.emit_short(PieceKind::Valid, out);
+        } else if self.short.len() > MAX_SHORT
+            && let Some(first) = self.short.pop_front()
+        {
+            self.emit(first.to, PieceKind::Valid, out);
         }
     }
 
-    fn piece(&self, span: Span) -> Piece {
-        let octets = self.octets.get(span.from..span.to).unwrap_or_default().to_vec();
-        let flags = self.has_error.iter().skip(span.from).take(octets.len());
-        let errors = flags.enumerate().filter(|(_, has_error)| **has_error).map(|(place, _)| place).collect();
-        let chunk = self.chunks.iter().rev().find(|chunk| chunk.at <= span.from);
-        let start = chunk.and_then(|chunk| {
-            let before = span.from.saturating_sub(chunk.at);
-            chunk.start.map(|start| start + self.passed_tbit(before))
+    /// Appends the SC and tokens that wait to `out`.
+    fn emit_short(&mut self, kind: PieceKind, out: &mut Vec<Piece>) {
+        while let Some(telegram) = self.short.pop_front() {
+            self.emit(telegram.to, kind, out);
+        }
+    }
+
+    /// Appends the divided octets that wait to `out`.
+    fn emit_waiting(&mut self, out: &mut Vec<Piece>) {
+        self.emit_short(PieceKind::Valid, out);
+        self.emit(self.divided, PieceKind::Damaged, out);
+    }
+
+    /// Appends the octets up to `to` as one piece to `out`, if there are any.
+    fn emit(&mut self, to: usize, kind: PieceKind, out: &mut Vec<Piece>) {
+        let from = self.emitted;
+        if to <= from {
+            return;
+        }
+        let octets = self.octets.get(from..to).unwrap_or_default().to_vec();
+        let mut errors = Vec::new();
+        while let Some(error) = self.errors.pop_front_if(|error| *error < to) {
+            errors.push(error.saturating_sub(from));
+        }
+        while self.starts.get(1).is_some_and(|(at, _)| *at <= from) {
+            self.starts.pop_front();
+        }
+        let start = self.starts.front().and_then(|(at, start)| {
+            let before = from.saturating_sub(*at);
+            start.map(|start| start + passed_tbit(self.times, before))
         });
-        Piece { start, octets, errors, kind: span.kind }
+        out.push(Piece { start, octets, errors, kind });
+        self.emitted = to;
     }
 
-    fn drop_settled(&mut self, done: usize) {
-        self.octets.drain(..done);
-        self.has_error.drain(..done);
-        let mut last = None;
-        while let Some(chunk) = self.chunks.pop_front_if(|chunk| chunk.at <= done) {
-            last = Some(chunk);
+    /// Removes the octets that are in pieces, and moves all positions.
+    fn drop_emitted(&mut self) {
+        let gone = std::mem::take(&mut self.emitted);
+        if gone == 0 {
+            return;
         }
-        self.chunks.iter_mut().for_each(|chunk| chunk.at = chunk.at.saturating_sub(done));
-        // The rest of a chunk that is settled in part becomes a chunk with a later start.
-        if let Some(ChunkStart { at, start }) = last.filter(|_| !self.octets.is_empty()) {
-            let passed = self.passed_tbit(done.saturating_sub(at));
-            self.chunks.push_front(ChunkStart { at: 0, start: start.map(|start| start + passed) });
+        self.octets.drain(..gone);
+        self.errors.iter_mut().for_each(|at| *at = at.saturating_sub(gone));
+        while self.boundaries.pop_front_if(|at| *at < gone).is_some() {}
+        self.boundaries.iter_mut().for_each(|at| *at = at.saturating_sub(gone));
+        while self.starts.get(1).is_some_and(|(at, _)| *at <= gone) {
+            self.starts.pop_front();
         }
+        for (at, start) in &mut self.starts {
+            // The rest of a chunk becomes a chunk with a later start.
+            let passed = passed_tbit(self.times, gone.saturating_sub(*at));
+            *start = start.map(|start| start + passed);
+            *at = at.saturating_sub(gone);
+        }
+        self.divided = self.divided.saturating_sub(gone);
+        self.examined = self.examined.saturating_sub(gone);
+        for candidate in self.open.iter_mut().chain(&mut self.short) {
+            candidate.shift(gone);
+        }
+        for division in &mut self.divisions {
+            if let Some(last) = &mut division.last {
+                last.shift(gone);
+            }
+        }
+    }
+}
+
+impl Candidate {
+    const fn shift(&mut self, gone: usize) {
+        (self.from, self.to) = (self.from.saturating_sub(gone), self.to.saturating_sub(gone));
+    }
+}
+
+impl Default for Framer {
+    fn default() -> Self {
+        Self::new(TimeSource::default())
+    }
+}
+
+/// Time from the start of a chunk to its octet number `count`.
+const fn passed_tbit(times: TimeSource, count: usize) -> u64 {
+    match times {
+        TimeSource::Exact => (count as u64).saturating_mul(CHARACTER_TBIT),
+        TimeSource::Platform => 0,
     }
 }
 
@@ -289,37 +509,13 @@ struct Score {
 }
 
 impl Score {
-    const fn plus(self, length: usize, checked: bool) -> Self {
-        if checked {
+    const fn plus(self, length: usize, is_checked: bool) -> Self {
+        if is_checked {
             Self { checked: self.checked.saturating_add(length), ..self }
         } else {
             Self { others: self.others.saturating_add(length), ..self }
         }
     }
-}
-
-/// The telegram chosen at an octet: its length, and whether it has a check octet.
-type Chosen = Option<(usize, bool)>;
-
-fn score_from(best: &[(Score, Chosen)], from: usize) -> Score {
-    best.get(from).map(|(score, _)| *score).unwrap_or_default()
-}
-
-/// The spans of the telegrams chosen at each octet.
-fn spans_of(chosen: &[Chosen]) -> Vec<Span> {
-    let (mut spans, mut from): (Vec<Span>, usize) = (Vec::new(), 0);
-    let end = chosen.len().saturating_sub(1);
-    while from < end {
-        let length = chosen.get(from).copied().flatten().map(|(length, _)| length);
-        let to = from.saturating_add(length.unwrap_or(1));
-        let kind = if length.is_some() { PieceKind::Valid } else { PieceKind::Damaged };
-        match spans.last_mut() {
-            Some(last) if last.kind == PieceKind::Damaged && kind == PieceKind::Damaged => last.to = to,
-            _ => spans.push(Span { from, to, kind }),
-        }
-        from = to;
-    }
-    spans
 }
 
 #[cfg(test)]
@@ -329,9 +525,13 @@ mod tests {
     use profivac_sim::scenario::hex;
     use profivac_wire::DataTelegram;
 
+    fn chunk(octets: &[u8]) -> Chunk {
+        Chunk { octets: octets.to_vec(), ..Chunk::default() }
+    }
+
     fn framed(chunks: &[&[u8]]) -> Vec<Piece> {
         let (mut framer, mut out) = (Framer::default(), Vec::new());
-        chunks.iter().for_each(|chunk| framer.push(None, chunk, &[], &mut out));
+        chunks.iter().for_each(|octets| framer.push(&chunk(octets), &mut out));
         framer.flush(&mut out);
         out
     }
@@ -396,15 +596,15 @@ mod tests {
     fn pieces(random: &mut Random, line: &[Vec<u8>], timed: bool) -> Vec<(usize, Piece)> {
         let (mut framer, mut pieces, octets) = (Framer::default(), Vec::new(), line.concat());
         if timed {
-            for (number, chunk) in (0..).zip(line) {
-                framer.push(Some(BitTime(number * 10_000)), chunk, &[], &mut pieces);
+            for (number, octets) in (0..).zip(line) {
+                framer.push(&Chunk { start: Some(BitTime(number * 10_000)), ..chunk(octets) }, &mut pieces);
                 framer.flush(&mut pieces);
             }
         } else {
             let mut rest = &octets[..];
             while !rest.is_empty() {
-                let (chunk, more) = rest.split_at(rest.len().min(1 + random.below(40) as usize));
-                framer.push(None, chunk, &[], &mut pieces);
+                let (octets, more) = rest.split_at(rest.len().min(1 + random.below(40) as usize));
+                framer.push(&chunk(octets), &mut pieces);
                 rest = more;
             }
             framer.flush(&mut pieces);
@@ -512,7 +712,8 @@ mod tests {
     #[test]
     fn the_framer_puts_an_octet_with_a_character_error_into_a_damaged_piece() {
         let (mut framer, mut out) = (Framer::default(), Vec::new());
-        framer.push(Some(BitTime(100)), &hex("10 08 02 49 53 16 E5"), &[2], &mut out);
+        let octets = chunk(&hex("10 08 02 49 53 16 E5"));
+        framer.push(&Chunk { start: Some(BitTime(100)), errors: vec![2], ..octets }, &mut out);
         framer.flush(&mut out);
         assert_eq!(
             kinds_and_octets(&out),
@@ -524,23 +725,77 @@ mod tests {
     #[test]
     fn the_framer_returns_a_complete_telegram_at_once_and_damaged_octets_with_the_next_telegram() {
         let (mut framer, mut out) = (Framer::default(), Vec::new());
-        framer.push(None, &hex("68 05 05 68 88 82 6D"), &[], &mut out);
+        framer.push(&chunk(&hex("68 05 05 68 88 82 6D")), &mut out);
         assert!(out.is_empty());
-        framer.push(None, &hex("3C 3E F1 16"), &[], &mut out);
+        framer.push(&chunk(&hex("3C 3E F1 16")), &mut out);
         assert_eq!(out.len(), 1);
-        framer.push(None, &hex("68 05 05 68 88"), &[], &mut out);
-        framer.push(None, &hex("10 08 02 49 53 16"), &[], &mut out);
+        framer.push(&chunk(&hex("68 05 05 68 88")), &mut out);
+        framer.push(&chunk(&hex("10 08 02 49 53 16")), &mut out);
         let kinds: Vec<_> = out.iter().map(|piece| piece.kind).collect();
         assert_eq!(kinds, [PieceKind::Valid, PieceKind::Damaged, PieceKind::Valid]);
     }
 
+    /// The noise of which each octet or each few octets may begin a telegram.
+    fn periodic_noise() -> Vec<Vec<u8>> {
+        let every = |octet: u8, period: usize| [&[octet][..], &vec![0; period - 1]].concat();
+        let mut noise = vec![every(0x10, 6), every(0xA2, 14), every(0xDC, 3), every(0x68, 4)];
+        noise.extend([vec![0x68], vec![0x10], vec![0], vec![0xE5], vec![0xDC], vec![0xFF], vec![0xDC, 1, 2]]);
+        // Headers of the longest telegram, telegrams inside telegrams, and a telegram without end.
+        noise.extend([hex("68 F9 F9 68"), hex("68 03 03 68 10 00 00 00 00 16 16"), hex("68 68 68 68 16")]);
+        noise
+    }
+
     #[test]
-    fn the_framer_holds_a_limited_number_of_octets_of_endless_noise() {
-        let (mut framer, mut out) = (Framer::default(), Vec::new());
-        for _ in 0..1000 {
-            framer.push(None, &[0; 100], &[], &mut out);
-            assert!(framer.octets.len() <= MAX_DAMAGED + 100);
+    fn the_work_is_proportional_to_the_octets_of_any_noise_and_few_octets_are_held() {
+        for noise in periodic_noise() {
+            for portion in [1, 7, 4096] {
+                let (mut framer, mut out, mut work) = (Framer::default(), Vec::new(), Vec::new());
+                let mut octets = noise.iter().copied().cycle();
+                for _ in 0..4 {
+                    for _ in 0..40_960 / portion {
+                        let octets: Vec<u8> = octets.by_ref().take(portion).collect();
+                        framer.push(&Chunk { is_continued: true, ..chunk(&octets) }, &mut out);
+                        out.clear();
+                        let longest = MAX_DAMAGED + MAX_CHAIN + MAX_TELEGRAM;
+                        assert!(framer.held() <= longest, "{noise:02X?}: {}", framer.held());
+                    }
+                    work.push(framer.work());
+                }
+                // The last quarter is not more work than the second one; the first octets of each wait for those behind.
+                assert!(work[3] - work[2] <= work[1] - work[0] + 10_000, "{noise:02X?} in {portion}: {work:?}");
+                assert!(work[3] <= 4 * 40_960 * 2 * MAX_TELEGRAM as u64, "{noise:02X?} in {portion}: {work:?}");
+            }
         }
-        assert!(out.len() > 50);
+    }
+
+    /// Chunks that continue each other have the pieces of one chunk.
+    #[test]
+    fn the_pieces_do_not_depend_on_the_sizes_of_portions() {
+        let mut random = Random::new(10);
+        for _ in 0..1_000 {
+            let octets = line(&mut random).0.concat();
+            let whole = framed(&[&octets]);
+            let (mut framer, mut out, mut rest) = (Framer::default(), Vec::new(), &octets[..]);
+            while !rest.is_empty() {
+                let (part, more) = rest.split_at(rest.len().min(1 + random.below(40) as usize));
+                framer.push(&Chunk { is_continued: !more.is_empty(), ..chunk(part) }, &mut out);
+                rest = more;
+            }
+            framer.flush(&mut out);
+            assert_eq!(out, whole, "{octets:02X?}");
+        }
+    }
+
+    #[test]
+    fn the_framer_gives_up_a_telegram_that_began_too_early() {
+        let (mut framer, mut out) = (Framer::new(TimeSource::Platform), Vec::new());
+        framer.push(&Chunk { start: Some(BitTime(100)), ..chunk(&hex("00 68 05 05 68 88")) }, &mut out);
+        framer.push(&Chunk { start: Some(BitTime(200)), ..chunk(&hex("68 05 05 68")) }, &mut out);
+        framer.give_up(BitTime(100), &mut out);
+        assert!(out.is_empty());
+        framer.give_up(BitTime(101), &mut out);
+        assert_eq!(kinds_and_octets(&out), [(PieceKind::Damaged, "00 68 05 05 68 88".to_owned())]);
+        framer.push(&Chunk { start: Some(BitTime(300)), ..chunk(&hex("88 82 6D 3C 3E F1 16")) }, &mut out);
+        assert_eq!((out.len(), out[1].kind, out[1].start), (2, PieceKind::Valid, Some(BitTime(200))));
     }
 }

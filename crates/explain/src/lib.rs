@@ -10,7 +10,7 @@
 //! | Layer | Module | Result |
 //! |---|---|---|
 //! | telegrams | [`frame`] | telegrams and damaged pieces |
-//! | files | [`input`], [`octet_row`] | octets from captures, traces and logs, with times if the file has times |
+//! | files | [`input`], [`text`] | octets from captures, traces and logs, with times if the file has times |
 //! | ports | [`tap`] | octets with times, from a port that only listens |
 //! | cycles | [`cycle`] | requests with their answers |
 //! | names | [`names`], `refusal` (private) | parameters, values and reasons in the words of the manuals |
@@ -25,15 +25,14 @@ pub mod frame;
 pub mod input;
 pub mod names;
 pub mod note;
-pub mod octet_row;
 mod refusal;
 pub mod ring;
 pub mod slave;
 pub mod tap;
+pub mod text;
 
 use explainer::Explainer;
-use frame::{Framer, Piece, TimeSource};
-use input::Chunk;
+use frame::{Chunk, Framer, Piece, TimeSource};
 use note::Note;
 use profivac_dp::link::{Baud, BitTime, CHARACTER_TBIT, T_SYN_TBIT};
 use profivac_host::clock::tbit_of;
@@ -63,11 +62,17 @@ pub struct Decoder {
     end: Option<BitTime>,
     /// No telegram continues after a pause of this length.
     gap_tbit: u64,
+    baud: Baud,
+    times: TimeSource,
 }
 
 /// Longest pause that an operating system or an adapter may make within a telegram. free choice: longer than the 16 ms for
 /// which an adapter may hold octets back (profibus-wire 9.4, point 36), short enough for a live display.
 pub const PLATFORM_SILENCE: Duration = Duration::from_millis(50);
+
+/// Longest delay between octets on a live line and their report. free choice: longer than a telegram of 255 octets at 9.6 kbit/s
+/// (292 ms), and less than a second.
+pub const LONGEST_DELAY: Duration = Duration::from_millis(500);
 
 impl Decoder {
     /// A decoder without any traffic yet.
@@ -78,7 +83,7 @@ impl Decoder {
             TimeSource::Platform => tbit_of(baud, PLATFORM_SILENCE).max(T_SYN_TBIT),
         };
         let (framer, explainer) = (Framer::new(times), Explainer::new(baud));
-        Self { framer, explainer, pieces: Vec::new(), number: 0, end: None, gap_tbit }
+        Self { framer, explainer, pieces: Vec::new(), number: 0, end: None, gap_tbit, baud, times }
     }
 
     /// The state of the line as the traffic shows it.
@@ -95,7 +100,11 @@ impl Decoder {
             self.framer.flush(&mut self.pieces);
         }
         self.end = chunk.start.map(|start| start + (chunk.octets.len() as u64).saturating_mul(CHARACTER_TBIT));
-        self.framer.push(chunk.start, &chunk.octets, &chunk.errors, &mut self.pieces);
+        self.framer.push(chunk, &mut self.pieces);
+        if let (TimeSource::Platform, Some(now)) = (self.times, chunk.start) {
+            let limit = now.0.saturating_sub(tbit_of(self.baud, LONGEST_DELAY));
+            self.framer.give_up(BitTime(limit), &mut self.pieces);
+        }
         self.explain_pieces(explained);
     }
 

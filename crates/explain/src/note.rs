@@ -13,6 +13,8 @@ pub enum Kind {
     StartUp,
     /// A refused request.
     Refused,
+    /// A request that its master sends again.
+    Repetition,
     /// The owner of a slave.
     Owner,
     /// Data_Exchange begins or its states change.
@@ -40,6 +42,7 @@ impl Kind {
             Self::Ring => "ring",
             Self::StartUp => "start-up",
             Self::Refused => "refused",
+            Self::Repetition => "repetition",
             Self::Owner => "owner",
             Self::Exchange => "exchange",
             Self::Diagnosis => "diagnosis",
@@ -50,6 +53,11 @@ impl Kind {
             Self::Damaged => "damaged",
         }
     }
+}
+
+/// `1 octet`, `2 octets`.
+pub(super) fn octets(count: usize) -> String {
+    format!("{count} octet{}", if count == 1 { "" } else { "s" })
 }
 
 /// A sentence about a change.

@@ -1,6 +1,7 @@
 //! Reasons why a slave refused Set_Prm, Chk_Cfg or a task of its parameter channel, from the telegrams and the tables of the
 //! device.
 
+use super::note::octets;
 use profivac_devices::model::{AccessError, Configuration, Model};
 use profivac_sim::describe::Hex;
 use profivac_wire::cfg::lengths;
@@ -101,7 +102,8 @@ fn difference(near: &[u8], requested: &[u8]) -> String {
     };
     match (lengths(near), lengths(requested)) {
         (Ok(right), Ok(wrong)) if right != wrong => {
-            let [right, wrong] = [right, wrong].map(|sum| format!("{} octets out and {} in", sum.outputs, sum.inputs));
+            let [right, wrong] =
+                [right, wrong].map(|sum| format!("{} out and {} in", octets(sum.outputs.into()), sum.inputs));
             format!("{octet}; {right} instead of {wrong}")
         }
         _ => octet,

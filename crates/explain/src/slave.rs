@@ -4,7 +4,7 @@ use super::acyclic::Records;
 use super::cycle::{Answer, Request, status_text};
 use super::cyclic::Cyclic;
 use super::names::DeviceTables;
-use super::note::{Kind, Notes};
+use super::note::{Kind, Notes, octets};
 use super::refusal::{RefusedConfiguration, chk_cfg_reason, set_prm_reason};
 use profivac_client::identify::device_names;
 use profivac_devices::catalog::{MODELS, model_with_ident};
@@ -18,6 +18,7 @@ use profivac_wire::control::Status;
 use profivac_wire::diag::{NO_MASTER, SlaveDiag, StationStatus};
 use profivac_wire::ext_diag::{Block, Blocks, MessageKind};
 use profivac_wire::prm::{Dpv1Status1, PrmStatus, SetPrm};
+use std::collections::BTreeMap;
 
 /// The number of unanswered requests in a row after which a note reports it.
 const REPORTED_SILENCE: u32 = 2;
@@ -84,6 +85,8 @@ pub struct Slave {
     records: Records,
     cyclic: Cyclic,
     unanswered_in_a_row: u32,
+    /// The services that the slave refuses, or answers without data, and how.
+    refusals: BTreeMap<String, Status>,
     /// Start of the last request of its owner.
     last_owner_request: Option<BitTime>,
     /// The longest pause between requests of its owner since data exchange began.
@@ -105,6 +108,7 @@ impl Slave {
             records: Records::default(),
             cyclic: Cyclic::default(),
             unanswered_in_a_row: 0,
+            refusals: BTreeMap::new(),
             last_owner_request: None,
             pause_tbit: 0,
         }
@@ -141,6 +145,14 @@ impl Slave {
         }
     }
 
+    /// Adds a note about a repetition, unless the slave is silent for a longer time already.
+    pub(super) fn repeated(&self, request: &Request, reason: &str, notes: &mut Notes<'_>) {
+        if self.unanswered_in_a_row < REPORTED_SILENCE {
+            let text = format!("master {} repeats {}: {reason}", request.master, request.service());
+            notes.about(self.address, Kind::Repetition, text);
+        }
+    }
+
     /// Records a request without an answer.
     pub(super) fn unanswered(&mut self, request: &Request, notes: &mut Notes<'_>) {
         self.counters.unanswered = self.counters.unanswered.saturating_add(1);
@@ -165,6 +177,7 @@ impl Slave {
             notes.about(self.address, Kind::Presence, text);
         }
         self.unanswered_in_a_row = 0;
+        self.report_refusal(request, answer, notes);
         match request.sap {
             Sap::SlaveDiag => self.diagnosed(answer.du, baud, notes),
             Sap::SetPrm => self.parameterised(request, answer, notes),
@@ -178,6 +191,32 @@ impl Slave {
             Sap::SetExtPrm | Sap::RdInp | Sap::RdOutp | Sap::GlobalControl | Sap::Other(_) => {}
         }
         String::new()
+    }
+
+    /// Adds a note about the first refusal of a service that has no sentence of its own, and about an answer without the data that the
+    /// service returns.
+    fn report_refusal(&mut self, request: &Request, answer: Answer<'_>, notes: &mut Notes<'_>) {
+        let has_sentence = match request.sap {
+            Sap::SetPrm | Sap::ChkCfg | Sap::SetSlaveAdd | Sap::Default => true,
+            Sap::Ms1 | Sap::Ms2(_) | Sap::ResourceManager | Sap::Alarm => true,
+            Sap::SlaveDiag | Sap::GetCfg | Sap::SetExtPrm | Sap::RdInp | Sap::RdOutp => false,
+            Sap::GlobalControl | Sap::Other(_) => false,
+        };
+        let (service, master) = (request.service(), request.master);
+        let is_without_data = answer.is_ack() && matches!(request.sap, Sap::SlaveDiag | Sap::GetCfg);
+        if has_sentence || !(answer.is_refusal() || is_without_data) {
+            self.refusals.remove(&service);
+            return;
+        }
+        let status = status_text(answer.status);
+        let text = if answer.is_refusal() {
+            format!("refuses {service} of master {master}: {status}")
+        } else {
+            format!("answers {service} of master {master} without data: {status}")
+        };
+        if self.refusals.insert(service, answer.status) != Some(answer.status) {
+            notes.about(self.address, Kind::Refused, text);
+        }
     }
 
     fn parameterised(&mut self, request: &Request, answer: Answer<'_>, notes: &mut Notes<'_>) {
@@ -213,9 +252,11 @@ impl Slave {
         self.tables.model = known.map(|(model, _)| model).or(self.tables.model);
         self.cyclic.configure(known.map(|(_, configuration)| configuration));
         let lengths = profivac_wire::cfg::lengths(&request.du);
-        let octets = lengths
-            .map_or_else(|error| error.to_string(), |sum| format!("{} octets out, {} in", sum.outputs, sum.inputs));
-        let text = format!("master {} asks for the configuration {}: {octets}", request.master, Hex(&request.du));
+        let lengths = lengths.map_or_else(
+            |error| error.to_string(),
+            |sum| format!("{} out, {} in", octets(sum.outputs.into()), sum.inputs),
+        );
+        let text = format!("master {} asks for the configuration {}: {lengths}", request.master, Hex(&request.du));
         notes.about(self.address, Kind::StartUp, text);
     }
 
@@ -371,7 +412,8 @@ impl Slave {
         if self.cyclic.begins() {
             self.pause_tbit = 0;
         }
-        self.cyclic.inputs(self.address, &self.tables, request, answer, notes)
+        let has_started = !self.prm.octets.is_empty() || !self.requested_cfg.is_empty();
+        self.cyclic.inputs(self.address, &self.tables, request, answer, has_started, notes)
     }
 }
 
@@ -402,14 +444,14 @@ fn block_text(block: Block<'_>) -> String {
     match block {
         Block::Device(content) => match profivac_wire::ext_diag::Message::parse(content) {
             Ok(message) if matches!(message.kind, MessageKind::Alarm(1..=6) | MessageKind::Status(1..=3)) => {
-                format!("{} of slot {}: {}", message.kind.name(), message.slot, Hex(message.data))
+                message.to_string()
             }
             _ => format!("device {}", Hex(content)),
         },
         Block::Identifier(content) => {
             let modules: Vec<String> =
                 profivac_wire::ext_diag::identifiers_with_diagnosis(content).map(|number| number.to_string()).collect();
-            format!("modules {}", modules.join(" "))
+            if modules.is_empty() { "no module".to_owned() } else { format!("modules {}", modules.join(" ")) }
         }
         Block::Channel(channel) => {
             let error = profivac_wire::ext_diag::channel_error(channel.error);

@@ -1,7 +1,7 @@
 //! Receives octets from a port and never sends.
 
 use super::PLATFORM_SILENCE;
-use super::input::Chunk;
+use super::frame::Chunk;
 use profivac_dp::link::{Baud, BitTime, CHARACTER_TBIT, T_SYN_TBIT};
 use profivac_host::clock::{Clock, tbit_of};
 use profivac_host::port::{Character, Port, PortError};
@@ -82,7 +82,7 @@ impl Tap {
         // A UART delivers several characters at once: the first one began earlier by their duration.
         let early_tbit = if self.port.is_timed() { (octets.len() as u64).saturating_mul(CHARACTER_TBIT) } else { 0 };
         self.before = self.before.max(BitTime(now.0.saturating_sub(early_tbit)));
-        Chunk { start: Some(self.before), octets, errors }
+        Chunk { start: Some(self.before), octets, errors, is_continued: false }
     }
 }
 

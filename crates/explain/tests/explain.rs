@@ -253,5 +253,138 @@ fn the_explainer_counts_repetitions_and_reports_a_silent_slave_once() {
     let counters = decoder.explainer().counters(5);
     assert_eq!((counters.requests, counters.retries, counters.unanswered), (6, 3, 4));
     let texts = sentences(&log);
-    assert_eq!(texts[1..], ["does not answer master 2 any more", "answers again after 4 unanswered requests"]);
+    let expected = [
+        "master 2 repeats Slave_Diag: no answer came",
+        "does not answer master 2 any more",
+        "answers again after 4 unanswered requests",
+    ];
+    assert_eq!(texts[1..], expected);
+}
+
+/// An answer of the slave at address 5 without data, as SD1.
+fn bare(master: u8, status: u8) -> String {
+    let frame = profivac_wire::DataTelegram { da: master, sa: 5, dsap: None, ssap: None, fc: status, du: &[] };
+    let mut out = [0; profivac_wire::MAX_TELEGRAM];
+    let length = profivac_wire::Telegram::Data(frame).emit(&mut out).unwrap();
+    format!("{}\n", profivac_sim::describe::Hex(&out[..length]))
+}
+
+#[test]
+fn every_refusal_has_a_sentence_that_names_the_service() {
+    let exchange = "68 05 05 68 05 02 5D AA 55 63 16\n";
+    let log = [exchange.to_owned() + &bare(2, 0x02), request(2, 60, 0x5D, &[]) + &bare(2, 0x03)];
+    let log = log.concat()
+        + &request(2, 59, 0x7D, &[])
+        + &bare(2, 0x01)
+        // The same refusal again has no sentence; after an answer it has one.
+        + &request(2, 59, 0x5D, &[])
+        + &bare(2, 0x01)
+        + &request(2, 59, 0x7D, &[])
+        + &answer(2, 59, &[0x11])
+        + &request(2, 59, 0x5D, &[])
+        + &bare(2, 0x01)
+        // Its request was lost.
+        + &bare(2, 0x03);
+    assert_eq!(
+        sentences(&log),
+        [
+            "refuses to exchange data: RR: it has no resource for that now",
+            "refuses Slave_Diag of master 2: RS: this service is not open to this master",
+            "refuses Get_Cfg of master 2: UE: its application has failed",
+            "has the configuration 11",
+            "refuses Get_Cfg of master 2: UE: its application has failed",
+            "refuses a request of master 2 that was not received: RS: this service is not open to this master",
+        ]
+    );
+}
+
+#[test]
+fn sessions_that_were_open_before_have_a_sentence() {
+    let idle = request(2, 48, 0x5D, &[0x48]) + "E5\n" + &request(2, 48, 0x7D, &[]) + &answer(2, 48, &[0x48]);
+    let exchange = "68 04 04 68 05 02 5D AA 0E 16\n68 04 04 68 02 05 08 01 10 16\n";
+    assert_eq!(
+        sentences(&(idle.clone() + &idle + exchange)),
+        [
+            "has an MS2 connection on SAP 48 with master 2; its opening was not received",
+            "exchanges data with master 2, 1 octet out, 1 in; its start-up was not received",
+        ]
+    );
+}
+
+#[test]
+fn a_repetition_has_a_sentence_with_its_reason() {
+    let first = request(2, 60, 0x5D, &[]);
+    let reply = answer(2, 60, &[0, 0x0C, 0, 2, 0x08, 0xE6]);
+    let mut damaged = reply.clone();
+    damaged.replace_range(21..23, "FF");
+    for (between, reason) in [
+        ("", "no answer came"),
+        (damaged.as_str(), "the answer is damaged"),
+        (reply.as_str(), "its master did not receive the answer"),
+    ] {
+        let texts = sentences(&(first.clone() + between + &first + &reply));
+        assert!(texts.contains(&format!("master 2 repeats Slave_Diag: {reason}")), "{texts:?}");
+    }
+}
+
+/// Behind damaged octets that may be requests, an equal frame count bit shows no repetition.
+#[test]
+fn an_equal_frame_count_bit_behind_a_damaged_stretch_is_no_repetition() {
+    let first = request(2, 60, 0x5D, &[]);
+    let reply = answer(2, 60, &[0, 0x0C, 0, 2, 0x08, 0xE6]);
+    let mut damaged = request(2, 60, 0x7D, &[]) + &reply;
+    damaged.replace_range(15..17, "FF");
+    damaged.replace_range(60..62, "FF");
+    let log = first.clone() + &reply + &damaged + &first + &reply;
+    let capture = Capture::read(log.as_bytes(), BAUD).unwrap();
+    let (mut decoder, mut explained) = (Decoder::new(BAUD, capture.times), Vec::new());
+    capture.chunks.iter().for_each(|chunk| decoder.push(chunk, &mut explained));
+    decoder.end(&mut explained);
+    assert_eq!(decoder.explainer().summary().damaged, 1);
+    assert_eq!(decoder.explainer().counters(5).retries, 0);
+}
+
+#[test]
+fn a_station_that_only_answers_is_a_slave() {
+    use profivac_explain::explainer::Role;
+    let roles = |log: &str| {
+        let capture = Capture::read(log.as_bytes(), BAUD).unwrap();
+        let (mut decoder, mut explained) = (Decoder::new(BAUD, capture.times), Vec::new());
+        capture.chunks.iter().for_each(|chunk| decoder.push(chunk, &mut explained));
+        decoder.end(&mut explained);
+        decoder.explainer().summary().roles.clone().into_iter().collect::<Vec<_>>()
+    };
+    assert_eq!(roles("68 05 05 68 04 27 08 00 00 33 16"), [(0x27, Role::Slave)]);
+    assert_eq!(roles("10 02 03 20 25 16"), [(3, Role::Master)]);
+    assert_eq!(roles("68 05 05 68 04 27 08 00 00 33 16 DC 02 27"), [(0x27, Role::Master)]);
+}
+
+/// A line that is never silent: octets are reported half a second after they came at the latest, whatever they are.
+#[test]
+fn octets_on_a_live_line_are_reported_within_a_second() {
+    use profivac_dp::link::BitTime;
+    use profivac_explain::frame::{Chunk, TimeSource};
+    let noise =
+        [vec![0x10, 0, 0, 0, 0, 0], vec![0xA2; 1], vec![0xDC, 0, 0], vec![0x68], vec![0], vec![0x68, 249, 249, 0x68]];
+    for (noise, baud) in noise.iter().flat_map(|noise| [(noise, Baud::B9600), (noise, Baud::B12000000)]) {
+        // An octet every 40 ms: no pause ends a telegram.
+        let second = u64::from(baud.bits_per_second());
+        let (mut decoder, mut explained, mut reported) = (Decoder::new(baud, TimeSource::Platform), Vec::new(), 0);
+        for (number, octet) in (0_u64..500).zip(noise.iter().cycle()) {
+            let now = number * second / 25;
+            let octets = vec![*octet];
+            decoder.push(&Chunk { start: Some(BitTime(now)), octets, ..Chunk::default() }, &mut explained);
+            reported += explained.drain(..).map(|explained| explained.piece.octets.len() as u64).sum::<u64>();
+            assert!(reported + 25 > number, "{noise:02X?}: {reported} of {number}");
+        }
+    }
+}
+
+#[test]
+fn a_diagnosis_without_modules_has_a_whole_sentence() {
+    let diag =
+        |fc, ext: &[u8]| request(2, 60, fc, &[]) + &answer(2, 60, &[&[8, 0x0C, 0, 2, 0x08, 0xE6][..], ext].concat());
+    let texts = sentences(&(diag(0x6D, &[0x42, 0]) + &diag(0x5D, &[0x05, 0x82, 0, 0, 0])));
+    assert_eq!(texts[1], "its diagnosis: Ext_Diag, no module");
+    assert_eq!(texts[2], "its diagnosis: Ext_Diag, module status of slot 0: all valid");
 }

@@ -1,22 +1,26 @@
 //! `profivac decode`: explains recorded traffic.
 
-use crate::explanation::{Capture, PrintOptions, Printer};
+use crate::explanation::{Accounting, Capture, PrintOptions, Printer, counted};
 use crate::failure::Failure;
 use crate::output::{check, notice};
 use crate::values;
-use clap::Args;
+use clap::{Args, ValueEnum};
 use profivac_dp::link::Baud;
-use profivac_explain::input::{Chunk, Damage, InputError, Skipped, Source};
+use profivac_explain::input::{
+    Chunk, Damage, Ignored, IgnoredKind, IgnoredText, InputError, LeftOver, Source, SourceKind,
+};
+use profivac_explain::text::OMITTED;
 use profivac_explain::{Decoder, ExplainedPiece};
 use std::fs;
 use std::io::{self, Read};
 
 /// Explain recorded traffic: start-ups, refusals with their reason, reads and writes.
 ///
-/// The command accepts a capture file (pcapng), a trace of profivac, or text with hexadecimal octets as programs print them: dumps of
-/// xxd and hexdump, logs with times, arrows and words, 0x, commas, colons. Damaged telegrams are reported and never hide valid
-/// telegrams beside them. Each explanation is printed as soon as its input is read, also from a pipe that never ends. A file that is truncated, or still
-/// being written, is explained up to its end; then a message gives the position, and the exit code is 2.
+/// The command accepts a capture file (pcapng), a trace of profivac, the octets of a line, or text with hexadecimal octets as programs print
+/// them: dumps of od, xxd and hexdump, logs with times, arrows and words, 0x, commas, colons. No octet is lost: each one is part
+/// of a telegram, of a damaged piece, or left over, with the number of its line. Damaged telegrams never hide valid ones beside
+/// them. Each explanation is printed as soon as its input is read, also from a pipe that never ends. A file that is truncated, or still being written, is
+/// explained up to its end; then a message gives the position, and the exit code is 2.
 #[derive(Args, Debug)]
 #[command(after_help = EXAMPLES)]
 pub struct Arguments {
@@ -26,8 +30,22 @@ pub struct Arguments {
     /// Bits per second, if the file does not contain it
     #[arg(long, value_name = "RATE", default_value = "19200", value_parser = values::baud)]
     baud: Baud,
+    /// How to read the file, if its first octets mislead: text with octets in hexadecimal, or the octets of the line
+    #[arg(long, value_name = "KIND", default_value = "auto", value_enum)]
+    input: Input,
     #[command(flatten)]
     options: PrintOptions,
+}
+
+/// How a file is read.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Input {
+    /// As its first octets show
+    Auto,
+    /// Text with octets in hexadecimal
+    Text,
+    /// The octets of the line
+    Octets,
 }
 
 const EXAMPLES: &str = "\
@@ -36,6 +54,7 @@ Examples:
   profivac decode --raw log.txt
   echo 'TX 68 05 05 68 88 82 6D 3C 3E F1 16' | profivac decode --raw
   profivac decode log.txt --out log.pcapng        # for Wireshark, see contrib/wireshark
+  profivac decode --input octets line.bin         # not text, though its octets may look like it
   profivac decode --json capture.pcapng";
 
 /// The number of pieces that are explained before they are printed.
@@ -45,24 +64,57 @@ const BATCH: usize = 1000;
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let name = if arguments.file == "-" { "standard input" } else { &arguments.file };
     let file = open(&arguments.file).map_err(|error| Failure::usage(format!("{name} cannot be read: {error}")))?;
-    let bad = |error: InputError| Failure::usage(format!("{name}: {error}"));
-    let mut source = Source::open(file, arguments.baud).map_err(bad)?;
+    let mut source = match arguments.input {
+        Input::Auto => Source::open(file, arguments.baud),
+        Input::Text => Source::open_as(file, arguments.baud, SourceKind::Text),
+        Input::Octets => Source::open_as(file, arguments.baud, SourceKind::Octets),
+    }
+    .map_err(|error| refused(error, name, arguments.input))?;
+    report_kind(&source, name);
     let baud = source.line_baud.unwrap_or(arguments.baud);
     let mut output = DecodeOutput {
         decoder: Decoder::new(baud, source.times),
         printer: Printer::new(&arguments.options, baud),
         capture: Capture::begin(&arguments.options, baud)?,
-        octets: 0,
+        left_over: LeftOverCount::default(),
     };
     let (mut chunks, mut has_more) = (Vec::new(), true);
     while has_more {
-        has_more = source.read(&mut chunks).map_err(bad)?;
+        has_more = source.read(&mut chunks).map_err(|error| refused(error, name, arguments.input))?;
         output.explain(&chunks)?;
+        output.leave_over(&mut source.left_over)?;
         chunks.clear();
     }
-    output.end()?;
-    report_skipped_lines(source.skipped, name);
-    output.check_damage(source.damage, name)
+    output.end(&source)?;
+    report_ignored(&source.ignored(), name);
+    output.left_over.report(name);
+    output.check_damage(source.damage, source.octets, name)
+}
+
+/// The failure of a file that cannot be decoded.
+fn refused(error: InputError, name: &str, input: Input) -> Failure {
+    let other = match (&error, input) {
+        (InputError::NoOctets { .. }, Input::Auto) => "; --input octets reads the file as the octets of a line",
+        _ => "",
+    };
+    Failure::usage(format!("{name}: {error}{other}"))
+}
+
+/// Prints how the file is read, and how to read it otherwise.
+fn report_kind<R: Read>(source: &Source<R>, name: &str) {
+    match source.kind {
+        SourceKind::Text if source.is_detected => {
+            notice(&format_args!(
+                "{name}: read as text with octets in hexadecimal (--input octets: as the octets of a line)"
+            ));
+        }
+        SourceKind::Octets if source.is_detected => {
+            notice(&format_args!(
+                "{name}: read as the octets of a line (--input text: as text with octets in hexadecimal)"
+            ));
+        }
+        SourceKind::Text | SourceKind::Octets | SourceKind::Pcapng | SourceKind::Trace => {}
+    }
 }
 
 /// A file or standard input.
@@ -70,11 +122,51 @@ fn open(file: &str) -> io::Result<Box<dyn Read>> {
     Ok(if file == "-" { Box::new(io::stdin().lock()) } else { Box::new(fs::File::open(file)?) })
 }
 
-/// Prints a notice about lines that were skipped.
-fn report_skipped_lines(skipped: Skipped, name: &str) {
-    if let Skipped { count, first: Some(first) } = skipped {
-        let lines = if count == 1 { "line" } else { "lines" };
-        notice(&format_args!("{name}: {count} {lines} without octets, the first is line {first}"));
+/// Prints a notice about text that is not octets.
+fn report_ignored(ignored: &Ignored, name: &str) {
+    for (kind, IgnoredText { lines, first_line, first_text, .. }) in ignored.kinds() {
+        let what = match kind {
+            IgnoredKind::Line => "without octets",
+            IgnoredKind::Words => "with words beside octets",
+            IgnoredKind::Comment => "with a comment",
+            IgnoredKind::Address => "with an address",
+            IgnoredKind::Characters => "with octets as characters",
+            IgnoredKind::ByteOrderMark => "with a byte order mark",
+        };
+        notice(&format_args!(
+            "{name}: {} {what}, the first is line {first_line}: '{first_text}'",
+            counted(*lines as u64, "line")
+        ));
+    }
+}
+
+/// What may be octets and was not decoded.
+#[derive(Debug, Default)]
+struct LeftOverCount {
+    octets: u64,
+    texts: u64,
+    first: Option<LeftOver>,
+    /// Lines that a dump omits are missing, and their number is not known.
+    has_omitted: bool,
+}
+
+impl LeftOverCount {
+    fn add(&mut self, left_over: &LeftOver) {
+        self.octets = self.octets.saturating_add(left_over.octets as u64);
+        self.texts = self.texts.saturating_add(1);
+        self.has_omitted |= left_over.text == OMITTED;
+        self.first.get_or_insert_with(|| left_over.clone());
+    }
+
+    fn report(&self, name: &str) {
+        if let Some(LeftOver { line, text, .. }) = &self.first {
+            let (octets, texts) = (counted(self.octets, "octet"), counted(self.texts, "line"));
+            let omitted =
+                if self.has_omitted { "; * stands for lines that the dump omits, od -v prints them" } else { "" };
+            notice(&format_args!(
+                "{name}: {octets} left over in {texts}, the first is line {line}: '{text}'; --raw shows all{omitted}"
+            ));
+        }
     }
 }
 
@@ -83,27 +175,36 @@ struct DecodeOutput<'a> {
     decoder: Decoder,
     printer: Printer<'a>,
     capture: Option<Capture>,
-    octets: usize,
+    left_over: LeftOverCount,
 }
 
 impl DecodeOutput<'_> {
     fn explain(&mut self, chunks: &[Chunk]) -> Result<(), Failure> {
         let mut explained = Vec::new();
-        for batch in chunks.chunks(BATCH) {
-            for chunk in batch {
-                self.octets = self.octets.saturating_add(chunk.octets.len());
-                self.decoder.push(chunk, &mut explained);
+        for chunk in chunks {
+            self.decoder.push(chunk, &mut explained);
+            if explained.len() >= BATCH {
+                self.show(&mut explained)?;
             }
-            self.show(&mut explained)?;
         }
-        Ok(())
+        self.show(&mut explained)
     }
 
-    fn end(&mut self) -> Result<(), Failure> {
+    /// Counts and shows what is left over.
+    fn leave_over(&mut self, texts: &mut Vec<LeftOver>) -> Result<(), Failure> {
+        for left_over in texts.drain(..) {
+            self.left_over.add(&left_over);
+            self.printer.left_over(&left_over);
+        }
+        check()
+    }
+
+    fn end<R: Read>(&mut self, source: &Source<R>) -> Result<(), Failure> {
         let mut explained = Vec::new();
         self.decoder.end(&mut explained);
         self.show(&mut explained)?;
-        self.printer.summary(self.decoder.explainer());
+        let input = Accounting { kind: Some(source.kind), read: source.octets, left_over: self.left_over.octets };
+        self.printer.summary(self.decoder.explainer(), input);
         Ok(())
     }
 
@@ -116,7 +217,7 @@ impl DecodeOutput<'_> {
     }
 
     /// Fails for a file without a telegram, and for a capture or a trace that is truncated.
-    fn check_damage(&self, damage: Option<Damage>, name: &str) -> Result<(), Failure> {
+    fn check_damage(&self, damage: Option<Damage>, octets: u64, name: &str) -> Result<(), Failure> {
         if let Some(damage) = damage {
             return Err(Failure::usage(format!(
                 "{name}: {damage}; the output above explains everything before this position"
@@ -125,7 +226,7 @@ impl DecodeOutput<'_> {
         if self.decoder.explainer().summary().telegrams > 0 {
             return Ok(());
         }
-        let octets = self.octets;
-        Err(Failure::usage(format!("{name}: expected telegrams, none of {octets} octets belongs to a valid one")))
+        let octets = counted(octets, "octet");
+        Err(Failure::usage(format!("{name}: expected telegrams, none of {octets} belongs to a valid one")))
     }
 }

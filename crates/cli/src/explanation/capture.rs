@@ -4,7 +4,8 @@ use super::PrintOptions;
 use crate::failure::Failure;
 use profivac_dp::link::{Baud, BitTime, T_SYN_TBIT};
 use profivac_explain::ExplainedPiece;
-use profivac_sim::trace::{Entry, pcapng};
+use profivac_sim::trace::Entry;
+use profivac_sim::trace::pcapng::{self, Times};
 use std::fs::File;
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -28,14 +29,17 @@ impl Capture {
         Ok(Some(capture))
     }
 
-    /// Adds pieces. Pieces without a time follow each other at a distance of T_SYN.
+    /// Adds pieces. Pieces without a time follow each other at a distance of T_SYN, and are marked: their times are invented.
     pub fn add(&mut self, explained: &[ExplainedPiece]) -> Result<(), Failure> {
         let mut packets = Vec::new();
         for explained in explained {
-            let start = explained.piece.start.unwrap_or(self.end + T_SYN_TBIT);
+            let (start, times) = match explained.piece.start {
+                Some(start) => (start, Times::Measured),
+                None => (self.end + T_SYN_TBIT, Times::Invented),
+            };
             let entry = Entry::new(start, explained.piece.octets.as_slice(), explained.piece.errors.clone());
             self.end = entry.end();
-            packets.extend(pcapng::packet(&entry, self.baud));
+            packets.extend(pcapng::packet(&entry, times, self.baud));
         }
         self.write(&packets)
     }

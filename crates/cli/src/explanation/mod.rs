@@ -9,8 +9,9 @@ use crate::values::{Expected, ValueError};
 use clap::Args;
 use profivac_dp::link::{Baud, BitTime};
 use profivac_explain::ExplainedPiece;
-use profivac_explain::explainer::{Explainer, Summary};
+use profivac_explain::explainer::{Explainer, OctetCounts, Role, Summary};
 use profivac_explain::frame::{Piece, PieceKind};
+use profivac_explain::input::{LeftOver, SourceKind};
 use profivac_explain::note::Note;
 use profivac_sim::describe::{Description, Hex};
 use profivac_sim::trace::pcapng;
@@ -78,8 +79,41 @@ struct SummaryRow<'a> {
     telegrams: u64,
     damaged: u64,
     doubtful: u64,
+    input: Option<&'static str>,
+    octets: OctetsRow,
     sent: &'a std::collections::BTreeMap<u8, u64>,
+    masters: Vec<u8>,
     slaves: Vec<SlaveRow>,
+}
+
+/// Where the octets of the input are. `input` is the sum of the others.
+#[derive(Debug, Serialize)]
+struct OctetsRow {
+    input: u64,
+    telegrams: u64,
+    doubtful: u64,
+    damaged: u64,
+    left_over: u64,
+}
+
+/// Text that may be octets and was not decoded, in the JSON output.
+#[derive(Debug, Serialize)]
+struct LeftOverRow<'a> {
+    kind: &'static str,
+    line: usize,
+    text: &'a str,
+    octets: usize,
+}
+
+/// What was read.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Accounting {
+    /// Kind of the file; `None` for a port.
+    pub kind: Option<SourceKind>,
+    /// Octets that were decoded.
+    pub read: u64,
+    /// Octets that were not decoded.
+    pub left_over: u64,
 }
 
 #[derive(Debug, Serialize)]
@@ -158,16 +192,31 @@ impl<'a> Printer<'a> {
         })
     }
 
+    /// Prints what is left over of a line.
+    pub fn left_over(&self, left_over: &LeftOver) {
+        let LeftOver { line, text, octets } = left_over;
+        match (self.options.raw, self.options.json) {
+            (false, _) => {}
+            (true, true) => out(&json(&LeftOverRow { kind: "left-over", line: *line, text, octets: *octets })),
+            (true, false) => out(&format!("{:>14}       left over: {text}", format!("line {line}"))),
+        }
+    }
+
     /// Prints the summary.
-    pub fn summary(&self, explainer: &Explainer) {
+    pub fn summary(&self, explainer: &Explainer, input: Accounting) {
         let summary = explainer.summary();
         let rows = slave_rows(explainer);
         if self.options.json {
-            let Summary { telegrams, damaged, doubtful, sent } = summary;
+            let Summary { telegrams, damaged, doubtful, sent, roles, .. } = summary;
+            let masters =
+                roles.iter().filter(|(_, role)| **role == Role::Master).map(|(address, _)| *address).collect();
             let [telegrams, damaged, doubtful] = [telegrams, damaged, doubtful].map(|count| *count);
-            return out(&json(&SummaryRow { kind: "summary", telegrams, damaged, doubtful, sent, slaves: rows }));
+            let (octets, input) = (octets_row(summary, input), input.kind.map(SourceKind::name));
+            let kind = "summary";
+            let row = SummaryRow { kind, telegrams, damaged, doubtful, input, octets, sent, masters, slaves: rows };
+            return out(&json(&row));
         }
-        out(&format!("\n{}", counts_line(summary)));
+        out(&format!("\n{}\n{}", counts_line(summary), octets_line(&octets_row(summary, input))));
         out(&table(summary, &rows));
     }
 }
@@ -175,11 +224,28 @@ impl<'a> Printer<'a> {
 /// `5 telegrams, 1 damaged piece (16.7 %)`
 fn counts_line(summary: &Summary) -> String {
     let Summary { telegrams, damaged, doubtful, .. } = *summary;
-    let counted = |count: u64, noun: &str| format!("{count} {noun}{}", if count == 1 { "" } else { "s" });
     let percent = damaged as f64 * 100.0 / telegrams.saturating_add(damaged).max(1) as f64;
     let share = if damaged == 0 { String::new() } else { format!(" ({percent:.1} %)") };
     let doubtful = if doubtful == 0 { String::new() } else { format!(", {doubtful} doubtful") };
     format!("{}, {}{share}{doubtful}", counted(telegrams, "telegram"), counted(damaged, "damaged piece"))
+}
+
+/// `2 octets`
+pub fn counted(count: u64, noun: &str) -> String {
+    format!("{count} {noun}{}", if count == 1 { "" } else { "s" })
+}
+
+fn octets_row(summary: &Summary, Accounting { read, left_over, .. }: Accounting) -> OctetsRow {
+    let OctetCounts { telegrams, doubtful, damaged } = summary.octets;
+    OctetsRow { input: read.saturating_add(left_over), telegrams, doubtful, damaged, left_over }
+}
+
+/// `116 octets: 99 in telegrams, 17 damaged, 0 left over`
+fn octets_line(row: &OctetsRow) -> String {
+    let OctetsRow { input, telegrams, doubtful, damaged, left_over } = row;
+    let doubtful = if *doubtful == 0 { String::new() } else { format!(", {doubtful} doubtful") };
+    let octets = counted(*input, "octet");
+    format!("{octets}: {telegrams} in telegrams{doubtful}, {damaged} damaged, {left_over} left over")
 }
 
 fn slave_rows(explainer: &Explainer) -> Vec<SlaveRow> {
@@ -214,10 +280,18 @@ fn table(summary: &Summary, rows: &[SlaveRow]) -> String {
                     "\n{address:>4}  {device:<8}{sent:>10}{requests:>10}{retries:>9}{unanswered:>12}{exchanges:>11}"
                 )
             }
-            None => format!("\n{address:>4}  {:<8}{sent:>10}", "master"),
+            None => format!("\n{address:>4}  {:<8}{sent:>10}", role_name(summary.roles.get(&address))),
         };
     }
     text
+}
+
+const fn role_name(role: Option<&Role>) -> &'static str {
+    match role {
+        Some(Role::Master) => "master",
+        Some(Role::Slave) => "slave",
+        None => "?",
+    }
 }
 
 /// A row as one line of JSON.

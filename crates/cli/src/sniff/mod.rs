@@ -2,7 +2,7 @@
 
 use crate::bus::open_port;
 use crate::console::Signals;
-use crate::explanation::{Capture, PrintOptions, Printer};
+use crate::explanation::{Accounting, Capture, PrintOptions, Printer};
 use crate::failure::Failure;
 use crate::output::{check, notice};
 use crate::values::{self, Rate};
@@ -52,7 +52,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let mut capture = Capture::begin(&arguments.options, baud)?;
     let printer = Printer::new(&arguments.options, baud);
     let end = arguments.time.and_then(|time| Instant::now().checked_add(time));
-    let mut explained = Vec::new();
+    let (mut explained, mut octets) = (Vec::new(), 0_u64);
     let ended = loop {
         let left = end.map_or(MAX_WAIT, |end| end.saturating_duration_since(Instant::now()));
         let (event, stop) = match tap.receive(&[Readiness::of(&signals)], left) {
@@ -60,7 +60,10 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
             Err(error) => break Err(Failure::from(error)),
         };
         match event {
-            TapEvent::Octets(chunk) => decoder.push(&chunk, &mut explained),
+            TapEvent::Octets(chunk) => {
+                octets = octets.saturating_add(chunk.octets.len() as u64);
+                decoder.push(&chunk, &mut explained);
+            }
             TapEvent::Silence => decoder.end(&mut explained),
             TapEvent::Nothing => {}
         }
@@ -71,7 +74,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     };
     decoder.end(&mut explained);
     show(&printer, capture.as_mut(), &mut explained)?;
-    printer.summary(decoder.explainer());
+    printer.summary(decoder.explainer(), Accounting { read: octets, ..Accounting::default() });
     ended
 }
 

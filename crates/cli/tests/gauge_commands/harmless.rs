@@ -3,7 +3,7 @@
 
 use crate::common::{End, Folder, Program, octets, run};
 use profivac_devices::catalog::MODELS;
-use profivac_explain::frame::{Framer, TimeSource};
+use profivac_explain::frame::{Chunk, Framer, TimeSource};
 use profivac_wire::Telegram;
 use profivac_wire::control::Control;
 use std::time::Duration;
@@ -17,7 +17,7 @@ type Asked = (u8, Option<u8>, Vec<u8>);
 /// The requests to `address` in the received octets.
 fn requests(received: &[u8], address: u8) -> Vec<Asked> {
     let (mut framer, mut pieces) = (Framer::new(TimeSource::Platform), Vec::new());
-    framer.push(None, received, &[], &mut pieces);
+    framer.push(&Chunk { octets: received.to_vec(), ..Chunk::default() }, &mut pieces);
     framer.flush(&mut pieces);
     let asked = pieces.iter().filter_map(|piece| match Telegram::parse(&piece.octets) {
         Ok(Telegram::Data(frame)) if frame.da == address && matches!(frame.control(), Control::Request { .. }) => {

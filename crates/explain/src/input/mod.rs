@@ -1,50 +1,38 @@
 //! Input files: a capture file, a trace, text with hexadecimal octets, or binary octets.
 
+mod kind;
 mod source;
 
+pub use kind::SourceKind;
 pub use source::Source;
 
+pub use super::frame::Chunk;
 use super::frame::TimeSource;
-use profivac_dp::link::{Baud, BitTime};
+pub use super::text::{Ignored, IgnoredKind, IgnoredText, LeftOver};
+use profivac_dp::link::Baud;
 use profivac_sim::trace::pcapng::CaptureError;
 use profivac_sim::trace::{Entry, TraceError};
 use std::io::ErrorKind;
 
-/// Octets that belong together: a packet, an entry, a line, or one reception.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Chunk {
-    /// Start of the first octet, if the input has times.
-    pub start: Option<BitTime>,
-    /// The octets.
-    pub octets: Vec<u8>,
-    /// Positions of the octets with a character error, counted from 0.
-    pub errors: Vec<usize>,
-}
-
 /// Contents of a file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Capture {
-    /// Kind of the file: `pcapng`, `trace`, `text` or `octets`.
-    pub kind: &'static str,
+    /// Kind of the file.
+    pub kind: SourceKind,
     /// Transmission rate of the line, if the file has one.
     pub baud: Option<Baud>,
     /// Source of its times.
     pub times: TimeSource,
     /// The octets.
     pub chunks: Vec<Chunk>,
-    /// Lines without octets.
-    pub skipped: Skipped,
+    /// The number of octets in the chunks.
+    pub octets: u64,
+    /// What may be octets and is in no chunk.
+    pub left_over: Vec<LeftOver>,
+    /// The text that is not octets.
+    pub ignored: Ignored,
     /// Damage that ends a capture file or a trace early.
     pub damage: Option<Damage>,
-}
-
-/// Lines without octets.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Skipped {
-    /// Their number.
-    pub count: usize,
-    /// Number of the first one, counted from 1.
-    pub first: Option<usize>,
 }
 
 /// Damage that ends a file early. Everything before it is read.
@@ -101,21 +89,23 @@ impl Capture {
     pub fn read(file: &[u8], baud: Baud) -> Result<Self, InputError> {
         let (mut source, mut chunks) = (Source::open(file, baud)?, Vec::new());
         while source.read(&mut chunks)? {}
-        let Source { kind, line_baud: baud, times, skipped, damage, .. } = source;
-        Ok(Self { kind, baud, times, chunks, skipped, damage })
+        let ignored = source.ignored();
+        let Source { kind, line_baud: baud, times, octets, left_over, damage, .. } = source;
+        Ok(Self { kind, baud, times, chunks, octets, left_over, ignored, damage })
     }
 }
 
 impl From<Entry> for Chunk {
     fn from(entry: Entry) -> Self {
-        Self { start: Some(entry.start), octets: entry.octets.to_vec(), errors: entry.errors }
+        Self { start: Some(entry.start), octets: entry.octets.to_vec(), errors: entry.errors, is_continued: false }
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::source::BYTE_ORDER_MARK;
+    use super::kind::BYTE_ORDER_MARK;
     use super::*;
+    use profivac_dp::link::BitTime;
     use profivac_sim::Trace;
     use profivac_sim::scenario::hex;
     use profivac_sim::trace::pcapng;
@@ -128,19 +118,20 @@ mod tests {
     fn the_content_of_a_file_shows_its_kind() {
         let trace: Trace = "# 500 kbit/s\n 100  x | 10 08 02 49 53 16\n 200 | E5! 00\n".parse().unwrap();
         for (file, kind) in [
-            (trace.to_string().into_bytes(), "trace"),
-            (pcapng::write(&trace, pcapng::USER0), "pcapng"),
-            (pcapng::write(&trace, pcapng::PROFIBUS_DL), "pcapng"),
+            (trace.to_string().into_bytes(), SourceKind::Trace),
+            (pcapng::write(&trace, pcapng::USER0), SourceKind::Pcapng),
+            (pcapng::write(&trace, pcapng::PROFIBUS_DL), SourceKind::Pcapng),
         ] {
             let capture = read(&file).unwrap();
             assert_eq!((capture.kind, capture.baud, capture.chunks.len()), (kind, Some(Baud::B500000), 2));
             assert_eq!((capture.chunks[1].start, &capture.chunks[1].errors[..]), (Some(BitTime(200)), &[0][..]));
         }
-        let skipped = Skipped { count: 1, first: Some(2) };
-        assert_eq!(read(b"RX 10 08 02 49 53 16\nwaiting\n0.5 E5").unwrap().skipped, skipped);
+        let capture = read(b"RX 10 08 02 49 53 16\nwaiting\n0.5 E5").unwrap();
+        let ignored: Vec<_> = capture.ignored.kinds().map(|(kind, text)| (kind, text.first_line)).collect();
+        assert_eq!(ignored, [(IgnoredKind::Line, 2), (IgnoredKind::Words, 1)]);
         assert_eq!(read(b"RX E5\n0.5 E5").unwrap().chunks[1].start, Some(BitTime(9600)));
-        assert_eq!(read(&hex("10 08 02 49 53 16 10 02 08 00 0A 16")).unwrap().kind, "octets");
-        assert_eq!(read(b"\xB5s 10 08 02 49 53 16\n").unwrap().kind, "text", "one letter is not UTF-8");
+        assert_eq!(read(&hex("10 08 02 49 53 16 10 02 08 00 0A 16")).unwrap().kind, SourceKind::Octets);
+        assert_eq!(read(b"\xB5s 10 08 02 49 53 16\n").unwrap().kind, SourceKind::Text, "one letter is not UTF-8");
     }
 
     #[test]
@@ -170,7 +161,7 @@ mod tests {
     #[test]
     fn a_text_may_begin_with_a_byte_order_mark_but_may_not_be_utf_16() {
         let mark = |text: &str| [BYTE_ORDER_MARK, text.as_bytes()].concat();
-        assert_eq!(read(&mark("# 500 kbit/s\r\n200 | E5\r\n")).unwrap().kind, "trace");
+        assert_eq!(read(&mark("# 500 kbit/s\r\n200 | E5\r\n")).unwrap().kind, SourceKind::Trace);
         assert_eq!(read(&mark("RX E5")).unwrap().chunks.len(), 1);
         let wide: Vec<u16> = "\u{FEFF}RX 10 08 02 49 53 16\r\n".encode_utf16().collect();
         for file in [

@@ -1,66 +1,77 @@
 //! Reads a file portion by portion: first its kind, then its octets.
 
-use super::{Chunk, Damage, InputError, Skipped};
+use super::kind::{BYTE_ORDER_MARK, KindFinder, MOST_OCTETS, SourceKind};
+use super::{Chunk, Damage, InputError};
 use crate::frame::TimeSource;
-use crate::octet_row::Reader;
-use profivac_dp::link::{Baud, BitTime};
-use profivac_sim::trace::pcapng::{self, CaptureError};
+use crate::text::{self, Found, Ignored, IgnoredKind, LeftOver, Row};
+use profivac_dp::link::{Baud, BitTime, CHARACTER_TBIT};
+use profivac_sim::trace::pcapng::{self, CaptureError, Times};
 use profivac_sim::trace::{self, TraceError};
+use std::collections::VecDeque;
 use std::io::{ErrorKind, Read};
 
-const PCAPNG: [u8; 4] = [0x0A, 0x0D, 0x0D, 0x0A];
-/// Microseconds and nanoseconds, each in both octet orders.
-const PCAP: [[u8; 4]; 4] =
-    [[0xA1, 0xB2, 0xC3, 0xD4], [0xD4, 0xC3, 0xB2, 0xA1], [0xA1, 0xB2, 0x3C, 0x4D], [0x4D, 0x3C, 0xB2, 0xA1]];
+/// Size of one read, and longest line of a text that is read at once.
+const PORTION_OCTETS: usize = MOST_OCTETS;
 
-/// Mark that some programs write before UTF-8 text.
-pub(super) const BYTE_ORDER_MARK: &[u8] = "\u{FEFF}".as_bytes();
-
-/// Size of one read, and longest line of a text: a longer line is split.
-const PORTION_OCTETS: usize = 1 << 16;
+/// Most octets of a chunk: a longer packet or line is split. It bounds the memory for the pieces of a chunk.
+const CHUNK_OCTETS: usize = 1 << 12;
 
 /// Longest line of a trace in octets. free choice: a telegram has 255 octets, an entry without a pause has many more.
 const MAX_TRACE_LINE: usize = 1 << 20;
 
-/// Number of octets that show the kind of a file.
-const SIGNATURE_OCTETS: usize = 12;
+/// Where a line of a text that is too long may be split in front of the last octets of a portion.
+const SPLIT_OCTETS: usize = 1 << 10;
 
 /// A file that is decoded while it is read. It may have any size, and a pipe may never end.
 pub struct Source<R> {
     input: R,
     baud: Baud,
-    /// Kind of the file: `pcapng`, `trace`, `text` or `octets`.
-    pub kind: &'static str,
+    /// Kind of the file.
+    pub kind: SourceKind,
+    /// Whether the octets showed the kind, and not the caller.
+    pub is_detected: bool,
     /// Transmission rate of the line, if the file has one.
     pub line_baud: Option<Baud>,
     /// Source of its times.
     pub times: TimeSource,
-    /// Lines without octets so far.
-    pub skipped: Skipped,
+    /// The number of octets in the chunks so far.
+    pub octets: u64,
+    /// What may be octets and is in no chunk. The caller takes it.
+    pub left_over: Vec<LeftOver>,
     /// Damage that ends a capture file or a trace early.
     pub damage: Option<Damage>,
     format: Format,
+    /// Room for one read.
+    portion: Vec<u8>,
     /// Octets of the file that are not decoded yet.
     buffer: Vec<u8>,
     ended: bool,
     /// The portion that showed the kind of the file is not decoded yet.
     is_new: bool,
-    /// A trace has had no entry yet.
+    /// No chunk was read yet.
     is_empty: bool,
-    /// Chunks that were decoded to find the transmission rate.
-    found: Vec<Chunk>,
+    /// Chunks that wait to be split.
+    long: VecDeque<LongChunk>,
+}
+
+/// A chunk of any length, as often as a dump has it.
+struct LongChunk {
+    chunk: Chunk,
+    times: u64,
+    /// The number of octets that are in other chunks already.
+    done: usize,
 }
 
 /// Format of a file, with the state of its reader.
 enum Format {
     /// Text with hexadecimal octets.
-    Printed { reader: Reader, line: usize, any: bool, first: Option<(usize, String)> },
+    Text(text::Reader),
     /// Binary octets.
-    Raw,
+    Octets,
     /// A capture file.
-    Captured(pcapng::Reader),
+    Pcapng(pcapng::Reader),
     /// A trace of profivac.
-    Traced(trace::Reader),
+    Trace(trace::Reader),
 }
 
 impl<R: Read> Source<R> {
@@ -69,43 +80,67 @@ impl<R: Read> Source<R> {
     /// # Errors
     /// [`InputError`] if the file has nothing that can be decoded.
     pub fn open(input: R, baud: Baud) -> Result<Self, InputError> {
-        let format = Format::Raw;
-        let (kind, times, skipped) = ("octets", TimeSource::Exact, Skipped::default());
-        let (line_baud, damage, buffer, ended) = (None, None, Vec::new(), false);
-        let (is_new, is_empty, found) = (true, true, Vec::new());
-        let mut source = Self {
+        let mut source = Self::new(input, baud);
+        let mut finder = KindFinder::default();
+        let kind = loop {
+            source.fill()?;
+            if let Some(kind) = finder.kind(&source.buffer, source.ended)? {
+                break kind;
+            }
+        };
+        source.begin(kind)?;
+        Ok(source)
+    }
+
+    /// Opens a file of a known kind: [`SourceKind::Text`] or [`SourceKind::Octets`], where the octets alone may mislead.
+    ///
+    /// # Errors
+    /// [`InputError`] if the file has nothing that can be decoded.
+    pub fn open_as(input: R, baud: Baud, kind: SourceKind) -> Result<Self, InputError> {
+        let mut source = Self { is_detected: false, ..Self::new(input, baud) };
+        source.fill()?;
+        source.begin(kind)?;
+        Ok(source)
+    }
+
+    const fn new(input: R, baud: Baud) -> Self {
+        Self {
             input,
             baud,
-            kind,
-            line_baud,
-            times,
-            skipped,
-            damage,
-            format,
-            buffer,
-            ended,
-            is_new,
-            is_empty,
-            found,
-        };
-        while !source.ended && (source.buffer.len() < SIGNATURE_OCTETS || !source.buffer.contains(&b'\n')) {
-            if source.buffer.len() >= PORTION_OCTETS {
-                break;
-            }
-            source.fill()?;
+            kind: SourceKind::Octets,
+            is_detected: true,
+            line_baud: None,
+            times: TimeSource::Exact,
+            octets: 0,
+            left_over: Vec::new(),
+            damage: None,
+            format: Format::Octets,
+            portion: Vec::new(),
+            buffer: Vec::new(),
+            ended: false,
+            is_new: true,
+            is_empty: true,
+            long: VecDeque::new(),
         }
-        source.begin()?;
-        Ok(source)
+    }
+
+    /// The text that is not octets.
+    #[must_use]
+    pub fn ignored(&self) -> Ignored {
+        match &self.format {
+            Format::Text(reader) => reader.ignored().clone(),
+            Format::Octets | Format::Pcapng(_) | Format::Trace(_) => Ignored::default(),
+        }
     }
 
     /// Reads one portion into the buffer. An empty portion is the end of the file.
     fn fill(&mut self) -> Result<(), InputError> {
-        let mut portion = vec![0; PORTION_OCTETS];
+        self.portion.resize(PORTION_OCTETS, 0);
         loop {
-            match self.input.read(&mut portion) {
-                Ok(length) => {
-                    self.ended = length == 0;
-                    self.buffer.extend(portion.iter().take(length));
+            match self.input.read(&mut self.portion) {
+                Ok(count) => {
+                    self.ended = count == 0;
+                    self.buffer.extend(self.portion.iter().take(count));
                     return Ok(());
                 }
                 Err(error) if error.kind() == ErrorKind::Interrupted => {}
@@ -116,31 +151,27 @@ impl<R: Read> Source<R> {
         }
     }
 
-    /// Finds the format from the first portion.
-    fn begin(&mut self) -> Result<(), InputError> {
+    /// Makes the reader of the format.
+    fn begin(&mut self, kind: SourceKind) -> Result<(), InputError> {
+        self.kind = kind;
         if self.buffer.is_empty() {
             return Err(InputError::Empty);
         }
-        if self.buffer.starts_with(&PCAPNG) {
-            return self.begin_capture();
-        }
-        if PCAP.iter().any(|magic| self.buffer.starts_with(magic)) {
-            return Err(InputError::Pcap);
-        }
-        if is_utf16(&self.buffer) {
-            return Err(InputError::Utf16);
-        }
-        if self.buffer.starts_with(BYTE_ORDER_MARK) {
+        let has_mark = self.buffer.starts_with(BYTE_ORDER_MARK);
+        if has_mark && matches!(kind, SourceKind::Text | SourceKind::Trace) {
             self.buffer.drain(..BYTE_ORDER_MARK.len());
         }
-        let is_text = is_utf8(&self.buffer) && !self.buffer.contains(&0);
-        if is_text && is_trace(&self.buffer) {
-            return self.begin_trace();
-        }
-        // A log may contain some octets that are not UTF-8; a file with many control characters is binary.
-        if is_text || !is_binary(&self.buffer) {
-            (self.kind, self.times) = ("text", TimeSource::Platform);
-            self.format = Format::Printed { reader: Reader::default(), line: 0, any: false, first: None };
+        match kind {
+            SourceKind::Octets => {}
+            SourceKind::Pcapng => self.begin_capture()?,
+            SourceKind::Trace => self.begin_trace()?,
+            SourceKind::Text => {
+                let mut reader = text::Reader::default();
+                if has_mark {
+                    reader.ignore(IgnoredKind::ByteOrderMark, "EF BB BF");
+                }
+                (self.times, self.format) = (TimeSource::Platform, Format::Text(reader));
+            }
         }
         Ok(())
     }
@@ -151,8 +182,8 @@ impl<R: Read> Source<R> {
         loop {
             reader.push(&std::mem::take(&mut self.buffer));
             match reader.next() {
-                Some(entry) => {
-                    self.found.push(entry.map_err(Damage::from)?.into());
+                Some(packet) => {
+                    self.add(chunk_of(packet.map_err(Damage::from)?), 1);
                     break;
                 }
                 None if self.ended => {
@@ -162,7 +193,7 @@ impl<R: Read> Source<R> {
                 None => self.fill()?,
             }
         }
-        (self.kind, self.line_baud, self.format) = ("pcapng", Some(reader.baud()), Format::Captured(reader));
+        (self.line_baud, self.format) = (Some(reader.baud()), Format::Pcapng(reader));
         Ok(())
     }
 
@@ -172,91 +203,155 @@ impl<R: Read> Source<R> {
             self.buffer.iter().position(|octet| *octet == b'\n').map_or(self.buffer.len(), |end| end.saturating_add(1));
         let first: Vec<u8> = self.buffer.drain(..end).collect();
         let reader = trace::Reader::begin(String::from_utf8_lossy(&first).trim_end()).map_err(Damage::from)?;
-        (self.kind, self.line_baud, self.format) = ("trace", Some(reader.baud()), Format::Traced(reader));
+        (self.line_baud, self.format) = (Some(reader.baud()), Format::Trace(reader));
         Ok(())
     }
 
-    /// Appends the next chunks to `chunks`, as many as one read returns. Returns false at the end of the file.
+    /// Adds octets to those that are returned next.
+    fn add(&mut self, chunk: Chunk, times: u64) {
+        let length = (chunk.octets.len() as u64).saturating_mul(times);
+        self.octets = self.octets.saturating_add(length);
+        self.is_empty &= length == 0;
+        if length > 0 {
+            self.long.push_back(LongChunk { chunk, times, done: 0 });
+        }
+    }
+
+    /// Appends the next chunks to `chunks`, as many as one read returns and not more than its size. Returns false at the end of the
+    /// file.
     ///
     /// # Errors
     /// [`InputError`] if the file cannot be read, and at the end of a text without octets.
     pub fn read(&mut self, chunks: &mut Vec<Chunk>) -> Result<bool, InputError> {
-        if !std::mem::take(&mut self.is_new) && !self.ended {
-            self.fill()?;
+        if self.long.is_empty() || self.is_new {
+            if !std::mem::take(&mut self.is_new) && !self.ended {
+                self.fill()?;
+            }
+            self.decode()?;
         }
-        chunks.append(&mut self.found);
+        let mut count = 0;
+        while count < PORTION_OCTETS
+            && let Some(long) = self.long.front_mut()
+        {
+            let chunk = long.next(self.times);
+            count = count.saturating_add(chunk.octets.len());
+            chunks.push(chunk);
+            if long.times == 0 {
+                self.long.pop_front();
+            }
+        }
+        Ok(!self.ended || !self.long.is_empty())
+    }
+
+    /// Decodes the buffer.
+    fn decode(&mut self) -> Result<(), InputError> {
+        let (mut found, mut buffer) = (Vec::new(), std::mem::take(&mut self.buffer));
         match &mut self.format {
-            Format::Captured(reader) => {
-                reader.push(&std::mem::take(&mut self.buffer));
-                if let Err(damage) = packets(reader, self.ended, chunks) {
+            Format::Pcapng(reader) => {
+                reader.push(&buffer);
+                buffer.clear();
+                let result = packets(reader, self.ended, &mut found);
+                found.drain(..).for_each(|chunk| self.add(chunk, 1));
+                if let Err(damage) = result {
                     self.stop(damage.into());
                 }
             }
-            Format::Traced(reader) => {
-                let result = entries(reader, &mut self.buffer, self.ended, chunks).map_err(Damage::from);
-                self.is_empty &= chunks.is_empty();
+            Format::Trace(reader) => {
+                let result = entries(reader, &mut buffer, self.ended, &mut found).map_err(Damage::from);
+                found.drain(..).for_each(|chunk| self.add(chunk, 1));
                 match result {
                     Err(damage) if self.is_empty => return Err(damage.into()),
-                    Err(damage) => self.stop(damage),
+                    Err(damage) => {
+                        self.stop(damage);
+                        buffer.clear();
+                    }
                     Ok(()) => {}
                 }
             }
-            Format::Raw if self.buffer.is_empty() => {}
-            Format::Raw => {
-                chunks.push(Chunk { start: None, octets: std::mem::take(&mut self.buffer), errors: Vec::new() });
+            Format::Octets => {
+                let octets = std::mem::take(&mut buffer);
+                self.add(Chunk { octets, is_continued: true, ..Chunk::default() }, 1);
             }
-            Format::Printed { .. } => return self.decode_lines(chunks),
+            Format::Text(_) => self.decode_lines(&mut buffer)?,
         }
-        Ok(!self.ended)
+        self.buffer = buffer;
+        Ok(())
     }
 
     /// Ends the file at the damage.
     fn stop(&mut self, damage: Damage) {
         (self.damage, self.ended) = (Some(damage), true);
-        self.buffer.clear();
     }
 
     /// Decodes the complete lines in the buffer.
-    fn decode_lines(&mut self, chunks: &mut Vec<Chunk>) -> Result<bool, InputError> {
-        let mut from = 0;
-        while let Some(to) = self.buffer.get(from..).and_then(|rest| end_of_line(rest, self.ended)) {
-            let octets = self.buffer.get(from..from.saturating_add(to)).unwrap_or_default().to_vec();
-            self.line(&String::from_utf8_lossy(&octets), chunks);
+    fn decode_lines(&mut self, buffer: &mut Vec<u8>) -> Result<(), InputError> {
+        let Format::Text(reader) = &mut self.format else { return Ok(()) };
+        let (mut from, mut found) = (0, Found::default());
+        while let Some((to, is_whole)) = buffer.get(from..).and_then(|rest| end_of_line(rest, self.ended)) {
+            let line = buffer.get(from..from.saturating_add(to)).unwrap_or_default();
+            reader.read(&String::from_utf8_lossy(line), is_whole, &mut found);
             from = from.saturating_add(to);
         }
-        self.buffer.drain(..from);
-        match &mut self.format {
-            Format::Printed { any: false, first, .. } if self.ended => {
-                Err(first.take().map_or(InputError::Empty, |(line, found)| InputError::NoOctets { line, found }))
-            }
-            _ => Ok(!self.ended),
+        buffer.drain(..from);
+        if self.ended {
+            reader.end(&mut found);
         }
+        let first = reader.ignored().kinds().map(|(_, text)| text).min_by_key(|text| text.first_line);
+        let first = first.map(|text| (text.first_line, text.first_text.clone()));
+        for Row { seconds, octets, errors, is_continued, times } in found.rows {
+            let start = seconds.map(|seconds| bit_time(seconds, self.baud));
+            self.add(Chunk { start, octets, errors, is_continued }, times);
+        }
+        self.left_over.append(&mut found.left_over);
+        if self.ended && self.is_empty {
+            let left_over = self.left_over.first().map(|text| (text.line, text.text.clone()));
+            let found = first.or(left_over);
+            return Err(found.map_or(InputError::Empty, |(line, found)| InputError::NoOctets { line, found }));
+        }
+        Ok(())
     }
+}
 
-    fn line(&mut self, text: &str, chunks: &mut Vec<Chunk>) {
-        let Format::Printed { reader, line, any, first } = &mut self.format else { return };
-        *line = line.saturating_add(1);
-        let text = text.trim();
-        match reader.line(text) {
-            Some(row) => {
-                *any = true;
-                let start = row.seconds.map(|seconds| bit_time(seconds, self.baud));
-                chunks.push(Chunk { start, octets: row.octets, errors: row.errors });
-            }
-            None if text.is_empty() => {}
-            None => {
-                first.get_or_insert_with(|| (*line, text.chars().take(SHOWN).collect()));
-                self.skipped.count = self.skipped.count.saturating_add(1);
-                self.skipped.first = self.skipped.first.or(Some(*line));
-            }
+impl LongChunk {
+    /// The next octets, at most [`CHUNK_OCTETS`].
+    fn next(&mut self, times: TimeSource) -> Chunk {
+        let (from, whole) = (self.done, &self.chunk);
+        if from == 0 && whole.octets.len() <= CHUNK_OCTETS {
+            self.times = self.times.saturating_sub(1);
+            return if self.times == 0 { std::mem::take(&mut self.chunk) } else { whole.clone() };
         }
+        let to = from.saturating_add(CHUNK_OCTETS).min(whole.octets.len());
+        let is_last = to == whole.octets.len();
+        let passed = match times {
+            TimeSource::Exact => (from as u64).saturating_mul(CHARACTER_TBIT),
+            TimeSource::Platform => 0,
+        };
+        let errors = whole.errors.iter().filter(|error| (from..to).contains(error));
+        let chunk = Chunk {
+            start: whole.start.map(|start| start + passed),
+            octets: whole.octets.get(from..to).unwrap_or_default().to_vec(),
+            errors: errors.map(|error| error.saturating_sub(from)).collect(),
+            is_continued: !is_last || whole.is_continued,
+        };
+        self.done = if is_last { 0 } else { to };
+        self.times = self.times.saturating_sub(u64::from(is_last));
+        chunk
+    }
+}
+
+/// A packet as a chunk. A time that the writer of the file has invented is none.
+fn chunk_of(packet: pcapng::Packet) -> Chunk {
+    let chunk = Chunk::from(packet.entry);
+    match packet.times {
+        Times::Measured => chunk,
+        Times::Invented => Chunk { start: None, ..chunk },
     }
 }
 
 /// Decodes the complete packets.
 fn packets(reader: &mut pcapng::Reader, is_last: bool, chunks: &mut Vec<Chunk>) -> Result<(), CaptureError> {
-    while let Some(entry) = reader.next() {
-        chunks.push(entry?.into());
+    while let Some(packet) = reader.next() {
+        chunks.push(chunk_of(packet?));
     }
     if is_last { reader.end() } else { Ok(()) }
 }
@@ -288,45 +383,24 @@ fn entries(
     result
 }
 
-/// Position after the first line, if the line is complete. A line that is too long is split between words.
-fn end_of_line(text: &[u8], is_last: bool) -> Option<usize> {
+/// Position after the first line or part of a line, if it is complete, and whether the line ends there. A line that is too long is
+/// split between words, or else behind a sign between octets.
+fn end_of_line(text: &[u8], is_last: bool) -> Option<(usize, bool)> {
     let portion = text.get(..PORTION_OCTETS).unwrap_or(text);
     if let Some(end) = portion.iter().position(|octet| *octet == b'\n') {
-        return Some(end.saturating_add(1));
+        return Some((end.saturating_add(1), true));
     }
     if text.len() < PORTION_OCTETS {
-        return (is_last && !text.is_empty()).then_some(text.len());
+        return (is_last && !text.is_empty()).then_some((text.len(), true));
     }
-    let between = portion.iter().rposition(|octet| octet.is_ascii_whitespace());
-    Some(between.map_or(PORTION_OCTETS, |between| between.saturating_add(1)))
-}
-
-/// Number of characters of a line that a message shows.
-const SHOWN: usize = 60;
-
-/// Whether the first line is that of a trace: `# 500 kbit/s`.
-fn is_trace(text: &[u8]) -> bool {
-    let first = text.split(|octet| *octet == b'\n').next().unwrap_or_default();
-    first.starts_with(b"# ") && first.trim_ascii_end().ends_with(b"bit/s")
-}
-
-/// Whether the octets are UTF-8. The last character may be incomplete.
-fn is_utf8(text: &[u8]) -> bool {
-    std::str::from_utf8(text).map_or_else(|error| error.error_len().is_none(), |_| true)
-}
-
-/// Whether the octets are UTF-16: a byte order mark, and zero in more than nine of ten high octets.
-fn is_utf16(text: &[u8]) -> bool {
-    let zeros = |odd: usize| text.iter().skip(2 + odd).step_by(2).filter(|octet| **octet == 0).count();
-    let letters = text.len().saturating_sub(2) / 2;
-    let most = |zeros: usize| letters > 0 && zeros.saturating_mul(10) > letters.saturating_mul(9);
-    (text.starts_with(&[0xFF, 0xFE]) && most(zeros(1))) || (text.starts_with(&[0xFE, 0xFF]) && most(zeros(0)))
-}
-
-/// Whether more than one octet in ten is a control character.
-fn is_binary(file: &[u8]) -> bool {
-    let strange = file.iter().filter(|octet| octet.is_ascii_control() && !octet.is_ascii_whitespace()).count();
-    strange.saturating_mul(10) > file.len()
+    let from = portion.len().saturating_sub(SPLIT_OCTETS);
+    let end = portion.get(from..).unwrap_or_default();
+    let behind = |found: Option<usize>| found.map(|at| from.saturating_add(at).saturating_add(1));
+    let word = behind(end.iter().rposition(u8::is_ascii_whitespace));
+    let escape = || end.iter().rposition(|octet| *octet == b'\\').map(|at| from.saturating_add(at));
+    let sign = || behind(end.iter().rposition(|octet| b",;:-_.|".contains(octet)));
+    let to = word.or_else(escape).or_else(sign).filter(|to| *to > 0).unwrap_or(PORTION_OCTETS);
+    Some((to, false))
 }
 
 #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a time of day in bit times")]
@@ -366,7 +440,7 @@ mod tests {
             let mut chunks = Vec::new();
             while source.read(&mut chunks).unwrap() {}
             let whole = read(&file).unwrap();
-            assert_eq!((source.kind, &chunks, source.skipped), (whole.kind, &whole.chunks, whole.skipped));
+            assert_eq!((source.kind, &chunks, source.ignored()), (whole.kind, &whole.chunks, whole.ignored));
         }
     }
 
@@ -417,7 +491,8 @@ mod tests {
         let capture = pcapng::write(&trace, pcapng::USER0);
         let text = trace.to_string();
         let (head, line) = text.split_at(text.find('\n').unwrap() + 1);
-        for (head, again) in [(&capture[..72], &capture[72..]), (head.as_bytes(), line.as_bytes())] {
+        let begin = capture.len() - 40;
+        for (head, again) in [(&capture[..begin], &capture[begin..]), (head.as_bytes(), line.as_bytes())] {
             let mut source = Source::open(head.chain(Endless(again, 0)), Baud::B19200).unwrap();
             let mut count = 0;
             while count < 100_000 {

@@ -97,7 +97,8 @@ const fn counted(count: FrameCount) -> &'static str {
 }
 
 /// The name of a service.
-struct Service(Sap);
+#[derive(Clone, Copy, Debug)]
+pub struct Service(pub Sap);
 
 impl fmt::Display for Service {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {

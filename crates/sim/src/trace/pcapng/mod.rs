@@ -1,13 +1,13 @@
 //! Capture files in the pcapng format, as Wireshark reads them.
 //!
-//! A file has a section header, one interface with link type and rate, and one packet for each entry of the trace: the octets
+//! A file has a section header, an interface with link type and rate for each source of times ([`Times`]), and one packet for each entry of the trace: the octets
 //! from start to end delimiter. Times are in nanoseconds since the start of the trace; a bit at 12 Mbit/s has 83 ns, so bit
 //! times are restored exactly. A comment and the symbol error flag mark octets with character errors, because a packet has
 //! no field for them.
 
 mod reader;
 
-pub use reader::{CaptureError, Reader};
+pub use reader::{CaptureError, Packet, Reader};
 
 use super::{CharacterErrors, Entry, Trace};
 use profivac_dp::link::Baud;
@@ -23,6 +23,7 @@ const INTERFACE: u32 = 1;
 const ENHANCED_PACKET: u32 = 6;
 
 const OPT_COMMENT: u16 = 1;
+const IF_DESCRIPTION: u16 = 3;
 const EPB_FLAGS: u16 = 2;
 const IF_SPEED: u16 = 8;
 const IF_TSRESOL: u16 = 9;
@@ -32,11 +33,33 @@ const SYMBOL_ERROR: u32 = 1 << 31;
 
 const NANOSECONDS: u128 = 1_000_000_000;
 
+/// Where the times of packets come from. Each has an interface of the capture file, in this order.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Times {
+    /// The line, or the system that received the octets.
+    #[default]
+    Measured,
+    /// The writer of the file: the source had no times, and a packet needs one.
+    Invented,
+}
+
+impl Times {
+    const ALL: [Self; 2] = [Self::Measured, Self::Invented];
+
+    /// The description of the interface. A reader recognises invented times by it.
+    const fn description(self) -> &'static str {
+        match self {
+            Self::Measured => "PROFIBUS, with the times of the source",
+            Self::Invented => "PROFIBUS, invented times: the source has none",
+        }
+    }
+}
+
 /// Writes a trace as a capture file with `link_type`, [`PROFIBUS_DL`] or [`USER0`].
 #[must_use]
 pub fn write(trace: &Trace, link_type: u16) -> Vec<u8> {
     let mut file = file_header(trace.baud, link_type);
-    trace.entries.iter().for_each(|entry| file.extend(packet(entry, trace.baud)));
+    trace.entries.iter().for_each(|entry| file.extend(packet(entry, Times::Measured, trace.baud)));
     file
 }
 
@@ -46,17 +69,21 @@ pub fn file_header(baud: Baud, link_type: u16) -> Vec<u8> {
     let mut file = Vec::new();
     // Version 1.0, section length not specified.
     block(&mut file, SECTION_HEADER, &[&BYTE_ORDER.to_le_bytes(), &[1, 0, 0, 0], &[0xFF; 8]]);
-    let mut options = option(IF_TSRESOL, &[9]);
-    options.extend(option(IF_SPEED, &u64::from(baud.bits_per_second()).to_le_bytes()));
-    options.extend(option(0, &[]));
-    // No limit of the packet length.
-    block(&mut file, INTERFACE, &[&link_type.to_le_bytes(), &[0; 6], &options]);
+    for times in Times::ALL {
+        let mut options = option(IF_DESCRIPTION, times.description().as_bytes());
+        options.extend(option(IF_TSRESOL, &[9]));
+        options.extend(option(IF_SPEED, &u64::from(baud.bits_per_second()).to_le_bytes()));
+        options.extend(option(0, &[]));
+        // No limit of the packet length.
+        block(&mut file, INTERFACE, &[&link_type.to_le_bytes(), &[0; 6], &options]);
+    }
     file
 }
 
 /// The block of one packet.
 #[must_use]
-pub fn packet(entry: &Entry, baud: Baud) -> Vec<u8> {
+pub fn packet(entry: &Entry, times: Times, baud: Baud) -> Vec<u8> {
+    let interface = (times as u32).to_le_bytes();
     let (mut file, rate) = (Vec::new(), u128::from(baud.bits_per_second()));
     let time = ((u128::from(entry.start.0) * NANOSECONDS + rate / 2) / rate) as u64;
     let length = (entry.octets.len() as u32).to_le_bytes();
@@ -69,7 +96,7 @@ pub fn packet(entry: &Entry, baud: Baud) -> Vec<u8> {
     }
     let octets = padded(&entry.octets);
     let (high, low) = (high.to_le_bytes(), low.to_le_bytes());
-    block(&mut file, ENHANCED_PACKET, &[&[0; 4], &high, &low, &length, &length, &octets, &options]);
+    block(&mut file, ENHANCED_PACKET, &[&interface, &high, &low, &length, &length, &octets, &options]);
     file
 }
 
@@ -101,8 +128,8 @@ pub fn read(file: &[u8], default_baud: Baud) -> Result<Trace, CaptureError> {
     let mut reader = Reader::new(default_baud);
     reader.push(file);
     let mut entries = std::collections::VecDeque::new();
-    while let Some(entry) = reader.next() {
-        entries.push_back(entry?);
+    while let Some(packet) = reader.next() {
+        entries.push_back(packet?.entry);
     }
     reader.end()?;
     Ok(Trace { baud: reader.baud(), entries })
@@ -113,6 +140,9 @@ mod tests {
     use super::*;
     use crate::scenario::hex;
     use profivac_dp::link::BitTime;
+
+    /// Octets before the first packet.
+    const HEADER: usize = 28 + 88 + 96;
 
     fn trace(baud: Baud) -> Trace {
         let entry = |start, text, errors| Entry::new(BitTime(start), hex(text), errors);
@@ -140,11 +170,36 @@ mod tests {
         trace.entries.truncate(1);
         let expected = "
             0A 0D 0D 0A 1C 00 00 00 4D 3C 2B 1A 01 00 00 00 FF FF FF FF FF FF FF FF 1C 00 00 00
-            01 00 00 00 2C 00 00 00 01 01 00 00 00 00 00 00 09 00 01 00 09 00 00 00
-            08 00 08 00 00 1B B7 00 00 00 00 00 00 00 00 00 2C 00 00 00
+            01 00 00 00 58 00 00 00 01 01 00 00 00 00 00 00 03 00 26 00
+            50 52 4F 46 49 42 55 53 2C 20 77 69 74 68 20 74 68 65 20 74 69 6D 65 73
+            20 6F 66 20 74 68 65 20 73 6F 75 72 63 65 00 00
+            09 00 01 00 09 00 00 00
+            08 00 08 00 00 1B B7 00 00 00 00 00 00 00 00 00 58 00 00 00
+            01 00 00 00 60 00 00 00 01 01 00 00 00 00 00 00 03 00 2D 00
+            50 52 4F 46 49 42 55 53 2C 20 69 6E 76 65 6E 74 65 64 20 74 69 6D 65 73
+            3A 20 74 68 65 20 73 6F 75 72 63 65 20 68 61 73 20 6E 6F 6E 65 00 00 00
+            09 00 01 00 09 00 00 00
+            08 00 08 00 00 1B B7 00 00 00 00 00 00 00 00 00 60 00 00 00
             06 00 00 00 28 00 00 00 00 00 00 00 00 00 00 00 BE 0A 00 00 06 00 00 00 06 00 00 00
             10 08 02 49 53 16 00 00 28 00 00 00";
         assert_eq!(write(&trace, PROFIBUS_DL), hex(expected));
+    }
+
+    #[test]
+    fn a_file_says_which_times_are_invented() {
+        let entries = trace(Baud::B500000).entries;
+        for link_type in [PROFIBUS_DL, USER0] {
+            let (mut file, all) =
+                (file_header(Baud::B500000, link_type), [Times::Measured, Times::Invented, Times::Measured]);
+            for (entry, times) in entries.iter().zip(all) {
+                file.extend(packet(entry, times, Baud::B500000));
+            }
+            let mut reader = Reader::new(Baud::B9600);
+            reader.push(&file);
+            for (entry, times) in entries.iter().zip(all) {
+                assert_eq!(reader.next(), Some(Ok(Packet { entry: entry.clone(), times })));
+            }
+        }
     }
 
     #[test]
@@ -180,9 +235,9 @@ mod tests {
         let (mut reader, mut entries) = (Reader::new(Baud::B9600), Vec::new());
         for portion in file.chunks(length) {
             reader.push(portion);
-            while let Some(entry) = reader.next() {
-                match entry {
-                    Ok(entry) => entries.push(entry),
+            while let Some(packet) = reader.next() {
+                match packet {
+                    Ok(packet) => entries.push(packet.entry),
                     Err(damage) => return (entries, Some(damage)),
                 }
             }
@@ -196,7 +251,7 @@ mod tests {
         let mut file = write(&trace, USER0);
         // A block of another type between the packets.
         let foreign = [&[4, 0, 0, 0, 24, 0, 0, 0][..], &[7; 12], &[24, 0, 0, 0]].concat();
-        file.splice(72..72, foreign);
+        file.splice(HEADER..HEADER, foreign);
         for length in 1..file.len() {
             assert_eq!(in_portions(&file, length), (trace.entries.clone().into(), None), "{length}");
         }
@@ -225,14 +280,14 @@ mod tests {
     #[test]
     fn a_large_block_of_another_type_is_skipped_without_buffering() {
         let mut reader = Reader::new(Baud::B9600);
-        reader.push(&write(&trace(Baud::B1500000), USER0)[..72]);
+        reader.push(&write(&trace(Baud::B1500000), USER0)[..HEADER]);
         reader.push(&[4, 0, 0, 0, 0, 0, 0, 0x80, 0, 0, 0, 0]);
         for _ in 0..1000 {
             assert!(reader.next().is_none());
             reader.push(&[0; 1000]);
         }
         assert!(reader.buffered() <= 2000, "{}", reader.buffered());
-        assert!(matches!(reader.end(), Err(CaptureError::Cut { offset: 72 })));
+        assert_eq!(reader.end(), Err(CaptureError::Cut { offset: HEADER as u64 }));
     }
 
     #[test]
@@ -242,7 +297,7 @@ mod tests {
         assert_eq!(read(b"GIF89a", Baud::B9600), Err(CaptureError::NotPcapng));
         assert_eq!(read(&file[..40], Baud::B9600), Err(CaptureError::Cut { offset: 28 }));
         let mut orphan = file[..28].to_vec();
-        orphan.extend(&write(&trace(Baud::B1500000), PROFIBUS_DL)[72..]);
+        orphan.extend(&write(&trace(Baud::B1500000), PROFIBUS_DL)[HEADER..]);
         assert_eq!(read(&orphan, Baud::B9600), Err(CaptureError::Interface { offset: 28 }));
     }
 }

@@ -1,8 +1,8 @@
 //! Reads a capture file incrementally, block by block. The buffer holds at most one block, at any file size.
 
 use super::{
-    BYTE_ORDER, CharacterErrors, ENHANCED_PACKET, Entry, IF_SPEED, IF_TSRESOL, INTERFACE, OPT_COMMENT, PROFIBUS_DL,
-    SECTION_HEADER, USER0,
+    BYTE_ORDER, CharacterErrors, ENHANCED_PACKET, Entry, IF_DESCRIPTION, IF_SPEED, IF_TSRESOL, INTERFACE, OPT_COMMENT,
+    PROFIBUS_DL, SECTION_HEADER, Times, USER0,
 };
 use profivac_dp::link::{Baud, BitTime};
 use std::fmt;
@@ -59,6 +59,15 @@ impl fmt::Display for CaptureError {
 
 impl std::error::Error for CaptureError {}
 
+/// A packet of a capture file.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Packet {
+    /// Its time, octets and character errors.
+    pub entry: Entry,
+    /// Where its time comes from.
+    pub times: Times,
+}
+
 /// Reads packets from a file in portions of any size.
 pub struct Reader {
     /// The octets pushed last; those before `at` are read.
@@ -73,6 +82,8 @@ pub struct Reader {
     interfaces: Vec<Interface>,
     baud: Baud,
     stage: Stage,
+    /// The size of the block that is not complete yet.
+    reserve_octets: usize,
 }
 
 /// The progress in the file.
@@ -105,6 +116,7 @@ impl Reader {
             interfaces: Vec::new(),
             baud: default_baud,
             stage: Stage::New,
+            reserve_octets: 0,
         }
     }
 
@@ -118,6 +130,8 @@ impl Reader {
     pub fn push(&mut self, octets: &[u8]) {
         self.ahead.drain(..self.at);
         self.at = 0;
+        let missing = std::mem::take(&mut self.reserve_octets).saturating_sub(self.ahead.len());
+        self.ahead.reserve_exact(missing.max(octets.len()));
         self.ahead.extend(octets);
     }
 
@@ -132,7 +146,7 @@ impl Reader {
     /// # Errors
     /// [`CaptureError`], once.
     #[expect(clippy::should_implement_trait, reason = "more packets may follow `None`")]
-    pub fn next(&mut self) -> Option<Result<Entry, CaptureError>> {
+    pub fn next(&mut self) -> Option<Result<Packet, CaptureError>> {
         while self.stage != Stage::Damaged {
             let (offset, kind, body) = match self.block()? {
                 Ok(block) => block,
@@ -140,7 +154,7 @@ impl Reader {
             };
             match self.entry(offset, kind, body) {
                 Ok(None) => {}
-                Ok(Some(entry)) => return Some(Ok(entry)),
+                Ok(Some(packet)) => return Some(Ok(packet)),
                 Err(damage) => return Some(Err(self.damaged(damage))),
             }
         }
@@ -187,6 +201,8 @@ impl Reader {
                 continue;
             }
             if rest.len() < size {
+                // A large block needs its size, and not twice as much.
+                self.reserve_octets = size;
                 return None;
             }
             let body = self.at + 8..self.at + size - 4;
@@ -206,7 +222,7 @@ impl Reader {
     }
 
     /// The packet of a block, or `None` for a block of another type.
-    fn entry(&mut self, offset: u64, kind: u32, body: std::ops::Range<usize>) -> Result<Option<Entry>, CaptureError> {
+    fn entry(&mut self, offset: u64, kind: u32, body: std::ops::Range<usize>) -> Result<Option<Packet>, CaptureError> {
         let octets = self.ahead.get(body).unwrap_or_default();
         let body = Fields { octets, big_endian: self.big_endian };
         match kind {
@@ -229,7 +245,7 @@ impl Reader {
                 let interface = self.interfaces.get(number as usize).ok_or(CaptureError::Interface { offset })?;
                 let entry = interface.entry(body, self.baud).ok_or(CaptureError::Block { offset })?;
                 self.stage = Stage::Packets;
-                return Ok(Some(entry));
+                return Ok(Some(Packet { entry, times: interface.times }));
             }
         }
         Ok(None)
@@ -276,6 +292,7 @@ impl<'a> Fields<'a> {
 /// The parameters of an interface for reading its packets.
 struct Interface {
     baud: Option<Baud>,
+    times: Times,
     ticks_per_second: u128,
 }
 
@@ -286,10 +303,13 @@ impl Interface {
             return Some(Err(CaptureError::LinkType(link_type)));
         }
         body.take(6)?;
-        let mut interface = Self { baud: None, ticks_per_second: 1_000_000 };
+        let mut interface = Self { baud: None, times: Times::Measured, ticks_per_second: 1_000_000 };
         while let Some((code, mut value)) = body.option() {
             match code {
                 IF_SPEED => interface.baud = rate(value.number(8)?),
+                IF_DESCRIPTION if value.octets == Times::Invented.description().as_bytes() => {
+                    interface.times = Times::Invented;
+                }
                 IF_TSRESOL => interface.ticks_per_second = ticks(value.number(1)?)?,
                 _ => {}
             }

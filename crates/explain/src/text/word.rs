@@ -1,0 +1,237 @@
+//! Words of a line: octets in many notations, numbers, times, other text.
+
+use profivac_sim::describe::octet;
+
+/// Meaning of a word.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum Meaning {
+    /// Octets, maybe with half an octet at one end that has no second digit.
+    Octets(Octets),
+    /// One digit: an octet without its leading zero, or a number.
+    Digit(u8),
+    /// An octet that is unreadable or marked with `!`.
+    Unreadable(u8),
+    /// A time in seconds.
+    Time(f64),
+    /// Octets in a notation that cannot be read, and their number.
+    Strange(usize),
+    /// Any other text.
+    Other,
+}
+
+/// Octets of one word.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub(super) struct Octets {
+    pub(super) octets: Vec<u8>,
+    /// Digits before and behind the octets, each without a second one.
+    pub(super) halves: String,
+    /// Two digits that begin with 0: the line has octets with leading zeros.
+    pub(super) is_padded: bool,
+}
+
+/// A word and its place.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Word<'a> {
+    pub(super) text: &'a str,
+    pub(super) meaning: Meaning,
+    /// Number of the column, counted from 0.
+    pub(super) column: usize,
+    /// In round or square brackets.
+    pub(super) in_brackets: bool,
+    /// Behind `>`, `<`, TX or RX: octets follow, however few.
+    pub(super) is_marked: bool,
+}
+
+impl Word<'_> {
+    /// Whether the word may be an octet of a row.
+    pub(super) const fn is_octet(&self) -> bool {
+        matches!(self.meaning, Meaning::Octets(_) | Meaning::Digit(_) | Meaning::Unreadable(_))
+    }
+
+    /// Whether the notation says that the word is octets: `0x68`, `$68`, `68h`, `\x68`.
+    pub(super) fn has_notation(&self) -> bool {
+        let begins = ["0x", "0X", "$", "\\x"].iter().any(|prefix| self.text.starts_with(prefix));
+        begins || (self.text.len() == 3 && self.text.ends_with(['h', 'H']))
+    }
+
+    /// Whether the word is no word of a language.
+    pub(super) fn is_number(&self) -> bool {
+        self.text.bytes().any(|letter| !letter.is_ascii_lowercase())
+    }
+
+    /// The number of octets that the word may be. A single digit and a word of letters are a number and a word of a language.
+    pub(super) fn octet_count(&self) -> usize {
+        match &self.meaning {
+            Meaning::Octets(octets) if self.is_number() => octets.octets.len(),
+            Meaning::Strange(count) => *count,
+            Meaning::Octets(_) | Meaning::Digit(_) | Meaning::Unreadable(_) | Meaning::Time(_) | Meaning::Other => 0,
+        }
+    }
+}
+
+/// Divides the digits of a word into octets. The second argument says whether it is the first word of its line.
+pub(super) type Aligned<'a> = dyn Fn(&str, bool) -> Octets + 'a;
+
+/// Divides a line into words.
+pub(super) fn words<'a>(line: &'a str, aligned: &Aligned<'_>) -> Vec<Word<'a>> {
+    let (mut words, mut column, mut depth, mut from, mut is_marked) = (Vec::new(), 0, 0_usize, 0, false);
+    let ends = line.char_indices().chain([(line.len(), ' ')]);
+    for (at, letter) in ends.filter(|(_, letter)| is_separator(*letter)) {
+        let text = line.get(from..at).unwrap_or_default();
+        if !text.is_empty() {
+            // The b of b"\x68", which is a notation of Python.
+            let is_prefix = text.len() == 1 && matches!(letter, '"' | '\'');
+            let meaning = if is_prefix { Meaning::Other } else { meaning(text, words.is_empty(), aligned) };
+            words.push(Word { text, meaning, column, in_brackets: depth > 0, is_marked });
+            let mark = text.trim_end_matches(':');
+            is_marked = mark.eq_ignore_ascii_case("tx") || mark.eq_ignore_ascii_case("rx");
+        }
+        match letter {
+            '|' | ';' | '\t' => column = column.saturating_add(1),
+            '(' | '[' => depth = depth.saturating_add(1),
+            ')' | ']' => depth = depth.saturating_sub(1),
+            '<' | '>' => is_marked = true,
+            _ => {}
+        }
+        from = at.saturating_add(letter.len_utf8());
+    }
+    restore_octets(&mut words);
+    words
+}
+
+fn is_separator(letter: char) -> bool {
+    letter.is_whitespace() || ",[](){}<>\"'=|;".contains(letter)
+}
+
+/// A time is one only beside octets in another notation: `08:15:00` alone is three octets, and so is each word among others
+/// like it.
+fn restore_octets(words: &mut [Word<'_>]) {
+    let separator = |text: &str| text.chars().find(|letter| ":.".contains(*letter));
+    let notations: Vec<Option<char>> = words
+        .iter()
+        .filter(|word| matches!(word.meaning, Meaning::Octets(_)))
+        .map(|word| separator(word.text))
+        .collect();
+    for word in words.iter_mut().filter(|word| matches!(word.meaning, Meaning::Time(_))) {
+        if (notations.is_empty() || notations.contains(&separator(word.text)))
+            && let Some(octets) = separated(word.text)
+        {
+            word.meaning = Meaning::Octets(octets);
+        }
+    }
+}
+
+fn meaning(word: &str, is_first: bool, aligned: &Aligned<'_>) -> Meaning {
+    if let Some(time) = time(word, is_first) {
+        return Meaning::Time(time);
+    }
+    let (plain, is_damaged) = word.strip_suffix('!').map_or((word, false), |plain| (plain, true));
+    match (octets_of(plain, is_first, aligned), is_damaged) {
+        (Some(Octets { octets, .. }), true) => {
+            octets.first().map_or(Meaning::Other, |octet| Meaning::Unreadable(*octet))
+        }
+        (Some(octets), false) => Meaning::Octets(octets),
+        (None, _) => other(plain),
+    }
+}
+
+fn other(word: &str) -> Meaning {
+    let unknown = |letter: &u8| b"?xX.*_-".contains(letter);
+    match word.as_bytes() {
+        [digit] if digit.is_ascii_hexdigit() => u8::from_str_radix(word, 16).map_or(Meaning::Other, Meaning::Digit),
+        // A letter beside a digit, or two signs for an unknown digit.
+        [first, second]
+            if (unknown(first) && unknown(second))
+                || (first.is_ascii_digit() && (second.is_ascii_alphanumeric() || *second == b'?'))
+                || (second.is_ascii_digit() && (first.is_ascii_alphanumeric() || *first == b'?')) =>
+        {
+            Meaning::Unreadable(0)
+        }
+        _ => match word.matches("\\x").count() {
+            // An octet where a text was cut, or a number of a line.
+            0 => word.strip_suffix(':').and_then(octet).map_or(Meaning::Other, |_| Meaning::Strange(1)),
+            count => Meaning::Strange(count),
+        },
+    }
+}
+
+/// `68`, `0x68`, `68h`, `$68`, `\x68\x05`, `680505`, `68:05:05`, `68-05-05`.
+fn octets_of(word: &str, is_first: bool, aligned: &Aligned<'_>) -> Option<Octets> {
+    if word.contains("\\x") {
+        // The begin or the end of the text may be within an octet.
+        let whole = word.trim_start_matches('x').trim_end_matches('\\');
+        let groups = whole.split("\\x").filter(|digits| !digits.is_empty());
+        let octets: Option<Vec<u8>> = groups.map(one_or_two_digits).collect();
+        return octets.map(|octets| Octets { octets, ..Octets::default() });
+    }
+    let prefix = word.strip_prefix("0x").or_else(|| word.strip_prefix("0X")).or_else(|| word.strip_prefix('$'));
+    if let Some(digits) = prefix {
+        let single = one_or_two_digits(digits).map(|octet| Octets { octets: vec![octet], ..Octets::default() });
+        return single.or_else(|| digit_pairs(digits, is_first, aligned));
+    }
+    if let Some(octet) = word.strip_suffix(['h', 'H']).and_then(octet) {
+        return Some(Octets { octets: vec![octet], ..Octets::default() });
+    }
+    separated(word).or_else(|| digit_pairs(word, is_first, aligned))
+}
+
+fn one_or_two_digits(digits: &str) -> Option<u8> {
+    let is_octet = matches!(digits.len(), 1 | 2) && digits.bytes().all(|digit| digit.is_ascii_hexdigit());
+    u8::from_str_radix(digits, 16).ok().filter(|_| is_octet)
+}
+
+/// Octets with a sign between them. Where a text was cut, the first or the last one may have one digit or none.
+fn separated(word: &str) -> Option<Octets> {
+    let sign = [':', '-', '_', '.'].into_iter().find(|sign| word.contains(*sign))?;
+    let groups: Vec<&str> = word.split(sign).collect();
+    let (mut octets, last) = (Vec::new(), groups.len().checked_sub(1)?);
+    for (number, group) in groups.iter().enumerate() {
+        let is_cut = (number == 0 || number == last) && group.len() < 2 && sign != '.';
+        match octet(group) {
+            Some(octet) => octets.push(octet),
+            None if is_cut && group.is_empty() => {}
+            None if is_cut => octets.push(one_or_two_digits(group)?),
+            None => return None,
+        }
+    }
+    let is_octets =
+        groups.iter().any(|group| group.len() == 2) && groups.len() > 1 && !(word.ends_with(':') && groups.len() == 2);
+    is_octets.then(|| Octets { octets, ..Octets::default() })
+}
+
+/// Octets from pairs of digits without separators. A digit is left over if their number is odd: at least three digits, one of
+/// them decimal, because `bed` is a word.
+fn digit_pairs(word: &str, is_first: bool, aligned: &Aligned<'_>) -> Option<Octets> {
+    let is_hexadecimal = word.bytes().all(|digit| digit.is_ascii_hexdigit());
+    let is_even = word.len().is_multiple_of(2);
+    if !is_hexadecimal || word.len() < 2 || (!is_even && !word.bytes().any(|digit| digit.is_ascii_digit())) {
+        return None;
+    }
+    let octets = aligned(word, is_first);
+    Some(Octets { is_padded: word.len() == 2 && word.starts_with('0'), ..octets })
+}
+
+/// The octets of a word of digits. The first `skip` digits and an odd last one are left over.
+pub(super) fn pairs(digits: &str, skip: usize) -> Octets {
+    let rest = digits.get(skip..).unwrap_or_default();
+    let octets = rest.as_bytes().chunks_exact(2).filter_map(|pair| octet(std::str::from_utf8(pair).ok()?)).collect();
+    let back = digits.chars().next_back().filter(|_| rest.len() % 2 == 1);
+    Octets { octets, halves: digits.chars().take(skip).chain(back).collect(), is_padded: false }
+}
+
+/// A time in seconds: `12.345`, `[12.345]`, `12.345s`, `08:15:00.25`, a first word `08:15:00`; a date with `T` may precede it.
+fn time(word: &str, is_first: bool) -> Option<f64> {
+    let clock = word.rsplit_once('T').map_or(word, |(_, clock)| clock).trim_end_matches(['Z', ':']);
+    let groups: Vec<&str> = clock.split(':').collect();
+    if let [hours, minutes, seconds] = groups[..] {
+        let has_fraction = seconds.contains('.') || (is_first && clock.len() == 8);
+        let (hours, minutes, seconds): (f64, f64, f64) =
+            (hours.parse().ok()?, minutes.parse().ok()?, seconds.parse().ok()?);
+        let is_possible = hours < 24.0 && minutes < 60.0 && seconds < 61.0;
+        return (has_fraction && is_possible).then_some(hours * 3600.0 + minutes * 60.0 + seconds);
+    }
+    let number = word.trim_end_matches([':', 's']);
+    let (whole, fraction) = number.split_once('.')?;
+    let is_number = |text: &str| !text.is_empty() && text.bytes().all(|letter| letter.is_ascii_digit());
+    (is_first && is_number(whole) && is_number(fraction)).then(|| number.parse().ok())?
+}
