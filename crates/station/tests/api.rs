@@ -32,7 +32,7 @@ impl TestStation {
         let for_ever = Duration::from_secs(1_000_000_000);
         let settings = Settings {
             deadband: Deadband { decades: 0.0, max_interval: Duration::ZERO },
-            retention: Retention { samples: for_ever, spans: [None; 4] },
+            retention: Retention { samples: for_ever, ..Retention::default() },
             ..Settings::default()
         };
         let recorder = Recorder::start(&file, settings).unwrap();

@@ -117,6 +117,9 @@ pub enum ConfigProblem {
         /// The current name.
         new: &'static str,
     },
+    /// A retention is no time, or out of range.
+    #[error("expected a time from 1 day to 36525 days, or \"unlimited\", found {0:?}")]
+    Retention(String),
     /// The file has no segment.
     #[error("expected at least one [[segment]]")]
     NoSegment,

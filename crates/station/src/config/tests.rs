@@ -90,7 +90,7 @@ fn an_error_names_its_position_and_what_was_expected() {
         (
             "[station]",
             "[stations]",
-            "hall.toml:2:2: unknown field `stations`, expected one of `station`, `tls`, `segment`, ",
+            "hall.toml:2:2: unknown field `stations`, expected one of `station`, `tls`, `retention`, `segment`, ",
         ),
         ("[station]", "[station]\nhosts = [\"a.example\", \"b.example:80\"]", "hall.toml:3:23: expected a name or an"),
         ("[station]", "[tls]\nkey = \"a\"\n[station]", "hall.toml:2:1: missing field `certificate`"),
@@ -182,4 +182,32 @@ fn two_gauges_cannot_share_an_address_or_a_name() {
 fn an_error_about_a_missing_file_names_the_file() {
     let error = Config::read(Path::new("no/such/plant.toml")).unwrap_err().to_string();
     assert!(error.starts_with("no/such/plant.toml:1:1: the file cannot be read"), "{error}");
+}
+
+#[test]
+fn a_retention_has_defaults_a_range_and_may_be_unlimited() {
+    let day = Duration::from_secs(86_400);
+    assert_eq!(parse(FILE).unwrap().retention, Retention::default());
+    let given = |lines: &str| parse(&format!("[retention]\n{lines}\n{FILE}"));
+    let all =
+        given("samples = '30 days'\nspans = 'unlimited'\nevents = '1 day'\nalarm-history = '36525 days'").unwrap();
+    let expected =
+        Retention { samples: day * 30, spans: [None; 4], events: Some(day), alarm_history: Some(day * 36_525) };
+    assert_eq!(all.retention, expected);
+    assert_eq!(given("samples = 'unlimited'").unwrap().retention.samples, Duration::MAX);
+    for wrong in ["23h", "36526 days", "", "soon", "-1 day"] {
+        let error = given(&format!("events = '{wrong}'")).unwrap_err().to_string();
+        let expected = format!(
+            "plants/hall.toml:2:10: expected a time from 1 day to 36525 days, or \"unlimited\", found {wrong:?}"
+        );
+        assert_eq!(error, expected);
+    }
+    let needed = parse(FILE).unwrap().needs_restart(&all);
+    assert_eq!(
+        needed.iter().map(ToString::to_string).collect::<Vec<_>>(),
+        [
+            "retention stays samples 730 days, spans 1826 days, events 1826 days, alarm-history 1826 days until the station is \
+             restarted, then it becomes samples 30 days, spans unlimited, events 1 days, alarm-history 36525 days"
+        ]
+    );
 }
