@@ -79,12 +79,10 @@ impl Evaluator {
         let threshold = |limit: f64, reset: f64| if is_active { reset } else { limit };
         match &rule.condition {
             Condition::Above { series, limit, reset } => {
-                let threshold = threshold(*limit, *reset);
-                bounded(inputs, series, |bounds| bounds.above(threshold), "above", *limit)
+                bounded(inputs, series, Side::Above, Limit { limit: *limit, reset: *reset }, is_active)
             }
             Condition::Below { series, limit, reset } => {
-                let threshold = threshold(*limit, *reset);
-                bounded(inputs, series, |bounds| bounds.below(threshold), "below", *limit)
+                bounded(inputs, series, Side::Below, Limit { limit: *limit, reset: *reset }, is_active)
             }
             Condition::Rise { series, limit, reset, window } => {
                 let point = inputs.fresh_gauge(&series.gauge).and_then(|gauge| point(gauge, &series.name, now));
@@ -208,13 +206,31 @@ fn point(gauge: &Gauge, series: &str, now: Micros) -> Option<(Micros, f64)> {
     Some((now.before(age), reading.pa?.log10()))
 }
 
-fn bounded(
-    inputs: &Inputs,
-    series: &Series,
-    decide: impl Fn(Bounds) -> Option<bool>,
-    side: &str,
+/// The side of a limit on which the condition is met.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Side {
+    Above,
+    Below,
+}
+
+impl Side {
+    /// Whether the pressure is on this side of `threshold`, if the bounds decide it.
+    fn holds(self, bounds: Bounds, threshold: f64) -> Option<bool> {
+        match self {
+            Self::Above => bounds.above(threshold),
+            Self::Below => bounds.below(threshold),
+        }
+    }
+}
+
+/// A limit and the pressure at which its condition ends, in Pa.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Limit {
     limit: f64,
-) -> Evaluation {
+    reset: f64,
+}
+
+fn bounded(inputs: &Inputs, series: &Series, side: Side, limit: Limit, is_active: bool) -> Evaluation {
     let reading = inputs.fresh_reading(series);
     let Some((reading, bounds)) = reading.and_then(|reading| Some((reading, Bounds::of(reading)?))) else {
         return Evaluation::default();
@@ -222,8 +238,23 @@ fn bounded(
     // The end of a range is not a value.
     let value = reading.pa.filter(|_| reading.quality == Quality::Valid);
     let shown = value.map_or_else(|| format!("an {}", reading.quality.word()), mbar);
-    let text = format!("{} shows {shown}, {side} the limit of {}", series.name, mbar(limit));
-    Evaluation { holds: decide(bounds), value, text }
+    let holds = side.holds(bounds, if is_active { limit.reset } else { limit.limit });
+    let text = format!("{} shows {shown}, {}", series.name, position(side, bounds, limit, is_active));
+    Evaluation { holds, value, text }
+}
+
+/// Where the pressure is, compared with the limit or with the pressure at which the condition ends.
+fn position(side: Side, bounds: Bounds, Limit { limit, reset }: Limit, is_active: bool) -> String {
+    let (beyond, within, shift) = match side {
+        Side::Above => ("above", "at or below", "less"),
+        Side::Below => ("below", "at or above", "plus"),
+    };
+    let is_beyond_limit = side.holds(bounds, limit) == Some(true);
+    if is_beyond_limit || !is_active || reset == limit {
+        return format!("{} the limit of {}", if is_beyond_limit { beyond } else { within }, mbar(limit));
+    }
+    let word = if side.holds(bounds, reset) == Some(true) { beyond } else { within };
+    format!("{word} {}: the limit of {} {shift} its hysteresis", mbar(reset), mbar(limit))
 }
 
 fn mbar(pa: f64) -> String {
