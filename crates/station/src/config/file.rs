@@ -40,7 +40,7 @@ pub struct ConfigToml {
 #[derive(Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct StationToml {
-    name: Option<String>,
+    pub name: Option<Spanned<String>>,
     listen: Option<Parsed<SocketAddr>>,
     pub database: Option<Spanned<PathBuf>>,
     users: Option<PathBuf>,
@@ -79,7 +79,7 @@ impl ConfigToml {
             listen: self.station.listen.map_or_else(|| SocketAddr::from(LISTEN), |listen| listen.0),
             database: beside(database.unwrap_or_else(|| PathBuf::from(format!("{stem}.db")))),
             retention: Retention::default(),
-            name: self.station.name.unwrap_or(stem),
+            name: self.station.name.map_or(stem, Spanned::into_inner),
             users,
             hosts: self.station.hosts.into_iter().map(Spanned::into_inner).collect(),
             tls: self.tls.map(|tls| TlsFiles { certificate: beside(tls.certificate), key: beside(tls.key) }),

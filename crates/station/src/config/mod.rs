@@ -220,11 +220,11 @@ impl Config {
         notice::needs_restart(self, new)
     }
 
-    /// How users authenticate: by the users' file if there is one, else every request is that of an anonymous viewer.
+    /// How users authenticate: by the users' file; while there is none, every request is that of an anonymous viewer.
     #[must_use]
     pub fn access(&self) -> Access {
         let UsersFile { path, named } = &self.users;
-        if *named || path.exists() { Access::Users(path.clone()) } else { Access::anonymous_viewer() }
+        if *named || path.exists() { Access::Users(path.clone()) } else { Access::UsersWhenPresent(path.clone()) }
     }
 
     /// Whether the file holds secrets or names the files that hold them, so that only its owner may read it. The URL of a
