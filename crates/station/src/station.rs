@@ -19,6 +19,7 @@ const EVALUATION_OVERDUE: Duration = Duration::from_secs(15);
 
 /// The reason why a station does not start.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum StationError {
     /// The database cannot be used.
     #[error(transparent)]

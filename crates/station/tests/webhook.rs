@@ -199,7 +199,7 @@ fn a_notification_has_all_fields_and_its_token() {
     let second = came.recv_timeout(LONG).unwrap();
     assert_eq!((&second.body["change"], &second.body["state"]), (&"returned".into(), &"returned".into()));
     let text = second.body["text"].as_str().unwrap();
-    assert!(text.contains(" the limit of ") && !text.contains("above"), "the text says where the pressure is: {text}");
+    assert!(text.contains(" mbar, not above the "), "the text says where the pressure is: {text}");
     assert_ne!(first.body["id"], second.body["id"]);
     let view = fixture.until("ops", |view| view.delivered == 2 && view.waiting == 0);
     assert_eq!((view.at, view.problem), (format!("http://{address}"), None));

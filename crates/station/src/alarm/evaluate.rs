@@ -79,10 +79,14 @@ impl Evaluator {
         let threshold = |limit: f64, reset: f64| if is_active { reset } else { limit };
         match &rule.condition {
             Condition::Above { series, limit, reset } => {
-                bounded(inputs, series, Side::Above, Limit { limit: *limit, reset: *reset }, is_active)
+                let words = ("above", "not above");
+                let limit = Limit { limit: *limit, reset: *reset, decide: Bounds::above, words };
+                bounded(inputs, series, &limit, is_active)
             }
             Condition::Below { series, limit, reset } => {
-                bounded(inputs, series, Side::Below, Limit { limit: *limit, reset: *reset }, is_active)
+                let words = ("below", "not below");
+                let limit = Limit { limit: *limit, reset: *reset, decide: Bounds::below, words };
+                bounded(inputs, series, &limit, is_active)
             }
             Condition::Rise { series, limit, reset, window } => {
                 let point = inputs.fresh_gauge(&series.gauge).and_then(|gauge| point(gauge, &series.name, now));
@@ -206,31 +210,17 @@ fn point(gauge: &Gauge, series: &str, now: Micros) -> Option<(Micros, f64)> {
     Some((now.before(age), reading.pa?.log10()))
 }
 
-/// The side of a limit on which the condition is met.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Side {
-    Above,
-    Below,
-}
-
-impl Side {
-    /// Whether the pressure is on this side of `threshold`, if the bounds decide it.
-    fn holds(self, bounds: Bounds, threshold: f64) -> Option<bool> {
-        match self {
-            Self::Above => bounds.above(threshold),
-            Self::Below => bounds.below(threshold),
-        }
-    }
-}
-
-/// A limit and the pressure at which its condition ends, in Pa.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// A limit, the pressure at which its condition ends, and the side on which it is met.
 struct Limit {
     limit: f64,
     reset: f64,
+    decide: fn(Bounds, f64) -> Option<bool>,
+    /// The words for a condition that is met and for one that is not.
+    words: (&'static str, &'static str),
 }
 
-fn bounded(inputs: &Inputs, series: &Series, side: Side, limit: Limit, is_active: bool) -> Evaluation {
+/// Evaluates a limit. While the alarm `is_active`, the reset value decides, and the text names it.
+fn bounded(inputs: &Inputs, series: &Series, limit: &Limit, is_active: bool) -> Evaluation {
     let reading = inputs.fresh_reading(series);
     let Some((reading, bounds)) = reading.and_then(|reading| Some((reading, Bounds::of(reading)?))) else {
         return Evaluation::default();
@@ -238,23 +228,12 @@ fn bounded(inputs: &Inputs, series: &Series, side: Side, limit: Limit, is_active
     // The end of a range is not a value.
     let value = reading.pa.filter(|_| reading.quality == Quality::Valid);
     let shown = value.map_or_else(|| format!("an {}", reading.quality.word()), mbar);
-    let holds = side.holds(bounds, if is_active { limit.reset } else { limit.limit });
-    let text = format!("{} shows {shown}, {}", series.name, position(side, bounds, limit, is_active));
+    let has_reset = is_active && limit.reset != limit.limit;
+    let (threshold, name) = if has_reset { (limit.reset, "reset value") } else { (limit.limit, "limit") };
+    let holds = (limit.decide)(bounds, threshold);
+    let side = if holds == Some(true) { limit.words.0 } else { limit.words.1 };
+    let text = format!("{} shows {shown}, {side} the {name} of {}", series.name, mbar(threshold));
     Evaluation { holds, value, text }
-}
-
-/// Where the pressure is, compared with the limit or with the pressure at which the condition ends.
-fn position(side: Side, bounds: Bounds, Limit { limit, reset }: Limit, is_active: bool) -> String {
-    let (beyond, within, shift) = match side {
-        Side::Above => ("above", "at or below", "less"),
-        Side::Below => ("below", "at or above", "plus"),
-    };
-    let is_beyond_limit = side.holds(bounds, limit) == Some(true);
-    if is_beyond_limit || !is_active || reset == limit {
-        return format!("{} the limit of {}", if is_beyond_limit { beyond } else { within }, mbar(limit));
-    }
-    let word = if side.holds(bounds, reset) == Some(true) { beyond } else { within };
-    format!("{word} {}: the limit of {} {shift} its hysteresis", mbar(reset), mbar(limit))
 }
 
 fn mbar(pa: f64) -> String {

@@ -124,6 +124,7 @@ pub struct AlarmChange {
 
 /// The reason why a user cannot change an alarm.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
 pub enum AlarmError {
     /// No alarm has this name.
     #[error("there is no alarm {0:?}")]

@@ -136,6 +136,7 @@ pub struct Users(Vec<Account>);
 
 /// A difference between two versions of the users' file.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
 pub enum UsersChange {
     /// An account was removed.
     #[error("the user {0} was removed")]
