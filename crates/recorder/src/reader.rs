@@ -15,6 +15,9 @@ use std::time::Duration;
 /// The most samples that are read for one trend. free choice: a second of work.
 const MAX_SAMPLES_PER_TREND: u32 = 1_000_000;
 
+/// The most rows that a list sorts. free choice: some ten milliseconds of work.
+const MAX_SORTED: u32 = 20_000;
+
 /// All recording periods, in the order of recording.
 ///
 /// # Errors
@@ -173,9 +176,12 @@ impl Reader {
     /// # Errors
     /// [`DatabaseError`] when the database cannot be read.
     pub fn events(&self, from: Micros, to: Micros, limit: u32) -> Result<Vec<Event>, DatabaseError> {
+        let at = self.time_column("event", from, to)?;
         self.query_all(
-            "SELECT at_us, name, kind, text FROM event LEFT JOIN series ON series.id = event.series_id
-             WHERE at_us BETWEEN ?1 AND ?2 ORDER BY event.id DESC LIMIT ?3",
+            &format!(
+                "SELECT at_us, name, kind, text FROM event LEFT JOIN series ON series.id = event.series_id
+                 WHERE {at} BETWEEN ?1 AND ?2 ORDER BY event.id DESC LIMIT ?3"
+            ),
             params![from.0, to.0, limit],
             |row| {
                 let kind: String = row.get(2)?;
@@ -183,6 +189,21 @@ impl Reader {
                 Ok(Event { at: Micros(row.get(0)?), gauge: row.get(1)?, kind, text: row.get(3)? })
             },
         )
+    }
+
+    /// The column by which a list in the order of recording selects its time range. SQLite finds the few rows of a short range by the
+    /// index on times and sorts them; a long range is faster to read from its end, without that index.
+    pub(super) fn time_column(
+        &self,
+        table: &'static str,
+        from: Micros,
+        to: Micros,
+    ) -> Result<&'static str, DatabaseError> {
+        let sql = format!("SELECT count(*) FROM (SELECT 1 FROM {table} WHERE at_us BETWEEN ?1 AND ?2 LIMIT ?3)");
+        let counted = self.connection.query_row(&sql, params![from.0, to.0, MAX_SORTED], |row| row.get::<_, u32>(0));
+        let rows = counted.map_err(|error| self.failed(error))?;
+        // A sign keeps SQLite from using the index.
+        Ok(if rows < MAX_SORTED { "at_us" } else { "+at_us" })
     }
 
     /// The times that are older than `kept` in recorded time, at `now`.

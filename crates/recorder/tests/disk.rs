@@ -334,3 +334,24 @@ fn a_trend_without_samples_uses_spans() {
     assert_eq!(spans.iter().map(|span| span.summary.count).sum::<u32>(), 100);
     assert_eq!(spans.len(), 10);
 }
+
+#[test]
+fn a_long_list_of_events_has_the_order_and_the_range_of_a_short_one() {
+    let fixture = Fixture::new();
+    let mut database = Database::open(&fixture.path, Micros(0)).unwrap();
+    let at = |number: i64| Micros(number * Micros::SECOND);
+    // The times run back, so the order of recording differs from that of the times.
+    let numbers = (0..40_000).rev().map(|number| Event { at: at(number), ..event(&number.to_string()) });
+    let events: Vec<_> = numbers.collect();
+    for piece in events.chunks(10_000) {
+        database.write(&[], &PendingSpans::default(), piece, &AlarmBatch::default()).unwrap();
+    }
+    let reader = fixture.reader();
+    let texts = |from: i64, to: i64| {
+        let events = reader.events(at(from), at(to), 3).unwrap();
+        events.into_iter().map(|event| event.text).collect::<Vec<_>>()
+    };
+    assert_eq!(texts(0, 40_000), ["0", "1", "2"]);
+    assert_eq!(texts(100, 39_000), ["100", "101", "102"]);
+    assert_eq!(texts(38_000, 38_001), ["38000", "38001"]);
+}
