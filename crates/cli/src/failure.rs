@@ -133,7 +133,7 @@ impl From<StationError> for Failure {
     fn from(error: StationError) -> Self {
         let kind = match error {
             StationError::Database(_) => Kind::Usage,
-            StationError::Thread(_) => Kind::Port,
+            _ => Kind::Port,
         };
         Self { kind, sentence: error.to_string() }
     }

@@ -115,7 +115,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
             let first = !file.exists();
             Users::change(&file, |users| users.add(&who.name, *role, hash))?;
             if first {
-                notice(&"this is the first user; restart a station that was started without users");
+                notice(&"this is the first user; a running station asks for a login from now on");
             }
         }
         Action::List { file } => list(&users(file)?)?,

@@ -72,7 +72,7 @@ fn a_refused_change_is_explained_and_changes_nothing() {
             "a b",
             "viewer",
             PASSWORD,
-            "expected a name of 1 to 32 letters (a to z), digits, dots, dashes and underscores, found \"a b\"",
+            "expected a name of 1 to 32 letters (a to z), digits, dots, dashes and underscores, neither . nor .., found \"a b\"",
         ),
     ] {
         let refused = add(name, role, &file, password);

@@ -238,7 +238,8 @@ impl Reader {
         self.query_all(sql, [], stored_alarm)
     }
 
-    /// The history of all alarms, or of one, from `from` to `to`: the latest `limit` rows, the latest first.
+    /// The history of all alarms, or of one, from `from` to `to`: the `limit` rows that were recorded last, the last
+    /// first.
     ///
     /// # Errors
     /// [`DatabaseError`] when the database cannot be read.
@@ -249,9 +250,13 @@ impl Reader {
         alarm: Option<&str>,
         limit: u32,
     ) -> Result<Vec<AlarmHistoryEntry>, DatabaseError> {
+        let at = self.time_column("alarm_history", from, to)?;
         self.query_all(
-            "SELECT at_us, alarm, change, state, priority, subject, occurrence, user_name, value, unit, text FROM alarm_history
-             WHERE at_us BETWEEN ?1 AND ?2 AND (?3 IS NULL OR alarm = ?3) ORDER BY at_us DESC, id DESC LIMIT ?4",
+            &format!(
+                "SELECT at_us, alarm, change, state, priority, subject, occurrence, user_name, value, unit, text
+                 FROM alarm_history
+                 WHERE {at} BETWEEN ?1 AND ?2 AND (?3 IS NULL OR alarm = ?3) ORDER BY id DESC LIMIT ?4"
+            ),
             params![from.0, to.0, alarm, limit],
             history_entry,
         )

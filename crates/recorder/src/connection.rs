@@ -1,9 +1,9 @@
 //! Opens a database for reading or for writing.
 
 use super::error::DatabaseError;
-use super::schema::{VERSION, read_as_current, upgrade, version};
+use super::schema::{VERSION, is_own, read_as_current, upgrade, version};
 use rusqlite::{Connection, OpenFlags};
-use std::fs::OpenOptions;
+use std::fs::{self, OpenOptions};
 use std::io::ErrorKind;
 use std::os::unix::fs::OpenOptionsExt;
 use std::path::Path;
@@ -25,9 +25,9 @@ pub fn open_to_read(path: &Path) -> Result<Connection, DatabaseError> {
     let flags = OpenFlags::SQLITE_OPEN_READ_ONLY | OpenFlags::SQLITE_OPEN_NO_MUTEX;
     let connection = Connection::open_with_flags(path, flags).map_err(failed)?;
     connection.busy_timeout(BUSY_TIMEOUT).map_err(failed)?;
-    let found = version(&connection).map_err(failed)?;
-    if !(1..=VERSION).contains(&found) {
-        return Err(DatabaseError::Version { path: path.to_owned(), found });
+    let found = checked_version(&connection, path)?;
+    if found == 0 {
+        return Err(DatabaseError::Empty(path.to_owned()));
     }
     read_as_current(&connection, found).map_err(failed)?;
     Ok(connection)
@@ -41,25 +41,40 @@ pub fn open_to_write(path: &Path) -> Result<Connection, DatabaseError> {
     let failed = |error| DatabaseError::Sql { path: path.to_owned(), error };
     create_file(path).map_err(|error| DatabaseError::NotWritable { path: path.to_owned(), error })?;
     let mut connection = Connection::open(path).map_err(failed)?;
+    connection.busy_timeout(BUSY_TIMEOUT).map_err(failed)?;
+    // Before the first change of the file: a database of another program stays as it is.
+    let found = checked_version(&connection, path)?;
     prepare(&connection).map_err(failed)?;
-    let found = version(&connection).map_err(failed)?;
-    if !(0..=VERSION).contains(&found) {
-        return Err(DatabaseError::Version { path: path.to_owned(), found });
-    }
     upgrade(&mut connection, found).map_err(failed)?;
     Ok(connection)
 }
 
-/// Creates a missing file readable by its owner alone. SQLite gives its log the permissions of the file.
+/// The version of a database of a recorder, 0 for an empty file.
+fn checked_version(connection: &Connection, path: &Path) -> Result<i64, DatabaseError> {
+    let failed = |error| DatabaseError::Sql { path: path.to_owned(), error };
+    let found = version(connection).map_err(failed)?;
+    if !is_own(connection, found).map_err(failed)? {
+        return Err(DatabaseError::Foreign(path.to_owned()));
+    }
+    if !(0..=VERSION).contains(&found) {
+        return Err(DatabaseError::Version { path: path.to_owned(), found });
+    }
+    Ok(found)
+}
+
+/// Creates a missing file readable by its owner alone, also where a link names it. SQLite gives its log the permissions of the file.
+///
+/// An existing file is not opened: closing it would release the locks that SQLite has on it in this process.
 fn create_file(path: &Path) -> std::io::Result<()> {
-    match OpenOptions::new().write(true).create_new(true).mode(0o600).open(path) {
-        Err(error) if error.kind() == ErrorKind::AlreadyExists => Ok(()),
-        created => created.map(drop),
+    match fs::metadata(path) {
+        Err(error) if error.kind() == ErrorKind::NotFound => {
+            OpenOptions::new().write(true).create(true).truncate(false).mode(0o600).open(path).map(drop)
+        }
+        found => found.map(drop),
     }
 }
 
 fn prepare(connection: &Connection) -> rusqlite::Result<()> {
-    connection.busy_timeout(BUSY_TIMEOUT)?;
     // auto_vacuum must be chosen before the first table.
     connection.execute_batch(
         "PRAGMA auto_vacuum = INCREMENTAL;

@@ -9,33 +9,64 @@ use super::connection::{MAX_WAL_OCTETS, open_to_write};
 use super::error::DatabaseError;
 use super::event::Event;
 use super::lock::{DatabaseLock, sibling_path};
+use super::reader::recording_periods;
+use super::retention::{ClockAtStart, Expired, Period};
 use super::sample::{Micros, Sample};
 use super::spans::{LEVELS, PendingSpans};
-use rusqlite::{Connection, OptionalExtension, Transaction, TransactionBehavior, params};
+use rusqlite::{Connection, OptionalExtension, Row, Transaction, TransactionBehavior, params};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-/// How long samples and spans are kept.
+/// How long rows are kept, in recorded time: see [`Expired`]. The audit trail is kept without limit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Retention {
     /// Samples.
     pub samples: Duration,
     /// Spans of 10 s, 2 min, 30 min and 6 h; `None` keeps them without limit.
     pub spans: [Option<Duration>; LEVELS.len()],
+    /// Events; `None` keeps them without limit.
+    pub events: Option<Duration>,
+    /// Rows of the alarm history; `None` keeps them without limit.
+    pub alarm_history: Option<Duration>,
 }
 
 const DAY: Duration = Duration::from_secs(86_400);
 
 impl Default for Retention {
-    /// free choice, similar to the practice of large sites: samples for two years, spans of 10 s for five, all coarser ones without limit.
+    /// free choice, similar to the practice of large sites: samples for two years, spans of 10 s, events and the alarm history for five, all coarser spans
+    /// without limit.
     fn default() -> Self {
-        Self { samples: DAY.saturating_mul(730), spans: [Some(DAY.saturating_mul(1826)), None, None, None] }
+        let five_years = Some(DAY.saturating_mul(1826));
+        Self {
+            samples: DAY.saturating_mul(730),
+            spans: [five_years, None, None, None],
+            events: five_years,
+            alarm_history: five_years,
+        }
     }
 }
 
 /// The most rows that one transaction deletes: samples are recorded between two such transactions.
 const MAX_DELETIONS: u32 = 20_000;
+
+/// Deletes samples from time 1 to before time 2, at most number 3. All of these statements have a fourth parameter, the level.
+const DELETE_SAMPLES: &str = "DELETE FROM sample WHERE (series_id, at_us) IN (
+    SELECT series_id, at_us FROM series
+    JOIN sample ON sample.series_id = series.id AND at_us >= ?1 AND at_us < ?2 AND ?4 = 0 LIMIT ?3)";
+
+/// The same for the spans of a level.
+const DELETE_SPANS: &str = "DELETE FROM span WHERE (level, series_id, start_us) IN (
+    SELECT level, series_id, start_us FROM series
+    JOIN span ON span.series_id = series.id AND level = ?4 AND start_us >= ?1 AND start_us < ?2 LIMIT ?3)";
+
+/// The same for events.
+const DELETE_EVENTS: &str = "DELETE FROM event WHERE id IN (
+    SELECT id FROM event WHERE at_us >= ?1 AND at_us < ?2 AND ?4 = 0 LIMIT ?3)";
+
+/// The same for the alarm history.
+const DELETE_ALARM_HISTORY: &str = "DELETE FROM alarm_history WHERE id IN (
+    SELECT id FROM alarm_history WHERE at_us >= ?1 AND at_us < ?2 AND ?4 = 0 LIMIT ?3)";
 
 /// A sample whose time is already taken by another sample is moved by at most this many microseconds.
 const MAX_SHIFT_US: i64 = 1_000;
@@ -49,6 +80,10 @@ pub struct Database {
     names: Vec<String>,
     /// The ids of the first series in the database, by index.
     ids: Vec<i64>,
+    /// The row of the present recording period.
+    period: Option<i64>,
+    /// The file was deleted or replaced, and another one was opened.
+    was_replaced: bool,
 }
 
 impl Database {
@@ -56,13 +91,21 @@ impl Database {
     ///
     /// # Errors
     /// [`DatabaseError`] when the database cannot be used, also when another station uses it.
-    pub fn open(path: &Path) -> Result<Self, DatabaseError> {
+    pub fn open(path: &Path, now: Micros) -> Result<Self, DatabaseError> {
         let mut lock = DatabaseLock::acquire(path)?;
         let connection = open_to_write(path)?;
         lock.record_file_identity(path)?;
-        let database = Self { path: path.to_owned(), lock: Some(lock), connection, names: Vec::new(), ids: Vec::new() };
+        let database = Self {
+            path: path.to_owned(),
+            lock: Some(lock),
+            connection,
+            names: Vec::new(),
+            ids: Vec::new(),
+            period: None,
+            was_replaced: false,
+        };
         // No other process writes, so the station ended while a command without an outcome was being sent.
-        audit::close_unfinished(&database.connection, Micros::now()).map_err(|error| database.failed(error))?;
+        audit::close_unfinished(&database.connection, now).map_err(|error| database.failed(error))?;
         Ok(database)
     }
 
@@ -123,8 +166,62 @@ impl Database {
         Ok(crowded)
     }
 
+    /// Continues the last recording period, or begins one if the clock does not fit to its end. Returns how the clock differs, if that is
+    /// worth an event.
+    ///
+    /// # Errors
+    /// [`DatabaseError`] when nothing was written.
+    pub fn resume_recording(&mut self, now: Micros) -> Result<Option<ClockAtStart>, DatabaseError> {
+        let read = || {
+            let sql = "SELECT id, start_us, end_us FROM recording_period ORDER BY id DESC LIMIT 1";
+            let row =
+                |row: &Row<'_>| Ok((row.get(0)?, Period { start: Micros(row.get(1)?), end: Micros(row.get(2)?) }));
+            self.connection.query_row(sql, [], row).optional()
+        };
+        let last: Option<(i64, Period)> = read().map_err(|error| self.failed(error))?;
+        match last.filter(|(_, period)| period.continues_at(now)) {
+            Some((id, _)) => {
+                self.period = Some(id);
+                self.extend_period(now)?;
+            }
+            None => self.begin_period(now)?,
+        }
+        Ok(last.and_then(|(_, period)| ClockAtStart::check(now, period.end)))
+    }
+
+    /// Begins a recording period at `start`, after the clock was set.
+    ///
+    /// # Errors
+    /// [`DatabaseError`] when nothing was written.
+    pub fn begin_period(&mut self, start: Micros) -> Result<(), DatabaseError> {
+        let sql = "INSERT INTO recording_period (start_us, end_us) VALUES (?1, ?1)";
+        let inserted = self.connection.execute(sql, [start.0]);
+        inserted.map_err(|error| self.failed(error))?;
+        self.period = Some(self.connection.last_insert_rowid());
+        Ok(())
+    }
+
+    /// Extends the present recording period to `now`.
+    ///
+    /// # Errors
+    /// [`DatabaseError`] when nothing was written.
+    pub fn extend_period(&mut self, now: Micros) -> Result<(), DatabaseError> {
+        let Some(id) = self.period else { return self.begin_period(now) };
+        let sql = "UPDATE recording_period SET start_us = min(start_us, ?1), end_us = max(end_us, ?1) WHERE id = ?2";
+        let updated = self.connection.execute(sql, [now.0, id]);
+        updated.map(drop).map_err(|error| self.failed(error))
+    }
+
+    /// Whether the file was deleted or replaced since the last call. The present file lacks everything that was written before.
+    pub fn take_replaced(&mut self) -> bool {
+        std::mem::take(&mut self.was_replaced)
+    }
+
     /// Opens the file at the path again if it was deleted or replaced. SQLite would continue to write to the deleted file.
-    fn reopen_if_replaced(&mut self) -> Result<(), DatabaseError> {
+    ///
+    /// # Errors
+    /// [`DatabaseError`] when the file at the path cannot be used.
+    pub fn reopen_if_replaced(&mut self) -> Result<(), DatabaseError> {
         if self.lock.as_ref().is_some_and(|lock| lock.is_same_file(&self.path)) {
             return Ok(());
         }
@@ -136,6 +233,8 @@ impl Database {
         self.connection = open_to_write(&self.path)?;
         lock.record_file_identity(&self.path)?;
         self.lock = Some(lock);
+        self.period = None;
+        self.was_replaced = true;
         Ok(())
     }
 
@@ -143,8 +242,8 @@ impl Database {
     ///
     /// # Errors
     /// [`DatabaseError`] when the database cannot be written.
-    pub fn prune(&mut self, retention: &Retention, now: Micros) -> Result<bool, DatabaseError> {
-        let deleted = self.delete_old(retention, now).map_err(|error| self.failed(error))?;
+    pub fn prune(&mut self, retention: &Retention) -> Result<bool, DatabaseError> {
+        let deleted = self.delete_old(retention).map_err(|error| self.failed(error))?;
         if deleted > 0 {
             // Returns free pages to the disk in small steps.
             self.run_to_completion("PRAGMA incremental_vacuum(500)")?;
@@ -179,28 +278,22 @@ impl Database {
         self.run_to_completion(&format!("PRAGMA max_page_count = {pages}")).unwrap();
     }
 
-    fn delete_old(&self, retention: &Retention, now: Micros) -> rusqlite::Result<usize> {
-        let mut deleted = self
-            .connection
-            .prepare_cached(
-                "DELETE FROM sample WHERE (series_id, at_us) IN (
-                     SELECT series_id, at_us FROM series
-                     JOIN sample ON sample.series_id = series.id AND at_us < ?1 LIMIT ?2)",
-            )?
-            .execute(params![now.before(retention.samples).0, MAX_DELETIONS])?;
+    fn delete_old(&self, retention: &Retention) -> rusqlite::Result<usize> {
+        let periods = recording_periods(&self.connection)?;
+        let delete = |sql: &str, kept: Option<Duration>, level: u8| {
+            let Some(kept) = kept else { return Ok(0) };
+            let mut delete = self.connection.prepare_cached(sql)?;
+            Expired::of(&periods, kept).ranges().try_fold(0_usize, |deleted, range| {
+                let now = delete.execute(params![range.start, range.end, MAX_DELETIONS, level])?;
+                Ok::<_, rusqlite::Error>(deleted.saturating_add(now))
+            })
+        };
+        let mut deleted = delete(DELETE_SAMPLES, Some(retention.samples), 0)?;
         for (level, kept) in LEVELS.iter().zip(retention.spans) {
-            let Some(kept) = kept else { continue };
-            deleted = deleted.saturating_add(
-                self.connection
-                    .prepare_cached(
-                        "DELETE FROM span WHERE (level, series_id, start_us) IN (
-                             SELECT level, series_id, start_us FROM series
-                             JOIN span ON span.series_id = series.id AND level = ?1 AND start_us < ?2 LIMIT ?3)",
-                    )?
-                    .execute(params![level.number, now.before(kept).0, MAX_DELETIONS])?,
-            );
+            deleted = deleted.saturating_add(delete(DELETE_SPANS, kept, level.number)?);
         }
-        Ok(deleted)
+        deleted = deleted.saturating_add(delete(DELETE_EVENTS, retention.events, 0)?);
+        Ok(deleted.saturating_add(delete(DELETE_ALARM_HISTORY, retention.alarm_history, 0)?))
     }
 
     fn failed(&self, error: rusqlite::Error) -> DatabaseError {

@@ -33,6 +33,12 @@ pub enum DatabaseError {
     /// Another station writes to it.
     #[error("{path} is in use by another station", path = .0.display())]
     InUse(PathBuf),
+    /// It is the database of another program.
+    #[error("{path}: expected a database of profivac, found that of another program; choose another file", path = .0.display())]
+    Foreign(PathBuf),
+    /// Nothing was recorded into it yet.
+    #[error("{path}: expected a database of profivac, found an empty one; `profivac run` records into it", path = .0.display())]
+    Empty(PathBuf),
     /// A newer program wrote it.
     #[error("{path} has tables of version {found}, this program knows version {VERSION}", path = path.display())]
     Version {

@@ -24,7 +24,8 @@
 //! | [`alarms`] | alarm states, their history, queued notifications |
 //! | [`reader`] | trends, samples, events |
 //! | [`export`] | samples as CSV, chunk by chunk |
-//! | `clock` | steps of the system clock |
+//! | [`clock`] | the clocks of a recorder, steps of the system clock |
+//! | [`retention`] | recorded time, and which rows are older than their retention |
 //! | [`writer`] | the thread that owns the database |
 //!
 //! Beside the database SQLite keeps its log (`-wal`, `-shm`) while it is open. The recorder keeps the lock file `-lock`, so that no
@@ -39,7 +40,7 @@ struct Readme;
 
 pub mod alarms;
 pub mod audit;
-mod clock;
+pub mod clock;
 mod connection;
 pub mod database;
 pub mod deadband;
@@ -49,6 +50,7 @@ pub mod export;
 mod lock;
 pub mod quality;
 pub mod reader;
+pub mod retention;
 pub mod ring;
 pub mod sample;
 pub mod schema;
@@ -57,6 +59,7 @@ pub mod validity;
 pub mod writer;
 
 pub use audit::{AuditAction, AuditEntry};
+pub use clock::{Clock, SystemClock};
 pub use database::Retention;
 pub use deadband::Deadband;
 pub use error::{AuditError, DatabaseError};

@@ -1,8 +1,8 @@
 //! Prevents other stations from writing to a database, and detects that its file was deleted or replaced.
 
 use super::error::DatabaseError;
-use std::fs::{self, File, OpenOptions, TryLockError};
-use std::os::unix::fs::MetadataExt;
+use std::fs::{self, File, OpenOptions, Permissions, TryLockError};
+use std::os::unix::fs::{MetadataExt, OpenOptionsExt, PermissionsExt};
 use std::path::{Path, PathBuf};
 
 /// A lock on a database, held until it is dropped.
@@ -27,7 +27,9 @@ impl DatabaseLock {
         }
         let failed = |error: std::io::Error| DatabaseError::NotWritable { path: path.to_owned(), error };
         let name = sibling_path(path, "-lock");
-        let lock = OpenOptions::new().create(true).append(true).open(name).map_err(failed)?;
+        // Another user who could open the lock file could hold the lock for ever.
+        let lock = OpenOptions::new().create(true).append(true).mode(0o600).open(name).map_err(failed)?;
+        lock.set_permissions(Permissions::from_mode(0o600)).map_err(failed)?;
         match lock.try_lock() {
             Ok(()) => Ok(Self { _lock: lock, identity: None }),
             Err(TryLockError::WouldBlock) => Err(DatabaseError::InUse(path.to_owned())),

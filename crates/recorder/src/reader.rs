@@ -5,13 +5,28 @@ use super::connection::open_to_read;
 use super::error::DatabaseError;
 use super::event::{Event, EventKind};
 use super::quality::{Qualities, Quality};
+use super::retention::{Expired, Period};
 use super::sample::{Micros, Sample};
 use super::spans::{LEVELS, Level, Summary};
 use rusqlite::{Connection, OptionalExtension, Row, params};
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 /// The most samples that are read for one trend. free choice: a second of work.
 const MAX_SAMPLES_PER_TREND: u32 = 1_000_000;
+
+/// The most rows that a list sorts. free choice: some ten milliseconds of work.
+const MAX_SORTED: u32 = 20_000;
+
+/// All recording periods, in the order of recording.
+///
+/// # Errors
+/// Any error of SQLite.
+pub fn recording_periods(connection: &Connection) -> rusqlite::Result<Vec<Period>> {
+    let mut select = connection.prepare_cached("SELECT start_us, end_us FROM recording_period ORDER BY id")?;
+    let period = |row: &Row<'_>| Ok(Period { start: Micros(row.get(0)?), end: Micros(row.get(1)?) });
+    select.query_map([], period)?.collect()
+}
 
 /// A part of a trend, one pixel wide.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -155,14 +170,18 @@ impl Reader {
         Ok(first.map(Micros))
     }
 
-    /// The latest `limit` events from `from` to `to`, the latest first.
+    /// The events from `from` to `to` that were recorded last, at most `limit`, the last first. The order is that of recording: an event
+    /// with a future time, from a clock that was ahead, does not stay before all later ones.
     ///
     /// # Errors
     /// [`DatabaseError`] when the database cannot be read.
     pub fn events(&self, from: Micros, to: Micros, limit: u32) -> Result<Vec<Event>, DatabaseError> {
+        let at = self.time_column("event", from, to)?;
         self.query_all(
-            "SELECT at_us, name, kind, text FROM event LEFT JOIN series ON series.id = event.series_id
-             WHERE at_us BETWEEN ?1 AND ?2 ORDER BY at_us DESC, event.id DESC LIMIT ?3",
+            &format!(
+                "SELECT at_us, name, kind, text FROM event LEFT JOIN series ON series.id = event.series_id
+                 WHERE {at} BETWEEN ?1 AND ?2 ORDER BY event.id DESC LIMIT ?3"
+            ),
             params![from.0, to.0, limit],
             |row| {
                 let kind: String = row.get(2)?;
@@ -170,6 +189,34 @@ impl Reader {
                 Ok(Event { at: Micros(row.get(0)?), gauge: row.get(1)?, kind, text: row.get(3)? })
             },
         )
+    }
+
+    /// The column by which a list in the order of recording selects its time range. SQLite finds the few rows of a short range by the
+    /// index on times and sorts them; a long range is faster to read from its end, without that index.
+    pub(super) fn time_column(
+        &self,
+        table: &'static str,
+        from: Micros,
+        to: Micros,
+    ) -> Result<&'static str, DatabaseError> {
+        let sql = format!("SELECT count(*) FROM (SELECT 1 FROM {table} WHERE at_us BETWEEN ?1 AND ?2 LIMIT ?3)");
+        let counted = self.connection.query_row(&sql, params![from.0, to.0, MAX_SORTED], |row| row.get::<_, u32>(0));
+        let rows = counted.map_err(|error| self.failed(error))?;
+        // A sign keeps SQLite from using the index.
+        Ok(if rows < MAX_SORTED { "at_us" } else { "+at_us" })
+    }
+
+    /// The times that are older than `kept` in recorded time, at `now`.
+    ///
+    /// # Errors
+    /// [`DatabaseError`] when the database cannot be read.
+    pub fn expired(&self, kept: Duration, now: Micros) -> Result<Expired, DatabaseError> {
+        let mut periods = recording_periods(&self.connection).map_err(|error| self.failed(error))?;
+        // The recorder extends the last period once a minute.
+        if let Some(last) = periods.last_mut().filter(|last| last.continues_at(now)) {
+            *last = last.until(now);
+        }
+        Ok(Expired::of(&periods, kept))
     }
 
     fn series_id(&self, series: &str) -> Result<Option<i64>, DatabaseError> {

@@ -6,7 +6,10 @@
 use rusqlite::{Connection, TransactionBehavior};
 
 /// The version of the tables, stored in the database's `user_version`.
-pub const VERSION: i64 = 4;
+pub const VERSION: i64 = 5;
+
+/// The `application_id` of a database since version 5, by which the recorder tells its own files from others: "pfvc" in ASCII.
+pub const APPLICATION_ID: i64 = 0x7066_7663;
 
 /// All tables of the current version.
 pub const TABLES: &str = "
@@ -110,10 +113,16 @@ pub const TABLES: &str = "
         body    TEXT NOT NULL
     );
     CREATE INDEX notification_webhook ON notification (webhook, id);
+    -- When the station recorded, by the clock of the computer, in the order of recording. A retention counts this time.
+    CREATE TABLE recording_period (
+        id       INTEGER PRIMARY KEY,
+        start_us INTEGER NOT NULL,
+        end_us   INTEGER NOT NULL
+    );
 ";
 
 /// The statements that lead from version N + 1 to the next, as older programs ran them. A published migration never changes.
-const MIGRATIONS: [&[&str]; 3] = [FROM_1, FROM_2, FROM_3];
+const MIGRATIONS: [&[&str]; 4] = [FROM_1, FROM_2, FROM_3, FROM_4];
 
 const FROM_1: &[&str] = &[
     "CREATE TABLE audit (
@@ -224,8 +233,29 @@ const FROM_3: &[&str] = &[
     "CREATE INDEX notification_webhook ON notification (webhook, id)",
 ];
 
+/// Adds the periods of recording. Those of the past are the spans of 6 h that have samples, up to the last sample.
+const FROM_4: &[&str] = &[
+    "CREATE TABLE recording_period (
+        id       INTEGER PRIMARY KEY,
+        start_us INTEGER NOT NULL,
+        end_us   INTEGER NOT NULL
+    )",
+    "INSERT INTO recording_period (start_us, end_us)
+     SELECT min(start_us), max(start_us) + 21600000000 FROM (
+         SELECT start_us, start_us - 21600000000 * row_number() OVER (ORDER BY start_us) AS island
+         FROM (SELECT DISTINCT start_us FROM span WHERE level = 4))
+     GROUP BY island ORDER BY min(start_us)",
+    "UPDATE recording_period SET end_us = ifnull(max(start_us, min(end_us,
+         (SELECT max(last) FROM (SELECT (SELECT max(at_us) FROM sample WHERE series_id = series.id) AS last FROM series)))),
+         end_us)",
+    "PRAGMA application_id = 1885763171",
+];
+
 const NOT_CHANGED: &str = "CREATE TRIGGER audit_is_not_changed BEFORE UPDATE ON audit
         BEGIN SELECT RAISE(ABORT, 'the audit trail is not changed'); END";
+
+/// The first version whose tables and columns have the current names.
+const FINAL_NAMES: i64 = 4;
 
 /// Gives the tables of an older database, opened for reading, their current names. Nothing is written to the database itself.
 ///
@@ -259,6 +289,22 @@ pub fn version(connection: &Connection) -> rusqlite::Result<i64> {
     connection.query_row("PRAGMA user_version", [], |row| row.get(0))
 }
 
+/// Whether a database belongs to a recorder: by its `application_id` since version 5, before that by its tables. An empty database
+/// may be used.
+pub fn is_own(connection: &Connection, found: i64) -> rusqlite::Result<bool> {
+    let id: i64 = connection.query_row("PRAGMA application_id", [], |row| row.get(0))?;
+    let tables = |names: &str| -> rusqlite::Result<i64> {
+        let sql = format!("SELECT count(*) FROM sqlite_master WHERE type = 'table' {names}");
+        connection.query_row(&sql, [], |row| row.get(0))
+    };
+    match found {
+        0 => Ok(id == 0 && tables("")? == 0),
+        1..=3 => Ok(id == 0 && tables("AND name IN ('gauge', 'sample', 'rollup', 'event')")? == 4),
+        4 => Ok(id == 0 && tables("AND name IN ('series', 'sample', 'span', 'event')")? == 4),
+        _ => Ok(id == APPLICATION_ID),
+    }
+}
+
 /// Makes the tables of an empty database, or migrates an older one, in one transaction: a kill leaves the database as it was.
 pub fn upgrade(connection: &mut Connection, found: i64) -> rusqlite::Result<()> {
     upgrade_observed(connection, found, &mut |_| ())
@@ -278,7 +324,10 @@ fn upgrade_observed(connection: &mut Connection, found: i64, observer: &mut dyn 
                 transaction.execute_batch(statement)?;
             }
         }
-        Err(_) => transaction.execute_batch(TABLES)?,
+        Err(_) => {
+            transaction.execute_batch(TABLES)?;
+            transaction.pragma_update(None, "application_id", APPLICATION_ID)?;
+        }
     }
     transaction.pragma_update(None, "user_version", VERSION)?;
     transaction.commit()
@@ -286,7 +335,7 @@ fn upgrade_observed(connection: &mut Connection, found: i64, observer: &mut dyn 
 
 /// Prepares a connection that only reads: an older database is read under the current names.
 pub fn read_as_current(connection: &Connection, found: i64) -> rusqlite::Result<()> {
-    if found < VERSION { connection.execute_batch(READ_OLDER) } else { Ok(()) }
+    if found < FINAL_NAMES { connection.execute_batch(READ_OLDER) } else { Ok(()) }
 }
 
 #[cfg(test)]
@@ -489,7 +538,7 @@ mod tests {
     #[test]
     fn a_kill_during_the_migration_leaves_version_3() {
         let folder = tempfile::tempdir().unwrap();
-        for statement in 0..FROM_3.len() {
+        for statement in 0..FROM_3.len() + FROM_4.len() {
             let path = folder.path().join(format!("{statement}.db"));
             make_version_3(&path);
             kill_before(statement, &path);

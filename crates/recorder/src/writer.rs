@@ -1,16 +1,18 @@
 //! The thread that owns the database. Bus threads put samples into a queue and never block on disk I/O.
 
-use super::alarms::AlarmBatch;
+use super::alarms::{AlarmBatch, StoredAlarm};
 use super::audit::{AuditAction, AuditEntry};
-use super::clock::ClockMonitor;
+use super::clock::{Clock, ClockMonitor, SystemClock};
 use super::database::{Database, Retention};
 use super::deadband::{Deadband, DeadbandFilter};
 use super::error::{AuditError, DatabaseError};
 use super::event::{Event, EventKind};
+use super::reader::Reader;
+use super::retention::ends_period;
 use super::ring::RingBuffer;
 use super::sample::{Micros, Sample};
 use super::spans::PendingSpans;
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 use std::path::Path;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, SendError, Sender, SyncSender, channel, sync_channel};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -34,6 +36,10 @@ const MAX_UNWRITTEN_EVENTS: usize = 10_000;
 
 /// A disk that has not answered for this time is reported as stalled.
 const STALL_TIMEOUT: Duration = Duration::from_secs(15);
+
+/// The event in a database that was created again.
+const REPLACED: &str = "the database was deleted or replaced while the station recorded into it: this file begins here with the present \
+                        states of the alarms; earlier samples, events, audit entries and waiting notifications are in the former file";
 
 /// The longest that a caller waits for the disk.
 const WRITE_TIMEOUT: Duration = Duration::from_secs(10);
@@ -102,10 +108,19 @@ impl Recorder {
     /// # Errors
     /// [`DatabaseError`] when the database cannot be used.
     pub fn start(path: &Path, settings: Settings) -> Result<Self, DatabaseError> {
-        let database = Database::open(path)?;
+        Self::start_with_clock(path, settings, Arc::new(SystemClock))
+    }
+
+    /// Opens the database and starts the thread, which looks at `clock`.
+    ///
+    /// # Errors
+    /// [`DatabaseError`] when the database cannot be used.
+    pub fn start_with_clock(path: &Path, settings: Settings, clock: Arc<dyn Clock>) -> Result<Self, DatabaseError> {
+        let database = Database::open(path, clock.now().wall)?;
+        let alarms = Reader::open(path)?.alarms()?.into_iter().collect();
         let health = Arc::new(Mutex::new(Health::default()));
         let (messages, inbox) = sync_channel(QUEUE_LENGTH);
-        let writer = Writer::new(database, settings, Arc::clone(&health));
+        let writer = Writer { alarm_states: alarms, ..Writer::new(database, settings, Arc::clone(&health), clock) };
         let answered = Arc::clone(&writer.answered);
         let thread = std::thread::spawn(move || writer.run(&inbox));
         Ok(Self { messages: Some(messages), health, answered, thread: Some(thread) })
@@ -262,10 +277,17 @@ struct Writer {
     events: Vec<Event>,
     audit: Vec<AuditEntry>,
     alarms: AlarmBatch,
+    /// The states of all alarms, for a database that is created again.
+    alarm_states: BTreeMap<String, StoredAlarm>,
     /// Write before the end of the interval.
     is_urgent: bool,
     receipts: Vec<Sender<()>>,
-    clock: ClockMonitor,
+    clock: Arc<dyn Clock>,
+    monitor: ClockMonitor,
+    /// The database knows that this recorder records.
+    is_recording: bool,
+    /// The clock was set, and a recording period begins at this time.
+    period_begins: Option<Micros>,
     answered: Arc<Mutex<Instant>>,
     /// The most samples and spans in memory.
     capacity: usize,
@@ -274,8 +296,9 @@ struct Writer {
 }
 
 impl Writer {
-    fn new(database: Database, settings: Settings, health: Arc<Mutex<Health>>) -> Self {
+    fn new(database: Database, settings: Settings, health: Arc<Mutex<Health>>, clock: Arc<dyn Clock>) -> Self {
         let now = Instant::now();
+        let clock_time = clock.now();
         Self {
             database,
             settings,
@@ -286,13 +309,17 @@ impl Writer {
             events: Vec::new(),
             audit: Vec::new(),
             alarms: AlarmBatch::default(),
+            alarm_states: BTreeMap::new(),
             is_urgent: false,
             receipts: Vec::new(),
-            clock: ClockMonitor::new(now, Micros::now()),
+            monitor: ClockMonitor::new(clock_time),
+            is_recording: false,
+            period_begins: None,
             answered: Arc::new(Mutex::new(now)),
             capacity: MAX_UNWRITTEN,
             write_at: now + WRITE_INTERVAL,
-            prune_at: now,
+            prune_at: clock_time.monotonic,
+            clock,
         }
     }
 
@@ -384,6 +411,12 @@ impl Writer {
     }
 
     fn alarms(&mut self, batch: AlarmBatch, events: Vec<Event>, done: Option<Sender<()>>) {
+        for (name, state) in &batch.alarms {
+            match state {
+                Some(state) => drop(self.alarm_states.insert(name.clone(), state.clone())),
+                None => drop(self.alarm_states.remove(name)),
+            }
+        }
         let dropped = self.alarms.append(batch, MAX_UNWRITTEN_EVENTS);
         if dropped > 0 {
             let mut health = self.locked();
@@ -431,10 +464,8 @@ impl Writer {
     fn write(&mut self) {
         self.write_at = Instant::now() + WRITE_INTERVAL;
         self.is_urgent = false;
-        if let Some(text) = self.clock.detect_step(Instant::now(), Micros::now()) {
-            self.event(Event { at: Micros::now(), gauge: None, kind: EventKind::Station, text }, None);
-        }
-        let written = self.write_audit();
+        self.check_clock();
+        let written = self.check_database().and_then(|()| self.write_audit());
         let written =
             written.and_then(|()| self.database.write(&self.samples, &self.spans, &self.events, &self.alarms));
         if let Some(crowded) = self.note_result(written) {
@@ -454,13 +485,54 @@ impl Writer {
         *self.answered.lock().unwrap_or_else(PoisonError::into_inner) = Instant::now();
     }
 
+    /// Reports a step of the clock. A large one begins a recording period, and rows are counted against their retention at once.
+    fn check_clock(&mut self) {
+        let Some(step) = self.monitor.detect_step(self.clock.now()) else { return };
+        self.station_event(step.to_string());
+        self.prune_at = self.monitor.last().monotonic;
+        if ends_period(&step) {
+            self.period_begins = Some(step.from);
+        }
+    }
+
+    /// Opens the database again if it was deleted, and notes in it that this recorder records.
+    fn check_database(&mut self) -> Result<(), DatabaseError> {
+        self.database.reopen_if_replaced()?;
+        if self.database.take_replaced() {
+            self.is_recording = false;
+            // Changes of alarms that are not written yet are later than these states.
+            for (name, state) in &self.alarm_states {
+                self.alarms.alarms.insert(name.clone(), Some(state.clone()));
+            }
+            self.station_event(REPLACED.to_owned());
+        }
+        if !self.is_recording {
+            let found = self.database.resume_recording(self.monitor.last().wall)?;
+            self.is_recording = true;
+            self.period_begins = None;
+            if let Some(found) = found {
+                self.station_event(found.to_string());
+            }
+        } else if let Some(start) = self.period_begins {
+            self.database.begin_period(start)?;
+            self.period_begins = None;
+        }
+        Ok(())
+    }
+
+    fn station_event(&mut self, text: String) {
+        self.event(Event { at: self.monitor.last().wall, gauge: None, kind: EventKind::Station, text }, None);
+    }
+
     fn prune(&mut self) {
-        if Instant::now() < self.prune_at {
+        let now = self.monitor.last();
+        if now.monotonic < self.prune_at {
             return;
         }
-        let more = self.database.prune(&self.settings.retention, Micros::now());
+        let extended = self.database.extend_period(now.wall);
+        let more = extended.and_then(|()| self.database.prune(&self.settings.retention));
         let more = self.note_result(more) == Some(true);
-        self.prune_at = Instant::now() + if more { WRITE_INTERVAL } else { PRUNE_INTERVAL };
+        self.prune_at = now.monotonic + if more { WRITE_INTERVAL } else { PRUNE_INTERVAL };
     }
 
     /// Stores the result of a transaction in the health.
@@ -468,7 +540,7 @@ impl Writer {
         let mut health = self.locked();
         match result {
             Ok(value) => {
-                health.last_write = Some(Micros::now());
+                health.last_write = Some(self.monitor.last().wall);
                 health.error = None;
                 Some(value)
             }
@@ -487,7 +559,6 @@ impl Writer {
 #[cfg(test)]
 mod tests {
     use super::super::quality::Quality;
-    use super::super::reader::Reader;
     use super::*;
 
     #[test]
@@ -513,7 +584,12 @@ mod tests {
         let health = Arc::new(Mutex::new(Health::default()));
         let deadband = Deadband { decades: 0.0, max_interval: Duration::ZERO };
         let settings = Settings { deadband, ..Settings::default() };
-        let mut writer = Writer::new(Database::open(&path).unwrap(), settings, Arc::clone(&health));
+        let mut writer = Writer::new(
+            Database::open(&path, Micros::now()).unwrap(),
+            settings,
+            Arc::clone(&health),
+            Arc::new(SystemClock),
+        );
         writer.capacity = 5_000;
         writer.database.limit_pages(20);
         let series: Arc<str> = Arc::from("chamber");
@@ -536,8 +612,8 @@ mod tests {
     fn an_access_event_does_not_trigger_the_full_sample_rate() {
         let folder = tempfile::tempdir().unwrap();
         let health = Arc::new(Mutex::new(Health::default()));
-        let database = Database::open(&folder.path().join("plant.db")).unwrap();
-        let mut writer = Writer::new(database, Settings::default(), health);
+        let database = Database::open(&folder.path().join("plant.db"), Micros::now()).unwrap();
+        let mut writer = Writer::new(database, Settings::default(), health, Arc::new(SystemClock));
         let series: Arc<str> = Arc::from("chamber");
         let now = Micros::now();
         let sample = |number: i64| Sample::new(Micros(now.0 + number * 1000), Some(1.0), Quality::Valid);

@@ -2,7 +2,7 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, clippy::indexing_slicing, reason = "a test")]
 
-use profivac_recorder::alarms::AlarmBatch;
+use profivac_recorder::alarms::{AlarmBatch, StoredAlarm};
 use profivac_recorder::audit::AuditQuery;
 use profivac_recorder::database::Database;
 use profivac_recorder::spans::PendingSpans;
@@ -11,7 +11,9 @@ use profivac_recorder::{
     Settings,
 };
 use rusqlite::Connection;
+use std::collections::BTreeMap;
 use std::fs;
+use std::os::unix::fs::{PermissionsExt, symlink};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -37,7 +39,7 @@ impl Fixture {
         let settings = Settings {
             deadband: Deadband { decades: 0.0, max_interval: Duration::ZERO },
             full_rate_window: Duration::from_secs(5),
-            retention: Retention { samples: for_ever, spans: [None; 4] },
+            retention: Retention { samples: for_ever, ..Retention::default() },
         };
         Recorder::start(&self.path, settings).unwrap()
     }
@@ -126,18 +128,85 @@ fn an_error_says_why_there_can_be_no_database() {
 }
 
 #[test]
-fn the_recorder_creates_a_deleted_database_again() {
+fn a_database_deleted_during_a_run_is_created_again_with_an_event_and_the_states_of_the_alarms() {
     let fixture = Fixture::new();
+    let alarm = |state: &str| StoredAlarm { state: state.to_owned(), ..StoredAlarm::default() };
+    let batch = |name: &str, state: Option<&str>| AlarmBatch {
+        alarms: BTreeMap::from([(name.to_owned(), state.map(alarm))]),
+        ..AlarmBatch::default()
+    };
+    // States of an earlier run count as well.
+    assert!(fixture.recorder().record_alarms(batch("before", Some("acknowledged")), Vec::new()));
     let recorder = fixture.recorder();
     push(&recorder, [sample(0, 1.0)]);
-    assert!(recorder.flush());
+    assert!(recorder.record_alarms_with_receipt(batch("high", Some("unacknowledged")), Vec::new()).wait());
+    assert!(recorder.record_alarms_with_receipt(batch("gone", Some("returned")), Vec::new()).wait());
+    assert!(recorder.record_alarms_with_receipt(batch("gone", None), Vec::new()).wait());
     fs::remove_file(&fixture.path).unwrap();
     push(&recorder, [sample(1, 2.0)]);
     assert!(recorder.flush());
-    assert_eq!(fixture.samples(), [sample(1, 2.0)]);
+    // The event keeps the full rate of the last seconds, so the new file begins with them.
+    assert_eq!(fixture.samples(), [sample(0, 1.0), sample(1, 2.0)]);
+    let reader = fixture.reader();
+    let events: Vec<_> = reader.events(Micros(0), Micros(i64::MAX), 10).unwrap();
+    assert_eq!(events.len(), 1, "{events:?}");
+    assert!(events[0].text.starts_with("the database was deleted or replaced while the station recorded into it: "));
+    let states: Vec<_> = reader.alarms().unwrap().into_iter().map(|(name, alarm)| (name, alarm.state)).collect();
+    let expected = [("before", "acknowledged"), ("high", "unacknowledged")];
+    assert_eq!(states, expected.map(|(name, state)| (name.to_owned(), state.to_owned())));
     push(&recorder, [sample(2, 3.0)]);
     drop(recorder);
-    assert_eq!(fixture.samples(), [sample(1, 2.0), sample(2, 3.0)]);
+    assert_eq!(fixture.samples(), [sample(0, 1.0), sample(1, 2.0), sample(2, 3.0)]);
+    assert_eq!(fixture.reader().events(Micros(0), Micros(i64::MAX), 10).unwrap().len(), 1, "told once");
+}
+
+#[test]
+fn the_database_its_log_and_its_lock_are_private_also_behind_a_dangling_link() {
+    let fixture = Fixture::new();
+    let folder = fixture.path.parent().unwrap();
+    let target = folder.join("elsewhere.db");
+    symlink(&target, &fixture.path).unwrap();
+    // A lock file of an earlier version may be open to others.
+    let lock = folder.join("plant.db-lock");
+    fs::write(&lock, "").unwrap();
+    fs::set_permissions(&lock, fs::Permissions::from_mode(0o666)).unwrap();
+    let recorder = fixture.recorder();
+    push(&recorder, [sample(0, 1.0)]);
+    assert!(recorder.flush());
+    for file in fs::read_dir(folder).unwrap().map(|file| file.unwrap().path()).filter(|file| !file.is_symlink()) {
+        let mode = fs::metadata(&file).unwrap().permissions().mode() & 0o777;
+        assert_eq!(mode, 0o600, "{}", file.display());
+    }
+    assert!(target.exists());
+}
+
+#[test]
+fn a_database_of_another_program_is_refused_and_not_changed() {
+    let fixture = Fixture::new();
+    let foreign = [
+        "CREATE TABLE note (text TEXT)",
+        "CREATE TABLE note (text TEXT); PRAGMA user_version = 3",
+        "CREATE TABLE note (text TEXT); PRAGMA user_version = 4",
+        "CREATE TABLE note (text TEXT); PRAGMA user_version = 5",
+        "CREATE TABLE series (id); CREATE TABLE sample (id); PRAGMA user_version = 4",
+        "PRAGMA application_id = 77; CREATE TABLE series (id)",
+    ];
+    for sql in foreign {
+        fs::remove_file(&fixture.path).ok();
+        Connection::open(&fixture.path).unwrap().execute_batch(sql).unwrap();
+        let before = fs::read(&fixture.path).unwrap();
+        let expected = format!(
+            "{}: expected a database of profivac, found that of another program; choose another file",
+            fixture.path.display()
+        );
+        assert_eq!(start_error(&fixture.path), expected, "{sql}");
+        assert_eq!(Reader::open(&fixture.path).map(drop).unwrap_err().to_string(), expected, "{sql}");
+        assert_eq!(fs::read(&fixture.path).unwrap(), before, "{sql}");
+    }
+    fs::write(&fixture.path, "").unwrap();
+    assert!(Reader::open(&fixture.path).map(drop).unwrap_err().to_string().contains("found an empty one"));
+    drop(fixture.recorder());
+    drop(fixture.reader());
 }
 
 #[test]
@@ -236,7 +305,8 @@ fn a_slow_reader_does_not_let_the_log_grow() {
 #[test]
 fn deleted_rows_return_their_pages_to_the_disk() {
     let fixture = Fixture::new();
-    let mut database = Database::open(&fixture.path).unwrap();
+    let begin = sample(0, 1.0).at;
+    let mut database = Database::open(&fixture.path, begin).unwrap();
     let gauge = database.series_index("chamber");
     let samples: Vec<_> = (0..100_000).map(|number| (gauge, sample(number, 1.0))).collect();
     database.write(&samples, &PendingSpans::default(), &[], &AlarmBatch::default()).unwrap();
@@ -245,8 +315,9 @@ fn deleted_rows_return_their_pages_to_the_disk() {
         connection.query_row(&format!("PRAGMA {what}"), [], |row| row.get(0)).unwrap()
     };
     let full = pages("page_count");
-    let retention = Retention { samples: Duration::ZERO, spans: [None; 4] };
-    let rounds = (0..100).take_while(|_| database.prune(&retention, Micros(i64::MAX)).unwrap()).count();
+    let retention = Retention { samples: Duration::ZERO, ..Retention::default() };
+    database.extend_period(sample(200_000, 1.0).at).unwrap();
+    let rounds = (0..100).take_while(|_| database.prune(&retention).unwrap()).count();
     assert_eq!(rounds, 5, "20000 rows at a time");
     assert!(full > 500 && pages("page_count") < 50, "{} pages of {full}", pages("page_count"));
     assert_eq!(pages("freelist_count"), 0);
@@ -262,4 +333,25 @@ fn a_trend_without_samples_uses_spans() {
     let spans = fixture.reader().trend("chamber", sample(0, 1.0).at, sample(99, 1.0).at, 1000).unwrap();
     assert_eq!(spans.iter().map(|span| span.summary.count).sum::<u32>(), 100);
     assert_eq!(spans.len(), 10);
+}
+
+#[test]
+fn a_long_list_of_events_has_the_order_and_the_range_of_a_short_one() {
+    let fixture = Fixture::new();
+    let mut database = Database::open(&fixture.path, Micros(0)).unwrap();
+    let at = |number: i64| Micros(number * Micros::SECOND);
+    // The times run back, so the order of recording differs from that of the times.
+    let numbers = (0..40_000).rev().map(|number| Event { at: at(number), ..event(&number.to_string()) });
+    let events: Vec<_> = numbers.collect();
+    for piece in events.chunks(10_000) {
+        database.write(&[], &PendingSpans::default(), piece, &AlarmBatch::default()).unwrap();
+    }
+    let reader = fixture.reader();
+    let texts = |from: i64, to: i64| {
+        let events = reader.events(at(from), at(to), 3).unwrap();
+        events.into_iter().map(|event| event.text).collect::<Vec<_>>()
+    };
+    assert_eq!(texts(0, 40_000), ["0", "1", "2"]);
+    assert_eq!(texts(100, 39_000), ["100", "101", "102"]);
+    assert_eq!(texts(38_000, 38_001), ["38000", "38001"]);
 }

@@ -10,8 +10,6 @@ use std::sync::Arc;
 use std::time::Duration;
 use tempfile::TempDir;
 
-const DAY: i64 = 86_400 * Micros::SECOND;
-
 /// 2026-01-01.
 const NEW_YEAR: i64 = 1_767_225_600 * Micros::SECOND;
 
@@ -42,7 +40,7 @@ fn keep_everything() -> Settings {
     Settings {
         deadband: Deadband { decades: 0.0, max_interval: Duration::ZERO },
         full_rate_window: Duration::from_secs(5),
-        retention: Retention { samples: for_ever, spans: [None; 4] },
+        retention: Retention { samples: for_ever, ..Retention::default() },
     }
 }
 
@@ -180,40 +178,6 @@ fn a_restarted_recorder_continues_the_same_spans() {
     assert_eq!(spans.len(), 1);
     let extent = spans[0].summary;
     assert_eq!((extent.low, extent.high, extent.count), (Some(1.0), Some(1e9), 10));
-}
-
-#[test]
-fn samples_beyond_the_retention_are_deleted_and_coarse_spans_stay() {
-    let fixture = Fixture::new();
-    let now = Micros::now();
-    let old = Micros(now.0 - 30 * DAY);
-    let retention = Retention {
-        samples: Duration::from_secs(86_400),
-        spans: [Some(Duration::from_secs(10 * 86_400)), None, None, None],
-    };
-    let recorder = fixture.recorder(Settings { retention, ..keep_everything() });
-    for begin in [old, now] {
-        (0..10).for_each(|second| {
-            recorder.push(&gauge(), Sample::new(Micros(begin.0 + second * Micros::SECOND), Some(1.0), Quality::Valid))
-        });
-    }
-    // The first transaction is followed by the first pruning.
-    assert!(recorder.flush());
-    drop(recorder);
-    let reader = fixture.reader();
-    let samples = reader.samples("chamber", Micros(0), Micros(i64::MAX)).unwrap();
-    assert_eq!(samples.len(), 10);
-    assert!(samples.iter().all(|sample| sample.at >= now));
-    let file = rusqlite::Connection::open(&fixture.path).unwrap();
-    let spans = |level: u8| -> i64 {
-        let sql = "SELECT count(*) FROM span WHERE level = ?1 AND start_us < ?2";
-        file.query_row(sql, [i64::from(level), now.0 - DAY], |row| row.get(0)).unwrap()
-    };
-    assert_eq!((spans(1), spans(2) > 0), (0, true), "spans of 10 s are deleted after ten days");
-    let near = reader.trend("chamber", old, Micros(old.0 + 100 * Micros::SECOND), 10).unwrap();
-    assert_eq!(near.iter().map(|span| span.summary.count).sum::<u32>(), 10, "the trend uses coarser spans");
-    let year = reader.trend("chamber", Micros(old.0 - DAY), Micros(old.0 + DAY), 100).unwrap();
-    assert_eq!(year.iter().map(|span| span.summary.count).sum::<u32>(), 10, "coarser spans are kept");
 }
 
 #[test]

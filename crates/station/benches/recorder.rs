@@ -51,7 +51,7 @@ fn recording(path: &Path) {
 /// A year of one gauge at 2000 pixels, and pieces of it.
 fn drawing(path: &Path) {
     let count = std::env::var("PROFIVAC_BENCH_SAMPLES").ok().and_then(|text| text.parse().ok()).unwrap_or(100_000_000);
-    let mut store = Database::open(path).unwrap();
+    let mut store = Database::open(path, Micros(BEGIN)).unwrap();
     let gauge = store.series_index("chamber");
     let mut random = fastrand::Rng::with_seed(1);
     let begun = Instant::now();

@@ -4,6 +4,7 @@
 //! |---|---|
 //! | `host_name` | host names in requests and in the station's file |
 //! | [`suggestion`] | suggestions for mistyped names |
+//! | [`visible_text`] | names, reasons and comments that users type |
 //! | [`rise`] | a rise of pressure, separated into leak and outgassing |
 //! | [`pumpdown`] | pump-downs in a recording |
 //! | [`web`] | the dashboard, embedded in the program |
@@ -39,5 +40,6 @@ pub mod snapshot;
 pub mod station;
 pub mod suggestion;
 pub mod view;
+pub mod visible_text;
 pub mod web;
 pub mod webhook;

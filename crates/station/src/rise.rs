@@ -44,6 +44,7 @@ impl Bend {
 
 /// The reason why samples cannot be fitted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
 pub enum NoRise {
     /// Too few samples.
     #[error("expected at least {LEAST} samples, got {0}")]

@@ -19,6 +19,7 @@ const EVALUATION_OVERDUE: Duration = Duration::from_secs(15);
 
 /// The reason why a station does not start.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum StationError {
     /// The database cannot be used.
     #[error(transparent)]
@@ -44,7 +45,8 @@ impl Station {
     /// # Errors
     /// [`StationError`] when the database cannot be used, or the system gives no threads.
     pub fn start(config: Config) -> Result<Self, StationError> {
-        let recorder = Recorder::start(&config.database, Settings::default())?;
+        let settings = Settings { retention: config.retention, ..Settings::default() };
+        let recorder = Recorder::start(&config.database, settings)?;
         let services = Arc::new(Services::new(config.name, config.database, recorder));
         services.recorder().event_now_and_wait(None, EventKind::Station, "the station starts");
         services.alarms().start(config.alarms, notification_targets(&config.webhooks))?;

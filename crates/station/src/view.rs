@@ -3,8 +3,9 @@
 //! Pressures are in Pa. Another unit, or the correction for a gas, is a matter of display.
 
 use crate::auth::Role;
-use profivac_recorder::{Event, Micros, Qualities, Quality};
-use serde::Serialize;
+use profivac_devices::Principle;
+use profivac_recorder::{Event, EventKind, Micros, Qualities, Quality};
+use serde::{Serialize, Serializer};
 use std::time::Duration;
 use utoipa::ToSchema;
 
@@ -156,7 +157,9 @@ pub struct Reading {
     /// The instance or channel, 0 if there is only one.
     pub instance: u8,
     /// How the part senses: `pirani`, `hot-cathode`, `cold-cathode`, `diaphragm`, `atmosphere`.
-    pub principle: Option<&'static str>,
+    #[schema(value_type = Option<String>)]
+    #[serde(serialize_with = "principle")]
+    pub principle: Option<Principle>,
     /// The indicated pressure in Pa; `null` without a value.
     pub pa: Option<f64>,
     /// The pressure in Pa, corrected for the gas; `null` where no factor holds.
@@ -164,6 +167,18 @@ pub struct Reading {
     /// The quality: `valid`, `overrange`, `underrange`, `invalid`, `gap`.
     #[schema(value_type = String)]
     pub quality: Quality,
+}
+
+/// The word of a principle, or `null`.
+fn principle<S: Serializer>(principle: &Option<Principle>, serializer: S) -> Result<S::Ok, S::Error> {
+    let word = principle.map(|principle| match principle {
+        Principle::Pirani => "pirani",
+        Principle::HotCathode => "hot-cathode",
+        Principle::ColdCathode => "cold-cathode",
+        Principle::Diaphragm => "diaphragm",
+        Principle::Atmosphere => "atmosphere",
+    });
+    word.serialize(serializer)
 }
 
 /// A trend: each list has one entry for every pixel with samples.
@@ -206,14 +221,15 @@ pub struct EventView {
     /// The gauge, if the event is about one.
     pub gauge: Option<String>,
     /// The kind: `station`, `bus`, `gauge`, `command`, `note`, `access`, `alarm`.
-    pub kind: &'static str,
+    #[schema(value_type = String)]
+    pub kind: EventKind,
     /// One sentence.
     pub text: String,
 }
 
 impl From<Event> for EventView {
     fn from(event: Event) -> Self {
-        Self { at_ms: unix_ms(event.at), gauge: event.gauge, kind: event.kind.word(), text: event.text }
+        Self { at_ms: unix_ms(event.at), gauge: event.gauge, kind: event.kind, text: event.text }
     }
 }
 

@@ -123,6 +123,65 @@ fn a_limit_alarm_is_raised_at_the_limit_and_returns_at_the_reset() {
 }
 
 #[test]
+fn the_text_of_a_change_states_where_the_pressure_is() {
+    let above = |limit, reset| Condition::Above { series: series(), limit, reset };
+    let below = |limit, reset| Condition::Below { series: series(), limit, reset };
+    let table = [
+        (above(100.0, 50.0), 200.0, "2.00e0 mbar, above the limit of 1.00e0 mbar"),
+        (above(100.0, 50.0), 7.75e-5, "7.75e-7 mbar, not above the reset value of 5.00e-1 mbar"),
+        (above(100.0, 50.0), 50.0, "5.00e-1 mbar, not above the reset value of 5.00e-1 mbar"),
+        (above(100.0, 100.0), 100.0, "1.00e0 mbar, not above the limit of 1.00e0 mbar"),
+        (below(100.0, 200.0), 50.0, "5.00e-1 mbar, below the limit of 1.00e0 mbar"),
+        (below(100.0, 200.0), 300.0, "3.00e0 mbar, not below the reset value of 2.00e0 mbar"),
+        (below(100.0, 100.0), 150.0, "1.50e0 mbar, not below the limit of 1.00e0 mbar"),
+    ];
+    for (condition, pa, expected) in table {
+        let mut fixture = Fixture::new(vec![rule(condition.clone(), 0, 0)]);
+        let now = fixture.now();
+        let mut text = fixture.registry.evaluate(&inputs(pa, Quality::Valid), now).pop().map(|change| change.text);
+        if text.is_none() {
+            let beyond = if matches!(condition, Condition::Above { .. }) { 1e4 } else { 1e-4 };
+            assert_eq!(fixture.evaluate(&inputs(beyond, Quality::Valid)), [ChangeKind::Raised]);
+            text = fixture.registry.evaluate(&inputs(pa, Quality::Valid), now).pop().map(|change| change.text);
+        }
+        assert_eq!(text, Some(format!("chamber shows {expected}")), "{condition:?}");
+    }
+}
+
+#[test]
+fn an_alarm_raised_between_limit_and_reset_does_not_claim_the_limit() {
+    let mut fixture = Fixture::new(vec![above(0, 0)]);
+    fixture.evaluate(&inputs(2.0, Quality::Valid));
+    let now = fixture.now();
+    fixture.registry.take_out_of_service("it", "Eve", "service", None, now).unwrap();
+    fixture.registry.return_to_service("it", "Eve", now).unwrap();
+    assert_eq!(fixture.evaluate(&inputs(0.7, Quality::Valid)), [ChangeKind::Raised]);
+    let expected = "chamber shows 7.00e-3 mbar, above the reset value of 5.00e-3 mbar";
+    assert_eq!(fixture.status().text, expected);
+    fixture.registry.take_out_of_service("it", "Eve", "service", None, now).unwrap();
+    fixture.registry.return_to_service("it", "Eve", now).unwrap();
+    assert_eq!(fixture.evaluate(&silent()), [ChangeKind::Raised]);
+    assert_eq!(fixture.status().text, "its condition was met when it was last known");
+}
+
+#[test]
+fn a_clock_set_back_before_a_start_does_not_prolong_a_time_out_of_service() {
+    let mut fixture = Fixture::new(vec![above(0, 0)]);
+    let now = fixture.now();
+    let hour = Some(Duration::from_secs(3600));
+    fixture.registry.take_out_of_service("it", "Eve", "service", hour, now).unwrap();
+    for days in [-3 * 365, 3 * 365] {
+        let mut restarted = Fixture::new(Vec::new());
+        restarted.wall_ms = fixture.wall_ms + days * 86_400_000;
+        let (stored, now) = (fixture.status().clone(), restarted.now());
+        restarted.registry.reconfigure(vec![above(0, 0)], vec![("it".to_owned(), stored)], now);
+        restarted.pass(3_600_000);
+        let expected = [ChangeKind::ReturnedToService, ChangeKind::Raised];
+        assert_eq!(restarted.evaluate(&inputs(2.0, Quality::Valid)), expected, "{days}");
+    }
+}
+
+#[test]
 fn delays_are_exact_to_the_millisecond() {
     let mut fixture = Fixture::new(vec![above(2, 3)]);
     fixture.evaluate_for(&inputs(2.0, Quality::Valid), 1999);

@@ -4,6 +4,7 @@
 
 use axum::body::{Body, to_bytes};
 use axum::http::{Request, Response};
+use profivac_devices::Principle;
 use profivac_recorder::{Deadband, EventKind, Micros, Quality, Recorder, Retention, Sample, Settings};
 use profivac_station::api::{description, router};
 use profivac_station::control::error::Unavailable;
@@ -32,7 +33,7 @@ impl TestStation {
         let for_ever = Duration::from_secs(1_000_000_000);
         let settings = Settings {
             deadband: Deadband { decades: 0.0, max_interval: Duration::ZERO },
-            retention: Retention { samples: for_ever, spans: [None; 4] },
+            retention: Retention { samples: for_ever, ..Retention::default() },
             ..Settings::default()
         };
         let recorder = Recorder::start(&file, settings).unwrap();
@@ -88,7 +89,7 @@ fn snapshot() -> SegmentSnapshot {
     let reading = Reading {
         series: "chamber".to_owned(),
         instance: 2,
-        principle: Some("hot-cathode"),
+        principle: Some(Principle::HotCathode),
         pa: Some(1e-4),
         corrected_pa: Some(8e-5),
         quality: Quality::Valid,

@@ -5,6 +5,7 @@
 
 mod support;
 
+use profivac_devices::Principle;
 use profivac_recorder::{Micros, Quality};
 use profivac_station::auth::{Actor, Role, User};
 use profivac_station::config::Config;
@@ -116,7 +117,7 @@ fn a_gauge_that_was_replaced_by_another_device_is_reported() {
 fn the_file_says_which_of_two_devices_with_one_ident_number_is_connected() {
     let fixture = Fixture::new(&["psg550@5", "pcg550@6"], &["one psg550 5", "two pcg550 6"]);
     let principle = |name: &str| fixture.exchanging(name).readings[0].principle;
-    assert_eq!(principle("one"), Some("pirani"));
+    assert_eq!(principle("one"), Some(Principle::Pirani));
     principle("two");
     fixture.station.stop();
 }

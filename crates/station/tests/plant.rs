@@ -4,6 +4,7 @@
 
 mod support;
 
+use profivac_devices::Principle;
 use profivac_recorder::{Micros, Quality};
 use profivac_station::auth::{Actor, Role, User};
 use profivac_station::config::Config;
@@ -88,7 +89,8 @@ fn gauges_are_found_sampled_and_recorded() {
     let rack = gauge(&services, "rack", |gauge| gauge.readings.len() == 4);
     assert_eq!(rack.readings[3].series, "rack.4");
     let principles = |gauge: &Gauge| gauge.readings.iter().map(|reading| reading.principle).collect::<Vec<_>>();
-    assert_eq!(principles(&rack), ["hot-cathode", "hot-cathode", "pirani", "diaphragm"].map(Some));
+    let expected = [Principle::HotCathode, Principle::HotCathode, Principle::Pirani, Principle::Diaphragm];
+    assert_eq!(principles(&rack), expected.map(Some));
     let old = gauge(&services, "old", |gauge| !gauge.readings.is_empty());
     assert_eq!(principles(&old), [None; 4], "the controller does not report them");
     let map = segment(&services, "hall").stations;

@@ -42,7 +42,7 @@ fn at(s: f64) -> Micros {
 /// A deadband of `decades`, and unlimited retention.
 fn settings(decades: f64) -> Settings {
     let band = Deadband { decades, ..Deadband::default() };
-    let retention = Retention { samples: Duration::from_secs(1 << 40), spans: [None; 4] };
+    let retention = Retention { samples: Duration::from_secs(1 << 40), ..Retention::default() };
     Settings { deadband: band, full_rate_window: Duration::ZERO, retention }
 }
 

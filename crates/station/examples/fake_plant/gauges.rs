@@ -1,5 +1,6 @@
 //! Gauges, and what each shows at every second: fields of constants and a shape.
 
+use profivac_devices::Principle;
 use profivac_recorder::Quality;
 use profivac_station::view::{BusStationState, Gauge, PressureLevel, Reading};
 use std::f64::consts::TAU;
@@ -50,7 +51,7 @@ pub struct Fake {
     /// Lowest and highest pressure in Pa that it can measure.
     range: (f64, f64),
     levels: &'static [(&'static str, f64)],
-    parts: &'static [(&'static str, Shape)],
+    parts: &'static [(Principle, Shape)],
     exceptions: &'static [&'static str],
     /// The reason why it does not measure.
     pub problem: Option<&'static str>,
@@ -88,12 +89,12 @@ pub fn all(hostile: bool) -> Vec<Fake> {
         state: BusStationState::Missing,
         problem: Some("/dev/ttyUSB2: the port is lost"),
         range: (5e-2, 1e5),
-        parts: &[("pirani", Shape::Lost(8.7))],
+        parts: &[(Principle::Pirani, Shape::Lost(8.7))],
         ..HALL
     });
     if hostile {
         let name = "<img src=x onerror=alert(1)>";
-        all.push(Fake { name, address: 77, parts: &[("pirani", Shape::Still(1.0))], ..BEAM });
+        all.push(Fake { name, address: 77, parts: &[(Principle::Pirani, Shape::Still(1.0))], ..BEAM });
     }
     all
 }
@@ -106,7 +107,7 @@ fn hall() -> [Fake; 6] {
             gas: "ar",
             factor: 0.8,
             levels: &[("process", 1e-2), ("interlock", 10.0)],
-            parts: &[("hot-cathode", Shape::Pumped { to: 3.2e-5, period: 14_400.0 })],
+            parts: &[(Principle::HotCathode, Shape::Pumped { to: 3.2e-5, period: 14_400.0 })],
             ..HALL
         },
         Fake {
@@ -115,7 +116,7 @@ fn hall() -> [Fake; 6] {
             device: "pcg550",
             range: (2e-2, 1.5e5),
             levels: &[("vented", 9e4)],
-            parts: &[("pirani", Shape::Pumped { to: 8e-3, period: 5_400.0 })],
+            parts: &[(Principle::Pirani, Shape::Pumped { to: 8e-3, period: 5_400.0 })],
             ..HALL
         },
         Fake {
@@ -125,7 +126,7 @@ fn hall() -> [Fake; 6] {
             gas: "ar",
             factor: 1.7,
             range: (5e-2, 1e5),
-            parts: &[("pirani", Shape::Still(2.34))],
+            parts: &[(Principle::Pirani, Shape::Still(2.34))],
             ..HALL
         },
         Fake {
@@ -134,7 +135,7 @@ fn hall() -> [Fake; 6] {
             device: "img400",
             range: (2e-7, 1.0),
             levels: &[("valve may open", 1e-4)],
-            parts: &[("cold-cathode", Shape::Drift { pa: 4.6e-6, decades: 0.35, period: 50_000.0 })],
+            parts: &[(Principle::ColdCathode, Shape::Drift { pa: 4.6e-6, decades: 0.35, period: 50_000.0 })],
             ..HALL
         },
         Fake {
@@ -142,7 +143,7 @@ fn hall() -> [Fake; 6] {
             address: 9,
             device: "bpg400",
             state: BusStationState::Fault,
-            parts: &[("hot-cathode", Shape::Invalid)],
+            parts: &[(Principle::HotCathode, Shape::Invalid)],
             exceptions: &["hot cathode error: filament broken", "Pirani error"],
             ..HALL
         },
@@ -151,7 +152,7 @@ fn hall() -> [Fake; 6] {
             address: 11,
             device: "hpg400",
             range: (1e-4, 1e5),
-            parts: &[("hot-cathode", Shape::Drift { pa: 6.1e-3, decades: 0.6, period: 9_000.0 })],
+            parts: &[(Principle::HotCathode, Shape::Drift { pa: 6.1e-3, decades: 0.6, period: 9_000.0 })],
             ..HALL
         },
     ]
@@ -163,7 +164,7 @@ fn beam() -> [Fake; 6] {
             name: "gate 1",
             address: 21,
             device: "bpg400",
-            parts: &[("hot-cathode", Shape::Drift { pa: 8.3e-5, decades: 0.25, period: 2_700.0 })],
+            parts: &[(Principle::HotCathode, Shape::Drift { pa: 8.3e-5, decades: 0.25, period: 2_700.0 })],
             gaps: &[(-540.0, -330.0), (-3_000.0, -2_100.0), (-200_000.0, -150_000.0)],
             ..BEAM
         },
@@ -172,7 +173,7 @@ fn beam() -> [Fake; 6] {
             address: 22,
             device: "img400",
             range: (2e-7, 1.0),
-            parts: &[("cold-cathode", Shape::Still(30.0))],
+            parts: &[(Principle::ColdCathode, Shape::Still(30.0))],
             ..BEAM
         },
         Fake {
@@ -181,9 +182,9 @@ fn beam() -> [Fake; 6] {
             device: "tpg500",
             range: (1e-9, 1e5),
             parts: &[
-                ("pirani", Shape::Still(4.1)),
-                ("cold-cathode", Shape::Drift { pa: 2.2e-5, decades: 0.2, period: 7_000.0 }),
-                ("diaphragm", Shape::Still(10_130.0)),
+                (Principle::Pirani, Shape::Still(4.1)),
+                (Principle::ColdCathode, Shape::Drift { pa: 2.2e-5, decades: 0.2, period: 7_000.0 }),
+                (Principle::Diaphragm, Shape::Still(10_130.0)),
             ],
             ..BEAM
         },
@@ -193,7 +194,7 @@ fn beam() -> [Fake; 6] {
             range: (5e-9, 1.5e5),
             gas: "he",
             factor: 5.9,
-            parts: &[("hot-cathode", Shape::Drift { pa: 2.7e-8, decades: 0.1, period: 30_000.0 })],
+            parts: &[(Principle::HotCathode, Shape::Drift { pa: 2.7e-8, decades: 0.1, period: 30_000.0 })],
             ..BEAM
         },
         Fake {
@@ -201,7 +202,7 @@ fn beam() -> [Fake; 6] {
             address: 33,
             device: "pcg550",
             range: (2e-2, 1.5e5),
-            parts: &[("pirani", Shape::Rise)],
+            parts: &[(Principle::Pirani, Shape::Rise)],
             ..BEAM
         },
         Fake { name: "spare", address: 40, device: "pcg550", state: BusStationState::Starting, parts: &[], ..BEAM },
@@ -290,7 +291,7 @@ impl Fake {
         }
     }
 
-    fn reading(&self, place: usize, series: &str, shown: Shown, principle: &'static str) -> Reading {
+    fn reading(&self, place: usize, series: &str, shown: Shown, principle: Principle) -> Reading {
         Reading {
             series: series.to_owned(),
             instance: u8::try_from(place + 1).unwrap_or(u8::MAX),

@@ -79,12 +79,14 @@ impl Evaluator {
         let threshold = |limit: f64, reset: f64| if is_active { reset } else { limit };
         match &rule.condition {
             Condition::Above { series, limit, reset } => {
-                let threshold = threshold(*limit, *reset);
-                bounded(inputs, series, |bounds| bounds.above(threshold), "above", *limit)
+                let words = ("above", "not above");
+                let limit = Limit { limit: *limit, reset: *reset, decide: Bounds::above, words };
+                bounded(inputs, series, &limit, is_active)
             }
             Condition::Below { series, limit, reset } => {
-                let threshold = threshold(*limit, *reset);
-                bounded(inputs, series, |bounds| bounds.below(threshold), "below", *limit)
+                let words = ("below", "not below");
+                let limit = Limit { limit: *limit, reset: *reset, decide: Bounds::below, words };
+                bounded(inputs, series, &limit, is_active)
             }
             Condition::Rise { series, limit, reset, window } => {
                 let point = inputs.fresh_gauge(&series.gauge).and_then(|gauge| point(gauge, &series.name, now));
@@ -208,13 +210,17 @@ fn point(gauge: &Gauge, series: &str, now: Micros) -> Option<(Micros, f64)> {
     Some((now.before(age), reading.pa?.log10()))
 }
 
-fn bounded(
-    inputs: &Inputs,
-    series: &Series,
-    decide: impl Fn(Bounds) -> Option<bool>,
-    side: &str,
+/// A limit, the pressure at which its condition ends, and the side on which it is met.
+struct Limit {
     limit: f64,
-) -> Evaluation {
+    reset: f64,
+    decide: fn(Bounds, f64) -> Option<bool>,
+    /// The words for a condition that is met and for one that is not.
+    words: (&'static str, &'static str),
+}
+
+/// Evaluates a limit. While the alarm `is_active`, the reset value decides, and the text names it.
+fn bounded(inputs: &Inputs, series: &Series, limit: &Limit, is_active: bool) -> Evaluation {
     let reading = inputs.fresh_reading(series);
     let Some((reading, bounds)) = reading.and_then(|reading| Some((reading, Bounds::of(reading)?))) else {
         return Evaluation::default();
@@ -222,8 +228,12 @@ fn bounded(
     // The end of a range is not a value.
     let value = reading.pa.filter(|_| reading.quality == Quality::Valid);
     let shown = value.map_or_else(|| format!("an {}", reading.quality.word()), mbar);
-    let text = format!("{} shows {shown}, {side} the limit of {}", series.name, mbar(limit));
-    Evaluation { holds: decide(bounds), value, text }
+    let has_reset = is_active && limit.reset != limit.limit;
+    let (threshold, name) = if has_reset { (limit.reset, "reset value") } else { (limit.limit, "limit") };
+    let holds = (limit.decide)(bounds, threshold);
+    let side = if holds == Some(true) { limit.words.0 } else { limit.words.1 };
+    let text = format!("{} shows {shown}, {side} the {name} of {}", series.name, mbar(threshold));
+    Evaluation { holds, value, text }
 }
 
 fn mbar(pa: f64) -> String {

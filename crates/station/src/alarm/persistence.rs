@@ -140,7 +140,7 @@ fn notification_body(change: &AlarmChange, station: &str) -> String {
         "change": kind.word(),
         "state": status.state.word(),
         "priority": rule.priority.word(),
-        "condition": rule.condition.word(),
+        "condition": rule.condition.kind(),
         "gauge": rule.condition.gauge(),
         "subject": rule.condition.subject(),
         "value": value,

@@ -124,6 +124,7 @@ pub struct AlarmChange {
 
 /// The reason why a user cannot change an alarm.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
 pub enum AlarmError {
     /// No alarm has this name.
     #[error("there is no alarm {0:?}")]
@@ -172,7 +173,9 @@ impl RegisteredAlarm {
     fn new(rule: Rule, status: AlarmStatus, now: AlarmTime) -> Self {
         let is_active = status.state.is_active();
         let until = status.out.as_ref().and_then(|out| out.until);
-        let remaining = |until: Micros| until.0.saturating_sub(now.wall.0);
+        let taken = status.out.as_ref().map_or(now.wall, |out| out.by.at);
+        // A clock that was set back since does not keep it out of service for longer than the user asked for.
+        let remaining = |until: Micros| until.0.saturating_sub(now.wall.0).min(until.0.saturating_sub(taken.0));
         let returns_at = until.map(|until| Micros(now.monotonic.0.saturating_add(remaining(until))));
         Self { rule, status, evaluator: Evaluator::default(), is_active, differs_since: None, returns_at, value: None }
     }
@@ -237,6 +240,8 @@ impl RegisteredAlarm {
         if state != AlarmState::Unacknowledged {
             return self.change(ChangeKind::Returned, state, None, text, now);
         }
+        // The pressure may be unknown when a user returns an active alarm to service.
+        let text = if text.is_empty() { "its condition was met when it was last known".to_owned() } else { text };
         let occurrence = now.wall.0.div_euclid(1000).max(self.status.occurrence.saturating_add(1));
         self.status = AlarmStatus {
             state: self.status.state,

@@ -46,6 +46,30 @@ pub struct Series {
     pub name: String,
 }
 
+/// The kind of a condition. Its word is in the API and in notifications.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum ConditionKind {
+    /// The pressure is above a limit.
+    Above,
+    /// The pressure is below a limit.
+    Below,
+    /// The pressure rises quickly.
+    Rise,
+    /// A fresh gauge does not decide a limit.
+    NotMeasurable,
+    /// The gauge reports a fault.
+    Fault,
+    /// The gauge gives no data.
+    Stale,
+    /// The segment does not run.
+    SegmentDown,
+    /// Many telegrams arrive damaged.
+    DamagedTelegrams,
+    /// The database records nothing.
+    NotRecording,
+}
+
 /// The condition of an alarm, with its subject.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Condition {
@@ -114,19 +138,19 @@ pub enum Condition {
 }
 
 impl Condition {
-    /// The word in the API.
+    /// Its kind.
     #[must_use]
-    pub const fn word(&self) -> &'static str {
+    pub const fn kind(&self) -> ConditionKind {
         match self {
-            Self::Above { .. } => "above",
-            Self::Below { .. } => "below",
-            Self::Rise { .. } => "rise",
-            Self::NotMeasurable { .. } => "not-measurable",
-            Self::Fault { .. } => "fault",
-            Self::Stale { .. } => "stale",
-            Self::SegmentDown { .. } => "segment-down",
-            Self::DamagedTelegrams { .. } => "damaged-telegrams",
-            Self::NotRecording => "not-recording",
+            Self::Above { .. } => ConditionKind::Above,
+            Self::Below { .. } => ConditionKind::Below,
+            Self::Rise { .. } => ConditionKind::Rise,
+            Self::NotMeasurable { .. } => ConditionKind::NotMeasurable,
+            Self::Fault { .. } => ConditionKind::Fault,
+            Self::Stale { .. } => ConditionKind::Stale,
+            Self::SegmentDown { .. } => ConditionKind::SegmentDown,
+            Self::DamagedTelegrams { .. } => ConditionKind::DamagedTelegrams,
+            Self::NotRecording => ConditionKind::NotRecording,
         }
     }
 

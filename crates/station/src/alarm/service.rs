@@ -24,6 +24,7 @@ const MAX_UNWRITTEN: usize = 10_000;
 
 /// The reason why a request about an alarm failed.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
 pub enum AlarmServiceError {
     /// The state of the alarm does not allow it.
     #[error(transparent)]

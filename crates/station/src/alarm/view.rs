@@ -1,7 +1,7 @@
 //! Alarms as the API and the dashboard show them. Times are milliseconds since 1970.
 
 use super::registry::RegisteredAlarm;
-use super::rule::Priority;
+use super::rule::{ConditionKind, Priority};
 use super::state::AlarmState;
 use crate::view::unix_ms;
 use profivac_recorder::alarms::AlarmHistoryEntry;
@@ -15,7 +15,8 @@ pub struct AlarmView {
     pub name: String,
     /// The kind of its condition: `above`, `below`, `rise`, `not-measurable`, `fault`, `stale`, `segment-down`,
     /// `damaged-telegrams`, `not-recording`.
-    pub condition: &'static str,
+    #[schema(value_type = String)]
+    pub condition: ConditionKind,
     /// The gauge, if the alarm is about one.
     pub gauge: Option<String>,
     /// The measuring part, by the name under which it is recorded, if the alarm is about one.
@@ -75,7 +76,7 @@ impl From<&RegisteredAlarm> for AlarmView {
         let has_changed = status.occurrence > 0 || status.state != AlarmState::Normal;
         Self {
             name: rule.name.clone(),
-            condition: condition.word(),
+            condition: condition.kind(),
             gauge: condition.gauge().map(str::to_owned),
             series: condition.series().map(|series| series.name.clone()),
             segment: condition.segment().map(str::to_owned),

@@ -9,6 +9,7 @@ use crate::alarm::{AlarmError, AlarmServiceError};
 use crate::auth::Actor;
 use crate::auth::Role;
 use crate::services::Services;
+use crate::visible_text::check_line;
 use crate::webhook::WebhookView;
 use axum::Json;
 use axum::extract::rejection::QueryRejection;
@@ -226,10 +227,11 @@ pub async fn out_of_service(
     actor.user.require(Role::Engineer, "taking an alarm out of service")?;
     let reason = request.reason.trim().to_owned();
     let length = reason.chars().count();
-    if !(1..=MAX_REASON).contains(&length) || reason.contains(char::is_control) {
+    if !(1..=MAX_REASON).contains(&length) {
         let detail = format!("expected a reason in one line of 1 to {MAX_REASON} characters");
         return Err(Problem::bad_request(detail));
     }
+    check_line(&reason).map_err(|problem| Problem::bad_request(format!("reason: {problem}")))?;
     let minutes = request.minutes.map(|minutes| checked_range("minutes", minutes, MAX_MINUTES)).transpose()?;
     let time = minutes.map(|minutes| Duration::from_secs(u64::from(minutes).saturating_mul(60)));
     run_blocking(move || services.alarms().take_out_of_service(&name, &actor, &reason, time)).await

@@ -1,12 +1,12 @@
 //! Authentication of requests: login, sessions, and the event log of logins and refusals. A user without a session has no control
 //! authority and no armed commands.
 
-use crate::auth::Access;
 use crate::auth::password::{self, Hash, PasswordError};
 use crate::auth::rate_limit::{RateLimiters, RateLimits};
 use crate::auth::secret::Secret;
 use crate::auth::sessions::{AuthenticatedUser, Sessions};
 use crate::auth::users::{Account, Users, UsersError};
+use crate::auth::{Access, User};
 use crate::control::ReleaseReason;
 use crate::services::Services;
 use governor::clock::DefaultClock;
@@ -15,7 +15,7 @@ use std::fs;
 use std::net::IpAddr;
 use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError, RwLock};
+use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError, RwLock};
 use std::time::{Duration, Instant};
 use tokio::sync::Semaphore;
 use tokio::task::spawn_blocking;
@@ -69,18 +69,15 @@ struct UserDirectory {
     stamp: Mutex<Option<Stamp>>,
 }
 
-/// How requests get a user.
-enum AuthMode {
-    /// Every request has the same user. The token proves that a change comes from a page of the station.
-    Anonymous(AuthenticatedUser),
-    /// Users log in.
-    Users(UserDirectory),
-}
-
 /// The authentication of a station.
 pub struct Authenticator {
     services: Arc<Services>,
-    mode: AuthMode,
+    /// The user of every request while there is no directory. The token proves that a change comes from a page of the station.
+    anonymous: AuthenticatedUser,
+    /// The users who log in.
+    directory: OnceLock<UserDirectory>,
+    /// The file that becomes the directory as soon as it has users, and its stamp when it was last read.
+    awaited: Option<(PathBuf, Mutex<Option<Stamp>>)>,
     limiters: RateLimiters<DefaultClock>,
     hash_slots: Arc<Semaphore>,
 }
@@ -91,27 +88,38 @@ impl Authenticator {
     /// # Errors
     /// [`UsersError`] when the file cannot be read.
     pub fn new(services: Arc<Services>, access: Access, limits: RateLimits) -> Result<Self, UsersError> {
-        let mode = match access {
-            Access::Anonymous(user) => {
-                let token = Secret::new().map_err(|error| UsersError::System(PathBuf::from("/dev/urandom"), error))?;
-                AuthMode::Anonymous(AuthenticatedUser { user, token })
-            }
-            Access::Users(file) => AuthMode::Users(UserDirectory::open(file)?),
+        let token = Secret::new().map_err(|error| UsersError::System(PathBuf::from("/dev/urandom"), error))?;
+        let (user, directory, awaited) = match access {
+            Access::Anonymous(user) => (user, None, None),
+            Access::Users(file) => (User::anonymous(), Some(UserDirectory::open(file)?), None),
+            Access::UsersWhenPresent(file) => (User::anonymous(), None, Some((file, Mutex::default()))),
         };
-        let limiters = RateLimiters::new(limits, DefaultClock::default());
-        Ok(Self { services, mode, limiters, hash_slots: Arc::new(Semaphore::new(MAX_HASHES)) })
+        let authenticator = Self {
+            services,
+            anonymous: AuthenticatedUser { user, token },
+            directory: directory.map_or_else(OnceLock::new, OnceLock::from),
+            awaited,
+            limiters: RateLimiters::new(limits, DefaultClock::default()),
+            hash_slots: Arc::new(Semaphore::new(MAX_HASHES)),
+        };
+        Ok(authenticator)
+    }
+
+    /// The users who log in; `None` while every request is that of the anonymous user.
+    fn directory(&self) -> Option<&UserDirectory> {
+        self.directory.get()
     }
 
     /// Whether users log in.
     #[must_use]
-    pub const fn requires_login(&self) -> bool {
-        matches!(self.mode, AuthMode::Users(_))
+    pub fn requires_login(&self) -> bool {
+        self.directory().is_some()
     }
 
     /// Whether there is at least one account.
     #[must_use]
     pub fn has_users(&self) -> bool {
-        matches!(&self.mode, AuthMode::Users(directory) if !directory.users().is_empty())
+        self.directory().is_some_and(|directory| !directory.users().is_empty())
     }
 
     /// The rate limiters.
@@ -121,9 +129,9 @@ impl Authenticator {
 
     /// The user of a session.
     pub fn authenticate(&self, session: Option<&Secret>) -> Option<AuthenticatedUser> {
-        match &self.mode {
-            AuthMode::Anonymous(user) => Some(user.clone()),
-            AuthMode::Users(directory) => directory.sessions().resume(session?, &directory.users(), Instant::now()),
+        match self.directory() {
+            None => Some(self.anonymous.clone()),
+            Some(directory) => directory.sessions().resume(session?, &directory.users(), Instant::now()),
         }
     }
 
@@ -138,7 +146,7 @@ impl Authenticator {
         before: Option<&Secret>,
         peer: IpAddr,
     ) -> Result<(Secret, AuthenticatedUser), AuthError> {
-        let AuthMode::Users(directory) = &self.mode else { return Err(AuthError::NoUsers) };
+        let Some(directory) = self.directory() else { return Err(AuthError::NoUsers) };
         self.check_login_rate(peer, name)?;
         let account = directory.users().get(name).cloned();
         let hash = account.as_ref().map_or(&directory.dummy, |account| &account.password).clone();
@@ -170,7 +178,7 @@ impl Authenticator {
         before: Option<&Secret>,
         peer: IpAddr,
     ) -> Result<(Secret, AuthenticatedUser), AuthError> {
-        let AuthMode::Users(directory) = &self.mode else { return Err(AuthError::NoUsers) };
+        let Some(directory) = self.directory() else { return Err(AuthError::NoUsers) };
         self.check_login_rate(peer, name)?;
         let old = directory.users().get(name).cloned().ok_or(AuthError::WrongCredentials)?;
         let hash = old.password.clone();
@@ -196,7 +204,7 @@ impl Authenticator {
 
     /// Ends a session.
     pub fn logout(&self, session: Option<&Secret>, peer: IpAddr) {
-        if let (AuthMode::Users(directory), Some(id)) = (&self.mode, session) {
+        if let (Some(directory), Some(id)) = (self.directory(), session) {
             let authenticated = self.authenticate(session);
             directory.sessions().end(id);
             if let Some(AuthenticatedUser { user, .. }) = authenticated {
@@ -209,9 +217,35 @@ impl Authenticator {
     /// Reads the users' file again if it has changed, and releases the control authority of a user whose last session has ended.
     /// The server calls this periodically.
     pub fn reload_users(&self) {
-        let AuthMode::Users(directory) = &self.mode else { return };
-        self.read_users_if_changed(directory);
-        self.release_control_if_gone(directory);
+        match self.directory() {
+            Some(directory) => {
+                self.read_users_if_changed(directory);
+                self.release_control_if_gone(directory);
+            }
+            None => self.begin_logins_if_users_are_present(),
+        }
+    }
+
+    /// From the first user on, every request needs a login: a station that was started without users takes them without a restart.
+    fn begin_logins_if_users_are_present(&self) {
+        let Some((file, before)) = &self.awaited else { return };
+        let now = stamp(file);
+        let mut before = before.lock().unwrap_or_else(PoisonError::into_inner);
+        if now.is_none() || *before == now {
+            return;
+        }
+        *before = now;
+        match UserDirectory::open(file.clone()) {
+            Ok(directory) if directory.users().is_empty() => {}
+            Ok(directory) => {
+                let added = Users::default().differences(&directory.users());
+                // Only this function sets it, under a lock.
+                self.directory.set(directory).ok();
+                self.record_event("the station has users: every request needs a login from now on");
+                added.iter().for_each(|change| self.record_event(&change.to_string()));
+            }
+            Err(error) => self.record_unreadable_users(&error),
+        }
     }
 
     /// A user without a session, or with another role than before, loses control authority and armed commands.
@@ -238,12 +272,18 @@ impl Authenticator {
                 let old = directory.replace(new.clone());
                 old.differences(&new).iter().for_each(|change| self.record_event(&change.to_string()));
             }
+            Err(error) => self.record_unreadable_users(&error),
+        }
+    }
+
+    fn record_unreadable_users(&self, error: &UsersError) {
+        match error {
             // The message of the parser may repeat a password: the log has the position only.
-            Err(UsersError::File(error)) => self.record_event(&format!(
+            UsersError::File(error) => self.record_event(&format!(
                 "the users stay as they were: line {}, column {} of their file is wrong",
                 error.line, error.column
             )),
-            Err(error) => self.record_event(&format!("the users stay as they were: {error}")),
+            error => self.record_event(&format!("the users stay as they were: {error}")),
         }
     }
 

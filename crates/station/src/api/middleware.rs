@@ -13,6 +13,7 @@ use super::headers::{self, Hosts};
 use super::problem::Problem;
 use crate::auth::Actor;
 use crate::auth::User;
+use crate::auth::connections::{Place, StreamClient, StreamPlace, StreamPlaces};
 use crate::auth::secret::Secret;
 use crate::auth::sessions::AuthenticatedUser;
 use crate::host_name::is_loopback;
@@ -28,9 +29,13 @@ use std::convert::Infallible;
 use std::net::IpAddr;
 use std::sync::Arc;
 use std::time::Duration;
+use tokio_stream::StreamExt;
 
 /// The largest body, in octets: enough for the names of a thousand alarms.
 const MAX_BODY: usize = 64 << 10;
+
+/// The path of the live stream.
+const LIVE_STREAM: &str = "/api/live";
 
 /// The header with the token of the session.
 const TOKEN: HeaderName = HeaderName::from_static("x-csrf-token");
@@ -54,6 +59,8 @@ pub struct RequestGuard {
     pub port: u16,
     /// The longest time for a body to arrive.
     pub body_timeout: Duration,
+    /// The places for live streams.
+    pub streams: StreamPlaces,
 }
 
 /// An authorised request, for its handler.
@@ -110,10 +117,20 @@ impl RequestContext {
 
 /// Passes an authorised request on, and answers any other with a problem document.
 pub async fn authorise(State(guard): State<Arc<RequestGuard>>, request: Request, next: Next) -> Response {
-    match guard.authorised(request).await {
-        Ok(request) => next.run(request).await,
+    let authorised = guard.authorised(request).await.and_then(|request| Ok((guard.stream_place(&request)?, request)));
+    match authorised {
+        Ok((None, request)) => next.run(request).await,
+        Ok((Some(place), request)) => next.run(request).await.map(|body| with_place(body, place)),
         Err(problem) => problem.into_response(),
     }
+}
+
+/// A body that has the place of its live stream until it ends.
+fn with_place(body: Body, place: StreamPlace) -> Body {
+    Body::from_stream(body.into_data_stream().map(move |chunk| {
+        let _place = &place;
+        chunk
+    }))
 }
 
 impl RequestGuard {
@@ -131,6 +148,9 @@ impl RequestGuard {
         let context = self.context(&request, &host, peer);
         let checked = self.check_page(&request, &host).and_then(|()| check_session(&context, &request));
         checked.inspect_err(|problem| self.record_refusal(&context, &request, problem))?;
+        if let (Some(place), Some(known)) = (request.extensions().get::<Arc<Place>>(), &context.authenticated) {
+            place.hold(&known.user.name);
+        }
         if let Some(authenticated) = context.authenticated.as_ref().filter(|_| !is_safe(request.method())) {
             limiters.write_request(&authenticated.user.name).map_err(Problem::too_many_requests)?;
         }
@@ -140,6 +160,17 @@ impl RequestGuard {
         }
         request.extensions_mut().insert(context);
         Ok(request)
+    }
+
+    /// The place of a live stream; `None` for any other request.
+    fn stream_place(&self, request: &Request) -> Result<Option<StreamPlace>, Problem> {
+        let context = request.extensions().get::<RequestContext>();
+        let Some(context) = context.filter(|_| request.uri().path() == LIVE_STREAM) else { return Ok(None) };
+        let user =
+            context.authenticated.as_ref().map_or_else(|| User::anonymous().name, |known| known.user.name.clone());
+        let session = context.session.clone().filter(|_| self.authenticator.requires_login());
+        let client = StreamClient { peer: context.peer, user, session };
+        self.streams.take(client).map(Some).map_err(|limit| Problem::too_many_streams(&limit))
     }
 
     fn context(self: &Arc<Self>, request: &Request, host: &str, peer: IpAddr) -> RequestContext {

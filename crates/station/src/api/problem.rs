@@ -1,6 +1,7 @@
 //! Problem documents after RFC 9457: errors of the API as JSON.
 
 use crate::auth::Forbidden;
+use crate::auth::connections::StreamLimit;
 use axum::Json;
 use axum::http::StatusCode;
 use axum::http::header::{CONTENT_TYPE, RETRY_AFTER};
@@ -99,6 +100,11 @@ impl Problem {
         let seconds = wait.as_secs().saturating_add(1);
         let detail = format!("too many requests; try again in {seconds} s");
         Self { retry_after_s: Some(seconds), ..Self::new(StatusCode::TOO_MANY_REQUESTS, detail) }
+    }
+
+    /// 429: the client has too many live streams.
+    pub fn too_many_streams(limit: &StreamLimit) -> Self {
+        Self::new(StatusCode::TOO_MANY_REQUESTS, limit.to_string())
     }
 
     /// 500: a handler panicked.

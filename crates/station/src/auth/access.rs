@@ -11,6 +11,9 @@ pub enum Access {
     Anonymous(User),
     /// Users of this file log in.
     Users(PathBuf),
+    /// Every request has an anonymous viewer until this file has users; from then on they log in. Permitted on loopback without a proxy
+    /// only.
+    UsersWhenPresent(PathBuf),
 }
 
 impl Access {

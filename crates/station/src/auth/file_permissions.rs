@@ -11,6 +11,7 @@ const OTHERS: u32 = 0o077;
 
 /// The reason why a file cannot be used for secrets.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum PermissionError {
     /// The group or others have access; the second value is the mode.
     #[error("{file} holds secrets and is open to others (mode {mode:o}): chmod 600 {file}", file = .0.display(), mode = .1)]

@@ -10,6 +10,7 @@
 //! |---|---|
 //! | [`access`] | whether users log in |
 //! | [`actor`] | the user of a request with the network address |
+//! | [`connections`] | places for connections and live streams |
 //! | [`file_permissions`] | files that only their owner may read |
 //! | [`password`] | rules for passwords, and their hashes |
 //! | [`rate_limit`] | limits on requests and logins |
@@ -21,6 +22,7 @@
 
 pub mod access;
 pub mod actor;
+pub mod connections;
 pub mod file_permissions;
 pub mod password;
 pub mod rate_limit;

@@ -7,6 +7,7 @@ use argon2::password_hash::PasswordHasher;
 use argon2::password_hash::phc::{Output, PasswordHash};
 use argon2::{Algorithm, Argon2, Block, Params, Version};
 use std::fmt;
+use std::ops::RangeInclusive;
 use std::sync::{Arc, Mutex, PoisonError};
 use zxcvbn::{Score, zxcvbn};
 
@@ -22,9 +23,16 @@ pub const LONGEST: usize = 512;
 /// Memory in KiB, passes and lanes. free choice: the first set for argon2id in OWASP's password storage cheat sheet.
 const COST: (u32, u32, u32) = (19 << 10, 2, 1);
 
-/// The most expensive hash that the station verifies: memory in KiB and passes. A hash in the users' file must not use up
-/// memory or processor.
-const MAX_COST: (u32, u32) = (1 << 20, 64);
+/// The costs of a hash that the station verifies: memory in KiB, passes, lanes, and the product of memory and passes. A hash in the users'
+/// file must neither use up memory and processor nor be guessed cheaply. The minima are those of OWASP's password storage cheat sheet.
+const MEMORY_KIB: RangeInclusive<u32> = 7 << 10..=64 << 10;
+const PASSES: RangeInclusive<u32> = 1..=10;
+const LANES: RangeInclusive<u32> = 1..=4;
+const WORK: RangeInclusive<u32> = 35 << 10..=256 << 10;
+
+/// The octets of a salt, and of a hash.
+const SALT_OCTETS: RangeInclusive<usize> = 8..=48;
+const HASH_OCTETS: RangeInclusive<usize> = 16..=64;
 
 /// Words that an attacker tries first at this program.
 const OUR_WORDS: [&str; 6] = ["profivac", "profibus", "vacuum", "gauge", "station", "engineer"];
@@ -58,6 +66,29 @@ pub enum PasswordError {
     /// argon2 refuses the password.
     #[error("the password cannot be hashed: {0}")]
     Hash(String),
+}
+
+/// The reason why a text is not used as a password hash. The hash itself is never repeated.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum HashProblem {
+    /// It is no complete hash by argon2id.
+    #[error("expected a password hash as `profivac user` writes it")]
+    Form,
+    /// Its costs are out of range.
+    #[error(
+        "expected a password hash with a memory of {} to {} KiB, {} to {} passes, {} to {} lanes, and {} to {} KiB times passes, found \
+         m={memory},t={passes},p={lanes}; delete this user from the file and add it again with `profivac user add`",
+        MEMORY_KIB.start(), MEMORY_KIB.end(), PASSES.start(), PASSES.end(), LANES.start(), LANES.end(), WORK.start(), WORK.end()
+    )]
+    Cost {
+        /// In KiB.
+        memory: u32,
+        /// The number of passes.
+        passes: u32,
+        /// The number of lanes.
+        lanes: u32,
+    },
 }
 
 /// Checks a new password for the user `name`.
@@ -101,14 +132,27 @@ impl Hash {
         hash.map(|hash| Self(Arc::from(hash.to_string()))).map_err(|error| failed(&error))
     }
 
-    /// Parses a hash by argon2id; `None` for other algorithms, incomplete hashes and hashes above the maximum cost.
-    #[must_use]
-    pub fn parse(text: &str) -> Option<Self> {
-        let hash = PasswordHash::new(text).ok()?;
-        let params = Params::try_from(&hash).ok()?;
-        let is_affordable = params.m_cost() <= MAX_COST.0 && params.t_cost() <= MAX_COST.1;
-        let is_complete = hash.algorithm.as_str() == "argon2id" && hash.salt.is_some() && hash.hash.is_some();
-        (is_affordable && is_complete).then(|| Self(Arc::from(text)))
+    /// Parses a hash by argon2id.
+    ///
+    /// # Errors
+    /// [`HashProblem`] for other algorithms and incomplete hashes, and for costs out of range.
+    pub fn parse(text: &str) -> Result<Self, HashProblem> {
+        let hash = PasswordHash::new(text).map_err(|_| HashProblem::Form)?;
+        let params = Params::try_from(&hash).map_err(|_| HashProblem::Form)?;
+        let is_long_enough =
+            |octets: Option<usize>, range: RangeInclusive<usize>| octets.is_some_and(|n| range.contains(&n));
+        let has_salt = is_long_enough(hash.salt.as_ref().map(|salt| salt.as_ref().len()), SALT_OCTETS);
+        let has_hash = is_long_enough(hash.hash.as_ref().map(Output::len), HASH_OCTETS);
+        if hash.algorithm.as_str() != "argon2id" || !has_salt || !has_hash {
+            return Err(HashProblem::Form);
+        }
+        let (memory, passes, lanes) = (params.m_cost(), params.t_cost(), params.p_cost());
+        let is_in_range = MEMORY_KIB.contains(&memory) && PASSES.contains(&passes) && LANES.contains(&lanes);
+        if is_in_range && WORK.contains(&memory.saturating_mul(passes)) {
+            Ok(Self(Arc::from(text)))
+        } else {
+            Err(HashProblem::Cost { memory, passes, lanes })
+        }
     }
 
     /// The hash in PHC string format.
@@ -175,23 +219,56 @@ mod tests {
         assert_ne!(one, other);
         assert!(one.matches("tin whisker plateau"));
         assert!(!one.matches("Tin whisker plateau") && !one.matches("tin whisker plateau "));
-        assert_eq!(Hash::parse(one.as_str()), Some(one.clone()));
+        assert_eq!(Hash::parse(one.as_str()), Ok(one.clone()));
         assert_eq!(format!("{one:?}"), "Hash");
     }
 
     #[test]
-    fn other_algorithms_and_expensive_or_incomplete_hashes_are_refused() {
+    fn other_algorithms_and_incomplete_hashes_are_refused() {
         let hash = Hash::of("tin whisker plateau").unwrap();
         let text = hash.as_str();
+        let (head, short) = text.rsplit_once('$').unwrap();
         for wrong in [
             "",
             "tin whisker plateau",
             &text.replace("argon2id", "argon2d"),
-            &text.replace("m=19456", "m=999999999"),
-            &text.replace("t=2", "t=1000"),
-            text.rsplit_once('$').unwrap().0,
+            &text.replace("argon2id", "argon2i"),
+            &text.replace("m=19456", "m=99999999999"),
+            &text.replace(",p=1", ",p=0"),
+            head,
+            &format!("{head}${}", &short[..12]),
         ] {
-            assert_eq!(Hash::parse(wrong), None, "{wrong}");
+            assert_eq!(Hash::parse(wrong), Err(HashProblem::Form), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn a_hash_with_costs_out_of_range_is_refused_before_it_is_used() {
+        let hash = Hash::of("tin whisker plateau").unwrap();
+        let with = |memory: u32, passes: u32, lanes: u32| {
+            Hash::parse(&hash.as_str().replace("m=19456,t=2,p=1", &format!("m={memory},t={passes},p={lanes}")))
+        };
+        for (memory, passes, lanes) in
+            [(47_104, 1, 1), (19_456, 2, 1), (12_288, 3, 1), (9_216, 4, 1), (7_168, 5, 1), (65_536, 3, 4)]
+        {
+            assert!(with(memory, passes, lanes).is_ok(), "{memory} {passes} {lanes}");
+        }
+        for (memory, passes, lanes) in [
+            (8, 1, 1),
+            (7_167, 10, 1),
+            (65_537, 1, 1),
+            (1 << 20, 1, 1),
+            (u32::MAX, 1, 1),
+            (7_168, 1, 1),
+            (19_456, 1, 1),
+            (7_168, 11, 1),
+            (19_456, u32::MAX, 1),
+            (65_536, 5, 1),
+            (19_456, 2, 5),
+        ] {
+            let found = with(memory, passes, lanes);
+            assert_eq!(found, Err(HashProblem::Cost { memory, passes, lanes }));
+            assert!(found.unwrap_err().to_string().contains(&format!("found m={memory},t={passes},p={lanes};")));
         }
     }
 

@@ -8,8 +8,9 @@
 //! ```
 
 use super::file_permissions::{self, PermissionError};
-use super::password::Hash;
+use super::password::{Hash, HashProblem};
 use super::{Role, User};
+use crate::visible_text::is_path;
 use profivac_host::text_file::line_and_column;
 use serde::Deserialize;
 use std::fmt::Write;
@@ -65,9 +66,9 @@ pub enum UsersFileProblem {
     /// The text is not TOML, or a key or role is unknown. Holds the message of the parser.
     #[error("{0}")]
     Syntax(String),
-    /// A password is not a hash by argon2id.
-    #[error("expected a password hash as `profivac user` writes it")]
-    Hash,
+    /// A password is not a hash that the station uses.
+    #[error(transparent)]
+    Hash(HashProblem),
     /// The account cannot be added.
     #[error(transparent)]
     Account(AccountError),
@@ -79,7 +80,7 @@ pub enum UsersFileProblem {
 pub enum AccountError {
     /// The name has a wrong length or contains other characters.
     #[error(
-        "expected a name of 1 to {MAX_NAME_LENGTH} letters (a to z), digits, dots, dashes and underscores, found {0:?}"
+        "expected a name of 1 to {MAX_NAME_LENGTH} letters (a to z), digits, dots, dashes and underscores, neither . nor .., found {0:?}"
     )]
     Name(String),
     /// Another account has this name.
@@ -135,6 +136,7 @@ pub struct Users(Vec<Account>);
 
 /// A difference between two versions of the users' file.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
 pub enum UsersChange {
     /// An account was removed.
     #[error("the user {0} was removed")]
@@ -181,7 +183,7 @@ impl Users {
         let mut users = Self::default();
         for AccountToml { name, role, password } in parsed.user {
             let hash = Hash::parse(password.get_ref());
-            let hash = hash.ok_or_else(|| at(password.span().start, UsersFileProblem::Hash))?;
+            let hash = hash.map_err(|problem| at(password.span().start, UsersFileProblem::Hash(problem)))?;
             let wrong = |error| at(name.span().start, UsersFileProblem::Account(error));
             users.add(name.get_ref(), role, hash).map_err(wrong)?;
         }
@@ -241,7 +243,7 @@ impl Users {
     /// [`AccountError`] when the name is not permitted or taken, or when there are too many accounts.
     pub fn can_add(&self, name: &str) -> Result<(), AccountError> {
         let is_permitted = |letter: char| letter.is_ascii_alphanumeric() || ".-_".contains(letter);
-        if name.is_empty() || name.len() > MAX_NAME_LENGTH || !name.chars().all(is_permitted) {
+        if name.is_empty() || name.len() > MAX_NAME_LENGTH || !name.chars().all(is_permitted) || is_path(name) {
             return Err(AccountError::Name(name.chars().take(MAX_NAME_LENGTH).collect()));
         }
         if self.get(name).is_some() {
@@ -328,7 +330,7 @@ mod tests {
     #[test]
     fn a_name_is_one_word_and_unique() {
         let mut users = users();
-        for name in ["", "a b", "a\"b", "a\nb", "ä", &"a".repeat(33)] {
+        for name in ["", "a b", "a\"b", "a\nb", "ä", ".", "..", "a\u{200B}", &"a".repeat(33)] {
             assert!(matches!(users.add(name, Role::Viewer, hash()), Err(AccountError::Name(_))), "{name:?}");
         }
         assert!(matches!(users.add("ADA", Role::Viewer, hash()), Err(AccountError::Taken(_))));

@@ -19,6 +19,7 @@ use super::segments::{SegmentToml, gauge_names};
 use super::values::{delay, priority};
 use crate::alarm::{Condition, Priority, Rule, Series};
 use crate::suggestion::closest;
+use crate::visible_text::check_lines;
 use profivac_client::pressure::Pressure;
 use profivac_host::text_file::Parsed;
 use serde::Deserialize;
@@ -56,7 +57,7 @@ pub struct AlarmToml {
     delay: Option<Spanned<Parsed<humantime::Duration>>>,
     off_delay: Option<Spanned<Parsed<humantime::Duration>>>,
     priority: Option<Spanned<String>>,
-    message: Option<String>,
+    message: Option<Spanned<String>>,
 }
 
 /// All alarms: those of the file, then the default alarms.
@@ -79,13 +80,17 @@ pub fn rules(
 
 fn rule(alarm: &AlarmToml, segments: &[SegmentToml]) -> Result<Rule, Located> {
     let (delay, off_delay) = (delay(alarm.delay.as_ref(), DELAY)?, delay(alarm.off_delay.as_ref(), OFF_DELAY)?);
+    let message = alarm.message.as_ref();
+    message.map_or(Ok(()), |text| {
+        check_lines(text.get_ref()).map_err(|problem| Located::new(text.span(), ConfigProblem::Text(problem)))
+    })?;
     Ok(Rule {
         name: alarm.name.get_ref().clone(),
         condition: condition(alarm, series(&alarm.gauge, segments)?)?,
         priority: priority(alarm.priority.as_ref(), Priority::Medium)?,
         delay,
         off_delay,
-        message: alarm.message.clone(),
+        message: message.map(|text| text.get_ref().clone()),
     })
 }
 

@@ -2,7 +2,7 @@
 
 use super::error::{AddressUser, ConfigProblem, Located, NamedItem};
 use super::file::ConfigToml;
-use super::names::unique;
+use super::names::{self, unique};
 use super::segments::{GaugeToml, SegmentToml};
 use crate::host_name::host;
 use crate::suggestion::closest;
@@ -26,6 +26,7 @@ pub fn check(file: &ConfigToml) -> Result<(), Located> {
         return Err(Located::new(0..0, ConfigProblem::NoSegment));
     }
     file.station.hosts.iter().try_for_each(check_host)?;
+    file.station.name.as_ref().map_or(Ok(()), |name| names::check(NamedItem::Station, name))?;
     unique(NamedItem::Segment, file.segment.iter().map(|segment| &segment.name))?;
     unique(NamedItem::Port, file.segment.iter().map(|segment| &segment.port))?;
     unique(NamedItem::Gauge, file.segment.iter().flat_map(|segment| &segment.gauge).map(|gauge| &gauge.name))?;
@@ -68,6 +69,7 @@ fn check_gauge(gauge: &GaugeToml) -> Result<(), Located> {
         let suggestion = similar_model(gauge.device.get_ref());
         Located::new(gauge.device.span(), ConfigProblem::UnknownDevice { error, suggestion })
     })?;
+    gauge.levels.keys().try_for_each(|level| names::check(NamedItem::Level, level))?;
     match &gauge.poll {
         Some(poll) if !POLL_RANGE.contains(&*poll.get_ref().0) => {
             Err(Located::new(poll.span(), ConfigProblem::PollInterval(poll.get_ref().0)))

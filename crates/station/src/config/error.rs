@@ -3,6 +3,7 @@
 use super::certificates::CertificateError;
 use crate::alarm::Priority;
 use crate::auth::file_permissions::PermissionError;
+use crate::visible_text::TextProblem;
 use profivac_virtual::device_spec::SpecError;
 use std::fmt;
 use std::io;
@@ -39,12 +40,16 @@ impl Located {
 /// A table of the file that has a name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum NamedItem {
+    /// `[station]`.
+    Station,
     /// `[[segment]]`.
     Segment,
     /// The port of a segment.
     Port,
     /// `[[segment.gauge]]`.
     Gauge,
+    /// A level of a gauge.
+    Level,
     /// `[[alarm]]`.
     Alarm,
     /// `[[webhook]]`.
@@ -54,9 +59,11 @@ pub enum NamedItem {
 impl fmt::Display for NamedItem {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         formatter.write_str(match self {
+            Self::Station => "station",
             Self::Segment => "segment",
             Self::Port => "port",
             Self::Gauge => "gauge",
+            Self::Level => "level",
             Self::Alarm => "alarm",
             Self::Webhook => "webhook",
         })
@@ -117,15 +124,18 @@ pub enum ConfigProblem {
         /// The current name.
         new: &'static str,
     },
+    /// A retention is no time, or out of range.
+    #[error("expected a time from 1 day to 36525 days, or \"unlimited\", found {0:?}")]
+    Retention(String),
     /// The file has no segment.
     #[error("expected at least one [[segment]]")]
     NoSegment,
     /// A name is empty.
     #[error("expected a name for the {0}, found an empty string")]
     EmptyName(NamedItem),
-    /// A name contains control characters, which a terminal could take for commands.
-    #[error("expected a name without control characters, found {0:?}")]
-    ControlCharacters(String),
+    /// A text has characters that are not visible, or a name is a path.
+    #[error(transparent)]
+    Text(TextProblem),
     /// Two tables have the same name.
     #[error("the {item} {name:?} is defined twice; {}", twice_hint(*.item))]
     Duplicate {
@@ -265,7 +275,9 @@ fn twice_hint(item: NamedItem) -> &'static str {
     match item {
         NamedItem::Port => "put all its gauges into one segment",
         NamedItem::Webhook => "give each a name of its own",
-        NamedItem::Segment | NamedItem::Gauge | NamedItem::Alarm => "choose another name",
+        NamedItem::Station | NamedItem::Segment | NamedItem::Gauge | NamedItem::Level | NamedItem::Alarm => {
+            "choose another name"
+        }
     }
 }
 

@@ -3,10 +3,12 @@
 use super::alarms::AlarmToml;
 use super::default_alarms::DefaultAlarmsToml;
 use super::error::{ConfigProblem, Located};
+use super::retention::RetentionToml;
 use super::segments::SegmentToml;
 use super::webhooks::WebhookToml;
 use super::{Config, TlsFiles, UsersFile};
 use profivac_host::text_file::Parsed;
+use profivac_recorder::Retention;
 use serde::Deserialize;
 use std::net::{Ipv4Addr, SocketAddr};
 use std::path::{Path, PathBuf};
@@ -23,6 +25,8 @@ pub struct ConfigToml {
     pub station: StationToml,
     tls: Option<TlsToml>,
     #[serde(default)]
+    pub retention: RetentionToml,
+    #[serde(default)]
     pub segment: Vec<SegmentToml>,
     #[serde(default)]
     pub alarm: Vec<AlarmToml>,
@@ -36,7 +40,7 @@ pub struct ConfigToml {
 #[derive(Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct StationToml {
-    name: Option<String>,
+    pub name: Option<Spanned<String>>,
     listen: Option<Parsed<SocketAddr>>,
     pub database: Option<Spanned<PathBuf>>,
     users: Option<PathBuf>,
@@ -62,7 +66,7 @@ impl ConfigToml {
         })
     }
 
-    /// The configuration without alarms and webhooks.
+    /// The configuration without alarms, webhooks and retention.
     pub fn into_config(self, path: &Path) -> Config {
         let stem = path.file_stem().map_or_else(|| "station".to_owned(), |stem| stem.to_string_lossy().into_owned());
         let database = self.station.database.or(self.station.record).map(Spanned::into_inner);
@@ -74,7 +78,8 @@ impl ConfigToml {
         Config {
             listen: self.station.listen.map_or_else(|| SocketAddr::from(LISTEN), |listen| listen.0),
             database: beside(database.unwrap_or_else(|| PathBuf::from(format!("{stem}.db")))),
-            name: self.station.name.unwrap_or(stem),
+            retention: Retention::default(),
+            name: self.station.name.map_or(stem, Spanned::into_inner),
             users,
             hosts: self.station.hosts.into_iter().map(Spanned::into_inner).collect(),
             tls: self.tls.map(|tls| TlsFiles { certificate: beside(tls.certificate), key: beside(tls.key) }),

@@ -12,6 +12,9 @@
 //! certificate = "target-hall.pem"
 //! key = "target-hall.key"
 //!
+//! [retention]                      # how long rows of the database are kept, in recorded time
+//! samples = "730 days"
+//!
 //! [[segment]]
 //! name = "hall"
 //! port = "/dev/ttyUSB0"            # a serial device, a pty, tcp://host:port, sim:FILE.toml
@@ -36,6 +39,7 @@
 //! | `alarms` | `[[alarm]]` |
 //! | `default_alarms` | `[alarms]` |
 //! | `webhooks` | `[[webhook]]` |
+//! | `retention` | `[retention]` |
 //! | `check` | checks of segments, gauges and host names |
 //! | `names`, `values`, `certificates` | rules for names; delays and priorities; certificates |
 //! | `error` | errors with their positions |
@@ -49,6 +53,7 @@ mod error;
 mod file;
 mod names;
 mod notice;
+mod retention;
 mod segments;
 mod values;
 mod webhooks;
@@ -66,6 +71,7 @@ use profivac_client::pressure::Pressure;
 use profivac_dp::link::Baud;
 use profivac_host::port::PortError;
 use profivac_host::text_file::{self, line_and_column};
+use profivac_recorder::Retention;
 use profivac_vacuum::Gas;
 use profivac_virtual::segment_file::SegmentFile;
 use std::net::SocketAddr;
@@ -81,6 +87,8 @@ pub struct Config {
     pub listen: SocketAddr,
     /// The path of the database.
     pub database: PathBuf,
+    /// How long rows of the database are kept.
+    pub retention: Retention,
     /// The users' file.
     pub users: UsersFile,
     /// Host names and addresses of this computer, without ports.
@@ -184,7 +192,8 @@ impl Config {
         let renamed_keys = notice::renamed_keys(&file, text, path).map_err(located)?;
         let alarms = alarms::rules(&file.alarm, &file.alarms, &file.segment).map_err(located)?;
         let webhooks = webhooks::webhooks(&file.webhook, path).map_err(located)?;
-        Ok(Self { alarms, webhooks, renamed_keys, ..file.into_config(path) })
+        let retention = retention::retention(&file.retention).map_err(located)?;
+        Ok(Self { alarms, webhooks, retention, renamed_keys, ..file.into_config(path) })
     }
 
     /// Checks the segment files of `sim:` ports. A station does not check them at its start, because these files belong to
@@ -211,11 +220,11 @@ impl Config {
         notice::needs_restart(self, new)
     }
 
-    /// How users authenticate: by the users' file if there is one, else every request is that of an anonymous viewer.
+    /// How users authenticate: by the users' file; while there is none, every request is that of an anonymous viewer.
     #[must_use]
     pub fn access(&self) -> Access {
         let UsersFile { path, named } = &self.users;
-        if *named || path.exists() { Access::Users(path.clone()) } else { Access::anonymous_viewer() }
+        if *named || path.exists() { Access::Users(path.clone()) } else { Access::UsersWhenPresent(path.clone()) }
     }
 
     /// Whether the file holds secrets or names the files that hold them, so that only its owner may read it. The URL of a

@@ -1,24 +1,32 @@
 //! Rules for names in the configuration file.
 
 use super::error::{ConfigProblem, Located, NamedItem};
+use crate::visible_text::{TextProblem, check_line, check_name};
 use std::collections::HashSet;
 use toml::Spanned;
 
-/// Checks that every name is filled in, contains no control characters and is unique.
+/// Checks that every name is filled in, visible, no path and unique. A port may be a path.
 pub fn unique<'a>(item: NamedItem, names: impl Iterator<Item = &'a Spanned<String>>) -> Result<(), Located> {
     let mut seen = HashSet::new();
     for name in names {
         let text = name.get_ref();
-        let problem = if text.trim().is_empty() {
-            ConfigProblem::EmptyName(item)
-        } else if text.contains(char::is_control) {
-            ConfigProblem::ControlCharacters(text.clone())
-        } else if !seen.insert(text) {
-            ConfigProblem::Duplicate { item, name: text.clone() }
-        } else {
-            continue;
-        };
-        return Err(Located::new(name.span(), problem));
+        check(item, name)?;
+        if !seen.insert(text) {
+            return Err(Located::new(name.span(), ConfigProblem::Duplicate { item, name: text.clone() }));
+        }
     }
     Ok(())
+}
+
+/// Checks one name.
+pub fn check(item: NamedItem, name: &Spanned<String>) -> Result<(), Located> {
+    let text = name.get_ref();
+    let checked = if item == NamedItem::Port { check_line(text) } else { check_name(text) };
+    checked.map_err(|problem| {
+        let problem = match problem {
+            TextProblem::Empty => ConfigProblem::EmptyName(item),
+            problem => ConfigProblem::Text(problem),
+        };
+        Located::new(name.span(), problem)
+    })
 }

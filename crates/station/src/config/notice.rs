@@ -4,9 +4,11 @@ use super::Config;
 use super::error::{ConfigProblem, Located};
 use super::file::ConfigToml;
 use profivac_host::text_file::line_and_column;
+use profivac_recorder::Retention;
 use std::fmt;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 /// A setting that is valid but probably not intended.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -86,6 +88,17 @@ pub fn renamed_keys(file: &ConfigToml, text: &str, path: &Path) -> Result<Vec<Re
     Ok(keys?.into_iter().flatten().collect())
 }
 
+/// A retention in one line.
+fn retention(retention: &Retention) -> String {
+    let days = |kept: Option<Duration>| {
+        kept.filter(|kept| *kept < Duration::MAX)
+            .map_or_else(|| "unlimited".to_owned(), |kept| format!("{} days", kept.as_secs() / 86_400))
+    };
+    let Retention { samples, spans: [spans, ..], events, alarm_history } = *retention;
+    let [samples, spans, events, history] = [Some(samples), spans, events, alarm_history].map(days);
+    format!("samples {samples}, spans {spans}, events {events}, alarm-history {history}")
+}
+
 /// The settings that differ and take effect at the next start.
 pub fn needs_restart(running: &Config, new: &Config) -> Vec<RestartNeeded> {
     let tls =
@@ -94,6 +107,7 @@ pub fn needs_restart(running: &Config, new: &Config) -> Vec<RestartNeeded> {
         [
             ("listen", config.listen.to_string()),
             ("database", config.database.display().to_string()),
+            ("retention", retention(&config.retention)),
             ("name", config.name.clone()),
             ("users", config.users.path.display().to_string()),
             ("hosts", format!("{:?}", config.hosts)),

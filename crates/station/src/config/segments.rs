@@ -37,7 +37,7 @@ pub struct GaugeToml {
     pub poll: Option<Spanned<Parsed<humantime::Duration>>>,
     gas: Option<Parsed<Gas>>,
     #[serde(default)]
-    levels: BTreeMap<String, Parsed<Pressure>>,
+    pub levels: BTreeMap<Spanned<String>, Parsed<Pressure>>,
 }
 
 /// The names of all gauges.
@@ -70,7 +70,7 @@ impl GaugeToml {
             device: self.device.into_inner(),
             poll: self.poll.map_or(POLL, |poll| poll.into_inner().0.into()),
             gas: self.gas.map_or(Gas::N2, |gas| gas.0),
-            levels: self.levels.into_iter().map(|(name, level)| (name, level.0)).collect(),
+            levels: self.levels.into_iter().map(|(name, level)| (name.into_inner(), level.0)).collect(),
         }
     }
 }

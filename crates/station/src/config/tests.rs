@@ -62,7 +62,7 @@ fn keys_that_are_missing_have_defaults() {
     let gauge = &config.segments[0].gauges[0];
     assert_eq!((config.name.as_str(), config.segments[0].master, gauge.poll, gauge.gas), ("hall", 0, POLL, Gas::N2));
     let users = Path::new("plants/hall.users.toml");
-    assert_eq!((config.users.path.as_path(), config.access()), (users, Access::anonymous_viewer()));
+    assert_eq!((config.users.path.as_path(), config.access()), (users, Access::UsersWhenPresent(users.to_owned())));
 }
 
 #[test]
@@ -90,7 +90,7 @@ fn an_error_names_its_position_and_what_was_expected() {
         (
             "[station]",
             "[stations]",
-            "hall.toml:2:2: unknown field `stations`, expected one of `station`, `tls`, `segment`, ",
+            "hall.toml:2:2: unknown field `stations`, expected one of `station`, `tls`, `retention`, `segment`, ",
         ),
         ("[station]", "[station]\nhosts = [\"a.example\", \"b.example:80\"]", "hall.toml:3:23: expected a name or an"),
         ("[station]", "[tls]\nkey = \"a\"\n[station]", "hall.toml:2:1: missing field `certificate`"),
@@ -175,11 +175,72 @@ fn two_gauges_cannot_share_an_address_or_a_name() {
     let same_name = twice.replace("second", "chamber");
     assert_eq!(problem(&same_name), "the gauge \"chamber\" is defined twice; choose another name");
     let two_lines = FILE.replace("\"chamber\"", "\"cham\\nber\"");
-    assert_eq!(problem(&two_lines), "expected a name without control characters, found \"cham\\nber\"");
+    assert_eq!(problem(&two_lines), "expected visible characters in one line, found U+000A in \"cham\\nber\"");
 }
 
 #[test]
 fn an_error_about_a_missing_file_names_the_file() {
     let error = Config::read(Path::new("no/such/plant.toml")).unwrap_err().to_string();
     assert!(error.starts_with("no/such/plant.toml:1:1: the file cannot be read"), "{error}");
+}
+
+#[test]
+fn a_retention_has_defaults_a_range_and_may_be_unlimited() {
+    let day = Duration::from_secs(86_400);
+    assert_eq!(parse(FILE).unwrap().retention, Retention::default());
+    let given = |lines: &str| parse(&format!("[retention]\n{lines}\n{FILE}"));
+    let all =
+        given("samples = '30 days'\nspans = 'unlimited'\nevents = '1 day'\nalarm-history = '36525 days'").unwrap();
+    let expected =
+        Retention { samples: day * 30, spans: [None; 4], events: Some(day), alarm_history: Some(day * 36_525) };
+    assert_eq!(all.retention, expected);
+    assert_eq!(given("samples = 'unlimited'").unwrap().retention.samples, Duration::MAX);
+    for wrong in ["23h", "36526 days", "", "soon", "-1 day"] {
+        let error = given(&format!("events = '{wrong}'")).unwrap_err().to_string();
+        let expected = format!(
+            "plants/hall.toml:2:10: expected a time from 1 day to 36525 days, or \"unlimited\", found {wrong:?}"
+        );
+        assert_eq!(error, expected);
+    }
+    let needed = parse(FILE).unwrap().needs_restart(&all);
+    assert_eq!(
+        needed.iter().map(ToString::to_string).collect::<Vec<_>>(),
+        [
+            "retention stays samples 730 days, spans 1826 days, events 1826 days, alarm-history 1826 days until the station is \
+             restarted, then it becomes samples 30 days, spans unlimited, events 1 days, alarm-history 36525 days"
+        ]
+    );
+}
+
+#[test]
+fn names_and_messages_that_are_not_visible_or_are_paths_are_refused_with_their_position() {
+    let both = ("expected visible characters in one line, found U+202E in ", "expected a name, found the path ");
+    for (from, to, position) in [
+        ("name = \"Target hall\"", "name = \"{}\"", "3:8"),
+        ("name = \"hall\"", "name = \"{}\"", "6:8"),
+        ("name = \"chamber\"", "name = \"{}\"", "12:8"),
+        ("levels = { process", "levels = { '{}'", "17:12"),
+    ] {
+        let error = |name: &str| {
+            assert!(FILE.contains(from), "{from}");
+            parse(&FILE.replacen(from, &to.replace("{}", name), 1)).unwrap_err().to_string()
+        };
+        let expected = |sentence: &str| format!("plants/hall.toml:{position}: {sentence}");
+        let found = error("a\u{202E}b");
+        assert!(found.starts_with(&expected(both.0)), "{found}");
+        let found = error("..");
+        assert!(found.starts_with(&expected(both.1)), "{found}");
+    }
+    let alarm = |name: &str, message: &str| {
+        format!("{FILE}[[alarm]]\nname = '{name}'\ngauge = 'chamber'\nabove = '1 mbar'\nmessage = '{message}'\n")
+    };
+    assert!(
+        problem(&alarm("a\u{200B}", "Act.")).starts_with("expected visible characters in one line, found U+200B in ")
+    );
+    assert!(
+        problem(&alarm("a", "A\u{2066}ct.")).starts_with("expected visible characters in one line, found U+2066 in ")
+    );
+    assert!(parse(&alarm("a", "Close the valve.").replace("'Close the valve.'", "\"\"\"One.\nTwo.\"\"\"")).is_ok());
+    let webhook = |name: &str| format!("{FILE}[[webhook]]\nname = '{name}'\nurl = 'https://example.org'\n");
+    assert!(problem(&webhook("../a")).starts_with(both.1));
 }

@@ -11,6 +11,7 @@
 
 use super::certificates::ca_certificates;
 use super::error::{ConfigProblem, Located, NamedItem, WebhookUrlProblem};
+use super::names;
 use super::values::priority;
 use crate::alarm::Priority;
 use crate::auth::file_permissions::{self, PermissionError};
@@ -125,10 +126,8 @@ fn webhook(given: &WebhookToml, folder: &Path) -> Result<Webhook, Located> {
         Some("http") => return wrong(WebhookUrlProblem::TokenWithoutTls),
         _ => return wrong(WebhookUrlProblem::Scheme),
     }
+    given.name.as_ref().map_or(Ok(()), |name| names::check(NamedItem::Webhook, name))?;
     let name = given.name.as_ref().map_or_else(|| authority.host().to_owned(), |name| name.get_ref().clone());
-    if name.trim().is_empty() {
-        return Err(Located::new(given.name_or_url(), ConfigProblem::EmptyName(NamedItem::Webhook)));
-    }
     let ca_file = given.ca_file.as_ref().map(|file| {
         let path = folder.join(file.get_ref());
         let wrong = |error| Located::new(file.span(), ConfigProblem::Certificates(error));

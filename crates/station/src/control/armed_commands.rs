@@ -64,6 +64,7 @@ impl fmt::Display for Ended {
 
 /// The reason why a command is not armed.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
 pub enum ArmedCommandError {
     /// No command has this id, or it ended long ago.
     #[error("there is no armed command {0:?}")]

@@ -24,6 +24,7 @@ pub const REQUEST_TIMEOUT: Duration = Duration::from_secs(5 * 60);
 
 /// The reason why a user cannot use or get control.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
 pub enum AuthorityError {
     /// No user has control.
     #[error("no one has control: request control first")]

@@ -14,6 +14,7 @@ use profivac_virtual::device_spec::SpecError;
 
 /// The reason why a control request was refused.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum ControlError {
     /// The station has no gauge of this name.
     #[error("there is no gauge {0:?}")]
@@ -51,6 +52,7 @@ pub enum ControlError {
 
 /// The reason why a segment does not answer a request.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum SegmentRequestError {
     /// No running segment has a gauge of this name.
     #[error("there is no gauge {0:?}")]
@@ -71,6 +73,7 @@ pub enum SegmentRequestError {
 
 /// The reason why an operation was not done.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum OperationError {
     /// The parameter does not take this value. Nothing was sent.
     #[error(transparent)]
@@ -102,6 +105,7 @@ pub enum OperationError {
 
 /// A change between arming and executing.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum ChangedSinceArmed {
     /// The gauge is connected elsewhere.
     #[error("{gauge} was on segment {} at {} when it was armed and is on segment {} at {} now", .armed.segment, .armed.port, .now.segment, .now.port)]
@@ -153,6 +157,7 @@ pub enum ChangedSinceArmed {
 
 /// The reason why a gauge cannot be asked.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum Unavailable {
     /// The segment has no gauge of this name.
     #[error("there is no gauge {0:?}")]
@@ -188,6 +193,7 @@ pub enum Unavailable {
 
 /// The reason why the outcome of a command that was sent is not known.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum OutcomeUnknown {
     /// The segment did not answer in time.
     #[error("the gauge did not answer in time")]

@@ -50,6 +50,7 @@ pub struct OperationRequest {
 
 /// The reason why a request names no operation of a device.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
 pub enum ResolveError {
     /// Neither a command, nor a target with a value.
     #[error("expected either a command, or a target and its value")]

@@ -2,18 +2,16 @@
 
 use super::bus_map::{milliseconds, own_master};
 use super::gauge_session::GaugeSession;
-use super::requests;
+use super::inbox::Inbox;
 use super::services::SegmentServices;
 use crate::config;
 use crate::control::error::Unavailable;
-use crate::control::requests::SegmentRequest;
 use crate::snapshot::SegmentSnapshot;
 use crate::view::{Segment, SegmentState};
 use profivac_client::cyclic::CyclicSlave;
 use profivac_client::ms2::Ms2;
 use profivac_vacuum::Gas;
 use profivac_virtual::memory_segment::MemorySegment;
-use std::sync::mpsc::Receiver;
 use std::time::{Duration, Instant};
 
 /// The time between two samples, and between two snapshots.
@@ -25,7 +23,7 @@ pub struct DemoSegment {
     master: u8,
     services: SegmentServices,
     gauges: Vec<GaugeSession>,
-    requests: Receiver<SegmentRequest>,
+    inbox: Inbox,
     publish_at: Instant,
 }
 
@@ -39,7 +37,7 @@ impl DemoSegment {
         master: u8,
         names: impl Fn(u8) -> (String, String),
     ) -> Self {
-        let requests = services.control.requests().accept(name);
+        let inbox = Inbox::new(services.control.requests().accept(name));
         let gauges = segment.slaves().iter().map(|slave| {
             let (name, device) = names(slave.address);
             let config =
@@ -47,21 +45,19 @@ impl DemoSegment {
             GaugeSession::with_slave(config, *slave)
         });
         let gauges = gauges.collect();
-        Self { name: name.to_owned(), master, services, gauges, requests, publish_at: Instant::now() }
+        Self { name: name.to_owned(), master, services, gauges, inbox, publish_at: Instant::now() }
     }
 
-    /// Samples and publishes the gauges, and answers one request if there is one. While it answers, time passes on the bus.
+    /// Samples and publishes the gauges, and answers one request, or a part of one, if there is one. While it answers, time passes on the bus.
     pub fn run_once(&mut self, segment: &mut MemorySegment) {
         self.sample(segment);
         if Instant::now() >= self.publish_at {
             self.publish_at = Instant::now() + POLL;
             self.publish(segment);
         }
-        if let Ok(request) = self.requests.try_recv() {
-            let slave = |name: &str| self.slave(name);
-            // A segment in memory has no port to lose.
-            requests::answer(&self.services, request, slave, |address| Ms2::new(segment, address)).ok();
-        }
+        let slave = |name: &str| slave(&self.gauges, name);
+        // A segment in memory has no port to lose.
+        self.inbox.answer_next(&self.services, slave, |address| Ms2::new(segment, address), Instant::now).ok();
     }
 
     fn sample(&mut self, segment: &mut MemorySegment) {
@@ -74,12 +70,6 @@ impl DemoSegment {
             }
             gauge.sample(&self.services.recorder, master);
         }
-    }
-
-    fn slave(&self, name: &str) -> Result<CyclicSlave, Unavailable> {
-        let gauge = self.gauges.iter().find(|gauge| gauge.config.name == name);
-        let gauge = gauge.ok_or_else(|| Unavailable::UnknownGauge(name.to_owned()))?;
-        gauge.slave.ok_or_else(|| Unavailable::NoAnswer(name.to_owned()))
     }
 
     fn publish(&self, segment: &MemorySegment) {
@@ -101,4 +91,10 @@ impl DemoSegment {
         let gauges = self.gauges.iter().map(|gauge| gauge.view(&self.name)).collect();
         self.services.snapshots.publish(SegmentSnapshot { segment, gauges });
     }
+}
+
+fn slave(gauges: &[GaugeSession], name: &str) -> Result<CyclicSlave, Unavailable> {
+    let gauge = gauges.iter().find(|gauge| gauge.config.name == name);
+    let gauge = gauge.ok_or_else(|| Unavailable::UnknownGauge(name.to_owned()))?;
+    gauge.slave.ok_or_else(|| Unavailable::NoAnswer(name.to_owned()))
 }

@@ -33,6 +33,7 @@ const ION_PA: f64 = 0.1;
 
 /// The reason why a gauge cannot be brought into data exchange.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum FindError {
     /// The port was lost.
     #[error(transparent)]
@@ -259,13 +260,16 @@ impl GaugeSession {
         // A TPG300 or TPG500 does not report which gauges its channels have.
         let principle = slave.principle(value.instance);
         let name = &self.config.name;
+        let quality = validity::quality(value.pa, range_status(value.status), silence);
+        // The pressure as it is recorded: a number that is no pressure, such as 0 mbar, is never shown as one.
+        let pa = Sample::new(Micros(0), value.pa, quality).pa;
         view::Reading {
             series: if is_only { name.clone() } else { format!("{name}.{}", value.instance) },
             instance: value.instance,
-            principle: principle.map(word),
-            pa: value.pa,
-            corrected_pa: value.pa.and_then(|pa| corrected(pa, principle?, self.config.gas)),
-            quality: validity::quality(value.pa, range_status(value.status), silence),
+            principle,
+            pa,
+            corrected_pa: pa.and_then(|pa| corrected(pa, principle?, self.config.gas)),
+            quality,
         }
     }
 
@@ -352,16 +356,6 @@ fn range_status(status: StatusExtension) -> RangeStatus {
     }
 }
 
-const fn word(principle: Principle) -> &'static str {
-    match principle {
-        Principle::Pirani => "pirani",
-        Principle::HotCathode => "hot-cathode",
-        Principle::ColdCathode => "cold-cathode",
-        Principle::Diaphragm => "diaphragm",
-        Principle::Atmosphere => "atmosphere",
-    }
-}
-
 /// The pressure of a gas at which a sensor that was calibrated for nitrogen indicates `pa`, where the factors hold.
 fn corrected(pa: f64, principle: Principle, gas: Gas) -> Option<f64> {
     match principle {
@@ -385,6 +379,33 @@ mod tests {
         assert_eq!(corrected(1.0, Principle::HotCathode, Gas::He), None);
         let helium = corrected(1e-4, Principle::HotCathode, Gas::He).unwrap();
         assert!((helium / 5.9e-4 - 1.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_number_that_is_no_pressure_is_never_shown_as_one() {
+        let gauge = config::Gauge {
+            name: "chamber".to_owned(),
+            address: 5,
+            device: "bcg450".to_owned(),
+            poll: Duration::from_millis(200),
+            gas: Gas::N2,
+            levels: Vec::new(),
+        };
+        let model = entry("bcg450").unwrap().model;
+        let (configuration, unit) = (model.default_configuration, model.unit_named("mbar").unwrap());
+        let slave = CyclicSlave { address: 5, model, configuration, unit, principles: Default::default() };
+        let session = GaugeSession::new(gauge);
+        for (status, expected) in [
+            (StatusExtension::empty(), Quality::Invalid),
+            (StatusExtension::UNDER, Quality::Underrange),
+            (StatusExtension::OVER, Quality::Overrange),
+        ] {
+            for pa in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+                let value = ChannelValue { instance: 1, pa: Some(pa), status };
+                let shown = session.reading(&slave, &value, true, Duration::ZERO);
+                assert_eq!((shown.pa, shown.corrected_pa, shown.quality), (None, None, expected), "{pa} {status:?}");
+            }
+        }
     }
 
     #[test]

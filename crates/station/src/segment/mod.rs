@@ -11,7 +11,8 @@
 //! |---|---|
 //! | `gauge_session` | a gauge: search, data exchange, samples |
 //! | `execute` | preview and execution of an operation |
-//! | `requests` | the requests of users to a segment |
+//! | `requests` | reading the parameters of a gauge |
+//! | `inbox` | the requests of users to a segment, and their order |
 //! | `bus_map` | the stations on the bus |
 //! | `thread` | the thread |
 //! | [`handle`] | starts, reconfigures and stops the thread |
@@ -22,6 +23,7 @@ pub mod demo_segment;
 mod execute;
 mod gauge_session;
 pub mod handle;
+mod inbox;
 mod requests;
 mod services;
 mod thread;

@@ -1,121 +1,97 @@
-//! Answers the requests of users to a segment: the parameters of a gauge, and operations.
-//!
-//! The gauges are sampled meanwhile, so a request leaves no gap in the recording.
+//! Reads the parameters of a gauge for users, block by block.
 
-use super::execute;
-use super::services::SegmentServices;
-use crate::control::error::{ChangedSinceArmed, Unavailable};
+use crate::control::error::Unavailable;
 use crate::control::permissions;
-use crate::control::requests::SegmentRequest;
 use crate::snapshot::SnapshotStore;
 use crate::view::{Block, Parameter, WriteInfo};
 use profivac_client::cyclic::CyclicSlave;
 use profivac_client::names::NamedParameter;
-use profivac_client::records::Records;
+use profivac_client::records::{self, Records};
 use profivac_client::values::ValueFormat;
 use profivac_client::{ClientError, Gauge};
 use profivac_devices::model::{AccessPath, Codes, DataType, Direction, Model, NumberType, Unit};
 use profivac_host::session::SessionError;
-use std::sync::mpsc::Receiver;
-use std::time::Instant;
 
-/// The port was lost during a request.
-pub struct PortLost;
-
-/// Answers a request. `slave` gives the slave of a gauge in data exchange, `records` the access to the records at an address.
-///
-/// # Errors
-/// [`PortLost`]. Where a write finds the port lost, the next cycle finds it lost too.
-pub fn answer<R: Records>(
-    services: &SegmentServices,
-    request: SegmentRequest,
-    slave: impl FnOnce(&str) -> Result<CyclicSlave, Unavailable>,
-    records: impl FnOnce(u8) -> R,
-) -> Result<(), PortLost> {
-    // A requester that timed out takes no answer.
-    match request {
-        SegmentRequest::Blocks(name, answer) => {
-            let blocks =
-                slave(&name).and_then(|slave| read_blocks(&services.snapshots, &name, &slave, records(slave.address)));
-            let is_lost = matches!(blocks, Err(Unavailable::PortLost));
-            answer.send(blocks).ok();
-            return if is_lost { Err(PortLost) } else { Ok(()) };
-        }
-        SegmentRequest::Preview(name, operation, answer) => {
-            let preview = slave(&name)
-                .map_err(Into::into)
-                .and_then(|slave| execute::preview(&name, &slave, records(slave.address), &operation));
-            answer.send(preview).ok();
-        }
-        SegmentRequest::Execute(command, begin_by, answer) if Instant::now() >= begin_by => {
-            answer.send(Err(Unavailable::SegmentBusy(command.gauge.clone()).into())).ok();
-        }
-        SegmentRequest::Execute(command, _, answer) if !services.control.may_send(&command) => {
-            let lost = ChangedSinceArmed::ControlLost { user: command.user.to_string() };
-            answer.send(Err(lost.into())).ok();
-        }
-        SegmentRequest::Execute(command, _, answer) => {
-            let readback = slave(&command.gauge)
-                .map_err(Into::into)
-                .and_then(|slave| execute::execute(&slave, records(slave.address), &command));
-            answer.send(readback).ok();
-        }
-    }
-    Ok(())
+/// How far the parameters of a gauge are read.
+#[derive(Default)]
+pub struct Reading {
+    blocks: Vec<Block>,
+    /// The number of parameters that are done.
+    done: usize,
 }
 
-/// Refuses all requests, because the segment does not run.
-pub fn refuse_all(requests: &Receiver<SegmentRequest>, problem: &str) {
-    let down = || Unavailable::SegmentDown(problem.to_owned());
-    while let Ok(request) = requests.try_recv() {
-        match request {
-            SegmentRequest::Blocks(_, answer) => answer.send(Err(down())).ok(),
-            SegmentRequest::Preview(_, _, answer) => answer.send(Err(down().into())).ok(),
-            SegmentRequest::Execute(_, _, answer) => answer.send(Err(down().into())).ok(),
+/// Why a reading paused or ended.
+pub enum ReadingEnd {
+    /// All parameters are read.
+    Complete,
+    /// A command comes first. The reading continues after it.
+    Interrupted,
+    /// The gauge cannot be read.
+    Failed(Unavailable),
+}
+
+impl Reading {
+    /// The blocks that were read.
+    pub fn into_blocks(self) -> Vec<Block> {
+        self.blocks
+    }
+
+    /// Reads one parameter after the other until all are done or `is_interrupted`, with at least one each time.
+    pub fn read_on<R: Records>(
+        &mut self,
+        snapshots: &SnapshotStore,
+        name: &str,
+        slave: &CyclicSlave,
+        records: R,
+        mut is_interrupted: impl FnMut() -> bool,
+    ) -> ReadingEnd {
+        if !slave.model.features.dpv1 {
+            return ReadingEnd::Failed(Unavailable::ReadNeedsDpV1(name.to_owned()));
+        }
+        let mut gauge = Gauge::with_model(records, slave.address, slave.model).with_unit(slave.unit);
+        let names = gauge.names();
+        let total = names.all().len();
+        let end = loop {
+            let Some(named) = names.all().get(self.done) else { break ReadingEnd::Complete };
+            snapshots.set_read_progress(name, self.done, total);
+            if let Err(error) = self.add(&mut gauge, named, slave.unit) {
+                break ReadingEnd::Failed(error);
+            }
+            self.done = self.done.saturating_add(1);
+            if self.done < total && is_interrupted() {
+                break ReadingEnd::Interrupted;
+            }
         };
+        // A gauge that no longer answers keeps the selector where it is.
+        gauge.restore_selector().ok();
+        end
     }
-}
 
-/// Reads all blocks of a gauge.
-fn read_blocks<R: Records>(
-    snapshots: &SnapshotStore,
-    name: &str,
-    slave: &CyclicSlave,
-    records: R,
-) -> Result<Vec<Block>, Unavailable> {
-    if !slave.model.features.dpv1 {
-        return Err(Unavailable::ReadNeedsDpV1(name.to_owned()));
-    }
-    let mut gauge = Gauge::with_model(records, slave.address, slave.model).with_unit(slave.unit);
-    let (names, mut blocks) = (gauge.names(), Ok(Vec::new()));
-    let total = names.all().len();
-    for (done, named) in names.all().iter().enumerate() {
-        snapshots.set_read_progress(name, done, total);
-        blocks = blocks.and_then(|blocks| add_parameter(blocks, &mut gauge, named, slave.unit));
-        if blocks.is_err() {
-            break;
+    /// Reads a parameter into its block, if it can be read or written over MS2.
+    fn add<R: Records>(
+        &mut self,
+        gauge: &mut Gauge<R>,
+        named: &NamedParameter,
+        unit: &'static Unit,
+    ) -> Result<(), Unavailable> {
+        let Some(parameter) = parameter(gauge, named, unit)? else { return Ok(()) };
+        let title = title(named);
+        match self.blocks.last_mut().filter(|block| block.name == title) {
+            Some(block) => block.parameters.push(parameter),
+            None => self.blocks.push(Block { name: title, parameters: vec![parameter] }),
         }
+        Ok(())
     }
-    snapshots.set_read_progress(name, total, total);
-    // A gauge that no longer answers keeps the selector where it is.
-    gauge.restore_selector().ok();
-    blocks
 }
 
-/// Adds a parameter to its block, if it can be read or written over MS2.
-fn add_parameter<R: Records>(
-    mut blocks: Vec<Block>,
-    gauge: &mut Gauge<R>,
-    named: &NamedParameter,
-    unit: &'static Unit,
-) -> Result<Vec<Block>, Unavailable> {
-    let Some(parameter) = parameter(gauge, named, unit)? else { return Ok(blocks) };
-    let title = title(named);
-    match blocks.last_mut().filter(|block| block.name == title) {
-        Some(block) => block.parameters.push(parameter),
-        None => blocks.push(Block { name: title, parameters: vec![parameter] }),
-    }
-    Ok(blocks)
+/// Whether a slave has closed its resource manager: all of its connections are in use.
+pub const fn has_no_connection(error: &ClientError) -> bool {
+    matches!(error, ClientError::Unavailable { reason: records::Unavailable::NoConnection, .. })
+}
+
+/// The parameters of a gauge are no longer being read.
+pub fn end_progress(snapshots: &SnapshotStore, name: &str) {
+    snapshots.set_read_progress(name, 0, 0);
 }
 
 /// Reads a parameter; `None` if MS2 neither reads nor writes it.
@@ -133,6 +109,7 @@ fn parameter<R: Records>(
         None => (None, None),
         Some(Ok(reading)) => (Some(reading.text), None),
         Some(Err(ClientError::Session(SessionError::Port(_)))) => return Err(Unavailable::PortLost),
+        Some(Err(error)) if has_no_connection(&error) => return Err(Unavailable::Client(Box::new(error))),
         Some(Err(error)) => (None, Some(error.to_string())),
     };
     Ok(Some(Parameter {

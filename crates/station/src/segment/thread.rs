@@ -2,11 +2,10 @@
 
 use super::bus_map::{BusState, own_master};
 use super::gauge_session::{FindError, GaugeSession, find_gauge};
-use super::requests;
+use super::inbox::{Inbox, PortLost};
 use super::services::SegmentServices;
 use crate::config;
 use crate::control::error::Unavailable;
-use crate::control::requests::SegmentRequest;
 use crate::snapshot::SegmentSnapshot;
 use crate::view::{BusStation, Segment};
 use profivac_client::cyclic::CyclicSlave;
@@ -73,7 +72,7 @@ pub struct SegmentThread {
     config: config::Segment,
     services: SegmentServices,
     commands: Receiver<SegmentCommand>,
-    requests: Receiver<SegmentRequest>,
+    inbox: Inbox,
     gauges: Arc<Mutex<Vec<GaugeSession>>>,
     is_abandoned: Arc<AtomicBool>,
     /// The records that the last session could not restore, by address.
@@ -90,11 +89,11 @@ impl SegmentThread {
         commands: Receiver<SegmentCommand>,
         is_abandoned: Arc<AtomicBool>,
     ) -> Self {
-        let requests = services.control.requests().accept(&config.name);
+        let inbox = Inbox::new(services.control.requests().accept(&config.name));
         let gauges = Arc::new(Mutex::new(config.gauges.iter().cloned().map(GaugeSession::new).collect()));
         let publish_at = Instant::now();
         let unrestored = BTreeMap::new();
-        Self { config, services, commands, requests, gauges, is_abandoned, unrestored, problem: None, publish_at }
+        Self { config, services, commands, inbox, gauges, is_abandoned, unrestored, problem: None, publish_at }
     }
 
     /// The gauges. Not to be held during a request: the background task samples them meanwhile.
@@ -178,7 +177,7 @@ impl SegmentThread {
         let end = Instant::now() + pause;
         loop {
             let problem = self.problem.as_deref().unwrap_or("the segment does not run");
-            requests::refuse_all(&self.requests, problem);
+            self.inbox.refuse_all(&self.services, problem);
             let left = end.saturating_duration_since(Instant::now());
             match self.commands.recv_timeout(left.min(SERVE_INTERVAL)) {
                 Ok(SegmentCommand::Stop) => return true,
@@ -226,19 +225,12 @@ impl SegmentThread {
     }
 
     /// Answers one request, if there is one.
-    fn answer_next(&self, session: &mut BusSession) -> Result<(), ServeEnd> {
-        let Ok(request) = self.requests.try_recv() else { return Ok(()) };
-        let slave = |name: &str| self.slave(name);
-        let answered = requests::answer(&self.services, request, slave, |address| Ms2::new(session, address));
-        answered.map_err(|requests::PortLost| PortError::Lost(session.port_name().to_owned()).into())
-    }
-
-    /// The slave of a gauge in data exchange.
-    fn slave(&self, name: &str) -> Result<CyclicSlave, Unavailable> {
-        let gauges = self.gauges();
-        let gauge = gauges.iter().find(|gauge| gauge.config.name == name);
-        let gauge = gauge.ok_or_else(|| Unavailable::UnknownGauge(name.to_owned()))?;
-        gauge.slave.ok_or_else(|| Unavailable::NoAnswer(name.to_owned()))
+    fn answer_next(&mut self, session: &mut BusSession) -> Result<(), ServeEnd> {
+        let slave = |name: &str| slave(&self.gauges, name);
+        let port = session.port_name().to_owned();
+        let answered =
+            self.inbox.answer_next(&self.services, slave, |address| Ms2::new(session, address), Instant::now);
+        answered.map_err(|PortLost| PortError::Lost(port).into())
     }
 
     /// Searches for one gauge that is missing, if its time has come.
@@ -317,4 +309,12 @@ impl SegmentThread {
         let gauges = gauges.iter().map(|gauge| gauge.view(&config.name)).collect();
         self.services.snapshots.publish(SegmentSnapshot { segment, gauges });
     }
+}
+
+/// The slave of a gauge in data exchange.
+fn slave(gauges: &Mutex<Vec<GaugeSession>>, name: &str) -> Result<CyclicSlave, Unavailable> {
+    let gauges = gauges.lock().unwrap_or_else(PoisonError::into_inner);
+    let gauge = gauges.iter().find(|gauge| gauge.config.name == name);
+    let gauge = gauge.ok_or_else(|| Unavailable::UnknownGauge(name.to_owned()))?;
+    gauge.slave.ok_or_else(|| Unavailable::NoAnswer(name.to_owned()))
 }

@@ -1,9 +1,8 @@
 //! The HTTP server for the dashboard and the API, on threads of its own.
 //!
-//! A hostile client may send too much, send too slowly or never finish. It then costs one of a limited number of connections and
-//! nothing else. Listening beyond loopback requires TLS and users.
+//! A hostile client may send too much, send too slowly or never finish. It then costs one of a limited number of connections, which it
+//! loses when another client needs it, and nothing else. Listening beyond loopback requires TLS and users.
 
-mod connection_limit;
 mod slow_client;
 mod tls;
 
@@ -11,6 +10,7 @@ use crate::api::authenticator::Authenticator;
 use crate::api::headers::{self, Hosts};
 use crate::api::middleware::{self, Peer, RequestGuard};
 use crate::auth::Access;
+use crate::auth::connections::{Evicted, Place, Places, StreamPlaces};
 use crate::auth::rate_limit::RateLimits;
 use crate::auth::users::{Users, UsersError};
 use crate::config::TlsFiles;
@@ -18,7 +18,6 @@ use crate::services::Services;
 use axum::Router;
 use axum::extract::Request;
 use axum::middleware::{from_fn, from_fn_with_state};
-use connection_limit::ConnectionLimit;
 use hyper::body::Incoming;
 use hyper::server::conn::http1;
 use hyper_util::rt::{TokioIo, TokioTimer};
@@ -54,7 +53,7 @@ const PLAIN_HTTP: &[u8] =
 /// The limits of a server. free choice: some dozen users with some pages each, and a page over a slow line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Limits {
-    /// Connections at the same time. Further ones are closed.
+    /// Connections at the same time: see [`crate::auth::connections`].
     pub connections: usize,
     /// The longest time for the head of a request, for its body, for a TLS handshake, and without a request.
     pub head: Duration,
@@ -160,6 +159,7 @@ impl Server {
             tls: keys.is_some(),
             port: address.port(),
             body_timeout: limits.head,
+            streams: StreamPlaces::new(limits.connections),
         };
         let connections = Connections { router: router(services, guard), keys: keys.clone(), limits };
         let (stop, stopped) = oneshot::channel();
@@ -175,7 +175,8 @@ impl Server {
         let keys = setup.tls.clone().map(Keys::read).transpose()?;
         let has_users = match &setup.access {
             Access::Users(file) => !Users::read(file)?.is_empty(),
-            Access::Anonymous(_) => false,
+            Access::UsersWhenPresent(file) if file.exists() => !Users::read(file)?.is_empty(),
+            Access::Anonymous(_) | Access::UsersWhenPresent(_) => false,
         };
         check_exposure(setup.listen, &setup.hosts, keys.is_some(), has_users)
     }
@@ -272,26 +273,29 @@ async fn watch_users(authenticator: &Arc<Authenticator>) {
 
 /// Accepts connections. Never returns.
 async fn serve(listener: &TcpListener, connections: &Connections) {
-    let limit = ConnectionLimit::new(connections.limits.connections);
+    let places = Places::new(connections.limits.connections);
     loop {
         let Ok((stream, peer)) = listener.accept().await else {
             tokio::time::sleep(ACCEPT_PAUSE).await;
             continue;
         };
-        if let Some(slot) = limit.take(peer.ip()) {
-            let connections = connections.clone();
-            tokio::spawn(async move {
-                connections.accept(stream, peer.ip()).await;
-                drop(slot);
-            });
+        if let Some((place, evicted)) = places.take(peer.ip()) {
+            tokio::spawn(connections.clone().accept(stream, peer.ip(), place, evicted));
         }
     }
 }
 
 impl Connections {
-    /// Serves one connection until it ends.
-    async fn accept(self, mut stream: TcpStream, peer: IpAddr) {
-        let Some(keys) = &self.keys else { return self.answer(stream, peer).await };
+    /// Serves one connection until it ends, or until its place is needed for another one.
+    async fn accept(self, stream: TcpStream, peer: IpAddr, place: Arc<Place>, evicted: Evicted) {
+        tokio::select! {
+            () = self.serve(stream, peer, place) => {}
+            _ = evicted => {}
+        }
+    }
+
+    async fn serve(&self, mut stream: TcpStream, peer: IpAddr, place: Arc<Place>) {
+        let Some(keys) = &self.keys else { return self.answer(stream, peer, place).await };
         let acceptor = TlsAcceptor::from(keys.config());
         let handshake = async {
             if is_plain_http(&stream).await {
@@ -301,13 +305,14 @@ impl Connections {
             acceptor.accept(stream).await.ok()
         };
         if let Ok(Some(stream)) = timeout(self.limits.head, handshake).await {
-            self.answer(stream, peer).await;
+            self.answer(stream, peer, place).await;
         }
     }
 
-    async fn answer(&self, stream: impl AsyncRead + AsyncWrite + Unpin, peer: IpAddr) {
+    async fn answer(&self, stream: impl AsyncRead + AsyncWrite + Unpin, peer: IpAddr, place: Arc<Place>) {
         let router = self.router.clone().map_request(move |mut request: Request<Incoming>| {
             request.extensions_mut().insert(Peer(peer));
+            request.extensions_mut().insert(Arc::clone(&place));
             request
         });
         let mut protocol = http1::Builder::new();

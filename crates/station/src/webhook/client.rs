@@ -15,6 +15,7 @@ use tokio_rustls::rustls::{self, ClientConfig, RootCertStore, crypto};
 
 /// The reason why a client cannot be made.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum ClientSetupError {
     /// The token is no header value.
     #[error("expected a token of visible ASCII")]
@@ -26,6 +27,7 @@ pub enum ClientSetupError {
 
 /// The reason why a POST got no answer.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum PostError {
     /// No TCP connection.
     #[error("it cannot be reached: {0}")]

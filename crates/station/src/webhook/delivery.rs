@@ -26,7 +26,7 @@ pub struct DeliverySettings {
     pub first_pause: Duration,
     /// The longest pause.
     pub longest_pause: Duration,
-    /// An older notification is given up.
+    /// An older notification is given up. Its age counts recorded time: a clock that is set makes no notification old.
     pub max_age: Duration,
     /// When more notifications wait, the oldest are given up.
     pub max_queued: usize,
@@ -186,8 +186,8 @@ impl Delivery {
         let mut waiting: Vec<_> = queued.difference(&self.finished).copied().collect();
         let rest = waiting.split_off(waiting.len().saturating_sub(self.settings.max_queued));
         self.give_up(&waiting, "too many wait");
-        let oldest = Micros::now().before(self.settings.max_age);
-        let (old, rest): (Vec<_>, Vec<_>) = rest.into_iter().partition(|(_, at)| *at < oldest);
+        let expired = reader.expired(self.settings.max_age, Micros::now())?;
+        let (old, rest): (Vec<_>, Vec<_>) = rest.into_iter().partition(|(_, at)| expired.contains(*at));
         self.give_up(&old, "too old");
         rest.first().map_or(Ok(None), |(id, _)| reader.notification(*id))
     }

@@ -1,13 +1,16 @@
 //! Logins, passwords and the event log.
 
 use crate::test_station::{Ask, PASSWORD, Page, TestStation};
-use profivac_station::auth::Role;
 use profivac_station::auth::password::Hash;
 use profivac_station::auth::rate_limit::{RateLimit, RateLimits};
+use profivac_station::auth::users::Users;
+use profivac_station::auth::{Access, Role};
 use profivac_station::server::Limits;
 use serde_json::json;
 use std::fs;
+use std::io::{Read, Write};
 use std::net::SocketAddr;
+use std::os::unix::fs::PermissionsExt;
 use std::time::Duration;
 
 #[test]
@@ -163,8 +166,6 @@ fn a_users_file_that_is_wrong_or_open_to_others_changes_nothing() {
 #[test]
 fn listening_beyond_loopback_requires_tls_and_users() {
     use profivac_recorder::{Recorder, Settings};
-    use profivac_station::auth::Access;
-    use profivac_station::auth::users::Users;
     use profivac_station::server::{Server, Setup};
     use profivac_station::services::Services;
     let folder = tempfile::tempdir().unwrap();
@@ -194,4 +195,33 @@ fn listening_beyond_loopback_requires_tls_and_users() {
     Users::change(&users, |users| users.add("ada", Role::Engineer, hash)).unwrap();
     assert_eq!((start(of_file(), true), behind(of_file())), (Ok(()), Ok(())));
     assert!(start(of_file(), false).unwrap_err().contains("needs TLS"));
+}
+
+#[test]
+fn the_first_user_takes_effect_without_a_restart() {
+    let station =
+        TestStation::with(|setup, folder| setup.access = Access::UsersWhenPresent(folder.path().join("first.toml")));
+    assert_eq!(station.get("/api/session").json()["login"], "not-required");
+    assert_eq!(station.get("/api/gauges").status, 200);
+    let mut stream = station.connect();
+    stream.write_all(Ask::get("/api/live").text().as_bytes()).unwrap();
+    assert_eq!(stream.read(&mut [0; 12]).unwrap(), 12);
+    let file = station.file("first.toml");
+    // A file without users, or with an error, changes nothing.
+    Users::change(&file, |_| Ok(())).unwrap();
+    fs::set_permissions(&file, fs::Permissions::from_mode(0o644)).unwrap();
+    station.access_events("is open to others (mode 644): chmod 600");
+    assert_eq!(station.get("/api/gauges").status, 200);
+    fs::set_permissions(&file, fs::Permissions::from_mode(0o600)).unwrap();
+    let hash = Hash::of(PASSWORD).unwrap();
+    Users::change(&file, |users| users.add("ada", Role::Engineer, hash)).unwrap();
+    let events = station.access_events("the user ada was added as engineer");
+    assert!(events.contains(&"the station has users: every request needs a login from now on".to_owned()));
+    assert_eq!(station.get("/api/gauges").status, 401);
+    assert_eq!(station.get("/api/session").json()["login"], "logged-out");
+    while stream.read(&mut [0; 4096]).unwrap() > 0 {}
+    assert_eq!(Ask::get("/api/gauges").by(&station.login("ada")).to(&station).status, 200);
+    fs::remove_file(&file).unwrap();
+    station.access_events("does not exist");
+    assert_eq!(station.get("/api/gauges").status, 401, "without the file the users stay as they were");
 }

@@ -1,6 +1,6 @@
 //! Forged and malformed requests, and the headers of every answer.
 
-use crate::test_station::{Answer, Ask, TestStation};
+use crate::test_station::{Answer, Ask, Page, TestStation};
 use profivac_station::auth::Role;
 use profivac_station::auth::rate_limit::{RateLimit, RateLimits};
 use profivac_station::server::Limits;
@@ -309,25 +309,73 @@ fn no_answer_holds_a_password_or_its_hash() {
 
 #[test]
 fn a_client_that_reads_no_answer_is_disconnected() {
-    let limits = Limits { connections: 1, stalled: Duration::from_millis(100), ..Limits::default() };
+    let limits = Limits { stalled: Duration::from_millis(100), ..Limits::default() };
     let station = TestStation::with(|setup, _| setup.limits = limits);
     let page = station.get("/").body;
     let script = page.split('"').find(|part| part.ends_with(".js")).unwrap();
     let ask = format!("GET {script} HTTP/1.1\r\nhost: localhost\r\n\r\n").repeat(400);
+    let mut greedy = station.connect();
+    greedy.write_all(ask.as_bytes()).unwrap();
+    assert_eq!(greedy.peek(&mut [0]).unwrap(), 1, "the first answer begins");
+    // The buffers of both systems are full of answers. Reading nothing, the client sees the end when it writes.
     let end = Instant::now() + crate::test_station::TIMEOUT;
-    let mut greedy = loop {
-        // The connection of the request before may still be open.
-        let mut stream = station.connect();
-        if stream.write_all(ask.as_bytes()).is_ok() && stream.peek(&mut [0]).is_ok_and(|read| read == 1) {
-            break stream;
-        }
-        assert!(Instant::now() < end);
-    };
-    while station.get("/api/session").status != 200 {
-        assert!(Instant::now() < end, "a client that reads nothing keeps the only connection for ever");
+    while greedy.write_all(b"GET").is_ok() {
+        assert!(Instant::now() < end, "a client that reads nothing keeps its connection for ever");
         std::thread::yield_now();
     }
-    assert!(greedy.write_all(b"GET").is_err() || greedy.read_to_end(&mut Vec::new()).is_err());
+}
+
+#[test]
+fn live_streams_of_a_session_are_bounded_and_other_users_get_theirs() {
+    let station = TestStation::new();
+    let vera = station.login("vera");
+    let open = |page: &Page| {
+        let mut stream = station.connect();
+        stream.write_all(Ask::get("/api/live").cookie(page).text().as_bytes()).unwrap();
+        let mut status = [0; 12];
+        stream.read_exact(&mut status).unwrap();
+        (String::from_utf8_lossy(&status).into_owned(), stream)
+    };
+    let mut own: Vec<_> = (0..8).map(|_| open(&vera)).collect();
+    assert!(own.iter().all(|(status, _)| status == "HTTP/1.1 200"));
+    let refused = Ask::get("/api/live").cookie(&vera).to(&station);
+    let expected = "expected at most 8 live streams of one session: close another page of the dashboard";
+    assert_eq!((refused.status, refused.problem()), (429, expected.to_owned()));
+    // With further sessions the bound of the user comes first, and it leaves places for others.
+    let sessions: Vec<_> = (0..4).map(|_| station.login("vera")).collect();
+    let more: Vec<_> = sessions.iter().flat_map(|page| (0..8).map(|_| open(page)).collect::<Vec<_>>()).collect();
+    let granted = more.iter().filter(|(status, _)| status == "HTTP/1.1 200").count();
+    assert_eq!(granted, 24, "32 in all");
+    let ada = station.login("ada");
+    assert_eq!(open(&ada).0, "HTTP/1.1 200");
+    // A page that is closed makes room.
+    own.pop();
+    let end = Instant::now() + crate::test_station::TIMEOUT;
+    while open(&vera).0 != "HTTP/1.1 200" {
+        assert!(Instant::now() < end, "the place of a closed stream is not free again");
+        std::thread::yield_now();
+    }
+}
+
+#[test]
+fn silent_connections_on_every_place_neither_keep_out_a_login_nor_end_a_live_stream() {
+    let limits = Limits { head: Duration::from_secs(86_400), ..Limits::default() };
+    let station = TestStation::with(|setup, _| setup.limits = limits);
+    let vera = station.login("vera");
+    let mut live = station.connect();
+    live.write_all(Ask::get("/api/live").cookie(&vera).text().as_bytes()).unwrap();
+    assert_eq!(live.read(&mut [0; 12]).unwrap(), 12);
+    let begun = "POST /api/login HTTP/1.1\r\nhost: localhost\r\n";
+    let silent: Vec<_> = (0..limits.connections * 2)
+        .map(|number| {
+            let mut stream = station.connect();
+            stream.write_all(&begun.as_bytes()[..number % begun.len()]).ok();
+            stream
+        })
+        .collect();
+    assert_eq!(Ask::get("/api/gauges").by(&station.login("ada")).to(&station).status, 200);
+    assert!(live.read(&mut [0; 100]).unwrap() > 0);
+    drop(silent);
 }
 
 #[test]

@@ -72,20 +72,37 @@ fn plain_http_on_a_tls_port_gets_a_fixed_answer() {
 
 #[test]
 fn an_unfinished_handshake_takes_one_connection_until_its_timeout() {
-    let limits = Limits { head: Duration::from_secs(2), connections: 2, ..Limits::default() };
+    let station = TestStation::with(|setup, folder| {
+        setup.tls = Some(certificate(folder));
+        setup.limits = Limits { head: Duration::from_millis(50), ..Limits::default() };
+    });
+    for begun in [&[][..], &[22, 3, 1]] {
+        let mut slow = station.connect();
+        slow.write_all(begun).unwrap();
+        // The connection ends, with or without an error.
+        let _ended = slow.read_to_end(&mut Vec::new());
+    }
+}
+
+#[test]
+fn unfinished_handshakes_on_every_place_do_not_keep_out_a_login() {
+    let limits = Limits { head: Duration::from_secs(86_400), ..Limits::default() };
     let station = TestStation::with(|setup, folder| {
         setup.tls = Some(certificate(folder));
         setup.limits = limits;
     });
-    let mut slow: Vec<_> = (0..2).map(|_| station.connect()).collect();
-    slow[1].write_all(&[22, 3, 1]).unwrap();
-    let mut third = station.connect();
-    // Above the limit: the connection is closed before any data.
-    assert!(!matches!(third.read(&mut [0; 1]), Ok(1..)));
-    for stream in &mut slow {
-        let _ended = stream.read_to_end(&mut Vec::new());
-    }
-    assert_eq!(Ask::get("/").over(tls(&station, "a.pem", &[&TLS13]).unwrap()).status, 200);
+    let begin = || {
+        let mut slow = station.connect();
+        slow.write_all(&[22, 3, 1]).unwrap();
+        slow
+    };
+    let mut slow: Vec<_> = (0..limits.connections + 50).map(|_| begin()).collect();
+    let login = Ask::login("ada", PASSWORD).header("origin: https://localhost");
+    let answer = login.over(tls(&station, "a.pem", &[&TLS13]).unwrap());
+    assert_eq!(answer.status, 200);
+    slow.extend((0..50).map(|_| begin()));
+    let gauges = Ask::get("/api/gauges").cookie(&Page::of(&answer));
+    assert_eq!(gauges.over(tls(&station, "a.pem", &[&TLS13]).unwrap()).status, 200);
 }
 
 #[test]

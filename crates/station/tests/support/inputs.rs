@@ -1,5 +1,6 @@
 //! Snapshots of one segment, hall, with one gauge, chamber.
 
+use profivac_devices::Principle;
 use profivac_recorder::Quality;
 use profivac_station::alarm::Inputs;
 use profivac_station::auth::{Actor, Role, User};
@@ -33,7 +34,7 @@ pub fn snapshot(pa: f64, quality: Quality) -> SegmentSnapshot {
     let reading = Reading {
         series: "chamber".to_owned(),
         instance: 1,
-        principle: Some("hot-cathode"),
+        principle: Some(Principle::HotCathode),
         pa: has_pressure.then_some(pa),
         corrected_pa: None,
         quality,

@@ -1,0 +1,350 @@
+//! The places for connections and for live streams: bounded in all, for one address and for one user, with places kept for logins.
+//!
+//! A connection is *open to eviction* until a user is known on it. When all places are taken, the oldest such connection of the address
+//! that has the most of them ends, so that a client that only connects, or only begins handshakes, makes room for the next client. A
+//! connection with a user holds its place; a quarter of the places is never held.
+//!
+//! | Places | Connections | Live streams |
+//! |---|---|---|
+//! | in all | [`Places::new`] | three quarters of the connections |
+//! | held | three quarters | |
+//! | of one user | a quarter | an eighth |
+//! | of one session | | [`MAX_STREAMS_PER_SESSION`] |
+//! | of one remote address | a quarter | an eighth |
+//!
+//! All clients of a proxy on this computer have a loopback address, so loopback has no bound of its own.
+
+use super::rate_limit::network;
+use super::secret::Secret;
+use std::collections::{BTreeMap, HashMap};
+use std::net::IpAddr;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use tokio::sync::oneshot;
+
+/// The most live streams of one session. free choice: a browser opens six connections to one server.
+pub const MAX_STREAMS_PER_SESSION: usize = 8;
+
+/// One user or one address may use the total divided by this number. free choice: enough for dozens of pages.
+const SHARE: usize = 4;
+
+/// A connection.
+struct Open {
+    peer: IpAddr,
+    /// The user who is known on it.
+    user: Option<Arc<str>>,
+    /// Dropped to end the connection.
+    _evict: oneshot::Sender<()>,
+}
+
+/// All connections, the oldest first.
+#[derive(Default)]
+struct OpenConnections {
+    next: u64,
+    open: BTreeMap<u64, Open>,
+}
+
+impl OpenConnections {
+    fn count(&self, is_counted: impl Fn(&Open) -> bool) -> usize {
+        self.open.values().filter(|open| is_counted(open)).count()
+    }
+
+    /// Ends the oldest connection of `peer` that has no user. Returns whether there was one.
+    fn evict_of(&mut self, peer: IpAddr) -> bool {
+        let oldest =
+            self.open.iter().find(|(_, open)| open.user.is_none() && open.peer == peer).map(|(number, _)| *number);
+        oldest.is_some_and(|number| self.open.remove(&number).is_some())
+    }
+
+    /// The address with the most connections that have no user; among equal ones the one with the oldest.
+    fn greediest(&self) -> Option<IpAddr> {
+        let mut counts: HashMap<IpAddr, (usize, std::cmp::Reverse<u64>)> = HashMap::new();
+        for (number, open) in self.open.iter().filter(|(_, open)| open.user.is_none()) {
+            let (count, _) = counts.entry(open.peer).or_insert((0, std::cmp::Reverse(*number)));
+            *count = count.saturating_add(1);
+        }
+        counts.into_iter().max_by_key(|(_, rank)| *rank).map(|(peer, _)| peer)
+    }
+}
+
+/// The places for the connections of a server.
+#[derive(Clone)]
+pub struct Places {
+    max: usize,
+    connections: Arc<Mutex<OpenConnections>>,
+}
+
+/// The place of one connection. Dropping it frees the place.
+pub struct Place {
+    number: u64,
+    places: Places,
+}
+
+/// Ends when the place is needed for another connection.
+pub type Evicted = oneshot::Receiver<()>;
+
+impl Places {
+    /// At most `max` connections.
+    #[must_use]
+    pub fn new(max: usize) -> Self {
+        Self { max, connections: Arc::default() }
+    }
+
+    /// The places of one user, and of one remote address.
+    fn share(&self) -> usize {
+        (self.max / SHARE).max(1)
+    }
+
+    /// A place for a connection from `peer`, if need be that of an older one without a user; `None` if all places are held.
+    #[must_use]
+    pub fn take(&self, peer: IpAddr) -> Option<(Arc<Place>, Evicted)> {
+        let peer = network(peer);
+        let mut connections = self.lock();
+        let own = connections.count(|open| open.peer == peer);
+        if !peer.is_loopback() && own >= self.share() && !connections.evict_of(peer) {
+            return None;
+        }
+        if connections.open.len() >= self.max {
+            let greediest = connections.greediest()?;
+            connections.evict_of(greediest);
+        }
+        let number = connections.next;
+        connections.next = number.saturating_add(1);
+        let (evict, evicted) = oneshot::channel();
+        connections.open.insert(number, Open { peer, user: None, _evict: evict });
+        drop(connections);
+        Some((Arc::new(Place { number, places: self.clone() }), evicted))
+    }
+
+    fn lock(&self) -> MutexGuard<'_, OpenConnections> {
+        self.connections.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl Place {
+    /// Holds the place for a user, as far as the user and all users together have places left. Without one the connection works and
+    /// stays open to eviction.
+    pub fn hold(&self, user: &Arc<str>) {
+        let (max_own, max_held) = (self.places.share(), self.places.max.saturating_sub(self.places.share()));
+        let mut connections = self.places.lock();
+        let others = |connections: &OpenConnections, is_counted: &dyn Fn(&Arc<str>) -> bool| {
+            let all = connections.open.iter().filter(|(number, _)| **number != self.number);
+            all.filter(|(_, open)| open.user.as_ref().is_some_and(is_counted)).count()
+        };
+        let has_place =
+            others(&connections, &|other| other == user) < max_own && others(&connections, &|_| true) < max_held;
+        if let Some(open) = connections.open.get_mut(&self.number) {
+            open.user = has_place.then(|| Arc::clone(user));
+        }
+    }
+}
+
+impl Drop for Place {
+    fn drop(&mut self) {
+        self.places.lock().open.remove(&self.number);
+    }
+}
+
+/// The client of a live stream.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct StreamClient {
+    /// Its address.
+    pub peer: IpAddr,
+    /// Its user.
+    pub user: Arc<str>,
+    /// Its session; `None` where users do not log in.
+    pub session: Option<Secret>,
+}
+
+/// The bound that a further live stream would exceed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum StreamLimit {
+    /// Of one session.
+    #[error("expected at most {0} live streams of one session: close another page of the dashboard")]
+    Session(usize),
+    /// Of one user.
+    #[error("expected at most {0} live streams of one user: close another page of the dashboard")]
+    User(usize),
+    /// Of one remote address.
+    #[error("expected at most {0} live streams from one address: close another page of the dashboard")]
+    Address(usize),
+    /// Of all clients.
+    #[error("expected at most {0} live streams of all users: try again later")]
+    All(usize),
+}
+
+/// The places for the live streams of a server.
+#[derive(Clone)]
+pub struct StreamPlaces {
+    max_connections: usize,
+    streams: Arc<Mutex<OpenStreams>>,
+}
+
+#[derive(Default)]
+struct OpenStreams {
+    next: u64,
+    open: BTreeMap<u64, StreamClient>,
+}
+
+/// The place of one live stream. Dropping it frees the place.
+pub struct StreamPlace {
+    number: u64,
+    places: StreamPlaces,
+}
+
+impl StreamPlaces {
+    /// The places on a server with `max_connections` connections.
+    #[must_use]
+    pub fn new(max_connections: usize) -> Self {
+        Self { max_connections, streams: Arc::default() }
+    }
+
+    /// A place for a stream.
+    ///
+    /// # Errors
+    /// The [`StreamLimit`] that it would exceed.
+    pub fn take(&self, client: StreamClient) -> Result<StreamPlace, StreamLimit> {
+        let client = StreamClient { peer: network(client.peer), ..client };
+        let part = (self.max_connections / SHARE / 2).max(1);
+        let all = self.max_connections.saturating_sub(self.max_connections / SHARE).max(1);
+        let mut streams = self.lock();
+        let count = |is_counted: &dyn Fn(&StreamClient) -> bool| {
+            streams.open.values().filter(|other| is_counted(other)).count()
+        };
+        let StreamClient { peer, user, session } = &client;
+        if session.is_some() && count(&|other| other.session == *session) >= MAX_STREAMS_PER_SESSION {
+            return Err(StreamLimit::Session(MAX_STREAMS_PER_SESSION));
+        }
+        if count(&|other| other.user == *user) >= part {
+            return Err(StreamLimit::User(part));
+        }
+        if !peer.is_loopback() && count(&|other| other.peer == *peer) >= part {
+            return Err(StreamLimit::Address(part));
+        }
+        if streams.open.len() >= all {
+            return Err(StreamLimit::All(all));
+        }
+        let number = streams.next;
+        streams.next = number.saturating_add(1);
+        streams.open.insert(number, client);
+        drop(streams);
+        Ok(StreamPlace { number, places: self.clone() })
+    }
+
+    fn lock(&self) -> MutexGuard<'_, OpenStreams> {
+        self.streams.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl Drop for StreamPlace {
+    fn drop(&mut self) {
+        self.places.lock().open.remove(&self.number);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn address(text: &str) -> IpAddr {
+        text.parse().unwrap()
+    }
+
+    fn is_evicted(evicted: &mut Evicted) -> bool {
+        evicted.try_recv() == Err(oneshot::error::TryRecvError::Closed)
+    }
+
+    #[test]
+    fn one_client_alone_cannot_take_all_connections() {
+        let places = Places::new(16);
+        let take = |peer: &str| places.take(address(peer));
+        let user: Arc<str> = Arc::from("vera");
+        let own: Vec<_> = (0..4).map(|_| take("10.0.0.1").unwrap()).collect();
+        own.iter().for_each(|(place, _)| place.hold(&user));
+        assert!(take("10.0.0.1").is_none(), "an address has a quarter of the places");
+        let network: Vec<_> = (0..4).map(|number| take(&format!("2001:db8::{number:x}")).unwrap()).collect();
+        network.iter().for_each(|(place, _)| place.hold(&Arc::from("olga")));
+        assert!(take("2001:db8::ffff").is_none(), "the addresses of one IPv6 network count as one client");
+        drop(own);
+        assert!(take("10.0.0.1").is_some(), "a closed connection frees its place");
+        drop(network);
+        assert!(places.lock().open.is_empty(), "no connection that has ended is kept");
+    }
+
+    #[test]
+    fn a_connection_without_a_user_makes_room_for_the_next_one() {
+        let places = Places::new(8);
+        let mut silent: Vec<_> = (0..8).map(|_| places.take(address("127.0.0.1")).unwrap()).collect();
+        let (login, _login) = places.take(address("127.0.0.1")).unwrap();
+        assert!(is_evicted(&mut silent[0].1), "the oldest ends");
+        assert!(silent[1..].iter_mut().all(|(_, evicted)| !is_evicted(evicted)));
+        login.hold(&Arc::from("ada"));
+        // However many come after it, the connection of the user stays.
+        let mut flood: Vec<_> = (0..50).map(|_| places.take(address("127.0.0.1")).unwrap()).collect();
+        assert_eq!(
+            flood.iter_mut().map(|(_, evicted)| is_evicted(evicted)).filter(|is_evicted| !is_evicted).count(),
+            7
+        );
+        assert!(places.lock().open.get(&login.number).is_some_and(|open| open.user.is_some()));
+    }
+
+    #[test]
+    fn the_address_with_the_most_connections_without_a_user_loses_one() {
+        let places = Places::new(8);
+        let (_first, mut first) = places.take(address("10.0.0.9")).unwrap();
+        let mut greedy: Vec<_> = (0..7).map(|_| places.take(address("127.0.0.1")).unwrap()).collect();
+        let next = places.take(address("10.0.0.8")).unwrap();
+        assert!(!is_evicted(&mut first) && is_evicted(&mut greedy[0].1));
+        drop(next);
+    }
+
+    #[test]
+    fn a_user_holds_a_quarter_and_all_users_three_quarters_of_the_connections() {
+        let places = Places::new(16);
+        let mut all = Vec::new();
+        for user in ["ada", "olga", "vera", "hugo", "ines"] {
+            for _ in 0..6 {
+                let (place, evicted) = places.take(address("127.0.0.1")).unwrap();
+                place.hold(&Arc::from(user));
+                all.push((place, evicted));
+            }
+        }
+        let held = |user: &str| places.lock().count(|open| open.user.as_deref() == Some(user));
+        assert_eq!(["ada", "olga", "vera", "hugo", "ines"].map(held), [4, 4, 4, 0, 0]);
+        assert!(places.take(address("127.0.0.1")).is_some(), "a quarter is kept for logins");
+    }
+
+    #[test]
+    fn live_streams_are_bounded_per_session_user_address_and_in_all() {
+        let places = StreamPlaces::new(256);
+        let client = |peer: &str, user: &str, session: &Option<Secret>| StreamClient {
+            peer: address(peer),
+            user: Arc::from(user),
+            session: session.clone(),
+        };
+        let take_all = |peer: &str, user: &str, session: &Option<Secret>| {
+            let mut taken = Vec::new();
+            loop {
+                match places.take(client(peer, user, session)) {
+                    Ok(place) => taken.push(place),
+                    Err(limit) => return (taken, limit),
+                }
+            }
+        };
+        let new = || Some(Secret::new().unwrap());
+        let (one, limit) = take_all("127.0.0.1", "vera", &new());
+        assert_eq!((one.len(), limit), (8, StreamLimit::Session(8)));
+        let more: Vec<_> = (0..4).map(|_| take_all("127.0.0.1", "vera", &new())).collect();
+        let taken: Vec<_> = more.iter().map(|(places, limit)| (places.len(), *limit)).collect();
+        let session = (8, StreamLimit::Session(8));
+        assert_eq!(taken, [session, session, session, (0, StreamLimit::User(32))]);
+        let remote: Vec<_> = ["a", "b", "c", "d", "e"].map(|user| take_all("10.0.0.1", user, &new())).into();
+        assert_eq!(remote[4].1, StreamLimit::Address(32));
+        let local: Vec<_> = (0..20).map(|user| take_all("127.0.0.1", &user.to_string(), &new())).collect();
+        assert_eq!(local[19].1, StreamLimit::All(192));
+        drop(one);
+        assert!(places.take(client("127.0.0.1", "vera", &new())).is_ok(), "a closed stream frees its place");
+        drop((more, remote, local));
+        assert!(places.lock().open.is_empty());
+    }
+}
