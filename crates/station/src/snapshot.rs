@@ -154,6 +154,7 @@ mod tests {
             state: BusStationState::DataExchange,
             problem: None,
             exceptions: Vec::new(),
+            warnings: Vec::new(),
             gas: "n2".to_owned(),
             levels: Vec::new(),
             readings: Vec::new(),

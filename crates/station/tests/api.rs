@@ -92,6 +92,8 @@ fn snapshot() -> SegmentSnapshot {
         pa: Some(1e-4),
         corrected_pa: Some(8e-5),
         quality: Quality::Valid,
+        limit_pa: None,
+        cause: None,
     };
     let gauge = Gauge {
         name: "chamber".to_owned(),
@@ -101,6 +103,7 @@ fn snapshot() -> SegmentSnapshot {
         state: BusStationState::DataExchange,
         problem: None,
         exceptions: Vec::new(),
+        warnings: Vec::new(),
         gas: "ar".to_owned(),
         levels: Vec::new(),
         readings: vec![reading],

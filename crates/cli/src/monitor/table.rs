@@ -60,6 +60,7 @@ fn line(row: &Row, with_segment: bool) -> Line<'static> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use profivac_devices::reading::Quality;
     use ratatui::Terminal;
     use ratatui::backend::TestBackend;
 
@@ -77,6 +78,9 @@ mod tests {
             remarks: Vec::new(),
             exchanges: 1234,
             lost: 5,
+            quality: Some(Quality::Valid),
+            limit_mbar: None,
+            limit: None,
         }
     }
 

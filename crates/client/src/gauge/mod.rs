@@ -14,6 +14,7 @@ use conditions::Condition;
 use profivac_devices::model::{
     Access, AccessPath, Code, Codes, DataType, Direction, Model, NumberType, PressureFormat, Row, Unit,
 };
+use profivac_devices::reading::is_pressure;
 use profivac_host::session::BusSession;
 use std::sync::Arc;
 
@@ -305,7 +306,7 @@ impl<R: Records> Gauge<R> {
         let reading = self.read(named)?;
         let is_valid = self.is_valid(named)?;
         let instance = instance_of(named);
-        Ok(PressureReading { pa: self.pa(&reading, instance).filter(|_| is_valid), instance })
+        Ok(PressureReading { pa: self.pa(&reading, instance).filter(|pa| is_valid && is_pressure(*pa)), instance })
     }
 
     /// Whether Reading Valid and Status Extension of the same instance declare the reading valid.

@@ -254,8 +254,8 @@ impl Fake {
         let is_silent = self.gaps.iter().any(|(from, to)| (*from..*to).contains(&second));
         let (low, high) = self.range;
         match pressure(shape, second).filter(|_| !is_silent) {
-            None if matches!(shape, Shape::Invalid) => Shown { pa: None, quality: Quality::Invalid },
-            None => Shown { pa: None, quality: Quality::Gap },
+            None if matches!(shape, Shape::Invalid) => Shown { pa: None, quality: Quality::Fault },
+            None => Shown { pa: None, quality: Quality::Stale },
             Some(pa) if pa > high => Shown { pa: Some(high), quality: Quality::Overrange },
             Some(pa) if pa < low => Shown { pa: Some(low), quality: Quality::Underrange },
             pa => Shown { pa, quality: Quality::Valid },
@@ -279,6 +279,7 @@ impl Fake {
             state: self.state,
             problem: self.problem.map(str::to_owned),
             exceptions: self.exceptions.iter().map(|&words| words.to_owned()).collect(),
+            warnings: Vec::new(),
             gas: self.gas.to_owned(),
             levels: self.levels.iter().map(|(name, pa)| PressureLevel { name: (*name).to_owned(), pa: *pa }).collect(),
             readings: readings
@@ -295,9 +296,11 @@ impl Fake {
             series: series.to_owned(),
             instance: u8::try_from(place + 1).unwrap_or(u8::MAX),
             principle: Some(principle),
-            pa: shown.pa,
-            corrected_pa: shown.pa.map(|pa| pa * self.factor),
+            pa: shown.pa.filter(|_| shown.quality == Quality::Valid),
+            limit_pa: shown.pa.filter(|_| shown.quality != Quality::Valid),
+            corrected_pa: shown.pa.filter(|_| shown.quality == Quality::Valid).map(|pa| pa * self.factor),
             quality: shown.quality,
+            cause: None,
         }
     }
 }
