@@ -226,12 +226,20 @@ impl GaugeSession {
         values: &CyclicValues,
         silence: Duration,
     ) {
+        self.read_at = Some(self.last_exchange.1);
+        self.observe(slave, values, silence);
+        self.note_problem(recorder, None);
+        self.record(recorder);
+    }
+
+    /// Takes the values of a data exchange that was `silence` ago.
+    pub fn observe(&mut self, slave: &CyclicSlave, values: &CyclicValues, silence: Duration) {
         self.exceptions = values.alarms().into_iter().map(str::to_owned).collect();
         self.warnings = values.warnings().into_iter().map(str::to_owned).collect();
-        self.read_at = Some(self.last_exchange.1);
         self.state = state_of(values);
-        self.note_problem(recorder, None);
-        self.record(recorder, slave, &values.values, silence);
+        let is_only = values.values.len() == 1;
+        let reading = |value| reading(&self.config, slave, value, is_only, silence);
+        self.readings = values.values.iter().map(reading).collect();
     }
 
     fn take_no_reading(&mut self, recorder: &RecorderHandle, master: &BusMaster) {
@@ -245,11 +253,8 @@ impl GaugeSession {
         }
     }
 
-    fn record(&mut self, recorder: &RecorderHandle, slave: &CyclicSlave, values: &[ChannelValue], silence: Duration) {
+    fn record(&mut self, recorder: &RecorderHandle) {
         let at = Micros::now();
-        let is_only = values.len() == 1;
-        let reading = |value| reading(&self.config, slave, value, is_only, silence);
-        self.readings = values.iter().map(reading).collect();
         self.recorded.clear();
         for reading in &self.readings {
             let series: Arc<str> = Arc::from(reading.series.as_str());
