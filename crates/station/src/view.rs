@@ -119,6 +119,8 @@ pub struct Gauge {
     pub address: u8,
     /// The device: `bcg450`.
     pub device: String,
+    /// Whether parameters are read and commands are sent while it exchanges data: the device has DP-V1.
+    pub has_dpv1: bool,
     /// The state.
     pub state: BusStationState,
     /// Why it is not in data exchange, in a sentence.

@@ -98,6 +98,26 @@ pub fn all(hostile: bool) -> Vec<Fake> {
     all
 }
 
+/// As [`all`], and 467 more on fourteen segments: 480 gauges. One of them has a fault, one is missing.
+pub fn large() -> Vec<Fake> {
+    let more = (0..467_u16).map(|number| {
+        let (segment, address) = (3 + number / 34, u8::try_from(3 + number % 34).unwrap_or_default());
+        let fake = Fake {
+            name: format!("s{segment:02}-{address:02}").leak(),
+            segment: format!("segment {segment:02}").leak(),
+            address,
+            parts: &[("hot-cathode", Shape::Drift { pa: 3.1e-5, decades: 0.2, period: 900.0 })],
+            ..HALL
+        };
+        match number {
+            100 => Fake { state: BusStationState::Fault, exceptions: &["device alarm"], ..fake },
+            300 => Fake { state: BusStationState::Missing, parts: &[("pirani", Shape::Lost(8.7))], ..fake },
+            _ => fake,
+        }
+    });
+    all(false).into_iter().chain(more).collect()
+}
+
 fn hall() -> [Fake; 6] {
     [
         Fake {
@@ -276,6 +296,7 @@ impl Fake {
             segment: self.segment.to_owned(),
             address: self.address,
             device: self.device.to_owned(),
+            has_dpv1: !self.device.starts_with("tpg"),
             state: self.state,
             problem: self.problem.map(str::to_owned),
             exceptions: self.exceptions.iter().map(|&words| words.to_owned()).collect(),

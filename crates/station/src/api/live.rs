@@ -79,6 +79,8 @@ pub struct LiveGauge {
     address: u8,
     /// The device: `bcg450`.
     device: String,
+    /// Whether parameters are read and commands are sent while it exchanges data: the device has DP-V1.
+    has_dpv1: bool,
     /// The state.
     state: BusStationState,
     /// Why it is not in data exchange, in a sentence.
@@ -108,6 +110,7 @@ impl From<Gauge> for LiveGauge {
             segment,
             address,
             device,
+            has_dpv1,
             state,
             problem,
             exceptions,
@@ -127,6 +130,7 @@ impl From<Gauge> for LiveGauge {
             segment,
             address,
             device,
+            has_dpv1,
             state,
             problem,
             exceptions,
@@ -306,6 +310,7 @@ mod tests {
             segment: segment.to_owned(),
             address: 5,
             device: "bcg450".to_owned(),
+            has_dpv1: true,
             state: BusStationState::DataExchange,
             problem: None,
             exceptions: Vec::new(),

@@ -306,6 +306,7 @@ impl GaugeSession {
             segment: segment.to_owned(),
             address: self.config.address,
             device: self.config.device.clone(),
+            has_dpv1: entry(&self.config.device).is_ok_and(|entry| entry.model.features.dpv1),
             state: self.state,
             problem: self.problem.clone(),
             exceptions: self.exceptions.clone(),

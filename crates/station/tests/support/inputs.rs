@@ -64,6 +64,7 @@ pub fn gauge(readings: Vec<Reading>) -> Gauge {
         segment: "hall".to_owned(),
         address: 5,
         device: "bcg450".to_owned(),
+        has_dpv1: true,
         state: BusStationState::DataExchange,
         problem: None,
         exceptions: Vec::new(),
