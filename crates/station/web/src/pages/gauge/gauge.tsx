@@ -58,7 +58,7 @@ function NoOperation({ gauge }: { gauge: Gauge }): JSX.Element {
       <p class="muted">
         The program reads and writes them through the parameter channel while the station is stopped:{' '}
         <code>
-          profivac dump --port {segment?.port ?? 'PORT'} --via pkw --own {gauge.address}
+          profivac dump --port {segment?.port ?? 'PORT'} --address {gauge.address} --via pkw --own
         </code>
       </p>
     </section>
