@@ -15,9 +15,9 @@ export const SPANS: { name: string; label: string; ms: number }[] = [
 
 export const DEFAULT_RANGE = { last: 60 * MINUTE }
 
-/** The shortest span that shows everything that was recorded in the last hour; an hour if nothing was. */
+/** The shortest span that shows everything that was recorded since `first`, at most an hour; the shortest of all if nothing was. */
 export function fittingRange(first: number | null, now: number): Range {
-  const fitting = SPANS.find(({ ms }) => first !== null && now - first <= ms)
+  const fitting = SPANS.find(({ ms }) => now - (first ?? now) <= ms)
   return { last: Math.min(DEFAULT_RANGE.last, fitting?.ms ?? DEFAULT_RANGE.last) }
 }
 

@@ -37,12 +37,15 @@ export function useTrendChoice(names: string[]): [TrendChoice, (change: Partial<
   return [choice, change]
 }
 
+/** The beginning of a recording is searched this often: a recording that has just begun grows out of the range. */
+const REFRESH_MS = 10_000
+
 /** The number of pixels in which the beginning of a recording is searched. */
 const PIXELS = 60
 
 /** The range without a choice of the user: everything of a recording that has just begun, otherwise an hour. */
 function useUsualRange(names: string[]): Range {
-  const first = useQuery('first sample', null, async (signal) => {
+  const first = useQuery('first sample', REFRESH_MS, async (signal) => {
     const now = Math.round(live().now)
     const series = names.slice(0, FIRST_SERIES)
     const from = now - DEFAULT_RANGE.last
