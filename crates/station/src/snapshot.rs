@@ -151,7 +151,7 @@ mod tests {
             segment: "hall".to_owned(),
             address: 5,
             device: "bcg450".to_owned(),
-        has_dpv1: true,
+            has_dpv1: true,
             state: BusStationState::DataExchange,
             problem: None,
             exceptions: Vec::new(),

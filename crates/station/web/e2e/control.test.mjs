@@ -119,7 +119,7 @@ test('an operator looks at trends, requests control, arms a degas and sends it',
     await rows.filter({ hasText: 'degas-on' }).first().waitFor()
     assert.match(
       await text(rows.first()),
-      /Otto operator, 127\.0\.0\.1.*outcome.*chamber 5.*Hot Cathode Block State Command \(1:2\/14\).*done/s,
+      /Otto operator, 127\.0\.0\.1.*outcome.*chamber address 5.*Hot Cathode Block State Command \(1:2\/14\).*done/s,
     )
     await page.keyboard.press('6')
     await page.locator('.events tbody tr', { hasText: 'ba.degas-on by Otto: done' }).waitFor()
