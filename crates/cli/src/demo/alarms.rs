@@ -107,7 +107,7 @@ mod tests {
         }
 
         /// The names of the alarms whose condition is met.
-        fn standing(&self) -> Vec<&str> {
+        fn active(&self) -> Vec<&str> {
             let alarms = self.registry.alarms().iter().filter(|alarm| alarm.status().state.is_active());
             alarms.map(|alarm| alarm.rule().name.as_str()).collect()
         }
@@ -117,11 +117,11 @@ mod tests {
     const FILAMENT: &str = "bpg400 6: fault";
     const EXTRACTOR: &str = "img400 16: fault";
 
-    /// The alarms that stand at the end of each act. In high vacuum nine Piranis and diaphragms are below their range, and before
+    /// The alarms that are active at the end of each part of the timeline. In high vacuum nine Piranis and diaphragms are below their range, and before
     /// 32 s two ion gauges are off: none of these is an alarm.
     #[test]
-    fn each_act_of_the_demonstration_has_the_alarms_that_an_operator_expects_and_the_end_has_none() {
-        let acts: [(&str, f64, &[&str]); 15] = [
+    fn each_part_of_the_demonstration_has_the_alarms_that_an_operator_expects_and_the_end_has_none() {
+        let parts: [(&str, f64, &[&str]); 15] = [
             ("air", 2.9, &[CHAMBER_HIGH]),
             ("roughing", 19.9, &[CHAMBER_HIGH]),
             ("backing", 22.9, &[CHAMBER_HIGH]),
@@ -139,11 +139,11 @@ mod tests {
             ("two minutes later", 300.0, &[]),
         ];
         let mut plant = Plant::new();
-        for (act, until_s, expected) in acts {
+        for (part, until_s, expected) in parts {
             while plant.run.seconds() < until_s {
                 plant.advance();
             }
-            assert_eq!(plant.standing(), expected, "{act}, at {until_s} s");
+            assert_eq!(plant.active(), expected, "{part}, at {until_s} s");
         }
         assert_eq!(plant.run.failures().len(), 0);
     }

@@ -42,7 +42,7 @@ const DIGITS: usize = 5;
 #[expect(dead_code, reason = "describes the events, which are sent as text")]
 pub enum LiveEvent {
     /// The event `snapshot`.
-    Snapshot(Snapshot),
+    Snapshot(Box<Snapshot>),
     /// The event `change`.
     Change(Change),
 }

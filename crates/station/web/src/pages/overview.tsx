@@ -130,7 +130,7 @@ function RowList({ rows }: { rows: GaugeProps[] }): JSX.Element {
   )
 }
 
-/** How soon a user must look at a gauge; 0 if it needs nobody. */
+/** How soon a user must look at a gauge; 0 if it has no problem. */
 function urgency({ gauge, alarms, live }: GaugeProps): number {
   const priorities = alarms.filter(isActive).map(({ priority }) => PRIORITIES.length - PRIORITIES.indexOf(priority))
   const hasProblem = gauge.state !== 'data-exchange' || isStale(gauge, live.since)
