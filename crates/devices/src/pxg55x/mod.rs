@@ -252,6 +252,10 @@ impl Pxg55xBehaviour {
     }
 
     fn status_extension(&self, part: &MeasuringPart) -> StatusExtension {
+        if part.reading_pa.is_none() {
+            // A Pirani that is not heated has no place relative to its range (107).
+            return StatusExtension::INVALID;
+        }
         part.status_extension(&self.condition(part))
     }
 
@@ -268,10 +272,6 @@ impl Pxg55xBehaviour {
     /// telegrams, also with one that leaves Reading Valid alone (13.1.1, 88).
     fn one_of_n(&self) -> StatusExtension {
         let active = self.active();
-        if active.reading_pa.is_none() {
-            // A Pirani that is not heated has no place relative to its range (107).
-            return StatusExtension::INVALID;
-        }
         let mut extension = self.status_extension(active);
         if active.is_safe(&self.condition(active)) {
             extension |= StatusExtension::INVALID;
