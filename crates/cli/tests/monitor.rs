@@ -50,7 +50,7 @@ fn changes_of_pressure_and_power_are_shown() {
     let folder = Folder::new();
     let (mut simulation, path) = simulation(&folder, &["bcg450@5"]);
     let monitor = Program::start(&["monitor", "--port", &path, "--own", "--csv", "5"]);
-    let header = "unix_time,address,device,pressure,unit,mbar,instance,state,remarks,exchanges,lost,inputs";
+    let header = "unix_time,address,device,pressure,unit,mbar,instance,state,remarks,exchanges,lost,quality,limit_mbar,inputs";
     assert_eq!(monitor.line(), header);
     let shows = |text: &str| {
         for _ in 0..20 {
@@ -62,7 +62,8 @@ fn changes_of_pressure_and_power_are_shown() {
     };
     shows(",5,bcg450,1e-3,mbar,1e-3,2,DATA,\"\",");
     simulation.tell("pressure 2000 mbar");
-    shows(",5,bcg450,,mbar,,3,DATA,\"invalid; overrange; device warning\",");
+    shows(",5,bcg450,,mbar,,3,DATA,\"over range\",");
+    shows(",overrange,1.5e3");
     simulation.tell("fault 5 eeprom");
     shows("common alarm");
     simulation.tell("power 5 off");

@@ -8,6 +8,7 @@
 //! | [`model`] | rows, blocks, telegrams, units, codes: tables, no behaviour |
 //! | [`SimulatedDevice`] and the types around it | a device without hardware |
 //! | [`store`] | the nonvolatile memory of a device |
+//! | [`reading`] | the quality of a reading, which all programs share |
 //! | [`profile`] | the features that all block devices share |
 //! | [`bcg450`], [`img400`], [`pxg55x`], [`tpg`], [`xpg400`] | one device or family each: its tables beside its behaviour |
 //! | [`catalog`] | all models, by name and by Ident_Number |
@@ -94,6 +95,7 @@ pub mod img400;
 pub mod model;
 pub mod profile;
 pub mod pxg55x;
+pub mod reading;
 mod simulation;
 pub mod store;
 pub mod tpg;

@@ -244,7 +244,7 @@ impl Reader {
         let sql = "SELECT at_us, pressure_pa, quality FROM sample
                    WHERE series_id = ?1 AND at_us BETWEEN ?2 AND ?3 ORDER BY at_us LIMIT ?4";
         self.query_each(sql, params![series, from.0, to.0, limit], |row| {
-            let quality = Quality::from_number(row.get(2)?).unwrap_or(Quality::Invalid);
+            let quality = Quality::from_number(row.get(2)?).unwrap_or(Quality::Fault);
             // Another program may have written a number that is not a pressure: Sample::new checks it.
             take(Sample::new(Micros(row.get(0)?), row.get(1)?, quality));
             Ok(())

@@ -1,7 +1,7 @@
 //! A pressure with its quality.
 
 use super::quality::Quality;
-use super::validity::{has_pressure, is_pressure};
+use profivac_devices::reading::is_pressure;
 use std::time::{Duration, SystemTime};
 
 /// A time in microseconds since 1970, UTC.
@@ -50,18 +50,18 @@ pub struct Sample {
 }
 
 impl Sample {
-    /// A sample. A number that is no pressure is dropped, and makes a valid sample invalid.
+    /// A sample. A number that is no pressure is dropped, and makes a valid sample a fault.
     #[must_use]
     pub fn new(at: Micros, pa: Option<f64>, quality: Quality) -> Self {
-        let kept = pa.filter(|pa| is_pressure(*pa) && has_pressure(quality));
-        let quality = if quality == Quality::Valid && kept.is_none() { Quality::Invalid } else { quality };
+        let kept = pa.filter(|pa| is_pressure(*pa) && quality.has_pressure());
+        let quality = if quality == Quality::Valid && kept.is_none() { Quality::Fault } else { quality };
         Self { at, pa: kept, quality }
     }
 
     /// The beginning of a gap.
     #[must_use]
     pub const fn gap(at: Micros) -> Self {
-        Self { at, pa: None, quality: Quality::Gap }
+        Self { at, pa: None, quality: Quality::Stale }
     }
 
     /// The decimal logarithm of the pressure.
@@ -76,12 +76,12 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_number_that_is_no_pressure_makes_a_valid_sample_invalid() {
+    fn a_number_that_is_no_pressure_makes_a_valid_sample_a_fault() {
         for pa in [None, Some(f64::NAN), Some(0.0), Some(-1.0), Some(f64::INFINITY)] {
             let sample = Sample::new(Micros(1), pa, Quality::Valid);
-            assert_eq!((sample.pa, sample.quality), (None, Quality::Invalid), "{pa:?}");
+            assert_eq!((sample.pa, sample.quality), (None, Quality::Fault), "{pa:?}");
         }
-        assert_eq!(Sample::new(Micros(1), Some(9.9e9), Quality::Invalid).pa, None);
+        assert_eq!(Sample::new(Micros(1), Some(9.9e9), Quality::Fault).pa, None);
         assert_eq!(Sample::new(Micros(1), Some(1e5), Quality::Overrange).pa, Some(1e5));
     }
 }

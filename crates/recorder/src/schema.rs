@@ -18,7 +18,7 @@ pub const TABLES: &str = "
         id   INTEGER PRIMARY KEY,
         name TEXT NOT NULL UNIQUE
     );
-    -- quality: 0 valid, 1 overrange, 2 underrange, 3 invalid, 4 gap. pressure_pa is NULL for 3 and 4.
+    -- quality: 0 valid, 1 overrange, 2 underrange, 3 fault, 4 stale, 5 off, 6 missing. pressure_pa is NULL from 3 on.
     CREATE TABLE sample (
         series_id   INTEGER NOT NULL REFERENCES series,
         at_us       INTEGER NOT NULL,
@@ -393,8 +393,8 @@ mod tests {
             (Some(1e-4 * 12.0), Quality::Valid),
             (Some(1e5), Quality::Overrange),
             (Some(1e-8), Quality::Underrange),
-            (None, Quality::Invalid),
-            (None, Quality::Gap),
+            (None, Quality::Fault),
+            (None, Quality::Stale),
         ];
         assert_eq!((samples.len(), last), (16, expected.to_vec()));
         assert_eq!(reader.samples("tpg.2", from, to).unwrap().len(), 4);

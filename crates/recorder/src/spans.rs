@@ -160,7 +160,7 @@ mod tests {
         [at(0, 1e-4), at(1, 1e-2), Sample::gap(Micros(2))].iter().for_each(|sample| summary.add(&Summary::of(sample)));
         assert_eq!((summary.low, summary.high, summary.count), (Some(1e-4), Some(1e-2), 2));
         assert!((summary.mean().unwrap() - 1e-3).abs() < 1e-9);
-        assert_eq!(summary.qualities.iter().collect::<Vec<_>>(), [Quality::Valid, Quality::Gap]);
+        assert_eq!(summary.qualities.iter().collect::<Vec<_>>(), [Quality::Valid, Quality::Stale]);
     }
 
     #[test]

@@ -1,14 +1,5 @@
-//! Determines the quality of a reading and whether it is fresh. The recorder, the alarms and the API use these functions, so
-//! that a reading has the same quality everywhere.
-//!
-//! | Silence of the gauge | Pressure | Reported status | Quality |
-//! |---|---|---|---|
-//! | 1 s or more | any | any | gap |
-//! | less | none | any | invalid |
-//! | less | any | invalid | invalid |
-//! | less | any | overrange, underrange | overrange, underrange |
-//! | less | not positive and finite | in range | invalid |
-//! | less | positive and finite | in range | valid |
+//! Determines whether a reading is fresh. The recorder, the alarms and the API use these functions, so that a reading has
+//! the same quality everywhere.
 
 use super::quality::Quality;
 use std::time::Duration;
@@ -22,42 +13,10 @@ const STALE_POLLS: u64 = 5;
 /// The shortest time in milliseconds after which a reading is stale. free choice.
 const MIN_STALE_MS: u64 = 3_000;
 
-/// The status that a gauge reports with a value.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum RangeStatus {
-    /// The value is measured.
-    InRange,
-    /// The pressure is above the range; the value is the end of the range.
-    Over,
-    /// The pressure is below the range; the value is the end of the range.
-    Under,
-    /// The value means nothing.
-    Invalid,
-}
-
-/// The quality of a value that a gauge reported, `silence` after its last data exchange.
+/// The quality of a reading, `silence` after the last data exchange with its gauge.
 #[must_use]
-pub fn quality(pa: Option<f64>, status: RangeStatus, silence: Duration) -> Quality {
-    match (pa, status) {
-        _ if silence >= MAX_SILENCE => Quality::Gap,
-        (None, _) | (_, RangeStatus::Invalid) => Quality::Invalid,
-        (Some(_), RangeStatus::Over) => Quality::Overrange,
-        (Some(_), RangeStatus::Under) => Quality::Underrange,
-        (Some(pa), RangeStatus::InRange) if is_pressure(pa) => Quality::Valid,
-        (Some(_), RangeStatus::InRange) => Quality::Invalid,
-    }
-}
-
-/// Whether a number in Pa is a pressure: positive and finite.
-#[must_use]
-pub fn is_pressure(pa: f64) -> bool {
-    pa.is_finite() && pa > 0.0
-}
-
-/// Whether a quality comes with a pressure: a measured one, or the end of the range.
-#[must_use]
-pub const fn has_pressure(quality: Quality) -> bool {
-    matches!(quality, Quality::Valid | Quality::Overrange | Quality::Underrange)
+pub fn quality_after(quality: Quality, silence: Duration) -> Quality {
+    if silence >= MAX_SILENCE { Quality::Stale } else { quality }
 }
 
 /// The age in milliseconds from which a reading of a gauge is stale that is polled every `poll_ms`.
@@ -74,31 +33,13 @@ pub fn is_fresh(age_ms: Option<u64>, poll_ms: u64) -> bool {
 
 #[cfg(test)]
 mod tests {
-    use super::RangeStatus::{InRange, Invalid, Over, Under};
     use super::*;
 
     #[test]
-    fn each_row_of_the_table_has_its_quality() {
-        let table = [
-            // silence in ms, pressure in Pa, status, quality
-            (1_000, Some(1.0), InRange, Quality::Gap),
-            (1_000, None, Invalid, Quality::Gap),
-            (999, Some(1.0), InRange, Quality::Valid),
-            (0, Some(1e-9), InRange, Quality::Valid),
-            (0, None, InRange, Quality::Invalid),
-            (0, None, Over, Quality::Invalid),
-            (0, None, Under, Quality::Invalid),
-            (0, Some(1.0), Invalid, Quality::Invalid),
-            (0, Some(1e5), Over, Quality::Overrange),
-            (0, Some(1e-8), Under, Quality::Underrange),
-            (0, Some(0.0), InRange, Quality::Invalid),
-            (0, Some(-1.0), InRange, Quality::Invalid),
-            (0, Some(f64::NAN), InRange, Quality::Invalid),
-            (0, Some(f64::INFINITY), InRange, Quality::Invalid),
-        ];
-        for (silence_ms, pa, status, expected) in table {
-            let found = quality(pa, status, Duration::from_millis(silence_ms));
-            assert_eq!(found, expected, "{silence_ms} ms, {pa:?} Pa, {status:?}");
+    fn a_reading_is_stale_after_a_silence_of_one_second() {
+        for quality in Quality::ALL {
+            assert_eq!(quality_after(quality, Duration::from_millis(999)), quality);
+            assert_eq!(quality_after(quality, MAX_SILENCE), Quality::Stale);
         }
     }
 

@@ -82,7 +82,7 @@ fn a_sample_is_read_back_with_its_quality() {
     let samples = [
         valid(0, 1e-6),
         Sample::new(at(1), Some(1e-8), Quality::Underrange),
-        Sample::new(at(2), None, Quality::Invalid),
+        Sample::new(at(2), None, Quality::Fault),
         Sample::gap(at(3)),
         Sample::new(at(4), Some(1e5), Quality::Overrange),
     ];
@@ -164,7 +164,7 @@ fn a_gap_is_a_span_without_a_pressure_or_no_span() {
     let missing: Vec<_> = spans.iter().filter(|span| span.summary.count == 0).collect();
     assert_eq!(spans.len(), 21);
     assert_eq!(missing.len(), 1);
-    assert!(missing[0].summary.qualities.contains(Quality::Gap));
+    assert!(missing[0].summary.qualities.contains(Quality::Stale));
 }
 
 #[test]
@@ -193,7 +193,7 @@ fn an_export_is_csv() {
     let expected = "\
 time,gauge,pressure_pa,quality
 2026-01-01T00:00:00.000000Z,\"pump, \"\"fore\"\"\",1.5e-6,valid
-2026-01-01T00:00:01.000000Z,\"pump, \"\"fore\"\"\",,gap
+2026-01-01T00:00:01.000000Z,\"pump, \"\"fore\"\"\",,stale
 ";
     assert_eq!(csv, expected);
 }

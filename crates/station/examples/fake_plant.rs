@@ -6,7 +6,7 @@
 //!
 //! For work on the dashboard and for its tests in a browser: three segments, thirteen gauges, a recording of a week. Everything is a
 //! function of the seconds since the start, except that a line `vessel=1e5` on the standard input sets the pressure of that gauge in
-//! Pa. The program ends when its input ends. Further arguments: `hostile` adds a gauge whose name is a script. `viewer` makes every
+//! Pa. The program ends when its input ends. Further arguments: `hostile` adds a gauge whose name is a script. `large` has 480 gauges. `viewer` makes every
 //! client a viewer instead of an engineer. `users` requires a login as ada (engineer), olga (operator) or vera (viewer), all with the
 //! password `tin whisker plateau`; the path of their file is printed as well.
 
@@ -47,18 +47,22 @@ const PAST: [(i64, i64); 3] = [(7 * 86_400, 120), (86_400, 20), (1_800, 1)];
 /// The number of samples between two flushes; the queue of the recorder holds more.
 const BATCH: u64 = 20_000;
 
+/// The number of gauges with a past.
+const USUAL: usize = 14;
+
 fn main() -> Result<(), Box<dyn Error>> {
     let mut arguments = std::env::args().skip(1);
     let address: SocketAddr = arguments.next().unwrap_or_else(|| "127.0.0.1:0".to_owned()).parse()?;
     let more: Vec<String> = arguments.collect();
     let said = |word: &str| more.iter().any(|argument| argument == word);
-    let fakes = gauges::all(said("hostile"));
+    let fakes = if said("large") { gauges::large() } else { gauges::all(said("hostile")) };
     let folder = tempfile::tempdir()?;
     let file = folder.path().join("fake.db");
     let recorder = Recorder::start(&file, Settings::default())?;
     let services = Arc::new(Services::new("Target hall".to_owned(), file, recorder));
     let start = Micros::now();
-    record_past(&services, &fakes, start);
+    // A week of 480 gauges would take minutes.
+    record_past(&services, fakes.get(..USUAL).unwrap_or(&fakes), start);
     show(&services, &fakes, 0.0, &Told::default());
     for segment in ["beam line", "hall"] {
         answer(&services, segment);

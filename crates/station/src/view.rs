@@ -120,12 +120,16 @@ pub struct Gauge {
     pub address: u8,
     /// The device: `bcg450`.
     pub device: String,
+    /// Whether parameters are read and commands are sent while it exchanges data: the device has DP-V1.
+    pub has_dpv1: bool,
     /// The state.
     pub state: BusStationState,
     /// Why it is not in data exchange, in a sentence.
     pub problem: Option<String>,
-    /// The exceptions it reports.
+    /// The alarms that it reports: its defects.
     pub exceptions: Vec<String>,
+    /// The warnings that it reports, without those that the qualities of its readings explain.
+    pub warnings: Vec<String>,
     /// The gas for which the readings are corrected.
     pub gas: String,
     /// Pressures that trends mark with a line.
@@ -160,13 +164,42 @@ pub struct Reading {
     #[schema(value_type = Option<String>)]
     #[serde(serialize_with = "principle")]
     pub principle: Option<Principle>,
-    /// The indicated pressure in Pa; `null` without a value.
+    /// The indicated pressure in Pa; `null` unless the quality is `valid`.
     pub pa: Option<f64>,
+    /// The end of the range in Pa, of a pressure below it (`underrange`) or above it (`overrange`).
+    pub limit_pa: Option<f64>,
     /// The pressure in Pa, corrected for the gas; `null` where no factor holds.
     pub corrected_pa: Option<f64>,
-    /// The quality: `valid`, `overrange`, `underrange`, `invalid`, `gap`.
+    /// The quality: `valid`, `overrange`, `underrange`, `fault`, `stale`, `off`, `missing`.
     #[schema(value_type = String)]
+    #[serde(serialize_with = "word_of")]
     pub quality: Quality,
+    /// The cause of the quality, in a few words, where the gauge reports one.
+    pub cause: Option<String>,
+}
+
+impl Reading {
+    /// The pressure, or the end of the range beyond which it is, in Pa.
+    #[must_use]
+    pub fn bound_pa(&self) -> Option<f64> {
+        self.pa.or(self.limit_pa)
+    }
+}
+
+fn word_of<S: Serializer>(quality: &Quality, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.serialize_str(quality.word())
+}
+
+/// The alarms of a gauge, or the faults of its readings.
+#[must_use]
+pub fn fault_text(exceptions: &[String], readings: &[Reading]) -> String {
+    if !exceptions.is_empty() {
+        return exceptions.join(", ");
+    }
+    let faults = readings.iter().filter(|reading| reading.quality == Quality::Fault);
+    let faults: Vec<_> =
+        faults.map(|it| format!("{}: {}", it.series, it.cause.as_deref().unwrap_or("fault"))).collect();
+    if faults.is_empty() { "a fault".to_owned() } else { faults.join(", ") }
 }
 
 /// The word of a principle, or `null`.
@@ -194,7 +227,8 @@ pub struct Trend {
     pub high: Vec<Option<f64>>,
     /// The geometric mean in Pa.
     pub mean: Vec<Option<f64>>,
-    /// The qualities that occurred: bit 0 valid, 1 overrange, 2 underrange, 3 invalid, 4 gap.
+    /// The qualities that occurred: bit 0 valid, 1 overrange, 2 underrange, 3 fault, 4 stale, 5 off, 6
+    /// missing.
     pub qualities: Vec<u8>,
 }
 

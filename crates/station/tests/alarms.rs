@@ -239,7 +239,9 @@ fn a_step_of_the_wall_clock_changes_no_delay() {
 
 #[test]
 fn an_unknown_pressure_neither_raises_nor_clears_an_alarm() {
-    for nothing in [inputs(0.1, Quality::Invalid), inputs(0.1, Quality::Gap), silent(), Inputs::default()] {
+    let without_pressure = [Quality::Fault, Quality::Stale, Quality::Off, Quality::Missing];
+    for nothing in without_pressure.map(|quality| inputs(0.1, quality)).into_iter().chain([silent(), Inputs::default()])
+    {
         let mut fixture = Fixture::new(vec![above(0, 0)]);
         assert_eq!(fixture.evaluate(&nothing), []);
         fixture.evaluate(&inputs(2.0, Quality::Valid));
@@ -274,10 +276,41 @@ fn the_end_of_a_range_bounds_the_pressure() {
     }
 }
 
+/// The limit is 1 Pa, the reset value 0.5 Pa, and the range of the gauge ends at 0.7 Pa.
+#[test]
+fn an_alarm_returns_below_the_range_of_its_gauge_although_the_reset_value_is_below_the_range() {
+    let mut fixture = Fixture::new(vec![above(0, 0)]);
+    fixture.evaluate(&inputs(2.0, Quality::Valid));
+    assert_eq!(fixture.evaluate(&inputs(0.8, Quality::Valid)), [], "not past the reset value");
+    let now = fixture.now();
+    let changes = fixture.registry.evaluate(&inputs(0.7, Quality::Underrange), now);
+    assert_eq!(changes[0].kind, ChangeKind::Returned);
+    assert_eq!(changes[0].text, "chamber shows under range (< 7.00e-3 mbar), not above the limit of 1.00e-2 mbar");
+}
+
+#[test]
+fn the_text_of_a_change_says_on_which_side_of_the_limit_the_pressure_is() {
+    let mut fixture = Fixture::new(vec![above(0, 0)]);
+    let now = fixture.now();
+    let raised = fixture.registry.evaluate(&inputs(2.0, Quality::Valid), now);
+    assert_eq!(raised[0].text, "chamber shows 2.00e-2 mbar, above the limit of 1.00e-2 mbar");
+    let returned = fixture.registry.evaluate(&inputs(0.4, Quality::Valid), now);
+    assert_eq!(returned[0].text, "chamber shows 4.00e-3 mbar, not above the reset value of 5.00e-3 mbar");
+}
+
+/// At a good high vacuum 14 Piranis are below their range, and the ion gauges of a controller are off.
+#[test]
+fn a_gauge_below_its_range_or_off_reports_no_fault() {
+    for quality in [Quality::Underrange, Quality::Overrange, Quality::Off, Quality::Missing] {
+        let mut fixture = Fixture::new(vec![rule(Condition::Fault { gauge: "chamber".to_owned() }, 0, 0)]);
+        assert_eq!(fixture.evaluate(&inputs(1.0, quality)), [], "{quality:?}");
+    }
+}
+
 #[test]
 fn an_invalid_reading_is_not_measurable_and_a_silent_gauge_is_stale() {
     let blind = || Fixture::new(vec![rule(Condition::NotMeasurable { series: series(), limits: vec![1.0] }, 0, 0)]);
-    assert_eq!(blind().evaluate(&inputs(1.0, Quality::Invalid)), [ChangeKind::Raised]);
+    assert_eq!(blind().evaluate(&inputs(1.0, Quality::Fault)), [ChangeKind::Raised]);
     assert_eq!(blind().evaluate(&inputs(1.0, Quality::Valid)), []);
     assert_eq!(blind().evaluate(&silent()), []);
     let series = Series { gauge: "chamber".to_owned(), name: "chamber.2".to_owned() };
@@ -308,7 +341,7 @@ fn a_rise_is_the_slope_over_its_window() {
     let still: Vec<_> = (0..80).flat_map(|_| fixture.evaluate_for(&inputs(end, Quality::Valid), 250)).collect();
     assert_eq!(still, [ChangeKind::Returned]);
     let (_, mut fixture) = walk(0.51, 60);
-    fixture.evaluate_for(&inputs(1.0, Quality::Invalid), 250);
+    fixture.evaluate_for(&inputs(1.0, Quality::Fault), 250);
     assert_eq!(
         fixture.evaluate(&inputs(1e-6, Quality::Valid)),
         [],
@@ -515,7 +548,7 @@ fn random_walk(random: &mut fastrand::Rng) -> usize {
     for _ in 0..400 {
         let pa = if random.bool() { 2.0 } else { 0.1 };
         for _ in 0..random.usize(1..12) {
-            let quality = [Quality::Valid, Quality::Valid, Quality::Valid, Quality::Invalid][random.usize(0..4)];
+            let quality = [Quality::Valid, Quality::Valid, Quality::Valid, Quality::Fault][random.usize(0..4)];
             let before = fixture.state();
             let now = fixture.now();
             let changes = fixture.registry.evaluate(&inputs(pa, quality), now);

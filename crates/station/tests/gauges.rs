@@ -103,7 +103,7 @@ fn a_gauge_that_was_replaced_by_another_device_is_reported() {
     fixture.hall.apply(Fault::Swap(5, "psg550@5"));
     let chamber = fixture.until_problem("chamber", "the station's file says bcg450");
     assert_eq!(chamber.state, BusStationState::Missing);
-    assert!(chamber.readings.iter().all(|reading| (reading.pa, reading.quality) == (None, Quality::Gap)));
+    assert!(chamber.readings.iter().all(|reading| (reading.pa, reading.quality) == (None, Quality::Stale)));
     assert_eq!(fixture.services.snapshots().gauge("fore").unwrap().state, BusStationState::DataExchange);
     // The configured device with another unit.
     fixture.hall.apply(Fault::Swap(5, "bcg450@5:unit=torr"));

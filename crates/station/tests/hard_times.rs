@@ -56,7 +56,7 @@ fn a_segment_recovers_from_each_fault_and_the_others_are_not_affected() {
     let reader = services.recorder().open_reader().unwrap();
     for number in 0..3 {
         let samples = reader.samples(&format!("g{number}.5"), Micros(0), Micros(i64::MAX)).unwrap();
-        let gaps = samples.iter().filter(|sample| sample.quality == Quality::Gap).count();
+        let gaps = samples.iter().filter(|sample| sample.quality == Quality::Stale).count();
         assert!(gaps >= 3, "the loss of power, the cut line and the end are gaps: {gaps}");
     }
     assert_eq!(services.recorder().health().lost_samples, 0);

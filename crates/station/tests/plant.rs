@@ -100,7 +100,7 @@ fn gauges_are_found_sampled_and_recorded() {
     station.stop();
     let samples = services.recorder().open_reader().unwrap().samples("chamber", Micros(0), Micros(i64::MAX)).unwrap();
     assert_eq!(samples.first().unwrap().quality, Quality::Valid);
-    assert_eq!(samples.last().unwrap().quality, Quality::Gap, "the end of the station is a gap");
+    assert_eq!(samples.last().unwrap().quality, Quality::Stale, "the end of the station is a gap");
 }
 
 #[test]

@@ -232,7 +232,7 @@ fn names_from_a_database_are_never_markup() {
 fn a_report_without_valid_pressures_is_complete() {
     let made = made(0.002, |recorder| {
         let gauge: Arc<str> = Arc::from("chamber");
-        (0..100).map(f64::from).for_each(|s| recorder.push(&gauge, Sample::new(at(s), None, Quality::Invalid)));
+        (0..100).map(f64::from).for_each(|s| recorder.push(&gauge, Sample::new(at(s), None, Quality::Fault)));
     });
     let reader = Reader::open(&made.path).unwrap();
     let moved = |start, end| moved(&reader, "chamber", TimeRange { start: at(start), end: at(end) }).unwrap();

@@ -2,8 +2,9 @@
 
 use super::Demo;
 use super::trend::Trend;
-use profivac_client::cyclic::CyclicSlave;
+use profivac_client::cyclic::{ChannelValue, CyclicSlave};
 use profivac_devices::{Principle, ReportedState};
+use profivac_devices::reading::Quality;
 use profivac_dp::master::Counters;
 use profivac_host::clock::duration_of;
 use profivac_virtual::device::VirtualDevice;
@@ -187,6 +188,7 @@ fn gauge(segment: &MemorySegment, watched: &CyclicSlave, device: &VirtualDevice,
     let (report, reading) = (device.report(), segment.values(watched));
     let value = reading.values.iter().find(|value| value.pa.is_some()).or(reading.values.first());
     let mbar = value.and_then(|value| value.pa).map(|pa| pa / 100.0);
+    let shown = value.map_or_else(|| "-".to_owned(), pressure_text);
     let part = device.device().parts().iter().find(|part| Some(part.instance) == value.map(|value| value.instance));
     let (from, colour) = part.map_or(("-", Color::DarkGray), |part| principle(part.principle));
     let colour = if mbar.is_some() { colour } else { Color::DarkGray };
@@ -200,18 +202,29 @@ fn gauge(segment: &MemorySegment, watched: &CyclicSlave, device: &VirtualDevice,
     let mut cells = vec![
         Cell::from(format!("{:>3}", watched.address)),
         Cell::from(watched.model.name),
-        Cell::from(mbar.map_or_else(|| "-".to_owned(), |mbar| format!("{mbar:.3e}"))).fg(colour).bold(),
+        Cell::from(shown).fg(colour).bold(),
         Cell::from(from).fg(colour),
         Cell::from(device_state),
         Cell::from(lamps(report.emission.iter())).yellow(),
         Cell::from(lamps(report.relays.iter())),
         Cell::from(state).fg(bus),
-        Cell::from(reading.exceptions().join(", ")).red(),
+        Cell::from(reading.alarms().join(", ")).red(),
     ];
     if roomy {
         cells.insert(3, Cell::from(scale(mbar, colour)));
     }
     Row::new(cells)
+}
+
+/// A reading in mbar: the pressure, the end of the range, or the reason why there is no pressure.
+fn pressure_text(value: &ChannelValue) -> String {
+    let mbar = |pa: f64| pa / 100.0;
+    match (value.pa, value.limit_pa, value.quality) {
+        (Some(pa), _, _) => format!("{:.3e}", mbar(pa)),
+        (None, Some(limit), Quality::Underrange) => format!("<{:.1e}", mbar(limit)),
+        (None, Some(limit), _) => format!(">{:.1e}", mbar(limit)),
+        (None, None, quality) => quality.label().to_owned(),
+    }
 }
 
 /// The name of a principle and its colour.

@@ -1,9 +1,10 @@
 //! One slave at one moment, and its forms in CSV, JSON and tables.
 
-use profivac_client::cyclic::{ChannelValue, CyclicSlave};
+use profivac_client::cyclic::{Cause, ChannelValue, CyclicSlave};
 use profivac_devices::model::{Scale, Unit};
+use profivac_devices::reading::Quality;
 use profivac_host::session::BusMaster;
-use serde::Serialize;
+use serde::{Serialize, Serializer};
 
 /// A value of a slave at one moment.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -28,15 +29,29 @@ pub struct Row {
     pub remarks: Vec<String>,
     pub exchanges: u32,
     pub lost: u32,
+    /// Whether the value is a pressure, and if not, why; `None` without a value.
+    #[serde(serialize_with = "quality_word")]
+    pub quality: Option<Quality>,
+    /// The end of the range, of a pressure below or above it.
+    pub limit_mbar: Option<f64>,
+    /// The same in `unit`.
+    #[serde(skip)]
+    pub limit: Option<f64>,
     /// The inputs of a slave that is no known device, in hex.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub inputs: Option<String>,
 }
 
+fn quality_word<S: Serializer>(quality: &Option<Quality>, serializer: S) -> Result<S::Ok, S::Error> {
+    quality.map(Quality::word).serialize(serializer)
+}
+
 /// The columns of CSV, in the order of [`Row::csv`].
 pub fn csv_columns(with_segment: bool) -> String {
     let segment = if with_segment { "segment," } else { "" };
-    format!("unix_time,{segment}address,device,pressure,unit,mbar,instance,state,remarks,exchanges,lost,inputs")
+    format!(
+        "unix_time,{segment}address,device,pressure,unit,mbar,instance,state,remarks,exchanges,lost,quality,limit_mbar,inputs"
+    )
 }
 
 impl Row {
@@ -47,7 +62,7 @@ impl Row {
         let (_, unit) = in_unit(None, cyclic.unit);
         let device = cyclic.model.name.to_owned();
         let mut slave = Self { unit, ..Self::empty(segment, address, device, unix_time).with_master(master) };
-        slave.remarks.extend(reading.exceptions().into_iter().map(str::to_owned));
+        slave.remarks.extend(reading.alarms().into_iter().chain(reading.warnings()).map(str::to_owned));
         if reading.values.is_empty() {
             return vec![slave];
         }
@@ -69,6 +84,9 @@ impl Row {
             remarks: Vec::new(),
             exchanges: 0,
             lost: 0,
+            quality: None,
+            limit_mbar: None,
+            limit: None,
             inputs: None,
         }
     }
@@ -93,11 +111,13 @@ impl Row {
 
     /// The same slave with one of its values.
     fn with_value(&self, value: &ChannelValue, unit: &'static Unit) -> Self {
-        let mbar = value.pa.map(|pa| rounded(pa / 100.0));
+        let in_mbar = |pa: Option<f64>| pa.map(|pa| rounded(pa / 100.0));
+        let (mbar, limit_mbar) = (in_mbar(value.pa), in_mbar(value.limit_pa));
+        let (limit, _) = in_unit(limit_mbar, unit);
         let (pressure, unit) = in_unit(mbar, unit);
-        let words = value.status_texts().into_iter().map(str::to_owned);
-        let remarks = words.chain(self.remarks.iter().cloned()).collect();
-        Self { pressure, unit, mbar, instance: value.instance, remarks, ..self.clone() }
+        let remarks = remark(value).into_iter().chain(self.remarks.iter().cloned()).collect();
+        let quality = Some(value.quality);
+        Self { pressure, unit, mbar, instance: value.instance, remarks, quality, limit_mbar, limit, ..self.clone() }
     }
 
     /// Whether the slave exchanges data, or is read.
@@ -105,9 +125,16 @@ impl Row {
         self.state == "DATA" || self.state == "READ"
     }
 
-    /// The pressure with its unit, or `-`.
+    /// The pressure with its unit, the end of the range, or the reason why there is no pressure; `-` without a value.
     pub fn pressure_text(&self) -> String {
-        self.pressure.map_or_else(|| "-".to_owned(), |pressure| format!("{pressure:.3e} {}", self.unit))
+        let unit = self.unit;
+        match (self.quality, self.pressure, self.limit) {
+            (_, Some(pressure), _) => format!("{pressure:.3e} {unit}"),
+            (Some(Quality::Underrange), None, Some(limit)) => format!("< {limit:.3e} {unit}"),
+            (Some(Quality::Overrange), None, Some(limit)) => format!("> {limit:.3e} {unit}"),
+            (Some(quality), None, _) => quality.label().to_owned(),
+            (None, None, _) => "-".to_owned(),
+        }
     }
 
     /// Faults and warnings as one text.
@@ -136,6 +163,8 @@ impl Row {
             quoted(&self.remarks_text()),
             self.exchanges.to_string(),
             self.lost.to_string(),
+            self.quality.map_or("", Quality::word).to_owned(),
+            number(self.limit_mbar),
             self.inputs.clone().unwrap_or_default(),
         ];
         let segment = self.segment.as_deref().map(quoted);
@@ -158,6 +187,15 @@ impl Row {
         )
         .trim_end()
         .to_owned()
+    }
+}
+
+/// The quality of a value that is not valid, in words. The alarms of the device are remarks of their own.
+fn remark(value: &ChannelValue) -> Option<String> {
+    match (value.quality, value.cause) {
+        (Quality::Valid, _) => None,
+        (quality, None | Some(Cause::Alarms(_))) => Some(quality.label().to_owned()),
+        (_, Some(_)) => Some(value.text()),
     }
 }
 
@@ -197,7 +235,6 @@ fn rounded(number: f64) -> f64 {
 mod tests {
     use super::*;
     use profivac_devices::bcg450::table::MODEL;
-    use profivac_devices::profile::StatusExtension;
 
     fn row(unit: &str, pa: Option<f64>) -> Row {
         let slave = Row {
@@ -207,10 +244,10 @@ mod tests {
             lost: 5,
             ..Row::empty(None, 5, "bcg450".to_owned(), 1.5)
         };
-        slave.with_value(
-            &ChannelValue { instance: 2, pa, status: StatusExtension::UNDER },
-            MODEL.unit_named(unit).unwrap(),
-        )
+        let quality = if pa.is_some() { Quality::Valid } else { Quality::Underrange };
+        let limit_pa = pa.is_none().then_some(0.05);
+        let value = ChannelValue { instance: 2, quality, cause: None, pa, limit_pa };
+        slave.with_value(&value, MODEL.unit_named(unit).unwrap())
     }
 
     #[test]
@@ -220,22 +257,26 @@ mod tests {
         assert_eq!(row("mbar", Some(pa)).mbar, Some(5e-6));
         assert_eq!(row("Pascal", Some(pa)).pressure_text(), "5.000e-4 Pascal");
         assert_eq!(row("COUNTS", Some(pa)).pressure_text(), "5.000e-6 mbar");
-        assert_eq!(row("Torr", None).pressure_text(), "-");
+        assert_eq!(row("mbar", None).pressure_text(), "< 5.000e-4 mbar");
+        assert_eq!(row("Pascal", None).pressure_text(), "< 5.000e-2 Pascal");
+        assert_eq!((row("mbar", None).pressure, row("mbar", None).limit_mbar), (None, Some(5e-4)));
+        assert_eq!(row("mbar", None).remarks, ["under range", "device warning"]);
     }
 
     #[test]
     fn every_form_has_the_same_values() {
         let row = row("mbar", Some(5e-4));
-        assert_eq!(row.csv(), "1.500,5,bcg450,5e-6,mbar,5e-6,2,DATA,\"underrange; device warning\",1234,5,");
+        assert_eq!(row.csv(), "1.500,5,bcg450,5e-6,mbar,5e-6,2,DATA,\"device warning\",1234,5,valid,,");
         assert_eq!(row.csv().split(',').count(), csv_columns(false).split(',').count());
         let table = "\
 ADDR  DEVICE    PART  PRESSURE          STATE         CYCLES  LOST  REMARKS
-   5  bcg450       2  5.000e-6 mbar     DATA            1234     5  underrange; device warning";
+   5  bcg450       2  5.000e-6 mbar     DATA            1234     5  device warning";
         assert_eq!([header(false), row.line()].join("\n"), table);
         let json = serde_json::to_string(&row).unwrap();
         let expected = "{\"unix_time\":1.5,\"address\":5,\"device\":\"bcg450\",\"pressure\":5e-6,\"unit\":\"mbar\",\
                         \"mbar\":5e-6,\"instance\":2,\"state\":\"DATA\",\
-                        \"remarks\":[\"underrange\",\"device warning\"],\"exchanges\":1234,\"lost\":5}";
+                        \"remarks\":[\"device warning\"],\"exchanges\":1234,\"lost\":5,\
+                        \"quality\":\"valid\",\"limit_mbar\":null}";
         assert_eq!(json, expected);
     }
 
@@ -247,12 +288,12 @@ ADDR  DEVICE    PART  PRESSURE          STATE         CYCLES  LOST  REMARKS
             inputs: Some("AA 55".to_owned()),
             ..Row::empty(None, 9, "0x1234".to_owned(), 1.5)
         };
-        assert_eq!(row.csv(), "1.500,9,0x1234,,,,0,DATA,\"\",7,0,AA 55");
+        assert_eq!(row.csv(), "1.500,9,0x1234,,,,0,DATA,\"\",7,0,,,AA 55");
         let table = "   9  0x1234       0  -                 DATA               7     0  inputs AA 55";
         assert_eq!(row.line(), table);
         let json = serde_json::to_string(&row).unwrap();
         assert!(json.contains("\"device\":\"0x1234\",\"pressure\":null"), "{json}");
-        assert!(json.ends_with("\"exchanges\":7,\"lost\":0,\"inputs\":\"AA 55\"}"), "{json}");
+        assert!(json.ends_with("\"limit_mbar\":null,\"inputs\":\"AA 55\"}"), "{json}");
     }
 
     #[test]

@@ -60,6 +60,7 @@ fn line(row: &Row, with_segment: bool) -> Line<'static> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use profivac_devices::reading::Quality;
     use ratatui::Terminal;
     use ratatui::backend::TestBackend;
 
@@ -73,6 +74,9 @@ mod tests {
             exchanges: 1234,
             lost: 5,
             ..Row::empty(segment, 5, "bcg450".to_owned(), 1.5)
+            quality: Some(Quality::Valid),
+            limit_mbar: None,
+            limit: None,
         }
     }
 

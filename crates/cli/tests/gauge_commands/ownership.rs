@@ -115,7 +115,8 @@ fn a_controller_is_monitored() {
     let summary = |row: &serde_json::Value| {
         (row["instance"].as_u64().unwrap(), row["pressure"].as_f64(), row["remarks"][0].clone())
     };
-    assert_eq!(summary(&rows[0]), (1, Some(8e-4), "underrange".into()));
+    assert_eq!(summary(&rows[0]), (1, None, "under range".into()));
+    assert_eq!((&rows[0]["quality"], rows[0]["limit_mbar"].as_f64()), (&"underrange".into(), Some(8e-4)));
     assert_eq!(summary(&rows[2]), (3, Some(5e-6), serde_json::Value::Null));
-    assert_eq!(summary(&rows[3]), (4, None, "invalid".into()));
+    assert_eq!(summary(&rows[3]), (4, None, "no gauge".into()));
 }

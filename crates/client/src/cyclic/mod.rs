@@ -1,16 +1,20 @@
 //! The cyclic data of a slave: the layout of its inputs, and the values in them.
 
 mod principles;
+mod quality;
 
 pub use principles::{ChannelPrinciples, open_instances};
+pub use quality::Cause;
 
 use crate::gsd;
 use crate::pressure::Pressure;
 use profivac_devices::Principle;
 use profivac_devices::model::{Configuration, Counts, Field, Model, NumberType, PressureFormat, Unit, UserPrm};
 use profivac_devices::profile::{ExceptionStatus, StatusExtension};
+use profivac_devices::reading::Quality;
 use profivac_dp::link::Baud;
 use profivac_dp::master::SlaveParameters;
+use quality::{Evidence, Range, ValueStatus};
 
 /// The data that a class 1 master needs to exchange data with a slave.
 ///
@@ -68,22 +72,45 @@ impl CyclicSlave {
     #[must_use]
     pub fn decode_inputs(&self, inputs: &[u8]) -> CyclicValues {
         let fields = Fields { configuration: self.configuration, inputs };
-        let exception = fields.octet(Field::ExceptionStatus).unwrap_or_default();
+        let exception = ExceptionStatus::from_bits_retain(fields.octet(Field::ExceptionStatus).unwrap_or_default());
         let values = fields.all().filter_map(|(field, octets)| {
             let (instance, number, status) = match field {
                 Field::ProcessValue(number) => {
                     let instance = fields.octet(Field::PvSelector).unwrap_or_default();
-                    (instance, number, fields.octet(Field::StatusExtension))
+                    (instance, number, fields.gauge_status())
                 }
                 Field::ChannelValue(channel, number) => (channel, number, fields.channel_status(channel)),
                 _ => return None,
             };
-            // A configuration without a status declares all values valid.
-            let status = StatusExtension::from_bits_retain(status.unwrap_or_default());
-            let valid = !status.contains(StatusExtension::INVALID);
-            Some(ChannelValue { instance, pa: self.decode(number, octets, instance).filter(|_| valid), status })
+            let pa = self.decode(number, octets, instance);
+            Some(self.value(instance, pa, status, exception, fields.has_measuring_channel()))
         });
-        CyclicValues { values: values.collect(), exception: ExceptionStatus::from_bits_retain(exception) }
+        CyclicValues { values: values.collect(), exception }
+    }
+
+    fn value(
+        &self,
+        instance: u8,
+        pa: Option<f64>,
+        status: ValueStatus,
+        exception: ExceptionStatus,
+        others_measure: bool,
+    ) -> ChannelValue {
+        let (range, principle) = (self.range(instance), self.principle(instance));
+        let has_ion_part = self.model.parts.iter().any(|spec| spec.part.principle == Principle::HotCathode);
+        let evidence = Evidence { status, exception, pa, range, principle, has_ion_part, others_measure };
+        let quality::Verdict { quality, cause, limit_pa } = evidence.verdict();
+        ChannelValue { instance, quality, cause, pa: pa.filter(|_| quality == Quality::Valid), limit_pa }
+    }
+
+    /// The range of an instance or channel. A controller accepts several gauges; those of another principle than the
+    /// reported one do not count.
+    fn range(&self, instance: u8) -> Option<Range> {
+        let principle = self.principle(instance);
+        let specs = self.model.parts.iter().filter(|spec| spec.part.instance == instance);
+        Range::common(
+            specs.filter(|spec| principle.is_none_or(|it| it == spec.part.principle)).map(|spec| &spec.limits),
+        )
     }
 
     fn decode(&self, number: NumberType, octets: &[u8], instance: u8) -> Option<f64> {
@@ -119,20 +146,27 @@ impl<'a> Fields<'a> {
         self.octets(wanted)?.first().copied()
     }
 
-    /// The status extension of a channel: half an octet, BG 5530 4.4.1; or the equivalent of a measurement status,
-    /// i9973ber/a 3.2.4.1: ok, underrange, overrange; all others give no value.
-    fn channel_status(&self, channel: u8) -> Option<u8> {
+    /// One Of N Status Extension.
+    fn gauge_status(&self) -> ValueStatus {
+        let octet = self.octet(Field::StatusExtension);
+        octet.map_or(ValueStatus::None, |octet| ValueStatus::Gauge(StatusExtension::from_bits_retain(octet)))
+    }
+
+    /// The status of a channel: Measurement Status, i9973ber/a 3.2.4.1, or half an octet of Channel Status, BG 5530 4.4.1.
+    fn channel_status(&self, channel: u8) -> ValueStatus {
         if let Some(status) = self.octet(Field::MeasurementStatus(channel)) {
-            let status = match status {
-                0 => StatusExtension::empty(),
-                1 => StatusExtension::UNDER,
-                2 => StatusExtension::OVER,
-                _ => StatusExtension::INVALID,
-            };
-            return Some(status.bits());
+            return ValueStatus::Measurement(status);
         }
-        let octet = self.octets(Field::ChannelStatus)?.get(usize::from(channel.saturating_sub(1) / 2))?;
-        Some(if channel.is_multiple_of(2) { octet >> 4 } else { octet & 0x0F })
+        let octets = self.octets(Field::ChannelStatus).unwrap_or_default();
+        let Some(octet) = octets.get(usize::from(channel.saturating_sub(1) / 2)) else { return ValueStatus::None };
+        let bits = if channel.is_multiple_of(2) { octet >> 4 } else { octet & 0x0F };
+        ValueStatus::Channel(StatusExtension::from_bits_retain(bits))
+    }
+
+    /// Whether Channel Status declares the reading of any channel valid.
+    fn has_measuring_channel(&self) -> bool {
+        let nibbles = self.octets(Field::ChannelStatus).unwrap_or_default().iter().flat_map(|it| [it & 0x0F, it >> 4]);
+        nibbles.into_iter().any(|bits| !StatusExtension::from_bits_retain(bits).contains(StatusExtension::INVALID))
     }
 }
 
@@ -145,15 +179,19 @@ pub struct CyclicValues {
     pub exception: ExceptionStatus,
 }
 
-/// The pressure of a channel.
+/// The reading of a channel.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ChannelValue {
     /// The instance or channel, 0 if the inputs do not contain it.
     pub instance: u8,
+    /// Whether it is a pressure, and if not, why.
+    pub quality: Quality,
+    /// The cause of the quality, where the device reports more than the quality.
+    pub cause: Option<Cause>,
     /// In Pa. `None` unless it is valid.
     pub pa: Option<f64>,
-    /// The status extension: validity and range.
-    pub status: StatusExtension,
+    /// The end of the range in Pa, of a pressure below or above it.
+    pub limit_pa: Option<f64>,
 }
 
 /// The names of the bits of Exception Status and of the status extension.
@@ -179,10 +217,11 @@ impl ChannelValue {
         self.pa.map(Pressure::from_pa)
     }
 
-    /// The set bits of the status by name.
+    /// The words for users: `valid`, `under range`, `fault: device alarm`.
     #[must_use]
-    pub fn status_texts(&self) -> Vec<&'static str> {
-        extension_texts(self.status)
+    pub fn text(&self) -> String {
+        let label = self.quality.label();
+        self.cause.map_or_else(|| label.to_owned(), |cause| format!("{label}: {cause}"))
     }
 }
 
@@ -225,6 +264,29 @@ impl CyclicValues {
     pub fn exceptions(&self) -> Vec<&'static str> {
         exception_texts(self.exception)
     }
+
+    /// The alarms by name: defects of the device.
+    #[must_use]
+    pub fn alarms(&self) -> Vec<&'static str> {
+        exception_texts(self.exception & ExceptionStatus::ALARM)
+    }
+
+    /// The warnings by name, without those that the qualities of the values explain: a device warning reports also that a
+    /// reading is out of range or invalid (errata-bpg-bcg-tpg 44, errata-pxg55x-img400 126).
+    #[must_use]
+    pub fn warnings(&self) -> Vec<&'static str> {
+        let mut warnings = self.exception.difference(ExceptionStatus::ALARM);
+        if self.values.iter().any(|value| value.quality != Quality::Valid) {
+            warnings.remove(ExceptionStatus::WARNING_DEVICE);
+        }
+        exception_texts(warnings)
+    }
+
+    /// Whether the device or one of its channels has a defect.
+    #[must_use]
+    pub fn has_fault(&self) -> bool {
+        !self.alarms().is_empty() || self.values.iter().any(|value| value.quality == Quality::Fault)
+    }
 }
 
 #[cfg(test)]
@@ -258,17 +320,17 @@ mod tests {
             let channel = if configuration > 3 { vec![0; 8] } else { Vec::new() };
             let inputs = [channel, vec![0x80, 0x00, 0x02], value].concat();
             let CyclicValues { values, exception } = slave(configuration, unit).decode_inputs(&inputs);
-            let [ChannelValue { instance: 2, pa: Some(read), status }] = &values[..] else { panic!("{values:?}") };
+            let [ChannelValue { instance: 2, pa: Some(read), quality, .. }] = &values[..] else { panic!("{values:?}") };
             assert!((read / pa - 1.0).abs() < 1e-5, "{configuration} {unit}: {read}");
-            assert_eq!((exception, *status), (ExceptionStatus::EXPANDED, StatusExtension::empty()));
+            assert_eq!((exception, *quality), (ExceptionStatus::EXPANDED, Quality::Valid));
         }
     }
 
     #[test]
-    fn an_invalid_value_has_no_pressure_but_a_status() {
+    fn an_invalid_value_has_no_pressure_but_a_quality() {
         let reading = slave(1, "mbar").decode_inputs(&[0xA2, 0x03, 0x02, 0x44, 0x7A, 0x00, 0x00]);
         let [value] = &reading.values[..] else { panic!("{reading:?}") };
-        assert_eq!((value.instance, value.pa, value.status_texts()), (2, None, vec!["invalid", "overrange"]));
+        assert_eq!((value.instance, value.pa, value.text()), (2, None, "fault: device alarm".to_owned()));
         assert_eq!(reading.exceptions(), ["device alarm", "device warning"]);
         assert_eq!(slave(1, "mbar").decode_inputs(&[]), CyclicValues::default());
     }
@@ -281,12 +343,10 @@ mod tests {
         let slave = CyclicSlave { address: 7, model, configuration, unit, principles: ChannelPrinciples::default() };
         let values = [1e-8_f32, 1e-2, 1e-3, 5.0].map(f32::to_be_bytes).concat();
         let reading = slave.decode_inputs(&[&[0x80][..], &values, &[0x20, 0x01], &[0; 7]].concat());
-        let valid: Vec<_> = reading.values.iter().map(|value| (value.instance, value.pa.is_some())).collect();
-        assert_eq!(valid, [(1, true), (2, true), (3, false), (4, true)]);
-        assert_eq!(
-            (reading.values[1].status_texts(), reading.values[2].status_texts()),
-            (vec!["overrange"], vec!["invalid"])
-        );
+        let qualities: Vec<_> = reading.values.iter().map(|value| (value.instance, value.quality)).collect();
+        let expected = [Quality::Valid, Quality::Overrange, Quality::Missing, Quality::Valid];
+        assert_eq!(qualities, [1, 2, 3, 4].into_iter().zip(expected).collect::<Vec<_>>());
+        assert!((reading.values[1].limit_pa.unwrap() / 1e-2 - 1.0).abs() < 1e-6, "the extractor ends first");
         assert!((reading.values[3].pa.unwrap() - 500.0).abs() < 1e-9);
     }
 
@@ -298,17 +358,10 @@ mod tests {
         let channel = |pressure: f32, status: u8| [&pressure.to_be_bytes()[..], &[status]].concat();
         let channels = [channel(2.5, 0), channel(1e-3, 1), channel(5.0, 3), channel(0.0, 5)].concat();
         let reading = slave.decode_inputs(&[vec![0; 8], channels].concat());
-        let values: Vec<_> =
-            reading.values.iter().map(|value| (value.instance, value.pa.is_some(), value.status_texts())).collect();
-        assert_eq!(
-            values,
-            [
-                (1, true, vec![]),
-                (2, true, vec!["underrange"]),
-                (3, false, vec!["invalid"]),
-                (4, false, vec!["invalid"])
-            ]
-        );
+        let qualities: Vec<_> = reading.values.iter().map(|value| (value.instance, value.quality)).collect();
+        let expected = [Quality::Valid, Quality::Underrange, Quality::Fault, Quality::Missing];
+        assert_eq!(qualities, [1, 2, 3, 4].into_iter().zip(expected).collect::<Vec<_>>());
+        assert_eq!((reading.values[1].pa, reading.values[1].limit_pa.map(|pa| pa as f32)), (None, Some(1e-3)));
         assert_eq!(reading.values[0].pa, Some(2.5));
     }
 

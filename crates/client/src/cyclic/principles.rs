@@ -7,7 +7,7 @@
 //! for a gas.
 
 use profivac_devices::Principle;
-use profivac_devices::model::Model;
+use profivac_devices::model::{Model, Part};
 
 /// Block Type of the transducer blocks: BG 5530 Appendix C.
 const TRANSDUCERS: [(u16, Principle); 3] =
@@ -39,6 +39,16 @@ impl ChannelPrinciples {
         for (entry, (instance, octets)) in known.0.iter_mut().zip(block_types) {
             *entry = principle(octets).map(|principle| (instance, principle));
         }
+        known
+    }
+
+    /// The principles of the `parts` of a device whose tables leave them open and which reports them, at most four.
+    #[must_use]
+    pub fn of_parts(model: &Model, parts: &[Part]) -> Self {
+        let open = open_instances(model);
+        let mut known = Self::default();
+        let parts = parts.iter().filter(|part| open.contains(&part.instance));
+        known.0.iter_mut().zip(parts).for_each(|(entry, part)| *entry = Some((part.instance, part.principle)));
         known
     }
 

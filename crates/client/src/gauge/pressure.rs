@@ -6,6 +6,7 @@ use crate::names::NamedParameter;
 use crate::pressure::Pressure;
 use crate::records::Records;
 use crate::values::{Value, pressure_format};
+use profivac_devices::reading::is_pressure;
 use profivac_devices::model::{NumberType, Role};
 
 /// A pressure reading with its validity.
@@ -90,7 +91,7 @@ impl<R: Records> Gauge<R> {
     pub fn pressure_of(&mut self, named: &NamedParameter) -> Result<PressureReading, ClientError> {
         let reading = self.read_parameter(named)?;
         let is_valid = self.is_valid(named)?;
-        let pa = self.pa(&reading).filter(|_| is_valid);
+        let pa = self.pa(&reading).filter(|pa| is_valid && is_pressure(*pa));
         Ok(PressureReading { pa, instance: instance_of(named) })
     }
 

@@ -249,6 +249,10 @@ impl Pxg55xBehaviour {
     }
 
     fn status_extension(&self, part: &MeasuringPart) -> StatusExtension {
+        if part.reading_pa.is_none() {
+            // A Pirani that is not heated has no place relative to its range (107).
+            return StatusExtension::INVALID;
+        }
         part.status_extension(&self.condition(part))
     }
 

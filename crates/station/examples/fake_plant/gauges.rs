@@ -99,6 +99,26 @@ pub fn all(hostile: bool) -> Vec<Fake> {
     all
 }
 
+/// As [`all`], and 467 more on fourteen segments: 480 gauges. One of them has a fault, one is missing.
+pub fn large() -> Vec<Fake> {
+    let more = (0..467_u16).map(|number| {
+        let (segment, address) = (3 + number / 34, u8::try_from(3 + number % 34).unwrap_or_default());
+        let fake = Fake {
+            name: format!("s{segment:02}-{address:02}").leak(),
+            segment: format!("segment {segment:02}").leak(),
+            address,
+            parts: &[("hot-cathode", Shape::Drift { pa: 3.1e-5, decades: 0.2, period: 900.0 })],
+            ..HALL
+        };
+        match number {
+            100 => Fake { state: BusStationState::Fault, exceptions: &["device alarm"], ..fake },
+            300 => Fake { state: BusStationState::Missing, parts: &[("pirani", Shape::Lost(8.7))], ..fake },
+            _ => fake,
+        }
+    });
+    all(false).into_iter().chain(more).collect()
+}
+
 fn hall() -> [Fake; 6] {
     [
         Fake {
@@ -255,8 +275,8 @@ impl Fake {
         let is_silent = self.gaps.iter().any(|(from, to)| (*from..*to).contains(&second));
         let (low, high) = self.range;
         match pressure(shape, second).filter(|_| !is_silent) {
-            None if matches!(shape, Shape::Invalid) => Shown { pa: None, quality: Quality::Invalid },
-            None => Shown { pa: None, quality: Quality::Gap },
+            None if matches!(shape, Shape::Invalid) => Shown { pa: None, quality: Quality::Fault },
+            None => Shown { pa: None, quality: Quality::Stale },
             Some(pa) if pa > high => Shown { pa: Some(high), quality: Quality::Overrange },
             Some(pa) if pa < low => Shown { pa: Some(low), quality: Quality::Underrange },
             pa => Shown { pa, quality: Quality::Valid },
@@ -277,9 +297,11 @@ impl Fake {
             segment: self.segment.to_owned(),
             address: self.address,
             device: self.device.to_owned(),
+            has_dpv1: !self.device.starts_with("tpg"),
             state: self.state,
             problem: self.problem.map(str::to_owned),
             exceptions: self.exceptions.iter().map(|&words| words.to_owned()).collect(),
+            warnings: Vec::new(),
             gas: self.gas.to_owned(),
             levels: self.levels.iter().map(|(name, pa)| PressureLevel { name: (*name).to_owned(), pa: *pa }).collect(),
             readings: readings
@@ -296,9 +318,11 @@ impl Fake {
             series: series.to_owned(),
             instance: u8::try_from(place + 1).unwrap_or(u8::MAX),
             principle: Some(principle),
-            pa: shown.pa,
-            corrected_pa: shown.pa.map(|pa| pa * self.factor),
+            pa: shown.pa.filter(|_| shown.quality == Quality::Valid),
+            limit_pa: shown.pa.filter(|_| shown.quality != Quality::Valid),
+            corrected_pa: shown.pa.filter(|_| shown.quality == Quality::Valid).map(|pa| pa * self.factor),
             quality: shown.quality,
+            cause: None,
         }
     }
 }

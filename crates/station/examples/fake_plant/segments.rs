@@ -27,15 +27,21 @@ pub fn all(fakes: &[Fake], second: f64) -> Vec<Segment> {
         problem: Some("/dev/ttyUSB2: the port is lost".to_owned()),
         ..segment("bench", "/dev/ttyUSB2", 19_200, None, 0)
     };
-    let mut all = [hall, beam, bench];
+    let mut all = vec![hall, beam, bench];
+    for fake in fakes {
+        if all.iter().all(|segment| segment.name != fake.segment) {
+            all.push(segment(fake.segment, "/dev/ttyUSB3", 1_500_000, Some(12.5 + 0.1 * wobble), 0));
+        }
+    }
     for segment in &mut all {
         let ours = fakes.iter().filter(|fake| fake.segment == segment.name).map(on_bus);
         segment.stations.extend(ours);
     }
-    let [hall, ..] = &mut all;
-    hall.stations.push(other(2, BusStationState::OtherMaster, "another master in the ring"));
-    hall.stations.push(other(60, BusStationState::Unconfigured, "a slave that is not in the station's file"));
-    all.into_iter().collect()
+    if let Some(hall) = all.first_mut() {
+        hall.stations.push(other(2, BusStationState::OtherMaster, "another master in the ring"));
+        hall.stations.push(other(60, BusStationState::Unconfigured, "a slave that is not in the station's file"));
+    }
+    all
 }
 
 fn segment(name: &str, port: &str, baud: u32, cycle_ms: Option<f64>, damaged: u32) -> Segment {

@@ -1,11 +1,11 @@
 //! Evaluates the condition of an alarm from the present snapshots and, for rates, from the recent past.
 //!
-//! A reading bounds the pressure: a valid one from both sides, an overrange from below, an underrange from above; an invalid or stale
-//! one does not. A limit condition is known only if the bounds decide it. An unknown condition neither raises nor clears an alarm;
+//! A reading bounds the pressure: a valid one from both sides, an overrange from below, an underrange from above; all others do
+//! not. A limit condition is known only if the bounds decide it. An unknown condition neither raises nor clears an alarm;
 //! that it is unknown is an alarm of its own (not measurable, stale).
 
 use super::rule::{Condition, Rule, Series};
-use crate::view::{BusStationState, Gauge, Reading, Segment, SegmentState};
+use crate::view::{BusStationState, Gauge, Reading, Segment, SegmentState, fault_text};
 use profivac_recorder::validity::is_fresh;
 use profivac_recorder::{Micros, Quality};
 use std::collections::VecDeque;
@@ -79,14 +79,12 @@ impl Evaluator {
         let threshold = |limit: f64, reset: f64| if is_active { reset } else { limit };
         match &rule.condition {
             Condition::Above { series, limit, reset } => {
-                let words = ("above", "not above");
-                let limit = Limit { limit: *limit, reset: *reset, decide: Bounds::above, words };
-                bounded(inputs, series, &limit, is_active)
+                let threshold = Threshold { limit: *limit, present: threshold(*limit, *reset) };
+                bounded(inputs, series, Bounds::above, ("above", "not above"), threshold)
             }
             Condition::Below { series, limit, reset } => {
-                let words = ("below", "not below");
-                let limit = Limit { limit: *limit, reset: *reset, decide: Bounds::below, words };
-                bounded(inputs, series, &limit, is_active)
+                let threshold = Threshold { limit: *limit, present: threshold(*limit, *reset) };
+                bounded(inputs, series, Bounds::below, ("below", "not below"), threshold)
             }
             Condition::Rise { series, limit, reset, window } => {
                 let point = inputs.fresh_gauge(&series.gauge).and_then(|gauge| point(gauge, &series.name, now));
@@ -173,12 +171,12 @@ struct Bounds {
 impl Bounds {
     /// The bounds that a reading gives, if it gives any.
     fn of(reading: &Reading) -> Option<Self> {
-        let pa = reading.pa?;
+        let pa = reading.bound_pa()?;
         match reading.quality {
             Quality::Valid => Some(Self { low: pa, high: pa }),
             Quality::Overrange => Some(Self { low: pa, high: f64::INFINITY }),
             Quality::Underrange => Some(Self { low: 0.0, high: pa }),
-            Quality::Invalid | Quality::Gap => None,
+            Quality::Fault | Quality::Stale | Quality::Off | Quality::Missing => None,
         }
     }
 
@@ -210,30 +208,51 @@ fn point(gauge: &Gauge, series: &str, now: Micros) -> Option<(Micros, f64)> {
     Some((now.before(age), reading.pa?.log10()))
 }
 
-/// A limit, the pressure at which its condition ends, and the side on which it is met.
-struct Limit {
+/// The pressures of a limit alarm, in Pa.
+struct Threshold {
     limit: f64,
-    reset: f64,
-    decide: fn(Bounds, f64) -> Option<bool>,
-    /// The words for a condition that is met and for one that is not.
-    words: (&'static str, &'static str),
+    /// The pressure that decides now: the reset value while the alarm is active, otherwise the limit.
+    present: f64,
 }
 
-/// Evaluates a limit. While the alarm `is_active`, the reset value decides, and the text names it.
-fn bounded(inputs: &Inputs, series: &Series, limit: &Limit, is_active: bool) -> Evaluation {
+impl Threshold {
+    /// The pressure that decides for a reading, and its name. Beyond the range of a gauge it is the limit in any case: the pressure cannot pass a
+    /// reset value that the gauge does not measure, and the end of the range does not flicker.
+    fn for_reading(&self, reading: &Reading) -> (f64, &'static str) {
+        let has_reset = self.present != self.limit && reading.quality == Quality::Valid;
+        if has_reset { (self.present, "reset value") } else { (self.limit, "limit") }
+    }
+}
+
+/// Evaluates a limit. The words are those for a condition that is met and for one that is not.
+fn bounded(
+    inputs: &Inputs,
+    series: &Series,
+    decide: impl Fn(Bounds, f64) -> Option<bool>,
+    (met, cleared): (&str, &str),
+    threshold: Threshold,
+) -> Evaluation {
     let reading = inputs.fresh_reading(series);
     let Some((reading, bounds)) = reading.and_then(|reading| Some((reading, Bounds::of(reading)?))) else {
         return Evaluation::default();
     };
-    // The end of a range is not a value.
-    let value = reading.pa.filter(|_| reading.quality == Quality::Valid);
-    let shown = value.map_or_else(|| format!("an {}", reading.quality.word()), mbar);
-    let has_reset = is_active && limit.reset != limit.limit;
-    let (threshold, name) = if has_reset { (limit.reset, "reset value") } else { (limit.limit, "limit") };
-    let holds = (limit.decide)(bounds, threshold);
-    let side = if holds == Some(true) { limit.words.0 } else { limit.words.1 };
-    let text = format!("{} shows {shown}, {side} the {name} of {}", series.name, mbar(threshold));
-    Evaluation { holds, value, text }
+    let (threshold, name) = threshold.for_reading(reading);
+    let holds = decide(bounds, threshold);
+    let side = if holds == Some(true) { met } else { cleared };
+    let text = format!("{} shows {}, {side} the {name} of {}", series.name, shown(reading), mbar(threshold));
+    Evaluation { holds, value: reading.pa, text }
+}
+
+/// The reading in words: `5.00e-4 mbar`, `under range (< 5.00e-4 mbar)`, `off`.
+fn shown(reading: &Reading) -> String {
+    let label = reading.quality.label();
+    let sign = if reading.quality == Quality::Underrange { '<' } else { '>' };
+    match (reading.pa, reading.limit_pa, &reading.cause) {
+        (Some(pa), _, _) => mbar(pa),
+        (None, Some(limit), _) => format!("{label} ({sign} {})", mbar(limit)),
+        (None, None, Some(cause)) => format!("{label} ({cause})"),
+        (None, None, None) => label.to_owned(),
+    }
 }
 
 fn mbar(pa: f64) -> String {
@@ -248,9 +267,9 @@ fn not_measurable(inputs: &Inputs, series: &Series, limits: &[f64]) -> Evaluatio
     let text = match reading(gauge, name) {
         None => Some(format!("{} has no series {name}", gauge.name)),
         Some(reading) => match Bounds::of(reading) {
-            None => Some(format!("{name} has no valid reading")),
+            None => Some(format!("{name} shows no pressure: {}", shown(reading))),
             Some(bounds) if limits.iter().any(|limit| undecided(bounds, *limit)) => {
-                Some(format!("{name} shows an {}: its range ends before a limit", reading.quality.word()))
+                Some(format!("{name} is {}: its range ends before a limit", shown(reading)))
             }
             Some(_) => None,
         },
@@ -258,17 +277,17 @@ fn not_measurable(inputs: &Inputs, series: &Series, limits: &[f64]) -> Evaluatio
     Evaluation { holds: Some(text.is_some()), value: None, text: text.unwrap_or_default() }
 }
 
-/// The condition ends only when the gauge is in data exchange and reports nothing.
+/// The condition ends only when the gauge is in data exchange and reports no fault. A pressure out of range, and a gauge that is off,
+/// is no fault.
 fn fault(inputs: &Inputs, name: &str) -> Evaluation {
     let gauge = inputs.fresh_gauge(name);
     let holds = gauge.and_then(|gauge| match gauge.state {
         BusStationState::Fault => Some(true),
-        BusStationState::DataExchange => Some(!gauge.exceptions.is_empty()),
+        BusStationState::DataExchange => Some(false),
         _ => None,
     });
-    let exceptions = gauge.map(|gauge| gauge.exceptions.join(", ")).filter(|words| !words.is_empty());
-    let text = format!("{name} reports {}", exceptions.as_deref().unwrap_or("a fault"));
-    Evaluation::without_value(holds, text)
+    let faults = gauge.map(|gauge| fault_text(&gauge.exceptions, &gauge.readings)).unwrap_or_default();
+    Evaluation::without_value(holds, format!("{name} reports {faults}"))
 }
 
 fn stale(inputs: &Inputs, name: &str, behind_segment: Option<&str>) -> Evaluation {

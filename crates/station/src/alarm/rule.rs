@@ -102,7 +102,7 @@ pub enum Condition {
         /// The rate is the slope of the line through the readings of this time.
         window: Duration,
     },
-    /// A fresh gauge does not show whether limits are exceeded: its reading is invalid, or its range ends before a limit.
+    /// A fresh gauge does not show whether limits are exceeded: it shows no pressure, or its range ends before a limit.
     NotMeasurable {
         /// The measuring part.
         series: Series,

@@ -1,113 +1,419 @@
-//! The live stream: snapshots of the station as server-sent events.
+//! The live stream: the state of the station, then its changes, as server-sent events.
+//!
+//! A client gets the whole state first and then merge patches. A client that is slow gets fewer and larger patches: the server keeps for it
+//! the state that it has, and no queue.
 
+use super::compression::compressed;
+use super::merge_patch::merge_patch;
 use super::middleware::RequestContext;
-use crate::alarm::view::AlarmOverview;
+use crate::alarm::view::{AlarmCount, AlarmOverview, AlarmView};
 use crate::services::Services;
-use crate::view::{ControlAuthorityView, Gauge, ReadProgress, Segment, Station};
+use crate::view::{
+    BusStationState, ControlAuthorityView, Gauge, PressureLevel, ReadProgress, Reading, Segment, Station,
+};
 use axum::extract::State;
-use axum::http::Extensions;
+use axum::http::{Extensions, HeaderMap};
 use axum::response::sse::{Event, KeepAlive, Sse};
+use axum::response::{IntoResponse, Response};
 use serde::Serialize;
+use serde_json::Value;
+use std::collections::BTreeMap;
 use std::convert::Infallible;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 use tokio::time::MissedTickBehavior;
+use tokio_stream::StreamExt;
 use tokio_stream::wrappers::IntervalStream;
-use tokio_stream::{Stream, StreamExt};
 use utoipa::ToSchema;
 
-/// The interval between two snapshots. free choice: a reader cannot follow faster numbers.
+/// The interval between two events. free choice: a reader cannot follow faster numbers.
 const PERIOD: Duration = Duration::from_millis(250);
+
+/// Clients share a state that is younger than this: shorter than [`PERIOD`], so that a client whose tick comes a little early does not get
+/// the state that it has.
+const SHARED: Duration = Duration::from_millis(200);
+
+/// Pressures have this number of digits in the live stream. The dashboard shows three; more would only cost bandwidth.
+const DIGITS: usize = 5;
+
+/// Data of the live stream. The event `snapshot` comes first and once.
+#[derive(Debug, Serialize, ToSchema)]
+#[serde(untagged)]
+#[expect(dead_code, reason = "describes the events, which are sent as text")]
+pub enum LiveEvent {
+    /// The event `snapshot`.
+    Snapshot(Box<Snapshot>),
+    /// The event `change`.
+    Change(Change),
+}
+
+/// A JSON merge patch (RFC 7396) of the snapshot: only what has changed. A property that becomes `null`, and an entry that disappears,
+/// is `null` here.
+#[derive(Debug, Serialize, ToSchema)]
+#[schema(value_type = Object)]
+pub struct Change(Value);
 
 /// The state of the station at one moment.
 #[derive(Debug, Serialize, ToSchema)]
 pub struct Snapshot {
     /// The station.
     station: Station,
-    /// Its segments.
-    segments: Vec<Segment>,
-    /// Its gauges with their readings.
-    gauges: Vec<Gauge>,
+    /// Its segments, by name.
+    segments: BTreeMap<String, Segment>,
+    /// Its gauges with their readings, by name.
+    gauges: BTreeMap<String, LiveGauge>,
+    /// The names of the gauges in the order of the station's file.
+    gauge_order: Vec<String>,
     /// The user with control authority, and a request for it.
     control_authority: ControlAuthorityView,
     /// The gauges whose parameters are being read.
     read_progress: Vec<ReadProgress>,
     /// The active alarms.
-    alarms: AlarmOverview,
+    alarms: LiveAlarms,
 }
 
-/// The latest snapshot as JSON, shared by all clients.
+/// A gauge in the live stream.
+#[derive(Debug, Serialize, ToSchema)]
+pub struct LiveGauge {
+    /// Its name.
+    name: String,
+    /// Its segment.
+    segment: String,
+    /// Its address.
+    address: u8,
+    /// The device: `bcg450`.
+    device: String,
+    /// Whether parameters are read and commands are sent while it exchanges data: the device has DP-V1.
+    has_dpv1: bool,
+    /// The state.
+    state: BusStationState,
+    /// Why it is not in data exchange, in a sentence.
+    problem: Option<String>,
+    /// The alarms that it reports: its defects.
+    exceptions: Vec<String>,
+    /// The warnings that it reports, without those that the qualities of its readings explain.
+    warnings: Vec<String>,
+    /// The gas for which the readings are corrected.
+    gas: String,
+    /// Pressures that trends mark with a line.
+    levels: Vec<PressureLevel>,
+    /// The readings, by series.
+    readings: BTreeMap<String, Reading>,
+    /// The age of the readings in milliseconds, rounded down to whole seconds; `null` if there never was one.
+    age_ms: Option<u64>,
+    /// The poll interval in milliseconds.
+    poll_ms: u64,
+    /// The age in milliseconds from which the readings are stale.
+    stale_after_ms: u64,
+}
+
+impl From<Gauge> for LiveGauge {
+    fn from(gauge: Gauge) -> Self {
+        let Gauge {
+            name,
+            segment,
+            address,
+            device,
+            has_dpv1,
+            state,
+            problem,
+            exceptions,
+            warnings,
+            gas,
+            levels,
+            readings,
+            age_ms,
+            poll_ms,
+            stale_after_ms,
+        } = gauge;
+        let readings = readings.into_iter().map(|reading| (reading.series.clone(), rounded(reading))).collect();
+        // A gauge that is read regularly has the same age all the time.
+        let age_ms = age_ms.map(|age| age / 1000 * 1000);
+        Self {
+            name,
+            segment,
+            address,
+            device,
+            has_dpv1,
+            state,
+            problem,
+            exceptions,
+            warnings,
+            gas,
+            levels,
+            readings,
+            age_ms,
+            poll_ms,
+            stale_after_ms,
+        }
+    }
+}
+
+/// The reading with [`DIGITS`] digits.
+fn rounded(reading: Reading) -> Reading {
+    let round = |pa: f64| format!("{pa:.*e}", DIGITS - 1).parse().unwrap_or(pa);
+    Reading { pa: reading.pa.map(round), corrected_pa: reading.corrected_pa.map(round), ..reading }
+}
+
+/// The alarms at one moment, in the live stream.
+#[derive(Debug, Serialize, ToSchema)]
+pub struct LiveAlarms {
+    /// Why this overview may be wrong: the alarms were not evaluated for a while, or cannot be stored.
+    problem: Option<String>,
+    /// Alarms of high priority.
+    high: AlarmCount,
+    /// Alarms of medium priority.
+    medium: AlarmCount,
+    /// Alarms of low priority.
+    low: AlarmCount,
+    /// The number of alarms out of service.
+    out_of_service: usize,
+    /// Alarms that are neither normal nor out of service, by name, up to 50.
+    alarms: BTreeMap<String, AlarmView>,
+    /// Their names, the most urgent first.
+    order: Vec<String>,
+    /// The number of such alarms beyond the list.
+    not_listed: usize,
+}
+
+impl From<AlarmOverview> for LiveAlarms {
+    fn from(overview: AlarmOverview) -> Self {
+        let AlarmOverview { problem, high, medium, low, out_of_service, alarms, not_listed } = overview;
+        let order = alarms.iter().map(|alarm| alarm.name.clone()).collect();
+        let alarms = alarms.into_iter().map(|alarm| (alarm.name.clone(), alarm)).collect();
+        Self { problem, high, medium, low, out_of_service, alarms, order, not_listed }
+    }
+}
+
+/// The state that clients have, as JSON.
+type Frame = Arc<Value>;
+
+/// The latest state, and how it differs from the one before.
+struct Latest {
+    made: Instant,
+    frame: Frame,
+    before: Option<Frame>,
+    /// The patch from `before` to `frame`, as text.
+    patch: Arc<str>,
+}
+
+/// The latest state of the station, shared by all clients.
 pub struct SnapshotSource {
     services: Arc<Services>,
-    latest: Mutex<Option<(Instant, Arc<str>)>>,
+    latest: Mutex<Option<Latest>>,
 }
 
+/// The name and the data of an event.
+type NamedEvent = (&'static str, Arc<str>);
+
 impl SnapshotSource {
-    /// The snapshots of a station.
+    /// The states of a station.
     pub const fn of(services: Arc<Services>) -> Self {
         Self { services, latest: Mutex::new(None) }
     }
 
-    /// A snapshot that is younger than [`PERIOD`] at `now`.
-    fn at(&self, now: Instant) -> Arc<str> {
+    /// The event that brings a client with the state `has` to the state at `now`, which is younger than [`SHARED`].
+    fn event(&self, has: &mut Option<Frame>, now: Instant) -> NamedEvent {
         let mut latest = self.latest.lock().unwrap_or_else(PoisonError::into_inner);
-        match &*latest {
-            Some((made, snapshot)) if now < *made + PERIOD => Arc::clone(snapshot),
-            _ => {
-                let snapshot: Arc<str> = self.json().into();
-                *latest = Some((now, Arc::clone(&snapshot)));
-                snapshot
-            }
+        let present = match latest.take() {
+            Some(present) if now < present.made + SHARED => present,
+            old => self.next(old.map(|old| old.frame), now),
+        };
+        let (frame, before, patch) = (Arc::clone(&present.frame), present.before.clone(), Arc::clone(&present.patch));
+        *latest = Some(present);
+        drop(latest);
+        match has.replace(Arc::clone(&frame)) {
+            None => ("snapshot", frame.to_string().into()),
+            Some(has) if before.is_some_and(|before| Arc::ptr_eq(&before, &has)) => ("change", patch),
+            Some(has) => ("change", patch_text(&has, &frame)),
         }
     }
 
-    fn json(&self) -> String {
+    fn next(&self, before: Option<Frame>, now: Instant) -> Latest {
+        let frame = Arc::new(self.state());
+        let patch = before.as_ref().map_or_else(|| Arc::from(""), |before| patch_text(before, &frame));
+        Latest { made: now, frame, before, patch }
+    }
+
+    fn state(&self) -> Value {
         let Self { services, .. } = self;
+        let gauges = services.snapshots().gauges();
+        let segments = services.snapshots().segments();
         let snapshot = Snapshot {
             station: services.station(),
-            segments: services.snapshots().segments(),
-            gauges: services.snapshots().gauges(),
+            segments: segments.into_iter().map(|segment| (segment.name.clone(), segment)).collect(),
+            gauge_order: gauges.iter().map(|gauge| gauge.name.clone()).collect(),
+            gauges: gauges.into_iter().map(|gauge| (gauge.name.clone(), gauge.into())).collect(),
             control_authority: services.control().authority(Instant::now()),
             read_progress: services.snapshots().read_progress(),
-            alarms: services.alarms().overview(),
+            alarms: services.alarms().overview().into(),
         };
         // Numbers, texts and lists always have a JSON form.
-        serde_json::to_string(&snapshot).unwrap_or_default()
+        serde_json::to_value(&snapshot).unwrap_or_default()
     }
 }
 
-/// Snapshots of the station, four a second
+fn patch_text(old: &Value, new: &Value) -> Arc<str> {
+    merge_patch(old, new).map_or_else(|| Arc::from("{}"), |patch| patch.to_string().into())
+}
+
+/// The state of the station and its changes, up to four a second
 ///
-/// Server-sent events named `snapshot`. A slow client misses snapshots. The stream ends with the session of its client.
-#[utoipa::path(get, path = "/api/live", responses((status = 200, content_type = "text/event-stream", body = Snapshot)))]
-pub async fn live(
-    State(source): State<Arc<SnapshotSource>>,
-    extensions: Extensions,
-) -> Sse<impl Stream<Item = Result<Event, Infallible>>> {
+/// Server-sent events. The event `snapshot` has the whole state and comes first; each event `change` is a JSON merge patch (RFC 7396) of the
+/// state. A slow client gets fewer events, and misses no change. The stream is compressed for a client that accepts gzip. It ends with the
+/// session of its client.
+#[utoipa::path(get, path = "/api/live", responses((status = 200, content_type = "text/event-stream", body = LiveEvent)))]
+pub async fn live(State(source): State<Arc<SnapshotSource>>, headers: HeaderMap, extensions: Extensions) -> Response {
     let mut ticks = tokio::time::interval(PERIOD);
     ticks.set_missed_tick_behavior(MissedTickBehavior::Skip);
     let context = extensions.get::<RequestContext>().cloned();
     let is_allowed = move |_: &_| context.as_ref().is_none_or(RequestContext::is_still_authenticated);
-    let ticks = IntervalStream::new(ticks).take_while(is_allowed);
-    let events = ticks.map(move |_| Ok(Event::default().event("snapshot").data(source.at(Instant::now()))));
-    Sse::new(events).keep_alive(KeepAlive::default())
+    let mut has = None;
+    let events = IntervalStream::new(ticks).take_while(is_allowed).map(move |_| {
+        let (name, data) = source.event(&mut has, Instant::now());
+        Ok::<_, Infallible>(Event::default().event(name).data(data))
+    });
+    compressed(Sse::new(events).keep_alive(KeepAlive::default()).into_response(), &headers)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use profivac_recorder::{Recorder, Settings};
+    use crate::snapshot::SegmentSnapshot;
+    use crate::view::SegmentState;
+    use flate2::Compression;
+    use flate2::write::GzEncoder;
+    use profivac_recorder::{Quality, Recorder, Settings};
+    use std::io::Write;
+    use tempfile::TempDir;
 
-    #[test]
-    fn all_clients_share_a_snapshot_for_one_period() {
+    fn source() -> (SnapshotSource, TempDir) {
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("plant.db");
         let recorder = Recorder::start(&file, Settings::default()).unwrap();
-        let source = SnapshotSource::of(Arc::new(Services::new("hall".to_owned(), file, recorder)));
+        (SnapshotSource::of(Arc::new(Services::new("hall".to_owned(), file, recorder))), folder)
+    }
+
+    fn reading(series: &str, pa: f64) -> Reading {
+        Reading {
+            series: series.to_owned(),
+            instance: 1,
+            principle: Some("pirani"),
+            pa: Some(pa),
+            limit_pa: None,
+            corrected_pa: Some(pa),
+            quality: Quality::Valid,
+            cause: None,
+        }
+    }
+
+    fn gauge(name: String, segment: &str, pa: f64) -> Gauge {
+        Gauge {
+            readings: vec![reading(&name, pa)],
+            name,
+            segment: segment.to_owned(),
+            address: 5,
+            device: "bcg450".to_owned(),
+            has_dpv1: true,
+            state: BusStationState::DataExchange,
+            problem: None,
+            exceptions: Vec::new(),
+            warnings: Vec::new(),
+            gas: "n2".to_owned(),
+            levels: Vec::new(),
+            age_ms: Some(12),
+            poll_ms: 200,
+            stale_after_ms: 3000,
+        }
+    }
+
+    fn publish(source: &SnapshotSource, segment: &str, gauges: Vec<Gauge>) {
+        let view = Segment {
+            name: segment.to_owned(),
+            port: "/dev/ttyUSB0".to_owned(),
+            baud: 19200,
+            master: 0,
+            state: SegmentState::Running,
+            problem: None,
+            cycle_ms: Some(1.0),
+            damaged_telegrams: 0,
+            stations: Vec::new(),
+        };
+        source.services.snapshots().publish(SegmentSnapshot { segment: view, gauges });
+    }
+
+    #[test]
+    fn the_first_event_has_everything_and_the_next_one_the_changes() {
+        let (source, _folder) = source();
+        publish(&source, "north", vec![gauge("a".to_owned(), "north", 1.0), gauge("b".to_owned(), "north", 2.0)]);
+        let (mut has, begin) = (None, Instant::now());
+        let (name, data) = source.event(&mut has, begin);
+        let first: Value = serde_json::from_str(&data).unwrap();
+        assert_eq!((name, &first["gauges"]["a"]["readings"]["a"]["pa"]), ("snapshot", &Value::from(1.0)));
+        assert_eq!(first["gauge_order"], serde_json::json!(["a", "b"]));
+        publish(&source, "north", vec![gauge("a".to_owned(), "north", 1.0), gauge("b".to_owned(), "north", 2.123_456)]);
+        let (name, data) = source.event(&mut has, begin + PERIOD);
+        let change: Value = serde_json::from_str(&data).unwrap();
+        let expected = serde_json::json!({"b": {"readings": {"b": {"pa": 2.1235, "corrected_pa": 2.1235}}}});
+        assert_eq!((name, &change["gauges"]), ("change", &expected));
+        assert!(change.get("segments").is_none() && change.get("alarms").is_none(), "{change}");
+    }
+
+    /// A client whose line is blocked for a while is not polled; its next event has all changes since its last one.
+    #[test]
+    fn a_slow_client_misses_no_change_and_has_no_queue() {
+        let (source, _folder) = source();
         let begin = Instant::now();
-        let first = source.at(begin);
-        assert!(first.starts_with("{\"station\":{\"name\":\"hall\""), "{first}");
-        assert!(Arc::ptr_eq(&first, &source.at(begin + PERIOD / 2)));
-        assert!(!Arc::ptr_eq(&first, &source.at(begin + PERIOD)));
+        let (mut fast, mut slow) = (None, None);
+        publish(&source, "north", vec![gauge("a".to_owned(), "north", 1.0)]);
+        source.event(&mut slow, begin);
+        source.event(&mut fast, begin);
+        for step in 1..=40_u32 {
+            publish(&source, "north", vec![gauge("a".to_owned(), "north", f64::from(step))]);
+            source.event(&mut fast, begin + PERIOD * step);
+        }
+        let (_, data) = source.event(&mut slow, begin + PERIOD * 40);
+        let change: Value = serde_json::from_str(&data).unwrap();
+        assert_eq!(change["gauges"]["a"]["readings"]["a"]["pa"], 40.0);
+        assert!(Arc::ptr_eq(slow.as_ref().unwrap(), fast.as_ref().unwrap()), "both have the same state");
+    }
+
+    #[test]
+    fn all_clients_share_a_state_for_one_period() {
+        let (source, _folder) = source();
+        let (mut one, mut other, begin) = (None, None, Instant::now());
+        source.event(&mut one, begin);
+        source.event(&mut other, begin + PERIOD / 2);
+        assert!(Arc::ptr_eq(one.as_ref().unwrap(), other.as_ref().unwrap()));
+        // The second tick of a client may be a little early.
+        let before = one.clone();
+        let (_, patch) = source.event(&mut one, begin + PERIOD * 9 / 10);
+        let (_, same) = source.event(&mut other, begin + PERIOD);
+        assert!(!Arc::ptr_eq(before.as_ref().unwrap(), one.as_ref().unwrap()), "a new state");
+        assert!(Arc::ptr_eq(&patch, &same), "the patch is made once");
+    }
+
+    /// 480 gauges on 16 segments whose pressures all change in all digits between two events.
+    #[test]
+    fn the_changes_of_480_gauges_fit_into_50_kilobytes_per_second() {
+        let (source, _folder) = source();
+        let mut random = fastrand::Rng::with_seed(1);
+        let (mut has, begin) = (None, Instant::now());
+        let mut encoder = GzEncoder::new(Vec::new(), Compression::default());
+        let mut sizes = Vec::new();
+        for step in 0..9_u32 {
+            for segment in 0..16 {
+                let name = format!("segment {segment:02}");
+                let mut pa = || 10_f64.powf(-8.0 + 6.0 * random.f64());
+                let gauges = (0..30).map(|number| gauge(format!("gauge {segment:02}-{number:02}"), &name, pa()));
+                publish(&source, &name, gauges.collect());
+            }
+            let (_, data) = source.event(&mut has, begin + PERIOD * step);
+            encoder.write_all(data.as_bytes()).unwrap();
+            encoder.flush().unwrap();
+            sizes.push(std::mem::take(encoder.get_mut()).len());
+        }
+        let second: usize = sizes[1..5].iter().sum();
+        assert!(second < 50_000, "{sizes:?}");
     }
 }

@@ -22,7 +22,7 @@
 //! | `/api/webhooks` | the webhooks with the status of their deliveries |
 //! | `/api/session` | the user of the session |
 //! | `/api/login`, `/api/logout`, `/api/password` | begins a session, ends it, changes the password |
-//! | `/api/live` | snapshots of the station as server-sent events |
+//! | `/api/live` | the state of the station and its changes, as server-sent events |
 //! | `/api/openapi.json` | the OpenAPI description |
 //!
 //! | Module | Holds |
@@ -33,6 +33,7 @@
 //! | `problem` | problem documents |
 //! | `openapi` | answers of the middleware in the description |
 //! | `body`, `query` | bodies and query parameters |
+//! | `merge_patch`, `compression` | the changes of the live stream, and their compression |
 //! | `database` | queries on blocking threads |
 //! | the others | the handlers |
 
@@ -40,11 +41,13 @@ mod alarms;
 mod audit;
 pub mod authenticator;
 mod body;
+mod compression;
 mod control;
 mod database;
 pub mod headers;
 mod history;
 mod live;
+mod merge_patch;
 pub mod middleware;
 mod openapi;
 mod problem;

@@ -72,7 +72,7 @@ const WORDS: [(&str, &str, &[&str]); 7] = [
     ("AlarmHistoryView", "priority", &["high", "medium", "low"]),
     ("EventView", "kind", &["station", "bus", "gauge", "command", "note", "access", "alarm"]),
     ("Reading", "principle", &["pirani", "hot-cathode", "cold-cathode", "diaphragm", "atmosphere"]),
-    ("Reading", "quality", &["valid", "overrange", "underrange", "invalid", "gap"]),
+    ("Reading", "quality", &["valid", "overrange", "underrange", "fault", "stale", "off", "missing"]),
 ];
 
 /// Lists the words of the properties in [`WORDS`].

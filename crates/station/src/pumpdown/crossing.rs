@@ -48,7 +48,12 @@ pub fn crossing(trace: &Trace, pa: f64) -> Crossing {
             Quality::Underrange if end_of_range(section).is_some_and(|end| end <= pa) => {
                 Some(entered(section.from_s, known))
             }
-            Quality::Overrange | Quality::Underrange | Quality::Invalid | Quality::Gap => None,
+            Quality::Overrange
+            | Quality::Underrange
+            | Quality::Fault
+            | Quality::Stale
+            | Quality::Off
+            | Quality::Missing => None,
         };
         if let Some(reached) = reached {
             return reached;
@@ -85,7 +90,7 @@ fn after(section: &Section, pa: f64, known: Known) -> Known {
         Quality::Valid => section.smooth.last().map_or(known, |(t, _)| Known::Above(*t)),
         Quality::Overrange if end_of_range(section).is_some_and(|end| end >= pa) => Known::Above(section.to_s),
         Quality::Overrange => Known::Unmeasurable,
-        Quality::Underrange | Quality::Invalid | Quality::Gap => known,
+        Quality::Underrange | Quality::Fault | Quality::Stale | Quality::Off | Quality::Missing => known,
     }
 }
 

@@ -157,7 +157,7 @@ fn a_pressure_crossed_in_a_gap_has_the_times_of_the_gap() {
     let trace = whole(&samples);
     let Crossing::Between { from_s, to_s } = crossing(&trace, level) else { panic!("{:?}", crossing(&trace, level)) };
     assert!(from_s < passed && passed < to_s && to_s - from_s < 9.0, "{from_s} {to_s}");
-    near(trace.seconds_of(Quality::Gap), 7.9, 5.0);
+    near(trace.seconds_of(Quality::Stale), 7.9, 5.0);
     near(reached(&trace, 1.0), 5.0 * AIR.ln(), 1.0);
 }
 
@@ -167,7 +167,7 @@ fn minutes_without_a_sample_are_a_gap() {
     let trace = whole(&samples);
     assert_eq!(
         trace.sections.iter().map(|section| section.quality).collect::<Vec<_>>(),
-        [Quality::Valid, Quality::Gap, Quality::Valid]
+        [Quality::Valid, Quality::Stale, Quality::Valid]
     );
     assert_eq!(crossing(&trace, 10.0), Crossing::Between { from_s: 2.0, to_s: 600.0 });
 }
@@ -213,12 +213,12 @@ fn one_sample_or_none_is_no_pump_down() {
 
 #[test]
 fn invalid_readings_count_neither_as_pressures_nor_as_crossings() {
-    let invalid = |number: i32| Sample::new(at(f64::from(number)), Some(1.0), Quality::Invalid);
+    let invalid = |number: i32| Sample::new(at(f64::from(number)), Some(1.0), Quality::Fault);
     let samples: Vec<_> = (0..100).map(invalid).collect();
     assert!(find(&samples, 0).is_empty());
     let trace = whole(&samples);
     assert_eq!((trace.ends(), crossing(&trace, 1e9)), (None, Crossing::Not));
-    assert_eq!(trace.seconds_of(Quality::Invalid), 99.0);
+    assert_eq!(trace.seconds_of(Quality::Fault), 99.0);
 }
 
 #[test]
@@ -259,10 +259,10 @@ fn a_closed_valve_is_a_rise_with_its_leak_rate() {
 
 #[test]
 fn the_next_sample_gives_the_value_at_the_end() {
-    let invalid = |s| Sample::new(at(s), None, Quality::Invalid);
+    let invalid = |s| Sample::new(at(s), None, Quality::Fault);
     let span = |end| TimeRange { start: at(0.0), end: at(end) };
     let lost = [valid(0.0, 1.0), invalid(1.0), invalid(55.0)];
-    assert_eq!(Trace::new(&lost, span(40.0)).seconds_of(Quality::Invalid), 39.0);
+    assert_eq!(Trace::new(&lost, span(40.0)).seconds_of(Quality::Fault), 39.0);
     let falling = [valid(0.0, 100.0), valid(50.0, 1.0)];
     let trace = Trace::new(&falling, span(25.0));
     near(trace.ends().unwrap()[2].1, 10.0, 0.1);

@@ -63,11 +63,11 @@ impl Trace {
     fn take(&mut self, sample: &Sample, start: Micros, longest: f64) {
         let t = seconds(start, sample.at);
         let last = self.sections.last().map(|section| (section.quality, section.to_s));
-        let is_hole = last.is_some_and(|(quality, to_s)| quality != Quality::Gap && t - to_s > longest);
+        let is_hole = last.is_some_and(|(quality, to_s)| quality != Quality::Stale && t - to_s > longest);
         match self.sections.last_mut() {
             Some(section) if is_hole => {
                 let from_s = section.to_s;
-                self.sections.push(Section::begin(Quality::Gap, from_s));
+                self.sections.push(Section::begin(Quality::Stale, from_s));
                 self.close(t);
                 self.sections.push(Section::begin(sample.quality, t));
             }

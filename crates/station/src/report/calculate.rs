@@ -182,7 +182,10 @@ fn coverage(trace: &Trace, series: &Series) -> DataCoverage {
         valid_s: trace.seconds_of(Quality::Valid),
         over_s: trace.seconds_of(Quality::Overrange),
         under_s: trace.seconds_of(Quality::Underrange),
-        invalid_s: trace.seconds_of(Quality::Invalid),
-        gap_s: trace.seconds_of(Quality::Gap),
+        invalid_s: [Quality::Fault, Quality::Off, Quality::Missing]
+            .map(|quality| trace.seconds_of(quality))
+            .iter()
+            .sum(),
+        gap_s: trace.seconds_of(Quality::Stale),
     }
 }

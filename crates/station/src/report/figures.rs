@@ -180,7 +180,7 @@ pub struct DataCoverage {
     pub over_s: f64,
     /// The time below the range, in seconds.
     pub under_s: f64,
-    /// The time with invalid readings, in seconds.
+    /// The time without a pressure, in seconds: the gauge was off, missing on its channel, or reported a fault.
     pub invalid_s: f64,
     /// The time without samples, in seconds.
     pub gap_s: f64,

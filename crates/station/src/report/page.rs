@@ -145,8 +145,9 @@ fn legend() -> String {
     let named = [
         (Quality::Overrange, "above the range"),
         (Quality::Underrange, "below the range"),
-        (Quality::Invalid, "not valid"),
-        (Quality::Gap, "no samples"),
+        (Quality::Fault, "fault"),
+        (Quality::Off, "off or no gauge"),
+        (Quality::Stale, "no samples"),
     ];
     let named = named.map(|(quality, words)| format!("{}{words}", lane_swatch(quality))).concat();
     format!(" Where a gauge has no valid reading, its curve has a gap; the strips below show the reason:{named}.")

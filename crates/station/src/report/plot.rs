@@ -249,12 +249,14 @@ impl Plot {
     }
 }
 
-/// A part of a lane: overrange in the upper half, underrange in the lower half, invalid filled, a gap as an empty frame.
+/// A part of a lane: overrange in the upper half, underrange in the lower half, a fault filled, an empty frame without samples, a thin
+/// line in the middle while the gauge is off.
 fn span(x: f64, y: f64, width: f64, quality: Quality) -> String {
     let (top, height) = match quality {
         Quality::Overrange => (y, 5.0),
         Quality::Underrange => (y + 5.0, 5.0),
-        Quality::Valid | Quality::Invalid | Quality::Gap => (y, 10.0),
+        Quality::Off | Quality::Missing => (y + 3.5, 3.0),
+        Quality::Valid | Quality::Fault | Quality::Stale => (y, 10.0),
     };
     format!(
         "<rect class=\"q {}\" x=\"{x:.1}\" y=\"{top:.1}\" width=\"{width:.1}\" height=\"{height}\"/>\n",

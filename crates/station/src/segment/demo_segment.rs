@@ -4,12 +4,14 @@ use super::bus_map::{milliseconds, own_master};
 use super::gauge_session::GaugeSession;
 use super::inbox::Inbox;
 use super::services::SegmentServices;
+use crate::alarm::Inputs;
 use crate::config;
 use crate::control::error::Unavailable;
 use crate::snapshot::SegmentSnapshot;
-use crate::view::{Segment, SegmentState};
+use crate::view::{Gauge, Segment, SegmentState, duration_ms};
 use profivac_client::cyclic::CyclicSlave;
 use profivac_client::ms2::Ms2;
+use profivac_recorder::validity::MAX_SILENCE;
 use profivac_vacuum::Gas;
 use profivac_virtual::memory_segment::MemorySegment;
 use std::time::{Duration, Instant};
@@ -38,12 +40,7 @@ impl DemoSegment {
         names: impl Fn(u8) -> (String, String),
     ) -> Self {
         let inbox = Inbox::new(services.control.requests().accept(name));
-        let gauges = segment.slaves().iter().map(|slave| {
-            let (name, device) = names(slave.address);
-            let config =
-                config::Gauge { name, address: slave.address, device, poll: POLL, gas: Gas::N2, levels: Vec::new() };
-            GaugeSession::with_slave(config, *slave)
-        });
+        let gauges = segment.slaves().iter().map(|slave| GaugeSession::with_slave(gauge(slave, &names), *slave));
         let gauges = gauges.collect();
         Self { name: name.to_owned(), master, services, gauges, inbox, publish_at: Instant::now() }
     }
@@ -73,22 +70,8 @@ impl DemoSegment {
     }
 
     fn publish(&self, segment: &MemorySegment) {
-        let own = own_master(self.master);
-        let mut stations: Vec<_> = self.gauges.iter().map(GaugeSession::bus_station).chain([own]).collect();
-        stations.sort_by_key(|station| station.address);
-        let baud = segment.baud();
-        let segment = Segment {
-            name: self.name.clone(),
-            port: "in memory".to_owned(),
-            baud: baud.bits_per_second(),
-            master: self.master,
-            state: SegmentState::Running,
-            problem: None,
-            cycle_ms: segment.master().and_then(|master| milliseconds(master.cycle_tbit(), baud)),
-            damaged_telegrams: 0,
-            stations,
-        };
         let gauges = self.gauges.iter().map(|gauge| gauge.view(&self.name)).collect();
+        let segment = view(&self.name, self.master, segment, &self.gauges);
         self.services.snapshots.publish(SegmentSnapshot { segment, gauges });
     }
 }
@@ -97,4 +80,54 @@ fn slave(gauges: &[GaugeSession], name: &str) -> Result<CyclicSlave, Unavailable
     let gauge = gauges.iter().find(|gauge| gauge.config.name == name);
     let gauge = gauge.ok_or_else(|| Unavailable::UnknownGauge(name.to_owned()))?;
     gauge.slave.ok_or_else(|| Unavailable::NoAnswer(name.to_owned()))
+}
+
+/// The configuration of a gauge of the demonstration.
+fn gauge(slave: &CyclicSlave, names: impl Fn(u8) -> (String, String)) -> config::Gauge {
+    let (name, device) = names(slave.address);
+    config::Gauge { name, address: slave.address, device, poll: POLL, gas: Gas::N2, levels: Vec::new() }
+}
+
+fn view(name: &str, master: u8, segment: &MemorySegment, gauges: &[GaugeSession]) -> Segment {
+    let mut stations: Vec<_> = gauges.iter().map(GaugeSession::bus_station).chain([own_master(master)]).collect();
+    stations.sort_by_key(|station| station.address);
+    let baud = segment.baud();
+    Segment {
+        name: name.to_owned(),
+        port: "in memory".to_owned(),
+        baud: baud.bits_per_second(),
+        master,
+        state: SegmentState::Running,
+        problem: None,
+        cycle_ms: segment.master().and_then(|master| milliseconds(master.cycle_tbit(), baud)),
+        damaged_telegrams: 0,
+        stations,
+    }
+}
+
+/// The inputs of the alarms at the present time of a segment in memory. No clock takes part, so a test can evaluate hours of a plant
+/// without waiting.
+#[must_use]
+pub fn simulated_inputs(
+    segment: &MemorySegment,
+    name: &str,
+    master: u8,
+    names: impl Fn(u8) -> (String, String),
+) -> Inputs {
+    let silence = |slave: &CyclicSlave| {
+        let exchanged_at = segment.master()?.exchanged_at(slave.address)?;
+        let bits = f64::from(segment.baud().bits_per_second());
+        Some(Duration::from_secs_f64((segment.seconds() - exchanged_at.0 as f64 / bits).max(0.0)))
+    };
+    let observed = |slave: &CyclicSlave| {
+        let (silence, mut session) = (silence(slave), GaugeSession::with_slave(gauge(slave, &names), *slave));
+        if let Some(silence) = silence.filter(|silence| *silence < MAX_SILENCE) {
+            session.observe(slave, &segment.values(slave), silence);
+        }
+        (session, silence.map(duration_ms))
+    };
+    let observed: Vec<_> = segment.slaves().iter().map(observed).collect();
+    let gauges = observed.iter().map(|(session, age_ms)| Gauge { age_ms: *age_ms, ..session.view(name) }).collect();
+    let sessions: Vec<_> = observed.into_iter().map(|(session, _)| session).collect();
+    Inputs { segments: vec![view(name, master, segment, &sessions)], gauges, recorder_error: None }
 }

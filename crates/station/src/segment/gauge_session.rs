@@ -6,13 +6,12 @@ use crate::view::{self, BusStationState};
 use profivac_client::cyclic::{ChannelValue, CyclicSlave, CyclicValues};
 use profivac_client::discover::CyclicError;
 use profivac_devices::Principle;
-use profivac_devices::profile::StatusExtension;
 use profivac_dp::link::{Baud, BitTime};
 use profivac_dp::master::{HandlerState, SlaveListError};
 use profivac_host::port::PortError;
 use profivac_host::scan;
 use profivac_host::session::{BusMaster, BusSession, SessionError};
-use profivac_recorder::validity::{self, MAX_SILENCE, RangeStatus};
+use profivac_recorder::validity::{self, MAX_SILENCE};
 use profivac_recorder::{EventKind, Micros, Quality, Sample};
 use profivac_vacuum::Gas;
 use profivac_virtual::device_spec::{SpecError, entry};
@@ -90,6 +89,7 @@ pub struct GaugeSession {
     state: BusStationState,
     problem: Option<String>,
     exceptions: Vec<String>,
+    warnings: Vec<String>,
     readings: Vec<view::Reading>,
     /// The series whose last sample is not a gap.
     recorded: Vec<Arc<str>>,
@@ -110,6 +110,7 @@ impl GaugeSession {
             state: BusStationState::Missing,
             problem: None,
             exceptions: Vec::new(),
+            warnings: Vec::new(),
             readings: Vec::new(),
             recorded: Vec::new(),
             read_at: None,
@@ -226,11 +227,20 @@ impl GaugeSession {
         values: &CyclicValues,
         silence: Duration,
     ) {
-        self.exceptions = values.exceptions().into_iter().map(str::to_owned).collect();
         self.read_at = Some(self.last_exchange.1);
-        self.state = if self.exceptions.is_empty() { BusStationState::DataExchange } else { BusStationState::Fault };
+        self.observe(slave, values, silence);
         self.note_problem(recorder, None);
-        self.record(recorder, slave, &values.values, silence);
+        self.record(recorder);
+    }
+
+    /// Takes the values of a data exchange that was `silence` ago.
+    pub fn observe(&mut self, slave: &CyclicSlave, values: &CyclicValues, silence: Duration) {
+        self.exceptions = values.alarms().into_iter().map(str::to_owned).collect();
+        self.warnings = values.warnings().into_iter().map(str::to_owned).collect();
+        self.state = state_of(values);
+        let is_only = values.values.len() == 1;
+        let reading = |value| reading(&self.config, slave, value, is_only, silence);
+        self.readings = values.values.iter().map(reading).collect();
     }
 
     fn take_no_reading(&mut self, recorder: &RecorderHandle, master: &BusMaster) {
@@ -244,32 +254,13 @@ impl GaugeSession {
         }
     }
 
-    fn record(&mut self, recorder: &RecorderHandle, slave: &CyclicSlave, values: &[ChannelValue], silence: Duration) {
+    fn record(&mut self, recorder: &RecorderHandle) {
         let at = Micros::now();
-        let is_only = values.len() == 1;
-        self.readings = values.iter().map(|value| self.reading(slave, value, is_only, silence)).collect();
         self.recorded.clear();
         for reading in &self.readings {
             let series: Arc<str> = Arc::from(reading.series.as_str());
-            recorder.push(&series, Sample::new(at, reading.pa, reading.quality));
+            recorder.push(&series, Sample::new(at, reading.bound_pa(), reading.quality));
             self.recorded.push(series);
-        }
-    }
-
-    fn reading(&self, slave: &CyclicSlave, value: &ChannelValue, is_only: bool, silence: Duration) -> view::Reading {
-        // A TPG300 or TPG500 does not report which gauges its channels have.
-        let principle = slave.principle(value.instance);
-        let name = &self.config.name;
-        let quality = validity::quality(value.pa, range_status(value.status), silence);
-        // The pressure as it is recorded: a number that is no pressure, such as 0 mbar, is never shown as one.
-        let pa = Sample::new(Micros(0), value.pa, quality).pa;
-        view::Reading {
-            series: if is_only { name.clone() } else { format!("{name}.{}", value.instance) },
-            instance: value.instance,
-            principle,
-            pa,
-            corrected_pa: pa.and_then(|pa| corrected(pa, principle?, self.config.gas)),
-            quality,
         }
     }
 
@@ -281,10 +272,13 @@ impl GaugeSession {
         }
         for reading in &mut self.readings {
             reading.pa = None;
+            reading.limit_pa = None;
             reading.corrected_pa = None;
-            reading.quality = Quality::Gap;
+            reading.cause = None;
+            reading.quality = Quality::Stale;
         }
         self.exceptions.clear();
+        self.warnings.clear();
     }
 
     /// The gauge as a station on the bus.
@@ -292,7 +286,7 @@ impl GaugeSession {
         let description = match (&self.problem, self.state) {
             (Some(problem), _) => problem.clone(),
             (None, BusStationState::DataExchange) => "in data exchange".to_owned(),
-            (None, BusStationState::Fault) => self.exceptions.join(", "),
+            (None, BusStationState::Fault) => view::fault_text(&self.exceptions, &self.readings),
             (None, _) => "is being brought into data exchange".to_owned(),
         };
         view::BusStation {
@@ -313,9 +307,11 @@ impl GaugeSession {
             segment: segment.to_owned(),
             address: self.config.address,
             device: self.config.device.clone(),
+            has_dpv1: entry(&self.config.device).is_ok_and(|entry| entry.model.features.dpv1),
             state: self.state,
             problem: self.problem.clone(),
             exceptions: self.exceptions.clone(),
+            warnings: self.warnings.clone(),
             gas: self.config.gas.to_string(),
             levels: levels.map(|(name, level)| view::PressureLevel { name: name.clone(), pa: level.pa() }).collect(),
             readings: self.readings.clone(),
@@ -346,13 +342,32 @@ fn as_configured(found: CyclicSlave, device: &str) -> Result<CyclicSlave, FindEr
     Ok(CyclicSlave { model, configuration, unit: model.unit(found.unit.code).unwrap_or(found.unit), ..found })
 }
 
-/// The status of a value as the recorder evaluates it.
-fn range_status(status: StatusExtension) -> RangeStatus {
-    match status {
-        status if status.contains(StatusExtension::INVALID) => RangeStatus::Invalid,
-        status if status.contains(StatusExtension::OVER) => RangeStatus::Over,
-        status if status.contains(StatusExtension::UNDER) => RangeStatus::Under,
-        _ => RangeStatus::InRange,
+/// The state of a gauge that exchanges data.
+fn state_of(values: &CyclicValues) -> BusStationState {
+    if values.has_fault() { BusStationState::Fault } else { BusStationState::DataExchange }
+}
+
+fn reading(
+    gauge: &config::Gauge,
+    slave: &CyclicSlave,
+    value: &ChannelValue,
+    is_only: bool,
+    silence: Duration,
+) -> view::Reading {
+    // A TPG300 or TPG500 does not report which gauges its channels have.
+    let principle = slave.principle(value.instance);
+    let name = &gauge.name;
+    let quality = validity::quality_after(value.quality, silence);
+    let is_fresh = quality == value.quality;
+    view::Reading {
+        series: if is_only { name.clone() } else { format!("{name}.{}", value.instance) },
+        instance: value.instance,
+        principle: principle.map(word),
+        pa: value.pa.filter(|_| is_fresh),
+        limit_pa: value.limit_pa.filter(|_| is_fresh),
+        corrected_pa: value.pa.filter(|_| is_fresh).and_then(|pa| corrected(pa, principle?, gauge.gas)),
+        quality,
+        cause: value.cause.filter(|_| is_fresh).map(|cause| cause.to_string()),
     }
 }
 
@@ -379,40 +394,5 @@ mod tests {
         assert_eq!(corrected(1.0, Principle::HotCathode, Gas::He), None);
         let helium = corrected(1e-4, Principle::HotCathode, Gas::He).unwrap();
         assert!((helium / 5.9e-4 - 1.0).abs() < 1e-12);
-    }
-
-    #[test]
-    fn a_number_that_is_no_pressure_is_never_shown_as_one() {
-        let gauge = config::Gauge {
-            name: "chamber".to_owned(),
-            address: 5,
-            device: "bcg450".to_owned(),
-            poll: Duration::from_millis(200),
-            gas: Gas::N2,
-            levels: Vec::new(),
-        };
-        let model = entry("bcg450").unwrap().model;
-        let (configuration, unit) = (model.default_configuration, model.unit_named("mbar").unwrap());
-        let slave = CyclicSlave { address: 5, model, configuration, unit, principles: Default::default() };
-        let session = GaugeSession::new(gauge);
-        for (status, expected) in [
-            (StatusExtension::empty(), Quality::Invalid),
-            (StatusExtension::UNDER, Quality::Underrange),
-            (StatusExtension::OVER, Quality::Overrange),
-        ] {
-            for pa in [0.0, -1.0, f64::NAN, f64::INFINITY] {
-                let value = ChannelValue { instance: 1, pa: Some(pa), status };
-                let shown = session.reading(&slave, &value, true, Duration::ZERO);
-                assert_eq!((shown.pa, shown.corrected_pa, shown.quality), (None, None, expected), "{pa} {status:?}");
-            }
-        }
-    }
-
-    #[test]
-    fn an_invalid_status_outweighs_overrange_and_underrange() {
-        assert_eq!(range_status(StatusExtension::empty()), RangeStatus::InRange);
-        assert_eq!(range_status(StatusExtension::OVER), RangeStatus::Over);
-        assert_eq!(range_status(StatusExtension::UNDER), RangeStatus::Under);
-        assert_eq!(range_status(StatusExtension::INVALID | StatusExtension::OVER), RangeStatus::Invalid);
     }
 }

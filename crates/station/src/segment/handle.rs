@@ -96,7 +96,7 @@ fn record_abandoned(services: &SegmentServices, segment: &str) {
     let text = format!("segment {segment} did not stop in time and was abandoned");
     services.recorder.event_now(None, EventKind::Station, text);
     let gauges = services.snapshots.gauges().into_iter().filter(|gauge| gauge.segment == segment);
-    let readings = gauges.flat_map(|gauge| gauge.readings).filter(|reading| reading.quality != Quality::Gap);
+    let readings = gauges.flat_map(|gauge| gauge.readings).filter(|reading| reading.quality != Quality::Stale);
     for reading in readings {
         services.recorder.push(&Arc::from(reading.series), Sample::gap(Micros::now()));
     }

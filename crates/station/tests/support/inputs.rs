@@ -21,7 +21,7 @@ pub fn inputs(pa: f64, quality: Quality) -> Inputs {
 
 /// The inputs of the alarms while the gauge has given no data for a minute.
 pub fn silent() -> Inputs {
-    let mut inputs = inputs(1.0, Quality::Gap);
+    let mut inputs = inputs(1.0, Quality::Stale);
     for gauge in &mut inputs.gauges {
         gauge.age_ms = Some(60_000);
     }
@@ -30,14 +30,15 @@ pub fn silent() -> Inputs {
 
 /// The snapshot of the segment while the gauge shows this reading.
 pub fn snapshot(pa: f64, quality: Quality) -> SegmentSnapshot {
-    let has_pressure = profivac_recorder::validity::has_pressure(quality);
     let reading = Reading {
         series: "chamber".to_owned(),
         instance: 1,
         principle: Some(Principle::HotCathode),
-        pa: has_pressure.then_some(pa),
+        pa: (quality == Quality::Valid).then_some(pa),
+        limit_pa: quality.has_pressure().then_some(pa).filter(|_| quality != Quality::Valid),
         corrected_pa: None,
         quality,
+        cause: None,
     };
     SegmentSnapshot { segment: segment(), gauges: vec![gauge(vec![reading])] }
 }
@@ -64,9 +65,11 @@ pub fn gauge(readings: Vec<Reading>) -> Gauge {
         segment: "hall".to_owned(),
         address: 5,
         device: "bcg450".to_owned(),
+        has_dpv1: true,
         state: BusStationState::DataExchange,
         problem: None,
         exceptions: Vec::new(),
+        warnings: Vec::new(),
         gas: "n2".to_owned(),
         levels: Vec::new(),
         readings,

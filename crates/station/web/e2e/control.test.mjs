@@ -109,7 +109,7 @@ test('an operator looks at trends, requests control, arms a degas and sends it',
     assert.equal(await dialog(page).locator('.conditions .met').count(), 3)
     const said = await text(dialog(page))
     assert.match(said, /heats the electrodes/)
-    assert.match(said, /ba\.process-value is below 7\.2e-6 mbar · it is 1e-6 mbar/)
+    assert.match(said, /ba\.process-value is below 7\.20 × 10⁻⁶ mbar · it is 1\.00 × 10⁻⁶ mbar/)
     assert.match(said, /armed for \d+ s/)
     await dialog(page).getByRole('button', { name: 'Send' }).click()
     await dialog(page).getByText('Done: ba.degas-on').waitFor()
@@ -119,7 +119,7 @@ test('an operator looks at trends, requests control, arms a degas and sends it',
     await rows.filter({ hasText: 'degas-on' }).first().waitFor()
     assert.match(
       await text(rows.first()),
-      /Otto operator, 127\.0\.0\.1.*outcome.*chamber 5.*Hot Cathode Block State Command \(1:2\/14\).*done/s,
+      /Otto operator, 127\.0\.0\.1.*outcome.*chamber address 5.*Hot Cathode Block State Command \(1:2\/14\).*done/s,
     )
     await page.keyboard.press('6')
     await page.locator('.events tbody tr', { hasText: 'ba.degas-on by Otto: done' }).waitFor()
@@ -134,7 +134,7 @@ test('a degas above its pressure limit is refused with the condition', async () 
     await dialog(page).locator('.error', { hasText: 'must be below 7.2e-6 mbar; pump down first' }).waitFor()
     assert.match(
       await text(dialog(page).locator('.conditions .unmet').last()),
-      /ba\.process-value is below 7\.2e-6 mbar · it is 5e-4 mbar/,
+      /ba\.process-value is below 7\.20 × 10⁻⁶ mbar · it is 5\.00 × 10⁻⁴ mbar/,
     )
     assert.equal(await dialog(page).getByRole('button', { name: 'Send' }).count(), 0)
     await page.keyboard.press('1')

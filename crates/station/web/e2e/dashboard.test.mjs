@@ -75,11 +75,11 @@ test('pressures are those of the API, in every unit', async () => {
   })
 })
 
-test('without a valid pressure a card has words and no number', async () => {
+test('beyond its range a card shows the end of the range, and without a pressure words', async () => {
   await visit('/', async (page) => {
-    assert.equal(await text(big(page, 'gate 2')), 'over range')
-    assert.match(await text(page.locator('[data-gauge="gate 2"]')), /above 1\.00 × 10⁻² mbar/)
-    assert.equal(await text(big(page, 'cryostat')), 'not valid')
+    assert.equal(await text(big(page, 'gate 2')), '> 1.00 × 10⁻² mbar')
+    assert.match(await text(page.locator('[data-gauge="gate 2"]')), /cold cathode · over range/)
+    assert.match(await text(big(page, 'cryostat')), /^✖?\s*fault$/)
     assert.match(await text(page.locator('[data-gauge="cryostat"]')), /filament broken/)
     assert.equal(await text(big(page, 'oven')), 'no data')
     assert.match(await text(page.locator('[data-gauge="oven"]')), /no data since \d\d:\d\d:\d\d \(5 min/)
@@ -193,11 +193,12 @@ test('the cursor shows the values of all curves, and `no data` in a gap', async 
   })
 })
 
-test('the header fits into wide and narrow windows', async () => {
-  for (const [width, height] of [
-    [1280, 800],
-    [768, 1024],
-    [360, 740],
+test('the header fits into wide and narrow windows, and leaves a phone its room', async () => {
+  for (const [width, height, most] of [
+    [1280, 800, 120],
+    [768, 1024, 170],
+    [390, 844, 150],
+    [360, 740, 180],
   ]) {
     const look = async (page) => {
       const boxes = await page
@@ -205,7 +206,7 @@ test('the header fits into wide and narrow windows', async () => {
         .evaluateAll((all) => all.map((one) => one.getBoundingClientRect().toJSON()))
       assert.ok(boxes.length >= 12)
       for (const { left, right, top, bottom } of boxes)
-        assert.ok(left >= 0 && right <= width && top >= 0 && bottom <= 260, `${width}: ${left} to ${right}`)
+        assert.ok(left >= 0 && right <= width && top >= 0 && bottom <= most, `${width}: ${left} to ${right}, ${bottom}`)
       const hides = await page.locator('nav').evaluate((nav) => nav.scrollWidth - nav.clientWidth)
       assert.equal(hides, 0, `${width}: the navigation scrolls`)
     }
@@ -496,4 +497,84 @@ test('a station that stops is shown as lost, and the page reconnects', async () 
     await close()
     await mortal.stop()
   }
+})
+
+test('the channels of a controller have their numbers, in range and out of it', async () => {
+  await visit('/', async (page) => {
+    const details = await page.locator('[data-gauge="pump stand"] .sensor').allInnerTexts()
+    assert.deepEqual(details, ['channel 1 · Pirani', 'channel 2 · cold cathode', 'channel 3 · diaphragm'])
+  })
+})
+
+test('a page of a device without DP-V1 offers no commands and no parameters', async () => {
+  await visit('/gauge/pump%20stand', async (page) => {
+    await page.getByText('has no DP-V1').waitFor()
+    assert.equal(await page.locator('[data-command], .parameters, .change').count(), 0)
+    assert.deepEqual(await plant.json('/api/gauges/pump%20stand/commands'), [])
+    assert.deepEqual(await page.locator('.readings .sensor').allInnerTexts(), [
+      'channel 1 · Pirani',
+      'channel 2 · cold cathode',
+      'channel 3 · diaphragm',
+    ])
+  })
+})
+
+test('red is the colour of an active alarm of high priority and of nothing else', async () => {
+  const reds = () => {
+    const probe = document.body.appendChild(document.createElement('i'))
+    probe.style.color = 'var(--bad)'
+    const red = getComputedStyle(probe).color
+    probe.remove()
+    const isRed = (element) =>
+      [':before', null].some((part) => {
+        const { color, backgroundColor, borderTopColor, borderTopWidth } = getComputedStyle(element, part)
+        return color === red || backgroundColor === red || (borderTopColor === red && borderTopWidth !== '0px')
+      })
+    return [...document.querySelectorAll('body *')]
+      .filter((element) => isRed(element) && !element.closest('.priority.high, .badge.high, .alarm-item'))
+      .map(({ outerHTML }) => outerHTML.slice(0, 80))
+  }
+  for (const path of Object.keys(PAGES)) {
+    await visit(path, async (page) => assert.deepEqual(await page.evaluate(reds), [], path))
+  }
+})
+
+test('times are typed and shown as 2026-01-31 14:03:22 in every language', async () => {
+  const look = async (page) => {
+    const value = await page.locator('input.moment').first().inputValue()
+    assert.match(value, /^\d{4}-\d\d-\d\d \d\d:\d\d:\d\d$/)
+  }
+  const { started_ms } = await plant.json('/api/station')
+  await visit(`/rise?s=vessel&begin=${started_ms - 600_000}`, look, { locale: 'en-US' })
+  await visit('/trends', look, { locale: 'en-US' })
+})
+
+test('the pressure axis has its unit', async () => {
+  await visit('/trends?s=chamber', async (page) => {
+    await drawn(page)
+    const isWritten = await page.evaluate(() => {
+      const canvas = document.querySelector('.chart canvas')
+      const { data } = canvas.getContext('2d').getImageData(0, 0, 50, 14)
+      return data.some((value, index) => index % 4 === 3 && value > 100)
+    })
+    assert.ok(isWritten, 'nothing is written above the numbers of the axis')
+  })
+})
+
+test('the live stream is compressed and sends changes only', async () => {
+  const response = await fetch(`${plant.url}/api/live`, { headers: { 'accept-encoding': 'gzip' } })
+  assert.equal(response.headers.get('content-encoding'), 'gzip')
+  const reader = response.body.pipeThrough(new TextDecoderStream()).getReader()
+  let received = ''
+  while (received.split('event: change').length < 3) received += (await reader.read()).value
+  await reader.cancel()
+  const events = received.split('\n\n').map((event) => event.split('\n'))
+  assert.deepEqual(
+    events.slice(0, 2).map(([name]) => name),
+    ['event: snapshot', 'event: change'],
+  )
+  const [first, change] = events.map(([, data]) => data && JSON.parse(data.slice('data: '.length)))
+  assert.equal(first.gauges['turbo outlet'].readings['turbo outlet'].pa, 2.34)
+  assert.equal(change.gauges['turbo outlet'], undefined, 'a pressure that does not change is not sent')
+  assert.ok(change.gauges['gate 1'].readings['gate 1'].pa > 0)
 })

@@ -53,6 +53,16 @@ test('the parameters of a gauge are read over the bus', async () => {
   assert.ok(values.length > 50, `${values.length} values`)
 })
 
+test('the page of a TPG has its channels and no commands', async () => {
+  await visit('/gauge/tpg300%2014', async (page) => {
+    await page.getByText('has no DP-V1').waitFor()
+    assert.equal(await page.locator('[data-command]').count(), 0)
+    const details = await page.locator('.readings .sensor').allInnerTexts()
+    details.forEach((text, index) => assert.ok(text.startsWith(`channel ${index + 1}`), text))
+    assert.equal(details.length, 4)
+  })
+})
+
 test('the pump-down is drawn', async () => {
   await visit('/trends', drawn)
 })
@@ -67,6 +77,22 @@ test('the chamber is vented at first, which is an alarm; it clears when the cham
       return ['returned', 'normal'].includes(all.find(({ name }) => name === 'chamber above 1e-3 mbar').state)
     })
   })
+})
+
+test('a gauge below its range is under range and no fault, and an ion gauge without emission is off', async () => {
+  await visit('/', async (page) => {
+    const pirani = page.locator('[data-gauge="pcg550 8"]')
+    await pirani.locator('.big', { hasText: '< 5.00 × 10⁻⁵ mbar' }).waitFor()
+    assert.match(await pirani.innerText(), /under range/)
+    assert.equal(await pirani.locator('.faults').count(), 0)
+  })
+  const gauges = await demo.json('/api/gauges')
+  for (const { readings } of gauges) {
+    for (const { pa, quality, series } of readings) {
+      assert.equal(pa !== null, quality === 'valid', series)
+      assert.notEqual(pa, 0, series)
+    }
+  }
 })
 
 /** Chromium reports a refused request as an error on the console. */
@@ -91,7 +117,8 @@ test('a degas is refused while the pressure is too high and sent when it is low;
   try {
     await page.locator('.control').getByRole('button', { name: 'Request control' }).click()
     await page.locator('.control', { hasText: 'You have control' }).waitFor()
-    const unmet = (dialog) => dialog.locator('.conditions .unmet', { hasText: 'ba.process-value is below 7.2e-6 mbar' })
+    const unmet = (dialog) =>
+      dialog.locator('.conditions .unmet', { hasText: 'ba.process-value is below 7.20 × 10⁻⁶ mbar' })
     await degas(page, async (dialog, send) => (await unmet(dialog).count()) === 1 && (await send.count()) === 0)
     await page.getByRole('dialog', { name: 'Command' }).getByRole('button', { name: 'Close' }).click()
     await page.goto(`${own.url}/alarms`)
@@ -115,6 +142,17 @@ test('a degas is refused while the pressure is too high and sent when it is low;
       complaints.filter((complaint) => !REFUSAL.test(complaint)),
       [],
     )
+  } finally {
+    await close()
+    await own.stop()
+  }
+})
+
+test('a recording that has just begun fills the chart', async () => {
+  const own = await startDemo()
+  const { page, close } = await openPage(browser, `${own.url}/trends`)
+  try {
+    await page.getByRole('button', { name: '1 min', pressed: true }).waitFor()
   } finally {
     await close()
     await own.stop()

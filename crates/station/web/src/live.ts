@@ -1,6 +1,7 @@
 // The live data of the station: one stream of server-sent events for all pages, and the samples of the last minutes.
 
-import type { Snapshot } from './api/types.ts'
+import type { LiveState, Snapshot } from './api/types.ts'
+import { merged, snapshotOf } from './lib/merge.ts'
 import { bits } from './lib/series.ts'
 import { currentQuality, SILENCE_MS } from './lib/stale.ts'
 import { canView, onSessionChange, refreshSession } from './session.ts'
@@ -19,6 +20,8 @@ const STEP_MS = 1_000
 /** Ages on the page are drawn this often while no snapshot arrives. */
 const TICK_MS = 250
 
+/** The state as the stream sends it; `null` until its first event. */
+let state: LiveState | null = null
 let snapshot: Snapshot | null = null
 let receivedAt = 0
 let openedAt = performance.now()
@@ -74,7 +77,11 @@ function connect(): void {
   stream?.close()
   openedAt = performance.now()
   stream = new EventSource('/api/live')
-  stream.addEventListener('snapshot', (event: MessageEvent<string>) => receive(JSON.parse(event.data) as Snapshot))
+  // Each connection begins with the whole state, also when the browser connects again by itself.
+  stream.addEventListener('snapshot', (event: MessageEvent<string>) => receive(JSON.parse(event.data) as LiveState))
+  stream.addEventListener('change', (event: MessageEvent<string>) => {
+    if (state) receive(merged(state, JSON.parse(event.data)) as LiveState)
+  })
   stream.addEventListener('error', () => void refreshSession())
 }
 
@@ -82,20 +89,23 @@ function connect(): void {
 function disconnect(): void {
   stream?.close()
   stream = null
+  state = null
   snapshot = null
   samples.clear()
   notify()
 }
 
-function receive(next: Snapshot): void {
+function receive(received: LiveState): void {
+  const next = snapshotOf(received)
   // Without snapshots in between, the recent samples would show a line over the gap.
   if (snapshot && next.station.now_ms - snapshot.station.now_ms > 2 * SILENCE_MS) samples.clear()
+  state = received
   snapshot = next
   receivedAt = performance.now()
   for (const gauge of next.gauges) {
     for (const reading of gauge.readings) {
       const quality = currentQuality(gauge, reading, 0)
-      const pa = quality === 'gap' ? null : reading.pa
+      const pa = quality === 'stale' ? null : (reading.pa ?? reading.limit_pa)
       keep(reading.series, { at: next.station.now_ms, pa, bits: bits(quality) })
     }
   }

@@ -2,7 +2,16 @@ import assert from 'node:assert/strict'
 import { test } from 'node:test'
 import { exportAddress } from '../dist/test/api/calls.js'
 import { baud, gas, lostSentence, segmentSentence } from '../dist/test/lib/labels.js'
-import { aligned, moved, rangeOf, rangeText, tableTimes, windowOf, zoomed } from '../dist/test/lib/range.js'
+import {
+  aligned,
+  fittingRange,
+  moved,
+  rangeOf,
+  rangeText,
+  tableTimes,
+  windowOf,
+  zoomed,
+} from '../dist/test/lib/range.js'
 import { fitted, steadyPart, verdict } from '../dist/test/lib/rise.js'
 import { matchingBlocks } from '../dist/test/lib/search.js'
 import { ageOf, currentQuality, isStale } from '../dist/test/lib/stale.js'
@@ -20,9 +29,9 @@ test('the station decides after which time a reading is stale', () => {
   assert.ok(!isStale({ age_ms: 60_000, stale_after_ms: 18_000_000 }, 0))
 })
 
-test('a stale reading is a gap, whatever its quality was', () => {
+test('a reading that is too old is stale, whatever its quality was', () => {
   assert.equal(currentQuality(gauge, { quality: 'overrange' }, 0), 'overrange')
-  assert.equal(currentQuality(gauge, { quality: 'valid' }, 10_000), 'gap')
+  assert.equal(currentQuality(gauge, { quality: 'valid' }, 10_000), 'stale')
 })
 
 test('pixels do not move with the time', () => {
@@ -65,6 +74,13 @@ test('the address of the page holds the range', () => {
     assert.deepEqual(rangeOf(new URLSearchParams(wrong)), { last: 3_600_000 }, wrong)
   }
   assert.deepEqual(windowOf({ last: 10 }, 100), [90, 100])
+})
+
+test('a recording that has just begun fills the chart', () => {
+  const now = 10_000_000
+  const spans = [10_000, 60_000, 300_000, 3_000_000].map((age) => fittingRange(now - age, now).last)
+  assert.deepEqual(spans, [60_000, 60_000, 600_000, 3_600_000])
+  assert.deepEqual(fittingRange(null, now), { last: 60_000 })
 })
 
 const rise = { start_pa: 1, steady_pa_per_s: 0.1, bend_pa: 10, tau_s: 100, explained: 0.999, samples: 100 }

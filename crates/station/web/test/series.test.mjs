@@ -65,7 +65,7 @@ test('a stretch outside the range reaches from its first to its last sample', ()
   const over = trend([0, 1], [10, 5, OVER], [20, 5, VALID | OVER], [30, 1], [40, null, 8])
   assert.deepEqual(stretches(over, 1000), [
     { from: 10_000, to: 30_000, kind: 'over', limit: 10 },
-    { from: 40_000, to: 41_000, kind: 'invalid', limit: null },
+    { from: 40_000, to: 41_000, kind: 'fault', limit: null },
   ])
 })
 
@@ -116,10 +116,17 @@ test('an axis has whole decades, at least two', () => {
 test('the quality of a sample is the worst that applies to its mean', () => {
   assert.equal(qualityOf({ mean: 1, bits: VALID | GAP }), 'valid')
   assert.equal(qualityOf({ mean: 1, bits: VALID | OVER }), 'overrange')
-  assert.equal(qualityOf({ mean: null, bits: 8 }), 'invalid')
-  assert.equal(qualityOf({ mean: null, bits: GAP }), 'gap')
+  assert.equal(qualityOf({ mean: null, bits: 8 }), 'fault')
+  assert.equal(qualityOf({ mean: null, bits: GAP }), 'stale')
+  assert.deepEqual(
+    [32, 64].map((bits) => qualityOf({ mean: null, bits })),
+    ['off', 'missing'],
+  )
 })
 
 test('qualities are the bits of the API', () => {
-  assert.deepEqual(['valid', 'overrange', 'underrange', 'invalid', 'gap'].map(bits), [1, 2, 4, 8, 16])
+  assert.deepEqual(
+    ['valid', 'overrange', 'underrange', 'fault', 'stale', 'off', 'missing'].map(bits),
+    [1, 2, 4, 8, 16, 32, 64],
+  )
 })

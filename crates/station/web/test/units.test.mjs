@@ -1,6 +1,6 @@
 import assert from 'node:assert/strict'
 import { test } from 'node:test'
-import { age, clock, decade, inputMoment, number, parts } from '../dist/test/lib/format.js'
+import { age, clock, decade, moment, momentOf, number, parts, readable } from '../dist/test/lib/format.js'
 import { FLOWS, inUnit, isUnit, nextUnit, UNIT_NAMES } from '../dist/test/lib/units.js'
 
 test('one pascal in every unit', () => {
@@ -63,5 +63,14 @@ test('ages have at most two units', () => {
 test('times are in the time zone of the browser', () => {
   const at = new Date(2026, 0, 31, 4, 5, 6).getTime()
   assert.equal(clock(at), '04:05:06')
-  assert.equal(inputMoment(at), '2026-01-31T04:05:06')
+  assert.equal(moment(at), '2026-01-31 04:05:06')
+  assert.equal(momentOf(moment(at)), at)
+  assert.equal(momentOf('2026-01-31 04:05'), at - 6_000)
+  for (const wrong of ['', '1/31/2026 4:05 AM', '2026-13-31 04:05', '04:05']) assert.equal(momentOf(wrong), null, wrong)
+})
+
+test('long numbers of the station are rounded for reading', () => {
+  assert.equal(readable('it is 4.5095703e-8 mbar'), 'it is 4.51 × 10⁻⁸ mbar')
+  assert.equal(readable('ba.process-value is below 7.2e-6 mbar'), 'ba.process-value is below 7.20 × 10⁻⁶ mbar')
+  assert.equal(readable('the emission is on'), 'the emission is on')
 })

@@ -193,7 +193,7 @@ impl Scenario {
     /// [`MemorySegmentError`] when the master has no room for the slaves, or no master can have this address.
     pub fn memory_segment(&self, address: u8, baud: Baud) -> Result<MemorySegment, MemorySegmentError> {
         let devices = self.devices(baud, |_| Ok::<_, SpecError>(NonvolatileMemory::volatile()))?;
-        let watched = |Gauge { spec, .. }: &Gauge| {
+        let watched = |(Gauge { spec, .. }, device): (&Gauge, &VirtualDevice)| {
             let model = entry(&spec.device)?.model;
             let configuration = cyclic_configuration(model);
             // Every device has mbar. COUNTS would need the scale of the gauge.
@@ -203,10 +203,10 @@ impl Scenario {
                 model,
                 configuration,
                 unit,
-                principles: ChannelPrinciples::default(),
+                principles: ChannelPrinciples::of_parts(model, device.device().parts()),
             })
         };
-        let watched = self.gauges.iter().map(watched).collect::<Result<Vec<_>, _>>()?;
+        let watched = self.gauges.iter().zip(&devices).map(watched).collect::<Result<Vec<_>, _>>()?;
         let bus = BusParameters::new(address, baud).check()?;
         MemorySegment::new(devices, watched, bus, baud).map_err(MemorySegmentError::Master)
     }
@@ -233,11 +233,14 @@ fn step(text: &Text) -> Result<f64, TextError> {
     if step_s <= LONGEST_STEP_S { Ok(step_s) } else { Err(TextError::at(&text.span(), long())) }
 }
 
-/// The first configuration with floats and the instance of the value, or the default one.
-fn cyclic_configuration(model: &'static Model) -> &'static Configuration {
+/// The first configuration with floats and their instance or the status of each channel, or the default one.
+#[must_use]
+pub fn cyclic_configuration(model: &'static Model) -> &'static Configuration {
     let tells = |configuration: &&Configuration| {
         let has = |field| configuration.inputs.is_some_and(|inputs| inputs.fields.contains(&field));
-        has(Field::PvSelector) && has(Field::ProcessValue(NumberType::Float)) && configuration.outputs.is_none()
+        let is_gauge = has(Field::PvSelector) && has(Field::ProcessValue(NumberType::Float));
+        let is_controller = has(Field::ChannelStatus) && has(Field::ChannelValue(1, NumberType::Float));
+        (is_gauge || is_controller) && configuration.outputs.is_none()
     };
     model.configurations.iter().find(tells).unwrap_or(model.default_configuration)
 }

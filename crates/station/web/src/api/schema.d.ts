@@ -393,7 +393,8 @@ export interface paths {
         };
         /**
          * The commands of a gauge with their conditions and risks
-         * @description The station answers from its tables, without a request to the gauge.
+         * @description The station answers from its tables, without a request to the gauge. A device without DP-V1 has none: the station could not send
+         *     them.
          */
         get: operations["commands"];
         put?: never;
@@ -412,8 +413,10 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Snapshots of the station, four a second
-         * @description Server-sent events named `snapshot`. A slow client misses snapshots. The stream ends with the session of its client.
+         * The state of the station and its changes, up to four a second
+         * @description Server-sent events. The event `snapshot` has the whole state and comes first; each event `change` is a JSON merge patch (RFC 7396) of the
+         *     state. A slow client gets fewer events, and misses no change. The stream is compressed for a client that accepts gzip. It ends with the
+         *     session of its client.
          */
         get: operations["live"];
         put?: never;
@@ -672,23 +675,6 @@ export interface components {
              */
             value: number | null;
         };
-        /** @description The alarms at one moment. */
-        AlarmOverview: {
-            /** @description Alarms that are neither normal nor out of service, the most urgent first, up to 50. */
-            alarms: components["schemas"]["AlarmView"][];
-            /** @description Alarms of high priority. */
-            high: components["schemas"]["AlarmCount"];
-            /** @description Alarms of low priority. */
-            low: components["schemas"]["AlarmCount"];
-            /** @description Alarms of medium priority. */
-            medium: components["schemas"]["AlarmCount"];
-            /** @description The number of such alarms beyond the list. */
-            not_listed: number;
-            /** @description The number of alarms out of service. */
-            out_of_service: number;
-            /** @description Why this overview may be wrong: the alarms were not evaluated for a while, or cannot be stored. */
-            problem: string | null;
-        };
         /**
          * @description The state of an alarm.
          * @enum {string}
@@ -872,6 +858,11 @@ export interface components {
          * @enum {string}
          */
         BusStationState: "own-master" | "other-master" | "data-exchange" | "fault" | "starting" | "missing" | "unconfigured";
+        /**
+         * @description A JSON merge patch (RFC 7396) of the snapshot: only what has changed. A property that becomes `null`, and an entry that disappears,
+         *     is `null` here.
+         */
+        Change: Record<string, never>;
         /** @description A command of a gauge. */
         Command: {
             /** @description Why it cannot be executed from the station; `null` if it can. */
@@ -969,10 +960,12 @@ export interface components {
             age_ms: number | null;
             /** @description The device: `bcg450`. */
             device: string;
-            /** @description The exceptions it reports. */
+            /** @description The alarms that it reports: its defects. */
             exceptions: string[];
             /** @description The gas for which the readings are corrected. */
             gas: string;
+            /** @description Whether parameters are read and commands are sent while it exchanges data: the device has DP-V1. */
+            has_dpv1: boolean;
             /** @description Pressures that trends mark with a line. */
             levels: components["schemas"]["PressureLevel"][];
             /** @description Its name. */
@@ -995,9 +988,81 @@ export interface components {
             stale_after_ms: number;
             /** @description The state. */
             state: components["schemas"]["BusStationState"];
+            /** @description The warnings that it reports, without those that the qualities of its readings explain. */
+            warnings: string[];
         };
         /** @description A value in a request. */
         GivenValue: string | number | boolean;
+        /** @description The alarms at one moment, in the live stream. */
+        LiveAlarms: {
+            /** @description Alarms that are neither normal nor out of service, by name, up to 50. */
+            alarms: {
+                [key: string]: components["schemas"]["AlarmView"];
+            };
+            /** @description Alarms of high priority. */
+            high: components["schemas"]["AlarmCount"];
+            /** @description Alarms of low priority. */
+            low: components["schemas"]["AlarmCount"];
+            /** @description Alarms of medium priority. */
+            medium: components["schemas"]["AlarmCount"];
+            /** @description The number of such alarms beyond the list. */
+            not_listed: number;
+            /** @description Their names, the most urgent first. */
+            order: string[];
+            /** @description The number of alarms out of service. */
+            out_of_service: number;
+            /** @description Why this overview may be wrong: the alarms were not evaluated for a while, or cannot be stored. */
+            problem: string | null;
+        };
+        /** @description Data of the live stream. The event `snapshot` comes first and once. */
+        LiveEvent: components["schemas"]["Snapshot"] | components["schemas"]["Change"];
+        /** @description A gauge in the live stream. */
+        LiveGauge: {
+            /**
+             * Format: int32
+             * @description Its address.
+             */
+            address: number;
+            /**
+             * Format: int64
+             * @description The age of the readings in milliseconds, rounded down to whole seconds; `null` if there never was one.
+             */
+            age_ms: number | null;
+            /** @description The device: `bcg450`. */
+            device: string;
+            /** @description The alarms that it reports: its defects. */
+            exceptions: string[];
+            /** @description The gas for which the readings are corrected. */
+            gas: string;
+            /** @description Whether parameters are read and commands are sent while it exchanges data: the device has DP-V1. */
+            has_dpv1: boolean;
+            /** @description Pressures that trends mark with a line. */
+            levels: components["schemas"]["PressureLevel"][];
+            /** @description Its name. */
+            name: string;
+            /**
+             * Format: int64
+             * @description The poll interval in milliseconds.
+             */
+            poll_ms: number;
+            /** @description Why it is not in data exchange, in a sentence. */
+            problem: string | null;
+            /** @description The readings, by series. */
+            readings: {
+                [key: string]: components["schemas"]["Reading"];
+            };
+            /** @description Its segment. */
+            segment: string;
+            /**
+             * Format: int64
+             * @description The age in milliseconds from which the readings are stale.
+             */
+            stale_after_ms: number;
+            /** @description The state. */
+            state: components["schemas"]["BusStationState"];
+            /** @description The warnings that it reports, without those that the qualities of its readings explain. */
+            warnings: string[];
+        };
         /** @description Name and password of a user. */
         Login: {
             /**
@@ -1108,6 +1173,8 @@ export interface components {
         };
         /** @description The reading of a measuring part. */
         Reading: {
+            /** @description The cause of the quality, in a few words, where the gauge reports one. */
+            cause: string | null;
             /**
              * Format: double
              * @description The pressure in Pa, corrected for the gas; `null` where no factor holds.
@@ -1120,7 +1187,12 @@ export interface components {
             instance: number;
             /**
              * Format: double
-             * @description The indicated pressure in Pa; `null` without a value.
+             * @description The end of the range in Pa, of a pressure below it (`underrange`) or above it (`overrange`).
+             */
+            limit_pa: number | null;
+            /**
+             * Format: double
+             * @description The indicated pressure in Pa; `null` unless the quality is `valid`.
              */
             pa: number | null;
             /**
@@ -1129,10 +1201,10 @@ export interface components {
              */
             principle: "pirani" | "hot-cathode" | "cold-cathode" | "diaphragm" | "atmosphere" | null;
             /**
-             * @description The quality: `valid`, `overrange`, `underrange`, `invalid`, `gap`.
+             * @description The quality: `valid`, `overrange`, `underrange`, `fault`, `stale`, `off`, `missing`.
              * @enum {string}
              */
-            quality: "valid" | "overrange" | "underrange" | "invalid" | "gap";
+            quality: "valid" | "overrange" | "underrange" | "fault" | "stale" | "off" | "missing";
             /** @description The name under which it is recorded: that of the gauge, with the channel of a controller. */
             series: string;
         };
@@ -1275,15 +1347,21 @@ export interface components {
         /** @description The state of the station at one moment. */
         Snapshot: {
             /** @description The active alarms. */
-            alarms: components["schemas"]["AlarmOverview"];
+            alarms: components["schemas"]["LiveAlarms"];
             /** @description The user with control authority, and a request for it. */
             control_authority: components["schemas"]["ControlAuthorityView"];
-            /** @description Its gauges with their readings. */
-            gauges: components["schemas"]["Gauge"][];
+            /** @description The names of the gauges in the order of the station's file. */
+            gauge_order: string[];
+            /** @description Its gauges with their readings, by name. */
+            gauges: {
+                [key: string]: components["schemas"]["LiveGauge"];
+            };
             /** @description The gauges whose parameters are being read. */
             read_progress: components["schemas"]["ReadProgress"][];
-            /** @description Its segments. */
-            segments: components["schemas"]["Segment"][];
+            /** @description Its segments, by name. */
+            segments: {
+                [key: string]: components["schemas"]["Segment"];
+            };
             /** @description The station. */
             station: components["schemas"]["Station"];
         };
@@ -1327,7 +1405,10 @@ export interface components {
             low: (number | null)[];
             /** @description The geometric mean in Pa. */
             mean: (number | null)[];
-            /** @description The qualities that occurred: bit 0 valid, 1 overrange, 2 underrange, 3 invalid, 4 gap. */
+            /**
+             * @description The qualities that occurred: bit 0 valid, 1 overrange, 2 underrange, 3 fault, 4 stale, 5 off, 6
+             *     missing.
+             */
             qualities: number[];
             /** @description The name of the series. */
             series: string;
@@ -3400,7 +3481,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "text/event-stream": components["schemas"]["Snapshot"];
+                    "text/event-stream": components["schemas"]["LiveEvent"];
                 };
             };
             /** @description The user has not logged in */

@@ -5,8 +5,18 @@ import type { components } from './schema.d.ts'
 
 type Schemas = components['schemas']
 
-/** /api/live sends one four times a second. */
-export type Snapshot = Schemas['Snapshot']
+/** The state of the station as /api/live sends it, with lists as objects by name, so that a change needs only what has changed. */
+export type LiveState = Schemas['Snapshot']
+export type LiveGauge = LiveState['gauges'][string]
+/** The same for pages. */
+export interface Snapshot {
+  station: Station
+  segments: Segment[]
+  gauges: Gauge[]
+  control_authority: Control
+  read_progress: Schemas['ReadProgress'][]
+  alarms: ActiveAlarms
+}
 export type Station = Schemas['Station']
 export type Recorder = Schemas['RecorderView']
 
@@ -32,7 +42,7 @@ export type Rise = Schemas['RiseView']
 export type Alarm = Schemas['AlarmView']
 export type AlarmState = Schemas['AlarmState']
 export type AlarmCounts = Schemas['AlarmCount']
-export type ActiveAlarms = Schemas['AlarmOverview']
+export type ActiveAlarms = Omit<Schemas['LiveAlarms'], 'alarms' | 'order'> & { alarms: Alarm[] }
 export type AlarmEvent = Schemas['AlarmHistoryView']
 export type AlarmChange = AlarmEvent['change']
 export type AcknowledgedAlarms = Schemas['AcknowledgeAllResult']

@@ -45,6 +45,15 @@ export function AlarmBadge({ snapshot }: { snapshot: Snapshot }): JSX.Element {
     )
   }
   const { priority, activeOfPriority, active, unacknowledged } = counts
+  if (priority === null) {
+    const text = `none active, ${unacknowledged} cleared and not acknowledged`
+    return (
+      <Link to="/alarms" class="badge cleared" title={text} aria-label={`Alarms: ${text}`}>
+        <span aria-hidden="true">○ </span>
+        {unacknowledged} cleared
+      </Link>
+    )
+  }
   const text = `${active} active, ${unacknowledged} not acknowledged, highest priority ${priority}`
   return (
     <Link
@@ -54,7 +63,7 @@ export function AlarmBadge({ snapshot }: { snapshot: Snapshot }): JSX.Element {
       aria-label={`Alarms: ${text}`}
     >
       <span aria-hidden="true">{SHAPES[priority]} </span>
-      {activeOfPriority > 0 ? `${activeOfPriority} ${priority}` : `${priority}, cleared`}
+      {activeOfPriority} {priority}
       {unacknowledged > 0 && <span class="new"> {unacknowledged} new</span>}
     </Link>
   )

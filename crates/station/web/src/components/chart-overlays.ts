@@ -27,27 +27,30 @@ export interface TimeMark {
   strong?: boolean
 }
 
-/** The height of the bar for `not valid`, in CSS pixels. */
+/** The height of the bar without a pressure, in CSS pixels. */
 const BAR_PX = 5
 
 /** A band fades out over the first, and is never lower than the second. */
 const BAND_PX = 56
 const LEAST_BAND_PX = 16
 
-const LABELS = { over: 'over range', under: 'under range', invalid: 'not valid' }
+const LABELS = { over: 'over range', under: 'under range', fault: 'fault', off: 'off', missing: 'no gauge' }
+
+/** Whether a stretch is a bar at the bottom and not a band at the end of the range. */
+const isBar = ({ kind }: Stretch): boolean => kind !== 'over' && kind !== 'under'
 
 /** Draws the stretches of all lines; the bars of several lines lie above each other. */
 export function drawAllStretches(chart: uPlot, lines: Line[]): void {
   let lane = 0
   for (const line of lines) {
     drawStretches(chart, line, lane)
-    if (line.stretches.some(({ kind }) => kind === 'invalid')) lane += 1
+    if (line.stretches.some(isBar)) lane += 1
   }
 }
 
 /**
- * Draws stretches without a pressure. Outside the range: a shaded band that begins at the end of the range. Not valid: a bar
- * at the bottom.
+ * Draws stretches without a pressure. Outside the range: a shaded band that begins at the end of the range. Otherwise a bar at the
+ * bottom: filled for a fault, pale while the gauge is off.
  */
 function drawStretches(chart: uPlot, line: Line, lane: number): void {
   const { ctx, bbox } = chart
@@ -59,10 +62,9 @@ function drawStretches(chart: uPlot, line: Line, lane: number): void {
     const right = Math.min(bbox.left + bbox.width, chart.valToPos(stretch.to, 'x', true))
     if (right <= left) continue
     const [top, bottom] = edges(chart, stretch, lane)
-    ctx.fillStyle =
-      stretch.kind === 'invalid'
-        ? tokenColour('bad')
-        : faded(ctx, line.colour, stretch.kind === 'over' ? [bottom, top] : [top, bottom])
+    ctx.fillStyle = isBar(stretch)
+      ? tokenColour(stretch.kind === 'fault' ? 'muted' : 'grid')
+      : faded(ctx, line.colour, stretch.kind === 'over' ? [bottom, top] : [top, bottom])
     ctx.fillRect(left, top, Math.max(dpr, right - left), bottom - top)
     const text = `${line.name} ${LABELS[stretch.kind]}`
     const y = stretch.kind === 'over' ? bottom - 13 * dpr : stretch.kind === 'under' ? top + 2 * dpr : top - 14 * dpr
@@ -72,7 +74,7 @@ function drawStretches(chart: uPlot, line: Line, lane: number): void {
       left + 130 * dpr,
       y,
       right - left - 136 * dpr,
-      stretch.kind === 'invalid' ? tokenColour('bad') : line.colour,
+      isBar(stretch) ? tokenColour('muted') : line.colour,
     )
   }
   ctx.restore()
@@ -87,10 +89,11 @@ function faded(ctx: CanvasRenderingContext2D, colour: string, [from, to]: [numbe
 }
 
 /** The top and bottom of a stretch. */
-function edges({ bbox, valToPos }: uPlot, { kind, limit }: Stretch, lane: number): [number, number] {
+function edges({ bbox, valToPos }: uPlot, stretch: Stretch, lane: number): [number, number] {
+  const { kind, limit } = stretch
   const dpr = devicePixelRatio
   const bottom = bbox.top + bbox.height
-  if (kind === 'invalid' || limit === null) {
+  if (isBar(stretch) || limit === null) {
     const y = bottom - (BAR_PX + 1) * dpr * lane
     return [y - BAR_PX * dpr, y]
   }
@@ -102,6 +105,17 @@ function edges({ bbox, valToPos }: uPlot, { kind, limit }: Stretch, lane: number
   }
   const end = Math.min(y, bottom - least)
   return [end, Math.min(bottom, end + most)]
+}
+
+/** The unit of the pressure axis, above its numbers. */
+export function drawUnit({ ctx, bbox }: uPlot, unit: string): void {
+  ctx.save()
+  ctx.font = `${11 * devicePixelRatio}px system-ui, sans-serif`
+  ctx.textBaseline = 'top'
+  ctx.textAlign = 'right'
+  ctx.fillStyle = tokenColour('muted')
+  ctx.fillText(unit, bbox.left - 6 * devicePixelRatio, 0)
+  ctx.restore()
 }
 
 export function drawMarks(chart: uPlot, levels: Level[], marks: TimeMark[]): void {
@@ -146,15 +160,11 @@ function drawNamedMark(chart: uPlot, name: string, x: number): void {
   label(chart, name, left, bbox.top + 6 * dpr, width, tokenColour('accent'))
 }
 
-/** A dotted line with a triangle at the bottom. */
+/** A triangle at the bottom: lines over the whole height would hide the curves when much happens. */
 function drawEventMark(chart: uPlot, x: number): void {
   const { ctx, bbox } = chart
   const dpr = devicePixelRatio
   const bottom = bbox.top + bbox.height
-  ctx.strokeStyle = tokenColour('muted')
-  ctx.lineWidth = dpr
-  ctx.setLineDash([2 * dpr, 4 * dpr])
-  stroke(ctx, x, bbox.top, x, bottom)
   ctx.fillStyle = tokenColour('muted')
   ctx.beginPath()
   ctx.moveTo(x - 4 * dpr, bottom)

@@ -8,7 +8,7 @@ import uPlot from 'uplot'
 import 'uplot/dist/uPlot.min.css'
 import { decade, number } from '../lib/format.ts'
 import type { Curve } from '../lib/series.ts'
-import { drawAllStretches, drawMarks, type Level, type Line, type TimeMark } from './chart-overlays.ts'
+import { drawAllStretches, drawMarks, drawUnit, type Level, type Line, type TimeMark } from './chart-overlays.ts'
 import { tokenColour } from './palette.ts'
 
 export interface ChartProps {
@@ -88,6 +88,7 @@ export function Chart(props: ChartProps): JSX.Element {
       data-from={props.window[0]}
       data-to={props.window[1]}
       data-points={props.times.length}
+      data-unit={props.unit}
       onKeyDown={onKeyDown}
     />
   )
@@ -119,7 +120,7 @@ function options(latest: { current: ChartProps }): uPlot.Options {
     height,
     ms: 1,
     legend: { show: false },
-    padding: [12, EDGE_PX, 0, 0],
+    padding: [16, EDGE_PX, 0, 0],
     scales: {
       x: { time: true, range: () => latest.current.window },
       y: { distr: log ? 3 : 1, range: () => latest.current.scale },
@@ -185,7 +186,10 @@ function powers(low: number, high: number, height: number): number[] {
 function hooks(latest: { current: ChartProps }): uPlot.Hooks.Arrays {
   return {
     drawAxes: [(chart) => drawAllStretches(chart, latest.current.lines)],
-    draw: [(chart) => drawMarks(chart, latest.current.levels ?? [], latest.current.marks ?? [])],
+    draw: [
+      (chart) => drawMarks(chart, latest.current.levels ?? [], latest.current.marks ?? []),
+      (chart) => drawUnit(chart, latest.current.unit),
+    ],
     setSelect: [
       (chart) => {
         const { left, width } = chart.select

@@ -5,6 +5,7 @@ import type { JSX } from 'preact'
 import { useEffect, useState } from 'preact/hooks'
 import { arm, conditionsOf, disarm, sendArmed } from '../api/calls.ts'
 import type { ArmedCommand, Condition, Outcome, Request, Risk } from '../api/types.ts'
+import { readable } from '../lib/format.ts'
 import { RISKS } from '../lib/labels.ts'
 import { errorText, useModal } from './hooks.ts'
 
@@ -167,7 +168,7 @@ function Conditions({ conditions }: { conditions: Condition[] }): JSX.Element | 
           <span class="mark" role="img" aria-label={is_met ? 'met:' : 'not met:'}>
             {is_met ? '✓' : '✗'}
           </span>{' '}
-          {expected} <span class="muted">· {found}</span>
+          {readable(expected)} <span class="muted">· {readable(found)}</span>
         </li>
       ))}
     </ul>

@@ -1,6 +1,7 @@
 // Fields of filter bars.
 
 import type { JSX } from 'preact'
+import { MOMENT_FORM, momentOf } from '../lib/format.ts'
 
 interface ChoiceProps {
   label: string
@@ -25,6 +26,39 @@ export function Choice({ label, value, options, onChange }: ChoiceProps): JSX.El
 
 /** For choices whose values are their texts. */
 export const sameText = (values: readonly string[]): [string, string][] => values.map((value) => [value, value])
+
+interface MomentProps {
+  label: string
+  value: string
+  onInput?: (text: string) => void
+  onChange?: (text: string) => void
+}
+
+/** A time as a text in ISO form: the field of the browser shows it as its language does, also with AM and PM. */
+export function MomentField({ label, value, onInput, onChange }: MomentProps): JSX.Element {
+  return (
+    <input
+      class="moment"
+      type="text"
+      placeholder={MOMENT_FORM}
+      title={MOMENT_FORM}
+      aria-label={label}
+      autocomplete="off"
+      value={value}
+      onInput={(event) => {
+        event.currentTarget.setCustomValidity('')
+        onInput?.(event.currentTarget.value)
+      }}
+      onChange={(event) => {
+        const text = event.currentTarget.value
+        const isWrong = text !== '' && momentOf(text) === null
+        event.currentTarget.setCustomValidity(isWrong ? `Expected a time like ${MOMENT_FORM}, got ${text}` : '')
+        if (isWrong) event.currentTarget.reportValidity()
+        else onChange?.(text)
+      }}
+    />
+  )
+}
 
 interface SearchProps {
   label: string

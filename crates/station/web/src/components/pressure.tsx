@@ -4,7 +4,7 @@ import './pressure.css'
 import type { JSX } from 'preact'
 import type { Gauge, Quality, Reading } from '../api/types.ts'
 import { parts, superscript } from '../lib/format.ts'
-import { gas, QUALITIES } from '../lib/labels.ts'
+import { gas, PRINCIPLES, QUALITIES } from '../lib/labels.ts'
 import { qualityOf, type Sample } from '../lib/series.ts'
 import { inUnit, type Unit } from '../lib/units.ts'
 
@@ -25,25 +25,42 @@ export function Pressure({ pa, unit }: { pa: number; unit: Unit }): JSX.Element 
 }
 
 interface ReadingProps {
+  /** The pressure, or the end of the range that it is beyond. */
   pa: number | null
   quality: Quality
   unit: Unit
 }
 
-/** A valid pressure as a number, everything else as words. */
-export function ReadingText({ pa, quality, unit }: ReadingProps): JSX.Element {
-  if (quality === 'valid' && pa !== null) return <Pressure pa={pa} unit={unit} />
-  return <span class={`no-pressure ${quality}`}>{QUALITIES[quality]}</span>
-}
+const SIGNS: Partial<Record<Quality, string>> = { valid: '', overrange: '> ', underrange: '< ' }
 
-/** The end of the range, beside `over range` and `under range`. */
-export function RangeLimit({ pa, quality, unit }: ReadingProps): JSX.Element | null {
-  if (pa === null || (quality !== 'overrange' && quality !== 'underrange')) return null
+/** A valid pressure as a number, one beyond the range as `<` or `>` with the end of the range, everything else as words. */
+export function ReadingText({ pa, quality, unit }: ReadingProps): JSX.Element {
+  const sign = SIGNS[quality]
+  if (pa === null || sign === undefined) return <span class={`no-pressure ${quality}`}>{QUALITIES[quality]}</span>
+  if (sign === '') return <Pressure pa={pa} unit={unit} />
   return (
-    <span class="range-limit">
-      {quality === 'overrange' ? 'above ' : 'below '}
+    <span class={`no-pressure ${quality}`} title={QUALITIES[quality]}>
+      {sign}
       <Pressure pa={pa} unit={unit} />
     </span>
+  )
+}
+
+/** The pressure of a reading, or the end of the range that it is beyond. */
+export const boundOf = ({ pa, limit_pa }: Reading): number | null => pa ?? limit_pa
+
+/** Channel, sensor and quality of a reading, beside its pressure. */
+export function ReadingDetails(props: { gauge: Gauge; reading: Reading; quality: Quality; unit: Unit }): JSX.Element {
+  const { gauge, reading, quality, unit } = props
+  const channel = gauge.readings.length > 1 ? `channel ${reading.instance}` : ''
+  const sensor = reading.principle ? PRINCIPLES[reading.principle] : ''
+  const beyond = quality === 'overrange' || quality === 'underrange' ? QUALITIES[quality] : ''
+  return (
+    <p class="reading-details">
+      <span class="sensor">{[channel, sensor, beyond].filter(Boolean).join(' · ')}</span>
+      {reading.cause && quality !== 'stale' && <span class="cause">{reading.cause}</span>}
+      {quality === 'valid' && <CorrectedPressure gauge={gauge} reading={reading} unit={unit} />}
+    </p>
   )
 }
 
@@ -63,5 +80,5 @@ export function CorrectedPressure(props: { gauge: Gauge; reading: Reading; unit:
 
 /** A sample of a trend, in a data table. */
 export function SampleText({ sample, unit }: { sample: Sample | null; unit: Unit }): JSX.Element {
-  return <ReadingText pa={sample?.mean ?? null} quality={sample ? qualityOf(sample) : 'gap'} unit={unit} />
+  return <ReadingText pa={sample?.mean ?? null} quality={sample ? qualityOf(sample) : 'stale'} unit={unit} />
 }

@@ -9,12 +9,17 @@ import type { Live } from '../live.ts'
 
 /** The reason why a gauge does not measure, and everything it reports. */
 export function Faults({ gauge }: { gauge: Gauge }): JSX.Element | null {
-  const sentences = gauge.problem ? [gauge.problem, ...gauge.exceptions] : gauge.exceptions
-  if (sentences.length === 0) return null
+  const sentences = [...(gauge.problem ? [gauge.problem] : []), ...gauge.exceptions]
+  if (sentences.length + gauge.warnings.length === 0) return null
   return (
     <ul class="faults">
       {sentences.map((sentence) => (
         <li key={sentence}>{sentence}</li>
+      ))}
+      {gauge.warnings.map((warning) => (
+        <li class="muted" key={warning}>
+          {warning}
+        </li>
       ))}
     </ul>
   )

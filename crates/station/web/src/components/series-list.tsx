@@ -3,13 +3,16 @@
 
 import './series-list.css'
 import type { JSX } from 'preact'
+import { useState } from 'preact/hooks'
 import type { Gauge, Quality, StationEvent } from '../api/types.ts'
 import { moment } from '../lib/format.ts'
+import { matchesWords } from '../lib/search.ts'
 import { qualityOf, type Sample } from '../lib/series.ts'
 import { currentQuality } from '../lib/stale.ts'
 import type { Unit } from '../lib/units.ts'
 import { useLive } from '../live.ts'
-import { ReadingText } from './pressure.tsx'
+import { SearchField } from './fields.tsx'
+import { boundOf, ReadingText } from './pressure.tsx'
 
 export interface SeriesListProps {
   all: { series: string; gauge: Gauge }[]
@@ -24,19 +27,32 @@ export interface SeriesListProps {
   events: StationEvent[]
 }
 
+/** Above this number of series the list has a search, and shows as many series beside those that are drawn. */
+const MOST_LISTED = 24
+
 export function SeriesList(props: SeriesListProps): JSX.Element {
-  const { at, all, events } = props
+  const { at, all, chosen, events } = props
+  const [text, setText] = useState('')
+  const isLong = all.length > MOST_LISTED
+  const isDrawn = ({ series }: { series: string }): boolean => chosen.includes(series)
+  const found = all.filter(
+    (one) => !isDrawn(one) && matchesWords([one.series, one.gauge.segment, one.gauge.device], text),
+  )
+  const listed = isLong ? [...all.filter(isDrawn), ...found.slice(0, MOST_LISTED)] : all
+  const hidden = isLong ? found.length - MOST_LISTED : 0
   return (
     <div class="series-list panel">
       <p class="cursor-time">
         <strong>{at === null ? 'now' : moment(at)}</strong>
         <span class="muted">{events.map(({ text }) => text).join('; ')}</span>
       </p>
+      {isLong && <SearchField label="Search series" value={text} onInput={setText} />}
       <ul>
-        {all.map(({ series, gauge }) => (
+        {listed.map(({ series, gauge }) => (
           <Item series={series} gauge={gauge} {...props} key={series} />
         ))}
       </ul>
+      {hidden > 0 && <p class="muted">{hidden} more series: search to see them.</p>}
     </div>
   )
 }
@@ -64,8 +80,8 @@ function useValue(props: SeriesListProps & { series: string; gauge: Gauge }, dra
   const { since } = useLive()
   if (at !== null && drawn) {
     const sample = sampleOf(series, at)
-    return sample ? [sample.mean, qualityOf(sample)] : [null, 'gap']
+    return sample ? [sample.mean, qualityOf(sample)] : [null, 'stale']
   }
   const reading = gauge.readings.find((reading) => reading.series === series)
-  return reading ? [reading.pa, currentQuality(gauge, reading, since)] : [null, 'gap']
+  return reading ? [boundOf(reading), currentQuality(gauge, reading, since)] : [null, 'stale']
 }

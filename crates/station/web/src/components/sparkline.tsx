@@ -4,7 +4,7 @@ import './sparkline.css'
 import type { JSX } from 'preact'
 import { fetchTrend } from '../api/calls.ts'
 import type { Trend } from '../api/types.ts'
-import { number } from '../lib/format.ts'
+import { decade, number } from '../lib/format.ts'
 import { aligned } from '../lib/range.ts'
 import { decades, join, withRecent } from '../lib/series.ts'
 import { inUnit, type Unit } from '../lib/units.ts'
@@ -25,17 +25,34 @@ export function Sparkline({ series, stale }: { series: string; stale: boolean })
     return fetchTrend(series, from, to, count, signal)
   })
   const trend = query.value && withRecent(query.value, recentSamples(series))
+  const scale = trend && scaleOf(trend, unit)
   return (
-    <svg
-      class={stale ? 'sparkline stale' : 'sparkline'}
-      viewBox={`0 0 ${WIDTH} ${HEIGHT}`}
-      preserveAspectRatio="none"
-      role="img"
-      aria-label={description(trend, series, unit)}
-    >
-      {trend && linesOf(trend, live().now).map((points) => <polyline points={points} key={points} />)}
-    </svg>
+    <div class={stale ? 'sparkline stale' : 'sparkline'}>
+      <svg
+        viewBox={`0 0 ${WIDTH} ${HEIGHT}`}
+        preserveAspectRatio="none"
+        role="img"
+        aria-label={description(trend, series, unit)}
+      >
+        {scale && linesOf(trend, scale, unit, live().now).map((points) => <polyline points={points} key={points} />)}
+      </svg>
+      <span class="sparkline-scale" aria-hidden="true">
+        {scale && (
+          <>
+            <span>{decade(scale[1])}</span>
+            <span>10 min</span>
+            <span>{decade(scale[0])}</span>
+          </>
+        )}
+      </span>
+    </div>
   )
+}
+
+/** The whole decades around all values, in the unit; `null` without values. */
+function scaleOf(trend: Trend, unit: Unit): [number, number] | null {
+  const [low, high] = extent(trend.mean)
+  return low === undefined || high === undefined ? null : decades(inUnit(low, unit), inUnit(high, unit))
 }
 
 /** The text for those who do not see the line. */
@@ -46,14 +63,13 @@ function description(trend: Trend | null, series: string, unit: Unit): string {
 }
 
 /** The points of each line between gaps. */
-function linesOf(trend: Trend, now: number): string[] {
+function linesOf(trend: Trend, scale: [number, number], unit: Unit, now: number): string[] {
   const binMs = SPAN_MS / WIDTH
   const { times, curves } = join([trend], binMs)
   const means = curves[0]?.mean ?? []
-  const [low = 1, high = 1] = extent(means)
-  const [bottom, top] = decades(low, high).map(Math.log10) as [number, number]
+  const [bottom, top] = scale.map(Math.log10) as [number, number]
   const x = (time: number): number => WIDTH * (1 - (now - time) / SPAN_MS)
-  const y = (pa: number): number => 2 + (HEIGHT - 4) * (1 - (Math.log10(pa) - bottom) / (top - bottom))
+  const y = (pa: number): number => 2 + (HEIGHT - 4) * (1 - (Math.log10(inUnit(pa, unit)) - bottom) / (top - bottom))
   let line: string[] = []
   const lines = [line]
   times.forEach((time, index) => {

@@ -44,8 +44,8 @@ export function byUrgency(one: Alarm, other: Alarm): number {
 }
 
 export interface AlarmSummary {
-  /** The highest priority that has an active or unacknowledged alarm. */
-  priority: Priority
+  /** The highest priority that has an active alarm; `null` if all alarms have cleared and wait for an acknowledgement. */
+  priority: Priority | null
   /** Active alarms of that priority. */
   activeOfPriority: number
   active: number
@@ -57,8 +57,9 @@ export function summary(alarms: ActiveAlarms): AlarmSummary | null {
   const total = (count: (counts: AlarmCounts) => number): number =>
     PRIORITIES.reduce((sum, priority) => sum + count(alarms[priority]), 0)
   const [active, unacknowledged] = [total((counts) => counts.active), total((counts) => counts.unacknowledged)]
-  const priority = PRIORITIES.find((priority) => alarms[priority].active + alarms[priority].unacknowledged > 0)
-  return priority ? { priority, activeOfPriority: alarms[priority].active, active, unacknowledged } : null
+  if (active + unacknowledged === 0) return null
+  const priority = PRIORITIES.find((priority) => alarms[priority].active > 0) ?? null
+  return { priority, activeOfPriority: priority ? alarms[priority].active : 0, active, unacknowledged }
 }
 
 /** An alarm with a pressure limit, which a trend shows as a line. */
@@ -97,7 +98,7 @@ export function conditionText({ condition, limit, reset, unit, series, gauge, se
     case 'rise':
       return `${place} rises faster than ${at}`
     case 'not-measurable':
-      return `${place} has a limit but no valid reading`
+      return `${place} has a limit that its reading does not decide`
     case 'fault':
       return `${place} reports a fault`
     case 'stale':

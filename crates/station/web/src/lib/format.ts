@@ -80,7 +80,17 @@ export function moment(ms: number): string {
   return `${day(ms)} ${clock(ms)}`
 }
 
-/** The value of an input of type datetime-local. */
-export function inputMoment(ms: number): string {
-  return `${day(ms)}T${clock(ms)}`
+/** The form of a time that a user types. */
+export const MOMENT_FORM = 'YYYY-MM-DD hh:mm:ss'
+
+/** The time that `2026-01-31 14:03:22` names in the time zone of the browser; `null` if the text has another form. Seconds may be left out. */
+export function momentOf(text: string): number | null {
+  const found = /^(\d{4}-\d\d-\d\d)[ T](\d\d:\d\d)(:\d\d)?$/.exec(text.trim())
+  const ms = found ? Date.parse(`${found[1]}T${found[2]}${found[3] ?? ':00'}`) : Number.NaN
+  return Number.isFinite(ms) ? ms : null
+}
+
+/** A text of the station with its long numbers rounded for reading: `4.5095703e-8 mbar` becomes `4.51 × 10⁻⁸ mbar`. */
+export function readable(text: string): string {
+  return text.replace(/\d+(\.\d+)?e[+-]?\d+/g, (found) => number(Number(found)))
 }

@@ -28,8 +28,10 @@ export const QUALITIES: Record<Quality, string> = {
   valid: 'valid',
   overrange: 'over range',
   underrange: 'under range',
-  invalid: 'not valid',
-  gap: 'no data',
+  fault: 'fault',
+  stale: 'no data',
+  off: 'off',
+  missing: 'no gauge',
 }
 
 export const PRINCIPLES: Record<Principle, string> = {

@@ -6,13 +6,20 @@ export type Range = { last: number } | { from: number; to: number }
 const MINUTE = 60_000
 
 export const SPANS: { name: string; label: string; ms: number }[] = [
+  { name: '1m', label: '1 min', ms: MINUTE },
   { name: '10m', label: '10 min', ms: 10 * MINUTE },
   { name: '1h', label: '1 hour', ms: 60 * MINUTE },
   { name: '1d', label: '1 day', ms: 1_440 * MINUTE },
   { name: '1w', label: '1 week', ms: 10_080 * MINUTE },
 ]
 
-export const DEFAULT_RANGE: Range = { last: 60 * MINUTE }
+export const DEFAULT_RANGE = { last: 60 * MINUTE }
+
+/** The shortest span that shows everything that was recorded since `first`, at most an hour; the shortest of all if nothing was. */
+export function fittingRange(first: number | null, now: number): Range {
+  const fitting = SPANS.find(({ ms }) => now - (first ?? now) <= ms)
+  return { last: Math.min(DEFAULT_RANGE.last, fitting?.ms ?? DEFAULT_RANGE.last) }
+}
 
 /** The shortest and the longest window. */
 export const SHORTEST_MS = 2_000
@@ -73,11 +80,12 @@ export function rangeText(range: Range): Record<string, string> {
   return { range: SPANS.find(({ ms }) => ms === range.last)?.name ?? `${range.last}ms` }
 }
 
-export function rangeOf(query: URLSearchParams): Range {
+/** The range in the address; `usual` if it has none. */
+export function rangeOf(query: URLSearchParams, usual: Range = DEFAULT_RANGE): Range {
   const [from, to] = [Number(query.get('from')), Number(query.get('to'))]
   if (query.has('from') && Number.isFinite(from) && Number.isFinite(to) && to - from >= SHORTEST_MS) return { from, to }
   const named = SPANS.find(({ name }) => name === query.get('range'))
-  return named ? { last: named.ms } : DEFAULT_RANGE
+  return named ? { last: named.ms } : usual
 }
 
 const SECOND = 1_000

@@ -5,8 +5,10 @@ import type { Quality, Trend } from '../api/types.ts'
 export const VALID = 1 << 0
 export const OVER = 1 << 1
 export const UNDER = 1 << 2
-export const INVALID = 1 << 3
+export const FAULT = 1 << 3
 export const GAP = 1 << 4
+export const OFF = 1 << 5
+export const MISSING = 1 << 6
 
 /**
  * No sample for longer than this is a gap: a gauge is recorded at least once a minute, and a station that is switched off
@@ -29,11 +31,11 @@ export interface Joined {
   curves: Curve[]
 }
 
-/** A time in which a gauge was outside its range, or not valid. */
+/** A time in which a gauge was outside its range, off, or reported a fault. */
 export interface Stretch {
   from: number
   to: number
-  kind: 'over' | 'under' | 'invalid'
+  kind: 'over' | 'under' | 'fault' | 'off' | 'missing'
   /** The end of the range. */
   limit: number | null
 }
@@ -114,10 +116,12 @@ function widen(curve: Curve): void {
 const STRETCHES: [number, Stretch['kind']][] = [
   [OVER, 'over'],
   [UNDER, 'under'],
-  [INVALID, 'invalid'],
+  [FAULT, 'fault'],
+  [OFF, 'off'],
+  [MISSING, 'missing'],
 ]
 
-/** The times in which a gauge was outside its range or not valid. A sample holds until the next one. */
+/** The times in which a gauge was outside its range, off, or reported a fault. A sample holds until the next one. */
 export function stretches(trend: Trend, binMs: number): Stretch[] {
   const made: Stretch[] = []
   for (const [bit, kind] of STRETCHES) {
@@ -168,7 +172,7 @@ export function withRecent(trend: Trend, recent: { at: number; pa: number | null
 
 /** The bit of a quality in a trend. */
 export function bits(quality: Quality): number {
-  return 1 << ['valid', 'overrange', 'underrange', 'invalid', 'gap'].indexOf(quality)
+  return 1 << ['valid', 'overrange', 'underrange', 'fault', 'stale', 'off', 'missing'].indexOf(quality)
 }
 
 /** The index of the last time at or before `at`; -1 if there is none. */
@@ -203,7 +207,9 @@ export function qualityOf({ bits, mean }: Sample): Quality {
   if (bits & OVER) return 'overrange'
   if (bits & UNDER) return 'underrange'
   if (mean !== null) return 'valid'
-  return bits & INVALID ? 'invalid' : 'gap'
+  if (bits & FAULT) return 'fault'
+  if (bits & OFF) return 'off'
+  return bits & MISSING ? 'missing' : 'stale'
 }
 
 /** Whole decades around all values, at least two. */

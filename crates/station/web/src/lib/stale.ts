@@ -2,7 +2,7 @@
 
 import type { Gauge, Quality, Reading } from '../api/types.ts'
 
-/** Without a snapshot for this long the station counts as lost: it sends four a second. */
+/** Without an event for this long the station counts as lost: it sends four a second. */
 export const SILENCE_MS = 3_000
 
 /** The age of the readings: the age that the station gave, plus the time since it gave it. */
@@ -15,7 +15,7 @@ export function isStale(gauge: Gauge, sinceMs: number): boolean {
   return age === null || age > gauge.stale_after_ms
 }
 
-/** The quality of a reading now: a stale reading is a gap. */
+/** The quality of a reading now: the last reading of a silent gauge is stale. */
 export function currentQuality(gauge: Gauge, reading: Reading, sinceMs: number): Quality {
-  return isStale(gauge, sinceMs) ? 'gap' : reading.quality
+  return isStale(gauge, sinceMs) ? 'stale' : reading.quality
 }

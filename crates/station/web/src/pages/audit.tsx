@@ -61,7 +61,7 @@ const COLUMNS: Column<AuditEntry>[] = [
     cell: ({ gauge, address }) =>
       gauge && (
         <>
-          <Link to={gaugePath(gauge)}>{gauge}</Link> {address !== null && <span class="muted">{address}</span>}
+          <Link to={gaugePath(gauge)}>{gauge}</Link> {address !== null && <span class="muted">address {address}</span>}
         </>
       ),
   },

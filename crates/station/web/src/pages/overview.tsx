@@ -1,43 +1,140 @@
-// All gauges as cards, segment by segment.
+// All gauges, segment by segment: as cards in a small plant, as rows with the problems first in a large one.
 
 import './overview.css'
 import type { JSX } from 'preact'
+import { useState } from 'preact/hooks'
 import type { Alarm, Gauge, Reading, Segment } from '../api/types.ts'
 import { CardAlarms } from '../components/alarm-marks.tsx'
 import { BusStatusMark } from '../components/bus-status.tsx'
-import { CorrectedPressure, Pressure, RangeLimit, ReadingText } from '../components/pressure.tsx'
+import { SearchField } from '../components/fields.tsx'
+import { boundOf, Pressure, ReadingDetails, ReadingText } from '../components/pressure.tsx'
 import { Age, Faults } from '../components/reading-state.tsx'
 import { Sparkline } from '../components/sparkline.tsx'
-import { PRINCIPLES } from '../lib/labels.ts'
+import { isActive, PRIORITIES } from '../lib/alarms.ts'
+import { matchesWords } from '../lib/search.ts'
 import { currentQuality, isStale } from '../lib/stale.ts'
 import type { Unit } from '../lib/units.ts'
 import { type Live, useLive, useSnapshot } from '../live.ts'
 import { gaugePath, Link } from '../router.tsx'
 import { useUnit } from '../settings.ts'
 
+/** A plant with more gauges has rows instead of cards. */
+const MOST_CARDS = 40
+
+interface GaugeProps {
+  gauge: Gauge
+  alarms: Alarm[]
+  live: Live
+  unit: Unit
+}
+
 export function Overview(): JSX.Element {
   const live = useLive()
   const unit = useUnit()
+  const [text, setText] = useState('')
   const { segments, gauges, alarms } = useSnapshot()
+  const isLarge = gauges.length > MOST_CARDS
   const alarmsOf = ({ name }: Gauge): Alarm[] => alarms.alarms.filter(({ gauge }) => gauge === name)
+  const shown = gauges
+    .filter(({ name, segment, device }) => matchesWords([name, segment, device], text))
+    .map((gauge): GaugeProps => ({ gauge, alarms: alarmsOf(gauge), live, unit }))
   return (
     <>
-      <h1 class="visually-hidden">Overview</h1>
+      <div class="bar">
+        <h1 class="visually-hidden">Overview</h1>
+        <SearchField label="Search gauges" placeholder="Search gauges" value={text} onInput={setText} />
+        {text !== '' && (
+          <span class="muted" role="status">
+            {shown.length} of {gauges.length} gauges
+          </span>
+        )}
+      </div>
+      {isLarge ? (
+        <Rows segments={segments} shown={shown} isFiltered={text !== ''} />
+      ) : (
+        <Cards segments={segments} shown={shown} />
+      )}
+      {segments.length === 0 && <p class="waiting">The station has no segments.</p>}
+      {text !== '' && shown.length === 0 && <p class="muted">No gauge matches {text}.</p>}
+    </>
+  )
+}
+
+function Cards({ segments, shown }: { segments: Segment[]; shown: GaugeProps[] }): JSX.Element {
+  return (
+    <>
       {segments.map((segment) => (
         <section class="segment" key={segment.name} aria-label={`Segment ${segment.name}`}>
           <SegmentHeading segment={segment} />
           <div class="cards">
-            {gauges
-              .filter((gauge) => gauge.segment === segment.name)
-              .map((gauge) => (
-                <Card gauge={gauge} alarms={alarmsOf(gauge)} live={live} unit={unit} key={gauge.name} />
+            {shown
+              .filter(({ gauge }) => gauge.segment === segment.name)
+              .map((props) => (
+                <Card {...props} key={props.gauge.name} />
               ))}
           </div>
         </section>
       ))}
-      {segments.length === 0 && <p class="waiting">The station has no segments.</p>}
     </>
   )
+}
+
+/** The problems of all segments, then each segment; a segment is closed until the user opens it or searches. */
+function Rows(props: { segments: Segment[]; shown: GaugeProps[]; isFiltered: boolean }): JSX.Element {
+  const { segments, shown, isFiltered } = props
+  const problems = shown.filter((one) => urgency(one) > 0).sort((one, other) => urgency(other) - urgency(one))
+  return (
+    <>
+      {problems.length > 0 && (
+        <section class="segment problems" aria-label="Problems">
+          <h2>Problems</h2>
+          <RowList rows={problems} />
+        </section>
+      )}
+      {segments.map((segment) => {
+        const all = shown.filter(({ gauge }) => gauge.segment === segment.name)
+        const quiet = all.filter((one) => urgency(one) === 0)
+        if (isFiltered && quiet.length === 0) return null
+        return <SegmentRows segment={segment} rows={quiet} total={all.length} isOpen={isFiltered} key={segment.name} />
+      })}
+    </>
+  )
+}
+
+function SegmentRows(props: { segment: Segment; rows: GaugeProps[]; total: number; isOpen: boolean }): JSX.Element {
+  const { segment, rows, total, isOpen } = props
+  const [opened, setOpened] = useState(false)
+  const open = isOpen || opened
+  return (
+    <section class="segment" aria-label={`Segment ${segment.name}`}>
+      <details open={open} onToggle={(event) => !isOpen && setOpened(event.currentTarget.open)}>
+        <summary>
+          <SegmentHeading segment={segment} />{' '}
+          <span class="muted">
+            {total} gauges{total > rows.length && `, ${total - rows.length} with problems`}
+          </span>
+        </summary>
+        {open && <RowList rows={rows} />}
+      </details>
+    </section>
+  )
+}
+
+function RowList({ rows }: { rows: GaugeProps[] }): JSX.Element {
+  return (
+    <ul class="rows">
+      {rows.map((props) => (
+        <Row {...props} key={props.gauge.name} />
+      ))}
+    </ul>
+  )
+}
+
+/** How soon a user must look at a gauge; 0 if it has no problem. */
+function urgency({ gauge, alarms, live }: GaugeProps): number {
+  const priorities = alarms.filter(isActive).map(({ priority }) => PRIORITIES.length - PRIORITIES.indexOf(priority))
+  const hasProblem = gauge.state !== 'data-exchange' || isStale(gauge, live.since)
+  return Math.max(0, ...priorities) * 2 + Number(hasProblem)
 }
 
 function SegmentHeading({ segment }: { segment: Segment }): JSX.Element {
@@ -49,8 +146,26 @@ function SegmentHeading({ segment }: { segment: Segment }): JSX.Element {
   )
 }
 
-function Card(props: { gauge: Gauge; alarms: Alarm[]; live: Live; unit: Unit }): JSX.Element {
-  const { gauge, alarms, live, unit } = props
+function Row({ gauge, alarms, live, unit }: GaugeProps): JSX.Element {
+  const stale = isStale(gauge, live.since)
+  return (
+    <li class={stale ? 'row stale' : 'row'} data-gauge={gauge.name}>
+      <Link to={gaugePath(gauge.name)}>{gauge.name}</Link>
+      <span class="row-readings">
+        {gauge.readings.map((reading) => (
+          <span data-series={reading.series} key={reading.series}>
+            <ReadingText pa={boundOf(reading)} quality={currentQuality(gauge, reading, live.since)} unit={unit} />
+          </span>
+        ))}
+        {gauge.readings.length === 0 && <span class="no-pressure stale">no data</span>}
+      </span>
+      <BusStatusMark status={gauge.state} stale={stale && gauge.state === 'data-exchange'} />
+      <CardAlarms alarms={alarms} />
+    </li>
+  )
+}
+
+function Card({ gauge, alarms, live, unit }: GaugeProps): JSX.Element {
   const stale = isStale(gauge, live.since)
   const several = gauge.readings.length > 1
   return (
@@ -62,7 +177,7 @@ function Card(props: { gauge: Gauge; alarms: Alarm[]; live: Live; unit: Unit }):
         <BusStatusMark status={gauge.state} stale={stale && gauge.state === 'data-exchange'} />
       </div>
       {gauge.readings.map((reading) => (
-        <CardReading gauge={gauge} reading={reading} live={live} unit={unit} several={several} key={reading.series} />
+        <CardReading gauge={gauge} reading={reading} live={live} unit={unit} key={reading.series} />
       ))}
       {gauge.readings.length === 0 && <p class="big none">no data</p>}
       <Faults gauge={gauge} />
@@ -81,27 +196,20 @@ interface CardReadingProps {
   reading: Reading
   live: Live
   unit: Unit
-  /** Whether the gauge has several readings. */
-  several: boolean
 }
 
-function CardReading({ gauge, reading, live, unit, several }: CardReadingProps): JSX.Element {
+function CardReading({ gauge, reading, live, unit }: CardReadingProps): JSX.Element {
   const quality = currentQuality(gauge, reading, live.since)
-  const sensor = reading.principle ? PRINCIPLES[reading.principle] : ''
   return (
     <div class="card-reading">
       <p class="big" data-series={reading.series}>
-        {quality === 'gap' && reading.pa !== null ? (
+        {quality === 'stale' && reading.pa !== null ? (
           <Pressure pa={reading.pa} unit={unit} />
         ) : (
-          <ReadingText pa={reading.pa} quality={quality} unit={unit} />
+          <ReadingText pa={boundOf(reading)} quality={quality} unit={unit} />
         )}
       </p>
-      <p class="reading-details">
-        <span class="sensor">{[several ? reading.instance : '', sensor].filter(Boolean).join(' · ')}</span>
-        <RangeLimit pa={reading.pa} quality={quality} unit={unit} />
-        {quality === 'valid' && <CorrectedPressure gauge={gauge} reading={reading} unit={unit} />}
-      </p>
+      <ReadingDetails gauge={gauge} reading={reading} quality={quality} unit={unit} />
     </div>
   )
 }

@@ -4,10 +4,9 @@ import './readings.css'
 import type { JSX } from 'preact'
 import type { Gauge, Reading } from '../../api/types.ts'
 import { BusStatusMark } from '../../components/bus-status.tsx'
-import { CorrectedPressure, RangeLimit, ReadingText } from '../../components/pressure.tsx'
+import { boundOf, ReadingDetails, ReadingText } from '../../components/pressure.tsx'
 import { Age, Faults } from '../../components/reading-state.tsx'
 import { Sparkline } from '../../components/sparkline.tsx'
-import { PRINCIPLES } from '../../lib/labels.ts'
 import { currentQuality, isStale } from '../../lib/stale.ts'
 import { useLive } from '../../live.ts'
 import { useUnit } from '../../settings.ts'
@@ -39,19 +38,14 @@ export function Readings({ gauge }: { gauge: Gauge }): JSX.Element {
 function LargeReading({ gauge, reading, stale }: { gauge: Gauge; reading: Reading; stale: boolean }): JSX.Element {
   const unit = useUnit()
   const { since } = useLive()
-  const { pa, principle, series } = reading
   const quality = currentQuality(gauge, reading, since)
   return (
     <div>
       <p class="big">
-        <ReadingText pa={pa} quality={quality} unit={unit} />
+        <ReadingText pa={boundOf(reading)} quality={quality} unit={unit} />
       </p>
-      <p class="reading-details">
-        <span class="sensor">{principle && PRINCIPLES[principle]}</span>
-        <RangeLimit pa={pa} quality={quality} unit={unit} />
-        {quality === 'valid' && <CorrectedPressure gauge={gauge} reading={reading} unit={unit} />}
-      </p>
-      <Sparkline series={series} stale={stale} />
+      <ReadingDetails gauge={gauge} reading={reading} quality={quality} unit={unit} />
+      <Sparkline series={reading.series} stale={stale} />
     </div>
   )
 }

@@ -2,8 +2,8 @@
 
 import './steps.css'
 import type { JSX } from 'preact'
-import { Choice, sameText } from '../../components/fields.tsx'
-import { inputMoment } from '../../lib/format.ts'
+import { Choice, MomentField, sameText } from '../../components/fields.tsx'
+import { moment, momentOf } from '../../lib/format.ts'
 import { useLive } from '../../live.ts'
 import type { Measurement } from './measurement.ts'
 
@@ -72,8 +72,8 @@ interface TimeStepProps {
 function TimeStep({ text, button, at, set }: TimeStepProps): JSX.Element {
   const { now } = useLive()
   const changed = (typed: string): void => {
-    const time = Date.parse(typed)
-    if (Number.isFinite(time)) set(time)
+    const time = momentOf(typed)
+    if (time !== null) set(time)
   }
   return (
     <div class="time-step">
@@ -81,13 +81,7 @@ function TimeStep({ text, button, at, set }: TimeStepProps): JSX.Element {
       <button type="button" class="main" onClick={() => set(now)}>
         {button}
       </button>
-      <input
-        type="datetime-local"
-        step="1"
-        aria-label={text}
-        value={at === null ? '' : inputMoment(at)}
-        onChange={(event) => changed(event.currentTarget.value)}
-      />
+      <MomentField label={text} value={at === null ? '' : moment(at)} onChange={changed} />
     </div>
   )
 }

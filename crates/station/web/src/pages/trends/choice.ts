@@ -1,6 +1,9 @@
 // The series and the time that the trends page shows. The address of the page holds them.
 
-import { type Range, rangeOf, rangeText } from '../../lib/range.ts'
+import { fetchTrend } from '../../api/calls.ts'
+import { useQuery } from '../../components/hooks.ts'
+import { DEFAULT_RANGE, fittingRange, type Range, rangeOf, rangeText } from '../../lib/range.ts'
+import { live } from '../../live.ts'
 import { setQuery, useLocation } from '../../router.tsx'
 
 export interface TrendChoice {
@@ -16,10 +19,11 @@ const FIRST_SERIES = 4
 /** The choice in the address, and a function that changes it. */
 export function useTrendChoice(names: string[]): [TrendChoice, (change: Partial<TrendChoice>) => void] {
   const { query } = useLocation()
+  const usual = useUsualRange(names)
   const named = query.getAll('s').filter((name) => names.includes(name))
   const choice = {
     series: query.has('s') || query.has('none') ? named : names.slice(0, FIRST_SERIES),
-    range: rangeOf(query),
+    range: rangeOf(query, usual),
     isAllDecades: query.has('whole'),
   }
   const change = (changed: Partial<TrendChoice>): void => {
@@ -31,4 +35,23 @@ export function useTrendChoice(names: string[]): [TrendChoice, (change: Partial<
     setQuery(next)
   }
   return [choice, change]
+}
+
+/** The beginning of a recording is searched this often: a recording that has just begun grows out of the range. */
+const REFRESH_MS = 10_000
+
+/** The number of pixels in which the beginning of a recording is searched. */
+const PIXELS = 60
+
+/** The range without a choice of the user: everything of a recording that has just begun, otherwise an hour. */
+function useUsualRange(names: string[]): Range {
+  const first = useQuery('first sample', REFRESH_MS, async (signal) => {
+    const now = Math.round(live().now)
+    const series = names.slice(0, FIRST_SERIES)
+    const from = now - DEFAULT_RANGE.last
+    const trends = await Promise.all(series.map((name) => fetchTrend(name, from, now, PIXELS, signal)))
+    const starts = trends.flatMap(({ start_ms }) => start_ms.slice(0, 1))
+    return { range: fittingRange(starts.length ? Math.min(...starts) : null, now) }
+  })
+  return first.value?.range ?? DEFAULT_RANGE
 }

@@ -3,7 +3,8 @@
 import './toolbar.css'
 import type { JSX } from 'preact'
 import { useEffect, useState } from 'preact/hooks'
-import { inputMoment, moment } from '../../lib/format.ts'
+import { MomentField } from '../../components/fields.tsx'
+import { moment, momentOf } from '../../lib/format.ts'
 import { isLive, moved, type Range, SHORTEST_MS, SPANS, windowOf, zoomed } from '../../lib/range.ts'
 import { useLive } from '../../live.ts'
 import type { TrendChoice } from './choice.ts'
@@ -64,32 +65,20 @@ interface CustomWindowProps {
 
 /** Fields for start and end. In a live range they follow the window once a second. */
 export function CustomWindow({ window, live, setRange }: CustomWindowProps): JSX.Element {
-  const [from, to] = window.map(inputMoment) as [string, string]
+  const [from, to] = window.map(moment) as [string, string]
   const [edited, setEdited] = useState<[string, string] | null>(null)
   useEffect(() => setEdited(null), [live ? 0 : from, live ? 0 : to])
   const [shownFrom, shownTo] = edited ?? [from, to]
   const apply = (event: Event): void => {
     event.preventDefault()
-    const [start, end] = [Date.parse(shownFrom), Date.parse(shownTo)]
-    if (end - start >= SHORTEST_MS) setRange({ from: start, to: end })
+    const [start, end] = [momentOf(shownFrom), momentOf(shownTo)]
+    if (start !== null && end !== null && end - start >= SHORTEST_MS) setRange({ from: start, to: end })
   }
   return (
     <form class="custom-window" onSubmit={apply} aria-label={`From ${moment(window[0])} to ${moment(window[1])}`}>
-      <input
-        type="datetime-local"
-        step="1"
-        aria-label="From"
-        value={shownFrom}
-        onInput={(event) => setEdited([event.currentTarget.value, shownTo])}
-      />
+      <MomentField label="From" value={shownFrom} onInput={(text) => setEdited([text, shownTo])} />
       <span aria-hidden="true">–</span>
-      <input
-        type="datetime-local"
-        step="1"
-        aria-label="To"
-        value={shownTo}
-        onInput={(event) => setEdited([shownFrom, event.currentTarget.value])}
-      />
+      <MomentField label="To" value={shownTo} onInput={(text) => setEdited([shownFrom, text])} />
       <button type="submit" disabled={edited === null}>
         Show
       </button>

@@ -1,0 +1,205 @@
+//! The quality of a reading from what a device sends beside it.
+//!
+//! | Device | Condition | Quality |
+//! |---|---|---|
+//! | all but TPG | Reading Invalid, and an alarm in Exception Status (errata-bpg-bcg-tpg 54) | fault |
+//! | all but TPG | Underrange or Overrange Exceeded | underrange, overrange |
+//! | BPG, HPG, BCG | Reading Invalid, the Pirani is active below its range: no emission (errata-bpg-bcg-tpg 57) | underrange |
+//! | BPG, HPG, BCG, PCG, PSG | Reading Invalid, the value is within the range: a defect that is only a warning | fault |
+//! | BPG, HPG, BCG, PCG, PSG | Reading Invalid otherwise: not in EXECUTING, or the Pirani is not heated | off |
+//! | IMG 400, ion gauge | Reading Invalid: no emission, or no gauge (errata-pxg55x-img400 125) | off |
+//! | IMG 400, other gauge | Reading Invalid while another channel measures | missing |
+//! | TPG | Measurement Status 1, 2, 3, 4, 5 (i9973ber/a 3.2.4.1) | underrange, overrange, fault, off, missing |
+//! | all | no condition above, and the number is positive and finite | valid |
+//! | all | no condition above | fault |
+
+use profivac_devices::Principle;
+use profivac_devices::model::Limits;
+use profivac_devices::profile::{ExceptionStatus, StatusExtension};
+use profivac_devices::reading::{Quality, is_pressure};
+use std::fmt;
+
+/// What a device sends about the validity of a value.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum ValueStatus {
+    /// One Of N Status Extension of a gauge.
+    Gauge(StatusExtension),
+    /// The status extension of a channel, in Channel Status of a controller.
+    Channel(StatusExtension),
+    /// Measurement Status of a channel.
+    Measurement(u8),
+    /// The configuration has no status.
+    None,
+}
+
+/// Why a reading is not valid, beyond its quality.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Cause {
+    /// The alarms in Exception Status.
+    Alarms(ExceptionStatus),
+    /// The controller reports an error of the channel.
+    ChannelError,
+    /// The gauge declares its reading invalid and reports no alarm.
+    DeclaredInvalid,
+    /// The number is not a pressure.
+    NoPressure,
+    /// The configuration has no status of the value, and the device reports a warning.
+    NoStatus,
+    /// The ionisation part has no emission; the Pirani shows the end of its range.
+    NoEmission,
+    /// The gauge does not measure.
+    NotMeasuring,
+    /// The controller does not tell a gauge without emission from a channel without gauge.
+    OffOrNoGauge,
+}
+
+impl fmt::Display for Cause {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Alarms(exception) => {
+                f.write_str(&super::exception_texts(*exception & ExceptionStatus::ALARM).join(", "))
+            }
+            Self::ChannelError => f.write_str("the controller reports an error of the channel"),
+            Self::DeclaredInvalid => f.write_str("the gauge declares its reading invalid"),
+            Self::NoPressure => f.write_str("the number is not a pressure"),
+            Self::NoStatus => {
+                f.write_str("the configuration has no status of the reading, and the device reports a warning")
+            }
+            Self::NoEmission => f.write_str("no emission, the Pirani shows the end of its range"),
+            Self::NotMeasuring => f.write_str("the gauge does not measure"),
+            Self::OffOrNoGauge => f.write_str("no emission, or no gauge is connected"),
+        }
+    }
+}
+
+/// The range of a value. Where the tables leave open which gauge is connected, each end is the one that is certain.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Range {
+    low_pa: f64,
+    high_pa: f64,
+}
+
+impl Range {
+    /// The range that all of these gauges have in common.
+    pub fn common<'a>(limits: impl Iterator<Item = &'a Limits>) -> Option<Self> {
+        limits
+            .map(|limits| Self { low_pa: limits.under_pa, high_pa: limits.over_pa })
+            .reduce(|one, other| Self { low_pa: one.low_pa.max(other.low_pa), high_pa: one.high_pa.min(other.high_pa) })
+    }
+
+    /// Whether the pressure is within, not at an end: an end is shown in place of a value.
+    fn contains(&self, pa: f64) -> bool {
+        pa > self.low_pa * (1.0 + ROUNDING) && pa < self.high_pa * (1.0 - ROUNDING)
+    }
+}
+
+/// A number on the wire differs from the pressure by this part at most: COUNTS of the coarsest scale.
+const ROUNDING: f64 = 5e-3;
+
+/// All that decides the quality of a value.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Evidence {
+    /// The status.
+    pub status: ValueStatus,
+    /// Exception Status of the device.
+    pub exception: ExceptionStatus,
+    /// The number, in Pa.
+    pub pa: Option<f64>,
+    /// The range of the active part.
+    pub range: Option<Range>,
+    /// The principle of the active part.
+    pub principle: Option<Principle>,
+    /// The gauge has an ionisation part beside a Pirani.
+    pub has_ion_part: bool,
+    /// Another channel of the controller measures.
+    pub others_measure: bool,
+}
+
+/// The quality of a value with its cause and the end of the range.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Verdict {
+    pub quality: Quality,
+    pub cause: Option<Cause>,
+    pub limit_pa: Option<f64>,
+}
+
+impl Evidence {
+    /// The quality of the value.
+    pub fn verdict(&self) -> Verdict {
+        let (quality, cause) = match self.status {
+            ValueStatus::Gauge(status) | ValueStatus::Channel(status) => self.by_extension(status),
+            ValueStatus::Measurement(status) => self.by_measurement(status),
+            ValueStatus::None => self.without_status(),
+        };
+        Verdict { quality, cause, limit_pa: self.limit_pa(quality) }
+    }
+
+    fn by_extension(&self, status: StatusExtension) -> (Quality, Option<Cause>) {
+        let is_invalid = status.contains(StatusExtension::INVALID);
+        match (status.contains(StatusExtension::UNDER), status.contains(StatusExtension::OVER)) {
+            _ if is_invalid && self.exception.intersects(ExceptionStatus::ALARM) => {
+                (Quality::Fault, Some(Cause::Alarms(self.exception)))
+            }
+            (true, true) => (Quality::Fault, Some(Cause::DeclaredInvalid)),
+            (true, false) => (Quality::Underrange, None),
+            (false, true) => (Quality::Overrange, None),
+            (false, false) if is_invalid => self.invalid(),
+            (false, false) => self.in_range(),
+        }
+    }
+
+    /// Reading Invalid without an alarm and within the range.
+    fn invalid(&self) -> (Quality, Option<Cause>) {
+        let pa = self.pa.filter(|pa| is_pressure(*pa));
+        let is_within = self.range.zip(pa).is_some_and(|(range, pa)| range.contains(pa));
+        let is_at_low_end = self.range.zip(pa).is_some_and(|(range, pa)| pa <= range.low_pa * (1.0 + ROUNDING));
+        match (self.status, self.principle) {
+            (ValueStatus::Channel(_), Some(Principle::HotCathode)) => (Quality::Off, Some(Cause::OffOrNoGauge)),
+            (ValueStatus::Channel(_), _) if self.others_measure => (Quality::Missing, None),
+            (ValueStatus::Channel(_), _) => (Quality::Off, Some(Cause::NotMeasuring)),
+            (_, Some(Principle::Pirani)) if self.has_ion_part && is_at_low_end => {
+                (Quality::Underrange, Some(Cause::NoEmission))
+            }
+            _ if is_within => (Quality::Fault, Some(Cause::DeclaredInvalid)),
+            _ => (Quality::Off, Some(Cause::NotMeasuring)),
+        }
+    }
+
+    fn by_measurement(&self, status: u8) -> (Quality, Option<Cause>) {
+        match status {
+            0 => self.in_range(),
+            1 => (Quality::Underrange, None),
+            2 => (Quality::Overrange, None),
+            4 => (Quality::Off, None),
+            5 => (Quality::Missing, None),
+            _ => (Quality::Fault, Some(Cause::ChannelError)),
+        }
+    }
+
+    /// Without a status only a device that reports neither alarm nor warning vouches for its values.
+    fn without_status(&self) -> (Quality, Option<Cause>) {
+        match self.exception {
+            alarms if alarms.intersects(ExceptionStatus::ALARM) => (Quality::Fault, Some(Cause::Alarms(alarms))),
+            warning if warning.contains(ExceptionStatus::WARNING_DEVICE) => (Quality::Fault, Some(Cause::NoStatus)),
+            _ => self.in_range(),
+        }
+    }
+
+    fn in_range(&self) -> (Quality, Option<Cause>) {
+        if self.pa.is_some_and(is_pressure) {
+            (Quality::Valid, None)
+        } else {
+            (Quality::Fault, Some(Cause::NoPressure))
+        }
+    }
+
+    /// The end of the range, in Pa: that of the tables, or the number that the device shows.
+    fn limit_pa(&self, quality: Quality) -> Option<f64> {
+        let shown = self.pa.filter(|pa| is_pressure(*pa));
+        match quality {
+            Quality::Underrange => self.range.map(|range| range.low_pa).or(shown),
+            Quality::Overrange => self.range.map(|range| range.high_pa).or(shown),
+            _ => None,
+        }
+    }
+}

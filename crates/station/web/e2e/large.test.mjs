@@ -1,0 +1,83 @@
+// The dashboard of a plant with 480 gauges.
+
+import assert from 'node:assert/strict'
+import { after, before, test } from 'node:test'
+import { openPage, startBrowser, startPlant } from './setup.mjs'
+
+let browser
+let plant
+
+before(async () => {
+  ;[browser, plant] = await Promise.all([startBrowser(), startPlant('127.0.0.1:0', 'large')])
+})
+
+after(async () => {
+  await browser?.close()
+  await plant?.stop()
+})
+
+async function visit(path, look, options = {}) {
+  const { page, complaints, close } = await openPage(browser, plant.url + path, options)
+  try {
+    await look(page)
+    assert.deepEqual(complaints, [])
+  } finally {
+    await close()
+  }
+}
+
+test('480 gauges are listed by segment, and the problems come first', async () => {
+  assert.equal((await plant.json('/api/gauges')).length, 480)
+  await visit('/', async (page) => {
+    const problems = page.getByRole('region', { name: 'Problems' })
+    await problems.waitFor()
+    const names = await problems.locator('.row').evaluateAll((rows) => rows.map(({ dataset }) => dataset.gauge))
+    // Alarms first, the highest priority at the top.
+    assert.equal(names[0], 'gate 2')
+    for (const name of ['cryostat', 's05-35', 's11-29', 'oven', 'spare'])
+      assert.ok(names.includes(name), `${name}: ${names}`)
+    const height = await page.evaluate(() => document.documentElement.scrollHeight)
+    assert.ok(height < 2_000, `${height} pixels`)
+    const segment = page.getByRole('region', { name: 'Segment segment 04' })
+    assert.equal(await segment.locator('.row').count(), 0)
+    await segment.locator('summary').click()
+    await segment.locator('.row').first().waitFor()
+    assert.equal(await segment.locator('.row').count(), 34)
+  })
+})
+
+test('a search finds a gauge among 480 by its name, segment or device', async () => {
+  await visit('/', async (page) => {
+    await page.getByLabel('Search gauges').fill('s09-12')
+    await page.locator('.row[data-gauge="s09-12"]').waitFor()
+    assert.equal(await page.locator('.row').count(), 1)
+    await page.getByRole('status').getByText('1 of 480 gauges').waitFor()
+    await page.getByLabel('Search gauges').fill('segment 09')
+    await page.getByRole('status').getByText('34 of 480 gauges').waitFor()
+    await page.getByLabel('Search gauges').fill('nothing like that')
+    await page.getByText('No gauge matches nothing like that.').waitFor()
+  })
+})
+
+test('the series of a large plant are searched, and those that are drawn stay in the list', async () => {
+  await visit('/trends?s=s07-20', async (page) => {
+    const names = page.locator('.series-list .name')
+    await names.first().waitFor()
+    assert.ok((await names.count()) < 40, 'the list is short')
+    await page.getByText(/more series: search to see them/).waitFor()
+    await page.getByLabel('Search series').fill('s16')
+    await names.getByText('s16-03', { exact: true }).waitFor()
+    await page.locator('.series-list li', { hasText: 's16-03' }).getByRole('checkbox').check()
+    await page.waitForURL(/s=s07-20&s=s16-03/)
+    assert.deepEqual((await names.allInnerTexts()).slice(0, 2), ['s07-20', 's16-03'])
+  })
+})
+
+test('pressures of a large plant change as they arrive', async () => {
+  await visit('/', async (page) => {
+    await page.getByLabel('Search gauges').fill('s09-12')
+    const pressure = await page.locator('.row [data-series="s09-12"]').elementHandle()
+    const first = await pressure.innerText()
+    await page.waitForFunction(([element, first]) => element.innerText !== first, [pressure, first])
+  })
+})
