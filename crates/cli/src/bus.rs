@@ -8,7 +8,7 @@ use clap::builder::NonEmptyStringValueParser;
 use profivac_conform::PortLink;
 use profivac_dp::link::Baud;
 use profivac_dp::link::active::BusParameters;
-use profivac_host::port::Port;
+use profivac_host::port::{Delivery, Port};
 use profivac_host::rate;
 use profivac_host::session::{BusSession, bus_parameters};
 use profivac_station::config::Segment;
@@ -75,19 +75,23 @@ impl BusOptions {
     /// Opens the port for `conform`, which also sends telegrams that no master sends.
     pub fn open_probe(&self) -> Result<PortLink, Failure> {
         let (port, baud) = open_port(&self.port, self.options.baud)?;
-        Ok(PortLink::new(port, baud, self.parameters(baud)))
+        let bus = self.parameters(baud, port.delivery());
+        Ok(PortLink::new(port, baud, bus))
     }
 
     fn open_session(&self) -> Result<(BusSession, Baud), Failure> {
         // Parameters are checked before the port is opened.
-        self.parameters(self.options.baud.initial()).check().map_err(|error| Failure::usage(error.to_string()))?;
+        self.parameters(self.options.baud.initial(), Delivery::Unpaced)
+            .check()
+            .map_err(|error| Failure::usage(error.to_string()))?;
         let (port, baud) = open_port(&self.port, self.options.baud)?;
-        let session = BusSession::new(port, baud, self.parameters(baud), self.options.timeout.unwrap_or(TIMEOUT))?;
+        let bus = self.parameters(baud, port.delivery());
+        let session = BusSession::new(port, baud, bus, self.options.timeout.unwrap_or(TIMEOUT))?;
         Ok((if self.options.timeout.is_none() { session.wait_for_ring_entry() } else { session }, baud))
     }
 
-    fn parameters(&self, baud: Baud) -> BusParameters {
-        let bus = bus_parameters(self.options.master, baud);
+    fn parameters(&self, baud: Baud, delivery: Delivery) -> BusParameters {
+        let bus = bus_parameters(self.options.master, baud, delivery);
         BusParameters { hsa: self.options.hsa, slot_tbit: self.options.slot_time.unwrap_or(bus.slot_tbit), ..bus }
     }
 

@@ -151,7 +151,7 @@ impl BusBuilder {
     /// # Errors
     /// [`SessionError::Parameters`] for an impossible master address.
     pub fn open_on(self, port: Box<dyn Port>) -> Result<Bus, SessionError> {
-        let bus = bus_parameters(self.master, self.baud);
+        let bus = bus_parameters(self.master, self.baud, port.delivery());
         let session = BusSession::new(port, self.baud, bus, self.timeout)?;
         Ok(Bus { session: if self.waits_for_ring_entry { session.wait_for_ring_entry() } else { session } })
     }
