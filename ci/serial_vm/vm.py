@@ -26,7 +26,7 @@ import time
 MODULES = [
     "usb/common/usb-common", "usb/core/usbcore", "usb/host/xhci-hcd", "usb/host/xhci-pci",
     "usb/serial/usbserial", "usb/serial/ftdi_sio", "usb/class/cdc-acm",
-    "usb/gadget/udc/udc-core", "usb/gadget/libcomposite", "usb/gadget/udc/dummy_hcd",
+    "../fs/configfs/configfs", "usb/gadget/udc/udc-core", "usb/gadget/libcomposite", "usb/gadget/udc/dummy_hcd",
     "usb/gadget/function/u_serial", "usb/gadget/function/usb_f_acm", "usb/gadget/legacy/g_serial",
 ]
 
@@ -42,6 +42,17 @@ ip link set lo up
 export HOME=/tmp PATH=/bin TERM=dumb
 stty -F /dev/ttyS0 raw -echo
 until [ -e /dev/ttyUSB0 -a -e /dev/ttyACM0 ]; do sleep 0.1; done
+# wait_for COMMAND: until it succeeds, at most 30 s.
+wait_for() {
+    n=0
+    until eval "$1" >/dev/null 2>&1; do
+        n=$((n + 1))
+        if [ $n -gt 150 ]; then echo "in vain: $1"; return 1; fi
+        sleep 0.2
+    done
+}
+# ends: sends SIGTERM to the program and waits until it has ended.
+ends() { kill -TERM $(pidof profivac); wait_for '! pidof profivac'; }
 exec </dev/ttyS0 >/dev/ttyS0 2>&1
 echo guest is ready
 while read -r line; do eval "$line" </dev/null; done
@@ -218,6 +229,7 @@ class Guest:
             pass_fds=[console.fileno(), monitor.fileno()], stdin=subprocess.DEVNULL)
         console.close()
         monitor.close()
+        self.monitor_lines = self.monitor.makefile()
         self.text = b""
         self.read_until(b"guest is ready", 120)
         self.qmp("qmp_capabilities")
@@ -251,12 +263,26 @@ class Guest:
     def qmp(self, name, **arguments):
         """Runs a command of the monitor."""
         command = {"execute": name, "arguments": arguments} if arguments else {"execute": name}
-        self.monitor.sendall(json.dumps(command).encode())
-        answer = b""
-        while b'"return"' not in answer and b'"error"' not in answer:
-            answer += self.monitor.recv(65536)
-        if b'"error"' in answer:
-            raise RuntimeError(f"{name}: {answer.decode()}")
+        self.monitor.sendall(json.dumps(command).encode() + b"\n")
+        answer = self.monitor_message(lambda message: "return" in message or "error" in message)
+        if "error" in answer:
+            raise RuntimeError(f"{name}: {answer}")
+
+    def monitor_message(self, wanted):
+        """The next message of the monitor for which `wanted` holds; the others are dropped."""
+        while True:
+            message = json.loads(self.monitor_lines.readline())
+            if wanted(message):
+                return message
+
+    def unplug(self):
+        """Unplugs the USB adapter."""
+        self.qmp("device_del", id="adapter")
+        self.monitor_message(lambda message: message.get("event") == "DEVICE_DELETED")
+
+    def plug(self):
+        """Plugs the USB adapter in again."""
+        self.qmp("device_add", driver="usb-serial", chardev="usb", id="adapter", bus="xhci.0", **{"always-plugged": True})
 
     def close(self):
         self.process.kill()

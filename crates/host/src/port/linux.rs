@@ -44,6 +44,26 @@ pub fn set_up(device: &OwnedFd, name: &str) -> Vec<Notice> {
     direction.into_iter().chain(lower_latency(&terminal, name)).collect()
 }
 
+/// The programs that have a device open besides this one, as far as this user may see: their names and processes. A lock
+/// does not keep out a program that opened the device before, or one of root.
+fn other_programs(device: &Path) -> Vec<(String, u32)> {
+    let processes = fs::read_dir("/proc").into_iter().flatten().flatten();
+    let pids = processes.filter_map(|process| process.file_name().to_str()?.parse::<u32>().ok());
+    let has_open = |pid: &u32| {
+        let files = fs::read_dir(format!("/proc/{pid}/fd")).into_iter().flatten().flatten();
+        files.filter_map(|file| fs::read_link(file.path()).ok()).any(|file| file == device)
+    };
+    let name = |pid: u32| fs::read_to_string(format!("/proc/{pid}/comm")).unwrap_or_default().trim().to_owned();
+    pids.filter(|pid| *pid != std::process::id()).filter(has_open).map(|pid| (name(pid), pid)).collect()
+}
+
+/// A notice for each other program that has the device open.
+pub fn open_elsewhere(name: &str) -> Vec<Notice> {
+    let Ok(device) = fs::canonicalize(name) else { return Vec::new() };
+    let notice = |(program, pid)| Notice::OpenElsewhere { name: name.to_owned(), program, pid };
+    other_programs(&device).into_iter().map(notice).collect()
+}
+
 /// How the driver of a serial device delivers characters, as the kernel describes it.
 pub fn delivery(name: &str) -> Delivery {
     terminal(name).map_or(Delivery::Fifo { trigger: None }, |terminal| delivery_of(&terminal))
@@ -227,6 +247,21 @@ mod tests {
         assert_eq!(delivery_of(&terminal), Delivery::Usb { hold: ASSUMED_LATENCY, is_known: false });
         fs::write(device.join("latency_timer"), "2\n").unwrap();
         assert_eq!(delivery_of(&terminal), Delivery::Usb { hold: Duration::from_millis(2), is_known: true });
+    }
+
+    #[test]
+    fn a_program_that_has_a_device_open_is_named() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("ttyUSB0");
+        fs::write(&file, "").unwrap();
+        assert_eq!(other_programs(&file), []);
+        let input = fs::File::open(&file).unwrap();
+        let mut other = Command::new("tail").args(["-f", "/dev/null"]).stdin(input).spawn().unwrap();
+        let found = other_programs(&file);
+        other.kill().unwrap();
+        other.wait().unwrap();
+        // A child has the name of this program until it has replaced itself.
+        assert_eq!(found.iter().map(|(_, pid)| *pid).collect::<Vec<_>>(), [other.id()]);
     }
 
     #[test]

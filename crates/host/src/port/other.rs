@@ -29,6 +29,11 @@ pub fn delivery(_name: &str) -> Delivery {
     Delivery::Usb { hold: Duration::from_millis(16), is_known: false }
 }
 
+/// Other programs are unknown.
+pub fn open_elsewhere(_name: &str) -> Vec<Notice> {
+    Vec::new()
+}
+
 /// The driver reports the rate itself.
 pub fn real_rate(_name: &str, _wanted: u32) -> Option<u32> {
     None

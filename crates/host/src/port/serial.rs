@@ -67,6 +67,7 @@ impl Serial {
             ioctl_tiocexcl(&device).map_err(opening)?;
             set(&device, with_error_marks(to_8e1(settings)), baud).map_err(opening)?;
             verify(&tcgetattr(&device).map_err(opening)?, name, baud)?;
+            notices.extend(system::open_elsewhere(name));
         }
         tcflush(&device, QueueSelector::IOFlush).map_err(opening)?;
         let uart = (!is_pty).then(|| (Marks::default(), Echo::default()));
@@ -144,8 +145,8 @@ fn verify(taken: &Termios, name: &str, baud: Baud) -> Result<(), PortError> {
         return Err(PortError::UnsupportedCharacter { name: name.to_owned(), offered });
     }
     let wanted = baud.bits_per_second();
-    // The rates of transmitter and receiver, and the one that the driver does not report.
-    let rates = [Some(taken.output_speed()), Some(taken.input_speed()), system::real_rate(name, wanted)];
+    // First the rate that the driver does not report: an impossible one leaves the previous rate set.
+    let rates = [system::real_rate(name, wanted), Some(taken.output_speed()), Some(taken.input_speed())];
     match rates.into_iter().flatten().find(|offered| offered.abs_diff(wanted) > wanted / RATE_TOLERANCE) {
         Some(offered) => Err(PortError::UnsupportedRate { name: name.to_owned(), baud, offered: Some(offered) }),
         None => Ok(()),
