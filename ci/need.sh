@@ -1,4 +1,4 @@
-# What a script needs on a fresh machine. To be sourced.
+# Installs the packages that a script needs. Other scripts source this file.
 
 # need PACKAGE COMMAND...: installs the Debian package if the command fails. Only root can install; other users get its name.
 need() {
@@ -15,7 +15,7 @@ need() {
     }
 }
 
-# What every build needs: a linker, and Node for the dashboard.
+# The packages that every build needs: a linker, and Node for the dashboard.
 need_to_build() {
     need gcc cc --version
     need nodejs node --version

@@ -1,4 +1,4 @@
-//! Names in the walks of `ARCHITECTURE.md` exist.
+//! Checks that the names in the walks of `ARCHITECTURE.md` exist.
 //!
 //! Below the heading `## Walks` every step is an item of a numbered list that begins with a file and one or more names in backticks:
 //!
@@ -36,7 +36,7 @@ pub fn check() -> Result<()> {
     verdict("architecture", &defects)
 }
 
-/// What a file lacks of a step.
+/// The defect of a step: its file is missing or does not define a name.
 fn missing(step: &Step) -> Vec<String> {
     let place = format!("ARCHITECTURE.md:{}: {}", step.line, step.file);
     match std::fs::read_to_string(root().join(&step.file)) {
@@ -48,7 +48,7 @@ fn missing(step: &Step) -> Vec<String> {
     }
 }
 
-/// The steps of all walks, or the first line of a numbered list that is no step.
+/// The steps of all walks, or the first line of a numbered list that is not a step.
 fn steps(text: &str) -> Result<Vec<Step>, String> {
     let below = (1..).zip(text.lines()).skip_while(|(_, line)| *line != HEADING).skip(1);
     let walks = below.take_while(|(_, line)| !line.starts_with("## "));
@@ -83,10 +83,10 @@ fn undefined(source: &str, names: &[String]) -> Vec<String> {
     names.iter().filter(|name| !is_defined(name)).cloned().collect()
 }
 
-/// Words after which a name is defined.
+/// Keywords that define the name after them.
 const KEYWORDS: [&str; 9] = ["fn", "struct", "enum", "trait", "type", "const", "static", "mod", "impl"];
 
-/// Collects what a token stream defines: the names behind keywords, and the variants of enums.
+/// Collects the names that a token stream defines: the names after keywords, and the variants of enums.
 fn collect(tokens: TokenStream, defined: &mut BTreeSet<String>) {
     let (mut after, mut in_enum) = (false, false);
     for token in tokens {
@@ -112,7 +112,7 @@ fn collect(tokens: TokenStream, defined: &mut BTreeSet<String>) {
     }
 }
 
-/// The names at the beginning of a list that commas divide.
+/// The names at the beginning of a list with commas.
 fn variants(tokens: TokenStream, defined: &mut BTreeSet<String>) {
     let mut is_first = true;
     for token in tokens {

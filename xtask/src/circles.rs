@@ -1,7 +1,7 @@
-//! Circles between the modules of a crate.
+//! Finds circles between the modules of a crate.
 //!
-//! The modules directly below one parent are compared with each other, at every depth; each stands for all that is below
-//! it. A module and its parent may use each other.
+//! The modules directly below one parent are compared with each other, at every depth; each module includes all modules
+//! below it. A module and its parent may use each other.
 
 use crate::modules::{Arrow, ModulePath, Modules};
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
@@ -14,7 +14,7 @@ pub struct Circle {
     pub parent: ModulePath,
     /// The names of the modules; the last one uses the first.
     pub names: Vec<String>,
-    /// For each of them a module below it and the module of the next one that it uses.
+    /// For each name: a module below it, and the module of the next name that it uses.
     pub uses: Vec<(ModulePath, ModulePath)>,
 }
 
@@ -76,7 +76,7 @@ fn graph(arrows: &BTreeSet<Arrow>, parent: &ModulePath) -> Graph {
     graph
 }
 
-/// The shortest way from `start` back to itself.
+/// The shortest path from `start` back to itself.
 fn shortest(graph: &Graph, start: &str) -> Option<Vec<String>> {
     let mut before: BTreeMap<&str, &str> = BTreeMap::new();
     let mut queue = VecDeque::from([start]);

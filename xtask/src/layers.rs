@@ -1,4 +1,4 @@
-//! Arrows point to lower ranks only.
+//! Checks that crates and modules use lower ranks only.
 //!
 //! The ranks are in the tables of `ARCHITECTURE.md`: a row begins with a rank and the names of crates (`dp`) or of modules
 //! at the root of a crate (`dp::link`); `devices::*` covers the modules of `devices` without a row. The arrows between
@@ -13,7 +13,7 @@ use anyhow::{Context, Result};
 use cargo_metadata::{DependencyKind, Metadata, MetadataCommand, Package};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// The names of the crates begin with this, those in the tables do not.
+/// The prefix of the names of the crates; the tables omit it.
 const PREFIX: &str = "profivac-";
 
 /// Rank by name of a crate or module.
@@ -128,7 +128,7 @@ fn between_crates(metadata: &Metadata, ranks: &Ranks) -> Vec<String> {
     defects
 }
 
-/// The complaints about the modules at the root of a crate: each has a rank and uses lower ones only, and each row has a
+/// The defects of the modules at the root of a crate: each needs a rank and may use lower ranks only, and each row needs a
 /// module.
 fn between_modules(ranks: &Ranks, krate: &str, modules: &Modules) -> Vec<String> {
     let stale = ranks.modules_of(krate).filter(|module| *module != "*" && !modules.children(&[]).contains(module));

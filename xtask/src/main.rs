@@ -1,4 +1,4 @@
-//! `cargo xtask layers|citations|architecture|prose|purity|goldens`: what this repository checks and regenerates about itself.
+//! `cargo xtask layers|citations|architecture|prose|purity|goldens`: checks of the repository, and its generated files.
 //!
 //! Each task is a module. A check prints one line if it passes, otherwise all defects.
 
@@ -17,10 +17,10 @@ use std::path::Path;
 const USAGE: &str =
     "usage: cargo xtask layers    arrows between crates and modules point to lower ranks only, without circles;
                              with --rows: rows for the modules that have none
-       cargo xtask citations every citation leads to a section; with --uncited: the sections that no test cites
+       cargo xtask citations every citation names an existing section; with --uncited: the sections that no test cites
        cargo xtask architecture  the walks in ARCHITECTURE.md name files and functions that exist
-       cargo xtask prose     no retired words and forms; with --count: how many each crate has
-       cargo xtask purity    the inner crates are no_std without alloc, all the way down
+       cargo xtask prose     no retired words and forms; with --count: their number in each crate
+       cargo xtask purity    the inner crates and their dependencies need neither std nor alloc
        cargo xtask goldens   write the golden files again, for review with git diff";
 
 fn main() -> Result<()> {

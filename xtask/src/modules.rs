@@ -18,7 +18,7 @@ pub type ModulePath = Vec<String>;
 pub struct Arrow {
     /// The module with the path.
     pub from: ModulePath,
-    /// The module that the path names, or that defines what it names.
+    /// The module that the path names, or that defines the item that the path names.
     pub to: ModulePath,
     /// The file with the path.
     pub file: PathBuf,
@@ -159,13 +159,13 @@ impl Modules {
         self.0.keys().any(|path| path.starts_with(parent) && path.get(parent.len()).is_some_and(|name| name == child))
     }
 
-    /// The module that all of `names` lead to, if they all are modules.
+    /// The module with the path `names`, if all of them are modules.
     fn module_at(&self, mut module: ModulePath, names: &[String]) -> Option<ModulePath> {
         module.extend_from_slice(names);
         self.0.contains_key(&module).then_some(module)
     }
 
-    /// The deepest module that `names` lead to.
+    /// The deepest module of the path `names`.
     fn descend(&self, mut module: ModulePath, names: &[String]) -> ModulePath {
         for name in names {
             if !self.has(&module, name) {
@@ -176,7 +176,7 @@ impl Modules {
         module
     }
 
-    /// The module that defines what `names` mean in `module`, through re-exports.
+    /// The module that defines the item `names` of `module`, through re-exports.
     fn define(&self, module: ModulePath, names: &[String], hops: u8) -> Option<ModulePath> {
         let hops = hops.checked_sub(1)?;
         let Some((first, rest)) = names.split_first() else { return Some(module) };
@@ -195,7 +195,7 @@ impl Modules {
         let targets: Vec<ModulePath> = globs.map(|(start, names)| self.descend(start, names)).collect();
         let through =
             targets.into_iter().find(|target| self.0.get(target).is_some_and(|target| target.items.contains(first)));
-        // A name that a macro defines is found nowhere: it belongs to the module in which it is looked up.
+        // No source defines a name that a macro generates: it belongs to the module in which it is looked up.
         Some(through.unwrap_or(module))
     }
 }
@@ -222,7 +222,7 @@ fn path_of(source: &Path, file: &Path) -> ModulePath {
     names.filter(|name| !matches!(name.as_str(), "lib" | "main" | "mod")).collect()
 }
 
-/// Collects what one module names.
+/// Collects the paths and names of one module.
 #[derive(Default)]
 struct Scan {
     module: Module,
@@ -240,7 +240,7 @@ impl Scan {
         }
     }
 
-    /// Reads what `trees` begin with, and returns how many of them.
+    /// Reads the item at the beginning of `trees`, and returns the number of trees it has.
     fn item(&mut self, trees: &[TokenTree]) -> usize {
         match trees {
             [TokenTree::Punct(hash), TokenTree::Group(attribute), rest @ ..]
@@ -308,7 +308,7 @@ impl Scan {
         length
     }
 
-    /// Reads `a::b`, `a::b as c`, `a::*` or `a::{...}` behind `prefix`.
+    /// Reads `a::b`, `a::b as c`, `a::*` or `a::{...}` after `prefix`.
     fn use_tree(&mut self, prefix: &[String], trees: &[TokenTree]) {
         let mut names = prefix.to_vec();
         for (position, tree) in trees.iter().enumerate() {
@@ -353,7 +353,7 @@ fn defines(word: &str) -> bool {
     matches!(word, "fn" | "struct" | "enum" | "trait" | "type" | "const" | "static" | "union" | "mod")
 }
 
-/// Whether `cfg(test)` or `cfg(all(test, ...))` stands in an attribute.
+/// Whether an attribute contains `cfg(test)` or `cfg(all(test, ...))`.
 fn is_for_tests(attribute: TokenStream) -> bool {
     let text: String = attribute.to_string().chars().filter(|char| !char.is_whitespace()).collect();
     text == "cfg(test)" || text.starts_with("cfg(all(test,")

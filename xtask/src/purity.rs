@@ -1,4 +1,4 @@
-//! The inner crates are `no_std` without `alloc`, all the way down.
+//! Checks that the inner crates and all their dependencies are `no_std` and do not use `alloc`.
 //!
 //! `ci/purity` is a static library outside the workspace with a panic handler, without an allocator, that depends on all
 //! inner crates. If any dependency uses `std` there are two panic handlers, and with `alloc` the allocator is missing; the

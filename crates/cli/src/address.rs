@@ -12,19 +12,19 @@ use serde::Serialize;
 /// Set the station address of a slave.
 ///
 /// The address switch of the device must be set outside 0 to 125, and no master may own the slave. The new address must be free.
-/// After the change the command checks that the slave answers there.
+/// After the change the command checks that the slave answers at the new address.
 #[derive(Args, Debug)]
 #[command(after_help = EXAMPLES)]
 pub struct Arguments {
     #[command(flatten)]
     bus: BusOptions,
-    /// The present address; 126 is a slave that has no address yet
+    /// The present address; 126 for a slave without an address of its own
     #[arg(long, value_name = "N", value_parser = values::any_address)]
     from: u8,
     /// The new address
     #[arg(long, value_name = "N", value_parser = values::slave_address)]
     to: u8,
-    /// Lock the address: the slave then refuses another address over the bus
+    /// Lock the address: the slave then refuses every new address over the bus
     #[arg(long)]
     lock: bool,
     /// Do not ask for confirmation

@@ -20,9 +20,9 @@ use std::ops::ControlFlow;
 
 /// Test a slave against the rules of PROFIBUS DP, and show request, answer and section for each.
 ///
-/// Any slave can be tested, not only a gauge. It is parameterised, brought into data exchange with outputs of zero, and released
-/// many times, so relays of a gauge open and close, and it receives damaged telegrams: it must not be in use, and no other master
-/// may use the line. Its stored values do not change. Exit code 1 means that it breaks a rule.
+/// The slave may be any DP slave, not only a gauge. The command parameterises it, exchanges data with outputs of zero, and releases
+/// it, many times: the relays of a gauge open and close. It also sends damaged telegrams. The slave must not be in use, and no other
+/// master may use the line. The stored values of the slave do not change. Exit code 1 means that the slave breaks a rule.
 #[derive(Args, Debug)]
 #[command(after_help = EXAMPLES)]
 pub struct Arguments {
@@ -85,7 +85,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let mut wire = arguments.bus.open_probe()?;
     if let Some(master) = wire.listen()? {
         return Err(Failure::no_answer(format!(
-            "master {master} is using the line; conform needs the line without other masters"
+            "master {master} is using the line; conform needs a line without other masters"
         )));
     }
     let (mut rows, mut stopped) = (Vec::new(), false);
@@ -186,7 +186,7 @@ fn line(finding: &CheckResult) -> String {
 fn answer_text(shown: &LoggedCycle) -> String {
     match &shown.received {
         Received::Nothing => "nothing".to_owned(),
-        Received::Damaged => "octets that are no telegram".to_owned(),
+        Received::Damaged => "octets that are not a telegram".to_owned(),
         Received::Telegram(octets) => hex(octets),
     }
 }

@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 
 /// Compare a gauge with the settings in a file of `profivac dump`.
 ///
-/// This takes no ownership and changes nothing; where several instances share a slot, the Channel Instance Selector is moved and
+/// This takes no ownership and changes no setting; where several instances share a slot, the Channel Instance Selector is changed and
 /// restored. Pressures in different units are converted before they are compared.
 #[derive(Args, Debug)]
 #[command(after_help = EXAMPLES)]

@@ -14,7 +14,7 @@ use std::path::{Path, PathBuf};
 
 /// Read every readable parameter of a gauge; with --out, into a file.
 ///
-/// Reading takes no ownership. Where several instances share a slot, the Channel Instance Selector is moved and restored. The file
+/// Reading takes no ownership. Where several instances share a slot, the Channel Instance Selector is changed and restored. The file
 /// is TOML: `profivac diff` compares its settings with a gauge, `profivac restore` writes them to a replacement.
 #[derive(Args, Debug)]
 #[command(after_help = EXAMPLES)]
@@ -27,7 +27,7 @@ pub struct Arguments {
     /// Print JSON
     #[arg(long)]
     json: bool,
-    /// Show only names that contain this
+    /// Show only names that contain this text
     #[arg(value_name = "TARGET")]
     target: Option<String>,
 }

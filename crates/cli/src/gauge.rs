@@ -19,7 +19,7 @@ use profivac_host::session::BusSession;
 use std::io::{self, BufRead, IsTerminal, Write};
 use std::time::Duration;
 
-/// The longest single wait for an answer of the user.
+/// The longest single wait for the reply of the user.
 const MAX_WAIT: Duration = Duration::from_secs(3600);
 
 /// The options that select a gauge and the access path to it.
@@ -119,11 +119,11 @@ impl GaugeOptions {
         let slave = identify::wait_for_slave(&mut session, self.address)?;
         let mut gauge = self.gauge(&mut session, &slave)?;
         let done = work(&mut gauge);
-        // The failure of the work is more important than a failure to restore that follows from it.
+        // The failure of the work is reported, not the failure to restore that follows from it.
         let restored = gauge.restore_selector();
         if let (true, Some(master)) = (gauge.selector_moved(), slave.owner) {
             notice(&format_args!(
-                "the Channel Instance Selector was moved and put back while master {master} owns the gauge"
+                "the Channel Instance Selector was changed and restored while master {master} owns the gauge"
             ));
         }
         let done = done?;
@@ -134,7 +134,7 @@ impl GaugeOptions {
     fn gauge<'a>(&self, session: &'a mut BusSession, slave: &SlaveStatus) -> Result<AnyGauge<'a>, Failure> {
         let address = self.address;
         let model = identify::model(slave.ident, address, &mut Ms2::new(session, address))?;
-        // Before this a signal may end the program at any point: nothing has to be restored.
+        // Until here a signal may end the program: no value has to be restored.
         let signals = Signals::catch()?;
         let via = match self.via {
             Via::Ms2 => {
@@ -209,7 +209,7 @@ pub fn confirm(risk: &str, yes: bool) -> Result<(), Failure> {
     if !is_interactive() {
         return Err(Failure::usage(format!("{risk}; nothing was sent; without a terminal add --yes")));
     }
-    // Before the question is visible.
+    // Signals are caught before the prompt is visible.
     let signals = Signals::catch()?;
     write!(io::stderr(), "profivac: {risk}. Continue? [y/N] ")?;
     io::stderr().flush()?;

@@ -15,10 +15,10 @@ use std::ops::ControlFlow;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
-/// Make a virtual RS-485 line: each program reads from its pty what the others write to theirs.
+/// Make a virtual RS-485 line: each program reads from its pty the octets that the other programs write to theirs.
 ///
-/// Prints `ready` and the paths once it serves. Then it reads commands from standard input and answers each with one line that
-/// begins with `ok` or `error:`. It continues after end of file; `quit`, SIGTERM and SIGINT end it.
+/// The command prints `ready` and the paths when the line works. Then it reads commands from standard input and answers each with
+/// one line that begins with `ok` or `error:`. It continues after end of file; `quit`, SIGTERM and SIGINT end it.
 #[derive(Args, Debug)]
 #[command(after_help = EXAMPLES)]
 pub struct Arguments {
@@ -47,7 +47,7 @@ Lines on standard input:
 Examples:
   profivac hub --pty /tmp/master --pty /tmp/tap
   profivac hub --pty /tmp/master --pty /tmp/a --pty /tmp/b --flip 0.002 --seed 7
-and the devices for the second one, while a master opens /tmp/master:
+On the second line, a master opens /tmp/master, and these commands are the slaves:
   profivac simulate --serial /tmp/a bcg450@5
   profivac simulate --serial /tmp/b bcg450@6";
 
@@ -109,10 +109,10 @@ fn handle_input(hub: &mut Hub, input: &Input) -> ControlFlow<()> {
 enum MuteError {
     #[error(transparent)]
     Seconds(#[from] ValueError),
-    #[error("expected a shorter time")]
+    #[error("expected a shorter time: the clock cannot represent this one")]
     TooLong,
     /// `known` are the paths of the hub.
-    #[error("no pty {path}; there are {known}")]
+    #[error("no pty {path}; known: {known}")]
     UnknownPty { path: String, known: String },
 }
 
@@ -130,7 +130,7 @@ struct Hub {
     received: Vec<Character>,
 }
 
-/// Octets that are being transmitted at a rate.
+/// The octets on a line with a rate.
 struct Pace {
     clock: Clock,
     /// The time at which the line is free again.

@@ -13,7 +13,7 @@ use std::path::PathBuf;
 
 /// Make a file for `profivac run` from the gauges that answer on a bus.
 ///
-/// This only reads, like `scan`. The name of a gauge is its device and address; edit the file to change it.
+/// The command only reads, like `scan`. The name of a gauge is its device and address; edit the file to change it.
 #[derive(Args, Debug)]
 #[command(after_help = EXAMPLES)]
 pub struct Arguments {
@@ -38,7 +38,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         let Some(station) = probe(&mut session, address)? else { continue };
         match station.slave.map(|slave| slave.device_names()) {
             Some(devices) if !devices.is_empty() => gauges.push((address, devices)),
-            Some(_) => notice(&format_args!("the slave at address {address} is unknown to profivac")),
+            Some(_) => notice(&format_args!("the slave at address {address} is not a known device")),
             None if station.station_type == StationType::Slave => {
                 notice(&format_args!("the slave at address {address} sends no diagnosis"));
             }

@@ -11,7 +11,7 @@ use serde::Serialize;
 
 /// List the parameters of a gauge: its block tree with names, numbers, types, access, sections of the manual and codes.
 ///
-/// With --port and --address it asks a gauge for its model; with --device it needs no gauge. TARGET selects names that contain it.
+/// With --port and --address the command asks a gauge for its model; with --device it needs no bus. TARGET selects names that contain it.
 /// Access is as printed in the manual: 1_R read by a class 1 master, 2_W written by class 2, 0_XI in the cyclic data. Store classes:
 /// N survives power loss, V is lost, R is stored on request, D follows from others. BY_TYPE is a pressure: an integer or a float,
 /// depending on the data type of the gauge.
@@ -26,7 +26,7 @@ pub struct Arguments {
     /// Print JSON
     #[arg(long)]
     json: bool,
-    /// Show only names that contain this
+    /// Show only names that contain this text
     #[arg(value_name = "TARGET")]
     target: Option<String>,
 }

@@ -49,13 +49,13 @@ Where to start, without a bus:
 and in another terminal, or with the port of an adapter:
   profivac scan --port /tmp/line
   profivac dump --port /tmp/line --address 5
-`profivac help COMMAND` has examples for every command. docs/first-steps.md introduces all of them in fifteen minutes.
+`profivac help COMMAND` has examples for every command. docs/first-steps.md is an introduction that takes fifteen minutes.
 
 Exit codes:
   0  done
-  1  the device refused
+  1  the device refused, breaks a rule of conform, or does not meet an expectation of a scenario
   2  wrong usage, unknown device, two devices at one address, or a bad file
-  3  the port is missing, busy or lost, or no station answers";
+  3  the port is missing, busy or lost, no station answers, or standard output cannot be written";
 
 #[derive(Debug, Subcommand)]
 enum Command {

@@ -29,7 +29,7 @@ fn keep_error(written: io::Result<()>) {
 pub fn check() -> Result<(), Failure> {
     match WRITE_ERROR.get() {
         None => Ok(()),
-        // The reader closed the pipe, so it needs no message.
+        // The reader has closed the pipe and needs no message.
         Some(ErrorKind::BrokenPipe) => Err(Failure::quiet()),
         Some(kind) => Err(Failure::no_answer(format!("standard output cannot be written: {kind}"))),
     }

@@ -13,8 +13,8 @@ use std::path::PathBuf;
 
 /// Write the settings in a file of `profivac dump` to a gauge, for instance to a replacement.
 ///
-/// A file of a device with another ident number is refused. Only settings that differ are written, unit and data type first and
-/// enabling parameters last; each is read back and reported. A setting that the gauge refuses is reported, and the others continue.
+/// The command refuses the file of a device with another ident number. It writes only settings that differ: unit and data type first,
+/// enabling parameters last. It reads each setting back and reports it. After a setting that the gauge refuses it continues with the next.
 #[derive(Args, Debug)]
 #[command(after_help = EXAMPLES)]
 pub struct Arguments {
@@ -137,7 +137,7 @@ fn write_all(
 
 /// The row of a setting that another setting keeps changing.
 fn conflicting(named: &NamedParameter, difference: &Difference) -> Row {
-    let error = format!("another setting changes it whenever it is {}", difference.write.text);
+    let error = format!("another setting of the file changes it again after {} is written", difference.write.text);
     Row { name: named.name.clone(), before: difference.current.text.clone(), after: None, error: Some(error) }
 }
 

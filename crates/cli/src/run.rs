@@ -18,7 +18,7 @@ use std::time::Duration;
 ///
 /// The file is checked completely before anything starts. The station parameterises gauges, keeps their units, and releases them
 /// at the end; a gauge that is released returns to IDLE, stops measuring and opens its relays. The station waits for missing
-/// gauges and reopens lost ports. SIGHUP makes it read the file, certificate and key again; unchanged segments continue. Without
+/// gauges and reopens lost ports. On SIGHUP it reads the file, certificate and key again; unchanged segments continue. Without
 /// users (see `profivac user`) every user of this computer may view the dashboard.
 #[derive(Args, Debug)]
 #[command(after_help = EXAMPLES)]
@@ -42,7 +42,7 @@ Examples:
   profivac run plant.toml --listen 127.0.0.1:9090
   profivac run plant.toml --listen 0.0.0.0:8443          # with users and [tls], see docs/station.md";
 
-/// How often the threads of the station are checked.
+/// The time between two checks of the threads of the station.
 const THREAD_CHECK_PERIOD: Duration = Duration::from_secs(5);
 
 /// Runs until SIGINT or SIGTERM.

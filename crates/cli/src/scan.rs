@@ -11,8 +11,8 @@ use serde::Serialize;
 
 /// Find the stations of a bus: a map of the addresses, and the identity and state of each slave.
 ///
-/// It asks every address for its FDL status and every slave for its diagnosis, and never sends Set_Prm. On a line with another
-/// master it joins the token ring: read docs/adapters.md before you use it beside a PLC, or listen with `profivac sniff`, which
+/// The command asks every address for its FDL status and every slave for its diagnosis; it never sends Set_Prm. On a line with
+/// another master it joins the token ring: read docs/adapters.md before you use it beside a PLC, or listen with `profivac sniff`, which
 /// sends nothing.
 #[derive(Args, Debug)]
 #[command(after_help = EXAMPLES)]

@@ -23,7 +23,7 @@ fn simulate(arguments: &[&str], sentence: &str) {
 
 #[test]
 fn devices_are_checked_before_anything_is_opened() {
-    simulate(&["bcg451@5"], "unknown device \"bcg451\"; there are ");
+    simulate(&["bcg451@5"], "unknown device \"bcg451\"; known: ");
     simulate(&["bcg450@127"], "expected an address from 0 to 126, got \"127\"");
     simulate(&["bcg450"], "expected DEVICE@ADDR[:key=value,...] like bcg450@5, got \"bcg450\"");
     simulate(&["bcg450@5:color=red"], "bcg450 has no key \"color\"; it has ");

@@ -104,5 +104,5 @@ fn the_error_for_an_unknown_device_lists_the_known_ones() {
     let failed = run(&["gsd", "bcg451"]);
     assert_eq!(failed.status.code(), Some(2));
     let message = String::from_utf8(failed.stderr).unwrap();
-    assert!(message.starts_with("profivac: unknown device \"bcg451\"; there are pcg550, "), "{message}");
+    assert!(message.starts_with("profivac: unknown device \"bcg451\"; known: pcg550, "), "{message}");
 }

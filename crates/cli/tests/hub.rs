@@ -64,7 +64,7 @@ fn commands_are_answered_and_quit_removes_the_ptys() {
     let a = folder.name("a");
     assert_eq!(hub.tell(&format!("mute {a} soon")), "error: expected a number of seconds, got \"soon\"");
     let unknown = hub.tell("mute c 1");
-    assert_eq!(unknown, format!("error: no pty c; there are {a}, {}", folder.name("b")));
+    assert_eq!(unknown, format!("error: no pty c; known: {a}, {}", folder.name("b")));
     assert_eq!(hub.tell("sing"), "error: expected mute PATH SECONDS or quit, got \"sing\"");
     assert_eq!(hub.tell("quit"), "ok");
     assert_eq!(hub.exit_code(), 0);

@@ -33,7 +33,7 @@ fn every_command_gets_its_answer() {
         ("pressure", "error: expected pressure PRESSURE"),
         ("pressure 1 psi", "error: expected a unit out of mbar, "),
         ("fault 5 tiredness", "error: bcg450 has no fault \"tiredness\"; it has eeprom, "),
-        ("state 7", "error: no device at address 7; there are 5, 126"),
+        ("state 7", "error: no device at address 7; known: 5, 126"),
         ("button 5 200", "error: bcg450 has no button 200"),
     ] {
         let answered = program.tell(line);

@@ -215,7 +215,7 @@ fn a_segment_that_fails_does_not_stop_the_others() {
     assert!(printed.contains(",\"hall\",5,bcg450,1e-3,"), "{printed}");
     assert_eq!(
         message,
-        "profivac: gone: there is no port /nowhere: is the adapter plugged in, or the program running that makes it?\n\
+        "profivac: gone: there is no port /nowhere: plug in the adapter, or start the program that serves it\n\
          profivac: the segment \"gone\" ended early\n"
     );
     assert_eq!(output.status.code(), Some(3));

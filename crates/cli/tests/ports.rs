@@ -38,11 +38,13 @@ fn monitor_survives(port: &str, simulation: &[&str]) {
     let monitor = Program::start(&["monitor", "--port", port, "--own", "--csv", PATIENTLY, "5"]);
     shows(&monitor, ",5,bcg450,1e-3,mbar,1e-3,2,DATA,");
     first.kill();
-    let lost = format!("profivac: lost {port}: it was unplugged, or its other side was closed; looking for it");
+    let lost = format!(
+        "profivac: lost {port}: it was unplugged, or its other side was closed; profivac tries to open it again"
+    );
     assert_eq!(monitor.complaint(), lost);
     shows(&monitor, ",OFFLINE,");
     let _second = simulate("3e-7 mbar");
-    assert_eq!(monitor.complaint(), format!("profivac: {port} is back"));
+    assert_eq!(monitor.complaint(), format!("profivac: {port} is open again"));
     shows(&monitor, ",5,bcg450,3e-7,mbar,3e-7,2,DATA,");
 }
 
@@ -77,7 +79,7 @@ fn a_simulation_survives_the_loss_of_its_hub() {
     assert!(simulation.complaint().starts_with(&format!("profivac: lost {a}: ")));
     assert_eq!(simulation.tell("pressure 1e-5 mbar"), "ok", "it is operated all the same");
     let _second = hub();
-    assert_eq!(simulation.complaint(), format!("profivac: {a} is back"));
+    assert_eq!(simulation.complaint(), format!("profivac: {a} is open again"));
     End::pty(&folder.path("b")).insist(STATUS.0, STATUS.1);
     assert_eq!(simulation.tell("quit"), "ok");
     assert_eq!(simulation.exit_code(), 0);
@@ -129,12 +131,12 @@ fn auto_is_refused_on_a_port_without_a_rate() {
     let simulation = Program::start(&["simulate", "--pty", &path, "bcg450@5"]);
     simulation.ready();
     let message = failing(&["scan", "--port", &path, "--baud", "auto"], 2);
-    let sentence = "has no rate that could be searched for: give it as a number (--baud 19200)";
+    let sentence = "has no transmission rate to detect: give the rate as a number (--baud 19200)";
     assert_eq!(message, format!("profivac: {path} {sentence}\n"));
     let message = failing(&["scan", "--port", "/nowhere", "--baud", "auto"], 3);
     assert_eq!(
         message,
-        "profivac: there is no port /nowhere: is the adapter plugged in, or the program running that makes it?\n"
+        "profivac: there is no port /nowhere: plug in the adapter, or start the program that serves it\n"
     );
 }
 

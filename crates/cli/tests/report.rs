@@ -159,7 +159,7 @@ fn every_error_is_one_sentence() {
         (vec![&other], "notes.db is not a database of a station: file is not a database"),
         (vec![&empty], "empty.db is not a database of a station: it has none of its tables"),
         (vec![&record, "--gauge", "chambre"], "has no gauge \"chambre\"; did you mean \"chamber\"?"),
-        (vec![&record, "--gauge", "xyz"], "has no gauge \"xyz\"; there are chamber, still, tpg300 7.1, tpg300 7.2"),
+        (vec![&record, "--gauge", "xyz"], "has no gauge \"xyz\"; known: chamber, still, tpg300 7.1, tpg300 7.2"),
         (vec![&record, "--gauge", "still"], "found no pump-down in "),
         (vec![&record, "--from", "soon"], "expected a time like '2026-11-21 14:00'"),
         (

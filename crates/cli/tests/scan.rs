@@ -173,6 +173,6 @@ fn impossible_bus_parameters_are_refused() {
     assert_eq!(failed.status.code(), Some(3));
     assert_eq!(
         String::from_utf8(failed.stderr).unwrap(),
-        "profivac: there is no port /nowhere: is the adapter plugged in, or the program running that makes it?\n"
+        "profivac: there is no port /nowhere: plug in the adapter, or start the program that serves it\n"
     );
 }

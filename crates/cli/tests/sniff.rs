@@ -70,7 +70,7 @@ fn sniff_explains_a_scan_without_disturbing_it() {
     simulator.ready();
     let mut program = Program::start(&["sniff", "--port", &tap]);
     assert!(program.complaint().starts_with(LISTENING));
-    // The computer may be slow when the gauge joins: a scan that finds no station is repeated.
+    // On a slow computer the first scan may find no station: it is repeated.
     let scan = || run(&["scan", "--port", &master, "--hsa", "6", "--slot-time", "2000"]).status.code();
     assert!((0..10).any(|_| scan() == Some(0)), "no station was found");
     while !program.line().ends_with("is present: bcg450 (ident 08E6), has no owner, waits for parameters, not ready") {}
@@ -121,6 +121,6 @@ fn a_missing_port_ends_sniff_with_exit_code_3() {
     assert_eq!(output.status.code(), Some(3));
     assert_eq!(
         String::from_utf8(output.stderr).unwrap(),
-        "profivac: there is no port /nowhere/tty: is the adapter plugged in, or the program running that makes it?\n"
+        "profivac: there is no port /nowhere/tty: plug in the adapter, or start the program that serves it\n"
     );
 }

@@ -333,6 +333,6 @@ mod tests {
     #[test]
     fn opening_reports_the_error_of_the_session() {
         let opened = AsyncBus::open(|| Err(SessionError::NeverIdle));
-        assert_eq!(opened.err().unwrap().to_string(), "the line is never quiet");
+        assert_eq!(opened.err().unwrap().to_string(), "the line is never idle");
     }
 }

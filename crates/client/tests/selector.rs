@@ -1,4 +1,4 @@
-//! Reading leaves no trace: the Channel Instance Selector shows the original instance again, however the reading ended.
+//! Reading restores the Channel Instance Selector, however the reading ended.
 
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test")]
 
@@ -16,7 +16,7 @@ const SELECTOR: (u8, u8) = (1, 46);
 #[derive(Default)]
 struct Line {
     selected: u8,
-    /// The selector was written this often.
+    /// The number of writes to the selector.
     writes: usize,
     /// No request is answered.
     is_lost: bool,

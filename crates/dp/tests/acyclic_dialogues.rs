@@ -58,7 +58,7 @@ fn ms2_as_printed() {
     assert_eq!(rig.station.user.outcome(read), Some(Ok(&[0xDE, 0xAD, 0xBE, 0xEF][..])));
     let fetched = rig.now;
 
-    // Nothing is asked for T: Idle.
+    // No request for T: the master sends Idle.
     rig.dialogue("M 68 06 06 68 88 82 5C 30 32 48 10 16");
     assert!((BAUD.tbit_of_ms(1000)..BAUD.tbit_of_ms(1001)).contains(&(rig.now - fetched)), "{}", rig.now - fetched);
     rig.dialogue(

@@ -104,13 +104,13 @@ fn records_of_240_octets_are_written_and_read() {
     assert_eq!(reported(&mut line, read), "Ok([00, 01, 02])", "cut to the requested length");
     let read = line.master.user.ms2_read(connection, 9, 16, 3).unwrap();
     assert!(reported(&mut line, read).starts_with("Err(Refused(Negative { function: Read"));
-    // This slave knows no Data_Transport; the connection stays.
+    // This slave does not support Data_Transport; the connection stays open.
     let transport = line.master.user.ms2_transport(connection, 1, 16, &[1]).unwrap();
     assert!(reported(&mut line, transport).starts_with("Err(Refused(Negative { function: DataTransport"));
     assert_eq!(line.master.user.ms2_phase(connection), Some(Phase::Open));
 }
 
-/// Two connections to one slave and two to others, all with requests: each gets its turn, and the raw request too.
+/// Two connections to one slave and two to others, all with requests: each request is sent, and so is the raw request.
 #[test]
 fn connections_take_turns() {
     let mut line = exchanging(&[8, 9, 10]);

@@ -327,7 +327,8 @@ fn a_second_slave_at_the_same_address_gives_no_value() {
     }
 }
 
-/// After a time-out or a wrong response of MS1 the next response could be a late one: the slave is restarted.
+/// After a timeout or a wrong response of MS1 the next response could belong to the earlier request, so the master restarts the
+/// slave.
 #[test]
 fn after_a_timeout_or_a_wrong_response_of_ms1_the_slave_is_restarted() {
     for wrong in [None, Some(&[0x5E, 1, 17, 2, 0xAA, 0xBB][..])] {

@@ -372,7 +372,7 @@ fn absent_slaves_are_polled_one_per_cycle_in_turn() {
 
 #[test]
 fn absent_slaves_are_polled_equally_often() {
-    // The pause is over before the next cycle: the first ones must not take every turn.
+    // The pause is over before the next cycle begins. The first absent slaves must not take the time of the others.
     let quick = Settings { pause_min_tbit: 1, pause_max_tbit: 1, ..settings() };
     let mut master = Master::<32, 32>::on(bus(), quick, BitTime(0));
     for address in 3..33 {

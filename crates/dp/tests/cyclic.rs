@@ -215,7 +215,7 @@ fn rs_in_exchange_restarts_the_slave_at_once() {
     let begin = messages.iter().position(|text| text == "10 02 08 03 0D 16").unwrap();
     assert_eq!(messages.len() - begin, 9, "{messages:?}");
 
-    // It exchanged data for longer than the longest pause: the next restart is at once again.
+    // The slave exchanged data for longer than the longest pause, so the next restart has no pause.
     line.run_for(settings().pause_max_tbit);
     line.slaves[0].power_up(8);
     line.run_until(5_000, |line| line.master.user.counters(8).unwrap().starts == 3);

@@ -151,7 +151,7 @@ fn without_a_held_answer_nothing_is_a_repetition() {
 struct Dice(u64);
 
 impl Dice {
-    /// True once in `n` times.
+    /// True once in `n` calls on average.
     fn once_in(&mut self, n: u64) -> bool {
         self.0 ^= self.0 << 13;
         self.0 ^= self.0 >> 7;

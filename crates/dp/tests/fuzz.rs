@@ -17,7 +17,7 @@ fn times() -> usize {
     std::env::var("PROFIVAC_FUZZ").ok().and_then(|times| times.parse().ok()).unwrap_or(1)
 }
 
-/// Data units that mean something, by access point; `None` for Data_Exchange.
+/// Valid data units by access point; `None` for Data_Exchange.
 const MEANINGFUL: [(Option<u8>, &[&str]); 16] = [
     (None, &["05 06", "05 06", "05 06", "05", ""]),
     (Some(60), &["", "", "00"]),
@@ -158,7 +158,7 @@ impl Line {
         self.device_agrees();
     }
 
-    /// The device knows whether it exchanges data; outside data exchange its outputs are safe.
+    /// The state of the device agrees with that of the slave; outside data exchange its outputs are safe.
     fn device_agrees(&mut self) {
         let exchanging = matches!(self.slave.state(), SlaveState::DataExch(..));
         let device = self.slave.device_mut();
@@ -221,7 +221,7 @@ fn ten_million_random_and_mutated_octets() {
     while octets < 10_000_000 * times() {
         let mut stream = match rng.u8(..8) {
             0 => random(&mut rng),
-            // The receiver accepts only the beginning of a telegram.
+            // A start delimiter first, because the receiver ignores other first octets.
             1 => [&[[0x10, 0x68, 0xA2, 0xDC, 0xE5][rng.usize(..5)]], &*random(&mut rng)].concat(),
             _ => Request::random(&mut rng).octets(),
         };
@@ -319,7 +319,7 @@ fn services_of_three_masters_in_any_order_and_at_any_time() {
 }
 
 impl Request {
-    /// May be taken for a repetition, or is no SRD at all.
+    /// Whether the request may look like a repetition, or is no SRD.
     fn is_counted(&self) -> bool {
         match self.frame.control() {
             Control::Request { function: Function::SrdLow | Function::SrdHigh, count } => {

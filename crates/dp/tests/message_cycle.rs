@@ -1,4 +1,4 @@
-//! The active station by itself: when it sends, which requests it repeats, and which answers it accepts. profibus-wire 1.10, 1.12, 1.13.
+//! The active station alone: when it sends, which requests it repeats, and which answers it accepts. profibus-wire 1.10, 1.12, 1.13.
 
 mod support;
 
@@ -226,7 +226,7 @@ fn the_wait_for_an_answer_that_has_begun_is_limited() {
 fn after_giving_up_the_next_request_is_a_first_contact_without_a_retry() {
     let mut rig = rig(&[EXCHANGE; 5]);
     assert_eq!(rig.next_request().octets[6], 0x6D);
-    // The master does not know the station as operational yet: one try.
+    // The station is not operational for the master yet, so the master sends the request once.
     assert_eq!(rig.next_request().octets[6], 0x6D);
     rig.receive("E5");
     assert_eq!(rig.next_telegram().octets[6], 0x5D);
@@ -376,7 +376,7 @@ fn the_master_stops_sending_when_another_master_sends() {
         rig.receive_after(20, foreign);
         let received = rig.now;
         assert_eq!(rig.next_telegram().start, received + 3000, "{foreign}");
-        // Alone again: it continues.
+        // The station is alone again and continues.
         rig.next_telegram();
         rig.next_telegram();
         assert_eq!(rig.station.other_master(), None, "{foreign}");

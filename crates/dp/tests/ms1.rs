@@ -182,7 +182,7 @@ fn a_waiting_response_is_dropped_with_the_relation() {
     assert_eq!(rig.ms1(""), Answer::Ack);
 }
 
-/// A configuration accepted once more during data exchange is no reason to leave: profibus-wire 3.2, transition 10.
+/// A configuration accepted once more during data exchange does not make the slave leave data exchange: profibus-wire 3.2, transition 10.
 #[test]
 fn ms1_stays_open_after_a_second_chk_cfg() {
     let mut rig = Rig::exchanging(Gauge::default());

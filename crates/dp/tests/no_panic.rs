@@ -164,7 +164,7 @@ fn every_kind_of_wrong_answer_to_every_request() {
     }
 }
 
-/// Alters an answer in a way that mostly leaves a telegram, with a right FCS.
+/// Alters an answer so that it usually remains a telegram with a right FCS.
 fn spoil(answer: &mut Vec<u8>, random: &mut Random) {
     if answer.is_empty() || random.below(3) > 0 {
         return;

@@ -31,7 +31,7 @@ const WORST_MESSAGE: u64 = 2 * (132 + 300 + 250 + 300);
 type Bus = Line<Master<8, 32>>;
 
 fn settings() -> Settings {
-    // Ten seconds are long for a test in bit times.
+    // Ten seconds are a long run in bit times.
     let baud = Baud::B1500000;
     Settings { control_cycles: 50, ready_tbit: baud.tbit_of_ms(50), ..Settings::new(baud) }
 }

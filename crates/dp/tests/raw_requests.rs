@@ -49,7 +49,7 @@ enum Result {
     Failed(Failure),
 }
 
-/// Hands over one request and waits for its result.
+/// Submits one request and waits for its result.
 fn ask<const SLAVES: usize, const OCTETS: usize>(
     line: &mut Line<Master<SLAVES, OCTETS>>,
     request: Request<'_>,

@@ -92,7 +92,7 @@ impl Rules {
     }
 }
 
-/// Whether the octets decide that they are a telegram, or that they are none.
+/// Whether the octets are a complete telegram or can no longer become one.
 fn is_decided(octets: &[u8]) -> bool {
     match *octets {
         [0xE5, ..] => true,

@@ -322,7 +322,7 @@ fn a_message_of_high_priority_is_sent_however_late_the_token_comes() {
     }
 }
 
-/// A model of what the station can know about the token.
+/// A model of the token, from the telegrams that the station receives.
 struct Watch {
     /// The last sender was another master, and it did not pass the token to this station.
     theirs: bool,
@@ -450,7 +450,7 @@ fn storm(seed: u64) {
         assert!(station.masters().all(|master| master <= 125));
         assert!(station.wake_at().is_some(), "it has no deadline");
     }
-    // On a silent line the station forms a ring of its own.
+    // On a silent line the station forms a ring with itself.
     let end = now + 100_000;
     while now < end {
         now = now.max(station.wake_at().unwrap());

@@ -3,7 +3,7 @@
 use profivac_dp::link::Receiver;
 use profivac_dp::slave::Slave;
 
-/// Without the device; a microcontroller has 8 KiB for a gauge.
+/// The limit for a slave without its device: a microcontroller of a gauge has about 8 KiB.
 #[test]
 fn a_slave_and_its_receiver_take_less_than_3_kib() {
     let octets = size_of::<Slave<()>>() + size_of::<Receiver>();

@@ -64,7 +64,7 @@ fn to(line: &Bus, first: usize, address: u8) -> Vec<Entry> {
         .collect()
 }
 
-/// The longest time between the begins of two requests to a slave.
+/// The longest time between the start of two requests to a slave.
 fn longest_gap(line: &Bus, first: usize, address: u8) -> u64 {
     to(line, first, address).windows(2).map(|pair| pair[1].start - pair[0].start).max().unwrap()
 }
@@ -75,7 +75,7 @@ fn a_removed_slave_is_unlocked_and_its_place_is_free_while_the_others_exchange()
     for (gone, delay) in addresses.into_iter().zip((0..).step_by(331)) {
         let mut line = line(&addresses.map(slave));
         line.run_for(delay);
-        // From the cycle before.
+        // The request is from the cycle before.
         let first = line.trace.len() - 40;
         let place = addresses.iter().position(|address| *address == gone).unwrap();
         assert!(line.master.user.remove(gone));

@@ -256,7 +256,7 @@ fn outputs_are_safe_outside_data_exchange() {
 #[test]
 fn access_points_that_a_slave_does_not_have_are_closed() {
     for mut rig in [new(), wait_cfg(), exchanging()] {
-        // Set_Ext_Prm, Global_Control asked for as SRD, 52 and 54
+        // Set_Ext_Prm, Global_Control as SRD, access points 52 and 54
         for sap in [53, 58, 52, 54] {
             assert_eq!(rig.ms0(MASTER, sap, &hex("05 81 00 00 00")), RS, "SAP {sap}");
             assert_eq!(rig.ms0(MASTER, sap, &[]), RS, "SAP {sap}");

@@ -155,7 +155,7 @@ fn the_notes_show_the_pause_and_the_limit_when_a_watchdog_expires() {
     test.golden("watchdog");
 }
 
-/// A damaged file becomes a capture or an error, never a panic.
+/// Reading a damaged file gives a capture or an error, never a panic.
 #[test]
 fn the_decoder_never_panics_on_a_damaged_file() {
     let folder = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("tests/golden/notes");

@@ -62,7 +62,7 @@ pub enum SessionError {
     #[error("another master has the address {0}")]
     AddressInUse(u8),
     /// The line is never idle.
-    #[error("the line is never quiet")]
+    #[error("the line is never idle")]
     NeverIdle,
 }
 

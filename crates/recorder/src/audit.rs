@@ -1,6 +1,6 @@
 //! The audit trail: which user did what to which gauge or alarm, when, and with what outcome.
 //!
-//! Rows are only added. An outcome is a row of its own that refers to the row of its command, so that the database can refuse every
+//! Rows are only added. An outcome is a separate row that refers to the row of its command, so that the database can refuse every
 //! change of a row, and the row that was written before the command was sent stays as it was.
 
 use super::sample::Micros;
@@ -119,7 +119,7 @@ pub struct AuditQuery {
     pub limit: u32,
 }
 
-/// The outcome of a command that was being sent when the station ended.
+/// The outcome of a command that was being sent when the station ended: it is not known.
 pub const OUTCOME_UNKNOWN: &str = "not known: the station ended meanwhile";
 
 /// Adds a row and returns its number. A reference to a row of a database that was deleted meanwhile becomes empty.

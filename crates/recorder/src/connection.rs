@@ -9,11 +9,11 @@ use std::os::unix::fs::OpenOptionsExt;
 use std::path::Path;
 use std::time::Duration;
 
-/// How long one connection waits for another. The recorder tries again every second by itself.
+/// The longest wait of one connection for another. The recorder tries again every second.
 const BUSY_TIMEOUT: Duration = Duration::from_secs(1);
 
 /// The log is truncated when it has become longer than this, in octets. free choice: four times the length at which SQLite
-/// truncates it when no reader is in the way.
+/// truncates it when no reader uses it.
 pub const MAX_WAL_OCTETS: i64 = 16 << 20;
 
 /// Opens a database for reading. A database of an older version is read under the current names of tables and columns.

@@ -28,7 +28,7 @@ pub struct Retention {
 const DAY: Duration = Duration::from_secs(86_400);
 
 impl Default for Retention {
-    /// free choice, as large sites do: samples for two years, spans of 10 s for five, all coarser ones without limit.
+    /// free choice, similar to the practice of large sites: samples for two years, spans of 10 s for five, all coarser ones without limit.
     fn default() -> Self {
         Self { samples: DAY.saturating_mul(730), spans: [Some(DAY.saturating_mul(1826)), None, None, None] }
     }
@@ -61,7 +61,7 @@ impl Database {
         let connection = open_to_write(path)?;
         lock.record_file_identity(path)?;
         let database = Self { path: path.to_owned(), lock: Some(lock), connection, names: Vec::new(), ids: Vec::new() };
-        // No other process writes: a command without an outcome was cut off.
+        // No other process writes, so the station ended while a command without an outcome was being sent.
         audit::close_unfinished(&database.connection, Micros::now()).map_err(|error| database.failed(error))?;
         Ok(database)
     }
@@ -89,8 +89,8 @@ impl Database {
         })
     }
 
-    /// Writes samples, spans, events and alarm changes, all or none. Returns the number of samples that found no free time near
-    /// theirs.
+    /// Writes samples, spans, events and alarm changes, all or none. Returns the number of samples that were dropped because
+    /// all times near theirs are taken.
     ///
     /// # Errors
     /// [`DatabaseError`] when nothing was written.
@@ -123,7 +123,7 @@ impl Database {
         Ok(crowded)
     }
 
-    /// Opens the file at the path again if it was deleted or replaced. SQLite would go on writing to the deleted file.
+    /// Opens the file at the path again if it was deleted or replaced. SQLite would continue to write to the deleted file.
     fn reopen_if_replaced(&mut self) -> Result<(), DatabaseError> {
         if self.lock.as_ref().is_some_and(|lock| lock.is_same_file(&self.path)) {
             return Ok(());
@@ -153,7 +153,7 @@ impl Database {
         Ok(deleted >= MAX_DELETIONS as usize)
     }
 
-    /// Truncates the log if a slow reader has let it grow. The checkpoint waits for readers up to the busy timeout.
+    /// Truncates the log if it has grown because of a slow reader. The checkpoint waits for readers up to the busy timeout.
     fn truncate_wal(&self) -> Result<(), DatabaseError> {
         let log = sibling_path(&self.path, "-wal");
         if fs::metadata(log).is_ok_and(|log| log.len() > MAX_WAL_OCTETS.unsigned_abs()) {

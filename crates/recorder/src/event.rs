@@ -1,4 +1,4 @@
-//! Something that happened, as a row of the event list.
+//! An event, as a row of the event list.
 
 use super::sample::Micros;
 

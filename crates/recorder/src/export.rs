@@ -1,6 +1,6 @@
 //! Samples as CSV, chunk by chunk: a year of samples does not fit into memory, and the recipient may be slow.
 //!
-//! Each chunk is a query of its own. No read transaction stays open between chunks, so the recorder can truncate its log, and the
+//! Each chunk is a separate query. No read transaction stays open between chunks, so the recorder can truncate its log, and the
 //! export contains samples that were recorded meanwhile.
 
 use super::error::DatabaseError;

@@ -27,8 +27,8 @@
 //! | `clock` | steps of the system clock |
 //! | [`writer`] | the thread that owns the database |
 //!
-//! Beside the database SQLite keeps its log (`-wal`, `-shm`) while it is open, and the recorder keeps `-lock`, which keeps other
-//! stations away and may stay.
+//! Beside the database SQLite keeps its log (`-wal`, `-shm`) while it is open. The recorder keeps the lock file `-lock`, so that no
+//! other station writes to the database; this file may remain.
 //!
 //! Times are microseconds since 1970 (UTC), pressures are in Pa. A sample without a pressure has `None`, and its quality says why.
 

@@ -1,4 +1,4 @@
-//! Keeps other stations away from a database, and notices when its file is deleted or replaced.
+//! Prevents other stations from writing to a database, and detects that its file was deleted or replaced.
 
 use super::error::DatabaseError;
 use std::fs::{self, File, OpenOptions, TryLockError};
@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 /// A lock on a database, held until it is dropped.
 ///
-/// It is a file of its own beside the database: SQLite loses its own locks when another part of the process closes the database
+/// It is a separate file beside the database: SQLite loses its own locks when another part of the process closes the database
 /// file.
 pub struct DatabaseLock {
     _lock: File,

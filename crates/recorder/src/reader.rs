@@ -1,4 +1,4 @@
-//! Reads samples, trends and events. A reader has a connection of its own and never blocks the recorder.
+//! Reads samples, trends and events. A reader has a separate connection and never blocks the recorder.
 
 use super::audit::{self, AuditQuery, AuditRow};
 use super::connection::open_to_read;
@@ -76,7 +76,7 @@ impl Reader {
     /// The trend of a series from `from` to `to`, in at most `pixels` spans and one more at the edge. Pixels without samples are
     /// left out.
     ///
-    /// Where there are too many samples, or none any more, the trend is as coarse as the finest stored spans.
+    /// Where there are too many samples, or where the samples were deleted, the trend consists of the finest stored spans.
     ///
     /// # Errors
     /// [`DatabaseError`] when the database cannot be read.
@@ -198,7 +198,7 @@ impl Reader {
                    WHERE series_id = ?1 AND at_us BETWEEN ?2 AND ?3 ORDER BY at_us LIMIT ?4";
         self.query_each(sql, params![series, from.0, to.0, limit], |row| {
             let quality = Quality::from_number(row.get(2)?).unwrap_or(Quality::Invalid);
-            // Another program may have written a number that is no pressure: Sample::new checks it.
+            // Another program may have written a number that is not a pressure: Sample::new checks it.
             take(Sample::new(Micros(row.get(0)?), row.get(1)?, quality));
             Ok(())
         })

@@ -5,7 +5,7 @@ use super::sample::{Micros, Sample};
 use std::collections::VecDeque;
 use std::time::Duration;
 
-/// The most samples in a ring buffer. No gauge is faster for long.
+/// The most samples in a ring buffer: more than a gauge sends in a window of 30 s.
 const MAX_SAMPLES: usize = 10_000;
 
 /// The last samples of one series.
@@ -27,7 +27,7 @@ impl RingBuffer {
     /// Keeps a sample, or returns `true` when it is to be written now.
     pub fn push(&mut self, sample: Sample) -> bool {
         let (oldest, newest) = (sample.at.before(self.window), sample.at.after(self.window));
-        // An end beyond twice the window was set by a clock that was set back since.
+        // An end beyond twice the window was set before the clock was set back.
         if self.full_rate_until.is_some_and(|end| sample.at <= end && end <= newest.after(self.window)) {
             return true;
         }

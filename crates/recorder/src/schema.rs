@@ -1,6 +1,6 @@
 //! The tables of a new database, and how a database of an older program gets them.
 //!
-//! Gateways and scripts read these tables, so their names are part of the interface: a change needs a new [`VERSION`] and a
+//! Scripts and other programs read these tables, so their names are part of the interface: a change needs a new [`VERSION`] and a
 //! migration. Times are microseconds since 1970 (UTC) and end in `_us`; pressures are in Pa and end in `_pa`.
 
 use rusqlite::{Connection, TransactionBehavior};
@@ -229,7 +229,7 @@ const NOT_CHANGED: &str = "CREATE TRIGGER audit_is_not_changed BEFORE UPDATE ON 
 
 /// Gives the tables of an older database, opened for reading, their current names. Nothing is written to the database itself.
 ///
-/// A view whose table the older version does not have fails when it is read.
+/// Reading a view fails if the older version does not have its table.
 const READ_OLDER: &str = "
     CREATE TEMP VIEW series AS SELECT id, name FROM main.gauge;
     CREATE TEMP VIEW sample AS SELECT gauge AS series_id, at AS at_us, pa AS pressure_pa, quality FROM main.sample;
@@ -450,7 +450,7 @@ mod tests {
         assert_eq!(Reader::open(&old).unwrap().samples("chamber", Micros(0), Micros(i64::MAX)).unwrap().len(), 16);
     }
 
-    /// Not a test of its own: the process that `a_kill_during_the_migration_leaves_version_3` starts and kills.
+    /// Not a separate test: the process that `a_kill_during_the_migration_leaves_version_3` starts and kills.
     #[test]
     fn migrate_and_stop_when_asked_to() {
         let (Ok(path), Ok(stop_at)) = (std::env::var(PATH), std::env::var(STOP_AT)) else { return };

@@ -1,4 +1,4 @@
-//! Determines the quality of a reading and whether it is fresh. The recorder, the alarms, the API and the gateways use these functions, so
+//! Determines the quality of a reading and whether it is fresh. The recorder, the alarms and the API use these functions, so
 //! that a reading has the same quality everywhere.
 //!
 //! | Silence of the gauge | Pressure | Reported status | Quality |
@@ -13,7 +13,7 @@
 use super::quality::Quality;
 use std::time::Duration;
 
-/// A gauge whose cyclic data have not been refreshed for this time has no reading: another master may own the line.
+/// A gauge whose cyclic data have not been refreshed for this time has no reading: another master may use the line.
 pub const MAX_SILENCE: Duration = Duration::from_secs(1);
 
 /// A reading is fresh for this number of poll intervals, and for at least [`MIN_STALE_MS`]. free choice.

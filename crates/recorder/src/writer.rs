@@ -26,10 +26,10 @@ const PRUNE_INTERVAL: Duration = Duration::from_secs(60);
 /// Messages that may wait for the thread: ten seconds of 125 gauges at 50 Hz.
 const QUEUE_LENGTH: usize = 65_536;
 
-/// Samples and spans that are kept in memory while the disk takes none.
+/// The most samples and spans that are kept in memory while the disk accepts no writes.
 const MAX_UNWRITTEN: usize = 1_000_000;
 
-/// Events, and rows of each other kind, that are kept in memory while the disk takes none.
+/// The most events, and rows of each other kind, that are kept in memory while the disk accepts no writes.
 const MAX_UNWRITTEN_EVENTS: usize = 10_000;
 
 /// A disk that has not answered for this time is reported as stalled.
@@ -76,9 +76,9 @@ enum Message {
     Sample(Arc<str>, Sample),
     /// The sender, if any, waits until the event is on the disk.
     Event(Event, Option<Sender<()>>),
-    /// A row of the audit trail that is written now or never. The sender waits for its number.
+    /// A row of the audit trail that is written at once or not at all. The sender waits for its number.
     AuditBeforeSending(Box<AuditEntry>, Sender<Result<i64, AuditError>>),
-    /// A row of the audit trail that is kept until the disk takes it. The sender may wait for that.
+    /// A row of the audit trail that is kept until it is on the disk. The sender may wait for that.
     Audit(Box<AuditEntry>, Sender<()>),
     /// Changes of alarms with their events, written at once.
     Alarms(AlarmBatch, Vec<Event>, Option<Sender<()>>),
@@ -91,7 +91,7 @@ enum Message {
 pub struct Recorder {
     messages: Option<SyncSender<Message>>,
     health: Arc<Mutex<Health>>,
-    /// When the thread last returned from the disk.
+    /// When the last disk access of the thread ended.
     answered: Arc<Mutex<Instant>>,
     thread: Option<JoinHandle<()>>,
 }
@@ -149,7 +149,7 @@ impl Recorder {
         wait.recv_timeout(WRITE_TIMEOUT).unwrap_or(Err(AuditError::Timeout))
     }
 
-    /// Writes a row of the audit trail. The recorder keeps it until the disk takes it.
+    /// Writes a row of the audit trail. The recorder keeps it until it is on the disk.
     pub fn audit(&self, entry: AuditEntry) -> WriteReceipt {
         let (done, wait) = channel();
         let is_queued = self.send(Message::Audit(Box::new(entry), done));
@@ -187,7 +187,7 @@ impl Recorder {
         self.send(Message::Finish(done)) && wait.recv_timeout(WRITE_TIMEOUT).is_ok()
     }
 
-    /// The state of the recorder, also when its thread has ended or hangs in the disk.
+    /// The state of the recorder, also when its thread has ended or is blocked on disk I/O.
     #[must_use]
     pub fn health(&self) -> Health {
         let silent = self.answered.lock().unwrap_or_else(PoisonError::into_inner).elapsed();
@@ -318,7 +318,7 @@ impl Writer {
             Message::Event(event, done) => self.event(event, done),
             Message::AuditBeforeSending(entry, done) => {
                 let written = self.audit_now((*entry).clone());
-                // A requester that timed out has sent nothing, so the row gets an outcome.
+                // The requester has timed out and has sent nothing, so the row gets an outcome.
                 if let Err(SendError(Ok(row))) = done.send(written) {
                     let outcome = Some("not sent: the disk was too slow".to_owned());
                     let action = AuditAction::Outcome;
@@ -339,14 +339,14 @@ impl Writer {
         }
     }
 
-    /// Keeps the sample that each deadband holds: it is the last known one.
+    /// Records the sample that each deadband holds back: it is the last one of its series.
     fn flush_deadbands(&mut self) {
         for state in self.series.values_mut() {
             self.samples.extend(state.deadband.flush().map(|sample| (state.index, sample)));
         }
     }
 
-    /// Whether the memory takes no more samples while the disk takes none.
+    /// Whether the memory is full while the disk accepts no writes.
     fn is_full(&self) -> bool {
         self.samples.len().saturating_add(self.spans.len()) >= self.capacity
     }
@@ -404,7 +404,7 @@ impl Writer {
         }
     }
 
-    /// Writes a row now, after the rows that wait: rows are in the order of what they state.
+    /// Writes a row now, after the rows that wait, so that the rows are in the order of the actions.
     fn audit_now(&mut self, entry: AuditEntry) -> Result<i64, AuditError> {
         let mut entries = std::mem::take(&mut self.audit);
         entries.push(entry);
@@ -427,7 +427,7 @@ impl Writer {
         Ok(())
     }
 
-    /// Writes everything in memory. What the disk does not take is tried again in the next interval.
+    /// Writes everything in memory. Rows that cannot be written are tried again in the next interval.
     fn write(&mut self) {
         self.write_at = Instant::now() + WRITE_INTERVAL;
         self.is_urgent = false;
@@ -463,7 +463,7 @@ impl Writer {
         self.prune_at = Instant::now() + if more { WRITE_INTERVAL } else { PRUNE_INTERVAL };
     }
 
-    /// Puts the result of a transaction into the health.
+    /// Stores the result of a transaction in the health.
     fn note_result<T>(&self, result: Result<T, DatabaseError>) -> Option<T> {
         let mut health = self.locked();
         match result {

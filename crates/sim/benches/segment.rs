@@ -73,7 +73,7 @@ fn run(places: u64, ms: u64) {
     );
 }
 
-/// Runs all cases; with a number of positions and of milliseconds as arguments only that case, for an instruction count.
+/// Runs all cases. With two arguments, a number of positions and of milliseconds, it runs that case alone, to count instructions.
 fn main() {
     let numbers: Vec<u64> = std::env::args().filter_map(|argument| argument.parse().ok()).collect();
     match numbers.as_slice() {

@@ -11,8 +11,8 @@ use profivac_dp::link::BitTime;
 /// Two further faults are stations: attach two with one address, or a [`Babbler`](crate::stations::Babbler).
 #[derive(Clone, Debug)]
 pub enum Fault {
-    /// Switches the power of a station off (`false`) or on. Without power it neither receives nor sends; its state is kept,
-    /// a test resets it if needed.
+    /// Switches the power of a station off (`false`) or on. Without power it neither receives nor sends; its state is kept; a
+    /// test resets it if needed.
     Power(StationId, bool),
     /// Noise on the whole line, or `None` to end it.
     Noise(Option<Noise>),

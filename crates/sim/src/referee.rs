@@ -1,4 +1,4 @@
-//! The referee checks each telegram at its begin against the timing and token rules of profibus-wire 1.7, 1.10, 1.12 and 1.13.
+//! The referee checks each telegram at its start against the timing and token rules of profibus-wire 1.7, 1.10, 1.12 and 1.13.
 //!
 //! The referee uses the telegrams as sent, so noise, lost octets and cut cables violate no rule. It measures each time where
 //! the rule applies: T_SDR at the responder, idle times at the sender, the slot time at the requester.
@@ -172,7 +172,7 @@ impl Referee {
         self.asked_tsdr = [None; 128];
     }
 
-    /// Forgets the last transmissions: not every station has received them.
+    /// Deletes the last transmissions: not every station has received them.
     pub(crate) fn forget(&mut self) {
         self.recent.clear();
         self.next = Expected::Anything;
@@ -185,7 +185,7 @@ impl Referee {
         self.token.forget();
     }
 
-    /// Checks the begin of a transmission. `telegram` is `None` if the octets are not a telegram.
+    /// Checks the start of a transmission. `telegram` is `None` if the octets are not a telegram.
     pub(crate) fn check(&mut self, transmission: Transmission, telegram: Option<&Telegram<'_>>) -> Verdict {
         let exempt = self.exempt.contains(&transmission.station);
         let verdict = self.verdict(&transmission, telegram);

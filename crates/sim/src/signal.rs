@@ -78,7 +78,7 @@ impl Signal {
         self.octets.len() as u64 * CHARACTER_TBIT + pauses
     }
 
-    /// The level `offset` bit times after the begin of the first start bit.
+    /// The level `offset` bit times after the start of the first start bit.
     pub(crate) fn level(&self, offset: u64) -> bool {
         let Some(damage) = &self.damage else { return self.sent(offset) };
         let flipped = damage.flips.iter().filter(|flip| **flip == offset).count() % 2 == 1;

@@ -1,6 +1,6 @@
 //! A tap: a receiver at one position of the cable.
 //!
-//! All passive stations at one position receive the same, so they share one tap. An active station has a tap of its own,
+//! All passive stations at one position receive the same, so they share one tap. An active station has a separate tap,
 //! because it does not receive its own telegrams; so does a station with local noise or separate power.
 //!
 //! While one undamaged telegram is on the line, the tap takes whole characters, each at the time of its last bit. When
@@ -58,7 +58,7 @@ struct Incoming {
     begin: BitTime,
     /// The end of the signal.
     until: BitTime,
-    /// The number of the next whole octet, and its begin.
+    /// The number of the next whole octet, and its start.
     next: usize,
     due: BitTime,
 }
@@ -101,7 +101,7 @@ impl Tap {
         tap
     }
 
-    /// Takes a whole undisturbed telegram and its begin.
+    /// Takes a whole undisturbed telegram and its start.
     pub(crate) fn take_telegram(&mut self) -> Option<(BitTime, Arc<[u8]>)> {
         let first = self.incoming.front().filter(|first| self.is_undisturbed(first))?;
         let whole = (first.begin, first.signal.clean()?.clone());

@@ -102,8 +102,8 @@ fn every_pattern_of_sd1_is_rejected() {
         "10 08 02 5D 67 16", // Data_Exchange without outputs
         "10 02 08 03 0D 16", // RS
         "10 02 08 0A 14 16", // DH without inputs
-        "10 00 01 00 01 16", // as many zeros as there can be
-        "10 7E 7F 6F 6C 16", // and ones
+        "10 00 01 00 01 16", // the most zeros that a telegram can have
+        "10 7E 7F 6F 6C 16", // the most ones
     ] {
         assert_eq!(exhaustive(text), 66 + 2145 + 45_760);
     }

@@ -13,7 +13,7 @@ fn set_prm(status: u8, min_tsdr: u8, ident: u16) -> Vec<u8> {
     request(OWN, FIRST, 61, &[status, 0, 0, min_tsdr, high, low, 0])
 }
 
-/// The bit times from the end of a Get_Cfg to the begin of its answer.
+/// The bit times from the end of a Get_Cfg to the start of its answer.
 fn tsdr(talk: &mut Talk) -> u64 {
     ask(talk, &request(OTHER, FIRST, 59, &[]));
     let entries = &talk.segment.trace().entries;

@@ -57,7 +57,8 @@ fn an_exchange_takes_the_time_of_the_specification() {
         segment.set_trace_length(10_000);
         segment.run_until(BitTime(1_000_000)).unwrap();
         let t_id1 = segment.station(master).bus().id1_tbit();
-        // Two exchanges with the slave at 12 with one with 13 in between: request, T_SDR, answer, T_ID1. profibus-wire 8.1: 198 + 11 (O + I) + T_SDR + T_ID1.
+        // Two exchanges with slave 12, and between them one with slave 13: request, T_SDR, answer, T_ID1 each. profibus-wire 8.1:
+        // 198 + 11 (O + I) + T_SDR + T_ID1.
         let requests: Vec<_> = segment.trace().entries.iter().filter(|entry| entry.octets.len() == 11).collect();
         let begin =
             |da| move |pair: &[&profivac_sim::trace::Entry]| pair[0].octets[4] == da && pair[1].octets[4] == OWN;

@@ -2,7 +2,7 @@
 //!
 //! In molecular flow each gas flows independently, light gases faster: C = A v/4 for an opening and (pi/12) v d^3/l for a
 //! tube, with the mean speed v = sqrt(8 R T / pi M). For air at 20 °C these are the 11.6 l/s per cm^2 and the 12.1 d^3/l of
-//! the textbooks (field 5.3). Knudsen's factor covers the transition, Poiseuille's law laminar flow, both in the usual form
+//! the textbooks (general knowledge). Knudsen's factor covers the transition, Poiseuille's law laminar flow, both in the usual form
 //! for air: 135 d^4/l p + 12.1 d^3/l (1 + 192 d p)/(1 + 237 d p) in cm, mbar and l/s (general knowledge). The speed of sound
 //! limits the flow through an opening to 20 l/s of air per cm^2 (general knowledge).
 

@@ -1,7 +1,7 @@
 //! Outgassing of walls, depending on their history of venting and baking.
 //!
 //! In vacuum the outgassing rate of each gas is `q = A q1 (t / 1 h)^-a`, with a = 1 for water on metal and a = 1/2 for
-//! diffusion out of the bulk (field 5.3, general knowledge). t is the age of the wall for this gas. Heat lets the age advance
+//! diffusion out of the bulk (general knowledge). t is the age of the wall for this gas. Heat lets the age advance
 //! faster, by the Arrhenius factor f = exp(E/R (1/T0 - 1/T)), and multiplies the rate by the same f, so the amount per step of
 //! age is the same at every temperature. A day at 150 °C corresponds to 70 years at room temperature. Exposure to water
 //! divides the age by e for each [`WETTING_PA_S`]: with a = 1 the water on the wall depends on the logarithm of t, so each
@@ -60,7 +60,7 @@ const fn rubber(gas: Gas, q1: f64, energy: f64) -> Desorption {
 /// All materials. 1e-9 mbar l/s per cm^2 is 1e-6 Pa m/s.
 ///
 /// Unbaked steel has 1e-9 to 1e-8 mbar l/s per cm^2 after an hour, mostly water; elastomers a hundred times that with a = 1/2
-/// (field 5.3, general knowledge). free choice: the fractions of the other gases, 80 kJ/mol for water, 50 kJ/mol for hydrogen.
+/// (general knowledge). free choice: the fractions of the other gases, 80 kJ/mol for water, 50 kJ/mol for hydrogen.
 /// With these, a day at 150 °C leaves 1e-13 mbar l/s per cm^2 of hydrogen, the value of baked steel (general knowledge).
 pub const MATERIALS: [Material; 5] = [
     Material {

@@ -20,7 +20,7 @@ fn total(plant: &Network, volume: Volume) -> f64 {
     plant.mixture(volume).total()
 }
 
-/// 100 l and 60 l/s, the example of field 5.3.
+/// A chamber of 100 l and a pump of 60 l/s.
 fn simple(ultimate_pa: f64) -> (Network, Volume) {
     let mut plant = Network::new(Atmosphere::default());
     let chamber = plant.add_volume(0.1, air());

@@ -157,7 +157,7 @@ pub enum SpecError {
     #[error("expected an address from 0 to 126, got {0:?}")]
     InvalidAddress(String),
     /// No device has this name.
-    #[error("unknown device {0:?}; there are {known}", known = names())]
+    #[error("unknown device {0:?}; known: {known}", known = names())]
     UnknownDevice(String),
     /// The device does not have the key.
     #[error("{device} has no key {key:?}; it has {keys}", keys = expected.join(", "))]

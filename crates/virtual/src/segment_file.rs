@@ -253,7 +253,7 @@ baud = 93750
             ),
             (
                 "devices = [\n  \"bcg450@5\",\n  \"bcg451@6\",\n]",
-                "segment.toml:3:3: unknown device \"bcg451\"; there are ",
+                "segment.toml:3:3: unknown device \"bcg451\"; known: ",
             ),
             (
                 "devices = [\"bcg450@5\", \"pcg550@6:atm=x\"]",

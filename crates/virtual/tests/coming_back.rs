@@ -189,7 +189,7 @@ fn the_error_of_a_locked_device_tells_how_to_find_the_other_program() {
     // flock, as profivac and picocom use it.
     let first = Serial::open(name, BAUD).unwrap();
     let refused = Serial::open(name, BAUD).unwrap_err();
-    let sentence = format!("{name} is in use by another program: end that first (fuser -v tells which it is)");
+    let sentence = format!("{name} is in use by another program: end that program first; `fuser -v` names it");
     assert_eq!(refused.to_string(), sentence);
     drop(first);
     // TIOCEXCL, as minicom and pyserial use it. A privileged process can still open the device.

@@ -1,19 +1,19 @@
 //! The form of a citation: the name of a document and a list of its sections.
 //!
 //! `profibus-wire 1.9 and 1.10`, `errata-bpg-bcg-tpg 2 to 37, 39`, `BG 5530 4.4.1 (ID 205), App. D`,
-//! `profibus-wire 9.4, point 36`. Brackets behind a section do not end the list. Numbers behind `table`,
-//! `ID`, `step` or `part` name something that has no anchor; they are passed over.
+//! `profibus-wire 9.4, point 36`. Brackets after a section do not end the list. Numbers after `table`,
+//! `ID`, `step` or `part` have no anchor; the check ignores them.
 
 use super::library::{Document, Library};
 
 /// A named document and the list of its places.
 #[derive(Debug)]
 pub struct Citation<'l> {
-    /// Where the name begins in the text.
+    /// The position of the name in the text.
     pub at: usize,
-    /// Where the list ends.
+    /// The position of the end of the list.
     pub end: usize,
-    /// The document, or the name that none has.
+    /// The document, or a name that belongs to no document.
     pub document: Result<&'l Document, String>,
     /// Its sections and points.
     pub places: Vec<Place>,
@@ -26,11 +26,11 @@ pub enum Place {
     Section(String),
     /// All sections from the first to the last.
     Range(String, String),
-    /// A point of a section; a range of points is both of its ends. Without a section the document has no such point.
+    /// A point of a section; of a range of points, the first and the last. Without a section the document has no such point.
     Point(Option<String>, u32),
 }
 
-/// All documents that are named in a text.
+/// All citations in a text.
 pub fn citations<'l>(text: &str, library: &'l Library) -> Vec<Citation<'l>> {
     let mut found = Vec::new();
     let mut at = 0;
@@ -50,12 +50,12 @@ pub fn citations<'l>(text: &str, library: &'l Library) -> Vec<Citation<'l>> {
     found
 }
 
-/// Whether a name may begin behind this.
+/// Whether a name may begin after this text.
 fn is_begin(before: Option<char>) -> bool {
     !before.is_some_and(|char| char.is_alphanumeric() || matches!(char, '-' | '_' | '/' | '.'))
 }
 
-/// The document whose name begins a text, or a word that looks like a name and is none, with the length of the name.
+/// The document whose name begins a text, or a word that looks like a name and belongs to no document, with the length of the name.
 fn name<'l>(text: &str, library: &'l Library) -> Option<(Result<&'l Document, String>, usize)> {
     if let Some((document, name)) = library.at_start_of(text) {
         return Some((Ok(document), name.len()));
@@ -108,7 +108,7 @@ const WORDS: [(&str, Count); 20] = [
     ("part ", Count::Other),
 ];
 
-/// The list that begins at a place in a text, and the place where it ends.
+/// The list that begins at a position in a text, and its end.
 pub fn list(text: &str, begin: usize) -> (Vec<Place>, usize) {
     let mut places = Vec::new();
     let mut section: Option<String> = None;
@@ -146,7 +146,7 @@ fn item(text: &str, count: Count) -> Option<(Count, String, usize)> {
     let id =
         if letter && rest.starts_with(|char: char| char.is_ascii_uppercase()) { rest.get(..1)? } else { number(rest)? };
     let ends = is_end(rest.get(id.len()..)?);
-    // Points are whole; behind them a number with a dot is a section again.
+    // Points are whole numbers; after them, a number with a dot is a section again.
     let count = if id.contains('.') && word.is_none() { Count::Sections } else { count };
     ends.then(|| (count, id.to_owned(), skip + id.len()))
 }

@@ -1,7 +1,7 @@
 //! The documents that may be cited, and their sections.
 //!
-//! Their names stand in the tables of `docs/spec/README.md` with the heading "Cited as" and nowhere else. A section is
-//! an anchor: `<a id="2.4"></a>`. A document without a link in its row is known by name only.
+//! The tables of `docs/spec/README.md` with the heading "Cited as" list their names. A section is
+//! an anchor: `<a id="2.4"></a>`. Of a document without a link in its row, only the name is known.
 
 use super::text::Source;
 use std::collections::BTreeSet;
@@ -16,9 +16,9 @@ pub struct Library {
 #[derive(Debug)]
 pub struct Document {
     names: Vec<String>,
-    /// In the order of the document. Empty if only the name is known.
+    /// The sections in the order of the document. Empty if only the name is known.
     pub sections: Vec<Section>,
-    /// A document of this project, not a manual of a vendor.
+    /// Whether this is a document of this project, not a manual of a vendor.
     pub ours: bool,
 }
 
@@ -110,7 +110,7 @@ fn between(text: &str, sign: char) -> impl Iterator<Item = &str> {
     text.split(sign).skip(1).step_by(2)
 }
 
-/// The files of a document: the one that is linked, or all beside a README that is linked, in the order of their names.
+/// The files of a document: the linked file; or, if that is a README, all files beside it in the order of their names.
 fn pages<'s>(folder: &str, link: &str, sources: &'s [Source]) -> Vec<&'s Source> {
     let path = format!("{folder}/{link}");
     let Some(within) = path.strip_suffix("README.md") else {

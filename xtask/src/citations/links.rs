@@ -3,7 +3,7 @@
 use super::text::Source;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// A link that leads nowhere.
+/// A link without a target.
 #[derive(Debug, PartialEq, Eq)]
 pub struct Broken {
     /// The file with the link.
@@ -93,7 +93,7 @@ fn is_elsewhere(target: &str) -> bool {
     target.contains("://") || target.starts_with("mailto:")
 }
 
-/// The anchors of a file: those that are written, and those that a forge makes of headings.
+/// The anchors of a file: written anchors, and those that a forge generates from headings.
 fn anchors(markdown: &str) -> BTreeSet<String> {
     let mut found: BTreeSet<String> = BTreeSet::new();
     let mut headings: BTreeMap<String, u32> = BTreeMap::new();
@@ -111,7 +111,7 @@ fn anchors(markdown: &str) -> BTreeSet<String> {
     found
 }
 
-/// The anchor that a forge makes of a heading.
+/// The anchor that a forge generates from a heading.
 fn slug(heading: &str) -> String {
     let kept = heading.chars().filter(|char| char.is_alphanumeric() || matches!(char, ' ' | '-' | '_'));
     kept.flat_map(char::to_lowercase).map(|char| if char == ' ' { '-' } else { char }).collect()

@@ -1,4 +1,4 @@
-//! Every citation leads to a section.
+//! Checks that every citation leads to a section.
 //!
 //! `docs/spec/README.md` lists the documents and the forms of a citation. All tracked files are read: comments, strings
 //! and Markdown. Three forms do not name their document, because the folder gives it: numbers in brackets and sections
@@ -22,13 +22,13 @@ use text::{Passage, Source};
 /// The folder of the documents.
 const FOLDER: &str = "docs/spec";
 
-/// The folder of this check: its tests cite documents that are made up.
+/// The folder of this check: its tests cite documents that do not exist.
 const OWN: &str = "xtask/src/citations/";
 
 /// The page whose tables have sections of the wire reference in their first column.
 const CONFORMANCE: &str = "docs/conformance.md";
 
-/// The folders of devices, and the manual and the errata that are meant there.
+/// The folders of devices, with the manual and the errata that a citation without a name means there.
 const DEVICES: [(&str, &str, &str); 5] = [
     ("bcg450", "tira41d1", "errata-bpg-bcg-tpg"),
     ("img400", "BG 5530", "errata-pxg55x-img400"),
@@ -79,9 +79,9 @@ fn findings() -> Result<Findings> {
 /// The result of the check.
 #[derive(Debug, Default)]
 struct Findings {
-    /// Citations and links that lead nowhere.
+    /// Citations and links without a target.
     defects: Vec<String>,
-    /// How many citations of each form.
+    /// The number of citations of each form.
     forms: BTreeMap<&'static str, usize>,
     /// The sections of the specification, and whether a test cites them.
     sections: Vec<(String, bool)>,
@@ -92,7 +92,7 @@ impl Findings {
         *self.forms.entry(form).or_default() += number;
     }
 
-    /// How many of each form.
+    /// The number of citations of each form, as text.
     fn totals(&self) -> String {
         self.forms.iter().map(|(form, count)| format!("{count} {form}")).collect::<Vec<_>>().join(", ")
     }
@@ -130,7 +130,7 @@ fn examine(sources: &[Source], files: &BTreeSet<String>) -> Findings {
     findings
 }
 
-/// The sections of the specification that have text, and whether they are among the cited ones.
+/// The sections of the specification that have text, and whether they are cited.
 fn sections(library: &Library, cited: &BTreeSet<(String, String)>) -> Vec<(String, bool)> {
     let ours = library.documents().filter(|document| document.ours);
     let sections = ours.flat_map(|document| document.sections.iter().map(move |section| (document.name(), section)));
@@ -193,7 +193,7 @@ impl Examination<'_> {
         }
     }
 
-    /// Places of a document that is not named beside them.
+    /// Checks places of a document whose name is not beside them.
     fn listed(&mut self, spot: &Spot, name: &str, places: Vec<Place>, form: &'static str) {
         if let Some(document) = self.library.named(name) {
             self.places(spot, document, &places, form);
@@ -253,7 +253,7 @@ fn form(document: &Document) -> &'static str {
     }
 }
 
-/// The sections that a place names, or the part that the document does not have.
+/// The sections that a place names, or the name of a part that does not exist in the document.
 fn resolve(document: &Document, place: &Place) -> Result<Vec<String>, String> {
     let find = |id: &str| document.section(id).ok_or_else(|| id.to_owned());
     match place {
@@ -285,7 +285,7 @@ mod tests {
     use super::library::tests::made_up;
     use super::*;
 
-    /// The defects of the made-up documents with one more file.
+    /// The defects of the documents of a test with one more file.
     fn defects(path: &str, text: &str) -> Vec<String> {
         let (mut sources, files) = (made_up(), BTreeSet::new());
         sources.push(Source { path: path.to_owned(), text: text.to_owned() });

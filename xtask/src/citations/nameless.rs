@@ -1,4 +1,4 @@
-//! Citations that do not name their document: the folder or the table that they stand in gives it.
+//! Citations that do not name their document: their folder or their table determines it.
 
 use super::grammar::{Place, number};
 
@@ -55,7 +55,7 @@ pub fn bare(text: &str) -> Vec<(usize, String)> {
     found
 }
 
-/// The section in a row of the table of a block: `N "11.2.2";`, behind the store class.
+/// The section in a row of the table of a block: `N "11.2.2";`, after the store class.
 pub fn row(code: &str) -> Option<(usize, String)> {
     let (at, _) = code.match_indices(" \"").find(|(at, _)| {
         let before = code.get(..*at).unwrap_or("").trim_end();

@@ -1,27 +1,27 @@
-//! The text of a file in passages: a citation lies within one.
+//! Divides the text of a file into passages. A citation is within one passage.
 //!
 //! Comment lines that follow each other are one passage, and so are the lines of a paragraph in Markdown. A row of a
-//! table and a line of code are passages of their own; a string with a backslash at the end of a line is not cut.
+//! table and a line of code are separate passages; a string with a backslash at the end of a line is not cut.
 
 /// A tracked file.
 #[derive(Debug)]
 pub struct Source {
-    /// From the root of the repository.
+    /// The path from the root of the repository.
     pub path: String,
-    /// All of it.
+    /// The whole text.
     pub text: String,
 }
 
 /// Text that belongs together.
 #[derive(Debug, Default, PartialEq, Eq)]
 pub struct Passage {
-    /// Without marks of comments and without backticks.
+    /// The text without comment marks and backticks.
     pub text: String,
     /// Where in `text` each line begins, and its number in the file, from 1.
     lines: Vec<(usize, usize)>,
-    /// A comment or Markdown, not code.
+    /// Whether it is a comment or Markdown, not code.
     pub prose: bool,
-    /// In a test.
+    /// Whether it is in a test.
     pub test: bool,
 }
 
@@ -159,7 +159,7 @@ impl Builder {
         self.end();
     }
 
-    /// A line of code, and the comment behind it.
+    /// A line of code, and the comment after it.
     fn code(&mut self, line: &str, number: usize, marks: &[&str]) {
         let behind = marks.iter().find_map(|mark| line.split_once(&format!(" {mark} ")));
         let (code, comment) = behind.map_or((line, None), |(code, comment)| (code, Some(comment)));
@@ -176,7 +176,7 @@ impl Builder {
     }
 }
 
-/// Which lines of a Rust file are in a module for tests: from `#[cfg(test)]` to the brace in the column where it began.
+/// For each line of a Rust file, whether it is in a module for tests: from `#[cfg(test)]` to the brace in the same column.
 fn test_modules(text: &str) -> Vec<bool> {
     let mut end: Option<String> = None;
     let mark = |line: &str| {

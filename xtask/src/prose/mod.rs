@@ -20,7 +20,7 @@ struct Finding {
     /// The file, from the root of the repository.
     file: String,
     line: usize,
-    /// The word or form as the rule has it.
+    /// The word or form of the rule.
     word: String,
     /// The advice.
     better: String,
@@ -63,7 +63,7 @@ type Found = (usize, words::Match);
 type Reader = fn(&Rules, &str) -> Vec<Found>;
 
 /// Rust below `crates`, `xtask`, `bench` and `ci`; the dashboard's sources; Markdown but for the specification, the changelog
-/// and the glossary, which has to name the words.
+/// and the glossary, which contains the words.
 fn reader_of(name: &str) -> Option<Reader> {
     let extension = Path::new(name).extension()?.to_str()?;
     let is_web = name.starts_with("crates/station/web/src/");
@@ -114,7 +114,7 @@ fn area(file: &str) -> String {
     }
 }
 
-/// Every file below a folder, but for hidden folders, what is built and what is installed.
+/// Every file below a folder, except hidden folders, build results and installed packages.
 fn files(folder: &Path) -> Result<Vec<PathBuf>> {
     let mut found = Vec::new();
     for entry in std::fs::read_dir(folder).with_context(|| folder.display().to_string())? {

@@ -28,7 +28,7 @@ fn lines(first: usize, text: &str, rule: impl Fn(&str) -> Vec<super::words::Matc
     each.collect()
 }
 
-/// Comment lines that follow each other are one text, because sentences run over lines.
+/// Successive comment lines are one text, because sentences continue on the next line.
 #[derive(Default)]
 struct Comments {
     first: usize,
@@ -83,7 +83,7 @@ fn pieces(source: &str) -> Vec<Piece<'_>> {
     found
 }
 
-/// The length of what `rest` begins with, and the piece if it is one.
+/// The length of the token at the beginning of `rest`, and its piece, if it is one.
 fn next(rest: &str) -> (usize, Option<(Kind, &str)>) {
     if rest.starts_with("//") {
         let length = rest.find('\n').unwrap_or(rest.len());
@@ -120,7 +120,7 @@ fn raw_string(rest: &str) -> Option<usize> {
     after.get(hashes..)?.starts_with('"').then_some(hashes)
 }
 
-/// A string with escapes. A line that ends with a backslash goes on in the next.
+/// A string with escapes. A line that ends with a backslash continues on the next line.
 fn string(rest: &str) -> (usize, Option<(Kind, &str)>) {
     let mut escaped = false;
     for (place, char) in rest.char_indices().skip(1) {
@@ -149,7 +149,7 @@ fn quote(rest: &str) -> usize {
     }
 }
 
-/// An identifier or a number; a number is no piece.
+/// An identifier or a number; a number is not a piece.
 fn word(rest: &str) -> (usize, Option<(Kind, &str)>) {
     let length = rest.find(|char: char| !char.is_alphanumeric() && char != '_').unwrap_or(rest.len());
     let text = rest.get(..length).unwrap_or_default();

@@ -15,7 +15,7 @@ pub fn lines(rules: &Rules, text: &str) -> Vec<Found> {
     found
 }
 
-/// Everything in a page that breaks a rule. Sentences are not looked for in blocks of code.
+/// Everything in a page that breaks a rule. Blocks of code are not checked for sentences.
 pub fn markdown(rules: &Rules, text: &str) -> Vec<Found> {
     let (mut found, mut in_code) = (Vec::new(), false);
     for (number, line) in (1..).zip(text.lines()) {

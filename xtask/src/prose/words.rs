@@ -162,7 +162,7 @@ fn contains(text: &str, form: &str) -> bool {
     })
 }
 
-/// The rule that the form of a sentence breaks: who or what as its subject, and not in a question.
+/// The rule that the form of a sentence breaks: its subject is "who" or "what", and it is not a question.
 pub fn sentence(sentence: &str) -> Option<Match> {
     let mut words = sentence.split_whitespace();
     let (first, second) = (words.next()?, words.next()?);

@@ -13,9 +13,9 @@ use std::io::{self, Read};
 
 /// Explain recorded traffic: start-ups, refusals with their reason, reads and writes.
 ///
-/// Accepts a capture file (pcapng), a trace of profivac, or text with hexadecimal octets as programs print them: dumps of
+/// The command accepts a capture file (pcapng), a trace of profivac, or text with hexadecimal octets as programs print them: dumps of
 /// xxd and hexdump, logs with times, arrows and words, 0x, commas, colons. Damaged telegrams are reported and never hide valid
-/// ones beside them. The output follows the input, also from a pipe that never ends. A file that is truncated, or still
+/// telegrams beside them. Each explanation is printed as soon as its input is read, also from a pipe that never ends. A file that is truncated, or still
 /// being written, is explained up to its end; then a message gives the position, and the exit code is 2.
 #[derive(Args, Debug)]
 #[command(after_help = EXAMPLES)]
@@ -38,7 +38,7 @@ Examples:
   profivac decode log.txt --out log.pcapng        # for Wireshark, see contrib/wireshark
   profivac decode --json capture.pcapng";
 
-/// How many pieces are explained before they are printed.
+/// The number of pieces that are explained before they are printed.
 const BATCH: usize = 1000;
 
 /// Explains the file and prints a summary.

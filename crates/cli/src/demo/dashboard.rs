@@ -48,7 +48,7 @@ pub struct DashboardOptions<'a> {
 }
 
 impl Dashboard {
-    /// Starts to record the memory segment, and serves the dashboard if that is options.
+    /// Starts to record the memory segment, and serves the dashboard if the options require it.
     pub fn open(
         scenario: &Scenario,
         segment: &MemorySegment,

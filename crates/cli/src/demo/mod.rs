@@ -24,8 +24,8 @@ use trend::Trend;
 
 /// Show a vacuum plant in memory: gauges and a master on a PROFIBUS segment, without any hardware.
 ///
-/// The values are those that the master reads: every octet passes the codec and both state machines. With --headless it
-/// ends with the scenario, and fails if an expectation of the scenario does not hold.
+/// The output shows the values that the master reads: every octet passes the codec and both state machines. With --headless the
+/// command ends with the scenario, and fails if an expectation of the scenario does not hold.
 #[derive(Args, Debug)]
 #[command(after_help = EXAMPLES)]
 pub struct Arguments {
@@ -36,7 +36,7 @@ pub struct Arguments {
     #[arg(long, value_name = "HOST:PORT")]
     listen: Option<SocketAddr>,
     /// Keep the database in this file, which must not exist; `profivac report FILE` makes a page of it. Its times are those of
-    /// the computer: with --speed N everything in it is N times faster
+    /// the computer: with --speed N every process in it is N times faster
     #[arg(long, value_name = "FILE.db")]
     record: Option<PathBuf>,
     /// The speed relative to real time. The plant is the same at every speed; rows and pictures keep their interval in real
@@ -299,7 +299,7 @@ mod tests {
         let mut demo = demo(1.0);
         let step_s = demo.run.step_s();
         demo.advance(step_s);
-        // As many requests to a gauge take.
+        // A minute of the line: requests to a gauge take that long.
         demo.segment.run_until(demo.segment.seconds() + 60.0);
         let asked = demo.row();
         demo.advance(3.0 * step_s);

@@ -26,10 +26,10 @@ use std::time::{Duration, Instant};
 
 /// Show the pressures of slaves in cyclic exchange: a live table on a terminal, otherwise rows once a second.
 ///
-/// This takes ownership of the slaves: it parameterises them, keeps their units, and unlocks them at the end. A gauge that is
-/// unlocked returns to IDLE: it stops measuring and opens its relays. A slave that belongs to another master is refused. A lost
-/// port is opened again until that succeeds. The segments of a station's file are independent: a failure in one is reported, and
-/// the others continue.
+/// The command takes ownership of the slaves: it parameterises them, keeps their units, and unlocks them at the end. An unlocked
+/// gauge returns to IDLE: it stops measuring and opens its relays. The command refuses a slave that belongs to another master. It
+/// tries to open a lost port again until that succeeds. The segments of a station's file are independent: a failure in one is
+/// reported, and the others continue.
 #[derive(Args, Debug)]
 #[command(after_help = EXAMPLES)]
 pub struct Arguments {

@@ -24,8 +24,8 @@ use std::path::{Path, PathBuf};
 
 /// Write a page about a pump-down: curves, times to pressure, pumping speed and events in one HTML file.
 ///
-/// Without --from and --to it covers the last pump-down: from the last sample at the highest pressure until the next vent or
-/// the end of the database. The station may continue to record. The page needs only a browser, and prints on A4.
+/// Without --from and --to the page covers the last pump-down: from the last sample at the highest pressure until the next vent
+/// or the end of the database. The station may continue to record. The page needs only a browser, and prints on A4.
 #[derive(Args, Debug)]
 #[command(after_help = EXAMPLES)]
 pub struct Arguments {
@@ -44,7 +44,7 @@ pub struct Arguments {
     /// The pumped volume: '50 l', '1.2 m3'; adds pumping speeds and leak rates
     #[arg(long, value_name = "VOLUME", value_parser = values::volume)]
     volume: Option<f64>,
-    /// A pressure whose time is shown beside those of decades and levels; may be repeated
+    /// A pressure whose time is shown in addition to those of decades and levels; may be repeated
     #[arg(long, value_name = "PRESSURE")]
     to_pressure: Vec<Pressure>,
     /// The unit of the page: mbar, Pa, hPa, Torr or micron
@@ -312,7 +312,7 @@ fn matching_series(asked: &[String], all: &[String], path: &Path) -> Result<Vec<
         if found.is_empty() {
             let hint = match closest(name, all.iter().map(String::as_str)) {
                 Some(like) => format!("did you mean {like:?}?"),
-                None => format!("there are {}", all.join(", ")),
+                None => format!("known: {}", all.join(", ")),
             };
             return Err(Failure::usage(format!("{} has no gauge {name:?}; {hint}", path.display())));
         }

@@ -71,7 +71,7 @@ pub enum CommandError {
     #[error("the scenario controls the chamber; start `simulate` without --scenario to use this command")]
     ScenarioRuns,
     /// `known` are the addresses of the command line.
-    #[error("no device at address {address}; there are {known}")]
+    #[error("no device at address {address}; known: {known}")]
     NoDevice { address: u8, known: String },
     /// The device does not have this fault, button, switch or potentiometer; `known` are those it has.
     #[error("{device} has no {part}{}", List(.known))]

@@ -27,15 +27,15 @@ use std::time::{Duration, Instant};
 
 /// Put virtual devices on a pty, a serial device or TCP, for any PROFIBUS master.
 ///
-/// Prints `ready` and the port once it serves. Then it reads commands from standard input and answers each with one line that
-/// begins with `ok` or `error:`. It continues after end of file; `quit`, SIGTERM and SIGINT end it.
+/// The command prints `ready` and the port when the devices answer. Then it reads commands from standard input and answers each
+/// with one line that begins with `ok` or `error:`. It continues after end of file; `quit`, SIGTERM and SIGINT end it.
 #[derive(Args, Debug)]
 #[command(after_help = EXAMPLES, group = ArgGroup::new("port").required(true))]
 pub struct Arguments {
     /// Make a pty and link PATH to it: the serial port for a master
     #[arg(long, value_name = "PATH", group = "port")]
     pty: Option<PathBuf>,
-    /// Use a serial device, or the pty of a hub; a lost one is opened again. On a physical line the master must wait at least 20
+    /// Use a serial device, or the pty of a hub; a lost device is opened again. On a physical line the master must wait at least 20
     /// ms for an answer: see docs/adapters.md
     #[arg(long, value_name = "DEV", group = "port")]
     serial: Option<String>,

@@ -14,9 +14,9 @@ use profivac_explain::{Decoder, ExplainedPiece};
 use profivac_host::readiness::Readiness;
 use std::time::{Duration, Instant};
 
-/// Explain the traffic on a line while it happens. It only listens and sends nothing.
+/// Explain the traffic on a line while it happens. The command only listens and sends nothing.
 ///
-/// Ends with Ctrl-C or after the time of --for, with a summary of stations and errors.
+/// It ends with Ctrl-C or after the time of --for, with a summary of stations and errors.
 #[derive(Args, Debug)]
 #[command(after_help = EXAMPLES)]
 pub struct Arguments {

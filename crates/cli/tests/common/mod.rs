@@ -21,7 +21,7 @@ const DEADLINE: Duration = Duration::from_secs(30);
 /// The time after which a master repeats a request without answer.
 const SLOT_TIME: Duration = Duration::from_millis(200);
 
-/// A folder of its own for every test.
+/// A separate folder for every test.
 pub struct Folder(TempDir);
 
 impl Folder {
@@ -50,7 +50,7 @@ pub fn run(arguments: &[&str]) -> Output {
     command(arguments).stdin(Stdio::null()).output().unwrap()
 }
 
-/// Runs a command with this on its standard input.
+/// Runs a command with this text on its standard input.
 pub fn run_with(arguments: &[&str], input: &str) -> Output {
     let mut command = command(arguments);
     let mut child = command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
@@ -201,12 +201,12 @@ impl Program {
         self.stderr.recv_timeout(DEADLINE).unwrap_or_else(|_| "nothing on standard error".to_owned())
     }
 
-    /// Whether it has ended.
+    /// Whether the program has ended.
     pub fn has_ended(&mut self) -> bool {
         self.child.try_wait().unwrap().is_some()
     }
 
-    /// Waits until it has ended by itself. Its output ends with it.
+    /// Waits until the program has ended by itself. Its output ends at the same time.
     pub fn exit_code(&mut self) -> i32 {
         while self.stdout.recv_timeout(DEADLINE).is_ok() {}
         self.child.wait().unwrap().code().unwrap()

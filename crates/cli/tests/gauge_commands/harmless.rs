@@ -8,7 +8,7 @@ use profivac_wire::Telegram;
 use profivac_wire::control::Control;
 use std::time::Duration;
 
-/// The slave whose request ends a recording; no other command asks for it.
+/// The address of a slave that marks the end of a recording: no tested command sends a request to it.
 const LAST: (&str, &str) = ("10 7D 01 49 C7 16", "10 01 7D 00 7E 16");
 
 /// One request: FC, DSAP and data unit.

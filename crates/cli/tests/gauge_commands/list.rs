@@ -55,7 +55,7 @@ fn an_unknown_name_cannot_be_listed() {
     );
     let (code, _, message) = listed(&["--device", "bcg451"]);
     assert_eq!(code, Some(2));
-    assert!(message.starts_with("profivac: unknown device \"bcg451\"; there are pcg550, "), "{message}");
+    assert!(message.starts_with("profivac: unknown device \"bcg451\"; known: pcg550, "), "{message}");
     for incomplete in
         [&[][..], &["--port", "/tmp/line"], &["--address", "5"], &["--device", "bcg450", "--port", "/tmp/line"]]
     {

@@ -118,7 +118,7 @@ fn a_missing_slave_and_a_missing_port_are_no_answer() {
     assert_eq!(lost.status.code(), Some(3));
     assert_eq!(
         String::from_utf8(lost.stderr).unwrap(),
-        "profivac: there is no port /nowhere: is the adapter plugged in, or the program running that makes it?\n"
+        "profivac: there is no port /nowhere: plug in the adapter, or start the program that serves it\n"
     );
     let missing = run(&["read", "--port", "/nowhere", "0/25"]);
     assert_eq!(missing.status.code(), Some(2));
@@ -142,7 +142,7 @@ fn a_notice_names_the_owner_when_the_selector_was_moved() {
     master.ask(&sd2(5, 61, 0x5D, "80 00 00 0B 08 E6 00 00 00 00 05 1C"), "E5");
     for (target, message) in [
         ("1:1/24", ""),
-        ("1:2/24", "profivac: the Channel Instance Selector was moved and put back while master 2 owns the gauge\n"),
+        ("1:2/24", "profivac: the Channel Instance Selector was changed and restored while master 2 owns the gauge\n"),
     ] {
         let read = run(&["read", "--port", &port, "--address", "5", target]);
         assert_eq!(

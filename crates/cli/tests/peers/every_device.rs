@@ -13,7 +13,7 @@ use profivac_virtual::device_spec::DeviceSpec;
 use std::io::Write;
 use std::path::Path;
 
-/// The address of the first; the others follow.
+/// The address of the first device; the others have the next addresses.
 const FIRST: u8 = 10;
 
 /// A device of the simulation.
@@ -52,7 +52,7 @@ fn variants() -> Vec<Variant> {
     (FIRST..).zip(kinds).map(|(address, (model, keys))| Variant { model, keys, address }).collect()
 }
 
-/// A line with all of them.
+/// A line with all devices.
 fn simulator(folder: &Folder, variants: &[Variant]) -> Program {
     let specs: Vec<String> = variants.iter().map(Variant::spec).collect();
     let mut arguments = vec!["simulate", "--pty"];
@@ -64,8 +64,8 @@ fn simulator(folder: &Folder, variants: &[Variant]) -> Program {
     program
 }
 
-/// The user parameter strings a configuration can follow: the TTR telegram the one for the compatibility mode, no other
-/// telegram that one (errata-pxg55x-img400 49).
+/// The user parameter strings that fit a configuration. The TTR telegram fits only the string of the compatibility mode, and that
+/// string fits no other telegram (errata-pxg55x-img400 49).
 fn user_strings(model: &'static Model, configuration: &Configuration) -> impl Iterator<Item = &'static UserPrm> {
     let is_ttr = configuration.inputs.is_some_and(|telegram| telegram.fields == [Field::TtrValue]);
     model.user_prm.iter().filter(move |user| is_ttr == (user.name == "TTR compatibility mode"))

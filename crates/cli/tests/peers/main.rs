@@ -36,7 +36,7 @@ const PROFIRUST: Master = profirust_master::start;
 /// The largest configuration of the gauge, with floats, in mbar.
 static USUAL: (&Cfg, &UnitString) = (&CONFIGURATIONS[7], &UNITS[3]);
 
-/// A gauge on a pty of its own.
+/// A gauge on a separate pty.
 fn simulator(folder: &Folder) -> Program {
     let program = Program::start(&["simulate", "--pty", &folder.name("line"), "bcg450@5"]);
     program.ready();

@@ -18,7 +18,7 @@ import time
 
 from pyprofibus_master import describe, master_of, open_port, state_of, step
 
-# The first answer after Chk_Cfg could be an accident, three exchanges in turn are none.
+# The first answer after Chk_Cfg could be a coincidence; three exchanges in a row cannot.
 EXCHANGES = 3
 # Some hundred times the steps that a slave needs; it only ends an endless start.
 PATIENCE_S = 10

@@ -38,7 +38,7 @@ impl Rows {
         Self { child, to, from: BufReader::new(from).lines() }
     }
 
-    /// Selects a slave and brings it as far as possible.
+    /// Selects a slave and brings it to data exchange, or to the last state that the master reaches.
     pub fn bring_up(&mut self, slave: &Slave) -> Outcome {
         let Slave { address, ident, outputs, inputs, .. } = slave;
         let (cfg, user_prm) = (text(&slave.cfg), text(&slave.user_prm));

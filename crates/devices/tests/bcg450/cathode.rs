@@ -34,7 +34,7 @@ fn the_automatic_mode_has_two_thresholds() {
         (1e-5, LOW),
         (7.1e-6, HIGH),
         (1e-10, HIGH),
-        // A hysteresis, so that noise does not switch the current.
+        // The hysteresis prevents noise from switching the current.
         (7.8e-6, HIGH),
         (8.0e-6, LOW),
         (7.3e-6, LOW),

@@ -69,7 +69,7 @@ fn a_relay_closes_below_its_threshold_and_opens_ten_percent_above() {
     }
 }
 
-/// (107): unlike the sister gauges there is no limit at 100 mbar.
+/// (107): unlike on the BPG400-SP and HPG400-SP there is no limit at 100 mbar.
 #[test]
 fn a_threshold_above_100_mbar_works() {
     let mut tester = exchanging(FLOATS, 400.0);

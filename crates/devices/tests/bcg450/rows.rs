@@ -43,7 +43,7 @@ const fn command(at: (u8, u8, u8), good: &'static [&'static str], bad: &'static 
     Sample { at, good, bad, kind: Kind::Command }
 }
 
-/// errata-bpg-bcg-tpg 5: the hexadecimal codes of the siblings are out of range.
+/// errata-bpg-bcg-tpg 5: the hexadecimal codes of other devices are out of range.
 const UNITS: &[&str] = &["03 E9", "05 15", "05 16", "05 1D", "05 1C"];
 const NO_UNITS: &[&str] = &["00 00", "10 01", "13 01", "13 02", "13 08", "13 09", "05 17", "FF FF"];
 const TYPES: &[&str] = &["03", "08"];

@@ -56,7 +56,7 @@ fn every_configuration_sends_every_channel_in_every_unit() {
             let du = tester.exchange(&vec![0; outputs]);
             assert_eq!(du.len(), inputs, "{cfg}");
             let process = process(&du, outputs);
-            // Place holders on channels 1 and 2: a warning, and nothing else (126).
+            // Placeholders on channels 1 and 2 set a warning and no other bit (126).
             assert_eq!(process[0], 0xA0, "{cfg} {user}");
             let rest = if cfg.contains("08 08") {
                 for channel in process[1..17].chunks(4).skip(2) {
@@ -141,7 +141,7 @@ fn every_combination_of_gauges_exchanges_in_every_configuration() {
         let nibbles = [ion(gauges.ch1), ion(gauges.ch2), other(gauges.ch3), other(gauges.ch4)];
         let [ch1, ch2, ch3, ch4] = nibbles;
         for (slot, gauge) in [(1, gauges.ch1), (2, gauges.ch2)] {
-            // A place holder has no emission.
+            // A placeholder has no emission.
             let switched = tester.put(slot, 105, &[1]);
             assert_eq!(switched, if gauge.is_some() { Ok(()) } else { Err(202) }, "{gauges:?}");
         }
@@ -151,7 +151,7 @@ fn every_combination_of_gauges_exchanges_in_every_configuration() {
             let du = tester.exchange(&vec![0; outputs]);
             assert_eq!(du.len(), inputs, "{gauges:?} {cfg}");
             let process = process(&du, outputs);
-            // Bit 5 goes with any place holder and any value out of range (126).
+            // Any placeholder and any value out of range sets bit 5 (126).
             assert_eq!(process[0], if nibbles == [0; 4] { 0x80 } else { 0xA0 }, "{gauges:?} {cfg}");
             let (values, width) = if cfg.contains("08 08") { (&process[1..17], 4) } else { (&process[1..9], 2) };
             for (value, nibble) in values.chunks(width).zip(nibbles).filter(|_| width == 4) {

@@ -44,7 +44,7 @@ fn every_refusal_has_its_error_code() {
         ("20 02 14 00 00 00 00 01", 5),
         ("A0 02 14 00 00 00 00 02", 2),
         ("A0 02 CA 00 00 00 00 03", 2),
-        // Texts have a code of their own (6); records are too long.
+        // Texts have a separate code (6); records are too long.
         ("10 00 11 00 00 00 00 00", 13),
         ("10 00 17 00 00 00 00 00", 13),
         ("10 00 1B 00 00 00 00 00", 5),
@@ -64,7 +64,7 @@ fn every_refusal_has_its_error_code() {
     }
 }
 
-/// (10): otherwise the device would adjust in every cycle.
+/// (10): a repeated instruction is executed once; otherwise the device would adjust in every cycle.
 #[test]
 fn a_repeated_task_adjusts_once() {
     let mut tester = exchanging(pcg(), CHANNEL, 100.0);

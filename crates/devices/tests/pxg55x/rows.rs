@@ -48,7 +48,7 @@ fn command(at: (u8, u8, u8), good: &'static [&'static str], bad: &'static [&'sta
     Sample { at, good, bad, kind: SampleKind::Command }
 }
 
-/// The decimal codes of the siblings are out of range (14), and so is micron (62).
+/// The decimal codes of other devices are out of range (14), and so is micron (62).
 const UNITS: &[&str] = &["10 01", "13 01", "13 09", "13 08"];
 const NO_UNITS: &[&str] = &["00 00", "13 02", "03 E9", "05 15", "05 1C", "05 1D", "10 00", "FF FF"];
 const TYPES: &[&str] = &["03", "08"];

@@ -52,7 +52,7 @@ fn the_limits_of_every_instance_in_every_unit_and_type() {
     }
 }
 
-/// Worked by hand: log10(2^20) = 6.02060, so 1 mbar is 3511 x 6.02060 + 1 = 21139.3 counts, and a decade 3511.
+/// Calculated by hand: log10(2^20) = 6.02060, so 1 mbar is 3511 x 6.02060 + 1 = 21139.3 counts, and a decade 3511.
 #[test]
 fn counts_of_round_pressures() {
     for (mbar, counts) in [(0.01, 14117), (1.0, 21139), (10.0, 24650), (1000.0, 31672)] {

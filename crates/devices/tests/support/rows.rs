@@ -33,7 +33,7 @@ pub struct Rig<D> {
     pub model: &'static Model,
     /// A device that has settled, in IDLE.
     pub make: fn() -> D,
-    /// Lets a slot show this instance.
+    /// Selects this instance in a slot.
     pub select: fn(&mut D, &Location),
     /// A user parameter string, and two configurations with parameter channel: for integers and floats, where the
     /// device has both.

@@ -33,7 +33,7 @@ fn the_self_monitoring_example_works_step_by_step() {
         ("20 0A 14 00 00 00 00 01", "B0 0A 14 00 00 00 00 01"),
     ] {
         master.line(request, answer);
-        // It works with and without AK 0 between two instructions (153).
+        // The controller accepts an instruction with and without AK 0 before it (153).
         master.line("00 00 00 00 00 00 00 00", "00 00 00 00 00 00 00 00");
     }
     master.line("10 0A 15 00 00 00 00 00", "20 0A 15 00 3B 03 12 6F");

@@ -281,7 +281,7 @@ impl<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize, const ACYCLI
         self.cycles
     }
 
-    /// The duration of the last cycle, from its begin to the begin of the next, in bit times.
+    /// The duration of the last cycle, from its start to the start of the next, in bit times.
     pub const fn cycle_tbit(&self) -> u64 {
         self.cycle_tbit
     }

@@ -8,7 +8,7 @@ use profivac_wire::cfg::CfgError;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Settings {
-    /// The least time from the begin of a cycle to the begin of the next, in bit times.
+    /// The least time from the start of a cycle to the start of the next, in bit times.
     pub min_cycle_tbit: u64,
     /// The master repeats Global_Control after this number of cycles.
     pub control_cycles: u32,

@@ -24,7 +24,7 @@ pub struct Entry {
     pub octets: Vec<u8>,
 }
 
-/// A telegram that a station returned, with its earliest begin.
+/// A telegram that a station returned, with its earliest start.
 type Given = Option<(BitTime, Vec<u8>)>;
 
 /// Changes a telegram on the line to other octets, or to none.

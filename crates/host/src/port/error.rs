@@ -10,13 +10,13 @@ use std::fmt;
 #[non_exhaustive]
 pub enum PortError {
     /// No device, file or listening host has this name.
-    #[error("there is no port {0}: is the adapter plugged in, or the program running that makes it?")]
+    #[error("there is no port {0}: plug in the adapter, or start the program that serves it")]
     NotFound(String),
     /// Another program has locked the port.
-    #[error("{0} is in use by another program: end that first (fuser -v tells which it is)")]
+    #[error("{0} is in use by another program: end that program first; `fuser -v` names it")]
     InUse(String),
     /// The user may not open the port.
-    #[error("no permission to open {0}: for a serial device, join its group (mostly dialout) and log in again")]
+    #[error("no permission to open {0}: for a serial device, join its group (usually dialout) and log in again")]
     PermissionDenied(String),
     /// The file is neither a serial device nor a pty.
     #[error("{0} is not a serial device")]
@@ -32,7 +32,7 @@ pub enum PortError {
         offered: Option<u32>,
     },
     /// The adapter does not support the character format of PROFIBUS.
-    #[error("{name} cannot send 8 data bits with even parity and one stop bit (8E1), it offers {offered}")]
+    #[error("{name} cannot send 8 data bits with even parity and one stop bit (8E1): the driver set {offered} instead")]
     UnsupportedCharacter {
         /// The port.
         name: String,
@@ -40,10 +40,13 @@ pub enum PortError {
         offered: CharacterFormat,
     },
     /// The port has no baud rate, so none can be detected.
-    #[error("{0} has no rate that could be searched for: give it as a number (--baud 19200)")]
+    #[error("{0} has no transmission rate to detect: give the rate as a number (--baud 19200)")]
     NoBaudRate(String),
     /// No telegram was received at any rate.
-    #[error("no telegram on {name} at any of {} bit/s: a rate is found by listening to another master", rates(tried))]
+    #[error(
+        "no telegram on {name} at any of {} bit/s: detection needs another master that sends; otherwise give the rate as a number",
+        rates(tried)
+    )]
     NoTelegram {
         /// The port.
         name: String,
@@ -65,7 +68,9 @@ pub enum PortError {
         source: std::io::Error,
     },
     /// The host did not answer.
-    #[error("{name} does not answer within {seconds} s: is the serial server switched on and in this network?")]
+    #[error(
+        "{name} does not answer within {seconds} s: check that the serial server is switched on and in this network"
+    )]
     Unreachable {
         /// The port.
         name: String,

@@ -65,10 +65,10 @@ impl fmt::Display for Notice {
             ),
             Self::TransmitterNotSwitched(name) => write!(
                 f,
-                "the kernel does not switch the transmitter of {name}: its RS-485 adapter has to do so by itself"
+                "the kernel does not switch the transmitter of {name}: its RS-485 adapter must switch it by itself"
             ),
             Self::OctetsDropped { name, octets } => {
-                write!(f, "{name} does not read: {octets} octets were discarded so far")
+                write!(f, "{name} does not read: {octets} octets have been discarded so far")
             }
             Self::StoreDamaged { device, address, kept_as } => write!(
                 f,
@@ -76,9 +76,12 @@ impl fmt::Display for Notice {
                 kept_as.display()
             ),
             Self::Lost(name) => {
-                write!(f, "lost {name}: it was unplugged, or its other side was closed; looking for it")
+                write!(
+                    f,
+                    "lost {name}: it was unplugged, or its other side was closed; profivac tries to open it again"
+                )
             }
-            Self::Reopened(name) => write!(f, "{name} is back"),
+            Self::Reopened(name) => write!(f, "{name} is open again"),
         }
     }
 }

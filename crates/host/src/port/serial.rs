@@ -265,7 +265,7 @@ mod tests {
             (ControlModes::CS7 | ControlModes::PARENB, "7E1"),
         ] {
             let refused = verify(&settings(modes, 19_200), "port", Baud::B19200).unwrap_err().to_string();
-            assert!(refused.ends_with(&format!("(8E1), it offers {offered}")), "{refused}");
+            assert!(refused.ends_with(&format!("(8E1): the driver set {offered} instead")), "{refused}");
         }
         assert!(verify(&settings(MODES, 19_200), "port", Baud::B19200).is_ok());
     }

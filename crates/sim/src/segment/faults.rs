@@ -29,7 +29,7 @@ impl Segment {
         }
     }
 
-    /// Switches the power of a station. After power-up its receiver starts again, so it needs a tap of its own.
+    /// Switches the power of a station. After power-up its receiver starts again, so it needs a separate tap.
     fn power(&mut self, station: StationId, on: bool) {
         let StationId(driver) = station;
         if on {
@@ -65,7 +65,7 @@ impl Segment {
         own.unwrap_or_else(|| self.separate_tap(driver))
     }
 
-    /// Gives a station of a shared tap a copy of its own.
+    /// Gives a station of a shared tap a separate copy.
     fn separate_tap(&mut self, driver: usize) -> usize {
         let Driver { position, address, .. } = self.drivers[driver];
         let shared = self.taps.iter_mut().find(|tap| tap.owner.is_none() && tap.position == position);

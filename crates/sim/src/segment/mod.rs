@@ -1,7 +1,7 @@
 //! The segment: stations on a cable with a common time.
 //!
 //! Time is an integer count of bit times and advances from event to event: the end of a character at a tap, the wake time or
-//! begin of transmission of a station, a fault of the script. At equal times faults come first, then taps, then stations.
+//! start of a transmission of a station, a fault of the script. At equal times faults come first, then taps, then stations.
 
 mod events;
 mod faults;
@@ -165,7 +165,7 @@ impl Segment {
         self.trace_length = telegrams;
     }
 
-    /// The last telegrams of the line. A telegram is part of it from its begin on.
+    /// The last telegrams of the line. A telegram is part of it from its start on.
     #[must_use]
     pub const fn trace(&self) -> &Trace {
         &self.trace

@@ -25,7 +25,7 @@ use std::collections::VecDeque;
 use std::fmt;
 use std::sync::Arc;
 
-/// Telegrams, whole and damaged, in the order of their begin.
+/// Telegrams, whole and damaged, in the order of their start.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Trace {
     /// The baud rate of the line.

@@ -102,7 +102,7 @@ fn a_second_master_is_silent_beside_a_single_one() {
     line.stays_complete(&[2]).unwrap();
 }
 
-/// Two masters with one address that meet when a cable is repaired: one withdraws, and the rest form a ring.
+/// Two masters with one address are connected when a cable is repaired: one leaves the ring, and the others form a ring.
 #[test]
 fn two_masters_with_one_address_that_meet_do_not_babble() {
     for after in (0..1_500).step_by(37) {

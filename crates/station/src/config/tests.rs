@@ -74,7 +74,7 @@ fn an_error_names_its_position_and_what_was_expected() {
         ("master = 1", "master = 126", "hall.toml:9:10: expected a master address from 0 to 125, found 126"),
         ("address = 5", "address = 126", "hall.toml:13:11: expected a slave address from 0 to 125, found 126"),
         ("address = 5", "address = 300", "hall.toml:13:11: "),
-        ("bcg450", "bcg451", "hall.toml:14:10: unknown device \"bcg451\"; there are "),
+        ("bcg450", "bcg451", "hall.toml:14:10: unknown device \"bcg451\"; known: "),
         ("bcg450", "BCG-450", "; did you mean \"bcg450\"?"),
         ("bcg450", "PSG 550-SP", "; did you mean \"psg550\"?"),
         ("bcg450", "thermometer", "bpg400"),

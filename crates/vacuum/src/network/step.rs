@@ -1,7 +1,7 @@
 //! A time step of a plant.
 //!
 //! With constant rates the plant is linear for each gas, and [`Rates::step`] is exact. But conductances and pumps depend on
-//! the pressure. So each step is tried with the rates at its begin. The rates at its end give an estimate of the error: if it
+//! the pressure. So each step is tried with the rates at its start. The rates at its end give an estimate of the error: if it
 //! is negligible, the step is accepted; if it is small, the step is repeated with the mean of both rates; otherwise the step
 //! is halved. The result hence depends little on the step length of the caller.
 
@@ -92,7 +92,7 @@ impl Network {
         };
     }
 
-    /// Makes a step of at max_flow `seconds`, halved down to `shortest` if needed, and returns its length.
+    /// Makes a step of at most `seconds`, halved down to `shortest` if needed, and returns its length.
     fn advance_once(&mut self, mut seconds: f64, shortest: f64) -> f64 {
         let mut step = std::mem::take(&mut self.step);
         if !step.current {
@@ -115,7 +115,7 @@ impl Network {
         seconds
     }
 
-    /// Tries a step with the rates at its begin. Returns two errors as the largest fraction of the gas of a volume: from the
+    /// Tries a step with the rates at its start. Returns two errors as the largest fraction of the gas of a volume: from the
     /// change of the rates, and from the change of outgassing.
     fn attempt(&self, seconds: f64, step: &mut Step) -> [f64; 2] {
         self.apply(seconds, step, false);
@@ -141,7 +141,7 @@ impl Network {
         worst
     }
 
-    /// Repeats the tried step with the mean of the rates at begin and end.
+    /// Repeats the tried step with the mean of the rates at its start and end.
     fn repeat(&self, seconds: f64, step: &mut Step) {
         self.apply(seconds, step, true);
         self.rates(&step.tried, &step.turned, &mut step.then, &step.relative_speeds, &step.roots);
@@ -251,8 +251,8 @@ impl Network {
                 let total = self.pa(amounts, feed.at);
                 // At the set point, rounding must not close and open the valve alternately.
                 if total < pa * (1.0 + 1e-9) {
-                    // slope (pa - total), which is `max_flow` below the band, with the pressure of this gas on the side of what flows
-                    // out: no step is too long for it, and none leads beyond the pressure.
+                    // The flow is slope (pa - total), and `max_flow` below the band. The term with the pressure of this gas counts
+                    // as flow out of the volume. So a step of any length is stable, and the pressure never exceeds the set point.
                     let slope = max_flow / (BAND * pa).max(pa - total);
                     let others = total - amounts[feed.at][gas] / self.volumes[feed.at];
                     *source += slope * (pa - others).max(0.0);

@@ -1,7 +1,7 @@
 //! Pirani: a wire is kept at a constant temperature, and its heating power is a measure of the pressure.
 //!
 //! Three mechanisms of heat transfer follow each other with rising pressure: molecular transfer, proportional to the pressure
-//! and to the factors of the manual's table; conduction, independent of the pressure; and convection. Field manual:
+//! and to the factors of the manual's table; conduction, independent of the pressure; and convection. General knowledge:
 //! `P = P_end + eps p / (1 + p / p_c(gas))`, inverted with the curve of nitrogen, so the indication of other gases deviates
 //! where their conductivity matters.
 
@@ -92,7 +92,7 @@ impl Pirani {
 
     /// free choice, similar to data sheets: 1 % of the power, and a zero error that limits the range at its lower end.
     pub const fn tolerance(&self) -> Tolerance {
-        // The Pirani of a combination gauge measures lower than its manual states.
+        // The Pirani of a combination gauge measures to lower pressures than its manual states.
         let lowest_pa = self.range.lowest_pa.min(0.1);
         Tolerance {
             gain: 0.01,

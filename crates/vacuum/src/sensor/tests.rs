@@ -50,7 +50,7 @@ fn a_real_sensor_is_close_to_the_true_pressure_but_not_exact() {
     }
 }
 
-/// Field manual: 3e-5 of full scale.
+/// General knowledge: 3e-5 of full scale, see `Diaphragm::tolerance`.
 #[test]
 fn a_diaphragm_has_the_noise_of_its_full_scale() {
     let (principle, range) = PRINCIPLES[1];

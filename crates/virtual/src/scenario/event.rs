@@ -284,7 +284,7 @@ impl EventParser<'_> {
             };
             let near = quantities::nearest(&given, unknown.expected.iter().map(String::as_str));
             let near = near.map_or(String::new(), |near| format!("; did you mean {near:?}?"));
-            TextError::at(at, format!("expected something {name} has, got {given:?}; it has {has}{near}"))
+            TextError::at(at, format!("expected a fault or control of {name}, got {given:?}; it has {has}{near}"))
         })?;
         Ok(spec.address)
     }
@@ -293,7 +293,7 @@ impl EventParser<'_> {
         let place = *device.get_ref();
         self.specs.iter().find(|spec| spec.address == place).ok_or_else(|| {
             let there = self.specs.iter().map(|spec| spec.address.to_string()).collect::<Vec<_>>().join(", ");
-            TextError::at(&device.span(), format!("expected the address of a gauge, got {place}; there are {there}"))
+            TextError::at(&device.span(), format!("expected the address of a gauge, got {place}; known: {there}"))
         })
     }
 
@@ -303,14 +303,14 @@ impl EventParser<'_> {
         let of = match (&expect.volume, &expect.device) {
             (Some(volume), None) => Subject::Volume(volume.get_ref().clone(), self.plant.at(volume)?),
             (None, Some(device)) => Subject::Device(self.spec(device)?.address, expect.instance),
-            _ => return Err(wrong("expected a volume or a device to look at")),
+            _ => return Err(wrong("expected the key volume or the key device, and not both")),
         };
         let checks = checks(expect, &wrong)?;
         if checks.is_empty() {
-            return Err(wrong("expected something that has to be so, like below = \"1e-6 mbar\""));
+            return Err(wrong("expected a check, like below = \"1e-6 mbar\""));
         }
         if matches!(of, Subject::Volume(..)) && checks.iter().any(|check| !matches!(check, Check::Pressure(..))) {
-            return Err(wrong("expected of a volume nothing but its pressure: above, below, or near"));
+            return Err(wrong("expected only above, below or near for a volume"));
         }
         let (line, _) = profivac_host::text_file::line_and_column(self.text, written.span().start);
         Ok(Expectation { line, subject: of, checks })
@@ -331,7 +331,7 @@ fn checks(expect: &Expect, wrong: &impl Fn(&str) -> TextError) -> Result<Vec<Che
     match (expect.relay, expect.closed) {
         (None, None) => {}
         (Some(relay), Some(closed)) => checks.push(Check::Relay(relay, closed)),
-        _ => return Err(wrong("expected relay and closed together")),
+        _ => return Err(wrong("expected the keys relay and closed together")),
     }
     Ok(checks)
 }
@@ -344,7 +344,7 @@ fn bounds(expect: &Expect, wrong: &impl Fn(&str) -> TextError) -> Result<Option<
             let part = within.unwrap_or(DEFAULT_TOLERANCE);
             Ok(Some(Check::Pressure(near * (1.0 - part), near * (1.0 + part))))
         }
-        _ if within.is_some() => Err(wrong("expected near where within is")),
+        _ if within.is_some() => Err(wrong("expected the key near beside the key within")),
         (None, None, None) => Ok(None),
         (above, below, None) => Ok(Some(Check::Pressure(above.unwrap_or(0.0), below.unwrap_or(f64::INFINITY)))),
         _ => Err(wrong("expected near, or above and below")),

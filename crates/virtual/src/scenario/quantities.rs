@@ -158,7 +158,7 @@ pub fn parsed<T: std::str::FromStr<Err: Display>>(text: &Text) -> Result<T, Text
 /// The error for an unknown name: the known names, and the most similar one.
 pub fn unknown<'a>(what: &str, name: &Text, known: impl Iterator<Item = &'a str>) -> TextError {
     let known: Vec<&str> = known.collect();
-    let there = if known.is_empty() { "there is none".to_owned() } else { format!("there are {}", known.join(", ")) };
+    let there = if known.is_empty() { "there is none".to_owned() } else { format!("known: {}", known.join(", ")) };
     let near = nearest(name.get_ref(), known.iter().copied())
         .map_or(String::new(), |near| format!("; did you mean {near:?}?"));
     TextError::at(&name.span(), format!("expected {what}, got {:?}; {there}{near}", name.get_ref()))
@@ -223,7 +223,7 @@ mod tests {
     fn an_unknown_name_is_an_error_with_a_suggestion() {
         let known = || ["gate", "fore-valve"].into_iter();
         let said = unknown("a valve", &text("gaet"), known()).message;
-        assert_eq!(said, "expected a valve, got \"gaet\"; there are gate, fore-valve; did you mean \"gate\"?");
+        assert_eq!(said, "expected a valve, got \"gaet\"; known: gate, fore-valve; did you mean \"gate\"?");
         assert!(!unknown("a valve", &text("turbo"), known()).message.contains("did you mean"));
         let sentence = parser_message("unknown field `opne`, expected one of `at`, `open`");
         assert_eq!(sentence, "unknown field `opne`, expected one of `at`, `open`; did you mean `open`?");
