@@ -9,7 +9,8 @@ use profivac_conform::PortLink;
 use profivac_dp::link::Baud;
 use profivac_dp::link::active::BusParameters;
 use profivac_dp::master::services;
-use profivac_host::port::Port;
+use profivac_host::clock::duration_of;
+use profivac_host::port::{Delivery, Port};
 use profivac_host::rate;
 use profivac_host::session::{BusSession, Reply, bus_parameters};
 use profivac_station::config::Segment;
@@ -41,9 +42,12 @@ pub struct MasterOptions {
     /// The highest station address (HSA) that is searched
     #[arg(long, value_name = "N", default_value_t = 126)]
     hsa: u8,
-    /// The slot time in bit times; default: the slot time of the rate and 20 ms
+    /// The slot time in bit times; default: that of the rate, and the delay of the port
     #[arg(long, value_name = "BITS")]
     slot_time: Option<u32>,
+    /// Print how the port delivers characters, and the times that follow from it
+    #[arg(long, short)]
+    verbose: bool,
     /// The longest wait for the line and for an answer; default: 5, and longer for the line where a token ring needs more to
     /// admit a master
     #[arg(long, value_name = "SECONDS", value_parser = values::seconds, allow_hyphen_values = true)]
@@ -76,20 +80,42 @@ impl BusOptions {
     /// Opens the port for `conform`, which also sends telegrams that no master sends.
     pub fn open_probe(&self) -> Result<PortLink, Failure> {
         let (port, baud) = open_port(&self.port, self.options.baud)?;
-        Ok(PortLink::new(port, baud, self.parameters(baud)))
+        let bus = self.parameters(baud, port.delivery());
+        self.report_timing(&*port, baud, &bus);
+        Ok(PortLink::new(port, baud, bus))
     }
 
     fn open_session(&self) -> Result<(BusSession, Baud), Failure> {
         // Parameters are checked before the port is opened.
-        self.parameters(self.options.baud.initial()).check().map_err(|error| Failure::usage(error.to_string()))?;
+        self.parameters(self.options.baud.initial(), Delivery::Unpaced)
+            .check()
+            .map_err(|error| Failure::usage(error.to_string()))?;
         let (port, baud) = open_port(&self.port, self.options.baud)?;
-        let session = BusSession::new(port, baud, self.parameters(baud), self.options.timeout.unwrap_or(TIMEOUT))?;
+        let bus = self.parameters(baud, port.delivery());
+        self.report_timing(&*port, baud, &bus);
+        let session = BusSession::new(port, baud, bus, self.options.timeout.unwrap_or(TIMEOUT))?;
         Ok((if self.options.timeout.is_none() { session.wait_for_ring_entry() } else { session }, baud))
     }
 
-    fn parameters(&self, baud: Baud) -> BusParameters {
-        let bus = bus_parameters(self.options.master, baud);
+    fn parameters(&self, baud: Baud, delivery: Delivery) -> BusParameters {
+        let bus = bus_parameters(self.options.master, baud, delivery);
         BusParameters { hsa: self.options.hsa, slot_tbit: self.options.slot_time.unwrap_or(bus.slot_tbit), ..bus }
+    }
+
+    /// With `--verbose`: how the port delivers characters, and what follows from it.
+    fn report_timing(&self, port: &dyn Port, baud: Baud, bus: &BusParameters) {
+        if !self.options.verbose {
+            return;
+        }
+        let delivery = port.delivery();
+        let milliseconds = |tbit: u64| duration_of(baud, tbit).as_secs_f64() * 1e3;
+        notice(&format_args!(
+            "{}: {delivery}; pauses up to {:.1} ms within a telegram are tolerated; slot time {} bit times ({:.1} ms)",
+            port.name(),
+            milliseconds(delivery.idle_tbit(baud)),
+            bus.slot_tbit,
+            milliseconds(bus.slot_tbit.into()),
+        ));
     }
 
     /// Fails if `address` is the address of this master; `option` is the option or argument that named it.

@@ -204,7 +204,7 @@ impl BusBuilder {
             PortSource::Name(name) => port::open(&name, self.baud).map_err(SessionError::from)?,
             PortSource::Open(port) => port,
         };
-        let bus = bus_parameters(self.master, self.baud);
+        let bus = bus_parameters(self.master, self.baud, port.delivery());
         let session = BusSession::new(port, self.baud, bus, self.timeout)?;
         Ok(if self.waits_for_ring_entry { session.wait_for_ring_entry() } else { session })
     }

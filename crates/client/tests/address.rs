@@ -4,7 +4,7 @@
 
 use profivac_client::address::{AddressError, check};
 use profivac_dp::link::Baud;
-use profivac_host::port::{Character, Port, PortError};
+use profivac_host::port::{Character, Delivery, Port, PortError};
 use profivac_host::readiness::Readiness;
 use profivac_host::session::{BusSession, bus_parameters};
 use profivac_virtual::segment_file::SegmentFile;
@@ -47,7 +47,7 @@ impl Port for Lossy {
 fn session(lost: u8) -> BusSession {
     let file = SegmentFile::parse("devices = [\"bcg450@126\", \"pcg550@6\"]", Path::new("bench.toml")).unwrap();
     let port = Box::new(Lossy { port: Box::new(file.run().unwrap()), lost });
-    BusSession::new(port, BAUD, bus_parameters(0, BAUD), Duration::from_secs(5)).unwrap()
+    BusSession::new(port, BAUD, bus_parameters(0, BAUD, Delivery::Unpaced), Duration::from_secs(5)).unwrap()
 }
 
 #[test]

@@ -2,11 +2,10 @@
 //!
 //! [`RateControl`] decides how long to listen and which telegrams prove a rate, as it does for a slave.
 
-use crate::clock::{Clock, tbit_of};
+use crate::clock::Clock;
 use crate::port::{Character, Port, PortError};
 use crate::readiness::wait;
-use crate::segment::PLATFORM_GAP;
-use profivac_dp::link::{Baud, BitTime, Rate, RateControl, Received, Receiver, T_SYN_TBIT};
+use profivac_dp::link::{Baud, BitTime, Rate, RateControl, Received, Receiver};
 use profivac_wire::BROADCAST;
 use std::time::Duration;
 
@@ -47,8 +46,7 @@ pub fn detect(port: &mut dyn Port) -> Result<Baud, PortError> {
 /// Whether the line carries telegrams at `baud`.
 fn carries_telegrams(port: &mut dyn Port, baud: Baud) -> Result<bool, PortError> {
     let mut control = searching(baud);
-    let idle_tbit = tbit_of(baud, PLATFORM_GAP).max(T_SYN_TBIT);
-    let mut receiver = Receiver::with_idle(BitTime(0), idle_tbit);
+    let mut receiver = Receiver::with_idle(BitTime(0), port.delivery().idle_tbit(baud));
     let clock = Clock::starting_at(BitTime(0), baud);
     let mut characters = Vec::new();
     loop {
@@ -95,6 +93,7 @@ fn searching(baud: Baud) -> RateControl {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::port::SCHEDULING_DELAY;
     use crate::readiness::Readiness;
     use std::io::Write;
     use std::os::unix::net::UnixStream;
@@ -136,7 +135,7 @@ mod tests {
         fn receive(&mut self, heard: &mut Vec<Character>) -> Result<(), PortError> {
             // Telegrams have pauses between them.
             if let Some((baud, octets)) = self.spoken
-                && self.said.elapsed() > PLATFORM_GAP * 4
+                && self.said.elapsed() > SCHEDULING_DELAY * 4
             {
                 self.said = Instant::now();
                 let is_right = self.set.last() == Some(&baud);
@@ -152,7 +151,7 @@ mod tests {
 
         fn set_baud(&mut self, baud: Baud) -> Result<(), PortError> {
             if !self.offered.contains(&baud) {
-                return Err(PortError::UnsupportedRate { name: "bus".to_owned(), baud, offered: 0 });
+                return Err(PortError::UnsupportedRate { name: "bus".to_owned(), baud, offered: None });
             }
             self.set.push(baud);
             Ok(())

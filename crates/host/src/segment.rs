@@ -1,22 +1,17 @@
 //! A line on a port: stations served in real time.
 //!
 //! The clock is the monotonic one, counted in bit times of the line. An operating system delivers characters late and in
-//! groups, so the line counts as idle after [`PLATFORM_GAP`] or T_SYN without a character, whichever is longer.
+//! groups, so the line counts as idle after the time that [`Delivery`](crate::port::Delivery) derives from the port.
 
 use crate::clock::{Clock, tbit_of};
 use crate::line::{Line, Pace, Stations};
 use crate::port::{Character, Notice, Opener, Port, PortError, Reopening};
 use crate::readiness::{Readiness, wait};
-use profivac_dp::link::{Baud, BitTime, CHARACTER_TBIT, Receiver, T_SYN_TBIT};
+use profivac_dp::link::{Baud, BitTime, CHARACTER_TBIT, Receiver};
 use std::time::Duration;
 
-/// The silence after which the line counts as idle, and the longest gap within a telegram. free choice: longer than the
-/// pauses between the groups in which a telegram arrives, shorter than the slot time of a master behind an operating
-/// system.
-pub const PLATFORM_GAP: Duration = Duration::from_millis(2);
-
-/// The longest delay of an answer behind its time on a real line; a later one is dropped. free choice: the slot time that
-/// `docs/adapters.md` demands of a master beside virtual gauges.
+/// The longest delay of an answer behind its time on a real line; a later one is dropped, because the master has given it up.
+/// free choice: several times the delay that [`Delivery`](crate::port::Delivery) expects of the operating system.
 const ANSWER_LATENESS: Duration = Duration::from_millis(20);
 
 /// Stations on a line, the port of the line, and its clock.
@@ -28,8 +23,7 @@ pub struct Segment<C> {
     out: Vec<u8>,
     /// The end of the last character.
     last_end: BitTime,
-    /// The idle time of the receiver.
-    gap_tbit: u64,
+    baud: Baud,
     /// The generation of the port at the last reception.
     generation: u32,
     /// The port was opened again since the last call of `take_reopened`.
@@ -60,7 +54,7 @@ impl Port for NullPort {
 impl<C: Stations> Segment<C> {
     /// Puts `stations` on `port`. With `paced`, the octets of a port without a baud rate leave at the pace of the line.
     pub fn new(port: Box<dyn Port>, baud: Baud, paced: bool, stations: C) -> Self {
-        let gap_tbit = tbit_of(baud, PLATFORM_GAP).max(T_SYN_TBIT);
+        let gap_tbit = port.delivery().idle_tbit(baud);
         // On a real line a telegram may be under way. A line without a baud rate begins with this segment and is idle.
         let first = if port.is_timed() { BitTime(0) } else { BitTime(0) + gap_tbit + CHARACTER_TBIT };
         let pace = match (port.is_timed(), paced) {
@@ -79,7 +73,7 @@ impl<C: Stations> Segment<C> {
             received: Vec::new(),
             out: Vec::new(),
             last_end: BitTime(0),
-            gap_tbit,
+            baud,
             generation,
             reopened: false,
         }
@@ -172,7 +166,7 @@ impl<C: Stations> Segment<C> {
             self.generation = self.port.generation();
             self.reopened = true;
             // A telegram may be under way.
-            self.line.reset(Receiver::with_idle(now, self.gap_tbit));
+            self.line.reset(Receiver::with_idle(now, self.port.delivery().idle_tbit(self.baud)));
         }
         let timed = self.port.is_timed();
         for (character, after) in self.received.iter().zip((0..self.received.len() as u64).rev()) {
@@ -188,6 +182,7 @@ impl<C: Stations> Segment<C> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::port::Delivery;
     use profivac_dp::link::{Station, Transmit};
     use profivac_wire::Telegram;
     use std::io::{Read, Write};
@@ -216,8 +211,8 @@ mod tests {
             "uart"
         }
 
-        fn is_timed(&self) -> bool {
-            true
+        fn delivery(&self) -> Delivery {
+            Delivery::Fifo { trigger: None }
         }
 
         fn readiness(&self) -> Vec<Readiness<'_>> {
@@ -268,8 +263,8 @@ mod tests {
             let uart = Uart { driver, times: Arc::clone(&times) };
             let mut segment = Segment::new(Box::new(uart), baud, false, [Slave(min_tsdr)]);
             // A real line must be silent first.
-            while segment.now() < BitTime(0) + T_SYN_TBIT.max(tbit_of(baud, PLATFORM_GAP)) + CHARACTER_TBIT * 7 {
-                segment.serve(&[], PLATFORM_GAP).unwrap();
+            while segment.now() < BitTime(0) + segment.port().delivery().idle_tbit(baud) + CHARACTER_TBIT * 7 {
+                segment.serve(&[], Duration::from_millis(2)).unwrap();
             }
             line.write_all(&REQUEST).unwrap();
             let deadline = Instant::now() + Duration::from_secs(10);

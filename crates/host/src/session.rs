@@ -4,7 +4,7 @@
 //! waits for an answer.
 
 use crate::clock::{duration_of, tbit_of};
-use crate::port::{Notice, Opener, Port, PortError};
+use crate::port::{Delivery, Notice, Opener, Port, PortError};
 use crate::readiness::Readiness;
 use crate::segment::Segment;
 use profivac_dp::link::active::{
@@ -20,10 +20,6 @@ use std::time::{Duration, Instant};
 /// A master with room for every slave of a bus.
 pub type BusMaster = Master<125, MAX_DU>;
 
-/// The delay that an operating system and a USB adapter may add to an answer. free choice: the 16 ms for which an adapter
-/// may keep octets (profibus-wire 9.4, point 36), and a reserve.
-const PLATFORM_DELAY: Duration = Duration::from_millis(20);
-
 /// G. Each request to an absent address costs a slot time, which is long on such a port; a longer pause would delay the
 /// entry of another master into the ring: [`entry_time`]. free choice.
 const GAP_FACTOR: u8 = 2;
@@ -34,11 +30,11 @@ const TOKEN_PASS_TIMEOUT: Duration = Duration::from_secs(1);
 /// The shortest wait for the line.
 const MIN_WAIT: Duration = Duration::from_millis(1);
 
-/// The bus parameters of a master behind an operating system.
+/// The bus parameters of a master on a port of an operating system: the slot time is longer by what the port delays.
 #[must_use]
-pub fn bus_parameters(address: u8, baud: Baud) -> BusParameters {
+pub fn bus_parameters(address: u8, baud: Baud, delivery: Delivery) -> BusParameters {
     let bus = BusParameters::new(address, baud);
-    let delay_tbit = u32::try_from(tbit_of(baud, PLATFORM_DELAY)).unwrap_or(u32::MAX);
+    let delay_tbit = u32::try_from(tbit_of(baud, delivery.slot_delay(baud))).unwrap_or(u32::MAX);
     BusParameters { slot_tbit: bus.slot_tbit.saturating_add(delay_tbit), gap_factor: GAP_FACTOR, ..bus }
 }
 
@@ -420,7 +416,7 @@ mod tests {
             let mut bus = Segment::new(baud);
             let master = |address, now| {
                 let mut station =
-                    BusMaster::on(bus_parameters(address, baud).check().unwrap(), Settings::new(baud), now);
+                    BusMaster::on(bus_parameters(address, baud, Delivery::Unpaced).check().unwrap(), Settings::new(baud), now);
                 station.delay_gap_scan();
                 station
             };
@@ -428,7 +424,7 @@ mod tests {
             bus.run_until(BitTime(baud.tbit_of_ms(begins_ms))).unwrap();
             let now = bus.now();
             let second = bus.attach(master(address, now));
-            let timeout = tbit_of(baud, entry_time(&bus_parameters(address, baud), baud));
+            let timeout = tbit_of(baud, entry_time(&bus_parameters(address, baud, Delivery::Unpaced), baud));
             while bus.now() < now + timeout && bus.station(second).ring_state() != RingState::InRing {
                 // Address 90 is empty: each request costs a slot time.
                 let _ = bus.station_mut(first).user.submit_request(&services::slave_diag(90));
@@ -447,7 +443,8 @@ mod tests {
         let lost = Arc::new(AtomicU32::new(0));
         let port = Quiet(ours, Arc::clone(&lost));
         let (baud, timeout) = (Baud::B19200, Duration::from_secs(30));
-        let mut session = BusSession::new(Box::new(port), baud, bus_parameters(2, baud), timeout).unwrap();
+        let mut session =
+            BusSession::new(Box::new(port), baud, bus_parameters(2, baud, Delivery::Unpaced), timeout).unwrap();
         for _ in 0..2 {
             while !session.station().has_token() {
                 session.serve(&[], timeout).unwrap();

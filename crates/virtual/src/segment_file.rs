@@ -205,6 +205,7 @@ impl SegmentFile {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use profivac_host::port::Delivery;
     use profivac_host::scan::probe;
     use profivac_host::session::{BusSession, bus_parameters};
     use std::fs;
@@ -273,7 +274,7 @@ baud = 93750
     #[test]
     fn a_master_finds_the_devices() {
         let port = parse(FILE).unwrap().run().unwrap();
-        let bus = bus_parameters(2, Baud::B19200);
+        let bus = bus_parameters(2, Baud::B19200, Delivery::Unpaced);
         let timeout = Duration::from_secs(30);
         let mut session = BusSession::new(Box::new(port), Baud::B19200, bus, timeout).unwrap();
         let mut ident =

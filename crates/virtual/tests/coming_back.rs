@@ -4,7 +4,7 @@
 
 use profivac_dp::link::Baud;
 use profivac_dp::master::services;
-use profivac_host::port::{Character, Notice, Port, PortError, Pty, Reopening, Serial, TcpClient, TcpServer};
+use profivac_host::port::{Character, Delivery, Notice, Port, PortError, Pty, Reopening, Serial, TcpClient, TcpServer};
 use profivac_host::segment::Segment;
 use profivac_host::session::{BusSession, Reply, bus_parameters};
 use profivac_virtual::open;
@@ -148,7 +148,7 @@ fn a_master_starts_again_when_its_port_was_reopened() {
     let name = path.to_str().unwrap();
     let (stop, stopped) = channel();
     let server = gauge(&path, stopped);
-    let bus = bus_parameters(2, BAUD);
+    let bus = bus_parameters(2, BAUD, Delivery::Unpaced);
     let session = BusSession::new(open::port(name, BAUD).unwrap(), BAUD, bus, Duration::from_secs(30)).unwrap();
     let mut session = session.with_reopening(open::opener(name, BAUD));
     let answers =

@@ -10,6 +10,7 @@ use crate::values;
 use clap::{ArgGroup, Args};
 use command::{Command, CommandError, DeviceCommand};
 use profivac_dp::link::Baud;
+use profivac_host::clock::duration_of;
 use profivac_host::port::{Port, PortError, Pty, Serial, TcpServer};
 use profivac_host::segment::Segment;
 use profivac_vacuum::Gas;
@@ -142,11 +143,25 @@ fn memory(spec: &DeviceSpec, folder: Option<&Path>) -> Result<NonvolatileMemory,
 
 /// The devices on the port. Only a serial device can be lost; it is then opened again.
 fn segment(arguments: &Arguments, devices: Vec<VirtualDevice>) -> Result<Segment<Vec<VirtualDevice>>, PortError> {
-    let segment = Segment::new(port(arguments)?, arguments.baud, arguments.pace, devices);
+    let port = port(arguments)?;
+    report_slot_time(&*port, arguments.baud);
+    let segment = Segment::new(port, arguments.baud, arguments.pace, devices);
     Ok(match &arguments.serial {
         Some(device) => segment.with_reopening(open::opener(device, arguments.baud)),
         None => segment,
     })
+}
+
+/// On a physical line: the slot time that a master needs to receive the answers.
+fn report_slot_time(port: &dyn Port, baud: Baud) {
+    if let Some(tbit) = port.delivery().master_slot_tbit(baud, baud.max_tsdr_tbit().into()) {
+        notice(&format_args!(
+            "{} is {}: its answers come late, so every master on the line needs a slot time of at least {tbit} bit times ({:.1} ms)",
+            port.name(),
+            port.delivery(),
+            duration_of(baud, tbit).as_secs_f64() * 1e3,
+        ));
+    }
 }
 
 fn port(arguments: &Arguments) -> Result<Box<dyn Port>, PortError> {

@@ -22,14 +22,14 @@ pub enum PortError {
     #[error("{0} is not a serial device")]
     NotSerial(String),
     /// The adapter does not support the baud rate.
-    #[error("{name} cannot run at {baud}: the driver set {offered} bit/s instead")]
+    #[error("{name} cannot run at {baud}{}: use another adapter or another rate", or_else(*offered))]
     UnsupportedRate {
         /// The port.
         name: String,
         /// The requested rate.
         baud: Baud,
-        /// The rate that the driver set instead, in bit/s.
-        offered: u32,
+        /// The rate at which it would run instead, in bit/s, if that is known.
+        offered: Option<u32>,
     },
     /// The adapter does not support the character format of PROFIBUS.
     #[error("{name} cannot send 8 data bits with even parity and one stop bit (8E1): the driver set {offered} instead")]
@@ -140,6 +140,10 @@ impl fmt::Display for CharacterFormat {
         };
         write!(f, "{}{parity}{}", self.data_bits, self.stop_bits)
     }
+}
+
+fn or_else(offered: Option<u32>) -> String {
+    offered.map_or(String::new(), |offered| format!(", it would run at {offered} bit/s"))
 }
 
 fn rates(tried: &[Baud]) -> String {

@@ -2,6 +2,7 @@
 //!
 //! Other systems use `other.rs` instead.
 
+use super::Delivery;
 use super::notice::Notice;
 use crate::readiness::Readiness;
 use rustix::fd::OwnedFd;
@@ -11,6 +12,8 @@ use serial2::SerialPort;
 use serial2::rs4xx::{Rs485Config, TransceiverMode};
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+use std::time::Duration;
 
 /// The folder in which the kernel describes its terminals.
 const TERMINALS: &str = "/sys/class/tty";
@@ -23,12 +26,77 @@ pub fn is_pty(name: &str) -> bool {
     fs::canonicalize(name).is_ok_and(|device| device.starts_with("/dev/pts"))
 }
 
+/// The latency of a USB adapter whose driver does not tell it. free choice: the longest that is usual, the default of FTDI
+/// chips. profibus-wire 9.4, point 36.
+const ASSUMED_LATENCY: Duration = Duration::from_millis(16);
+
+/// The numbers by which the kernel calls UARTs of the 8250 family, PORT_8250 to PORT_MAX_8250. Linux, serial_core.h.
+const FAMILY_8250: std::ops::RangeInclusive<u32> = 1..=31;
+
+/// A UART of the 8250 family takes 16 samples of a bit.
+const SAMPLES_PER_BIT: u32 = 16;
+
 /// Improves the settings of a serial device as far as possible. Returns a notice for each that cannot be improved.
 pub fn set_up(device: &OwnedFd, name: &str) -> Vec<Notice> {
     let Some(terminal) = terminal(name) else { return Vec::new() };
     // free choice: most USB adapters for RS-485 switch their transmitter themselves, so they get no notice.
     let direction = (!is_usb(&terminal)).then(|| switch_transmitter(device, name)).flatten();
     direction.into_iter().chain(lower_latency(&terminal, name)).collect()
+}
+
+/// The programs that have a device open besides this one, as far as this user may see: their names and processes. A lock
+/// does not keep out a program that opened the device before, or one of root.
+fn other_programs(device: &Path) -> Vec<(String, u32)> {
+    let processes = fs::read_dir("/proc").into_iter().flatten().flatten();
+    let pids = processes.filter_map(|process| process.file_name().to_str()?.parse::<u32>().ok());
+    let has_open = |pid: &u32| {
+        let files = fs::read_dir(format!("/proc/{pid}/fd")).into_iter().flatten().flatten();
+        files.filter_map(|file| fs::read_link(file.path()).ok()).any(|file| file == device)
+    };
+    let name = |pid: u32| fs::read_to_string(format!("/proc/{pid}/comm")).unwrap_or_default().trim().to_owned();
+    pids.filter(|pid| *pid != std::process::id()).filter(has_open).map(|pid| (name(pid), pid)).collect()
+}
+
+/// A notice for each other program that has the device open.
+pub fn open_elsewhere(name: &str) -> Vec<Notice> {
+    let Ok(device) = fs::canonicalize(name) else { return Vec::new() };
+    let notice = |(program, pid)| Notice::OpenElsewhere { name: name.to_owned(), program, pid };
+    other_programs(&device).into_iter().map(notice).collect()
+}
+
+/// How the driver of a serial device delivers characters, as the kernel describes it.
+pub fn delivery(name: &str) -> Delivery {
+    terminal(name).map_or(Delivery::Fifo { trigger: None }, |terminal| delivery_of(&terminal))
+}
+
+fn delivery_of(terminal: &Path) -> Delivery {
+    if !is_usb(terminal) {
+        return Delivery::Fifo {
+            trigger: number(&terminal.join("rx_trig_bytes")).and_then(|octets| octets.try_into().ok()),
+        };
+    }
+    match number(&terminal.join("device/latency_timer")) {
+        Some(ms) => Delivery::Usb { hold: Duration::from_millis(ms.into()), is_known: true },
+        None => Delivery::Usb { hold: ASSUMED_LATENCY, is_known: false },
+    }
+}
+
+/// The rate at which a UART of the 8250 family really runs if its driver was asked for `wanted` bit/s: the driver reports the
+/// rate that it was asked for, and divides the clock by a whole number. `None` for other devices.
+pub fn real_rate(name: &str, wanted: u32) -> Option<u32> {
+    real_rate_of(&terminal(name)?, wanted)
+}
+
+fn real_rate_of(terminal: &Path, wanted: u32) -> Option<u32> {
+    number(&terminal.join("type")).filter(|kind| FAMILY_8250.contains(kind))?;
+    let base = number(&terminal.join("uartclk"))?.checked_div(SAMPLES_PER_BIT)?;
+    let divisor = base.saturating_add(wanted.checked_div(2)?).checked_div(wanted)?.max(1);
+    base.checked_div(divisor).filter(|rate| *rate > 0)
+}
+
+/// The number in a file of the kernel.
+fn number(file: &Path) -> Option<u32> {
+    fs::read_to_string(file).ok()?.trim().parse().ok()
 }
 
 /// The folder of a device below [`TERMINALS`].
@@ -51,15 +119,20 @@ fn switch_transmitter(device: &OwnedFd, name: &str) -> Option<Notice> {
     (!done).then(|| Notice::TransmitterNotSwitched(name.to_owned()))
 }
 
-/// Sets the latency timer of a USB adapter to the minimum.
+/// Sets the latency timer of a USB adapter to the minimum: through the file of the driver, which usually requires root, or
+/// with the flag ASYNC_LOW_LATENCY, which every user of the port may set. Its system call needs `unsafe`, so the program
+/// `setserial` makes it.
 fn lower_latency(terminal: &Path, name: &str) -> Option<Notice> {
     let setting = terminal.join("device/latency_timer");
-    let read = || fs::read_to_string(&setting).ok()?.trim().parse().ok();
-    let is_high = |ms: &u32| *ms > LATENCY_MS;
-    read().filter(is_high)?;
-    // Writing usually requires root, so the value is read back.
-    fs::write(&setting, LATENCY_MS.to_string()).ok();
-    let ms = read().filter(is_high)?;
+    let high = || number(&setting).filter(|ms| *ms > LATENCY_MS);
+    high()?;
+    if fs::write(&setting, LATENCY_MS.to_string()).is_err() || high().is_some() {
+        let mut setserial = Command::new("setserial");
+        setserial.args([name, "low_latency"]).stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null());
+        // Whether it was successful is read back.
+        setserial.status().ok();
+    }
+    let ms = high()?;
     Some(Notice::Latency { name: name.to_owned(), ms, setting })
 }
 
@@ -126,6 +199,69 @@ mod tests {
         assert_eq!(fs::read_to_string(&setting).unwrap(), "1\n", "not written without need");
         fs::remove_file(setting).unwrap();
         assert_eq!(lower_latency(terminal.path(), NAME), None);
+    }
+
+    /// A folder as the kernel makes it for a UART.
+    fn uart(files: &[(&str, &str)]) -> tempfile::TempDir {
+        let terminal = tempfile::tempdir().unwrap();
+        for (name, text) in files {
+            fs::write(terminal.path().join(name), text).unwrap();
+        }
+        terminal
+    }
+
+    /// The clock of a PC's UART, 1.8432 MHz, has 115200 and 38400 bit/s beside 93750 and 45450.
+    #[test]
+    fn the_rate_of_an_8250_follows_from_its_clock() {
+        let terminal = uart(&[("type", "4\n"), ("uartclk", "1843200\n")]);
+        for (wanted, real) in [
+            (9_600, 9_600),
+            (19_200, 19_200),
+            (45_450, 38_400),
+            (93_750, 115_200),
+            (187_500, 115_200),
+            (12_000_000, 115_200),
+        ] {
+            assert_eq!(real_rate_of(terminal.path(), wanted), Some(real), "{wanted}");
+        }
+        let other = uart(&[("type", "32\n"), ("uartclk", "1843200\n")]);
+        assert_eq!(real_rate_of(other.path(), 93_750), None, "a PL011 divides by fractions");
+        assert_eq!(real_rate_of(uart(&[]).path(), 93_750), None);
+    }
+
+    #[test]
+    fn the_delivery_of_a_uart_has_the_trigger_of_its_fifo() {
+        let terminal = uart(&[("rx_trig_bytes", "8\n")]);
+        assert_eq!(delivery_of(terminal.path()), Delivery::Fifo { trigger: Some(8) });
+        assert_eq!(delivery_of(uart(&[]).path()), Delivery::Fifo { trigger: None });
+    }
+
+    #[test]
+    fn the_delivery_of_a_usb_adapter_has_its_latency_or_an_assumption() {
+        let root = tempfile::tempdir().unwrap();
+        let device = root.path().join("usb1/ttyUSB0");
+        fs::create_dir_all(&device).unwrap();
+        let terminal = root.path().join("ttyUSB0");
+        fs::create_dir(&terminal).unwrap();
+        std::os::unix::fs::symlink(&device, terminal.join("device")).unwrap();
+        assert_eq!(delivery_of(&terminal), Delivery::Usb { hold: ASSUMED_LATENCY, is_known: false });
+        fs::write(device.join("latency_timer"), "2\n").unwrap();
+        assert_eq!(delivery_of(&terminal), Delivery::Usb { hold: Duration::from_millis(2), is_known: true });
+    }
+
+    #[test]
+    fn a_program_that_has_a_device_open_is_named() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("ttyUSB0");
+        fs::write(&file, "").unwrap();
+        assert_eq!(other_programs(&file), []);
+        let input = fs::File::open(&file).unwrap();
+        let mut other = Command::new("tail").args(["-f", "/dev/null"]).stdin(input).spawn().unwrap();
+        let found = other_programs(&file);
+        other.kill().unwrap();
+        other.wait().unwrap();
+        // A child has the name of this program until it has replaced itself.
+        assert_eq!(found.iter().map(|(_, pid)| *pid).collect::<Vec<_>>(), [other.id()]);
     }
 
     #[test]

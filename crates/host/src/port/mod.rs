@@ -12,6 +12,7 @@
 //! A port never blocks and never panics: octets that the other side does not take are dropped, and a lost port is an error.
 //! A condition that impairs the port without stopping it is a [`Notice`].
 
+mod delivery;
 mod echo;
 mod error;
 mod marks;
@@ -29,6 +30,7 @@ mod system;
 #[path = "other.rs"]
 mod system;
 
+pub use delivery::{Delivery, SCHEDULING_DELAY};
 pub use error::{CharacterFormat, Parity, PortError};
 pub use notice::{Notice, StoreDamage};
 pub use pty::Pty;
@@ -54,9 +56,15 @@ pub trait Port: Send {
     /// The name of the port as the user wrote it.
     fn name(&self) -> &str;
 
+    /// How received characters reach the program. It may change with [`set_baud`](Self::set_baud) and when the port is
+    /// opened again.
+    fn delivery(&self) -> Delivery {
+        Delivery::Unpaced
+    }
+
     /// Whether the port sends at a baud rate. If not, octets arrive when they are sent.
     fn is_timed(&self) -> bool {
-        false
+        self.delivery().is_timed()
     }
 
     /// The sources that become readable when [`receive`](Self::receive) has something to do.

@@ -17,6 +17,15 @@ pub enum Notice {
         /// The file in which the system keeps the delay.
         setting: PathBuf,
     },
+    /// Another program that respects no lock has the device open.
+    OpenElsewhere {
+        /// The port.
+        name: String,
+        /// The name of the program.
+        program: String,
+        /// The number of its process.
+        pid: u32,
+    },
     /// The kernel does not switch the transmitter of this device.
     TransmitterNotSwitched(String),
     /// The other side does not read. Octets that it does not take are dropped, as on a line.
@@ -67,9 +76,13 @@ impl fmt::Display for Notice {
         match self {
             Self::Latency { name, ms, setting } => write!(
                 f,
-                "{name} delays received octets by up to {ms} ms: run `echo 1 | sudo tee {}`, which holds until the adapter is \
-                 unplugged",
+                "{name} delays received octets by up to {ms} ms, so everything takes longer: install setserial, with which every \
+                 user of the port may set 1 ms, or run `echo 1 | sudo tee {}`, which holds until the adapter is unplugged",
                 setting.display()
+            ),
+            Self::OpenElsewhere { name, program, pid } => write!(
+                f,
+                "{program} (process {pid}) has {name} open too and takes received octets away: end it if stations seem not to answer"
             ),
             Self::TransmitterNotSwitched(name) => write!(
                 f,
@@ -180,6 +193,10 @@ mod tests {
     fn a_notice_says_what_to_do() {
         let setting = PathBuf::from("/sys/class/tty/ttyUSB0/device/latency_timer");
         let text = Notice::Latency { name: "/dev/ttyUSB0".to_owned(), ms: 16, setting }.to_string();
-        assert!(text.contains("16 ms: run `echo 1 | sudo tee /sys/class/tty/ttyUSB0/device/latency_timer`"), "{text}");
+        assert!(
+            text.contains("16 ms, so")
+                && text.contains("or run `echo 1 | sudo tee /sys/class/tty/ttyUSB0/device/latency_timer`"),
+            "{text}"
+        );
     }
 }

@@ -3,12 +3,14 @@
 //! Serial devices and TCP need only POSIX. Adapters must switch their transmitter themselves. The opening of a pty is
 //! detected when the stations on it wake next, which virtual devices do every 100 ms.
 
+use super::Delivery;
 use super::notice::Notice;
 use crate::readiness::Readiness;
 use rustix::fd::OwnedFd;
 use rustix::io::Errno;
 use std::fs;
 use std::path::Path;
+use std::time::Duration;
 
 /// Whether a device is the slave side of a pty, by the names of macOS and the BSDs.
 pub fn is_pty(name: &str) -> bool {
@@ -20,6 +22,21 @@ pub fn is_pty(name: &str) -> bool {
 /// Returns the notice that the kernel does not switch the transmitter.
 pub fn set_up(_device: &OwnedFd, name: &str) -> Vec<Notice> {
     vec![Notice::TransmitterNotSwitched(name.to_owned())]
+}
+
+/// Nothing is known about the driver: characters come as late as by the slowest usual adapter.
+pub fn delivery(_name: &str) -> Delivery {
+    Delivery::Usb { hold: Duration::from_millis(16), is_known: false }
+}
+
+/// Other programs are unknown.
+pub fn open_elsewhere(_name: &str) -> Vec<Notice> {
+    Vec::new()
+}
+
+/// The driver reports the rate itself.
+pub fn real_rate(_name: &str, _wanted: u32) -> Option<u32> {
+    None
 }
 
 /// Reports no openings of the slave side of a pty.

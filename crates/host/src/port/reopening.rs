@@ -4,7 +4,7 @@
 //! opens it again, because opening may block on a name server or on a host that does not answer.
 
 use super::notice::{Notice, Notices};
-use super::{Character, Port, PortError};
+use super::{Character, Delivery, Port, PortError};
 use crate::readiness::{self, Readiness, WakeSource};
 use profivac_dp::link::Baud;
 use std::sync::Arc;
@@ -22,7 +22,7 @@ pub type Opener = Arc<dyn Fn() -> Option<Box<dyn Port>> + Send + Sync>;
 /// A port that is opened again whenever it is lost.
 pub struct Reopening {
     name: String,
-    is_timed: bool,
+    delivery: Delivery,
     opener: Opener,
     state: State,
     generation: u32,
@@ -38,8 +38,8 @@ impl Reopening {
     /// Wraps a port that is open; `opener` opens it again whenever it is lost.
     #[must_use]
     pub fn new(port: Box<dyn Port>, opener: Opener) -> Self {
-        let (name, is_timed) = (port.name().to_owned(), port.is_timed());
-        Self { name, is_timed, opener, state: State::Open(port), generation: 0, notices: Notices::default() }
+        let (name, delivery) = (port.name().to_owned(), port.delivery());
+        Self { name, delivery, opener, state: State::Open(port), generation: 0, notices: Notices::default() }
     }
 
     /// Starts the search for a lost port. Passes other errors on.
@@ -59,6 +59,7 @@ impl Reopening {
         if let State::Lost(search) = &self.state
             && let Ok(port) = search.opened.try_recv()
         {
+            self.delivery = port.delivery();
             self.state = State::Open(port);
             self.generation = self.generation.wrapping_add(1);
             self.notices.extend([Notice::Reopened(self.name.clone())]);
@@ -71,8 +72,8 @@ impl Port for Reopening {
         &self.name
     }
 
-    fn is_timed(&self) -> bool {
-        self.is_timed
+    fn delivery(&self) -> Delivery {
+        self.delivery
     }
 
     fn readiness(&self) -> Vec<Readiness<'_>> {

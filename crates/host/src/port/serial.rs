@@ -6,24 +6,37 @@
 use super::echo::Echo;
 use super::marks::Marks;
 use super::notice::{DropCounter, Notice, Notices};
-use super::{CHUNK, Character, CharacterFormat, Parity, Port, PortError, system};
+use super::{CHUNK, Character, CharacterFormat, Delivery, Parity, Port, PortError, system};
+use crate::clock::duration_of;
 use crate::readiness::Readiness;
-use profivac_dp::link::Baud;
+use profivac_dp::link::{Baud, CHARACTER_TBIT};
 use rustix::fd::OwnedFd;
 use rustix::fs::{FlockOperation, Mode, OFlags, flock};
 use rustix::io::Errno;
 use rustix::termios::{
     ControlModes, InputModes, OptionalActions, QueueSelector, Termios, ioctl_tiocexcl, tcflush, tcgetattr, tcsetattr,
 };
+use std::sync::mpsc::channel;
+use std::time::{Duration, Instant};
 
 /// The tolerated deviation of the rate is one part in this many: a character of 11 bits is then still sampled correctly.
 const RATE_TOLERANCE: u32 = 50;
+
+/// The longest time that octets need to leave: a few of the longest telegrams at the lowest rate. free choice.
+const MAX_SENDING_TIME: Duration = Duration::from_millis(600);
+
+/// The time that a driver has to close a device before the program goes on without waiting. free choice.
+const CLOSING_TIME: Duration = Duration::from_millis(100);
 
 /// An open serial device.
 #[derive(Debug)]
 pub struct Serial {
     name: String,
     device: OwnedFd,
+    baud: Baud,
+    delivery: Delivery,
+    /// When the octets sent so far have left.
+    sending_until: Instant,
     /// On a UART: characters with errors, and the echo of sent octets. `None` on a pty, which has neither.
     uart: Option<(Marks, Echo)>,
     drops: DropCounter,
@@ -48,15 +61,54 @@ impl Serial {
         if is_pty {
             set(&device, to_8e1(settings), baud).map_err(opening)?;
         } else {
+            // Before the lock: it may start a program that opens the device.
+            notices.extend(system::set_up(&device, name));
             // A lock that programs without flock respect too. On a pty it would outlive this process.
             ioctl_tiocexcl(&device).map_err(opening)?;
-            notices.extend(system::set_up(&device, name));
             set(&device, with_error_marks(to_8e1(settings)), baud).map_err(opening)?;
             verify(&tcgetattr(&device).map_err(opening)?, name, baud)?;
+            notices.extend(system::open_elsewhere(name));
         }
         tcflush(&device, QueueSelector::IOFlush).map_err(opening)?;
         let uart = (!is_pty).then(|| (Marks::default(), Echo::default()));
-        Ok(Self { name: name.to_owned(), device, uart, drops: DropCounter::default(), notices })
+        let delivery = if is_pty { Delivery::Unpaced } else { system::delivery(name) };
+        Ok(Self {
+            name: name.to_owned(),
+            device,
+            baud,
+            delivery,
+            sending_until: Instant::now(),
+            uart,
+            drops: DropCounter::default(),
+            notices,
+        })
+    }
+}
+
+impl Drop for Serial {
+    /// Closes the device without waiting for hardware that takes no data.
+    ///
+    /// The kernel waits up to 30 s for such octets when a device is closed, also when a process ends. So the sent octets get
+    /// the time that they need on the line, the rest is discarded, and a thread closes the device: a process that ends does
+    /// not wait for its threads.
+    fn drop(&mut self) {
+        if self.uart.is_none() {
+            return;
+        }
+        std::thread::sleep(self.sending_until.saturating_duration_since(Instant::now()).min(MAX_SENDING_TIME));
+        tcflush(&self.device, QueueSelector::OFlush).ok();
+        let Ok(last) = self.device.try_clone() else { return };
+        let (closed_here, closed) = channel::<()>();
+        let close = move || {
+            drop(last);
+            drop(closed_here);
+        };
+        // This descriptor is closed when `self` is; the clone keeps the device open until then.
+        if let Ok(null) = rustix::fs::open("/dev/null", OFlags::RDONLY | OFlags::CLOEXEC, Mode::empty()) {
+            self.device = null;
+            std::thread::Builder::new().name("close a port".to_owned()).spawn(close).ok();
+            closed.recv_timeout(CLOSING_TIME).ok();
+        }
     }
 }
 
@@ -93,13 +145,12 @@ fn verify(taken: &Termios, name: &str, baud: Baud) -> Result<(), PortError> {
         return Err(PortError::UnsupportedCharacter { name: name.to_owned(), offered });
     }
     let wanted = baud.bits_per_second();
-    // The rates of transmitter and receiver.
-    for offered in [taken.output_speed(), taken.input_speed()] {
-        if offered.abs_diff(wanted) > wanted / RATE_TOLERANCE {
-            return Err(PortError::UnsupportedRate { name: name.to_owned(), baud, offered });
-        }
+    // First the rate that the driver does not report: an impossible one leaves the previous rate set.
+    let rates = [system::real_rate(name, wanted), Some(taken.output_speed()), Some(taken.input_speed())];
+    match rates.into_iter().flatten().find(|offered| offered.abs_diff(wanted) > wanted / RATE_TOLERANCE) {
+        Some(offered) => Err(PortError::UnsupportedRate { name: name.to_owned(), baud, offered: Some(offered) }),
+        None => Ok(()),
     }
-    Ok(())
 }
 
 /// Data bits, parity and stop bits of a driver.
@@ -124,8 +175,8 @@ impl Port for Serial {
         &self.name
     }
 
-    fn is_timed(&self) -> bool {
-        self.uart.is_some()
+    fn delivery(&self) -> Delivery {
+        self.delivery
     }
 
     fn readiness(&self) -> Vec<Readiness<'_>> {
@@ -159,6 +210,8 @@ impl Port for Serial {
         };
         if let Some((_, echo)) = &mut self.uart {
             echo.sent(octets.get(..taken).unwrap_or_default());
+            let duration = duration_of(self.baud, CHARACTER_TBIT.saturating_mul(taken as u64));
+            self.sending_until = self.sending_until.max(Instant::now()) + duration;
         }
         self.notices.extend(self.drops.sent(&self.name, octets.len(), taken));
         Ok(())
@@ -167,15 +220,18 @@ impl Port for Serial {
     fn set_baud(&mut self, baud: Baud) -> Result<(), PortError> {
         let Some(uart) = &mut self.uart else { return Err(PortError::NoBaudRate(self.name.clone())) };
         let using = |errno| PortError::using(&self.name, errno);
-        let settings = tcgetattr(&self.device).map_err(using)?;
-        let offered = settings.output_speed();
-        match set(&self.device, settings, baud) {
-            Err(Errno::INVAL) => return Err(PortError::UnsupportedRate { name: self.name.clone(), baud, offered }),
+        let device = &self.device;
+        let settings = tcgetattr(device).map_err(using)?;
+        match set(device, settings, baud) {
+            Err(Errno::INVAL) => {
+                return Err(PortError::UnsupportedRate { name: self.name.clone(), baud, offered: None });
+            }
             done => done.map_err(using)?,
         }
-        verify(&tcgetattr(&self.device).map_err(using)?, &self.name, baud)?;
+        verify(&tcgetattr(device).map_err(using)?, &self.name, baud)?;
         // Octets received at the old rate are meaningless at the new one.
-        tcflush(&self.device, QueueSelector::IOFlush).map_err(using)?;
+        tcflush(device, QueueSelector::IOFlush).map_err(using)?;
+        self.baud = baud;
         *uart = Default::default();
         Ok(())
     }
@@ -220,7 +276,10 @@ mod tests {
             assert_eq!(verify(&settings(MODES, speed), "port", Baud::B93750).is_ok(), accepted, "{speed}");
         }
         let refused = verify(&settings(MODES, 115_200), "port", Baud::B93750).unwrap_err().to_string();
-        assert_eq!(refused, "port cannot run at 93.75 kbit/s: the driver set 115200 bit/s instead");
+        assert_eq!(
+            refused,
+            "port cannot run at 93.75 kbit/s, it would run at 115200 bit/s: use another adapter or another rate"
+        );
     }
 
     #[test]

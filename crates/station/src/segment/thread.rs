@@ -134,7 +134,8 @@ impl SegmentThread {
     fn open(&self) -> Result<BusSession, SessionError> {
         let config::Segment { port, baud, master, .. } = &self.config;
         let port = open::port(port, *baud)?;
-        let mut session = BusSession::new(port, *baud, bus_parameters(*master, *baud), TIMEOUT)?;
+        let bus = bus_parameters(*master, *baud, port.delivery());
+        let mut session = BusSession::new(port, *baud, bus, TIMEOUT)?;
         session.master().set_mode(Mode::Operate);
         session.set_background_task(self.background_task());
         Ok(session)

@@ -4,7 +4,7 @@ use crate::rig::{BAUD, Line, MASTER};
 use profivac_client::pressure::Pressure;
 use profivac_dp::link::active::BusParameters;
 use profivac_host::clock::tbit_of;
-use profivac_host::port::{Port, Pty, TcpServer};
+use profivac_host::port::{Delivery, Port, Pty, TcpServer};
 use profivac_host::segment::Segment;
 use profivac_host::session::{BusMaster, BusSession, bus_parameters};
 use profivac_vacuum::Gas;
@@ -119,7 +119,7 @@ const SLOT: Duration = Duration::from_millis(400);
 /// The bus parameters of a master in a small ring, without a GAP behind the last station.
 pub fn bus_of(address: u8, hsa: u8) -> BusParameters {
     let slot_tbit = u32::try_from(tbit_of(BAUD, SLOT)).unwrap();
-    BusParameters { hsa, slot_tbit, retry_limit: 3, ..bus_parameters(address, BAUD) }
+    BusParameters { hsa, slot_tbit, retry_limit: 3, ..bus_parameters(address, BAUD, Delivery::Unpaced) }
 }
 
 /// A master and its devices in real time.

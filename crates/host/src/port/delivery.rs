@@ -1,0 +1,149 @@
+//! When the characters that a line carries reach the program: facts of the port and its driver.
+//!
+//! Between the last bit of a character and the program are a FIFO or a USB adapter, which hold characters back and then
+//! deliver several at once. A receiver on such a port tolerates the pauses that this puts between the characters of a
+//! telegram, and a master on it waits longer for an answer.
+
+use crate::clock::{duration_of, tbit_of};
+use profivac_dp::link::{Baud, CHARACTER_TBIT, T_SYN_TBIT};
+use std::fmt;
+use std::time::Duration;
+
+/// The time by which the operating system may run a program too late. free choice: longer than the usual delays of a
+/// computer that is not overloaded.
+pub const SCHEDULING_DELAY: Duration = Duration::from_millis(2);
+
+/// The interval at which a full-speed USB device may transfer data: a frame. USB 2.0, 5.2.3.
+const USB_FRAME: Duration = Duration::from_millis(1);
+
+/// The characters after which a UART delivers what its FIFO holds. Datasheet of the 16550D: FIFO timeout interrupt.
+const FIFO_TIMEOUT_CHARACTERS: u64 = 4;
+
+/// The delay that is added to the slot time where nothing is known about the port. free choice: a serial server, or another
+/// program on a loaded computer.
+const UNKNOWN_DELAY: Duration = Duration::from_millis(20);
+
+/// How a port delivers received characters.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Delivery {
+    /// As soon as they are sent, at no rate: a pty, TCP, a segment in memory. Nothing is known about the delay.
+    #[default]
+    Unpaced,
+    /// By a UART with a FIFO: when it holds `trigger` characters, or four characters after the last one.
+    Fifo {
+        /// The number of characters, if the driver reports it.
+        trigger: Option<u8>,
+    },
+    /// By a USB adapter, which collects characters for as long as `hold`.
+    Usb {
+        /// The longest time for which the adapter keeps a character.
+        hold: Duration,
+        /// Whether `hold` is the setting of the adapter or an assumption.
+        is_known: bool,
+    },
+}
+
+impl Delivery {
+    /// Whether the port sends and receives at a baud rate.
+    #[must_use]
+    pub const fn is_timed(self) -> bool {
+        !matches!(self, Self::Unpaced)
+    }
+
+    /// The longest time from the last bit of a character to its delivery.
+    #[must_use]
+    pub fn delay(self, baud: Baud) -> Duration {
+        let held = match self {
+            Self::Unpaced => Duration::ZERO,
+            // A trigger of one or two characters delivers earlier, but not the last characters of a telegram in general.
+            Self::Fifo { .. } => duration_of(baud, FIFO_TIMEOUT_CHARACTERS.saturating_mul(CHARACTER_TBIT)),
+            Self::Usb { hold, .. } => hold.saturating_add(USB_FRAME),
+        };
+        held.saturating_add(SCHEDULING_DELAY)
+    }
+
+    /// The silence after which the line counts as idle, and the longest tolerated pause within a telegram, in bit times.
+    #[must_use]
+    pub fn idle_tbit(self, baud: Baud) -> u64 {
+        tbit_of(baud, self.delay(baud)).max(T_SYN_TBIT)
+    }
+
+    /// The time that a master on this port adds to the slot time: its request leaves late, and the answer is delivered late.
+    #[must_use]
+    pub fn slot_delay(self, baud: Baud) -> Duration {
+        let leaves = match self {
+            Self::Unpaced => return UNKNOWN_DELAY,
+            Self::Fifo { .. } => SCHEDULING_DELAY,
+            Self::Usb { .. } => SCHEDULING_DELAY.saturating_add(USB_FRAME),
+        };
+        leaves.saturating_add(self.delay(baud))
+    }
+
+    /// The slot time that a foreign master needs to hear a slave on this port, in bit times. `None` for a port without a
+    /// rate.
+    #[must_use]
+    pub fn master_slot_tbit(self, baud: Baud, max_tsdr_tbit: u64) -> Option<u64> {
+        let delay = self.is_timed().then(|| tbit_of(baud, self.slot_delay(baud)))?;
+        // The slot time ends with the first character of the answer.
+        Some(max_tsdr_tbit.saturating_add(delay).saturating_add(CHARACTER_TBIT))
+    }
+}
+
+impl fmt::Display for Delivery {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Unpaced => f.write_str("no baud rate"),
+            Self::Fifo { trigger: Some(trigger) } => {
+                write!(f, "a UART whose FIFO delivers {trigger} characters at once")
+            }
+            Self::Fifo { trigger: None } => f.write_str("a UART"),
+            Self::Usb { hold, is_known: true } => {
+                write!(f, "a USB adapter that collects characters for {} ms", hold.as_millis())
+            }
+            Self::Usb { hold, is_known: false } => write!(
+                f,
+                "a USB adapter whose driver does not tell how long it collects characters; {} ms are assumed",
+                hold.as_millis()
+            ),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const FTDI: Delivery = Delivery::Usb { hold: Duration::from_millis(16), is_known: true };
+    const FIFO: Delivery = Delivery::Fifo { trigger: Some(8) };
+
+    /// A telegram of 17 characters on a 16550A with trigger 8: 8, 8, and one four characters later.
+    #[test]
+    fn the_last_characters_of_a_telegram_may_wait_for_the_timeout_of_the_fifo() {
+        for baud in [Baud::B9600, Baud::B19200, Baud::B45450, Baud::B93750] {
+            let pause = FIFO_TIMEOUT_CHARACTERS * CHARACTER_TBIT;
+            assert!(FIFO.idle_tbit(baud) >= pause, "{} at {baud}", FIFO.idle_tbit(baud));
+        }
+    }
+
+    #[test]
+    fn packets_of_a_usb_adapter_may_be_its_latency_and_a_frame_apart() {
+        for baud in [Baud::B19200, Baud::B187500, Baud::B1500000] {
+            assert!(FTDI.idle_tbit(baud) >= tbit_of(baud, Duration::from_millis(17)), "at {baud}");
+        }
+    }
+
+    #[test]
+    fn a_port_without_a_rate_keeps_the_strict_rule_as_far_as_it_can_measure() {
+        assert_eq!(Delivery::Unpaced.idle_tbit(Baud::B9600), T_SYN_TBIT);
+        assert_eq!(Delivery::Unpaced.idle_tbit(Baud::B93750), tbit_of(Baud::B93750, SCHEDULING_DELAY));
+    }
+
+    #[test]
+    fn a_master_waits_for_what_the_port_delays() {
+        assert_eq!(FTDI.slot_delay(Baud::B19200), Duration::from_millis(2 + 1 + 16 + 1 + 2));
+        assert_eq!(Delivery::Unpaced.slot_delay(Baud::B19200), UNKNOWN_DELAY);
+        assert_eq!(Delivery::Unpaced.master_slot_tbit(Baud::B19200, 60), None);
+        assert_eq!(FTDI.master_slot_tbit(Baud::B19200, 60), Some(60 + 422 + 11));
+    }
+}
