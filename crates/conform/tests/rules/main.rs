@@ -50,6 +50,27 @@ fn every_virtual_device_breaks_no_rule() {
     }
 }
 
+/// A device is tested in all services that it has. Their user parameters leave MS1 closed.
+#[test]
+fn a_rule_is_not_tested_on_a_virtual_device_for_want_of_a_service_only() {
+    for model in MODELS {
+        let (mut line, subject) = virtual_device(model.name);
+        for result in results(&mut line, &subject) {
+            let lacks = match result.outcome {
+                Outcome::Passed => continue,
+                Outcome::NotTested(Reason::Without(service)) => service,
+                other => panic!("{}: {}: {other:?}", model.name, result.check.name),
+            };
+            let expected = match lacks {
+                Service::Sync | Service::Freeze | Service::Ms1 => true,
+                Service::Ms2 => !model.features.dpv1,
+                _ => false,
+            };
+            assert!(expected, "{}: {}: {lacks:?}", model.name, result.check.name);
+        }
+    }
+}
+
 /// A rule that no correct slave is tested against could not be trusted.
 #[test]
 fn the_small_slave_keeps_every_rule() {
