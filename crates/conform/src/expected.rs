@@ -170,13 +170,13 @@ pub enum Reason {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Service {
-    /// MS1: access point 51 refuses or is silent during data exchange.
+    /// MS1: access point 51 is closed during data exchange.
     Ms1,
-    /// MS2: access point 49 refuses or is silent.
+    /// MS2: access point 49 is closed.
     Ms2,
-    /// RD_Inp: access point 56 refuses or is silent during data exchange.
+    /// RD_Inp: access point 56 is closed during data exchange.
     RdInp,
-    /// RD_Outp: access point 57 refuses or is silent during data exchange.
+    /// RD_Outp: access point 57 is closed during data exchange.
     RdOutp,
     /// Sync: Not_Supported after Sync_Req.
     Sync,
@@ -302,10 +302,10 @@ impl fmt::Display for Reason {
 impl fmt::Display for Service {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
-            Self::Ms1 => "MS1 with these parameters: access point 51 is not open during data exchange",
-            Self::Ms2 => "MS2: access point 49 is not open",
-            Self::RdInp => "RD_Inp: access point 56 is not open during data exchange",
-            Self::RdOutp => "RD_Outp: access point 57 is not open during data exchange",
+            Self::Ms1 => "MS1 with these parameters: access point 51 is closed during data exchange",
+            Self::Ms2 => "MS2: access point 49 is closed",
+            Self::RdInp => "RD_Inp: access point 56 is closed during data exchange",
+            Self::RdOutp => "RD_Outp: access point 57 is closed during data exchange",
             Self::Sync => "Sync: it reports Not_Supported",
             Self::Freeze => "Freeze: it reports Not_Supported",
         })
@@ -384,6 +384,6 @@ mod tests {
     fn a_reason_names_the_rule_or_the_service() {
         let reason = Reason::After("start-up.exchange");
         assert_eq!(reason.to_string(), "the slave breaks start-up.exchange");
-        assert_eq!(Reason::Without(Service::Ms2).to_string(), "the slave has no MS2: access point 49 is not open");
+        assert_eq!(Reason::Without(Service::Ms2).to_string(), "the slave has no MS2: access point 49 is closed");
     }
 }

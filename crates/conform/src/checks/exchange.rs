@@ -137,13 +137,12 @@ fn outputs_closed(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
     dialogue.expect_closed(dialogue.own_address(), Sap::RdOutp, &[], Closed::NotExchanging).tested()
 }
 
-/// Reads an image during data exchange. A slave without the service refuses the request or is silent.
+/// Reads an image during data exchange. A slave without the service refuses the request.
 fn image(dialogue: &mut Dialogue<'_>, sap: Sap, service: Service) -> CheckOutcome<Answer> {
     match dialogue.request(sap, &[]) {
         Ok(answer) if answer.is_closed() => without(service),
         Ok(answer) => Ok(answer),
-        Err(StepError::Unexpected(_)) => without(service),
-        Err(StepError::Port(error)) => Err(error.into()),
+        Err(error) => Err(error).prepared(),
     }
 }
 

@@ -54,8 +54,7 @@ fn poll(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
     match dialogue.request(Sap::Ms1, &[]) {
         Ok(answer) if answer.is_closed() => without(Service::Ms1),
         Ok(answer) => require(answer.is_acknowledgement(), Expected::Acknowledgement).tested(),
-        Err(StepError::Unexpected(_)) => without(Service::Ms1),
-        Err(StepError::Port(error)) => Err(error.into()),
+        Err(error) => Err(error).prepared(),
     }
 }
 

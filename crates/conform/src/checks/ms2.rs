@@ -140,8 +140,7 @@ fn manager(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
         Ok(answer) if answer.is_acknowledgement() => dialogue.poll(Sap::ResourceManager).tested()?,
         Ok(answer) => answer,
         // A slave that is silent on closed access points breaks another rule.
-        Err(StepError::Unexpected(_)) => return without(Service::Ms2),
-        Err(StepError::Port(error)) => return Err(error.into()),
+        Err(error) => return Err(error).prepared(),
     };
     let sap = parse_manager(&answer).tested()?;
     close(dialogue, sap, Ok(()))
