@@ -50,7 +50,8 @@ fn changes_of_pressure_and_power_are_shown() {
     let folder = Folder::new();
     let (mut simulation, path) = simulation(&folder, &["bcg450@5"]);
     let monitor = Program::start(&["monitor", "--port", &path, "--own", "--csv", "5"]);
-    let header = "unix_time,address,device,pressure,unit,mbar,instance,state,remarks,exchanges,lost,quality,limit_mbar,inputs";
+    let header =
+        "unix_time,address,device,pressure,unit,mbar,instance,state,remarks,exchanges,lost,quality,limit_mbar,inputs";
     assert_eq!(monitor.line(), header);
     let shows = |text: &str| {
         for _ in 0..20 {

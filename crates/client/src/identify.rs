@@ -104,10 +104,8 @@ mod tests {
     #[test]
     fn the_device_configuration_identifies_the_model_of_a_series() {
         for variant in &VARIANTS {
-            let best = VARIANTS
-                .iter()
-                .max_by_key(|other| similarity(variant.configuration, other.configuration))
-                .unwrap();
+            let best =
+                VARIANTS.iter().max_by_key(|other| similarity(variant.configuration, other.configuration)).unwrap();
             assert_eq!(best.configuration, variant.configuration);
         }
     }

@@ -331,7 +331,7 @@ fn a_pipe_in_portions_of_any_size_has_the_result_of_a_file() {
 #[test]
 fn a_large_packet_and_a_long_line_become_chunks_of_limited_size() {
     use profivac_sim::trace::{Entry, Trace, pcapng};
-    let entry = Entry { start: profivac_dp::link::BitTime(7), octets: [0xE5; 100_000].into(), errors: vec![50_000] };
+    let entry = Entry::new(profivac_dp::link::BitTime(7), [0xE5; 100_000], vec![50_000]);
     let trace = Trace { baud: Baud::B500000, entries: [entry].into() };
     let text = "E5 ".repeat(100_000);
     for file in

@@ -415,8 +415,11 @@ mod tests {
         for (address, begins_ms) in [(1, 1_500), (1, 9_000), (60, 9_000), (125, 1_500), (125, 5_500), (125, 12_000)] {
             let mut bus = Segment::new(baud);
             let master = |address, now| {
-                let mut station =
-                    BusMaster::on(bus_parameters(address, baud, Delivery::Unpaced).check().unwrap(), Settings::new(baud), now);
+                let mut station = BusMaster::on(
+                    bus_parameters(address, baud, Delivery::Unpaced).check().unwrap(),
+                    Settings::new(baud),
+                    now,
+                );
                 station.delay_gap_scan();
                 station
             };

@@ -3,8 +3,8 @@
 use super::Demo;
 use super::trend::Trend;
 use profivac_client::cyclic::{ChannelValue, CyclicSlave};
-use profivac_devices::{Principle, ReportedState};
 use profivac_devices::reading::Quality;
+use profivac_devices::{Principle, ReportedState};
 use profivac_dp::master::Counters;
 use profivac_host::clock::duration_of;
 use profivac_virtual::device::VirtualDevice;

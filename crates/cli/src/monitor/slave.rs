@@ -5,6 +5,7 @@ use crate::bus;
 use crate::failure::Failure;
 use profivac_client::cyclic::CyclicSlave;
 use profivac_client::discover::CyclicError;
+use profivac_client::identify::device_names;
 use profivac_dp::master::{SlaveParameters, services};
 use profivac_host::scan::probe;
 use profivac_host::session::{BusSession, Reply, SessionError, add_or_restart};
@@ -81,7 +82,7 @@ impl MonitoredSlave {
     /// An unknown slave of another master, if RD_Inp returns its inputs.
     fn owned(session: &mut BusSession, address: u8, owner: u8) -> Result<Option<Self>, Failure> {
         let status = probe(session, address)?.and_then(|station| station.slave);
-        let Some(status) = status.filter(|status| status.device_names().is_empty()) else { return Ok(None) };
+        let Some(status) = status.filter(|status| device_names(status.ident).is_empty()) else { return Ok(None) };
         let mut state = ReadState::default();
         state.read(session, address);
         let access = Access::Read { owner, state };

@@ -73,10 +73,8 @@ mod tests {
             state: "DATA".to_owned(),
             exchanges: 1234,
             lost: 5,
-            ..Row::empty(segment, 5, "bcg450".to_owned(), 1.5)
             quality: Some(Quality::Valid),
-            limit_mbar: None,
-            limit: None,
+            ..Row::empty(segment, 5, "bcg450".to_owned(), 1.5)
         }
     }
 

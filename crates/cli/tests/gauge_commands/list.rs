@@ -79,6 +79,12 @@ fn a_dump_has_every_value() {
 #[test]
 fn a_controller_without_acyclic_services_is_dumped_by_the_parameter_channel() {
     let line = Line::with(&["tpg500@6"]);
-    line.fails("dump", 6, &[], 1, "tpg300 or tpg500 at address 6: no parameter of it can be read by this service; say --via pkw");
+    line.fails(
+        "dump",
+        6,
+        &[],
+        1,
+        "tpg300 or tpg500 at address 6: no parameter of it can be read by this service; say --via pkw",
+    );
     golden("dump/tpg500.txt", &line.output("dump", 6, &["--via", "pkw", "--own"]));
 }

@@ -6,8 +6,8 @@ use crate::names::NamedParameter;
 use crate::pressure::Pressure;
 use crate::records::Records;
 use crate::values::{Value, pressure_format};
-use profivac_devices::reading::is_pressure;
 use profivac_devices::model::{NumberType, Role};
+use profivac_devices::reading::is_pressure;
 
 /// A pressure reading with its validity.
 #[derive(Clone, Copy, Debug, PartialEq)]

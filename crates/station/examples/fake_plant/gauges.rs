@@ -107,12 +107,12 @@ pub fn large() -> Vec<Fake> {
             name: format!("s{segment:02}-{address:02}").leak(),
             segment: format!("segment {segment:02}").leak(),
             address,
-            parts: &[("hot-cathode", Shape::Drift { pa: 3.1e-5, decades: 0.2, period: 900.0 })],
+            parts: &[(Principle::HotCathode, Shape::Drift { pa: 3.1e-5, decades: 0.2, period: 900.0 })],
             ..HALL
         };
         match number {
             100 => Fake { state: BusStationState::Fault, exceptions: &["device alarm"], ..fake },
-            300 => Fake { state: BusStationState::Missing, parts: &[("pirani", Shape::Lost(8.7))], ..fake },
+            300 => Fake { state: BusStationState::Missing, parts: &[(Principle::Pirani, Shape::Lost(8.7))], ..fake },
             _ => fake,
         }
     });

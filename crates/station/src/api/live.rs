@@ -298,7 +298,7 @@ mod tests {
         Reading {
             series: series.to_owned(),
             instance: 1,
-            principle: Some("pirani"),
+            principle: Some(profivac_devices::Principle::Pirani),
             pa: Some(pa),
             limit_pa: None,
             corrected_pa: Some(pa),

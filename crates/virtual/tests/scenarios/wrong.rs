@@ -77,7 +77,10 @@ fn an_impossible_event_is_an_error_before_the_start() {
             "x.toml:12:9: expected a valve, tube, leak or vent, got \"gaet\"; known: gate; did you mean \"gate\"?",
         ),
         ("start = [\"gate\"]", "x.toml:12:10: expected a pump, got \"gate\"; there is none"),
-        ("fault = [{ device = 6, name = \"ram\" }]", "x.toml:12:21: device: expected the address of a gauge, got 6; known: 5"),
+        (
+            "fault = [{ device = 6, name = \"ram\" }]",
+            "x.toml:12:21: device: expected the address of a gauge, got 6; known: 5",
+        ),
         (
             "fault = [{ device = 5, name = \"sensor3\" }]",
             "x.toml:12:31: name: expected a fault or control of bpg400, got \"sensor3\"; it has eeprom, ram",
