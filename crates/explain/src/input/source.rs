@@ -65,7 +65,7 @@ struct LongChunk {
 /// Format of a file, with the state of its reader.
 enum Format {
     /// Text with hexadecimal octets.
-    Text(text::Reader),
+    Text(Box<text::Reader>),
     /// Binary octets.
     Octets,
     /// A capture file.
@@ -166,7 +166,7 @@ impl<R: Read> Source<R> {
             SourceKind::Pcapng => self.begin_capture()?,
             SourceKind::Trace => self.begin_trace()?,
             SourceKind::Text => {
-                let mut reader = text::Reader::default();
+                let mut reader = Box::<text::Reader>::default();
                 if has_mark {
                     reader.ignore(IgnoredKind::ByteOrderMark, "EF BB BF");
                 }

@@ -141,7 +141,7 @@ fn group_octets(group: &str, width: usize, may_swap: bool) -> Option<Vec<u8>> {
         (3, true) => u8::from_str_radix(group, 8).ok().map(|octet| vec![octet]),
         (6, true) => u16::from_str_radix(group, 8).ok().map(|number| number.to_le_bytes().to_vec()),
         _ => {
-            let is_group = group.len() % 2 == 0 && group.bytes().all(|digit| digit.is_ascii_hexdigit());
+            let is_group = group.len().is_multiple_of(2) && group.bytes().all(|digit| digit.is_ascii_hexdigit());
             let mut octets = is_group.then(|| pairs(group, 0).octets)?;
             if may_swap && matches!(width, 4 | 8 | 16) {
                 octets.reverse();
