@@ -36,7 +36,7 @@ pub struct Source<R> {
     pub times: TimeSource,
     /// The number of octets in the chunks so far.
     pub octets: u64,
-    /// What may be octets and is in no chunk. The caller takes it.
+    /// Text that may be octets and is in no chunk. The caller takes it.
     pub left_over: Vec<LeftOver>,
     /// Damage that ends a capture file or a trace early.
     pub damage: Option<Damage>,

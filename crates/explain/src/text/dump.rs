@@ -196,7 +196,7 @@ pub(super) struct Column {
 pub(super) enum Step {
     /// It is the expected address.
     Next,
-    /// It ends the dump early: so many octets that are none complete the last word.
+    /// It ends the dump early: this number of octets completes the last word and is not in the input.
     Padded(u64),
     /// The dump begins again.
     Restart,
