@@ -140,7 +140,7 @@ fn report_ignored(ignored: &Ignored, name: &str) {
     }
 }
 
-/// What may be octets and was not decoded.
+/// Counts text that may be octets and was not decoded.
 #[derive(Debug, Default)]
 struct LeftOverCount {
     octets: u64,

@@ -105,7 +105,7 @@ struct LeftOverRow<'a> {
     octets: usize,
 }
 
-/// What was read.
+/// The octets that were read.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Accounting {
     /// Kind of the file; `None` for a port.

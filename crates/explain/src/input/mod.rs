@@ -27,7 +27,7 @@ pub struct Capture {
     pub chunks: Vec<Chunk>,
     /// The number of octets in the chunks.
     pub octets: u64,
-    /// What may be octets and is in no chunk.
+    /// Text that may be octets and is in no chunk.
     pub left_over: Vec<LeftOver>,
     /// The text that is not octets.
     pub ignored: Ignored,

@@ -36,7 +36,7 @@ pub struct Source<R> {
     pub times: TimeSource,
     /// The number of octets in the chunks so far.
     pub octets: u64,
-    /// What may be octets and is in no chunk. The caller takes it.
+    /// Text that may be octets and is in no chunk. The caller takes it.
     pub left_over: Vec<LeftOver>,
     /// Damage that ends a capture file or a trace early.
     pub damage: Option<Damage>,
@@ -65,7 +65,7 @@ struct LongChunk {
 /// Format of a file, with the state of its reader.
 enum Format {
     /// Text with hexadecimal octets.
-    Text(text::Reader),
+    Text(Box<text::Reader>),
     /// Binary octets.
     Octets,
     /// A capture file.
@@ -166,7 +166,7 @@ impl<R: Read> Source<R> {
             SourceKind::Pcapng => self.begin_capture()?,
             SourceKind::Trace => self.begin_trace()?,
             SourceKind::Text => {
-                let mut reader = text::Reader::default();
+                let mut reader = Box::<text::Reader>::default();
                 if has_mark {
                     reader.ignore(IgnoredKind::ByteOrderMark, "EF BB BF");
                 }

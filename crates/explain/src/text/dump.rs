@@ -141,7 +141,7 @@ fn group_octets(group: &str, width: usize, may_swap: bool) -> Option<Vec<u8>> {
         (3, true) => u8::from_str_radix(group, 8).ok().map(|octet| vec![octet]),
         (6, true) => u16::from_str_radix(group, 8).ok().map(|number| number.to_le_bytes().to_vec()),
         _ => {
-            let is_group = group.len() % 2 == 0 && group.bytes().all(|digit| digit.is_ascii_hexdigit());
+            let is_group = group.len().is_multiple_of(2) && group.bytes().all(|digit| digit.is_ascii_hexdigit());
             let mut octets = is_group.then(|| pairs(group, 0).octets)?;
             if may_swap && matches!(width, 4 | 8 | 16) {
                 octets.reverse();
@@ -196,7 +196,7 @@ pub(super) struct Column {
 pub(super) enum Step {
     /// It is the expected address.
     Next,
-    /// It ends the dump early: so many octets that are none complete the last word.
+    /// It ends the dump early: this number of octets completes the last word and is not in the input.
     Padded(u64),
     /// The dump begins again.
     Restart,

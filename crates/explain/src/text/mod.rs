@@ -107,12 +107,12 @@ fn shortened(text: &str) -> String {
     text.split_whitespace().collect::<Vec<_>>().join(" ").chars().take(SHOWN).collect()
 }
 
-/// What was read.
+/// The octets of a text, and the text that may be octets.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Found {
     /// The octets.
     pub rows: VecDeque<Row>,
-    /// What may be octets and is in no row.
+    /// Text that may be octets and is in no row.
     pub left_over: Vec<LeftOver>,
 }
 
@@ -138,7 +138,7 @@ pub struct Reader {
     has_more_lines: bool,
 }
 
-/// What is known about the address column.
+/// State of the search for an address column.
 #[derive(Clone, Debug, Default)]
 enum Addresses {
     /// No line has had an address.
