@@ -5,6 +5,7 @@ use crate::recording::RecorderHandle;
 use crate::view::{self, BusStationState};
 use profivac_client::cyclic::{ChannelValue, CyclicSlave, CyclicValues};
 use profivac_client::discover::CyclicError;
+use profivac_client::records::{RecordError, Unavailable};
 use profivac_devices::Principle;
 use profivac_devices::profile::StatusExtension;
 use profivac_dp::link::{Baud, BitTime};
@@ -21,6 +22,9 @@ use std::time::{Duration, Instant};
 
 /// The time between two searches for a missing gauge.
 const SEARCH_INTERVAL: Duration = Duration::from_secs(3);
+
+/// The time between two searches for a gauge without a free MS2 connection, which it will have soon. free choice.
+const CONNECTION_INTERVAL: Duration = Duration::from_secs(1);
 
 /// A gauge without data for this time is searched from the beginning: another device may answer at its address.
 const SEARCH_AFTER: Duration = Duration::from_secs(5);
@@ -47,6 +51,12 @@ pub enum FindError {
     /// The slave cannot exchange data with this station.
     #[error(transparent)]
     Slave(CyclicError),
+    /// All MS2 connections of the slave are in use, so its unit cannot be read.
+    #[error(
+        "waiting for an MS2 connection left by an earlier connection, for example of a station that was killed: its unit is read over \
+         MS2, and the gauge closes an abandoned connection within 15 s"
+    )]
+    NoConnection,
     /// The station's file names a device that this program does not know.
     #[error(transparent)]
     UnknownDevice(#[from] SpecError),
@@ -76,6 +86,9 @@ impl From<CyclicError> for FindError {
     fn from(error: CyclicError) -> Self {
         match error {
             CyclicError::Session(error) => error.into(),
+            CyclicError::UnreadableUnit { error: RecordError::Unavailable(Unavailable::NoConnection), .. } => {
+                Self::NoConnection
+            }
             error => Self::Slave(error),
         }
     }
@@ -167,6 +180,9 @@ impl GaugeSession {
                 self.last_exchange = (None, now);
             }
             Err(error) => {
+                if matches!(error, FindError::NoConnection) {
+                    self.search_at = Instant::now() + CONNECTION_INTERVAL;
+                }
                 self.state = BusStationState::Missing;
                 self.note_problem(recorder, Some(error.to_string()));
             }
@@ -379,6 +395,15 @@ mod tests {
         assert_eq!(corrected(1.0, Principle::HotCathode, Gas::He), None);
         let helium = corrected(1e-4, Principle::HotCathode, Gas::He).unwrap();
         assert!((helium / 5.9e-4 - 1.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_gauge_whose_connections_are_in_use_is_told_as_waiting_for_them() {
+        let unreadable = |error: RecordError| FindError::from(CyclicError::UnreadableUnit { address: 5, error });
+        let waiting = unreadable(Unavailable::NoConnection.into()).to_string();
+        assert!(waiting.starts_with("waiting for an MS2 connection left by an earlier connection"), "{waiting}");
+        let other = unreadable(Unavailable::NoMs1.into()).to_string();
+        assert!(other.starts_with("the unit of the slave at address 5 cannot be read: "), "{other}");
     }
 
     #[test]
