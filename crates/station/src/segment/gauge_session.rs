@@ -5,6 +5,7 @@ use crate::recording::RecorderHandle;
 use crate::view::{self, BusStationState};
 use profivac_client::cyclic::{ChannelValue, CyclicSlave, CyclicValues};
 use profivac_client::discover::CyclicError;
+use profivac_client::records::{RecordError, Unavailable};
 use profivac_devices::Principle;
 use profivac_dp::link::{Baud, BitTime};
 use profivac_dp::master::{HandlerState, SlaveListError};
@@ -20,6 +21,9 @@ use std::time::{Duration, Instant};
 
 /// The time between two searches for a missing gauge.
 const SEARCH_INTERVAL: Duration = Duration::from_secs(3);
+
+/// The time between two searches for a gauge without a free MS2 connection, which it will have soon. free choice.
+const CONNECTION_INTERVAL: Duration = Duration::from_secs(1);
 
 /// A gauge without data for this time is searched from the beginning: another device may answer at its address.
 const SEARCH_AFTER: Duration = Duration::from_secs(5);
@@ -46,6 +50,12 @@ pub enum FindError {
     /// The slave cannot exchange data with this station.
     #[error(transparent)]
     Slave(CyclicError),
+    /// All MS2 connections of the slave are in use, so its unit cannot be read.
+    #[error(
+        "waiting for an MS2 connection left by an earlier connection, for example of a station that was killed: its unit is read over \
+         MS2, and the gauge closes an abandoned connection within 15 s"
+    )]
+    NoConnection,
     /// The station's file names a device that this program does not know.
     #[error(transparent)]
     UnknownDevice(#[from] SpecError),
@@ -75,6 +85,9 @@ impl From<CyclicError> for FindError {
     fn from(error: CyclicError) -> Self {
         match error {
             CyclicError::Session(error) => error.into(),
+            CyclicError::UnreadableUnit { error: RecordError::Unavailable(Unavailable::NoConnection), .. } => {
+                Self::NoConnection
+            }
             error => Self::Slave(error),
         }
     }
@@ -168,6 +181,9 @@ impl GaugeSession {
                 self.last_exchange = (None, now);
             }
             Err(error) => {
+                if matches!(error, FindError::NoConnection) {
+                    self.search_at = Instant::now() + CONNECTION_INTERVAL;
+                }
                 self.state = BusStationState::Missing;
                 self.note_problem(recorder, Some(error.to_string()));
             }
@@ -394,5 +410,49 @@ mod tests {
         assert_eq!(corrected(1.0, Principle::HotCathode, Gas::He), None);
         let helium = corrected(1e-4, Principle::HotCathode, Gas::He).unwrap();
         assert!((helium / 5.9e-4 - 1.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_gauge_whose_connections_are_in_use_is_told_as_waiting_for_them() {
+        let unreadable = |error: RecordError| FindError::from(CyclicError::UnreadableUnit { address: 5, error });
+        let waiting = unreadable(Unavailable::NoConnection.into()).to_string();
+        assert!(waiting.starts_with("waiting for an MS2 connection left by an earlier connection"), "{waiting}");
+        let other = unreadable(Unavailable::NoMs1.into()).to_string();
+        assert!(other.starts_with("the unit of the slave at address 5 cannot be read: "), "{other}");
+    }
+
+    #[test]
+    fn a_number_that_is_no_pressure_is_never_shown_as_one() {
+        let gauge = config::Gauge {
+            name: "chamber".to_owned(),
+            address: 5,
+            device: "bcg450".to_owned(),
+            poll: Duration::from_millis(200),
+            gas: Gas::N2,
+            levels: Vec::new(),
+        };
+        let model = entry("bcg450").unwrap().model;
+        let (configuration, unit) = (model.default_configuration, model.unit_named("mbar").unwrap());
+        let slave = CyclicSlave { address: 5, model, configuration, unit, principles: Default::default() };
+        let session = GaugeSession::new(gauge);
+        for (status, expected) in [
+            (StatusExtension::empty(), Quality::Invalid),
+            (StatusExtension::UNDER, Quality::Underrange),
+            (StatusExtension::OVER, Quality::Overrange),
+        ] {
+            for pa in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+                let value = ChannelValue { instance: 1, pa: Some(pa), status };
+                let shown = session.reading(&slave, &value, true, Duration::ZERO);
+                assert_eq!((shown.pa, shown.corrected_pa, shown.quality), (None, None, expected), "{pa} {status:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn an_invalid_status_outweighs_overrange_and_underrange() {
+        assert_eq!(range_status(StatusExtension::empty()), RangeStatus::InRange);
+        assert_eq!(range_status(StatusExtension::OVER), RangeStatus::Over);
+        assert_eq!(range_status(StatusExtension::UNDER), RangeStatus::Under);
+        assert_eq!(range_status(StatusExtension::INVALID | StatusExtension::OVER), RangeStatus::Invalid);
     }
 }
