@@ -272,8 +272,14 @@ impl<const SLOTS: usize> Scheduler<SLOTS> {
     }
 
     /// One of the slaves that may still respond to a failed MS1 request; each once.
+    #[inline]
     pub(super) fn take_late(&mut self) -> Option<u8> {
-        // 128 if there is none.
+        if self.late == 0 { None } else { self.take_next_late() }
+    }
+
+    /// Kept out of the cycle: it is rare.
+    #[cold]
+    fn take_next_late(&mut self) -> Option<u8> {
         let address = self.late.trailing_zeros();
         self.late ^= 1_u128.checked_shl(address)?;
         u8::try_from(address).ok()
