@@ -85,7 +85,8 @@ impl Client {
 /// Runs `times` reads.
 pub fn read(times: u32) {
     let bus = BusParameters { hsa: MASTER, ..BusParameters::new(MASTER, BAUD) };
-    let station = Master::on(bus.check().unwrap(), Settings::new(BAUD), BitTime(0));
+    let bus = bus.check().unwrap_or_else(|rejected| unreachable!("{rejected}"));
+    let station = Master::on(bus, Settings::new(BAUD), BitTime(0));
     let mut client = Client { station, receiver: Receiver::new(BitTime(0)), answers: Answers::new(), now: BitTime(0) };
     let parameters = Ms2Parameters { pace_tbit: 0, ..Ms2Parameters::new(BAUD) };
     let connection = client.station.user.ms2_open(SLAVE, &parameters);

@@ -95,8 +95,8 @@ impl Ours {
     }
 
     fn new(slaves: u8) -> Self {
-        let mut station =
-            Master::on(BusParameters::new(MASTER, BAUD).check().unwrap(), Settings::new(BAUD), BitTime(0));
+        let bus = BusParameters::new(MASTER, BAUD).check().unwrap_or_else(|rejected| unreachable!("{rejected}"));
+        let mut station = Master::on(bus, Settings::new(BAUD), BitTime(0));
         for address in 1..=slaves {
             let parameters = SlaveParameters { watchdog: None, ..SlaveParameters::new(address, Mirror::IDENT, &CFG) };
             station.user.add(&parameters).unwrap_or_else(|rejected| unreachable!("{rejected}"));

@@ -48,8 +48,8 @@ impl Device for Mirror {
 /// Simulates `ms` milliseconds with the stations at this number of positions of the cable.
 fn run(places: u64, ms: u64) {
     let mut segment = Segment::new(BAUD);
-    let mut master =
-        Master::<125, 8>::on(BusParameters::new(MASTER, BAUD).check().unwrap(), Settings::new(BAUD), BitTime(0));
+    let bus = BusParameters::new(MASTER, BAUD).check().unwrap_or_else(|rejected| unreachable!("{rejected}"));
+    let mut master = Master::<125, 8>::on(bus, Settings::new(BAUD), BitTime(0));
     for address in SLAVES {
         if let Err(rejected) = master.user.add(&SlaveParameters::new(address, IDENT, &CFG)) {
             println!("{rejected}");

@@ -271,6 +271,12 @@ impl<const SLOTS: usize> Scheduler<SLOTS> {
         push(now, Service::Pkw, self.pkw.key(number), report, events);
     }
 
+    /// Whether a slave may still respond to a failed MS1 request.
+    #[inline]
+    pub(super) const fn has_late(&self) -> bool {
+        self.late != 0
+    }
+
     /// One of the slaves that may still respond to a failed MS1 request; each once.
     pub(super) fn take_late(&mut self) -> Option<u8> {
         // 128 if there is none.
