@@ -7,6 +7,7 @@ use profivac_client::pressure::Pressure;
 use profivac_devices::catalog::MODELS;
 use profivac_devices::reading::Quality;
 use profivac_dp::link::Baud;
+use profivac_dp::link::active::BusParameters;
 use profivac_dp::slave::Relation;
 use profivac_vacuum::Gas;
 use profivac_virtual::action_text::ActionText;
@@ -80,7 +81,7 @@ fn segment(row: &Row<'_>) -> MemorySegment {
         unit: model.unit_named("mbar").unwrap(),
         principles: ChannelPrinciples::of_parts(model, device.device().parts()),
     };
-    MemorySegment::new(vec![device], vec![slave], 1, BAUD).unwrap()
+    MemorySegment::new(vec![device], vec![slave], BusParameters::new(1, BAUD).check().unwrap(), BAUD).unwrap()
 }
 
 /// Gives the device a condition.

@@ -420,39 +420,4 @@ mod tests {
         let other = unreadable(Unavailable::NoMs1.into()).to_string();
         assert!(other.starts_with("the unit of the slave at address 5 cannot be read: "), "{other}");
     }
-
-    #[test]
-    fn a_number_that_is_no_pressure_is_never_shown_as_one() {
-        let gauge = config::Gauge {
-            name: "chamber".to_owned(),
-            address: 5,
-            device: "bcg450".to_owned(),
-            poll: Duration::from_millis(200),
-            gas: Gas::N2,
-            levels: Vec::new(),
-        };
-        let model = entry("bcg450").unwrap().model;
-        let (configuration, unit) = (model.default_configuration, model.unit_named("mbar").unwrap());
-        let slave = CyclicSlave { address: 5, model, configuration, unit, principles: Default::default() };
-        let session = GaugeSession::new(gauge);
-        for (status, expected) in [
-            (StatusExtension::empty(), Quality::Invalid),
-            (StatusExtension::UNDER, Quality::Underrange),
-            (StatusExtension::OVER, Quality::Overrange),
-        ] {
-            for pa in [0.0, -1.0, f64::NAN, f64::INFINITY] {
-                let value = ChannelValue { instance: 1, pa: Some(pa), status };
-                let shown = session.reading(&slave, &value, true, Duration::ZERO);
-                assert_eq!((shown.pa, shown.corrected_pa, shown.quality), (None, None, expected), "{pa} {status:?}");
-            }
-        }
-    }
-
-    #[test]
-    fn an_invalid_status_outweighs_overrange_and_underrange() {
-        assert_eq!(range_status(StatusExtension::empty()), RangeStatus::InRange);
-        assert_eq!(range_status(StatusExtension::OVER), RangeStatus::Over);
-        assert_eq!(range_status(StatusExtension::UNDER), RangeStatus::Under);
-        assert_eq!(range_status(StatusExtension::INVALID | StatusExtension::OVER), RangeStatus::Invalid);
-    }
 }
