@@ -378,7 +378,7 @@ fn reading(
     view::Reading {
         series: if is_only { name.clone() } else { format!("{name}.{}", value.instance) },
         instance: value.instance,
-        principle: principle,
+        principle,
         pa: value.pa.filter(|_| is_fresh),
         limit_pa: value.limit_pa.filter(|_| is_fresh),
         corrected_pa: value.pa.filter(|_| is_fresh).and_then(|pa| corrected(pa, principle?, gauge.gas)),
