@@ -254,14 +254,6 @@ impl<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize, const ACYCLI
                 .then_some(ExchangeStatus { starts: slave.counters().starts, operating })
         };
         self.acyclic.elapse(now, status, &mut self.events.sink());
-        if self.acyclic.has_late() {
-            self.restart_late();
-        }
-    }
-
-    /// Restarts the slaves that may still respond to a failed MS1 request. Kept out of the cycle: it is rare.
-    #[cold]
-    fn restart_late(&mut self) {
         while let Some(address) = self.acyclic.take_late() {
             self.with(address, |slave, context| slave.restart(ExchangeError::Ms1, context));
         }

@@ -271,15 +271,15 @@ impl<const SLOTS: usize> Scheduler<SLOTS> {
         push(now, Service::Pkw, self.pkw.key(number), report, events);
     }
 
-    /// Whether a slave may still respond to a failed MS1 request.
+    /// One of the slaves that may still respond to a failed MS1 request; each once.
     #[inline]
-    pub(super) const fn has_late(&self) -> bool {
-        self.late != 0
+    pub(super) fn take_late(&mut self) -> Option<u8> {
+        if self.late == 0 { None } else { self.take_next_late() }
     }
 
-    /// One of the slaves that may still respond to a failed MS1 request; each once.
-    pub(super) fn take_late(&mut self) -> Option<u8> {
-        // 128 if there is none.
+    /// Kept out of the cycle: it is rare.
+    #[cold]
+    fn take_next_late(&mut self) -> Option<u8> {
         let address = self.late.trailing_zeros();
         self.late ^= 1_u128.checked_shl(address)?;
         u8::try_from(address).ok()

@@ -25,10 +25,10 @@ pub fn text(octets: &[u8]) -> String {
     octets.iter().map(|octet| format!("{octet:02X}")).collect::<Vec<_>>().join(" ")
 }
 
-/// Master 2 at 1.5 Mbit/s (T_SL 300, T_ID1 37, T_ID2 150). Its GAP is small and scanned once in 255 target rotation
+/// Master 2 at 1.5 Mbit/s (T_SL 300, T_ID1 37, T_ID2 150). Its GAP is small and scanned once in 100 target rotation
 /// times, so that dialogues rarely contain it: [`is_housekeeping`].
 pub fn bus() -> BusParameters {
-    BusParameters { gap_factor: 255, hsa: 2, ..BusParameters::new(2, Baud::B1500000) }
+    BusParameters { gap_factor: 100, hsa: 2, ..BusParameters::new(2, Baud::B1500000) }
 }
 
 /// Whether a telegram is a token, or an FDL status request to the GAP of [`bus`].
