@@ -54,6 +54,13 @@ pub struct MasterOptions {
     timeout: Option<Duration>,
 }
 
+impl MasterOptions {
+    /// A master at this address, with defaults for the rest.
+    pub const fn new(baud: Baud, master: u8, hsa: u8) -> Self {
+        Self { baud: Rate::Known(baud), master, hsa, slot_time: None, verbose: false, timeout: None }
+    }
+}
+
 impl BusOptions {
     /// The bus at `port`.
     pub fn new(port: &str, line: &MasterOptions) -> Self {
@@ -80,24 +87,38 @@ impl BusOptions {
     /// Opens the port for `conform`, which also sends telegrams that no master sends.
     pub fn open_probe(&self) -> Result<PortLink, Failure> {
         let (port, baud) = open_port(&self.port, self.options.baud)?;
+        Ok(self.probe_on(port, baud))
+    }
+
+    /// The same on a port that is open.
+    pub fn probe_on(&self, port: Box<dyn Port>, baud: Baud) -> PortLink {
         let bus = self.parameters(baud, port.delivery());
         self.report_timing(&*port, baud, &bus);
-        Ok(PortLink::new(port, baud, bus))
+        PortLink::new(port, baud, bus)
     }
 
     fn open_session(&self) -> Result<(BusSession, Baud), Failure> {
-        // Parameters are checked before the port is opened.
-        self.parameters(self.options.baud.initial(), Delivery::Unpaced)
-            .check()
-            .map_err(|error| Failure::usage(error.to_string()))?;
+        self.check()?;
         let (port, baud) = open_port(&self.port, self.options.baud)?;
+        Ok((self.session_on(port, baud)?, baud))
+    }
+
+    /// Fails if the parameters of the master are out of range. They are checked before the port is opened.
+    pub fn check(&self) -> Result<(), Failure> {
+        let bus = self.parameters(self.options.baud.initial(), Delivery::Unpaced);
+        bus.check().map(|_| ()).map_err(|error| Failure::usage(error.to_string()))
+    }
+
+    /// A master that has sent nothing yet, on a port that is open.
+    pub fn session_on(&self, port: Box<dyn Port>, baud: Baud) -> Result<BusSession, Failure> {
         let bus = self.parameters(baud, port.delivery());
         self.report_timing(&*port, baud, &bus);
         let session = BusSession::new(port, baud, bus, self.options.timeout.unwrap_or(TIMEOUT))?;
-        Ok((if self.options.timeout.is_none() { session.wait_for_ring_entry() } else { session }, baud))
+        Ok(if self.options.timeout.is_none() { session.wait_for_ring_entry() } else { session })
     }
 
-    fn parameters(&self, baud: Baud, delivery: Delivery) -> BusParameters {
+    /// The bus parameters of the master on a port with this rate and delivery.
+    pub fn parameters(&self, baud: Baud, delivery: Delivery) -> BusParameters {
         let bus = bus_parameters(self.options.master, baud, delivery);
         BusParameters { hsa: self.options.hsa, slot_tbit: self.options.slot_time.unwrap_or(bus.slot_tbit), ..bus }
     }
@@ -131,6 +152,11 @@ impl BusOptions {
     /// The name of the port.
     pub fn port(&self) -> &str {
         &self.port
+    }
+
+    /// The rate.
+    pub const fn rate(&self) -> Rate {
+        self.options.baud
     }
 
     /// The address of this master.

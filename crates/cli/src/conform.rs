@@ -138,7 +138,7 @@ fn find_slave(session: &mut BusSession, address: u8) -> Result<SlaveStatus, Fail
 }
 
 /// The user parameters that keep the unit of a gauge; none for an unknown slave.
-fn known_prm(session: &mut BusSession, address: u8, master: u8) -> Result<Vec<u8>, Failure> {
+pub fn known_prm(session: &mut BusSession, address: u8, master: u8) -> Result<Vec<u8>, Failure> {
     match CyclicSlave::find(session, address, master) {
         Ok(watched) => Ok(watched.parameters(session.baud()).user_prm.to_vec()),
         Err(CyclicError::UnknownDevice { .. }) => Ok(Vec::new()),
@@ -186,7 +186,7 @@ fn hex(octets: &[u8]) -> String {
 
 /// A check in the JSON output.
 #[derive(Debug, Serialize)]
-struct Row {
+pub struct Row {
     name: &'static str,
     rule: &'static str,
     section: &'static str,
@@ -202,7 +202,8 @@ struct Row {
 }
 
 impl Row {
-    fn of(finding: &CheckResult) -> Self {
+    /// A finding as the JSON output shows it.
+    pub fn of(finding: &CheckResult) -> Self {
         let CheckResult { check, outcome } = finding;
         let row = Self {
             name: check.name,

@@ -56,6 +56,11 @@ impl Failure {
         self.sentence.is_empty()
     }
 
+    /// Whether the port failed, or no station answers.
+    pub fn is_port(&self) -> bool {
+        self.kind == Kind::Port
+    }
+
     /// The same exit code with another sentence.
     pub fn with_sentence(&self, sentence: &str) -> Self {
         Self { kind: self.kind, sentence: sentence.to_owned() }

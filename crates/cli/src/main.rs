@@ -12,6 +12,7 @@ mod diff;
 mod dump;
 mod explanation;
 mod failure;
+mod field_test;
 mod gauge;
 mod gsd;
 mod hub;
@@ -77,6 +78,7 @@ enum Command {
     Report(report::Arguments),
     Address(address::Arguments),
     Conform(conform::Arguments),
+    FieldTest(field_test::Arguments),
     Sniff(sniff::Arguments),
     Decode(decode::Arguments),
     Gsd(gsd::Arguments),
@@ -118,6 +120,7 @@ fn run(command: Command) -> Result<(), Failure> {
         Command::Report(arguments) => report::run(&arguments),
         Command::Address(arguments) => address::run(&arguments),
         Command::Conform(arguments) => conform::run(&arguments),
+        Command::FieldTest(arguments) => field_test::run(&arguments),
         Command::Sniff(arguments) => sniff::run(&arguments),
         Command::Decode(arguments) => decode::run(&arguments),
         Command::Gsd(arguments) => gsd::run(&arguments),

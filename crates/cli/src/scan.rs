@@ -61,7 +61,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
 
 /// A station in the JSON output.
 #[derive(Debug, Serialize)]
-struct Row {
+pub struct Row {
     address: u8,
     kind: &'static str,
     ident: Option<String>,
@@ -73,7 +73,8 @@ struct Row {
 }
 
 impl Row {
-    fn of(seen: &FoundStation) -> Self {
+    /// A station as the JSON output shows it.
+    pub fn of(seen: &FoundStation) -> Self {
         Self {
             address: seen.address,
             kind: kind(seen.station_type),

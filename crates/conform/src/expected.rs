@@ -158,6 +158,8 @@ pub enum Reason {
     Without(Service),
     /// The slave does not answer any more, so its silence proves nothing.
     Silent,
+    /// The link does not send the requests that the rule needs: they change the slave.
+    NeedsWrites,
     /// The slave accepts other configurations.
     Adapts,
     /// The slave sends responses of DP-V1 at once, so none waits for a poll.
@@ -292,6 +294,7 @@ impl fmt::Display for Reason {
             Self::Unprepared(expected) => write!(f, "the preparation expected {expected}"),
             Self::Without(service) => write!(f, "the slave has no {service}"),
             Self::Silent => f.write_str("the slave does not answer any more"),
+            Self::NeedsWrites => f.write_str("it needs requests that change the slave"),
             Self::Adapts => f.write_str("the slave adapts itself to other configurations"),
             Self::RespondsAtOnce => f.write_str("the slave sends responses at once, so none waits for a poll"),
             Self::InputsChange => f.write_str("the inputs change from one request to the next"),

@@ -69,8 +69,16 @@ pub fn run(
             Some(reason) => Outcome::NotTested(reason),
             None => {
                 let outcome = if answers { run_check(check, &mut dialogue)? } else { SILENT };
+                let has_withheld = dialogue.take_withheld();
                 answers = dialogue.release_and_listen()?;
-                if answers { outcome } else { silenced(outcome) }
+                dialogue.take_withheld();
+                if has_withheld {
+                    Outcome::NotTested(Reason::NeedsWrites)
+                } else if answers {
+                    outcome
+                } else {
+                    silenced(outcome)
+                }
             }
         };
         let result = CheckResult { check, outcome };
@@ -153,6 +161,13 @@ impl PortLink {
         let tbit = self.probe().timeout_tbit();
         self.wait(profivac_host::clock::duration_of(self.baud, tbit))?;
         Ok(self.probe().other_master())
+    }
+
+    /// The address of another master that was received since the link was opened. Does not wait.
+    #[must_use]
+    pub fn other_master(&self) -> Option<u8> {
+        let [probe] = self.segment.stations();
+        probe.other_master()
     }
 
     fn probe(&mut self) -> &mut Probe {

@@ -69,6 +69,33 @@ pub fn delivery(name: &str) -> Delivery {
     terminal(name).map_or(Delivery::Fifo { trigger: None }, |terminal| delivery_of(&terminal))
 }
 
+/// What the kernel tells about the hardware of a serial device. Contains no serial number.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct AdapterFacts {
+    /// The name of its driver.
+    pub driver: Option<String>,
+    /// Vendor and product of a USB adapter: `0403:6001`.
+    pub usb_id: Option<String>,
+}
+
+/// The driver of a serial device, and the kind of a USB adapter.
+pub fn adapter_facts(name: &str) -> AdapterFacts {
+    terminal(name).map(|terminal| adapter_facts_of(&terminal)).unwrap_or_default()
+}
+
+fn adapter_facts_of(terminal: &Path) -> AdapterFacts {
+    let device = terminal.join("device");
+    let driver = fs::canonicalize(device.join("driver")).ok();
+    let driver = driver.as_deref().and_then(Path::file_name).map(|name| name.to_string_lossy().into_owned());
+    let text = |file: PathBuf| fs::read_to_string(file).ok().map(|text| text.trim().to_owned());
+    let usb_id = fs::canonicalize(device).ok().filter(|_| is_usb(terminal)).and_then(|device| {
+        let id =
+            |folder: &Path| Some(format!("{}:{}", text(folder.join("idVendor"))?, text(folder.join("idProduct"))?));
+        device.ancestors().find_map(id)
+    });
+    AdapterFacts { driver, usb_id }
+}
+
 fn delivery_of(terminal: &Path) -> Delivery {
     if !is_usb(terminal) {
         return Delivery::Fifo {
@@ -127,8 +154,10 @@ fn lower_latency(terminal: &Path, name: &str) -> Option<Notice> {
     let high = || number(&setting).filter(|ms| *ms > LATENCY_MS);
     high()?;
     if fs::write(&setting, LATENCY_MS.to_string()).is_err() || high().is_some() {
+        // The whole path is no option of the program, whatever the port is called.
+        let device = fs::canonicalize(name).ok()?;
         let mut setserial = Command::new("setserial");
-        setserial.args([name, "low_latency"]).stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null());
+        setserial.arg(device).arg("low_latency").stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null());
         // Whether it was successful is read back.
         setserial.status().ok();
     }
@@ -262,6 +291,26 @@ mod tests {
         other.wait().unwrap();
         // A child has the name of this program until it has replaced itself.
         assert_eq!(found.iter().map(|(_, pid)| *pid).collect::<Vec<_>>(), [other.id()]);
+    }
+
+    #[test]
+    fn the_facts_of_an_adapter_are_its_driver_and_its_usb_identity() {
+        let root = tempfile::tempdir().unwrap();
+        let usb = root.path().join("usb1/1-2");
+        let device = usb.join("1-2:1.0/ttyUSB0");
+        let driver = root.path().join("bus/drivers/ftdi_sio");
+        fs::create_dir_all(&device).unwrap();
+        fs::create_dir_all(&driver).unwrap();
+        std::os::unix::fs::symlink(&driver, device.join("driver")).unwrap();
+        for (file, text) in [("idVendor", "0403\n"), ("idProduct", "6001\n"), ("serial", "FT1234\n")] {
+            fs::write(usb.join(file), text).unwrap();
+        }
+        let terminal = root.path().join("ttyUSB0");
+        fs::create_dir(&terminal).unwrap();
+        std::os::unix::fs::symlink(&device, terminal.join("device")).unwrap();
+        let expected = AdapterFacts { driver: Some("ftdi_sio".to_owned()), usb_id: Some("0403:6001".to_owned()) };
+        assert_eq!(adapter_facts_of(&terminal), expected);
+        assert_eq!(adapter_facts("/dev/null/nothing"), AdapterFacts::default());
     }
 
     #[test]

@@ -8,6 +8,7 @@
 //! | [`TcpClient`] | `tcp://host:port` | a serial server, or a [`TcpServer`] |
 //! | [`Stream`] | the same program | a segment in memory |
 //! | [`Reopening`] | any of them | the same, lost and opened again |
+//! | [`Recorded`] | any of them | the same, with a record of its traffic |
 //!
 //! A port never blocks and never panics: octets that the other side does not take are dropped, and a lost port is an error.
 //! A condition that impairs the port without stopping it is a [`Notice`].
@@ -18,6 +19,7 @@ mod error;
 mod marks;
 mod notice;
 mod pty;
+mod recorded;
 mod reopening;
 mod serial;
 mod stream;
@@ -34,9 +36,11 @@ pub use delivery::{Delivery, SCHEDULING_DELAY};
 pub use error::{CharacterFormat, Parity, PortError};
 pub use notice::{Notice, StoreDamage};
 pub use pty::Pty;
+pub use recorded::{Direction, Recorded, RecordedChunk, Recording};
 pub use reopening::{Opener, Reopening};
 pub use serial::Serial;
 pub use stream::Stream;
+pub use system::{AdapterFacts, adapter_facts};
 pub use tcp::{TcpClient, TcpServer};
 
 use crate::readiness::Readiness;

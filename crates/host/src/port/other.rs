@@ -34,6 +34,20 @@ pub fn open_elsewhere(_name: &str) -> Vec<Notice> {
     Vec::new()
 }
 
+/// What the system tells about the hardware of a serial device.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct AdapterFacts {
+    /// The name of its driver.
+    pub driver: Option<String>,
+    /// Vendor and product of a USB adapter: `0403:6001`.
+    pub usb_id: Option<String>,
+}
+
+/// Nothing is known about the hardware.
+pub fn adapter_facts(_name: &str) -> AdapterFacts {
+    AdapterFacts::default()
+}
+
 /// The driver reports the rate itself.
 pub fn real_rate(_name: &str, _wanted: u32) -> Option<u32> {
     None

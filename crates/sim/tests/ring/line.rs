@@ -66,7 +66,12 @@ pub const fn slave_of(master: u8) -> u8 {
 }
 
 pub fn parameters(address: u8) -> BusParameters {
-    BusParameters { hsa: HSA.max(address), gap_factor: 1, rotation_tbit: PAUSE_TBIT as u32, ..BusParameters::new(address, BAUD) }
+    BusParameters {
+        hsa: HSA.max(address),
+        gap_factor: 1,
+        rotation_tbit: PAUSE_TBIT as u32,
+        ..BusParameters::new(address, BAUD)
+    }
 }
 
 pub fn master(address: u8, now: BitTime) -> Master {

@@ -31,6 +31,37 @@ const IF_TSRESOL: u16 = 9;
 /// Bit of epb_flags: symbol error, used for character errors.
 const SYMBOL_ERROR: u32 = 1 << 31;
 
+/// Bits of epb_flags: the direction.
+const DIRECTION: u32 = 0b11;
+const INBOUND: u32 = 0b01;
+const OUTBOUND: u32 = 0b10;
+
+/// The sender of a packet, where a file says so.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Direction {
+    /// Another station sent it: inbound.
+    Received,
+    /// The computer that wrote the file sent it: outbound.
+    Sent,
+}
+
+impl Direction {
+    const fn flags(self) -> u32 {
+        match self {
+            Self::Received => INBOUND,
+            Self::Sent => OUTBOUND,
+        }
+    }
+
+    const fn of_flags(flags: u32) -> Option<Self> {
+        match flags & DIRECTION {
+            INBOUND => Some(Self::Received),
+            OUTBOUND => Some(Self::Sent),
+            _ => None,
+        }
+    }
+}
+
 const NANOSECONDS: u128 = 1_000_000_000;
 
 /// Where the times of packets come from. Each has an interface of the capture file, in this order.
@@ -83,6 +114,16 @@ pub fn file_header(baud: Baud, link_type: u16) -> Vec<u8> {
 /// The block of one packet.
 #[must_use]
 pub fn packet(entry: &Entry, times: Times, baud: Baud) -> Vec<u8> {
+    packet_with_flags(entry, times, 0, baud)
+}
+
+/// The block of one packet with measured times that says who sent it.
+#[must_use]
+pub fn directed_packet(entry: &Entry, direction: Direction, baud: Baud) -> Vec<u8> {
+    packet_with_flags(entry, Times::Measured, direction.flags(), baud)
+}
+
+fn packet_with_flags(entry: &Entry, times: Times, direction: u32, baud: Baud) -> Vec<u8> {
     let interface = (times as u32).to_le_bytes();
     let (mut file, rate) = (Vec::new(), u128::from(baud.bits_per_second()));
     let time = ((u128::from(entry.start.0) * NANOSECONDS + rate / 2) / rate) as u64;
@@ -91,7 +132,10 @@ pub fn packet(entry: &Entry, times: Times, baud: Baud) -> Vec<u8> {
     let mut options = Vec::new();
     if !entry.errors.is_empty() {
         options.extend(option(OPT_COMMENT, CharacterErrors(&entry.errors).to_string().as_bytes()));
-        options.extend(option(EPB_FLAGS, &SYMBOL_ERROR.to_le_bytes()));
+    }
+    let flags = direction | if entry.errors.is_empty() { 0 } else { SYMBOL_ERROR };
+    if flags != 0 {
+        options.extend(option(EPB_FLAGS, &flags.to_le_bytes()));
         options.extend(option(0, &[]));
     }
     let octets = padded(&entry.octets);
@@ -199,6 +243,25 @@ mod tests {
             for (entry, times) in entries.iter().zip(all) {
                 assert_eq!(reader.next(), Some(Ok(Packet { entry: entry.clone(), times })));
             }
+        }
+    }
+
+    #[test]
+    fn the_direction_of_a_packet_is_read_back() {
+        let trace = trace(Baud::B19200);
+        let directions = [Some(Direction::Sent), Some(Direction::Received), None];
+        let mut file = file_header(trace.baud, PROFIBUS_DL);
+        for (entry, direction) in trace.entries.iter().zip(directions) {
+            file.extend(match direction {
+                Some(direction) => directed_packet(entry, direction, trace.baud),
+                None => packet(entry, Times::Measured, trace.baud),
+            });
+        }
+        let mut reader = Reader::new(Baud::B9600);
+        reader.push(&file);
+        for (entry, direction) in trace.entries.iter().zip(directions) {
+            assert_eq!(reader.next().unwrap().unwrap().entry, *entry);
+            assert_eq!(reader.direction(), direction);
         }
     }
 

@@ -1,8 +1,8 @@
 //! Reads a capture file incrementally, block by block. The buffer holds at most one block, at any file size.
 
 use super::{
-    BYTE_ORDER, CharacterErrors, ENHANCED_PACKET, Entry, IF_DESCRIPTION, IF_SPEED, IF_TSRESOL, INTERFACE, OPT_COMMENT,
-    PROFIBUS_DL, SECTION_HEADER, Times, USER0,
+    BYTE_ORDER, CharacterErrors, Direction, ENHANCED_PACKET, EPB_FLAGS, Entry, IF_DESCRIPTION, IF_SPEED, IF_TSRESOL,
+    INTERFACE, OPT_COMMENT, PROFIBUS_DL, SECTION_HEADER, Times, USER0,
 };
 use profivac_dp::link::{Baud, BitTime};
 use std::fmt;
@@ -81,6 +81,7 @@ pub struct Reader {
     big_endian: bool,
     interfaces: Vec<Interface>,
     baud: Baud,
+    direction: Option<Direction>,
     stage: Stage,
     /// The size of the block that is not complete yet.
     reserve_octets: usize,
@@ -115,6 +116,7 @@ impl Reader {
             big_endian: false,
             interfaces: Vec::new(),
             baud: default_baud,
+            direction: None,
             stage: Stage::New,
             reserve_octets: 0,
         }
@@ -124,6 +126,12 @@ impl Reader {
     #[must_use]
     pub const fn baud(&self) -> Baud {
         self.baud
+    }
+
+    /// The sender of the packet that [`next`](Self::next) returned last. `None` if the file does not say it.
+    #[must_use]
+    pub const fn direction(&self) -> Option<Direction> {
+        self.direction
     }
 
     /// Adds the next octets of the file.
@@ -243,7 +251,8 @@ impl Reader {
             _ => {
                 let number = body.clone().long().ok_or(CaptureError::Block { offset })?;
                 let interface = self.interfaces.get(number as usize).ok_or(CaptureError::Interface { offset })?;
-                let entry = interface.entry(body, self.baud).ok_or(CaptureError::Block { offset })?;
+                let (entry, direction) = interface.entry(body, self.baud).ok_or(CaptureError::Block { offset })?;
+                self.direction = direction;
                 self.stage = Stage::Packets;
                 return Ok(Some(Packet { entry, times: interface.times }));
             }
@@ -317,20 +326,22 @@ impl Interface {
         Some(Ok(interface))
     }
 
-    fn entry(&self, mut body: Fields<'_>, baud: Baud) -> Option<Entry> {
+    fn entry(&self, mut body: Fields<'_>, baud: Baud) -> Option<(Entry, Option<Direction>)> {
         body.long()?;
         let (high, low) = (u64::from(body.long()?), u64::from(body.long()?));
         let (length, _) = (body.long()? as usize, body.long()?);
         let octets = body.take(length.checked_next_multiple_of(4)?)?.get(..length)?;
         let ticks = u128::from(high << 32 | low) * u128::from(baud.bits_per_second());
         let start = BitTime(((ticks + self.ticks_per_second / 2) / self.ticks_per_second) as u64);
-        let mut errors = Vec::new();
-        while let Some((code, value)) = body.option() {
-            if code == OPT_COMMENT {
-                errors = character_errors(value.octets).unwrap_or_default();
+        let (mut errors, mut direction) = (Vec::new(), None);
+        while let Some((code, mut value)) = body.option() {
+            match code {
+                OPT_COMMENT => errors = character_errors(value.octets).unwrap_or_default(),
+                EPB_FLAGS => direction = value.long().and_then(Direction::of_flags),
+                _ => {}
             }
         }
-        Some(Entry::new(start, octets, errors))
+        Some((Entry::new(start, octets, errors), direction))
     }
 }
 

@@ -1,0 +1,156 @@
+//! Records the octets of a port in both directions, with their times.
+
+use super::{Character, Delivery, Notice, Port, PortError};
+use crate::readiness::Readiness;
+use profivac_dp::link::Baud;
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::{Duration, Instant};
+
+/// Whether this computer sent or received.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Direction {
+    /// This computer sent.
+    Sent,
+    /// This computer received.
+    Received,
+}
+
+/// Characters that the program gave to the port, or got from it, at once.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct RecordedChunk {
+    /// When the program sent or got them, since the begin of the recording.
+    pub at: Duration,
+    /// The sender.
+    pub direction: Direction,
+    /// The characters, at least one.
+    pub characters: Vec<Character>,
+}
+
+/// The chunks of one or several ports on the same line, in the order of their times.
+#[derive(Clone, Debug)]
+pub struct Recording {
+    begin: Instant,
+    chunks: Arc<Mutex<Vec<RecordedChunk>>>,
+}
+
+impl Recording {
+    /// An empty recording that begins now.
+    #[must_use]
+    pub fn begin() -> Self {
+        Self { begin: Instant::now(), chunks: Arc::default() }
+    }
+
+    /// The time since the begin.
+    #[must_use]
+    pub fn elapsed(&self) -> Duration {
+        self.begin.elapsed()
+    }
+
+    /// The number of chunks so far.
+    #[must_use]
+    pub fn count(&self) -> usize {
+        self.chunks.lock().unwrap_or_else(PoisonError::into_inner).len()
+    }
+
+    /// A copy of the chunks from number `first` on.
+    #[must_use]
+    pub fn since(&self, first: usize) -> Vec<RecordedChunk> {
+        let chunks = self.chunks.lock().unwrap_or_else(PoisonError::into_inner);
+        chunks.get(first..).unwrap_or_default().to_vec()
+    }
+
+    fn add(&self, at: Duration, direction: Direction, characters: Vec<Character>) {
+        if !characters.is_empty() {
+            let chunk = RecordedChunk { at, direction, characters };
+            self.chunks.lock().unwrap_or_else(PoisonError::into_inner).push(chunk);
+        }
+    }
+}
+
+/// A port whose traffic is recorded. It behaves like the port inside.
+pub struct Recorded {
+    port: Box<dyn Port>,
+    recording: Recording,
+}
+
+impl Recorded {
+    /// Adds the traffic of `port` to `recording`.
+    #[must_use]
+    pub fn new(port: Box<dyn Port>, recording: Recording) -> Self {
+        Self { port, recording }
+    }
+}
+
+impl Port for Recorded {
+    fn name(&self) -> &str {
+        self.port.name()
+    }
+
+    fn delivery(&self) -> Delivery {
+        self.port.delivery()
+    }
+
+    fn is_timed(&self) -> bool {
+        self.port.is_timed()
+    }
+
+    fn readiness(&self) -> Vec<Readiness<'_>> {
+        self.port.readiness()
+    }
+
+    fn receive(&mut self, characters: &mut Vec<Character>) -> Result<(), PortError> {
+        let before = characters.len();
+        let done = self.port.receive(characters);
+        let new = characters.get(before..).unwrap_or_default().to_vec();
+        self.recording.add(self.recording.elapsed(), Direction::Received, new);
+        done
+    }
+
+    fn send(&mut self, octets: &[u8]) -> Result<(), PortError> {
+        let at = self.recording.elapsed();
+        self.port.send(octets)?;
+        self.recording.add(at, Direction::Sent, octets.iter().copied().map(Character::Octet).collect());
+        Ok(())
+    }
+
+    fn set_baud(&mut self, baud: Baud) -> Result<(), PortError> {
+        self.port.set_baud(baud)
+    }
+
+    fn next_notice(&mut self) -> Option<Notice> {
+        self.port.next_notice()
+    }
+
+    fn generation(&self) -> u32 {
+        self.port.generation()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::port::Stream;
+    use std::io::{Read, Write};
+    use std::os::unix::net::UnixStream;
+
+    #[test]
+    fn octets_of_both_directions_are_recorded_in_order_and_pass_unchanged() {
+        let (mut line, ours) = UnixStream::pair().unwrap();
+        ours.set_nonblocking(true).unwrap();
+        let recording = Recording::begin();
+        let mut port = Recorded::new(Box::new(Stream::new("line".to_owned(), ours, Vec::new())), recording.clone());
+        port.send(&[0x10, 8]).unwrap();
+        let mut request = [0; 2];
+        line.read_exact(&mut request).unwrap();
+        line.write_all(&[0xE5]).unwrap();
+        let mut answer = Vec::new();
+        port.receive(&mut answer).unwrap();
+        port.receive(&mut answer).unwrap();
+        assert_eq!((request, answer), ([0x10, 8], vec![Character::Octet(0xE5)]));
+        let chunks = recording.since(0);
+        let seen: Vec<_> = chunks.iter().map(|chunk| (chunk.direction, chunk.characters.len())).collect();
+        assert_eq!(seen, [(Direction::Sent, 2), (Direction::Received, 1)]);
+        assert!(chunks.first().map(|chunk| chunk.at) <= chunks.last().map(|chunk| chunk.at));
+        assert_eq!((recording.count(), recording.since(1).len(), recording.since(9).len()), (2, 1, 0));
+    }
+}
