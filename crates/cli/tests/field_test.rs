@@ -111,7 +111,7 @@ fn an_archive_replays_with_the_results_of_its_run() {
     assert!(text.starts_with("stations: 2, slaves: 2, rules with the same outcome: "), "{text}");
     assert!(text.ends_with(", rules that the archive does not have: 0\n"), "{text}");
     let rules = report(Path::new(STORED))["slaves"][0]["rules"].as_array().unwrap().clone();
-    assert!(rules.iter().any(|rule| rule["name"] == "start-up.diagnosis"), "{rules:?}");
+    assert!(rules.iter().any(|rule| rule["name"] == "start-up.exchange"), "{rules:?}");
     assert!(rules.iter().all(|rule| rule["reason"] != NEEDS_WRITES), "the archive has rules that write");
 }
 
