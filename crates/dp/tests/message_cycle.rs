@@ -1,4 +1,5 @@
 //! The active station alone: when it sends, which requests it repeats, and which answers it accepts. profibus-wire 1.10, 1.12, 1.13.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "helpers of tests are tests")]
 
 mod support;
 

@@ -64,6 +64,9 @@ pub enum SessionError {
     /// The line is never idle.
     #[error("the line is never idle")]
     NeverIdle,
+    /// The program ends: see [`BusSession::set_cancellation`].
+    #[error("interrupted")]
+    Interrupted,
 }
 
 /// A record of one octet that a client changed for a moment and could not set back because the line was lost.
@@ -154,13 +157,17 @@ pub struct BusSession {
     line_timeout: Duration,
     entry: Duration,
     background: Option<BackgroundTask>,
+    cancellation: Option<Cancellation>,
     unrestored: BTreeMap<u8, UnrestoredRecord>,
 }
 
 /// Runs each time the line was served.
 type BackgroundTask = Box<dyn FnMut(&mut BusMaster) + Send>;
 
-/// The longest wait for the line while a background task exists.
+/// Whether the program wants to end.
+type Cancellation = Box<dyn Fn() -> bool + Send>;
+
+/// The longest wait for the line while a background task or a cancellation exists.
 const MAX_WAIT: Duration = Duration::from_millis(20);
 
 impl Drop for BusSession {
@@ -191,7 +198,16 @@ impl BusSession {
         let mut station = BoxedStation::new(bus, baud);
         station.0.delay_gap_scan();
         let segment = Segment::new(port, baud, false, [station]);
-        Ok(Self { segment, baud, timeout, line_timeout: timeout, entry, background: None, unrestored: BTreeMap::new() })
+        Ok(Self {
+            segment,
+            baud,
+            timeout,
+            line_timeout: timeout,
+            entry,
+            background: None,
+            cancellation: None,
+            unrestored: BTreeMap::new(),
+        })
     }
 
     /// The same session with a timeout for the line that is at least the time a ring of such masters takes to admit it.
@@ -207,6 +223,11 @@ impl BusSession {
     /// cyclic data.
     pub fn set_background_task(&mut self, work: impl FnMut(&mut BusMaster) + Send + 'static) {
         self.background = Some(Box::new(work));
+    }
+
+    /// Ends each wait with [`SessionError::Interrupted`] as soon as `is_cancelled` returns true. `None` waits as before.
+    pub fn set_cancellation(&mut self, is_cancelled: Option<Box<dyn Fn() -> bool + Send>>) {
+        self.cancellation = is_cancelled;
     }
 
     /// The master.
@@ -350,8 +371,11 @@ impl BusSession {
     fn wait(&mut self, begun: Instant) -> Result<(), SessionError> {
         let left = self.line_timeout.saturating_sub(begun.elapsed());
         // A request that takes longer than the timeout has its own limit; meanwhile the line is served without a busy loop.
-        let longest = if self.background.is_some() { MAX_WAIT } else { left };
+        let longest = if self.background.is_some() || self.cancellation.is_some() { MAX_WAIT } else { left };
         self.serve(&[], left.min(longest).max(MIN_WAIT))?;
+        if self.cancellation.as_ref().is_some_and(|is_cancelled| is_cancelled()) {
+            return Err(SessionError::Interrupted);
+        }
         let [BoxedStation(station)] = self.segment.stations_mut();
         if let Some(work) = &mut self.background {
             work(&mut station.user);
@@ -437,6 +461,21 @@ mod tests {
             let ring_state = bus.station(second).ring_state();
             assert_eq!(ring_state, RingState::InRing, "{address}, which begins after {begins_ms} ms");
         }
+    }
+
+    /// A program that ends does not wait for an answer.
+    #[test]
+    fn a_cancellation_ends_a_wait() {
+        let (ours, _theirs) = UnixStream::pair().unwrap();
+        let port = Quiet(ours, Arc::default());
+        let (baud, timeout) = (Baud::B19200, Duration::from_secs(3600));
+        let bus = bus_parameters(2, baud, Delivery::Unpaced);
+        let mut session = BusSession::new(Box::new(port), baud, bus, timeout).unwrap();
+        session.set_cancellation(Some(Box::new(|| true)));
+        let ended = session.request(&services::slave_diag(5));
+        assert!(matches!(ended, Err(SessionError::Interrupted)), "{ended:?}");
+        session.set_cancellation(None);
+        assert_eq!(session.request(&services::slave_diag(5)).unwrap(), Reply::NoAnswer(Failure::Silence));
     }
 
     /// Another master may have the line by now.

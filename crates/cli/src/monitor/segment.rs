@@ -9,6 +9,7 @@ use crate::output::check;
 use profivac_dp::master::{ExchangeError, HandlerState, Mode};
 use profivac_host::readiness::{Readiness, wait};
 use profivac_host::session::BusSession;
+use std::os::fd::AsFd;
 use std::time::{Duration, Instant, SystemTime};
 
 /// The interval between two rows.
@@ -44,22 +45,33 @@ impl SegmentMonitor<'_> {
         done
     }
 
+    /// Ends the search for slaves when the command ends: a slave that does not answer takes up to the timeout.
+    fn cancellation(&self) -> Option<Box<dyn Fn() -> bool + Send>> {
+        let ends: Vec<_> = self.ends.iter().filter_map(|end| end.as_fd().try_clone_to_owned().ok()).collect();
+        Some(Box::new(move || is_ready(&ends.iter().map(Readiness::of).collect::<Vec<_>>())))
+    }
+
     fn monitor(&self) -> Result<(), Failure> {
         let mut session = self.plan.bus.open_lasting()?;
         let mut slaves = Vec::new();
+        session.set_cancellation(self.cancellation());
         for address in &self.plan.addresses {
-            if wait(self.ends, Duration::ZERO).is_ok_and(|ready| ready.contains(&true)) {
+            if is_ready(self.ends) {
                 return Ok(());
             }
             let found = MonitoredSlave::find(&mut session, *address, self.plan.bus.master(), &self.plan.user_prm);
             // Reported first, because a lost port is the reason for a missing answer.
             self.forward_notices(&mut session);
-            let slave = found?;
+            let slave = match found {
+                Err(_) if is_ready(self.ends) => return Ok(()),
+                found => found?,
+            };
             if let MonitoredSlave::Unknown(unknown) = &slave {
                 self.show.notice(self.number, unknown);
             }
             slaves.push(slave);
         }
+        session.set_cancellation(None);
         slaves.iter().try_for_each(|slave| slave.take(&mut session))?;
         session.master().set_mode(Mode::Operate);
         let shown = self.exchange(&mut session, &mut slaves);
@@ -132,6 +144,11 @@ fn check_exchanged(session: &mut BusSession, slaves: &[MonitoredSlave]) -> Resul
         }
     }
     Ok(())
+}
+
+/// Whether one of the sources is readable.
+fn is_ready(sources: &[Readiness<'_>]) -> bool {
+    wait(sources, Duration::ZERO).is_ok_and(|ready| ready.contains(&true))
 }
 
 /// Unlocks the slaves and waits until that is done.
