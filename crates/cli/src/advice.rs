@@ -85,7 +85,7 @@ pub const fn after_address_change(error: &AddressError) -> &'static str {
 /// What to do after an error of a port.
 pub const fn after_port(error: &PortError) -> &'static str {
     match error {
-        PortError::NoBaudRate(_) => ": give it as a number (--baud 19200)",
+        PortError::NoBaudRate(_) => ": give the rate as a number (--baud 19200)",
         _ => "",
     }
 }

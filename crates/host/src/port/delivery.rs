@@ -19,6 +19,9 @@ const USB_FRAME: Duration = Duration::from_millis(1);
 /// The characters after which a UART delivers what its FIFO holds. Datasheet of the 16550D: FIFO timeout interrupt.
 const FIFO_TIMEOUT_CHARACTERS: u64 = 4;
 
+/// The reserve of a master for a loaded computer. A longer slot time costs time for absent stations only. free choice.
+const LOAD_RESERVE: Duration = Duration::from_millis(10);
+
 /// The delay that is added to the slot time where nothing is known about the port. free choice: a serial server, or another
 /// program on a loaded computer.
 const UNKNOWN_DELAY: Duration = Duration::from_millis(20);
@@ -69,12 +72,20 @@ impl Delivery {
         tbit_of(baud, self.delay(baud)).max(T_SYN_TBIT)
     }
 
-    /// The time that a master on this port adds to the slot time: its request leaves late, and the answer is delivered late.
+    /// The time that a master on this port adds to the slot time: its request leaves late, the answer is delivered late, and
+    /// the computer may be loaded.
     #[must_use]
     pub fn slot_delay(self, baud: Baud) -> Duration {
+        match self {
+            Self::Unpaced => UNKNOWN_DELAY,
+            Self::Fifo { .. } | Self::Usb { .. } => self.turnaround(baud).saturating_add(LOAD_RESERVE),
+        }
+    }
+
+    /// The longest time from the moment at which a telegram should leave to the delivery of one that follows at once.
+    fn turnaround(self, baud: Baud) -> Duration {
         let leaves = match self {
-            Self::Unpaced => return UNKNOWN_DELAY,
-            Self::Fifo { .. } => SCHEDULING_DELAY,
+            Self::Unpaced | Self::Fifo { .. } => SCHEDULING_DELAY,
             Self::Usb { .. } => SCHEDULING_DELAY.saturating_add(USB_FRAME),
         };
         leaves.saturating_add(self.delay(baud))
@@ -84,7 +95,7 @@ impl Delivery {
     /// rate.
     #[must_use]
     pub fn master_slot_tbit(self, baud: Baud, max_tsdr_tbit: u64) -> Option<u64> {
-        let delay = self.is_timed().then(|| tbit_of(baud, self.slot_delay(baud)))?;
+        let delay = self.is_timed().then(|| tbit_of(baud, self.turnaround(baud)))?;
         // The slot time ends with the first character of the answer.
         Some(max_tsdr_tbit.saturating_add(delay).saturating_add(CHARACTER_TBIT))
     }
@@ -141,7 +152,7 @@ mod tests {
 
     #[test]
     fn a_master_waits_for_what_the_port_delays() {
-        assert_eq!(FTDI.slot_delay(Baud::B19200), Duration::from_millis(2 + 1 + 16 + 1 + 2));
+        assert_eq!(FTDI.slot_delay(Baud::B19200), Duration::from_millis(2 + 1 + 16 + 1 + 2 + 10));
         assert_eq!(Delivery::Unpaced.slot_delay(Baud::B19200), UNKNOWN_DELAY);
         assert_eq!(Delivery::Unpaced.master_slot_tbit(Baud::B19200, 60), None);
         assert_eq!(FTDI.master_slot_tbit(Baud::B19200, 60), Some(60 + 422 + 11));

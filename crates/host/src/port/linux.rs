@@ -155,7 +155,7 @@ fn lower_latency(terminal: &Path, name: &str) -> Option<Notice> {
     high()?;
     if fs::write(&setting, LATENCY_MS.to_string()).is_err() || high().is_some() {
         // The whole path is no option of the program, whatever the port is called.
-        let device = fs::canonicalize(name).ok()?;
+        let device = fs::canonicalize(name).unwrap_or_default();
         let mut setserial = Command::new("setserial");
         setserial.arg(device).arg("low_latency").stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null());
         // Whether it was successful is read back.

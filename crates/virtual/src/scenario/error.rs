@@ -83,7 +83,7 @@ pub enum ScenarioEntryError {
         known: Vec<u8>,
     },
     /// The device has no such fault, button, switch or potentiometer.
-    #[error("expected something {device} has, got {found:?}; it has {}", Has { known, found })]
+    #[error("expected a fault or control of {device}, got {found:?}; it has {}", Has { known, found })]
     UnknownPart {
         /// The device.
         device: &'static str,
