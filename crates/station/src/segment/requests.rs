@@ -116,7 +116,9 @@ fn parameter<R: Records>(
         Some(Ok(reading)) => (Some(reading.text), None),
         Some(Err(ClientError::Session(SessionError::Port(_)))) => return Err(Unavailable::PortLost),
         // The gauge does not answer any more: each further parameter would take as long as this one.
-        Some(Err(error)) if has_no_connection(&error) || error.kind() == ErrorKind::Line => return Err(Unavailable::Client(Box::new(error))),
+        Some(Err(error)) if has_no_connection(&error) || error.kind() == ErrorKind::Line => {
+            return Err(Unavailable::Client(Box::new(error)));
+        }
         Some(Err(error)) => (None, Some(error.to_string())),
     };
     Ok(Some(Parameter {
