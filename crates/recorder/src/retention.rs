@@ -210,7 +210,7 @@ mod tests {
             expired(&ahead, &[0, 99, 100, 200, 201, 2_000, 2_090, 2_091]),
             [true, true, false, false, false, true, true, false]
         );
-        // What was recorded last at the same times stays.
+        // Rows that were recorded last at the same times stay.
         let again = [days(2_000, 2_090), days(0, 60), days(2_050, 2_100)];
         assert_eq!(
             expired(&again, &[9, 10, 60, 1_999, 2_000, 2_049, 2_050, 2_100]),
