@@ -157,7 +157,7 @@ fn every_error_is_one_sentence() {
         (vec![none.as_str()], "none.db does not exist"),
         (vec![&bare], "bare.db does not exist; `profivac run "),
         (vec![&other], "notes.db is not a database of a station: file is not a database"),
-        (vec![&empty], "empty.db is not a database of a station: it has none of its tables"),
+        (vec![&empty], "empty.db: expected a database of profivac, found an empty one"),
         (vec![&record, "--gauge", "chambre"], "has no gauge \"chambre\"; did you mean \"chamber\"?"),
         (vec![&record, "--gauge", "xyz"], "has no gauge \"xyz\"; known: chamber, still, tpg300 7.1, tpg300 7.2"),
         (vec![&record, "--gauge", "still"], "found no pump-down in "),
