@@ -132,6 +132,7 @@ fn run(command: Command) -> Result<(), Failure> {
 #[allow(clippy::unwrap_used, reason = "a test")]
 mod tests {
     use super::*;
+    use std::collections::BTreeSet;
 
     /// The command lines of a help text, split into words as a shell does, up to a redirection or a comment.
     fn examples(help: &str) -> Vec<Vec<String>> {
@@ -197,5 +198,25 @@ mod tests {
         named.sort_unstable();
         existing.sort_unstable();
         assert_eq!(named, existing);
+    }
+
+    #[test]
+    fn the_readme_has_the_effect_of_every_command_that_can_be_a_master() {
+        let readme = include_str!("../../../README.md");
+        let (_, table) = readme.split_once("| Effect on the gauges |").unwrap();
+        let (table, _) = table.split_once("\n\n").unwrap();
+        let cells = table
+            .lines()
+            .skip(2)
+            .flat_map(|row| row.split('|').nth(2).unwrap_or_default().split('`').skip(1).step_by(2));
+        let named: BTreeSet<&str> =
+            cells.filter_map(|text| text.split(' ').next()).filter(|word| !word.starts_with('-')).collect();
+        for name in &named {
+            assert!(Profivac::command().find_subcommand(name).is_some(), "{name}");
+        }
+        for command in Profivac::command().get_subcommands() {
+            let is_master = command.get_arguments().any(|argument| argument.get_id() == "master");
+            assert!(!is_master || named.contains(command.get_name()), "{}", command.get_name());
+        }
     }
 }

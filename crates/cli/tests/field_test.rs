@@ -130,6 +130,23 @@ fn a_replay_with_other_results_is_exit_code_1_and_names_them() {
     assert!(complaint(&output).contains("the replay differs from the archive in 1 results"), "{}", complaint(&output));
 }
 
+#[test]
+fn an_archive_whose_options_no_run_can_have_is_refused() {
+    let folder = Folder::new();
+    let path = folder.path("altered.tar");
+    for (key, value, reason) in [
+        ("cycles", 1_000_000_000_000_000_u64, "found 1000000000000000 cycles in place of 1 to 100000"),
+        ("cycles", 0, "found 0 cycles in place of 1 to 100000"),
+        ("hsa", 200, "200"),
+        ("master", 200, "200"),
+    ] {
+        repack(Path::new(STORED), &path, |report| report["options"][key] = value.into());
+        let output = run(&["field-test", "--replay", path.to_str().unwrap()]);
+        assert_eq!(output.status.code(), Some(2), "{key} {value}: {}", complaint(&output));
+        assert!(complaint(&output).contains(reason), "{}", complaint(&output));
+    }
+}
+
 /// Also the promise of the read-only run: no telegram that parameterises reaches the line.
 #[test]
 fn a_run_without_writes_measures_and_leaves_no_private_data_in_its_archive() {

@@ -34,7 +34,7 @@ fn station() -> (Folder, String, String) {
     let folder = Folder::new();
     let [file, record] = ["plant.toml", "plant.db"].map(|name| folder.name(name));
     fs::write(&file, STATION).unwrap();
-    let retention = Retention { samples: Duration::from_secs(1 << 40), ..Retention::default() };
+    let retention = Retention { samples: None, ..Retention::default() };
     let settings = Settings { deadband: Deadband::default(), full_rate_window: Duration::ZERO, retention };
     let recorder = Recorder::start(Path::new(&record), settings).unwrap();
     let gauges: [Arc<str>; 4] = ["chamber", "still", "tpg300 7.1", "tpg300 7.2"].map(Arc::from);
@@ -157,7 +157,7 @@ fn every_error_is_one_sentence() {
         (vec![none.as_str()], "none.db does not exist"),
         (vec![&bare], "bare.db does not exist; `profivac run "),
         (vec![&other], "notes.db is not a database of a station: file is not a database"),
-        (vec![&empty], "empty.db: expected a database of profivac, found an empty one; `profivac run` records into it"),
+        (vec![&empty], "empty.db: expected a database of profivac, found an empty one"),
         (vec![&record, "--gauge", "chambre"], "has no gauge \"chambre\"; did you mean \"chamber\"?"),
         (vec![&record, "--gauge", "xyz"], "has no gauge \"xyz\"; known: chamber, still, tpg300 7.1, tpg300 7.2"),
         (vec![&record, "--gauge", "still"], "found no pump-down in "),

@@ -51,6 +51,8 @@ pub struct ClockStep {
     pub direction: Direction,
     /// How far the clock was set.
     pub by: Duration,
+    /// The latest time that the clock can have shown before the step.
+    pub until: Micros,
     /// The earliest time that the clock can have shown after the step.
     pub from: Micros,
 }
@@ -100,7 +102,7 @@ impl ClockMonitor {
         self.0 = now;
         let by = Duration::from_micros(now.wall.0.abs_diff(expected.0));
         let direction = if now.wall < expected { Direction::Back } else { Direction::Forward };
-        (by >= MIN_STEP).then(|| ClockStep { direction, by, from: now.wall.before(elapsed) })
+        (by >= MIN_STEP).then(|| ClockStep { direction, by, until: expected, from: now.wall.before(elapsed) })
     }
 }
 

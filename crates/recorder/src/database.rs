@@ -21,8 +21,8 @@ use std::time::Duration;
 /// How long rows are kept, in recorded time: see [`Expired`]. The audit trail is kept without limit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Retention {
-    /// Samples.
-    pub samples: Duration,
+    /// Samples; `None` keeps them without limit.
+    pub samples: Option<Duration>,
     /// Spans of 10 s, 2 min, 30 min and 6 h; `None` keeps them without limit.
     pub spans: [Option<Duration>; LEVELS.len()],
     /// Events; `None` keeps them without limit.
@@ -39,7 +39,7 @@ impl Default for Retention {
     fn default() -> Self {
         let five_years = Some(DAY.saturating_mul(1826));
         Self {
-            samples: DAY.saturating_mul(730),
+            samples: Some(DAY.saturating_mul(730)),
             spans: [five_years, None, None, None],
             events: five_years,
             alarm_history: five_years,
@@ -288,7 +288,7 @@ impl Database {
                 Ok::<_, rusqlite::Error>(deleted.saturating_add(now))
             })
         };
-        let mut deleted = delete(DELETE_SAMPLES, Some(retention.samples), 0)?;
+        let mut deleted = delete(DELETE_SAMPLES, retention.samples, 0)?;
         for (level, kept) in LEVELS.iter().zip(retention.spans) {
             deleted = deleted.saturating_add(delete(DELETE_SPANS, kept, level.number)?);
         }

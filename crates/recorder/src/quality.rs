@@ -2,7 +2,7 @@
 
 pub use profivac_devices::reading::Quality;
 
-/// A set of qualities, as bits: the bit of a quality is its number
+/// A set of qualities, as bits: the bit of a quality is its number.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Qualities(pub u8);
 

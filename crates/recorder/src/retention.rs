@@ -95,16 +95,16 @@ impl fmt::Display for ClockAtStart {
 pub struct Expired(Vec<Range<i64>>);
 
 impl Expired {
-    /// The times before the last `kept` of recorded time. `periods` are in the order of recording, the latest last. Times of a later
-    /// period are never expired, also when the clock showed an early time in it.
+    /// The times before the last `kept` of recorded time. `periods` are in the order of recording, the latest last. An earlier period is
+    /// expired as a whole, also when the clock was ahead in it. Times of a later period are never expired, also when the clock showed
+    /// an early time in it.
     #[must_use]
     pub fn of(periods: &[Period], kept: Duration) -> Self {
         let mut left = i64::try_from(kept.as_micros()).unwrap_or(i64::MAX);
         for (index, period) in periods.iter().enumerate().rev() {
             let length = period.end.0.saturating_sub(period.start.0);
             if length >= left {
-                let later = periods.get(index.saturating_add(1)..).unwrap_or_default();
-                return Self(without(period.end.0.saturating_sub(left), later));
+                return Self(before(periods, index, period.end.0.saturating_sub(left)));
             }
             left = left.saturating_sub(length);
         }
@@ -123,22 +123,40 @@ impl Expired {
     }
 }
 
-/// All times before `cutoff` except those of `kept` periods.
-fn without(cutoff: i64, kept: &[Period]) -> Vec<Range<i64>> {
-    let mut early: Vec<_> = kept.iter().filter(|period| period.start.0 < cutoff).collect();
-    early.sort_by_key(|period| period.start);
-    let mut ranges = Vec::new();
-    let mut from = i64::MIN;
-    for period in early {
-        if period.start.0 > from {
-            ranges.push(from..period.start.0);
-        }
-        from = from.max(period.end.0.saturating_add(1));
+/// All times before `cutoff`, and those of the periods before `index`, except what is kept: the times of period `index` from `cutoff`
+/// on, and those of later periods.
+fn before(periods: &[Period], index: usize, cutoff: i64) -> Vec<Range<i64>> {
+    let (earlier, rest) = periods.split_at_checked(index).unwrap_or_default();
+    let all = |period: &Period| period.start.0..period.end.0.saturating_add(1);
+    let mut kept: Vec<_> = rest.iter().map(all).collect();
+    if let Some(first) = kept.first_mut() {
+        first.start = cutoff;
     }
-    if from < cutoff {
-        ranges.push(from..cutoff);
+    kept.sort_by_key(|range| range.start);
+    let mut old: Vec<_> = std::iter::once(i64::MIN..cutoff).chain(earlier.iter().map(all)).collect();
+    old.sort_by_key(|range| range.start);
+    let (mut ranges, mut from) = (Vec::new(), i64::MIN);
+    for range in old {
+        from = from.max(range.start);
+        without(from..range.end, &kept, &mut ranges);
+        from = from.max(range.end);
     }
     ranges
+}
+
+/// Adds the times of `range` that are not in `kept`, which is in the order of the starts.
+fn without(range: Range<i64>, kept: &[Range<i64>], ranges: &mut Vec<Range<i64>>) {
+    let mut from = range.start;
+    for kept in kept {
+        let end = kept.start.min(range.end);
+        if from < end {
+            ranges.push(from..end);
+        }
+        from = from.max(kept.end);
+    }
+    if from < range.end {
+        ranges.push(from..range.end);
+    }
 }
 
 #[cfg(test)]
@@ -186,6 +204,23 @@ mod tests {
     }
 
     #[test]
+    fn a_period_with_a_clock_ahead_expires_with_the_recorded_time_after_it() {
+        let ahead = [days(2_000, 2_090), days(0, 200)];
+        assert_eq!(
+            expired(&ahead, &[0, 99, 100, 200, 201, 2_000, 2_090, 2_091]),
+            [true, true, false, false, false, true, true, false]
+        );
+        // Rows that were recorded last at the same times stay.
+        let again = [days(2_000, 2_090), days(0, 60), days(2_050, 2_100)];
+        assert_eq!(
+            expired(&again, &[9, 10, 60, 1_999, 2_000, 2_049, 2_050, 2_100]),
+            [true, false, false, false, true, true, false, false]
+        );
+        let twice = [days(2_000, 2_090), days(2_010, 2_100), days(0, 100)];
+        assert_eq!(expired(&twice, &[-1, 0, 2_000, 2_100, 2_101]), [true, false, true, true, false]);
+    }
+
+    #[test]
     fn a_break_is_reported_in_both_directions() {
         let text = |now: i64| ClockAtStart::check(day(now), day(1_000)).map(|found| found.to_string());
         assert_eq!((text(1_000), text(1_001)), (None, None));
@@ -212,7 +247,7 @@ mod tests {
         ] {
             assert_eq!(period.continues_at(now), expected, "{now:?}");
         }
-        let step = |direction, by| ends_period(&ClockStep { direction, by, from: day(0) });
+        let step = |direction, by| ends_period(&ClockStep { direction, by, until: day(0), from: day(0) });
         assert!(!step(Direction::Forward, MAX_BREAK) && step(Direction::Forward, MAX_BREAK + second));
         assert!(!step(Direction::Back, MAX_STEP_BACK) && step(Direction::Back, MAX_STEP_BACK + second));
     }

@@ -287,12 +287,21 @@ struct Writer {
     /// The database knows that this recorder records.
     is_recording: bool,
     /// The clock was set, and a recording period begins at this time.
-    period_begins: Option<Micros>,
+    period_begins: Option<PeriodChange>,
     answered: Arc<Mutex<Instant>>,
     /// The most samples and spans in memory.
     capacity: usize,
     write_at: Instant,
     prune_at: Instant,
+}
+
+/// A step of the clock that ends a recording period.
+#[derive(Clone, Copy)]
+struct PeriodChange {
+    /// The latest time of the period before.
+    until: Micros,
+    /// The first time of the next period.
+    from: Micros,
 }
 
 impl Writer {
@@ -491,7 +500,8 @@ impl Writer {
         self.station_event(step.to_string());
         self.prune_at = self.monitor.last().monotonic;
         if ends_period(&step) {
-            self.period_begins = Some(step.from);
+            let until = self.period_begins.map_or(step.until, |change| change.until);
+            self.period_begins = Some(PeriodChange { until, from: step.from });
         }
     }
 
@@ -513,8 +523,9 @@ impl Writer {
             if let Some(found) = found {
                 self.station_event(found.to_string());
             }
-        } else if let Some(start) = self.period_begins {
-            self.database.begin_period(start)?;
+        } else if let Some(change) = self.period_begins {
+            self.database.extend_period(change.until)?;
+            self.database.begin_period(change.from)?;
             self.period_begins = None;
         }
         Ok(())

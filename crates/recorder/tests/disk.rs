@@ -35,11 +35,10 @@ impl Fixture {
     }
 
     fn recorder(&self) -> Recorder {
-        let for_ever = Duration::from_secs(1_000_000_000);
         let settings = Settings {
             deadband: Deadband { decades: 0.0, max_interval: Duration::ZERO },
             full_rate_window: Duration::from_secs(5),
-            retention: Retention { samples: for_ever, ..Retention::default() },
+            retention: Retention { samples: None, ..Retention::default() },
         };
         Recorder::start(&self.path, settings).unwrap()
     }
@@ -315,7 +314,7 @@ fn deleted_rows_return_their_pages_to_the_disk() {
         connection.query_row(&format!("PRAGMA {what}"), [], |row| row.get(0)).unwrap()
     };
     let full = pages("page_count");
-    let retention = Retention { samples: Duration::ZERO, ..Retention::default() };
+    let retention = Retention { samples: Some(Duration::ZERO), ..Retention::default() };
     database.extend_period(sample(200_000, 1.0).at).unwrap();
     let rounds = (0..100).take_while(|_| database.prune(&retention).unwrap()).count();
     assert_eq!(rounds, 5, "20000 rows at a time");

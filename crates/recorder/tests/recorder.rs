@@ -36,11 +36,10 @@ impl Fixture {
 
 /// Settings that keep every sample without limit.
 fn keep_everything() -> Settings {
-    let for_ever = Duration::from_secs(1_000_000_000);
     Settings {
         deadband: Deadband { decades: 0.0, max_interval: Duration::ZERO },
         full_rate_window: Duration::from_secs(5),
-        retention: Retention { samples: for_ever, ..Retention::default() },
+        retention: Retention { samples: None, ..Retention::default() },
     }
 }
 

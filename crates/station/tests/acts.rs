@@ -432,3 +432,24 @@ fn viewers_leave_room_in_the_queue_for_operators() {
         assert_eq!(arm.join().unwrap().1["detail"], "asked");
     });
 }
+
+#[test]
+fn requests_have_their_places_in_the_queue_until_they_are_answered() {
+    let station = MemoryStation::new(1e-6);
+    station.take_control(OPERATOR);
+    let requests = station.services.control().requests().accept(&station.gauge().segment);
+    std::thread::scope(|scope| {
+        // The segment has taken eight requests and answered none.
+        let mut taken = Vec::new();
+        for _ in 0..8 {
+            scope.spawn(|| station.arm(OPERATOR, &json!({ "command": DEGAS })));
+            taken.push(requests.recv().unwrap());
+        }
+        let (status, problem) = station.arm(OPERATOR, &json!({ "command": DEGAS }));
+        assert_eq!((status, &problem["detail"]), (409, &json!("the segment is busy with other requests: try again")));
+        drop(taken);
+        let arm = scope.spawn(|| station.arm(OPERATOR, &json!({ "command": DEGAS })));
+        assert!(requests.recv().is_ok(), "a dropped request frees its place");
+        drop(arm);
+    });
+}

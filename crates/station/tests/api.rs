@@ -30,10 +30,9 @@ impl TestStation {
     fn new() -> Self {
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("plant.db");
-        let for_ever = Duration::from_secs(1_000_000_000);
         let settings = Settings {
             deadband: Deadband { decades: 0.0, max_interval: Duration::ZERO },
-            retention: Retention { samples: for_ever, ..Retention::default() },
+            retention: Retention { samples: None, ..Retention::default() },
             ..Settings::default()
         };
         let recorder = Recorder::start(&file, settings).unwrap();

@@ -42,7 +42,7 @@ fn at(s: f64) -> Micros {
 /// A deadband of `decades`, and unlimited retention.
 fn settings(decades: f64) -> Settings {
     let band = Deadband { decades, ..Deadband::default() };
-    let retention = Retention { samples: Duration::from_secs(1 << 40), ..Retention::default() };
+    let retention = Retention { samples: None, ..Retention::default() };
     Settings { deadband: band, full_rate_window: Duration::ZERO, retention }
 }
 
@@ -257,7 +257,7 @@ fn a_pump_down_older_than_the_samples_is_read_from_spans() {
     drop(recorder);
     // A recorder deletes old samples when it writes for the first time.
     let kept = settings(0.0);
-    let shorter = Settings { retention: Retention { samples: Duration::ZERO, ..kept.retention }, ..kept };
+    let shorter = Settings { retention: Retention { samples: Some(Duration::ZERO), ..kept.retention }, ..kept };
     assert!(Recorder::start(&path, shorter).unwrap().flush());
     let reader = Reader::open(&path).unwrap();
     assert_eq!(reader.first_sample("chamber").unwrap(), None);

@@ -131,6 +131,7 @@ impl Archive {
         if report.format != FORMAT {
             return Err(wrong(format!("found format {} in place of {FORMAT}", report.format)));
         }
+        report.options.check().map_err(wrong)?;
         let capture = capture.ok_or_else(|| wrong(format!("found no {CAPTURE}")))?;
         Ok(Self { report, capture })
     }
@@ -157,7 +158,7 @@ pieces.csv      when the port took or delivered characters, and how many at once
 
 Not contained: the names of the computer, of a user and of files; the serial number of the adapter.
 Records that slaves sent (serial numbers, texts) are zeros, unless `with_serial_numbers` in report.json is true.
-If another master was on the line, the data of its telegrams are zeros too.
+If another master was on the line, the data of its telegrams are zeros, and damaged pieces are `x`.
 
 Contained: addresses, ident numbers, diagnoses and configurations of the slaves; the device name, driver and USB
 identity of the adapter; the release of the kernel. With `allow_writes`, also measured values of gauges.

@@ -19,7 +19,7 @@ use clap::Args;
 use clap::builder::NonEmptyStringValueParser;
 use line::Line;
 use replay::{Comparison, Replay};
-use report::Options;
+use report::{CYCLES, Options};
 use run::Run;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -68,8 +68,8 @@ Examples:
 The rate of a line is fixed, so an archive has figures for one rate. docs/field-test.md says how to measure others.";
 
 fn cycles(text: &str) -> Result<usize, String> {
-    let number = text.parse().ok().filter(|number| (1..=100_000).contains(number));
-    number.ok_or_else(|| format!("expected a number from 1 to 100000, got {text:?}"))
+    let number = text.parse().ok().filter(|number| CYCLES.contains(number));
+    number.ok_or_else(|| format!("expected a number from {} to {}, got {text:?}", CYCLES.start(), CYCLES.end()))
 }
 
 /// Runs a field test, or replays one.

@@ -15,6 +15,9 @@ const MAX_RECORD: usize = 4;
 /// The shortest text in damaged octets. free choice: four printable octets in succession are rarely a part of the protocol.
 const MIN_TEXT: usize = 4;
 
+/// In place of private octets in damaged pieces.
+const REMOVED: u8 = b'x';
+
 /// The rules of removal.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Redaction {
@@ -29,22 +32,23 @@ impl Redaction {
     #[cfg(test)]
     pub const NONE: Self = Self { keeps_records: true, beside_others: None };
 
-    /// Removes records unless `keeps_records`. `beside_others` is the address of this master if another one is on the line.
+    /// Removes records unless `keeps_records`. `beside_others` is the address of this master if another one is on the line: the data of
+    /// the others are removed in every case.
     pub const fn new(keeps_records: bool, beside_others: Option<u8>) -> Self {
         Self { keeps_records, beside_others }
     }
 
     /// The octets of a telegram or of a damaged piece, with zeros (in damaged octets: `x`) in place of private data.
     pub fn of(self, direction: Direction, octets: &[u8]) -> Vec<u8> {
-        if self.keeps_records {
-            return octets.to_vec();
-        }
         match Telegram::parse(octets) {
             Ok(Telegram::Data(frame)) => {
                 let kept = self.kept(direction, &frame);
                 if kept >= frame.du.len() { octets.to_vec() } else { with_zeros(frame, kept) }
             }
             Ok(Telegram::ShortAck | Telegram::Token { .. }) => octets.to_vec(),
+            // A damaged piece does not show whose it is.
+            Err(_) if direction == Direction::Received && self.beside_others.is_some() => vec![REMOVED; octets.len()],
+            Err(_) if self.keeps_records => octets.to_vec(),
             Err(_) => without_text(octets),
         }
     }
@@ -56,8 +60,8 @@ impl Redaction {
         let is_long = frame.du.len() > RECORD_HEADER.saturating_add(MAX_RECORD);
         match (is_foreign, is_record && is_long && (is_acyclic(frame.dsap) || is_acyclic(frame.ssap))) {
             (true, _) => 0,
-            (false, true) => RECORD_HEADER,
-            (false, false) => frame.du.len(),
+            (false, true) if !self.keeps_records => RECORD_HEADER,
+            (false, _) => frame.du.len(),
         }
     }
 }
@@ -81,7 +85,7 @@ fn without_text(octets: &[u8]) -> Vec<u8> {
     let runs = octets.chunk_by(|first, second| is_text(first) == is_text(second));
     let redacted = |run: &[u8]| {
         let is_private = run.len() >= MIN_TEXT && run.first().is_some_and(is_text);
-        if is_private { vec![b'x'; run.len()] } else { run.to_vec() }
+        if is_private { vec![REMOVED; run.len()] } else { run.to_vec() }
     };
     runs.flat_map(redacted).collect()
 }
@@ -133,11 +137,23 @@ mod tests {
 
     #[test]
     fn telegrams_between_other_stations_lose_their_data_beside_another_master() {
-        let redaction = Redaction::new(false, Some(1));
         let foreign = telegram(None, None, &[1, 2, 3]);
         let Ok(Telegram::Data(frame)) = Telegram::parse(&foreign) else { panic!("no telegram") };
-        assert_eq!(redaction.of(Direction::Received, &foreign), with_zeros(frame, 0));
-        assert_eq!(redaction.of(Direction::Sent, &foreign), foreign);
-        assert_eq!(Redaction::new(false, Some(0)).of(Direction::Received, &foreign), foreign);
+        for keeps_records in [false, true] {
+            let redaction = Redaction::new(keeps_records, Some(1));
+            assert_eq!(redaction.of(Direction::Received, &foreign), with_zeros(frame, 0));
+            assert_eq!(redaction.of(Direction::Sent, &foreign), foreign);
+            assert_eq!(Redaction::new(keeps_records, Some(0)).of(Direction::Received, &foreign), foreign);
+        }
+    }
+
+    #[test]
+    fn damaged_octets_beside_another_master_are_removed_entirely() {
+        let damaged = [0x68, 7, 7, 0x68, 1, 2, 3];
+        for keeps_records in [false, true] {
+            let redaction = Redaction::new(keeps_records, Some(1));
+            assert_eq!(redaction.of(Direction::Received, &damaged), *b"xxxxxxx");
+            assert_eq!(redaction.of(Direction::Sent, &damaged), damaged);
+        }
     }
 }

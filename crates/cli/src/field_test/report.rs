@@ -5,6 +5,7 @@ use profivac_dp::link::Baud;
 use profivac_host::port::{Delivery, Notice, Port, adapter_facts};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
+use std::ops::RangeInclusive;
 use std::path::Path;
 
 /// The number of the format of `report.json`. It grows when a key is renamed or removed.
@@ -37,6 +38,9 @@ pub struct Report {
     pub slaves: Vec<Slave>,
 }
 
+/// The requests of each service that a run may measure. free choice: the last are ten minutes at 19200 bit/s.
+pub const CYCLES: RangeInclusive<usize> = 1..=100_000;
+
 /// The options of a run.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Options {
@@ -55,6 +59,15 @@ pub struct Options {
 }
 
 impl Options {
+    /// Checks what an archive says about its run: a replay works for as many cycles. The bus parameters are checked like those of a
+    /// run.
+    pub fn check(&self) -> Result<(), String> {
+        if !CYCLES.contains(&self.cycles) {
+            return Err(format!("found {} cycles in place of {} to {}", self.cycles, CYCLES.start(), CYCLES.end()));
+        }
+        Ok(())
+    }
+
     /// The rate.
     pub fn rate(&self) -> Option<Baud> {
         Baud::from_bits_per_second(self.baud)

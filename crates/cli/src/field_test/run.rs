@@ -13,6 +13,7 @@ use crate::console::Signals;
 use crate::failure::Failure;
 use crate::output::notice;
 use crate::scan;
+use profivac_client::values::hex;
 use profivac_conform::dialogue::{Link, SlaveUnderTest, octets};
 use profivac_conform::probe::Received;
 use profivac_conform::{CheckResult, PortLink, run as run_checks};
@@ -417,10 +418,6 @@ fn data_of(session: &mut BusSession, request: &Request<'_>) -> Result<Option<Vec
 /// Ident_Number of a diagnosis.
 fn ident(du: &[u8]) -> Option<u16> {
     profivac_host::scan::SlaveStatus::parse(du).map(|status| status.ident)
-}
-
-fn hex(octets: &[u8]) -> String {
-    octets.iter().map(|octet| format!("{octet:02X}")).collect::<Vec<_>>().join(" ")
 }
 
 /// The octets of [`hex`].

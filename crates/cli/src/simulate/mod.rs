@@ -35,8 +35,8 @@ pub struct Arguments {
     /// Make a pty and link PATH to it: the serial port for a master
     #[arg(long, value_name = "PATH", group = "port")]
     pty: Option<PathBuf>,
-    /// Use a serial device, or the pty of a hub; a lost device is opened again. On a physical line the master must wait at least 20
-    /// ms for an answer: see docs/adapters.md
+    /// Use a serial device, or the pty of a hub; a lost device is opened again. On a physical line the answers come
+    /// late: the command prints the slot time that every master on the line needs
     #[arg(long, value_name = "DEV", group = "port")]
     serial: Option<String>,
     /// Listen for masters on TCP; port 0 selects a free one

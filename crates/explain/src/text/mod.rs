@@ -128,6 +128,8 @@ pub struct Reader {
     waiting: Option<(usize, DumpLine)>,
     /// The dump omits equal lines here.
     is_omitting: bool,
+    /// The number of octets in the omitted lines that were repeated.
+    repeated: u64,
     /// The words before rows of octets.
     prefixes: VecDeque<String>,
     /// State within a line that comes in parts.
@@ -167,6 +169,10 @@ struct Part {
 
 /// The line with which od and hexdump replace lines that are equal to the one before.
 pub const OMITTED: &str = "*";
+
+/// The most octets of a text in the lines that a dump omits. An address of a few digits can stand for any number of octets, so what
+/// is more stays left over: the work for a text then grows with its length. free choice.
+const MAX_REPEATED: u64 = 1 << 20;
 
 /// The least number of octets in a line with other words: `cafe` and `be` are words.
 const MIN_OCTETS: usize = 3;
@@ -333,7 +339,7 @@ impl Reader {
         column.advance(line);
         match (step, std::mem::take(&mut self.is_omitting)) {
             (Step::Next | Step::Restart, false) => {}
-            (_, true) => self.repeat_last_row(gap, found),
+            (_, true) => self.repeat_last_row(gap, number.saturating_sub(1), found),
             (Step::Padded(count), false) => {
                 if let Some(row) = &mut self.last_row {
                     let length = row.octets.len() as u64;
@@ -349,12 +355,16 @@ impl Reader {
         self.take_dump_row(line, number, found);
     }
 
-    /// Repeats the last row for the lines that the dump omits.
-    fn repeat_last_row(&mut self, gap: Option<u64>, found: &mut Found) {
-        let line = self.line.saturating_sub(1);
+    /// Repeats the last row for the lines that the dump omits, if they have not too many octets.
+    fn repeat_last_row(&mut self, gap: Option<u64>, line: usize, found: &mut Found) {
         let length = self.last_row.as_ref().map_or(0, |row| row.octets.len() as u64);
-        match (&mut self.last_row, gap.and_then(|gap| gap.checked_div(length))) {
-            (Some(row), Some(times)) => row.times = row.times.saturating_add(times),
+        let repeated = gap.map(|gap| (gap, self.repeated.saturating_add(gap)));
+        let repeated = repeated.filter(|(_, repeated)| *repeated <= MAX_REPEATED);
+        match (&mut self.last_row, repeated.and_then(|(gap, sum)| Some((gap.checked_div(length)?, sum)))) {
+            (Some(row), Some((times, sum))) => {
+                row.times = row.times.saturating_add(times);
+                self.repeated = sum;
+            }
             _ => found.left_over.push(LeftOver { line, text: OMITTED.to_owned(), octets: 0 }),
         }
     }
@@ -721,6 +731,30 @@ mod tests {
         assert_eq!(read(dump), ["68 05 05 68 88 82 6D 3C 3E F1 16 E5 10 08 02 49", "53 16"]);
         // Eight digits that are not the expected offset are octets.
         assert_eq!(read("68050568 88826D3C 3EF116"), [DIAG]);
+    }
+
+    #[test]
+    fn the_lines_that_a_dump_omits_are_limited_and_the_rest_is_left_over() {
+        let line = |address: u64| format!("{address:016x}  68 05 05 68 88 82 6D 3C 3E F1 16 00 00 00 00 00\n");
+        let repeated = |text: &str| {
+            let (rows, left_over, _) = rows(text);
+            let lines: Vec<usize> = left_over.iter().map(|left_over| left_over.line).collect();
+            (rows.iter().map(|row| row.times * row.octets.len() as u64).sum::<u64>(), lines)
+        };
+        let text = |gaps: &[u64]| {
+            let (mut text, mut address) = (line(0), 0);
+            for gap in gaps {
+                address += gap + 16;
+                text += &format!("*\n{}", line(address));
+            }
+            text
+        };
+        let most = MAX_REPEATED;
+        assert_eq!(repeated(&text(&[most])), (most + 32, vec![]));
+        assert_eq!(repeated(&text(&[most + 16])), (32, vec![2]));
+        assert_eq!(repeated(&text(&[0x7FFF_FFFF_FFFF_FFE0])), (32, vec![2]));
+        // The limit is one of the whole text.
+        assert_eq!(repeated(&text(&[most - 32, 48, 32, 16])), (most + 80, vec![4, 8]));
     }
 
     #[test]

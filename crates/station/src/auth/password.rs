@@ -40,8 +40,9 @@ const OUR_WORDS: [&str; 6] = ["profivac", "profibus", "vacuum", "gauge", "statio
 /// Octets of salt.
 const SALT: usize = 16;
 
-/// Memory blocks of earlier hashes, for reuse. The allocator keeps 19 MiB for each thread that ever hashed a password, and the
-/// thread pool has many threads: without reuse, guesses would make the station grow by a gigabyte.
+/// Memory blocks of earlier hashes, for reuse, overwritten: their contents are derived from passwords. The allocator keeps 19 MiB for each
+/// thread that ever hashed a password, and the thread pool has many threads: without reuse, guesses would make the station grow by a
+/// gigabyte.
 static BLOCKS: Mutex<Vec<Vec<Block>>> = Mutex::new(Vec::new());
 
 /// The number of memory blocks that are kept: as many as hashes run at once. free choice.
@@ -161,7 +162,8 @@ impl Hash {
         &self.0
     }
 
-    /// Whether `password` has this hash. Takes some ten milliseconds of a processor and 19 MiB.
+    /// Whether `password` has this hash. Takes some ten milliseconds of a processor and 19 MiB with the costs of
+    /// [`Hash::of`], up to 64 MiB with others.
     #[must_use]
     pub fn matches(&self, password: &str) -> bool {
         password.len() <= LONGEST && self.verify(password).unwrap_or(false)
@@ -192,6 +194,7 @@ fn with_blocks<T>(count: usize, work: impl FnOnce(&mut [Block]) -> T) -> T {
     let default_count = COST.0 as usize;
     blocks.resize(count.max(default_count), Block::default());
     let result = work(blocks.get_mut(..count).unwrap_or_default());
+    blocks.fill(Block::default());
     blocks.truncate(default_count);
     blocks.shrink_to_fit();
     let mut kept = kept();
@@ -211,6 +214,14 @@ impl fmt::Debug for Hash {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_memory_that_is_kept_has_nothing_of_a_password() {
+        with_blocks(3, |blocks| blocks.iter_mut().for_each(|block| block.as_mut().fill(7)));
+        with_blocks(3, |blocks| {
+            assert!(blocks.iter().flat_map(|block| block.as_ref()).all(|word| *word == 0));
+        });
+    }
 
     #[test]
     fn a_password_is_stored_as_argon2id_with_its_own_salt() {

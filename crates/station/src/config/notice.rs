@@ -91,11 +91,10 @@ pub fn renamed_keys(file: &ConfigToml, text: &str, path: &Path) -> Result<Vec<Re
 /// A retention in one line.
 fn retention(retention: &Retention) -> String {
     let days = |kept: Option<Duration>| {
-        kept.filter(|kept| *kept < Duration::MAX)
-            .map_or_else(|| "unlimited".to_owned(), |kept| format!("{} days", kept.as_secs() / 86_400))
+        kept.map_or_else(|| "unlimited".to_owned(), |kept| format!("{} days", kept.as_secs() / 86_400))
     };
     let Retention { samples, spans: [spans, ..], events, alarm_history } = *retention;
-    let [samples, spans, events, history] = [Some(samples), spans, events, alarm_history].map(days);
+    let [samples, spans, events, history] = [samples, spans, events, alarm_history].map(days);
     format!("samples {samples}, spans {spans}, events {events}, alarm-history {history}")
 }
 

@@ -38,7 +38,7 @@ pub fn retention(given: &RetentionToml) -> Result<Retention, Located> {
     let spans = kept(given.spans.as_ref(), fine)?;
     let [second, third, fourth] = rest;
     Ok(Retention {
-        samples: kept(given.samples.as_ref(), Some(default.samples))?.unwrap_or(Duration::MAX),
+        samples: kept(given.samples.as_ref(), default.samples)?,
         spans: [spans, second, third, fourth],
         events: kept(given.events.as_ref(), default.events)?,
         alarm_history: kept(given.alarm_history.as_ref(), default.alarm_history)?,

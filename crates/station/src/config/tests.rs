@@ -192,9 +192,9 @@ fn a_retention_has_defaults_a_range_and_may_be_unlimited() {
     let all =
         given("samples = '30 days'\nspans = 'unlimited'\nevents = '1 day'\nalarm-history = '36525 days'").unwrap();
     let expected =
-        Retention { samples: day * 30, spans: [None; 4], events: Some(day), alarm_history: Some(day * 36_525) };
+        Retention { samples: Some(day * 30), spans: [None; 4], events: Some(day), alarm_history: Some(day * 36_525) };
     assert_eq!(all.retention, expected);
-    assert_eq!(given("samples = 'unlimited'").unwrap().retention.samples, Duration::MAX);
+    assert_eq!(given("samples = 'unlimited'").unwrap().retention.samples, None);
     for wrong in ["23h", "36526 days", "", "soon", "-1 day"] {
         let error = given(&format!("events = '{wrong}'")).unwrap_err().to_string();
         let expected = format!(

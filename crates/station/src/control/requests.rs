@@ -1,7 +1,8 @@
 //! Requests to a segment beside its cycle: read the parameters of a gauge, preview an operation, execute an armed one.
 //!
-//! Each segment accepts requests on a queue of its own and answers each exactly once. A requester waits, so it must not be a bus
-//! thread.
+//! Each segment accepts requests on a queue of its own and answers each at most once: not after its requester has given up. A request
+//! has a place in the queue until it is answered or dropped, also while the segment works on it, so their number is bounded. A
+//! requester waits, so it must not be a bus thread.
 
 use super::armed_commands::ArmedCommand;
 use super::error::{ChangedSinceArmed, OperationError, OutcomeUnknown, SegmentRequestError, Unavailable};
@@ -9,12 +10,12 @@ use super::operation::{Operation, OperationPreview, Readback};
 use crate::snapshot::SnapshotStore;
 use crate::view::Block;
 use std::collections::BTreeMap;
-use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, sync_channel};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, SendError, SyncSender, sync_channel};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
-use tokio::sync::Semaphore;
+use tokio::sync::{OwnedSemaphorePermit, Semaphore};
 
-/// Requests that may wait for one segment.
+/// Requests that one segment may have, waiting or in work.
 const QUEUE_LENGTH: usize = 8;
 
 /// How many of them may read the parameters of a gauge, so that viewers leave room for operators.
@@ -23,20 +24,51 @@ const PARALLEL_READS: usize = 2;
 /// The longest wait for an answer: a few hundred parameters at a slow baud rate.
 const ANSWER_TIMEOUT: Duration = Duration::from_secs(60);
 
-/// A request to a segment, with the channel for its answer.
+/// The way of an answer to its requester, and the place of the request in the queue, which ends with it.
+pub struct Answer<T> {
+    sender: SyncSender<T>,
+    awaited_until: Instant,
+    places: Vec<OwnedSemaphorePermit>,
+}
+
+impl<T> Answer<T> {
+    /// An answer that is awaited until a time, and the end that receives it.
+    pub(crate) fn channel(awaited_until: Instant, places: Vec<OwnedSemaphorePermit>) -> (Self, Receiver<T>) {
+        let (sender, receiver) = sync_channel(1);
+        (Self { sender, awaited_until, places }, receiver)
+    }
+
+    /// Whether the requester still waits at `now`.
+    #[must_use]
+    pub fn is_awaited(&self, now: Instant) -> bool {
+        now < self.awaited_until
+    }
+
+    /// Answers. The place of the request is free before its requester can send the next one.
+    ///
+    /// # Errors
+    /// The answer, if the requester has given up.
+    pub fn send(self, answer: T) -> Result<(), SendError<T>> {
+        drop(self.places);
+        self.sender.send(answer)
+    }
+}
+
+/// A request to a segment, with the way of its answer.
 pub enum SegmentRequest {
     /// Read all blocks of the gauge of this name.
-    Blocks(String, SyncSender<Result<Vec<Block>, Unavailable>>),
+    Blocks(String, Answer<Result<Vec<Block>, Unavailable>>),
     /// Ask the gauge of this name what an operation would do; nothing is changed.
-    Preview(String, Operation, SyncSender<Result<OperationPreview, OperationError>>),
+    Preview(String, Operation, Answer<Result<OperationPreview, OperationError>>),
     /// Execute an armed command, unless the segment gets to it after this time.
-    Execute(Box<ArmedCommand>, Instant, SyncSender<Result<Readback, OperationError>>),
+    Execute(Box<ArmedCommand>, Instant, Answer<Result<Readback, OperationError>>),
 }
 
 /// The queue of one segment.
 #[derive(Clone)]
 struct Queue {
     sender: SyncSender<SegmentRequest>,
+    places: Arc<Semaphore>,
     reads: Arc<Semaphore>,
 }
 
@@ -56,8 +88,9 @@ impl SegmentRequests {
     /// Opens the queue of a segment and returns its receiving end. An older queue of that name is closed.
     pub fn accept(&self, segment: &str) -> Receiver<SegmentRequest> {
         let (sender, receiver) = sync_channel(QUEUE_LENGTH);
-        let reads = Arc::new(Semaphore::new(PARALLEL_READS));
-        self.queues().insert(segment.to_owned(), Queue { sender, reads });
+        let (places, reads) = (Semaphore::new(QUEUE_LENGTH), Semaphore::new(PARALLEL_READS));
+        let queue = Queue { sender, places: Arc::new(places), reads: Arc::new(reads) };
+        self.queues().insert(segment.to_owned(), queue);
         receiver
     }
 
@@ -72,8 +105,8 @@ impl SegmentRequests {
     /// [`SegmentRequestError`] says why there are none.
     pub fn blocks(&self, gauge: &str) -> Result<Vec<Block>, SegmentRequestError> {
         let queue = self.queue_of(gauge)?;
-        let _permit = queue.reads.try_acquire().map_err(|_| SegmentRequestError::Busy)?;
-        ask(&queue, |answer| SegmentRequest::Blocks(gauge.to_owned(), answer))?
+        let place = place_in(&queue.reads)?;
+        ask(&queue, vec![place], |answer| SegmentRequest::Blocks(gauge.to_owned(), answer))?
             .map_err(SegmentRequestError::Unavailable)
     }
 
@@ -83,7 +116,7 @@ impl SegmentRequests {
     /// [`OperationError`] says why the operation is not possible.
     pub fn preview(&self, gauge: &str, operation: Operation) -> Result<OperationPreview, OperationError> {
         let queue = self.queue_of(gauge)?;
-        ask(&queue, |answer| SegmentRequest::Preview(gauge.to_owned(), operation, answer))?
+        ask(&queue, Vec::new(), |answer| SegmentRequest::Preview(gauge.to_owned(), operation, answer))?
     }
 
     /// Executes an armed command, unless the segment has not begun with it at `begin_by`. Waits for the segment.
@@ -98,7 +131,7 @@ impl SegmentRequests {
             return Err(ChangedSinceArmed::Connection { gauge, armed, now: Box::new(now) }.into());
         }
         let queue = self.queue_of(&gauge)?;
-        match ask(&queue, |answer| SegmentRequest::Execute(Box::new(command), begin_by, answer)) {
+        match ask(&queue, Vec::new(), |answer| SegmentRequest::Execute(Box::new(command), begin_by, answer)) {
             Ok(answer) => answer,
             Err(SegmentRequestError::Timeout) => Err(OutcomeUnknown::NoAnswer.into()),
             Err(SegmentRequestError::Stopped) => Err(OutcomeUnknown::SegmentStopped.into()),
@@ -117,11 +150,21 @@ impl SegmentRequests {
     }
 }
 
-/// Puts a request into a queue and waits for its answer.
-fn ask<T>(queue: &Queue, request: impl FnOnce(SyncSender<T>) -> SegmentRequest) -> Result<T, SegmentRequestError> {
-    let (sender, answer) = sync_channel(1);
-    queue.sender.try_send(request(sender)).map_err(|_| SegmentRequestError::Busy)?;
-    answer.recv_timeout(ANSWER_TIMEOUT).map_err(|error| match error {
+/// A place, if one is free.
+fn place_in(places: &Arc<Semaphore>) -> Result<OwnedSemaphorePermit, SegmentRequestError> {
+    Arc::clone(places).try_acquire_owned().map_err(|_| SegmentRequestError::Busy)
+}
+
+/// Puts a request into a queue and waits for its answer. The request keeps `places` and one in the queue.
+fn ask<T>(
+    queue: &Queue,
+    mut places: Vec<OwnedSemaphorePermit>,
+    request: impl FnOnce(Answer<T>) -> SegmentRequest,
+) -> Result<T, SegmentRequestError> {
+    places.push(place_in(&queue.places)?);
+    let (answer, receiver) = Answer::channel(Instant::now() + ANSWER_TIMEOUT, places);
+    queue.sender.try_send(request(answer)).map_err(|_| SegmentRequestError::Busy)?;
+    receiver.recv_timeout(ANSWER_TIMEOUT).map_err(|error| match error {
         RecvTimeoutError::Timeout => SegmentRequestError::Timeout,
         RecvTimeoutError::Disconnected => SegmentRequestError::Stopped,
     })

@@ -212,13 +212,15 @@ fn one_sample_or_none_is_no_pump_down() {
 }
 
 #[test]
-fn invalid_readings_count_neither_as_pressures_nor_as_crossings() {
-    let invalid = |number: i32| Sample::new(at(f64::from(number)), Some(1.0), Quality::Fault);
-    let samples: Vec<_> = (0..100).map(invalid).collect();
-    assert!(find(&samples, 0).is_empty());
-    let trace = whole(&samples);
-    assert_eq!((trace.ends(), crossing(&trace, 1e9)), (None, Crossing::Not));
-    assert_eq!(trace.seconds_of(Quality::Fault), 99.0);
+fn readings_without_a_pressure_count_neither_as_pressures_nor_as_crossings() {
+    for quality in [Quality::Fault, Quality::Off, Quality::Missing, Quality::Stale] {
+        let sample = |number: i32| Sample::new(at(f64::from(number)), Some(1.0), quality);
+        let samples: Vec<_> = (0..100).map(sample).collect();
+        assert!(find(&samples, 0).is_empty(), "{quality:?}");
+        let trace = whole(&samples);
+        assert_eq!((trace.ends(), crossing(&trace, 1e9)), (None, Crossing::Not), "{quality:?}");
+        assert_eq!(trace.seconds_of(quality), 99.0, "{quality:?}");
+    }
 }
 
 #[test]

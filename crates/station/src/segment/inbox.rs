@@ -2,7 +2,8 @@
 //!
 //! Previews and executions come first: the parameters of a gauge are read one after the other, and the segment looks for a command
 //! between two of them. While a gauge has no free MS2 connection, its requests are tried again, for as long as a slave keeps the
-//! connections of a master that was killed. The gauges are sampled meanwhile, so a request leaves no gap in the recording.
+//! connections of a master that was killed. The gauges are sampled meanwhile, so a request leaves no gap in the recording. A preview or
+//! a reading whose requester has given up is dropped, also between two parameters.
 //!
 //! | Request | Gauge has no free connection | Otherwise |
 //! |---|---|---|
@@ -14,13 +15,13 @@ use super::requests::{self, Reading, ReadingEnd, has_no_connection};
 use super::services::SegmentServices;
 use crate::control::error::{ChangedSinceArmed, OperationError, Unavailable};
 use crate::control::operation::{Operation, OperationPreview};
-use crate::control::requests::SegmentRequest;
+use crate::control::requests::{Answer, SegmentRequest};
 use crate::view::Block;
 use profivac_client::cyclic::CyclicSlave;
 use profivac_client::records::Records;
 use profivac_recorder::EventKind;
 use std::collections::VecDeque;
-use std::sync::mpsc::{Receiver, SyncSender};
+use std::sync::mpsc::Receiver;
 use std::time::{Duration, Instant};
 
 /// How long a slave keeps the connection of a master that is gone: two Send_Timeouts of 5 s without a request and one in which its
@@ -51,7 +52,7 @@ impl Wait {
 struct Preview {
     gauge: String,
     operation: Operation,
-    answer: SyncSender<Result<OperationPreview, OperationError>>,
+    answer: Answer<Result<OperationPreview, OperationError>>,
     wait: Wait,
 }
 
@@ -59,7 +60,7 @@ struct Preview {
 struct Read {
     gauge: String,
     reading: Reading,
-    answer: SyncSender<Result<Vec<Block>, Unavailable>>,
+    answer: Answer<Result<Vec<Block>, Unavailable>>,
     wait: Wait,
 }
 
@@ -92,7 +93,7 @@ impl Inbox {
         Self { receiver, commands: VecDeque::new(), reads: VecDeque::new() }
     }
 
-    /// Takes the requests that have come.
+    /// Takes the requests that have come. Each has a place in the queue until it is answered, so there is a limited number.
     fn fill(&mut self) {
         while let Ok(request) = self.receiver.try_recv() {
             let wait = Wait::default();
@@ -122,6 +123,7 @@ impl Inbox {
     ) -> Result<(), PortLost> {
         self.fill();
         let now = clock();
+        self.drop_abandoned(services, now);
         let due = self.commands.iter().position(|command| command.is_due(now));
         if let Some(command) = due.and_then(|index| self.commands.remove(index)) {
             match command {
@@ -135,6 +137,21 @@ impl Inbox {
             Some(read) => self.read(services, read, slave, records, clock),
             None => Ok(()),
         }
+    }
+
+    /// Drops the requests whose requesters have given up. An execution has a time of its own.
+    fn drop_abandoned(&mut self, services: &SegmentServices, now: Instant) {
+        self.commands.retain(|command| match command {
+            Command::Preview(preview) => preview.answer.is_awaited(now),
+            Command::Execute(_) => true,
+        });
+        self.reads.retain(|read| {
+            let is_awaited = read.answer.is_awaited(now);
+            if !is_awaited {
+                requests::end_progress(&services.snapshots, &read.gauge);
+            }
+            is_awaited
+        });
     }
 
     fn preview<R: Records>(
@@ -168,12 +185,13 @@ impl Inbox {
         clock: impl Fn() -> Instant,
     ) -> Result<(), PortLost> {
         let end = slave(&read.gauge).map_or_else(ReadingEnd::Failed, |slave| {
-            let has_command = || {
+            let Read { gauge, reading, answer, .. } = &mut read;
+            let is_interrupted = || {
                 self.fill();
                 let now = clock();
-                self.commands.iter().any(|command| command.is_due(now))
+                !answer.is_awaited(now) || self.commands.iter().any(|command| command.is_due(now))
             };
-            read.reading.read_on(&services.snapshots, &read.gauge, &slave, records(slave.address), has_command)
+            reading.read_on(&services.snapshots, gauge, &slave, records(slave.address), is_interrupted)
         });
         let is_full = matches!(&end, ReadingEnd::Failed(Unavailable::Client(error)) if has_no_connection(error));
         if read.wait.continues(services, &read.gauge, is_full, clock()) {
@@ -272,17 +290,20 @@ mod tests {
     use super::*;
     use crate::control::operation::OperationRequest;
     use crate::services::Services;
+    use profivac_client::ErrorKind;
     use profivac_client::records::RecordError;
     use profivac_devices::model::AccessPath;
     use profivac_recorder::{Micros, Recorder, Settings};
     use profivac_virtual::device_spec::entry;
     use std::cell::{Cell, RefCell};
-    use std::sync::mpsc::sync_channel;
+    use std::sync::mpsc::{SyncSender, sync_channel};
     use tempfile::TempDir;
 
     /// The records of a gauge, all empty. Whether a connection is free and what happens at a read is up to the test.
     struct TestRecords<'a> {
         is_free: bool,
+        /// It does not answer.
+        is_gone: bool,
         at_read: &'a dyn Fn(),
     }
 
@@ -293,6 +314,9 @@ mod tests {
 
         fn read(&mut self, _: u8, _: u8) -> Result<Vec<u8>, RecordError> {
             (self.at_read)();
+            if self.is_gone {
+                return Err(profivac_client::records::Interruption::NoAnswer.into());
+            }
             if self.is_free { Ok(Vec::new()) } else { Err(profivac_client::records::Unavailable::NoConnection.into()) }
         }
 
@@ -301,6 +325,9 @@ mod tests {
         }
     }
 
+    /// How long the requesters of the tests wait.
+    const AWAITED: Duration = Duration::from_secs(60);
+
     struct Fixture {
         _folder: TempDir,
         services: SegmentServices,
@@ -308,6 +335,7 @@ mod tests {
         inbox: RefCell<Inbox>,
         now: Cell<Instant>,
         is_free: Cell<bool>,
+        is_gone: Cell<bool>,
         /// How often the gauge was asked.
         asked: Cell<usize>,
     }
@@ -325,6 +353,7 @@ mod tests {
                 inbox: RefCell::new(Inbox::new(receiver)),
                 now: Cell::new(Instant::now()),
                 is_free: Cell::new(true),
+                is_gone: Cell::new(false),
                 asked: Cell::new(0),
             }
         }
@@ -342,7 +371,8 @@ mod tests {
                 self.asked.set(self.asked.get() + 1);
                 at_read();
             };
-            let records = |_| TestRecords { is_free: self.is_free.get(), at_read: &at_read };
+            let records =
+                |_| TestRecords { is_free: self.is_free.get(), is_gone: self.is_gone.get(), at_read: &at_read };
             let slave = |_: &str| Ok(Self::slave());
             self.inbox.borrow_mut().answer_next(&self.services, slave, records, || self.now.get()).unwrap();
         }
@@ -351,18 +381,22 @@ mod tests {
             self.now.set(self.now.get() + time);
         }
 
+        fn answer<T>(&self) -> (Answer<T>, Receiver<T>) {
+            Answer::channel(self.now.get() + AWAITED, Vec::new())
+        }
+
         fn blocks(&self) -> Receiver<Result<Vec<Block>, Unavailable>> {
-            let (sender, answer) = sync_channel(1);
-            self.sender.send(SegmentRequest::Blocks("chamber".to_owned(), sender)).unwrap();
-            answer
+            let (answer, receiver) = self.answer();
+            self.sender.send(SegmentRequest::Blocks("chamber".to_owned(), answer)).unwrap();
+            receiver
         }
 
         fn preview(&self) -> Receiver<Result<OperationPreview, OperationError>> {
-            let (sender, answer) = sync_channel(1);
+            let (answer, receiver) = self.answer();
             let request = OperationRequest { command: Some("ba.degas-on".to_owned()), ..OperationRequest::default() };
             let operation = Operation::resolve(Self::slave().model, &request).unwrap();
-            self.sender.send(SegmentRequest::Preview("chamber".to_owned(), operation, sender)).unwrap();
-            answer
+            self.sender.send(SegmentRequest::Preview("chamber".to_owned(), operation, answer)).unwrap();
+            receiver
         }
 
         fn events(&self) -> Vec<String> {
@@ -408,6 +442,44 @@ mod tests {
         let (blocks, command) = (fixture.blocks(), fixture.preview());
         fixture.step(|| ());
         assert!(command.try_recv().is_ok() && blocks.try_recv().is_err());
+    }
+
+    #[test]
+    fn a_reading_of_a_gauge_that_does_not_answer_ends_at_its_first_parameter() {
+        let fixture = Fixture::new();
+        let blocks = fixture.blocks();
+        fixture.is_gone.set(true);
+        fixture.step(|| ());
+        let error = blocks.try_recv().unwrap().unwrap_err();
+        assert!(matches!(&error, Unavailable::Client(error) if error.kind() == ErrorKind::Line), "{error}");
+        assert!(fixture.asked.get() <= 2, "{} reads, with the restoring of the selector", fixture.asked.get());
+    }
+
+    #[test]
+    fn a_request_whose_requester_has_given_up_is_dropped_and_asks_the_gauge_nothing() {
+        let fixture = Fixture::new();
+        let (blocks, command) = (fixture.blocks(), fixture.preview());
+        fixture.pass(AWAITED);
+        fixture.step(|| ());
+        fixture.step(|| ());
+        assert_eq!(fixture.asked.get(), 0);
+        let dropped = std::sync::mpsc::TryRecvError::Disconnected;
+        assert_eq!((blocks.try_recv().err(), command.try_recv().err()), (Some(dropped), Some(dropped)));
+    }
+
+    #[test]
+    fn a_reading_ends_between_two_parameters_when_its_requester_gives_up() {
+        let fixture = Fixture::new();
+        let abandoned = fixture.blocks();
+        fixture.step(|| fixture.pass(AWAITED));
+        let asked = fixture.asked.get();
+        let next = fixture.blocks();
+        fixture.step(|| ());
+        assert!(next.try_recv().unwrap().is_ok(), "the next reading is done in one step");
+        let whole = fixture.asked.get() - asked;
+        assert!(asked < whole, "{asked} of {whole} reads before the requester gave up");
+        assert_eq!(abandoned.try_recv().err(), Some(std::sync::mpsc::TryRecvError::Disconnected));
+        assert_eq!(fixture.services.snapshots.read_progress(), []);
     }
 
     #[test]

@@ -8,13 +8,15 @@ use profivac_client::cyclic::CyclicSlave;
 use profivac_client::names::NamedParameter;
 use profivac_client::records::{self, Records};
 use profivac_client::values::ValueFormat;
-use profivac_client::{ClientError, Gauge};
+use profivac_client::{ClientError, ErrorKind, Gauge};
 use profivac_devices::model::{AccessPath, Codes, DataType, Direction, Model, NumberType, Unit};
 use profivac_host::session::SessionError;
 
 /// How far the parameters of a gauge are read.
 #[derive(Default)]
 pub struct Reading {
+    /// The model whose parameters are read.
+    model: Option<&'static Model>,
     blocks: Vec<Block>,
     /// The number of parameters that are done.
     done: usize,
@@ -36,7 +38,8 @@ impl Reading {
         self.blocks
     }
 
-    /// Reads one parameter after the other until all are done or `is_interrupted`, with at least one each time.
+    /// Reads one parameter after the other until all are done or `is_interrupted`, with at least one each time. Begins again if
+    /// a gauge of another model has replaced the one before.
     pub fn read_on<R: Records>(
         &mut self,
         snapshots: &SnapshotStore,
@@ -47,6 +50,9 @@ impl Reading {
     ) -> ReadingEnd {
         if !slave.model.features.dpv1 {
             return ReadingEnd::Failed(Unavailable::ReadNeedsDpV1(name.to_owned()));
+        }
+        if !self.model.is_some_and(|model| std::ptr::eq(model, slave.model)) {
+            *self = Self { model: Some(slave.model), ..Self::default() };
         }
         let mut gauge = Gauge::with_model(records, slave.address, slave.model).with_unit(slave.unit);
         let names = gauge.names();
@@ -109,7 +115,10 @@ fn parameter<R: Records>(
         None => (None, None),
         Some(Ok(reading)) => (Some(reading.text), None),
         Some(Err(ClientError::Session(SessionError::Port(_)))) => return Err(Unavailable::PortLost),
-        Some(Err(error)) if has_no_connection(&error) => return Err(Unavailable::Client(Box::new(error))),
+        // The gauge does not answer any more: each further parameter would take as long as this one.
+        Some(Err(error)) if has_no_connection(&error) || error.kind() == ErrorKind::Line => {
+            return Err(Unavailable::Client(Box::new(error)));
+        }
         Some(Err(error)) => (None, Some(error.to_string())),
     };
     Ok(Some(Parameter {
