@@ -134,11 +134,6 @@ impl<R: Records> Gauge<R> {
         })
     }
 
-    /// The present instance, as far as it is known.
-    pub(super) fn present_instance(&self) -> Option<u8> {
-        self.selector_state.map(|state| state.current).filter(|current| *current != UNKNOWN)
-    }
-
     /// The instance that a slot shows.
     pub(super) fn selected_instance(&mut self, slot: u8) -> Result<u8, ClientError> {
         if let Some(SelectorState { current, .. }) = self.selector_state.filter(|state| state.current != UNKNOWN) {
