@@ -9,6 +9,7 @@ use clap::Args;
 use profivac_client::ClientError;
 use profivac_client::cyclic::CyclicSlave;
 use profivac_client::discover::CyclicError;
+use profivac_client::values::hex;
 use profivac_conform::dialogue::{LoggedCycle, SlaveUnderTest};
 use profivac_conform::expected::Reason;
 use profivac_conform::probe::Received;
@@ -179,10 +180,6 @@ fn answer_text(shown: &LoggedCycle) -> String {
         Received::Damaged => "octets that are not a telegram".to_owned(),
         Received::Telegram(octets) => hex(octets),
     }
-}
-
-fn hex(octets: &[u8]) -> String {
-    octets.iter().map(|octet| format!("{octet:02X}")).collect::<Vec<_>>().join(" ")
 }
 
 /// A check in the JSON output.

@@ -323,6 +323,7 @@ fn request<T>(
 }
 
 /// The result of a request that runs in the thread of the bus.
+#[must_use = "the error of the request is in it"]
 pub struct Pending<T>(Arc<Shared<T>>);
 
 /// The side of a [`Pending`] that provides the result.

@@ -234,9 +234,8 @@ impl ValueFormat<'_> {
     }
 
     /// BG 5530 has a float that contains a code.
-    #[expect(clippy::cast_possible_truncation, reason = "whole and small")]
     fn name_of_float(&self, number: f64) -> Option<String> {
-        (number.fract() == 0.0 && number.abs() < 1e6).then(|| self.name_of(number as i64)).flatten()
+        self.name_of(whole_number(number)?)
     }
 
     fn format_integer(&self, number: i64) -> String {
@@ -505,6 +504,12 @@ pub(crate) fn pressure_format(
 /// Whether a number of this size can be written as a pressure: 0 too, as a Safe Value; NaN cannot.
 fn is_writable_number(number: f64) -> bool {
     (0.0..=f64::from(f32::MAX)).contains(&number)
+}
+
+/// The code that a float holds. `None` for a number that is not whole, or greater than any code.
+#[expect(clippy::cast_possible_truncation, reason = "whole and small")]
+pub(crate) fn whole_number(number: f64) -> Option<i64> {
+    (number.fract() == 0.0 && number.abs() < 1e6).then_some(number as i64)
 }
 
 /// Whether the letter at this position is the exponent sign of a number.

@@ -7,6 +7,7 @@ use profivac_client::ClientError;
 use profivac_client::cyclic::CyclicSlave;
 use profivac_client::discover::CyclicError;
 use profivac_client::identify::device_names;
+use profivac_client::values::hex;
 use profivac_dp::master::{SlaveParameters, services};
 use profivac_host::scan::probe;
 use profivac_host::session::{BusSession, Reply, SessionError, add_or_restart};
@@ -218,9 +219,4 @@ fn without_configuration(address: u8, ident: u16) -> String {
         "the slave at address {address} has the ident number 0x{ident:04X}, which no known device has, and does not answer \
          Get_Cfg; without its configuration its inputs cannot be shown"
     )
-}
-
-/// Octets in hex.
-fn hex(octets: &[u8]) -> String {
-    octets.iter().map(|octet| format!("{octet:02X}")).collect::<Vec<_>>().join(" ")
 }

@@ -5,7 +5,7 @@ use super::{Gauge, KnownUnit, ParameterReading};
 use crate::error::{ClientError, Operation};
 use crate::names::NamedParameter;
 use crate::records::Records;
-use crate::values::{BeyondRange, Value, ValueError, ValueFormat};
+use crate::values::{BeyondRange, Value, ValueError, ValueFormat, whole_number};
 use profivac_devices::model::{Code, Codes, Direction, NumberType, Role, Row, Unit};
 
 /// A parameter that was written.
@@ -232,11 +232,10 @@ impl<R: Records> Gauge<R> {
 }
 
 /// The entry of the code table for a value.
-#[expect(clippy::cast_possible_truncation, reason = "a code held by a float is small")]
 fn code_of(row: &'static Row, value: &Value) -> Option<&'static Code> {
     match value {
         Value::Integer(number) => row.codes.code(*number),
-        Value::Number(number) => row.codes.code(*number as i64),
+        Value::Number(number) => row.codes.code(whole_number(*number)?),
         Value::Octets(octets) => match octets.as_slice() {
             [command, value] => row.codes.code(u16::from_be_bytes([*command, *value]).into()),
             _ => None,
