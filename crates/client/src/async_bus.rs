@@ -117,7 +117,8 @@ impl AsyncBus {
     /// # let port = profivac_virtual::open::devices(&["bcg450@5"])?;
     /// let bus = AsyncBus::open(move || {
     ///     let baud = Baud::B19200;
-    ///     Ok(BusSession::new(port, baud, bus_parameters(1, baud, port.delivery()), Duration::from_secs(5))?)
+    ///     let bus = bus_parameters(1, baud, port.delivery());
+    ///     Ok(BusSession::new(port, baud, bus, Duration::from_secs(5))?)
     /// })?;
     /// let slaves = bus.submit(|session| profivac_host::scan::probe(session, 5).map(|station| station.is_some()));
     /// assert!(slaves.wait()?.map_err(ClientError::from)?);
