@@ -6,6 +6,7 @@ use crate::failure::Failure;
 use crate::output::{json, notice, out};
 use crate::values::{self, Octets};
 use clap::Args;
+use profivac_client::ClientError;
 use profivac_client::cyclic::CyclicSlave;
 use profivac_client::discover::CyclicError;
 use profivac_client::values::hex;
@@ -142,7 +143,7 @@ fn find_slave(session: &mut BusSession, address: u8) -> Result<SlaveStatus, Fail
 pub fn known_prm(session: &mut BusSession, address: u8, master: u8) -> Result<Vec<u8>, Failure> {
     match CyclicSlave::find(session, address, master) {
         Ok(watched) => Ok(watched.parameters(session.baud()).user_prm.to_vec()),
-        Err(CyclicError::UnknownDevice { .. }) => Ok(Vec::new()),
+        Err(CyclicError::Client(ClientError::UnknownDevice { .. })) => Ok(Vec::new()),
         Err(CyclicError::UnreadableUnit { .. }) => Err(Failure::usage(format!(
             "the unit of the gauge at address {address} cannot be read, and Set_Prm sets one; give the user parameters with \
              --prm, see `profivac gsd`"

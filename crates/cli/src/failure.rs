@@ -92,6 +92,7 @@ impl From<CyclicError> for Failure {
         match error {
             CyclicError::Session(error) => error.into(),
             CyclicError::NoAnswer(_) => Self::no_answer(error.to_string()),
+            CyclicError::Client(error) => error.into(),
             _ => Self::refused(error.to_string()),
         }
     }

@@ -3,8 +3,9 @@
 //! A [`Pending`] result can be awaited in any runtime or waited for without one. Between two requests the thread serves the
 //! line: a master in a token ring must pass the token on.
 
+use crate::cyclic::ChannelValue;
 use crate::error::ClientError;
-use crate::gauge::{Gauge, HeldSelector, ParameterReading, PressureReading, WriteResult};
+use crate::gauge::{Gauge, HeldSelector, ParameterReading, WriteResult};
 use crate::ms2::Ms2;
 use crate::records::RecordError;
 use profivac_devices::model::{Location, TypedParameter};
@@ -116,7 +117,8 @@ impl AsyncBus {
     /// # let port = profivac_virtual::open::devices(&["bcg450@5"])?;
     /// let bus = AsyncBus::open(move || {
     ///     let baud = Baud::B19200;
-    ///     Ok(BusSession::new(port, baud, bus_parameters(1, baud), Duration::from_secs(5))?)
+    ///     let bus = bus_parameters(1, baud, port.delivery());
+    ///     Ok(BusSession::new(port, baud, bus, Duration::from_secs(5))?)
     /// })?;
     /// let slaves = bus.submit(|session| profivac_host::scan::probe(session, 5).map(|station| station.is_some()));
     /// assert!(slaves.wait()?.map_err(ClientError::from)?);
@@ -202,7 +204,7 @@ impl AsyncGauge {
     ///
     /// # Errors
     /// As [`with`](Self::with).
-    pub async fn pressure(&self) -> Result<PressureReading, ClientError> {
+    pub async fn pressure(&self) -> Result<ChannelValue, ClientError> {
         self.with(|gauge| gauge.pressure()).await
     }
 
@@ -322,6 +324,7 @@ fn request<T>(
 }
 
 /// The result of a request that runs in the thread of the bus.
+#[must_use = "the error of the request is in it"]
 pub struct Pending<T>(Arc<Shared<T>>);
 
 /// The side of a [`Pending`] that provides the result.

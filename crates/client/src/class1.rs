@@ -81,7 +81,7 @@ impl<'a> Class1Session<'a> {
         is_cancelled: &dyn Fn() -> bool,
     ) -> Result<Self, RecordError> {
         let model = slave.model;
-        let number = present_number(session, slave);
+        let number = present_number(session, slave)?;
         let (configuration, service) = service_of(model, slave.configuration, number, via, session.baud())?;
         let default = slave.parameters(session.baud());
         let mut user_prm = default.user_prm.to_vec();
@@ -208,17 +208,20 @@ fn octets(value: pkw::Value) -> Vec<u8> {
     value.octets().iter().skip(4_usize.saturating_sub(value.width())).copied().collect()
 }
 
-/// Data Type, read over MS2: a configuration with another number type would change it.
-fn present_number(session: &mut BusSession, slave: &CyclicSlave) -> Option<NumberType> {
-    let places = slave.model.blocks.iter().filter(|_| slave.model.features.dpv1);
-    let (place, data_type) = places
-        .filter_map(|place| {
-            let row = place.block.rows.iter().find(|row| row.role == Some(Role::NumberType))?;
-            Some(((place.locations.first()?.slot, row.index), row.data_type))
-        })
-        .next()?;
-    let code = read_code(&mut Ms2::new(session, slave.address), place, data_type).ok()??;
-    NumberType::from_code(u8::try_from(code).ok()?)
+/// Data Type, read over MS2: a configuration with another number type would change it. `None` for a device that has no such
+/// parameter or refuses it; a lost answer is an error, not a guess.
+fn present_number(session: &mut BusSession, slave: &CyclicSlave) -> Result<Option<NumberType>, RecordError> {
+    let mut places = slave.model.blocks.iter().filter(|_| slave.model.features.dpv1);
+    let found = places.find_map(|place| {
+        let row = place.block.rows.iter().find(|row| row.role == Some(Role::NumberType))?;
+        Some(((place.locations.first()?.slot, row.index), row.data_type))
+    });
+    let Some((place, data_type)) = found else { return Ok(None) };
+    let code = match read_code(&mut Ms2::new(session, slave.address), place, data_type) {
+        Err(RecordError::Refused(_)) => None,
+        code => code?,
+    };
+    Ok(code.and_then(|code| u8::try_from(code).ok()).and_then(NumberType::from_code))
 }
 
 /// The configuration that carries a service, and the parameters of the service: the present configuration, or one with the

@@ -1,18 +1,14 @@
 //! Finds out how to exchange data with a slave: its model, its configuration, its unit, the gauges on its channels.
 
 use crate::class1::Class1Session;
-use crate::cyclic::{ChannelPrinciples, CyclicSlave, open_instances};
+use crate::cyclic::{BLOCK_TYPE, ChannelPrinciples, CyclicSlave, open_instances};
+use crate::error::ClientError;
 use crate::identify;
 use crate::ms2::{Ms2, Ms2Error};
 use crate::records::{Interruption, RecordError, read_code};
 use profivac_devices::model::{AccessPath, Codes, Configuration, DataType, Field, Model, Unit};
 use profivac_dp::master::services;
-use profivac_host::scan::{SlaveStatus, probe};
 use profivac_host::session::{BusSession, Reply, SessionError};
-use std::time::Instant;
-
-/// The index of Block Type in a transducer block: BG 5530 4.4.5.
-const BLOCK_TYPE: u8 = 101;
 
 /// The reason why a slave cannot be used for data exchange.
 #[derive(Debug, thiserror::Error)]
@@ -24,6 +20,9 @@ pub enum CyclicError {
     /// No slave answers.
     #[error("no slave answers at address {0}")]
     NoAnswer(u8),
+    /// The station is a master, no known device has its Ident_Number, or it cannot be identified.
+    #[error(transparent)]
+    Client(ClientError),
     /// Another master owns the slave.
     #[error("the slave at address {address} belongs to master {master}")]
     OwnedByOther {
@@ -31,14 +30,6 @@ pub enum CyclicError {
         address: u8,
         /// The owner.
         master: u8,
-    },
-    /// No known device has this Ident_Number.
-    #[error("the slave at address {address} has the ident number 0x{ident:04X}, which no known device has")]
-    UnknownDevice {
-        /// The address.
-        address: u8,
-        /// Ident_Number.
-        ident: u16,
     },
     /// The present unit cannot be read, so it could not be preserved.
     #[error("the unit of the slave at address {address} cannot be read: {error}")]
@@ -51,6 +42,17 @@ pub enum CyclicError {
     /// The tables of the device have no units.
     #[error("the slave at address {0} has no pressures")]
     NoUnit(u8),
+}
+
+impl From<ClientError> for CyclicError {
+    /// A lost port and a missing slave have one variant only.
+    fn from(error: ClientError) -> Self {
+        match error {
+            ClientError::Session(error) => Self::Session(error),
+            ClientError::NoAnswer(address) => Self::NoAnswer(address),
+            error => Self::Client(error),
+        }
+    }
 }
 
 impl CyclicSlave {
@@ -69,12 +71,11 @@ impl CyclicSlave {
     /// # Errors
     /// [`CyclicError`].
     pub fn find(session: &mut BusSession, address: u8, master: u8) -> Result<Self, CyclicError> {
-        let slave = wait_for_slave(session, address)?;
+        let slave = identify::wait_for_slave(session, address)?;
         if let Some(owner) = slave.owner.filter(|owner| *owner != master) {
             return Err(CyclicError::OwnedByOther { address, master: owner });
         }
-        let model = identify::model(slave.ident, address, &mut Ms2::new(session, address))
-            .map_err(|_| CyclicError::UnknownDevice { address, ident: slave.ident })?;
+        let model = identify::model(slave.ident, address, &mut Ms2::new(session, address))?;
         let configuration = present_configuration(session, address, model)?;
         // Assumed until it is read: a device whose user parameters have no unit keeps its own.
         let unit = model.units.first().ok_or(CyclicError::NoUnit(address))?;
@@ -96,19 +97,6 @@ fn read_principles(session: &mut BusSession, address: u8, model: &Model) -> Resu
         }
     }
     Ok(ChannelPrinciples::from_block_types(block_types.iter().map(|(instance, octets)| (*instance, octets.as_slice()))))
-}
-
-/// Waits for the diagnosis of a slave.
-fn wait_for_slave(session: &mut BusSession, address: u8) -> Result<SlaveStatus, CyclicError> {
-    let begun = Instant::now();
-    loop {
-        if let Some(slave) = probe(session, address)?.and_then(|station| station.slave) {
-            return Ok(slave);
-        }
-        if begun.elapsed() >= session.timeout() {
-            return Err(CyclicError::NoAnswer(address));
-        }
-    }
 }
 
 /// The present configuration, or else one without outputs that declares the validity of its pressures.

@@ -151,6 +151,18 @@ pub enum ClientError {
         /// The reason.
         error: TypedError,
     },
+    /// The unit of the gauge has changed since the value was checked. The value was not sent.
+    #[error(
+        "{place}: not written: the unit of the gauge was {prepared} when the value was checked and is {present} now; try again"
+    )]
+    UnitChanged {
+        /// The parameter.
+        place: ParameterContext,
+        /// The unit of the value.
+        prepared: &'static str,
+        /// The present unit.
+        present: &'static str,
+    },
     /// The parameter does not have the value that was written.
     #[error("{place}: {written} was written, but it reads {found}")]
     NotKept {
@@ -422,6 +434,7 @@ impl ClientError {
             | Self::Unavailable { .. }
             | Self::Malformed { .. }
             | Self::Typed { .. }
+            | Self::UnitChanged { .. }
             | Self::NotKept { .. } => ErrorKind::Refused,
         }
     }

@@ -1,8 +1,8 @@
 //! Identifies the device at an address: by its Ident_Number, and where several models share it, by its Device
 //! Configuration.
 
-use super::error::ClientError;
-use super::records::{Records, read_value};
+use super::error::{ClientError, Operation, ParameterContext};
+use super::records::{RecordError, Records, read_value};
 use super::values::Value;
 use profivac_devices::catalog::{model_with_ident, models_with_ident};
 use profivac_devices::model::{DataType, Model, Role};
@@ -54,16 +54,25 @@ pub fn wait_for_slave(session: &mut BusSession, address: u8) -> Result<SlaveStat
 /// ```
 ///
 /// # Errors
-/// [`ClientError::UnknownDevice`].
+/// [`ClientError::UnknownDevice`]; the error of reading Device Configuration, unless the device refuses it.
 pub fn model(ident: u16, address: u8, records: &mut impl Records) -> Result<&'static Model, ClientError> {
     let first = model_with_ident(ident).ok_or(ClientError::UnknownDevice { address, ident })?;
     let variants: Vec<_> = VARIANTS.iter().filter(|variant| variant.model.ident == ident).collect();
     if variants.is_empty() {
         return Ok(first);
     }
-    // Without a readable configuration the first model is assumed: the tables differ only in the fitted parts.
     let Some((place, data_type)) = device_configuration(first) else { return Ok(first) };
-    let Ok(Value::Text(text)) = read_value(records, place, data_type) else { return Ok(first) };
+    let text = match read_value(records, place, data_type) {
+        Ok(Value::Text(text)) => text,
+        // A device that refuses its configuration is taken for the first model: the tables differ only in the fitted parts.
+        Ok(_) | Err(RecordError::Refused(_) | RecordError::Malformed(_)) => return Ok(first),
+        // A lost answer is no reason for a guess: another model has other ranges and other names.
+        Err(error) => {
+            let (slot, index) = place;
+            let place = ParameterContext { device: first.name, address, name: None, slot, instance: 0, index };
+            return Err(ClientError::from_record(error, Operation::Read, place, None));
+        }
+    };
     let best = variants.into_iter().max_by_key(|variant| similarity(&text, variant.configuration));
     Ok(best.map_or(first, |variant| &variant.model))
 }

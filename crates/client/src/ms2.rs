@@ -110,7 +110,8 @@ pub fn read(line: &mut impl Ms2Line, address: u8, slot: u8, index: u8) -> Result
 
 /// An MS2 connection to a slave.
 ///
-/// The first request opens it. If the slave has closed it since, the next request opens it again. Dropping it closes it.
+/// The first request opens it. If it has ended since, for example because the gauge was switched off and on, the next request opens
+/// it again. Dropping it closes it.
 ///
 /// ```
 /// # use profivac_client::{Bus, ms2::Ms2};
@@ -201,12 +202,14 @@ impl<'a, L: Ms2Line> Ms2<'a, L> {
         Ok(request(master)?)
     }
 
-    /// Sends a request on the connection. If the slave has closed the connection for lack of traffic, opens a new one.
+    /// Sends a request on the connection. A connection that is known to have ended, or that the slave has closed for lack of
+    /// traffic, is opened again: the slave cannot have executed the request.
     fn request<O: Operation, T>(
         &mut self,
         submit: impl Fn(&mut BusMaster, Handle<Connect>) -> Result<Handle<O>, SubmitError>,
         take: impl Fn(O::Outcome<'_>) -> Result<T, RequestError>,
     ) -> Result<T, Ms2Error> {
+        self.forget_ended_connection();
         if let Some(connection) = self.connection {
             match self.request_on(connection, &submit, &take) {
                 Err(Ms2Error::Ended(end)) if was_closed(&end) => {}
@@ -217,17 +220,21 @@ impl<'a, L: Ms2Line> Ms2<'a, L> {
         self.request_on(connection, &submit, &take)
     }
 
+    /// Forgets a connection that has ended since the last request, whatever its end.
+    fn forget_ended_connection(&mut self) {
+        let master = self.line.master();
+        let outcome = master.zip(self.connection).and_then(|(master, connection)| master.outcome(connection));
+        if matches!(outcome, Some(Err(_))) {
+            self.connection = None;
+        }
+    }
+
     fn request_on<O: Operation, T>(
         &mut self,
         connection: Handle<Connect>,
         submit: impl Fn(&mut BusMaster, Handle<Connect>) -> Result<Handle<O>, SubmitError>,
         take: impl Fn(O::Outcome<'_>) -> Result<T, RequestError>,
     ) -> Result<T, Ms2Error> {
-        // The connection may have ended since the last request.
-        if let Some(Err(end)) = self.line.master().and_then(|master| master.outcome(connection)) {
-            self.connection = None;
-            return Err(Ms2Error::Ended(end));
-        }
         let handle = self.submit(|master| submit(master, connection))?;
         let outcome = self.line.wait_for(handle, take)?;
         if matches!(outcome, Err(RequestError::Ended(_))) {

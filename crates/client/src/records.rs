@@ -164,6 +164,9 @@ pub enum Unavailable {
     /// Another master moves the Channel Instance Selector between two requests.
     #[error("another master also changes the Channel Instance Selector; read again when it has finished")]
     SelectorContention,
+    /// Another master changes the unit between two requests.
+    #[error("another master also changes the unit; read again when it has finished")]
+    UnitContention,
 }
 
 /// The reason why no usable answer arrived.

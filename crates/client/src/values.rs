@@ -51,6 +51,8 @@ pub enum ValueProblem {
         /// Those that it has.
         units: Vec<&'static str>,
     },
+    /// The gauge would hold 0 in place of the pressure, which is another setting.
+    BecomesZero,
     /// The gauge is set to a unit into which the pressure cannot be converted: COUNTS without a scale in the tables.
     NotConvertible {
         /// The present unit of the gauge, if that is known.
@@ -62,6 +64,7 @@ impl fmt::Display for ValueProblem {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::NotAccepted => Ok(()),
+            Self::BecomesZero => f.write_str(", which is so small that the gauge would hold 0"),
             Self::NoUnit { example: Some(example) } => {
                 write!(f, " without a unit; in the present unit of the gauge it is '{example}'")
             }
@@ -89,7 +92,8 @@ pub struct BeyondRange {
     pub highest: String,
 }
 
-/// The limits of a measuring range also belong to it after a conversion to a 32-bit float of another unit.
+/// The limits of a measuring range also belong to it after a conversion to a 32-bit float of another unit, and a number that is
+/// whole in one unit is whole after the conversion from another.
 const SLACK: f64 = 1e-6;
 
 /// The values that a parameter accepts.
@@ -230,9 +234,8 @@ impl ValueFormat<'_> {
     }
 
     /// BG 5530 has a float that contains a code.
-    #[expect(clippy::cast_possible_truncation, reason = "whole and small")]
     fn name_of_float(&self, number: f64) -> Option<String> {
-        (number.fract() == 0.0 && number.abs() < 1e6).then(|| self.name_of(number as i64)).flatten()
+        self.name_of(whole_number(number)?)
     }
 
     fn format_integer(&self, number: i64) -> String {
@@ -296,7 +299,7 @@ impl ValueFormat<'_> {
         octets.ok_or_else(|| self.value_error(text, number, ValueProblem::NotAccepted))
     }
 
-    fn value_error(&self, text: &str, number: NumberType, problem: ValueProblem) -> ValueError {
+    pub(crate) fn value_error(&self, text: &str, number: NumberType, problem: ValueProblem) -> ValueError {
         ValueError { expected: self.expected(number), received: text.to_owned(), problem }
     }
 
@@ -421,7 +424,6 @@ impl ValueFormat<'_> {
     }
 
     /// Parses `1e-3 mbar` in any unit of the device.
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "checked")]
     fn pressure(&self, text: &str, number: NumberType) -> Result<Vec<u8>, ValueProblem> {
         let end = text.find(char::is_whitespace).unwrap_or_else(|| {
             text.char_indices()
@@ -431,7 +433,7 @@ impl ValueFormat<'_> {
         let (digits, unit) = text.split_at(end);
         let value: f64 = digits.parse().map_err(|_| ValueProblem::NotAccepted)?;
         let value = match unit.trim() {
-            "" if !is_pressure(value) => return Err(ValueProblem::NotAccepted),
+            "" if !is_writable_number(value) => return Err(ValueProblem::NotAccepted),
             "" => {
                 let example = self.unit.map(|unit| format!("{digits} {}", unit.name));
                 return Err(ValueProblem::NoUnit { example });
@@ -442,16 +444,27 @@ impl ValueFormat<'_> {
                 self.converted(value, unit)?
             }
         };
-        if !is_pressure(value) {
+        self.encode_pressure(value, number)
+    }
+
+    /// The octets of a pressure in the present unit of the device, if they hold this number. A number other than 0 never
+    /// becomes 0, which is a Safe Value and a trip point of its own meaning.
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "checked")]
+    pub(crate) fn encode_pressure(&self, value: f64, number: NumberType) -> Result<Vec<u8>, ValueProblem> {
+        if !is_writable_number(value) {
             return Err(ValueProblem::NotAccepted);
         }
-        match number {
-            NumberType::Float => Ok((value as f32).to_be_bytes().to_vec()),
+        let (held, octets) = match number {
+            NumberType::Float => (f64::from(value as f32), (value as f32).to_be_bytes().to_vec()),
             NumberType::Integer => {
-                let whole = value.round();
-                let fits = (whole - value).abs() < 1e-6 * value.max(1.0) && whole <= f64::from(u16::MAX);
-                if fits { Ok((whole as u16).to_be_bytes().to_vec()) } else { Err(ValueProblem::NotAccepted) }
+                let whole = value.round().min(f64::from(u16::MAX));
+                (whole, (whole as u16).to_be_bytes().to_vec())
             }
+        };
+        match (held - value).abs() <= SLACK * value {
+            true => Ok(octets),
+            false if held == 0.0 => Err(ValueProblem::BecomesZero),
+            false => Err(ValueProblem::NotAccepted),
         }
     }
 
@@ -488,9 +501,15 @@ pub(crate) fn pressure_format(
     Some(PressureFormat { unit, number, counts, max_integer: u16::MAX })
 }
 
-/// Whether a number of this size can be a pressure; NaN cannot.
-fn is_pressure(number: f64) -> bool {
+/// Whether a number of this size can be written as a pressure: 0 too, as a Safe Value; NaN cannot.
+fn is_writable_number(number: f64) -> bool {
     (0.0..=f64::from(f32::MAX)).contains(&number)
+}
+
+/// The code that a float holds. `None` for a number that is not whole, or greater than any code.
+#[expect(clippy::cast_possible_truncation, reason = "whole and small")]
+pub(crate) fn whole_number(number: f64) -> Option<i64> {
+    (number.fract() == 0.0 && number.abs() < 1e6).then_some(number as i64)
 }
 
 /// Whether the letter at this position is the exponent sign of a number.

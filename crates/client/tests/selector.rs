@@ -162,6 +162,16 @@ fn the_next_gauge_respects_a_selector_that_another_master_has_moved() {
     assert_eq!(line.borrow().selected, 3);
 }
 
+#[test]
+fn a_gauge_that_is_dropped_respects_a_selector_that_another_master_has_moved() {
+    let line = line();
+    let mut gauge = gauge(&line);
+    gauge.read("ba.overrange").unwrap();
+    line.borrow_mut().selected = 3;
+    drop(gauge);
+    assert_eq!((line.borrow().selected, line.borrow().writes), (3, 1));
+}
+
 fn model_index(name: &'static str) -> u8 {
     let model = model_named("bcg450").unwrap();
     let names = profivac_client::names::ParameterNames::of(model);

@@ -54,3 +54,27 @@ fn a_handle_of_another_model_works_where_the_row_is_the_same_and_is_an_error_els
         .get(&profivac_devices::img400::table::RELAY_7, profivac_devices::bcg450::table::device_block::DeviceState);
     assert!(matches!(missing, Err(ClientError::Typed { error: TypedError::NotOnModel { .. }, .. })), "{missing:?}");
 }
+
+/// Number type 3 is Integer16: tira41d1 3.2.2.3.
+#[test]
+fn a_small_pressure_is_refused_where_the_gauge_would_hold_0_by_write_and_by_set() {
+    let mut bus = bus(&["bcg450@5:unit=mbar"]);
+    let mut gauge = bus.gauge(5).unwrap();
+    // 1e-46 is 0 as a 32-bit float.
+    for number in ["1e-46 mbar", "5e-7 mbar"] {
+        let written = gauge.write("pirani.safe-value", number);
+        assert!(matches!(written, Err(ClientError::Value { .. } | ClientError::BeyondRange { .. })), "{written:?}");
+        gauge.write("pirani.data-type", "integer").ok();
+        let error = gauge.write("pirani.safe-value", number).unwrap_err();
+        assert!(matches!(error, ClientError::Value { .. }), "{error}");
+        assert!(error.to_string().contains("so small that the gauge would hold 0"), "{error}");
+    }
+    for pa in [5e-5, 1e-44, 150.0] {
+        let set = gauge.set(&PIRANI, analog_input::SafeValue, Pascal(pa));
+        assert!(matches!(set, Err(ClientError::Value { .. })), "{pa}: {set:?}");
+    }
+    for pa in [0.0, 100.0] {
+        gauge.set(&PIRANI, analog_input::SafeValue, Pascal(pa)).unwrap();
+        assert_eq!(gauge.get(&PIRANI, analog_input::SafeValue).unwrap(), Pascal(pa));
+    }
+}

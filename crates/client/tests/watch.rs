@@ -4,7 +4,7 @@
 
 use profivac_client::{Bus, ms2};
 use profivac_dp::link::Baud;
-use profivac_host::port::{Character, Notice, Port, PortError};
+use profivac_host::port::{Character, Delivery, Notice, Port, PortError};
 use profivac_host::readiness::Readiness;
 use std::pin::pin;
 use std::sync::Arc;
@@ -26,8 +26,8 @@ impl Port for Counting {
         self.port.name()
     }
 
-    fn is_timed(&self) -> bool {
-        self.port.is_timed()
+    fn delivery(&self) -> Delivery {
+        self.port.delivery()
     }
 
     fn readiness(&self) -> Vec<Readiness<'_>> {

@@ -245,6 +245,7 @@ mod tests {
     use crate::device_spec::DeviceSpec;
     use crate::nonvolatile::NonvolatileMemory;
     use profivac_client::cyclic::ChannelPrinciples;
+    use profivac_client::ms2::Ms2;
     use profivac_client::pressure::Pressure;
     use profivac_devices::bcg450::table::MODEL;
     use profivac_dp::link::active::BusParameters;
@@ -352,6 +353,22 @@ mod tests {
         segment.devices_mut().for_each(|device| device.set_power(true));
         segment.run(1.0);
         assert_eq!(counters(&segment, 5).starts, 2);
+    }
+
+    /// Safe State of the selected instance is slot 1 index 39.
+    #[test]
+    fn a_write_after_the_gauge_was_switched_off_and_on_opens_a_new_connection() {
+        let mut segment = segment(Baud::B187500);
+        segment.run(1.0);
+        let mut connection = Ms2::new(&mut segment, 5);
+        connection.write(1, 39, &[2]).unwrap();
+        let segment = connection.line();
+        segment.devices_mut().take(1).for_each(|device| device.set_power(false));
+        segment.run(10.0);
+        segment.devices_mut().for_each(|device| device.set_power(true));
+        segment.run(1.0);
+        connection.write(1, 39, &[1]).unwrap();
+        assert_eq!(connection.read(1, 39).unwrap(), [1]);
     }
 
     #[test]

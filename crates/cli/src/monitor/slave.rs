@@ -3,6 +3,7 @@
 use super::row::Row;
 use crate::bus;
 use crate::failure::Failure;
+use profivac_client::ClientError;
 use profivac_client::cyclic::CyclicSlave;
 use profivac_client::discover::CyclicError;
 use profivac_client::identify::device_names;
@@ -67,7 +68,7 @@ impl MonitoredSlave {
     pub fn find(session: &mut BusSession, address: u8, master: u8, user_prm: &[u8]) -> Result<Self, Failure> {
         match CyclicSlave::find(session, address, master) {
             Ok(gauge) => Ok(Self::Gauge(gauge)),
-            Err(CyclicError::UnknownDevice { ident, .. }) => {
+            Err(CyclicError::Client(ClientError::UnknownDevice { ident, .. })) => {
                 let cfg = bus::present_cfg(session, address)?;
                 let cfg = cfg.ok_or_else(|| Failure::refused(without_configuration(address, ident)))?;
                 let access = Access::Exchange { cfg, user_prm: user_prm.to_vec() };

@@ -1,5 +1,4 @@
 //! A gauge: its pressure, its parameters by name, its commands.
-
 //!
 //! | Module | Holds |
 //! |---|---|
@@ -17,7 +16,6 @@ mod selector;
 mod typed;
 mod write;
 
-pub use pressure::PressureReading;
 pub use read::ParameterReading;
 pub(crate) use selector::HeldSelector;
 pub use write::{PreparedWrite, WriteResult};
@@ -60,9 +58,18 @@ pub struct Gauge<R: Records> {
     address: u8,
     model: &'static Model,
     names: Arc<ParameterNames>,
-    unit: Option<&'static Unit>,
+    unit: KnownUnit,
     selector_state: Option<SelectorState>,
     selector_moved: bool,
+}
+
+/// The unit of the pressures.
+#[derive(Clone, Copy, Debug)]
+enum KnownUnit {
+    /// The caller owns the slave, so no other master changes it.
+    Given(&'static Unit),
+    /// As this gauge has read it last. Its owner or another master may change it at any time.
+    Read(Option<&'static Unit>),
 }
 
 impl<'a> Gauge<Ms2<'a>> {
@@ -97,13 +104,21 @@ impl<R: Records> Gauge<R> {
     /// A gauge whose model is known.
     pub fn with_model(records: R, address: u8, model: &'static Model) -> Self {
         let names = Arc::new(ParameterNames::of(model));
-        Self { records, address, model, names, unit: None, selector_state: None, selector_moved: false }
+        Self {
+            records,
+            address,
+            model,
+            names,
+            unit: KnownUnit::Read(None),
+            selector_state: None,
+            selector_moved: false,
+        }
     }
 
-    /// The same gauge with a known unit, which is then not read.
+    /// The same gauge with the unit that its owner keeps, which is then not read.
     #[must_use]
     pub fn with_unit(mut self, unit: &'static Unit) -> Self {
-        self.unit = Some(unit);
+        self.unit = KnownUnit::Given(unit);
         self
     }
 

@@ -1,13 +1,13 @@
 //! Reads parameters by name.
 
-use super::Gauge;
+use super::{Gauge, KnownUnit};
 use crate::error::{AccessReason, ClientError, Operation};
 use crate::names::NamedParameter;
 use crate::records::{Records, Unavailable};
 use crate::values::{Value, ValueFormat};
 use profivac_devices::model::{Access, AccessPath, Codes, DataType, Direction, Role, Row, Unit};
 
-/// How often a parameter is read when another master moves the selector meanwhile.
+/// How often a parameter is read when another master moves the selector or changes the unit meanwhile.
 const ATTEMPTS: usize = 3;
 
 /// A parameter that was read.
@@ -78,8 +78,7 @@ impl<R: Records> Gauge<R> {
     pub(crate) fn read_once(&mut self, named: &NamedParameter) -> Result<ParameterReading, ClientError> {
         self.check_access(named, Direction::Read)?;
         self.select(named)?;
-        let (octets, value) = self.read_record(named)?;
-        let unit = self.unit_of(named)?;
+        let (octets, value, unit) = self.read_with_unit(named)?;
         let text = ValueFormat { named, model: self.model, unit }.format(&value);
         Ok(ParameterReading { named: named.clone(), octets, value, text, unit: unit.map(|unit| unit.name) })
     }
@@ -105,7 +104,7 @@ impl<R: Records> Gauge<R> {
             .map_err(|error| ClientError::from_record(error, Operation::Read, self.raw_context(slot, index), None))
     }
 
-    /// The unit of all pressures, read once. `None` for a code that the tables do not have.
+    /// Reads the unit of all pressures. `None` for a code that the tables do not have.
     ///
     /// ```
     /// # use profivac_client::Bus;
@@ -118,21 +117,60 @@ impl<R: Records> Gauge<R> {
     /// # Errors
     /// The errors of reading.
     pub fn unit(&mut self) -> Result<Option<&'static Unit>, ClientError> {
-        if self.unit.is_none() {
-            let names = self.names();
-            let via = self.records.via();
-            let selected = self.present_instance();
-            let is_selected = |named: &&NamedParameter| Some(named.parameter.place.instance) == selected;
-            let is_unit = |row: &Row| row.codes == Codes::Units && row.access.allows(via, Direction::Read);
-            let mut units = names.all().iter().filter(|named| is_unit(named.parameter.row));
-            // All instances have the same unit: prefer the one that needs no move of the selector.
-            let Some(named) = units.clone().find(is_selected).or_else(|| units.next()) else { return Ok(None) };
-            self.select(named)?;
-            if let (_, Value::Integer(code)) = self.read_record(named)? {
-                self.unit = u16::try_from(code).ok().and_then(|code| self.model.unit(code));
-            }
+        if let KnownUnit::Given(unit) = self.unit {
+            return Ok(Some(unit));
         }
-        Ok(self.unit)
+        let unit = match self.unit_parameter()? {
+            Some(named) => {
+                self.select(&named)?;
+                match self.read_record(&named)? {
+                    (_, Value::Integer(code)) => u16::try_from(code).ok().and_then(|code| self.model.unit(code)),
+                    _ => None,
+                }
+            }
+            None => None,
+        };
+        self.unit = KnownUnit::Read(unit);
+        Ok(unit)
+    }
+
+    /// A parameter that holds the unit. All instances have the same: the one that the slot shows needs no move of the
+    /// selector.
+    fn unit_parameter(&mut self) -> Result<Option<NamedParameter>, ClientError> {
+        let (names, via) = (self.names(), self.records.via());
+        let is_unit = |row: &Row| row.codes == Codes::Units && row.access.allows(via, Direction::Read);
+        let mut units = names.all().iter().filter(|named| is_unit(named.parameter.row));
+        let Some(first) = units.clone().next() else { return Ok(None) };
+        let shown = match first.parameter.place.instance {
+            0 => 0,
+            _ => self.selected_instance(first.parameter.place.slot)?,
+        };
+        Ok(units.find(|named| named.parameter.place.instance == shown).or(Some(first)).cloned())
+    }
+
+    /// A record with its value and its unit. A pressure counts only if the unit was the same before and after it was read.
+    fn read_with_unit(
+        &mut self,
+        named: &NamedParameter,
+    ) -> Result<(Vec<u8>, Value, Option<&'static Unit>), ClientError> {
+        if named.parameter.row.data_type != DataType::ByType {
+            let (octets, value) = self.read_record(named)?;
+            return Ok((octets, value, None));
+        }
+        let mut before = match self.unit {
+            KnownUnit::Given(unit) | KnownUnit::Read(Some(unit)) => Some(unit),
+            KnownUnit::Read(None) => self.unit()?,
+        };
+        for _ in 0..ATTEMPTS {
+            self.select(named)?;
+            let (octets, value) = self.read_record(named)?;
+            let unit = self.unit()?;
+            if unit == before {
+                return Ok((octets, value, unit));
+            }
+            before = unit;
+        }
+        Err(self.unavailable(Unavailable::UnitContention))
     }
 
     pub(super) fn unit_of(&mut self, named: &NamedParameter) -> Result<Option<&'static Unit>, ClientError> {

@@ -40,18 +40,30 @@ impl HeldSelector {
     }
 }
 
-/// Writes the original instance, unless another master has moved the selector since. A selector that cannot be restored now is
-/// kept for the next gauge.
+/// Writes the original instance, unless another master has moved the selector since. If the line is lost, the record is kept for
+/// the next gauge.
 fn restore_record(records: &mut impl Records, record: UnrestoredRecord) -> Result<(), RecordError> {
     let UnrestoredRecord { slot, index, written, original } = record;
     let restored = records.read(slot, index).and_then(|octets| match octets.as_slice() {
-        [current] if *current == written => records.write(slot, index, &[original]),
+        [current] if *current == written => write_instance(records, (slot, index), original),
         _ => Ok(()),
     });
-    if restored.is_err() {
+    if let Err(RecordError::Session(_) | RecordError::Interrupted(_)) = &restored {
         records.keep_unrestored(record);
     }
     restored
+}
+
+/// Writes the selector. Writing the same instance twice has no further effect, so a lost answer may be answered by a repetition.
+fn write_instance(records: &mut impl Records, (slot, index): (u8, u8), instance: u8) -> Result<(), RecordError> {
+    let mut written = records.write(slot, index, &[instance]);
+    for _ in 1..ATTEMPTS {
+        if !matches!(written, Err(RecordError::Interrupted(_))) {
+            break;
+        }
+        written = records.write(slot, index, &[instance]);
+    }
+    written
 }
 
 impl<R: Records> Drop for Gauge<R> {
@@ -62,7 +74,8 @@ impl<R: Records> Drop for Gauge<R> {
 }
 
 impl<R: Records> Gauge<R> {
-    /// Moves the Channel Instance Selector back to the instance it showed at the beginning. Dropping the gauge does the same.
+    /// Moves the Channel Instance Selector back to the instance it showed at the beginning, unless another master has moved it
+    /// since. Dropping the gauge does the same.
     ///
     /// ```
     /// # use profivac_client::Bus;
@@ -81,11 +94,14 @@ impl<R: Records> Gauge<R> {
         if record.original == current {
             return Ok(());
         }
-        let restored = self.write_selector(record.original);
-        if let Err(ClientError::Session(_) | ClientError::Interrupted { .. }) = &restored {
-            self.records.keep_unrestored(record);
-        }
-        restored
+        self.restore(record)
+    }
+
+    fn restore(&mut self, record: UnrestoredRecord) -> Result<(), ClientError> {
+        restore_record(&mut self.records, record).map_err(|error| {
+            let place = self.raw_context(record.slot, record.index);
+            ClientError::from_record(error, Operation::Write, place, None)
+        })
     }
 
     /// The selector that this gauge has moved, with the present instance.
@@ -113,10 +129,7 @@ impl<R: Records> Gauge<R> {
     /// Restores the selector that an earlier gauge at this address could not restore, unless another master has moved it since.
     pub(super) fn recover_selector(&mut self) -> Result<(), ClientError> {
         let Some(record) = self.records.take_unrestored() else { return Ok(()) };
-        restore_record(&mut self.records, record).map_err(|error| {
-            let place = self.raw_context(record.slot, record.index);
-            ClientError::from_record(error, Operation::Write, place, None)
-        })
+        self.restore(record)
     }
 
     /// Whether this gauge moved the Channel Instance Selector, so that the owner of the slave saw another instance meanwhile.
@@ -132,11 +145,6 @@ impl<R: Records> Gauge<R> {
             Some(SelectorState { original, written, .. }) if written == Some(current) => original,
             _ => current,
         })
-    }
-
-    /// The present instance, as far as it is known.
-    pub(super) fn present_instance(&self) -> Option<u8> {
-        self.selector_state.map(|state| state.current).filter(|current| *current != UNKNOWN)
     }
 
     /// The instance that a slot shows.
@@ -193,14 +201,7 @@ impl<R: Records> Gauge<R> {
     fn write_selector(&mut self, instance: u8) -> Result<(), ClientError> {
         let selector = self.any_selector().ok_or_else(|| self.unknown_parameter("channel-instance-selector"))?;
         let (slot, index) = (selector.parameter.place.slot, selector.parameter.row.index);
-        let mut written = self.records.write(slot, index, &[instance]);
-        // Writing the same instance twice has no further effect, so a lost answer may be answered by a repetition.
-        for _ in 1..ATTEMPTS {
-            if !matches!(written, Err(RecordError::Interrupted(_))) {
-                break;
-            }
-            written = self.records.write(slot, index, &[instance]);
-        }
+        let written = write_instance(&mut self.records, (slot, index), instance);
         written.map_err(|error| {
             ClientError::from_record(error, Operation::Write, self.context(&selector), Some(&selector))
         })

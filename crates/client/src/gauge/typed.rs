@@ -1,12 +1,13 @@
 //! Parameters as Rust types: the compiler knows the value of a parameter from its row.
 
-use super::{Gauge, WriteResult};
+use super::{Gauge, ParameterReading, WriteResult};
 use crate::error::{ClientError, TypedError};
 use crate::names::NamedParameter;
 use crate::records::Records;
 use crate::values::pressure_format;
 use profivac_devices::model::{
-    DataType, Location, NumberType, ParameterValue, PressureFormat, Row, Scale, TypedParameter, Unit,
+    Counts, DataType, Location, NumberType, ParameterValue, PressureFormat, Row, Scale, TypedParameter, Unit,
+    Value as ParameterData,
 };
 use profivac_devices::profile::DeviceState;
 use profivac_devices::{bcg450, img400};
@@ -33,9 +34,9 @@ impl<R: Records> Gauge<R> {
     /// [`read`](Self::read).
     pub fn get<P: TypedParameter>(&mut self, location: &Location, _parameter: P) -> Result<P::Value, ClientError> {
         let named = self.typed_parameter::<P>(location)?;
-        let octets = self.read_parameter(&named)?.octets;
+        let ParameterReading { octets, unit, .. } = self.read_parameter(&named)?;
         let number = if octets.len() == NumberType::Integer.octets() { NumberType::Integer } else { NumberType::Float };
-        let format = self.pressure_format(&named, number)?;
+        let format = self.pressure_format(&named, unit, number)?;
         let value = named.parameter.row.data_type.decode(&octets, &format).ok();
         let value = value.as_ref().and_then(P::Value::from_value);
         value.ok_or_else(|| ClientError::Typed {
@@ -47,7 +48,8 @@ impl<R: Records> Gauge<R> {
     /// Writes a parameter as a Rust type and reads it back, with the same checks as [`write`](Self::write).
     ///
     /// # Errors
-    /// [`ClientError::Typed`] if the model has no such parameter; the errors of [`write`](Self::write).
+    /// [`ClientError::Typed`] if the model has no such parameter; [`ClientError::Value`] for a pressure that the gauge cannot hold:
+    /// an integer holds whole units only; the errors of [`write`](Self::write).
     pub fn set<P: TypedParameter>(
         &mut self,
         location: &Location,
@@ -56,9 +58,18 @@ impl<R: Records> Gauge<R> {
     ) -> Result<WriteResult, ClientError> {
         let named = self.typed_parameter::<P>(location)?;
         let data_type = named.parameter.row.data_type;
-        let write = self.prepare_with(&named, |gauge, number| {
-            let format = gauge.pressure_format(&named, number)?;
-            Ok(data_type.encode(&value.to_value(data_type), &format).to_vec())
+        let value = value.to_value(data_type);
+        let write = self.prepare_with(&named, |gauge, format, number| match value {
+            ParameterData::Pressure(pa) if data_type == DataType::ByType => {
+                let place = || gauge.context(&named);
+                let unit = format.unit.and_then(|unit| pressure_format(gauge.model, &named, unit, number));
+                let unit = unit.ok_or_else(|| ClientError::Typed { place: place(), error: TypedError::NoUnit })?;
+                let octets = format.encode_pressure(unit.number_from_pa(pa), number);
+                octets.map_err(|problem| {
+                    gauge.value_error(&named, format.value_error(&format!("{pa} Pa"), number, problem))
+                })
+            }
+            value => Ok(data_type.encode(&value, &NO_PRESSURE).to_vec()),
         })?;
         let write = self.check(write)?;
         self.execute(write)
@@ -97,14 +108,26 @@ impl<R: Records> Gauge<R> {
         })
     }
 
-    /// How a parameter writes its pressures. The unit matters only for a pressure.
-    fn pressure_format(&mut self, named: &NamedParameter, number: NumberType) -> Result<PressureFormat, ClientError> {
-        let is_pressure = named.parameter.row.data_type == DataType::ByType;
-        let unit = if is_pressure { self.unit()? } else { Some(&NO_UNIT) };
+    /// How a parameter writes its pressures in this unit. The unit matters only for a pressure.
+    fn pressure_format(
+        &self,
+        named: &NamedParameter,
+        unit: Option<&'static str>,
+        number: NumberType,
+    ) -> Result<PressureFormat, ClientError> {
+        if named.parameter.row.data_type != DataType::ByType {
+            return Ok(NO_PRESSURE);
+        }
+        let unit = unit.and_then(|unit| self.model.unit_named(unit));
         let format = unit.and_then(|unit| pressure_format(self.model, named, unit, number));
         format.ok_or_else(|| ClientError::Typed { place: self.context(named), error: TypedError::NoUnit })
     }
 }
 
-/// The unit of a value that is no pressure.
-static NO_UNIT: Unit = Unit { code: 0, name: "", alias: "", scale: Scale::MBAR };
+/// The format of a value that is no pressure: no field of it matters.
+const NO_PRESSURE: PressureFormat = PressureFormat {
+    unit: &Unit { code: 0, name: "", alias: "", scale: Scale::MBAR },
+    number: NumberType::Float,
+    counts: Counts::Linear { per_mbar: 1.0 },
+    max_integer: u16::MAX,
+};

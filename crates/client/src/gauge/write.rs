@@ -1,12 +1,12 @@
 //! Writes parameters and sends commands: checked against the table, the measuring range and the conditions, then read back.
 
 use super::conditions::{self, Condition};
-use super::{Gauge, ParameterReading};
+use super::{Gauge, KnownUnit, ParameterReading};
 use crate::error::{ClientError, Operation};
 use crate::names::NamedParameter;
 use crate::records::Records;
-use crate::values::{BeyondRange, Value, ValueFormat};
-use profivac_devices::model::{Code, Codes, Direction, NumberType, Role, Row};
+use crate::values::{BeyondRange, Value, ValueError, ValueFormat, whole_number};
+use profivac_devices::model::{Code, Codes, Direction, NumberType, Role, Row, Unit};
 
 /// A parameter that was written.
 #[derive(Clone, Debug)]
@@ -36,6 +36,8 @@ pub struct PreparedWrite {
     pub before: Option<ParameterReading>,
     /// The pressure is outside the measuring range of the gauge.
     pub beyond_range: Option<BeyondRange>,
+    /// The unit of a pressure, in which the octets are.
+    unit: Option<&'static Unit>,
 }
 
 impl<R: Records> Gauge<R> {
@@ -135,11 +137,13 @@ impl<R: Records> Gauge<R> {
     /// # Errors
     /// [`ClientError::Value`], and the errors of reading the present value.
     pub fn prepare_unchecked(&mut self, named: &NamedParameter, text: &str) -> Result<PreparedWrite, ClientError> {
-        self.prepare_with(named, |gauge, number| {
-            let unit = gauge.unit_of(named)?;
-            let octets = ValueFormat { named, model: gauge.model, unit }.parse(text, number);
-            octets.map_err(|error| ClientError::Value { place: gauge.context(named), error: Box::new(error) })
+        self.prepare_with(named, |gauge, format, number| {
+            format.parse(text, number).map_err(|error| gauge.value_error(named, error))
         })
+    }
+
+    pub(super) fn value_error(&self, named: &NamedParameter, error: ValueError) -> ClientError {
+        ClientError::Value { place: self.context(named), error: Box::new(error) }
     }
 
     /// Fails if the value is outside the measuring range, or a condition of the command is not met.
@@ -155,7 +159,7 @@ impl<R: Records> Gauge<R> {
     pub(super) fn prepare_with(
         &mut self,
         named: &NamedParameter,
-        encode: impl FnOnce(&mut Self, NumberType) -> Result<Vec<u8>, ClientError>,
+        encode: impl FnOnce(&Self, &ValueFormat<'_>, NumberType) -> Result<Vec<u8>, ClientError>,
     ) -> Result<PreparedWrite, ClientError> {
         self.check_access(named, Direction::Write)?;
         let row = named.parameter.row;
@@ -165,12 +169,13 @@ impl<R: Records> Gauge<R> {
             Some(2) => NumberType::Integer,
             _ => NumberType::Float,
         };
-        let octets = encode(self, number)?;
+        let unit = self.unit_of(named)?;
+        let format = ValueFormat { named, model: self.model, unit };
+        let octets = encode(self, &format, number)?;
         let value = self.decode(named, Operation::Write, &octets)?;
-        let format = ValueFormat { named, model: self.model, unit: self.unit_of(named)? };
         let (text, beyond_range) = (format.format(&value), format.beyond_range(&value));
         let code = code_of(row, &value);
-        Ok(PreparedWrite { named: named.clone(), octets, text, code, before, beyond_range })
+        Ok(PreparedWrite { named: named.clone(), octets, text, code, before, beyond_range, unit })
     }
 
     /// The conditions of a prepared write, each with the present state of the gauge.
@@ -197,19 +202,25 @@ impl<R: Records> Gauge<R> {
     ///
     /// # Errors
     /// [`ClientError::Refused`] with the codes of the device; [`ClientError::Interrupted`] if no answer came, and then the device
-    /// may have accepted the value; the errors of reading.
+    /// may have accepted the value; [`ClientError::UnitChanged`] if the gauge has another unit than when the value was prepared;
+    /// the errors of reading.
     pub fn execute(&mut self, write: PreparedWrite) -> Result<WriteResult, ClientError> {
-        let PreparedWrite { named, octets, text, before, .. } = write;
+        let PreparedWrite { named, octets, text, before, unit, .. } = write;
         // Another master may have moved the selector since.
         self.invalidate_selector();
         self.recover_selector()?;
+        let present = self.unit_of(&named)?;
+        if present != unit {
+            let [prepared, present] = [unit, present].map(|unit| unit.map_or("an unknown unit", |unit| unit.name));
+            return Err(ClientError::UnitChanged { place: self.context(&named), prepared, present });
+        }
         self.select(&named)?;
         let (slot, index) = (named.parameter.place.slot, named.parameter.row.index);
         let written = self.records.write(slot, index, &octets);
         written
             .map_err(|error| ClientError::from_record(error, Operation::Write, self.context(&named), Some(&named)))?;
         if named.parameter.row.codes == Codes::Units {
-            self.unit = None;
+            self.unit = KnownUnit::Read(None);
         }
         // The caller moves the selector on purpose: it stays where it is.
         if named.parameter.row.role == Some(Role::InstanceSelector) {
@@ -221,11 +232,10 @@ impl<R: Records> Gauge<R> {
 }
 
 /// The entry of the code table for a value.
-#[expect(clippy::cast_possible_truncation, reason = "a code held by a float is small")]
 fn code_of(row: &'static Row, value: &Value) -> Option<&'static Code> {
     match value {
         Value::Integer(number) => row.codes.code(*number),
-        Value::Number(number) => row.codes.code(*number as i64),
+        Value::Number(number) => row.codes.code(whole_number(*number)?),
         Value::Octets(octets) => match octets.as_slice() {
             [command, value] => row.codes.code(u16::from_be_bytes([*command, *value]).into()),
             _ => None,

@@ -3,6 +3,7 @@
 use crate::config;
 use crate::recording::RecorderHandle;
 use crate::view::{self, BusStationState};
+use profivac_client::ClientError;
 use profivac_client::cyclic::{ChannelValue, CyclicSlave, CyclicValues};
 use profivac_client::discover::CyclicError;
 use profivac_client::records::{RecordError, Unavailable};
@@ -85,7 +86,8 @@ impl From<CyclicError> for FindError {
     fn from(error: CyclicError) -> Self {
         match error {
             CyclicError::Session(error) => error.into(),
-            CyclicError::UnreadableUnit { error: RecordError::Unavailable(Unavailable::NoConnection), .. } => {
+            CyclicError::Client(ClientError::Unavailable { reason: Unavailable::NoConnection, .. })
+            | CyclicError::UnreadableUnit { error: RecordError::Unavailable(Unavailable::NoConnection), .. } => {
                 Self::NoConnection
             }
             error => Self::Slave(error),
