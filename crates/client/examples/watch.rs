@@ -9,8 +9,9 @@
 //! cargo run -p profivac-client --example watch -- /tmp/line 5 6
 //! ```
 
+use profivac_client::cyclic::ChannelValue;
 use profivac_client::ms2::Ms2;
-use profivac_client::{AsyncBus, AsyncGauge, Bus, ClientError, Gauge, PressureReading};
+use profivac_client::{AsyncBus, AsyncGauge, Bus, ClientError, Gauge};
 use profivac_devices::profile::DeviceState;
 use std::error::Error;
 use std::ops::ControlFlow;
@@ -25,7 +26,7 @@ use std::thread::{self, Thread};
 pub async fn watch<B>(
     bus: &AsyncBus,
     addresses: &[u8],
-    mut report: impl FnMut(u8, PressureReading) -> ControlFlow<B>,
+    mut report: impl FnMut(u8, ChannelValue) -> ControlFlow<B>,
 ) -> Result<Option<B>, ClientError> {
     // The gauges are kept: dropping one restores its selector.
     let gauges: Vec<(u8, AsyncGauge)> = addresses.iter().map(|address| (*address, bus.gauge(*address))).collect();

@@ -3,8 +3,9 @@
 //! A [`Pending`] result can be awaited in any runtime or waited for without one. Between two requests the thread serves the
 //! line: a master in a token ring must pass the token on.
 
+use crate::cyclic::ChannelValue;
 use crate::error::ClientError;
-use crate::gauge::{Gauge, HeldSelector, ParameterReading, PressureReading, WriteResult};
+use crate::gauge::{Gauge, HeldSelector, ParameterReading, WriteResult};
 use crate::ms2::Ms2;
 use crate::records::RecordError;
 use profivac_devices::model::{Location, TypedParameter};
@@ -202,7 +203,7 @@ impl AsyncGauge {
     ///
     /// # Errors
     /// As [`with`](Self::with).
-    pub async fn pressure(&self) -> Result<PressureReading, ClientError> {
+    pub async fn pressure(&self) -> Result<ChannelValue, ClientError> {
         self.with(|gauge| gauge.pressure()).await
     }
 

@@ -1,7 +1,7 @@
 //! Finds out how to exchange data with a slave: its model, its configuration, its unit, the gauges on its channels.
 
 use crate::class1::Class1Session;
-use crate::cyclic::{ChannelPrinciples, CyclicSlave, open_instances};
+use crate::cyclic::{BLOCK_TYPE, ChannelPrinciples, CyclicSlave, open_instances};
 use crate::identify;
 use crate::ms2::{Ms2, Ms2Error};
 use crate::records::{Interruption, RecordError, read_code};
@@ -10,9 +10,6 @@ use profivac_dp::master::services;
 use profivac_host::scan::{SlaveStatus, probe};
 use profivac_host::session::{BusSession, Reply, SessionError};
 use std::time::Instant;
-
-/// The index of Block Type in a transducer block: BG 5530 4.4.5.
-const BLOCK_TYPE: u8 = 101;
 
 /// The reason why a slave cannot be used for data exchange.
 #[derive(Debug, thiserror::Error)]

@@ -3,8 +3,11 @@
 #![allow(clippy::unwrap_used, clippy::panic, clippy::indexing_slicing, reason = "a test")]
 
 use profivac_client::cyclic::{ChannelPrinciples, ChannelValue, CyclicSlave};
+use profivac_client::ms2::Ms2;
 use profivac_client::pressure::Pressure;
+use profivac_client::{Gauge, names::NamedParameter};
 use profivac_devices::catalog::MODELS;
+use profivac_devices::model::{Model, Role};
 use profivac_devices::reading::Quality;
 use profivac_dp::link::Baud;
 use profivac_dp::link::active::BusParameters;
@@ -114,15 +117,20 @@ fn shown(values: &[ChannelValue]) -> String {
     values.iter().map(one).collect::<Vec<_>>().join("; ")
 }
 
-#[test]
-fn every_device_has_the_reading_of_the_table_under_each_condition() {
+/// The device of a row under its conditions.
+fn settled(row: &Row<'_>) -> MemorySegment {
+    let mut segment = segment(row);
+    segment.run_until(SETTLED_S);
+    row.conditions.iter().for_each(|condition| segment.devices_mut().for_each(|device| set(device, *condition)));
+    segment.run_until(2.0 * SETTLED_S);
+    segment
+}
+
+/// Compares every row with the readings that `read` gives.
+fn check(rows: impl Iterator<Item = Row<'static>>, read: impl Fn(&mut MemorySegment) -> Vec<ChannelValue>) {
     let mut wrong = Vec::new();
-    for row in rows() {
-        let mut segment = segment(&row);
-        segment.run_until(SETTLED_S);
-        row.conditions.iter().for_each(|condition| segment.devices_mut().for_each(|device| set(device, *condition)));
-        segment.run_until(2.0 * SETTLED_S);
-        let values = segment.values(&segment.slaves()[0]).values;
+    for row in rows {
+        let values = read(&mut settled(&row));
         assert!(values.iter().all(|value| value.pa.is_some() == (value.quality == Quality::Valid)));
         let found = shown(&values);
         if found != row.readings {
@@ -130,6 +138,33 @@ fn every_device_has_the_reading_of_the_table_under_each_condition() {
         }
     }
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+#[test]
+fn every_device_has_the_reading_of_the_table_under_each_condition() {
+    check(rows().into_iter(), |segment| segment.values(&segment.slaves()[0]).values);
+}
+
+fn model(row: &Row<'_>) -> &'static Model {
+    entry(row.spec.split(':').next().unwrap()).unwrap().model
+}
+
+#[test]
+fn every_dpv1_device_has_the_same_readings_over_ms2() {
+    check(rows().into_iter().filter(|row| model(row).features.dpv1), |segment| {
+        let model = segment.slaves()[0].model;
+        let mut gauge = Gauge::with_model(Ms2::new(segment, ADDRESS), ADDRESS, model);
+        let names = gauge.names();
+        let is_channel = |named: &&NamedParameter| {
+            let parameter = named.parameter;
+            let is_part = model.parts.iter().any(|spec| spec.part.instance == parameter.place.slot);
+            parameter.row.role == Some(Role::ProcessValue) && is_part
+        };
+        if model.name == "img400" {
+            return names.all().iter().filter(is_channel).map(|named| gauge.pressure_of(named).unwrap()).collect();
+        }
+        vec![gauge.pressure().unwrap()]
+    });
 }
 
 #[test]

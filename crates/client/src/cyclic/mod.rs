@@ -3,8 +3,10 @@
 mod principles;
 mod quality;
 
+pub(crate) use principles::BLOCK_TYPE;
 pub use principles::{ChannelPrinciples, open_instances};
 pub use quality::Cause;
+pub(crate) use quality::ValueStatus;
 
 use crate::gsd;
 use crate::pressure::Pressure;
@@ -14,7 +16,7 @@ use profivac_devices::profile::{ExceptionStatus, StatusExtension};
 use profivac_devices::reading::Quality;
 use profivac_dp::link::Baud;
 use profivac_dp::master::SlaveParameters;
-use quality::{Evidence, Range, ValueStatus};
+use quality::{Evidence, Range};
 
 /// The data that a class 1 master needs to exchange data with a slave.
 ///
@@ -83,34 +85,11 @@ impl CyclicSlave {
                 _ => return None,
             };
             let pa = self.decode(number, octets, instance);
-            Some(self.value(instance, pa, status, exception, fields.has_measuring_channel()))
+            let others_measure = fields.has_measuring_channel();
+            let reported = Reported { instance, pa, status, exception, others_measure };
+            Some(reported.value(self.model, &self.principles))
         });
         CyclicValues { values: values.collect(), exception }
-    }
-
-    fn value(
-        &self,
-        instance: u8,
-        pa: Option<f64>,
-        status: ValueStatus,
-        exception: ExceptionStatus,
-        others_measure: bool,
-    ) -> ChannelValue {
-        let (range, principle) = (self.range(instance), self.principle(instance));
-        let has_ion_part = self.model.parts.iter().any(|spec| spec.part.principle == Principle::HotCathode);
-        let evidence = Evidence { status, exception, pa, range, principle, has_ion_part, others_measure };
-        let quality::Verdict { quality, cause, limit_pa } = evidence.verdict();
-        ChannelValue { instance, quality, cause, pa: pa.filter(|_| quality == Quality::Valid), limit_pa }
-    }
-
-    /// The range of an instance or channel. A controller accepts several gauges; those of another principle than the
-    /// reported one do not count.
-    fn range(&self, instance: u8) -> Option<Range> {
-        let principle = self.principle(instance);
-        let specs = self.model.parts.iter().filter(|spec| spec.part.instance == instance);
-        Range::common(
-            specs.filter(|spec| principle.is_none_or(|it| it == spec.part.principle)).map(|spec| &spec.limits),
-        )
     }
 
     fn decode(&self, number: NumberType, octets: &[u8], instance: u8) -> Option<f64> {
@@ -123,6 +102,40 @@ impl CyclicSlave {
         };
         PressureFormat { unit: self.unit, number, counts, max_integer: u16::MAX }.decode(octets)
     }
+}
+
+/// What a device sends about one instance or channel, cyclically or in its records.
+pub(crate) struct Reported {
+    /// The instance or channel.
+    pub instance: u8,
+    /// The number, in Pa.
+    pub pa: Option<f64>,
+    /// The status of the number.
+    pub status: ValueStatus,
+    /// Exception Status of the device.
+    pub exception: ExceptionStatus,
+    /// Another channel of the controller measures.
+    pub others_measure: bool,
+}
+
+impl Reported {
+    /// The reading.
+    pub fn value(self, model: &Model, principles: &ChannelPrinciples) -> ChannelValue {
+        let Self { instance, pa, status, exception, others_measure } = self;
+        let principle = principles.principle(model, instance);
+        let range = range(model, principle, instance);
+        let has_ion_part = model.parts.iter().any(|spec| spec.part.principle == Principle::HotCathode);
+        let evidence = Evidence { status, exception, pa, range, principle, has_ion_part, others_measure };
+        let quality::Verdict { quality, cause, limit_pa } = evidence.verdict();
+        ChannelValue { instance, quality, cause, pa: pa.filter(|_| quality == Quality::Valid), limit_pa }
+    }
+}
+
+/// The range of an instance or channel. A controller accepts several gauges; those of another principle than the reported
+/// one do not count.
+fn range(model: &Model, principle: Option<Principle>, instance: u8) -> Option<Range> {
+    let specs = model.parts.iter().filter(|spec| spec.part.instance == instance);
+    Range::common(specs.filter(|spec| principle.is_none_or(|it| it == spec.part.principle)).map(|spec| &spec.limits))
 }
 
 /// Inputs with their layout.
@@ -179,7 +192,7 @@ pub struct CyclicValues {
     pub exception: ExceptionStatus,
 }
 
-/// The reading of a channel.
+/// The reading of a gauge or of a channel.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ChannelValue {
     /// The instance or channel, 0 if the inputs do not contain it.
@@ -215,6 +228,12 @@ impl ChannelValue {
     #[must_use]
     pub fn pressure(&self) -> Option<Pressure> {
         self.pa.map(Pressure::from_pa)
+    }
+
+    /// Whether the pressure is a measured one.
+    #[must_use]
+    pub const fn is_valid(&self) -> bool {
+        matches!(self.quality, Quality::Valid)
     }
 
     /// The words for users: `valid`, `under range`, `fault: device alarm`.

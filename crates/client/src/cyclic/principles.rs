@@ -13,6 +13,9 @@ use profivac_devices::model::{Model, Part};
 const TRANSDUCERS: [(u16, Principle); 3] =
     [(13, Principle::Pirani), (14, Principle::Diaphragm), (16, Principle::HotCathode)];
 
+/// The index of Block Type in a transducer block: BG 5530 4.4.5.
+pub(crate) const BLOCK_TYPE: u8 = 101;
+
 /// No controller has more channels that its tables leave open.
 const MAX_CHANNELS: usize = 4;
 

@@ -21,7 +21,7 @@ use std::fmt;
 
 /// What a device sends about the validity of a value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum ValueStatus {
+pub(crate) enum ValueStatus {
     /// One Of N Status Extension of a gauge.
     Gauge(StatusExtension),
     /// The status extension of a channel, in Channel Status of a controller.

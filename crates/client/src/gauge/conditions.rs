@@ -9,6 +9,7 @@ use crate::records::Records;
 use crate::values::Value;
 use profivac_devices::model::{Code, Codes, Precondition, Role};
 use profivac_devices::profile::{DeviceState, StateEvent};
+use profivac_devices::reading::Quality;
 
 /// Slot and index of Device State in every block device.
 const DEVICE_STATE: (u8, u8) = (0, 25);
@@ -167,13 +168,16 @@ fn evaluate_pressure<R: Records>(
     limit_pa: f64,
 ) -> Result<(String, Option<Unmet>), ClientError> {
     let parameter = value.name.clone();
-    Ok(match gauge.pressure_of(value)?.pa {
-        Some(pa) => {
+    let reading = gauge.pressure_of(value)?;
+    Ok(match (reading.quality, reading.pa, reading.limit_pa) {
+        (Quality::Valid, Some(pa), _) => {
             let is_too_high = pa >= limit_pa || pa.is_nan();
             let unmet = is_too_high.then_some(Unmet::PressureTooHigh { parameter, pa, limit_pa });
             (format!("it is {}", mbar(pa)), unmet)
         }
-        None => ("it is not valid now".to_owned(), Some(Unmet::NoPressure { parameter, limit_pa })),
+        // The pressure is below the range of the part, so it is below a limit within the range.
+        (Quality::Underrange, _, Some(end)) if end <= limit_pa => (format!("it is below {}", mbar(end)), None),
+        _ => ("it is not valid now".to_owned(), Some(Unmet::NoPressure { parameter, limit_pa })),
     })
 }
 

@@ -17,7 +17,6 @@ mod selector;
 mod typed;
 mod write;
 
-pub use pressure::PressureReading;
 pub use read::ParameterReading;
 pub(crate) use selector::HeldSelector;
 pub use write::{PreparedWrite, WriteResult};

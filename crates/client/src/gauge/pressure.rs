@@ -1,36 +1,16 @@
-//! The pressure of a gauge, and whether it is valid.
+//! The pressure of a gauge with its quality, which the function of the cyclic data decides.
 
 use super::{Gauge, ParameterReading};
+use crate::cyclic::{BLOCK_TYPE, ChannelPrinciples, ChannelValue, Reported, ValueStatus, open_instances};
 use crate::error::ClientError;
 use crate::names::NamedParameter;
-use crate::pressure::Pressure;
 use crate::records::Records;
 use crate::values::{Value, pressure_format};
-use profivac_devices::model::{NumberType, Role};
-use profivac_devices::reading::is_pressure;
+use profivac_devices::model::{Field, Model, NumberType, Role};
+use profivac_devices::profile::{ExceptionStatus, StatusExtension};
 
-/// A pressure reading with its validity.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct PressureReading {
-    /// In Pa. `None` unless the device declares the reading valid.
-    pub pa: Option<f64>,
-    /// The measuring instance, or the slot of a channel.
-    pub instance: u8,
-}
-
-impl PressureReading {
-    /// The pressure with its units. `None` unless the reading is valid.
-    #[must_use]
-    pub fn pressure(&self) -> Option<Pressure> {
-        self.pa.map(Pressure::from_pa)
-    }
-
-    /// Whether the device declares the reading valid.
-    #[must_use]
-    pub const fn is_valid(&self) -> bool {
-        self.pa.is_some()
-    }
-}
+/// Slot and index of Exception Status in every block device.
+const EXCEPTION_STATUS: (u8, u8) = (0, 26);
 
 impl<R: Records> Gauge<R> {
     /// Reads the pressure: of the instance that the PV Selector names, or of the first valid channel of a controller.
@@ -47,7 +27,7 @@ impl<R: Records> Gauge<R> {
     ///
     /// # Errors
     /// As [`read`](Self::read).
-    pub fn pressure(&mut self) -> Result<PressureReading, ClientError> {
+    pub fn pressure(&mut self) -> Result<ChannelValue, ClientError> {
         let names = self.names();
         let selector = names.all().iter().find(|named| named.parameter.row.role == Some(Role::PvSelector));
         let active = selector.map(|selector| self.read_parameter(selector)).transpose()?;
@@ -55,70 +35,137 @@ impl<R: Records> Gauge<R> {
             Some(Value::Integer(instance)) => u8::try_from(instance).unwrap_or_default(),
             _ => 0,
         };
-        let parts = self.model.parts;
-        let is_value = |named: &&NamedParameter| {
-            let parameter = named.parameter;
-            parameter.row.role == Some(Role::ProcessValue)
-                && parts.iter().any(|spec| spec.part.instance == instance_of(named))
-                && (active == 0 || parameter.place.instance == active)
-        };
+        // One Of N Status Extension is that of the whole gauge: errata-bpg-bcg-tpg 58, errata-pxg55x-img400 165.
+        let one_of_n = selector
+            .and_then(|selector| names.all().iter().find(|named| is_status(named) && named.is_same_instance(selector)));
         let mut first = None;
+        let model = self.model;
+        let is_value = |named: &&NamedParameter| {
+            has_role(named, Role::ProcessValue)
+                && model.parts.iter().any(|spec| spec.part.instance == instance_of(named))
+                && (active == 0 || named.parameter.place.instance == active)
+        };
         for value in names.all().iter().filter(is_value) {
-            let pressure = self.pressure_of(value)?;
-            if pressure.is_valid() {
-                return Ok(pressure);
+            let reading = self.reading_of(value, one_of_n)?;
+            if reading.is_valid() {
+                return Ok(reading);
             }
-            first = first.or(Some(pressure));
+            first = first.or(Some(reading));
         }
         first.ok_or_else(|| self.unknown_parameter("process-value"))
     }
 
-    /// Reads a Process Value. It is valid if Reading Valid and Status Extension of the same instance say so.
+    /// Reads a Process Value with the quality that Reading Valid and Status Extension of the same instance, Exception Status
+    /// and the range of the part give it.
     ///
     /// ```
     /// # use profivac_client::Bus;
+    /// use profivac_devices::reading::Quality;
+    ///
     /// # let mut bus = Bus::on(profivac_virtual::open::devices(&["bcg450@5"])?).open()?;
     /// let mut gauge = bus.gauge(5)?;
     /// let named = gauge.find("cdg.process-value")?;
     /// // The gauge is in IDLE.
-    /// assert_eq!(gauge.pressure_of(&named)?.pressure(), None);
-    /// assert!(!gauge.is_valid(&named)?);
+    /// let reading = gauge.pressure_of(&named)?;
+    /// assert_eq!((reading.quality, reading.pressure()), (Quality::Off, None));
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     ///
     /// # Errors
     /// As [`read`](Self::read).
-    pub fn pressure_of(&mut self, named: &NamedParameter) -> Result<PressureReading, ClientError> {
-        let reading = self.read_parameter(named)?;
-        let is_valid = self.is_valid(named)?;
-        let pa = self.pa(&reading).filter(|pa| is_valid && is_pressure(*pa));
-        Ok(PressureReading { pa, instance: instance_of(named) })
+    pub fn pressure_of(&mut self, named: &NamedParameter) -> Result<ChannelValue, ClientError> {
+        self.reading_of(named, None)
     }
 
-    /// Whether Reading Valid and Status Extension of the same instance declare the reading valid.
-    ///
-    /// # Errors
-    /// As [`read`](Self::read).
-    pub fn is_valid(&mut self, named: &NamedParameter) -> Result<bool, ClientError> {
+    /// The reading of a Process Value; `status` is read in place of the status of its instance.
+    fn reading_of(
+        &mut self,
+        named: &NamedParameter,
+        status: Option<&NamedParameter>,
+    ) -> Result<ChannelValue, ClientError> {
         let names = self.names();
-        let mut is_valid = true;
-        for other in names.all().iter().filter(|other| other.is_same_instance(named)) {
-            is_valid &= match other.parameter.row.role {
-                // PROFIBUS writes FF, the manuals write 1: errata-bpg-bcg-tpg 26.
-                Some(Role::ReadingValid) => matches!(self.read_parameter(other)?.value, Value::Integer(1 | 0xFF)),
-                Some(Role::StatusExtension) => {
-                    matches!(self.read_parameter(other)?.value, Value::Integer(bits) if bits & 1 == 0)
-                }
-                _ => true,
-            };
+        let instance = instance_of(named);
+        let reading = self.read_parameter(named)?;
+        let pa = self.pa(&reading);
+        let of_instance =
+            |role| names.all().iter().find(move |other| has_role(other, role) && other.is_same_instance(named));
+        let status = status.or_else(|| of_instance(Role::StatusExtension));
+        let extension = status.map(|status| self.status_extension(status)).transpose()?;
+        let reading_valid = of_instance(Role::ReadingValid).map(|valid| self.read_parameter(valid)).transpose()?;
+        // PROFIBUS writes FF, the manuals write 1: errata-bpg-bcg-tpg 26.
+        let is_declared_valid = reading_valid.map(|valid| matches!(valid.value, Value::Integer(1 | 0xFF)));
+        let extension = match (extension, is_declared_valid) {
+            (Some(extension), Some(false)) => Some(extension | StatusExtension::INVALID),
+            (None, Some(false)) => Some(StatusExtension::INVALID),
+            (None, Some(true)) => Some(StatusExtension::empty()),
+            (extension, _) => extension,
+        };
+        let status = match extension {
+            Some(extension) if has_channel_status(self.model) => ValueStatus::Channel(extension),
+            Some(extension) => ValueStatus::Gauge(extension),
+            None => ValueStatus::None,
+        };
+        let others_measure = match status {
+            ValueStatus::Channel(status) if status.contains(StatusExtension::INVALID) => {
+                self.has_measuring_channel(instance)?
+            }
+            _ => false,
+        };
+        let exception = self.exception_status()?;
+        let principles = self.principles(instance)?;
+        Ok(Reported { instance, pa, status, exception, others_measure }.value(self.model, &principles))
+    }
+
+    fn status_extension(&mut self, status: &NamedParameter) -> Result<StatusExtension, ClientError> {
+        Ok(match self.read_parameter(status)?.value {
+            Value::Integer(bits) => StatusExtension::from_bits_retain(u8::try_from(bits).unwrap_or(u8::MAX)),
+            _ => StatusExtension::INVALID,
+        })
+    }
+
+    /// Whether the status of another channel declares its reading valid.
+    fn has_measuring_channel(&mut self, instance: u8) -> Result<bool, ClientError> {
+        let names = self.names();
+        for status in names.all().iter().filter(|named| is_status(named) && instance_of(named) != instance) {
+            match self.status_extension(status) {
+                Ok(extension) if !extension.contains(StatusExtension::INVALID) => return Ok(true),
+                // A channel without a gauge may have no status.
+                Ok(_) | Err(ClientError::Refused { .. }) => {}
+                Err(error) => return Err(error),
+            }
         }
-        Ok(is_valid)
+        Ok(false)
+    }
+
+    /// Exception Status; without bits for a device that has none.
+    fn exception_status(&mut self) -> Result<ExceptionStatus, ClientError> {
+        let (slot, index) = EXCEPTION_STATUS;
+        let names = self.names();
+        let Some(named) = names.at(slot, 0, index) else { return Ok(ExceptionStatus::empty()) };
+        Ok(match self.read_parameter(named)?.value {
+            Value::Integer(bits) => ExceptionStatus::from_bits_retain(u8::try_from(bits).unwrap_or(u8::MAX)),
+            _ => ExceptionStatus::empty(),
+        })
+    }
+
+    /// The principle of a channel that the tables leave open, as far as the device reports it. It is read each time: another
+    /// gauge may have been connected.
+    fn principles(&mut self, instance: u8) -> Result<ChannelPrinciples, ClientError> {
+        if !open_instances(self.model).contains(&instance) {
+            return Ok(ChannelPrinciples::default());
+        }
+        match self.read_raw(instance, BLOCK_TYPE) {
+            Ok(octets) => Ok(ChannelPrinciples::from_block_types([(instance, octets.as_slice())])),
+            Err(ClientError::Refused { .. }) => Ok(ChannelPrinciples::default()),
+            Err(error) => Err(error),
+        }
     }
 
     /// A reading in Pa.
     fn pa(&self, reading: &ParameterReading) -> Option<f64> {
         let Value::Number(number) = reading.value else { return None };
-        pressure_format(self.model, &reading.named, self.unit?, NumberType::Float)?.pa_from_number(number)
+        let unit = self.model.unit_named(reading.unit?)?;
+        pressure_format(self.model, &reading.named, unit, NumberType::Float)?.pa_from_number(number)
     }
 }
 
@@ -126,4 +173,18 @@ impl<R: Records> Gauge<R> {
 const fn instance_of(named: &NamedParameter) -> u8 {
     let place = named.parameter.place;
     if place.instance > 0 { place.instance } else { place.slot }
+}
+
+fn has_role(named: &NamedParameter, role: Role) -> bool {
+    named.parameter.row.role == Some(role)
+}
+
+fn is_status(named: &NamedParameter) -> bool {
+    has_role(named, Role::StatusExtension)
+}
+
+/// Whether the device is a controller whose channels have a status extension each.
+fn has_channel_status(model: &Model) -> bool {
+    let inputs = model.configurations.iter().filter_map(|configuration| configuration.inputs);
+    inputs.into_iter().any(|telegram| telegram.fields.contains(&Field::ChannelStatus))
 }
