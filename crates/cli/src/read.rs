@@ -143,7 +143,7 @@ fn read(gauge: &mut AnyGauge<'_>, target: &str) -> Result<Row, ClientError> {
 
 fn validity(gauge: &mut AnyGauge<'_>, named: &NamedParameter) -> Result<Option<bool>, ClientError> {
     let is_pressure = named.parameter.row.role == Some(Role::ProcessValue);
-    is_pressure.then(|| gauge.is_valid(named)).transpose()
+    is_pressure.then(|| gauge.pressure_of(named).map(|reading| reading.is_valid())).transpose()
 }
 
 /// Prints a notice that the value is no pressure: the value of a safe state looks like one.
