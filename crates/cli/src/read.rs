@@ -15,9 +15,10 @@ use serde::Serialize;
 /// Read parameters of a gauge by name or number.
 ///
 /// TARGET is a name like pirani.process-value, slot and index like 1/19, or those of instance 2 like 1:2/19; `profivac list`
-/// shows all. Reading takes no ownership and changes nothing: where several instances share a slot, the Channel Instance Selector
-/// is set to the wanted instance and restored. The manuals list the selector as nonvolatile, so a gauge may write its EEPROM each
-/// time: use `profivac monitor`, not a loop of `read`, to watch a pressure.
+/// shows all. Reading takes no ownership. Where several instances share a slot, it writes the Channel Instance Selector and restores
+/// it: meanwhile a PLC that reads this slot acyclically gets the values of another instance, without an error. The manuals list the
+/// selector as nonvolatile, so a gauge may write its EEPROM each time: use `profivac monitor`, not a loop of `read`, to watch a
+/// pressure.
 #[derive(Args, Debug)]
 #[command(after_help = EXAMPLES)]
 pub struct Arguments {
