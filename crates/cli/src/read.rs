@@ -149,7 +149,10 @@ fn read(gauge: &mut AnyGauge<'_>, target: &str) -> Result<Row, ClientError> {
             let reading = gauge.read(target)?;
             let pressure = pressure(gauge, &reading.named)?;
             let valid = pressure.map(|pressure| pressure.is_valid());
-            let reason = pressure.filter(|pressure| !pressure.is_valid()).map(|pressure| pressure.text());
+            let reason = pressure.filter(|pressure| !pressure.is_valid()).map(|pressure| {
+                // In IDLE the status bits of the reading mean nothing.
+                if is_idle(gauge) { "the gauge is in IDLE".to_owned() } else { pressure.text() }
+            });
             Ok(Row { valid, reason, ..Row::of(&reading) })
         }
     }
@@ -160,10 +163,13 @@ fn pressure(gauge: &mut AnyGauge<'_>, named: &NamedParameter) -> Result<Option<C
     is_pressure.then(|| gauge.pressure_of(named)).transpose()
 }
 
+fn is_idle(gauge: &mut AnyGauge<'_>) -> bool {
+    gauge.device_state().is_ok_and(|state| state == DeviceState::Idle)
+}
+
 /// Prints a notice that the value is no pressure: the value of a safe state looks like one.
 fn warn_invalid(gauge: &mut AnyGauge<'_>, name: &str) {
-    let is_idle = gauge.device_state().is_ok_and(|state| state == DeviceState::Idle);
-    let advice = if is_idle { "; the gauge is in IDLE: `profivac write ... execute` starts it" } else { "" };
+    let advice = if is_idle(gauge) { "; the gauge is in IDLE: `profivac write ... execute` starts it" } else { "" };
     notice(&format_args!("{name} is not a valid pressure{advice}"));
 }
 

@@ -49,10 +49,7 @@ fn an_invalid_pressure_causes_a_notice_with_advice() {
     let message = "profivac: ba.process-value is not a valid pressure";
     let advice = "; the gauge is in IDLE: `profivac write ... execute` starts it";
     let done = read();
-    assert_eq!(
-        (done.code, done.out.as_str()),
-        (0, "ba.process-value = 0 mbar  (not valid: off: the gauge does not measure)\n")
-    );
+    assert_eq!((done.code, done.out.as_str()), (0, "ba.process-value = 0 mbar  (not valid: the gauge is in IDLE)\n"));
     assert_eq!(done.err, format!("{message}{advice}\n"));
     let rows: Value = serde_json::from_str(&line.output("read", 5, &["--json", "1:2/19"])).unwrap();
     assert_eq!(rows[0]["valid"], json!(false));
