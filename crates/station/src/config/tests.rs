@@ -245,7 +245,7 @@ fn names_and_messages_that_are_not_visible_or_are_paths_are_refused_with_their_p
     assert!(problem(&webhook("../a")).starts_with(both.1));
 }
 
-/// Such an alarm would protect nothing, and nobody would notice.
+/// Such an alarm could never be raised.
 #[test]
 fn a_limit_that_no_reading_can_be_beyond_is_an_error() {
     let alarm = |condition: &str| format!("{FILE}[[alarm]]\nname = 'a'\ngauge = 'chamber'\n{condition}\n");
