@@ -15,8 +15,10 @@ use std::path::{Path, PathBuf};
 
 /// Read every readable parameter of a gauge; with --out, into a file.
 ///
-/// Reading takes no ownership. Where several instances share a slot, the Channel Instance Selector is changed and restored. The file
-/// is TOML: `profivac diff` compares its settings with a gauge, `profivac restore` writes them to a replacement.
+/// Reading takes no ownership. Where several instances share a slot, it writes the Channel Instance Selector for each of them and
+/// restores it at the end: meanwhile a PLC that reads this slot acyclically gets the values of another instance, without an error.
+/// The selector is nonvolatile, so do not repeat the command in a loop. The file is TOML: `profivac diff` compares its settings with
+/// a gauge, `profivac restore` writes them to a replacement.
 #[derive(Args, Debug)]
 #[command(after_help = EXAMPLES)]
 pub struct Arguments {
@@ -25,6 +27,9 @@ pub struct Arguments {
     /// Write settings and readings to this file
     #[arg(long, value_name = "FILE", conflicts_with_all = ["json", "target"])]
     out: Option<PathBuf>,
+    /// Overwrite FILE if it exists
+    #[arg(long, requires = "out")]
+    force: bool,
     /// Print JSON
     #[arg(long)]
     json: bool,
@@ -53,6 +58,9 @@ struct DumpRow {
 
 /// Reads all parameters.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
+    if let Some(path) = &arguments.out {
+        check_absent(path, arguments.force)?;
+    }
     let dump = arguments.options.with_gauge(|gauge| {
         let mut progress = Progress::of("parameters");
         Ok(dump_with_progress(gauge, |done, all| progress.update(done, all))?)
@@ -91,6 +99,17 @@ fn print(arguments: &Arguments, dump: &Dump) {
         Err(error) => format!("- {}", advice::sentence(error)),
     });
     out(&tree(&heading, &names, |_| readings.next().unwrap_or_default()));
+}
+
+/// An existing file may be the only memory of a gauge that was replaced. A device or a pipe is no such file.
+fn check_absent(path: &Path, force: bool) -> Result<(), Failure> {
+    if !force && fs::metadata(path).is_ok_and(|existing| existing.is_file()) {
+        let name = path.display();
+        return Err(Failure::usage(format!(
+            "{name} exists already and was not changed; choose another name, or add --force to overwrite it"
+        )));
+    }
+    Ok(())
 }
 
 /// Writes a file completely or not at all. A device or a pipe is written directly.

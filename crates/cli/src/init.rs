@@ -4,7 +4,9 @@ use crate::bus::BusOptions;
 use crate::failure::Failure;
 use crate::output::{notice, out};
 use clap::Args;
-use profivac_client::identify::device_names;
+use profivac_client::identify::{device_names, reported_model};
+use profivac_client::ms2::Ms2;
+use profivac_devices::catalog::{model_named, model_with_ident};
 use profivac_host::scan::probe;
 use profivac_wire::control::StationType;
 use std::fs::OpenOptions;
@@ -14,7 +16,7 @@ use std::path::PathBuf;
 
 /// Make a file for `profivac run` from the gauges that answer on a bus.
 ///
-/// The command only reads, like `scan`. The name of a gauge is its device and address; edit the file to change it.
+/// The command only reads: like `scan`, and the model of a PCG55x or PSG55x over MS2. The name of a gauge is its device and address; edit the file to change it.
 #[derive(Args, Debug)]
 #[command(after_help = EXAMPLES)]
 pub struct Arguments {
@@ -46,6 +48,14 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
             None => notice(&format_args!("address {address} is another master")),
         }
     }
+    // Devices of a series share an ident number; over MS2 they report their model.
+    for (address, devices) in gauges.iter_mut().filter(|(_, devices)| devices.len() > 1) {
+        let ident = model_named(devices.first().copied().unwrap_or_default()).map(|model| model.ident);
+        let reported = ident.and_then(|ident| reported_model(ident, &mut Ms2::new(&mut session, *address)));
+        if let Some(model) = reported {
+            *devices = vec![model.name];
+        }
+    }
     if gauges.is_empty() {
         return Err(Failure::no_answer(format!("no known gauge answers on {}", bus.port())));
     }
@@ -75,19 +85,31 @@ fn write(path: &PathBuf, text: &str) -> Result<(), Failure> {
     written.map_err(failed)
 }
 
+/// Whether one model stands for all devices with the ident number of this one.
+fn has_common_model(device: &str) -> bool {
+    let common = model_named(device).and_then(|model| model_with_ident(model.ident));
+    common.is_some_and(|common| common.name != device)
+}
+
 fn station_file(port: &str, baud: u32, master: u8, gauges: &[(u8, Vec<&'static str>)]) -> String {
     let head = format!(
         "[station]\nname = \"Vacuum\"\nlisten = \"127.0.0.1:8080\"\n\n[[segment]]\nname = \"bus\"\nport = {port:?}\nbaud = {baud}\nmaster = {master}\n"
     );
     gauges.iter().fold(head, |text, (address, devices)| {
         let device = devices.first().copied().unwrap_or_default();
-        let alike = match devices.get(1..).unwrap_or_default() {
-            [] => String::new(),
-            others => format!("    # or {}: they share an ident number", others.join(", ")),
+        let line = match devices.get(1..).unwrap_or_default() {
+            [] => format!("device = {device:?}"),
+            // TPG300 and TPG500 have the same tables.
+            others if has_common_model(device) => {
+                format!("device = {device:?}    # or {}: they share an ident number", others.join(", "))
+            }
+            // A wrong model has other ranges: the user must decide.
+            others => format!(
+                "# device = {device:?}    # or {}: they share an ident number. Choose one and remove the first #",
+                others.join(", ")
+            ),
         };
-        text + &format!(
-            "\n[[segment.gauge]]\nname = \"{device} {address}\"\naddress = {address}\ndevice = {device:?}{alike}\n"
-        )
+        text + &format!("\n[[segment.gauge]]\nname = \"{device} {address}\"\naddress = {address}\n{line}\n")
     })
 }
 
@@ -98,14 +120,24 @@ mod tests {
     use std::path::Path;
 
     #[test]
+    fn a_device_that_is_not_certain_is_left_to_the_user() {
+        let text = station_file("/dev/ttyUSB0", 19200, 1, &[(6, vec!["pcg550", "psg550"])]);
+        let line =
+            "\n# device = \"pcg550\"    # or psg550: they share an ident number. Choose one and remove the first #\n";
+        assert!(text.contains(line), "{text}");
+        assert!(Config::parse(&text, Path::new("plant.toml")).is_err());
+        assert!(Config::parse(&text.replace("# device", "device"), Path::new("plant.toml")).is_ok());
+    }
+
+    #[test]
     fn the_station_accepts_the_file() {
-        let text = station_file("/dev/ttyUSB0", 19200, 1, &[(5, vec!["bcg450"]), (6, vec!["pcg550", "psg550"])]);
+        let found = [(5, vec!["bcg450"]), (6, vec!["psg552"]), (8, vec!["tpg300", "tpg500"])];
+        let text = station_file("/dev/ttyUSB0", 19200, 1, &found);
         let config = Config::parse(&text, Path::new("plant.toml")).unwrap();
         let gauges = &config.segments[0].gauges;
         assert_eq!(
             gauges.iter().map(|gauge| (gauge.address, gauge.name.as_str())).collect::<Vec<_>>(),
-            [(5, "bcg450 5"), (6, "pcg550 6")]
+            [(5, "bcg450 5"), (6, "psg552 6"), (8, "tpg300 8")]
         );
-        assert!(text.contains("device = \"pcg550\"    # or psg550: they share an ident number\n"), "{text}");
     }
 }

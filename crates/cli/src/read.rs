@@ -5,6 +5,7 @@ use crate::failure::Failure;
 use crate::gauge::{AnyGauge, GaugeOptions};
 use crate::output::{json, notice, out};
 use clap::Args;
+use profivac_client::cyclic::ChannelValue;
 use profivac_client::names::{NamedParameter, Target};
 use profivac_client::values::{Value, hex};
 use profivac_client::{ClientError, ErrorKind, ParameterReading};
@@ -15,9 +16,10 @@ use serde::Serialize;
 /// Read parameters of a gauge by name or number.
 ///
 /// TARGET is a name like pirani.process-value, slot and index like 1/19, or those of instance 2 like 1:2/19; `profivac list`
-/// shows all. Reading takes no ownership and changes nothing: where several instances share a slot, the Channel Instance Selector
-/// is set to the wanted instance and restored. The manuals list the selector as nonvolatile, so a gauge may write its EEPROM each
-/// time: use `profivac monitor`, not a loop of `read`, to watch a pressure.
+/// shows all. Reading takes no ownership. Where several instances share a slot, it writes the Channel Instance Selector and restores
+/// it: meanwhile a PLC that reads this slot acyclically gets the values of another instance, without an error. The manuals list the
+/// selector as nonvolatile, so a gauge may write its EEPROM each time: use `profivac monitor`, not a loop of `read`, to watch a
+/// pressure.
 #[derive(Args, Debug)]
 #[command(after_help = EXAMPLES)]
 pub struct Arguments {
@@ -52,6 +54,9 @@ pub struct Row {
     /// Of a Process Value: whether the gauge reports it as valid.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub valid: Option<bool>,
+    /// Of a Process Value that is not valid: why.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub reason: Option<String>,
 }
 
 impl Row {
@@ -67,7 +72,14 @@ impl Row {
             unit: reading.unit,
             octets: hex(&reading.octets),
             valid: None,
+            reason: None,
         }
+    }
+
+    /// The value, and on the same line why it is no pressure: a script may read standard output alone.
+    fn value_text(&self) -> String {
+        let reason = self.reason.as_ref().map(|reason| format!("  (not valid: {reason})"));
+        self.text.clone() + &reason.unwrap_or_default()
     }
 }
 
@@ -101,7 +113,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
                 Ok(row) => {
                     let name = row.name.as_deref().unwrap_or(target);
                     if !arguments.json {
-                        out(&format!("{name} = {}", row.text));
+                        out(&format!("{name} = {}", row.value_text()));
                     }
                     if row.valid == Some(false) {
                         warn_invalid(gauge, name);
@@ -135,21 +147,29 @@ fn read(gauge: &mut AnyGauge<'_>, target: &str) -> Result<Row, ClientError> {
         Target::Raw { slot, index } => Ok(raw_row(slot, index, &gauge.read_raw(slot, index)?)),
         Target::Parameter(_) | Target::CurrentInstance { .. } => {
             let reading = gauge.read(target)?;
-            let valid = validity(gauge, &reading.named)?;
-            Ok(Row { valid, ..Row::of(&reading) })
+            let pressure = pressure(gauge, &reading.named)?;
+            let valid = pressure.map(|pressure| pressure.is_valid());
+            let reason = pressure.filter(|pressure| !pressure.is_valid()).map(|pressure| {
+                // In IDLE the status bits of the reading mean nothing.
+                if is_idle(gauge) { "the gauge is in IDLE".to_owned() } else { pressure.text() }
+            });
+            Ok(Row { valid, reason, ..Row::of(&reading) })
         }
     }
 }
 
-fn validity(gauge: &mut AnyGauge<'_>, named: &NamedParameter) -> Result<Option<bool>, ClientError> {
+fn pressure(gauge: &mut AnyGauge<'_>, named: &NamedParameter) -> Result<Option<ChannelValue>, ClientError> {
     let is_pressure = named.parameter.row.role == Some(Role::ProcessValue);
     is_pressure.then(|| gauge.pressure_of(named).map(|reading| reading.is_valid())).transpose()
 }
 
+fn is_idle(gauge: &mut AnyGauge<'_>) -> bool {
+    gauge.device_state().is_ok_and(|state| state == DeviceState::Idle)
+}
+
 /// Prints a notice that the value is no pressure: the value of a safe state looks like one.
 fn warn_invalid(gauge: &mut AnyGauge<'_>, name: &str) {
-    let is_idle = gauge.device_state().is_ok_and(|state| state == DeviceState::Idle);
-    let advice = if is_idle { "; the gauge is in IDLE: `profivac write ... execute` starts it" } else { "" };
+    let advice = if is_idle(gauge) { "; the gauge is in IDLE: `profivac write ... execute` starts it" } else { "" };
     notice(&format_args!("{name} is not a valid pressure{advice}"));
 }
 
@@ -157,5 +177,5 @@ fn warn_invalid(gauge: &mut AnyGauge<'_>, name: &str) {
 fn raw_row(slot: u8, index: u8, octets: &[u8]) -> Row {
     let octets = hex(octets);
     let (value, text) = (octets.clone().into(), octets.clone());
-    Row { name: None, slot, instance: 0, index, value, text, unit: None, octets, valid: None }
+    Row { name: None, slot, instance: 0, index, value, text, unit: None, octets, valid: None, reason: None }
 }

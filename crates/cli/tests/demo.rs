@@ -147,3 +147,13 @@ fn a_database_with_accelerated_time_causes_a_notice() {
         assert_eq!(stderr.contains("everything in it is 20 times as fast as in the plant"), has_notice, "{stderr}");
     }
 }
+
+/// The exchanges with a gauge without power are no lost ones.
+#[test]
+fn a_scenario_that_switches_a_gauge_off_holds_as_a_check() {
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenarios/filament.toml");
+    let done = run(&["demo", "--headless", "--speed", "10000", "--scenario", path]);
+    let message = String::from_utf8(done.stderr).unwrap();
+    assert_eq!(done.status.code(), Some(0), "{message}");
+    assert!(message.starts_with("profivac: READ is the value of bpg400@5, TRUE the pressure at it\n"), "{message}");
+}

@@ -271,6 +271,19 @@ fn a_token_file_must_be_private_and_a_readable_database_causes_a_notice() {
 }
 
 #[test]
+fn init_reads_the_model_of_a_device_whose_ident_number_others_share() {
+    let folder = Folder::new();
+    let memory = folder.name("memory.toml");
+    fs::write(&memory, "devices = [\"psg552@6\", \"pcg554@7\"]\nbaud = 187500\n").unwrap();
+    let made = run(&["init", "--port", &format!("sim:{memory}"), "--baud", "187500", "--hsa", "8"]);
+    let text = String::from_utf8_lossy(&made.stdout).into_owned();
+    for (name, device, address) in [("psg552 6", "psg552", 6), ("pcg554 7", "pcg554", 7)] {
+        let gauge = format!("name = \"{name}\"\naddress = {address}\ndevice = \"{device}\"\n");
+        assert!(text.contains(&gauge), "{text}");
+    }
+}
+
+#[test]
 fn init_never_overwrites_a_file() {
     let (folder, port) = memory_segment();
     let file = folder.name("plant.toml");

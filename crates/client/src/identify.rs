@@ -90,6 +90,24 @@ pub fn device_names(ident: u16) -> Vec<&'static str> {
     models_with_ident(ident).map(|model| model.name).collect()
 }
 
+/// The model of a series that shares one Ident_Number, as Device Configuration reports it. `None` for an Ident_Number of one
+/// device, and if Device Configuration cannot be read: [`model`] then takes the first of the series.
+///
+/// ```
+/// # use profivac_client::{Bus, identify, ms2::Ms2};
+/// # let mut bus = Bus::on(profivac_virtual::open::devices(&["psg552@5"])?).open()?;
+/// let found = identify::reported_model(0x0C85, &mut Ms2::new(bus.session(), 5));
+/// assert_eq!(found.map(|model| model.name), Some("psg552"));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[must_use]
+pub fn reported_model(ident: u16, records: &mut impl Records) -> Option<&'static Model> {
+    let series = || VARIANTS.iter().filter(move |variant| variant.model.ident == ident);
+    let (place, data_type) = device_configuration(&series().next()?.model)?;
+    let Ok(Value::Text(text)) = read_value(records, place, data_type) else { return None };
+    series().max_by_key(|variant| similarity(&text, variant.configuration)).map(|variant| &variant.model)
+}
+
 /// Slot, index and data type of Device Configuration. tira56e1 7.1.9
 fn device_configuration(model: &Model) -> Option<((u8, u8), DataType)> {
     model.blocks.iter().find_map(|placed| {

@@ -122,6 +122,17 @@ fn the_file_says_which_of_two_devices_with_one_ident_number_is_connected() {
     fixture.station.stop();
 }
 
+/// A Pirani that was taken for a diaphragm would be shown below 1 mbar where it is below 5e-5 mbar.
+#[test]
+fn a_device_with_the_ident_number_of_the_configured_one_is_reported_as_another() {
+    let fixture = Fixture::new(&["psg552@5", "psg552@6"], &["wrong pcg550 5", "right psg552 6"]);
+    fixture.exchanging("right");
+    let wrong = fixture.until_problem("wrong", "it is a psg552, the station's file says pcg550");
+    assert_eq!(wrong.state, BusStationState::Missing);
+    assert!(wrong.readings.is_empty());
+    fixture.station.stop();
+}
+
 #[test]
 fn reading_parameters_leaves_no_gap_in_the_samples() {
     let fixture = Fixture::new(&["bcg450@5", "psg550@6"], &["chamber bcg450 5", "fore psg550 6"]);

@@ -164,6 +164,12 @@ impl VirtualDevice {
         self.connected = plugged;
     }
 
+    /// Whether the device has power and is connected to the bus.
+    #[must_use]
+    pub const fn is_present(&self) -> bool {
+        self.powered && self.connected
+    }
+
     /// Whether it exchanges data with a master.
     #[must_use]
     pub fn is_exchanging(&self) -> bool {

@@ -63,7 +63,7 @@ fn reading_takes_no_ownership_and_restores_the_selector() {
             &["list"],
             &["read", "0/25", "1/19"],
             &["dump"],
-            &["dump", "--out", &file],
+            &["dump", "--out", &file, "--force"],
             &["diff", &file],
             &["restore", "--dry-run", &file],
         ];

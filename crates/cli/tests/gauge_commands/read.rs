@@ -49,7 +49,7 @@ fn an_invalid_pressure_causes_a_notice_with_advice() {
     let message = "profivac: ba.process-value is not a valid pressure";
     let advice = "; the gauge is in IDLE: `profivac write ... execute` starts it";
     let done = read();
-    assert_eq!((done.code, done.out.as_str()), (0, "ba.process-value = 0 mbar\n"));
+    assert_eq!((done.code, done.out.as_str()), (0, "ba.process-value = 0 mbar  (not valid: the gauge is in IDLE)\n"));
     assert_eq!(done.err, format!("{message}{advice}\n"));
     let rows: Value = serde_json::from_str(&line.output("read", 5, &["--json", "1:2/19"])).unwrap();
     assert_eq!(rows[0]["valid"], json!(false));
@@ -57,7 +57,10 @@ fn an_invalid_pressure_causes_a_notice_with_advice() {
     assert_eq!((read().out.as_str(), read().err.as_str()), ("ba.process-value = 0.01 mbar\n", ""));
     // The gauge measures, but the pressure is below its range.
     let done = line.run("read", 5, &["cdg.process-value"]);
-    assert_eq!((done.out.as_str(), done.err), ("cdg.process-value = 1 mbar\n", message.replace("ba.", "cdg.") + "\n"));
+    assert_eq!(
+        (done.out.as_str(), done.err),
+        ("cdg.process-value = 1 mbar  (not valid: under range)\n", message.replace("ba.", "cdg.") + "\n")
+    );
 }
 
 /// The selector is restored, so that another master still reads the instance that it selected.

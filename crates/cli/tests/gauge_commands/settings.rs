@@ -7,7 +7,7 @@ use std::fs;
 /// The name of a file with the settings of the gauge at `address`.
 fn dumped(line: &Line, address: u8) -> String {
     let file = line.folder.name("gauge.toml");
-    let done = line.run("dump", address, &["--out", &file]);
+    let done = line.run("dump", address, &["--out", &file, "--force"]);
     assert_eq!((done.code, done.out.as_str()), (0, ""), "{}", done.err);
     assert!(done.err.ends_with(&format!("readings in {file}\n")), "{}", done.err);
     file
@@ -186,7 +186,7 @@ fn a_controller_is_restored_by_the_parameter_channel() {
     let file = line.folder.name("gauge.toml");
     let pkw = ["--via", "pkw", "--own"];
     let with = |rest: &[&'static str]| [&pkw[..], rest].concat();
-    assert_eq!(line.run("dump", 5, &[&pkw[..], &["--out", &file]].concat()).code, 0);
+    assert_eq!(line.run("dump", 5, &[&pkw[..], &["--out", &file, "--force"]].concat()).code, 0);
     replaced(&file, "\"relay.2/upper-threshold\" = \"2e-3 mbar\"", "\"relay.2/upper-threshold\" = \"7e-3 mbar\"");
     replaced(&file, "\"a1.filter-time-constant\" = \"medium\"", "\"a1.filter-time-constant\" = \"slow\"");
     let done = line.run("restore", 5, &[&pkw[..], &[file.as_str()]].concat());
@@ -229,4 +229,20 @@ fn a_settings_file_carries_units_and_its_pressures_lie_in_the_measuring_range() 
     assert_eq!(line.output("restore", 5, &[&file, "--force"]), "pirani.safe-value: 0 mbar -> 1e9 mbar\n");
     // What the gauge already has is no error: nothing is written.
     assert_eq!(line.run("restore", 5, &[&file]).code, 0);
+}
+
+/// The file of a gauge that was replaced may be the only memory of it.
+#[test]
+fn a_dump_overwrites_a_file_only_with_force() {
+    let line = Line::with(&["bcg450@5"]);
+    let file = dumped(&line, 5);
+    fs::write(&file, "mine").unwrap();
+    let again = line.run("dump", 5, &["--out", &file]);
+    let sentence = format!(
+        "profivac: {file} exists already and was not changed; choose another name, or add --force to overwrite it\n"
+    );
+    assert_eq!((again.code, again.err), (2, sentence));
+    assert_eq!(fs::read_to_string(&file).unwrap(), "mine");
+    assert_eq!(line.run("dump", 5, &["--out", &file, "--force"]).code, 0);
+    assert!(fs::read_to_string(&file).unwrap().contains("bcg450"));
 }

@@ -177,3 +177,31 @@ fn a_command_with_a_risk_asks_on_a_terminal() {
         assert_eq!(line.simulation.state(5)["device_state"], state);
     }
 }
+
+/// In high vacuum the Pirani is below its range, which bounds the pressure from above.
+#[test]
+fn an_emission_that_was_switched_off_can_be_switched_on_again_in_high_vacuum() {
+    let mut line = Line::with(&["--pressure", "5e-6 mbar", "bcg450@5"]);
+    let sent = |code: &str| format!("ba.hot-cathode-block-state-command: {code} done\n");
+    line.output("write", 5, &["execute"]);
+    for pressure in ["5e-6 mbar", "1e-3 mbar", "1e-2 mbar"] {
+        line.tell(&format!("pressure {pressure}"));
+        for code in ["emission-off", "emission-on", "manual-mode"] {
+            assert_eq!(line.output("write", 5, &["--yes", code]), sent(code), "{pressure}");
+        }
+    }
+    let refused = |reason: &str| {
+        format!(
+            "bcg450 at address 5, ba.hot-cathode-block-state-command (slot 1, index 14, instance 2): emission-on was not sent: {reason}"
+        )
+    };
+    line.output("write", 5, &["--yes", "emission-off"]);
+    line.tell("pressure 5e-2 mbar");
+    let high = line.run("write", 5, &["--yes", "emission-on"]);
+    assert_eq!(high.code, 1);
+    assert!(high.err.contains("and must be below 0.024 mbar; pump down first"), "{}", high.err);
+    line.tell("pressure 5e-6 mbar");
+    line.tell("fault 5 sensor1");
+    let broken = "pirani.process-value is not valid now, and must be below 0.024 mbar";
+    line.fails("write", 5, &["--yes", "emission-on"], 1, &refused(broken));
+}

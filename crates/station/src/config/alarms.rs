@@ -20,8 +20,10 @@ use super::values::{delay, priority};
 use crate::alarm::{Condition, Priority, Rule, Series};
 use crate::suggestion::closest;
 use crate::visible_text::check_lines;
+use profivac_client::cyclic::open_instances;
 use profivac_client::pressure::Pressure;
 use profivac_host::text_file::Parsed;
+use profivac_virtual::device_spec::entry;
 use serde::Deserialize;
 use std::collections::HashSet;
 use std::ops::RangeInclusive;
@@ -41,6 +43,9 @@ const WINDOW_RANGE: RangeInclusive<Duration> = Duration::from_secs(5)..=Duration
 const MAX_DECADES: f64 = 10.0;
 const RANGE_FROM_ZERO: &str = "from 0 to 10";
 const RANGE_ABOVE_ZERO: &str = "above 0 to 10";
+
+/// The rounding of a pressure that is converted to another unit.
+const ROUNDING: f64 = 1e-6;
 
 /// One `[[alarm]]`.
 #[derive(Debug, Deserialize)]
@@ -84,9 +89,11 @@ fn rule(alarm: &AlarmToml, segments: &[SegmentToml]) -> Result<Rule, Located> {
     message.map_or(Ok(()), |text| {
         check_lines(text.get_ref()).map_err(|problem| Located::new(text.span(), ConfigProblem::Text(problem)))
     })?;
+    let series = series(&alarm.gauge, segments)?;
+    check_range(alarm, &series, segments)?;
     Ok(Rule {
         name: alarm.name.get_ref().clone(),
-        condition: condition(alarm, series(&alarm.gauge, segments)?)?,
+        condition: condition(alarm, series)?,
         priority: priority(alarm.priority.as_ref(), Priority::Medium)?,
         delay,
         off_delay,
@@ -106,6 +113,35 @@ fn series(name: &Spanned<String>, segments: &[SegmentToml]) -> Result<Series, Lo
         Located::new(name.span(), ConfigProblem::UnknownGauge { name: series.clone(), suggestion })
     };
     Ok(Series { gauge: gauge.ok_or_else(unknown)?.to_owned(), name: series.clone() })
+}
+
+/// A limit that no reading of the gauge can be beyond is an error: the alarm could never be raised. The range of a controller
+/// depends on its gauges, which the file does not name.
+fn check_range(alarm: &AlarmToml, series: &Series, segments: &[SegmentToml]) -> Result<(), Located> {
+    let mut gauges = segments.iter().flat_map(|segment| &segment.gauge);
+    let device = gauges.find(|gauge| *gauge.name.get_ref() == series.gauge).map(|gauge| gauge.device.get_ref());
+    let model = device.and_then(|device| entry(device).ok()).map(|entry| entry.model);
+    let Some(model) = model.filter(|model| open_instances(model).is_empty() && !model.parts.is_empty()) else {
+        return Ok(());
+    };
+    let ends = model.parts.iter().map(|spec| (spec.limits.under_pa, spec.limits.over_pa));
+    let (lowest, highest) =
+        ends.fold((f64::MAX, 0.0_f64), |(low, high), (under, over)| (low.min(under), high.max(over)));
+    let is_above = |limit: &&Spanned<Parsed<Pressure>>| limit.get_ref().0.pa() > highest * (1.0 + ROUNDING);
+    let is_below = |limit: &&Spanned<Parsed<Pressure>>| {
+        let pa = limit.get_ref().0.pa();
+        pa > 0.0 && pa < lowest * (1.0 - ROUNDING)
+    };
+    let undecidable = alarm.above.as_ref().filter(is_above).or_else(|| alarm.below.as_ref().filter(is_below));
+    undecidable.map_or(Ok(()), |limit| {
+        let problem = ConfigProblem::LimitBeyondRange {
+            limit: limit.get_ref().0.to_string(),
+            device: model.name,
+            lowest: Pressure::from_pa(lowest).to_string(),
+            highest: Pressure::from_pa(highest).to_string(),
+        };
+        Err(Located::new(limit.span(), problem))
+    })
 }
 
 fn condition(alarm: &AlarmToml, series: Series) -> Result<Condition, Located> {

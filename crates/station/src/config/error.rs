@@ -219,6 +219,21 @@ pub enum ConfigProblem {
         /// The reset with its unit.
         reset: String,
     },
+    /// No reading of the gauge can be beyond the limit.
+    #[error(
+        "expected a limit in the range of a {device}, {lowest} to {highest}, found {limit}: no reading is beyond it, so the alarm \
+         could never be raised"
+    )]
+    LimitBeyondRange {
+        /// The limit.
+        limit: String,
+        /// The device.
+        device: &'static str,
+        /// The lower end of its range.
+        lowest: String,
+        /// The upper end of its range.
+        highest: String,
+    },
     /// A number is out of range.
     #[error("expected {quantity} {range}, found {found}")]
     OutOfRange {

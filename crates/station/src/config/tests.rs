@@ -244,3 +244,20 @@ fn names_and_messages_that_are_not_visible_or_are_paths_are_refused_with_their_p
     let webhook = |name: &str| format!("{FILE}[[webhook]]\nname = '{name}'\nurl = 'https://example.org'\n");
     assert!(problem(&webhook("../a")).starts_with(both.1));
 }
+
+/// Such an alarm could never be raised.
+#[test]
+fn a_limit_that_no_reading_can_be_beyond_is_an_error() {
+    let alarm = |condition: &str| format!("{FILE}[[alarm]]\nname = 'a'\ngauge = 'chamber'\n{condition}\n");
+    for condition in ["above = '5000 mbar'", "below = '1e-12 mbar'"] {
+        let sentence = problem(&alarm(condition));
+        assert!(
+            sentence.starts_with("expected a limit in the range of a bcg450, 5e-10 mbar to 1.5e3 mbar, found "),
+            "{sentence}"
+        );
+        assert!(sentence.ends_with("no reading is beyond it, so the alarm could never be raised"), "{sentence}");
+    }
+    for condition in ["above = '1500 mbar'", "below = '5e-10 mbar'", "above = '1e-9 mbar'"] {
+        assert!(parse(&alarm(condition)).is_ok(), "{condition}");
+    }
+}

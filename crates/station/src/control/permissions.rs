@@ -34,7 +34,7 @@ pub const LASTING_COMMANDS: [&str; 10] = [
 #[must_use]
 pub fn risk(row: &Row, code: Option<&Code>) -> Risk {
     let (class, words) = match (code.map_or("", |code| code.risk), row.storage) {
-        ("", _) if row.codes.is_command() => (RiskClass::Harmless, "no risk in the manual"),
+        ("", _) if row.codes.is_command() => (RiskClass::Harmless, "the manual names no risk; relays may switch"),
         ("", Storage::Nonvolatile) => (RiskClass::Persistent, "kept at power-off"),
         ("", Storage::OnRequest) => (RiskClass::StoredOnRequest, "lost at power-off unless the device stores it"),
         ("", Storage::Volatile | Storage::Dynamic | Storage::Unstated) => (RiskClass::Volatile, "lost at power-off"),

@@ -25,7 +25,14 @@ pub enum Crossing {
     },
     /// Below from the beginning.
     Already,
-    /// Not reached.
+    /// The pressure was below the range of the gauge, which does not show whether it was reached.
+    Unknown {
+        /// When the pressure was below the range for the first time.
+        since_s: f64,
+        /// The end of the range, in Pa.
+        end_pa: f64,
+    },
+    /// Not reached: no reading was at or below it, and none was below the range.
     Not,
 }
 
@@ -60,7 +67,13 @@ pub fn crossing(trace: &Trace, pa: f64) -> Crossing {
         }
         known = after(section, pa, known);
     }
-    Crossing::Not
+    below_range(trace).unwrap_or(Crossing::Not)
+}
+
+/// The first time below the range: the pressure may have been reached in it.
+fn below_range(trace: &Trace) -> Option<Crossing> {
+    let below = trace.sections.iter().find(|section| section.quality == Quality::Underrange)?;
+    Some(Crossing::Unknown { since_s: below.from_s, end_pa: end_of_range(below)? })
 }
 
 /// The crossing in a section of valid samples.

@@ -189,7 +189,19 @@ fn underrange_counts_as_reached_only_down_to_the_end_of_the_range() {
     let samples = [valid(0.0, 1.0), valid(9.9, 2e-3), under(10.0), under(20.0)];
     let trace = whole(&samples);
     assert_eq!(crossing(&trace, 1e-3), Crossing::Reached { s: 10.0 });
-    assert_eq!(crossing(&trace, 9e-4), Crossing::Not);
+    assert_eq!(crossing(&trace, 9e-4), Crossing::Unknown { since_s: 10.0, end_pa: 1e-3 });
+}
+
+/// Any time below the range may have been below the pressure, even if the gauge measures again at the end.
+#[test]
+fn a_time_below_the_range_leaves_open_whether_a_pressure_was_reached() {
+    let under = |s| Sample::new(at(s), Some(1e-3), Quality::Underrange);
+    let trace =
+        whole(&[valid(0.0, 1.0), valid(9.9, 2e-3), under(10.0), under(20.0), valid(20.1, 2e-3), valid(30.0, 1.0)]);
+    assert_eq!(crossing(&trace, 9e-4), Crossing::Unknown { since_s: 10.0, end_pa: 1e-3 });
+    assert_eq!(crossing(&trace, 1e-3), Crossing::Reached { s: 10.0 });
+    let measured = whole(&[valid(0.0, 1.0), valid(10.0, 2e-3), valid(20.0, 2e-3)]);
+    assert_eq!(crossing(&measured, 9e-4), Crossing::Not);
 }
 
 #[test]
@@ -313,7 +325,9 @@ fn results_for_random_samples_are_finite_numbers() {
             let inside = |s: f64| (0.0..=span.seconds()).contains(&s);
             for pa in [1e-46, 1e-6, 1.0, 1e39] {
                 match crossing(&trace, pa) {
-                    Crossing::Reached { s } | Crossing::Before { s } => assert!(inside(s), "{s}"),
+                    Crossing::Reached { s } | Crossing::Before { s } | Crossing::Unknown { since_s: s, .. } => {
+                        assert!(inside(s), "{s}")
+                    }
                     Crossing::Between { from_s, to_s } => assert!(inside(from_s) && inside(to_s) && from_s <= to_s),
                     Crossing::Already | Crossing::Not => {}
                 }

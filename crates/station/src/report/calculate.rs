@@ -149,9 +149,11 @@ fn reached(start: Micros, pa: f64, crossing: Crossing) -> Reached {
         Crossing::Between { from_s, to_s } => (Outcome::Between, Some(to_s), Some(from_s)),
         Crossing::Before { s } => (Outcome::Before, Some(s), None),
         Crossing::Already => (Outcome::Already, Some(0.0), None),
+        Crossing::Unknown { since_s, .. } => (Outcome::Unknown, None, Some(since_s)),
         Crossing::Not => (Outcome::Not, None, None),
     };
-    Reached { pa, outcome, s, at: s.map(|s| timestamp(after(start, s))), from_s }
+    let limit_pa = if let Crossing::Unknown { end_pa, .. } = crossing { Some(end_pa) } else { None };
+    Reached { pa, outcome, limit_pa, s, at: s.map(|s| timestamp(after(start, s))), from_s }
 }
 
 fn falling(fall: &Fall, volume_m3: Option<f64>) -> Falling {

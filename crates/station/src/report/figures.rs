@@ -93,8 +93,12 @@ pub struct Reached {
     pub s: Option<f64>,
     /// The same time as a timestamp.
     pub at: Option<Timestamp>,
-    /// With `between`, the earliest possible time in seconds.
+    /// With `between`, the earliest possible time in seconds; with `unknown`, when the pressure was below the range for the
+    /// first time.
     pub from_s: Option<f64>,
+    /// With `unknown`, the lower end of the range in Pa.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub limit_pa: Option<f64>,
 }
 
 /// Whether a gauge reached a pressure, and how exactly the time is known.
@@ -109,6 +113,8 @@ pub enum Outcome {
     Before,
     /// From the beginning.
     Already,
+    /// The pressure was below the range of the gauge, which does not show whether it was reached.
+    Unknown,
     /// Not at all.
     Not,
 }

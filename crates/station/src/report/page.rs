@@ -69,7 +69,9 @@ fn key_figures(report: &Report) -> String {
     if let Some(first) = lead.first {
         put("Pressure at the beginning", &with_unit(first.pa, report.unit), &moment(report.span.start, &report.zone));
     }
-    if let Some(lowest) = lead.lowest {
+    if let Some(end) = tables::lowest_bound(lead) {
+        put("Lowest pressure", &format!("&lt; {}", with_unit(end, report.unit)), "below the range of the gauge");
+    } else if let Some(lowest) = lead.lowest {
         put("Lowest pressure", &with_unit(lowest.pa, report.unit), &format!("after {}", duration(lowest.s)));
     }
     let last = report.targets.iter().zip(&lead.times).rfind(|(_, reached)| reached.outcome == Outcome::Reached);

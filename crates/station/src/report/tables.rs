@@ -4,7 +4,7 @@ use super::figures::{Gauge, Outcome, PressurePoint, Reached, Report, ReportEvent
 use super::format::{Unit, duration, escape, number, pressure, target_pressure, time_of_day, with_unit};
 use super::plot::swatch;
 use crate::pumpdown::time_range::seconds;
-use profivac_recorder::Micros;
+use profivac_recorder::{Micros, Quality};
 
 /// A table that scrolls sideways on a narrow screen.
 fn table(caption: &str, head: &str, rows: &[String]) -> String {
@@ -42,7 +42,9 @@ pub fn gauges(report: &Report) -> String {
         let identity = if is_known { identity(gauge) } else { String::new() };
         let pressure =
             |seen: Option<PressurePoint>| seen.map_or("–".to_owned(), |seen| pressure(seen.pa, report.unit));
-        let ends = [gauge.first, gauge.lowest, gauge.last].map(|seen| cell(&pressure(seen)));
+        let lowest = lowest_bound(gauge)
+            .map_or_else(|| pressure(gauge.lowest), |end| format!("&lt; {}", self::pressure(end, report.unit)));
+        let ends = [pressure(gauge.first), lowest, pressure(gauge.last)].map(|text| cell(&text));
         named(style, gauge) + &identity + &ends.concat()
     };
     let rows: Vec<String> = report.gauges.iter().enumerate().map(row).collect();
@@ -51,6 +53,12 @@ pub fn gauges(report: &Report) -> String {
     let ends = heads(&ends.each_ref().map(String::as_str));
     let known = if is_known { heads(&["Device", "Address", "Segment", "Gas"]) } else { String::new() };
     table("", &(heads(&["Gauge"]) + &known + &ends), &rows)
+}
+
+/// The end of the range in Pa that stands for the lowest pressure of a gauge that was below its range.
+pub fn lowest_bound(gauge: &Gauge) -> Option<f64> {
+    let below = gauge.trace.sections.iter().filter(|section| section.quality == Quality::Underrange);
+    below.filter_map(|section| section.points.last()).map(|(_, pa)| *pa).reduce(f64::min)
 }
 
 fn identity(gauge: &Gauge) -> String {
@@ -328,6 +336,10 @@ fn reached(report: &Report, gauge: &Gauge, reached: &Reached) -> String {
         }
         (Outcome::Before, Some(s), _) => format!("<td>≤ {}<small>could not measure before</small></td>", duration(s)),
         (Outcome::Already, _, _) => "<td class=\"no\">from the beginning</td>".to_owned(),
+        (Outcome::Unknown, _, Some(from)) => {
+            let end = reached.limit_pa.map_or(String::new(), |end| format!(" (&lt; {})", with_unit(end, report.unit)));
+            format!("<td class=\"no\">unknown<small>below its range{end} since {}</small></td>", at(from))
+        }
         _ => format!("<td class=\"no\">not reached<small>{}</small></td>", lowest()),
     }
 }

@@ -6,8 +6,11 @@ use crate::view::{self, BusStationState};
 use profivac_client::ClientError;
 use profivac_client::cyclic::{ChannelValue, CyclicSlave, CyclicValues};
 use profivac_client::discover::CyclicError;
+use profivac_client::identify;
+use profivac_client::ms2::Ms2;
 use profivac_client::records::{RecordError, Unavailable};
 use profivac_devices::Principle;
+use profivac_devices::model::Model;
 use profivac_dp::link::{Baud, BitTime};
 use profivac_dp::master::{HandlerState, SlaveListError};
 use profivac_host::port::PortError;
@@ -347,14 +350,30 @@ pub fn find_gauge(session: &mut BusSession, gauge: &config::Gauge, master: u8) -
     if probed.is_none_or(|station| station.slave.is_none()) {
         return Err(FindError::NoAnswer);
     }
-    as_configured(CyclicSlave::find(session, gauge.address, master)?, &gauge.device)
+    let found = CyclicSlave::find(session, gauge.address, master)?;
+    let configured = entry(&gauge.device)?.model;
+    // A model that the search only assumes is no reason to doubt the file: the model is read again.
+    let reported = if configured.ident == found.model.ident && configured.name != found.model.name {
+        identify::reported_model(found.model.ident, &mut Ms2::new(session, gauge.address))
+    } else {
+        None
+    };
+    as_configured(found, reported, configured, &gauge.device)
 }
 
-/// The found slave as the configured device: devices that share an ident number cannot be told apart on the bus.
-fn as_configured(found: CyclicSlave, device: &str) -> Result<CyclicSlave, FindError> {
-    let model = entry(device)?.model;
-    if model.ident != found.model.ident {
-        return Err(FindError::OtherDevice { found: found.model.name, configured: device.to_owned() });
+/// The found slave as the configured device. Devices that share an ident number differ in the model that they report; TPG300
+/// and TPG500 report none.
+fn as_configured(
+    found: CyclicSlave,
+    reported: Option<&'static Model>,
+    model: &'static Model,
+    device: &str,
+) -> Result<CyclicSlave, FindError> {
+    let is_other = |other: &Model| other.name != model.name;
+    let other =
+        if model.ident == found.model.ident { reported.filter(|other| is_other(other)) } else { Some(found.model) };
+    if let Some(other) = other {
+        return Err(FindError::OtherDevice { found: other.name, configured: device.to_owned() });
     }
     let configuration = model.configuration(found.configuration.octets).unwrap_or(found.configuration);
     Ok(CyclicSlave { model, configuration, unit: model.unit(found.unit.code).unwrap_or(found.unit), ..found })

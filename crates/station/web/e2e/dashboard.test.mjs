@@ -238,7 +238,7 @@ test('every page has a shortcut', async () => {
     }
     await page.keyboard.press('?')
     await page.getByRole('dialog').waitFor()
-    for (const words of ['Audit', 'cleared, new', 'stored on request'])
+    for (const words of ['Audit', 'cleared, not acknowledged', 'stored on request'])
       await page.getByRole('dialog').getByText(words, { exact: true }).waitFor()
     await page.keyboard.press('Escape')
     await page.getByRole('dialog').waitFor({ state: 'hidden' })

@@ -13,7 +13,10 @@ export const ALARM_STATES: Record<AlarmState, { label: string; sentence: string 
   normal: { label: 'normal', sentence: 'The condition does not hold.' },
   unacknowledged: { label: 'new', sentence: 'The condition holds; the alarm is not acknowledged.' },
   acknowledged: { label: 'acknowledged', sentence: 'The condition holds; an operator has acknowledged the alarm.' },
-  returned: { label: 'cleared, new', sentence: 'The condition no longer holds; the alarm is not acknowledged.' },
+  returned: {
+    label: 'cleared, not acknowledged',
+    sentence: 'The condition no longer holds; the alarm is not acknowledged.',
+  },
   'out-of-service': {
     label: 'out of service',
     sentence: 'An engineer has taken the alarm out of service and given a reason.',

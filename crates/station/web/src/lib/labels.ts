@@ -18,7 +18,7 @@ export const BUS_STATUS: Record<BusStatus, { label: string; sentence: string }> 
   fault: { label: 'fault', sentence: 'A configured gauge in data exchange that reports a fault.' },
   starting: { label: 'starting', sentence: 'A configured gauge that the master is bringing into data exchange.' },
   missing: {
-    label: 'missing',
+    label: 'not exchanging',
     sentence: 'A configured gauge that does not answer, or that belongs to another master.',
   },
   unconfigured: { label: 'not configured', sentence: 'A slave that answers but is not in the station’s file.' },
@@ -59,7 +59,7 @@ export const EVENT_KINDS: Record<EventKind, string> = {
 }
 
 export const RISKS: Record<RiskClass, { label: string; sentence: string }> = {
-  harmless: { label: 'harmless', sentence: 'The manual names no risk.' },
+  harmless: { label: 'no risk named', sentence: 'The manual names no risk; relays may still switch.' },
   volatile: { label: 'volatile', sentence: 'The value is lost when the gauge loses power.' },
   'stored-on-request': {
     label: 'stored on request',
