@@ -160,7 +160,7 @@ fn read(gauge: &mut AnyGauge<'_>, target: &str) -> Result<Row, ClientError> {
 
 fn pressure(gauge: &mut AnyGauge<'_>, named: &NamedParameter) -> Result<Option<ChannelValue>, ClientError> {
     let is_pressure = named.parameter.row.role == Some(Role::ProcessValue);
-    is_pressure.then(|| gauge.pressure_of(named).map(|reading| reading.is_valid())).transpose()
+    is_pressure.then(|| gauge.pressure_of(named)).transpose()
 }
 
 fn is_idle(gauge: &mut AnyGauge<'_>) -> bool {

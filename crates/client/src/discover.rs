@@ -9,7 +9,6 @@ use crate::records::{Interruption, RecordError, read_code};
 use profivac_devices::model::{AccessPath, Codes, Configuration, DataType, Field, Model, Unit};
 use profivac_dp::master::services;
 use profivac_host::session::{BusSession, Reply, SessionError};
-use std::time::Instant;
 
 /// The reason why a slave cannot be used for data exchange.
 #[derive(Debug, thiserror::Error)]
