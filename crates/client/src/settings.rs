@@ -206,15 +206,19 @@ fn dump_instance<R: Records>(
 ) -> Result<Vec<ReadResult>, ClientError> {
     let Some(last) = group.last() else { return Ok(Vec::new()) };
     for _ in 0..ATTEMPTS {
-        let mut readings = Vec::new();
-        for named in group {
-            report(readings.len());
-            match gauge.read_once(named) {
-                Err(error) if error.kind() == ErrorKind::Line => return Err(error),
-                reading => readings.push(((*named).clone(), reading)),
+        let ((readings, is_selected), has_unit) = gauge.with_one_unit(|gauge| {
+            let mut readings = Vec::new();
+            for named in group {
+                report(readings.len());
+                match gauge.read_once(named) {
+                    Err(error) if error.kind() == ErrorKind::Line => return Err(error),
+                    reading => readings.push(((*named).clone(), reading)),
+                }
             }
-        }
-        if gauge.is_still_selected(last)? {
+            // Before the unit is read again, which may move the selector.
+            Ok((readings, gauge.is_still_selected(last)?))
+        })?;
+        if is_selected && has_unit {
             return Ok(readings);
         }
     }

@@ -248,10 +248,9 @@ impl Demo {
 
     fn print_rows(&mut self, json: bool, ending: Ending) -> Result<(), Failure> {
         if !json {
-            notice(&format_args!("READ is the value of {}, TRUE the pressure at it", self.gauge()));
             out(&format!(
-                "{:>9}{:>12}{:>12}{:>10}{:>11}{:>6}",
-                "SECONDS", "TRUE mbar", "READ mbar", "INSTANCE", "EXCHANGES", "LOST"
+                "{:>9}{:>12}{:>12}{:>10}{:>11}{:>6}  {}",
+                "SECONDS", "TRUE mbar", "READ mbar", "INSTANCE", "EXCHANGES", "LOST", "GAUGE"
             ));
         }
         let mut next = self.advanced_until + PERIOD;
@@ -302,8 +301,8 @@ impl Row {
     fn line(&self) -> String {
         let read = self.read_mbar.map_or_else(|| "-".to_owned(), |mbar| format!("{mbar:.3e}"));
         format!(
-            "{:>9.2}{:>12.3e}{read:>12}{:>10}{:>11}{:>6}",
-            self.seconds, self.true_mbar, self.instance, self.exchanges, self.lost
+            "{:>9.2}{:>12.3e}{read:>12}{:>10}{:>11}{:>6}  {}",
+            self.seconds, self.true_mbar, self.instance, self.exchanges, self.lost, self.gauge
         )
     }
 }

@@ -319,6 +319,9 @@ impl<'a> Run<'a> {
             let now = unknown.load(Ordering::Relaxed);
             let row = row(finding, now == before);
             rows.push(without_records(row, redaction));
+            if rows.len() % RULES_PER_PROGRESS == 0 {
+                progress(&format!("slave {}: {} rules", subject.address, rows.len()));
+            }
             before = now;
             if signals.is_some_and(Signals::are_pending) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
         };
@@ -382,6 +385,9 @@ impl<'a> Run<'a> {
         Ok(true)
     }
 }
+
+/// The number of rules between two lines of progress.
+const RULES_PER_PROGRESS: usize = 20;
 
 /// A rule in the report.
 fn row(finding: &CheckResult, is_recorded: bool) -> Value {

@@ -134,6 +134,19 @@ impl<R: Records> Gauge<R> {
         Ok(unit)
     }
 
+    /// Reads the unit once for the readings of `read`, instead of once for each. Returns also whether it was the same afterwards.
+    pub(crate) fn with_one_unit<T>(
+        &mut self,
+        read: impl FnOnce(&mut Self) -> Result<T, ClientError>,
+    ) -> Result<(T, bool), ClientError> {
+        let KnownUnit::Read(_) = self.unit else { return Ok((read(self)?, true)) };
+        let Some(unit) = self.unit()? else { return Ok((read(self)?, true)) };
+        self.unit = KnownUnit::Given(unit);
+        let done = read(self);
+        self.unit = KnownUnit::Read(Some(unit));
+        Ok((done?, self.unit()? == Some(unit)))
+    }
+
     /// A parameter that holds the unit. All instances have the same: the one that the slot shows needs no move of the
     /// selector.
     fn unit_parameter(&mut self) -> Result<Option<NamedParameter>, ClientError> {

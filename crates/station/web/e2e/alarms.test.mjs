@@ -78,7 +78,8 @@ test('an alarm that clears before it is acknowledged stays in the list until the
     await vented.waitFor()
     plant.tell('vessel=1')
     await page.waitForFunction(
-      () => document.querySelector('[data-alarm="vessel vented"] .alarm-state').innerText === 'cleared, not acknowledged',
+      () =>
+        document.querySelector('[data-alarm="vessel vented"] .alarm-state').innerText === 'cleared, not acknowledged',
     )
     await vented.getByRole('button', { name: 'Acknowledge' }).click()
     await vented.waitFor({ state: 'detached' })

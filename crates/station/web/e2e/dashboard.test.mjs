@@ -279,6 +279,7 @@ test('a chart has its data as a table', async () => {
     await drawn(page)
     await page.getByText('Data table').click()
     const table = page.getByRole('table', { name: /^Pressures/ })
+    await table.waitFor()
     assert.deepEqual(await table.locator('thead th').allInnerTexts(), ['Time', 'gate 1', 'turbo outlet'])
     const rows = await table
       .locator('tbody tr')
