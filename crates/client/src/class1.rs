@@ -1,10 +1,11 @@
 //! Records of a slave that this master owns, by MS1 or the parameter channel. profibus-wire 4.2 to 4.5 and 6.1.
 //!
-//! The master parameterises the slave with its present unit, exchanges data with it, and releases it at the end.
+//! [`Class1Session`] parameterises a slave with its present unit, exchanges data with it, and releases it at the end.
+//! [`OwnedChannel`] uses the parameter channel of a slave that the master exchanges data with already.
 
 use super::records::{Interruption, RecordError, Records, RefusalCodes, Unavailable, UnrestoredRecord};
 use crate::cyclic::CyclicSlave;
-use crate::ms2::Ms2;
+use crate::ms2::{Ms2, Ms2Error, Ms2Line};
 use crate::records::read_code;
 use profivac_devices::model::{AccessPath, Configuration, Field, Model, NumberType, Role, TaskKind, Telegram};
 use profivac_dp::link::Baud;
@@ -136,36 +137,24 @@ impl<'a> Class1Session<'a> {
                 let read = read.map_err(Interruption::NotSubmitted)?;
                 self.session.wait_for_outcome(read, |record| record.map(<[u8]>::to_vec))?.map_err(ms1_error)
             }
-            Service::ParameterChannel(parameters) => {
-                let task = master.pkw_read(address, slot, index, None, &parameters);
-                let task = task.map_err(Interruption::NotSubmitted)?;
-                self.session.wait_for_outcome(task, |value| value)?.map(octets).map_err(task_error)
-            }
+            Service::ParameterChannel(parameters) => read_task(self.session, address, (slot, index), &parameters),
         }
     }
 
     fn write_once(&mut self, slot: u8, index: u8, octets: &[u8]) -> Result<(), RecordError> {
-        let service = self.service;
-        let value = match service {
-            Service::Ms1(_) => None,
-            Service::ParameterChannel(_) => {
-                Some(pkw::Value::from_octets(octets).ok_or(Unavailable::TooLongForChannel)?)
-            }
-        };
-        self.ensure_exchange()?;
-        let (address, master) = (self.address, self.session.master());
-        match (service, value) {
-            (Service::ParameterChannel(parameters), Some(value)) => {
-                let task = master.pkw_write(address, slot, index, value, &parameters);
-                let task = task.map_err(Interruption::NotSubmitted)?;
-                self.session.wait_for_outcome(task, |value| value)?.map(drop).map_err(task_error)
-            }
-            (Service::Ms1(parameters), _) => {
-                let write = master.ms1_write(address, slot, index, octets, &parameters);
+        let address = self.address;
+        match self.service {
+            Service::Ms1(parameters) => {
+                self.ensure_exchange()?;
+                let write = self.session.master().ms1_write(address, slot, index, octets, &parameters);
                 let write = write.map_err(Interruption::NotSubmitted)?;
                 self.session.wait_for_outcome(write, |written| written)?.map_err(ms1_error)
             }
-            (Service::ParameterChannel(_), None) => Err(Unavailable::TooLongForChannel.into()),
+            Service::ParameterChannel(parameters) => {
+                let value = channel_value(octets)?;
+                self.ensure_exchange()?;
+                write_task(self.session, address, (slot, index), value, &parameters)
+            }
         }
     }
 
@@ -185,6 +174,94 @@ impl<'a> Class1Session<'a> {
         }
         Ok(())
     }
+}
+
+/// The parameter channel of a slave that the master of `line` exchanges data with. It parameterises nothing and releases
+/// nothing: the cyclic data continue, and their owner decides when they end.
+///
+/// Every request fails with [`Unavailable::NoParameterChannel`] if the configuration of the slave has no parameter channel, and with
+/// [`Interruption::NotSubmitted`] while the slave does not exchange data.
+///
+/// ```
+/// # use profivac_client::Bus;
+/// use profivac_client::class1::OwnedChannel;
+/// use profivac_client::cyclic::CyclicSlave;
+/// use profivac_client::records::{RecordError, Records};
+///
+/// # let mut bus = Bus::on(profivac_virtual::open::devices(&["tpg300@7"])?).open()?;
+/// let slave = CyclicSlave::find(bus.session(), 7, 0)?;
+/// // The master does not exchange data with the controller.
+/// let unread = OwnedChannel::new(bus.session(), &slave).read(1, 22);
+/// assert!(matches!(unread, Err(RecordError::Interrupted(_))));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub struct OwnedChannel<'a, L: Ms2Line = BusSession> {
+    line: &'a mut L,
+    address: u8,
+    parameters: Option<PkwParameters>,
+}
+
+impl<'a, L: Ms2Line> OwnedChannel<'a, L> {
+    /// The parameter channel of `slave`. Sends nothing.
+    pub fn new(line: &'a mut L, slave: &CyclicSlave) -> Self {
+        Self { line, address: slave.address, parameters: channel(slave.configuration, slave.model) }
+    }
+
+    fn parameters(&self) -> Result<PkwParameters, RecordError> {
+        self.parameters.ok_or_else(|| Unavailable::NoParameterChannel.into())
+    }
+}
+
+impl<L: Ms2Line> Records for OwnedChannel<'_, L> {
+    fn via(&self) -> AccessPath {
+        AccessPath::ParameterChannel
+    }
+
+    fn read(&mut self, slot: u8, index: u8) -> Result<Vec<u8>, RecordError> {
+        let parameters = self.parameters()?;
+        let mut read = read_task(self.line, self.address, (slot, index), &parameters);
+        for _ in 1..ATTEMPTS {
+            if !matches!(read, Err(RecordError::Interrupted(Interruption::ParameterChannel(_)))) {
+                break;
+            }
+            read = read_task(self.line, self.address, (slot, index), &parameters);
+        }
+        read
+    }
+
+    fn write(&mut self, slot: u8, index: u8, octets: &[u8]) -> Result<(), RecordError> {
+        let (parameters, value) = (self.parameters()?, channel_value(octets)?);
+        write_task(self.line, self.address, (slot, index), value, &parameters)
+    }
+}
+
+/// Reads a parameter in the parameter channel of a slave in data exchange.
+fn read_task(
+    line: &mut impl Ms2Line,
+    address: u8,
+    (slot, index): (u8, u8),
+    parameters: &PkwParameters,
+) -> Result<Vec<u8>, RecordError> {
+    let master = line.master().ok_or(Ms2Error::NoMaster)?;
+    let task = master.pkw_read(address, slot, index, None, parameters).map_err(Interruption::NotSubmitted)?;
+    line.wait_for(task, |value| value)?.map(octets).map_err(task_error)
+}
+
+/// Writes a parameter in the parameter channel of a slave in data exchange.
+fn write_task(
+    line: &mut impl Ms2Line,
+    address: u8,
+    (slot, index): (u8, u8),
+    value: pkw::Value,
+    parameters: &PkwParameters,
+) -> Result<(), RecordError> {
+    let master = line.master().ok_or(Ms2Error::NoMaster)?;
+    let task = master.pkw_write(address, slot, index, value, parameters).map_err(Interruption::NotSubmitted)?;
+    line.wait_for(task, |value| value)?.map(drop).map_err(task_error)
+}
+
+fn channel_value(octets: &[u8]) -> Result<pkw::Value, RecordError> {
+    pkw::Value::from_octets(octets).ok_or_else(|| Unavailable::TooLongForChannel.into())
 }
 
 fn ms1_error(error: ms1::RequestError) -> RecordError {

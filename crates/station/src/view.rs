@@ -120,7 +120,7 @@ pub struct Gauge {
     pub address: u8,
     /// The device: `bcg450`.
     pub device: String,
-    /// Whether parameters are read and commands are sent while it exchanges data: the device has DP-V1.
+    /// Whether the device has DP-V1: its parameters travel over MS2, those of other devices in the parameter channel.
     pub has_dpv1: bool,
     /// The state.
     pub state: BusStationState,

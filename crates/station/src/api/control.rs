@@ -191,8 +191,7 @@ async fn run_blocking<T: Send + 'static>(
 
 /// The commands of a gauge with their conditions and risks
 ///
-/// The station answers from its tables, without a request to the gauge. A device without DP-V1 has none: the station could not send
-/// them.
+/// The station answers from its tables, without a request to the gauge.
 #[utoipa::path(
     get,
     path = "/api/gauges/{name}/commands",
@@ -209,7 +208,7 @@ pub async fn commands(
     let unknown = || Problem::not_found(format!("there is no gauge {name:?}"));
     let gauge = services.snapshots().gauge(&name).ok_or_else(unknown)?;
     let names = entry(&gauge.device).ok().and_then(|entry| ParameterNames::of_catalog(entry.model));
-    let Some(names) = names.filter(|_| gauge.has_dpv1) else { return Ok(Json(Vec::new())) };
+    let Some(names) = names else { return Ok(Json(Vec::new())) };
     let command = |(named, code): (&profivac_client::names::NamedParameter, _)| {
         let row = named.parameter.row;
         Command {

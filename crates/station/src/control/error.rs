@@ -165,15 +165,6 @@ pub enum Unavailable {
     /// The gauge is not in data exchange.
     #[error("{0} does not answer")]
     NoAnswer(String),
-    /// The gauge has no DP-V1, so its parameters cannot be read beside its cyclic data.
-    #[error("{0} has no DP-V1: read its parameters with `profivac dump --via pkw`")]
-    ReadNeedsDpV1(String),
-    /// The gauge has no DP-V1, so it cannot be written beside its cyclic data.
-    #[error(
-        "{0} has no DP-V1, and the data the station exchanges with it have no parameter channel: take it out of the station's file \
-         and use `profivac write --via pkw`"
-    )]
-    WriteNeedsDpV1(String),
     /// The segment got to the command too late.
     #[error("the segment of {0} was busy for too long")]
     SegmentBusy(String),

@@ -55,8 +55,8 @@ pub fn role(row: &Row, code: Option<&Code>) -> Role {
 pub fn blocked_reason(row: &Row) -> Option<&'static str> {
     let is_presentation = row.codes == Codes::Units || row.role == Some(profivac_devices::model::Role::NumberType);
     is_presentation.then_some(
-        "the station reads the cyclic data with the unit and the number type it found, and the device changes them only \
-         without cyclic exchange: take the gauge out of the station's file, use `profivac write`, and put it back",
+        "the station reads the cyclic data with the unit and the number type it found: take the gauge out of the station's \
+         file, use `profivac write`, and put it back",
     )
 }
 

@@ -3,6 +3,7 @@
 use super::bus_map::{milliseconds, own_master};
 use super::gauge_session::GaugeSession;
 use super::inbox::Inbox;
+use super::records::records_of;
 use super::services::SegmentServices;
 use crate::alarm::Inputs;
 use crate::config;
@@ -10,7 +11,6 @@ use crate::control::error::Unavailable;
 use crate::snapshot::SegmentSnapshot;
 use crate::view::{Gauge, Segment, SegmentState, duration_ms};
 use profivac_client::cyclic::CyclicSlave;
-use profivac_client::ms2::Ms2;
 use profivac_recorder::validity::MAX_SILENCE;
 use profivac_vacuum::Gas;
 use profivac_virtual::memory_segment::MemorySegment;
@@ -54,7 +54,7 @@ impl DemoSegment {
         }
         let slave = |name: &str| slave(&self.gauges, name);
         // A segment in memory has no port to lose.
-        self.inbox.answer_next(&self.services, slave, |address| Ms2::new(segment, address), Instant::now).ok();
+        self.inbox.answer_next(&self.services, slave, |slave| records_of(segment, slave), Instant::now).ok();
     }
 
     fn sample(&mut self, segment: &mut MemorySegment) {

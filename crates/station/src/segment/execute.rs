@@ -11,12 +11,11 @@ use profivac_client::{self, ClientError, Condition, ErrorKind, Gauge};
 
 /// Asks the gauge what an operation would do. Nothing is changed.
 pub fn preview<R: Records>(
-    name: &str,
     slave: &CyclicSlave,
     records: R,
     operation: &Operation,
 ) -> Result<OperationPreview, OperationError> {
-    let mut gauge = open(name, slave, records)?;
+    let mut gauge = open(slave, records);
     let preview = read_preview(&mut gauge, operation).map(|(_, preview)| preview);
     // A gauge that no longer answers keeps the selector where it is.
     gauge.restore_selector().ok();
@@ -34,18 +33,14 @@ pub fn execute<R: Records>(
     if armed != now {
         return Err(ChangedSinceArmed::Device { gauge: command.gauge.clone(), armed, now }.into());
     }
-    let mut gauge = open(&command.gauge, slave, records)?;
+    let mut gauge = open(slave, records);
     let readback = execute_checked(&mut gauge, command);
     gauge.restore_selector().ok();
     readback
 }
 
-/// Uses MS2 only: the cyclic data that the station exchanges have no parameter channel.
-fn open<R: Records>(name: &str, slave: &CyclicSlave, records: R) -> Result<Gauge<R>, Unavailable> {
-    if !slave.model.features.dpv1 {
-        return Err(Unavailable::WriteNeedsDpV1(name.to_owned()));
-    }
-    Ok(Gauge::with_model(records, slave.address, slave.model).with_unit(slave.unit))
+fn open<R: Records>(slave: &CyclicSlave, records: R) -> Gauge<R> {
+    Gauge::with_model(records, slave.address, slave.model).with_unit(slave.unit)
 }
 
 fn read_preview<R: Records>(

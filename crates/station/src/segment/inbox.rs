@@ -110,7 +110,7 @@ impl Inbox {
     }
 
     /// Answers one command, or reads parameters until a command comes. `slave` gives the slave of a gauge in data exchange, `records`
-    /// the access to the records at an address, `clock` the time.
+    /// the access to the records of a slave, `clock` the time.
     ///
     /// # Errors
     /// [`PortLost`]. Where a write finds the port lost, the next cycle finds it lost too.
@@ -118,7 +118,7 @@ impl Inbox {
         &mut self,
         services: &SegmentServices,
         slave: impl FnOnce(&str) -> Result<CyclicSlave, Unavailable>,
-        records: impl FnOnce(u8) -> R,
+        records: impl FnOnce(&CyclicSlave) -> R,
         clock: impl Fn() -> Instant,
     ) -> Result<(), PortLost> {
         self.fill();
@@ -159,13 +159,13 @@ impl Inbox {
         services: &SegmentServices,
         mut preview: Preview,
         slave: impl FnOnce(&str) -> Result<CyclicSlave, Unavailable>,
-        records: impl FnOnce(u8) -> R,
+        records: impl FnOnce(&CyclicSlave) -> R,
         now: Instant,
     ) {
         let Preview { gauge, operation, .. } = &preview;
         let result = slave(gauge)
             .map_err(Into::into)
-            .and_then(|slave| execute::preview(gauge, &slave, records(slave.address), operation));
+            .and_then(|slave| execute::preview(&slave, records(&slave), operation));
         let is_full =
             matches!(&result, Err(OperationError::Unavailable(Unavailable::Client(error))) if has_no_connection(error));
         if preview.wait.continues(services, &preview.gauge, is_full, now) {
@@ -181,7 +181,7 @@ impl Inbox {
         services: &SegmentServices,
         mut read: Read,
         slave: impl FnOnce(&str) -> Result<CyclicSlave, Unavailable>,
-        records: impl FnOnce(u8) -> R,
+        records: impl FnOnce(&CyclicSlave) -> R,
         clock: impl Fn() -> Instant,
     ) -> Result<(), PortLost> {
         let end = slave(&read.gauge).map_or_else(ReadingEnd::Failed, |slave| {
@@ -191,7 +191,7 @@ impl Inbox {
                 let now = clock();
                 !answer.is_awaited(now) || self.commands.iter().any(|command| command.is_due(now))
             };
-            reading.read_on(&services.snapshots, gauge, &slave, records(slave.address), is_interrupted)
+            reading.read_on(&services.snapshots, gauge, &slave, records(&slave), is_interrupted)
         });
         let is_full = matches!(&end, ReadingEnd::Failed(Unavailable::Client(error)) if has_no_connection(error));
         if read.wait.continues(services, &read.gauge, is_full, clock()) {
@@ -269,7 +269,7 @@ fn execute<R: Records>(
     services: &SegmentServices,
     request: SegmentRequest,
     slave: impl FnOnce(&str) -> Result<CyclicSlave, Unavailable>,
-    records: impl FnOnce(u8) -> R,
+    records: impl FnOnce(&CyclicSlave) -> R,
     now: Instant,
 ) {
     let SegmentRequest::Execute(command, begin_by, answer) = request else { return };
@@ -278,7 +278,7 @@ fn execute<R: Records>(
     } else if services.control.may_send(&command) {
         slave(&command.gauge)
             .map_err(Into::into)
-            .and_then(|slave| execute::execute(&slave, records(slave.address), &command))
+            .and_then(|slave| execute::execute(&slave, records(&slave), &command))
     } else {
         Err(ChangedSinceArmed::ControlLost { user: command.user.to_string() }.into())
     };

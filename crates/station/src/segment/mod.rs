@@ -11,6 +11,7 @@
 //! |---|---|
 //! | `gauge_session` | a gauge: search, data exchange, samples |
 //! | `execute` | preview and execution of an operation |
+//! | `records` | the access to the records of a slave: MS2 or the parameter channel |
 //! | `requests` | reading the parameters of a gauge |
 //! | `inbox` | the requests of users to a segment, and their order |
 //! | `bus_map` | the stations on the bus |
@@ -24,6 +25,7 @@ mod execute;
 mod gauge_session;
 pub mod handle;
 mod inbox;
+mod records;
 mod requests;
 mod services;
 mod thread;

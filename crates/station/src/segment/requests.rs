@@ -48,9 +48,6 @@ impl Reading {
         records: R,
         mut is_interrupted: impl FnMut() -> bool,
     ) -> ReadingEnd {
-        if !slave.model.features.dpv1 {
-            return ReadingEnd::Failed(Unavailable::ReadNeedsDpV1(name.to_owned()));
-        }
         if !self.model.is_some_and(|model| std::ptr::eq(model, slave.model)) {
             *self = Self { model: Some(slave.model), ..Self::default() };
         }
@@ -73,7 +70,7 @@ impl Reading {
         end
     }
 
-    /// Reads a parameter into its block, if it can be read or written over MS2.
+    /// Reads a parameter into its block, if the service of the gauge reads or writes it.
     fn add<R: Records>(
         &mut self,
         gauge: &mut Gauge<R>,
@@ -100,15 +97,15 @@ pub fn end_progress(snapshots: &SnapshotStore, name: &str) {
     snapshots.set_read_progress(name, 0, 0);
 }
 
-/// Reads a parameter; `None` if MS2 neither reads nor writes it.
+/// Reads a parameter; `None` if the service of the gauge neither reads nor writes it.
 fn parameter<R: Records>(
     gauge: &mut Gauge<R>,
     named: &NamedParameter,
     unit: &'static Unit,
 ) -> Result<Option<Parameter>, Unavailable> {
-    let row = named.parameter.row;
-    let readable = row.access.allows(AccessPath::Class2, Direction::Read);
-    if !readable && !row.access.allows(AccessPath::Class2, Direction::Write) {
+    let (row, via) = (named.parameter.row, gauge.records().via());
+    let readable = row.access.allows(via, Direction::Read);
+    if !readable && !row.access.allows(via, Direction::Write) {
         return Ok(None);
     }
     let (value, refusal) = match readable.then(|| gauge.read_parameter(named)) {
@@ -128,14 +125,19 @@ fn parameter<R: Records>(
         access: row.access_text.to_owned(),
         value,
         read_error: refusal,
-        write: write_info(gauge.model(), named, unit),
+        write: write_info(gauge.model(), named, unit, via),
     }))
 }
 
 /// The values and the role that writing a parameter needs; `None` if it is not writable, or only by a command.
-fn write_info(model: &'static Model, named: &NamedParameter, unit: &'static Unit) -> Option<WriteInfo> {
+fn write_info(
+    model: &'static Model,
+    named: &NamedParameter,
+    unit: &'static Unit,
+    via: AccessPath,
+) -> Option<WriteInfo> {
     let row = named.parameter.row;
-    if !row.access.allows(AccessPath::Class2, Direction::Write) || row.codes.is_command() {
+    if !row.access.allows(via, Direction::Write) || row.codes.is_command() {
         return None;
     }
     let choices = match (&row.codes, row.data_type) {

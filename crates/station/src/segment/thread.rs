@@ -3,13 +3,13 @@
 use super::bus_map::{BusState, own_master};
 use super::gauge_session::{FindError, GaugeSession, find_gauge};
 use super::inbox::{Inbox, PortLost};
+use super::records::records_of;
 use super::services::SegmentServices;
 use crate::config;
 use crate::control::error::Unavailable;
 use crate::snapshot::SegmentSnapshot;
 use crate::view::{BusStation, Segment};
 use profivac_client::cyclic::CyclicSlave;
-use profivac_client::ms2::Ms2;
 use profivac_dp::master::Mode;
 use profivac_host::port::PortError;
 use profivac_host::session::{BusMaster, BusSession, SessionError, UnrestoredRecord, bus_parameters};
@@ -230,7 +230,7 @@ impl SegmentThread {
         let slave = |name: &str| slave(&self.gauges, name);
         let port = session.port_name().to_owned();
         let answered =
-            self.inbox.answer_next(&self.services, slave, |address| Ms2::new(session, address), Instant::now);
+            self.inbox.answer_next(&self.services, slave, |slave| records_of(session, slave), Instant::now);
         answered.map_err(|PortLost| PortError::Lost(port).into())
     }
 

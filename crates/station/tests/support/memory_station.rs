@@ -51,7 +51,7 @@ impl Outside {
     }
 }
 
-/// A station with a bcg450 called chamber on the segment hall.
+/// A station with a gauge called chamber on the segment hall.
 pub struct MemoryStation {
     folder: TempDir,
     pub services: Arc<Services>,
@@ -60,13 +60,18 @@ pub struct MemoryStation {
 }
 
 impl MemoryStation {
-    /// Starts the gauge at a pressure in mbar. Returns when the gauge measures it and is in data exchange.
+    /// Starts a bcg450 at a pressure in mbar. Returns when the gauge measures it and is in data exchange.
     pub fn new(mbar: f64) -> Self {
+        Self::with_device("bcg450@5", mbar)
+    }
+
+    /// The same with another device, at address 5.
+    pub fn with_device(spec: &'static str, mbar: f64) -> Self {
         let folder = tempfile::tempdir().unwrap();
         let services = services(folder.path());
         let (actions, inbox) = channel();
         let segment = services.for_segments();
-        let thread = std::thread::spawn(move || run(segment, mbar, &inbox));
+        let thread = std::thread::spawn(move || run(segment, spec, mbar, &inbox));
         let station = Self { folder, services, actions: Some(actions), thread: Some(thread) };
         station.until_pa(|pa| (pa / (mbar * 100.0) - 1.0).abs() < 0.1);
         until("it exchanges data", || {
@@ -192,11 +197,12 @@ fn request(user: Login, method: &str, path: &str, kind: &str, body: String) -> R
 }
 
 /// Runs the segment until the station is dropped.
-fn run(services: SegmentServices, mbar: f64, inbox: &Receiver<Action>) {
-    let spec: DeviceSpec = "bcg450@5".parse().unwrap();
+fn run(services: SegmentServices, spec: &str, mbar: f64, inbox: &Receiver<Action>) {
+    let name = spec.split(['@', ':']).next().unwrap().to_owned();
+    let spec: DeviceSpec = spec.parse().unwrap();
     let unit = spec.build(NonvolatileMemory::volatile(), BAUD).unwrap();
     let device = VirtualDevice::new(unit, 5, BAUD, Outside::mbar(mbar));
-    let model = entry("bcg450").unwrap().model;
+    let model = entry(&name).unwrap().model;
     let unit = model.unit_named("mbar").unwrap();
     let watched = CyclicSlave {
         address: 5,
@@ -207,7 +213,7 @@ fn run(services: SegmentServices, mbar: f64, inbox: &Receiver<Action>) {
     };
     let bus = BusParameters::new(1, BAUD).check().unwrap();
     let mut segment = MemorySegment::new(vec![device], vec![watched], bus, BAUD).unwrap();
-    let mut demo = DemoSegment::new(services, "hall", &segment, 1, |_| ("chamber".to_owned(), "bcg450".to_owned()));
+    let mut demo = DemoSegment::new(services, "hall", &segment, 1, |_| ("chamber".to_owned(), name.clone()));
     loop {
         match inbox.recv_timeout(Duration::from_millis(1)) {
             Ok(action) => action(&mut segment),
