@@ -44,5 +44,5 @@ pub use async_bus::{AsyncBus, AsyncGauge, Pending};
 pub use bus::{Bus, BusBuilder};
 pub use error::{AccessReason, Advice, ClientError, ErrorKind, Operation, ParameterContext, TypedError, Unmet};
 pub use gauge::conditions::{self, Condition};
-pub use gauge::{Gauge, ParameterReading, PreparedWrite, WriteResult};
+pub use gauge::{Defects, Gauge, ParameterReading, PreparedWrite, WriteResult};
 pub use pressure::Pressure;

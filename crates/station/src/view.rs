@@ -126,7 +126,7 @@ pub struct Gauge {
     pub state: BusStationState,
     /// Why it is not in data exchange, in a sentence.
     pub problem: Option<String>,
-    /// The alarms that it reports: its defects.
+    /// The alarms that it reports: its defects in the words of the manual, once the station has read them.
     pub exceptions: Vec<String>,
     /// The warnings that it reports, without those that the qualities of its readings explain.
     pub warnings: Vec<String>,

@@ -111,7 +111,7 @@ fn every_gauge_and_segment_has_default_alarms() {
     assert_eq!(rule(&all, "chamber: no data").condition, stale);
     assert_eq!(
         rule(&all, "tpg.2: blind").condition,
-        Condition::NotMeasurable { series: series("tpg", "tpg.2"), limits: vec![100.0] }
+        Condition::NotMeasurable { series: series("tpg", "tpg.2"), limits: vec![100.0], has_fault_alarm: true }
     );
 }
 

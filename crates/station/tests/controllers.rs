@@ -40,7 +40,10 @@ fn the_parameters_of_a_controller_are_read_beside_its_cyclic_data() {
         let filter = parameter(&station, "a1.filter-time-constant");
         assert_eq!((&filter["value"], &filter["read_error"]), (&json!("medium"), &Value::Null), "{spec}: {filter}");
         assert_eq!(filter["write"]["allowed_values"], json!(["fast", "medium", "slow"]), "{spec}");
-        assert_eq!((&filter["write"]["role"], &filter["write"]["risk"]["class"]), (&json!("engineer"), &json!("stored-on-request")));
+        assert_eq!(
+            (&filter["write"]["role"], &filter["write"]["risk"]["class"]),
+            (&json!("engineer"), &json!("stored-on-request"))
+        );
         let unit = parameter(&station, "a1.pressure-unit");
         assert_eq!(unit["value"], "mbar", "{spec}");
         assert!(unit["write"]["blocked_reason"].is_string(), "the station decodes the cyclic data with it");
@@ -80,7 +83,13 @@ fn a_write_that_a_controller_refuses_is_reported_with_its_reason() {
         assert_eq!(status, 200, "{armed}");
         let (status, refused) = station.execute(ENGINEER, &armed);
         assert_eq!(status, 409, "{spec}: {refused}");
-        assert!(refused["detail"].as_str().unwrap().contains("open the set first: write relay.4/threshold-validation open-for-changes"), "{spec}: {refused}");
+        assert!(
+            refused["detail"]
+                .as_str()
+                .unwrap()
+                .contains("open the set first: write relay.4/threshold-validation open-for-changes"),
+            "{spec}: {refused}"
+        );
         let (status, blocked) = station.arm(ENGINEER, &json!({ "target": "a1.pressure-unit", "value": "Torr" }));
         assert_eq!(status, 409, "{spec}: {blocked}");
         let (status, cyclic) = station.arm(ENGINEER, &json!({ "target": "device.sensor-on-off", "value": 1 }));

@@ -176,3 +176,20 @@ fn the_table_has_every_device_below_within_and_above_its_range_and_with_a_fault(
         }
     }
 }
+
+/// Channel 2 has switched its emission off. The cyclic data have an alarm of the controller and do not tell of which channel.
+#[test]
+fn an_alarm_of_a_controller_is_no_fault_of_a_channel_and_its_channel_is_named_over_ms2() {
+    let conditions = vec![Condition::Emission(true)];
+    let mut segment = settled(&Row { spec: "img400", mbar: 1e-3, conditions, readings: "" });
+    let slave = segment.slaves()[0];
+    let values = segment.values(&slave);
+    assert_eq!(values.alarms(), ["device alarm"]);
+    assert!(values.has_fault(), "the controller has an alarm");
+    let texts: Vec<_> = values.values.iter().map(ChannelValue::text).collect();
+    assert_eq!(texts[1], "off: the controller reports an alarm; the cyclic data do not tell of which channel");
+    assert!(values.values.iter().all(|value| value.quality != Quality::Fault), "{texts:?}");
+    let mut gauge = Gauge::with_model(Ms2::new(&mut segment, ADDRESS), ADDRESS, slave.model);
+    let defects = gauge.defects().unwrap();
+    assert_eq!(defects.device, ["channel 2: emission switched off, the pressure was too high"]);
+}

@@ -2,7 +2,8 @@
 //!
 //! | Device | Condition | Quality |
 //! |---|---|---|
-//! | all but TPG | Reading Invalid, and an alarm in Exception Status (errata-bpg-bcg-tpg 54) | fault |
+//! | BPG, HPG, BCG, PCG, PSG | Reading Invalid, and an alarm in Exception Status (errata-bpg-bcg-tpg 54) | fault |
+//! | IMG 400 | Reading Invalid, and a common or manufacturer alarm, which concerns all channels (errata-pxg55x-img400 35) | fault |
 //! | all but TPG | Underrange or Overrange Exceeded | underrange, overrange |
 //! | BPG, HPG, BCG | Reading Invalid, the Pirani is active below its range: no emission (errata-bpg-bcg-tpg 57) | underrange |
 //! | BPG, HPG, BCG, PCG, PSG | Reading Invalid, the value is within the range: a defect that is only a warning | fault |
@@ -51,6 +52,8 @@ pub enum Cause {
     NotMeasuring,
     /// The controller does not tell a gauge without emission from a channel without gauge.
     OffOrNoGauge,
+    /// The controller reports a device alarm; the cyclic data do not tell of which channel.
+    AlarmOfController,
 }
 
 impl fmt::Display for Cause {
@@ -68,6 +71,9 @@ impl fmt::Display for Cause {
             Self::NoEmission => f.write_str("no emission, the Pirani shows the end of its range"),
             Self::NotMeasuring => f.write_str("the gauge does not measure"),
             Self::OffOrNoGauge => f.write_str("no emission, or no gauge is connected"),
+            Self::AlarmOfController => {
+                f.write_str("the controller reports an alarm; the cyclic data do not tell of which channel")
+            }
         }
     }
 }
@@ -137,7 +143,7 @@ impl Evidence {
     fn by_extension(&self, status: StatusExtension) -> (Quality, Option<Cause>) {
         let is_invalid = status.contains(StatusExtension::INVALID);
         match (status.contains(StatusExtension::UNDER), status.contains(StatusExtension::OVER)) {
-            _ if is_invalid && self.exception.intersects(ExceptionStatus::ALARM) => {
+            _ if is_invalid && self.exception.intersects(self.own_alarms()) => {
                 (Quality::Fault, Some(Cause::Alarms(self.exception)))
             }
             (true, true) => (Quality::Fault, Some(Cause::DeclaredInvalid)),
@@ -148,8 +154,23 @@ impl Evidence {
         }
     }
 
-    /// Reading Invalid without an alarm and within the range.
+    /// The alarms that concern this reading. A device alarm of a controller may belong to another channel.
+    const fn own_alarms(&self) -> ExceptionStatus {
+        match self.status {
+            ValueStatus::Channel(_) => ExceptionStatus::ALARM_COMMON.union(ExceptionStatus::ALARM_MANUFACTURER),
+            ValueStatus::Gauge(_) | ValueStatus::Measurement(_) | ValueStatus::None => ExceptionStatus::ALARM,
+        }
+    }
+
+    /// Reading Invalid without an alarm of its own and within the range.
     fn invalid(&self) -> (Quality, Option<Cause>) {
+        let (quality, cause) = self.invalid_by_value();
+        let is_channel = matches!(self.status, ValueStatus::Channel(_));
+        let has_alarm = is_channel && self.exception.contains(ExceptionStatus::ALARM_DEVICE);
+        (quality, if has_alarm { Some(Cause::AlarmOfController) } else { cause })
+    }
+
+    fn invalid_by_value(&self) -> (Quality, Option<Cause>) {
         let pa = self.pa.filter(|pa| is_pressure(*pa));
         let is_within = self.range.zip(pa).is_some_and(|(range, pa)| range.contains(pa));
         let is_at_low_end = self.range.zip(pa).is_some_and(|(range, pa)| pa <= range.low_pa * (1.0 + ROUNDING));

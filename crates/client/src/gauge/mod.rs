@@ -5,17 +5,20 @@
 //! | `read` | parameters by name |
 //! | `write` | writes and commands, checked before they are sent |
 //! | [`conditions`] | the conditions of a command |
+//! | `defects` | what is broken, in the words of the manual |
 //! | `typed` | parameters as Rust types |
 //! | `pressure` | the pressure and its validity |
 //! | `selector` | the instance that a slot shows |
 
 pub mod conditions;
+mod defects;
 mod pressure;
 mod read;
 mod selector;
 mod typed;
 mod write;
 
+pub use defects::Defects;
 pub use read::ParameterReading;
 pub(crate) use selector::HeldSelector;
 pub use write::{PreparedWrite, WriteResult};

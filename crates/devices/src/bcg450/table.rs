@@ -8,8 +8,8 @@ use super::faults::Faults;
 use super::parts;
 use crate::model::block_macros::{block, blocks};
 use crate::model::{
-    ChannelRules, Configuration, Field, Gsd, Location, Model, NumberType, ParameterSet, Scale, TaskKind, Telegram,
-    Unit, UserPrm, configuration, telegram,
+    AlarmBit, AlarmWords, ChannelRules, Configuration, Field, Gsd, Location, Model, NumberType, ParameterSet, Scale,
+    TaskKind, Telegram, Unit, UserPrm, configuration, telegram,
 };
 use crate::profile::codes::UnitCode;
 use crate::profile::{DeviceState, ExceptionStatus, SafeState, StateCommand, StatusExtension};
@@ -256,6 +256,12 @@ pub static MODEL: Model = Model {
     blocks: Parameter::BLOCKS,
     parts: &[&parts::PIRANI, &parts::BA, &parts::CDG],
     channel_rules: &CHANNEL_RULES,
+    // 3.1.1.11: CDG, Pirani, BA. 3.3.2.3, 3.3.3.3, 3.3.4.3: Electronics Failure includes a failure of the sensor.
+    alarms: AlarmWords {
+        instances: &[3, 1, 2],
+        sensor: &[AlarmBit { octet: 1, mask: 1 << 1, name: "electronics or sensor failure" }],
+        manufacturer: &[(1 << 0, "internal communication error")],
+    },
     faults: &Faults::LIST,
     errata: "errata-bpg-bcg-tpg 2 to 37, 39, 41 to 44, 46 to 52, 54 to 60, 62, 63, 69 to 81, 83 to 85, 87 to 93, 95 to 102, 104, \
              106 to 121, 158, 159",

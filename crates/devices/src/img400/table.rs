@@ -9,8 +9,8 @@ use super::faults::Faults;
 use super::parts;
 use crate::model::block_macros::{block, blocks};
 use crate::model::{
-    ChannelRules, Configuration, Field, Gsd, Location, Model, NumberType, ParameterSet, Scale, TaskKind, Telegram,
-    Unit, UserPrm, configuration, telegram,
+    AlarmBit, AlarmWords, ChannelRules, Configuration, Field, Gsd, Location, Model, NumberType, ParameterSet, Scale,
+    TaskKind, Telegram, Unit, UserPrm, configuration, telegram,
 };
 use crate::profile::codes::UnitCode;
 use crate::profile::{ExceptionStatus, SafeState, StateCommand, StatusExtension};
@@ -246,6 +246,16 @@ pub static MODEL: Model = Model {
         &parts::CMR_4,
     ],
     channel_rules: &CHANNEL_RULES,
+    // 4.4.4, Sensor Alarm; no record of the device block has all alarms (4.4.1).
+    alarms: AlarmWords {
+        instances: &[],
+        sensor: &[
+            AlarmBit { octet: 1, mask: 1 << 1, name: "electronics failure" },
+            AlarmBit { octet: 1, mask: 1 << 3, name: "emission switched off, the pressure was too high" },
+            AlarmBit { octet: 1, mask: 1 << 4, name: "emission switched off at the controller" },
+        ],
+        manufacturer: &[],
+    },
     faults: &Faults::LIST,
     errata: "errata-pxg55x-img400 1 to 45 and 113 to 163",
     gsd: Gsd { revision: 1, hardware: "1.0", software: "1.0", max_diag_octets: 6, set_slave_add: true },

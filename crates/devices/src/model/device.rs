@@ -1,6 +1,7 @@
 //! The tables of a device in one static value.
 
 use super::access_error::AccessError;
+use super::alarm_words::AlarmWords;
 use super::block::{Location, PlacedBlock, Row};
 use super::cyclic::Configuration;
 use super::fault::FaultList;
@@ -41,6 +42,8 @@ pub struct Model {
     pub parts: &'static [&'static PartSpec],
     /// The rules of its parameter channel.
     pub channel_rules: &'static ChannelRules,
+    /// The words of its alarms.
+    pub alarms: AlarmWords,
     /// The faults that the device can have.
     pub faults: &'static FaultList,
     /// The errata that concern its manual: the list, and the numbers of its entries.

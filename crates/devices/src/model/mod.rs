@@ -4,6 +4,7 @@
 
 pub(crate) mod access;
 mod access_error;
+mod alarm_words;
 mod block;
 pub(crate) mod block_macros;
 pub(crate) mod code_table;
@@ -20,6 +21,7 @@ pub(crate) mod value;
 
 pub use access::{Access, AccessPath, Direction};
 pub use access_error::AccessError;
+pub use alarm_words::{AlarmBit, AlarmWords};
 pub use block::{Block, Location, ParameterSet, PlacedBlock, Row, Storage};
 pub use code_table::{CodeTable, UnknownCode};
 pub use codes::{Code, Codes, Precondition};

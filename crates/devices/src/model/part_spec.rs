@@ -17,6 +17,19 @@ pub enum Principle {
     Atmosphere,
 }
 
+impl Principle {
+    /// The part in a sentence: `Pirani`, `ionisation part`.
+    #[must_use]
+    pub const fn part_name(self) -> &'static str {
+        match self {
+            Self::Pirani => "Pirani",
+            Self::HotCathode | Self::ColdCathode => "ionisation part",
+            Self::Diaphragm => "diaphragm",
+            Self::Atmosphere => "atmosphere sensor",
+        }
+    }
+}
+
 /// A measuring part of a device.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Part {

@@ -24,6 +24,10 @@ pub enum Role {
     DeviceConfiguration,
     /// A difference of two pressures, not a pressure.
     PressureDifference,
+    /// The alarms of all groups in one record.
+    AlarmDetail,
+    /// The alarms of a measuring part or of a channel.
+    SensorAlarm,
     /// Opens a set of parameters for changes, and closes it.
     SetLock,
 }
@@ -56,6 +60,15 @@ macro_rules! role {
     };
     (DeviceConfiguration) => {
         Some($crate::model::Role::DeviceConfiguration)
+    };
+    (AlarmDetail) => {
+        Some($crate::model::Role::AlarmDetail)
+    };
+    (ExceptionDetailAlarm) => {
+        Some($crate::model::Role::AlarmDetail)
+    };
+    (SensorAlarm) => {
+        Some($crate::model::Role::SensorAlarm)
     };
     (Hysteresis) => {
         Some($crate::model::Role::PressureDifference)
@@ -112,6 +125,8 @@ mod tests {
                 &["Hysteresis", "High Trip Point Hysteresis", "Low Trip Point Hysteresis"],
                 Some(DataType::ByType),
             ),
+            (Role::AlarmDetail, &["Exception Detail Alarm"], None),
+            (Role::SensorAlarm, &["Sensor Alarm"], Some(DataType::Array(2))),
             (Role::SetLock, &["Threshold validation"], Some(DataType::Int8)),
         ] {
             assert!(rows(role).count() > 0, "{role:?}");

@@ -6,8 +6,9 @@ use super::faults::{PCG_FAULTS, PCG_WITH_ATM_FAULTS, PSG_FAULTS};
 use super::parts;
 use crate::model::block_macros::{block, blocks};
 use crate::model::{
-    AccessError, Block, ChannelRules, Configuration, FaultList, Field, Gsd, Location, Model, NumberType, ParameterSet,
-    Part, PartSpec, PlacedBlock, Row, Scale, TaskKind, Telegram, Unit, UserPrm, configuration, telegram,
+    AccessError, AlarmBit, AlarmWords, Block, ChannelRules, Configuration, FaultList, Field, Gsd, Location, Model,
+    NumberType, ParameterSet, Part, PartSpec, PlacedBlock, Row, Scale, TaskKind, Telegram, Unit, UserPrm,
+    configuration, telegram,
 };
 use crate::profile::codes::UnitCode;
 use crate::profile::{DeviceState, ExceptionStatus, SafeState, StateCommand, StatusExtension};
@@ -546,6 +547,15 @@ const fn variant(
         blocks: family.blocks,
         parts: family.specs,
         channel_rules: &CHANNEL_RULES,
+        // 7.1.12: instances 1 and 2, in a PSG55x only 1. Table 28, 12.1.3, 12.2.3, 12.3.3.
+        alarms: AlarmWords {
+            instances: &[1, 2],
+            sensor: &[
+                AlarmBit { octet: 0, mask: 1 << 0, name: "sensor element failure" },
+                AlarmBit { octet: 1, mask: 1 << 1, name: "electronics failure" },
+            ],
+            manufacturer: &[(1 << 0, "internal communication exception"), (1 << 1, "incompatible software")],
+        },
         faults: family.faults,
         errata: "errata-pxg55x-img400 1 to 112, 163 to 166",
         gsd: Gsd { revision: 1, hardware: HARDWARE, software: FIRMWARE, max_diag_octets: 6, set_slave_add: true },

@@ -10,8 +10,8 @@ use super::codes::{
 use super::faults::Faults;
 use crate::model::block_macros::{block, blocks};
 use crate::model::{
-    AccessError, ChannelRules, Configuration, Counts, Field, Gsd, Location, Model, NumberType, ParameterSet,
-    PressureFormat, Scale, TaskKind, Telegram, Unit, UserPrm, configuration, telegram,
+    AccessError, AlarmWords, ChannelRules, Configuration, Counts, Field, Gsd, Location, Model, NumberType,
+    ParameterSet, PressureFormat, Scale, TaskKind, Telegram, Unit, UserPrm, configuration, telegram,
 };
 use crate::profile::codes::UnitCode;
 use profivac_dp::slave::Features;
@@ -208,6 +208,7 @@ const fn model(name: &'static str, title: &'static str, software: &'static str) 
         // The manual has no ranges: they depend on the gauges.
         parts: &[],
         channel_rules: &CHANNEL_RULES,
+        alarms: AlarmWords::NONE,
         faults: &Faults::LIST,
         errata: "errata-bpg-bcg-tpg 122 to 157 and 160",
         gsd: Gsd { revision: 1, hardware: "IF300P", software, max_diag_octets: 6, set_slave_add: true },

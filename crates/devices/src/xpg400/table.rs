@@ -6,8 +6,8 @@ use super::faults::Faults;
 use super::parts;
 use crate::model::block_macros::{block, blocks};
 use crate::model::{
-    ChannelRules, Configuration, Counts, Field, Gsd, Limits, Location, Model, NumberType, ParameterSet, PartSpec,
-    PlacedBlock, Scale, TaskKind, Telegram, Unit, UserPrm, configuration, telegram,
+    AlarmBit, AlarmWords, ChannelRules, Configuration, Counts, Field, Gsd, Limits, Location, Model, NumberType,
+    ParameterSet, PartSpec, PlacedBlock, Scale, TaskKind, Telegram, Unit, UserPrm, configuration, telegram,
 };
 use crate::profile::codes::UnitCode;
 use crate::profile::{DeviceState, ExceptionStatus, PotentiometerScale, SafeState, StateCommand, StatusExtension};
@@ -281,6 +281,12 @@ const fn model(
         blocks,
         parts,
         channel_rules: &CHANNEL_RULES,
+        // 3.1.1.11: Pirani, BA or HP. 3.3.2.3, 3.3.3.3: Electronics Failure includes a sensor error.
+        alarms: AlarmWords {
+            instances: &[1, 2],
+            sensor: &[AlarmBit { octet: 1, mask: 1 << 1, name: "electronics or sensor failure" }],
+            manufacturer: &[(1 << 0, "internal communication error")],
+        },
         faults: &Faults::LIST,
         // Revisions as 3.1.1.6 and 3.1.1.7 print them (36).
         errata: "errata-bpg-bcg-tpg 1, 3 to 10, 12 to 40, 45, 47 to 77, 81 to 95, 97 to 99, 103, 105 to 109, 117 to 119, 121, 158",

@@ -93,7 +93,9 @@ impl Evaluator {
                 let holds = rate.map(|rate| rate > threshold(*limit, *reset));
                 Evaluation { holds, value: rate, text: text.unwrap_or_default() }
             }
-            Condition::NotMeasurable { series, limits } => not_measurable(inputs, series, limits),
+            Condition::NotMeasurable { series, limits, has_fault_alarm } => {
+                not_measurable(inputs, series, limits, *has_fault_alarm)
+            }
             Condition::Fault { gauge } => fault(inputs, gauge),
             Condition::Stale { gauge, behind_segment } => stale(inputs, gauge, behind_segment.as_deref()),
             Condition::SegmentDown { segment } => segment_down(inputs, segment),
@@ -259,10 +261,13 @@ fn mbar(pa: f64) -> String {
     format!("{:.2e} mbar", pa / 100.0)
 }
 
-/// A stale gauge is not reported here but by its own alarm.
-fn not_measurable(inputs: &Inputs, series: &Series, limits: &[f64]) -> Evaluation {
+/// A stale gauge and a fault are not reported here but by their own alarms.
+fn not_measurable(inputs: &Inputs, series: &Series, limits: &[f64], has_fault_alarm: bool) -> Evaluation {
     let Some(gauge) = inputs.fresh_gauge(&series.gauge) else { return Evaluation::default() };
     let name = &series.name;
+    if has_fault_alarm && reading(gauge, name).is_some_and(|reading| reading.quality == Quality::Fault) {
+        return Evaluation::default();
+    }
     let undecided = |bounds: Bounds, limit: f64| bounds.above(limit).is_none() || bounds.below(limit).is_none();
     let text = match reading(gauge, name) {
         None => Some(format!("{} has no series {name}", gauge.name)),

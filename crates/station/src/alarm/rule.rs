@@ -108,6 +108,8 @@ pub enum Condition {
         series: Series,
         /// The limits in Pa.
         limits: Vec<f64>,
+        /// The gauge has an alarm for its faults: a reading that is a fault raises that one, and no second alarm.
+        has_fault_alarm: bool,
     },
     /// The gauge reports a fault.
     Fault {

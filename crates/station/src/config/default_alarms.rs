@@ -95,7 +95,9 @@ pub fn default_alarms(
     // The names of these alarms keep their former words: the database finds stored alarm states by name.
     for (series, limits) in limits_by_series(rules) {
         let (gauge, name) = (series.gauge.clone(), format!("{}: blind", series.name));
-        all.extend(alarms.not_measurable.rule(&gauge, name, Condition::NotMeasurable { series, limits }));
+        let has_fault_alarm = alarms.fault.applies_to(&gauge);
+        let condition = Condition::NotMeasurable { series, limits, has_fault_alarm };
+        all.extend(alarms.not_measurable.rule(&gauge, name, condition));
     }
     all.extend(alarms.database.rule("", "record: not written".to_owned(), Condition::NotRecording));
     Ok(all)
@@ -189,9 +191,14 @@ impl<'a> Template<'a> {
         })
     }
 
+    /// Whether the gauge or segment `about` has this alarm.
+    fn applies_to(&self, about: &str) -> bool {
+        self.priority.is_some() && !self.except.contains(about)
+    }
+
     /// The rule for the gauge or segment `about`; `None` if the alarm is off or excepts it.
     fn rule(&self, about: &str, name: String, condition: Condition) -> Option<Rule> {
-        let priority = self.priority.filter(|_| !self.except.contains(about))?;
+        let priority = self.priority.filter(|_| self.applies_to(about))?;
         let Self { delay, off_delay, .. } = *self;
         Some(Rule { name, condition, priority, delay, off_delay, message: None })
     }

@@ -3,7 +3,7 @@
 use super::bus_map::{milliseconds, own_master};
 use super::gauge_session::GaugeSession;
 use super::inbox::Inbox;
-use super::records::records_of;
+use super::records::{defects_of, records_of};
 use super::services::SegmentServices;
 use crate::alarm::Inputs;
 use crate::config;
@@ -48,6 +48,7 @@ impl DemoSegment {
     /// Samples and publishes the gauges, and answers one request, or a part of one, if there is one. While it answers, time passes on the bus.
     pub fn run_once(&mut self, segment: &mut MemorySegment) {
         self.sample(segment);
+        self.name_defects(segment);
         if Instant::now() >= self.publish_at {
             self.publish_at = Instant::now() + POLL;
             self.publish(segment);
@@ -66,6 +67,14 @@ impl DemoSegment {
                 gauge.search_finished(&self.services.recorder, master, baud, Ok(slave));
             }
             gauge.sample(&self.services.recorder, master);
+        }
+    }
+
+    /// Reads the defects of one gauge with an alarm, if its time has come.
+    fn name_defects(&mut self, segment: &mut MemorySegment) {
+        let due = self.gauges.iter_mut().find_map(|gauge| Some((gauge.takes_defects_turn()?, gauge)));
+        if let Some((defects, gauge)) = due.and_then(|(slave, gauge)| Some((defects_of(segment, &slave)?, gauge))) {
+            gauge.take_defects(defects);
         }
     }
 

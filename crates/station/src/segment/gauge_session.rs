@@ -3,14 +3,15 @@
 use crate::config;
 use crate::recording::RecorderHandle;
 use crate::view::{self, BusStationState};
-use profivac_client::ClientError;
 use profivac_client::cyclic::{ChannelValue, CyclicSlave, CyclicValues};
 use profivac_client::discover::CyclicError;
 use profivac_client::identify;
 use profivac_client::ms2::Ms2;
 use profivac_client::records::{RecordError, Unavailable};
+use profivac_client::{ClientError, Defects};
 use profivac_devices::Principle;
 use profivac_devices::model::Model;
+use profivac_devices::profile::ExceptionStatus;
 use profivac_dp::link::{Baud, BitTime};
 use profivac_dp::master::{HandlerState, SlaveListError};
 use profivac_host::port::PortError;
@@ -28,6 +29,9 @@ const SEARCH_INTERVAL: Duration = Duration::from_secs(3);
 
 /// The time between two searches for a gauge without a free MS2 connection, which it will have soon. free choice.
 const CONNECTION_INTERVAL: Duration = Duration::from_secs(1);
+
+/// The time between two readings of the defects of a gauge with an alarm: another part may fail, or one be repaired. free choice.
+const DEFECTS_INTERVAL: Duration = Duration::from_secs(10);
 
 /// A gauge without data for this time is searched from the beginning: another device may answer at its address.
 const SEARCH_AFTER: Duration = Duration::from_secs(5);
@@ -106,7 +110,11 @@ pub struct GaugeSession {
     pub slave: Option<CyclicSlave>,
     state: BusStationState,
     problem: Option<String>,
-    exceptions: Vec<String>,
+    /// The alarms in Exception Status, and what is known of the defects behind them.
+    alarms: ExceptionStatus,
+    defects: Defects,
+    /// When the defects are to be read; `None` without an alarm.
+    defects_at: Option<Instant>,
     warnings: Vec<String>,
     readings: Vec<view::Reading>,
     /// The series whose last sample is not a gap.
@@ -127,7 +135,9 @@ impl GaugeSession {
             slave: None,
             state: BusStationState::Missing,
             problem: None,
-            exceptions: Vec::new(),
+            alarms: ExceptionStatus::empty(),
+            defects: Defects::default(),
+            defects_at: None,
             warnings: Vec::new(),
             readings: Vec::new(),
             recorded: Vec::new(),
@@ -256,12 +266,41 @@ impl GaugeSession {
 
     /// Takes the values of a data exchange that was `silence` ago.
     pub fn observe(&mut self, slave: &CyclicSlave, values: &CyclicValues, silence: Duration) {
-        self.exceptions = values.alarms().into_iter().map(str::to_owned).collect();
+        self.take_alarms(values.exception & ExceptionStatus::ALARM);
         self.warnings = values.warnings().into_iter().map(str::to_owned).collect();
         self.state = state_of(values);
         let is_only = values.values.len() == 1;
         let reading = |value| reading(&self.config, slave, value, is_only, silence);
         self.readings = values.values.iter().map(reading).collect();
+    }
+
+    /// Other alarms than before: what was known of their defects does not hold any more.
+    fn take_alarms(&mut self, alarms: ExceptionStatus) {
+        if self.alarms != alarms {
+            self.alarms = alarms;
+            self.defects = Defects::default();
+            self.defects_at = (!alarms.is_empty()).then(Instant::now);
+        }
+    }
+
+    /// The slave whose defects are to be read now, if there is one. If so, sets the time of the next reading.
+    pub fn takes_defects_turn(&mut self) -> Option<CyclicSlave> {
+        let (now, slave) = (Instant::now(), self.slave?);
+        let is_due = slave.model.features.dpv1 && self.defects_at? <= now;
+        self.defects_at = if is_due { Some(now + DEFECTS_INTERVAL) } else { self.defects_at };
+        is_due.then_some(slave)
+    }
+
+    /// Takes the defects that were read. An alarm that ended meanwhile has none.
+    pub fn take_defects(&mut self, defects: Defects) {
+        if !self.alarms.is_empty() {
+            self.defects = defects;
+        }
+    }
+
+    /// The alarms in words: their defects, as far as they are known.
+    fn exceptions(&self) -> Vec<String> {
+        self.defects.texts(self.alarms)
     }
 
     fn take_no_reading(&mut self, recorder: &RecorderHandle, master: &BusMaster) {
@@ -298,7 +337,7 @@ impl GaugeSession {
             reading.cause = None;
             reading.quality = Quality::Stale;
         }
-        self.exceptions.clear();
+        self.take_alarms(ExceptionStatus::empty());
         self.warnings.clear();
     }
 
@@ -307,7 +346,7 @@ impl GaugeSession {
         let description = match (&self.problem, self.state) {
             (Some(problem), _) => problem.clone(),
             (None, BusStationState::DataExchange) => "in data exchange".to_owned(),
-            (None, BusStationState::Fault) => view::fault_text(&self.exceptions, &self.readings),
+            (None, BusStationState::Fault) => view::fault_text(&self.exceptions(), &self.readings),
             (None, _) => "is being brought into data exchange".to_owned(),
         };
         view::BusStation {
@@ -331,7 +370,7 @@ impl GaugeSession {
             has_dpv1: entry(&self.config.device).is_ok_and(|entry| entry.model.features.dpv1),
             state: self.state,
             problem: self.problem.clone(),
-            exceptions: self.exceptions.clone(),
+            exceptions: self.exceptions(),
             warnings: self.warnings.clone(),
             gas: self.config.gas.to_string(),
             levels: levels.map(|(name, level)| view::PressureLevel { name: name.clone(), pa: level.pa() }).collect(),

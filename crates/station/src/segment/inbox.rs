@@ -163,9 +163,8 @@ impl Inbox {
         now: Instant,
     ) {
         let Preview { gauge, operation, .. } = &preview;
-        let result = slave(gauge)
-            .map_err(Into::into)
-            .and_then(|slave| execute::preview(&slave, records(&slave), operation));
+        let result =
+            slave(gauge).map_err(Into::into).and_then(|slave| execute::preview(&slave, records(&slave), operation));
         let is_full =
             matches!(&result, Err(OperationError::Unavailable(Unavailable::Client(error))) if has_no_connection(error));
         if preview.wait.continues(services, &preview.gauge, is_full, now) {
@@ -276,9 +275,7 @@ fn execute<R: Records>(
     let readback = if now >= begin_by {
         Err(Unavailable::SegmentBusy(command.gauge.clone()).into())
     } else if services.control.may_send(&command) {
-        slave(&command.gauge)
-            .map_err(Into::into)
-            .and_then(|slave| execute::execute(&slave, records(&slave), &command))
+        slave(&command.gauge).map_err(Into::into).and_then(|slave| execute::execute(&slave, records(&slave), &command))
     } else {
         Err(ChangedSinceArmed::ControlLost { user: command.user.to_string() }.into())
     };

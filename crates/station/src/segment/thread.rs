@@ -3,7 +3,7 @@
 use super::bus_map::{BusState, own_master};
 use super::gauge_session::{FindError, GaugeSession, find_gauge};
 use super::inbox::{Inbox, PortLost};
-use super::records::records_of;
+use super::records::{defects_of, records_of};
 use super::services::SegmentServices;
 use crate::config;
 use crate::control::error::Unavailable;
@@ -219,6 +219,7 @@ impl SegmentThread {
         }
         self.search_next(session)?;
         self.gauges().iter_mut().for_each(|gauge| gauge.sample(&self.services.recorder, session.master()));
+        self.name_defects(session);
         if Instant::now() >= self.publish_at {
             self.publish(Some(&mut *session));
         }
@@ -229,8 +230,7 @@ impl SegmentThread {
     fn answer_next(&mut self, session: &mut BusSession) -> Result<(), ServeEnd> {
         let slave = |name: &str| slave(&self.gauges, name);
         let port = session.port_name().to_owned();
-        let answered =
-            self.inbox.answer_next(&self.services, slave, |slave| records_of(session, slave), Instant::now);
+        let answered = self.inbox.answer_next(&self.services, slave, |slave| records_of(session, slave), Instant::now);
         answered.map_err(|PortLost| PortError::Lost(port).into())
     }
 
@@ -246,6 +246,17 @@ impl SegmentThread {
             gauge.search_finished(&self.services.recorder, session.master(), self.config.baud, found);
         }
         Ok(())
+    }
+
+    /// Reads the defects of one gauge with an alarm, if its time has come. A port that is lost meanwhile is found lost in the next cycle.
+    fn name_defects(&self, session: &mut BusSession) {
+        let slave = self.gauges().iter_mut().find_map(GaugeSession::takes_defects_turn);
+        let Some((slave, defects)) = slave.and_then(|slave| Some((slave, defects_of(session, &slave)?))) else {
+            return;
+        };
+        if let Some(gauge) = self.gauges().iter_mut().find(|gauge| gauge.config.address == slave.address) {
+            gauge.take_defects(defects);
+        }
     }
 
     /// Takes other gauges. Gauges that stay are not disturbed.

@@ -1,22 +1,20 @@
-//! The thread that owns the database. Bus threads put samples into a queue and never block on disk I/O.
+//! The thread: filters, waiting rows, transactions.
 
-use super::alarms::{AlarmBatch, StoredAlarm};
-use super::audit::{AuditAction, AuditEntry};
-use super::clock::{Clock, ClockMonitor, SystemClock};
-use super::database::{Database, Retention};
-use super::deadband::{Deadband, DeadbandFilter};
-use super::error::{AuditError, DatabaseError};
-use super::event::{Event, EventKind};
-use super::reader::Reader;
-use super::retention::ends_period;
-use super::ring::RingBuffer;
-use super::sample::{Micros, Sample};
-use super::spans::PendingSpans;
+use super::{Health, Message, Settings, count};
+use crate::alarms::{AlarmBatch, StoredAlarm};
+use crate::audit::{AuditAction, AuditEntry};
+use crate::clock::{Clock, ClockMonitor};
+use crate::database::Database;
+use crate::deadband::DeadbandFilter;
+use crate::error::{AuditError, DatabaseError};
+use crate::event::{Event, EventKind};
+use crate::retention::ends_period;
+use crate::ring::RingBuffer;
+use crate::sample::{Micros, Sample};
+use crate::spans::PendingSpans;
 use std::collections::{BTreeMap, HashMap};
-use std::path::Path;
-use std::sync::mpsc::{Receiver, RecvTimeoutError, SendError, Sender, SyncSender, channel, sync_channel};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, SendError, Sender};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
-use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 /// The time between two transactions: a power cut loses no more than this.
@@ -25,239 +23,15 @@ const WRITE_INTERVAL: Duration = Duration::from_secs(1);
 /// The time between two searches for rows beyond the retention.
 const PRUNE_INTERVAL: Duration = Duration::from_secs(60);
 
-/// Messages that may wait for the thread: ten seconds of 125 gauges at 50 Hz.
-const QUEUE_LENGTH: usize = 65_536;
-
 /// The most samples and spans that are kept in memory while the disk accepts no writes.
 const MAX_UNWRITTEN: usize = 1_000_000;
 
 /// The most events, and rows of each other kind, that are kept in memory while the disk accepts no writes.
 const MAX_UNWRITTEN_EVENTS: usize = 10_000;
 
-/// A disk that has not answered for this time is reported as stalled.
-const STALL_TIMEOUT: Duration = Duration::from_secs(15);
-
 /// The event in a database that was created again.
 const REPLACED: &str = "the database was deleted or replaced while the station recorded into it: this file begins here with the present \
                         states of the alarms; earlier samples, events, audit entries and waiting notifications are in the former file";
-
-/// The longest that a caller waits for the disk.
-const WRITE_TIMEOUT: Duration = Duration::from_secs(10);
-
-/// The deadband, the full-rate window and the retention of the samples.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Settings {
-    /// The deadband.
-    pub deadband: Deadband,
-    /// The time before and after an event in which every sample is kept.
-    pub full_rate_window: Duration,
-    /// How long rows are kept.
-    pub retention: Retention,
-}
-
-impl Default for Settings {
-    fn default() -> Self {
-        Self {
-            deadband: Deadband::default(),
-            full_rate_window: Duration::from_secs(30),
-            retention: Retention::default(),
-        }
-    }
-}
-
-/// The state of a recorder.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Health {
-    /// When the last transaction ended.
-    pub last_write: Option<Micros>,
-    /// The reason why the last transaction failed, if it did; the recorder tries again.
-    pub error: Option<String>,
-    /// Samples that were dropped because the queue or the memory was full.
-    pub lost_samples: u64,
-    /// Events and other rows that were dropped for the same reasons.
-    pub lost_events: u64,
-}
-
-enum Message {
-    Sample(Arc<str>, Sample),
-    /// The sender, if any, waits until the event is on the disk.
-    Event(Event, Option<Sender<()>>),
-    /// A row of the audit trail that is written at once or not at all. The sender waits for its number.
-    AuditBeforeSending(Box<AuditEntry>, Sender<Result<i64, AuditError>>),
-    /// A row of the audit trail that is kept until it is on the disk. The sender may wait for that.
-    Audit(Box<AuditEntry>, Sender<()>),
-    /// Changes of alarms with their events, written at once.
-    Alarms(AlarmBatch, Vec<Event>, Option<Sender<()>>),
-    Flush(Sender<()>),
-    /// A flush that includes the samples held by the deadbands.
-    Finish(Sender<()>),
-}
-
-/// Records samples, events, alarms and audit entries from any thread.
-pub struct Recorder {
-    messages: Option<SyncSender<Message>>,
-    health: Arc<Mutex<Health>>,
-    /// When the last disk access of the thread ended.
-    answered: Arc<Mutex<Instant>>,
-    thread: Option<JoinHandle<()>>,
-}
-
-impl Recorder {
-    /// Opens the database and starts the thread.
-    ///
-    /// # Errors
-    /// [`DatabaseError`] when the database cannot be used.
-    pub fn start(path: &Path, settings: Settings) -> Result<Self, DatabaseError> {
-        Self::start_with_clock(path, settings, Arc::new(SystemClock))
-    }
-
-    /// Opens the database and starts the thread, which looks at `clock`.
-    ///
-    /// # Errors
-    /// [`DatabaseError`] when the database cannot be used.
-    pub fn start_with_clock(path: &Path, settings: Settings, clock: Arc<dyn Clock>) -> Result<Self, DatabaseError> {
-        let database = Database::open(path, clock.now().wall)?;
-        let alarms = Reader::open(path)?.alarms()?.into_iter().collect();
-        let health = Arc::new(Mutex::new(Health::default()));
-        let (messages, inbox) = sync_channel(QUEUE_LENGTH);
-        let writer = Writer { alarm_states: alarms, ..Writer::new(database, settings, Arc::clone(&health), clock) };
-        let answered = Arc::clone(&writer.answered);
-        let thread = std::thread::spawn(move || writer.run(&inbox));
-        Ok(Self { messages: Some(messages), health, answered, thread: Some(thread) })
-    }
-
-    /// Records a sample of a series. Never blocks: a sample that is dropped is counted in [`Health::lost_samples`].
-    pub fn push(&self, series: &Arc<str>, sample: Sample) {
-        if !self.send(Message::Sample(Arc::clone(series), sample)) {
-            count(&mut self.locked().lost_samples);
-        }
-    }
-
-    /// Records an event. Never blocks: an event that is dropped is counted in [`Health::lost_events`].
-    pub fn record_event(&self, event: Event) {
-        if !self.send(Message::Event(event, None)) {
-            count(&mut self.locked().lost_events);
-        }
-    }
-
-    /// Records an event. Returns `true` when it is on the disk, `false` after ten seconds.
-    #[must_use]
-    pub fn record_event_and_wait(&self, event: Event) -> bool {
-        let (done, wait) = channel();
-        let sent = self.send(Message::Event(event, Some(done)));
-        if !sent {
-            count(&mut self.locked().lost_events);
-        }
-        sent && wait.recv_timeout(WRITE_TIMEOUT).is_ok()
-    }
-
-    /// Writes a row of the audit trail before its command is sent. Returns its number when it is on the disk. A row that is not
-    /// written at once is not written later.
-    ///
-    /// # Errors
-    /// [`AuditError`] says why the row is not on the disk.
-    pub fn audit_before_sending(&self, entry: AuditEntry) -> Result<i64, AuditError> {
-        let (done, wait) = channel();
-        if !self.send(Message::AuditBeforeSending(Box::new(entry), done)) {
-            return Err(AuditError::QueueFull);
-        }
-        wait.recv_timeout(WRITE_TIMEOUT).unwrap_or(Err(AuditError::Timeout))
-    }
-
-    /// Writes a row of the audit trail. The recorder keeps it until it is on the disk.
-    pub fn audit(&self, entry: AuditEntry) -> WriteReceipt {
-        let (done, wait) = channel();
-        let is_queued = self.send(Message::Audit(Box::new(entry), done));
-        if !is_queued {
-            count(&mut self.locked().lost_events);
-        }
-        WriteReceipt(is_queued.then_some(wait))
-    }
-
-    /// Records changes of alarms with their events, at once. Never blocks. Returns whether the queue had room.
-    #[must_use]
-    pub fn record_alarms(&self, batch: AlarmBatch, events: Vec<Event>) -> bool {
-        self.send(Message::Alarms(batch, events, None))
-    }
-
-    /// Records changes of alarms with their events, at once. The receipt says when they are on the disk. Batches are written in the
-    /// order of the calls.
-    #[must_use]
-    pub fn record_alarms_with_receipt(&self, batch: AlarmBatch, events: Vec<Event>) -> WriteReceipt {
-        let (done, wait) = channel();
-        WriteReceipt(self.send(Message::Alarms(batch, events, Some(done))).then_some(wait))
-    }
-
-    /// Writes everything in the queue. Returns `true` when it is on the disk, `false` after ten seconds.
-    #[must_use]
-    pub fn flush(&self) -> bool {
-        let (done, wait) = channel();
-        self.send(Message::Flush(done)) && wait.recv_timeout(WRITE_TIMEOUT).is_ok()
-    }
-
-    /// Flushes, including the samples held by the deadbands: for the end of a station whose threads still share the recorder.
-    #[must_use]
-    pub fn finish(&self) -> bool {
-        let (done, wait) = channel();
-        self.send(Message::Finish(done)) && wait.recv_timeout(WRITE_TIMEOUT).is_ok()
-    }
-
-    /// The state of the recorder, also when its thread has ended or is blocked on disk I/O.
-    #[must_use]
-    pub fn health(&self) -> Health {
-        let silent = self.answered.lock().unwrap_or_else(PoisonError::into_inner).elapsed();
-        let has_ended = self.thread.as_ref().is_some_and(JoinHandle::is_finished);
-        let health = self.locked().clone();
-        Health { error: stall_message(has_ended, silent).or(health.error), ..health }
-    }
-
-    fn locked(&self) -> MutexGuard<'_, Health> {
-        self.health.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
-    /// Returns whether the queue had room.
-    fn send(&self, message: Message) -> bool {
-        self.messages.as_ref().is_some_and(|messages| messages.try_send(message).is_ok())
-    }
-}
-
-/// An error that the thread cannot report itself: it has ended, or the disk does not answer.
-fn stall_message(has_ended: bool, silent: Duration) -> Option<String> {
-    match has_ended {
-        true => Some("the recorder thread has ended: restart the station".to_owned()),
-        false => (silent > STALL_TIMEOUT).then(|| format!("the disk has not answered for {} s", silent.as_secs())),
-    }
-}
-
-/// Says when rows are on the disk.
-pub struct WriteReceipt(Option<Receiver<()>>);
-
-impl WriteReceipt {
-    /// Whether the queue had room for the rows.
-    #[must_use]
-    pub const fn is_queued(&self) -> bool {
-        self.0.is_some()
-    }
-
-    /// Returns `true` when the rows are on the disk, `false` after ten seconds.
-    pub fn wait(self) -> bool {
-        self.0.is_some_and(|wait| wait.recv_timeout(WRITE_TIMEOUT).is_ok())
-    }
-}
-
-const fn count(lost: &mut u64) {
-    *lost = lost.saturating_add(1);
-}
-
-impl Drop for Recorder {
-    /// Writes everything in the queue before it returns.
-    fn drop(&mut self) {
-        self.messages = None;
-        if let Some(thread) = self.thread.take() {
-            thread.join().ok();
-        }
-    }
-}
 
 /// The filters of one series.
 struct SeriesState {
@@ -267,7 +41,7 @@ struct SeriesState {
 }
 
 /// The state of the thread.
-struct Writer {
+pub(super) struct Writer {
     database: Database,
     settings: Settings,
     health: Arc<Mutex<Health>>,
@@ -288,7 +62,7 @@ struct Writer {
     is_recording: bool,
     /// The clock was set, and a recording period begins at this time.
     period_begins: Option<PeriodChange>,
-    answered: Arc<Mutex<Instant>>,
+    pub(super) answered: Arc<Mutex<Instant>>,
     /// The most samples and spans in memory.
     capacity: usize,
     write_at: Instant,
@@ -305,7 +79,12 @@ struct PeriodChange {
 }
 
 impl Writer {
-    fn new(database: Database, settings: Settings, health: Arc<Mutex<Health>>, clock: Arc<dyn Clock>) -> Self {
+    pub(super) fn new(
+        database: Database,
+        settings: Settings,
+        health: Arc<Mutex<Health>>,
+        clock: Arc<dyn Clock>,
+    ) -> Self {
         let now = Instant::now();
         let clock_time = clock.now();
         Self {
@@ -332,8 +111,13 @@ impl Writer {
         }
     }
 
+    /// The same with the states of the alarms in the database.
+    pub(super) fn with_alarms(self, alarm_states: BTreeMap<String, StoredAlarm>) -> Self {
+        Self { alarm_states, ..self }
+    }
+
     /// Runs until the last sender is dropped.
-    fn run(mut self, inbox: &Receiver<Message>) {
+    pub(super) fn run(mut self, inbox: &Receiver<Message>) {
         loop {
             match inbox.recv_timeout(self.write_at.saturating_duration_since(Instant::now())) {
                 Ok(message) => self.handle(message),
@@ -569,24 +353,11 @@ impl Writer {
 
 #[cfg(test)]
 mod tests {
-    use super::super::quality::Quality;
     use super::*;
-
-    #[test]
-    fn health_reports_a_stalled_disk_and_an_ended_thread() {
-        assert_eq!(stall_message(false, STALL_TIMEOUT), None);
-        let stalled = stall_message(false, Duration::from_secs(16));
-        assert_eq!(stalled.as_deref(), Some("the disk has not answered for 16 s"));
-        let folder = tempfile::tempdir().unwrap();
-        let mut recorder = Recorder::start(&folder.path().join("plant.db"), Settings::default()).unwrap();
-        // The thread ends when its queue closes; it is not joined.
-        recorder.messages = None;
-        while recorder.health().error.is_none() {
-            std::thread::yield_now();
-        }
-        let error = recorder.health().error;
-        assert_eq!(error.as_deref(), Some("the recorder thread has ended: restart the station"));
-    }
+    use crate::clock::SystemClock;
+    use crate::deadband::Deadband;
+    use crate::quality::Quality;
+    use crate::reader::Reader;
 
     #[test]
     fn a_full_disk_is_reported_and_samples_in_memory_are_written_when_there_is_room() {

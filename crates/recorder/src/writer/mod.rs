@@ -1,0 +1,74 @@
+//! The thread that owns the database. Bus threads put samples into a queue and never block on disk I/O.
+//!
+//! | Module | Holds |
+//! |---|---|
+//! | `recorder` | the queue of the thread, and its state, for all other threads |
+//! | `thread` | the thread: filters, waiting rows, transactions |
+
+mod recorder;
+mod thread;
+
+use super::alarms::AlarmBatch;
+use super::audit::AuditEntry;
+use super::database::Retention;
+use super::deadband::Deadband;
+use super::error::AuditError;
+use super::event::Event;
+use super::sample::{Micros, Sample};
+pub use recorder::{Recorder, WriteReceipt};
+use std::sync::Arc;
+use std::sync::mpsc::Sender;
+use std::time::Duration;
+
+/// The deadband, the full-rate window and the retention of the samples.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Settings {
+    /// The deadband.
+    pub deadband: Deadband,
+    /// The time before and after an event in which every sample is kept.
+    pub full_rate_window: Duration,
+    /// How long rows are kept.
+    pub retention: Retention,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self {
+            deadband: Deadband::default(),
+            full_rate_window: Duration::from_secs(30),
+            retention: Retention::default(),
+        }
+    }
+}
+
+/// The state of a recorder.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Health {
+    /// When the last transaction ended.
+    pub last_write: Option<Micros>,
+    /// The reason why the last transaction failed, if it did; the recorder tries again.
+    pub error: Option<String>,
+    /// Samples that were dropped because the queue or the memory was full.
+    pub lost_samples: u64,
+    /// Events and other rows that were dropped for the same reasons.
+    pub lost_events: u64,
+}
+/// A message to the thread.
+enum Message {
+    Sample(Arc<str>, Sample),
+    /// The sender, if any, waits until the event is on the disk.
+    Event(Event, Option<Sender<()>>),
+    /// A row of the audit trail that is written at once or not at all. The sender waits for its number.
+    AuditBeforeSending(Box<AuditEntry>, Sender<Result<i64, AuditError>>),
+    /// A row of the audit trail that is kept until it is on the disk. The sender may wait for that.
+    Audit(Box<AuditEntry>, Sender<()>),
+    /// Changes of alarms with their events, written at once.
+    Alarms(AlarmBatch, Vec<Event>, Option<Sender<()>>),
+    Flush(Sender<()>),
+    /// A flush that includes the samples held by the deadbands.
+    Finish(Sender<()>),
+}
+
+const fn count(lost: &mut u64) {
+    *lost = lost.saturating_add(1);
+}

@@ -1,0 +1,208 @@
+//! The recorder as all other threads use it: a bounded queue, and the state of the thread behind it.
+
+use super::thread::Writer;
+use super::{Health, Message, Settings, count};
+use crate::alarms::AlarmBatch;
+use crate::audit::AuditEntry;
+use crate::clock::{Clock, SystemClock};
+use crate::database::Database;
+use crate::error::{AuditError, DatabaseError};
+use crate::event::Event;
+use crate::reader::Reader;
+use crate::sample::Sample;
+use std::path::Path;
+use std::sync::mpsc::{Receiver, SyncSender, channel, sync_channel};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+
+/// Messages that may wait for the thread: ten seconds of 125 gauges at 50 Hz.
+const QUEUE_LENGTH: usize = 65_536;
+
+/// A disk that has not answered for this time is reported as stalled.
+const STALL_TIMEOUT: Duration = Duration::from_secs(15);
+
+/// The longest that a caller waits for the disk.
+const WRITE_TIMEOUT: Duration = Duration::from_secs(10);
+
+/// Records samples, events, alarms and audit entries from any thread.
+pub struct Recorder {
+    messages: Option<SyncSender<Message>>,
+    health: Arc<Mutex<Health>>,
+    /// When the last disk access of the thread ended.
+    answered: Arc<Mutex<Instant>>,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl Recorder {
+    /// Opens the database and starts the thread.
+    ///
+    /// # Errors
+    /// [`DatabaseError`] when the database cannot be used.
+    pub fn start(path: &Path, settings: Settings) -> Result<Self, DatabaseError> {
+        Self::start_with_clock(path, settings, Arc::new(SystemClock))
+    }
+
+    /// Opens the database and starts the thread, which looks at `clock`.
+    ///
+    /// # Errors
+    /// [`DatabaseError`] when the database cannot be used.
+    pub fn start_with_clock(path: &Path, settings: Settings, clock: Arc<dyn Clock>) -> Result<Self, DatabaseError> {
+        let database = Database::open(path, clock.now().wall)?;
+        let alarms = Reader::open(path)?.alarms()?.into_iter().collect();
+        let health = Arc::new(Mutex::new(Health::default()));
+        let (messages, inbox) = sync_channel(QUEUE_LENGTH);
+        let writer = Writer::new(database, settings, Arc::clone(&health), clock).with_alarms(alarms);
+        let answered = Arc::clone(&writer.answered);
+        let thread = std::thread::spawn(move || writer.run(&inbox));
+        Ok(Self { messages: Some(messages), health, answered, thread: Some(thread) })
+    }
+
+    /// Records a sample of a series. Never blocks: a sample that is dropped is counted in [`Health::lost_samples`].
+    pub fn push(&self, series: &Arc<str>, sample: Sample) {
+        if !self.send(Message::Sample(Arc::clone(series), sample)) {
+            count(&mut self.locked().lost_samples);
+        }
+    }
+
+    /// Records an event. Never blocks: an event that is dropped is counted in [`Health::lost_events`].
+    pub fn record_event(&self, event: Event) {
+        if !self.send(Message::Event(event, None)) {
+            count(&mut self.locked().lost_events);
+        }
+    }
+
+    /// Records an event. Returns `true` when it is on the disk, `false` after ten seconds.
+    #[must_use]
+    pub fn record_event_and_wait(&self, event: Event) -> bool {
+        let (done, wait) = channel();
+        let sent = self.send(Message::Event(event, Some(done)));
+        if !sent {
+            count(&mut self.locked().lost_events);
+        }
+        sent && wait.recv_timeout(WRITE_TIMEOUT).is_ok()
+    }
+
+    /// Writes a row of the audit trail before its command is sent. Returns its number when it is on the disk. A row that is not
+    /// written at once is not written later.
+    ///
+    /// # Errors
+    /// [`AuditError`] says why the row is not on the disk.
+    pub fn audit_before_sending(&self, entry: AuditEntry) -> Result<i64, AuditError> {
+        let (done, wait) = channel();
+        if !self.send(Message::AuditBeforeSending(Box::new(entry), done)) {
+            return Err(AuditError::QueueFull);
+        }
+        wait.recv_timeout(WRITE_TIMEOUT).unwrap_or(Err(AuditError::Timeout))
+    }
+
+    /// Writes a row of the audit trail. The recorder keeps it until it is on the disk.
+    pub fn audit(&self, entry: AuditEntry) -> WriteReceipt {
+        let (done, wait) = channel();
+        let is_queued = self.send(Message::Audit(Box::new(entry), done));
+        if !is_queued {
+            count(&mut self.locked().lost_events);
+        }
+        WriteReceipt(is_queued.then_some(wait))
+    }
+
+    /// Records changes of alarms with their events, at once. Never blocks. Returns whether the queue had room.
+    #[must_use]
+    pub fn record_alarms(&self, batch: AlarmBatch, events: Vec<Event>) -> bool {
+        self.send(Message::Alarms(batch, events, None))
+    }
+
+    /// Records changes of alarms with their events, at once. The receipt says when they are on the disk. Batches are written in the
+    /// order of the calls.
+    #[must_use]
+    pub fn record_alarms_with_receipt(&self, batch: AlarmBatch, events: Vec<Event>) -> WriteReceipt {
+        let (done, wait) = channel();
+        WriteReceipt(self.send(Message::Alarms(batch, events, Some(done))).then_some(wait))
+    }
+
+    /// Writes everything in the queue. Returns `true` when it is on the disk, `false` after ten seconds.
+    #[must_use]
+    pub fn flush(&self) -> bool {
+        let (done, wait) = channel();
+        self.send(Message::Flush(done)) && wait.recv_timeout(WRITE_TIMEOUT).is_ok()
+    }
+
+    /// Flushes, including the samples held by the deadbands: for the end of a station whose threads still share the recorder.
+    #[must_use]
+    pub fn finish(&self) -> bool {
+        let (done, wait) = channel();
+        self.send(Message::Finish(done)) && wait.recv_timeout(WRITE_TIMEOUT).is_ok()
+    }
+
+    /// The state of the recorder, also when its thread has ended or is blocked on disk I/O.
+    #[must_use]
+    pub fn health(&self) -> Health {
+        let silent = self.answered.lock().unwrap_or_else(PoisonError::into_inner).elapsed();
+        let has_ended = self.thread.as_ref().is_some_and(JoinHandle::is_finished);
+        let health = self.locked().clone();
+        Health { error: stall_message(has_ended, silent).or(health.error), ..health }
+    }
+
+    fn locked(&self) -> MutexGuard<'_, Health> {
+        self.health.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Returns whether the queue had room.
+    fn send(&self, message: Message) -> bool {
+        self.messages.as_ref().is_some_and(|messages| messages.try_send(message).is_ok())
+    }
+}
+
+/// An error that the thread cannot report itself: it has ended, or the disk does not answer.
+fn stall_message(has_ended: bool, silent: Duration) -> Option<String> {
+    match has_ended {
+        true => Some("the recorder thread has ended: restart the station".to_owned()),
+        false => (silent > STALL_TIMEOUT).then(|| format!("the disk has not answered for {} s", silent.as_secs())),
+    }
+}
+
+/// Says when rows are on the disk.
+pub struct WriteReceipt(Option<Receiver<()>>);
+
+impl WriteReceipt {
+    /// Whether the queue had room for the rows.
+    #[must_use]
+    pub const fn is_queued(&self) -> bool {
+        self.0.is_some()
+    }
+
+    /// Returns `true` when the rows are on the disk, `false` after ten seconds.
+    pub fn wait(self) -> bool {
+        self.0.is_some_and(|wait| wait.recv_timeout(WRITE_TIMEOUT).is_ok())
+    }
+}
+impl Drop for Recorder {
+    /// Writes everything in the queue before it returns.
+    fn drop(&mut self) {
+        self.messages = None;
+        if let Some(thread) = self.thread.take() {
+            thread.join().ok();
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn health_reports_a_stalled_disk_and_an_ended_thread() {
+        assert_eq!(stall_message(false, STALL_TIMEOUT), None);
+        let stalled = stall_message(false, Duration::from_secs(16));
+        assert_eq!(stalled.as_deref(), Some("the disk has not answered for 16 s"));
+        let folder = tempfile::tempdir().unwrap();
+        let mut recorder = Recorder::start(&folder.path().join("plant.db"), Settings::default()).unwrap();
+        // The thread ends when its queue closes; it is not joined.
+        recorder.messages = None;
+        while recorder.health().error.is_none() {
+            std::thread::yield_now();
+        }
+        let error = recorder.health().error;
+        assert_eq!(error.as_deref(), Some("the recorder thread has ended: restart the station"));
+    }
+}

@@ -1,0 +1,173 @@
+//! All conditions but limits.
+
+use super::{Fixture, rule, series};
+use crate::support::inputs::{inputs, silent};
+use profivac_recorder::Quality;
+use profivac_station::alarm::{ChangeKind, Condition, Inputs, Rule, Series};
+use profivac_station::view::{BusStationState, SegmentState};
+use std::time::Duration;
+
+/// At a good high vacuum 14 Piranis are below their range, and the ion gauges of a controller are off.
+#[test]
+fn a_gauge_below_its_range_or_off_reports_no_fault() {
+    for quality in [Quality::Underrange, Quality::Overrange, Quality::Off, Quality::Missing] {
+        let mut fixture = Fixture::new(vec![rule(Condition::Fault { gauge: "chamber".to_owned() }, 0, 0)]);
+        assert_eq!(fixture.evaluate(&inputs(1.0, quality)), [], "{quality:?}");
+    }
+}
+
+#[test]
+fn an_invalid_reading_is_not_measurable_and_a_silent_gauge_is_stale() {
+    let blind = || Fixture::new(vec![rule(not_measurable(series(), false), 0, 0)]);
+    assert_eq!(blind().evaluate(&inputs(1.0, Quality::Fault)), [ChangeKind::Raised]);
+    assert_eq!(blind().evaluate(&inputs(1.0, Quality::Valid)), []);
+    assert_eq!(blind().evaluate(&silent()), []);
+    let series = Series { gauge: "chamber".to_owned(), name: "chamber.2".to_owned() };
+    let mut fixture = Fixture::new(vec![rule(not_measurable(series, false), 0, 0)]);
+    assert_eq!(fixture.evaluate(&inputs(1.0, Quality::Valid)), [ChangeKind::Raised]);
+    assert_eq!(fixture.status().text, "chamber has no series chamber.2");
+}
+
+/// A broken filament is one alarm, and its text names what is broken.
+#[test]
+fn a_fault_raises_its_own_alarm_and_no_second_one() {
+    let mut broken = inputs(1.0, Quality::Fault);
+    broken.gauges[0].state = BusStationState::Fault;
+    broken.gauges[0].exceptions = vec!["ionisation part: electronics or sensor failure".to_owned()];
+    let fault = rule(Condition::Fault { gauge: "chamber".to_owned() }, 0, 0);
+    let blind = Rule { name: "blind".to_owned(), ..rule(not_measurable(series(), true), 0, 0) };
+    let mut fixture = Fixture::new(vec![fault, blind.clone()]);
+    assert_eq!(fixture.evaluate(&broken), [ChangeKind::Raised]);
+    assert_eq!(fixture.status().text, "chamber reports ionisation part: electronics or sensor failure");
+    // A reading without a pressure that is no fault is still an alarm.
+    let mut fixture = Fixture::new(vec![blind]);
+    assert_eq!(fixture.evaluate(&broken), []);
+    assert_eq!(fixture.evaluate(&inputs(1.0, Quality::Off)), [ChangeKind::Raised]);
+    assert_eq!(fixture.evaluate(&broken), [], "a fault ends it no more than it raises it");
+}
+
+fn not_measurable(series: Series, has_fault_alarm: bool) -> Condition {
+    Condition::NotMeasurable { series, limits: vec![1.0], has_fault_alarm }
+}
+
+#[test]
+fn a_rise_is_the_slope_over_its_window() {
+    let rise = Condition::Rise { series: series(), limit: 0.5, reset: 0.25, window: Duration::from_secs(20) };
+    let walk = |decades_per_minute: f64, seconds: i64| {
+        let mut fixture = Fixture::new(vec![rule(rise.clone(), 0, 0)]);
+        let seen: Vec<_> = (0..seconds * 4)
+            .filter(|step| {
+                let pa = 10_f64.powf(-6.0 + decades_per_minute * *step as f64 / 240.0);
+                !fixture.evaluate_for(&inputs(pa, Quality::Valid), 250).is_empty()
+            })
+            .collect();
+        (seen, fixture)
+    };
+    assert_eq!(walk(0.49, 60).0, Vec::<i64>::new(), "slower than the limit");
+    assert_eq!(walk(-5.0, 60).0, Vec::<i64>::new(), "a pump-down is no rise");
+    let (seen, mut fixture) = walk(0.51, 60);
+    assert_eq!(seen, [40], "as soon as half of the window is covered");
+    assert!((fixture.registry.alarms()[0].value().unwrap() - 0.51).abs() < 1e-6);
+    let end = 10_f64.powf(-6.0 + 0.51);
+    let still: Vec<_> = (0..80).flat_map(|_| fixture.evaluate_for(&inputs(end, Quality::Valid), 250)).collect();
+    assert_eq!(still, [ChangeKind::Returned]);
+    let (_, mut fixture) = walk(0.51, 60);
+    fixture.evaluate_for(&inputs(1.0, Quality::Fault), 250);
+    assert_eq!(
+        fixture.evaluate(&inputs(1e-6, Quality::Valid)),
+        [],
+        "readings before a gap are not compared with readings after it"
+    );
+    assert_eq!(fixture.registry.alarms()[0].value(), None);
+}
+
+#[test]
+fn a_fault_alarm_returns_when_the_gauge_exchanges_data_without_exceptions() {
+    let mut fixture = Fixture::new(vec![rule(Condition::Fault { gauge: "chamber".to_owned() }, 0, 0)]);
+    let with = |state, exceptions: &[&str]| {
+        let mut inputs = inputs(1.0, Quality::Valid);
+        inputs.gauges[0].state = state;
+        inputs.gauges[0].exceptions = exceptions.iter().map(|&words| words.to_owned()).collect();
+        inputs
+    };
+    assert_eq!(fixture.evaluate(&with(BusStationState::DataExchange, &[])), []);
+    assert_eq!(
+        fixture.evaluate(&with(BusStationState::Fault, &["filament broken", "Pirani error"])),
+        [ChangeKind::Raised]
+    );
+    assert_eq!(fixture.status().text, "chamber reports filament broken, Pirani error");
+    assert_eq!(fixture.evaluate(&with(BusStationState::Missing, &[])), [], "a missing gauge does not clear its fault");
+    let now = fixture.now();
+    let changes = fixture.registry.evaluate(&with(BusStationState::DataExchange, &[]), now);
+    assert_eq!(changes.iter().map(|change| change.kind).collect::<Vec<_>>(), [ChangeKind::Returned]);
+    assert_eq!(changes[0].text, "", "a return has no sentence about the fault");
+}
+
+#[test]
+fn a_stale_gauge_raises_an_alarm_unless_its_segment_is_down() {
+    let stale = |behind: Option<&str>| {
+        let behind_segment = behind.map(str::to_owned);
+        Fixture::new(vec![rule(Condition::Stale { gauge: "chamber".to_owned(), behind_segment }, 0, 0)])
+    };
+    assert_eq!(stale(Some("hall")).evaluate(&inputs(1.0, Quality::Valid)), []);
+    let mut fixture = stale(Some("hall"));
+    assert_eq!(fixture.evaluate(&silent()), [ChangeKind::Raised]);
+    assert_eq!(fixture.status().text, "chamber gives no data, the last are 60 s old");
+    let now = fixture.now();
+    assert_eq!(fixture.registry.evaluate(&inputs(1.0, Quality::Valid), now)[0].text, "");
+    let mut lost = silent();
+    lost.segments[0].state = SegmentState::Waiting;
+    assert_eq!(stale(Some("hall")).evaluate(&lost), [], "the alarm of the segment is raised instead");
+    assert_eq!(stale(None).evaluate(&lost), [ChangeKind::Raised]);
+    let mut slow = silent();
+    slow.gauges[0].poll_ms = 30_000;
+    assert_eq!(stale(None).evaluate(&slow), [], "a gauge polled every 30 s is fresh after a minute");
+    let mut never = silent();
+    never.gauges[0].age_ms = None;
+    assert_eq!(stale(None).evaluate(&never), [ChangeKind::Raised]);
+}
+
+#[test]
+fn a_segment_that_does_not_run_or_is_absent_raises_an_alarm() {
+    let down = || Fixture::new(vec![rule(Condition::SegmentDown { segment: "hall".to_owned() }, 0, 0)]);
+    assert_eq!(down().evaluate(&inputs(1.0, Quality::Valid)), []);
+    let mut lost = inputs(1.0, Quality::Valid);
+    lost.segments[0].state = SegmentState::Waiting;
+    lost.segments[0].problem = Some("the port is lost".to_owned());
+    let mut fixture = down();
+    assert_eq!(fixture.evaluate(&lost), [ChangeKind::Raised]);
+    assert_eq!(fixture.status().text, "segment hall does not run: the port is lost");
+    let now = fixture.now();
+    assert_eq!(fixture.registry.evaluate(&inputs(1.0, Quality::Valid), now)[0].text, "");
+    assert_eq!(down().evaluate(&Inputs::default()), [ChangeKind::Raised]);
+}
+
+#[test]
+fn damaged_telegrams_are_counted_over_a_minute() {
+    let damage = rule(Condition::DamagedTelegrams { segment: "hall".to_owned(), limit: 30.0 }, 0, 0);
+    let run = |per_second: f64| {
+        let mut fixture = Fixture::new(vec![damage.clone()]);
+        let seen: Vec<_> = (0..180)
+            .flat_map(|second| {
+                let mut inputs = inputs(1.0, Quality::Valid);
+                inputs.segments[0].damaged_telegrams = 1000 + (per_second * f64::from(second)) as u32;
+                fixture.evaluate_for(&inputs, 1000)
+            })
+            .collect();
+        (seen, fixture)
+    };
+    assert_eq!(run(0.5).0, []);
+    let (seen, mut fixture) = run(0.6);
+    assert_eq!(seen, [ChangeKind::Raised]);
+    let mut anew = inputs(1.0, Quality::Valid);
+    anew.segments[0].damaged_telegrams = 3;
+    assert_eq!(fixture.evaluate(&anew), [ChangeKind::Returned], "a restarted master counts from zero");
+}
+
+#[test]
+fn a_recorder_that_does_not_write_raises_an_alarm() {
+    let mut fixture = Fixture::new(vec![rule(Condition::NotRecording, 0, 0)]);
+    let full = Inputs { recorder_error: Some("the disk is full".to_owned()), ..Inputs::default() };
+    assert_eq!((fixture.evaluate(&Inputs::default()), fixture.evaluate(&full)), (vec![], vec![ChangeKind::Raised]));
+    assert_eq!(fixture.status().text, "the recorder does not write: the disk is full");
+}
