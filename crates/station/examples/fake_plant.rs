@@ -168,6 +168,7 @@ fn live(services: &Services, fakes: &[Fake], start: Micros, told: &Told) {
 /// Answers the requests to a segment, about as fast as a slow bus.
 fn answer(services: &Services, segment: &str) {
     let requests = services.control().requests().accept(segment);
+    let blocks = blocks::read("bcg450").expect("the virtual device has all its parameters");
     std::thread::spawn(move || {
         while let Ok(request) = requests.recv() {
             std::thread::sleep(Duration::from_millis(400));
@@ -175,7 +176,7 @@ fn answer(services: &Services, segment: &str) {
                 SegmentRequest::Blocks(gauge, answer) if gauge == "turbo outlet" => {
                     answer.send(Err(Unavailable::NoAnswer(gauge))).ok();
                 }
-                SegmentRequest::Blocks(_, answer) => drop(answer.send(Ok(blocks::all()))),
+                SegmentRequest::Blocks(_, answer) => drop(answer.send(Ok(blocks.clone()))),
                 SegmentRequest::Preview(gauge, _, answer) => drop(answer.send(Err(not_possible(&gauge)))),
                 SegmentRequest::Execute(command, _, answer) => drop(answer.send(Err(not_possible(&command.gauge)))),
             }

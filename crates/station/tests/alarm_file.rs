@@ -100,9 +100,9 @@ fn every_gauge_and_segment_has_default_alarms() {
             "chamber: no data",
             "tpg: fault",
             "tpg: no data",
-            "chamber: blind",
-            "tpg.2: blind",
-            "record: not written",
+            "chamber: limit not measurable",
+            "tpg.2: limit not measurable",
+            "station: not recording",
         ]
     );
     let all = rules(FILE);
@@ -110,7 +110,7 @@ fn every_gauge_and_segment_has_default_alarms() {
     let stale = Condition::Stale { gauge: "chamber".to_owned(), behind_segment: Some("hall".to_owned()) };
     assert_eq!(rule(&all, "chamber: no data").condition, stale);
     assert_eq!(
-        rule(&all, "tpg.2: blind").condition,
+        rule(&all, "tpg.2: limit not measurable").condition,
         Condition::NotMeasurable { series: series("tpg", "tpg.2"), limits: vec![100.0], has_fault_alarm: true }
     );
 }

@@ -35,7 +35,7 @@ codes! {
     0x0100 DegasOff      "degas-off";
     0x0101 DegasOn       "degas-on", needs &[Executing, EmissionOn, PressureBelow(None, CATHODE.degas_pa)],
                          risk "heats the electrodes for three minutes: gas is set free, and the pressure rises";
-    0x0300 EmissionOff   "emission-off", risk "the ionisation part measures nothing without emission";
+    0x0300 EmissionOff   "emission-off", risk "the ionisation part measures nothing without emission; set points in its range switch";
     0x0301 EmissionOn    "emission-on", needs EMISSION_ON, risk CATHODE_LIFE;
     0x8000 ManualMode    "manual-mode", risk "the gauge no longer switches the emission on by itself";
     0x8001 AutomaticMode "automatic-mode", risk CATHODE_LIFE;
@@ -44,7 +44,7 @@ codes! {
 codes! {
     /// 3.3.3.5, with the codes of (97). Writing 0 and 1 is the command above.
     pub EmissionStatus: Names;
-    0 Off             "off", risk "the ionisation part measures nothing without emission";
+    0 Off             "off", risk "the ionisation part measures nothing without emission; set points in its range switch";
     1 On25Microampere "on-25-microampere", needs EMISSION_ON, risk CATHODE_LIFE;
     2 On5Milliampere  "on-5-milliampere";
     3 Degas           "degas";

@@ -71,7 +71,7 @@ codes! {
     0x0100 DegasOff              "degas-off";
     0x0101 DegasOn               "degas-on", needs &[Executing, EmissionOn],
                                  risk "heats the electrodes: gas is set free, and the pressure rises";
-    0x0300 EmissionOff           "emission-off", risk "the channel measures nothing without emission";
+    0x0300 EmissionOff           "emission-off", risk "the channel measures nothing without emission; set points on it switch";
     0x0301 EmissionOn            "emission-on", needs &[Executing], risk CATHODE_LIFE;
     0x0401 ClearEmissionOffAlarm "clear-emission-off-alarm";
 }
@@ -79,7 +79,7 @@ codes! {
 codes! {
     /// 4.4.4, ID 105
     pub EmissionStatus: Names;
-    0 Off "off", risk "the channel measures nothing without emission";
+    0 Off "off", risk "the channel measures nothing without emission; set points on it switch";
     1 On  "on", needs &[Executing], risk CATHODE_LIFE;
 }
 

@@ -20,7 +20,7 @@ code_range! {
 codes! {
     /// 3.3.3.5, with the codes of (97): 0 switches off, 1 switches on.
     pub EmissionStatus: Names;
-    0 Off    "off", risk "the ionisation part measures nothing without emission";
+    0 Off    "off", risk "the ionisation part measures nothing without emission; set points in its range switch";
     1 On     "on", needs &[Executing],
              risk "switches the hot cathode: at a pressure that is too high this costs its life";
     2 OnHigh "on-high";

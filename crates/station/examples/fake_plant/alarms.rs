@@ -49,7 +49,7 @@ window = "1 min"
 [alarms]
 fault = { delay = "0 s" }
 stale = { delay = "0 s", priority = "low" }
-blind = { delay = "0 s" }
+not-measurable = { delay = "0 s" }
 segment = { delay = "0 s" }
 "#;
 

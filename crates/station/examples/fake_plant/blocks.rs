@@ -1,66 +1,72 @@
-//! Blocks of a gauge, as a reading returns them.
+//! The parameters of a device, read from a virtual one.
 
+use profivac_client::Gauge;
+use profivac_client::cyclic::{ChannelPrinciples, CyclicSlave};
+use profivac_client::ms2::Ms2;
+use profivac_client::names::NamedParameter;
+use profivac_client::pressure::Pressure;
+use profivac_devices::model::{AccessPath, Direction, Model};
+use profivac_dp::link::Baud;
+use profivac_dp::link::active::BusParameters;
 use profivac_station::view::{Block, Parameter};
+use profivac_vacuum::Gas;
+use profivac_virtual::device::{GasConditions, VirtualDevice};
+use profivac_virtual::device_spec::{DeviceSpec, entry};
+use profivac_virtual::memory_segment::MemorySegment;
+use profivac_virtual::nonvolatile::NonvolatileMemory;
+use std::error::Error;
 
-/// Target, name, numbers, access, value or refusal.
-type Row = (&'static str, &'static str, &'static str, &'static str, Result<&'static str, &'static str>);
+const ADDRESS: u8 = 5;
+const BAUD: Baud = Baud::B1500000;
 
-const PHYSICAL: &[Row] = &[
-    ("physical/device-type", "Device Type", "slot 0 index 20", "R", Ok("\"VG\"")),
-    ("physical/serial-number", "Serial Number", "slot 0 index 26", "R", Ok("\"103842\"")),
-    ("physical/status", "Exception Status", "slot 0 index 29", "R", Ok("0x00, nothing")),
-    ("physical/device-state", "Device State", "slot 0 index 27", "R", Ok("4, executing")),
-    ("physical/selftest", "Device Selftest", "slot 0 index 36", "W", Err("it is only written")),
-];
-
-const INPUT: &[Row] = &[
-    ("analog-input/process-value", "Process Value", "slot 1 index 19", "R", Ok("3.21e-5 Pa")),
-    ("analog-input/data-units", "Data Units", "slot 1 index 22", "R/W", Ok("1309, Pa")),
-    ("analog-input/status", "Status", "slot 1 index 20", "R", Ok("0x00, valid")),
-    ("analog-input/safe-state", "Safe State", "slot 1 index 24", "R/W", Ok("0, zero")),
-    ("analog-input/safe-value", "Safe Value", "slot 1 index 25", "R/W", Ok("0 Pa")),
-];
-
-const TRIP: &[Row] = &[
-    ("trip-point.1/high-trip-point", "High Trip Point", "slot 1 index 61", "R/W", Ok("1.00e-2 Pa")),
-    ("trip-point.1/high-trip-enable", "High Trip Enable", "slot 1 index 62", "R/W", Ok("yes")),
-    ("trip-point.1/hysteresis", "Hysteresis", "slot 1 index 67", "R/W", Ok("1.00e-3 Pa")),
-    ("trip-point.1/status", "Status", "slot 1 index 65", "R", Ok("0x01, above")),
-];
-
-const HOT: &[Row] = &[
-    ("hot-cathode/emission-status", "Emission Status", "slot 1 index 110", "R", Ok("5 mA")),
-    ("hot-cathode/filament", "Active Filament", "slot 1 index 112", "R", Ok("1")),
-    ("hot-cathode/degas", "Degas", "slot 1 index 115", "R/W", Ok("off")),
-    (
-        "hot-cathode/degas-time",
-        "Degas Time",
-        "slot 1 index 116",
-        "R/W",
-        Err("the device refuses: state conflict (0xB5)"),
-    ),
-];
-
-/// Blocks with their parameters.
-pub fn all() -> Vec<Block> {
-    [
-        ("Physical Block (slot 0)", PHYSICAL),
-        ("Analog Input Function Block (slot 1)", INPUT),
-        ("Trip Point Function Block 1 (slot 1)", TRIP),
-        ("Hot Cathode Transducer Block (slot 1)", HOT),
-    ]
-    .map(|(name, rows)| Block { name: name.to_owned(), parameters: rows.iter().map(parameter).collect() })
-    .into()
+/// The blocks of a device with DP-V1 at 3.2e-7 mbar.
+pub fn read(device: &str) -> Result<Vec<Block>, Box<dyn Error>> {
+    let model = entry(device)?.model;
+    let mut segment = segment(device, model)?;
+    segment.run_until(2.0);
+    let mut gauge = Gauge::with_model(Ms2::new(&mut segment, ADDRESS), ADDRESS, model);
+    let mut blocks: Vec<Block> = Vec::new();
+    for named in gauge.names().all() {
+        if named.parameter.row.access.allows(AccessPath::Class2, Direction::Read) {
+            let parameter = parameter(&mut gauge, named);
+            let name = format!("{} (slot {})", named.parameter.block.name, named.parameter.place.slot);
+            match blocks.last_mut().filter(|block| block.name == name) {
+                Some(block) => block.parameters.push(parameter),
+                None => blocks.push(Block { name, parameters: vec![parameter] }),
+            }
+        }
+    }
+    Ok(blocks)
 }
 
-fn parameter((target, name, numbers, access, read): &Row) -> Parameter {
+fn segment(device: &str, model: &'static Model) -> Result<MemorySegment, Box<dyn Error>> {
+    let spec: DeviceSpec = format!("{device}@{ADDRESS}").parse()?;
+    let [pressure, atmosphere] = [3.2e-7, 1013.25].map(Pressure::from_mbar);
+    let around = GasConditions { pressure, atmosphere, gas: Gas::N2 };
+    let built = spec.build(NonvolatileMemory::volatile(), BAUD)?;
+    let slave = CyclicSlave {
+        address: ADDRESS,
+        model,
+        configuration: model.default_configuration,
+        unit: model.unit_named("mbar").ok_or("no such unit")?,
+        principles: ChannelPrinciples::default(),
+    };
+    let bus = BusParameters::new(1, BAUD).check()?;
+    Ok(MemorySegment::new(vec![VirtualDevice::new(built, ADDRESS, BAUD, around)], vec![slave], bus, BAUD)?)
+}
+
+fn parameter(gauge: &mut Gauge<Ms2<'_, MemorySegment>>, named: &NamedParameter) -> Parameter {
+    let (value, read_error) = match gauge.read_parameter(named) {
+        Ok(reading) => (Some(reading.text), None),
+        Err(error) => (None, Some(error.to_string())),
+    };
     Parameter {
-        target: (*target).to_owned(),
-        name: (*name).to_owned(),
-        numbers: (*numbers).to_owned(),
-        access: (*access).to_owned(),
-        value: read.ok().map(str::to_owned),
-        read_error: read.err().map(str::to_owned),
+        target: named.name.clone(),
+        name: named.parameter.row.name.to_owned(),
+        numbers: named.parameter.numbers(),
+        access: named.parameter.row.access_text.to_owned(),
+        value,
+        read_error,
         write: None,
     }
 }

@@ -1,8 +1,13 @@
-//! Gauges, and what each shows at every second: fields of constants and a shape.
+//! Gauges, and what each shows at every second: fields of constants and a shape. Ranges, measuring principles, Ident_Numbers and the
+//! correction for a gas come from the tables of the devices.
 
 use profivac_devices::Principle;
+use profivac_devices::model::{Model, PartSpec};
 use profivac_recorder::Quality;
+use profivac_station::segment::corrected;
 use profivac_station::view::{BusStationState, Gauge, PressureLevel, Reading};
+use profivac_vacuum::Gas;
+use profivac_virtual::device_spec::entry;
 use std::f64::consts::TAU;
 use std::sync::Arc;
 
@@ -26,8 +31,10 @@ enum Shape {
     Pumped { to: f64, period: f64 },
     /// The valve was closed for the ten minutes before the start: a leak and outgassing.
     Rise,
-    /// Nothing is measured.
+    /// A defect: nothing is measured.
     Invalid,
+    /// A channel without a gauge.
+    Absent,
     /// The port was lost five minutes before the start.
     Lost(f64),
 }
@@ -42,17 +49,14 @@ pub struct Fake {
     pub address: u8,
     /// What it is.
     pub device: &'static str,
-    /// Ident_Number.
-    pub ident: &'static str,
     /// What it is to the station.
     pub state: BusStationState,
-    gas: &'static str,
-    factor: f64,
-    /// Lowest and highest pressure in Pa that it can measure.
-    range: (f64, f64),
+    gas: Gas,
     levels: &'static [(&'static str, f64)],
-    parts: &'static [(Principle, Shape)],
-    exceptions: &'static [&'static str],
+    /// The pressure of each series: one for a gauge, one for each channel of a controller.
+    shapes: &'static [Shape],
+    /// The alarms that it reports, as the client names them.
+    pub exceptions: &'static [&'static str],
     /// The reason why it does not measure.
     pub problem: Option<&'static str>,
     /// Seconds in which nothing was heard of it.
@@ -64,13 +68,10 @@ const HALL: Fake = Fake {
     segment: "hall",
     address: 0,
     device: "bcg450",
-    ident: "0x0A05",
     state: BusStationState::DataExchange,
-    gas: "n2",
-    factor: 1.0,
-    range: (5e-8, 1.5e5),
+    gas: Gas::N2,
     levels: &[],
-    parts: &[],
+    shapes: &[],
     exceptions: &[],
     problem: None,
     gaps: &[],
@@ -88,13 +89,12 @@ pub fn all(hostile: bool) -> Vec<Fake> {
         device: "psg550",
         state: BusStationState::Missing,
         problem: Some("/dev/ttyUSB2: the port is lost"),
-        range: (5e-2, 1e5),
-        parts: &[(Principle::Pirani, Shape::Lost(8.7))],
+        shapes: &[Shape::Lost(8.7)],
         ..HALL
     });
     if hostile {
         let name = "<img src=x onerror=alert(1)>";
-        all.push(Fake { name, address: 77, parts: &[(Principle::Pirani, Shape::Still(1.0))], ..BEAM });
+        all.push(Fake { name, address: 77, shapes: &[Shape::Still(1.0)], ..BEAM });
     }
     all
 }
@@ -107,12 +107,12 @@ pub fn large() -> Vec<Fake> {
             name: format!("s{segment:02}-{address:02}").leak(),
             segment: format!("segment {segment:02}").leak(),
             address,
-            parts: &[(Principle::HotCathode, Shape::Drift { pa: 3.1e-5, decades: 0.2, period: 900.0 })],
+            shapes: &[Shape::Drift { pa: 3.1e-5, decades: 0.2, period: 900.0 }],
             ..HALL
         };
         match number {
             100 => Fake { state: BusStationState::Fault, exceptions: &["device alarm"], ..fake },
-            300 => Fake { state: BusStationState::Missing, parts: &[(Principle::Pirani, Shape::Lost(8.7))], ..fake },
+            300 => Fake { state: BusStationState::Missing, shapes: &[Shape::Lost(8.7)], ..fake },
             _ => fake,
         }
     });
@@ -124,38 +124,33 @@ fn hall() -> [Fake; 6] {
         Fake {
             name: "chamber",
             address: 5,
-            gas: "ar",
-            factor: 0.8,
+            gas: Gas::Ar,
             levels: &[("process", 1e-2), ("interlock", 10.0)],
-            parts: &[(Principle::HotCathode, Shape::Pumped { to: 3.2e-5, period: 14_400.0 })],
+            shapes: &[Shape::Pumped { to: 3.2e-5, period: 14_400.0 }],
             ..HALL
         },
         Fake {
             name: "load lock",
             address: 6,
             device: "pcg550",
-            range: (2e-2, 1.5e5),
             levels: &[("vented", 9e4)],
-            parts: &[(Principle::Pirani, Shape::Pumped { to: 8e-3, period: 5_400.0 })],
+            shapes: &[Shape::Pumped { to: 8e-3, period: 5_400.0 }],
             ..HALL
         },
         Fake {
             name: "turbo outlet",
             address: 7,
             device: "psg550",
-            gas: "ar",
-            factor: 1.7,
-            range: (5e-2, 1e5),
-            parts: &[(Principle::Pirani, Shape::Still(2.34))],
+            gas: Gas::Ar,
+            shapes: &[Shape::Still(2.34)],
             ..HALL
         },
         Fake {
             name: "ion pump",
             address: 8,
-            device: "img400",
-            range: (2e-7, 1.0),
+            device: "bpg400",
             levels: &[("valve may open", 1e-4)],
-            parts: &[(Principle::ColdCathode, Shape::Drift { pa: 4.6e-6, decades: 0.35, period: 50_000.0 })],
+            shapes: &[Shape::Drift { pa: 4.6e-6, decades: 0.35, period: 50_000.0 }],
             ..HALL
         },
         Fake {
@@ -163,16 +158,15 @@ fn hall() -> [Fake; 6] {
             address: 9,
             device: "bpg400",
             state: BusStationState::Fault,
-            parts: &[(Principle::HotCathode, Shape::Invalid)],
-            exceptions: &["hot cathode error: filament broken", "Pirani error"],
+            shapes: &[Shape::Invalid],
+            exceptions: &["ionisation part: electronics or sensor failure"],
             ..HALL
         },
         Fake {
             name: "transfer",
             address: 11,
             device: "hpg400",
-            range: (1e-4, 1e5),
-            parts: &[(Principle::HotCathode, Shape::Drift { pa: 6.1e-3, decades: 0.6, period: 9_000.0 })],
+            shapes: &[Shape::Drift { pa: 6.1e-3, decades: 0.6, period: 9_000.0 }],
             ..HALL
         },
     ]
@@ -184,48 +178,32 @@ fn beam() -> [Fake; 6] {
             name: "gate 1",
             address: 21,
             device: "bpg400",
-            parts: &[(Principle::HotCathode, Shape::Drift { pa: 8.3e-5, decades: 0.25, period: 2_700.0 })],
+            shapes: &[Shape::Drift { pa: 8.3e-5, decades: 0.25, period: 2_700.0 }],
             gaps: &[(-540.0, -330.0), (-3_000.0, -2_100.0), (-200_000.0, -150_000.0)],
             ..BEAM
         },
-        Fake {
-            name: "gate 2",
-            address: 22,
-            device: "img400",
-            range: (2e-7, 1.0),
-            parts: &[(Principle::ColdCathode, Shape::Still(30.0))],
-            ..BEAM
-        },
+        Fake { name: "gate 2", address: 22, device: "psg550", shapes: &[Shape::Still(1.2e5)], ..BEAM },
         Fake {
             name: "pump stand",
             address: 30,
             device: "tpg500",
-            range: (1e-9, 1e5),
-            parts: &[
-                (Principle::Pirani, Shape::Still(4.1)),
-                (Principle::ColdCathode, Shape::Drift { pa: 2.2e-5, decades: 0.2, period: 7_000.0 }),
-                (Principle::Diaphragm, Shape::Still(10_130.0)),
+            shapes: &[
+                Shape::Still(4.1),
+                Shape::Drift { pa: 2.2e-5, decades: 0.2, period: 7_000.0 },
+                Shape::Still(10_130.0),
+                Shape::Absent,
             ],
             ..BEAM
         },
         Fake {
             name: "detector",
             address: 31,
-            range: (5e-9, 1.5e5),
-            gas: "he",
-            factor: 5.9,
-            parts: &[(Principle::HotCathode, Shape::Drift { pa: 2.7e-8, decades: 0.1, period: 30_000.0 })],
+            gas: Gas::He,
+            shapes: &[Shape::Drift { pa: 2.7e-7, decades: 0.1, period: 30_000.0 }],
             ..BEAM
         },
-        Fake {
-            name: "vessel",
-            address: 33,
-            device: "pcg550",
-            range: (2e-2, 1.5e5),
-            parts: &[(Principle::Pirani, Shape::Rise)],
-            ..BEAM
-        },
-        Fake { name: "spare", address: 40, device: "pcg550", state: BusStationState::Starting, parts: &[], ..BEAM },
+        Fake { name: "vessel", address: 33, device: "pcg550", shapes: &[Shape::Rise], ..BEAM },
+        Fake { name: "spare", address: 40, device: "pcg550", state: BusStationState::Starting, ..BEAM },
     ]
 }
 
@@ -255,38 +233,60 @@ fn pressure(shape: Shape, second: f64) -> Option<f64> {
             Some(noisy(0.05 + 2.4e-3 * closed + 1.6 * (1.0 - (-closed / 70.0).exp()), 0.002))
         }
         Shape::Lost(pa) => (second < -300.0).then_some(pa),
-        Shape::Invalid => None,
+        Shape::Invalid | Shape::Absent => None,
     }
 }
 
+/// The active part of a gauge at a pressure: the ion gauge as far as it reaches, then the diaphragm, then the Pirani. Beyond all ranges
+/// the part whose end is shown. `None` for a controller that does not report its gauges.
+fn active_part(model: &'static Model, pa: f64) -> Option<&'static PartSpec> {
+    let order = [Principle::HotCathode, Principle::Diaphragm, Principle::Pirani];
+    let parts = || model.parts.iter().copied().filter(|spec| order.contains(&spec.part.principle));
+    let contains = |spec: &&PartSpec| (spec.limits.under_pa..=spec.limits.over_pa).contains(&pa);
+    let within = order.iter().find_map(|it| parts().filter(contains).find(|spec| spec.part.principle == *it));
+    let lowest = parts().min_by(|a, b| a.limits.under_pa.total_cmp(&b.limits.under_pa));
+    let highest = parts().max_by(|a, b| a.limits.over_pa.total_cmp(&b.limits.over_pa));
+    within.or_else(|| lowest.filter(|spec| pa < spec.limits.under_pa)).or(highest)
+}
+
 impl Fake {
+    /// The tables of the device.
+    pub fn model(&self) -> &'static Model {
+        entry(self.device).expect("a device of the catalog").model
+    }
+
     /// Every series with what it shows at a second.
     pub fn series(&self, second: f64) -> Vec<(Arc<str>, Shown)> {
-        let alone = self.parts.len() == 1;
+        let alone = self.shapes.len() == 1;
         let named = |place: usize| if alone { self.name.to_owned() } else { format!("{}.{}", self.name, place + 1) };
-        self.parts
-            .iter()
-            .enumerate()
-            .map(|(place, (_, shape))| (Arc::from(named(place)), self.shown(*shape, second)))
-            .collect()
+        let shown = |(place, shape): (usize, &Shape)| (Arc::from(named(place)), self.shown(*shape, second));
+        self.shapes.iter().enumerate().map(shown).collect()
     }
 
     fn shown(&self, shape: Shape, second: f64) -> Shown {
         let is_silent = self.gaps.iter().any(|(from, to)| (*from..*to).contains(&second));
-        let (low, high) = self.range;
-        match pressure(shape, second).filter(|_| !is_silent) {
-            None if matches!(shape, Shape::Invalid) => Shown { pa: None, quality: Quality::Fault },
-            None => Shown { pa: None, quality: Quality::Stale },
-            Some(pa) if pa > high => Shown { pa: Some(high), quality: Quality::Overrange },
-            Some(pa) if pa < low => Shown { pa: Some(low), quality: Quality::Underrange },
-            pa => Shown { pa, quality: Quality::Valid },
+        match (pressure(shape, second).filter(|_| !is_silent), shape) {
+            (None, Shape::Invalid) => Shown { pa: None, quality: Quality::Fault },
+            (None, Shape::Absent) => Shown { pa: None, quality: Quality::Missing },
+            (None, _) => Shown { pa: None, quality: Quality::Stale },
+            (Some(pa), _) => self.measured(pa),
+        }
+    }
+
+    /// A pressure as the device shows it: the number, or the end of its range.
+    fn measured(&self, pa: f64) -> Shown {
+        let limits = active_part(self.model(), pa).map(|spec| &spec.limits);
+        match limits {
+            Some(limits) if pa > limits.over_pa => Shown { pa: Some(limits.over_pa), quality: Quality::Overrange },
+            Some(limits) if pa < limits.under_pa => Shown { pa: Some(limits.under_pa), quality: Quality::Underrange },
+            _ => Shown { pa: Some(pa), quality: Quality::Valid },
         }
     }
 
     /// What the dashboard shows of it; the pressure that it was told, if it was told one.
     pub fn view(&self, second: f64, told: Option<f64>) -> Gauge {
-        let told = |shown: Shown| told.map_or(shown, |pa| Shown { pa: Some(pa), quality: Quality::Valid });
-        let readings = self.series(second).into_iter().zip(self.parts).enumerate();
+        let told = |shown: Shown| told.map_or(shown, |pa| self.measured(pa));
+        let readings = self.series(second).into_iter().enumerate();
         let age_ms = match self.state {
             BusStationState::Starting => None,
             BusStationState::Missing => Some(((second + 300.0) * 1e3) as u64),
@@ -297,32 +297,32 @@ impl Fake {
             segment: self.segment.to_owned(),
             address: self.address,
             device: self.device.to_owned(),
-            has_dpv1: !self.device.starts_with("tpg"),
+            has_dpv1: self.model().features.dpv1,
             state: self.state,
             problem: self.problem.map(str::to_owned),
             exceptions: self.exceptions.iter().map(|&words| words.to_owned()).collect(),
             warnings: Vec::new(),
-            gas: self.gas.to_owned(),
+            gas: self.gas.to_string(),
             levels: self.levels.iter().map(|(name, pa)| PressureLevel { name: (*name).to_owned(), pa: *pa }).collect(),
-            readings: readings
-                .map(|(place, ((series, shown), part))| self.reading(place, &series, told(shown), part.0))
-                .collect(),
+            readings: readings.map(|(place, (series, shown))| self.reading(place, &series, told(shown))).collect(),
             age_ms,
             poll_ms: 200,
             stale_after_ms: 3000,
         }
     }
 
-    fn reading(&self, place: usize, series: &str, shown: Shown, principle: Principle) -> Reading {
+    fn reading(&self, place: usize, series: &str, shown: Shown) -> Reading {
+        let part = active_part(self.model(), shown.pa.unwrap_or_default()).map(|spec| spec.part);
+        let pa = shown.pa.filter(|_| shown.quality == Quality::Valid);
         Reading {
             series: series.to_owned(),
-            instance: u8::try_from(place + 1).unwrap_or(u8::MAX),
-            principle: Some(principle),
-            pa: shown.pa.filter(|_| shown.quality == Quality::Valid),
+            instance: part.map_or_else(|| u8::try_from(place + 1).unwrap_or(u8::MAX), |part| part.instance),
+            principle: part.map(|part| part.principle),
+            pa,
             limit_pa: shown.pa.filter(|_| shown.quality != Quality::Valid),
-            corrected_pa: shown.pa.filter(|_| shown.quality == Quality::Valid).map(|pa| pa * self.factor),
+            corrected_pa: pa.zip(part).and_then(|(pa, part)| corrected(pa, part.principle, self.gas)),
             quality: shown.quality,
-            cause: None,
+            cause: (shown.quality == Quality::Fault).then(|| "device alarm".to_owned()),
         }
     }
 }

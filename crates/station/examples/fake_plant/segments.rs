@@ -11,7 +11,7 @@ pub const EVENTS: [(f64, Option<&str>, EventKind, &str); 9] = [
     (-25_820.0, Some("chamber"), EventKind::Gauge, "chamber: degas has ended"),
     (-3_000.0, Some("gate 1"), EventKind::Bus, "gate 1: it does not answer"),
     (-2_100.0, Some("gate 1"), EventKind::Bus, "gate 1: it exchanges data"),
-    (-1_400.0, Some("cryostat"), EventKind::Gauge, "cryostat: hot cathode error: filament broken"),
+    (-1_400.0, Some("cryostat"), EventKind::Gauge, "cryostat: ionisation part: electronics or sensor failure"),
     (-600.0, Some("vessel"), EventKind::Note, "valve to the pump closed"),
     (-540.0, Some("gate 1"), EventKind::Bus, "gate 1: it does not answer"),
     (-300.0, None, EventKind::Bus, "segment bench: /dev/ttyUSB2: the port is lost"),
@@ -64,17 +64,17 @@ fn other(address: u8, state: BusStationState, words: &str) -> BusStation {
 
 fn on_bus(fake: &Fake) -> BusStation {
     let words = match (fake.problem, fake.state) {
-        (Some(problem), _) => problem,
-        (None, BusStationState::DataExchange) => "exchanges data",
-        (None, BusStationState::Fault) => "hot cathode error: filament broken, Pirani error",
-        (None, _) => "is being brought into data exchange",
+        (Some(problem), _) => problem.to_owned(),
+        (None, BusStationState::DataExchange) => "in data exchange".to_owned(),
+        (None, BusStationState::Fault) => fake.exceptions.join(", "),
+        (None, _) => "is being brought into data exchange".to_owned(),
     };
     BusStation {
         address: fake.address,
         state: fake.state,
         name: Some(fake.name.to_owned()),
         device: Some(fake.device.to_owned()),
-        ident: Some(fake.ident.to_owned()),
-        description: words.to_owned(),
+        ident: Some(format!("0x{:04X}", fake.model().ident)),
+        description: words,
     }
 }

@@ -48,6 +48,29 @@ impl From<StoredAlarm> for AlarmStatus {
     }
 }
 
+/// Former ends of the names of default alarms, and the present ones. Version 0.1 stored states under the former.
+const RENAMED: [(&str, &str); 2] =
+    [(": blind", ": limit not measurable"), ("record: not written", "station: not recording")];
+
+/// The stored alarms under their present names, and the rows that make the change permanent. A former name that a rule has stays.
+pub fn rename(
+    stored: Vec<(String, StoredAlarm)>,
+    has_rule: impl Fn(&str) -> bool,
+) -> (Vec<(String, StoredAlarm)>, AlarmBatch) {
+    let mut rows = AlarmBatch::default();
+    let present = |name: &str| {
+        let renamed = RENAMED.iter().find_map(|(old, new)| Some(format!("{}{new}", name.strip_suffix(old)?)));
+        renamed.filter(|new| !has_rule(name) && has_rule(new))
+    };
+    let renamed = stored.into_iter().map(|(name, alarm)| {
+        let Some(new) = present(&name) else { return (name, alarm) };
+        rows.alarms.insert(name, None);
+        rows.alarms.insert(new.clone(), Some(alarm.clone()));
+        (new, alarm)
+    });
+    (renamed.collect(), rows)
+}
+
 /// A webhook that gets notifications about alarms.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct NotificationTarget {
@@ -154,4 +177,23 @@ fn notification_body(change: &AlarmChange, station: &str) -> String {
         "message": rule.message,
     });
     body.to_string()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_state_under_a_former_name_is_that_of_the_present_alarm() {
+        let rules = ["chamber: limit not measurable", "station: not recording", "mine: blind"];
+        let alarm = StoredAlarm::from(&AlarmStatus { state: AlarmState::Acknowledged, ..AlarmStatus::default() });
+        let stored = ["chamber: blind", "record: not written", "mine: blind", "gone: blind"];
+        let stored = stored.map(|name| (name.to_owned(), alarm.clone())).to_vec();
+        let (present, rows) = rename(stored, |name| rules.contains(&name));
+        let names: Vec<_> = present.iter().map(|(name, _)| name.as_str()).collect();
+        assert_eq!(names, [rules[0], rules[1], "mine: blind", "gone: blind"], "an own alarm keeps its name");
+        let changes: Vec<_> = rows.alarms.iter().map(|(name, row)| (name.as_str(), row.is_some())).collect();
+        let expected = [("chamber: blind", false), (rules[0], true), ("record: not written", false), (rules[1], true)];
+        assert_eq!(changes, expected);
+    }
 }

@@ -4,7 +4,7 @@
 //! the disk while it holds the lock.
 
 use super::evaluate::Inputs;
-use super::persistence::{NotificationTarget, rows_and_events};
+use super::persistence::{NotificationTarget, rename, rows_and_events};
 use super::registry::{AlarmChange, AlarmError, AlarmRegistry, AlarmStatus, AlarmTime, ChangeKind, removed_text};
 use super::rule::Rule;
 use super::state::AlarmState;
@@ -73,14 +73,16 @@ impl AlarmService {
     /// [`DatabaseError`] when the database cannot be read.
     pub fn start(&self, rules: Vec<Rule>, targets: Vec<NotificationTarget>) -> Result<(), DatabaseError> {
         let reader = self.recorder.open_reader()?;
-        let stored = reader.alarms()?.into_iter().map(|(name, alarm)| (name, AlarmStatus::from(alarm)));
         let has_rule = |name: &str| rules.iter().any(|rule| rule.name == name);
+        let (stored, renamed) = rename(reader.alarms()?.into_iter().collect(), has_rule);
+        let stored = stored.into_iter().map(|(name, alarm)| (name, AlarmStatus::from(alarm)));
         let (stored, removed): (Vec<_>, Vec<_>) = stored.partition(|(name, _)| has_rule(name));
         let removals = removal_rows(&reader, removed)?;
         let mut inner = self.lock();
         inner.targets = targets;
         let changes = inner.registry.reconfigure(rules, stored, self.now());
         inner.evaluated_at = Some(Instant::now());
+        inner.unwritten.0.append(renamed, MAX_UNWRITTEN);
         inner.unwritten.0.append(removals, MAX_UNWRITTEN);
         self.write(&mut inner, &changes);
         Ok(())

@@ -92,14 +92,13 @@ pub fn default_alarms(
             all.extend(alarms.stale.rule(name, format!("{name}: no data"), condition));
         }
     }
-    // The names of these alarms keep their former words: the database finds stored alarm states by name.
     for (series, limits) in limits_by_series(rules) {
-        let (gauge, name) = (series.gauge.clone(), format!("{}: blind", series.name));
+        let (gauge, name) = (series.gauge.clone(), format!("{}: limit not measurable", series.name));
         let has_fault_alarm = alarms.fault.applies_to(&gauge);
         let condition = Condition::NotMeasurable { series, limits, has_fault_alarm };
         all.extend(alarms.not_measurable.rule(&gauge, name, condition));
     }
-    all.extend(alarms.database.rule("", "record: not written".to_owned(), Condition::NotRecording));
+    all.extend(alarms.database.rule("", "station: not recording".to_owned(), Condition::NotRecording));
     Ok(all)
 }
 

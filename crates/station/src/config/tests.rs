@@ -118,7 +118,7 @@ fn former_keys_are_accepted_with_a_notice_that_names_line_column_and_the_new_key
         + "[alarms]\nblind = { priority = 'off' }\n  \"record\" = { priority = 'off' }\n";
     let config = parse(&old).unwrap();
     assert_eq!(config.database, Path::new("plants/old.db"));
-    assert!(config.alarms.iter().all(|rule| rule.name != "record: not written"));
+    assert!(config.alarms.iter().all(|rule| rule.name != "station: not recording"));
     let notices: Vec<_> = config.notices().iter().map(ToString::to_string).collect();
     assert_eq!(
         notices,
@@ -134,7 +134,7 @@ fn former_keys_are_accepted_with_a_notice_that_names_line_column_and_the_new_key
         .replace("blind", "not-measurable");
     let config = parse(&new).unwrap();
     assert_eq!((config.database.as_path(), config.notices()), (Path::new("plants/old.db"), Vec::new()));
-    assert!(config.alarms.iter().all(|rule| rule.name != "record: not written"));
+    assert!(config.alarms.iter().all(|rule| rule.name != "station: not recording"));
 }
 
 #[test]

@@ -448,7 +448,8 @@ fn reading(
 }
 
 /// The pressure of a gas at which a sensor that was calibrated for nitrogen indicates `pa`, where the factors hold.
-fn corrected(pa: f64, principle: Principle, gas: Gas) -> Option<f64> {
+#[must_use]
+pub fn corrected(pa: f64, principle: Principle, gas: Gas) -> Option<f64> {
     match principle {
         Principle::Diaphragm | Principle::Atmosphere => Some(pa),
         _ if gas == Gas::N2 => Some(pa),

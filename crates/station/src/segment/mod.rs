@@ -31,5 +31,6 @@ mod services;
 mod thread;
 
 pub use demo_segment::DemoSegment;
+pub use gauge_session::corrected;
 pub use handle::SegmentHandle;
 pub use services::SegmentServices;

@@ -3,16 +3,22 @@
 import './alarm-marks.css'
 import type { JSX } from 'preact'
 import type { Alarm, AlarmState, Priority, Snapshot } from '../api/types.ts'
-import { ALARM_STATES, isActive, SHAPES, summary } from '../lib/alarms.ts'
+import { ALARM_STATES, isActive, NUMBERS, summary } from '../lib/alarms.ts'
 import { Link } from '../router.tsx'
+
+/** The number of a priority in its shape: a square, a diamond or a circle. */
+function PriorityShape({ priority }: { priority: Priority }): JSX.Element {
+  return (
+    <span class={`shape ${priority}`} aria-hidden="true">
+      {NUMBERS[priority]}
+    </span>
+  )
+}
 
 export function PriorityMark({ priority }: { priority: Priority }): JSX.Element {
   return (
     <span class={`priority ${priority}`}>
-      <span class="shape" aria-hidden="true">
-        {SHAPES[priority]}
-      </span>{' '}
-      {priority}
+      <PriorityShape priority={priority} /> {priority}
     </span>
   )
 }
@@ -62,9 +68,8 @@ export function AlarmBadge({ snapshot }: { snapshot: Snapshot }): JSX.Element {
       title={text}
       aria-label={`Alarms: ${text}`}
     >
-      <span aria-hidden="true">{SHAPES[priority]} </span>
-      {activeOfPriority} {priority}
-      {unacknowledged > 0 && <span class="new"> {unacknowledged} new</span>}
+      <PriorityShape priority={priority} /> {activeOfPriority} {priority}
+      {unacknowledged > 0 && <span class="unacknowledged">, {unacknowledged} not acknowledged</span>}
     </Link>
   )
 }
@@ -78,10 +83,7 @@ export function CardAlarms({ alarms }: { alarms: Alarm[] }): JSX.Element | null 
       {active.map(({ name, priority }) => (
         <li key={name} class={`priority ${priority}`}>
           <Link to="/alarms">
-            <span class="shape" aria-hidden="true">
-              {SHAPES[priority]}
-            </span>{' '}
-            {name}
+            <PriorityShape priority={priority} /> {name}
           </Link>
         </li>
       ))}

@@ -160,17 +160,15 @@ function drawNamedMark(chart: uPlot, name: string, x: number): void {
   label(chart, name, left, bbox.top + 6 * dpr, width, tokenColour('accent'))
 }
 
-/** A triangle at the bottom: lines over the whole height would hide the curves when much happens. */
+/**
+ * A short bar at the bottom: lines over the whole height would hide the curves when much happens, and a triangle would look like a
+ * direction of the pressure.
+ */
 function drawEventMark(chart: uPlot, x: number): void {
   const { ctx, bbox } = chart
   const dpr = devicePixelRatio
-  const bottom = bbox.top + bbox.height
   ctx.fillStyle = tokenColour('muted')
-  ctx.beginPath()
-  ctx.moveTo(x - 4 * dpr, bottom)
-  ctx.lineTo(x + 4 * dpr, bottom)
-  ctx.lineTo(x, bottom - 7 * dpr)
-  ctx.fill()
+  ctx.fillRect(x - 1.5 * dpr, bbox.top + bbox.height - 9 * dpr, 3 * dpr, 9 * dpr)
 }
 
 function stroke(ctx: CanvasRenderingContext2D, fromX: number, fromY: number, toX: number, toY: number): void {

@@ -6,12 +6,12 @@ import { inUnit, type Unit } from './units.ts'
 
 export const PRIORITIES: Priority[] = ['high', 'medium', 'low']
 
-/** A shape for each priority, so that it can be told without colours. */
-export const SHAPES: Record<Priority, string> = { high: '▲', medium: '◆', low: '▼' }
+/** A number for each priority, in a shape of its own: it can be told without colours, and it is no direction of a pressure. */
+export const NUMBERS: Record<Priority, string> = { high: '1', medium: '2', low: '3' }
 
 export const ALARM_STATES: Record<AlarmState, { label: string; sentence: string }> = {
   normal: { label: 'normal', sentence: 'The condition does not hold.' },
-  unacknowledged: { label: 'new', sentence: 'The condition holds; the alarm is not acknowledged.' },
+  unacknowledged: { label: 'not acknowledged', sentence: 'The condition holds; the alarm is not acknowledged.' },
   acknowledged: { label: 'acknowledged', sentence: 'The condition holds; an operator has acknowledged the alarm.' },
   returned: {
     label: 'cleared, not acknowledged',

@@ -13,8 +13,8 @@ import { NEEDS_CONTROL, obstacle } from './permission.ts'
 
 export function Commands({ gauge, open }: { gauge: Gauge; open: (request: Request) => void }): JSX.Element {
   const query = useQuery(gauge.name, null, (signal) => fetchCommands(gauge.name, signal))
-  // Every block of the manuals has the command `inactive`, which does nothing.
-  const commands = (query.value ?? []).filter(({ command }) => !/[./]inactive$/.test(command))
+  // The manuals have commands that do nothing: `inactive` in every block, `ready-to-store` of a controller.
+  const commands = (query.value ?? []).filter(({ command }) => !/[./](inactive|ready-to-store)$/.test(command))
   return (
     <section class="panel commands" aria-label="Commands">
       <div class="bar">

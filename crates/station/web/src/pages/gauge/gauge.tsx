@@ -29,7 +29,7 @@ export function GaugePage(): JSX.Element {
       {gauge ? (
         <>
           <Readings gauge={gauge} />
-          {gauge.has_dpv1 ? <Operation gauge={gauge} key={gauge.name} /> : <NoOperation gauge={gauge} />}
+          <Operation gauge={gauge} key={gauge.name} />
         </>
       ) : (
         <p class="error">
@@ -42,28 +42,6 @@ export function GaugePage(): JSX.Element {
 
 const trendPath = ({ readings }: Gauge): string =>
   `/trends?${new URLSearchParams(readings.map(({ series }) => ['s', series]))}`
-
-/** A device without DP-V1: nothing that the station cannot do is offered. */
-function NoOperation({ gauge }: { gauge: Gauge }): JSX.Element {
-  const segment = useSnapshot().segments.find(({ name }) => name === gauge.segment)
-  return (
-    <section class="panel" aria-label="Parameters">
-      <div class="bar">
-        <h2>Parameters</h2>
-      </div>
-      <p>
-        A {gauge.device} has no DP-V1. The station shows its readings; it can neither read nor change its parameters,
-        nor send commands.
-      </p>
-      <p class="muted">
-        The program reads and writes them through the parameter channel while the station is stopped:{' '}
-        <code>
-          profivac dump --port {segment?.port ?? 'PORT'} --address {gauge.address} --via pkw --own
-        </code>
-      </p>
-    </section>
-  )
-}
 
 /** Commands and parameters, and the dialog of the one that is chosen. */
 function Operation({ gauge }: { gauge: Gauge }): JSX.Element {
