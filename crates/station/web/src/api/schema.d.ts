@@ -393,8 +393,7 @@ export interface paths {
         };
         /**
          * The commands of a gauge with their conditions and risks
-         * @description The station answers from its tables, without a request to the gauge. A device without DP-V1 has none: the station could not send
-         *     them.
+         * @description The station answers from its tables, without a request to the gauge.
          */
         get: operations["commands"];
         put?: never;
@@ -960,11 +959,11 @@ export interface components {
             age_ms: number | null;
             /** @description The device: `bcg450`. */
             device: string;
-            /** @description The alarms that it reports: its defects. */
+            /** @description The alarms that it reports: its defects in the words of the manual, once the station has read them. */
             exceptions: string[];
             /** @description The gas for which the readings are corrected. */
             gas: string;
-            /** @description Whether parameters are read and commands are sent while it exchanges data: the device has DP-V1. */
+            /** @description Whether the device has DP-V1: its parameters travel over MS2, those of other devices in the parameter channel. */
             has_dpv1: boolean;
             /** @description Pressures that trends mark with a line. */
             levels: components["schemas"]["PressureLevel"][];
