@@ -275,6 +275,8 @@ pub enum Unmet {
     },
     /// The emission must be on.
     EmissionOff,
+    /// No degas must run.
+    Degassing,
     /// A pressure must be below a limit.
     PressureTooHigh {
         /// The process value.
@@ -304,6 +306,7 @@ impl fmt::Display for Unmet {
                 write!(f, "the gauge is in {} and must be in EXECUTING; write execute first", state_name(*found))
             }
             Self::EmissionOff => f.write_str("the emission is off; it must be on"),
+            Self::Degassing => f.write_str("a degas runs already; wait for its end, or send degas-off"),
             Self::PressureTooHigh { parameter, pa, limit_pa } => {
                 write!(f, "{parameter} is {} and must be below {}; pump down first", mbar(*pa), mbar(*limit_pa))
             }

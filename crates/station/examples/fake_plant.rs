@@ -65,7 +65,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     record_past(&services, fakes.get(..USUAL).unwrap_or(&fakes), start);
     show(&services, &fakes, 0.0, &Told::default());
     for segment in ["beam line", "hall"] {
-        answer(&services, segment);
+        answer(&services, &fakes, segment);
     }
     alarms::start(&services, &fakes)?;
     services.recorder().event_now_and_wait(None, EventKind::Station, "the station starts");
@@ -166,9 +166,9 @@ fn live(services: &Services, fakes: &[Fake], start: Micros, told: &Told) {
 }
 
 /// Answers the requests to a segment, about as fast as a slow bus.
-fn answer(services: &Services, segment: &str) {
+fn answer(services: &Services, fakes: &[Fake], segment: &str) {
     let requests = services.control().requests().accept(segment);
-    let blocks = blocks::read("bcg450").expect("the virtual device has all its parameters");
+    let devices: Vec<_> = fakes.iter().map(|fake| (fake.name, fake.device)).collect();
     std::thread::spawn(move || {
         while let Ok(request) = requests.recv() {
             std::thread::sleep(Duration::from_millis(400));
@@ -176,7 +176,11 @@ fn answer(services: &Services, segment: &str) {
                 SegmentRequest::Blocks(gauge, answer) if gauge == "turbo outlet" => {
                     answer.send(Err(Unavailable::NoAnswer(gauge))).ok();
                 }
-                SegmentRequest::Blocks(_, answer) => drop(answer.send(Ok(blocks.clone()))),
+                SegmentRequest::Blocks(gauge, answer) => {
+                    let device = devices.iter().find(|(name, _)| *name == gauge).map_or("bcg450", |(_, device)| device);
+                    let blocks = blocks::read(device).expect("the virtual device has all its parameters");
+                    answer.send(Ok(blocks)).ok();
+                }
                 SegmentRequest::Preview(gauge, _, answer) => drop(answer.send(Err(not_possible(&gauge)))),
                 SegmentRequest::Execute(command, _, answer) => drop(answer.send(Err(not_possible(&command.gauge)))),
             }

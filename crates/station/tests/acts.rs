@@ -37,14 +37,19 @@ fn a_degas_is_armed_executed_and_recorded() {
     let (_, commands) = station.get(VIEWER, "/api/gauges/chamber/commands");
     let degas = commands.as_array().unwrap().iter().find(|command| command["command"] == DEGAS).unwrap();
     assert_eq!((&degas["role"], &degas["risk"]["class"]), (&json!("operator"), &json!("dangerous")));
-    let wanted = json!(["the gauge is in EXECUTING", "the emission is on", "ba.process-value is below 7.2e-6 mbar"]);
+    let wanted = json!([
+        "the gauge is in EXECUTING",
+        "the emission is on",
+        "ba.process-value is below 7.2e-6 mbar",
+        "no degas runs"
+    ]);
     assert_eq!(degas["conditions"], wanted);
     station.take_control(OPERATOR);
     let (status, armed) = station.arm(OPERATOR, &json!({ "command": "degas on" }));
     assert_eq!(status, 200, "{armed}");
     assert_eq!(
         armed["conditions"].as_array().unwrap().iter().filter(|one| one["is_met"] == true).count(),
-        3,
+        4,
         "{armed}"
     );
     assert_eq!(armed["octets"], "01 01");
@@ -53,6 +58,9 @@ fn a_degas_is_armed_executed_and_recorded() {
     let (status, done) = station.execute(OPERATOR, &armed);
     assert_eq!(status, 200, "{done}");
     assert!(station.is_degassing());
+    let (status, again) = station.arm(OPERATOR, &json!({ "command": DEGAS }));
+    assert_eq!((status, &again["conditions"][3]["is_met"]), (409, &json!(false)), "{again}");
+    assert!(again["detail"].as_str().unwrap().contains("a degas runs already"), "{again}");
     let trail = trail(&station);
     let command = "Hot Cathode Block State Command (1:2/14)";
     assert_eq!(trail[1], ["execute", "Otto", command, "", "degas-on", ""], "{trail:#?}");

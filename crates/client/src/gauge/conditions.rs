@@ -36,6 +36,8 @@ enum Requirement<'a> {
     Executing(&'a NamedParameter),
     /// Emission Status is not off.
     Emission(&'a NamedParameter),
+    /// Degas Status is off.
+    NoDegas(&'a NamedParameter),
     /// A Process Value is below a limit in Pa.
     Below(&'a NamedParameter, f64),
 }
@@ -98,6 +100,10 @@ fn requirements<'a>(names: &'a ParameterNames, named: &'a NamedParameter, code: 
             parameter_of_instance(names, named, named.parameter.place.instance, Role::EmissionStatus)
                 .map(Requirement::Emission)
         }
+        Precondition::NotDegassing => {
+            parameter_of_instance(names, named, named.parameter.place.instance, Role::DegasStatus)
+                .map(Requirement::NoDegas)
+        }
         Precondition::PressureBelow(instance, pa) => {
             let instance = instance.unwrap_or(named.parameter.place.instance);
             parameter_of_instance(names, named, instance, Role::ProcessValue).map(|value| Requirement::Below(value, pa))
@@ -134,6 +140,7 @@ impl Requirement<'_> {
             Self::Transition(_, event) => format!("the gauge is in {}", source_states(*event)),
             Self::Executing(_) => "the gauge is in EXECUTING".to_owned(),
             Self::Emission(_) => "the emission is on".to_owned(),
+            Self::NoDegas(_) => "no degas runs".to_owned(),
             Self::Below(value, pa) => format!("{} is below {}", value.name, mbar(*pa)),
         }
     }
@@ -156,6 +163,11 @@ impl Requirement<'_> {
                 let reading = gauge.read_parameter(status)?;
                 let is_off = reading.value == Value::Integer(0);
                 (format!("it is {}", reading.text), is_off.then_some(Unmet::EmissionOff))
+            }
+            Self::NoDegas(status) => {
+                let reading = gauge.read_parameter(status)?;
+                let is_running = reading.value != Value::Integer(0);
+                (format!("degas is {}", reading.text), is_running.then_some(Unmet::Degassing))
             }
             Self::Below(value, limit_pa) => evaluate_pressure(gauge, value, *limit_pa)?,
         })

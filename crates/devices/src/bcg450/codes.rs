@@ -2,7 +2,7 @@
 
 use super::parts::{CATHODE, INSTANCES, PERCENTAGE, PIRANI};
 use crate::model::Precondition;
-use crate::model::Precondition::{EmissionOn, Executing, PressureBelow};
+use crate::model::Precondition::{EmissionOn, Executing, NotDegassing, PressureBelow};
 use crate::model::code_table::{code_range, codes};
 
 code_range! {
@@ -33,7 +33,7 @@ codes! {
     pub HotCathodeCommand: Commands;
     0x0000 Inactive      "inactive";
     0x0100 DegasOff      "degas-off";
-    0x0101 DegasOn       "degas-on", needs &[Executing, EmissionOn, PressureBelow(None, CATHODE.degas_pa)],
+    0x0101 DegasOn       "degas-on", needs &[Executing, EmissionOn, PressureBelow(None, CATHODE.degas_pa), NotDegassing],
                          risk "heats the electrodes for three minutes: gas is set free, and the pressure rises";
     0x0300 EmissionOff   "emission-off", risk "the ionisation part measures nothing without emission; set points in its range switch";
     0x0301 EmissionOn    "emission-on", needs EMISSION_ON, risk CATHODE_LIFE;

@@ -1,7 +1,7 @@
 //! The code tables of BG 5530 that no other manual has. Numbers in brackets are those of errata-pxg55x-img400.
 
 use super::parts::CHANNELS;
-use crate::model::Precondition::{EmissionOn, Executing};
+use crate::model::Precondition::{EmissionOn, Executing, NotDegassing};
 use crate::model::code_table::{code_range, codes};
 use crate::model::codes::code;
 use crate::model::{CodeTable, Codes};
@@ -69,7 +69,7 @@ codes! {
     pub HotCathodeCommand: Commands;
     0x0000 Inactive              "inactive";
     0x0100 DegasOff              "degas-off";
-    0x0101 DegasOn               "degas-on", needs &[Executing, EmissionOn],
+    0x0101 DegasOn               "degas-on", needs &[Executing, EmissionOn, NotDegassing],
                                  risk "heats the electrodes: gas is set free, and the pressure rises";
     0x0300 EmissionOff           "emission-off", risk "the channel measures nothing without emission; set points on it switch";
     0x0301 EmissionOn            "emission-on", needs &[Executing], risk CATHODE_LIFE;

@@ -44,6 +44,8 @@ pub enum Precondition {
     Executing,
     /// The emission of the same part is on.
     EmissionOn,
+    /// No degas of the same part runs: it would go on as before.
+    NotDegassing,
     /// The Process Value of this instance, or of the same part if `None`, is below this pressure in Pa.
     PressureBelow(Option<u8>, f64),
 }

@@ -18,6 +18,8 @@ pub enum Role {
     NumberType,
     /// Whether the emission is on.
     EmissionStatus,
+    /// Whether degas runs.
+    DegasStatus,
     /// The number of the block.
     BlockType,
     /// The fitted parts, as text.
@@ -54,6 +56,9 @@ macro_rules! role {
     };
     (EmissionStatus) => {
         Some($crate::model::Role::EmissionStatus)
+    };
+    (DegasStatus) => {
+        Some($crate::model::Role::DegasStatus)
     };
     (BlockType) => {
         Some($crate::model::Role::BlockType)
@@ -118,6 +123,7 @@ mod tests {
             (Role::InstanceSelector, &["Channel Instance Selector"], Some(DataType::Uint8)),
             (Role::NumberType, &["Data Type"], Some(DataType::Uint8)),
             (Role::EmissionStatus, &["Emission Status"], None),
+            (Role::DegasStatus, &["Degas Status"], None),
             (Role::BlockType, &["Block Type", "Block Type ID", "Block-Type"], Some(DataType::OctetString(4))),
             (Role::DeviceConfiguration, &["Device Configuration"], Some(DataType::Visible(50))),
             (

@@ -1,7 +1,7 @@
 //! The code tables of tira36e1 that no other manual has. Numbers in brackets are those of errata-bpg-bcg-tpg.
 
 use super::parts::{BPG_SWITCHOVER, INSTANCES};
-use crate::model::Precondition::{EmissionOn, Executing, PressureBelow};
+use crate::model::Precondition::{EmissionOn, Executing, NotDegassing, PressureBelow};
 use crate::model::code_table::{code_range, codes};
 
 codes! {
@@ -33,7 +33,7 @@ codes! {
     0x0000 Inactive "inactive";
     0x0100 DegasOff "degas-off";
     0x0101 DegasOn  "degas-on",
-                    needs &[Executing, EmissionOn, PressureBelow(None, BPG_SWITCHOVER.emission.degas_pa)],
+                    needs &[Executing, EmissionOn, PressureBelow(None, BPG_SWITCHOVER.emission.degas_pa), NotDegassing],
                     risk "heats the electrodes for three minutes: gas is set free, and the pressure rises";
 }
 

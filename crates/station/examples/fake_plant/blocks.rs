@@ -1,11 +1,13 @@
 //! The parameters of a device, read from a virtual one.
 
 use profivac_client::Gauge;
+use profivac_client::class1::OwnedChannel;
 use profivac_client::cyclic::{ChannelPrinciples, CyclicSlave};
 use profivac_client::ms2::Ms2;
 use profivac_client::names::NamedParameter;
 use profivac_client::pressure::Pressure;
-use profivac_devices::model::{AccessPath, Direction, Model};
+use profivac_client::records::Records;
+use profivac_devices::model::{Direction, Model};
 use profivac_dp::link::Baud;
 use profivac_dp::link::active::BusParameters;
 use profivac_station::view::{Block, Parameter};
@@ -19,15 +21,21 @@ use std::error::Error;
 const ADDRESS: u8 = 5;
 const BAUD: Baud = Baud::B1500000;
 
-/// The blocks of a device with DP-V1 at 3.2e-7 mbar.
+/// The blocks of a device at 3.2e-7 mbar, over MS2 or in the parameter channel.
 pub fn read(device: &str) -> Result<Vec<Block>, Box<dyn Error>> {
     let model = entry(device)?.model;
     let mut segment = segment(device, model)?;
     segment.run_until(2.0);
-    let mut gauge = Gauge::with_model(Ms2::new(&mut segment, ADDRESS), ADDRESS, model);
+    let slave = segment.slaves().first().copied().ok_or("no slave")?;
+    let records: Box<dyn Records + '_> = match model.features.dpv1 {
+        true => Box::new(Ms2::new(&mut segment, ADDRESS)),
+        false => Box::new(OwnedChannel::new(&mut segment, &slave)),
+    };
+    let mut gauge = Gauge::with_model(records, ADDRESS, model);
+    let via = gauge.records().via();
     let mut blocks: Vec<Block> = Vec::new();
     for named in gauge.names().all() {
-        if named.parameter.row.access.allows(AccessPath::Class2, Direction::Read) {
+        if named.parameter.row.access.allows(via, Direction::Read) {
             let parameter = parameter(&mut gauge, named);
             let name = format!("{} (slot {})", named.parameter.block.name, named.parameter.place.slot);
             match blocks.last_mut().filter(|block| block.name == name) {
@@ -55,7 +63,7 @@ fn segment(device: &str, model: &'static Model) -> Result<MemorySegment, Box<dyn
     Ok(MemorySegment::new(vec![VirtualDevice::new(built, ADDRESS, BAUD, around)], vec![slave], bus, BAUD)?)
 }
 
-fn parameter(gauge: &mut Gauge<Ms2<'_, MemorySegment>>, named: &NamedParameter) -> Parameter {
+fn parameter(gauge: &mut Gauge<Box<dyn Records + '_>>, named: &NamedParameter) -> Parameter {
     let (value, read_error) = match gauge.read_parameter(named) {
         Ok(reading) => (Some(reading.text), None),
         Err(error) => (None, Some(error.to_string())),

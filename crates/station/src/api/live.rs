@@ -109,42 +109,24 @@ pub struct LiveGauge {
 
 impl From<Gauge> for LiveGauge {
     fn from(gauge: Gauge) -> Self {
-        let Gauge {
-            name,
-            segment,
-            address,
-            device,
-            has_dpv1,
-            state,
-            problem,
-            exceptions,
-            warnings,
-            gas,
-            levels,
-            readings,
-            age_ms,
-            poll_ms,
-            stale_after_ms,
-        } = gauge;
-        let readings = readings.into_iter().map(|reading| (reading.series.clone(), rounded(reading))).collect();
-        // A gauge that is read regularly has the same age all the time.
-        let age_ms = age_ms.map(|age| age / 1000 * 1000);
+        let readings = gauge.readings.into_iter().map(|reading| (reading.series.clone(), rounded(reading))).collect();
         Self {
-            name,
-            segment,
-            address,
-            device,
-            has_dpv1,
-            state,
-            problem,
-            exceptions,
-            warnings,
-            gas,
-            levels,
+            name: gauge.name,
+            segment: gauge.segment,
+            address: gauge.address,
+            device: gauge.device,
+            has_dpv1: gauge.has_dpv1,
+            state: gauge.state,
+            problem: gauge.problem,
+            exceptions: gauge.exceptions,
+            warnings: gauge.warnings,
+            gas: gauge.gas,
+            levels: gauge.levels,
             readings,
-            age_ms,
-            poll_ms,
-            stale_after_ms,
+            // A gauge that is read regularly has the same age all the time.
+            age_ms: gauge.age_ms.map(|age| age / 1000 * 1000),
+            poll_ms: gauge.poll_ms,
+            stale_after_ms: gauge.stale_after_ms,
         }
     }
 }

@@ -53,10 +53,12 @@ test('the parameters of a gauge are read over the bus', async () => {
   assert.ok(values.length > 50, `${values.length} values`)
 })
 
-test('the page of a TPG has its channels and no commands', async () => {
+test('the page of a TPG has its channels, and its parameters through the parameter channel', async () => {
   await visit('/gauge/tpg300%2014', async (page) => {
-    await page.getByText('has no DP-V1').waitFor()
-    assert.equal(await page.locator('[data-command]').count(), 0)
+    const filter = page.locator('[data-target="a1.filter-time-constant"]')
+    await filter.waitFor()
+    assert.match(await filter.innerText(), /medium/)
+    assert.equal(await page.locator('[data-command="device.store"]').count(), 1)
     const details = await page.locator('.readings .sensor').allInnerTexts()
     assert.deepEqual(
       details.map((text) => text.slice(0, 'channel 1'.length)),
