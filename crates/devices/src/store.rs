@@ -20,7 +20,7 @@ pub enum Key {
     Internal(u8),
 }
 
-/// The memory did not store the value. It still has the old value.
+/// The memory did not store the values. It still has all old values.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct StoreError;
 
@@ -30,12 +30,23 @@ pub trait Store {
     /// `octets` is too short for it.
     fn load(&self, key: Key, octets: &mut [u8]) -> Option<usize>;
 
-    /// Stores `octets` under `key`. `Ok` guarantees that they survive a power cut at any later instant; a cut before
-    /// that leaves the old value or the new one.
+    /// Stores all these values, or none of them. `Ok` guarantees that they survive a power cut at any later instant; a cut
+    /// before that leaves all the old values or all the new ones.
+    ///
+    /// One write of a master may change many values, a factory reset nearly all. A key may come twice, with the same value.
     ///
     /// # Errors
-    /// [`StoreError`] when they could not be stored.
-    fn save(&mut self, key: Key, octets: &[u8]) -> Result<(), StoreError>;
+    /// [`StoreError`] when one of them could not be stored: a value of more than [`MAX_STORED`] octets, a full or a broken
+    /// memory.
+    fn save_all(&mut self, values: &mut dyn Iterator<Item = (Key, Octets)>) -> Result<(), StoreError>;
+
+    /// Stores `octets` under `key`.
+    ///
+    /// # Errors
+    /// As [`save_all`](Self::save_all).
+    fn save(&mut self, key: Key, octets: &[u8]) -> Result<(), StoreError> {
+        self.save_all(&mut core::iter::once((key, Octets::new(octets))))
+    }
 }
 
 /// The longest value that a [`Store`] must hold, in octets.
@@ -76,7 +87,18 @@ impl<const ENTRIES: usize> Store for RamStore<ENTRIES> {
         Some(stored.length)
     }
 
-    fn save(&mut self, key: Key, octets: &[u8]) -> Result<(), StoreError> {
+    fn save_all(&mut self, values: &mut dyn Iterator<Item = (Key, Octets)>) -> Result<(), StoreError> {
+        let before = self.entries;
+        let stored: Result<(), _> = values.map(|(key, octets)| self.put(key, &octets)).collect();
+        if stored.is_err() {
+            self.entries = before;
+        }
+        stored
+    }
+}
+
+impl<const ENTRIES: usize> RamStore<ENTRIES> {
+    fn put(&mut self, key: Key, octets: &[u8]) -> Result<(), StoreError> {
         let stored = Stored::new(octets).ok_or(StoreError)?;
         let of_key = |entry: &Option<(Key, Stored)>| entry.is_some_and(|(other, _)| other == key);
         let place = self.entries.iter().position(of_key).or_else(|| self.entries.iter().position(Option::is_none));
@@ -123,5 +145,17 @@ mod tests {
         let mut octets = [0; 1];
         assert_eq!(store.load(FIRST, &mut octets), Some(1));
         assert_eq!(octets, [1]);
+    }
+
+    #[test]
+    fn values_are_stored_together_or_not_at_all() {
+        let mut store = RamStore::<2>::default();
+        assert_eq!(store.save(FIRST, &[1]), Ok(()));
+        let [first, second] = [(FIRST, Octets::new(&[2])), (SECOND, Octets::new(&[3]))];
+        let too_many = [first, second, (Key::Address, Octets::new(&[4]))];
+        assert_eq!(store.save_all(&mut too_many.into_iter()), Err(StoreError));
+        assert_eq!((load(&store, FIRST), load(&store, SECOND)), (Some(Octets::new(&[1])), None));
+        assert_eq!(store.save_all(&mut [first, second, first].into_iter()), Ok(()));
+        assert_eq!((load(&store, FIRST), load(&store, SECOND)), (Some(first.1), Some(second.1)));
     }
 }

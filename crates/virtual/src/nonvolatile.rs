@@ -11,6 +11,7 @@
 //! end, check sum 3DE0C46B
 //! ```
 
+use profivac_devices::model::Octets;
 use profivac_devices::store::{Key, MAX_STORED, Store, StoreError};
 use profivac_host::port::{Notice, StoreDamage};
 use std::collections::{BTreeMap, BTreeSet};
@@ -177,19 +178,17 @@ impl Store for NonvolatileMemory {
         Some(stored.len())
     }
 
-    fn save(&mut self, key: Key, octets: &[u8]) -> Result<(), StoreError> {
-        if octets.len() > MAX_STORED {
-            return Err(StoreError);
+    fn save_all(&mut self, values: &mut dyn Iterator<Item = (Key, Octets)>) -> Result<(), StoreError> {
+        let before = self.entries.clone();
+        for (key, octets) in values {
+            self.entries.insert(key, octets.to_vec());
         }
-        let before = self.entries.insert(key, octets.to_vec());
-        let written = self.write().map_err(|_| StoreError);
-        if written.is_err() {
-            match before {
-                Some(before) => self.entries.insert(key, before),
-                None => self.entries.remove(&key),
-            };
+        let fits = self.entries.values().all(|octets| octets.len() <= MAX_STORED);
+        let is_written = fits && self.write().is_ok();
+        if !is_written {
+            self.entries = before;
         }
-        written
+        is_written.then_some(()).ok_or(StoreError)
     }
 }
 
@@ -390,16 +389,17 @@ mod tests {
     }
 
     #[test]
-    fn a_power_cut_at_any_step_leaves_the_old_value_or_the_new_one() {
+    fn a_power_cut_at_any_step_leaves_all_old_values_or_all_new_ones() {
+        let pair = |value| [(PARAMETER, Octets::new(&[value])), (Key::Internal(0), Octets::new(&[value]))];
         let mut seen_new = false;
         for last_step in 0..=4 {
             let disk = Fragile::default();
             let mut memory = open(&disk).memory;
-            memory.save(PARAMETER, &[1]).unwrap();
+            memory.save_all(&mut pair(1).into_iter()).unwrap();
             memory.save(Key::Address, &[5, 0]).unwrap();
             let steps = disk.0.lock().unwrap().steps;
             disk.0.lock().unwrap().last_step = Some(steps + last_step);
-            let saved = memory.save(PARAMETER, &[2]);
+            let saved = memory.save_all(&mut pair(2).into_iter());
             assert_eq!(saved.is_ok(), last_step == 4);
             assert_eq!(load(&memory, PARAMETER), Some(vec![if saved.is_ok() { 2 } else { 1 }]));
             for disk in after_the_cut(&disk) {
@@ -407,6 +407,7 @@ mod tests {
                 assert_eq!(aside, None, "after step {last_step}");
                 let value = load(&memory, PARAMETER).unwrap();
                 assert!(value == [2] || (value == [1] && saved.is_err()), "{value:?} after step {last_step}");
+                assert_eq!(load(&memory, Key::Internal(0)).unwrap(), value, "after step {last_step}");
                 assert_eq!(load(&memory, Key::Address), Some(vec![5, 0]));
                 seen_new |= value == [2];
             }

@@ -30,7 +30,7 @@ pub(crate) use cyclic::{configuration, telegram};
 pub use device::{ChannelRules, Gsd, Model, TaskKind, UserPrm};
 pub(crate) use fault::faults;
 pub use fault::{Fault, FaultList};
-pub use octets::{Octets, copy_to_front};
+pub use octets::Octets;
 pub use part_spec::{Clipping, Limits, MeasuringRange, Part, PartSpec, Principle, RangeStatus};
 pub use pressure::{Counts, NumberType, PressureFormat, Scale, Unit, mbar};
 pub use role::Role;

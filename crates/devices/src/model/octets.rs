@@ -17,12 +17,16 @@ impl Octets {
     pub const EMPTY: Self = Self { length: 0, octets: [0; MAX_OCTETS] };
 
     /// A copy of `octets`, cut to the capacity.
+    ///
+    /// Inlined, because most callers have an array: a copy of known length needs neither a loop nor a call.
+    #[inline]
     #[must_use]
     pub fn new(octets: &[u8]) -> Self {
         Self::filled(octets, octets.len(), 0)
     }
 
     /// A copy of `octets`, exactly `length` long: cut, or padded with `fill` at the end.
+    #[inline]
     #[must_use]
     pub fn filled(octets: &[u8], length: usize, fill: u8) -> Self {
         let length = length.min(MAX_OCTETS);
@@ -66,13 +70,6 @@ impl Eq for Octets {}
 impl fmt::Debug for Octets {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{:02X?}", self.as_slice())
-    }
-}
-
-/// Copies `octets` to the front of `place`, as far as they fit.
-pub fn copy_to_front(place: &mut [u8], octets: &[u8]) {
-    for (place, octet) in place.iter_mut().zip(octets) {
-        *place = *octet;
     }
 }
 

@@ -1,6 +1,6 @@
 //! Units, number types, and the numbers that represent a pressure on the wire. Inside a device every pressure is in Pa.
 
-use super::octets::{Octets, copy_to_front};
+use super::octets::Octets;
 
 /// A pressure in mbar, converted to Pa.
 #[must_use]
@@ -192,26 +192,18 @@ impl PressureFormat {
         (is_pressure && (0.0..=HIGHEST_PA).contains(&pa)).then_some(pa)
     }
 
-    /// The octets of a pressure.
+    /// The octets of a pressure: a float, or an integer truncated to whole units and saturated (errata-bpg-bcg-tpg 69 and 70).
     #[must_use]
     pub fn encode(&self, pa: f64) -> Octets {
-        let mut octets = [0; 4];
-        self.write(pa, &mut octets);
-        Octets::filled(&octets, self.number.octets(), 0)
-    }
-
-    /// Writes the octets of a pressure to the front of `place`: as an integer truncated to whole units and saturated
-    /// (errata-bpg-bcg-tpg 69 and 70).
-    pub fn write(&self, pa: f64, place: &mut [u8]) {
         let number = self.number_from_pa(pa);
         match self.number {
             #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "truncated and clamped")]
             NumberType::Integer => {
                 let whole = libm::floor(number + ROUNDING).clamp(0.0, f64::from(self.max_integer));
-                copy_to_front(place, &(whole as u16).to_be_bytes());
+                Octets::new(&(whole as u16).to_be_bytes())
             }
             #[expect(clippy::cast_possible_truncation, reason = "a float has no more digits")]
-            NumberType::Float => copy_to_front(place, &(number as f32).to_be_bytes()),
+            NumberType::Float => Octets::new(&(number as f32).to_be_bytes()),
         }
     }
 

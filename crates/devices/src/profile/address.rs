@@ -1,6 +1,6 @@
 //! The station address: from two switches, or stored by Set_Slave_Add. errata-bpg-bcg-tpg 8, profibus-wire 2.11.
 
-use crate::model::AccessError;
+use crate::model::Octets;
 use crate::store::{self, Key, Store};
 use profivac_wire::address::SetSlaveAdd;
 
@@ -77,17 +77,17 @@ impl StationAddress {
         Some(request.address)
     }
 
-    /// A factory reset lifts No_Add_Chg: profibus-wire 2.11.
+    /// The address after a factory reset, which lifts No_Add_Chg; `None` if it changes nothing. profibus-wire 2.11.
     ///
     /// free choice: the address stays, so that the master that asked for the reset finds the device again.
-    ///
-    /// # Errors
-    /// [`AccessError::StorageFailed`]: nothing has changed.
-    pub fn unlock(&mut self, store: &mut impl Store) -> Result<(), AccessError> {
-        if self.locked {
-            store.save(Key::Address, &[self.stored, 0]).map_err(|_| AccessError::StorageFailed)?;
-            self.locked = false;
-        }
-        Ok(())
+    #[must_use]
+    pub fn unlocked(&self) -> Option<Self> {
+        self.locked.then(|| Self { locked: false, ..self.clone() })
+    }
+
+    /// The key and the octets in the memory.
+    #[must_use]
+    pub fn entry(&self) -> (Key, Octets) {
+        (Key::Address, Octets::new(&[self.stored, u8::from(self.locked)]))
     }
 }

@@ -65,8 +65,6 @@ const MAX_OUTPUTS: usize = 16;
 pub struct BlockDevice<B, S> {
     pub(super) behaviour: B,
     pub(super) store: S,
-    /// A change was stored in part and could not be undone in the memory.
-    pub(super) store_is_behind: bool,
     pub(super) address: StationAddress,
     pub(super) powered: bool,
     pub(super) channel: ParameterChannel,
@@ -81,7 +79,6 @@ impl<B: Behaviour, S: Store> BlockDevice<B, S> {
         let mut device = Self {
             behaviour,
             store,
-            store_is_behind: false,
             address: StationAddress::new(setup.address_switch),
             powered: true,
             channel: ParameterChannel::new(model.channel_rules),
@@ -122,7 +119,7 @@ impl<B: Behaviour, S: Store> BlockDevice<B, S> {
         let before = self.behaviour.clone();
         event(&mut self.behaviour);
         self.behaviour.update();
-        let _ = self.store_differences(&before, None);
+        let _ = self.store_differences(&before, None, None);
     }
 
     fn put_input(&mut self, field: Field, place: &mut [u8]) {

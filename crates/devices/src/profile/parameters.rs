@@ -1,6 +1,7 @@
 //! The access to parameters for DP-V1 and for the parameter channel. Access rights, length, mode and type are checked
 //! here against the row, before the code of the device runs: errata-bpg-bcg-tpg 23.
 
+use super::address::StationAddress;
 use super::behaviour::Behaviour;
 use super::device::BlockDevice;
 use super::parameter_access::ParameterRef;
@@ -34,51 +35,17 @@ fn stored<P: ParameterSet>(blocks: &'static [PlacedBlock]) -> impl Iterator<Item
     })
 }
 
-/// A nonvolatile value before and after a change, as it is stored.
-struct StoredChange {
-    key: Key,
-    before: Octets,
-    after: Octets,
-}
-
-/// The values that are stored although they did not change.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum AlsoStored {
-    None,
-    /// The value that the master wrote.
-    Written(Key),
-    All,
-}
-
-impl AlsoStored {
-    fn contains(self, key: Key) -> bool {
-        match self {
-            Self::None => false,
-            Self::Written(written) => written == key,
-            Self::All => true,
-        }
-    }
-}
-
-/// Every nonvolatile value that differs between `before` and `after`, and those that `also` contains.
-fn changes<B: Behaviour>(before: &B, after: &B, also: AlsoStored) -> impl Iterator<Item = StoredChange> {
+/// Every nonvolatile value that differs between `before` and `after`, and the one that was `written` even if it does not, as they
+/// are stored.
+fn changes<B: Behaviour>(before: &B, after: &B, written: Option<Key>) -> impl Iterator<Item = (Key, Octets)> {
     let parameters = stored::<B::Parameter>(after.model().blocks).filter_map(move |at| {
-        let (key, old, new) = (after.storage_key(&at), before.stored_value(&at), after.stored_value(&at));
-        let encode = |value, of: &B| at.row.data_type.encode_stored(value, &of.format(&at));
-        (old != new || also.contains(key)).then(|| StoredChange {
-            key,
-            before: encode(&old, before),
-            after: encode(&new, after),
-        })
+        let (key, value) = (after.storage_key(&at), after.stored_value(&at));
+        let is_changed = value != before.stored_value(&at) || written == Some(key);
+        is_changed.then(|| (key, at.row.data_type.encode_stored(&value, &after.format(&at))))
     });
     let internal = (0..).zip(before.internal_values().iter().zip(after.internal_values()));
-    let internal = internal.filter_map(move |(number, (old, new))| {
-        let key = Key::Internal(number);
-        (old.to_bits() != new.to_bits() || also.contains(key)).then(|| StoredChange {
-            key,
-            before: Octets::new(&old.to_be_bytes()),
-            after: Octets::new(&new.to_be_bytes()),
-        })
+    let internal = internal.filter_map(|(number, (old, new))| {
+        (old.to_bits() != new.to_bits()).then(|| (Key::Internal(number), Octets::new(&new.to_be_bytes())))
     });
     parameters.chain(internal)
 }
@@ -117,50 +84,38 @@ impl<B: Behaviour, S: Store> BlockDevice<B, S> {
         Some(at.row.data_type.length(&self.behaviour.format(&at)))
     }
 
-    /// Changes the device. A change that cannot be stored is undone, in the device and in the memory.
+    /// Changes the device. A change that cannot be stored is undone.
     fn change(&mut self, at: &ParameterRef<B::Parameter>, value: &Value) -> Result<(), AccessError> {
         let before = self.behaviour.clone();
         let result = self.behaviour.set(at, value);
         self.behaviour.update();
         result?;
-        let mut stored = self.store_differences(&before, Some(self.behaviour.storage_key(at)));
-        if self.behaviour.resets_to_factory(at, value) {
-            stored = stored.and_then(|()| self.address.unlock(&mut self.store));
-        }
-        if stored.is_err() {
-            let failed = core::mem::replace(&mut self.behaviour, before);
-            self.undo_differences(&failed);
+        let unlocked = self.address.unlocked().filter(|_| self.behaviour.resets_to_factory(at, value));
+        let written = Some(self.behaviour.storage_key(at));
+        let stored = self.store_differences(&before, written, unlocked.as_ref().map(StationAddress::entry));
+        match (stored, unlocked) {
+            (Err(_), _) => self.behaviour = before,
+            (Ok(()), Some(unlocked)) => self.address = unlocked,
+            (Ok(()), None) => {}
         }
         stored
     }
 
-    /// Stores every nonvolatile value that differs from `before`, and the one that was `written` even if it does not.
-    pub(super) fn store_differences(&mut self, before: &B, written: Option<Key>) -> Result<(), AccessError> {
-        let Self { behaviour, store, store_is_behind, .. } = self;
-        let also = match written {
-            _ if *store_is_behind => AlsoStored::All,
-            Some(key) => AlsoStored::Written(key),
-            None => AlsoStored::None,
-        };
-        // A value that several instances share is saved once: the others find it stored.
-        for StoredChange { key, after, .. } in changes(before, behaviour, also) {
-            if store::load(store, key).as_deref() != Some(after.as_slice()) {
-                store.save(key, &after).map_err(|_| AccessError::StorageFailed)?;
-            }
+    /// Stores every nonvolatile value that differs from `before`, the one that was `written` even if it does not, and the
+    /// address if there is one: all of them or none.
+    pub(super) fn store_differences(
+        &mut self,
+        before: &B,
+        written: Option<Key>,
+        address: Option<(Key, Octets)>,
+    ) -> Result<(), AccessError> {
+        let Self { behaviour, store, .. } = self;
+        let values = || changes(before, behaviour, written).chain(address);
+        let is_stored = |(key, octets): (Key, Octets)| store::load(store, key).as_deref() == Some(octets.as_slice());
+        if values().all(is_stored) {
+            return Ok(());
         }
-        *store_is_behind = false;
-        Ok(())
-    }
-
-    /// Stores the old values again where the memory has those of a change that `failed`. If that fails too, the next change
-    /// stores all values.
-    fn undo_differences(&mut self, failed: &B) {
-        let Self { behaviour, store, store_is_behind, .. } = self;
-        for StoredChange { key, before, after } in changes(behaviour, failed, AlsoStored::None) {
-            if store::load(store, key).as_deref() == Some(after.as_slice()) && store.save(key, &before).is_err() {
-                *store_is_behind = true;
-            }
-        }
+        store.save_all(&mut values()).map_err(|_| AccessError::StorageFailed)
     }
 
     /// Restores the stored values; values that the parameter cannot have are ignored.

@@ -3,6 +3,7 @@
 use crate::support::{Tester, hex, off, sense_all};
 use crate::{FLOATS, Gauge, MBAR, gauge, tester};
 use profivac_devices::bcg450::{Bcg450, table};
+use profivac_devices::model::Octets;
 use profivac_devices::profile::{SerialNumber, Setup};
 use profivac_devices::store::{Key, RamStore, Store, StoreError};
 use profivac_devices::{Action, SimulatedDevice, Switch, UnsupportedAction};
@@ -140,9 +141,9 @@ impl Store for Worn {
         self.store.load(key, octets)
     }
 
-    fn save(&mut self, key: Key, octets: &[u8]) -> Result<(), StoreError> {
+    fn save_all(&mut self, values: &mut dyn Iterator<Item = (Key, Octets)>) -> Result<(), StoreError> {
         self.saved += 1;
-        if self.broken { Err(StoreError) } else { self.store.save(key, octets) }
+        if self.broken { Err(StoreError) } else { self.store.save_all(values) }
     }
 }
 

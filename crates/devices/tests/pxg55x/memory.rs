@@ -4,11 +4,11 @@
 use crate::support::{Tester, hex, off};
 use crate::{CHANNEL, FLOATS, Gauge, MBAR, exchanging, float, of_instance, pcg, psg, restart, tester};
 use profivac_devices::SimulatedDevice;
+use profivac_devices::model::Octets;
 use profivac_devices::profile::Setup;
 use profivac_devices::pxg55x::{Pxg55x, Pxg55xModel};
 use profivac_devices::store::{Key, RamStore, Store, StoreError};
-use profivac_dp::slave::{Device, Dpv1Error, Relation};
-use std::cell::Cell;
+use profivac_dp::slave::{Device, Relation};
 
 fn run_hours(tester: &mut Tester<Gauge>) -> (u16, u32) {
     let [hours, quarters] = [36, 212].map(|index| tester.get(0, index));
@@ -206,7 +206,7 @@ impl Store for Full {
         self.0.load(key, octets)
     }
 
-    fn save(&mut self, _key: Key, _octets: &[u8]) -> Result<(), StoreError> {
+    fn save_all(&mut self, _values: &mut dyn Iterator<Item = (Key, Octets)>) -> Result<(), StoreError> {
         Err(StoreError)
     }
 }
@@ -223,81 +223,46 @@ fn a_write_that_cannot_be_stored_is_refused_and_changes_nothing() {
     tester.bring_up(&hex(MBAR), &hex(CHANNEL));
 }
 
-/// A memory that fails at one save, or from it on until it is mended.
-struct FailsAt {
+/// A memory whose power is cut after a number of saves.
+struct Cut {
     store: RamStore,
     /// The number of saves that succeed before.
-    saves_left: Cell<usize>,
-    once: bool,
+    saves_left: usize,
 }
 
-impl Store for FailsAt {
+impl Store for Cut {
     fn load(&self, key: Key, octets: &mut [u8]) -> Option<usize> {
         self.store.load(key, octets)
     }
 
-    fn save(&mut self, key: Key, octets: &[u8]) -> Result<(), StoreError> {
-        match self.saves_left.get().checked_sub(1) {
-            Some(left) => {
-                self.saves_left.set(left);
-                self.store.save(key, octets)
-            }
-            None => {
-                self.saves_left.set(if self.once { usize::MAX } else { 0 });
-                Err(StoreError)
-            }
-        }
+    fn save_all(&mut self, values: &mut dyn Iterator<Item = (Key, Octets)>) -> Result<(), StoreError> {
+        self.saves_left = self.saves_left.checked_sub(1).ok_or(StoreError)?;
+        self.store.save_all(values)
     }
 }
 
-/// A gauge with this memory and another address than the factory's, and the result of a factory reset.
-fn reset_with(store: FailsAt) -> (Pxg55x<FailsAt>, Result<(), Dpv1Error>) {
-    let mut gauge = Pxg55x::new(store, pcg(), Setup::new(200));
-    gauge.settle();
-    let result = gauge.write(Relation::Ms2(0), 0, 15, &[128]);
-    (gauge, result)
+/// The settings and the address after the next power-up with this memory.
+fn kept_in(store: &RamStore) -> (Vec<Vec<u8>>, Option<[u8; 2]>) {
+    let mut address = [0; 2];
+    let address = store.load(Key::Address, &mut address).map(|_| address);
+    (settings(&mut Tester::new(Gauge::new(store.clone(), pcg(), Setup::new(200)))), address)
 }
 
-/// The settings after the next power-up with this memory.
-fn settings_of(store: &RamStore) -> Vec<Vec<u8>> {
-    settings(&mut Tester::new(Gauge::new(store.clone(), pcg(), Setup::new(5))))
-}
-
-/// A memory with other settings than the factory's, and with No_Add_Chg.
-fn changed_store() -> RamStore {
-    let mut store = changed(pcg()).device().store().clone();
-    store.save(Key::Address, &[9, 1]).unwrap();
-    store
-}
-
-/// A factory reset stores many values. Whichever of them cannot be stored, the device has its old settings at the next
-/// power-up.
+/// A factory reset changes many values and lifts No_Add_Chg. A power cut at any instant of it leaves all old values or all
+/// values of the factory.
 #[test]
-fn a_reset_that_is_stored_in_part_is_undone_in_the_memory() {
-    let before = settings_of(&changed_store());
-    let storage = Err(Dpv1Error { code_1: 0xA1, code_2: 18 });
-    let mut failed = 0;
-    loop {
-        let (gauge, result) = reset_with(FailsAt { store: changed_store(), saves_left: Cell::new(failed), once: true });
-        if result.is_ok() {
-            break;
-        }
-        assert_eq!(result, storage);
-        assert_eq!(settings_of(&gauge.store().store), before, "save {failed} failed");
-        failed += 1;
-    }
-    assert!(failed > 10, "{failed} saves");
-}
-
-/// If the memory cannot store the old values either, the next write that it stores repairs it.
-#[test]
-fn the_next_write_repairs_a_memory_that_was_changed_in_part() {
-    let before = settings_of(&changed_store());
-    let (mut gauge, result) = reset_with(FailsAt { store: changed_store(), saves_left: Cell::new(5), once: false });
-    assert!(result.is_err());
-    gauge.store().saves_left.set(1000);
-    gauge.write(Relation::Ms2(0), 1, 46, &[2]).unwrap();
-    assert_eq!(settings_of(&gauge.store().store), before);
+fn a_factory_reset_is_stored_in_whole_or_not_at_all() {
+    let mut changed = changed(pcg()).device().store().clone();
+    changed.save(Key::Address, &[9, 1]).unwrap();
+    let (old, factory) = (kept_in(&changed), (settings(&mut tester(pcg())), Some([9, 0])));
+    let kept = [0, 1].map(|saves_left| {
+        let mut gauge = Pxg55x::new(Cut { store: changed.clone(), saves_left }, pcg(), Setup::new(200));
+        gauge.settle();
+        let result = gauge.write(Relation::Ms2(0), 0, 15, &[128]);
+        assert_eq!(result.is_ok(), saves_left == 1, "{result:?}");
+        kept_in(&gauge.store().store)
+    });
+    assert_eq!(kept, [old, factory]);
 }
 
 /// The unit of a master stays after data exchange: all settings "are overwritten" (8.1.6).

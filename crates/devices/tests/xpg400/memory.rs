@@ -2,6 +2,7 @@
 
 use crate::support::{Tester, hex, off};
 use crate::{FLOATS, Gauge, KINDS, exchanging, gauge, of_instance, restart, tester};
+use profivac_devices::model::Octets;
 use profivac_devices::profile::{SerialNumber, Setup};
 use profivac_devices::store::{Key, RamStore, Store, StoreError};
 use profivac_devices::xpg400::{Xpg400, Xpg400Model};
@@ -103,9 +104,9 @@ impl Store for Worn {
         self.store.load(key, octets)
     }
 
-    fn save(&mut self, key: Key, octets: &[u8]) -> Result<(), StoreError> {
+    fn save_all(&mut self, values: &mut dyn Iterator<Item = (Key, Octets)>) -> Result<(), StoreError> {
         self.saved += 1;
-        if self.broken { Err(StoreError) } else { self.store.save(key, octets) }
+        if self.broken { Err(StoreError) } else { self.store.save_all(values) }
     }
 }
 

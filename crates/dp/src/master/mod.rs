@@ -436,17 +436,26 @@ impl<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize, const ACYCLI
         true
     }
 
-    /// The next request beside the cycle: the raw request and the acyclic ones in turn.
+    /// The next request beside the cycle: the raw request and the acyclic ones in turn. Kept out of the cycle, whose code stays
+    /// short.
     #[inline(never)]
-    fn next_beside(&mut self, now: BitTime) -> Option<Pending> {
+    fn next_beside(&mut self, now: BitTime) -> Option<Request<'_>> {
         self.elapse(now);
-        let raw = self.raw_request.is_waiting().then_some(Pending::RawRequest);
-        let next = match raw.filter(|_| !self.raw_request_was_last) {
-            Some(raw) => Some(raw),
-            None => self.acyclic.due(now).map(Pending::Acyclic).or(raw),
-        };
-        self.raw_request_was_last = next == Some(Pending::RawRequest);
-        next
+        let raw_is_waiting = self.raw_request.is_waiting();
+        let raw_is_next = raw_is_waiting && !self.raw_request_was_last;
+        let acyclic = if raw_is_next { None } else { self.acyclic.due(now) };
+        self.raw_request_was_last = raw_is_waiting && acyclic.is_none();
+        match acyclic {
+            Some(index) => {
+                self.pending = Pending::Acyclic(index);
+                self.acyclic.message(index)
+            }
+            None if raw_is_waiting => {
+                self.pending = Pending::RawRequest;
+                self.raw_request.start()
+            }
+            None => None,
+        }
     }
 
     /// Evaluates the parameter channel of a slave that has just exchanged data.
@@ -506,14 +515,7 @@ impl<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize, const ACYCLI
                     Pending::RawRequest | Pending::Acyclic(_) | Pending::Nothing => None,
                 }
             }
-            Priority::Low => {
-                self.pending = self.next_beside(now)?;
-                match self.pending {
-                    Pending::RawRequest => self.raw_request.start(),
-                    Pending::Acyclic(due) => self.acyclic.message(due),
-                    Pending::Slave(..) | Pending::Control(_) | Pending::Nothing => None,
-                }
-            }
+            Priority::Low => self.next_beside(now),
         }
     }
 

@@ -239,12 +239,21 @@ impl<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize, const ACYCLI
     }
 
     /// Advances the time to `now` while the station has no token, so that timeouts end as if it had.
+    #[inline]
     pub fn elapse(&mut self, now: BitTime) {
         self.now = self.now.max(now);
-        if let Pending::Acyclic(_) = self.pending {
-            // The confirmation of the pending message is evaluated first.
+        // The confirmation of a pending message is evaluated first.
+        if self.acyclic.is_idle() || matches!(self.pending, Pending::Acyclic(_)) {
             return;
         }
+        self.acyclic.elapse_connections(now, &mut self.events.sink());
+        if self.acyclic.has_class_1() {
+            self.elapse_class_1(now);
+        }
+    }
+
+    /// Advances the time of the requests that belong to a data exchange.
+    fn elapse_class_1(&mut self, now: BitTime) {
         let (slaves, indices) = (&self.slaves, &self.index_by_address);
         let (operate, controls) = (self.mode == Mode::Operate, &self.controls);
         let status = |address: u8| {
@@ -253,7 +262,7 @@ impl<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize, const ACYCLI
             matches!(slave.state(), HandlerState::Data { .. })
                 .then_some(ExchangeStatus { starts: slave.counters().starts, operating })
         };
-        self.acyclic.elapse(now, status, &mut self.events.sink());
+        self.acyclic.elapse_class_1(now, status, &mut self.events.sink());
         while let Some(address) = self.acyclic.take_late() {
             self.with(address, |slave, context| slave.restart(ExchangeError::Ms1, context));
         }

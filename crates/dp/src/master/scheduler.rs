@@ -135,9 +135,12 @@ pub(super) struct ExchangeStatus {
     pub(super) operating: bool,
 }
 
-/// A place in the queue for messages: first the slots of MS2, then those of MS1.
+/// A place in the queue for messages: a slot of MS2 or of MS1.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct QueueIndex(usize);
+pub(super) enum QueueIndex {
+    Ms2(usize),
+    Ms1(usize),
+}
 
 /// Up to `SLOTS` connections of MS2, as many requests of MS1 and as many tasks in parameter channels.
 #[derive(Clone, Debug)]
@@ -207,68 +210,57 @@ impl<const SLOTS: usize> Scheduler<SLOTS> {
         named(self.pkw.insert(task), SLOTS)
     }
 
-    /// Advances the time to `now`. `status` gives the state of a slave that exchanges data.
-    pub(super) fn elapse(
+    /// Advances the time of the MS2 connections to `now`.
+    #[inline]
+    pub(super) fn elapse_connections(&mut self, now: BitTime, events: &mut Sink<'_>) {
+        for (key, connection) in self.ms2.entries() {
+            if let Some(event) = connection.elapse(now) {
+                push(now, connection.address(), AcyclicId::new(Service::Ms2, key), event, events);
+            }
+        }
+    }
+
+    /// Whether the user has ever submitted a request that belongs to a data exchange: MS1 or the parameter channel.
+    #[inline]
+    pub(super) const fn has_class_1(&self) -> bool {
+        self.ms1.used() > 0 || self.pkw.used() > 0
+    }
+
+    /// Advances the time of the MS1 requests and tasks to `now`. `status` gives the state of a slave that exchanges data.
+    pub(super) fn elapse_class_1(
         &mut self,
         now: BitTime,
         status: impl Fn(u8) -> Option<ExchangeStatus>,
         events: &mut Sink<'_>,
     ) {
-        if self.idle {
-            return;
+        self.elapse_ms1(now, &status, events);
+        self.elapse_pkw(now, &status, events);
+    }
+
+    fn elapse_ms1(&mut self, now: BitTime, status: impl Fn(u8) -> Option<ExchangeStatus>, events: &mut Sink<'_>) {
+        for (key, request) in self.ms1.entries() {
+            let event = match status(request.address()) {
+                Some(ExchangeStatus { starts, .. }) if starts == request.starts() => request.elapse(now),
+                _ => request.left_exchange(),
+            };
+            if let Some(event) = event {
+                self.late |= late(request);
+                push(now, request.address(), AcyclicId::new(Service::Ms1, key), event, events);
+            }
         }
-        for number in 0..SLOTS {
-            self.elapse_ms2(now, number, events);
-            self.elapse_ms1(now, number, &status, events);
-            self.elapse_pkw(now, number, &status, events);
+    }
+
+    fn elapse_pkw(&mut self, now: BitTime, status: impl Fn(u8) -> Option<ExchangeStatus>, events: &mut Sink<'_>) {
+        for (key, task) in self.pkw.entries() {
+            let event = match status(task.address()) {
+                Some(ExchangeStatus { starts, operating: true }) if starts == task.starts() => None,
+                Some(ExchangeStatus { operating: false, .. }) => task.fail(TaskError::NotOperating),
+                _ => task.fail(TaskError::LeftExchange),
+            };
+            if let Some(event) = event {
+                push(now, task.address(), AcyclicId::new(Service::Pkw, key), event, events);
+            }
         }
-    }
-
-    fn elapse_ms2(&mut self, now: BitTime, number: usize, events: &mut Sink<'_>) {
-        let Some(connection) = self.ms2.at(number) else { return };
-        let report = connection.elapse(now).map(|event| (connection.address(), event));
-        push(now, Service::Ms2, self.ms2.key(number), report, events);
-    }
-
-    fn elapse_ms1(
-        &mut self,
-        now: BitTime,
-        number: usize,
-        status: impl Fn(u8) -> Option<ExchangeStatus>,
-        events: &mut Sink<'_>,
-    ) {
-        let Some(request) = self.ms1.at(number) else { return };
-        let event = match status(request.address()) {
-            Some(ExchangeStatus { starts, .. }) if starts == request.starts() => request.elapse(now),
-            _ => request.left_exchange(),
-        };
-        self.ms1_event(now, number, event, events);
-    }
-
-    fn ms1_event(&mut self, now: BitTime, number: usize, event: Option<AcyclicEvent>, events: &mut Sink<'_>) {
-        let (Some(event), Some(request)) = (event, self.ms1.at(number)) else { return };
-        let address = request.address();
-        if request.may_respond_late() {
-            self.late |= 1_u128.checked_shl(address.into()).unwrap_or_default();
-        }
-        push(now, Service::Ms1, self.ms1.key(number), Some((address, event)), events);
-    }
-
-    fn elapse_pkw(
-        &mut self,
-        now: BitTime,
-        number: usize,
-        status: impl Fn(u8) -> Option<ExchangeStatus>,
-        events: &mut Sink<'_>,
-    ) {
-        let Some(task) = self.pkw.at(number) else { return };
-        let event = match status(task.address()) {
-            Some(ExchangeStatus { starts, operating: true }) if starts == task.starts() => None,
-            Some(ExchangeStatus { operating: false, .. }) => task.fail(TaskError::NotOperating),
-            _ => task.fail(TaskError::LeftExchange),
-        };
-        let report = event.map(|event| (task.address(), event));
-        push(now, Service::Pkw, self.pkw.key(number), report, events);
     }
 
     /// One of the slaves that may still respond to a failed MS1 request; each once.
@@ -285,29 +277,32 @@ impl<const SLOTS: usize> Scheduler<SLOTS> {
         u8::try_from(address).ok()
     }
 
-    /// The place in the queue that sends the next message.
+    /// The place in the queue that sends the next message: first the slots of MS2, then those of MS1, in turn.
     pub(super) fn due(&mut self, now: BitTime) -> Option<QueueIndex> {
         if self.idle {
             return None;
         }
-        let all = SLOTS.saturating_mul(2);
-        let index = (self.first..all).chain(0..self.first).find(|index| self.is_due(*index, now))?;
-        self.first = index.saturating_add(1);
-        Some(QueueIndex(index))
+        let ms2 = self.ms2.used();
+        let all = ms2.saturating_add(self.ms1.used());
+        let first = self.first.min(all);
+        let index_of = |turn: usize| turn.checked_sub(ms2).map_or(QueueIndex::Ms2(turn), QueueIndex::Ms1);
+        let turn = (first..all).chain(0..first).find(|turn| self.is_due(index_of(*turn), now))?;
+        self.first = turn.saturating_add(1);
+        Some(index_of(turn))
     }
 
-    fn is_due(&mut self, index: usize, now: BitTime) -> bool {
-        match index.checked_sub(SLOTS) {
-            None => self.ms2.at(index).is_some_and(|connection| connection.is_due(now)),
-            Some(number) => self.ms1.at(number).is_some_and(|request| request.is_due(now)),
+    fn is_due(&mut self, index: QueueIndex, now: BitTime) -> bool {
+        match index {
+            QueueIndex::Ms2(number) => self.ms2.at(number).is_some_and(|connection| connection.is_due(now)),
+            QueueIndex::Ms1(number) => self.ms1.at(number).is_some_and(|request| request.is_due(now)),
         }
     }
 
     /// The message at this place in the queue.
     pub(super) fn message(&mut self, index: QueueIndex) -> Option<Request<'_>> {
-        match index.0.checked_sub(SLOTS) {
-            None => self.ms2.at(index.0)?.message(),
-            Some(number) => self.ms1.at(number)?.message(),
+        match index {
+            QueueIndex::Ms2(number) => self.ms2.at(number)?.message(),
+            QueueIndex::Ms1(number) => self.ms1.at(number)?.message(),
         }
     }
 
@@ -319,16 +314,19 @@ impl<const SLOTS: usize> Scheduler<SLOTS> {
         confirmation: Confirmation<'_>,
         events: &mut Sink<'_>,
     ) {
-        match index.0.checked_sub(SLOTS) {
-            None => {
-                let Some(connection) = self.ms2.at(index.0) else { return };
-                let report = connection.confirmed(now, confirmation).map(|event| (connection.address(), event));
-                push(now, Service::Ms2, self.ms2.key(index.0), report, events);
+        match index {
+            QueueIndex::Ms2(number) => {
+                let Some((key, connection)) = self.ms2.entry(number) else { return };
+                if let Some(event) = connection.confirmed(now, confirmation) {
+                    push(now, connection.address(), AcyclicId::new(Service::Ms2, key), event, events);
+                }
             }
-            Some(number) => {
-                let Some(request) = self.ms1.at(number) else { return };
-                let event = request.confirmed(now, confirmation);
-                self.ms1_event(now, number, event, events);
+            QueueIndex::Ms1(number) => {
+                let Some((key, request)) = self.ms1.entry(number) else { return };
+                if let Some(event) = request.confirmed(now, confirmation) {
+                    self.late |= late(request);
+                    push(now, request.address(), AcyclicId::new(Service::Ms1, key), event, events);
+                }
             }
         }
     }
@@ -352,10 +350,10 @@ impl<const SLOTS: usize> Scheduler<SLOTS> {
 
     /// Evaluates the inputs of a slave.
     pub(super) fn exchanged(&mut self, now: BitTime, address: u8, inputs: &[u8], events: &mut Sink<'_>) {
-        for number in 0..SLOTS {
-            let task = self.pkw.at(number).filter(|task| task.address() == address);
-            let event = task.and_then(|task| task.exchanged(inputs));
-            push(now, Service::Pkw, self.pkw.key(number), event.map(|event| (address, event)), events);
+        for (key, task) in self.pkw.entries().filter(|(_, task)| task.address() == address) {
+            if let Some(event) = task.exchanged(inputs) {
+                push(now, address, AcyclicId::new(Service::Pkw, key), event, events);
+            }
         }
     }
 }
@@ -365,8 +363,11 @@ fn named<O>(key: Option<Key>, slots: usize) -> Result<Handle<O>, SubmitError> {
     key.map(|key| Handle::new(key, 0)).ok_or(SubmitError::Full { slots })
 }
 
-fn push(at: BitTime, service: Service, key: Option<Key>, report: Option<(u8, AcyclicEvent)>, events: &mut Sink<'_>) {
-    if let (Some(key), Some((address, event))) = (key, report) {
-        events.push(Event { at, address, kind: EventKind::Acyclic(AcyclicId::new(service, key), event) });
-    }
+/// The bit of a slave that may still respond to this failed request.
+fn late(request: &Ms1Request) -> u128 {
+    if request.may_respond_late() { 1_u128.checked_shl(request.address().into()).unwrap_or_default() } else { 0 }
+}
+
+fn push(at: BitTime, address: u8, id: AcyclicId, event: AcyclicEvent, events: &mut Sink<'_>) {
+    events.push(Event { at, address, kind: EventKind::Acyclic(id, event) });
 }

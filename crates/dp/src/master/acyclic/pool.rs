@@ -17,6 +17,8 @@ pub(in crate::master) trait Pooled {
 #[derive(Clone, Debug)]
 pub(in crate::master) struct Pool<T, const SLOTS: usize> {
     slots: [Slot<T>; SLOTS],
+    /// No slot from this number on has ever had content.
+    used: usize,
 }
 
 #[derive(Clone, Debug)]
@@ -28,7 +30,7 @@ struct Slot<T> {
 impl<T: Pooled, const SLOTS: usize> Pool<T, SLOTS> {
     pub(in crate::master) const fn new() -> Self {
         const { assert!(SLOTS <= 256, "a key numbers the slots in one octet") }
-        Self { slots: [const { Slot { serial: 0, content: None } }; SLOTS] }
+        Self { slots: [const { Slot { serial: 0, content: None } }; SLOTS], used: 0 }
     }
 
     /// Puts `content` into a free slot, or else replaces one that is over and whose outcome was not taken.
@@ -39,17 +41,32 @@ impl<T: Pooled, const SLOTS: usize> Pool<T, SLOTS> {
         let slot = self.slots.get_mut(number)?;
         slot.serial = slot.serial.wrapping_add(1);
         slot.content = Some(content);
+        self.used = self.used.max(number.saturating_add(1));
         Some(Key { slot: u8::try_from(number).ok()?, serial: slot.serial })
     }
 
-    /// The key of the content of a slot.
-    pub(in crate::master) fn key(&self, number: usize) -> Option<Key> {
-        let slot = self.slots.get(number).filter(|slot| slot.content.is_some())?;
-        Some(Key { slot: u8::try_from(number).ok()?, serial: slot.serial })
+    /// The number of slots, from the first, that may have content.
+    pub(in crate::master) const fn used(&self) -> usize {
+        self.used
     }
 
     pub(in crate::master) fn at(&mut self, number: usize) -> Option<&mut T> {
         self.slots.get_mut(number)?.content.as_mut()
+    }
+
+    /// The content of a slot with its key.
+    pub(in crate::master) fn entry(&mut self, number: usize) -> Option<(Key, &mut T)> {
+        let slot = self.slots.get_mut(number)?;
+        Some((Key { slot: u8::try_from(number).ok()?, serial: slot.serial }, slot.content.as_mut()?))
+    }
+
+    /// The contents with their keys, slot by slot.
+    pub(in crate::master) fn entries(&mut self) -> impl Iterator<Item = (Key, &mut T)> {
+        let used = self.slots.get_mut(..self.used).unwrap_or_default();
+        (0..=u8::MAX).zip(used).filter_map(|(number, slot)| {
+            let key = Key { slot: number, serial: slot.serial };
+            Some((key, slot.content.as_mut()?))
+        })
     }
 
     pub(in crate::master) fn get(&self, key: Key) -> Option<&T> {
