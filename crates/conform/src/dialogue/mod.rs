@@ -40,6 +40,12 @@ pub trait Link {
     /// # Errors
     /// [`PortError`] if the port is lost.
     fn wait(&mut self, time: Duration) -> Result<(), PortError>;
+
+    /// Whether the line or the computer has disturbed the test since the last call: octets behind the slot time, or a stall. Such
+    /// a test shows nothing about the slave. A link without a clock reports nothing.
+    fn take_disturbed(&mut self) -> bool {
+        false
+    }
 }
 
 /// The slave under test, with the parameters that start its data exchange.
@@ -84,12 +90,25 @@ pub struct Dialogue<'a> {
     last: Option<LoggedCycle>,
     /// The link has withheld a request of this check.
     has_withheld: bool,
+    /// An answer of this test was damaged.
+    has_damaged: bool,
+    /// A request for a connection of MS2 was sent since the last [`settle`](Self::settle).
+    has_initiated: bool,
 }
 
 impl<'a> Dialogue<'a> {
     /// A dialogue that has sent nothing.
     pub fn new(link: &'a mut dyn Link, slave: &'a SlaveUnderTest) -> Self {
-        Self { slave, link, mode: CountMode::First, counts: [None; 128], last: None, has_withheld: false }
+        Self {
+            slave,
+            link,
+            mode: CountMode::First,
+            counts: [None; 128],
+            last: None,
+            has_withheld: false,
+            has_damaged: false,
+            has_initiated: false,
+        }
     }
 
     /// Changes the frame count bits of all further requests.
@@ -122,6 +141,11 @@ impl<'a> Dialogue<'a> {
         std::mem::replace(&mut self.has_withheld, false)
     }
 
+    /// Whether the line has delivered something since the last call that it may have damaged or delayed itself.
+    pub fn take_disturbed(&mut self) -> bool {
+        std::mem::replace(&mut self.has_damaged, false) | self.link.take_disturbed()
+    }
+
     /// Sends nothing for this time.
     pub fn wait(&mut self, time: Duration) -> CheckOutcome {
         // The check is not tested any more.
@@ -138,6 +162,7 @@ impl<'a> Dialogue<'a> {
             return Ok(Received::Nothing);
         }
         let received = self.link.send_and_receive(octets)?;
+        self.has_damaged |= received == Received::Damaged;
         self.last = Some(LoggedCycle { sent: octets.to_vec(), received: received.clone() });
         Ok(received)
     }
@@ -197,7 +222,8 @@ impl<'a> Dialogue<'a> {
     }
 
     /// The telegram that [`request_from`](Self::request_from) sends next.
-    pub fn next_telegram(&self, sa: u8, sap: Sap, du: &[u8]) -> Vec<u8> {
+    pub fn next_telegram(&mut self, sa: u8, sap: Sap, du: &[u8]) -> Vec<u8> {
+        self.has_initiated |= sap == Sap::ResourceManager;
         self.telegram(sa, sap, self.next_count(sa), du)
     }
 

@@ -6,7 +6,7 @@ use super::telegrams::{Answer, octets, request_octets, set_prm_octets};
 use crate::expected::{Closed, Expected, Pdu};
 use crate::probe::Received;
 use profivac_host::port::PortError;
-use profivac_wire::acyclic;
+use profivac_wire::acyclic::{self, Abort, AbortReason, Request};
 use profivac_wire::cfg::{self, Lengths};
 use profivac_wire::control::{Control, FrameCount, Function};
 use profivac_wire::diag::{SlaveDiag, StationStatus};
@@ -17,6 +17,9 @@ use std::time::Duration;
 /// Number of polls for a slave that is not ready. With the pause between them they take one second.
 const READY_TRIES: usize = 100;
 const READY_PAUSE: Duration = Duration::from_millis(10);
+
+/// The last access point of a connection of MS2 (profibus-wire 2.1).
+const LAST_MS2: u8 = 48;
 
 impl<'a> Dialogue<'a> {
     /// Sends a request that the slave must acknowledge.
@@ -72,6 +75,18 @@ impl<'a> Dialogue<'a> {
     /// Releases the slave: it waits for parameters afterwards.
     pub fn release(&mut self) -> Result<(), PortError> {
         self.set_prm(&self.unlock_prm())
+    }
+
+    /// Ends what a disturbed or failed test may have left behind, so that a repetition begins as the test did: ownership of the second
+    /// master, and connections of MS2. The slave may have opened one whose access point the testing master does not know.
+    pub fn settle(&mut self) -> Result<(), PortError> {
+        let unlock = set_prm_octets(&self.unlock_prm());
+        self.tell_from(self.other_master_address(), Sap::SetPrm, &unlock)?;
+        if std::mem::take(&mut self.has_initiated) {
+            let abort = request_octets(&Request::Abort(Abort::new(AbortReason::User(0))));
+            (0..=LAST_MS2).try_for_each(|sap| self.tell(Sap::Ms2(sap), &abort))?;
+        }
+        Ok(())
     }
 
     /// Releases the slave. Returns whether it answers at all: this, or else FDL status.
