@@ -25,8 +25,9 @@ use std::ops::ControlFlow;
 /// The slave may be any DP slave, not only a gauge. The command parameterises it, exchanges data with outputs of zero, and releases
 /// it, many times: the relays of a gauge open and close. It also sends damaged telegrams. The slave must not be in use, and no other
 /// master may use the line. The stored values of the slave do not change. A rule passed, is broken, or was not tested: then the slave lacks the
-/// service, or breaks a rule that the test needs, which is named. Exit code 1 means that the slave breaks a rule, 3 that it does not
-/// answer any more.
+/// service, or breaks a rule that the test needs, which is named, or the line or the computer damaged or delayed octets in each repetition.
+/// A broken rule was reproduced several times. Exit code 1 means that the slave breaks a rule, 3 that it does not answer any more, or that
+/// rules were not tested because of the line or the computer.
 #[derive(Args, Debug)]
 #[command(after_help = EXAMPLES)]
 pub struct Arguments {
@@ -105,7 +106,14 @@ fn verdict(address: u8, findings: &[CheckResult]) -> Result<(), Failure> {
     let passed = count(|outcome| *outcome == Outcome::Passed);
     writeln!(stderr(), "{passed} rules passed, {broken} broken, {untested} not tested").ok();
     let silent = count(|outcome| *outcome == Outcome::NotTested(Reason::Silent));
+    let undecided = count(|outcome| {
+        matches!(outcome, Outcome::NotTested(Reason::Disturbed | Reason::Varies | Reason::Undecided(_)))
+    });
     match broken {
+        0 if undecided > 0 => Err(Failure::no_answer(format!(
+            "the line or the computer disturbed the test of the slave at address {address}; rules not tested for this reason: \
+             {undecided}; repeat the command while the computer has nothing else to do, and check cable and termination"
+        ))),
         0 if silent > 0 => Err(Failure::no_answer(format!(
             "the slave at address {address} does not answer any more; rules not tested for this reason: {silent}"
         ))),
@@ -193,7 +201,7 @@ pub struct Row {
     expected: Option<String>,
     /// Why a rule was not tested.
     reason: Option<String>,
-    /// The broken rule that is the reason.
+    /// The rule that is the reason: it is broken, or was not tested itself.
     because: Option<&'static str>,
     asked: Option<String>,
     came: Option<String>,
@@ -217,7 +225,10 @@ impl Row {
         match outcome {
             Outcome::Passed => row,
             Outcome::NotTested(reason) => {
-                let because = if let Reason::After(rule) = reason { Some(*rule) } else { None };
+                let because = match reason {
+                    Reason::After(rule) | Reason::Undecided(rule) => Some(*rule),
+                    _ => None,
+                };
                 Self { outcome: "not-tested", reason: Some(reason.to_string()), because, ..row }
             }
             Outcome::Broken { expected, shown } => Self {
@@ -274,6 +285,13 @@ BROKEN  layer2.fdl-status               FDL status is answered with status OK (1
         assert_eq!(
             silent.to_string(),
             "the slave at address 5 does not answer any more; rules not tested for this reason: 1"
+        );
+        let undecided = [Reason::Disturbed, Reason::Varies, Reason::Undecided("layer2.closed")]
+            .map(|reason| finding(Outcome::NotTested(reason)));
+        assert_eq!(
+            verdict(5, &undecided).unwrap_err().to_string(),
+            "the line or the computer disturbed the test of the slave at address 5; rules not tested for this reason: 3; repeat the \
+             command while the computer has nothing else to do, and check cable and termination"
         );
         let sentence = |findings: &[CheckResult]| verdict(5, findings).unwrap_err().to_string();
         assert_eq!(sentence(&[broken()]), "the slave at address 5 breaks a rule");

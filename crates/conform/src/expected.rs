@@ -152,6 +152,13 @@ pub enum Pdu {
 pub enum Reason {
     /// The slave breaks the rule with this name, without which this rule cannot be tested.
     After(&'static str),
+    /// The rule with this name, without which this rule cannot be tested, was not tested on a line that disturbs the tests.
+    Undecided(&'static str),
+    /// The line or the computer has disturbed the test and each repetition of it: damaged octets, octets behind the slot time, or a
+    /// stall.
+    Disturbed,
+    /// Repetitions of the test had different results.
+    Varies,
     /// The slave did not do this when the test was prepared.
     Unprepared(Expected),
     /// The slave does not have this service.
@@ -291,6 +298,12 @@ impl fmt::Display for Reason {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::After(rule) => write!(f, "the slave breaks {rule}"),
+            Self::Undecided(rule) => write!(f, "it needs {rule}, which was not tested"),
+            Self::Disturbed => f.write_str(
+                "in every repetition the line delivered damaged or late octets, or the computer stopped the program; the \
+                 cause may be the line, the port or the computer",
+            ),
+            Self::Varies => f.write_str("repetitions of the test had different results"),
             Self::Unprepared(expected) => write!(f, "the preparation expected {expected}"),
             Self::Without(service) => write!(f, "the slave has no {service}"),
             Self::Silent => f.write_str("the slave does not answer any more"),
@@ -331,31 +344,13 @@ impl fmt::Display for Hex<'_> {
 /// The names of bits of Station_Status in the words of profibus-wire 2.3.
 struct BitNames(StationStatus);
 
-const BIT_NAMES: [(StationStatus, &str); 16] = [
-    (StationStatus::STATION_NON_EXISTENT, "Station_Non_Existent"),
-    (StationStatus::STATION_NOT_READY, "Station_Not_Ready"),
-    (StationStatus::CFG_FAULT, "Cfg_Fault"),
-    (StationStatus::EXT_DIAG, "Ext_Diag"),
-    (StationStatus::NOT_SUPPORTED, "Not_Supported"),
-    (StationStatus::INVALID_SLAVE_RESPONSE, "Invalid_Slave_Response"),
-    (StationStatus::PRM_FAULT, "Prm_Fault"),
-    (StationStatus::MASTER_LOCK, "Master_Lock"),
-    (StationStatus::PRM_REQ, "Prm_Req"),
-    (StationStatus::STAT_DIAG, "Stat_Diag"),
-    (StationStatus::ALWAYS_ONE, "bit 2 of the second octet"),
-    (StationStatus::WD_ON, "WD_On"),
-    (StationStatus::FREEZE_MODE, "Freeze_Mode"),
-    (StationStatus::SYNC_MODE, "Sync_Mode"),
-    (StationStatus::DEACTIVATED, "Deactivated"),
-    (StationStatus::EXT_DIAG_OVERFLOW, "Ext_Diag_Overflow"),
-];
-
 impl fmt::Display for BitNames {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let named = BIT_NAMES.iter().filter(|(bit, _)| self.0.contains(*bit));
-        let mut names: Vec<_> = named.map(|(_, name)| *name).collect();
-        let known = BIT_NAMES.iter().fold(StationStatus::empty(), |all, (bit, _)| all | *bit);
-        if !known.contains(self.0) {
+        let mut names: Vec<_> = self.0.names().collect();
+        if self.0.contains(StationStatus::ALWAYS_ONE) {
+            names.push("bit 2 of the second octet");
+        }
+        if !self.0.reserved().is_empty() {
             names.push("the reserved bits");
         }
         f.write_str(&names.join(", "))

@@ -8,22 +8,22 @@
 //! | [`expected`] | what a rule expects, and why one was not tested |
 //! | [`dialogue`] | requests, answers, and the steps of a check |
 //! | [`checks`] | the rules |
+//! | [`port_link`] | the link through a port, in real time |
 
 pub mod checks;
 pub mod dialogue;
 pub mod expected;
+pub mod port_link;
 pub mod probe;
+mod repeat;
+
+pub use port_link::PortLink;
 
 use checks::Check;
-use dialogue::{CheckError, CountMode, Dialogue, Link, LoggedCycle, SlaveUnderTest};
+use dialogue::{CountMode, Dialogue, Link, LoggedCycle, SlaveUnderTest};
 use expected::{Expected, Reason};
-use probe::{Probe, Received};
-use profivac_dp::link::active::BusParameters;
-use profivac_dp::link::{Baud, BitTime};
-use profivac_host::port::{Port, PortError};
-use profivac_host::segment::Segment;
+use profivac_host::port::PortError;
 use std::ops::ControlFlow;
-use std::time::{Duration, Instant};
 
 /// Outcome of a check.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -51,7 +51,7 @@ pub struct CheckResult {
 }
 
 /// Runs all checks. Calls `report` with each result; `ControlFlow::Break` ends the run after that check. The slave is released
-/// after each check.
+/// after each check. A broken rule has been reproduced: several tests of it show the fault, and none of them was disturbed.
 ///
 /// # Errors
 /// [`PortError`] if the port is lost.
@@ -61,25 +61,14 @@ pub fn run(
     mut report: impl FnMut(&CheckResult) -> ControlFlow<()>,
 ) -> Result<Vec<CheckResult>, PortError> {
     let mut dialogue = Dialogue::new(link, slave);
-    let mut results = Vec::new();
-    let mut answers = true;
+    let mut results: Vec<CheckResult> = Vec::new();
     for check in checks::all() {
         dialogue.set_count_mode(count_mode(check, &results));
+        let was_silent = results.last().is_some_and(|last| last.outcome == Outcome::NotTested(Reason::Silent));
         let outcome = match obstacle(check, &results) {
             Some(reason) => Outcome::NotTested(reason),
-            None => {
-                let outcome = if answers { run_check(check, &mut dialogue)? } else { SILENT };
-                let has_withheld = dialogue.take_withheld();
-                answers = dialogue.release_and_listen()?;
-                dialogue.take_withheld();
-                if has_withheld {
-                    Outcome::NotTested(Reason::NeedsWrites)
-                } else if answers {
-                    outcome
-                } else {
-                    silenced(outcome)
-                }
-            }
+            None if was_silent && !repeat::answers(&mut dialogue)? => Outcome::NotTested(Reason::Silent),
+            None => repeat::test(check, &mut dialogue)?,
         };
         let result = CheckResult { check, outcome };
         let control = report(&result);
@@ -91,112 +80,63 @@ pub fn run(
     Ok(results)
 }
 
-const SILENT: Outcome = Outcome::NotTested(Reason::Silent);
+/// What the outcome of a rule says about the slave.
+enum Verdict {
+    /// It keeps the rule.
+    Kept,
+    /// It breaks the rule.
+    Broken,
+    /// Nothing, for a reason that is none of its own: the line disturbs the tests.
+    Undecided,
+    /// Nothing, for this reason.
+    NotTested(Reason),
+}
 
-fn run_check(check: &Check, dialogue: &mut Dialogue<'_>) -> Result<Outcome, PortError> {
-    dialogue.take_last();
-    match (check.run)(dialogue) {
-        Ok(()) => Ok(Outcome::Passed),
-        Err(CheckError::NotTested(reason)) => Ok(Outcome::NotTested(reason)),
-        Err(CheckError::Broken(expected)) => Ok(Outcome::Broken { expected, shown: dialogue.take_last() }),
-        Err(CheckError::Port(error)) => Err(error),
+fn verdict(result: &CheckResult) -> Verdict {
+    match &result.outcome {
+        Outcome::Passed => Verdict::Kept,
+        Outcome::Broken { .. } => Verdict::Broken,
+        Outcome::NotTested(Reason::Disturbed | Reason::Varies) => Verdict::Undecided,
+        Outcome::NotTested(reason) => Verdict::NotTested(reason.clone()),
     }
 }
 
-/// The outcome of a check after which the slave does not answer any more. Then silence proves nothing: only a wrong answer does.
-fn silenced(outcome: Outcome) -> Outcome {
-    match outcome {
-        Outcome::Broken { shown: Some(LoggedCycle { received: Received::Telegram(_), .. }), .. } => outcome,
-        Outcome::Passed | Outcome::Broken { .. } | Outcome::NotTested(_) => SILENT,
-    }
-}
-
-/// Why `check` cannot be tested: a rule that it needs is broken, or was not tested itself for this reason; or the slave breaks
-/// a rule whose fault may show itself in this one again.
+/// Why `check` cannot be tested: a rule that it needs is broken, or was not tested itself for this reason; or the slave breaks, or
+/// may break, a rule whose fault may show itself in this one again.
 fn obstacle(check: &Check, results: &[CheckResult]) -> Option<Reason> {
-    let broken = results.iter().filter(|result| matches!(result.outcome, Outcome::Broken { .. }));
-    let mut shared = broken.map(|result| result.check.name).filter(|name| check.shares.contains(name));
-    let mut needed = check.needs.iter().filter_map(|name| results.iter().find(|result| result.check.name == *name));
-    let reason = |result: &CheckResult| match &result.outcome {
-        Outcome::Passed => None,
-        Outcome::Broken { .. } => Some(Reason::After(result.check.name)),
-        Outcome::NotTested(reason) => Some(reason.clone()),
+    let result_of = |name: &&'static str| results.iter().find(|result| result.check.name == *name);
+    let mut needed = check.needs.iter().filter_map(result_of);
+    let mut shared = check.shares.iter().filter_map(result_of);
+    let fault = |result: &CheckResult| match verdict(result) {
+        Verdict::Broken => Some(Reason::After(result.check.name)),
+        Verdict::Undecided => Some(Reason::Undecided(result.check.name)),
+        Verdict::Kept | Verdict::NotTested(_) => None,
     };
-    needed.find_map(reason).or_else(|| shared.next().map(Reason::After))
+    let lack = |result: &CheckResult| match verdict(result) {
+        Verdict::NotTested(reason) => Some(reason),
+        Verdict::Kept | Verdict::Broken | Verdict::Undecided => None,
+    };
+    needed.find_map(|result| fault(result).or_else(|| lack(result))).or_else(|| shared.find_map(fault))
 }
 
 /// The frame count bits of a check. First requests serve until the rules about frame count bits are tested, and after them if
-/// the slave breaks one, so that its fault is not counted again. A slave that does not execute first requests gets counted ones.
+/// the slave breaks one, or may break one, so that its fault is not counted again. A slave that does not execute first requests gets
+/// counted ones.
 fn count_mode(check: &Check, results: &[CheckResult]) -> CountMode {
     let is_count = |check: &Check| check.name.starts_with(checks::COUNT);
-    let is_broken = |result: &&CheckResult| matches!(result.outcome, Outcome::Broken { .. });
-    let broken: Vec<_> =
-        results.iter().filter(is_broken).map(|result| result.check).filter(|check| is_count(check)).collect();
+    let is_faulty = |result: &&CheckResult| is_count(result.check) && !has_no_fault(result);
     let remain = checks::all().skip_while(|other| other.name != check.name).any(is_count);
-    match broken.first() {
-        Some(rule) if rule.name == checks::FIRST_REQUEST => CountMode::Alternating,
+    match results.iter().find(is_faulty).map(|result| (result.check.name, verdict(result))) {
+        Some((checks::FIRST_REQUEST, Verdict::Broken)) => CountMode::Alternating,
         None if !remain => CountMode::Alternating,
         Some(_) | None => CountMode::First,
     }
 }
 
-/// A link to the slave through a port, in real time.
-pub struct PortLink {
-    segment: Segment<[Probe; 1]>,
-    baud: Baud,
-}
-
-impl PortLink {
-    /// A link through `port`. `bus` has the address of the testing master.
-    #[must_use]
-    pub fn new(port: Box<dyn Port>, baud: Baud, bus: BusParameters) -> Self {
-        Self { segment: Segment::new(port, baud, false, [Probe::new(bus, BitTime(0))]), baud }
-    }
-
-    /// Listens for the timeout after which a master may claim the line. Returns the address of a master that uses the line.
-    ///
-    /// # Errors
-    /// [`PortError`] if the port is lost.
-    pub fn listen(&mut self) -> Result<Option<u8>, PortError> {
-        let tbit = self.probe().timeout_tbit();
-        self.wait(profivac_host::clock::duration_of(self.baud, tbit))?;
-        Ok(self.probe().other_master())
-    }
-
-    /// The address of another master that was received since the link was opened. Does not wait.
-    #[must_use]
-    pub fn other_master(&self) -> Option<u8> {
-        let [probe] = self.segment.stations();
-        probe.other_master()
-    }
-
-    fn probe(&mut self) -> &mut Probe {
-        let [probe] = self.segment.stations_mut();
-        probe
-    }
-}
-
-impl Link for PortLink {
-    fn address(&self) -> u8 {
-        let [probe] = self.segment.stations();
-        probe.address()
-    }
-
-    fn send_and_receive(&mut self, octets: &[u8]) -> Result<Received, PortError> {
-        self.probe().send(octets);
-        loop {
-            self.segment.serve(&[], Duration::from_secs(1))?;
-            if let Some(received) = self.probe().received() {
-                return Ok(received.clone());
-            }
-        }
-    }
-
-    fn wait(&mut self, time: Duration) -> Result<(), PortError> {
-        let start = Instant::now();
-        while let Some(left) = time.checked_sub(start.elapsed()).filter(|left| !left.is_zero()) {
-            self.segment.serve(&[], left)?;
-        }
-        Ok(())
+/// Whether the slave keeps the rule, or the rule was not tested for a reason that shows no fault.
+fn has_no_fault(result: &CheckResult) -> bool {
+    match verdict(result) {
+        Verdict::Broken | Verdict::Undecided | Verdict::NotTested(Reason::Undecided(_)) => false,
+        Verdict::Kept | Verdict::NotTested(_) => true,
     }
 }

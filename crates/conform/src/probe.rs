@@ -41,6 +41,8 @@ pub struct Probe {
     octets: Vec<u8>,
     received: Received,
     other: Option<u8>,
+    /// Octets came while the probe waited for no answer.
+    has_late: bool,
 }
 
 impl Probe {
@@ -48,7 +50,7 @@ impl Probe {
     #[must_use]
     pub const fn new(bus: BusParameters, now: BitTime) -> Self {
         let octets = Vec::new();
-        Self { bus, state: State::Idle, busy: now, octets, received: Received::Nothing, other: None }
+        Self { bus, state: State::Idle, busy: now, octets, received: Received::Nothing, other: None, has_late: false }
     }
 
     /// Its address.
@@ -69,17 +71,37 @@ impl Probe {
         self.bus.timeout_tbit()
     }
 
-    /// Sends `octets` when the line has been idle for the longer one of T_ID1 and T_ID2.
+    /// Sends `octets` when the line has been idle for the longer one of T_ID1 and T_ID2; after a request without an answer, for
+    /// a second slot time. So a late answer to that request is recognised, and not taken for the answer to these octets.
     pub fn send(&mut self, octets: &[u8]) {
+        let idle_tbit = match self.received {
+            Received::Nothing => self.idle_tbit().max(self.slot_tbit()),
+            Received::Damaged | Received::Telegram(_) => self.idle_tbit(),
+        };
         self.octets = octets.iter().take(MAX_TELEGRAM).copied().collect();
         self.received = Received::Nothing;
-        self.state = State::Ready { idle_tbit: self.bus.id1_tbit().max(self.bus.id2_tbit()) };
+        self.state = State::Ready { idle_tbit };
+    }
+
+    /// The longest silence of a message cycle, in bit times: before the request, and for the answer.
+    #[must_use]
+    pub fn longest_silence_tbit(&self) -> u64 {
+        self.idle_tbit().max(self.slot_tbit()).saturating_add(self.slot_tbit())
+    }
+
+    /// Whether octets came since the last call while the probe waited for no answer: they came too late.
+    pub const fn take_late(&mut self) -> bool {
+        std::mem::replace(&mut self.has_late, false)
     }
 
     /// The answer to the last request; `None` until it is known.
     #[must_use]
     pub fn received(&self) -> Option<&Received> {
         (self.state == State::Idle).then_some(&self.received)
+    }
+
+    fn idle_tbit(&self) -> u64 {
+        self.bus.id1_tbit().max(self.bus.id2_tbit())
     }
 
     fn slot_tbit(&self) -> u64 {
@@ -96,12 +118,15 @@ impl Station for Probe {
             let length = telegram.emit(&mut octets).unwrap_or_default();
             self.received = Received::Telegram(octets.iter().take(length).copied().collect());
             self.state = State::Idle;
+        } else {
+            self.has_late = true;
         }
         None
     }
 
     fn activity(&mut self, end: BitTime) {
         self.busy = self.busy.max(end);
+        self.has_late |= matches!(self.state, State::Idle | State::Ready { .. });
         if let State::Waiting { until } = &mut self.state {
             self.received = Received::Damaged;
             // The probe receives a telegram that has begun until its end.
@@ -123,7 +148,8 @@ impl Station for Probe {
                 self.state = State::Sending;
                 Some(Transmit { not_before: due, octets: &self.octets })
             }
-            State::Waiting { .. } => {
+            State::Waiting { until } => {
+                self.busy = self.busy.max(until);
                 self.state = State::Idle;
                 None
             }
@@ -198,6 +224,23 @@ mod tests {
         assert_eq!(end, sent + 22 + 111);
         probe.poll(end);
         assert_eq!(probe.received(), Some(&Received::Damaged));
+    }
+
+    /// The second slot time begins where the first one ends.
+    #[test]
+    fn after_silence_the_probe_listens_for_another_slot_time_and_reports_a_late_answer() {
+        let mut probe = probe();
+        let sent = send_request(&mut probe);
+        probe.poll(sent + 100);
+        assert!(!probe.take_late());
+        probe.send(&REQUEST);
+        assert_eq!(probe.wake_at(), Some(sent + 100 + 100));
+        probe.activity(sent + 150);
+        probe.telegram(sent + 183, &Telegram::parse(&[0x10, 2, 8, 0, 0x0A, 0x16]).unwrap());
+        assert_eq!(probe.received(), None);
+        assert!(probe.take_late());
+        assert!(!probe.take_late());
+        assert_eq!(probe.wake_at(), Some(sent + 183 + 100));
     }
 
     #[test]

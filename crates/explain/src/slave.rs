@@ -11,7 +11,7 @@ use profivac_devices::catalog::{MODELS, model_with_ident};
 use profivac_devices::model::Model;
 use profivac_dp::link::{Baud, BitTime};
 use profivac_host::scan::SlaveStatus;
-use profivac_sim::describe::{Hex, station_status};
+use profivac_sim::describe::Hex;
 use profivac_wire::Sap;
 use profivac_wire::address::SetSlaveAdd;
 use profivac_wire::control::Status;
@@ -378,7 +378,7 @@ impl Slave {
 
     /// Adds a note about the contents of a diagnosis beyond the start-up.
     fn report_diagnosis(&self, diag: &SlaveDiag<'_>, notes: &mut Notes<'_>) {
-        let mut reports: Vec<String> = station_status(diag.status - PROGRESS - ORDINARY).map(str::to_owned).collect();
+        let mut reports: Vec<String> = (diag.status - PROGRESS - ORDINARY).names().map(str::to_owned).collect();
         reports.extend(
             Blocks::new(diag.ext_diag).map(|block| block.map_or_else(|_| "a damaged block".to_owned(), block_text)),
         );

@@ -43,6 +43,38 @@ bitflags::bitflags! {
     }
 }
 
+/// The names of the bits according to profibus-wire 2.3, in the order of the bits. The bit that is always 1 has none.
+const NAMES: [(StationStatus, &str); 15] = [
+    (StationStatus::STATION_NON_EXISTENT, "Station_Non_Existent"),
+    (StationStatus::STATION_NOT_READY, "Station_Not_Ready"),
+    (StationStatus::CFG_FAULT, "Cfg_Fault"),
+    (StationStatus::EXT_DIAG, "Ext_Diag"),
+    (StationStatus::NOT_SUPPORTED, "Not_Supported"),
+    (StationStatus::INVALID_SLAVE_RESPONSE, "Invalid_Slave_Response"),
+    (StationStatus::PRM_FAULT, "Prm_Fault"),
+    (StationStatus::MASTER_LOCK, "Master_Lock"),
+    (StationStatus::PRM_REQ, "Prm_Req"),
+    (StationStatus::STAT_DIAG, "Stat_Diag"),
+    (StationStatus::WD_ON, "WD_On"),
+    (StationStatus::FREEZE_MODE, "Freeze_Mode"),
+    (StationStatus::SYNC_MODE, "Sync_Mode"),
+    (StationStatus::DEACTIVATED, "Deactivated"),
+    (StationStatus::EXT_DIAG_OVERFLOW, "Ext_Diag_Overflow"),
+];
+
+impl StationStatus {
+    /// The names of the bits that are set, in the words of profibus-wire 2.3. The bit that is always 1 and reserved bits have none.
+    pub fn names(self) -> impl Iterator<Item = &'static str> {
+        NAMES.iter().filter(move |(bit, _)| self.contains(*bit)).map(|(_, name)| *name)
+    }
+
+    /// The set bits that have no meaning.
+    #[must_use]
+    pub fn reserved(self) -> Self {
+        NAMES.iter().fold(self - Self::ALWAYS_ONE, |rest, (bit, _)| rest - *bit)
+    }
+}
+
 /// Diag_Master_Add of a slave that no master has parameterised.
 pub const NO_MASTER: u8 = 0xFF;
 
@@ -110,6 +142,16 @@ mod tests {
     fn example(ext_diag: &[u8]) -> SlaveDiag<'_> {
         let status = StationStatus::EXT_DIAG | StationStatus::ALWAYS_ONE | StationStatus::WD_ON;
         SlaveDiag { status, master_add: 2, ident: 0x1234, ext_diag }
+    }
+
+    #[test]
+    fn every_bit_has_a_name_or_is_reserved() {
+        let all = StationStatus::all();
+        assert_eq!(all.names().count(), NAMES.len());
+        assert_eq!(all.reserved().bits(), 0xFF7F_4000);
+        let status = StationStatus::PRM_REQ | StationStatus::PRM_FAULT | StationStatus::ALWAYS_ONE;
+        assert!(status.names().eq(["Prm_Fault", "Prm_Req"]));
+        assert!(status.reserved().is_empty());
     }
 
     #[test]

@@ -32,6 +32,10 @@ impl Link for ReadOnlyLink<'_> {
     fn wait(&mut self, time: Duration) -> Result<(), PortError> {
         self.0.wait(time)
     }
+
+    fn take_disturbed(&mut self) -> bool {
+        self.0.take_disturbed()
+    }
 }
 
 /// What a request does.

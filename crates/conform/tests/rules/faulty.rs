@@ -101,6 +101,12 @@ pub enum Fault {
     Hears(fn(&mut Frame)),
     /// It changes its answers that are data telegrams. The first argument is the request.
     Says(fn(&Frame, &mut Frame)),
+    /// It changes its diagnosis.
+    Reports(fn(&mut [u8])),
+    /// It changes the data that it returns on an access point.
+    Returns(Option<u8>, fn(&mut Vec<u8>)),
+    /// It refuses the service of an access point to other masters than the testing one.
+    RefusesOthers(Option<u8>),
     /// It has a fault in its frame count memory.
     Counts(Counting),
     /// It replaces its answers. The arguments are the slave, the request and the answer.
@@ -127,13 +133,22 @@ impl FaultyLine {
                 change(&mut request);
                 line.hear(&request.octets())
             }),
-            Fault::Says(change) => Box::new(move |line, octets| {
+            Fault::Says(change) => says(change),
+            Fault::Reports(change) => says(move |request, answer| diagnosis(request, answer, change)),
+            Fault::Returns(dsap, change) => says(move |request, answer| {
+                const DATA_LOW: u8 = 8;
+                if request.dsap == dsap && answer.fc == DATA_LOW {
+                    change(&mut answer.du);
+                }
+            }),
+            Fault::RefusesOthers(dsap) => Box::new(move |line, octets| {
                 let received = line.hear(octets);
-                let (Some(request), Some(mut answer)) = (Frame::parse(octets), Frame::parse_answer(&received)) else {
-                    return received;
-                };
-                change(&request, &mut answer);
-                Received::Telegram(answer.octets())
+                match Frame::parse(octets) {
+                    Some(request) if request.dsap == dsap && request.sa != MASTER && received != Received::Nothing => {
+                        status(&request, RS)
+                    }
+                    _ => received,
+                }
             }),
             Fault::Answers(change) => Box::new(move |line, octets| {
                 let received = line.hear(octets);
@@ -147,6 +162,25 @@ impl FaultyLine {
         };
         let counting = if let Fault::Counts(counting) = fault { *counting } else { Counting::Correct };
         Self { line, memory: Memory::new(counting), react }
+    }
+}
+
+/// A slave that changes its answers that are data telegrams.
+fn says(change: impl Fn(&Frame, &mut Frame) + 'static) -> Box<Reaction> {
+    Box::new(move |line, octets| {
+        let received = line.hear(octets);
+        let (Some(request), Some(mut answer)) = (Frame::parse(octets), Frame::parse_answer(&received)) else {
+            return received;
+        };
+        change(&request, &mut answer);
+        Received::Telegram(answer.octets())
+    })
+}
+
+/// A diagnosis, which `change` alters.
+pub fn diagnosis(request: &Frame, answer: &mut Frame, change: impl FnOnce(&mut [u8])) {
+    if request.dsap == SLAVE_DIAG && answer.du.len() >= 6 {
+        change(&mut answer.du);
     }
 }
 

@@ -6,6 +6,7 @@ mod alternatives;
 mod compound;
 mod counting;
 mod damaged;
+mod disturbed;
 mod faults;
 mod faulty;
 mod page;
@@ -13,6 +14,7 @@ mod slave;
 
 use alternatives::ALTERNATIVES;
 use compound::COMPOUND;
+use disturbed::{ALL, Disturbances, DisturbedLine, NOTICED};
 use faulty::FaultyLine;
 use profivac_conform::dialogue::{self, CheckError, Dialogue, Link, SlaveUnderTest};
 use profivac_conform::expected::{Expected, Reason, Service};
@@ -140,6 +142,107 @@ fn what_a_faulty_slave_leaves_untested_names_its_fault() {
     }
 }
 
+/// The probabilities with which a telegram or a wait is disturbed: on a loaded computer, on a bad one, on a useless line.
+const PROBABILITIES: [f64; 3] = [LOADED, 0.02, 0.2];
+const LOADED: f64 = 0.002;
+
+/// The results of a slave on lines with these disturbances, each run with another seed.
+fn disturbed<L: Link>(
+    disturbances: Disturbances,
+    seeds: std::ops::Range<u64>,
+    make: impl Fn() -> (L, SlaveUnderTest),
+) -> impl Iterator<Item = ((u64, f64), Vec<CheckResult>)> {
+    let runs = seeds.flat_map(|seed| PROBABILITIES.map(|probability| (seed, probability)));
+    runs.map(move |(seed, probability)| {
+        let (line, subject) = make();
+        let mut line = DisturbedLine::new(line, disturbances, probability, seed);
+        ((seed, probability), results(&mut line, &subject))
+    })
+}
+
+/// Also if a request is lost on its way, which nothing but the missing answer shows.
+#[test]
+fn a_line_that_loses_damages_and_delays_telegrams_breaks_no_rule_of_a_correct_slave() {
+    for (run, results) in disturbed(ALL, 0..20, sample) {
+        assert_eq!(broken(&results), Vec::<String>::new(), "{run:?}");
+    }
+    for model in MODELS {
+        for (run, results) in disturbed(ALL, 0..1, || virtual_device(model.name)) {
+            assert_eq!(broken(&results), Vec::<String>::new(), "{}: {run:?}", model.name);
+        }
+    }
+    for (does, alternative) in ALTERNATIVES {
+        let slave = || {
+            let (line, subject) = sample();
+            (FaultyLine::new(line, alternative), subject)
+        };
+        for (run, results) in disturbed(ALL, 0..1, slave) {
+            assert_eq!(broken(&results), Vec::<String>::new(), "a slave that {does}: {run:?}");
+        }
+    }
+}
+
+/// On a loaded computer each fault is found all the same.
+#[test]
+fn a_faulty_slave_on_a_disturbed_line_breaks_no_other_rule() {
+    let mut wrong = Vec::new();
+    for slave in faults::all() {
+        let make = || {
+            let (line, subject) = sample();
+            (FaultyLine::new(line, &slave.fault), subject)
+        };
+        for (run, results) in disturbed(NOTICED, 0..1, make) {
+            let broken = broken(&results);
+            let is_own = broken.iter().all(|broken| broken.starts_with(&format!("{}:", slave.rule)));
+            if !is_own || (broken.is_empty() && run.1 == LOADED) {
+                wrong.push(format!("{}: {run:?}: {broken:#?}", slave.rule));
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+/// The outcome of the rule with this name.
+fn outcome<'a>(results: &'a [CheckResult], name: &str) -> &'a Outcome {
+    &results.iter().find(|result| result.check.name == name).unwrap().outcome
+}
+
+/// The slave may have sent them whole.
+#[test]
+fn damaged_answers_in_every_repetition_leave_a_rule_and_those_that_need_it_untested() {
+    let damaged = faulty::Fault::Answers(
+        |_, request, answer| {
+            if request.dsap == faulty::SLAVE_DIAG { Received::Damaged } else { answer }
+        },
+    );
+    let (line, subject) = sample();
+    let results = results(&mut FaultyLine::new(line, &damaged), &subject);
+    assert_eq!(broken(&results), Vec::<String>::new());
+    assert_eq!(outcome(&results, "diagnosis.answer"), &Outcome::NotTested(Reason::Disturbed));
+    for name in ["layer2.access-points", "start-up.prm-req", "control.sync"] {
+        assert_eq!(outcome(&results, name), &Outcome::NotTested(Reason::Undecided("diagnosis.answer")), "{name}");
+    }
+    assert_eq!(outcome(&results, "start-up.exchange"), &Outcome::Passed);
+}
+
+#[test]
+fn a_wrong_answer_that_does_not_come_again_leaves_a_rule_untested() {
+    let once = faulty::Fault::Reacts(|| {
+        let mut is_first = true;
+        Box::new(move |line, octets| {
+            let received = line.hear(octets);
+            let is_status =
+                faulty::Frame::parse(octets).is_some_and(|request| request.function() == faulty::FDL_STATUS);
+            if is_status && std::mem::take(&mut is_first) { faulty::sc() } else { received }
+        })
+    });
+    let (line, subject) = sample();
+    let results = results(&mut FaultyLine::new(line, &once), &subject);
+    assert_eq!(outcome(&results, "layer2.fdl-status"), &Outcome::NotTested(Reason::Varies));
+    assert_eq!(outcome(&results, "layer2.addresses"), &Outcome::NotTested(Reason::Undecided("layer2.fdl-status")));
+    assert_eq!(broken(&results), Vec::<String>::new());
+}
+
 #[test]
 fn every_rule_has_one_faulty_slave_in_the_order_of_the_rules() {
     let rules: Vec<_> = checks::all().map(|check| check.name).collect();
@@ -176,9 +279,8 @@ fn what_a_broken_rule_prevents_is_not_tested_and_names_it() {
     let never_ready = faults::all().find(|slave| slave.rule == "start-up.exchange").unwrap();
     let (line, subject) = sample();
     let results = results(&mut FaultyLine::new(line, &never_ready.fault), &subject);
-    let outcome = |name| &results.iter().find(|result| result.check.name == name).unwrap().outcome;
     for name in ["start-up.unlock", "read.inputs-image", "watchdog.restart", "noise.state"] {
-        assert_eq!(outcome(name), &Outcome::NotTested(Reason::After("start-up.exchange")), "{name}");
+        assert_eq!(outcome(&results, name), &Outcome::NotTested(Reason::After("start-up.exchange")), "{name}");
     }
 }
 
@@ -193,9 +295,8 @@ fn a_slave_that_is_silent_on_closed_access_points_breaks_one_rule() {
     let results = results(&mut FaultyLine::new(line, &silent), &subject);
     let broken = broken(&results);
     assert!(broken.len() == 1 && broken[0].starts_with("layer2.closed:"), "{broken:#?}");
-    let outcome = |name| &results.iter().find(|result| result.check.name == name).unwrap().outcome;
     for name in ["ms1.poll", "ms2.manager", "ms2.idle"] {
-        assert_eq!(outcome(name), &Outcome::NotTested(Reason::Unprepared(Expected::Answer)), "{name}");
+        assert_eq!(outcome(&results, name), &Outcome::NotTested(Reason::Unprepared(Expected::Answer)), "{name}");
     }
 }
 

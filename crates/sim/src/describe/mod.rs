@@ -8,7 +8,7 @@ mod acyclic;
 use profivac_wire::address::SetSlaveAdd;
 use profivac_wire::cfg;
 use profivac_wire::control::{Control, FrameCount, Function, StationType, Status};
-use profivac_wire::diag::{NO_MASTER, SlaveDiag, StationStatus};
+use profivac_wire::diag::{NO_MASTER, SlaveDiag};
 use profivac_wire::global::{ControlCommand, GlobalControl};
 use profivac_wire::prm::{PrmStatus, SetPrm};
 use profivac_wire::{BROADCAST, DataTelegram, Sap, Telegram};
@@ -246,35 +246,11 @@ fn slave_diag(diag: &SlaveDiag<'_>) -> String {
         master => format!(" master {master}"),
     };
     words += &format!(", ident {:04X}", diag.ident);
-    for word in station_status(diag.status) {
+    for word in diag.status.names() {
         words = words + ", " + word;
     }
     if diag.ext_diag.is_empty() { words } else { format!("{words}, {}", Hex(diag.ext_diag)) }
 }
-
-/// The names of the set bits.
-pub fn station_status(status: StationStatus) -> impl Iterator<Item = &'static str> {
-    DIAG_WORDS.iter().filter(move |(bit, _)| status.contains(*bit)).map(|(_, word)| *word)
-}
-
-/// Names according to profibus-wire 2.3, without the bit that is always 1.
-const DIAG_WORDS: [(StationStatus, &str); 15] = [
-    (StationStatus::STATION_NON_EXISTENT, "Station_Non_Existent"),
-    (StationStatus::STATION_NOT_READY, "Station_Not_Ready"),
-    (StationStatus::CFG_FAULT, "Cfg_Fault"),
-    (StationStatus::EXT_DIAG, "Ext_Diag"),
-    (StationStatus::NOT_SUPPORTED, "Not_Supported"),
-    (StationStatus::INVALID_SLAVE_RESPONSE, "Invalid_Slave_Response"),
-    (StationStatus::PRM_FAULT, "Prm_Fault"),
-    (StationStatus::MASTER_LOCK, "Master_Lock"),
-    (StationStatus::PRM_REQ, "Prm_Req"),
-    (StationStatus::STAT_DIAG, "Stat_Diag"),
-    (StationStatus::WD_ON, "WD_On"),
-    (StationStatus::FREEZE_MODE, "Freeze_Mode"),
-    (StationStatus::SYNC_MODE, "Sync_Mode"),
-    (StationStatus::DEACTIVATED, "Deactivated"),
-    (StationStatus::EXT_DIAG_OVERFLOW, "Ext_Diag_Overflow"),
-];
 
 /// ` one, two, three`
 fn listed<'a>(words: impl Iterator<Item = &'a str>) -> String {

@@ -59,50 +59,18 @@ pub static SLAVES: &[FaultySlave] = &[
         "answers RD_Outp outside data exchange",
         Answers(|slave, request, answer| if request.dsap == RD_OUTP && is_waiting(slave) { sc() } else { answer }),
     ),
-    slave(
-        "read.inputs",
-        "sends an octet too many for RD_Inp",
-        Says(|request, answer| {
-            if request.dsap == RD_INP && answer.fc == 8 {
-                answer.du.push(0);
-            }
-        }),
-    ),
+    slave("read.inputs", "sends an octet too many for RD_Inp", Returns(RD_INP, |du| du.push(0))),
     slave(
         "read.inputs-image",
         "sends other inputs for RD_Inp than for Data_Exchange",
-        Says(|request, answer| {
-            if request.dsap == RD_INP && answer.fc == 8 {
-                answer.du[0] ^= 0x01;
-            }
-        }),
+        Returns(RD_INP, |du| du[0] ^= 0x01),
     ),
-    slave(
-        "read.inputs-any-master",
-        "refuses the inputs to a second master",
-        Answers(
-            |_, request, answer| {
-                if request.dsap == RD_INP && request.sa != MASTER { status(request, RS) } else { answer }
-            },
-        ),
-    ),
-    slave(
-        "read.outputs",
-        "sends an octet too many for RD_Outp",
-        Says(|request, answer| {
-            if request.dsap == RD_OUTP && answer.fc == 8 {
-                answer.du.push(0);
-            }
-        }),
-    ),
+    slave("read.inputs-any-master", "refuses the inputs to a second master", RefusesOthers(RD_INP)),
+    slave("read.outputs", "sends an octet too many for RD_Outp", Returns(RD_OUTP, |du| du.push(0))),
     slave(
         "read.outputs-image",
         "sends other outputs for RD_Outp than it received",
-        Says(|request, answer| {
-            if request.dsap == RD_OUTP && answer.fc == 8 {
-                answer.du[0] ^= 0x01;
-            }
-        }),
+        Returns(RD_OUTP, |du| du[0] ^= 0x01),
     ),
     slave(
         "control.broadcast",
@@ -125,13 +93,7 @@ pub static SLAVES: &[FaultySlave] = &[
         "leaves data exchange with Clear_Data",
         Reacts(|| ends_exchange(|request| request.dsap == GLOBAL_CONTROL && request.du == [0x02, 0])),
     ),
-    slave(
-        "control.sync",
-        "does not report Sync_Mode",
-        Says(|request, answer| {
-            diagnosis(request, answer, |du| du[TWO] &= !0x20);
-        }),
-    ),
+    slave("control.sync", "does not report Sync_Mode", Reports(|du| du[TWO] &= !0x20)),
     slave("control.unsync", "ignores Unsync", Hears(|request| command(request, |octet| octet & !0x10))),
     slave(
         "control.owner",
@@ -151,13 +113,7 @@ pub static SLAVES: &[FaultySlave] = &[
             }
         }),
     ),
-    slave(
-        "control.freeze",
-        "does not report Freeze_Mode",
-        Says(|request, answer| {
-            diagnosis(request, answer, |du| du[TWO] &= !0x10);
-        }),
-    ),
+    slave("control.freeze", "does not report Freeze_Mode", Reports(|du| du[TWO] &= !0x10)),
     slave("control.unfreeze", "ignores Unfreeze", Hears(|request| command(request, |octet| octet & !0x04))),
 ];
 

@@ -13,10 +13,11 @@ use super::counting::Counting;
 use super::damaged;
 use super::faulty::{
     CHK_CFG, FDL_STATUS, Fault, Frame, GET_CFG, GLOBAL_CONTROL, MANAGER, MS1, RD_INP, RD_OUTP, RR, RS, Reaction,
-    SET_PRM, SET_SLAVE_ADD, SLAVE_DIAG, UE, as_first, is_exchanging, is_rs, is_waiting, leave, request, sc, status,
+    SET_PRM, SET_SLAVE_ADD, SLAVE_DIAG, UE, as_first, diagnosis, is_exchanging, is_rs, is_waiting, leave, request, sc,
+    status,
 };
 use super::slave::{ADDRESS, CFG, IDENT, MASTER};
-use Fault::{Answers, Counts, Hears, Reacts, Says};
+use Fault::{Answers, Counts, Hears, Reacts, RefusesOthers, Reports, Returns, Says};
 use profivac_conform::probe::Received;
 use profivac_dp::slave::SlaveState;
 
@@ -85,13 +86,6 @@ fn is_unlock(request: &Frame) -> bool {
 /// Chk_Cfg with a truncated identifier.
 fn is_truncated_cfg(request: &Frame) -> bool {
     request.dsap == CHK_CFG && request.du.last() == Some(&0xC0)
-}
-
-/// A diagnosis, which `change` alters.
-fn diagnosis(request: &Frame, answer: &mut Frame, change: impl FnOnce(&mut [u8])) {
-    if request.dsap == SLAVE_DIAG && answer.du.len() >= 6 {
-        change(&mut answer.du);
-    }
 }
 
 /// A slave that keeps a bit of the first octet of its diagnosis from a request until it is released.

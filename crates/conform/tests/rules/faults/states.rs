@@ -3,33 +3,13 @@
 use super::*;
 
 pub static SLAVES: &[FaultySlave] = &[
-    slave(
-        "diagnosis.fixed-bit",
-        "sends 0 in the bit that is always 1",
-        Says(|request, answer| {
-            diagnosis(request, answer, |du| du[TWO] &= !0x04);
-        }),
-    ),
-    slave(
-        "diagnosis.master-bits",
-        "sets Master_Lock",
-        Says(|request, answer| {
-            diagnosis(request, answer, |du| du[ONE] |= 0x80);
-        }),
-    ),
-    slave(
-        "diagnosis.reserved-bits",
-        "sets a reserved bit of the diagnosis",
-        Says(|request, answer| {
-            diagnosis(request, answer, |du| du[THREE] |= 0x01);
-        }),
-    ),
+    slave("diagnosis.fixed-bit", "sends 0 in the bit that is always 1", Reports(|du| du[TWO] &= !0x04)),
+    slave("diagnosis.master-bits", "sets Master_Lock", Reports(|du| du[ONE] |= 0x80)),
+    slave("diagnosis.reserved-bits", "sets a reserved bit of the diagnosis", Reports(|du| du[THREE] |= 0x01)),
     slave(
         "diagnosis.ident",
         "sends another ident number once it has parameters",
-        Says(|request, answer| {
-            diagnosis(request, answer, |du| du[5] ^= u8::from(du[OWNER] != 0xFF));
-        }),
+        Reports(|du| du[5] ^= u8::from(du[OWNER] != 0xFF)),
     ),
     slave(
         "diagnosis.blocks",
@@ -40,43 +20,13 @@ pub static SLAVES: &[FaultySlave] = &[
             }
         }),
     ),
-    slave(
-        "diagnosis.any-master",
-        "refuses the diagnosis to a second master",
-        Answers(|_, request, answer| {
-            if request.dsap == SLAVE_DIAG && request.sa != MASTER && answer != Received::Nothing {
-                status(request, RS)
-            } else {
-                answer
-            }
-        }),
-    ),
-    slave(
-        "get-cfg.identifiers",
-        "sends a truncated configuration",
-        Says(|request, answer| {
-            if request.dsap == GET_CFG && answer.fc == 8 {
-                answer.du.push(0xC0);
-            }
-        }),
-    ),
-    slave(
-        "get-cfg.any-master",
-        "refuses the configuration to a second master",
-        Answers(
-            |_, request, answer| {
-                if request.dsap == GET_CFG && request.sa != MASTER { status(request, RS) } else { answer }
-            },
-        ),
-    ),
+    slave("diagnosis.any-master", "refuses the diagnosis to a second master", RefusesOthers(SLAVE_DIAG)),
+    slave("get-cfg.identifiers", "sends a truncated configuration", Returns(GET_CFG, |du| du.push(0xC0))),
+    slave("get-cfg.any-master", "refuses the configuration to a second master", RefusesOthers(GET_CFG)),
     slave(
         "get-cfg.no-open-format",
         "sends an identifier with 15 manufacturer octets",
-        Says(|request, answer| {
-            if request.dsap == GET_CFG && answer.fc == 8 {
-                answer.du = vec![0x4F, 0x81, 0x21];
-            }
-        }),
+        Returns(GET_CFG, |du| *du = vec![0x4F, 0x81, 0x21]),
     ),
     slave(
         "start-up.set-prm",
@@ -120,67 +70,55 @@ pub static SLAVES: &[FaultySlave] = &[
     slave(
         "start-up.no-owner",
         "keeps Diag_Master_Add without an owner",
-        Says(|request, answer| {
-            diagnosis(request, answer, |du| {
-                if du[OWNER] == 0xFF {
-                    du[OWNER] = MASTER;
-                }
-            });
+        Reports(|du| {
+            if du[OWNER] == 0xFF {
+                du[OWNER] = MASTER;
+            }
         }),
     ),
     slave(
         "start-up.prm-req",
         "waits for parameters without Prm_Req",
-        Says(|request, answer| {
-            diagnosis(request, answer, |du| {
-                if du[OWNER] == 0xFF {
-                    du[TWO] &= !0x01;
-                }
-            });
+        Reports(|du| {
+            if du[OWNER] == 0xFF {
+                du[TWO] &= !0x01;
+            }
         }),
     ),
     slave(
         "start-up.not-ready",
         "waits for parameters without Station_Not_Ready",
-        Says(|request, answer| {
-            diagnosis(request, answer, |du| {
-                if du[OWNER] == 0xFF {
-                    du[ONE] &= !0x02;
-                }
-            });
+        Reports(|du| {
+            if du[OWNER] == 0xFF {
+                du[ONE] &= !0x02;
+            }
         }),
     ),
     slave(
         "start-up.owner",
         "reports another master as its owner",
-        Says(|request, answer| {
-            diagnosis(request, answer, |du| {
-                if du[OWNER] == MASTER {
-                    du[OWNER] = 1;
-                }
-            });
+        Reports(|du| {
+            if du[OWNER] == MASTER {
+                du[OWNER] = 1;
+            }
         }),
     ),
     slave(
         "start-up.parameterised",
         "keeps Prm_Req after Set_Prm",
-        Says(|request, answer| {
-            diagnosis(request, answer, |du| {
-                if du[OWNER] != 0xFF {
-                    du[TWO] |= 0x01;
-                }
-            });
+        Reports(|du| {
+            if du[OWNER] != 0xFF {
+                du[TWO] |= 0x01;
+            }
         }),
     ),
     slave(
         "start-up.waits-for-cfg",
         "says that it is ready before Chk_Cfg",
-        Says(|request, answer| {
-            diagnosis(request, answer, |du| {
-                if du[OWNER] != 0xFF {
-                    du[ONE] &= !0x02;
-                }
-            });
+        Reports(|du| {
+            if du[OWNER] != 0xFF {
+                du[ONE] &= !0x02;
+            }
         }),
     ),
     slave(
@@ -194,12 +132,10 @@ pub static SLAVES: &[FaultySlave] = &[
     slave(
         "start-up.ready",
         "says that it is not ready during data exchange",
-        Says(|request, answer| {
-            diagnosis(request, answer, |du| {
-                if du[OWNER] != 0xFF {
-                    du[ONE] |= 0x02;
-                }
-            });
+        Reports(|du| {
+            if du[OWNER] != 0xFF {
+                du[ONE] |= 0x02;
+            }
         }),
     ),
     slave(
@@ -246,13 +182,7 @@ pub static SLAVES: &[FaultySlave] = &[
             }
         }),
     ),
-    slave(
-        "start-up.prm-fault",
-        "never says Prm_Fault",
-        Says(|request, answer| {
-            diagnosis(request, answer, |du| du[ONE] &= !0x40);
-        }),
-    ),
+    slave("start-up.prm-fault", "never says Prm_Fault", Reports(|du| du[ONE] &= !0x40)),
     slave(
         "start-up.prm-fault-acknowledged",
         "answers a faulty Set_Prm with UE",
@@ -287,13 +217,7 @@ pub static SLAVES: &[FaultySlave] = &[
             }
         }),
     ),
-    slave(
-        "start-up.cfg-fault",
-        "never says Cfg_Fault",
-        Says(|request, answer| {
-            diagnosis(request, answer, |du| du[ONE] &= !0x04);
-        }),
-    ),
+    slave("start-up.cfg-fault", "never says Cfg_Fault", Reports(|du| du[ONE] &= !0x04)),
     slave(
         "start-up.cfg-fault-acknowledged",
         "answers a faulty Chk_Cfg with UE",

@@ -12,13 +12,7 @@ struct Watch {
 }
 
 pub static SLAVES: &[FaultySlave] = &[
-    slave(
-        "watchdog.no-bit",
-        "reports WD_On at any time",
-        Says(|request, answer| {
-            diagnosis(request, answer, |du| du[TWO] |= 0x08);
-        }),
-    ),
+    slave("watchdog.no-bit", "reports WD_On at any time", Reports(|du| du[TWO] |= 0x08)),
     slave(
         "watchdog.off",
         "runs a watchdog that is switched off",
@@ -51,13 +45,7 @@ pub static SLAVES: &[FaultySlave] = &[
             }
         }),
     ),
-    slave(
-        "watchdog.bit",
-        "does not report WD_On",
-        Says(|request, answer| {
-            diagnosis(request, answer, |du| du[TWO] &= !0x08);
-        }),
-    ),
+    slave("watchdog.bit", "does not report WD_On", Reports(|du| du[TWO] &= !0x08)),
     slave(
         "watchdog.no-owner",
         "keeps its owner after the watchdog has expired",
