@@ -1,0 +1,22 @@
+#![doc = include_str!("../README.md")]
+//!
+//! ## Modules
+//!
+//! | Module | Holds |
+//! |---|---|
+//! | [`observer`] | the [`Observer`]: telegrams and damaged pieces to the state of the line |
+//! | [`station`] | the state of one station, and how its place in the live list is decided |
+//! | [`counts`], [`histogram`] | counters with their last minute, durations in fixed buckets |
+//! | [`gauge`] | model, configuration and unit of a slave with their origins, and its pressures |
+//! | [`parameters`] | parameters that pass in the parameter channel, on MS1 and on MS2 |
+//! | [`event`] | changes, as sentences |
+
+pub mod counts;
+pub mod event;
+pub mod gauge;
+pub mod histogram;
+pub mod observer;
+pub mod parameters;
+pub mod station;
+
+pub use observer::Observer;
