@@ -10,13 +10,17 @@
 //! | [`gauge`] | model, configuration and unit of a slave with their origins, and its pressures |
 //! | [`parameters`] | parameters that pass in the parameter channel, on MS1 and on MS2 |
 //! | [`event`] | changes, as sentences |
+//! | [`report`] | the state of the line as text and numbers |
+//! | [`flight`] | the last traffic in memory, and captures of it on disk |
 
 pub mod counts;
 pub mod event;
+pub mod flight;
 pub mod gauge;
 pub mod histogram;
 pub mod observer;
 pub mod parameters;
+pub mod report;
 pub mod station;
 
 pub use observer::Observer;

@@ -32,6 +32,11 @@ const MAX_REQUEST: usize = 256;
 /// The number of octets that an inverted start or stop bit adds or hides. free choice.
 const LOST_OCTETS: usize = 2;
 
+/// Start delimiters.
+const SD1: u8 = 0x10;
+const SD2: u8 = 0x68;
+const SD3: u8 = 0xA2;
+
 /// Totals of the line.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Totals {
@@ -314,9 +319,38 @@ impl Observer {
         self.slot_tbit.is_none_or(|slot_tbit| start - self.asked_end < slot_tbit)
     }
 
+    /// The damaged pieces were followed by something else than a repetition: their master gave up. They belong to the slave that their
+    /// addresses name, if both addresses are those of known stations.
     fn forget_damaged_request(&mut self) {
+        let damaged = std::mem::take(&mut self.damaged_requests);
+        if damaged > 0
+            && let Some(slave) = self.damaged_slave()
+        {
+            let repeated = damaged.saturating_sub(1);
+            self.count(slave, |counts| {
+                counts.requests = counts.requests.saturating_add(damaged.into());
+                counts.repeated = counts.repeated.saturating_add(repeated.into());
+                counts.damaged = counts.damaged.saturating_add(damaged.into());
+                counts.lost = counts.lost.saturating_add(1);
+            });
+            if let Some(station) = self.station_mut(slave) {
+                station.longest_sequence = station.longest_sequence.max(repeated);
+            }
+            self.totals.unattributed = self.totals.unattributed.saturating_sub(damaged.into());
+        }
         self.damaged_request.clear();
-        self.damaged_requests = 0;
+    }
+
+    /// The slave that the damaged request names.
+    fn damaged_slave(&self) -> Option<u8> {
+        let (da, sa, fc) = match self.damaged_request[..] {
+            [SD2, _, _, SD2, da, sa, fc, ..] | [SD1 | SD3, da, sa, fc, ..] => (da & 0x7F, sa & 0x7F, fc),
+            _ => return None,
+        };
+        let is_srd = matches!(Control::from_octet(fc), Control::Request { function: Function::SrdLow | Function::SrdHigh, .. });
+        let is_slave = self.station(da).is_some_and(|station| station.master_at.is_none() && station.last.is_some());
+        let is_master = self.station(sa).is_some_and(|station| station.master_at.is_some());
+        (is_srd && is_slave && is_master).then_some(da)
     }
 
     fn count_burst(&mut self, start: BitTime) {
@@ -340,10 +374,14 @@ impl Observer {
         let mut octets = [0; MAX_REQUEST];
         let length = Telegram::Data(*frame).emit(&mut octets).unwrap_or_default();
         let request = octets.get(..length).unwrap_or_default();
-        let is_request = length > 0 && is_alike(&self.damaged_request, request);
-        let count = self.damaged_requests;
+        let names_other = self.damaged_slave().is_some_and(|slave| slave != frame.da);
+        let is_request = length > 0 && !names_other && is_alike(&self.damaged_request, request);
+        if is_request {
+            self.damaged_request.clear();
+            return std::mem::take(&mut self.damaged_requests);
+        }
         self.forget_damaged_request();
-        if is_request { count } else { 0 }
+        0
     }
 
     // --- requests ---
