@@ -24,3 +24,7 @@ pub mod report;
 pub mod station;
 
 pub use observer::Observer;
+pub use profivac_explain::divider::Divider;
+pub use profivac_explain::frame::{Chunk, Piece, TimeSource};
+pub use profivac_explain::tap::{Tap, TapEvent};
+pub use profivac_sim::describe::Hex;

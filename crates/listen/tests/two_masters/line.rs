@@ -96,8 +96,10 @@ pub struct Line {
     pub slaves: Vec<CyclicSlave>,
     /// The start of the next entry of the trace that no listener has got.
     fed: BitTime,
-    /// Octets on the line, and those that the stations sent.
+    /// Octets on the line.
     pub octets: u64,
+    /// What was on the line, if it is to be replayed.
+    pub recorded: Option<Vec<Chunk>>,
 }
 
 /// A listener: what receives the line, and the observer behind it.
@@ -138,7 +140,7 @@ impl Line {
             segment.allow(rule);
         }
         let devices = slaves.iter().map(|slave| segment.attach(device(slave, baud))).collect();
-        let mut line = Self { baud, segment, masters: Vec::new(), devices, slaves, fed: BitTime(0), octets: 0 };
+        let mut line = Self { baud, segment, masters: Vec::new(), devices, slaves, fed: BitTime(0), octets: 0, recorded: None };
         for address in MASTERS {
             let master = line.new_master(address);
             line.masters.push(line.segment.attach(master));
@@ -196,6 +198,9 @@ impl Line {
             self.octets += octets.len() as u64;
             let chunk = Chunk { start: Some(entry.start), octets, errors: entry.errors.clone(), is_continued: false };
             listeners.iter_mut().for_each(|listener| listener.hear(&chunk));
+            if let Some(recorded) = &mut self.recorded {
+                recorded.push(chunk);
+            }
             fed = entry.start + 1;
         }
         self.fed = fed;
