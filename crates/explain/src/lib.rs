@@ -10,6 +10,7 @@
 //! | Layer | Module | Result |
 //! |---|---|---|
 //! | telegrams | [`frame`] | telegrams and damaged pieces |
+//! | times | [`divider`] | telegrams and damaged pieces of octets with times |
 //! | files | [`input`], [`text`] | octets from captures, traces and logs, with times if the file has times |
 //! | ports | [`tap`] | octets with times, from a port that only listens |
 //! | cycles | [`cycle`] | requests with their answers |
@@ -20,6 +21,7 @@
 mod acyclic;
 pub mod cycle;
 mod cyclic;
+pub mod divider;
 pub mod explainer;
 pub mod frame;
 pub mod input;
@@ -31,11 +33,11 @@ pub mod slave;
 pub mod tap;
 pub mod text;
 
+use divider::Divider;
 use explainer::Explainer;
-use frame::{Chunk, Framer, Piece, TimeSource};
+use frame::{Chunk, Piece, TimeSource};
 use note::Note;
-use profivac_dp::link::{Baud, BitTime, CHARACTER_TBIT, T_SYN_TBIT};
-use profivac_host::clock::tbit_of;
+use profivac_dp::link::Baud;
 use std::time::Duration;
 
 /// A piece with its explanation.
@@ -54,16 +56,10 @@ pub struct ExplainedPiece {
 /// Decodes octets into telegrams and explains them.
 #[derive(Clone, Debug)]
 pub struct Decoder {
-    framer: Framer,
+    divider: Divider,
     explainer: Explainer,
     pieces: Vec<Piece>,
     number: usize,
-    /// End of the last octets that had a time.
-    end: Option<BitTime>,
-    /// No telegram continues after a pause of this length.
-    gap_tbit: u64,
-    baud: Baud,
-    times: TimeSource,
 }
 
 /// Longest pause that an operating system or an adapter may make within a telegram. free choice: longer than the 16 ms for
@@ -78,12 +74,7 @@ impl Decoder {
     /// A decoder without any traffic yet.
     #[must_use]
     pub fn new(baud: Baud, times: TimeSource) -> Self {
-        let gap_tbit = match times {
-            TimeSource::Exact => T_SYN_TBIT,
-            TimeSource::Platform => tbit_of(baud, PLATFORM_SILENCE).max(T_SYN_TBIT),
-        };
-        let (framer, explainer) = (Framer::new(times), Explainer::new(baud));
-        Self { framer, explainer, pieces: Vec::new(), number: 0, end: None, gap_tbit, baud, times }
+        Self { divider: Divider::new(baud, times), explainer: Explainer::new(baud), pieces: Vec::new(), number: 0 }
     }
 
     /// The state of the line as the traffic shows it.
@@ -94,23 +85,13 @@ impl Decoder {
 
     /// Decodes octets and appends the complete pieces to `explained`. A pause before the octets ends a telegram.
     pub fn push(&mut self, chunk: &Chunk, explained: &mut Vec<ExplainedPiece>) {
-        if let (Some(end), Some(start)) = (self.end, chunk.start)
-            && start - end >= self.gap_tbit
-        {
-            self.framer.flush(&mut self.pieces);
-        }
-        self.end = chunk.start.map(|start| start + (chunk.octets.len() as u64).saturating_mul(CHARACTER_TBIT));
-        self.framer.push(chunk, &mut self.pieces);
-        if let (TimeSource::Platform, Some(now)) = (self.times, chunk.start) {
-            let limit = now.0.saturating_sub(tbit_of(self.baud, LONGEST_DELAY));
-            self.framer.give_up(BitTime(limit), &mut self.pieces);
-        }
+        self.divider.push(chunk, &mut self.pieces);
         self.explain_pieces(explained);
     }
 
     /// Appends the pieces that are left to `explained`, at the end of the input or after a silent line.
     pub fn end(&mut self, explained: &mut Vec<ExplainedPiece>) {
-        self.framer.flush(&mut self.pieces);
+        self.divider.end(&mut self.pieces);
         self.explain_pieces(explained);
     }
 

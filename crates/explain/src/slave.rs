@@ -378,10 +378,7 @@ impl Slave {
 
     /// Adds a note about the contents of a diagnosis beyond the start-up.
     fn report_diagnosis(&self, diag: &SlaveDiag<'_>, notes: &mut Notes<'_>) {
-        let mut reports: Vec<String> = (diag.status - PROGRESS - ORDINARY).names().map(str::to_owned).collect();
-        reports.extend(
-            Blocks::new(diag.ext_diag).map(|block| block.map_or_else(|_| "a damaged block".to_owned(), block_text)),
-        );
+        let reports = diagnosis_reports(diag);
         let is_empty = self.diagnosis.is_some() && reports.is_empty();
         let text = if is_empty {
             "its diagnosis reports nothing".to_owned()
@@ -437,6 +434,15 @@ fn owner_change(before: u8, now: u8) -> String {
         (before, NO_MASTER) => format!("has no owner any more, before it belonged to master {before}"),
         (before, now) => format!("belongs to master {now} now, before it belonged to master {before}"),
     }
+}
+
+/// What a diagnosis reports beyond the start-up: the status bits and the blocks of the extended diagnosis, each as text.
+#[must_use]
+pub fn diagnosis_reports(diag: &SlaveDiag<'_>) -> Vec<String> {
+    let status = (diag.status - PROGRESS - ORDINARY).names().map(str::to_owned);
+    let blocks =
+        Blocks::new(diag.ext_diag).map(|block| block.map_or_else(|_| "a damaged block".to_owned(), block_text));
+    status.chain(blocks).collect()
 }
 
 /// A block of an extended diagnosis as text.

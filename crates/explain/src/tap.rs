@@ -35,14 +35,19 @@ impl Tap {
     /// A tap that receives from now on.
     #[must_use]
     pub fn new(port: Box<dyn Port>, baud: Baud) -> Self {
-        Self {
-            port,
-            baud,
-            clock: Clock::starting_at(BitTime(0), baud),
-            received: Vec::new(),
-            last: None,
-            before: BitTime(0),
-        }
+        Self::starting_at(port, baud, BitTime(0))
+    }
+
+    /// A tap that receives from now on, which is bit time `first`: the times of a port that was opened again continue.
+    #[must_use]
+    pub fn starting_at(port: Box<dyn Port>, baud: Baud, first: BitTime) -> Self {
+        Self { port, baud, clock: Clock::starting_at(first, baud), received: Vec::new(), last: None, before: first }
+    }
+
+    /// The present bit time.
+    #[must_use]
+    pub fn now(&self) -> BitTime {
+        self.clock.now()
     }
 
     /// Waits for an event, at most `at_most`. Also returns when one of `others` becomes readable; the second value says which

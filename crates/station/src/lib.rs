@@ -11,6 +11,7 @@
 //! | [`recording`] | the recorder as the threads share it |
 //! | [`auth`] | users, roles, sessions |
 //! | [`view`] | what the API shows |
+//! | [`bus`] | the state of the lines of all segments, and their captures |
 //! | [`snapshot`] | the latest snapshot of each segment |
 //! | [`alarm`] | alarms after ISA-18.2 |
 //! | [`config`] | the station's file |
@@ -26,6 +27,7 @@
 pub mod alarm;
 pub mod api;
 pub mod auth;
+pub mod bus;
 pub mod config;
 pub mod control;
 mod host_name;

@@ -17,6 +17,12 @@ impl RecorderHandle {
         Self { recorder, database }
     }
 
+    /// The folder for captures of the station's segments, beside the database.
+    #[must_use]
+    pub fn captures(&self) -> PathBuf {
+        self.database.with_extension("captures")
+    }
+
     /// Opens the database for reading.
     ///
     /// # Errors

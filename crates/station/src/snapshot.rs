@@ -1,5 +1,6 @@
 //! The latest snapshot of each segment. Segment threads publish; alarms, control and the API read.
 
+use crate::bus::BusStore;
 use crate::view::{Gauge, ReadProgress, Segment, SegmentState, duration_ms};
 use std::collections::BTreeMap;
 use std::sync::{Mutex, MutexGuard, PoisonError, RwLock, RwLockReadGuard, RwLockWriteGuard};
@@ -38,6 +39,7 @@ struct Published {
 pub struct SnapshotStore {
     segments: RwLock<BTreeMap<String, Published>>,
     read_progress: Mutex<Vec<ReadProgress>>,
+    buses: BusStore,
 }
 
 impl SnapshotStore {
@@ -55,8 +57,15 @@ impl SnapshotStore {
         }
     }
 
+    /// The lines of the segments.
+    #[must_use]
+    pub const fn buses(&self) -> &BusStore {
+        &self.buses
+    }
+
     /// Removes a segment that has stopped.
     pub fn remove(&self, segment: &str) {
+        self.buses.remove(segment);
         self.write().remove(segment);
     }
 
@@ -152,6 +161,8 @@ mod tests {
             address: 5,
             device: "bcg450".to_owned(),
             has_dpv1: true,
+            listen_only: false,
+            assumptions: Vec::new(),
             state: BusStationState::DataExchange,
             problem: None,
             exceptions: Vec::new(),
@@ -168,7 +179,8 @@ mod tests {
             name: "hall".to_owned(),
             port: "/dev/ttyUSB0".to_owned(),
             baud: 19200,
-            master: 0,
+            master: Some(0),
+            listen_only: false,
             state: SegmentState::Running,
             problem: None,
             cycle_ms: None,

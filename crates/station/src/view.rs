@@ -43,9 +43,9 @@ pub struct RecorderView {
 pub enum SegmentState {
     /// The port is not open.
     Waiting,
-    /// The master listens before it enters the ring.
+    /// The master listens before it enters the ring, or the station only listens and has received no telegram for three seconds.
     Listening,
-    /// The master is in the ring.
+    /// The master is in the ring, or the station only listens and receives telegrams.
     Running,
 }
 
@@ -58,8 +58,10 @@ pub struct Segment {
     pub port: String,
     /// Bits per second.
     pub baud: u32,
-    /// The address of the master of this station.
-    pub master: u8,
+    /// The address of the master of this station; `null` if the station only listens.
+    pub master: Option<u8>,
+    /// The station only listens: it sends nothing, and offers no control.
+    pub listen_only: bool,
     /// The state.
     pub state: SegmentState,
     /// Why it does not run, in a sentence.
@@ -126,6 +128,10 @@ pub struct Gauge {
     pub state: BusStationState,
     /// Why it is not in data exchange, in a sentence.
     pub problem: Option<String>,
+    /// Another master owns it and the station only listens: no parameter is read and no command is sent.
+    pub listen_only: bool,
+    /// What is assumed about its configuration and unit, in sentences; its readings depend on it. Empty unless the station only listens.
+    pub assumptions: Vec<String>,
     /// The alarms that it reports: its defects in the words of the manual, once the station has read them.
     pub exceptions: Vec<String>,
     /// The warnings that it reports, without those that the qualities of its readings explain.

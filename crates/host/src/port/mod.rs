@@ -117,5 +117,17 @@ pub fn open(name: &str, baud: Baud) -> Result<Box<dyn Port>, PortError> {
     })
 }
 
+/// Opens the port `name` to listen: a serial device or pty for reading alone, so that the operating system refuses to send. A TCP
+/// connection has no such mode.
+///
+/// # Errors
+/// As [`open`].
+pub fn open_to_listen(name: &str, baud: Baud) -> Result<Box<dyn Port>, PortError> {
+    if name.starts_with("tcp://") {
+        return open(name, baud);
+    }
+    Ok(Box::new(Serial::open_to_listen(name, baud)?))
+}
+
 /// The largest number of octets read at once.
 const CHUNK: usize = 4096;

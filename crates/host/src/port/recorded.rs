@@ -59,6 +59,12 @@ impl Recording {
         chunks.get(first..).unwrap_or_default().to_vec()
     }
 
+    /// Removes all chunks and returns them: a recording without end does not grow.
+    #[must_use]
+    pub fn take(&self) -> Vec<RecordedChunk> {
+        std::mem::take(&mut *self.chunks.lock().unwrap_or_else(PoisonError::into_inner))
+    }
+
     fn add(&self, at: Duration, direction: Direction, characters: Vec<Character>) {
         if !characters.is_empty() {
             let chunk = RecordedChunk { at, direction, characters };

@@ -51,8 +51,21 @@ impl Serial {
     /// [`NotSerial`](PortError::NotSerial), [`UnsupportedCharacter`](PortError::UnsupportedCharacter) and
     /// [`UnsupportedRate`](PortError::UnsupportedRate).
     pub fn open(name: &str, baud: Baud) -> Result<Self, PortError> {
+        Self::open_for(name, baud, OFlags::RDWR)
+    }
+
+    /// Opens a device as [`open`](Self::open) does, but for reading alone: the operating system refuses every octet that a program
+    /// would send.
+    ///
+    /// # Errors
+    /// As [`open`](Self::open).
+    pub fn open_to_listen(name: &str, baud: Baud) -> Result<Self, PortError> {
+        Self::open_for(name, baud, OFlags::RDONLY)
+    }
+
+    fn open_for(name: &str, baud: Baud, access: OFlags) -> Result<Self, PortError> {
         let opening = |errno| PortError::opening(name, errno);
-        let flags = OFlags::RDWR | OFlags::NOCTTY | OFlags::NONBLOCK | OFlags::CLOEXEC;
+        let flags = access | OFlags::NOCTTY | OFlags::NONBLOCK | OFlags::CLOEXEC;
         let device = rustix::fs::open(name, flags, Mode::empty()).map_err(opening)?;
         let settings = tcgetattr(&device).map_err(opening)?;
         flock(&device, FlockOperation::NonBlockingLockExclusive).map_err(opening)?;

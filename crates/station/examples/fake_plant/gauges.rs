@@ -298,6 +298,8 @@ impl Fake {
             address: self.address,
             device: self.device.to_owned(),
             has_dpv1: self.model().features.dpv1,
+            listen_only: false,
+            assumptions: Vec::new(),
             state: self.state,
             problem: self.problem.map(str::to_owned),
             exceptions: self.exceptions.iter().map(|&words| words.to_owned()).collect(),

@@ -85,6 +85,10 @@ pub struct LiveGauge {
     device: String,
     /// Whether parameters are read and commands are sent while it exchanges data: the device has DP-V1.
     has_dpv1: bool,
+    /// Another master owns it and the station only listens: no parameter is read and no command is sent.
+    listen_only: bool,
+    /// What is assumed about its configuration and unit, in sentences.
+    assumptions: Vec<String>,
     /// The state.
     state: BusStationState,
     /// Why it is not in data exchange, in a sentence.
@@ -116,6 +120,8 @@ impl From<Gauge> for LiveGauge {
             address: gauge.address,
             device: gauge.device,
             has_dpv1: gauge.has_dpv1,
+            listen_only: gauge.listen_only,
+            assumptions: gauge.assumptions,
             state: gauge.state,
             problem: gauge.problem,
             exceptions: gauge.exceptions,
@@ -297,6 +303,8 @@ mod tests {
             address: 5,
             device: "bcg450".to_owned(),
             has_dpv1: true,
+            listen_only: false,
+            assumptions: Vec::new(),
             state: BusStationState::DataExchange,
             problem: None,
             exceptions: Vec::new(),
@@ -314,7 +322,8 @@ mod tests {
             name: segment.to_owned(),
             port: "/dev/ttyUSB0".to_owned(),
             baud: 19200,
-            master: 0,
+            master: Some(0),
+            listen_only: false,
             state: SegmentState::Running,
             problem: None,
             cycle_ms: Some(1.0),

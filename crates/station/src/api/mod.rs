@@ -4,6 +4,8 @@
 //! |---|---|
 //! | `/api/station` | the station and its recorder |
 //! | `/api/segments` | the segments with the stations on them |
+//! | `/api/segments/{name}/bus` | the live list and the statistics of a segment |
+//! | `/api/segments/{name}/captures` and below | captures of its traffic |
 //! | `/api/gauges` | the gauges with their readings |
 //! | `/api/gauges/{name}/blocks` | the blocks and parameters of a gauge, read now |
 //! | `/api/gauges/{name}/commands` | the commands of a gauge with conditions and risks |
@@ -41,6 +43,7 @@ mod alarms;
 mod audit;
 pub mod authenticator;
 mod body;
+mod bus;
 mod compression;
 mod control;
 mod database;
@@ -77,6 +80,10 @@ use utoipa::OpenApi;
     paths(
         snapshot::station,
         snapshot::segments,
+        bus::bus,
+        bus::captures,
+        bus::capture,
+        bus::trigger,
         snapshot::gauges,
         snapshot::gauge,
         snapshot::blocks,
@@ -179,6 +186,9 @@ pub fn router(services: Arc<Services>) -> Router {
     Router::new()
         .route("/api/station", get(snapshot::station))
         .route("/api/segments", get(snapshot::segments))
+        .route("/api/segments/{name}/bus", get(bus::bus))
+        .route("/api/segments/{name}/captures", get(bus::captures).post(bus::trigger))
+        .route("/api/segments/{name}/captures/{file}", get(bus::capture))
         .route("/api/gauges", get(snapshot::gauges))
         .route("/api/gauges/{name}", get(snapshot::gauge))
         .route("/api/gauges/{name}/blocks", get(snapshot::blocks))

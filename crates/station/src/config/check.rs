@@ -7,6 +7,7 @@ use super::segments::{GaugeToml, SegmentToml};
 use crate::host_name::host;
 use crate::suggestion::closest;
 use profivac_devices::catalog::MODELS;
+use profivac_listen::Hex;
 use profivac_virtual::device_spec::entry;
 use std::collections::HashSet;
 use std::net::IpAddr;
@@ -49,8 +50,15 @@ fn check_segment(segment: &SegmentToml) -> Result<(), Located> {
     if let Some(master) = segment.master.as_ref().filter(|master| *master.get_ref() > MAX_ADDRESS) {
         return Err(Located::new(master.span(), ConfigProblem::MasterAddress(*master.get_ref())));
     }
+    if let Some(master) = segment.master.as_ref().filter(|_| segment.listen_only) {
+        return Err(Located::new(master.span(), ConfigProblem::MasterOfListener));
+    }
+    if segment.listen_only {
+        used.clear();
+    }
     for gauge in &segment.gauge {
         check_gauge(gauge)?;
+        check_declared(gauge, segment.listen_only)?;
         let address = *gauge.address.get_ref();
         if !used.insert(address) {
             let user = if address == master_address { AddressUser::Master } else { AddressUser::Gauge };
@@ -76,6 +84,33 @@ fn check_gauge(gauge: &GaugeToml) -> Result<(), Located> {
         }
         _ => Ok(()),
     }
+}
+
+/// Checks `configuration` and `unit`.
+fn check_declared(gauge: &GaugeToml, listen_only: bool) -> Result<(), Located> {
+    let given = [("configuration", &gauge.configuration), ("unit", &gauge.unit)];
+    for (key, value) in given {
+        if let Some(value) = value.as_ref().filter(|_| !listen_only) {
+            return Err(Located::new(value.span(), ConfigProblem::OnlyForListening(key)));
+        }
+    }
+    let Ok(entry) = entry(gauge.device.get_ref()) else { return Ok(()) };
+    let device = entry.model.name;
+    if let Some(found) = gauge.configuration.as_ref().filter(|_| gauge.configuration().is_none()) {
+        let known =
+            entry.model.configurations.iter().map(|it| Hex(it.octets).to_string()).collect::<Vec<_>>().join(", ");
+        let found_text = found.get_ref().clone();
+        return Err(Located::new(
+            found.span(),
+            ConfigProblem::UnknownConfiguration { device, found: found_text, known },
+        ));
+    }
+    if let Some(found) = gauge.unit.as_ref().filter(|_| gauge.unit().is_none()) {
+        let known = entry.model.units.iter().map(|unit| unit.name).collect::<Vec<_>>().join(", ");
+        let found_text = found.get_ref().clone();
+        return Err(Located::new(found.span(), ConfigProblem::UnknownUnit { device, found: found_text, known }));
+    }
+    Ok(())
 }
 
 fn similar_model(name: &str) -> Option<&'static str> {

@@ -147,6 +147,32 @@ pub enum ConfigProblem {
     /// An entry of `hosts` is not a host name.
     #[error("expected a name or an address of this computer without a port, found {0:?}")]
     HostName(String),
+    /// A segment that only listens has no master.
+    #[error("a segment with listen-only = true has no master: delete the key master")]
+    MasterOfListener,
+    /// A key for gauges of another master, on a segment of this station's master.
+    #[error("the key {0} is for segments with listen-only = true; here the station reads it from the gauge: delete it")]
+    OnlyForListening(&'static str),
+    /// The device has no such configuration.
+    #[error("expected the octets of Chk_Cfg of a {device}, one of: {known}; found {found:?}")]
+    UnknownConfiguration {
+        /// The device.
+        device: &'static str,
+        /// The value.
+        found: String,
+        /// The configurations of the device.
+        known: String,
+    },
+    /// The device has no such unit.
+    #[error("expected a unit of a {device}, one of: {known}; found {found:?}")]
+    UnknownUnit {
+        /// The device.
+        device: &'static str,
+        /// The value.
+        found: String,
+        /// The units of the device.
+        known: String,
+    },
     /// The address of a master is out of range.
     #[error("expected a master address from 0 to 125, found {0}")]
     MasterAddress(u8),

@@ -28,6 +28,18 @@
 //! poll = "200 ms"                  # sampling interval
 //! gas = "ar"                       # the dashboard shows a corrected pressure beside the indicated one
 //! levels = { "process" = "1e-3 mbar" }
+//!
+//! [[segment]]
+//! name = "plc"
+//! port = "/dev/ttyUSB1"
+//! listen-only = true               # the station sends nothing; without baud it finds the rate; no master
+//!
+//! [[segment.gauge]]
+//! name = "furnace"
+//! address = 12
+//! device = "psg550"
+//! configuration = "45 84 05 08 05" # octets of Chk_Cfg, until a start-up of the bus was heard
+//! unit = "mbar"                    # the same for the unit
 //! ```
 //!
 //! The whole file is checked before anything starts. An error names line and column.
@@ -68,6 +80,7 @@ use crate::auth::Access;
 use error::Located;
 use file::ConfigToml;
 use profivac_client::pressure::Pressure;
+use profivac_devices::model::{Configuration, Unit};
 use profivac_dp::link::Baud;
 use profivac_host::port::PortError;
 use profivac_host::text_file::{self, line_and_column};
@@ -132,7 +145,11 @@ pub struct Segment {
     pub port: String,
     /// Its baud rate.
     pub baud: Baud,
-    /// The address of the station's master.
+    /// The baud rate is not in the file: the station finds it by listening.
+    pub detects_baud: bool,
+    /// The station only listens and sends nothing.
+    pub listen_only: bool,
+    /// The address of the station's master. A segment that only listens has none.
     pub master: u8,
     /// Its gauges.
     pub gauges: Vec<Gauge>,
@@ -151,6 +168,10 @@ pub struct Gauge {
     pub poll: Duration,
     /// The gas in the chamber.
     pub gas: Gas,
+    /// The configuration of a gauge of another master, if the file names it.
+    pub configuration: Option<&'static Configuration>,
+    /// The unit of a gauge of another master, if the file names it.
+    pub unit: Option<&'static Unit>,
     /// Horizontal lines in the trend: name and pressure.
     pub levels: Vec<(String, Pressure)>,
 }

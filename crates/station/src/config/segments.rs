@@ -2,9 +2,11 @@
 
 use super::{Gauge, Segment};
 use profivac_client::pressure::Pressure;
+use profivac_devices::model::{Configuration, Unit};
 use profivac_dp::link::Baud;
 use profivac_host::text_file::{Parsed, baud, usual_baud};
 use profivac_vacuum::Gas;
+use profivac_virtual::device_spec::entry;
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::time::Duration;
@@ -19,13 +21,20 @@ pub const POLL: Duration = Duration::from_millis(200);
 pub struct SegmentToml {
     pub name: Spanned<String>,
     pub port: Spanned<String>,
-    #[serde(default = "usual_baud", deserialize_with = "baud")]
-    baud: Baud,
+    #[serde(default)]
+    baud: Option<BaudToml>,
+    #[serde(default, rename = "listen-only")]
+    pub listen_only: bool,
     #[serde(default)]
     pub master: Option<Spanned<u8>>,
     #[serde(default)]
     pub gauge: Vec<GaugeToml>,
 }
+
+/// `baud`.
+#[derive(Debug, Deserialize)]
+#[serde(transparent)]
+struct BaudToml(#[serde(deserialize_with = "baud")] Baud);
 
 /// `[[segment.gauge]]`.
 #[derive(Debug, Deserialize)]
@@ -36,6 +45,8 @@ pub struct GaugeToml {
     pub device: Spanned<String>,
     pub poll: Option<Spanned<Parsed<humantime::Duration>>>,
     gas: Option<Parsed<Gas>>,
+    pub configuration: Option<Spanned<String>>,
+    pub unit: Option<Spanned<String>>,
     #[serde(default)]
     pub levels: BTreeMap<Spanned<String>, Parsed<Pressure>>,
 }
@@ -56,15 +67,41 @@ impl SegmentToml {
             master: self.master_address(),
             name: self.name.into_inner(),
             port: self.port.into_inner(),
-            baud: self.baud,
+            detects_baud: self.listen_only && self.baud.is_none(),
+            listen_only: self.listen_only,
+            baud: self.baud.map_or(usual_baud(), |BaudToml(baud)| baud),
             gauges: self.gauge.into_iter().map(GaugeToml::into_gauge).collect(),
         }
     }
 }
 
+/// Octets in hexadecimal, with or without spaces.
+fn hex(text: &str) -> Option<Vec<u8>> {
+    let digits: Vec<u32> =
+        text.chars().filter(|it| !it.is_whitespace()).map(|it| it.to_digit(16)).collect::<Option<_>>()?;
+    let octet = |pair: &[u32]| match pair {
+        [high, low] => u8::try_from((high << 4) | low).ok(),
+        _ => None,
+    };
+    digits.chunks(2).map(octet).collect()
+}
+
 impl GaugeToml {
+    /// The configuration that the file names, by the octets of Chk_Cfg in hexadecimal; `None` if the device has no such configuration.
+    pub fn configuration(&self) -> Option<&'static Configuration> {
+        let octets = hex(self.configuration.as_ref()?.get_ref())?;
+        entry(self.device.get_ref()).ok()?.model.configuration(&octets)
+    }
+
+    /// The unit that the file names; `None` if the device has no such unit.
+    pub fn unit(&self) -> Option<&'static Unit> {
+        entry(self.device.get_ref()).ok()?.model.unit_named(self.unit.as_ref()?.get_ref())
+    }
+
     fn into_gauge(self) -> Gauge {
         Gauge {
+            configuration: self.configuration(),
+            unit: self.unit(),
             name: self.name.into_inner(),
             address: self.address.into_inner(),
             device: self.device.into_inner(),

@@ -94,7 +94,16 @@ fn slave(gauges: &[GaugeSession], name: &str) -> Result<CyclicSlave, Unavailable
 /// The configuration of a gauge of the demonstration.
 fn gauge(slave: &CyclicSlave, names: impl Fn(u8) -> (String, String)) -> config::Gauge {
     let (name, device) = names(slave.address);
-    config::Gauge { name, address: slave.address, device, poll: POLL, gas: Gas::N2, levels: Vec::new() }
+    config::Gauge {
+        name,
+        address: slave.address,
+        device,
+        poll: POLL,
+        gas: Gas::N2,
+        levels: Vec::new(),
+        configuration: None,
+        unit: None,
+    }
 }
 
 fn view(name: &str, master: u8, segment: &MemorySegment, gauges: &[GaugeSession]) -> Segment {
@@ -105,7 +114,8 @@ fn view(name: &str, master: u8, segment: &MemorySegment, gauges: &[GaugeSession]
         name: name.to_owned(),
         port: "in memory".to_owned(),
         baud: baud.bits_per_second(),
-        master,
+        master: Some(master),
+        listen_only: false,
         state: SegmentState::Running,
         problem: None,
         cycle_ms: segment.master().and_then(|master| milliseconds(master.cycle_tbit(), baud)),

@@ -124,6 +124,24 @@ pub struct GaugeSession {
     last_exchange: (Option<BitTime>, Instant),
     search_at: Instant,
     sample_at: Instant,
+    /// Another master owns the gauge, and the station only listens.
+    listens: bool,
+    /// What is assumed about the configuration and the unit of a gauge of another master.
+    assumptions: Vec<String>,
+}
+
+/// What was heard about a gauge of another master.
+pub struct Heard {
+    /// Everything that decodes its inputs; `None` while the configuration is not known.
+    pub slave: Option<CyclicSlave>,
+    /// The values of its last inputs.
+    pub values: CyclicValues,
+    /// The time since the last data exchange; `None` without one.
+    pub silence: Option<Duration>,
+    /// What is not known, in sentences.
+    pub unknown: Vec<String>,
+    /// The state on the line, for a gauge that does not exchange data.
+    pub problem: String,
 }
 
 impl GaugeSession {
@@ -145,6 +163,43 @@ impl GaugeSession {
             last_exchange: (None, now),
             search_at: now,
             sample_at: now,
+            listens: false,
+            assumptions: Vec::new(),
+        }
+    }
+
+    /// A gauge of another master, of which nothing was heard yet.
+    pub fn listening(config: config::Gauge) -> Self {
+        Self { listens: true, ..Self::new(config) }
+    }
+
+    /// Whether a gauge of another master is to be sampled now. If so, sets the time of the next sample.
+    pub fn takes_sample_turn(&mut self) -> bool {
+        let now = Instant::now();
+        let is_due = self.sample_at <= now;
+        if is_due {
+            self.sample_at = now + self.config.poll;
+        }
+        is_due
+    }
+
+    /// Takes what was heard about a gauge of another master. Validity and age are those of a gauge that the station polls.
+    pub fn take_heard(&mut self, recorder: &RecorderHandle, heard: Heard) {
+        let Heard { slave, values, silence, unknown, problem } = heard;
+        let silence = silence.filter(|silence| *silence < MAX_SILENCE);
+        self.assumptions = unknown;
+        match (slave, silence) {
+            (Some(slave), Some(silence)) => {
+                let now = Instant::now();
+                self.slave = Some(slave);
+                self.last_exchange.1 = now.checked_sub(silence).unwrap_or(now);
+                self.take_reading(recorder, &slave, &values, silence);
+            }
+            _ => {
+                self.begin_gap(recorder);
+                self.state = BusStationState::Missing;
+                self.note_problem(recorder, Some(problem));
+            }
         }
     }
 
@@ -368,6 +423,8 @@ impl GaugeSession {
             address: self.config.address,
             device: self.config.device.clone(),
             has_dpv1: entry(&self.config.device).is_ok_and(|entry| entry.model.features.dpv1),
+            listen_only: self.listens,
+            assumptions: self.assumptions.clone(),
             state: self.state,
             problem: self.problem.clone(),
             exceptions: self.exceptions(),

@@ -1,5 +1,6 @@
 //! The handle of a segment's thread.
 
+use super::listen_thread::ListenThread;
 use super::services::SegmentServices;
 use super::thread::{SegmentCommand, SegmentThread};
 use crate::config;
@@ -34,11 +35,15 @@ impl SegmentHandle {
         let (commands, inbox) = channel();
         let (life, alive) = channel();
         let is_abandoned = Arc::new(AtomicBool::new(false));
-        let segment = SegmentThread::new(config.clone(), services.clone(), inbox, Arc::clone(&is_abandoned));
+        let (own_config, own_services, own_flag) = (config.clone(), services.clone(), Arc::clone(&is_abandoned));
         let thread = std::thread::Builder::new().name(config.name.clone()).stack_size(STACK);
         let thread = thread.spawn(move || {
             let _life: Sender<()> = life;
-            segment.run();
+            if own_config.listen_only {
+                ListenThread::new(own_config, own_services, inbox, own_flag).run();
+            } else {
+                SegmentThread::new(own_config, own_services, inbox, own_flag).run();
+            }
         })?;
         Ok(Self { config, services, commands, alive, is_abandoned, thread })
     }

@@ -16,6 +16,8 @@
 //! | `inbox` | the requests of users to a segment, and their order |
 //! | `bus_map` | the stations on the bus |
 //! | `thread` | the thread |
+//! | `listen_thread` | the thread of a segment on which the station only listens |
+//! | `line_observer` | live list, statistics and flight recorder of a line |
 //! | [`handle`] | starts, reconfigures and stops the thread |
 //! | [`demo_segment`] | a segment in memory |
 
@@ -25,6 +27,8 @@ mod execute;
 mod gauge_session;
 pub mod handle;
 mod inbox;
+mod line_observer;
+mod listen_thread;
 mod records;
 mod requests;
 mod services;

@@ -3,6 +3,7 @@
 use super::bus_map::{BusState, own_master};
 use super::gauge_session::{FindError, GaugeSession, find_gauge};
 use super::inbox::{Inbox, PortLost};
+use super::line_observer::LineObserver;
 use super::records::{defects_of, records_of};
 use super::services::SegmentServices;
 use crate::config;
@@ -10,9 +11,12 @@ use crate::control::error::Unavailable;
 use crate::snapshot::SegmentSnapshot;
 use crate::view::{BusStation, Segment};
 use profivac_client::cyclic::CyclicSlave;
+use profivac_dp::link::BitTime;
 use profivac_dp::master::Mode;
-use profivac_host::port::PortError;
+use profivac_host::clock::tbit_of;
+use profivac_host::port::{Character, Port, PortError, Recorded, RecordedChunk, Recording};
 use profivac_host::session::{BusMaster, BusSession, SessionError, UnrestoredRecord, bus_parameters};
+use profivac_listen::Chunk;
 use profivac_recorder::EventKind;
 use profivac_virtual::open;
 use std::collections::BTreeMap;
@@ -80,6 +84,9 @@ pub struct SegmentThread {
     /// The reason why the port is not open.
     problem: Option<String>,
     publish_at: Instant,
+    /// What this station and the others send, for the statistics of the line.
+    recording: Recording,
+    line: LineObserver,
 }
 
 impl SegmentThread {
@@ -93,7 +100,21 @@ impl SegmentThread {
         let gauges = Arc::new(Mutex::new(config.gauges.iter().cloned().map(GaugeSession::new).collect()));
         let publish_at = Instant::now();
         let unrestored = BTreeMap::new();
-        Self { config, services, commands, inbox, gauges, is_abandoned, unrestored, problem: None, publish_at }
+        let line = LineObserver::new(&config, config.baud, &services.recorder.captures());
+        let (problem, recording) = (None, Recording::begin());
+        Self {
+            config,
+            services,
+            commands,
+            inbox,
+            gauges,
+            is_abandoned,
+            unrestored,
+            problem,
+            publish_at,
+            recording,
+            line,
+        }
     }
 
     /// The gauges. Not to be held during a request: the background task samples them meanwhile.
@@ -133,7 +154,7 @@ impl SegmentThread {
 
     fn open(&self) -> Result<BusSession, SessionError> {
         let config::Segment { port, baud, master, .. } = &self.config;
-        let port = open::port(port, *baud)?;
+        let port: Box<dyn Port> = Box::new(Recorded::new(open::port(port, *baud)?, self.recording.clone()));
         let bus = bus_parameters(*master, *baud, port.delivery());
         let mut session = BusSession::new(port, *baud, bus, TIMEOUT)?;
         session.master().set_mode(Mode::Operate);
@@ -217,6 +238,7 @@ impl SegmentThread {
             let text = format!("segment {}: {notice}", self.config.name);
             self.services.recorder.event_now(None, EventKind::Bus, text);
         }
+        self.observe_line();
         self.search_next(session)?;
         self.gauges().iter_mut().for_each(|gauge| gauge.sample(&self.services.recorder, session.master()));
         self.name_defects(session);
@@ -224,6 +246,23 @@ impl SegmentThread {
             self.publish(Some(&mut *session));
         }
         self.answer_next(session)
+    }
+
+    /// Gives the observer of the line what was sent and received since the last call.
+    fn observe_line(&mut self) {
+        let baud = self.config.baud;
+        for RecordedChunk { at, characters, .. } in self.recording.take() {
+            let octet = |character: &Character| if let Character::Octet(octet) = character { *octet } else { 0 };
+            let errors = characters.iter().enumerate().filter(|(_, character)| **character == Character::Error);
+            let chunk = Chunk {
+                start: Some(BitTime(tbit_of(baud, at))),
+                octets: characters.iter().map(octet).collect(),
+                errors: errors.map(|(place, _)| place).collect(),
+                is_continued: false,
+            };
+            self.line.hear(&chunk);
+        }
+        self.line.work(&self.services, BitTime(tbit_of(baud, self.recording.elapsed())));
     }
 
     /// Answers one request, if there is one.
@@ -261,6 +300,7 @@ impl SegmentThread {
 
     /// Takes other gauges. Gauges that stay are not disturbed.
     fn reconfigure(&mut self, configs: Vec<config::Gauge>, mut session: Option<&mut BusSession>) {
+        self.line.declare(&configs);
         let mut gauges = self.gauges();
         let mut old = std::mem::take(&mut *gauges);
         for config in configs {
@@ -311,7 +351,8 @@ impl SegmentThread {
             name: config.name.clone(),
             port: config.port.clone(),
             baud: config.baud.bits_per_second(),
-            master: config.master,
+            master: Some(config.master),
+            listen_only: false,
             state,
             problem: self.problem.clone().or(problem),
             cycle_ms,

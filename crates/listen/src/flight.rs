@@ -1,0 +1,297 @@
+//! The flight recorder: the last traffic in bounded memory. A trigger writes a capture file with the time before and after it.
+
+use profivac_dp::link::{Baud, BitTime};
+use profivac_explain::frame::{Piece, PieceKind};
+use profivac_sim::trace::Entry;
+use profivac_sim::trace::pcapng::{PROFIBUS_DL, Times, file_header, packet};
+use std::collections::VecDeque;
+use std::fs;
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+
+/// Limits of a flight recorder.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct FlightLimits {
+    /// The memory for traffic in octets. It holds minutes on a usual line, seconds at 12 Mbit/s with full load.
+    pub memory_octets: usize,
+    /// The time before the trigger in a capture, in milliseconds.
+    pub before_ms: u64,
+    /// The time behind it.
+    pub after_ms: u64,
+    /// The largest number of captures on disk.
+    pub files: usize,
+    /// The largest sum of their sizes in octets.
+    pub disk_octets: u64,
+}
+
+impl Default for FlightLimits {
+    fn default() -> Self {
+        Self { memory_octets: 32 << 20, before_ms: 60_000, after_ms: 10_000, files: 20, disk_octets: 256 << 20 }
+    }
+}
+
+/// The octets that a piece needs beside its own.
+const OVERHEAD: usize = size_of::<Stored>();
+
+/// A piece of the traffic. Its octets are in the ring.
+#[derive(Clone, Debug)]
+struct Stored {
+    start: BitTime,
+    length: u16,
+    /// A character error, where the piece has one; the first of several.
+    error: Option<u16>,
+}
+
+/// The reason for a capture.
+#[derive(Clone, Debug, PartialEq, Eq)]
+struct Trigger {
+    at: BitTime,
+    reason: String,
+}
+
+/// The last traffic of a line.
+#[derive(Clone, Debug)]
+pub struct FlightRecorder {
+    baud: Baud,
+    limits: FlightLimits,
+    octets: VecDeque<u8>,
+    pieces: VecDeque<Stored>,
+    trigger: Option<Trigger>,
+}
+
+/// A capture that is complete in memory and not on disk yet.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Capture {
+    /// Why it was made.
+    pub reason: String,
+    /// The contents of the file, as Wireshark and `profivac decode` read it.
+    pub file: Vec<u8>,
+}
+
+/// A capture on disk.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct StoredCapture {
+    /// The name of its file.
+    pub name: String,
+    /// Its size in octets.
+    pub octets: u64,
+}
+
+impl FlightRecorder {
+    /// A flight recorder without traffic.
+    #[must_use]
+    pub const fn new(baud: Baud, limits: FlightLimits) -> Self {
+        Self { baud, limits, octets: VecDeque::new(), pieces: VecDeque::new(), trigger: None }
+    }
+
+    /// The memory for the traffic that it has now, in octets.
+    #[must_use]
+    pub fn memory_octets(&self) -> usize {
+        self.octets.len().saturating_add(self.pieces.len().saturating_mul(OVERHEAD))
+    }
+
+    /// Adds a piece. The oldest leave when the memory is full.
+    pub fn add(&mut self, piece: &Piece) {
+        let Some(start) = piece.start else { return };
+        let Ok(length) = u16::try_from(piece.octets.len()) else { return };
+        let is_damaged = piece.kind == PieceKind::Damaged;
+        let first_error = piece.errors.first().and_then(|place| u16::try_from(*place).ok());
+        let start = self.pieces.back().map_or(start, |last| last.start.max(start));
+        self.pieces.push_back(Stored { start, length, error: first_error.filter(|_| is_damaged) });
+        self.octets.extend(&piece.octets);
+        while self.memory_octets() > self.limits.memory_octets
+            && let Some(oldest) = self.pieces.pop_front()
+        {
+            self.octets.drain(..usize::from(oldest.length).min(self.octets.len()));
+        }
+    }
+
+    /// Begins a capture for `reason`. Until it is complete a second trigger makes no other one.
+    pub fn trigger(&mut self, at: BitTime, reason: &str) {
+        self.trigger.get_or_insert_with(|| Trigger { at, reason: reason.to_owned() });
+    }
+
+    /// The capture, if one was triggered and the time behind it has passed.
+    pub fn take_capture(&mut self, now: BitTime) -> Option<Capture> {
+        let after_tbit = self.baud.tbit_of_ms(self.limits.after_ms);
+        let Trigger { at, reason } = self.trigger.take_if(|trigger| now - trigger.at >= after_tbit)?;
+        let from = BitTime(at.0.saturating_sub(self.baud.tbit_of_ms(self.limits.before_ms)));
+        Some(Capture { reason, file: self.file(from, at + after_tbit) })
+    }
+
+    /// A capture of the traffic between two times.
+    fn file(&self, from: BitTime, to: BitTime) -> Vec<u8> {
+        let mut file = file_header(self.baud, PROFIBUS_DL);
+        let mut at = 0_usize;
+        for piece in &self.pieces {
+            let end = at.saturating_add(usize::from(piece.length));
+            if (from..=to).contains(&piece.start) {
+                let octets: Vec<u8> = self.octets.iter().skip(at).take(usize::from(piece.length)).copied().collect();
+                let errors = piece.error.map(usize::from).into_iter().collect();
+                file.extend(packet(&Entry::new(piece.start, octets, errors), Times::Measured, self.baud));
+            }
+            at = end;
+        }
+        file
+    }
+}
+
+/// The captures of all segments in one folder.
+#[derive(Clone, Debug)]
+pub struct CaptureFolder {
+    folder: PathBuf,
+    limits: FlightLimits,
+}
+
+/// The end of the name of a capture.
+const EXTENSION: &str = ".pcapng";
+
+impl CaptureFolder {
+    /// The folder, which is created with the first capture.
+    #[must_use]
+    pub const fn new(folder: PathBuf, limits: FlightLimits) -> Self {
+        Self { folder, limits }
+    }
+
+    /// Writes a capture as `NAME.pcapng`, then removes the oldest ones beyond the limits. The file appears under its name when it is
+    /// complete.
+    ///
+    /// # Errors
+    /// The error of the operating system: the disk is full, or the folder may not be written.
+    pub fn store(&self, name: &str, capture: &Capture) -> io::Result<StoredCapture> {
+        fs::create_dir_all(&self.folder)?;
+        let name = format!("{name}{EXTENSION}");
+        let partial = self.folder.join(format!("{name}.part"));
+        let mut file = fs::File::create(&partial)?;
+        file.write_all(&capture.file)?;
+        drop(file);
+        fs::rename(&partial, self.folder.join(&name))?;
+        self.remove_oldest()?;
+        Ok(StoredCapture { name, octets: capture.file.len() as u64 })
+    }
+
+    /// The captures, oldest first: their names begin with their time.
+    ///
+    /// # Errors
+    /// The error of the operating system.
+    pub fn list(&self) -> io::Result<Vec<StoredCapture>> {
+        let entries = match fs::read_dir(&self.folder) {
+            Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(Vec::new()),
+            entries => entries?,
+        };
+        let mut all = Vec::new();
+        for entry in entries {
+            let entry = entry?;
+            let name = entry.file_name().to_string_lossy().into_owned();
+            if name.ends_with(EXTENSION) {
+                all.push(StoredCapture { name, octets: entry.metadata()?.len() });
+            }
+        }
+        all.sort_by(|one, other| one.name.cmp(&other.name));
+        Ok(all)
+    }
+
+    /// The contents of a capture. Only a name of [`list`](Self::list) is a capture: no path leaves the folder.
+    ///
+    /// # Errors
+    /// [`io::ErrorKind::NotFound`] for another name; the error of the operating system.
+    pub fn read(&self, name: &str) -> io::Result<Vec<u8>> {
+        if !self.list()?.iter().any(|capture| capture.name == name) {
+            return Err(io::ErrorKind::NotFound.into());
+        }
+        fs::read(self.path(name))
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.folder.join(Path::new(name))
+    }
+
+    fn remove_oldest(&self) -> io::Result<()> {
+        let all = self.list()?;
+        let mut sum: u64 = all.iter().map(|capture| capture.octets).sum();
+        let mut left = all.len();
+        for capture in &all {
+            if left <= 1 || (left <= self.limits.files && sum <= self.limits.disk_octets) {
+                break;
+            }
+            fs::remove_file(self.path(&capture.name))?;
+            (left, sum) = (left.saturating_sub(1), sum.saturating_sub(capture.octets));
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use profivac_sim::trace::pcapng::read;
+
+    const BAUD: Baud = Baud::B19200;
+
+    fn piece(ms: u64, octets: &[u8], errors: Vec<usize>) -> Piece {
+        let kind = if errors.is_empty() { PieceKind::Valid } else { PieceKind::Damaged };
+        Piece { start: Some(BitTime(BAUD.tbit_of_ms(ms))), octets: octets.to_vec(), errors, kind }
+    }
+
+    fn limits() -> FlightLimits {
+        FlightLimits { before_ms: 2000, after_ms: 1000, ..FlightLimits::default() }
+    }
+
+    #[test]
+    fn a_capture_has_the_time_before_and_after_its_trigger_and_is_read_back() {
+        let mut recorder = FlightRecorder::new(BAUD, limits());
+        for second in 0..10 {
+            recorder.add(&piece(second * 1000, &[0xDC, 2, second as u8], if second == 5 { vec![1] } else { vec![] }));
+            if second == 5 {
+                recorder.trigger(BitTime(BAUD.tbit_of_ms(5000)), "test");
+                recorder.trigger(BitTime(BAUD.tbit_of_ms(5500)), "a second one");
+                assert_eq!(
+                    recorder.take_capture(BitTime(BAUD.tbit_of_ms(5500))),
+                    None,
+                    "the time behind it has not passed"
+                );
+            }
+        }
+        let capture = recorder.take_capture(BitTime(BAUD.tbit_of_ms(9000))).unwrap();
+        assert_eq!(capture.reason, "test");
+        let trace = read(&capture.file, Baud::B9600).unwrap();
+        let seconds: Vec<u8> = trace.entries.iter().map(|entry| entry.octets[2]).collect();
+        assert_eq!((trace.baud, seconds), (BAUD, vec![3, 4, 5, 6]));
+        assert_eq!(trace.entries[2].errors, [1]);
+        assert_eq!(recorder.take_capture(BitTime(BAUD.tbit_of_ms(20_000))), None, "one trigger makes one capture");
+    }
+
+    #[test]
+    fn the_memory_is_bounded_and_the_newest_traffic_stays() {
+        let limits = FlightLimits { memory_octets: 4096, ..limits() };
+        let mut recorder = FlightRecorder::new(BAUD, limits);
+        for number in 0..10_000 {
+            recorder.add(&piece(number, &[0xE5; 20], vec![]));
+            assert!(recorder.memory_octets() <= 4096);
+        }
+        assert!(recorder.pieces.len() > 50, "{}", recorder.pieces.len());
+        assert_eq!(recorder.pieces.back().unwrap().start, BitTime(BAUD.tbit_of_ms(9999)));
+        assert_eq!(recorder.octets.len(), recorder.pieces.len() * 20);
+    }
+
+    #[test]
+    fn the_folder_keeps_the_newest_captures_within_number_and_size() {
+        let folder = tempfile::tempdir().unwrap();
+        let limits = FlightLimits { files: 3, disk_octets: 100, ..limits() };
+        let captures = CaptureFolder::new(folder.path().join("captures"), limits);
+        assert_eq!(captures.list().unwrap(), []);
+        let capture = |octets: usize| Capture { reason: String::new(), file: vec![0; octets] };
+        let names =
+            |captures: &CaptureFolder| captures.list().unwrap().into_iter().map(|it| it.name).collect::<Vec<_>>();
+        for number in 1..=5 {
+            captures.store(&number.to_string(), &capture(10)).unwrap();
+        }
+        assert_eq!(names(&captures), ["3.pcapng", "4.pcapng", "5.pcapng"]);
+        captures.store("6", &capture(85)).unwrap();
+        assert_eq!(names(&captures), ["5.pcapng", "6.pcapng"], "the sum of the sizes");
+        assert_eq!(captures.read("5.pcapng").unwrap().len(), 10);
+        for other in ["4.pcapng", "../captures/5.pcapng", "/etc/passwd", ""] {
+            assert_eq!(captures.read(other).unwrap_err().kind(), io::ErrorKind::NotFound, "{other}");
+        }
+    }
+}

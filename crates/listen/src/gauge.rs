@@ -1,0 +1,336 @@
+//! What is known about the device of a slave: model, configuration and unit, each with its origin, and the pressures of its inputs.
+
+use profivac_client::cyclic::{ChannelPrinciples, CyclicSlave, CyclicValues};
+use profivac_client::identify::device_names;
+use profivac_devices::catalog::{model_with_ident, models_with_ident};
+use profivac_devices::model::{Configuration, Field, Model, Unit};
+use profivac_devices::profile::StatusExtension;
+use profivac_devices::reading::Quality;
+use profivac_dp::link::BitTime;
+use profivac_sim::describe::Hex;
+use serde::Serialize;
+
+/// Where a fact about a slave comes from. An earlier one is stronger.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "kebab-case")]
+#[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
+pub enum Origin {
+    /// A telegram on the line showed it.
+    Heard,
+    /// The user said so.
+    Configured,
+    /// It fits the traffic, and nothing confirms it.
+    Assumed,
+}
+
+impl Origin {
+    /// The word for users.
+    #[must_use]
+    pub const fn text(self) -> &'static str {
+        match self {
+            Self::Heard => "heard",
+            Self::Configured => "configured",
+            Self::Assumed => "assumed",
+        }
+    }
+}
+
+/// What the user says about the gauge at an address.
+#[derive(Clone, Copy, Debug)]
+pub struct Declared {
+    /// The model.
+    pub model: &'static Model,
+    /// The configuration, if the user knows it.
+    pub configuration: Option<&'static Configuration>,
+    /// The unit of its pressures, if the user knows it.
+    pub unit: Option<&'static Unit>,
+}
+
+/// The device of a slave as far as it is known.
+#[derive(Clone, Copy, Debug)]
+pub struct GaugeFacts {
+    /// Everything that decodes its inputs.
+    pub slave: CyclicSlave,
+    /// The origin of the model.
+    pub model: Origin,
+    /// The origin of the configuration.
+    pub configuration: Origin,
+    /// The origin of the unit.
+    pub unit: Origin,
+}
+
+impl GaugeFacts {
+    /// The weakest of the three origins.
+    #[must_use]
+    pub fn origin(&self) -> Origin {
+        self.model.max(self.configuration).max(self.unit)
+    }
+}
+
+/// The pressures of a gauge.
+#[derive(Clone, Debug)]
+pub struct GaugeReading {
+    /// Its device.
+    pub facts: GaugeFacts,
+    /// The values of its last inputs.
+    pub values: CyclicValues,
+    /// When the answer with the inputs began.
+    pub at: BitTime,
+}
+
+/// The facts that telegrams show about the device of a slave, and its last cyclic data.
+#[derive(Clone, Debug, Default)]
+pub struct Knowledge {
+    declared: Option<Declared>,
+    ident: Option<u16>,
+    /// The configuration of the last acknowledged Chk_Cfg, or of an answer to Get_Cfg.
+    configuration: Vec<u8>,
+    /// The code of the unit in Set_Prm, or of the record that holds it.
+    unit_code: Option<u16>,
+    /// The number of outputs of the last exchange.
+    outputs: usize,
+    inputs: Vec<u8>,
+    /// When the answer with the inputs began.
+    at: Option<BitTime>,
+    /// The configuration by which the images are divided into fields, until a fact changes.
+    layout: Option<Option<&'static Configuration>>,
+}
+
+impl Knowledge {
+    /// Takes what the user says.
+    pub const fn declare(&mut self, declared: Declared) {
+        self.declared = Some(declared);
+        self.layout = None;
+    }
+
+    /// Whether the user declared a gauge at this address.
+    #[must_use]
+    pub const fn is_declared(&self) -> bool {
+        self.declared.is_some()
+    }
+
+    /// Records Ident_Number. Another device at the address has another configuration and unit.
+    pub fn identify(&mut self, ident: u16) {
+        if self.ident.is_some_and(|known| known != ident) {
+            self.configuration.clear();
+            self.unit_code = None;
+        }
+        self.ident = Some(ident);
+        self.layout = None;
+    }
+
+    /// The Ident_Number, if a telegram showed it.
+    #[must_use]
+    pub const fn ident(&self) -> Option<u16> {
+        self.ident
+    }
+
+    /// Records user parameters of an acknowledged Set_Prm.
+    pub fn parameterise(&mut self, user: &[u8]) {
+        let unit = self.model().and_then(|(model, _)| model.user_prm(user)).map(|prm| prm.unit_code());
+        self.unit_code = unit.filter(|code| *code != 0).or(self.unit_code);
+    }
+
+    /// Records the code of the unit, read or written as a parameter.
+    pub fn learn_unit(&mut self, code: u16) {
+        if self.model().is_some_and(|(model, _)| model.unit(code).is_some()) {
+            self.unit_code = Some(code);
+        }
+    }
+
+    /// Records a configuration. Returns whether it differs from the known one.
+    pub fn configure(&mut self, octets: &[u8]) -> bool {
+        let is_new = self.configuration != octets;
+        self.configuration.clear();
+        self.configuration.extend_from_slice(octets);
+        self.layout = None;
+        is_new
+    }
+
+    /// The configuration that was heard; empty if none was.
+    #[must_use]
+    pub fn heard_configuration(&self) -> &[u8] {
+        &self.configuration
+    }
+
+    /// Records a data exchange that answered at `at`.
+    pub fn exchange(&mut self, outputs: usize, inputs: &[u8], at: BitTime) {
+        if (self.outputs, self.inputs.len()) != (outputs, inputs.len()) {
+            self.layout = None;
+        }
+        self.outputs = outputs;
+        self.inputs.clear();
+        self.inputs.extend_from_slice(inputs);
+        self.at = Some(at);
+    }
+
+    /// The configuration by which the images are divided into fields. It is found once for each change of the facts.
+    pub fn layout(&mut self) -> Option<&'static Configuration> {
+        if let Some(known) = self.layout {
+            return known;
+        }
+        let found = self.facts(0).map(|facts| facts.slave.configuration);
+        if self.at.is_some() {
+            self.layout = Some(found);
+        }
+        found
+    }
+
+    /// The inputs of the last exchange; empty without one.
+    #[must_use]
+    pub fn inputs(&self) -> &[u8] {
+        &self.inputs
+    }
+
+    /// When the last answer to Data_Exchange began.
+    #[must_use]
+    pub const fn exchanged_at(&self) -> Option<BitTime> {
+        self.at
+    }
+
+    /// The model with its origin.
+    #[must_use]
+    pub fn model(&self) -> Option<(&'static Model, Origin)> {
+        let declared = self.declared.map(|declared| declared.model);
+        match (self.ident, declared) {
+            (Some(ident), Some(model)) if ident == model.ident => {
+                let is_only = models_with_ident(ident).count() == 1;
+                Some((model, if is_only { Origin::Heard } else { Origin::Configured }))
+            }
+            (Some(ident), _) => {
+                let is_only = models_with_ident(ident).count() == 1;
+                let with_configuration =
+                    models_with_ident(ident).find(|model| model.configuration(&self.configuration).is_some());
+                let model = with_configuration.or_else(|| model_with_ident(ident))?;
+                Some((model, if is_only { Origin::Heard } else { Origin::Assumed }))
+            }
+            (None, model) => Some((model?, Origin::Configured)),
+        }
+    }
+
+    /// All that decodes the inputs of the slave at `address`, with the origins. `None` without a model or an exchange, or if no
+    /// configuration of the model fits the lengths of the exchange.
+    #[must_use]
+    pub fn facts(&self, address: u8) -> Option<GaugeFacts> {
+        self.at?;
+        let (model, model_origin) = self.model()?;
+        let declared = self.declared.filter(|declared| declared.model.name == model.name);
+        let fits = |configuration: &&Configuration| self.fits(configuration);
+        let heard = model.configuration(&self.configuration).filter(fits).map(|it| (it, Origin::Heard));
+        let named = declared.and_then(|it| it.configuration).filter(fits).map(|it| (it, Origin::Configured));
+        let heard_unit = self.unit_code.and_then(|code| model.unit(code)).map(|unit| (unit, Origin::Heard));
+        let named_unit = declared.and_then(|it| it.unit).map(|unit| (unit, Origin::Configured));
+        let unit = heard_unit.or(named_unit);
+        let (configuration, configuration_origin) =
+            heard.or(named).or_else(|| Some((self.assumed(model, unit.map(|it| it.0))?, Origin::Assumed)))?;
+        let slave =
+            |unit| CyclicSlave { address, model, configuration, unit, principles: ChannelPrinciples::default() };
+        let (unit, unit_origin) = unit.or_else(|| {
+            let plausible = usual_units(model).find(|unit| self.is_plausible(&slave(unit)));
+            Some((plausible.or_else(|| usual_units(model).next())?, Origin::Assumed))
+        })?;
+        Some(GaugeFacts {
+            slave: slave(unit),
+            model: model_origin,
+            configuration: configuration_origin,
+            unit: unit_origin,
+        })
+    }
+
+    /// The pressures in the last inputs of the slave at `address`.
+    #[must_use]
+    pub fn reading(&self, address: u8) -> Option<GaugeReading> {
+        let (facts, at) = (self.facts(address)?, self.at?);
+        Some(GaugeReading { facts, values: facts.slave.decode_inputs(&self.inputs), at })
+    }
+
+    /// Sentences about what the traffic has not shown about the slave.
+    #[must_use]
+    pub fn unknown(&self) -> Vec<String> {
+        let mut all = Vec::new();
+        let Some((model, model_origin)) = self.model() else {
+            let why = match self.ident {
+                Some(ident) => format!("the device with ident {ident:04X} is not one that profivac knows"),
+                None => "the device is not known: neither a diagnosis nor a start-up was heard, and the file does not name it".to_owned(),
+            };
+            return vec![why];
+        };
+        if model_origin == Origin::Assumed {
+            let names = device_names(model.ident).join(", ");
+            all.push(format!("the device is one of {names}; {} is assumed", model.name));
+        }
+        if self.at.is_none() {
+            return all;
+        }
+        let Some(facts) = self.facts(0) else {
+            let (outputs, inputs) = (self.outputs, self.inputs.len());
+            all.push(format!("no configuration of the {} has {outputs} octets out and {inputs} in", model.name));
+            return all;
+        };
+        if facts.configuration == Origin::Assumed {
+            let octets = Hex(facts.slave.configuration.octets);
+            all.push(format!(
+                "no Chk_Cfg was heard; the configuration {octets} is assumed from the lengths and contents"
+            ));
+        }
+        if facts.unit == Origin::Assumed {
+            all.push(format!("neither Set_Prm nor the file shows the unit; {} is assumed", facts.slave.unit.name));
+        }
+        all
+    }
+
+    fn fits(&self, configuration: &Configuration) -> bool {
+        let length =
+            |telegram: Option<&profivac_devices::model::Telegram>| telegram.map_or(0, |telegram| telegram.octets());
+        length(configuration.outputs) == self.outputs && length(configuration.inputs) == self.inputs.len()
+    }
+
+    /// The configuration of the model that fits the lengths of the exchange and whose contents are plausible.
+    fn assumed(&self, model: &'static Model, unit: Option<&'static Unit>) -> Option<&'static Configuration> {
+        let fitting =
+            || std::iter::once(model.default_configuration).chain(model.configurations).filter(|it| self.fits(it));
+        let is_plausible = |configuration: &&'static Configuration| {
+            let mut units = unit.into_iter().chain(usual_units(model).filter(|_| unit.is_none()));
+            let slave =
+                |unit| CyclicSlave { address: 0, model, configuration, unit, principles: ChannelPrinciples::default() };
+            units.any(|unit| self.is_plausible(&slave(unit)))
+        };
+        fitting().find(is_plausible).or_else(|| fitting().next())
+    }
+
+    /// Whether the last inputs can be those of this slave: a selector that the model has, only defined status bits, and valid pressures
+    /// within the range of a gauge.
+    fn is_plausible(&self, slave: &CyclicSlave) -> bool {
+        let layout = slave.configuration.inputs.into_iter().flat_map(|telegram| telegram.layout());
+        let is_allowed = |(start, field): (usize, Field)| {
+            let octet = self.inputs.get(start).copied().unwrap_or_default();
+            match field {
+                Field::PvSelector => {
+                    slave.model.parts.is_empty() || slave.model.parts.iter().any(|spec| spec.part.instance == octet)
+                }
+                Field::StatusExtension => StatusExtension::from_bits(octet).is_some(),
+                Field::MeasurementStatus(_) => octet <= 6,
+                _ => true,
+            }
+        };
+        let values = slave.decode_inputs(&self.inputs).values;
+        let is_pressure = |pa: f64| (LOWEST_PA..=HIGHEST_PA).contains(&pa);
+        layout.into_iter().all(is_allowed)
+            && values.iter().all(|value| {
+                let is_in_range =
+                    slave.model.parts.iter().filter(|spec| spec.part.instance == value.instance).all(|spec| {
+                        value.pa.is_none_or(|pa| pa >= spec.limits.under_pa * 0.5 && pa <= spec.limits.over_pa * 2.0)
+                    });
+                value.quality != Quality::Valid || (value.pa.is_some_and(is_pressure) && is_in_range)
+            })
+    }
+}
+
+/// Pressures outside are not those of a gauge, in Pa. free choice: wider than every measuring range of the twelve devices.
+const LOWEST_PA: f64 = 1e-11;
+const HIGHEST_PA: f64 = 3e5;
+
+/// The units of a model, first mbar, the unit in which the twelve devices are delivered most often. free choice.
+fn usual_units(model: &'static Model) -> impl Iterator<Item = &'static Unit> {
+    model.unit_named("mbar").into_iter().chain(model.units)
+}

@@ -1,0 +1,266 @@
+//! A ring of two masters with all twelve devices, and listeners that join before and after them.
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    clippy::indexing_slicing,
+    reason = "this is test code"
+)]
+
+mod line;
+
+use line::{FIRST, Line, Listener, MASTERS};
+use profivac_dp::link::Baud;
+use profivac_explain::frame::Chunk;
+use profivac_listen::event::EventKind;
+use profivac_listen::gauge::{Declared, Origin};
+use profivac_listen::station::StationState;
+use profivac_sim::{Fault, Noise};
+
+fn slaves() -> std::ops::Range<u8> {
+    FIRST..FIRST + 12
+}
+
+/// Compares the inputs and pressures of the masters with those of a listener. Returns how many pressures were equal.
+fn compare(line: &Line, listener: &Listener) -> usize {
+    let mut equal = 0;
+    for slave in &line.slaves {
+        let master = line.master(slave.address);
+        let (Some(inputs), Some(_)) = (master.inputs(slave.address), master.exchanged_at(slave.address)) else {
+            continue;
+        };
+        let Some(station) = listener.observer.station(slave.address) else { continue };
+        if station.knowledge.exchanged_at().is_none() {
+            continue;
+        }
+        assert_eq!(station.knowledge.inputs(), inputs, "{} at {}", slave.model.name, slave.address);
+        let Some(reading) = listener.observer.reading(slave.address) else { continue };
+        if reading.facts.origin() != Origin::Assumed {
+            assert_eq!(reading.values, slave.decode_inputs(inputs), "{}", slave.model.name);
+            equal += reading.values.values.len();
+        }
+    }
+    equal
+}
+
+/// A line on which every slave exchanges data, and a listener from its beginning.
+fn quiet() -> (Line, Listener) {
+    let mut line = Line::new(Baud::B93750);
+    let mut listener = Listener::new(line.baud);
+    for _ in 0..150 {
+        line.run(100, &mut [&mut listener]);
+        compare(&line, &listener);
+    }
+    for slave in &line.slaves {
+        let (address, master) = (slave.address, line.master(slave.address));
+        assert!(
+            master.exchanged_at(address).is_some(),
+            "{}: {:?} {:?}",
+            slave.model.name,
+            master.state(address),
+            master.exchange_error(address)
+        );
+    }
+    (line, listener)
+}
+
+#[test]
+fn in_a_quiet_line_everything_is_known_and_every_pressure_is_that_of_the_master() {
+    let (line, listener) = quiet();
+    let observer = &listener.observer;
+    for slave in &line.slaves {
+        let address = slave.address;
+        assert_eq!(observer.state(address), Some(StationState::Exchanging), "{address}");
+        let station = observer.station(address).unwrap();
+        let facts = station.knowledge.facts(address).unwrap();
+        assert_eq!(facts.configuration, Origin::Heard, "{address}");
+        assert_eq!(facts.slave.configuration.octets, slave.configuration.octets, "{address}");
+        if slave.model.user_prm.iter().any(|prm| prm.unit_code() == slave.unit.code) {
+            assert_eq!((facts.unit, facts.slave.unit.name), (Origin::Heard, slave.unit.name), "{address}");
+        }
+    }
+    for address in MASTERS {
+        assert_eq!(observer.state(address), Some(StationState::Master));
+    }
+    assert_eq!(observer.ring(), MASTERS);
+    assert_eq!(observer.totals().damaged, 0);
+    assert_eq!(observer.totals().octets, line.octets, "every octet on the line is that of a station");
+    statistics_are_equal(&line, &listener);
+}
+
+#[test]
+fn attached_in_the_middle_it_knows_the_line_after_two_rotations_and_says_what_it_does_not_know() {
+    let (mut line, early) = quiet();
+    let rotation_tbit = early.observer.rotation().range_tbit().unwrap().1;
+    let cycle_tbit = early.observer.cycle().range_tbit().unwrap().1;
+    // The file names half of the gauges.
+    let mut late = Listener::new(line.baud);
+    for slave in line.slaves.iter().filter(|slave| slave.address % 2 == 0) {
+        let declared =
+            Declared { model: slave.model, configuration: Some(slave.configuration), unit: Some(slave.unit) };
+        late.observer.declare(slave.address, declared);
+    }
+    line.run_tbit(2 * rotation_tbit.max(cycle_tbit), &mut [&mut late]);
+    let observer = &late.observer;
+    assert_eq!(observer.ring(), MASTERS);
+    for address in MASTERS {
+        assert_eq!(observer.state(address), Some(StationState::Master));
+    }
+    for slave in &line.slaves {
+        let address = slave.address;
+        assert_eq!(observer.state(address), Some(StationState::Exchanging), "{address}");
+        let station = observer.station(address).unwrap();
+        let inputs = line.master(address).inputs(address).unwrap();
+        assert_eq!(station.knowledge.inputs(), inputs);
+        match observer.reading(address) {
+            Some(reading) => {
+                assert_eq!(address % 2, 0, "{address}");
+                assert_eq!(reading.facts.origin(), Origin::Configured);
+                assert_eq!(reading.values, slave.decode_inputs(inputs));
+                assert_eq!(station.knowledge.unknown(), [""; 0]);
+            }
+            None => {
+                assert_eq!(address % 2, 1, "{address}");
+                let unknown = "the device is not known: neither a diagnosis nor a start-up was heard, and the file does not name it";
+                assert_eq!(station.knowledge.unknown(), [unknown]);
+            }
+        }
+    }
+}
+
+#[test]
+fn a_gauge_of_which_only_the_model_is_known_is_decoded_and_marked_as_assumed() {
+    let (mut line, _) = quiet();
+    let mut late = Listener::new(line.baud);
+    for slave in &line.slaves {
+        late.observer.declare(slave.address, Declared { model: slave.model, configuration: None, unit: None });
+    }
+    line.run(2000, &mut [&mut late]);
+    let mut right = 0;
+    for slave in &line.slaves {
+        let facts = late.observer.station(slave.address).unwrap().knowledge.facts(slave.address).unwrap();
+        assert_eq!((facts.configuration, facts.unit), (Origin::Assumed, Origin::Assumed), "{}", slave.model.name);
+        right += usize::from(facts.slave.configuration.octets == slave.configuration.octets);
+        let unknown = late.observer.station(slave.address).unwrap().knowledge.unknown();
+        assert_eq!(unknown.len(), 2, "{unknown:?}");
+        assert!(unknown[0].starts_with("no Chk_Cfg was heard; the configuration"), "{unknown:?}");
+        assert!(unknown[1].starts_with("neither Set_Prm nor the file shows the unit; "), "{unknown:?}");
+    }
+    println!("{right} of 12 assumed configurations are right");
+    assert!(right >= 8, "{right}");
+}
+
+/// The counters of the listener are those of the masters.
+fn statistics_are_equal(line: &Line, listener: &Listener) {
+    for address in slaves() {
+        let sent = line.sent(address);
+        let station = listener.observer.station(address).unwrap();
+        let counts = station.counts.total();
+        assert_eq!(
+            (counts.requests, counts.repeated, u64::from(station.longest_sequence)),
+            (sent.requests, sent.repeated, sent.longest),
+            "{address}: {counts:?}"
+        );
+    }
+}
+
+/// The file of a station names every gauge with its configuration and unit.
+fn declare(line: &Line, listener: &mut Listener) {
+    for slave in &line.slaves {
+        let declared =
+            Declared { model: slave.model, configuration: Some(slave.configuration), unit: Some(slave.unit) };
+        listener.observer.declare(slave.address, declared);
+    }
+}
+
+/// Runs for some seconds of bus time with noise, power cuts and restarts.
+fn disturbed(baud: Baud, seconds: u64) {
+    let mut line = Line::new(baud);
+    let (mut before, mut after) = (Listener::new(line.baud), Listener::new(line.baud));
+    for listener in [&mut before, &mut after] {
+        declare(&line, listener);
+    }
+    let mut is_late = false;
+    let mut equal = [0, 0];
+    for second in 0..seconds {
+        let device = line.devices[(second / 60) as usize % 12];
+        match second % 60 {
+            5 => line.segment.inject(Fault::Noise(Some(Noise::new(second, 2e-5)))),
+            25 => line.segment.inject(Fault::Noise(None)),
+            28 => line.restart(usize::from(second % 120 < 60)),
+            35 => line.segment.station_mut(device).set_power(false),
+            42 => line.segment.station_mut(device).set_power(true),
+            _ => {}
+        }
+        is_late |= second == 12;
+        for _ in 0..4 {
+            if is_late {
+                line.run(250, &mut [&mut before, &mut after])
+            } else {
+                line.run(250, &mut [&mut before])
+            }
+            equal[0] += compare(&line, &before);
+            equal[1] += if is_late { compare(&line, &after) } else { 0 };
+        }
+    }
+    let totals = before.observer.totals();
+    println!("{seconds} s at {baud}: {equal:?} pressures equal, {totals:?}");
+    // In a ring at 19.2 kbit/s the second master needs its time to enter.
+    assert!(equal.iter().all(|equal| *equal as u64 > seconds * 4 * 12), "{equal:?}");
+    assert!(totals.damaged > seconds / 20, "{totals:?}");
+    statistics_are_equal(&line, &before);
+    assert_eq!(totals.octets, line.octets, "every octet on the line is that of a station");
+    let lost = |kind| before.observer.events().iter().filter(|event| event.kind == kind).count();
+    assert!(lost(EventKind::Lost) > 0 && lost(EventKind::Returned) > 0 && lost(EventKind::Configuration) > 0);
+}
+
+#[test]
+fn pressures_and_statistics_are_those_of_the_masters_with_noise_power_cuts_and_restarts() {
+    disturbed(Baud::B19200, 600);
+}
+
+/// An hour at two rates. In a step of its own: `cargo test --release -p profivac-listen --test two_masters -- --ignored`.
+#[test]
+#[ignore = "an hour of bus time at 19.2 and at 187.5 kbit/s takes minutes"]
+fn an_hour_of_noise_power_cuts_and_restarts() {
+    disturbed(Baud::B19200, 3600);
+    disturbed(Baud::B187500, 3600);
+}
+
+/// The memory of this process in octets.
+fn resident_octets() -> u64 {
+    let pages = std::fs::read_to_string("/proc/self/statm").unwrap();
+    pages.split_whitespace().nth(1).unwrap().parse::<u64>().unwrap() * 4096
+}
+
+/// Ten minutes of noise, restarts and power cuts, heard again and again.
+#[test]
+#[ignore = "a day of bus time takes minutes"]
+fn a_day_of_bus_time_needs_bounded_memory() {
+    let mut line = Line::new(Baud::B19200);
+    line.recorded = Some(Vec::new());
+    line.segment.inject(Fault::Noise(Some(Noise::new(1, 1e-4))));
+    for second in 0..600 {
+        if second % 120 == 60 {
+            line.restart(second / 120 % 2);
+        }
+        line.segment.station_mut(line.devices[second / 60]).set_power(second % 60 < 50);
+        line.run(1000, &mut []);
+    }
+    let (chunks, length_tbit) = (line.recorded.take().unwrap(), line.baud.tbit_of_ms(600_000));
+    let mut listener = Listener::new(line.baud);
+    let mut after_an_hour = 0;
+    for round in 0..24 * 6 {
+        for chunk in &chunks {
+            let start = chunk.start.map(|start| start + round * length_tbit);
+            listener.hear(&Chunk { start, ..chunk.clone() });
+        }
+        if round == 6 {
+            after_an_hour = resident_octets();
+        }
+    }
+    let grown = resident_octets().saturating_sub(after_an_hour);
+    println!("{after_an_hour} octets after an hour, {grown} more after a day, {:?}", listener.observer.totals());
+    assert!(grown < 1 << 20, "{grown}");
+    assert!(listener.observer.observed_tbit() > line.baud.tbit_of_ms(86_000_000));
+}

@@ -1,0 +1,122 @@
+//! The lines of the segments: live list, statistics, captures.
+
+use super::problem::{Problem, task_failed};
+use crate::auth::{Actor, Role};
+use crate::services::Services;
+use axum::Json;
+use axum::extract::{Path, State};
+use axum::http::StatusCode;
+use axum::http::header::CONTENT_TYPE;
+use profivac_listen::flight::CaptureFolder;
+use profivac_listen::report::BusReport;
+use serde::Serialize;
+use std::io;
+use std::sync::Arc;
+use utoipa::ToSchema;
+
+/// A capture of the traffic of a segment
+#[derive(Debug, Serialize, ToSchema)]
+pub struct CaptureView {
+    /// The name of the file.
+    name: String,
+    /// Its size in octets.
+    octets: u64,
+}
+
+fn unknown(segment: &str) -> Problem {
+    Problem::not_found(format!("there is no segment {segment:?}, or it has not observed its line yet"))
+}
+
+/// The live list and the statistics of a segment
+///
+/// What the station hears on the line, also on a segment on which it only listens.
+#[utoipa::path(
+    get,
+    path = "/api/segments/{name}/bus",
+    params(("name" = String, Path, description = "The name of the segment", example = "hall")),
+    responses(
+        (status = 200, body = BusReport),
+        (status = 404, body = Problem, description = "There is no segment of this name")
+    )
+)]
+pub async fn bus(State(services): State<Arc<Services>>, Path(name): Path<String>) -> Result<Json<BusReport>, Problem> {
+    let report = services.snapshots().buses().report(&name).ok_or_else(|| unknown(&name))?;
+    Ok(Json(BusReport::clone(&report)))
+}
+
+/// The captures of a segment, oldest first
+#[utoipa::path(
+    get,
+    path = "/api/segments/{name}/captures",
+    params(("name" = String, Path, description = "The name of the segment", example = "hall")),
+    responses(
+        (status = 200, body = [CaptureView]),
+        (status = 404, body = Problem, description = "There is no segment of this name")
+    )
+)]
+pub async fn captures(
+    State(services): State<Arc<Services>>,
+    Path(name): Path<String>,
+) -> Result<Json<Vec<CaptureView>>, Problem> {
+    let folder = services.snapshots().buses().captures(&name).ok_or_else(|| unknown(&name))?;
+    let all = on_disk(move || folder.list()).await?;
+    Ok(Json(all.into_iter().map(|it| CaptureView { name: it.name, octets: it.octets }).collect()))
+}
+
+/// A capture as a file for Wireshark and `profivac decode`
+#[utoipa::path(
+    get,
+    path = "/api/segments/{name}/captures/{file}",
+    params(
+        ("name" = String, Path, description = "The name of the segment", example = "hall"),
+        ("file" = String, Path, description = "The name of the capture", example = "1700000000-0.pcapng")
+    ),
+    responses(
+        (status = 200, body = Vec<u8>, content_type = "application/x-pcapng"),
+        (status = 404, body = Problem, description = "There is no such capture")
+    )
+)]
+pub async fn capture(
+    State(services): State<Arc<Services>>,
+    Path((name, file)): Path<(String, String)>,
+) -> Result<([(axum::http::HeaderName, &'static str); 1], Vec<u8>), Problem> {
+    let folder: CaptureFolder = services.snapshots().buses().captures(&name).ok_or_else(|| unknown(&name))?;
+    let octets = on_disk(move || folder.read(&file)).await?;
+    Ok(([(CONTENT_TYPE, "application/x-pcapng")], octets))
+}
+
+/// Makes a capture of the last minute and the next ten seconds
+#[utoipa::path(
+    post,
+    path = "/api/segments/{name}/captures",
+    params(("name" = String, Path, description = "The name of the segment", example = "hall")),
+    responses(
+        (status = 202, description = "The capture is listed when it is complete"),
+        (status = 404, body = Problem, description = "There is no segment of this name")
+    )
+)]
+pub async fn trigger(
+    State(services): State<Arc<Services>>,
+    actor: Actor,
+    Path(name): Path<String>,
+) -> Result<StatusCode, Problem> {
+    actor.user.require(Role::Operator, "make captures")?;
+    let reason = format!("asked for by {}", actor.user.name);
+    if services.snapshots().buses().request_capture(&name, &reason) {
+        Ok(StatusCode::ACCEPTED)
+    } else {
+        Err(unknown(&name))
+    }
+}
+
+/// Runs work on the disk beside the threads of the server.
+async fn on_disk<T: Send + 'static>(work: impl FnOnce() -> io::Result<T> + Send + 'static) -> Result<T, Problem> {
+    match tokio::task::spawn_blocking(work).await {
+        Ok(Ok(done)) => Ok(done),
+        Ok(Err(error)) if error.kind() == io::ErrorKind::NotFound => {
+            Err(Problem::not_found("there is no such capture"))
+        }
+        Ok(Err(error)) => Err(Problem::unavailable(format!("the captures cannot be read: {error}"))),
+        Err(error) => Err(task_failed(&error)),
+    }
+}

@@ -1,0 +1,168 @@
+//! What a segment hears on its line: live list, statistics, flight recorder. The same for a segment of the station's master and for one
+//! on which the station only listens.
+
+use super::services::SegmentServices;
+use crate::config;
+use profivac_dp::link::{Baud, BitTime};
+use profivac_listen::event::{Event, EventKind as BusEvent};
+use profivac_listen::flight::{Capture, CaptureFolder, FlightLimits, FlightRecorder};
+use profivac_listen::gauge::Declared;
+use profivac_listen::report::BusReport;
+use profivac_listen::{Chunk, Divider, Observer, TimeSource};
+use profivac_recorder::{EventKind, Micros};
+use profivac_virtual::device_spec::entry;
+use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::{Duration, Instant};
+
+/// The time between two reports.
+const REPORT_INTERVAL: Duration = Duration::from_secs(1);
+
+/// The shortest time between two captures. free choice: a fault that lasts makes one capture each minute, within the limit of files.
+const CAPTURE_INTERVAL: Duration = Duration::from_mins(1);
+
+/// The line of a segment.
+pub struct LineObserver {
+    segment: String,
+    divider: Divider,
+    observer: Observer,
+    flight: FlightRecorder,
+    captures: CaptureFolder,
+    pieces: Vec<profivac_listen::Piece>,
+    /// The number of the last event that was handled.
+    handled: u64,
+    /// Events also become events of the station.
+    records_events: bool,
+    report_at: Instant,
+    capture_at: Instant,
+    number: Arc<AtomicU64>,
+}
+
+impl LineObserver {
+    /// An observer of the line of `segment`.
+    pub fn new(segment: &config::Segment, baud: Baud, captures: &Path) -> Self {
+        let limits = FlightLimits::default();
+        let now = Instant::now();
+        let mut line = Self {
+            segment: segment.name.clone(),
+            divider: Divider::new(baud, TimeSource::Platform),
+            observer: Observer::new(baud, TimeSource::Platform),
+            flight: FlightRecorder::new(baud, limits.clone()),
+            captures: CaptureFolder::new(captures.join(folder_name(&segment.name)), limits),
+            pieces: Vec::new(),
+            handled: 0,
+            records_events: segment.listen_only,
+            report_at: now,
+            capture_at: now,
+            number: Arc::default(),
+        };
+        line.declare(&segment.gauges);
+        line
+    }
+
+    /// The gauges of the station's file.
+    pub fn declare(&mut self, gauges: &[config::Gauge]) {
+        for gauge in gauges {
+            if let Ok(entry) = entry(&gauge.device) {
+                let declared = Declared { model: entry.model, configuration: gauge.configuration, unit: gauge.unit };
+                self.observer.declare(gauge.address, declared);
+            }
+        }
+    }
+
+    /// The state of the line.
+    pub const fn observer(&self) -> &Observer {
+        &self.observer
+    }
+
+    /// Octets of the line.
+    pub fn hear(&mut self, chunk: &Chunk) {
+        self.divider.push(chunk, &mut self.pieces);
+        self.observe();
+    }
+
+    /// The line has been silent for so long that no telegram continues.
+    pub fn silence(&mut self) {
+        self.divider.end(&mut self.pieces);
+        self.observe();
+    }
+
+    fn observe(&mut self) {
+        for piece in self.pieces.drain(..) {
+            self.observer.piece(&piece);
+            self.flight.add(&piece);
+        }
+    }
+
+    /// Handles new events at bit time `now`, and publishes the report.
+    pub fn work(&mut self, services: &SegmentServices, now: BitTime) {
+        self.observer.advance(now);
+        let events: Vec<Event> = self.observer.events_since(self.handled).cloned().collect();
+        for event in &events {
+            self.handled = event.number;
+            if is_trigger(event.kind) {
+                self.trigger(now, &event.text);
+            }
+            if self.records_events {
+                let text = format!("segment {}: {}", self.segment, event.text);
+                services.recorder.event_now(None, EventKind::Bus, text);
+            }
+        }
+        if let Some(reason) = services.snapshots.buses().take_request(&self.segment) {
+            self.flight.trigger(now, &reason);
+        }
+        if let Some(capture) = self.flight.take_capture(now) {
+            self.store(services, capture);
+        }
+        if Instant::now() >= self.report_at {
+            self.report_at = Instant::now() + REPORT_INTERVAL;
+            services.snapshots.buses().publish(&self.segment, BusReport::of(&self.observer), &self.captures);
+        }
+    }
+
+    fn trigger(&mut self, now: BitTime, reason: &str) {
+        if Instant::now() >= self.capture_at {
+            self.capture_at = Instant::now() + CAPTURE_INTERVAL;
+            self.flight.trigger(now, reason);
+        }
+    }
+
+    /// Writes a capture in a thread of its own: a bus thread never waits for the disk.
+    fn store(&self, services: &SegmentServices, capture: Capture) {
+        let (captures, recorder, segment) =
+            (self.captures.clone(), Arc::clone(&services.recorder), self.segment.clone());
+        let number = self.number.fetch_add(1, Ordering::Relaxed);
+        let name = format!("{}-{number}", Micros::now().0 / Micros::SECOND);
+        let store = move || {
+            let text = match captures.store(&name, &capture) {
+                Ok(stored) => format!("segment {segment}: capture {} ({})", stored.name, capture.reason),
+                Err(error) => format!("segment {segment}: the capture {name} cannot be written: {error}"),
+            };
+            recorder.event_now(None, EventKind::Bus, text);
+        };
+        let thread = std::thread::Builder::new().name("capture".to_owned()).spawn(store);
+        if let Err(error) = thread {
+            let text = format!("segment {}: the system gives no thread for a capture: {error}", self.segment);
+            services.recorder.event_now(None, EventKind::Bus, text);
+        }
+    }
+}
+
+/// Whether an event triggers a capture: a lost station, a burst of damaged telegrams, a diagnosis.
+const fn is_trigger(kind: BusEvent) -> bool {
+    match kind {
+        BusEvent::Lost | BusEvent::Burst | BusEvent::Diagnosis => true,
+        BusEvent::Returned
+        | BusEvent::Configuration
+        | BusEvent::Owner
+        | BusEvent::Refused
+        | BusEvent::Parameter
+        | BusEvent::Ring => false,
+    }
+}
+
+/// The name of a segment as that of a folder.
+fn folder_name(segment: &str) -> String {
+    segment.chars().map(|it| if it.is_alphanumeric() || matches!(it, '-' | '_') { it } else { '_' }).collect()
+}
