@@ -114,7 +114,9 @@ mod tests {
         let keys: heapless::Vec<_, 256> = (0..256).filter_map(|content| pool.insert(content)).collect();
         assert_eq!((keys.len(), pool.used(), pool.insert(256)), (256, 256, None));
         assert!(
-            pool.entries().zip(0..=u8::MAX).all(|((key, content), number)| (key.slot, *content) == (number, number.into()))
+            pool.entries()
+                .zip(0..=u8::MAX)
+                .all(|((key, content), number)| (key.slot, *content) == (number, number.into()))
         );
         let middle = keys[100];
         pool.remove(middle);
