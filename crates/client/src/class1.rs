@@ -117,7 +117,7 @@ impl<'a> Class1Session<'a> {
     /// Whether the first data exchange is done.
     fn exchanges(&mut self) -> bool {
         let master = self.session.master();
-        matches!(master.state(self.address), Some(HandlerState::Data { .. }))
+        master.state(self.address).is_some_and(HandlerState::is_exchanging)
             && master.exchanged_at(self.address).is_some()
     }
 

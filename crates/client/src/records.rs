@@ -223,15 +223,24 @@ pub struct RefusalCodes {
 }
 
 /// The codes of the parameter channel as the manuals word them: tira41d1 2.2.1.1, tira56e1 4.3.3, i9973ber/a 3.2.2.1.
-const CODES: [(u8, &str); 10] = [
+const CODES: [(u8, &str); 19] = [
     (0, "undefined slot"),
     (1, "parameter not changeable"),
     (2, "lower or upper value range limit overflow"),
     (3, "index error"),
+    (4, "no array"),
     (5, "data type error"),
+    (6, "setting not allowed, only resetting"),
+    (7, "description element not changeable"),
+    (10, "access group error"),
+    (11, "no operation sovereignty"),
+    (12, "password error"),
     (13, "a text cannot be read this way"),
+    (14, "a name cannot be read this way"),
+    (15, "no text array"),
     (17, "instruction not allowed in this state"),
     (18, "other errors"),
+    (19, "data cannot be read this way"),
     (201, "object state conflict: already in the requested state"),
     (202, "object state conflict: not possible in the present state"),
 ];
@@ -287,6 +296,7 @@ mod tests {
         assert_eq!(refused(None, 3), "code 3: index error");
         assert_eq!(refused(Some(ErrorCode::INVALID_SLOT), 0), "invalid slot (B2), code 0: undefined slot");
         assert_eq!(refused(Some(ErrorCode::READ_ERROR), 0), "read error (A0)");
+        assert_eq!(refused(None, 12), "code 12: password error");
         assert_eq!(refused(None, 99), "code 99: a code the manual does not have");
     }
 }

@@ -25,12 +25,13 @@
 //! let mut gauge: Bcg450<RamStore> = Bcg450::new(RamStore::default(), Setup::new(5));
 //! gauge.settle();
 //! gauge.sense(0, 0.1);
-//! gauge.write(Relation::Ms2(0), 0, 15, &[StateCommand::Execute as u8]).unwrap();
+//! gauge.write(Relation::Ms2(0), 0, 15, &[StateCommand::Execute as u8])?;
 //! // The Process Value of the Pirani: 1e-3 mbar is below its range.
 //! let mut record = [0; 240];
-//! let length = gauge.read(Relation::Ms2(0), 1, 19, &mut record).unwrap();
+//! let length = gauge.read(Relation::Ms2(0), 1, 19, &mut record)?;
 //! assert_eq!(record[..length], 5.5e-3f32.to_be_bytes());
 //! assert_eq!(gauge.report().device_state.name(), "EXECUTING");
+//! # Ok::<(), profivac_dp::slave::Dpv1Error>(())
 //! ```
 //!
 //! # How to read a parameter as a Rust type
@@ -45,12 +46,13 @@
 //! use profivac_devices::model::{ParameterValue, TypedParameter, Value};
 //! use profivac_devices::profile::DeviceState;
 //!
-//! let row = MODEL.typed_row::<device_block::DeviceState>(&DEVICE).unwrap();
-//! assert_eq!((row.index, row.name), (25, "Device State"));
+//! let row = MODEL.typed_row::<device_block::DeviceState>(&DEVICE);
+//! assert_eq!(row.map(|row| (row.index, row.name)), Some((25, "Device State")));
 //! assert_eq!(DeviceState::from_value(&Value::Integer(2)), Some(DeviceState::Idle));
 //!
-//! let row = MODEL.typed_row::<hot_cathode::StateCommand>(&BA).unwrap();
-//! assert_eq!(HotCathodeCommand::DegasOn.to_value(row.data_type), Value::octets(&[1, 1]));
+//! let row = MODEL.typed_row::<hot_cathode::StateCommand>(&BA);
+//! let command = row.map(|row| HotCathodeCommand::DegasOn.to_value(row.data_type));
+//! assert_eq!(command, Some(Value::octets(&[1, 1])));
 //! ```
 //!
 //! # How to add a device

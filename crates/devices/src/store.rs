@@ -89,11 +89,13 @@ impl<const ENTRIES: usize> Store for RamStore<ENTRIES> {
 
     fn save_all(&mut self, values: &mut dyn Iterator<Item = (Key, Octets)>) -> Result<(), StoreError> {
         let before = self.entries;
-        let stored: Result<(), _> = values.map(|(key, octets)| self.put(key, &octets)).collect();
-        if stored.is_err() {
-            self.entries = before;
+        for (key, octets) in values {
+            if self.put(key, &octets).is_err() {
+                self.entries = before;
+                return Err(StoreError);
+            }
         }
-        stored
+        Ok(())
     }
 }
 

@@ -100,29 +100,17 @@ fn reads_and_writes_as_printed() {
     assert_eq!(exchange(&mut rig, &NOTHING), text(&NOTHING));
 }
 
-/// tira56e1 4.3.3: the numbers in words.
+/// tira56e1 4.3.3: all numbers reach the user, also those that no manual has.
 #[test]
-fn refusals_have_the_texts_of_the_manual() {
+fn a_refusal_has_the_number_of_the_slave() {
     let mut rig = exchanging();
-    for (number, words) in [
-        (0, "undefined slot (0)"),
-        (1, "parameter not changeable (1)"),
-        (2, "lower or upper value range limit overflow (2)"),
-        (3, "index error (3)"),
-        (5, "data type error (5)"),
-        (13, "text not readable in cyclic data transfer (13)"),
-        (17, "instruction not processable in this state (17)"),
-        (18, "other errors (18)"),
-        (201, "already in requested state (201)"),
-        (202, "object state conflict (202)"),
-        (0x1234, "reserved (4660)"),
-    ] {
+    for number in [0, 1, 2, 3, 5, 13, 17, 18, 201, 202, 0x1234] {
         let handle = rig.station.user.pkw_read(8, 1, 19, None, &GAUGE).unwrap();
         let answer = format!("70 01 13 00 00 00 {:02X} {:02X}", number >> 8, number & 0xFF);
         let (_, outcome) = instructed(&mut rig, handle, &answer);
         assert_eq!(outcome, Err(TaskError::Refused(ErrorNumber(number))));
-        assert_eq!(ErrorNumber(number).to_string(), words);
     }
+    assert_eq!(TaskError::Refused(ErrorNumber(201)).to_string(), "the slave refused the task: error number 201");
 }
 
 /// errata-pxg55x-img400 11: a slave needs several cycles; the master sends the task until the slave answers it, and then AK 0

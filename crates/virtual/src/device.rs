@@ -5,7 +5,7 @@ use profivac_client::pressure::Pressure;
 use profivac_devices::model::Fault;
 use profivac_devices::{Action, Drive, Principle, SimulatedDevice, StateReport, UnsupportedAction};
 use profivac_dp::link::{Baud, BitTime, Listening, Station, Transmit};
-use profivac_dp::slave::{Slave, SlaveState};
+use profivac_dp::slave::Slave;
 use profivac_vacuum::sensor::{self, Environment, REFERENCE_K, Range, Sensor};
 use profivac_vacuum::{Gas, Mixture};
 use profivac_wire::Telegram;
@@ -75,7 +75,7 @@ impl<I: SimulatedDevice + Send> GaugeSlave for Slave<I> {
     }
 
     fn is_exchanging(&self) -> bool {
-        matches!(self.state(), SlaveState::DataExch(..))
+        self.state().is_exchanging()
     }
 
     fn power_up(&mut self) {

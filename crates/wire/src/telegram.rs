@@ -314,7 +314,7 @@ mod tests {
     const SLAVE_DIAG: DataTelegram<'_> =
         DataTelegram { da: 8, sa: 2, dsap: Some(60), ssap: Some(62), fc: 0x6D, du: &[] };
 
-    /// Telegrams of profibus-wire 1.6, 1.13, 1.15, 2.3 and 2.8 with their content.
+    /// Telegrams of profibus-wire 1.6, 1.13, 1.15, 2.3 and 2.8 with their content, in the formats of profibus-wire 1.2.
     fn printed() -> [(&'static str, Telegram<'static>); 6] {
         [
             ("E5", Telegram::ShortAck),

@@ -52,7 +52,7 @@ impl Source {
 
     /// Its passages.
     pub fn passages(&self) -> Vec<Passage> {
-        let in_tests = self.path.split('/').rev().skip(1).any(|folder| folder == "tests");
+        let in_tests = self.path.split('/').any(|part| part == "tests" || part == "tests.rs");
         if self.is_markdown() {
             return markdown(&self.text);
         }
@@ -176,7 +176,8 @@ impl Builder {
     }
 }
 
-/// For each line of a Rust file, whether it is in a module for tests: from `#[cfg(test)]` to the brace in the same column.
+/// For each line of a Rust file, whether it is in a module for tests: from `#[cfg(test)]` to the brace in the same column, or
+/// to `mod tests;`.
 fn test_modules(text: &str) -> Vec<bool> {
     let mut end: Option<String> = None;
     let mark = |line: &str| {
@@ -185,7 +186,7 @@ fn test_modules(text: &str) -> Vec<bool> {
             end = Some(format!("{}}}", " ".repeat(indent)));
         }
         let inside = end.is_some();
-        if end.as_deref() == Some(line) {
+        if end.as_deref() == Some(line) || line.trim() == "mod tests;" {
             end = None;
         }
         inside
@@ -248,7 +249,8 @@ mod tests {
             comments.map(|(text, _, test)| (text, test)).collect()
         };
         assert_eq!(tests("src/a.rs"), [("a".to_owned(), false), ("b".to_owned(), true), ("c".to_owned(), false)]);
-        assert!(tests("tests/a/b.rs").iter().all(|(_, test)| *test));
+        assert!(["tests/a/b.rs", "src/a/tests.rs"].iter().all(|path| tests(path).iter().all(|(_, test)| *test)));
+        assert!(passages("src/a.rs", "#[cfg(test)]\nmod tests;\n// a\n").contains(&prose("a")));
     }
 
     #[test]

@@ -88,21 +88,15 @@ pub struct Block {
 impl Block {
     /// The row with this index.
     #[must_use]
-    pub fn row(&self, index: u8) -> Option<&'static Row> {
-        self.rows.iter().find(|row| row.index == index)
-    }
-
-    /// The row with this index, for the macros of the tables, which know that there is one.
-    #[expect(clippy::panic, reason = "evaluated at compile time only: a table that lacks the row does not compile")]
-    pub(crate) const fn row_at(&self, index: u8) -> &'static Row {
+    pub const fn row(&self, index: u8) -> Option<&'static Row> {
         let mut rows = self.rows;
         while let [first, rest @ ..] = rows {
             if first.index == index {
-                return first;
+                return Some(first);
             }
             rows = rest;
         }
-        panic!("the block has no row with this index")
+        None
     }
 
     /// The octets of Block Type: the number as a word, then two zeros. errata-bpg-bcg-tpg 31.

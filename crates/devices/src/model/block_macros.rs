@@ -135,7 +135,11 @@ macro_rules! block {
                     type Value = $crate::model::block_macros::value_type!($data_type; $($codes)?);
 
                     const BLOCK: &'static $crate::model::Block = &super::$block::BLOCK;
-                    const ROW: &'static $crate::model::Row = super::$block::BLOCK.row_at($index);
+                    // Evaluated at compile time only.
+                    const ROW: &'static $crate::model::Row = match super::$block::BLOCK.row($index) {
+                        Some(row) => row,
+                        None => panic!("the block has no row with this index"),
+                    };
                 }
             )+
         }

@@ -263,7 +263,7 @@ mod tests {
         (BCG, 1500.0, 31352.1825),
         (BCG, 5.5e-3, 20480.7254),
         (BCG, 5e-10, 6397.94),
-        // HPG400-SP: 64 to 66
+        // HPG400-SP: errata-bpg-bcg-tpg 64, errata-bpg-bcg-tpg 65 and errata-bpg-bcg-tpg 66
         (Counts::Log { per_decade: 4000.0 / 6.0, at_1_mbar: 170_000.0 / 6.0 }, 1000.0, 30333.3333),
         (Counts::Log { per_decade: 16000.0 / 6.0, at_1_mbar: 146_000.0 / 6.0 }, 1e-6, 8333.3333),
         (Counts::Log { per_decade: 2444.0, at_1_mbar: 22999.0 }, 1000.0, 30331.0),

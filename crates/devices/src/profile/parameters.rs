@@ -43,10 +43,9 @@ fn changes<B: Behaviour>(before: &B, after: &B, written: Option<Key>) -> impl It
         let is_changed = value != before.stored_value(&at) || written == Some(key);
         is_changed.then(|| (key, at.row.data_type.encode_stored(&value, &after.format(&at))))
     });
-    let internal = (0..).zip(before.internal_values().iter().zip(after.internal_values()));
-    let internal = internal.filter_map(|(number, (old, new))| {
-        (old.to_bits() != new.to_bits()).then(|| (Key::Internal(number), Octets::new(&new.to_be_bytes())))
-    });
+    let internal = before.internal_values().iter().zip(after.internal_values());
+    let changed = (0..).zip(internal).filter(|(_, (old, new))| old.to_bits() != new.to_bits());
+    let internal = changed.map(|(number, (_, new))| (Key::Internal(number), Octets::new(&new.to_be_bytes())));
     parameters.chain(internal)
 }
 

@@ -4,7 +4,7 @@ use crate::support::hex;
 use crate::tester;
 use profivac_wire::Sap;
 
-/// errata-bpg-bcg-tpg, corrected tables: configuration, outputs, inputs.
+/// errata-bpg-bcg-tpg, corrected tables: configuration, outputs, inputs. Outputs have 0, 2, 8 or 10 octets (11).
 const CONFIGURATIONS: [(&str, usize, usize); 8] = [
     ("44 84 05 05 05 03", 0, 5),
     ("44 86 05 05 05 08", 0, 7),
@@ -16,7 +16,7 @@ const CONFIGURATIONS: [(&str, usize, usize); 8] = [
     ("C8 89 8E 0A 05 05 0A 05 05 05 08", 10, 15),
 ];
 
-/// 1.5: the string, and 0.012 mbar as a float and as an integer.
+/// 1.5: the string, and 0.012 mbar as a float and as an integer, with the unit factors of (83).
 const UNITS: [(&str, f64, u16); 5] = [
     ("00 00 00 03 E9", 21158.362, 21158),
     ("00 00 00 05 15", 9.000_740_16e-3, 0),
@@ -49,7 +49,7 @@ fn every_configuration_sends_the_pressure_in_every_unit() {
     }
 }
 
-/// A pressure, and Exception Status, status extension and PV selector at it.
+/// A pressure, and Exception Status, status extension and PV selector at it: Pirani 1, BA 2, CDG 3 (78).
 const PRESSURES: [(f64, [u8; 3]); 12] = [
     (1e-11, [0xA0, 0x05, 2]),
     (5e-10, [0x80, 0x00, 2]),

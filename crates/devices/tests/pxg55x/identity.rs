@@ -73,6 +73,7 @@ fn a_block_type_is_a_word_and_two_zeros() {
     assert_eq!(crate::of_instance(&mut crate::tester(psg()), 1, 101), [0, 13, 0, 0]);
 }
 
+/// (110)
 #[test]
 fn i_and_m0_has_the_fields_of_chapter_5() {
     let mut setup = Setup::new(5);

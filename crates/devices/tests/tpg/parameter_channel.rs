@@ -23,7 +23,7 @@ fn the_example_of_chapter_4_sets_the_unit_to_torr() {
 
 #[test]
 fn the_self_monitoring_example_works_step_by_step() {
-    // 3.2.4.2 with the corrected table of the errata (136)
+    // 3.2.4.2 with the corrected table of the errata (136); a threshold has four octets (130).
     let mut master = exchange();
     for (request, answer) in [
         ("20 0A 14 00 00 00 00 00", "B0 0A 14 00 00 00 00 00"),
@@ -80,6 +80,7 @@ fn every_task_has_its_width_and_its_ak() {
         // Byte, word and double word have their own answers (133).
         ("10 00 18 00 00 00 00 00", "10 00 18 00 00 00 00 00"),
         ("20 00 18 00 00 00 04 D2", "10 00 18 00 00 00 04 D2"),
+        // The program version has four octets (129).
         ("10 00 15 00 00 00 00 00", "20 00 15 00 50 97 31 01"),
         // The controller ignores octets outside the width and answers zero in them (24, 152).
         ("2F 01 17 FF AA BB CC 01", "B0 01 17 00 00 00 00 01"),

@@ -6,7 +6,7 @@ use profivac_devices::xpg400::Xpg400Model;
 use profivac_dp::slave::Device;
 use profivac_wire::Sap;
 
-/// errata-bpg-bcg-tpg, corrected tables: configuration, outputs, inputs.
+/// errata-bpg-bcg-tpg, corrected tables: configuration, outputs, inputs. The last octet of the last one is 08h (1).
 const CONFIGURATIONS: [(&str, usize, usize); 4] = [
     ("44 84 05 05 05 03", 0, 5),
     ("44 86 05 05 05 08", 0, 7),

@@ -10,7 +10,6 @@ use super::ms1::{self, Ms1Parameters, Ms1Request};
 use super::ms2::{self, Connection, Ms2Parameters, Phase};
 use super::pkw::{self, PkwParameters, PkwTask};
 use super::scheduler::{ExchangeStatus, Operation};
-use super::state::HandlerState;
 use super::{ExchangeError, MAX_ADDRESS, Master, Mode, Pending};
 use crate::link::BitTime;
 use profivac_wire::acyclic::record::MAX_RECORD_LENGTH;
@@ -259,8 +258,7 @@ impl<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize, const ACYCLI
         let status = |address: u8| {
             let slave = slaves.get(usize::from(*indices.get(usize::from(address))?))?;
             let operating = operate && !controls.is_cleared(slave.group);
-            matches!(slave.state(), HandlerState::Data { .. })
-                .then_some(ExchangeStatus { starts: slave.counters().starts, operating })
+            slave.state().is_exchanging().then_some(ExchangeStatus { starts: slave.counters().starts, operating })
         };
         self.acyclic.elapse_class_1(now, status, &mut self.events.sink());
         while let Some(address) = self.acyclic.take_late() {
@@ -271,7 +269,7 @@ impl<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize, const ACYCLI
     /// How often a slave that exchanges data has entered data exchange.
     fn starts(&self, address: u8) -> Option<u32> {
         let slave = self.slave(address)?;
-        matches!(slave.state(), HandlerState::Data { .. }).then_some(slave.counters().starts)
+        slave.state().is_exchanging().then_some(slave.counters().starts)
     }
 }
 

@@ -3,7 +3,7 @@
 use crate::link::BitTime;
 use core::fmt;
 
-/// The state of a slave on the way to data exchange.
+/// The state of a slave on the way to data exchange. The states are those of the standard, so that a match may list them all.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum HandlerState {
@@ -34,6 +34,12 @@ pub enum HandlerState {
 }
 
 impl HandlerState {
+    /// Whether the slave exchanges data with this master.
+    #[must_use]
+    pub const fn is_exchanging(self) -> bool {
+        matches!(self, Self::Data { .. })
+    }
+
     /// The request of this state, regardless of pauses.
     pub(super) const fn request(self) -> Option<CyclicRequest> {
         match self {
@@ -77,6 +83,7 @@ pub(super) enum CyclicRequest {
 /// Counters since the slave was added.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
 pub struct Counters {
     /// Valid answers to Data_Exchange.
     pub exchanges: u32,

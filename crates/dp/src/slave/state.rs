@@ -35,6 +35,7 @@ pub enum Fault {
 /// The master that parameterised the slave, and its parameters.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
 pub struct Owner {
     /// Diag_Master_Add.
     pub master: u8,
@@ -53,6 +54,7 @@ pub struct Owner {
 /// The response watchdog. profibus-wire 3.6.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
 pub struct Watchdog {
     /// T_WD in bit times.
     pub period_tbit: u64,
@@ -63,6 +65,7 @@ pub struct Watchdog {
 /// The part of the state that exists only during data exchange.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
 pub struct ExchangeState {
     /// The lengths of inputs and outputs.
     pub lengths: Lengths,
@@ -77,6 +80,12 @@ pub struct ExchangeState {
 impl SlaveState {
     /// The state after power-up.
     pub const POWER_UP: Self = Self::WaitPrm(Fault::None);
+
+    /// Whether the slave exchanges data.
+    #[must_use]
+    pub const fn is_exchanging(&self) -> bool {
+        matches!(self, Self::DataExch(..))
+    }
 
     /// The master the slave is locked to.
     #[must_use]

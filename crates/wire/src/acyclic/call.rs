@@ -177,7 +177,7 @@ mod tests {
     use crate::acyclic::{Response, Transfer};
     use crate::testing::{du, hex};
 
-    /// profibus-wire 5.4: Read.res of I&M0.
+    /// profibus-wire 5.4: Read.res of I&M0, with the FI_Index of profibus-wire 5.2 and the fields of profibus-wire 5.3.
     const TEXT: &str = "68 4D 4D 68 82 88 08 32 30 5E 00 FF 44 08 00 FD E8 20 20 20 20 20 20 20 20 20 20 01 23 44 45 4D 4F 2D \
         31 20 20 20 20 20 20 20 20 20 20 20 20 20 20 30 30 30 30 34 32 20 20 20 20 20 20 20 20 20 20 00 01 56 01 02 03 \
         00 00 00 00 00 00 01 01 00 00 6E 16";

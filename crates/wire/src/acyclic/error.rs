@@ -191,6 +191,7 @@ mod tests {
         }
     }
 
+    /// profibus-wire 4.1.3
     #[test]
     fn codes_have_the_names_and_classes_of_the_specification() {
         for (code, class, low, text) in [

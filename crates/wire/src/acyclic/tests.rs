@@ -1,4 +1,4 @@
-//! Every PDU with the telegrams printed in profibus-wire 4.4 to 4.8 and 5.4.
+//! Every PDU of profibus-wire 4.1.1 and 4.1.2 with the telegrams printed in profibus-wire 4.4 to 4.8 and 5.4.
 
 extern crate std;
 

@@ -176,6 +176,7 @@ impl fmt::Display for RingState {
 /// Counters of token errors. They stop at the highest value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
 pub struct RingCounters {
     /// The line was idle for T_TO, and this station took the token.
     pub claimed: u32,

@@ -9,6 +9,7 @@ use profivac_wire::control::Status;
 /// An event of an acyclic request or connection.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
 pub enum AcyclicEvent {
     /// An outcome can be taken.
     OutcomeReady,
@@ -19,6 +20,7 @@ pub enum AcyclicEvent {
 /// How an MS2 connection ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
 pub enum ConnectionEnd {
     /// The user closed it, for this reason.
     Closed(AbortReason),

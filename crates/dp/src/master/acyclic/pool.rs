@@ -96,3 +96,33 @@ impl<T: Pooled, const SLOTS: usize> Pool<T, SLOTS> {
         self.slots.iter_mut().filter_map(|slot| slot.content.as_mut())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    impl Pooled for u16 {
+        fn is_over(&self) -> bool {
+            false
+        }
+    }
+
+    #[test]
+    fn a_full_pool_has_an_entry_for_each_slot_and_one_that_was_freed_is_used_again() {
+        let mut pool = Pool::<u16, 256>::new();
+        assert_eq!((pool.used(), pool.entries().count()), (0, 0));
+        let keys: heapless::Vec<_, 256> = (0..256).filter_map(|content| pool.insert(content)).collect();
+        assert_eq!((keys.len(), pool.used(), pool.insert(256)), (256, 256, None));
+        assert!(
+            pool.entries()
+                .zip(0..=u8::MAX)
+                .all(|((key, content), number)| (key.slot, *content) == (number, number.into()))
+        );
+        let middle = keys[100];
+        pool.remove(middle);
+        assert_eq!((pool.entries().count(), pool.entry(100)), (255, None));
+        assert_eq!(pool.get(middle), None);
+        let again = pool.insert(1000).unwrap();
+        assert_eq!((again.slot, pool.used(), pool.get(again), pool.get(middle)), (100, 256, Some(&1000), None));
+    }
+}

@@ -302,7 +302,7 @@ impl<const OCTETS: usize> Handler<OCTETS> {
     }
 
     pub(super) const fn is_exchanging(&self) -> bool {
-        matches!(self.state, HandlerState::Data { .. })
+        self.state.is_exchanging()
     }
 
     /// The usual case, an exchange with inputs of the right length and nothing to report. Returns whether it was that.
@@ -413,8 +413,8 @@ impl<const OCTETS: usize> Handler<OCTETS> {
 
     /// Enters a state. This is the only place that changes from one state to another.
     pub(super) fn enter(&mut self, state: HandlerState, context: &mut Context<'_>) {
-        let is = matches!(state, HandlerState::Data { .. });
-        match (matches!(self.state, HandlerState::Data { .. }), is) {
+        let is = state.is_exchanging();
+        match (self.state.is_exchanging(), is) {
             (false, true) => {
                 *context.exchanging = context.exchanging.saturating_add(1);
                 *context.control_due = true;

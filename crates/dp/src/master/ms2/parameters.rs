@@ -79,6 +79,7 @@ impl Ms2Parameters {
 /// The properties of an open connection.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
 pub struct Opened {
     /// The access point of the connection at the slave, 0 to 48.
     pub server_sap: u8,

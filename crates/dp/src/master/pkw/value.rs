@@ -75,44 +75,14 @@ impl Value {
     }
 }
 
-/// The error number of a refused task (AK 7).
+/// The error number of a refused task (AK 7). Its meaning is in the manual of the device.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct ErrorNumber(pub u16);
 
-impl ErrorNumber {
-    /// The text of tira56e1 4.3.3, which has all numbers of the other manuals.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self.0 {
-            0 => "undefined slot",
-            1 => "parameter not changeable",
-            2 => "lower or upper value range limit overflow",
-            // The others say "index error": errata-pxg55x-img400 7.
-            3 => "index error",
-            4 => "no array",
-            5 => "data type error",
-            6 => "setting not allowed (only resettable)",
-            7 => "description element not changeable",
-            10 => "access group error",
-            11 => "no operation sovereignty",
-            12 => "password error",
-            13 => "text not readable in cyclic data transfer",
-            14 => "name not readable in cyclic data transfer",
-            15 => "no text array existent",
-            17 => "instruction not processable in this state",
-            18 => "other errors",
-            19 => "data not readable in cyclic transfer",
-            201 => "already in requested state",
-            202 => "object state conflict",
-            _ => "reserved",
-        }
-    }
-}
-
 impl fmt::Display for ErrorNumber {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{} ({})", self.name(), self.0)
+        write!(f, "error number {}", self.0)
     }
 }
 

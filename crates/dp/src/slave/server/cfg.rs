@@ -14,7 +14,7 @@ impl<D: Device, const CONNECTIONS: usize> Server<D, CONNECTIONS> {
         let Some(owner) = self.state.owner().filter(|owner| owner.master == request.sa).copied() else {
             return Reply::ShortAck;
         };
-        if matches!(self.state, SlaveState::DataExch(..)) && self.device.get_cfg() == request.du {
+        if self.state.is_exchanging() && self.device.get_cfg() == request.du {
             // Transition 10. The device would begin the exchange anew: a task that stands in the outputs would run again.
             return Reply::ShortAck;
         }

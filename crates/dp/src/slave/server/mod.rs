@@ -167,8 +167,8 @@ impl<D: Device, const CONNECTIONS: usize> Server<D, CONNECTIONS> {
     /// Enters a state. This is the only place that assigns the state: here the device learns that data exchange begins or
     /// ends, and MS1 ends with it.
     pub(super) fn enter(&mut self, state: SlaveState) {
-        let was = matches!(self.state, SlaveState::DataExch(..));
-        let is = matches!(state, SlaveState::DataExch(..));
+        let was = self.state.is_exchanging();
+        let is = state.is_exchanging();
         self.state = state;
         if was || is {
             self.set_safe_outputs();
