@@ -182,7 +182,7 @@ fn beam() -> [Fake; 6] {
             gaps: &[(-540.0, -330.0), (-3_000.0, -2_100.0), (-200_000.0, -150_000.0)],
             ..BEAM
         },
-        Fake { name: "gate 2", address: 22, device: "psg550", shapes: &[Shape::Still(1.2e5)], ..BEAM },
+        Fake { name: "gate 2", address: 22, device: "bpg400", shapes: &[Shape::Still(1.05e5)], ..BEAM },
         Fake {
             name: "pump stand",
             address: 30,
