@@ -251,6 +251,7 @@ fn active_part(model: &'static Model, pa: f64) -> Option<&'static PartSpec> {
 
 impl Fake {
     /// The tables of the device.
+    #[allow(clippy::expect_used, reason = "the devices are constants, and a test looks at all of them")]
     pub fn model(&self) -> &'static Model {
         entry(self.device).expect("a device of the catalog").model
     }

@@ -368,8 +368,11 @@ mod tests {
                 self.asked.set(self.asked.get() + 1);
                 at_read();
             };
-            let records =
-                |_| TestRecords { is_free: self.is_free.get(), is_gone: self.is_gone.get(), at_read: &at_read };
+            let records = |_: &CyclicSlave| TestRecords {
+                is_free: self.is_free.get(),
+                is_gone: self.is_gone.get(),
+                at_read: &at_read,
+            };
             let slave = |_: &str| Ok(Self::slave());
             self.inbox.borrow_mut().answer_next(&self.services, slave, records, || self.now.get()).unwrap();
         }
