@@ -178,8 +178,8 @@ fn answer(services: &Services, fakes: &[Fake], segment: &str) {
                 }
                 SegmentRequest::Blocks(gauge, answer) => {
                     let device = devices.iter().find(|(name, _)| *name == gauge).map_or("bcg450", |(_, device)| device);
-                    let blocks = blocks::read(device).expect("the virtual device has all its parameters");
-                    answer.send(Ok(blocks)).ok();
+                    let blocks = blocks::read(device).map_err(|error| Unavailable::SegmentDown(error.to_string()));
+                    answer.send(blocks).ok();
                 }
                 SegmentRequest::Preview(gauge, _, answer) => drop(answer.send(Err(not_possible(&gauge)))),
                 SegmentRequest::Execute(command, _, answer) => drop(answer.send(Err(not_possible(&command.gauge)))),

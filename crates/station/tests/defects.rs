@@ -1,4 +1,4 @@
-//! What is broken in a gauge: read over MS2 when an alarm begins, and named in the words of the manual.
+//! The station reads over MS2 which part of a gauge is broken when an alarm begins, and names it in the words of the manual.
 
 #![allow(clippy::unwrap_used, clippy::panic, clippy::indexing_slicing, reason = "a test")]
 

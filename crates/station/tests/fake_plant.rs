@@ -1,6 +1,6 @@
 //! The plant of the pictures agrees with the tables of its devices.
 
-#![allow(clippy::expect_used, clippy::indexing_slicing, reason = "a test")]
+#![allow(clippy::indexing_slicing, reason = "a test")]
 #![allow(dead_code, reason = "the example uses more")]
 
 #[path = "../examples/fake_plant/gauges.rs"]

@@ -220,13 +220,13 @@ fn a_gauge_that_answers_no_class_2_master_is_reported_and_does_not_slow_the_othe
 }
 
 #[test]
-fn an_error_says_how_to_write_a_controller_without_dp_v1() {
+fn a_controller_without_dp_v1_is_operated_in_the_parameter_channel_of_its_cyclic_data() {
     let fixture = Fixture::new(&["tpg300@8"], &["old tpg300 8"]);
     fixture.until("old", |gauge| !gauge.readings.is_empty());
     let actor = engineer(&fixture);
     let request = OperationRequest { command: Some("store".to_owned()), ..OperationRequest::default() };
-    let error = fixture.services.control().arm(&actor, "old", &request).unwrap_err();
-    assert!(matches!(error, ControlError::Operation(_)), "{error:?}");
-    assert!(error.to_string().contains("`profivac write --via pkw`"), "{error}");
+    let command = fixture.services.control().arm(&actor, "old", &request).unwrap();
+    fixture.services.control().execute(&actor, &command.id).unwrap();
+    assert_eq!(fixture.services.snapshots().gauge("old").unwrap().state, BusStationState::DataExchange);
     fixture.station.stop();
 }

@@ -106,7 +106,7 @@ test('an operator looks at trends, requests control, arms a degas and sends it',
     await page.locator('.control', { hasText: 'You have control' }).waitFor()
     await command(page, 'ba.degas-on').click()
     await dialog(page).getByRole('button', { name: 'Send' }).waitFor()
-    assert.equal(await dialog(page).locator('.conditions .met').count(), 3)
+    assert.equal(await dialog(page).locator('.conditions .met').count(), 4)
     const said = await text(dialog(page))
     assert.match(said, /heats the electrodes/)
     assert.match(said, /ba\.process-value is below 7\.20 × 10⁻⁶ mbar · it is 1\.00 × 10⁻⁶ mbar/)

@@ -77,6 +77,16 @@ async function armed(page) {
   await page.getByRole('button', { name: 'Send' }).waitFor()
 }
 
+/** Ends the degas of the picture before, and arms another one. */
+async function armedAgain(page) {
+  await page.locator('.control', { hasText: 'You have control' }).waitFor()
+  await page.locator('[data-command="ba.degas-off"] button').click()
+  await page.getByRole('button', { name: 'Send' }).click()
+  await page.getByText('Done: ').waitFor()
+  await page.getByRole('dialog').getByRole('button', { name: 'Close' }).click()
+  await armed(page)
+}
+
 /** Sends a degas, and shows the audit trail. */
 async function sent(page) {
   await page.locator('.commands').getByRole('button', { name: 'Request control' }).click()
@@ -89,7 +99,7 @@ async function sent(page) {
 
 const ACTING = [
   ['audit', '/gauge/chamber', LIGHT, sent],
-  ['command', '/gauge/chamber', LIGHT, armed],
+  ['command', '/gauge/chamber', LIGHT, armedAgain],
 ]
 
 const browser = await startBrowser()

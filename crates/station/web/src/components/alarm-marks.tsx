@@ -69,7 +69,12 @@ export function AlarmBadge({ snapshot }: { snapshot: Snapshot }): JSX.Element {
       aria-label={`Alarms: ${text}`}
     >
       <PriorityShape priority={priority} /> {activeOfPriority} {priority}
-      {unacknowledged > 0 && <span class="unacknowledged">, {unacknowledged} not acknowledged</span>}
+      {unacknowledged > 0 && (
+        <span class="unacknowledged">
+          , {unacknowledged} <span class="long">not acknowledged</span>
+          <span class="short">unack.</span>
+        </span>
+      )}
     </Link>
   )
 }
