@@ -1,11 +1,13 @@
 //! `cargo bench -p bench --bench decode`: how long 100,000 telegrams take, from a file to the explanation, beside pyprofibus's parser.
 //!
+//! Also ten mebibytes of each periodic noise, as octets and in forms of text, read in portions as from standard input.
+//!
 //! Wall time of the fastest of five runs, on one core. pyprofibus runs in a process of its own, in the environment that
 //! `./test` makes; it is given the telegrams one by one, valid ones only, because it has nothing that finds them in a stream.
 
 use profivac_dp::link::Baud;
 use profivac_explain::Decoder;
-use profivac_explain::input::Capture;
+use profivac_explain::input::{Capture, Source, SourceKind};
 use profivac_sim::Trace;
 use profivac_sim::describe::Hex;
 use profivac_sim::trace::pcapng;
@@ -29,7 +31,7 @@ const TRACES: [&str; 6] = [
 ];
 
 fn main() -> ExitCode {
-    match table() {
+    match table().and_then(|()| noise()) {
         Ok(()) => ExitCode::SUCCESS,
         Err(reason) => {
             eprintln!("cargo bench: {reason}");
@@ -105,6 +107,61 @@ fn fastest(file: &[u8]) -> Result<f64, String> {
         }
     }
     Ok(best)
+}
+
+/// Noise whose octets may begin a telegram again and again. A line of each table.
+const NOISE: [(&str, &[u8]); 8] = [
+    ("`10` in every 6th octet", &[0x10, 0, 0, 0, 0, 0]),
+    ("`A2` in every 14th", &[0xA2, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0]),
+    ("`DC` in every 3rd", &[0xDC, 0, 0]),
+    ("`68` without end", &[0x68]),
+    ("`10` without end", &[0x10]),
+    ("zeros", &[0]),
+    ("`E5`", &[0xE5]),
+    ("tokens", &[0xDC, 2, 2]),
+];
+
+const NOISE_OCTETS: usize = 10 << 20;
+
+/// Octets as text: the separator behind each octet and behind each sixteenth.
+const TEXTS: [(char, char); 3] = [('\n', '\n'), (' ', '\n'), (' ', ' ')];
+
+fn noise() -> Result<(), String> {
+    println!("\n| seconds for 10 MiB of | octets | an octet a line | sixteen a line | one line |");
+    println!("|---|--:|--:|--:|--:|");
+    for (what, period) in NOISE {
+        let octets: Vec<u8> = period.iter().copied().cycle().take(NOISE_OCTETS).collect();
+        let mut row = format!("| {what} | {:.2} |", streamed(&octets, SourceKind::Octets)?);
+        for (separator, sixteenth) in TEXTS {
+            let mut text = String::with_capacity(3 * NOISE_OCTETS);
+            for (number, octet) in octets.iter().enumerate() {
+                text += &format!("{octet:02x}");
+                text.push(if number % 16 == 15 { sixteenth } else { separator });
+            }
+            row += &format!(" {:.2} |", streamed(text.as_bytes(), SourceKind::Text)?);
+        }
+        println!("{row}");
+    }
+    Ok(())
+}
+
+/// Seconds from the octets of a pipe to the last sentence.
+fn streamed(file: &[u8], kind: SourceKind) -> Result<f64, String> {
+    let started = Instant::now();
+    let mut source = Source::open_as(file, Baud::B500000, kind).map_err(|error| error.to_string())?;
+    let mut decoder = Decoder::new(Baud::B500000, source.times);
+    let (mut chunks, mut explained, mut more) = (Vec::new(), Vec::new(), true);
+    while more {
+        more = source.read(&mut chunks).map_err(|error| error.to_string())?;
+        chunks.drain(..).for_each(|chunk| decoder.push(&chunk, &mut explained));
+        black_box(&explained);
+        explained.clear();
+    }
+    decoder.end(&mut explained);
+    if source.octets != NOISE_OCTETS as u64 {
+        return Err(format!("{} octets were read", source.octets));
+    }
+    Ok(started.elapsed().as_secs_f64())
 }
 
 fn pyprofibus(lines: &str) -> Result<String, String> {

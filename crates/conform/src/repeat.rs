@@ -22,7 +22,7 @@ use profivac_host::port::PortError;
 const ATTEMPTS: usize = 12;
 
 /// The tests that must show a broken rule in which the slave sends something else. free choice: a line that loses requests unnoticed
-/// hardly leads to it in so many tests in succession.
+/// hardly leads to it in four tests.
 const REPRODUCTIONS: usize = 4;
 
 /// The tests that must show a broken rule in which an answer is missing. free choice: a lost request looks the same.

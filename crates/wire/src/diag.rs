@@ -71,7 +71,7 @@ impl StationStatus {
     /// The set bits that have no meaning.
     #[must_use]
     pub fn reserved(self) -> Self {
-        NAMES.iter().fold(self - Self::ALWAYS_ONE, |rest, (bit, _)| rest - *bit)
+        NAMES.iter().fold(self.difference(Self::ALWAYS_ONE), |rest, (bit, _)| rest.difference(*bit))
     }
 }
 

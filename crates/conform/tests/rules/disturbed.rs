@@ -5,7 +5,7 @@ use profivac_conform::probe::Received;
 use profivac_host::port::PortError;
 use std::time::Duration;
 
-/// What happens on the way.
+/// A disturbance on the way from the program to the slave and back.
 #[derive(Clone, Copy, Debug)]
 enum Disturbance {
     /// The request comes in two pieces with a pause between them, which the slave discards. The link does not notice it.

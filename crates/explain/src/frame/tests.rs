@@ -217,6 +217,8 @@ fn periodic_noise() -> Vec<Vec<u8>> {
     noise.extend([vec![0x68], vec![0x10], vec![0], vec![0xE5], vec![0xDC], vec![0xFF], vec![0xDC, 1, 2]]);
     // Headers of the longest telegram, telegrams inside telegrams, and a telegram without end.
     noise.extend([hex("68 F9 F9 68"), hex("68 03 03 68 10 00 00 00 00 16 16"), hex("68 68 68 68 16")]);
+    // Valid SD3 telegrams without end, each of which overlaps the next one by two octets.
+    noise.push(hex("A2 16 02 49 41 00 00 00 00 00 00 00"));
     noise
 }
 

@@ -157,16 +157,26 @@ fn characters_of(text: &str, octets: &[u8]) -> Option<String> {
     if octets.is_empty() {
         return None;
     }
-    let trimmed = text.trim();
-    for (begin, end) in [('|', '|'), ('>', '<')] {
-        let inner = trimmed.strip_prefix(begin).and_then(|inner| inner.strip_suffix(end));
-        if let Some(inner) = inner.filter(|inner| is_shown(inner, octets)) {
-            return Some(inner.to_owned());
+    let begin = text.trim_start();
+    if begin.starts_with(['|', '>']) {
+        let inner = [('|', '|'), ('>', '<')].into_iter().find_map(|(first, last)| {
+            let inner = begin.trim_end().strip_prefix(first)?.strip_suffix(last)?;
+            is_shown(inner, octets).then(|| inner.to_owned())
+        });
+        if inner.is_some() {
+            return inner;
         }
     }
     let spaces = text.len().saturating_sub(text.trim_start_matches(' ').len());
-    let mut starts = (2..=spaces).filter_map(|skip| text.get(skip..));
-    starts.find(|shown| is_shown(shown, octets)).map(|shown| shown.trim_end().to_owned())
+    // The spaces that show octets. At most one place is possible, and the search looks at no more octets than there are spaces: it is
+    // made behind each octet of a line.
+    let skip = if begin.is_empty() {
+        2
+    } else {
+        spaces.saturating_sub(octets.iter().take(spaces).take_while(|octet| **octet == b' ').count())
+    };
+    let shown = text.get(skip..).filter(|shown| (2..=spaces).contains(&skip) && is_shown(shown, octets))?;
+    Some(shown.trim_end().to_owned())
 }
 
 /// Whether `shown` are the octets as characters, `.` for one that cannot be printed. Spaces at the end may be lost.

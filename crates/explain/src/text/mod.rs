@@ -33,7 +33,7 @@ use dump::DumpLine;
 use dump_lines::Addresses;
 use ignored::shortened;
 use profivac_wire::Telegram;
-use rows::Rows;
+use rows::{MIN_OCTETS, Rows, plain_octets};
 use std::cmp::Ordering;
 use std::collections::VecDeque;
 use word::{Meaning, Octets, Word, pairs, words};
@@ -152,6 +152,13 @@ impl Reader {
         if text.trim().is_empty() {
             return;
         }
+        // Most lines of most texts are plain octets, and reading them as words takes several times as long.
+        if !matches!(self.addresses, Addresses::Undecided { .. })
+            && let Some(octets) = plain_octets(text)
+        {
+            self.read_plain(octets, found);
+            return;
+        }
         if self.read_dump(text, found) {
             return;
         }
@@ -200,6 +207,28 @@ impl Reader {
         }
     }
 
+    /// Reads a line of plain octets, as [`read_line`](Self::read_line) does: it has no prefix, and all its octets are one row.
+    fn read_plain(&mut self, octets: Vec<u8>, found: &mut Found) {
+        self.read_waiting(found);
+        self.emit_last_row(found);
+        if octets.len() >= MIN_OCTETS {
+            self.learn_prefix(String::new());
+        }
+        self.has_rows = true;
+        found.rows.push_back(Row { octets, times: 1, ..Row::default() });
+    }
+
+    /// Keeps the words before a long row.
+    fn learn_prefix(&mut self, prefix: String) {
+        if self.prefixes.contains(&prefix) {
+            return;
+        }
+        self.prefixes.push_back(prefix);
+        if self.prefixes.len() > MAX_PREFIXES {
+            self.prefixes.pop_front();
+        }
+    }
+
     /// Reads a line without an address.
     fn read_line(&mut self, text: &str, found: &mut Found) {
         self.read_waiting(found);
@@ -223,11 +252,8 @@ impl Reader {
         if let Some((_, characters)) = &characters {
             self.ignored.add(IgnoredKind::Characters, self.line, characters);
         }
-        if rows.is_long() && !is_known {
-            self.prefixes.push_back(prefix);
-            if self.prefixes.len() > MAX_PREFIXES {
-                self.prefixes.pop_front();
-            }
+        if rows.is_long() {
+            self.learn_prefix(prefix);
         }
         self.emit(&words, &rows, false, found);
     }

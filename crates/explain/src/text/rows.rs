@@ -4,7 +4,7 @@ use super::Row;
 use super::word::{Meaning, Word};
 
 /// The least number of octets in a line with other words: `cafe` and `be` are words.
-const MIN_OCTETS: usize = 3;
+pub(super) const MIN_OCTETS: usize = 3;
 
 impl Row {
     pub(super) fn add(&mut self, meaning: &Meaning) {
@@ -110,6 +110,18 @@ impl Rows {
     pub(super) fn ends_with_row(&self, words: &[Word<'_>]) -> bool {
         !words.is_empty() && self.is_taken.last() == Some(&true)
     }
+}
+
+/// The octets of a line that is nothing but octets of two digits with one space between them, and at most one behind them.
+pub(super) fn plain_octets(line: &str) -> Option<Vec<u8>> {
+    let digit = |letter: u8| char::from(letter).to_digit(16).and_then(|digit| u8::try_from(digit).ok());
+    let octet = |group: &[u8]| match *group {
+        [high, low] | [high, low, b' '] => Some(digit(high)? << 4 | digit(low)?),
+        _ => None,
+    };
+    let line = line.as_bytes();
+    // A group without a space behind it is the last one, because the next one would begin within an octet.
+    (!line.is_empty()).then(|| line.chunks(3).map(octet).collect())?
 }
 
 /// Whether a row is an SC alone.

@@ -4,6 +4,7 @@
 
 use super::dump_lines::MAX_REPEATED;
 use super::*;
+use profivac_sim::Random;
 use profivac_sim::describe::Hex;
 
 const DIAG: &str = "68 05 05 68 88 82 6D 3C 3E F1 16";
@@ -108,6 +109,57 @@ fn the_reader_takes_the_time_before_the_octets() {
         ("E5", None),
     ] {
         assert_eq!(rows(line).0[0].seconds, seconds, "{line}");
+    }
+}
+
+/// A comment keeps a line from being read as plain octets.
+#[test]
+fn plain_octets_are_read_like_octets_among_words() {
+    let mut random = Random::new(16);
+    for _ in 0..2_000 {
+        let (mut plain, mut commented) = (String::new(), String::new());
+        for _ in 0..random.below(12) {
+            let octets: Vec<String> = (0..random.below(6)).map(|_| format!("{:02x}", random.octet())).collect();
+            let space = [" ", " ", " ", "  ", "\t", ""][random.below(6) as usize];
+            let line = match random.below(12) {
+                0 => format!("{:08x} {}", random.below(64), octets.join(" ")),
+                1 => format!("{:04x} {}", random.below(64), octets.join(" ")),
+                2 => "*".to_owned(),
+                3 => format!("rx {}", octets.join(" ")),
+                _ => octets.join(space),
+            };
+            let is_plain = plain_octets(&line).is_some();
+            plain += &format!("{line}\n");
+            commented += &if is_plain { format!("{line} //\n") } else { format!("{line}\n") };
+        }
+        let ((rows_plain, left_plain, _), (rows_commented, left_commented, _)) = (rows(&plain), rows(&commented));
+        assert_eq!((rows_plain, left_plain), (rows_commented, left_commented), "{plain}");
+    }
+}
+
+#[test]
+fn a_line_of_plain_octets_has_nothing_but_octets() {
+    assert_eq!(plain_octets("68 e5 0F"), Some(vec![0x68, 0xE5, 0x0F]));
+    assert_eq!(plain_octets("e5 "), Some(vec![0xE5]));
+    for line in ["", " e5", "e5  ", "e5 1", "e51", "e5e5", "e5 e5x", "e5\te5", "e5!", "0x e5", "e5 +1", "é5"] {
+        assert_eq!(plain_octets(line), None, "{line}");
+    }
+}
+
+/// Reading ends in hours if the work for a word grows with the words before or behind it.
+#[test]
+fn the_work_for_a_line_grows_with_its_length() {
+    let octets = "e5 ".repeat(200_000);
+    let times = "08:15:00.25 ".repeat(200_000);
+    let blanks = "20  ".repeat(200_000);
+    for (line, count) in [
+        (format!("{octets}{}", " ".repeat(500_000)), 200_000),
+        (format!("{times}{octets}"), 200_000),
+        (blanks, 200_000),
+        (format!("{}{}x", "20 ".repeat(200_000), " ".repeat(500_000)), 200_000),
+    ] {
+        let (rows, ..) = rows(&line);
+        assert_eq!(rows.iter().map(|row| row.octets.len()).sum::<usize>(), count);
     }
 }
 

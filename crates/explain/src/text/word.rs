@@ -1,6 +1,7 @@
 //! Words of a line: octets in many notations, numbers, times, other text.
 
 use profivac_sim::describe::octet;
+use std::collections::BTreeSet;
 
 /// Meaning of a word.
 #[derive(Clone, Debug, PartialEq)]
@@ -107,7 +108,8 @@ fn is_separator(letter: char) -> bool {
 /// like it.
 fn restore_octets(words: &mut [Word<'_>]) {
     let separator = |text: &str| text.chars().find(|letter| ":.".contains(*letter));
-    let notations: Vec<Option<char>> = words
+    // A set, because a line may have thousands of words of either kind.
+    let notations: BTreeSet<Option<char>> = words
         .iter()
         .filter(|word| matches!(word.meaning, Meaning::Octets(_)))
         .map(|word| separator(word.text))
