@@ -65,16 +65,30 @@ def run(*command, **options):
     return subprocess.run(command, check=True, **options)
 
 
+def kernel_package():
+    """The name of the Debian package with the present kernel; None if the lists of packages do not have it."""
+    depends = subprocess.run(["apt-cache", "depends", "linux-image-amd64"], capture_output=True, text=True)
+    package = re.search(r"linux-image-\d\S*", depends.stdout)
+    return package.group() if depends.returncode == 0 and package else None
+
+
+def download(package, folder):
+    """Downloads a package. Returns whether it is there."""
+    return subprocess.run(["apt-get", "download", "-qq", package], cwd=folder).returncode == 0
+
+
 def kernel(folder):
     """The folder of an unpacked Debian kernel, fetched once."""
     unpacked = os.path.join(folder, "kernel")
     if not glob.glob(unpacked + "/boot/vmlinuz-*"):
-        depends = subprocess.run(
-            ["apt-cache", "depends", "linux-image-amd64"], check=True, capture_output=True, text=True
-        ).stdout
-        package = re.search(r"linux-image-\d\S*", depends).group()
         os.makedirs(folder, exist_ok=True)
-        run("apt-get", "download", "-qq", package, cwd=folder)
+        package = kernel_package()
+        if not package or not download(package, folder):
+            # The lists of packages are missing, or older than the package.
+            run("apt-get", "update", "-qq")
+            package = kernel_package()
+            if not package or not download(package, folder):
+                raise RuntimeError("apt-get finds no package linux-image-amd64, or cannot download it; look at /etc/apt/sources.list")
         (archive,) = glob.glob(f"{folder}/{package}_*.deb")
         run("dpkg-deb", "-x", archive, unpacked)
         os.remove(archive)

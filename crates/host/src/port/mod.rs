@@ -13,6 +13,7 @@
 //! A port never blocks and never panics: octets that the other side does not take are dropped, and a lost port is an error.
 //! A condition that impairs the port without stopping it is a [`Notice`].
 
+mod adapter;
 mod delivery;
 mod echo;
 mod error;
@@ -32,6 +33,7 @@ mod system;
 #[path = "other.rs"]
 mod system;
 
+pub use adapter::AdapterFacts;
 pub use delivery::{Delivery, SCHEDULING_DELAY};
 pub use error::{CharacterFormat, Parity, PortError};
 pub use notice::{Notice, StoreDamage};
@@ -40,7 +42,7 @@ pub use recorded::{Direction, Recorded, RecordedChunk, Recording};
 pub use reopening::{Opener, Reopening};
 pub use serial::Serial;
 pub use stream::Stream;
-pub use system::{AdapterFacts, adapter_facts};
+pub use system::adapter_facts;
 pub use tcp::{TcpClient, TcpServer};
 
 use crate::readiness::Readiness;

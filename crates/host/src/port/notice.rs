@@ -82,7 +82,7 @@ impl fmt::Display for Notice {
             ),
             Self::OpenElsewhere { name, program, pid } => write!(
                 f,
-                "{program} (process {pid}) has {name} open too and takes received octets away: end it if stations seem not to answer"
+                "{program} (process {pid}) has {name} open too and may take received octets away: end it if stations seem not to answer"
             ),
             Self::TransmitterNotSwitched(name) => write!(
                 f,
