@@ -51,8 +51,20 @@ wait_for() {
         sleep 0.2
     done
 }
-# ends: sends SIGTERM to the program and waits until it has ended.
-ends() { kill -TERM $(pidof profivac); wait_for '! pidof profivac'; }
+# hundredths: the time since the start in hundredths of a second.
+hundredths() { cut -d' ' -f1 /proc/uptime | tr -d .; }
+# ends: sends SIGTERM to the program, waits until it has ended, and prints the time that this took.
+ends() {
+    begun=$(hundredths)
+    kill -TERM $(pidof profivac)
+    n=0
+    while pidof profivac >/dev/null; do
+        n=$((n + 1))
+        if [ $n -gt 600 ]; then echo "in vain: end"; return 1; fi
+        sleep 0.05
+    done
+    echo "ended after $(($(hundredths) - begun)) hundredths"
+}
 exec </dev/ttyS0 >/dev/ttyS0 2>&1
 echo guest is ready
 while read -r line; do eval "$line" </dev/null; done
@@ -136,12 +148,15 @@ class Cable:
     the guest wait until so many are there, or until the timer has run out.
     """
 
+    # A packet of 64 octets has two octets of status.
+    FTDI_CHUNK = 62
+
     def __init__(self):
         self.server = socket.create_server(("127.0.0.1", 0))
         self.end = self.server.getsockname()[1]
         self.outside = socket.create_server(("127.0.0.1", 0))
         self.master_port = self.outside.getsockname()[1]
-        self.latency, self.chunk = 0.0, 62
+        self.latency, self.chunk = 0.0, self.FTDI_CHUNK
         self.peer = None
         self.guest = None
         self.held = b""

@@ -113,7 +113,18 @@ impl BusOptions {
     pub fn session_on(&self, port: Box<dyn Port>, baud: Baud) -> Result<BusSession, Failure> {
         let bus = self.parameters(baud, port.delivery());
         self.report_timing(&*port, baud, &bus);
-        let session = BusSession::new(port, baud, bus, self.options.timeout.unwrap_or(TIMEOUT))?;
+        let name = port.name().to_owned();
+        let mut session = BusSession::new(port, baud, bus, self.options.timeout.unwrap_or(TIMEOUT))?;
+        let verbose = self.options.verbose;
+        session.on_close(move |timing, notices| {
+            notices.iter().for_each(|message| notice(message));
+            if verbose {
+                notice(&format_args!("{name}: {timing}"));
+            }
+        });
+        if self.options.slot_time.is_some() {
+            session = session.with_fixed_slot_time();
+        }
         Ok(if self.options.timeout.is_none() { session.wait_for_ring_entry() } else { session })
     }
 

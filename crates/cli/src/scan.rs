@@ -122,7 +122,7 @@ fn line(seen: &FoundStation) -> String {
     let FoundStation { address, station_type: station, slave } = seen;
     let Some(slave) = slave else {
         let (kind, state) = match station {
-            StationType::Slave => ("slave", "sends no diagnosis"),
+            StationType::Slave => ("slave", "no valid diagnosis"),
             StationType::MasterNotReady | StationType::MasterReady | StationType::MasterInRing => {
                 ("master", kind(*station))
             }
@@ -160,7 +160,7 @@ mod tests {
         let expected = "\
 ADDR  KIND    IDENT   OWNER     STATE                               DEVICE
    5  slave   0x08E6  master 2  exchanges data                      bcg450
-   7  slave   -       -         sends no diagnosis                  -";
+   7  slave   -       -         no valid diagnosis                  -";
         assert_eq!(table(&[slave(5), silent]), expected);
     }
 }

@@ -20,10 +20,11 @@ use expected::{Expected, Reason};
 use probe::{Probe, Received};
 use profivac_dp::link::active::BusParameters;
 use profivac_dp::link::{Baud, BitTime};
+use profivac_host::clock::{duration_of, tbit_of};
 use profivac_host::port::{Port, PortError};
 use profivac_host::segment::Segment;
 use std::ops::ControlFlow;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 /// Outcome of a check.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -150,7 +151,7 @@ impl PortLink {
     /// A link through `port`. `bus` has the address of the testing master.
     #[must_use]
     pub fn new(port: Box<dyn Port>, baud: Baud, bus: BusParameters) -> Self {
-        Self { segment: Segment::new(port, baud, false, [Probe::new(bus, BitTime(0))]), baud }
+        Self { segment: Segment::new(port, baud, false, [Probe::new(bus, BitTime(0))]).measuring(), baud }
     }
 
     /// Listens for the timeout after which a master may claim the line. Returns the address of a master that uses the line.
@@ -159,7 +160,7 @@ impl PortLink {
     /// [`PortError`] if the port is lost.
     pub fn listen(&mut self) -> Result<Option<u8>, PortError> {
         let tbit = self.probe().timeout_tbit();
-        self.wait(profivac_host::clock::duration_of(self.baud, tbit))?;
+        self.wait(duration_of(self.baud, tbit))?;
         Ok(self.probe().other_master())
     }
 
@@ -193,9 +194,9 @@ impl Link for PortLink {
     }
 
     fn wait(&mut self, time: Duration) -> Result<(), PortError> {
-        let start = Instant::now();
-        while let Some(left) = time.checked_sub(start.elapsed()).filter(|left| !left.is_zero()) {
-            self.segment.serve(&[], left)?;
+        let end = self.segment.now() + tbit_of(self.baud, time);
+        while self.segment.now() < end {
+            self.segment.serve(&[], duration_of(self.baud, end - self.segment.now()))?;
         }
         Ok(())
     }

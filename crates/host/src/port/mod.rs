@@ -47,6 +47,7 @@ pub use tcp::{TcpClient, TcpServer};
 
 use crate::readiness::Readiness;
 use profivac_dp::link::Baud;
+use std::time::Duration;
 
 /// A received character.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -101,6 +102,14 @@ pub trait Port: Send {
     fn next_notice(&mut self) -> Option<Notice> {
         None
     }
+
+    /// The time on the clock of a simulated port, since it was opened. `None`: the clock of the system applies.
+    fn simulated_time(&self) -> Option<Duration> {
+        None
+    }
+
+    /// Advances the clock of a simulated port by at most `at_most`, and only until it has received something.
+    fn simulate(&mut self, _at_most: Duration) {}
 
     /// Changes whenever the port was lost and opened again: protocols on it must start again.
     fn generation(&self) -> u32 {

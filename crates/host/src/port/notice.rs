@@ -35,6 +35,19 @@ pub enum Notice {
         /// The octets dropped so far.
         octets: usize,
     },
+    /// An answer came after the slot time of this master.
+    LateAnswer {
+        /// The port.
+        name: String,
+        /// From the end of the request to the first character of the answer, in milliseconds.
+        turnaround_ms: u64,
+        /// The slot time, in bit times.
+        slot_tbit: u32,
+        /// The slot time that this answer needs, in bit times.
+        needed_tbit: u32,
+        /// Whether this master uses that slot time from now on.
+        is_raised: bool,
+    },
     /// Stored values of a virtual device are not used; the device starts with its defaults in their place.
     StoreDamaged {
         /// The device.
@@ -90,6 +103,19 @@ impl fmt::Display for Notice {
             ),
             Self::OctetsDropped { name, octets } => {
                 write!(f, "{name} does not read: {octets} octets have been discarded so far")
+            }
+            Self::LateAnswer { name, turnaround_ms, slot_tbit, needed_tbit, is_raised } => {
+                write!(
+                    f,
+                    "an answer on {name} came {turnaround_ms} ms after its request, later than the slot time of {slot_tbit} bit times: "
+                )?;
+                match is_raised {
+                    true => write!(f, "the slot time is {needed_tbit} bit times from now on"),
+                    false => write!(
+                        f,
+                        "it may count as no answer; set the slot time of each master on the line to at least {needed_tbit} bit times"
+                    ),
+                }
             }
             Self::StoreDamaged { device, address, damage, kept_as } => {
                 let kept_as = kept_as.display();
