@@ -19,6 +19,7 @@ use profivac_host::session::BusSession;
 use serde::Serialize;
 use std::io::{IsTerminal, Write, stderr, stdin};
 use std::ops::ControlFlow;
+use std::time::Duration;
 
 /// Test a slave against the rules of PROFIBUS DP, and show request, answer and section for each.
 ///
@@ -70,9 +71,9 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
             "conform parameterises the slave and takes ownership of it; without a terminal add --own",
         ));
     }
-    let subject = subject(arguments)?;
+    let (subject, slot_time) = subject(arguments)?;
     let signals = Signals::catch()?;
-    let mut wire = arguments.bus.open_probe()?;
+    let mut wire = arguments.bus.open_probe(slot_time)?;
     if let Some(master) = wire.listen()? {
         return Err(Failure::no_answer(format!(
             "master {master} is using the line; conform needs a line without other masters"
@@ -95,6 +96,10 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     if stopped {
         return Err(Failure::no_answer("interrupted by a signal; the slave is released"));
     }
+    if let Some(turnaround) = wire.late_answer() {
+        let advice = bus::late_advice(wire.baud(), turnaround);
+        return Err(Failure::no_answer(format!("these outcomes prove nothing about the slave, because {advice}")));
+    }
     verdict(address, &findings)
 }
 
@@ -115,8 +120,8 @@ fn verdict(address: u8, findings: &[CheckResult]) -> Result<(), Failure> {
     }
 }
 
-/// Reads identity, configuration and unit of the slave without changing it.
-fn subject(arguments: &Arguments) -> Result<SlaveUnderTest, Failure> {
+/// Reads identity, configuration and unit of the slave without changing it. Returns them with the slot time of the session.
+fn subject(arguments: &Arguments) -> Result<(SlaveUnderTest, Duration), Failure> {
     let mut session = arguments.bus.open()?;
     let (address, master) = (arguments.address, arguments.bus.master());
     let slave = find_slave(&mut session, address)?;
@@ -131,7 +136,7 @@ fn subject(arguments: &Arguments) -> Result<SlaveUnderTest, Failure> {
         Some(octets) => octets.0.clone(),
         None => bus::present_cfg(&mut session, address)?.ok_or_else(|| without_configuration(address))?,
     };
-    Ok(SlaveUnderTest { address, ident: slave.ident, cfg, user_prm })
+    Ok((SlaveUnderTest { address, ident: slave.ident, cfg, user_prm }, session.timing().slot_time))
 }
 
 fn find_slave(session: &mut BusSession, address: u8) -> Result<SlaveStatus, Failure> {

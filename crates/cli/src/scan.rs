@@ -5,7 +5,7 @@ use crate::failure::Failure;
 use crate::output::{json, notices, out};
 use clap::Args;
 use profivac_client::identify::device_names;
-use profivac_host::scan::{FoundStation, SlaveStatus, probe};
+use profivac_host::scan::{FoundStation, SlaveStatus, probe_all};
 use profivac_host::session::SessionError;
 use profivac_wire::control::StationType;
 use serde::Serialize;
@@ -36,11 +36,8 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let bus = &arguments.bus;
     let mut session = bus.open()?;
     let mut seen = Vec::new();
-    let mut others = (0..=bus.hsa()).filter(|address| *address != bus.master());
-    let looked = others.try_for_each(|address| {
-        seen.extend(probe(&mut session, address)?);
-        Ok(())
-    });
+    let others = (0..=bus.hsa()).filter(|address| *address != bus.master());
+    let looked = probe_all(&mut session, others, &mut seen);
     notices(|| session.next_notice());
     if arguments.json {
         let rows: Vec<_> = seen.iter().map(Row::of).collect();

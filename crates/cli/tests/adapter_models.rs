@@ -10,11 +10,12 @@ use profivac_client::cyclic::CyclicSlave;
 use profivac_client::{Gauge, identify, settings};
 use profivac_conform::dialogue::SlaveUnderTest;
 use profivac_conform::{Outcome, PortLink, run as run_checks};
+use profivac_dp::link::active::BusParameters;
 use profivac_dp::link::{Baud, BitTime, CHARACTER_TBIT, Receiver};
 use profivac_dp::master::services;
 use profivac_host::clock::{duration_of, tbit_of};
 use profivac_host::line::{Line, Pace};
-use profivac_host::port::{Character, Delivery, Notice, Port, PortError};
+use profivac_host::port::{Character, Delivery, LateAnswerRemedy, Notice, Port, PortError};
 use profivac_host::readiness::Readiness;
 use profivac_host::scan;
 use profivac_host::session::{BusSession, Reply, bus_parameters};
@@ -228,11 +229,10 @@ fn gauge(session: &mut BusSession) -> Result<Gauge<profivac_client::ms2::Ms2<'_>
 fn scans(adapter: Adapter, baud: Baud) -> Result<(), String> {
     let mut session = session(adapter, baud);
     let mut found = Vec::new();
-    for address in 1..=10 {
-        found.extend(scan::probe(&mut session, address).map_err(|error| error.to_string())?);
-    }
+    scan::probe_all(&mut session, 1..=10, &mut found).map_err(|error| error.to_string())?;
     match &found[..] {
         [station] if station.slave.is_some_and(|slave| slave.ident == 0x08E6) => Ok(()),
+        [] => Err("finds no station".to_owned()),
         other => Err(format!("{other:?}")),
     }
 }
@@ -254,18 +254,23 @@ fn dumps(adapter: Adapter, baud: Baud) -> Result<(), String> {
 
 fn conforms(adapter: Adapter, baud: Baud) -> Result<(), String> {
     let bus = bus_parameters(0, baud, adapter.delivery);
-    let (cfg, user_prm) = {
+    let (cfg, user_prm, slot_time) = {
         let mut session = session(adapter, baud);
         let slave = CyclicSlave::find(&mut session, ADDRESS, 0).map_err(|error| error.to_string())?;
         let reply = session.request(&services::get_cfg(ADDRESS)).map_err(|error| error.to_string())?;
         let Reply::Answer { du, .. } = reply else { return Err("no configuration".to_owned()) };
-        (du, slave.parameters(baud).user_prm.to_vec())
+        (du, slave.parameters(baud).user_prm.to_vec(), session.timing().slot_time)
     };
     let subject = SlaveUnderTest { address: ADDRESS, ident: 0x08E6, cfg, user_prm };
+    let slot_tbit = bus.slot_tbit.max(u32::try_from(tbit_of(baud, slot_time)).unwrap());
+    let bus = BusParameters { slot_tbit, ..bus };
     let mut link = PortLink::new(Box::new(ModelPort::new(adapter, baud)), baud, bus);
     let other_master = link.listen().map_err(|error| error.to_string())?;
     assert_eq!(other_master, None);
     let results = run_checks(&mut link, &subject, |_| ControlFlow::Continue(())).map_err(|error| error.to_string())?;
+    if link.late_answer().is_some() {
+        return Err("ends without a result, because an answer was late".to_owned());
+    }
     let broken: Vec<_> = results
         .iter()
         .filter(|result| matches!(result.outcome, Outcome::Broken { .. }))
@@ -344,7 +349,9 @@ fn a_master_that_is_alone_raises_its_slot_time_after_a_late_answer_and_says_so()
     let asked = |session: &mut BusSession| session.request(&services::slave_diag(ADDRESS)).unwrap();
     assert!(matches!(asked(&mut session), Reply::NoAnswer(_)), "the first answer is late");
     let notice = late_answer(&mut session);
-    let Notice::LateAnswer { turnaround_ms, is_raised: true, .. } = notice else { panic!("{notice:?}") };
+    let Notice::LateAnswer { turnaround_ms, remedy: LateAnswerRemedy::Raised, .. } = notice else {
+        panic!("{notice:?}")
+    };
     assert!(turnaround_ms >= 40, "{turnaround_ms}");
     let after = session.timing();
     assert!(after.slot_time > before.slot_time && after.slot_time > after.turnaround, "{after:?}");
@@ -368,12 +375,20 @@ fn a_longer_pause_than_assumed_within_an_answer_is_tolerated_and_measured() {
     // Packets of four characters, 30 ms apart: the driver claims 1 ms.
     let adapter = usb("slow", 4, 30, timer(1));
     let baud = Baud::B500000;
-    let bus =
-        profivac_dp::link::active::BusParameters { slot_tbit: 16_383 * 2, ..bus_parameters(0, baud, adapter.delivery) };
+    let bus = BusParameters { slot_tbit: 16_383 * 2, ..bus_parameters(0, baud, adapter.delivery) };
     let mut session =
         BusSession::new(Box::new(ModelPort::new(adapter, baud)), baud, bus, Duration::from_secs(3600)).unwrap();
     let reply = session.request(&services::slave_diag(ADDRESS)).unwrap();
     assert!(matches!(reply, Reply::Answer { .. }), "{reply:?}");
     let timing = session.timing();
     assert!(timing.pause >= Duration::from_millis(25) && timing.tolerated_pause >= timing.pause, "{timing}");
+}
+
+/// 40 ms are 20000 bit times at 500 kbit/s, and a slot time has at most 16383.
+#[test]
+fn an_answer_that_no_slot_time_waits_for_is_reported_with_what_to_do() {
+    let mut session = session(usb("slow", 64, 40, timer(1)), Baud::B500000);
+    let _late = session.request(&services::slave_diag(ADDRESS)).unwrap();
+    let notice = late_answer(&mut session).to_string();
+    assert!(notice.ends_with("use an adapter with less delay, or a lower rate"), "{notice}");
 }

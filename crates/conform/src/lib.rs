@@ -164,11 +164,26 @@ impl PortLink {
         Ok(self.probe().other_master())
     }
 
+    /// The time by which an answer came after its request, if that was longer than the slot time: then the outcomes of the rules
+    /// prove nothing.
+    #[must_use]
+    pub fn late_answer(&self) -> Option<Duration> {
+        let [probe] = self.segment.stations();
+        let turnaround_tbit = self.segment.measured().turnaround_tbit;
+        (turnaround_tbit > probe.slot_tbit()).then(|| duration_of(self.baud, turnaround_tbit))
+    }
+
     /// The address of another master that was received since the link was opened. Does not wait.
     #[must_use]
     pub fn other_master(&self) -> Option<u8> {
         let [probe] = self.segment.stations();
         probe.other_master()
+    }
+
+    /// The baud rate of the line.
+    #[must_use]
+    pub const fn baud(&self) -> Baud {
+        self.baud
     }
 
     fn probe(&mut self) -> &mut Probe {

@@ -82,7 +82,9 @@ impl Probe {
         (self.state == State::Idle).then_some(&self.received)
     }
 
-    fn slot_tbit(&self) -> u64 {
+    /// Its slot time.
+    #[must_use]
+    pub fn slot_tbit(&self) -> u64 {
         u64::from(self.bus.slot_tbit)
     }
 }

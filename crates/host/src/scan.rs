@@ -75,6 +75,33 @@ pub fn probe(session: &mut BusSession, address: u8) -> Result<Option<FoundStatio
     Ok(Some(FoundStation { address, station_type: station, slave }))
 }
 
+/// Asks all of `addresses` with [`probe`] and adds the stations to `found`, also if the line is lost meanwhile. If an answer came
+/// after the slot time, which the session has raised by then, the silent addresses are asked once more.
+///
+/// # Errors
+/// [`SessionError`].
+pub fn probe_all(
+    session: &mut BusSession,
+    addresses: impl IntoIterator<Item = u8>,
+    found: &mut Vec<FoundStation>,
+) -> Result<(), SessionError> {
+    let before = session.timing().slot_time;
+    let mut silent = Vec::new();
+    for address in addresses {
+        match probe(session, address)? {
+            Some(station) => found.push(station),
+            None => silent.push(address),
+        }
+    }
+    if session.timing().slot_time > before {
+        for address in silent {
+            found.extend(probe(session, address)?);
+        }
+        found.sort_by_key(|station| station.address);
+    }
+    Ok(())
+}
+
 /// Slave_Diag, at most twice: the first request to a slave is not repeated at link level. Answers that arrive damaged do not count
 /// at first: a loaded computer delivers long answers late, and the station is present.
 fn read_diagnosis(session: &mut BusSession, address: u8) -> Result<Option<SlaveStatus>, SessionError> {

@@ -4,7 +4,7 @@
 //! waits for an answer.
 
 use crate::clock::{duration_of, tbit_of};
-use crate::port::{Delivery, Notice, Opener, Port, PortError};
+use crate::port::{Delivery, LateAnswerRemedy, Notice, Opener, Port, PortError};
 use crate::readiness::Readiness;
 use crate::segment::Segment;
 use profivac_dp::link::active::{
@@ -28,8 +28,8 @@ const GAP_FACTOR: u8 = 2;
 /// The longest wait for passing the token at the end. free choice: some rotations of a small ring.
 const TOKEN_PASS_TIMEOUT: Duration = Duration::from_secs(1);
 
-/// The longest slot time of PROFIBUS. profibus-wire 1.12.
-const MAX_SLOT_TBIT: u32 = 16_383;
+/// The longest slot time of PROFIBUS, in bit times. profibus-wire 1.12.
+pub const MAX_SLOT_TBIT: u32 = 16_383;
 
 /// The shortest wait for the line.
 const MIN_WAIT: Duration = Duration::from_millis(1);
@@ -304,12 +304,16 @@ impl BusSession {
         let is_alone = station.masters().count() < 2 && station.other_master().is_none();
         let wanted_tbit = u32::try_from(turnaround_tbit.saturating_mul(2)).unwrap_or(u32::MAX);
         let needed_tbit = wanted_tbit.min(MAX_SLOT_TBIT);
-        let is_raised = adapts && is_alone && needed_tbit > slot_tbit;
-        if is_raised {
+        let remedy = match adapts && is_alone {
+            _ if turnaround_tbit > needed_tbit.into() => LateAnswerRemedy::Impossible,
+            true => LateAnswerRemedy::Raised,
+            false => LateAnswerRemedy::ToBeSet,
+        };
+        if remedy == LateAnswerRemedy::Raised {
             station.raise_slot_time(needed_tbit);
         }
         let turnaround_ms = u64::try_from(duration_of(baud, turnaround_tbit).as_millis()).unwrap_or(u64::MAX);
-        self.late_answer = Some(Notice::LateAnswer { name, turnaround_ms, slot_tbit, needed_tbit, is_raised });
+        self.late_answer = Some(Notice::LateAnswer { name, turnaround_ms, slot_tbit, needed_tbit, remedy });
     }
 
     /// Leaves the ring of other masters. A master that vanishes with the token stops all of them for a while.

@@ -20,6 +20,7 @@ use profivac_conform::{CheckResult, PortLink, checks, run as run_checks};
 use profivac_dp::link::Baud;
 use profivac_dp::link::active::Request;
 use profivac_dp::master::services;
+use profivac_host::clock::tbit_of;
 use profivac_host::port::Direction;
 use profivac_host::scan::{FoundStation, probe};
 use profivac_host::session::{BusSession, Reply};
@@ -54,6 +55,8 @@ pub struct Run<'a> {
     ranges: Vec<std::ops::Range<usize>>,
     /// Slaves that stopped answering.
     vanished: Vec<u8>,
+    /// The slot time of the session that scanned; zero before.
+    slot_time: Duration,
 }
 
 /// The files that a run produces.
@@ -86,7 +89,16 @@ impl<'a> Run<'a> {
             stations: Vec::new(),
             slaves: Vec::new(),
         };
-        Self { bus, line, signals, unknown, report, ranges: Vec::new(), vanished: Vec::new() }
+        Self {
+            bus,
+            line,
+            signals,
+            unknown,
+            report,
+            ranges: Vec::new(),
+            vanished: Vec::new(),
+            slot_time: Duration::ZERO,
+        }
     }
 
     /// Runs all steps. The report keeps the results before a failure.
@@ -195,7 +207,7 @@ impl<'a> Run<'a> {
         self.report.options.baud = baud.bits_per_second();
         self.report.port = Some(PortFacts::of(&*port, baud, slot_tbit));
         progress("listening for other masters");
-        let mut link = self.bus.probe_on(port, baud);
+        let mut link = self.bus.probe_on(port, baud, self.slot_time);
         self.refuse_other_masters(&mut link)
     }
 
@@ -223,6 +235,7 @@ impl<'a> Run<'a> {
         for _ in 0..2 {
             self.ask_silent_addresses(&mut session)?;
         }
+        self.slot_time = session.timing().slot_time;
         progress(&format!(
             "stations that answer: {}, slaves among them: {}",
             self.report.stations.len(),
@@ -292,7 +305,7 @@ impl<'a> Run<'a> {
         let Some(user_prm) = (if writes { self.user_prm(address)? } else { Some(Vec::new()) }) else { return Ok(()) };
         let subject = SlaveUnderTest { address, ident, cfg, user_prm };
         let (port, baud) = self.line.open()?;
-        let mut link = self.bus.probe_on(port, baud);
+        let mut link = self.bus.probe_on(port, baud, self.slot_time);
         self.refuse_other_masters(&mut link)?;
         self.test_rules(&mut link, &subject, writes)?;
         self.end_beside(link.other_master())
@@ -345,14 +358,15 @@ impl<'a> Run<'a> {
 
     fn measure(&mut self, address: u8) -> Result<(), Failure> {
         let (port, baud) = self.line.open()?;
-        let slot_tbit = self.bus.parameters(baud, port.delivery()).slot_tbit;
+        let slot_tbit =
+            u64::from(self.bus.parameters(baud, port.delivery()).slot_tbit).max(tbit_of(baud, self.slot_time));
         let is_timed = port.is_timed();
-        let mut link = self.bus.probe_on(port, baud);
+        let mut link = self.bus.probe_on(port, baud, self.slot_time);
         self.refuse_other_masters(&mut link)?;
         progress(&format!("slave {address}: measuring {} requests of two services", self.report.options.cycles));
         let first = self.line.recording().count();
         let done = self.send_cycles(&mut link, address);
-        let figures = figures::of(&self.line.recording().since(first), baud, is_timed, slot_tbit.into());
+        let figures = figures::of(&self.line.recording().since(first), baud, is_timed, slot_tbit);
         let is_gone = matches!(&done, Ok(false));
         if let Some(slave) = self.slave_mut(address) {
             slave.figures = Some(figures);

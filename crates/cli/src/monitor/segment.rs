@@ -93,7 +93,7 @@ impl SegmentMonitor<'_> {
         self.show.print_header();
         let mut next = Instant::now() + period;
         let mut loss = PortLoss::default();
-        while self.serve_until(session, next, &mut loss)? {
+        while self.serve_until(session, next, slaves, &mut loss)? {
             next += period;
             slaves.iter_mut().for_each(|slave| slave.read(session));
             let mut rows = self.rows(session, slaves);
@@ -105,7 +105,13 @@ impl SegmentMonitor<'_> {
     }
 
     /// Serves the line until `moment`. Returns false when the command ends.
-    fn serve_until(&self, session: &mut BusSession, moment: Instant, loss: &mut PortLoss) -> Result<bool, Failure> {
+    fn serve_until(
+        &self,
+        session: &mut BusSession,
+        moment: Instant,
+        slaves: &[MonitoredSlave],
+        loss: &mut PortLoss,
+    ) -> Result<bool, Failure> {
         loop {
             let now = Instant::now();
             if self.end.is_some_and(|end| end <= now) {
@@ -114,7 +120,9 @@ impl SegmentMonitor<'_> {
             let wait = self.end.unwrap_or(moment).min(moment).saturating_duration_since(now);
             let readable = session.serve(self.ends, wait)?;
             while let Some(notice) = session.next_notice() {
-                loss.take(&notice);
+                if matches!(notice, Notice::Lost(_)) {
+                    loss.begin(&self.rows(session, slaves));
+                }
                 self.show.notice(self.number, &notice);
             }
             while session.master().next_event().is_some() {}
@@ -136,23 +144,19 @@ impl SegmentMonitor<'_> {
 /// The loss of a port: until a slave answers again, its last answers say nothing about it.
 #[derive(Default)]
 struct PortLoss {
-    /// The slaves of the last rows, with their exchanges.
-    shown: Vec<(u8, u32)>,
-    /// Those that have not exchanged data since the port was lost.
+    /// The slaves that have not exchanged data since the port was lost, with their exchanges.
     waiting: Vec<(u8, u32)>,
 }
 
 impl PortLoss {
-    fn take(&mut self, notice: &Notice) {
-        if matches!(notice, Notice::Lost(_)) {
-            self.waiting.clone_from(&self.shown);
-        }
+    /// The port is lost; `rows` are the slaves at this moment.
+    fn begin(&mut self, rows: &[Row]) {
+        self.waiting = rows.iter().map(|row| (row.address, row.exchanges)).collect();
     }
 
     /// Names the port as the reason in the rows of slaves that have not exchanged data since it was lost.
     fn mark(&mut self, rows: &mut [Row]) {
-        self.shown = rows.iter().map(|row| (row.address, row.exchanges)).collect();
-        self.waiting.retain(|slave| self.shown.contains(slave));
+        self.waiting.retain(|slave| rows.iter().any(|row| (row.address, row.exchanges) == *slave));
         for row in rows.iter_mut().filter(|row| self.waiting.contains(&(row.address, row.exchanges))) {
             row.set_offline("the port was lost");
         }
@@ -212,24 +216,20 @@ mod tests {
     #[test]
     fn after_the_port_was_lost_a_row_says_so_until_the_slave_has_exchanged_data() {
         let mut loss = PortLoss::default();
-        let mut marked = |rows: &[(u8, u32)], is_lost: bool| {
-            if is_lost {
-                loss.take(&Notice::Lost("port".to_owned()));
-            }
-            let mut rows: Vec<_> = rows.iter().map(|(address, exchanges)| row(*address, *exchanges)).collect();
+        let rows =
+            |counts: &[(u8, u32)]| counts.iter().map(|(address, count)| row(*address, *count)).collect::<Vec<_>>();
+        let mut marked = |counts: &[(u8, u32)], lost_at: Option<&[(u8, u32)]>| {
+            lost_at.iter().for_each(|counts| loss.begin(&rows(counts)));
+            let mut rows = rows(counts);
             loss.mark(&mut rows);
             rows.iter().map(|row| (row.state.clone(), row.remarks_text(), row.pressure)).collect::<Vec<_>>()
         };
         let online = || ("DATA".to_owned(), String::new(), Some(1.0));
         let offline = || ("OFFLINE".to_owned(), "the port was lost".to_owned(), None);
-        assert_eq!(marked(&[(5, 10), (9, 20)], false), [online(), online()]);
-        assert_eq!(marked(&[(5, 10), (9, 20)], true), [offline(), offline()]);
-        assert_eq!(marked(&[(5, 11), (9, 20)], false), [online(), offline()]);
-        assert_eq!(marked(&[(5, 11), (9, 21)], false), [online(), online()]);
-        assert_eq!(
-            marked(&[(5, 11), (9, 21)], false),
-            [online(), online()],
-            "a slave may be silent for another reason"
-        );
+        assert_eq!(marked(&[(5, 10), (9, 20)], None), [online(), online()]);
+        assert_eq!(marked(&[(5, 11), (9, 20)], Some(&[(5, 11), (9, 20)])), [offline(), offline()]);
+        assert_eq!(marked(&[(5, 12), (9, 20)], None), [online(), offline()]);
+        assert_eq!(marked(&[(5, 12), (9, 21)], None), [online(), online()]);
+        assert_eq!(marked(&[(5, 12), (9, 21)], None), [online(), online()], "a slave may be silent for another reason");
     }
 }

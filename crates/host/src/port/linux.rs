@@ -111,10 +111,15 @@ pub fn real_rate(name: &str, wanted: u32) -> Option<u32> {
 
 fn real_rate_of(terminal: &Path, wanted: u32) -> Option<u32> {
     match adapter_facts_of(terminal).driver.as_deref() {
-        // It takes its highest rate in place of a higher one. Below, its divisors are closer than the tolerated deviation.
-        Some("ch341-uart" | "ch341") => Some(wanted.min(CH341_MAX_RATE)),
+        Some("ch341-uart" | "ch341") => Some(rate_of_ch341(wanted)),
         _ => rate_of_8250(terminal, wanted),
     }
+}
+
+/// A CH340 or CH341 takes its highest rate in place of a higher one. Below, its divisors are closer than the tolerated
+/// deviation.
+pub fn rate_of_ch341(wanted: u32) -> u32 {
+    wanted.min(CH341_MAX_RATE)
 }
 
 /// A UART of the 8250 family divides its clock by a whole number.

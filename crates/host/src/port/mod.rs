@@ -15,6 +15,8 @@
 
 mod adapter;
 mod delivery;
+#[cfg(all(test, target_os = "linux"))]
+mod driver_rates;
 mod echo;
 mod error;
 mod marks;
@@ -36,7 +38,7 @@ mod system;
 pub use adapter::AdapterFacts;
 pub use delivery::{Delivery, SCHEDULING_DELAY};
 pub use error::{CharacterFormat, Parity, PortError};
-pub use notice::{Notice, StoreDamage};
+pub use notice::{LateAnswerRemedy, Notice, StoreDamage};
 pub use pty::Pty;
 pub use recorded::{Direction, Recorded, RecordedChunk, Recording};
 pub use reopening::{Opener, Reopening};

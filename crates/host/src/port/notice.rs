@@ -45,8 +45,8 @@ pub enum Notice {
         slot_tbit: u32,
         /// The slot time that this answer needs, in bit times.
         needed_tbit: u32,
-        /// Whether this master uses that slot time from now on.
-        is_raised: bool,
+        /// What follows.
+        remedy: LateAnswerRemedy,
     },
     /// Stored values of a virtual device are not used; the device starts with its defaults in their place.
     StoreDamaged {
@@ -70,6 +70,18 @@ pub enum Notice {
     Lost(String),
     /// The port is open again.
     Reopened(String),
+}
+
+/// What follows from a late answer.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum LateAnswerRemedy {
+    /// This master uses the needed slot time from now on.
+    Raised,
+    /// The user must set the slot time: other masters are on the line, or the user gave the present one.
+    ToBeSet,
+    /// No slot time of PROFIBUS is as long.
+    Impossible,
 }
 
 /// Why stored values of a virtual device are not used.
@@ -104,14 +116,20 @@ impl fmt::Display for Notice {
             Self::OctetsDropped { name, octets } => {
                 write!(f, "{name} does not read: {octets} octets have been discarded so far")
             }
-            Self::LateAnswer { name, turnaround_ms, slot_tbit, needed_tbit, is_raised } => {
+            Self::LateAnswer { name, turnaround_ms, slot_tbit, needed_tbit, remedy } => {
                 write!(
                     f,
                     "an answer on {name} came {turnaround_ms} ms after its request, later than the slot time of {slot_tbit} bit times: "
                 )?;
-                match is_raised {
-                    true => write!(f, "the slot time is {needed_tbit} bit times from now on"),
-                    false => write!(
+                match remedy {
+                    LateAnswerRemedy::Raised => write!(f, "the slot time is {needed_tbit} bit times from now on"),
+                    LateAnswerRemedy::Impossible => {
+                        write!(
+                            f,
+                            "no slot time of PROFIBUS is as long; use an adapter with less delay, or a lower rate"
+                        )
+                    }
+                    LateAnswerRemedy::ToBeSet => write!(
                         f,
                         "it may count as no answer; set the slot time of each master on the line to at least {needed_tbit} bit times"
                     ),
