@@ -121,7 +121,7 @@ impl BusOptions {
         let verbose = self.options.verbose;
         let slot_time = duration_of(baud, bus.slot_tbit.into());
         session.on_close(move |timing, notices| {
-            notices.iter().for_each(|message| notice(message));
+            notices.iter().for_each(notice);
             if timing.turnaround > slot_time {
                 notice(&late_advice(baud, timing.turnaround));
             }

@@ -219,7 +219,7 @@ mod tests {
         timing.delivered(BitTime(1_700), &answer(5), true);
         assert_eq!(measured(&timing), (1, 700, 0));
         timing.delivered(BitTime(1_710), &answer(9), true);
-        assert_eq!(measured(&timing), (1, 700, 0), "nobody asked it");
+        assert_eq!(measured(&timing), (1, 700, 0), "no request to it");
     }
 
     #[test]

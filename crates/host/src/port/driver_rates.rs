@@ -1,5 +1,7 @@
 //! The rates of USB adapters as their drivers in Linux set and report them: docs/adapters.md has the table.
 
+#![allow(clippy::unwrap_used, reason = "a test")]
+
 use super::serial::wrong_rate;
 use super::system;
 use profivac_dp::link::Baud;
