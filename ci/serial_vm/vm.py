@@ -51,8 +51,20 @@ wait_for() {
         sleep 0.2
     done
 }
-# ends: sends SIGTERM to the program and waits until it has ended.
-ends() { kill -TERM $(pidof profivac); wait_for '! pidof profivac'; }
+# hundredths: the time since the start in hundredths of a second.
+hundredths() { cut -d' ' -f1 /proc/uptime | tr -d .; }
+# ends: sends SIGTERM to the program, waits until it has ended, and prints the time that this took.
+ends() {
+    begun=$(hundredths)
+    kill -TERM $(pidof profivac)
+    n=0
+    while pidof profivac >/dev/null; do
+        n=$((n + 1))
+        if [ $n -gt 600 ]; then echo "in vain: end"; return 1; fi
+        sleep 0.05
+    done
+    echo "ended after $(($(hundredths) - begun)) hundredths"
+}
 exec </dev/ttyS0 >/dev/ttyS0 2>&1
 echo guest is ready
 while read -r line; do eval "$line" </dev/null; done
@@ -65,16 +77,30 @@ def run(*command, **options):
     return subprocess.run(command, check=True, **options)
 
 
+def kernel_package():
+    """The name of the Debian package with the present kernel; None if the lists of packages do not have it."""
+    depends = subprocess.run(["apt-cache", "depends", "linux-image-amd64"], capture_output=True, text=True)
+    package = re.search(r"linux-image-\d\S*", depends.stdout)
+    return package.group() if depends.returncode == 0 and package else None
+
+
+def download(package, folder):
+    """Downloads a package. Returns whether it is there."""
+    return subprocess.run(["apt-get", "download", "-qq", package], cwd=folder).returncode == 0
+
+
 def kernel(folder):
     """The folder of an unpacked Debian kernel, fetched once."""
     unpacked = os.path.join(folder, "kernel")
     if not glob.glob(unpacked + "/boot/vmlinuz-*"):
-        depends = subprocess.run(
-            ["apt-cache", "depends", "linux-image-amd64"], check=True, capture_output=True, text=True
-        ).stdout
-        package = re.search(r"linux-image-\d\S*", depends).group()
         os.makedirs(folder, exist_ok=True)
-        run("apt-get", "download", "-qq", package, cwd=folder)
+        package = kernel_package()
+        if not package or not download(package, folder):
+            # The lists of packages are missing, or older than the package.
+            run("apt-get", "update", "-qq")
+            package = kernel_package()
+            if not package or not download(package, folder):
+                raise RuntimeError("apt-get finds no package linux-image-amd64, or cannot download it; look at /etc/apt/sources.list")
         (archive,) = glob.glob(f"{folder}/{package}_*.deb")
         run("dpkg-deb", "-x", archive, unpacked)
         os.remove(archive)
@@ -122,12 +148,15 @@ class Cable:
     the guest wait until so many are there, or until the timer has run out.
     """
 
+    # A packet of 64 octets has two octets of status.
+    FTDI_CHUNK = 62
+
     def __init__(self):
         self.server = socket.create_server(("127.0.0.1", 0))
         self.end = self.server.getsockname()[1]
         self.outside = socket.create_server(("127.0.0.1", 0))
         self.master_port = self.outside.getsockname()[1]
-        self.latency, self.chunk = 0.0, 62
+        self.latency, self.chunk = 0.0, self.FTDI_CHUNK
         self.peer = None
         self.guest = None
         self.held = b""

@@ -9,10 +9,10 @@ use profivac_conform::PortLink;
 use profivac_dp::link::Baud;
 use profivac_dp::link::active::BusParameters;
 use profivac_dp::master::services;
-use profivac_host::clock::duration_of;
+use profivac_host::clock::{duration_of, tbit_of};
 use profivac_host::port::{Delivery, Port};
 use profivac_host::rate;
-use profivac_host::session::{BusSession, Reply, bus_parameters};
+use profivac_host::session::{BusSession, MAX_SLOT_TBIT, Reply, bus_parameters};
 use profivac_station::config::Segment;
 use profivac_virtual::open;
 use std::time::Duration;
@@ -84,15 +84,18 @@ impl BusOptions {
         Ok(session.with_reopening(open::opener(&self.port, baud)))
     }
 
-    /// Opens the port for `conform`, which also sends telegrams that no master sends.
-    pub fn open_probe(&self) -> Result<PortLink, Failure> {
+    /// Opens the port for `conform`, which also sends telegrams that no master sends. A session on this port had a slot time of
+    /// `slot_time` in the end.
+    pub fn open_probe(&self, slot_time: Duration) -> Result<PortLink, Failure> {
         let (port, baud) = open_port(&self.port, self.options.baud)?;
-        Ok(self.probe_on(port, baud))
+        Ok(self.probe_on(port, baud, slot_time))
     }
 
     /// The same on a port that is open.
-    pub fn probe_on(&self, port: Box<dyn Port>, baud: Baud) -> PortLink {
+    pub fn probe_on(&self, port: Box<dyn Port>, baud: Baud, slot_time: Duration) -> PortLink {
         let bus = self.parameters(baud, port.delivery());
+        let measured_tbit = u32::try_from(tbit_of(baud, slot_time)).unwrap_or(u32::MAX);
+        let bus = BusParameters { slot_tbit: bus.slot_tbit.max(measured_tbit), ..bus };
         self.report_timing(&*port, baud, &bus);
         PortLink::new(port, baud, bus)
     }
@@ -113,7 +116,22 @@ impl BusOptions {
     pub fn session_on(&self, port: Box<dyn Port>, baud: Baud) -> Result<BusSession, Failure> {
         let bus = self.parameters(baud, port.delivery());
         self.report_timing(&*port, baud, &bus);
-        let session = BusSession::new(port, baud, bus, self.options.timeout.unwrap_or(TIMEOUT))?;
+        let name = port.name().to_owned();
+        let mut session = BusSession::new(port, baud, bus, self.options.timeout.unwrap_or(TIMEOUT))?;
+        let verbose = self.options.verbose;
+        let slot_time = duration_of(baud, bus.slot_tbit.into());
+        session.on_close(move |timing, notices| {
+            notices.iter().for_each(notice);
+            if timing.turnaround > slot_time {
+                notice(&late_advice(baud, timing.turnaround));
+            }
+            if verbose {
+                notice(&format_args!("{name}: {timing}"));
+            }
+        });
+        if self.options.slot_time.is_some() {
+            session = session.with_fixed_slot_time();
+        }
         Ok(if self.options.timeout.is_none() { session.wait_for_ring_entry() } else { session })
     }
 
@@ -168,6 +186,16 @@ impl BusOptions {
     pub const fn hsa(&self) -> u8 {
         self.options.hsa
     }
+}
+
+/// What to do when an answer came `turnaround` after its request, later than the slot time.
+pub fn late_advice(baud: Baud, turnaround: Duration) -> String {
+    let (turnaround_tbit, longest) = (tbit_of(baud, turnaround), u64::from(MAX_SLOT_TBIT));
+    let remedy = match turnaround_tbit.saturating_mul(2).min(longest) {
+        needed if needed >= turnaround_tbit => format!("run it again with --slot-time {needed}"),
+        _ => "use an adapter with less delay, or a lower rate".to_owned(),
+    };
+    format!("answers come later than the slot time with which the command began: {remedy}")
 }
 
 /// The configuration that the slave returns to Get_Cfg; `None` if it returns none.

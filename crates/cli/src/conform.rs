@@ -19,6 +19,7 @@ use profivac_host::session::BusSession;
 use serde::Serialize;
 use std::io::{IsTerminal, Write, stderr, stdin};
 use std::ops::ControlFlow;
+use std::time::Duration;
 
 /// Test a slave against the rules of PROFIBUS DP, and show request, answer and section for each.
 ///
@@ -71,9 +72,9 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
             "conform parameterises the slave and takes ownership of it; without a terminal add --own",
         ));
     }
-    let subject = subject(arguments)?;
+    let (subject, slot_time) = subject(arguments)?;
     let signals = Signals::catch()?;
-    let mut wire = arguments.bus.open_probe()?;
+    let mut wire = arguments.bus.open_probe(slot_time)?;
     if let Some(master) = wire.listen()? {
         return Err(Failure::no_answer(format!(
             "master {master} is using the line; conform needs a line without other masters"
@@ -96,10 +97,12 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     if stopped {
         return Err(Failure::no_answer("interrupted by a signal; the slave is released"));
     }
-    verdict(address, &findings)
+    let late = wire.late_answer().map(|turnaround| bus::late_advice(wire.baud(), turnaround));
+    verdict(address, &findings, late)
 }
 
-fn verdict(address: u8, findings: &[CheckResult]) -> Result<(), Failure> {
+/// The end of the command. `late` is the advice after answers that came later than the slot time.
+fn verdict(address: u8, findings: &[CheckResult], late: Option<String>) -> Result<(), Failure> {
     let count = |wanted: fn(&Outcome) -> bool| findings.iter().filter(|finding| wanted(&finding.outcome)).count();
     let broken = count(|outcome| matches!(outcome, Outcome::Broken { .. }));
     let untested = count(|outcome| matches!(outcome, Outcome::NotTested(_)));
@@ -110,6 +113,10 @@ fn verdict(address: u8, findings: &[CheckResult]) -> Result<(), Failure> {
         matches!(outcome, Outcome::NotTested(Reason::Disturbed | Reason::Varies | Reason::Undecided(_)))
     });
     match broken {
+        0 if undecided > 0 && late.is_some() => Err(Failure::no_answer(format!(
+            "rules of the slave at address {address} that were not tested: {undecided}, because {}",
+            late.unwrap_or_default()
+        ))),
         0 if undecided > 0 => Err(Failure::no_answer(format!(
             "the line or the computer disturbed the test of the slave at address {address}; rules not tested for this reason: \
              {undecided}; repeat the command while the computer has nothing else to do, and check cable and termination"
@@ -123,8 +130,8 @@ fn verdict(address: u8, findings: &[CheckResult]) -> Result<(), Failure> {
     }
 }
 
-/// Reads identity, configuration and unit of the slave without changing it.
-fn subject(arguments: &Arguments) -> Result<SlaveUnderTest, Failure> {
+/// Reads identity, configuration and unit of the slave without changing it. Returns them with the slot time of the session.
+fn subject(arguments: &Arguments) -> Result<(SlaveUnderTest, Duration), Failure> {
     let mut session = arguments.bus.open()?;
     let (address, master) = (arguments.address, arguments.bus.master());
     let slave = find_slave(&mut session, address)?;
@@ -139,7 +146,7 @@ fn subject(arguments: &Arguments) -> Result<SlaveUnderTest, Failure> {
         Some(octets) => octets.0.clone(),
         None => bus::present_cfg(&mut session, address)?.ok_or_else(|| without_configuration(address))?,
     };
-    Ok(SlaveUnderTest { address, ident: slave.ident, cfg, user_prm })
+    Ok((SlaveUnderTest { address, ident: slave.ident, cfg, user_prm }, session.timing().slot_time))
 }
 
 fn find_slave(session: &mut BusSession, address: u8) -> Result<SlaveStatus, Failure> {
@@ -279,9 +286,10 @@ BROKEN  layer2.fdl-status               FDL status is answered with status OK (1
     #[test]
     fn a_broken_rule_fails_with_a_count() {
         let untested = finding(Outcome::NotTested(Reason::Without(Service::Ms2)));
-        assert!(verdict(5, &[finding(Outcome::Passed), untested]).is_ok());
+        assert!(verdict(5, &[finding(Outcome::Passed), untested], None).is_ok());
         let broken = || finding(Outcome::Broken { expected: Expected::Answer, shown: None });
-        let silent = verdict(5, &[finding(Outcome::Passed), finding(Outcome::NotTested(Reason::Silent))]).unwrap_err();
+        let silent =
+            verdict(5, &[finding(Outcome::Passed), finding(Outcome::NotTested(Reason::Silent))], None).unwrap_err();
         assert_eq!(
             silent.to_string(),
             "the slave at address 5 does not answer any more; rules not tested for this reason: 1"
@@ -289,11 +297,11 @@ BROKEN  layer2.fdl-status               FDL status is answered with status OK (1
         let undecided = [Reason::Disturbed, Reason::Varies, Reason::Undecided("layer2.closed")]
             .map(|reason| finding(Outcome::NotTested(reason)));
         assert_eq!(
-            verdict(5, &undecided).unwrap_err().to_string(),
+            verdict(5, &undecided, None).unwrap_err().to_string(),
             "the line or the computer disturbed the test of the slave at address 5; rules not tested for this reason: 3; repeat the \
              command while the computer has nothing else to do, and check cable and termination"
         );
-        let sentence = |findings: &[CheckResult]| verdict(5, findings).unwrap_err().to_string();
+        let sentence = |findings: &[CheckResult]| verdict(5, findings, None).unwrap_err().to_string();
         assert_eq!(sentence(&[broken()]), "the slave at address 5 breaks a rule");
         assert_eq!(sentence(&[broken(), broken()]), "the slave at address 5 breaks 2 rules");
     }

@@ -43,7 +43,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
             Some(devices) if !devices.is_empty() => gauges.push((address, devices)),
             Some(_) => notice(&format_args!("the slave at address {address} is not a known device")),
             None if station.station_type == StationType::Slave => {
-                notice(&format_args!("the slave at address {address} sends no diagnosis"));
+                notice(&format_args!("the slave at address {address} sends no valid diagnosis"));
             }
             None => notice(&format_args!("address {address} is another master")),
         }

@@ -5,7 +5,7 @@ use crate::failure::Failure;
 use crate::output::{json, notices, out};
 use clap::Args;
 use profivac_client::identify::device_names;
-use profivac_host::scan::{FoundStation, SlaveStatus, probe};
+use profivac_host::scan::{FoundStation, SlaveStatus, probe_all};
 use profivac_host::session::SessionError;
 use profivac_wire::control::StationType;
 use serde::Serialize;
@@ -36,11 +36,8 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let bus = &arguments.bus;
     let mut session = bus.open()?;
     let mut seen = Vec::new();
-    let mut others = (0..=bus.hsa()).filter(|address| *address != bus.master());
-    let looked = others.try_for_each(|address| {
-        seen.extend(probe(&mut session, address)?);
-        Ok(())
-    });
+    let others = (0..=bus.hsa()).filter(|address| *address != bus.master());
+    let looked = probe_all(&mut session, others, &mut seen);
     notices(|| session.next_notice());
     if arguments.json {
         let rows: Vec<_> = seen.iter().map(Row::of).collect();
@@ -122,7 +119,7 @@ fn line(seen: &FoundStation) -> String {
     let FoundStation { address, station_type: station, slave } = seen;
     let Some(slave) = slave else {
         let (kind, state) = match station {
-            StationType::Slave => ("slave", "sends no diagnosis"),
+            StationType::Slave => ("slave", "no valid diagnosis"),
             StationType::MasterNotReady | StationType::MasterReady | StationType::MasterInRing => {
                 ("master", kind(*station))
             }
@@ -160,7 +157,7 @@ mod tests {
         let expected = "\
 ADDR  KIND    IDENT   OWNER     STATE                               DEVICE
    5  slave   0x08E6  master 2  exchanges data                      bcg450
-   7  slave   -       -         sends no diagnosis                  -";
+   7  slave   -       -         no valid diagnosis                  -";
         assert_eq!(table(&[slave(5), silent]), expected);
     }
 }

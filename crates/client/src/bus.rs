@@ -78,9 +78,7 @@ impl Bus {
     /// [`ClientError::Session`]: the port failed.
     pub fn scan(&mut self, addresses: impl IntoIterator<Item = u8>) -> Result<Vec<FoundStation>, ClientError> {
         let mut found = Vec::new();
-        for address in addresses {
-            found.extend(scan::probe(&mut self.session, address)?);
-        }
+        scan::probe_all(&mut self.session, addresses, &mut found)?;
         Ok(found)
     }
 

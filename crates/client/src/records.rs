@@ -147,7 +147,9 @@ pub enum Unavailable {
     #[error("the parameter channel carries 1, 2 or 4 octets")]
     TooLongForChannel,
     /// The slave has closed the access point of the resource manager, or all connections are in use.
-    #[error("it has no MS2 connection, or none left: other class 2 masters may hold them")]
+    #[error(
+        "it has no MS2 connection, or none left: other class 2 masters may hold them, or a program that ended without closing its own, which the slave closes after some seconds"
+    )]
     NoConnection,
     /// The slave refused the connection.
     #[error("{0}")]

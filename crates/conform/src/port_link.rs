@@ -4,11 +4,11 @@ use super::dialogue::Link;
 use super::probe::{Probe, Received};
 use profivac_dp::link::active::BusParameters;
 use profivac_dp::link::{Baud, BitTime, CHARACTER_TBIT};
-use profivac_host::clock::duration_of;
+use profivac_host::clock::{duration_of, tbit_of};
 use profivac_host::port::{Port, PortError};
 use profivac_host::segment::Segment;
 use profivac_wire::MAX_TELEGRAM;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 /// The time by which a wait or a message cycle may be too long without consequences for a test. free choice: a quarter of the watchdog
 /// that the tests of the watchdog use, which the slave must survive.
@@ -26,7 +26,11 @@ impl PortLink {
     /// A link through `port`. `bus` has the address of the testing master.
     #[must_use]
     pub fn new(port: Box<dyn Port>, baud: Baud, bus: BusParameters) -> Self {
-        Self { segment: Segment::new(port, baud, false, [Probe::new(bus, BitTime(0))]), baud, has_stalled: false }
+        Self {
+            segment: Segment::new(port, baud, false, [Probe::new(bus, BitTime(0))]).measuring(),
+            baud,
+            has_stalled: false,
+        }
     }
 
     /// Listens for the timeout after which a master may claim the line. Returns the address of a master that uses the line.
@@ -46,6 +50,25 @@ impl PortLink {
         probe.other_master()
     }
 
+    /// The time by which an answer came after its request, if that was longer than the slot time.
+    #[must_use]
+    pub fn late_answer(&self) -> Option<Duration> {
+        let [probe] = self.segment.stations();
+        let turnaround_tbit = self.segment.measured().turnaround_tbit;
+        (turnaround_tbit > probe.slot_tbit()).then(|| duration_of(self.baud, turnaround_tbit))
+    }
+
+    /// The baud rate of the line.
+    #[must_use]
+    pub const fn baud(&self) -> Baud {
+        self.baud
+    }
+
+    /// The time since `start`, in the time of the port.
+    fn elapsed(&self, start: BitTime) -> Duration {
+        duration_of(self.baud, self.segment.now() - start)
+    }
+
     fn probe(&mut self) -> &mut Probe {
         let [probe] = self.segment.stations_mut();
         probe
@@ -59,7 +82,7 @@ impl Link for PortLink {
     }
 
     fn send_and_receive(&mut self, octets: &[u8]) -> Result<Received, PortError> {
-        let start = Instant::now();
+        let start = self.segment.now();
         self.probe().send(octets);
         let received = loop {
             self.segment.serve(&[], Duration::from_secs(1))?;
@@ -68,16 +91,17 @@ impl Link for PortLink {
             }
         };
         let longest = duration_of(self.baud, longest_cycle_tbit(octets.len(), self.probe().longest_silence_tbit()));
-        self.has_stalled |= is_stall(start.elapsed(), longest);
+        self.has_stalled |= is_stall(self.elapsed(start), longest);
         Ok(received)
     }
 
     fn wait(&mut self, time: Duration) -> Result<(), PortError> {
-        let start = Instant::now();
-        while let Some(left) = time.checked_sub(start.elapsed()).filter(|left| !left.is_zero()) {
-            self.segment.serve(&[], left)?;
+        let start = self.segment.now();
+        let end = start + tbit_of(self.baud, time);
+        while self.segment.now() < end {
+            self.segment.serve(&[], duration_of(self.baud, end - self.segment.now()))?;
         }
-        self.has_stalled |= is_stall(start.elapsed(), time);
+        self.has_stalled |= is_stall(self.elapsed(start), time);
         Ok(())
     }
 

@@ -104,7 +104,9 @@ impl Probe {
         self.bus.id1_tbit().max(self.bus.id2_tbit())
     }
 
-    fn slot_tbit(&self) -> u64 {
+    /// Its slot time.
+    #[must_use]
+    pub fn slot_tbit(&self) -> u64 {
         u64::from(self.bus.slot_tbit)
     }
 }

@@ -6,6 +6,7 @@
 //! |---|---|
 //! | [`port`] | serial devices, ptys, TCP |
 //! | [`mod@line`] | stations that share a line, without port and clock |
+//! | [`timing`] | what a master measures on its port |
 //! | [`segment`] | a line on a port, in real time |
 //! | [`session`] | a master on a port that sends one request after the other |
 //! | [`scan`] | the stations of a bus |
@@ -23,3 +24,4 @@ pub mod scan;
 pub mod segment;
 pub mod session;
 pub mod text_file;
+pub mod timing;

@@ -166,6 +166,11 @@ impl<C: Stations> Line<C> {
         &mut self.stations
     }
 
+    /// From now on the line counts as idle after `idle_tbit` bit times without a character.
+    pub const fn set_idle(&mut self, idle_tbit: u64) {
+        self.receiver.set_idle(idle_tbit);
+    }
+
     /// Starts again after the port was lost: drops the telegrams that wait, and decodes with a new `receiver`.
     pub fn reset(&mut self, receiver: Receiver) {
         self.receiver = receiver;

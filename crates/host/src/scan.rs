@@ -75,15 +75,52 @@ pub fn probe(session: &mut BusSession, address: u8) -> Result<Option<FoundStatio
     Ok(Some(FoundStation { address, station_type: station, slave }))
 }
 
-/// Slave_Diag, at most twice: the first request to a slave is not repeated at link level.
+/// Asks all of `addresses` with [`probe`] and adds the stations to `found`, also if the line is lost meanwhile. If an answer came
+/// after the slot time, which the session has raised by then, the silent addresses are asked once more.
+///
+/// # Errors
+/// [`SessionError`].
+pub fn probe_all(
+    session: &mut BusSession,
+    addresses: impl IntoIterator<Item = u8>,
+    found: &mut Vec<FoundStation>,
+) -> Result<(), SessionError> {
+    let before = session.timing().slot_time;
+    let mut silent = Vec::new();
+    for address in addresses {
+        match probe(session, address)? {
+            Some(station) => found.push(station),
+            None => silent.push(address),
+        }
+    }
+    if session.timing().slot_time > before {
+        for address in silent {
+            found.extend(probe(session, address)?);
+        }
+        found.sort_by_key(|station| station.address);
+    }
+    Ok(())
+}
+
+/// Slave_Diag, at most twice: the first request to a slave is not repeated at link level. Answers that arrive damaged do not count
+/// at first: a loaded computer delivers long answers late, and the station is present.
 fn read_diagnosis(session: &mut BusSession, address: u8) -> Result<Option<SlaveStatus>, SessionError> {
-    for _ in 0..2 {
-        if let Reply::Answer { du, .. } = session.request(&services::slave_diag(address))? {
-            return Ok(SlaveStatus::parse(&du));
+    let mut left = 2;
+    for _ in 0..=MAX_DAMAGED {
+        match session.request(&services::slave_diag(address))? {
+            Reply::Answer { du, .. } => return Ok(SlaveStatus::parse(&du)),
+            Reply::NoAnswer(Failure::Damaged) => {}
+            Reply::NoAnswer(_) => left -= 1,
+        }
+        if left == 0 {
+            break;
         }
     }
     Ok(None)
 }
+
+/// The most damaged answers to Slave_Diag. free choice.
+const MAX_DAMAGED: usize = 5;
 
 #[cfg(test)]
 mod tests {

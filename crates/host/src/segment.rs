@@ -3,10 +3,11 @@
 //! The clock is the monotonic one, counted in bit times of the line. An operating system delivers characters late and in
 //! groups, so the line counts as idle after the time that [`Delivery`](crate::port::Delivery) derives from the port.
 
-use crate::clock::{Clock, tbit_of};
+use crate::clock::{Clock, duration_of, tbit_of};
 use crate::line::{Line, Pace, Stations};
 use crate::port::{Character, Notice, Opener, Port, PortError, Reopening};
 use crate::readiness::{Readiness, wait};
+use crate::timing::{Measured, Timing};
 use profivac_dp::link::{Baud, BitTime, CHARACTER_TBIT, Receiver};
 use std::time::Duration;
 
@@ -14,11 +15,21 @@ use std::time::Duration;
 /// free choice: several times the delay that [`Delivery`](crate::port::Delivery) expects of the operating system.
 const ANSWER_LATENESS: Duration = Duration::from_millis(20);
 
+/// The longest pause that is tolerated because it was measured: the longest setting of the latency timer of a USB adapter.
+/// profibus-wire 9.4, point 36.
+const MAX_TOLERATED_PAUSE: Duration = Duration::from_millis(255);
+
 /// Stations on a line, the port of the line, and its clock.
 pub struct Segment<C> {
     line: Line<C>,
     port: Box<dyn Port>,
     clock: Clock,
+    /// The time of the clock at the beginning.
+    first: BitTime,
+    /// The silence after which the line counts as idle, in bit times.
+    idle_tbit: u64,
+    /// Measures the answers to the requests of a master.
+    timing: Option<Timing>,
     received: Vec<Character>,
     out: Vec<u8>,
     /// The end of the last character.
@@ -70,6 +81,9 @@ impl<C: Stations> Segment<C> {
             line,
             port,
             clock: Clock::starting_at(first, baud),
+            first,
+            idle_tbit: gap_tbit,
+            timing: None,
             received: Vec::new(),
             out: Vec::new(),
             last_end: BitTime(0),
@@ -77,6 +91,24 @@ impl<C: Stations> Segment<C> {
             generation,
             reopened: false,
         }
+    }
+
+    /// The same segment, which has one master and measures the answers to its requests. On a port with a rate, a pause within an
+    /// answer that is longer than the port should make is tolerated from then on.
+    #[must_use]
+    pub fn measuring(mut self) -> Self {
+        self.timing = Some(Timing::default());
+        self
+    }
+
+    /// The longest times that were measured; none without [`measuring`](Self::measuring).
+    pub fn measured(&self) -> Measured {
+        self.timing.as_ref().map(Timing::measured).unwrap_or_default()
+    }
+
+    /// The silence after which the line counts as idle, and the longest tolerated pause within a telegram, in bit times.
+    pub const fn idle_tbit(&self) -> u64 {
+        self.idle_tbit
     }
 
     /// The same segment with a port that `opener` opens again whenever it is lost. Meanwhile the line behaves like a
@@ -136,7 +168,10 @@ impl<C: Stations> Segment<C> {
 
     /// The time of the segment's clock.
     pub fn now(&self) -> BitTime {
-        self.clock.now()
+        match self.port.simulated_time() {
+            None => self.clock.now(),
+            Some(elapsed) => self.first + tbit_of(self.baud, elapsed),
+        }
     }
 
     /// Serves the line once: waits for an octet, the next deadline of a station or one of `others`, at most `at_most`; then
@@ -145,29 +180,60 @@ impl<C: Stations> Segment<C> {
     /// # Errors
     /// [`PortError::Lost`] when the port is gone; [`PortError::System`].
     pub fn serve(&mut self, others: &[Readiness<'_>], at_most: Duration) -> Result<Vec<bool>, PortError> {
-        let due = self.line.wake_at().map_or(at_most, |wake_at| self.clock.time_until(wake_at).min(at_most));
-        let sources: Vec<_> = others.iter().copied().chain(self.port.readiness()).collect();
-        let mut readable = wait(&sources, due).map_err(|error| PortError::system(self.port.name(), error))?;
-        readable.truncate(others.len());
+        let until = |wake_at: BitTime| duration_of(self.baud, wake_at - self.now());
+        let due = self.line.wake_at().map_or(at_most, |wake_at| until(wake_at).min(at_most));
+        let readable = self.wait_for_port(others, due)?;
         self.receive()?;
         self.out.clear();
-        self.line.advance(self.clock.now(), &mut self.out);
+        let now = self.now();
+        self.line.advance(now, &mut self.out);
         if !self.out.is_empty() {
             self.port.send(&self.out)?;
+            if let Some(timing) = &mut self.timing {
+                let octets = if self.port.is_timed() { self.out.len() as u64 } else { 0 };
+                timing.sent(&self.out, now + octets.saturating_mul(CHARACTER_TBIT));
+            }
         }
         Ok(readable)
+    }
+
+    fn wait_for_port(&mut self, others: &[Readiness<'_>], at_most: Duration) -> Result<Vec<bool>, PortError> {
+        if self.port.simulated_time().is_some() {
+            self.port.simulate(at_most);
+            return Ok(vec![false; others.len()]);
+        }
+        let sources: Vec<_> = others.iter().copied().chain(self.port.readiness()).collect();
+        let mut readable = wait(&sources, at_most).map_err(|error| PortError::system(self.port.name(), error))?;
+        readable.truncate(others.len());
+        Ok(readable)
+    }
+
+    /// Measures what was received at `now`. This comes before the line receives it, so that the telegram that has a long pause is
+    /// valid already.
+    fn measure(&mut self, now: BitTime) {
+        let is_timed = self.port.is_timed();
+        let Some(timing) = self.timing.as_mut().filter(|_| !self.received.is_empty()) else { return };
+        timing.delivered(now, &self.received, is_timed);
+        let needed = timing.measured().pause_tbit.min(tbit_of(self.baud, MAX_TOLERATED_PAUSE));
+        if is_timed && needed > self.idle_tbit {
+            self.idle_tbit = needed;
+            self.line.set_idle(needed);
+        }
     }
 
     fn receive(&mut self) -> Result<(), PortError> {
         self.received.clear();
         self.port.receive(&mut self.received)?;
-        let now = self.clock.now();
+        let now = self.now();
         if self.port.generation() != self.generation {
             self.generation = self.port.generation();
             self.reopened = true;
             // A telegram may be under way.
-            self.line.reset(Receiver::with_idle(now, self.port.delivery().idle_tbit(self.baud)));
+            self.idle_tbit = self.port.delivery().idle_tbit(self.baud);
+            self.line.reset(Receiver::with_idle(now, self.idle_tbit));
+            self.timing.iter_mut().for_each(Timing::forget);
         }
+        self.measure(now);
         let timed = self.port.is_timed();
         for (character, after) in self.received.iter().zip((0..self.received.len() as u64).rev()) {
             // A UART delivers several characters at once. Those before the last one ended earlier.

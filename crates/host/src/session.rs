@@ -4,7 +4,7 @@
 //! waits for an answer.
 
 use crate::clock::{duration_of, tbit_of};
-use crate::port::{Delivery, Notice, Opener, Port, PortError};
+use crate::port::{Delivery, LateAnswerRemedy, Notice, Opener, Port, PortError};
 use crate::readiness::Readiness;
 use crate::segment::Segment;
 use profivac_dp::link::active::{
@@ -15,6 +15,7 @@ use profivac_dp::master::{Busy, Handle, Master, Operation, Settings, SlaveListEr
 use profivac_wire::control::{StationType, Status};
 use profivac_wire::{MAX_DU, Telegram};
 use std::collections::BTreeMap;
+use std::fmt;
 use std::time::{Duration, Instant};
 
 /// A master with room for every slave of a bus.
@@ -26,6 +27,9 @@ const GAP_FACTOR: u8 = 2;
 
 /// The longest wait for passing the token at the end. free choice: some rotations of a small ring.
 const TOKEN_PASS_TIMEOUT: Duration = Duration::from_secs(1);
+
+/// The longest slot time of PROFIBUS, in bit times. profibus-wire 1.12.
+pub const MAX_SLOT_TBIT: u32 = 16_383;
 
 /// The shortest wait for the line.
 const MIN_WAIT: Duration = Duration::from_millis(1);
@@ -159,6 +163,47 @@ pub struct BusSession {
     background: Option<BackgroundTask>,
     cancellation: Option<Cancellation>,
     unrestored: BTreeMap<u8, UnrestoredRecord>,
+    /// Whether a measured turnaround may raise the slot time.
+    adapts_slot_time: bool,
+    /// The longest turnaround that a notice has reported, in bit times.
+    reported_tbit: u64,
+    /// A late answer that no notice has reported.
+    late_answer: Option<Notice>,
+    closing: Option<Closing>,
+}
+
+/// Runs when the session ends.
+type Closing = Box<dyn FnOnce(&SessionTiming, Vec<Notice>) + Send>;
+
+/// The longest times that a session measured, beside those that it works with.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct SessionTiming {
+    /// The answers that were measured.
+    pub answers: u64,
+    /// From the end of a request to the delivery of the first characters of its answer.
+    pub turnaround: Duration,
+    /// The slot time.
+    pub slot_time: Duration,
+    /// Between two deliveries of characters of one answer.
+    pub pause: Duration,
+    /// The longest pause that is tolerated within a telegram.
+    pub tolerated_pause: Duration,
+}
+
+impl fmt::Display for SessionTiming {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let ms = |time: Duration| time.as_secs_f64() * 1e3;
+        write!(
+            f,
+            "measured on {} answers: the first characters came up to {:.1} ms after the request (slot time {:.1} ms), with pauses up \
+             to {:.1} ms within an answer (up to {:.1} ms are tolerated)",
+            self.answers,
+            ms(self.turnaround),
+            ms(self.slot_time),
+            ms(self.pause),
+            ms(self.tolerated_pause)
+        )
+    }
 }
 
 /// Runs each time the line was served.
@@ -174,15 +219,10 @@ impl Drop for BusSession {
     /// Passes the token on first if other masters are in the ring. If the holder vanished with the token, the ring would
     /// stand still until another master replaces the token.
     fn drop(&mut self) {
-        if self.masters().count() < 2 {
-            return;
-        }
-        self.station().leave();
-        let begun = Instant::now();
-        while self.station().ring_state() == RingState::InRing && begun.elapsed() < TOKEN_PASS_TIMEOUT {
-            if self.serve(&[], MIN_WAIT).is_err() {
-                return;
-            }
+        self.pass_token_on();
+        let timing = self.timing();
+        if let Some(closing) = self.closing.take() {
+            closing(&timing, std::iter::from_fn(|| self.next_notice()).collect());
         }
     }
 }
@@ -197,7 +237,7 @@ impl BusSession {
         let bus = bus.check().map_err(SessionError::Parameters)?;
         let mut station = BoxedStation::new(bus, baud);
         station.0.delay_gap_scan();
-        let segment = Segment::new(port, baud, false, [station]);
+        let segment = Segment::new(port, baud, false, [station]).measuring();
         Ok(Self {
             segment,
             baud,
@@ -207,6 +247,10 @@ impl BusSession {
             background: None,
             cancellation: None,
             unrestored: BTreeMap::new(),
+            adapts_slot_time: true,
+            reported_tbit: 0,
+            late_answer: None,
+            closing: None,
         })
     }
 
@@ -217,6 +261,73 @@ impl BusSession {
             self.line_timeout = self.entry;
         }
         self
+    }
+
+    /// The same session with a slot time that stays as it is.
+    #[must_use]
+    pub const fn with_fixed_slot_time(mut self) -> Self {
+        self.adapts_slot_time = false;
+        self
+    }
+
+    /// Calls `closing` when the session ends, with the notices that nothing has taken.
+    pub fn on_close(&mut self, closing: impl FnOnce(&SessionTiming, Vec<Notice>) + Send + 'static) {
+        self.closing = Some(Box::new(closing));
+    }
+
+    /// What the session has measured so far.
+    pub fn timing(&mut self) -> SessionTiming {
+        let (baud, measured) = (self.baud, self.segment.measured());
+        let slot_tbit = self.station().bus().slot_tbit.into();
+        SessionTiming {
+            answers: measured.answers,
+            turnaround: duration_of(baud, measured.turnaround_tbit),
+            slot_time: duration_of(baud, slot_tbit),
+            pause: duration_of(baud, measured.pause_tbit),
+            tolerated_pause: duration_of(baud, self.segment.idle_tbit()),
+        }
+    }
+
+    /// Raises the slot time if an answer came later, and this master is alone. Beside other masters the notice says what the user
+    /// has to do.
+    fn check_turnaround(&mut self) {
+        let (baud, turnaround_tbit) = (self.baud, self.segment.measured().turnaround_tbit);
+        let adapts = self.adapts_slot_time;
+        let name = self.port_name().to_owned();
+        let station = self.station();
+        let slot_tbit = station.bus().slot_tbit;
+        if turnaround_tbit <= u64::from(slot_tbit).max(self.reported_tbit) {
+            return;
+        }
+        self.reported_tbit = turnaround_tbit;
+        let station = self.station();
+        let is_alone = station.masters().count() < 2 && station.other_master().is_none();
+        let wanted_tbit = u32::try_from(turnaround_tbit.saturating_mul(2)).unwrap_or(u32::MAX);
+        let needed_tbit = wanted_tbit.min(MAX_SLOT_TBIT);
+        let remedy = match adapts && is_alone {
+            _ if turnaround_tbit > needed_tbit.into() => LateAnswerRemedy::Impossible,
+            true => LateAnswerRemedy::Raised,
+            false => LateAnswerRemedy::ToBeSet,
+        };
+        if remedy == LateAnswerRemedy::Raised {
+            station.raise_slot_time(needed_tbit);
+        }
+        let turnaround_ms = u64::try_from(duration_of(baud, turnaround_tbit).as_millis()).unwrap_or(u64::MAX);
+        self.late_answer = Some(Notice::LateAnswer { name, turnaround_ms, slot_tbit, needed_tbit, remedy });
+    }
+
+    /// Leaves the ring of other masters. A master that vanishes with the token stops all of them for a while.
+    fn pass_token_on(&mut self) {
+        if self.masters().count() < 2 {
+            return;
+        }
+        self.station().leave();
+        let begun = Instant::now();
+        while self.station().ring_state() == RingState::InRing && begun.elapsed() < TOKEN_PASS_TIMEOUT {
+            if self.serve(&[], MIN_WAIT).is_err() {
+                return;
+            }
+        }
     }
 
     /// Runs `work` each time the line was served while a request waits, so that requests do not delay the evaluation of
@@ -319,6 +430,7 @@ impl BusSession {
     /// [`PortError::Lost`] when the port is gone.
     pub fn serve(&mut self, others: &[Readiness<'_>], at_most: Duration) -> Result<Vec<bool>, PortError> {
         let readable = self.segment.serve(others, at_most)?;
+        self.check_turnaround();
         if self.segment.take_reopened() {
             let now = self.segment.now();
             self.station().listen(now);
@@ -335,7 +447,7 @@ impl BusSession {
 
     /// Takes the oldest notice of the port.
     pub fn next_notice(&mut self) -> Option<Notice> {
-        self.segment.next_notice()
+        self.late_answer.take().or_else(|| self.segment.next_notice())
     }
 
     /// Sends a request once and waits for the reply.

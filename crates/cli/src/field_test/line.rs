@@ -39,6 +39,12 @@ impl Line {
         Self::new(Source::Archive(replay), Rate::Known(baud))
     }
 
+    /// The line at the port of these options, with this recording.
+    #[cfg(test)]
+    pub fn recorded_by(recording: Recording, bus: &BusOptions) -> Self {
+        Self { recording, ..Self::at_port(bus) }
+    }
+
     fn new(source: Source, rate: Rate) -> Self {
         Self { source, rate, recording: Recording::begin(), notices: Vec::new() }
     }

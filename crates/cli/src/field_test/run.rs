@@ -16,10 +16,11 @@ use crate::scan;
 use profivac_client::values::hex;
 use profivac_conform::dialogue::{Link, SlaveUnderTest, octets};
 use profivac_conform::probe::Received;
-use profivac_conform::{CheckResult, PortLink, run as run_checks};
+use profivac_conform::{CheckResult, PortLink, checks, run as run_checks};
 use profivac_dp::link::Baud;
 use profivac_dp::link::active::Request;
 use profivac_dp::master::services;
+use profivac_host::clock::tbit_of;
 use profivac_host::port::Direction;
 use profivac_host::scan::{FoundStation, probe};
 use profivac_host::session::{BusSession, Reply};
@@ -29,6 +30,7 @@ use std::fmt::Write;
 use std::ops::ControlFlow;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
+use std::time::{Duration, Instant};
 
 /// Requests without an answer in succession after which a slave counts as gone. free choice.
 const MAX_MISSING: usize = 10;
@@ -53,6 +55,8 @@ pub struct Run<'a> {
     ranges: Vec<std::ops::Range<usize>>,
     /// Slaves that stopped answering.
     vanished: Vec<u8>,
+    /// The slot time of the session that scanned; zero before.
+    slot_time: Duration,
 }
 
 /// The files that a run produces.
@@ -85,7 +89,16 @@ impl<'a> Run<'a> {
             stations: Vec::new(),
             slaves: Vec::new(),
         };
-        Self { bus, line, signals, unknown, report, ranges: Vec::new(), vanished: Vec::new() }
+        Self {
+            bus,
+            line,
+            signals,
+            unknown,
+            report,
+            ranges: Vec::new(),
+            vanished: Vec::new(),
+            slot_time: Duration::ZERO,
+        }
     }
 
     /// Runs all steps. The report keeps the results before a failure.
@@ -180,6 +193,9 @@ impl<'a> Run<'a> {
     fn interrupted(&self) -> Result<(), Failure> {
         match self.signals {
             Some(signals) if signals.are_pending() => Err(Failure::no_answer("interrupted by a signal")),
+            _ if self.line.recording().is_full() => Err(Failure::no_answer(
+                "the recording is full, and everything after this moment is missing; test fewer slaves at once, or use fewer --cycles",
+            )),
             _ => Ok(()),
         }
     }
@@ -191,7 +207,7 @@ impl<'a> Run<'a> {
         self.report.options.baud = baud.bits_per_second();
         self.report.port = Some(PortFacts::of(&*port, baud, slot_tbit));
         progress("listening for other masters");
-        let mut link = self.bus.probe_on(port, baud);
+        let mut link = self.bus.probe_on(port, baud, self.slot_time);
         self.refuse_other_masters(&mut link)
     }
 
@@ -219,6 +235,7 @@ impl<'a> Run<'a> {
         for _ in 0..2 {
             self.ask_silent_addresses(&mut session)?;
         }
+        self.slot_time = session.timing().slot_time;
         progress(&format!(
             "stations that answer: {}, slaves among them: {}",
             self.report.stations.len(),
@@ -228,11 +245,13 @@ impl<'a> Run<'a> {
     }
 
     fn ask_silent_addresses(&mut self, session: &mut BusSession) -> Result<(), Failure> {
+        let mut pace = Pace::begin();
         for address in (0..=self.bus.hsa()).filter(|address| *address != self.bus.master()) {
             if self.has_answered(address) {
                 continue;
             }
             self.interrupted()?;
+            pace.report(|| format!("address {address} of {}", self.bus.hsa()));
             let found = probe(session, address)?;
             let other = session.masters().find(|master| *master != self.bus.master());
             self.end_beside(other)?;
@@ -286,7 +305,7 @@ impl<'a> Run<'a> {
         let Some(user_prm) = (if writes { self.user_prm(address)? } else { Some(Vec::new()) }) else { return Ok(()) };
         let subject = SlaveUnderTest { address, ident, cfg, user_prm };
         let (port, baud) = self.line.open()?;
-        let mut link = self.bus.probe_on(port, baud);
+        let mut link = self.bus.probe_on(port, baud, self.slot_time);
         self.refuse_other_masters(&mut link)?;
         self.test_rules(&mut link, &subject, writes)?;
         self.end_beside(link.other_master())
@@ -312,6 +331,7 @@ impl<'a> Run<'a> {
 
     fn test_rules(&mut self, link: &mut dyn Link, subject: &SlaveUnderTest, writes: bool) -> Result<(), Failure> {
         let mut rows = Vec::new();
+        let (mut pace, all, recording) = (Pace::begin(), checks::all().count(), self.line.recording().clone());
         let (unknown, signals) = (Arc::clone(&self.unknown), self.signals);
         let mut before = unknown.load(Ordering::Relaxed);
         let redaction = Redaction::new(self.report.options.with_serial_numbers, None);
@@ -319,11 +339,10 @@ impl<'a> Run<'a> {
             let now = unknown.load(Ordering::Relaxed);
             let row = row(finding, now == before);
             rows.push(without_records(row, redaction));
-            if rows.len() % RULES_PER_PROGRESS == 0 {
-                progress(&format!("slave {}: {} rules", subject.address, rows.len()));
-            }
+            pace.report(|| format!("slave {}: {} of {all} rules", subject.address, rows.len()));
             before = now;
-            if signals.is_some_and(Signals::are_pending) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+            let must_end = signals.is_some_and(Signals::are_pending) || recording.is_full();
+            if must_end { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
         };
         let done = if writes {
             run_checks(link, subject, report)
@@ -339,14 +358,15 @@ impl<'a> Run<'a> {
 
     fn measure(&mut self, address: u8) -> Result<(), Failure> {
         let (port, baud) = self.line.open()?;
-        let slot_tbit = self.bus.parameters(baud, port.delivery()).slot_tbit;
+        let slot_tbit =
+            u64::from(self.bus.parameters(baud, port.delivery()).slot_tbit).max(tbit_of(baud, self.slot_time));
         let is_timed = port.is_timed();
-        let mut link = self.bus.probe_on(port, baud);
+        let mut link = self.bus.probe_on(port, baud, self.slot_time);
         self.refuse_other_masters(&mut link)?;
         progress(&format!("slave {address}: measuring {} requests of two services", self.report.options.cycles));
         let first = self.line.recording().count();
         let done = self.send_cycles(&mut link, address);
-        let figures = figures::of(&self.line.recording().since(first), baud, is_timed, slot_tbit.into());
+        let figures = figures::of(&self.line.recording().since(first), baud, is_timed, slot_tbit);
         let is_gone = matches!(&done, Ok(false));
         if let Some(slave) = self.slave_mut(address) {
             slave.figures = Some(figures);
@@ -369,8 +389,10 @@ impl<'a> Run<'a> {
             octets(address, own, Sap::SlaveDiag, SRD_HIGH_FIRST, &[]),
         ];
         let mut missing: usize = 0;
-        for _ in 0..self.report.options.cycles {
+        let (mut pace, cycles) = (Pace::begin(), self.report.options.cycles);
+        for done in 0..cycles {
             self.interrupted()?;
+            pace.report(|| format!("slave {address}: {done} of {cycles} requests of each service"));
             if link.other_master().is_some() {
                 return Ok(true);
             }
@@ -385,9 +407,6 @@ impl<'a> Run<'a> {
         Ok(true)
     }
 }
-
-/// The number of rules between two lines of progress.
-const RULES_PER_PROGRESS: usize = 20;
 
 /// A rule in the report.
 fn row(finding: &CheckResult, is_recorded: bool) -> Value {
@@ -435,9 +454,68 @@ fn progress(message: &str) {
     notice(&message);
 }
 
+/// The shortest time between two lines of progress of one step. free choice.
+const PROGRESS_INTERVAL: Duration = Duration::from_secs(2);
+
+/// Limits the lines of progress of a step that takes long.
+struct Pace {
+    /// When the last line was printed, or the step began.
+    last: Instant,
+}
+
+impl Pace {
+    fn begin() -> Self {
+        Self { last: Instant::now() }
+    }
+
+    /// Prints a line if the last one is long ago.
+    fn report(&mut self, message: impl FnOnce() -> String) {
+        if self.is_due(Instant::now()) {
+            progress(&message());
+        }
+    }
+
+    fn is_due(&mut self, now: Instant) -> bool {
+        let is_due = now.saturating_duration_since(self.last) >= PROGRESS_INTERVAL;
+        if is_due {
+            self.last = now;
+        }
+        is_due
+    }
+}
+
 #[cfg(test)]
+#[allow(clippy::unwrap_used, reason = "a test")]
 mod tests {
     use super::*;
+    use profivac_host::port::{Port, Recorded, Recording, Stream};
+    use std::os::unix::net::UnixStream;
+
+    #[test]
+    fn a_step_prints_a_line_of_progress_every_two_seconds_however_many_requests_it_sends() {
+        let mut pace = Pace::begin();
+        let begun = pace.last;
+        let at = |ms| begun + Duration::from_millis(ms);
+        let printed: Vec<_> = (0..=6_500).step_by(100).filter(|ms| pace.is_due(at(*ms))).collect();
+        assert_eq!(printed, [2_000, 4_000, 6_000]);
+    }
+
+    #[test]
+    fn a_full_recording_ends_the_run_and_the_report_says_so() {
+        let bus = BusOptions::new("port", &crate::bus::MasterOptions::new(Baud::B19200, 0, 6));
+        let options =
+            Options { baud: 19_200, master: 0, hsa: 6, cycles: 1, allow_writes: false, with_serial_numbers: false };
+        let recording = Recording::with_limit(0);
+        let line = Line::recorded_by(recording.clone(), &bus);
+        let mut run = Run::new(&bus, line, options, None, Arc::default());
+        assert!(run.interrupted().is_ok());
+        let (_other, ours) = UnixStream::pair().unwrap();
+        Recorded::new(Box::new(Stream::new("line".to_owned(), ours, Vec::new())), recording).send(&[0xE5]).unwrap();
+        let done = run.interrupted();
+        let (_, done) = run.finish(done);
+        assert!(done.is_err() && !run.report.complete);
+        assert!(run.report.end.starts_with("the recording is full, and everything after"), "{}", run.report.end);
+    }
 
     #[test]
     fn the_octets_of_a_broken_rule_do_not_show_a_record() {

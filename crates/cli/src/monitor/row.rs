@@ -109,6 +109,14 @@ impl Row {
         Self { inputs, ..self }
     }
 
+    /// The slave does not exchange data for this reason, and has no value.
+    pub fn set_offline(&mut self, reason: &str) {
+        self.state = "OFFLINE".to_owned();
+        self.remarks = vec![reason.to_owned()];
+        (self.pressure, self.mbar, self.limit, self.limit_mbar) = (None, None, None, None);
+        (self.quality, self.inputs) = (None, None);
+    }
+
     /// The same slave with one of its values.
     fn with_value(&self, value: &ChannelValue, unit: &'static Unit) -> Self {
         let in_mbar = |pa: Option<f64>| pa.map(|pa| rounded(pa / 100.0));

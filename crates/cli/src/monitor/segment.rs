@@ -7,6 +7,7 @@ use super::slave::MonitoredSlave;
 use crate::failure::Failure;
 use crate::output::check;
 use profivac_dp::master::{ExchangeError, HandlerState, Mode};
+use profivac_host::port::Notice;
 use profivac_host::readiness::{Readiness, wait};
 use profivac_host::session::BusSession;
 use std::os::fd::AsFd;
@@ -91,17 +92,26 @@ impl SegmentMonitor<'_> {
         let period = if self.show.is_screen() { FRAME } else { PERIOD };
         self.show.print_header();
         let mut next = Instant::now() + period;
-        while self.serve_until(session, next)? {
+        let mut loss = PortLoss::default();
+        while self.serve_until(session, next, slaves, &mut loss)? {
             next += period;
             slaves.iter_mut().for_each(|slave| slave.read(session));
-            self.show.rows(self.number, self.rows(session, slaves));
+            let mut rows = self.rows(session, slaves);
+            loss.mark(&mut rows);
+            self.show.rows(self.number, rows);
             check()?;
         }
         Ok(())
     }
 
     /// Serves the line until `moment`. Returns false when the command ends.
-    fn serve_until(&self, session: &mut BusSession, moment: Instant) -> Result<bool, Failure> {
+    fn serve_until(
+        &self,
+        session: &mut BusSession,
+        moment: Instant,
+        slaves: &[MonitoredSlave],
+        loss: &mut PortLoss,
+    ) -> Result<bool, Failure> {
         loop {
             let now = Instant::now();
             if self.end.is_some_and(|end| end <= now) {
@@ -109,7 +119,12 @@ impl SegmentMonitor<'_> {
             }
             let wait = self.end.unwrap_or(moment).min(moment).saturating_duration_since(now);
             let readable = session.serve(self.ends, wait)?;
-            self.forward_notices(session);
+            while let Some(notice) = session.next_notice() {
+                if matches!(notice, Notice::Lost(_)) {
+                    loss.begin(&self.rows(session, slaves));
+                }
+                self.show.notice(self.number, &notice);
+            }
             while session.master().next_event().is_some() {}
             match readable.contains(&true) {
                 true => return Ok(false),
@@ -123,6 +138,28 @@ impl SegmentMonitor<'_> {
         let now = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH).unwrap_or_default();
         let rows = |slave: &MonitoredSlave| slave.rows(self.plan.name.as_deref(), session, now.as_secs_f64());
         slaves.iter().flat_map(rows).collect()
+    }
+}
+
+/// The loss of a port: until a slave answers again, its last answers say nothing about it.
+#[derive(Default)]
+struct PortLoss {
+    /// The slaves that have not exchanged data since the port was lost, with their exchanges.
+    waiting: Vec<(u8, u32)>,
+}
+
+impl PortLoss {
+    /// The port is lost; `rows` are the slaves at this moment.
+    fn begin(&mut self, rows: &[Row]) {
+        self.waiting = rows.iter().map(|row| (row.address, row.exchanges)).collect();
+    }
+
+    /// Names the port as the reason in the rows of slaves that have not exchanged data since it was lost.
+    fn mark(&mut self, rows: &mut [Row]) {
+        self.waiting.retain(|slave| rows.iter().any(|row| (row.address, row.exchanges) == *slave));
+        for row in rows.iter_mut().filter(|row| self.waiting.contains(&(row.address, row.exchanges))) {
+            row.set_offline("the port was lost");
+        }
     }
 }
 
@@ -164,4 +201,35 @@ fn release_slaves(session: &mut BusSession, slaves: &[MonitoredSlave]) -> Result
         session.serve(&[], end.saturating_duration_since(Instant::now()))?;
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A row of a slave that exchanges data.
+    fn row(address: u8, exchanges: u32) -> Row {
+        let row = Row::empty(None, address, "bcg450".to_owned(), 0.0);
+        Row { state: "DATA".to_owned(), pressure: Some(1.0), exchanges, ..row }
+    }
+
+    #[test]
+    fn after_the_port_was_lost_a_row_says_so_until_the_slave_has_exchanged_data() {
+        let mut loss = PortLoss::default();
+        let rows =
+            |counts: &[(u8, u32)]| counts.iter().map(|(address, count)| row(*address, *count)).collect::<Vec<_>>();
+        let mut marked = |counts: &[(u8, u32)], lost_at: Option<&[(u8, u32)]>| {
+            lost_at.iter().for_each(|counts| loss.begin(&rows(counts)));
+            let mut rows = rows(counts);
+            loss.mark(&mut rows);
+            rows.iter().map(|row| (row.state.clone(), row.remarks_text(), row.pressure)).collect::<Vec<_>>()
+        };
+        let online = || ("DATA".to_owned(), String::new(), Some(1.0));
+        let offline = || ("OFFLINE".to_owned(), "the port was lost".to_owned(), None);
+        assert_eq!(marked(&[(5, 10), (9, 20)], None), [online(), online()]);
+        assert_eq!(marked(&[(5, 11), (9, 20)], Some(&[(5, 11), (9, 20)])), [offline(), offline()]);
+        assert_eq!(marked(&[(5, 12), (9, 20)], None), [online(), offline()]);
+        assert_eq!(marked(&[(5, 12), (9, 21)], None), [online(), online()]);
+        assert_eq!(marked(&[(5, 12), (9, 21)], None), [online(), online()], "a slave may be silent for another reason");
+    }
 }

@@ -18,6 +18,9 @@ use tempfile::TempDir;
 /// The deadline of a wait, long enough for a loaded computer.
 const DEADLINE: Duration = Duration::from_secs(30);
 
+/// The deadline of a wait for an operation that has no bound on a loaded computer. It only ends a test that hangs.
+const HANG: Duration = Duration::from_secs(1800);
+
 /// The time after which a master repeats a request without answer.
 const SLOT_TIME: Duration = Duration::from_millis(200);
 
@@ -199,6 +202,18 @@ impl Program {
     /// The next line on standard error.
     pub fn complaint(&self) -> String {
         self.stderr.recv_timeout(DEADLINE).unwrap_or_else(|_| "nothing on standard error".to_owned())
+    }
+
+    /// Waits for a line on standard error that contains `words`, however long the work before it takes.
+    pub fn wait_for_complaint(&self, words: &str) {
+        let mut seen = Vec::new();
+        loop {
+            match self.stderr.recv_timeout(HANG) {
+                Ok(line) if line.contains(words) => return,
+                Ok(line) => seen.push(line),
+                Err(reason) => panic!("no {words:?} on standard error: {reason}, after {seen:#?}"),
+            }
+        }
     }
 
     /// Whether the program has ended.

@@ -95,6 +95,11 @@ impl Receiver {
         }
     }
 
+    /// From now on the line counts as idle after `idle_tbit`, see [`with_idle`](Self::with_idle).
+    pub const fn set_idle(&mut self, idle_tbit: u64) {
+        self.gap_tbit = idle_tbit.saturating_add(CHARACTER_TBIT);
+    }
+
     /// A character without error ended at `end`.
     #[inline]
     pub fn octet(&mut self, end: BitTime, octet: u8) -> Received<'_> {
@@ -319,6 +324,15 @@ mod tests {
     #[test]
     fn a_telegram_after_t_syn_is_received() {
         assert_eq!(Line::new().idle(33).octets(&FDL_STATUS).heard, [FDL_STATUS]);
+    }
+
+    #[test]
+    fn a_longer_idle_time_tolerates_a_longer_pause() {
+        let (begin, end) = FDL_STATUS.split_at(3);
+        assert!(Line::new().idle(33).octets(begin).idle(40).octets(end).heard.is_empty());
+        let mut line = Line::new().idle(33).octets(begin);
+        line.receiver.set_idle(40);
+        assert_eq!(line.idle(40).octets(end).heard, [FDL_STATUS]);
     }
 
     #[test]

@@ -95,16 +95,23 @@ impl Delivery {
     /// rate.
     #[must_use]
     pub fn master_slot_tbit(self, baud: Baud, max_tsdr_tbit: u64) -> Option<u64> {
-        let delay = self.is_timed().then(|| tbit_of(baud, self.turnaround(baud)))?;
+        let delay = self.is_timed().then(|| whole_tbit(baud, self.turnaround(baud)))?;
         // The slot time ends with the first character of the answer.
         Some(max_tsdr_tbit.saturating_add(delay).saturating_add(CHARACTER_TBIT))
     }
+}
+
+/// The bit times that contain `time`: the last one counts even if `time` ends within it.
+fn whole_tbit(baud: Baud, time: Duration) -> u64 {
+    let tbit = tbit_of(baud, time);
+    if duration_of(baud, tbit) < time { tbit.saturating_add(1) } else { tbit }
 }
 
 impl fmt::Display for Delivery {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Unpaced => f.write_str("no baud rate"),
+            Self::Fifo { trigger: Some(1) } => f.write_str("a UART that delivers each character"),
             Self::Fifo { trigger: Some(trigger) } => {
                 write!(f, "a UART whose FIFO delivers {trigger} characters at once")
             }
@@ -151,10 +158,21 @@ mod tests {
     }
 
     #[test]
+    fn a_fifo_is_described_in_words_for_one_character_and_for_several() {
+        let words = |trigger| Delivery::Fifo { trigger: Some(trigger) }.to_string();
+        assert_eq!(words(1), "a UART that delivers each character");
+        assert_eq!(words(8), "a UART whose FIFO delivers 8 characters at once");
+    }
+
+    #[test]
     fn a_master_waits_for_what_the_port_delays() {
         assert_eq!(FTDI.slot_delay(Baud::B19200), Duration::from_millis(2 + 1 + 16 + 1 + 2 + 10));
         assert_eq!(Delivery::Unpaced.slot_delay(Baud::B19200), UNKNOWN_DELAY);
         assert_eq!(Delivery::Unpaced.master_slot_tbit(Baud::B19200, 60), None);
-        assert_eq!(FTDI.master_slot_tbit(Baud::B19200, 60), Some(60 + 422 + 11));
+        // 7 ms are 134.4 bit times.
+        let fast = Delivery::Usb { hold: Duration::from_millis(1), is_known: true };
+        assert_eq!(fast.master_slot_tbit(Baud::B19200, 60), Some(60 + 135 + 11));
+        assert_eq!(fast.master_slot_tbit(Baud::B500000, 60), Some(60 + 3500 + 11));
+        assert_eq!(FTDI.master_slot_tbit(Baud::B19200, 60), Some(60 + 423 + 11));
     }
 }

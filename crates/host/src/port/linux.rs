@@ -2,8 +2,8 @@
 //!
 //! Other systems use `other.rs` instead.
 
-use super::Delivery;
 use super::notice::Notice;
+use super::{AdapterFacts, Delivery};
 use crate::readiness::Readiness;
 use rustix::fd::OwnedFd;
 use rustix::fs::inotify::{self, CreateFlags, WatchFlags};
@@ -38,10 +38,11 @@ const SAMPLES_PER_BIT: u32 = 16;
 
 /// Improves the settings of a serial device as far as possible. Returns a notice for each that cannot be improved.
 pub fn set_up(device: &OwnedFd, name: &str) -> Vec<Notice> {
-    let Some(terminal) = terminal(name) else { return Vec::new() };
+    let Ok(path) = fs::canonicalize(name) else { return Vec::new() };
+    let Some(terminal) = terminal_of(&path) else { return Vec::new() };
     // free choice: most USB adapters for RS-485 switch their transmitter themselves, so they get no notice.
     let direction = (!is_usb(&terminal)).then(|| switch_transmitter(device, name)).flatten();
-    direction.into_iter().chain(lower_latency(&terminal, name)).collect()
+    direction.into_iter().chain(lower_latency(&terminal, &path, name)).collect()
 }
 
 /// The programs that have a device open besides this one, as far as this user may see: their names and processes. A lock
@@ -67,15 +68,6 @@ pub fn open_elsewhere(name: &str) -> Vec<Notice> {
 /// How the driver of a serial device delivers characters, as the kernel describes it.
 pub fn delivery(name: &str) -> Delivery {
     terminal(name).map_or(Delivery::Fifo { trigger: None }, |terminal| delivery_of(&terminal))
-}
-
-/// What the kernel tells about the hardware of a serial device. Contains no serial number.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct AdapterFacts {
-    /// The name of its driver.
-    pub driver: Option<String>,
-    /// Vendor and product of a USB adapter: `0403:6001`.
-    pub usb_id: Option<String>,
 }
 
 /// The driver of a serial device, and the kind of a USB adapter.
@@ -108,13 +100,30 @@ fn delivery_of(terminal: &Path) -> Delivery {
     }
 }
 
-/// The rate at which a UART of the 8250 family really runs if its driver was asked for `wanted` bit/s: the driver reports the
-/// rate that it was asked for, and divides the clock by a whole number. `None` for other devices.
+/// The highest rate of a CH340 or CH341. Linux, ch341.c.
+const CH341_MAX_RATE: u32 = 3_000_000;
+
+/// The rate at which a device really runs if its driver was asked for `wanted` bit/s and reports that rate whatever it set.
+/// `None` for other drivers.
 pub fn real_rate(name: &str, wanted: u32) -> Option<u32> {
     real_rate_of(&terminal(name)?, wanted)
 }
 
 fn real_rate_of(terminal: &Path, wanted: u32) -> Option<u32> {
+    match adapter_facts_of(terminal).driver.as_deref() {
+        Some("ch341-uart" | "ch341") => Some(rate_of_ch341(wanted)),
+        _ => rate_of_8250(terminal, wanted),
+    }
+}
+
+/// A CH340 or CH341 takes its highest rate in place of a higher one. Below, its divisors are closer than the tolerated
+/// deviation.
+pub fn rate_of_ch341(wanted: u32) -> u32 {
+    wanted.min(CH341_MAX_RATE)
+}
+
+/// A UART of the 8250 family divides its clock by a whole number.
+fn rate_of_8250(terminal: &Path, wanted: u32) -> Option<u32> {
     number(&terminal.join("type")).filter(|kind| FAMILY_8250.contains(kind))?;
     let base = number(&terminal.join("uartclk"))?.checked_div(SAMPLES_PER_BIT)?;
     let divisor = base.saturating_add(wanted.checked_div(2)?).checked_div(wanted)?.max(1);
@@ -128,7 +137,11 @@ fn number(file: &Path) -> Option<u32> {
 
 /// The folder of a device below [`TERMINALS`].
 fn terminal(name: &str) -> Option<PathBuf> {
-    let device = fs::canonicalize(name).ok()?;
+    terminal_of(&fs::canonicalize(name).ok()?)
+}
+
+/// The same for the path of a device without links.
+fn terminal_of(device: &Path) -> Option<PathBuf> {
     Some(Path::new(TERMINALS).join(device.file_name()?))
 }
 
@@ -148,14 +161,13 @@ fn switch_transmitter(device: &OwnedFd, name: &str) -> Option<Notice> {
 
 /// Sets the latency timer of a USB adapter to the minimum: through the file of the driver, which usually requires root, or
 /// with the flag ASYNC_LOW_LATENCY, which every user of the port may set. Its system call needs `unsafe`, so the program
-/// `setserial` makes it.
-fn lower_latency(terminal: &Path, name: &str) -> Option<Notice> {
+/// `setserial` makes it. `device` is the whole path without links, so it is no option of `setserial`, whatever the port is
+/// called.
+fn lower_latency(terminal: &Path, device: &Path, name: &str) -> Option<Notice> {
     let setting = terminal.join("device/latency_timer");
     let high = || number(&setting).filter(|ms| *ms > LATENCY_MS);
     high()?;
     if fs::write(&setting, LATENCY_MS.to_string()).is_err() || high().is_some() {
-        // The whole path is no option of the program, whatever the port is called.
-        let device = fs::canonicalize(name).unwrap_or_default();
         let mut setserial = Command::new("setserial");
         setserial.arg(device).arg("low_latency").stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null());
         // Whether it was successful is read back.
@@ -206,7 +218,7 @@ mod tests {
     #[test]
     fn the_latency_of_an_adapter_is_lowered() {
         let (terminal, setting) = latency_of("16\n");
-        assert_eq!(lower_latency(terminal.path(), NAME), None);
+        assert_eq!(lower_latency(terminal.path(), Path::new(NAME), NAME), None);
         assert_eq!(fs::read_to_string(setting).unwrap(), "1");
     }
 
@@ -217,17 +229,19 @@ mod tests {
         let setting = terminal.path().join("device/latency_timer");
         // Reads as a number and cannot be written, even by root.
         std::os::unix::fs::symlink("/proc/sys/kernel/cap_last_cap", &setting).unwrap();
-        let Some(Notice::Latency { ms, .. }) = lower_latency(terminal.path(), NAME) else { panic!("no notice") };
+        let Some(Notice::Latency { ms, .. }) = lower_latency(terminal.path(), Path::new(NAME), NAME) else {
+            panic!("no notice")
+        };
         assert!(ms > LATENCY_MS);
     }
 
     #[test]
     fn an_adapter_without_such_a_setting_is_left_alone() {
         let (terminal, setting) = latency_of("1\n");
-        assert_eq!(lower_latency(terminal.path(), NAME), None);
+        assert_eq!(lower_latency(terminal.path(), Path::new(NAME), NAME), None);
         assert_eq!(fs::read_to_string(&setting).unwrap(), "1\n", "not written without need");
         fs::remove_file(setting).unwrap();
-        assert_eq!(lower_latency(terminal.path(), NAME), None);
+        assert_eq!(lower_latency(terminal.path(), Path::new(NAME), NAME), None);
     }
 
     /// A folder as the kernel makes it for a UART.
@@ -256,6 +270,21 @@ mod tests {
         let other = uart(&[("type", "32\n"), ("uartclk", "1843200\n")]);
         assert_eq!(real_rate_of(other.path(), 93_750), None, "a PL011 divides by fractions");
         assert_eq!(real_rate_of(uart(&[]).path(), 93_750), None);
+    }
+
+    #[test]
+    fn a_ch341_runs_at_its_highest_rate_in_place_of_a_higher_one() {
+        let root = tempfile::tempdir().unwrap();
+        let (device, driver) = (root.path().join("usb1/ttyUSB0"), root.path().join("drivers/ch341-uart"));
+        fs::create_dir_all(&device).unwrap();
+        fs::create_dir_all(&driver).unwrap();
+        std::os::unix::fs::symlink(&driver, device.join("driver")).unwrap();
+        std::os::unix::fs::symlink(&device, root.path().join("device")).unwrap();
+        for (wanted, real) in
+            [(19_200, 19_200), (3_000_000, 3_000_000), (6_000_000, 3_000_000), (12_000_000, 3_000_000)]
+        {
+            assert_eq!(real_rate_of(root.path(), wanted), Some(real), "{wanted}");
+        }
     }
 
     #[test]

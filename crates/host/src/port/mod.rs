@@ -13,7 +13,10 @@
 //! A port never blocks and never panics: octets that the other side does not take are dropped, and a lost port is an error.
 //! A condition that impairs the port without stopping it is a [`Notice`].
 
+mod adapter;
 mod delivery;
+#[cfg(all(test, target_os = "linux"))]
+mod driver_rates;
 mod echo;
 mod error;
 mod marks;
@@ -32,19 +35,21 @@ mod system;
 #[path = "other.rs"]
 mod system;
 
+pub use adapter::AdapterFacts;
 pub use delivery::{Delivery, SCHEDULING_DELAY};
 pub use error::{CharacterFormat, Parity, PortError};
-pub use notice::{Notice, StoreDamage};
+pub use notice::{LateAnswerRemedy, Notice, StoreDamage};
 pub use pty::Pty;
 pub use recorded::{Direction, Recorded, RecordedChunk, Recording};
 pub use reopening::{Opener, Reopening};
 pub use serial::Serial;
 pub use stream::Stream;
-pub use system::{AdapterFacts, adapter_facts};
+pub use system::adapter_facts;
 pub use tcp::{TcpClient, TcpServer};
 
 use crate::readiness::Readiness;
 use profivac_dp::link::Baud;
+use std::time::Duration;
 
 /// A received character.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -99,6 +104,14 @@ pub trait Port: Send {
     fn next_notice(&mut self) -> Option<Notice> {
         None
     }
+
+    /// The time on the clock of a simulated port, since it was opened. `None`: the clock of the system applies.
+    fn simulated_time(&self) -> Option<Duration> {
+        None
+    }
+
+    /// Advances the clock of a simulated port by at most `at_most`, and only until it has received something.
+    fn simulate(&mut self, _at_most: Duration) {}
 
     /// Changes whenever the port was lost and opened again: protocols on it must start again.
     fn generation(&self) -> u32 {

@@ -35,6 +35,19 @@ pub enum Notice {
         /// The octets dropped so far.
         octets: usize,
     },
+    /// An answer came after the slot time of this master.
+    LateAnswer {
+        /// The port.
+        name: String,
+        /// From the end of the request to the first character of the answer, in milliseconds.
+        turnaround_ms: u64,
+        /// The slot time, in bit times.
+        slot_tbit: u32,
+        /// The slot time that this answer needs, in bit times.
+        needed_tbit: u32,
+        /// What follows.
+        remedy: LateAnswerRemedy,
+    },
     /// Stored values of a virtual device are not used; the device starts with its defaults in their place.
     StoreDamaged {
         /// The device.
@@ -57,6 +70,18 @@ pub enum Notice {
     Lost(String),
     /// The port is open again.
     Reopened(String),
+}
+
+/// What follows from a late answer.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum LateAnswerRemedy {
+    /// This master uses the needed slot time from now on.
+    Raised,
+    /// The user must set the slot time: other masters are on the line, or the user gave the present one.
+    ToBeSet,
+    /// No slot time of PROFIBUS is as long.
+    Impossible,
 }
 
 /// Why stored values of a virtual device are not used.
@@ -82,7 +107,7 @@ impl fmt::Display for Notice {
             ),
             Self::OpenElsewhere { name, program, pid } => write!(
                 f,
-                "{program} (process {pid}) has {name} open too and takes received octets away: end it if stations seem not to answer"
+                "{program} (process {pid}) has {name} open too and may take received octets away: end it if stations seem not to answer"
             ),
             Self::TransmitterNotSwitched(name) => write!(
                 f,
@@ -90,6 +115,25 @@ impl fmt::Display for Notice {
             ),
             Self::OctetsDropped { name, octets } => {
                 write!(f, "{name} does not read: {octets} octets have been discarded so far")
+            }
+            Self::LateAnswer { name, turnaround_ms, slot_tbit, needed_tbit, remedy } => {
+                write!(
+                    f,
+                    "an answer on {name} came {turnaround_ms} ms after its request, later than the slot time of {slot_tbit} bit times: "
+                )?;
+                match remedy {
+                    LateAnswerRemedy::Raised => write!(f, "the slot time is {needed_tbit} bit times from now on"),
+                    LateAnswerRemedy::Impossible => {
+                        write!(
+                            f,
+                            "no slot time of PROFIBUS is as long; use an adapter with less delay, or a lower rate"
+                        )
+                    }
+                    LateAnswerRemedy::ToBeSet => write!(
+                        f,
+                        "it may count as no answer; set the slot time of each master on the line to at least {needed_tbit} bit times"
+                    ),
+                }
             }
             Self::StoreDamaged { device, address, damage, kept_as } => {
                 let kept_as = kept_as.display();

@@ -1,10 +1,10 @@
-//! Replaces `linux.rs` on other systems. Not verified: never built or run there.
+//! Replaces `linux.rs` on other systems. `./test` compiles it for macOS; it has never run there.
 //!
 //! Serial devices and TCP need only POSIX. Adapters must switch their transmitter themselves. The opening of a pty is
 //! detected when the stations on it wake next, which virtual devices do every 100 ms.
 
-use super::Delivery;
 use super::notice::Notice;
+use super::{AdapterFacts, Delivery};
 use crate::readiness::Readiness;
 use rustix::fd::OwnedFd;
 use rustix::io::Errno;
@@ -32,15 +32,6 @@ pub fn delivery(_name: &str) -> Delivery {
 /// Other programs are unknown.
 pub fn open_elsewhere(_name: &str) -> Vec<Notice> {
     Vec::new()
-}
-
-/// What the system tells about the hardware of a serial device.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct AdapterFacts {
-    /// The name of its driver.
-    pub driver: Option<String>,
-    /// Vendor and product of a USB adapter: `0403:6001`.
-    pub usb_id: Option<String>,
 }
 
 /// Nothing is known about the hardware.

@@ -46,7 +46,7 @@ impl Pty {
         let opening = |errno| PortError::opening(&name, errno);
         // Must come first: the new pty may get the number that a left-over link leads to.
         remove_dangling(path).map_err(|error| link_error(&name, error))?;
-        let master = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC).map_err(opening)?;
+        let master = open_master().map_err(opening)?;
         rustix::io::ioctl_fionbio(&master, true).map_err(opening)?;
         grantpt(&master).map_err(opening)?;
         unlockpt(&master).map_err(opening)?;
@@ -134,6 +134,22 @@ impl Drop for Pty {
             // A link that cannot be removed stays.
             fs::remove_file(&self.link).ok();
         }
+    }
+}
+
+/// Opens a new pty that no child process inherits.
+fn open_master() -> Result<OwnedFd, Errno> {
+    let flags = OpenptFlags::RDWR | OpenptFlags::NOCTTY;
+    #[cfg(target_os = "linux")]
+    {
+        openpt(flags | OpenptFlags::CLOEXEC)
+    }
+    // Not every system has the flag; without it, it is set afterwards.
+    #[cfg(not(target_os = "linux"))]
+    {
+        let master = openpt(flags)?;
+        rustix::io::fcntl_setfd(&master, rustix::io::FdFlags::CLOEXEC)?;
+        Ok(master)
     }
 }
 

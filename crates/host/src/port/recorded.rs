@@ -3,7 +3,7 @@
 use super::{Character, Delivery, Notice, Port, PortError};
 use crate::readiness::Readiness;
 use profivac_dp::link::Baud;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 /// Whether this computer sent or received.
@@ -26,18 +26,64 @@ pub struct RecordedChunk {
     pub characters: Vec<Character>,
 }
 
+/// The memory that the chunks of a recording may occupy, in octets. free choice: about 600 000 requests with short answers.
+const MAX_MEMORY: usize = 128 << 20;
+
 /// The chunks of one or several ports on the same line, in the order of their times.
+///
+/// Its memory is limited: see [`is_full`](Self::is_full).
 #[derive(Clone, Debug)]
 pub struct Recording {
     begin: Instant,
-    chunks: Arc<Mutex<Vec<RecordedChunk>>>,
+    store: Arc<Mutex<Store>>,
+}
+
+#[derive(Debug)]
+struct Store {
+    chunks: Vec<RecordedChunk>,
+    /// The memory for all chunks, in octets.
+    limit: usize,
+    /// The memory that is left of it.
+    left: usize,
+    is_full: bool,
+}
+
+impl Store {
+    fn add(&mut self, chunk: RecordedChunk) {
+        let octets = size_of::<Character>().saturating_mul(chunk.characters.len());
+        match self.left.checked_sub(octets.saturating_add(size_of::<RecordedChunk>())) {
+            // After a missing chunk the others would seem to follow each other.
+            Some(left) if !self.is_full => {
+                self.left = left;
+                self.chunks.push(chunk);
+            }
+            Some(_) | None => self.is_full = true,
+        }
+    }
 }
 
 impl Recording {
     /// An empty recording that begins now.
     #[must_use]
     pub fn begin() -> Self {
-        Self { begin: Instant::now(), chunks: Arc::default() }
+        Self::with_limit(MAX_MEMORY)
+    }
+
+    /// The same with another limit of its memory, in octets.
+    #[must_use]
+    pub fn with_limit(octets: usize) -> Self {
+        let store = Store { chunks: Vec::new(), limit: octets, left: octets, is_full: false };
+        Self { begin: Instant::now(), store: Arc::new(Mutex::new(store)) }
+    }
+
+    /// Whether the limit of the memory is reached: later chunks are missing.
+    #[must_use]
+    pub fn is_full(&self) -> bool {
+        self.store().is_full
+    }
+
+    fn store(&self) -> MutexGuard<'_, Store> {
+        self.store.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// The time since the begin.
@@ -49,26 +95,28 @@ impl Recording {
     /// The number of chunks so far.
     #[must_use]
     pub fn count(&self) -> usize {
-        self.chunks.lock().unwrap_or_else(PoisonError::into_inner).len()
+        self.store().chunks.len()
     }
 
     /// A copy of the chunks from number `first` on.
     #[must_use]
     pub fn since(&self, first: usize) -> Vec<RecordedChunk> {
-        let chunks = self.chunks.lock().unwrap_or_else(PoisonError::into_inner);
-        chunks.get(first..).unwrap_or_default().to_vec()
+        self.store().chunks.get(first..).unwrap_or_default().to_vec()
     }
 
-    /// Removes all chunks and returns them: a recording without end does not grow.
+    /// Removes all chunks and returns them: a recording without end does not grow. Chunks are missing behind them if the recording
+    /// [was full](Self::is_full); it has room again.
     #[must_use]
     pub fn take(&self) -> Vec<RecordedChunk> {
-        std::mem::take(&mut *self.chunks.lock().unwrap_or_else(PoisonError::into_inner))
+        let mut store = self.store();
+        store.left = store.limit;
+        store.is_full = false;
+        std::mem::take(&mut store.chunks)
     }
 
     fn add(&self, at: Duration, direction: Direction, characters: Vec<Character>) {
         if !characters.is_empty() {
-            let chunk = RecordedChunk { at, direction, characters };
-            self.chunks.lock().unwrap_or_else(PoisonError::into_inner).push(chunk);
+            self.store().add(RecordedChunk { at, direction, characters });
         }
     }
 }
@@ -138,6 +186,23 @@ mod tests {
     use crate::port::Stream;
     use std::io::{Read, Write};
     use std::os::unix::net::UnixStream;
+
+    #[test]
+    fn a_full_recording_keeps_its_first_chunks_and_says_so() {
+        let of_one = size_of::<RecordedChunk>() + size_of::<Character>();
+        let recording = Recording::with_limit(2 * of_one);
+        let add = |ms, count| {
+            let characters = vec![Character::Octet(0xE5); count];
+            recording.add(Duration::from_millis(ms), Direction::Received, characters);
+        };
+        add(1, 1);
+        assert!(!recording.is_full());
+        add(2, 2);
+        // It would fit.
+        add(3, 1);
+        let times: Vec<_> = recording.since(0).iter().map(|chunk| chunk.at.as_millis()).collect();
+        assert_eq!((recording.is_full(), times), (true, vec![1]));
+    }
 
     #[test]
     fn octets_of_both_directions_are_recorded_in_order_and_pass_unchanged() {

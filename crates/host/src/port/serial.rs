@@ -160,10 +160,15 @@ fn verify(taken: &Termios, name: &str, baud: Baud) -> Result<(), PortError> {
     let wanted = baud.bits_per_second();
     // First the rate that the driver does not report: an impossible one leaves the previous rate set.
     let rates = [system::real_rate(name, wanted), Some(taken.output_speed()), Some(taken.input_speed())];
-    match rates.into_iter().flatten().find(|offered| offered.abs_diff(wanted) > wanted / RATE_TOLERANCE) {
+    match wrong_rate(wanted, rates) {
         Some(offered) => Err(PortError::UnsupportedRate { name: name.to_owned(), baud, offered: Some(offered) }),
         None => Ok(()),
     }
+}
+
+/// The first of `rates` that deviates too much from `wanted`.
+pub fn wrong_rate(wanted: u32, rates: impl IntoIterator<Item = Option<u32>>) -> Option<u32> {
+    rates.into_iter().flatten().find(|offered| offered.abs_diff(wanted) > wanted / RATE_TOLERANCE)
 }
 
 /// Data bits, parity and stop bits of a driver.

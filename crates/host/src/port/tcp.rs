@@ -64,14 +64,14 @@ impl TcpServer {
         Ok(Self { name: format!("{host}:{port}"), listener, clients: Vec::new(), notices: Notices::default() })
     }
 
-    /// Accepts all waiting clients. A client that cannot be set up is dropped, and so is one too many.
-    fn accept(&mut self) {
-        while let Ok((socket, address)) = self.listener.accept() {
+    /// Puts accepted connections on the line. A client that cannot be set up is dropped, and so is one too many.
+    fn admit(&mut self, connections: Vec<(TcpStream, SocketAddr)>) {
+        for (socket, address) in connections {
+            let name = format!("tcp://{address}");
             if self.clients.len() >= MAX_CLIENTS {
-                let name = format!("tcp://{address}");
                 self.notices.extend(Some(Notice::ClientRefused { name, most: MAX_CLIENTS }));
             } else if set_up(&socket).is_ok() {
-                self.clients.push(Client { name: format!("tcp://{address}"), socket, drops: DropCounter::default() });
+                self.clients.push(Client { name, socket, drops: DropCounter::default() });
             }
         }
     }
@@ -98,7 +98,9 @@ impl Port for TcpServer {
     }
 
     fn receive(&mut self, characters: &mut Vec<Character>) -> Result<(), PortError> {
-        self.accept();
+        // A program that closes its connection and opens another one must not receive its own last octets there. So new clients
+        // are on the line only after everything was read that was sent before they connected.
+        let connections: Vec<_> = std::iter::from_fn(|| self.listener.accept().ok()).collect();
         let mut buffer = [0; CHUNK];
         let mut gone = Vec::new();
         for number in 0..self.clients.len() {
@@ -115,6 +117,7 @@ impl Port for TcpServer {
         for number in gone.into_iter().rev() {
             self.clients.remove(number);
         }
+        self.admit(connections);
         Ok(())
     }
 
@@ -203,6 +206,7 @@ fn network(name: &str, error: std::io::Error) -> PortError {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::io::Write;
 
     #[test]
     fn a_server_with_all_its_clients_closes_the_connection_of_another_and_reports_it() {
@@ -217,9 +221,26 @@ mod tests {
         assert_eq!(refused.read(&mut [0]).unwrap(), 0, "closed");
         // One client leaves and another takes its place.
         clients.pop();
-        server.receive(&mut Vec::new()).unwrap();
         clients.push(connect(&server));
         server.receive(&mut Vec::new()).unwrap();
         assert_eq!((server.clients.len(), server.next_notice()), (MAX_CLIENTS, None));
+    }
+
+    #[test]
+    fn a_client_that_connects_again_does_not_receive_its_own_last_octets() {
+        let mut server = TcpServer::listen("127.0.0.1:0").unwrap();
+        let address = server.name().to_owned();
+        let mut first = TcpStream::connect(&address).unwrap();
+        server.receive(&mut Vec::new()).unwrap();
+        first.write_all(&[0xDC, 0, 0]).unwrap();
+        drop(first);
+        let mut second = TcpStream::connect(&address).unwrap();
+        let mut characters = Vec::new();
+        server.receive(&mut characters).unwrap();
+        assert_eq!(characters, [0xDC, 0, 0].map(Character::Octet));
+        server.send(&[0xE5]).unwrap();
+        let mut received = [0; 8];
+        let length = second.read(&mut received).unwrap();
+        assert_eq!(received[..length], [0xE5]);
     }
 }

@@ -112,6 +112,14 @@ impl<R: FdlUser> Active<R> {
         Ok(())
     }
 
+    /// Raises the slot time to `slot_tbit`; a shorter one changes nothing. Only for a station that is alone in the ring: all
+    /// masters of a ring have the same slot time.
+    pub const fn raise_slot_time(&mut self, slot_tbit: u32) {
+        if slot_tbit > self.bus.slot_tbit {
+            self.bus.slot_tbit = slot_tbit;
+        }
+    }
+
     /// Scans the GAP only after the first pause. For a program that has left by then: each FDL status request costs a slot
     /// time, which is long on a port of an operating system.
     pub const fn delay_gap_scan(&mut self) {
