@@ -137,6 +137,10 @@ fn code_names(named: &NamedParameter, model: &Model) -> String {
         Codes::Plain => String::new(),
         Codes::Version => "version: six digits and a letter".to_owned(),
         Codes::Range(low, high) => format!("{low} to {high}"),
+        Codes::PerMille(low, high) => {
+            let [low, high] = [*low, *high].map(|number| number as f64 / 10.0);
+            format!("{low} % to {high} %")
+        }
         Codes::Names(_) => list(),
         Codes::Commands(codes) | Codes::BitCommands(codes) => {
             format!("commands: {}", codes.iter().map(|code| code.name).collect::<Vec<_>>().join(", "))

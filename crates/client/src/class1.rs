@@ -290,6 +290,10 @@ impl Records for Class1Session<'_> {
     fn take_unrestored(&mut self) -> Option<UnrestoredRecord> {
         self.session.take_unrestored(self.address)
     }
+
+    fn set_restoring(&mut self, is_restoring: bool) {
+        self.session.set_restoring(is_restoring);
+    }
 }
 
 #[cfg(test)]

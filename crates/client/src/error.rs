@@ -275,22 +275,78 @@ pub enum Unmet {
     },
     /// The emission must be on.
     EmissionOff,
-    /// A pressure must be below a limit.
-    PressureTooHigh {
+    /// A degas runs already.
+    DegasRuns,
+    /// A pressure is on the wrong side of a limit.
+    WrongPressure {
         /// The process value.
         parameter: String,
         /// The pressure.
-        pa: f64,
+        found: FoundPressure,
         /// The limit.
-        limit_pa: f64,
+        limit: PressureLimit,
     },
-    /// A pressure must be below a limit and is not valid.
+    /// A pressure must be on one side of a limit and is not valid.
     NoPressure {
         /// The process value.
         parameter: String,
         /// The limit.
-        limit_pa: f64,
+        limit: PressureLimit,
     },
+}
+
+/// The side of a limit in Pa on which a pressure must be.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum PressureLimit {
+    /// Below it.
+    Below(f64),
+    /// Above it.
+    Above(f64),
+}
+
+/// A pressure in Pa as a gauge shows it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum FoundPressure {
+    /// The pressure.
+    At(f64),
+    /// Below the range of the gauge, which begins here.
+    Below(f64),
+    /// Above the range of the gauge, which ends here.
+    Above(f64),
+}
+
+impl fmt::Display for PressureLimit {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Below(pa) => write!(f, "below {}", mbar(*pa)),
+            Self::Above(pa) => write!(f, "above {}", mbar(*pa)),
+        }
+    }
+}
+
+impl fmt::Display for FoundPressure {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::At(pa) => f.write_str(&mbar(*pa)),
+            Self::Below(pa) => write!(f, "below {}", mbar(*pa)),
+            Self::Above(pa) => write!(f, "above {}", mbar(*pa)),
+        }
+    }
+}
+
+impl PressureLimit {
+    /// Whether a pressure is on the required side. A gauge that is out of range bounds the pressure. `None` if that does not
+    /// tell the side.
+    pub(crate) fn is_met_by(self, found: FoundPressure) -> Option<bool> {
+        match (self, found) {
+            (Self::Below(limit), FoundPressure::At(pa)) => Some(pa < limit),
+            (Self::Above(limit), FoundPressure::At(pa)) => Some(pa > limit),
+            (Self::Below(limit), FoundPressure::Below(end)) => (end <= limit).then_some(true),
+            (Self::Above(limit), FoundPressure::Below(end)) => (end <= limit).then_some(false),
+            (Self::Below(limit), FoundPressure::Above(end)) => (end >= limit).then_some(false),
+            (Self::Above(limit), FoundPressure::Above(end)) => (end >= limit).then_some(true),
+        }
+    }
 }
 
 impl fmt::Display for Unmet {
@@ -304,12 +360,15 @@ impl fmt::Display for Unmet {
                 write!(f, "the gauge is in {} and must be in EXECUTING; write execute first", state_name(*found))
             }
             Self::EmissionOff => f.write_str("the emission is off; it must be on"),
-            Self::PressureTooHigh { parameter, pa, limit_pa } => {
-                write!(f, "{parameter} is {} and must be below {}; pump down first", mbar(*pa), mbar(*limit_pa))
+            Self::DegasRuns => f.write_str("a degas runs; it ends by itself, or write degas off"),
+            Self::WrongPressure { parameter, found, limit } => {
+                let advice = match limit {
+                    PressureLimit::Below(_) => "pump down first",
+                    PressureLimit::Above(_) => "vent first",
+                };
+                write!(f, "{parameter} is {found} and must be {limit}; {advice}")
             }
-            Self::NoPressure { parameter, limit_pa } => {
-                write!(f, "{parameter} is not valid now, and must be below {}", mbar(*limit_pa))
-            }
+            Self::NoPressure { parameter, limit } => write!(f, "{parameter} is not valid now, and must be {limit}"),
         }
     }
 }

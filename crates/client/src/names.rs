@@ -3,6 +3,7 @@
 //! `pirani.process-value`, `trip-point.1/high-trip-point`, `1/19` (slot and index), `1:2/19` (of instance 2). Case, blanks
 //! and hyphens do not matter. A word that only one parameter has is enough, and so is the beginning of a name.
 
+use crate::suggestion::similarity;
 use profivac_devices::catalog::MODELS;
 use profivac_devices::model::{Block, Code, Location, Model, Role, Row};
 use std::fmt;
@@ -22,7 +23,7 @@ pub struct Parameter {
 /// The number of suggestions in an error.
 const SUGGESTIONS: usize = 3;
 
-/// The similarity from which a name is suggested, 0 to 1.
+/// The similarity from which a name is suggested, 0 to 1. Long names with the same block are similar already. free choice.
 const MIN_SIMILARITY: f64 = 0.75;
 
 /// The parameters of a device with their names.
@@ -269,8 +270,7 @@ impl ParameterNames {
         let wanted = slug(text);
         let likeness = |name: &str| {
             let row = name.rsplit(['.', '/']).next().unwrap_or(name);
-            strsim::normalized_damerau_levenshtein(&wanted, &slug(name))
-                .max(strsim::normalized_damerau_levenshtein(&wanted, row))
+            similarity(&wanted, &slug(name)).max(similarity(&wanted, row))
         };
         let parameters = self.list.iter().map(|named| named.name.clone());
         let commands = self.commands().map(|(named, code)| command_name(named, code));

@@ -64,6 +64,9 @@ pub trait Records {
     fn take_unrestored(&mut self) -> Option<UnrestoredRecord> {
         None
     }
+
+    /// While this is true, requests do not end by a cancellation: a guard restores what it has changed.
+    fn set_restoring(&mut self, _is_restoring: bool) {}
 }
 
 pub use profivac_host::session::UnrestoredRecord;
@@ -87,6 +90,10 @@ impl<R: Records + ?Sized> Records for Box<R> {
 
     fn take_unrestored(&mut self) -> Option<UnrestoredRecord> {
         (**self).take_unrestored()
+    }
+
+    fn set_restoring(&mut self, is_restoring: bool) {
+        (**self).set_restoring(is_restoring);
     }
 }
 

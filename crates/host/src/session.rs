@@ -158,6 +158,8 @@ pub struct BusSession {
     entry: Duration,
     background: Option<BackgroundTask>,
     cancellation: Option<Cancellation>,
+    /// A guard restores what the program has changed.
+    is_restoring: bool,
     unrestored: BTreeMap<u8, UnrestoredRecord>,
 }
 
@@ -206,6 +208,7 @@ impl BusSession {
             entry,
             background: None,
             cancellation: None,
+            is_restoring: false,
             unrestored: BTreeMap::new(),
         })
     }
@@ -228,6 +231,12 @@ impl BusSession {
     /// Ends each wait with [`SessionError::Interrupted`] as soon as `is_cancelled` returns true. `None` waits as before.
     pub fn set_cancellation(&mut self, is_cancelled: Option<Box<dyn Fn() -> bool + Send>>) {
         self.cancellation = is_cancelled;
+    }
+
+    /// While this is true, waits do not end by cancellation: the guards of a client restore what they have changed although the
+    /// program ends. The timeout limits each wait.
+    pub const fn set_restoring(&mut self, is_restoring: bool) {
+        self.is_restoring = is_restoring;
     }
 
     /// The master.
@@ -290,6 +299,16 @@ impl BusSession {
             }
             self.wait(begun)?;
         }
+    }
+
+    /// Serves the line once for a request that the master does not accept yet. Returns false if the timeout has passed since
+    /// `begun`.
+    ///
+    /// # Errors
+    /// [`SessionError`] when the master does not get the line.
+    pub fn wait_once(&mut self, begun: Instant) -> Result<bool, SessionError> {
+        self.wait(begun)?;
+        Ok(begun.elapsed() < self.line_timeout)
     }
 
     /// Keeps a record of the slave at `address` that could not be set back, for the next client of this slave.
@@ -373,7 +392,7 @@ impl BusSession {
         // A request that takes longer than the timeout has its own limit; meanwhile the line is served without a busy loop.
         let longest = if self.background.is_some() || self.cancellation.is_some() { MAX_WAIT } else { left };
         self.serve(&[], left.min(longest).max(MIN_WAIT))?;
-        if self.cancellation.as_ref().is_some_and(|is_cancelled| is_cancelled()) {
+        if !self.is_restoring && self.cancellation.as_ref().is_some_and(|is_cancelled| is_cancelled()) {
             return Err(SessionError::Interrupted);
         }
         let [BoxedStation(station)] = self.segment.stations_mut();

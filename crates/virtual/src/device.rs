@@ -2,7 +2,7 @@
 
 use crate::action_text::{ActionText, UnknownName};
 use profivac_client::pressure::Pressure;
-use profivac_devices::model::Fault;
+use profivac_devices::model::{Fault, MeasuringRange, Part};
 use profivac_devices::{Action, Drive, Principle, SimulatedDevice, StateReport, UnsupportedAction};
 use profivac_dp::link::{Baud, BitTime, Listening, Station, Transmit};
 use profivac_dp::slave::{Slave, SlaveState};
@@ -198,6 +198,12 @@ impl VirtualDevice {
     #[must_use]
     pub fn device(&self) -> &dyn SimulatedDevice {
         self.slave.device()
+    }
+
+    /// The measuring parts with their ranges.
+    pub fn ranges(&self) -> impl Iterator<Item = (Part, MeasuringRange)> + '_ {
+        let device = self.device();
+        device.parts().iter().enumerate().map(|(at, part)| (*part, device.measuring_range(at)))
     }
 
     /// The simulated device, for operations that need no bus.

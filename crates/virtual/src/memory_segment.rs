@@ -244,7 +244,7 @@ mod tests {
     use crate::device::GasConditions;
     use crate::device_spec::DeviceSpec;
     use crate::nonvolatile::NonvolatileMemory;
-    use profivac_client::cyclic::ChannelPrinciples;
+    use profivac_client::cyclic::ReportedChannels;
     use profivac_client::ms2::Ms2;
     use profivac_client::pressure::Pressure;
     use profivac_devices::bcg450::table::MODEL;
@@ -282,7 +282,7 @@ mod tests {
             model: &MODEL,
             configuration,
             unit,
-            principles: ChannelPrinciples::default(),
+            channels: ReportedChannels::default(),
         });
         let bus = BusParameters::new(1, baud).check().unwrap();
         MemorySegment::new(devices.into(), watched.into(), bus, baud).unwrap()

@@ -2,7 +2,7 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, clippy::indexing_slicing, reason = "a test")]
 
-use profivac_client::cyclic::{ChannelPrinciples, ChannelValue, CyclicSlave};
+use profivac_client::cyclic::{ChannelValue, CyclicSlave, ReportedChannels};
 use profivac_client::ms2::Ms2;
 use profivac_client::pressure::Pressure;
 use profivac_client::{Gauge, names::NamedParameter};
@@ -82,7 +82,7 @@ fn segment(row: &Row<'_>) -> MemorySegment {
         model,
         configuration: cyclic_configuration(model),
         unit: model.unit_named("mbar").unwrap(),
-        principles: ChannelPrinciples::of_parts(model, device.device().parts()),
+        channels: ReportedChannels::of_parts(model, device.ranges()),
     };
     MemorySegment::new(vec![device], vec![slave], BusParameters::new(1, BAUD).check().unwrap(), BAUD).unwrap()
 }

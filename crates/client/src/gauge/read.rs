@@ -21,7 +21,7 @@ pub struct ParameterReading {
     pub value: Value,
     /// The value as text, in the words of the manual.
     pub text: String,
-    /// The unit of a pressure.
+    /// The unit of a pressure, and `0.1 %` for a whole number of tenths of a percent.
     pub unit: Option<&'static str>,
 }
 
@@ -80,7 +80,11 @@ impl<R: Records> Gauge<R> {
         self.select(named)?;
         let (octets, value, unit) = self.read_with_unit(named)?;
         let text = ValueFormat { named, model: self.model, unit }.format(&value);
-        Ok(ParameterReading { named: named.clone(), octets, value, text, unit: unit.map(|unit| unit.name) })
+        let unit = match named.parameter.row.codes {
+            Codes::PerMille(..) => Some("0.1 %"),
+            _ => unit.map(|unit| unit.name),
+        };
+        Ok(ParameterReading { named: named.clone(), octets, value, text, unit })
     }
 
     /// Reads a record that is in no table.

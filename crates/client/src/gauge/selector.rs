@@ -44,10 +44,12 @@ impl HeldSelector {
 /// the next gauge.
 fn restore_record(records: &mut impl Records, record: UnrestoredRecord) -> Result<(), RecordError> {
     let UnrestoredRecord { slot, index, written, original } = record;
+    records.set_restoring(true);
     let restored = records.read(slot, index).and_then(|octets| match octets.as_slice() {
         [current] if *current == written => write_instance(records, (slot, index), original),
         _ => Ok(()),
     });
+    records.set_restoring(false);
     if let Err(RecordError::Session(_) | RecordError::Interrupted(_)) = &restored {
         records.keep_unrestored(record);
     }

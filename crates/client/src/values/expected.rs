@@ -1,5 +1,6 @@
 //! The values that a parameter accepts, and why a text is none of them.
 
+use super::text::percent;
 use profivac_devices::model::NumberType;
 use std::fmt;
 
@@ -31,6 +32,11 @@ pub enum ValueProblem {
         /// Those that it has.
         units: Vec<&'static str>,
     },
+    /// A percentage without its sign.
+    NoPercentSign {
+        /// The number.
+        number: String,
+    },
     /// The gauge would hold 0 in place of the pressure, which is another setting.
     BecomesZero,
     /// The gauge is set to a unit into which the pressure cannot be converted: COUNTS without a scale in the tables.
@@ -45,6 +51,7 @@ impl fmt::Display for ValueProblem {
         match self {
             Self::NotAccepted => Ok(()),
             Self::BecomesZero => f.write_str(", which is so small that the gauge would hold 0"),
+            Self::NoPercentSign { number } => write!(f, " without its sign; {number} percent is '{number} %'"),
             Self::NoUnit { example: Some(example) } => {
                 write!(f, " without a unit; in the present unit of the gauge it is '{example}'")
             }
@@ -80,6 +87,8 @@ pub enum Expected {
     OneOf(Vec<&'static str>),
     /// A whole number in a range, limits included.
     Range(i64, i64),
+    /// A percentage in a range, limits included, in tenths of a percent.
+    Percentage(i64, i64),
     /// A Boolean.
     Boolean,
     /// A pressure with its unit.
@@ -102,6 +111,9 @@ impl fmt::Display for Expected {
         match self {
             Self::OneOf(names) => write!(f, "one of {}", names.join(", ")),
             Self::Range(low, high) => write!(f, "a number from {low} to {high}"),
+            Self::Percentage(low, high) => {
+                write!(f, "a percentage from {} to {}, such as '50 %'", percent(*low), percent(*high))
+            }
             Self::Boolean => f.write_str("true or false"),
             Self::Pressure { example, number } => {
                 let numbers = match number {

@@ -26,10 +26,14 @@ impl ValueFormat<'_> {
     /// [`ValueError`] with the accepted values.
     pub fn parse(&self, text: &str, number: NumberType) -> Result<Vec<u8>, ValueError> {
         let text = text.trim();
+        if let Codes::PerMille(low, high) = self.row().codes {
+            let octets = per_mille(text, low, high).map(|number| low_octets(number, 2));
+            return octets.map_err(|problem| self.value_error(text, number, problem));
+        }
         let octets = match self.row().data_type {
-            DataType::Boolean | DataType::Uint8 | DataType::Int8 => self.integer(text).map(|it| low(it, 1)),
-            DataType::Uint16 | DataType::Int16 => self.integer(text).map(|it| low(it, 2)),
-            DataType::Uint32 | DataType::Int32 => self.integer(text).map(|it| low(it, 4)),
+            DataType::Boolean | DataType::Uint8 | DataType::Int8 => self.integer(text).map(|it| low_octets(it, 1)),
+            DataType::Uint16 | DataType::Int16 => self.integer(text).map(|it| low_octets(it, 2)),
+            DataType::Uint32 | DataType::Int32 => self.integer(text).map(|it| low_octets(it, 4)),
             DataType::Float => self.float(text),
             DataType::ByType => {
                 return self.pressure(text, number).map_err(|problem| self.value_error(text, number, problem));
@@ -55,6 +59,7 @@ impl ValueFormat<'_> {
             (Codes::Names(_) | Codes::Commands(_) | Codes::BitCommands(_), _) => Expected::OneOf(names()),
             (Codes::Units, _) => Expected::OneOf(self.model.units.iter().map(|unit| unit.name).collect()),
             (Codes::Range(low, high), _) => Expected::Range(*low, *high),
+            (Codes::PerMille(low, high), _) => Expected::Percentage(*low, *high),
             (_, DataType::Boolean) => Expected::Boolean,
             (_, DataType::ByType) => Expected::Pressure { example: self.example(), number },
             (_, DataType::Float) => Expected::Number,
@@ -114,7 +119,7 @@ impl ValueFormat<'_> {
 
     fn command(&self, text: &str) -> Option<Vec<u8>> {
         let number = self.code(text)?;
-        Some(low(number, 2))
+        Some(low_octets(number, 2))
     }
 
     #[expect(clippy::cast_possible_truncation, reason = "checked, and a float of 32 bits has no more digits")]
@@ -137,8 +142,23 @@ fn whole(text: &str) -> Option<i64> {
     }
 }
 
-fn low(number: i64, octets: usize) -> Vec<u8> {
+fn low_octets(number: i64, octets: usize) -> Vec<u8> {
     number.to_be_bytes().iter().skip(8 - octets).copied().collect()
+}
+
+/// Tenths of a percent from `12.5 %`, within these bounds.
+#[expect(clippy::cast_possible_truncation, reason = "whole and within the bounds")]
+fn per_mille(text: &str, low: i64, high: i64) -> Result<i64, ValueProblem> {
+    let number = text.strip_suffix('%').unwrap_or(text).trim_end();
+    let percent: f64 = number.parse().map_err(|_| ValueProblem::NotAccepted)?;
+    let tenths = (percent * 10.0).round();
+    let is_whole = (tenths - percent * 10.0).abs() < 1e-6;
+    let is_inside = (low..=high).contains(&(tenths as i64));
+    match text.ends_with('%') {
+        true if is_whole && is_inside => Ok(tenths as i64),
+        false if is_whole && is_inside => Err(ValueProblem::NoPercentSign { number: number.to_owned() }),
+        _ => Err(ValueProblem::NotAccepted),
+    }
 }
 
 fn visible(text: &str, length: usize) -> Option<Vec<u8>> {

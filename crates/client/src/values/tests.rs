@@ -85,7 +85,7 @@ fn a_text_that_is_no_value_is_an_error_with_the_accepted_ones() {
         ("bcg450", "pirani.safe-value", "nan mbar", PRESSURE),
         ("bcg450", "pirani.safe-value", "inf mbar", PRESSURE),
         ("bcg450", "pirani.safe-value", "much", PRESSURE),
-        ("bcg450", "setpoint-a.percentage-of-atmosphere", "1401", "a number from 10 to 1400"),
+        ("bcg450", "setpoint-a.percentage-of-atmosphere", "140.1 %", "a percentage from 1 % to 140 %, such as '50 %'"),
         ("bcg450", "pirani.data-units", "psi", "one of COUNTS, Torr, Micron, mbar, Pascal"),
         ("pcg550", "trip-point.1/low-trip-enable", "2", "true or false"),
         (

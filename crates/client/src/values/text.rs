@@ -69,6 +69,7 @@ impl ValueFormat<'_> {
                 .ok()
                 .and_then(|code| self.model.unit(code))
                 .map_or_else(|| number.to_string(), |unit| unit.name.to_owned()),
+            Codes::PerMille(..) => percent(number),
             Codes::Version => version(number).unwrap_or_else(|| number.to_string()),
             _ => self.name_of(number).unwrap_or_else(|| match self.row().data_type {
                 DataType::Boolean => match number {
@@ -81,6 +82,14 @@ impl ValueFormat<'_> {
             }),
         }
     }
+}
+
+/// Tenths of a percent as a percentage: `12.5 %`.
+pub(super) fn percent(per_mille: i64) -> String {
+    let sign = if per_mille < 0 { "-" } else { "" };
+    let (whole, tenths) = (per_mille.unsigned_abs() / 10, per_mille.unsigned_abs() % 10);
+    let tenths = if tenths > 0 { format!(".{tenths}") } else { String::new() };
+    format!("{sign}{whole}{tenths} %")
 }
 
 /// The version in the nibbles of a number: [`Codes::Version`]. `None` for nibbles that are none.

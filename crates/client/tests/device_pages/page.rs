@@ -1,6 +1,7 @@
 //! One page: the tables of a model as Markdown.
 
 use crate::{Page, words};
+use profivac_client::cyclic::unranged_instances;
 use profivac_devices::model::{ChannelRules, Configuration, Model, PlacedBlock, Row, Telegram};
 use profivac_dp::slave::Dpv1Error as Negative;
 
@@ -159,7 +160,14 @@ fn ranges(model: &Model) -> String {
         part.into_iter().chain(mbar).chain(rest).collect()
     });
     let head = ["Instance", "Principle", "Underrange", "Overrange", "Full scale", "Shows", "COUNTS"];
-    format!("Pressures in mbar.\n\n{}", table(&head, lines))
+    let table = table(&head, lines);
+    if unranged_instances(model).is_empty() {
+        return format!("Pressures in mbar.\n\n{table}");
+    }
+    format!(
+        "Pressures in mbar. The manual gives no ranges: these are a free choice for the virtual device. Of a real one, the ends of a \
+         range are those that it reports as Underrange and Overrange.\n\n{table}"
+    )
 }
 
 fn block(place: &PlacedBlock) -> String {

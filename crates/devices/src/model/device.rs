@@ -101,11 +101,15 @@ impl Model {
         common_counts(self.parts_at(location)).or_else(|| common_counts(self.chamber_parts()))
     }
 
-    /// The pressures that the device can measure, as far as a pressure of this location depends on it: the range of a channel,
-    /// the whole range of a gauge with several instances, that of the ambient pressure sensor for its own parameters. `None` if
-    /// the tables have no ranges.
+    /// The pressures that the device can measure, as far as a pressure of this location depends on it: the whole range of a gauge
+    /// with several instances, that of the ambient pressure sensor for its own parameters. `None` if the tables have no ranges, or
+    /// those of different gauges that may be connected.
     #[must_use]
     pub fn measuring_range_at(&self, location: &Location) -> Option<MeasuringRange> {
+        let count = |instance| self.parts.iter().filter(|spec| spec.part.instance == instance).count();
+        if self.parts.iter().any(|spec| count(spec.part.instance) > 1) {
+            return None;
+        }
         let own = || self.parts_at(location);
         let is_ambient = own().any(|spec| spec.part.principle == Principle::Atmosphere);
         if is_ambient || (location.instance == 0 && own().next().is_some()) {

@@ -45,7 +45,7 @@ use crate::nonvolatile::NonvolatileMemory;
 use error::TextError;
 use event::EventParser;
 use file::File;
-use profivac_client::cyclic::{ChannelPrinciples, CyclicSlave};
+use profivac_client::cyclic::{CyclicSlave, ReportedChannels};
 use profivac_devices::model::{Configuration, Field, Model, NumberType};
 use profivac_dp::link::Baud;
 use profivac_dp::link::active::{BusParameters, OutOfRange};
@@ -203,7 +203,7 @@ impl Scenario {
                 model,
                 configuration,
                 unit,
-                principles: ChannelPrinciples::of_parts(model, device.device().parts()),
+                channels: ReportedChannels::of_parts(model, device.ranges()),
             })
         };
         let watched = self.gauges.iter().zip(&devices).map(watched).collect::<Result<Vec<_>, _>>()?;
