@@ -65,8 +65,8 @@ impl Row {
         let parameter = reading.named.parameter;
         Self {
             name: Some(reading.named.name.clone()),
-            slot: parameter.place.slot,
-            instance: parameter.place.instance,
+            slot: parameter.location.slot,
+            instance: parameter.location.instance,
             index: parameter.row.index,
             value: value(&reading.value),
             text: reading.text.clone(),

@@ -176,21 +176,21 @@ fn present_unit(session: &mut BusSession, slave: &CyclicSlave) -> Result<&'stati
     let CyclicSlave { address, model, .. } = *slave;
     let unreadable = |error: RecordError| CyclicError::UnreadableUnit { address, error };
     let unknown = || unreadable(RecordError::from(Interruption::UnknownUnit));
-    let (place, data_type) = unit_address(model).ok_or_else(unknown)?;
+    let (location, data_type) = unit_address(model).ok_or_else(unknown)?;
     let code = if model.features.dpv1 {
-        read_code(&mut Ms2::new(session, address), place, data_type)
+        read_code(&mut Ms2::new(session, address), location, data_type)
     } else {
         let mut records = Class1Session::open(session, slave, AccessPath::ParameterChannel).map_err(unreadable)?;
-        read_code(&mut records, place, data_type)
+        read_code(&mut records, location, data_type)
     };
     code.map_err(unreadable)?.and_then(|code| model.unit(code)).ok_or_else(unknown)
 }
 
 /// Slot, index and data type of the unit.
 fn unit_address(model: &Model) -> Option<((u8, u8), DataType)> {
-    model.blocks.iter().find_map(|place| {
-        let row = place.block.rows.iter().find(|row| row.codes == Codes::Units)?;
-        let address = place.locations.first()?;
+    model.blocks.iter().find_map(|placed| {
+        let row = placed.block.rows.iter().find(|row| row.codes == Codes::Units)?;
+        let address = placed.locations.first()?;
         Some(((address.slot, row.index), row.data_type))
     })
 }

@@ -68,44 +68,44 @@ pub enum ClientError {
     #[error(transparent)]
     Target(#[from] TargetError),
     /// The parameter does not accept the value.
-    #[error("{place}: {error}")]
+    #[error("{location}: {error}")]
     Value {
         /// The parameter.
-        place: ParameterContext,
+        location: ParameterContext,
         /// The accepted values.
         error: Box<ValueError>,
     },
     /// The pressure is outside the measuring range of the gauge. It was not sent.
-    #[error("{place}: {error}")]
+    #[error("{location}: {error}")]
     BeyondRange {
         /// The parameter.
-        place: ParameterContext,
+        location: ParameterContext,
         /// The pressure and the range.
         error: Box<BeyondRange>,
     },
     /// The table does not allow the access.
-    #[error("{place}: {reason}")]
+    #[error("{location}: {reason}")]
     Access {
         /// The parameter.
-        place: ParameterContext,
+        location: ParameterContext,
         /// The reason.
         reason: AccessReason,
     },
     /// A condition of a command is not met. The command was not sent.
-    #[error("{place}: {command} was not sent: {unmet}")]
+    #[error("{location}: {command} was not sent: {unmet}")]
     Condition {
         /// The parameter.
-        place: ParameterContext,
+        location: ParameterContext,
         /// The command.
         command: &'static str,
         /// The condition.
         unmet: Unmet,
     },
     /// The slave refused.
-    #[error("{place}: {doing} was refused with {refused}{}", advice_text(advice))]
+    #[error("{location}: {doing} was refused with {refused}{}", advice_text(advice))]
     Refused {
         /// The parameter.
-        place: ParameterContext,
+        location: ParameterContext,
         /// The operation.
         doing: Operation,
         /// The codes of the slave.
@@ -114,10 +114,10 @@ pub enum ClientError {
         advice: Option<Advice>,
     },
     /// The slave answered with a record that is no value of the parameter.
-    #[error("{place}: {doing} gave no value: {error}")]
+    #[error("{location}: {doing} gave no value: {error}")]
     Malformed {
         /// The parameter.
-        place: ParameterContext,
+        location: ParameterContext,
         /// The operation.
         doing: Operation,
         /// The number of octets.
@@ -134,40 +134,40 @@ pub enum ClientError {
         reason: Unavailable,
     },
     /// No usable answer arrived.
-    #[error("{place}: {doing} was cut short: {reason}{}", if *doing == Operation::Write { "; it may have been written, read it" } else { "" })]
+    #[error("{location}: {doing} was cut short: {reason}{}", if *doing == Operation::Write { "; it may have been written, read it" } else { "" })]
     Interrupted {
         /// The parameter.
-        place: ParameterContext,
+        location: ParameterContext,
         /// The operation.
         doing: Operation,
         /// The reason.
         reason: Interruption,
     },
     /// A typed parameter cannot be used.
-    #[error("{place}: {error}")]
+    #[error("{location}: {error}")]
     Typed {
         /// The parameter.
-        place: ParameterContext,
+        location: ParameterContext,
         /// The reason.
         error: TypedError,
     },
     /// The unit of the gauge has changed since the value was checked. The value was not sent.
     #[error(
-        "{place}: not written: the unit of the gauge was {prepared} when the value was checked and is {present} now; try again"
+        "{location}: not written: the unit of the gauge was {prepared} when the value was checked and is {present} now; try again"
     )]
     UnitChanged {
         /// The parameter.
-        place: ParameterContext,
+        location: ParameterContext,
         /// The unit of the value.
         prepared: &'static str,
         /// The present unit.
         present: &'static str,
     },
     /// The parameter does not have the value that was written.
-    #[error("{place}: {written} was written, but it reads {found}")]
+    #[error("{location}: {written} was written, but it reads {found}")]
     NotKept {
         /// The parameter.
-        place: ParameterContext,
+        location: ParameterContext,
         /// The written value.
         written: String,
         /// The value that was read back.
@@ -502,17 +502,19 @@ impl ClientError {
     pub(super) fn from_record(
         error: RecordError,
         doing: Operation,
-        place: ParameterContext,
+        location: ParameterContext,
         named: Option<&NamedParameter>,
     ) -> Self {
         match error {
             RecordError::Session(error) => Self::Session(error),
-            RecordError::Refused(refused) => Self::Refused { advice: advice(&refused, named), place, doing, refused },
-            RecordError::Unavailable(reason) => {
-                Self::Unavailable { device: place.device, address: place.address, reason }
+            RecordError::Refused(refused) => {
+                Self::Refused { advice: advice(&refused, named), location, doing, refused }
             }
-            RecordError::Interrupted(reason) => Self::Interrupted { place, doing, reason },
-            RecordError::Malformed(error) => Self::Malformed { place, doing, error },
+            RecordError::Unavailable(reason) => {
+                Self::Unavailable { device: location.device, address: location.address, reason }
+            }
+            RecordError::Interrupted(reason) => Self::Interrupted { location, doing, reason },
+            RecordError::Malformed(error) => Self::Malformed { location, doing, error },
         }
     }
 }

@@ -130,10 +130,10 @@ pub(crate) fn read_value(
 /// Reads a record as an unsigned integer of this type. A number beyond 16 bits is none of a code table.
 pub(crate) fn read_code(
     records: &mut impl Records,
-    place: (u8, u8),
+    location: (u8, u8),
     data_type: DataType,
 ) -> Result<Option<u16>, RecordError> {
-    let value = read_value(records, place, data_type)?;
+    let value = read_value(records, location, data_type)?;
     Ok(if let Value::Integer(code) = value { u16::try_from(code).ok() } else { None })
 }
 

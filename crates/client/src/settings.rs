@@ -290,9 +290,9 @@ pub fn dump_with_progress<R: Records>(
         !row.codes.is_command() && row.access.allows(via, Direction::Read)
     };
     let wanted: Vec<_> = names.all().iter().filter(is_read).collect();
-    let place = |named: &NamedParameter| (named.parameter.place.slot, named.parameter.place.instance);
+    let location = |named: &NamedParameter| (named.parameter.location.slot, named.parameter.location.instance);
     let (mut readings, mut pressures) = (Vec::new(), BTreeMap::new());
-    for group in wanted.chunk_by(|a, b| place(a) == place(b)) {
+    for group in wanted.chunk_by(|a, b| location(a) == location(b)) {
         let before = readings.len();
         let (read, with_quality) = dump_instance(gauge, group, &mut |done| report(before + done, wanted.len()))?;
         readings.extend(read);
@@ -318,7 +318,7 @@ impl Dump {
         let (slot, index) = DEVICE_STATE;
         let idle = Value::Integer(DeviceState::Idle.code().into());
         self.readings.iter().any(|(named, reading)| {
-            let at = (named.parameter.place.slot, named.parameter.row.index);
+            let at = (named.parameter.location.slot, named.parameter.row.index);
             at == (slot, index) && reading.as_ref().is_ok_and(|reading| reading.value == idle)
         })
     }
@@ -436,8 +436,8 @@ impl SettingsFile {
             }
         }
         found.sort_by_key(|(named, _)| {
-            let place = named.parameter.place;
-            (write_rank(named), place.slot, place.instance, named.parameter.row.index)
+            let location = named.parameter.location;
+            (write_rank(named), location.slot, location.instance, named.parameter.row.index)
         });
         Ok(found)
     }
@@ -496,8 +496,8 @@ pub fn restore<R: Records>(gauge: &mut Gauge<R>, difference: Difference) -> Resu
             if is_kept {
                 return Ok(RestoreOutcome::Written { name: named.name, before: difference.current.text, after });
             }
-            let place = gauge.context(&named);
-            Ok(RestoreOutcome::Refused(ClientError::NotKept { place, written: text, found: after }))
+            let location = gauge.context(&named);
+            Ok(RestoreOutcome::Refused(ClientError::NotKept { location, written: text, found: after }))
         }
         Err(error) if error.kind() == ErrorKind::Line => Err(error),
         Err(error) => Ok(RestoreOutcome::Refused(error)),
@@ -524,7 +524,7 @@ mod tests {
 
     #[test]
     fn an_invalid_file_is_an_error_with_line_and_column() {
-        for (text, place) in [
+        for (text, location) in [
             (FILE.replace("zero\"", "zero"), "line 5, column "),
             (FILE.replace("\"zero\"", "3"), "line 5, column 23: "),
             (FILE.replace("ident", "idend"), "line 2, column 1: "),
@@ -532,7 +532,7 @@ mod tests {
             (FILE.replace("device = \"bcg450\"\n", ""), "line "),
         ] {
             let said = SettingsFile::parse(&text).unwrap_err().to_string();
-            assert!(said.starts_with(place) && !said.contains('\n'), "{said:?} instead of {place}");
+            assert!(said.starts_with(location) && !said.contains('\n'), "{said:?} instead of {location}");
         }
     }
 
@@ -599,10 +599,10 @@ mod tests {
     fn every_value_belongs_to_its_instance_while_another_master_moves_the_selector() {
         for every in [0, 40, 97] {
             for (named, reading) in dumped(every).unwrap().readings {
-                let place = named.parameter.place;
-                if let (1.., Ok(reading)) = (place.instance, reading) {
+                let location = named.parameter.location;
+                if let (1.., Ok(reading)) = (location.instance, reading) {
                     let is_selector = named.parameter.row.role == Some(Role::InstanceSelector);
-                    let of_instance = reading.octets.iter().all(|octet| *octet == place.instance);
+                    let of_instance = reading.octets.iter().all(|octet| *octet == location.instance);
                     assert!(is_selector || of_instance, "{named} {every}");
                 }
             }

@@ -108,13 +108,13 @@ pub struct VirtualDevice {
 }
 
 impl VirtualDevice {
-    /// A device in its environment, settled. `place` is the setting of its address switch.
+    /// A device in its environment, settled. `address` is the setting of its address switch.
     #[must_use]
-    pub fn new(unit: Box<dyn GaugeSlave>, place: u8, baud: Baud, around: impl Into<Environment>) -> Self {
+    pub fn new(unit: Box<dyn GaugeSlave>, address: u8, baud: Baud, around: impl Into<Environment>) -> Self {
         let around = around.into();
         let sensors = sensors(unit.device(), Sensor::ideal);
         let mut device = Self {
-            switch_address: place,
+            switch_address: address,
             slave: unit,
             powered: true,
             sensors,

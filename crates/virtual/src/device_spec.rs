@@ -226,10 +226,10 @@ impl FromStr for DeviceSpec {
             let [device, keys, address] = [device, keys, rest].map(str::to_owned);
             return Err(SpecError::KeysBeforeAddress { device, keys, address });
         }
-        let (place, keys) = rest.split_once(':').map_or((rest, None), |(place, keys)| (place, Some(keys)));
+        let (address, keys) = rest.split_once(':').map_or((rest, None), |(address, keys)| (address, Some(keys)));
         let entry = entry(device)?;
-        let place = parse_address(place)?;
-        let mut spec = Self { device: device.to_owned(), address: place, keys: Vec::new() };
+        let address = parse_address(address)?;
+        let mut spec = Self { device: device.to_owned(), address, keys: Vec::new() };
         for pair in keys.into_iter().flat_map(|keys| keys.split(',')) {
             let (key, value) = pair.split_once('=').ok_or_else(form)?;
             spec.add(entry, key, value)?;
@@ -320,8 +320,8 @@ impl DeviceSpec {
 /// # Errors
 /// [`SpecError::InvalidAddress`].
 pub fn parse_address(text: &str) -> Result<u8, SpecError> {
-    let place = text.parse().ok().filter(|place| *place <= MAX_ADDRESS);
-    place.ok_or_else(|| SpecError::InvalidAddress(text.to_owned()))
+    let address = text.parse().ok().filter(|address| *address <= MAX_ADDRESS);
+    address.ok_or_else(|| SpecError::InvalidAddress(text.to_owned()))
 }
 
 /// Checks that no two devices have the same address.

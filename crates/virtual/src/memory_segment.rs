@@ -267,11 +267,11 @@ mod tests {
     }
 
     fn segment_of(baud: Baud, change: impl Fn(VirtualDevice) -> VirtualDevice) -> MemorySegment {
-        let devices = [5, 6].map(|place| {
-            let spec: DeviceSpec = format!("bcg450@{place}").parse().unwrap();
+        let devices = [5, 6].map(|address| {
+            let spec: DeviceSpec = format!("bcg450@{address}").parse().unwrap();
             change(VirtualDevice::new(
                 spec.build(NonvolatileMemory::volatile(), baud).unwrap(),
-                place,
+                address,
                 baud,
                 conditions(1e-3),
             ))

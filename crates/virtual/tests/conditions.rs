@@ -81,7 +81,10 @@ fn a_zero_is_adjusted_in_vacuum_only() {
         [("pcg550", "cdg.zero-adjust"), ("pcg550", "pirani.zero-adjust"), ("img400", "channel.4/zero-adjust")]
     {
         let unmet = command(&mut executing(device, 1000.0), name);
-        assert!(matches!(unmet, Some(Unmet::WrongPressure { limit: PressureLimit::Below(_), .. })), "{name}: {unmet:?}");
+        assert!(
+            matches!(unmet, Some(Unmet::WrongPressure { limit: PressureLimit::Below(_), .. })),
+            "{name}: {unmet:?}"
+        );
         assert_eq!(command(&mut executing(device, 5e-6), name), None, "{device} {name}");
     }
 }

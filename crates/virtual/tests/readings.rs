@@ -157,7 +157,7 @@ fn every_dpv1_device_has_the_same_readings_over_ms2() {
         let names = gauge.names();
         let is_channel = |named: &&NamedParameter| {
             let parameter = named.parameter;
-            let is_part = model.parts.iter().any(|spec| spec.part.instance == parameter.place.slot);
+            let is_part = model.parts.iter().any(|spec| spec.part.instance == parameter.location.slot);
             parameter.row.role == Some(Role::ProcessValue) && is_part
         };
         if model.name == "img400" {

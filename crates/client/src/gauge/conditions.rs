@@ -85,7 +85,7 @@ pub(super) fn check<R: Records>(
     let (names, via) = (gauge.names(), gauge.records().via());
     for requirement in requirements(&names, named, code).into_iter().filter(|it| it.is_readable(via)) {
         if let (_, Some(unmet)) = requirement.evaluate(gauge)? {
-            return Err(ClientError::Condition { place: gauge.context(named), command: code.name, unmet });
+            return Err(ClientError::Condition { location: gauge.context(named), command: code.name, unmet });
         }
     }
     Ok(())
@@ -96,7 +96,7 @@ fn requirements<'a>(names: &'a ParameterNames, named: &'a NamedParameter, code: 
     let (slot, index) = DEVICE_STATE;
     let state = names.at(slot, 0, index);
     let transition = state.zip(event(named, code)).map(|(state, event)| Requirement::Transition(state, event));
-    let own = named.parameter.place.instance;
+    let own = named.parameter.location.instance;
     let parameter = |instance: Option<u8>, role| parameter_of_instance(names, named, instance.unwrap_or(own), role);
     let preconditions =
         code.preconditions.iter().filter_map(|precondition| match *precondition {
@@ -117,7 +117,7 @@ fn requirements<'a>(names: &'a ParameterNames, named: &'a NamedParameter, code: 
 /// The event of the state diagram that a code of Device Block State Command triggers.
 fn event(named: &NamedParameter, code: &'static Code) -> Option<StateEvent> {
     let row = named.parameter.row;
-    let is_state_command = (named.parameter.place.slot, row.index) == STATE_COMMAND;
+    let is_state_command = (named.parameter.location.slot, row.index) == STATE_COMMAND;
     let number = u8::try_from(code.number).ok().filter(|_| is_state_command && matches!(row.codes, Codes::Commands(_)));
     StateEvent::of_command(number?).ok().flatten()
 }
@@ -129,10 +129,10 @@ fn parameter_of_instance<'a>(
     instance: u8,
     role: Role,
 ) -> Option<&'a NamedParameter> {
-    let slot = named.parameter.place.slot;
+    let slot = named.parameter.location.slot;
     names.all().iter().find(|other| {
-        let place = other.parameter.place;
-        (place.slot, place.instance) == (slot, instance) && other.parameter.row.role == Some(role)
+        let location = other.parameter.location;
+        (location.slot, location.instance) == (slot, instance) && other.parameter.row.role == Some(role)
     })
 }
 

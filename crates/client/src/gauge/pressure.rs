@@ -46,7 +46,7 @@ impl<R: Records> Gauge<R> {
         let is_value = |named: &&NamedParameter| {
             has_role(named, Role::ProcessValue)
                 && model.parts.iter().any(|spec| spec.part.instance == instance_of(named))
-                && (active == 0 || named.parameter.place.instance == active)
+                && (active == 0 || named.parameter.location.instance == active)
         };
         for value in names.all().iter().filter(is_value) {
             let reading = self.reading_of(value, one_of_n)?;
@@ -197,8 +197,8 @@ impl<R: Records> Gauge<R> {
 
 /// The number of the measuring part or channel of a parameter.
 const fn instance_of(named: &NamedParameter) -> u8 {
-    let place = named.parameter.place;
-    if place.instance > 0 { place.instance } else { place.slot }
+    let location = named.parameter.location;
+    if location.instance > 0 { location.instance } else { location.slot }
 }
 
 fn has_role(named: &NamedParameter, role: Role) -> bool {

@@ -25,8 +25,8 @@ impl ValueFormat<'_> {
 
     /// The measuring range in the present unit of the device; for a difference of pressures from 0 to the highest pressure.
     fn range_in_unit(&self) -> Option<RangeInclusive<f64>> {
-        let (unit, place) = (self.unit?, self.named.parameter.place);
-        let range = self.model.measuring_range_at(place)?;
+        let (unit, location) = (self.unit?, self.named.parameter.location);
+        let range = self.model.measuring_range_at(location)?;
         let is_difference = self.row().role == Some(Role::PressureDifference);
         let format = self.pressure_format(unit)?;
         let lowest = if is_difference { 0.0 } else { format.number_from_pa(range.lowest_pa) };
@@ -120,7 +120,7 @@ pub(crate) fn pressure_format(
     let counts = match unit.scale {
         Scale::PerMbar(_) => Counts::Linear { per_mbar: 1.0 },
         Scale::Counts if is_difference => return None,
-        Scale::Counts => model.counts_at(named.parameter.place)?,
+        Scale::Counts => model.counts_at(named.parameter.location)?,
     };
     Some(PressureFormat { unit, number, counts, max_integer: u16::MAX })
 }

@@ -57,7 +57,7 @@ pub fn tables(model: &Model) -> String {
         ("User parameters", user_prm(model)),
         ("Units", units(model)),
         ("Measuring parts", ranges(model)),
-        ("Blocks", model.blocks.iter().filter(|place| !place.locations.is_empty()).map(block).collect()),
+        ("Blocks", model.blocks.iter().filter(|placed| !placed.locations.is_empty()).map(block).collect()),
         ("Parameter channel", channel(model.channel_rules)),
         ("Refusals", refusals(model)),
         ("Faults", faults(model)),
@@ -170,12 +170,12 @@ fn ranges(model: &Model) -> String {
     )
 }
 
-fn block(place: &PlacedBlock) -> String {
-    let block_type = place.block.block_type.map_or(String::new(), |number| format!(", block type {number}"));
+fn block(placed: &PlacedBlock) -> String {
+    let block_type = placed.block.block_type.map_or(String::new(), |number| format!(", block type {number}"));
     let head = ["ID", "Name", "Type", "Octets", "Access", "Store", "Section"];
-    let rows = table(&head, place.block.rows.iter().map(row));
-    let addresses = table(&["Slot", "Instance", "Of"], place.locations.iter().map(words::address));
-    format!("### {}{block_type}\n\n{addresses}\n{rows}\n", place.block.name)
+    let rows = table(&head, placed.block.rows.iter().map(row));
+    let addresses = table(&["Slot", "Instance", "Of"], placed.locations.iter().map(words::address));
+    format!("### {}{block_type}\n\n{addresses}\n{rows}\n", placed.block.name)
 }
 
 fn row(row: &Row) -> Vec<String> {
