@@ -150,9 +150,12 @@ pub struct Ms2<'a, L: Ms2Line = BusSession> {
     connection: Option<Handle<Connect>>,
     /// The connection whose opening has no outcome yet; a cancellation may end the wait for it.
     opening: Option<Handle<Connect>>,
-    /// Takes the outcome of a request that was given up at a cancellation; false while there is none.
-    abandoned: Option<Box<dyn Fn(&mut BusMaster) -> bool + Send>>,
+    /// A request that was given up at a cancellation.
+    abandoned: Option<TakeOutcome>,
 }
+
+/// Takes the outcome of one request from the master. Returns false while there is none.
+type TakeOutcome = Box<dyn Fn(&mut BusMaster) -> bool + Send>;
 
 impl<L: Ms2Line> Drop for Ms2<'_, L> {
     /// A slave keeps an abandoned connection for seconds and has few of them.

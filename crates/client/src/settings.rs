@@ -239,8 +239,10 @@ fn dump_instance<R: Records>(
                     reading => readings.push(((*named).clone(), reading)),
                 }
             }
-            // While the slot still shows this instance.
-            for named in group.iter().filter(|named| named.parameter.row.role == Some(Role::ProcessValue)) {
+            // Before anything else is read, which may move the selector back.
+            let is_selected = gauge.is_still_selected(last)?;
+            let is_pressure = |named: &&&NamedParameter| named.parameter.row.role == Some(Role::ProcessValue);
+            for named in group.iter().filter(|_| is_selected).filter(is_pressure) {
                 match gauge.pressure_of(named) {
                     Err(error) if error.kind() == ErrorKind::Line => return Err(error),
                     // The value has an error too, or this service does not read its status.
@@ -248,8 +250,7 @@ fn dump_instance<R: Records>(
                     Ok(pressure) => pressures.push((named.name.clone(), pressure)),
                 }
             }
-            // Before the unit is read again, which may move the selector.
-            Ok(((readings, pressures), gauge.is_still_selected(last)?))
+            Ok(((readings, pressures), is_selected))
         })?;
         if is_selected && has_unit {
             return Ok(readings);

@@ -8,7 +8,7 @@ use crate::error::ClientError;
 use crate::names::NamedParameter;
 use crate::records::Records;
 use crate::values::{Value, pressure_format};
-use profivac_devices::model::{Field, MeasuringRange, Model, NumberType, Role};
+use profivac_devices::model::{DataType, Field, MeasuringRange, Model, NumberType, Role};
 use profivac_devices::profile::{ExceptionStatus, StatusExtension};
 use profivac_devices::reading::is_pressure;
 
@@ -164,14 +164,21 @@ impl<R: Records> Gauge<R> {
                 Err(error) => return Err(error),
             }
         }
-        if unranged_instances(self.model).contains(&instance) {
-            let lowest_pa = self.range_end(value, Role::Underrange)?;
-            let highest_pa = self.range_end(value, Role::Overrange)?;
-            if let (Some(lowest_pa), Some(highest_pa)) = (lowest_pa, highest_pa) {
-                reported = reported.with_range(instance, MeasuringRange { lowest_pa, highest_pa });
-            }
+        Ok(match self.reported_range(value)? {
+            Some(range) => reported.with_range(instance, range),
+            None => reported,
+        })
+    }
+
+    /// The range that the channel of a pressure reports, where different gauges may be connected. `None` elsewhere.
+    pub(super) fn reported_range(&mut self, named: &NamedParameter) -> Result<Option<MeasuringRange>, ClientError> {
+        let is_pressure = named.parameter.row.data_type == DataType::ByType;
+        if !is_pressure || !unranged_instances(self.model).contains(&instance_of(named)) {
+            return Ok(None);
         }
-        Ok(reported)
+        let lowest_pa = self.range_end(named, Role::Underrange)?;
+        let highest_pa = self.range_end(named, Role::Overrange)?;
+        Ok(lowest_pa.zip(highest_pa).map(|(lowest_pa, highest_pa)| MeasuringRange { lowest_pa, highest_pa }))
     }
 
     /// The end of the range that the channel of a Process Value reports. `None` if it reports none.

@@ -173,7 +173,11 @@ impl<R: Records> Gauge<R> {
         let format = ValueFormat { named, model: self.model, unit };
         let octets = encode(self, &format, number)?;
         let value = self.decode(named, Operation::Write, &octets)?;
-        let (text, beyond_range) = (format.format(&value), format.beyond_range(&value));
+        let text = format.format(&value);
+        let beyond_range = match self.reported_range(named)? {
+            Some(range) => format.beyond_reported_range(&value, range),
+            None => format.beyond_range(&value),
+        };
         let code = code_of(row, &value);
         Ok(PreparedWrite { named: named.clone(), octets, text, code, before, beyond_range, unit })
     }

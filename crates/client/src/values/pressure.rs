@@ -2,7 +2,7 @@
 
 use super::{BeyondRange, Value, ValueFormat, ValueProblem};
 use crate::names::NamedParameter;
-use profivac_devices::model::{Counts, DataType, Model, NumberType, PressureFormat, Role, Scale, Unit};
+use profivac_devices::model::{Counts, DataType, MeasuringRange, Model, NumberType, PressureFormat, Role, Scale, Unit};
 use std::ops::RangeInclusive;
 
 /// The limits of a measuring range also belong to it after a conversion to a 32-bit float of another unit, and a number that is
@@ -15,8 +15,17 @@ impl ValueFormat<'_> {
     /// outside.
     #[must_use]
     pub fn beyond_range(&self, value: &Value) -> Option<BeyondRange> {
+        self.beyond(value, self.range_in_unit()?)
+    }
+
+    /// The same with the range that the device reports for this location.
+    pub(crate) fn beyond_reported_range(&self, value: &Value, range: MeasuringRange) -> Option<BeyondRange> {
+        let format = self.pressure_format(self.unit?)?;
+        self.beyond(value, format.number_from_pa(range.lowest_pa)..=format.number_from_pa(range.highest_pa))
+    }
+
+    fn beyond(&self, value: &Value, range: RangeInclusive<f64>) -> Option<BeyondRange> {
         let (Value::Number(number), DataType::ByType) = (value, self.row().data_type) else { return None };
-        let range = self.range_in_unit()?;
         let (lowest, highest) = (*range.start(), *range.end());
         let is_inside = *number == 0.0 || (lowest * (1.0 - SLACK)..=highest * (1.0 + SLACK)).contains(number);
         let text = |number: f64| self.format(&Value::Number(number));
