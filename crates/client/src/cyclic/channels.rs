@@ -22,7 +22,7 @@ pub(crate) const BLOCK_TYPE: u8 = 101;
 /// No controller has more channels that its tables leave open.
 const MAX_CHANNELS: usize = 4;
 
-/// What a device reports of the channels that its tables leave open: the principle and the range of the connected gauge.
+/// The principles and ranges that a device reports of the channels that its tables leave open.
 ///
 /// ```
 /// use profivac_client::cyclic::{ReportedChannels, open_instances};
@@ -37,7 +37,7 @@ const MAX_CHANNELS: usize = 4;
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ReportedChannels([ReportedChannel; MAX_CHANNELS]);
 
-/// What a device reports of a channel.
+/// The principle and the range that a device reports of a channel.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct ReportedChannel {
     /// The channel; 0 for an entry that is free.
