@@ -7,6 +7,9 @@ use crate::list::{matches_target, tree};
 use crate::output::{Progress, json, notice, out};
 use crate::read::Row;
 use clap::Args;
+use profivac_client::ParameterReading;
+use profivac_client::cyclic::ChannelValue;
+use profivac_client::names::NamedParameter;
 use profivac_client::settings::{Dump, dump_with_progress, is_setting};
 use serde::Serialize;
 use std::fs;
@@ -84,7 +87,7 @@ fn print(arguments: &Arguments, dump: &Dump) {
         dump.readings.iter().filter(|(named, _)| matches_target(named, arguments.target.as_deref())).collect();
     if arguments.json {
         let lines = selected.iter().map(|(named, reading)| DumpRow {
-            row: reading.as_ref().ok().map(Row::of),
+            row: reading.as_ref().ok().map(|reading| row(dump, named, reading)),
             unread: reading.is_err().then(|| named.name.clone()),
             setting: is_setting(named),
             error: reading.as_ref().err().map(advice::sentence),
@@ -94,11 +97,17 @@ fn print(arguments: &Arguments, dump: &Dump) {
     }
     let heading = format!("{} at address {}", dump.device, arguments.options.address);
     let names: Vec<_> = selected.iter().map(|(named, _)| named).collect();
-    let mut readings = selected.iter().map(|(_, reading)| match reading {
-        Ok(reading) => reading.text.clone(),
+    let mut readings = selected.iter().map(|(named, reading)| match reading {
+        Ok(reading) => row(dump, named, reading).value_text(),
         Err(error) => format!("- {}", advice::sentence(error)),
     });
     out(&tree(&heading, &names, |_| readings.next().unwrap_or_default()));
+}
+
+/// A reading; of a Process Value with its validity.
+fn row(dump: &Dump, named: &NamedParameter, reading: &ParameterReading) -> Row {
+    let valid = dump.pressures.get(&named.name).map(ChannelValue::is_valid);
+    Row { valid, reason: dump.invalid_reason(named), ..Row::of(reading) }
 }
 
 /// An existing file may be the only memory of a gauge that was replaced. A device or a pipe is no such file.

@@ -45,7 +45,8 @@ struct Row<'a> {
     slot: u8,
     instance: u8,
     index: u8,
-    place: &'static str,
+    #[serde(rename = "place")]
+    location: &'static str,
     block: &'static str,
     /// The name as printed in the manual.
     printed: &'static str,
@@ -103,18 +104,18 @@ pub fn matches_target(named: &NamedParameter, target: Option<&str>) -> bool {
     })
 }
 
-/// A heading, a line for each place and block, and one for each parameter with the text of `facts`.
+/// A heading, a line for each location and block, and one for each parameter with the text of `facts`.
 pub fn tree(heading: &str, parameters: &[&NamedParameter], mut facts: impl FnMut(&NamedParameter) -> String) -> String {
     let width = parameters.iter().map(|named| named.name.len()).max().unwrap_or_default();
     let mut text = heading.to_owned();
     let mut last = None;
     for named in parameters {
         let parameter = named.parameter;
-        let place = (parameter.place.slot, parameter.place.instance, parameter.block.name);
-        if last.replace(place) != Some(place) {
-            let (slot, instance, block) = place;
+        let location = (parameter.location.slot, parameter.location.instance, parameter.block.name);
+        if last.replace(location) != Some(location) {
+            let (slot, instance, block) = location;
             let instance = if instance > 0 { format!(", instance {instance}") } else { String::new() };
-            text.push_str(&format!("\n\nslot {slot}{instance}: {} - {block}", parameter.place.name));
+            text.push_str(&format!("\n\nslot {slot}{instance}: {} - {block}", parameter.location.name));
         }
         text.push_str(format!("\n  {:<8} {:<width$}  {}", parameter.numbers(), named.name, facts(named)).trim_end());
     }
@@ -137,6 +138,10 @@ fn code_names(named: &NamedParameter, model: &Model) -> String {
         Codes::Plain => String::new(),
         Codes::Version => "version: six digits and a letter".to_owned(),
         Codes::Range(low, high) => format!("{low} to {high}"),
+        Codes::PerMille(low, high) => {
+            let [low, high] = [*low, *high].map(|number| number as f64 / 10.0);
+            format!("{low} % to {high} %")
+        }
         Codes::Names(_) => list(),
         Codes::Commands(codes) | Codes::BitCommands(codes) => {
             format!("commands: {}", codes.iter().map(|code| code.name).collect::<Vec<_>>().join(", "))
@@ -164,10 +169,10 @@ fn row<'a>(named: &'a NamedParameter, model: &'static Model) -> Row<'a> {
     };
     Row {
         name: &named.name,
-        slot: parameter.place.slot,
-        instance: parameter.place.instance,
+        slot: parameter.location.slot,
+        instance: parameter.location.instance,
         index: row.index,
-        place: parameter.place.name,
+        location: parameter.location.name,
         block: parameter.block.name,
         printed: row.name,
         data_type: row.data_type.to_string(),

@@ -7,6 +7,7 @@ use crate::output::{json, notice, out};
 use clap::Args;
 use profivac_client::cyclic::ChannelValue;
 use profivac_client::names::{NamedParameter, Target};
+use profivac_client::settings::IN_IDLE;
 use profivac_client::values::{Value, hex};
 use profivac_client::{ClientError, ErrorKind, ParameterReading};
 use profivac_devices::model::Role;
@@ -64,8 +65,8 @@ impl Row {
         let parameter = reading.named.parameter;
         Self {
             name: Some(reading.named.name.clone()),
-            slot: parameter.place.slot,
-            instance: parameter.place.instance,
+            slot: parameter.location.slot,
+            instance: parameter.location.instance,
             index: parameter.row.index,
             value: value(&reading.value),
             text: reading.text.clone(),
@@ -77,7 +78,7 @@ impl Row {
     }
 
     /// The value, and on the same line why it is no pressure: a script may read standard output alone.
-    fn value_text(&self) -> String {
+    pub fn value_text(&self) -> String {
         let reason = self.reason.as_ref().map(|reason| format!("  (not valid: {reason})"));
         self.text.clone() + &reason.unwrap_or_default()
     }
@@ -151,7 +152,7 @@ fn read(gauge: &mut AnyGauge<'_>, target: &str) -> Result<Row, ClientError> {
             let valid = pressure.map(|pressure| pressure.is_valid());
             let reason = pressure.filter(|pressure| !pressure.is_valid()).map(|pressure| {
                 // In IDLE the status bits of the reading mean nothing.
-                if is_idle(gauge) { "the gauge is in IDLE".to_owned() } else { pressure.text() }
+                if is_idle(gauge) { IN_IDLE.to_owned() } else { pressure.text() }
             });
             Ok(Row { valid, reason, ..Row::of(&reading) })
         }

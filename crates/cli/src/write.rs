@@ -90,8 +90,8 @@ fn change(written: &WriteResult) -> Change {
     let parameter = written.named.parameter;
     Change {
         name: written.named.name.clone(),
-        slot: parameter.place.slot,
-        instance: parameter.place.instance,
+        slot: parameter.location.slot,
+        instance: parameter.location.instance,
         index: parameter.row.index,
         written: written.text.clone(),
         before: written.before.as_ref().map(Row::of),

@@ -2,36 +2,19 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
 
+#[path = "../../client/tests/support/block_on.rs"]
+mod block_on;
 mod common;
 
+use block_on::block_on;
 use common::Program;
 use profivac_client::{AsyncBus, Bus, ErrorKind, ms2};
-use std::pin::pin;
-use std::sync::Arc;
-use std::task::{Context, Poll, Wake, Waker};
-use std::thread::{self, Thread};
+use std::task::{Context, Waker};
+use std::thread;
 use std::time::Duration;
 
 fn bus(simulation: &Program, timeout: Duration) -> AsyncBus {
     Bus::builder(format!("tcp://{}", simulation.ready())).timeout(timeout).open_async().unwrap()
-}
-
-/// A waker that unparks this thread.
-fn block_on<T>(future: impl Future<Output = T>) -> T {
-    struct Unpark(Thread);
-    impl Wake for Unpark {
-        fn wake(self: Arc<Self>) {
-            self.0.unpark();
-        }
-    }
-    let waker = Waker::from(Arc::new(Unpark(thread::current())));
-    let (mut context, mut future) = (Context::from_waker(&waker), pin!(future));
-    loop {
-        match future.as_mut().poll(&mut context) {
-            Poll::Ready(value) => return value,
-            Poll::Pending => thread::park(),
-        }
-    }
 }
 
 #[test]

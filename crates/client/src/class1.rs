@@ -288,13 +288,13 @@ fn octets(value: pkw::Value) -> Vec<u8> {
 /// Data Type, read over MS2: a configuration with another number type would change it. `None` for a device that has no such
 /// parameter or refuses it; a lost answer is an error, not a guess.
 fn present_number(session: &mut BusSession, slave: &CyclicSlave) -> Result<Option<NumberType>, RecordError> {
-    let mut places = slave.model.blocks.iter().filter(|_| slave.model.features.dpv1);
-    let found = places.find_map(|place| {
-        let row = place.block.rows.iter().find(|row| row.role == Some(Role::NumberType))?;
-        Some(((place.locations.first()?.slot, row.index), row.data_type))
+    let mut locations = slave.model.blocks.iter().filter(|_| slave.model.features.dpv1);
+    let found = locations.find_map(|placed| {
+        let row = placed.block.rows.iter().find(|row| row.role == Some(Role::NumberType))?;
+        Some(((placed.locations.first()?.slot, row.index), row.data_type))
     });
-    let Some((place, data_type)) = found else { return Ok(None) };
-    let code = match read_code(&mut Ms2::new(session, slave.address), place, data_type) {
+    let Some((location, data_type)) = found else { return Ok(None) };
+    let code = match read_code(&mut Ms2::new(session, slave.address), location, data_type) {
         Err(RecordError::Refused(_)) => None,
         code => code?,
     };
@@ -366,6 +366,10 @@ impl Records for Class1Session<'_> {
 
     fn take_unrestored(&mut self) -> Option<UnrestoredRecord> {
         self.session.take_unrestored(self.address)
+    }
+
+    fn set_restoring(&mut self, is_restoring: bool) {
+        self.session.set_restoring(is_restoring);
     }
 }
 

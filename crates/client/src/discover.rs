@@ -1,12 +1,16 @@
 //! Finds out how to exchange data with a slave: its model, its configuration, its unit, the gauges on its channels.
 
 use crate::class1::Class1Session;
-use crate::cyclic::{BLOCK_TYPE, ChannelPrinciples, CyclicSlave, open_instances};
+use crate::cyclic::{BLOCK_TYPE, CyclicSlave, ReportedChannels, open_instances, unranged_instances};
 use crate::error::ClientError;
 use crate::identify;
 use crate::ms2::{Ms2, Ms2Error};
 use crate::records::{Interruption, RecordError, read_code};
-use profivac_devices::model::{AccessPath, Codes, Configuration, DataType, Field, Model, Unit};
+use profivac_devices::model::{
+    AccessPath, Codes, Configuration, Counts, DataType, Field, MeasuringRange, Model, NumberType, PressureFormat, Role,
+    Unit,
+};
+use profivac_devices::reading::is_pressure;
 use profivac_dp::master::services;
 use profivac_host::session::{BusSession, Reply, SessionError};
 
@@ -79,14 +83,19 @@ impl CyclicSlave {
         let configuration = present_configuration(session, address, model)?;
         // Assumed until it is read: a device whose user parameters have no unit keeps its own.
         let unit = model.units.first().ok_or(CyclicError::NoUnit(address))?;
-        let found = Self { address, model, configuration, unit, principles: ChannelPrinciples::default() };
+        let found = Self { address, model, configuration, unit, channels: ReportedChannels::default() };
         let unit = present_unit(session, &found)?;
-        Ok(Self { unit, principles: read_principles(session, address, model)?, ..found })
+        Ok(Self { unit, channels: read_channels(session, address, model, unit)?, ..found })
     }
 }
 
-/// The principles of the channels that the tables leave open, as far as the device reports them.
-fn read_principles(session: &mut BusSession, address: u8, model: &Model) -> Result<ChannelPrinciples, SessionError> {
+/// The principles and ranges of the channels that the tables leave open, as far as the device reports them.
+fn read_channels(
+    session: &mut BusSession,
+    address: u8,
+    model: &'static Model,
+    unit: &'static Unit,
+) -> Result<ReportedChannels, SessionError> {
     let mut block_types = Vec::new();
     let mut connection = Ms2::new(session, address);
     for instance in open_instances(model) {
@@ -96,7 +105,46 @@ fn read_principles(session: &mut BusSession, address: u8, model: &Model) -> Resu
             Err(_) => {}
         }
     }
-    Ok(ChannelPrinciples::from_block_types(block_types.iter().map(|(instance, octets)| (*instance, octets.as_slice()))))
+    let block_types = block_types.iter().map(|(instance, octets)| (*instance, octets.as_slice()));
+    let mut channels = ReportedChannels::from_block_types(block_types);
+    for instance in unranged_instances(model) {
+        let mut ends = [None; 2];
+        for (end, role) in ends.iter_mut().zip([Role::Underrange, Role::Overrange]) {
+            let Some(end_format) = range_end(model, instance, role) else { continue };
+            match connection.read(instance, end_format.index) {
+                Ok(octets) => *end = end_format.pa(unit, &octets),
+                Err(Ms2Error::Session(error)) => return Err(error),
+                Err(_) => {}
+            }
+        }
+        if let [Some(lowest_pa), Some(highest_pa)] = ends {
+            channels = channels.with_range(instance, MeasuringRange { lowest_pa, highest_pa });
+        }
+    }
+    Ok(channels)
+}
+
+/// The parameter that reports an end of the range of a channel.
+struct RangeEnd {
+    index: u8,
+    counts: Counts,
+}
+
+impl RangeEnd {
+    /// The pressure in Pa. `None` if the octets are none.
+    fn pa(&self, unit: &'static Unit, octets: &[u8]) -> Option<f64> {
+        let number = if octets.len() == 2 { NumberType::Integer } else { NumberType::Float };
+        let format = PressureFormat { unit, number, counts: self.counts, max_integer: u16::MAX };
+        format.decode(octets).filter(|pa| is_pressure(*pa))
+    }
+}
+
+/// The parameter with this role in the slot of a channel.
+fn range_end(model: &Model, channel: u8, role: Role) -> Option<RangeEnd> {
+    let counts = model.parts.iter().find(|spec| spec.part.instance == channel)?.counts;
+    let placed = model.blocks.iter().filter(|placed| placed.locations.iter().any(|it| it.slot == channel));
+    let row = placed.flat_map(|placed| placed.block.rows).find(|row| row.role == Some(role))?;
+    Some(RangeEnd { index: row.index, counts })
 }
 
 /// The present configuration, or else one without outputs that declares the validity of its pressures.
@@ -128,21 +176,21 @@ fn present_unit(session: &mut BusSession, slave: &CyclicSlave) -> Result<&'stati
     let CyclicSlave { address, model, .. } = *slave;
     let unreadable = |error: RecordError| CyclicError::UnreadableUnit { address, error };
     let unknown = || unreadable(RecordError::from(Interruption::UnknownUnit));
-    let (place, data_type) = unit_address(model).ok_or_else(unknown)?;
+    let (location, data_type) = unit_address(model).ok_or_else(unknown)?;
     let code = if model.features.dpv1 {
-        read_code(&mut Ms2::new(session, address), place, data_type)
+        read_code(&mut Ms2::new(session, address), location, data_type)
     } else {
         let mut records = Class1Session::open(session, slave, AccessPath::ParameterChannel).map_err(unreadable)?;
-        read_code(&mut records, place, data_type)
+        read_code(&mut records, location, data_type)
     };
     code.map_err(unreadable)?.and_then(|code| model.unit(code)).ok_or_else(unknown)
 }
 
 /// Slot, index and data type of the unit.
 fn unit_address(model: &Model) -> Option<((u8, u8), DataType)> {
-    model.blocks.iter().find_map(|place| {
-        let row = place.block.rows.iter().find(|row| row.codes == Codes::Units)?;
-        let address = place.locations.first()?;
+    model.blocks.iter().find_map(|placed| {
+        let row = placed.block.rows.iter().find(|row| row.codes == Codes::Units)?;
+        let address = placed.locations.first()?;
         Some(((address.slot, row.index), row.data_type))
     })
 }

@@ -68,44 +68,44 @@ pub enum ClientError {
     #[error(transparent)]
     Target(#[from] TargetError),
     /// The parameter does not accept the value.
-    #[error("{place}: {error}")]
+    #[error("{location}: {error}")]
     Value {
         /// The parameter.
-        place: ParameterContext,
+        location: ParameterContext,
         /// The accepted values.
         error: Box<ValueError>,
     },
     /// The pressure is outside the measuring range of the gauge. It was not sent.
-    #[error("{place}: {error}")]
+    #[error("{location}: {error}")]
     BeyondRange {
         /// The parameter.
-        place: ParameterContext,
+        location: ParameterContext,
         /// The pressure and the range.
         error: Box<BeyondRange>,
     },
     /// The table does not allow the access.
-    #[error("{place}: {reason}")]
+    #[error("{location}: {reason}")]
     Access {
         /// The parameter.
-        place: ParameterContext,
+        location: ParameterContext,
         /// The reason.
         reason: AccessReason,
     },
     /// A condition of a command is not met. The command was not sent.
-    #[error("{place}: {command} was not sent: {unmet}")]
+    #[error("{location}: {command} was not sent: {unmet}")]
     Condition {
         /// The parameter.
-        place: ParameterContext,
+        location: ParameterContext,
         /// The command.
         command: &'static str,
         /// The condition.
         unmet: Unmet,
     },
     /// The slave refused.
-    #[error("{place}: {doing} was refused with {refused}{}", advice_text(advice))]
+    #[error("{location}: {doing} was refused with {refused}{}", advice_text(advice))]
     Refused {
         /// The parameter.
-        place: ParameterContext,
+        location: ParameterContext,
         /// The operation.
         doing: Operation,
         /// The codes of the slave.
@@ -114,10 +114,10 @@ pub enum ClientError {
         advice: Option<Advice>,
     },
     /// The slave answered with a record that is no value of the parameter.
-    #[error("{place}: {doing} gave no value: {error}")]
+    #[error("{location}: {doing} gave no value: {error}")]
     Malformed {
         /// The parameter.
-        place: ParameterContext,
+        location: ParameterContext,
         /// The operation.
         doing: Operation,
         /// The number of octets.
@@ -134,40 +134,40 @@ pub enum ClientError {
         reason: Unavailable,
     },
     /// No usable answer arrived.
-    #[error("{place}: {doing} was cut short: {reason}{}", if *doing == Operation::Write { "; it may have been written, read it" } else { "" })]
+    #[error("{location}: {doing} was cut short: {reason}{}", if *doing == Operation::Write { "; it may have been written, read it" } else { "" })]
     Interrupted {
         /// The parameter.
-        place: ParameterContext,
+        location: ParameterContext,
         /// The operation.
         doing: Operation,
         /// The reason.
         reason: Interruption,
     },
     /// A typed parameter cannot be used.
-    #[error("{place}: {error}")]
+    #[error("{location}: {error}")]
     Typed {
         /// The parameter.
-        place: ParameterContext,
+        location: ParameterContext,
         /// The reason.
         error: TypedError,
     },
     /// The unit of the gauge has changed since the value was checked. The value was not sent.
     #[error(
-        "{place}: not written: the unit of the gauge was {prepared} when the value was checked and is {present} now; try again"
+        "{location}: not written: the unit of the gauge was {prepared} when the value was checked and is {present} now; try again"
     )]
     UnitChanged {
         /// The parameter.
-        place: ParameterContext,
+        location: ParameterContext,
         /// The unit of the value.
         prepared: &'static str,
         /// The present unit.
         present: &'static str,
     },
     /// The parameter does not have the value that was written.
-    #[error("{place}: {written} was written, but it reads {found}")]
+    #[error("{location}: {written} was written, but it reads {found}")]
     NotKept {
         /// The parameter.
-        place: ParameterContext,
+        location: ParameterContext,
         /// The written value.
         written: String,
         /// The value that was read back.
@@ -275,24 +275,78 @@ pub enum Unmet {
     },
     /// The emission must be on.
     EmissionOff,
-    /// No degas must run.
-    Degassing,
-    /// A pressure must be below a limit.
-    PressureTooHigh {
+    /// A degas runs already.
+    DegasRuns,
+    /// A pressure is on the wrong side of a limit.
+    WrongPressure {
         /// The process value.
         parameter: String,
         /// The pressure.
-        pa: f64,
+        found: FoundPressure,
         /// The limit.
-        limit_pa: f64,
+        limit: PressureLimit,
     },
-    /// A pressure must be below a limit and is not valid.
+    /// A pressure must be on one side of a limit and is not valid.
     NoPressure {
         /// The process value.
         parameter: String,
         /// The limit.
-        limit_pa: f64,
+        limit: PressureLimit,
     },
+}
+
+/// The side of a limit in Pa on which a pressure must be.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum PressureLimit {
+    /// Below it.
+    Below(f64),
+    /// Above it.
+    Above(f64),
+}
+
+/// A pressure in Pa as a gauge shows it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum FoundPressure {
+    /// The pressure.
+    At(f64),
+    /// Below the range of the gauge, which begins here.
+    Below(f64),
+    /// Above the range of the gauge, which ends here.
+    Above(f64),
+}
+
+impl fmt::Display for PressureLimit {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Below(pa) => write!(f, "below {}", mbar(*pa)),
+            Self::Above(pa) => write!(f, "above {}", mbar(*pa)),
+        }
+    }
+}
+
+impl fmt::Display for FoundPressure {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::At(pa) => f.write_str(&mbar(*pa)),
+            Self::Below(pa) => write!(f, "below {}", mbar(*pa)),
+            Self::Above(pa) => write!(f, "above {}", mbar(*pa)),
+        }
+    }
+}
+
+impl PressureLimit {
+    /// Whether a pressure is on the required side. A gauge that is out of range bounds the pressure. `None` if that does not
+    /// tell the side.
+    pub(crate) fn is_met_by(self, found: FoundPressure) -> Option<bool> {
+        match (self, found) {
+            (Self::Below(limit), FoundPressure::At(pa)) => Some(pa < limit),
+            (Self::Above(limit), FoundPressure::At(pa)) => Some(pa > limit),
+            (Self::Below(limit), FoundPressure::Below(end)) => (end <= limit).then_some(true),
+            (Self::Above(limit), FoundPressure::Below(end)) => (end <= limit).then_some(false),
+            (Self::Below(limit), FoundPressure::Above(end)) => (end >= limit).then_some(false),
+            (Self::Above(limit), FoundPressure::Above(end)) => (end >= limit).then_some(true),
+        }
+    }
 }
 
 impl fmt::Display for Unmet {
@@ -306,13 +360,15 @@ impl fmt::Display for Unmet {
                 write!(f, "the gauge is in {} and must be in EXECUTING; write execute first", state_name(*found))
             }
             Self::EmissionOff => f.write_str("the emission is off; it must be on"),
-            Self::Degassing => f.write_str("a degas runs already; wait for its end, or send degas-off"),
-            Self::PressureTooHigh { parameter, pa, limit_pa } => {
-                write!(f, "{parameter} is {} and must be below {}; pump down first", mbar(*pa), mbar(*limit_pa))
+            Self::DegasRuns => f.write_str("a degas runs; it ends by itself, or write degas off"),
+            Self::WrongPressure { parameter, found, limit } => {
+                let advice = match limit {
+                    PressureLimit::Below(_) => "pump down first",
+                    PressureLimit::Above(_) => "vent first",
+                };
+                write!(f, "{parameter} is {found} and must be {limit}; {advice}")
             }
-            Self::NoPressure { parameter, limit_pa } => {
-                write!(f, "{parameter} is not valid now, and must be below {}", mbar(*limit_pa))
-            }
+            Self::NoPressure { parameter, limit } => write!(f, "{parameter} is not valid now, and must be {limit}"),
         }
     }
 }
@@ -446,17 +502,19 @@ impl ClientError {
     pub(super) fn from_record(
         error: RecordError,
         doing: Operation,
-        place: ParameterContext,
+        location: ParameterContext,
         named: Option<&NamedParameter>,
     ) -> Self {
         match error {
             RecordError::Session(error) => Self::Session(error),
-            RecordError::Refused(refused) => Self::Refused { advice: advice(&refused, named), place, doing, refused },
-            RecordError::Unavailable(reason) => {
-                Self::Unavailable { device: place.device, address: place.address, reason }
+            RecordError::Refused(refused) => {
+                Self::Refused { advice: advice(&refused, named), location, doing, refused }
             }
-            RecordError::Interrupted(reason) => Self::Interrupted { place, doing, reason },
-            RecordError::Malformed(error) => Self::Malformed { place, doing, error },
+            RecordError::Unavailable(reason) => {
+                Self::Unavailable { device: location.device, address: location.address, reason }
+            }
+            RecordError::Interrupted(reason) => Self::Interrupted { location, doing, reason },
+            RecordError::Malformed(error) => Self::Malformed { location, doing, error },
         }
     }
 }

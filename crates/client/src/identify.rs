@@ -61,16 +61,16 @@ pub fn model(ident: u16, address: u8, records: &mut impl Records) -> Result<&'st
     if variants.is_empty() {
         return Ok(first);
     }
-    let Some((place, data_type)) = device_configuration(first) else { return Ok(first) };
-    let text = match read_value(records, place, data_type) {
+    let Some((location, data_type)) = device_configuration(first) else { return Ok(first) };
+    let text = match read_value(records, location, data_type) {
         Ok(Value::Text(text)) => text,
         // A device that refuses its configuration is taken for the first model: the tables differ only in the fitted parts.
         Ok(_) | Err(RecordError::Refused(_) | RecordError::Malformed(_)) => return Ok(first),
         // A lost answer is no reason for a guess: another model has other ranges and other names.
         Err(error) => {
-            let (slot, index) = place;
-            let place = ParameterContext { device: first.name, address, name: None, slot, instance: 0, index };
-            return Err(ClientError::from_record(error, Operation::Read, place, None));
+            let (slot, index) = location;
+            let location = ParameterContext { device: first.name, address, name: None, slot, instance: 0, index };
+            return Err(ClientError::from_record(error, Operation::Read, location, None));
         }
     };
     let best = variants.into_iter().max_by_key(|variant| similarity(&text, variant.configuration));
@@ -103,8 +103,8 @@ pub fn device_names(ident: u16) -> Vec<&'static str> {
 #[must_use]
 pub fn reported_model(ident: u16, records: &mut impl Records) -> Option<&'static Model> {
     let series = || VARIANTS.iter().filter(move |variant| variant.model.ident == ident);
-    let (place, data_type) = device_configuration(&series().next()?.model)?;
-    let Ok(Value::Text(text)) = read_value(records, place, data_type) else { return None };
+    let (location, data_type) = device_configuration(&series().next()?.model)?;
+    let Ok(Value::Text(text)) = read_value(records, location, data_type) else { return None };
     series().max_by_key(|variant| similarity(&text, variant.configuration)).map(|variant| &variant.model)
 }
 

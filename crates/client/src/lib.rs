@@ -20,6 +20,7 @@
 //! | [`records`] | records of a slave, independent of the service |
 //! | [`ms2`] | records over MS2 |
 //! | [`class1`] | records over MS1 and the parameter channel |
+//! | [`suggestion`] | suggestions for mistyped names |
 //! | `error` | [`ClientError`]: address, parameter, reason and advice |
 
 pub mod address;
@@ -38,11 +39,15 @@ pub mod pressure;
 pub mod records;
 #[cfg(feature = "settings")]
 pub mod settings;
+pub mod suggestion;
 pub mod values;
 
 pub use async_bus::{AsyncBus, AsyncGauge, Pending};
 pub use bus::{Bus, BusBuilder};
-pub use error::{AccessReason, Advice, ClientError, ErrorKind, Operation, ParameterContext, TypedError, Unmet};
+pub use error::{
+    AccessReason, Advice, ClientError, ErrorKind, FoundPressure, Operation, ParameterContext, PressureLimit,
+    TypedError, Unmet,
+};
 pub use gauge::conditions::{self, Condition};
 pub use gauge::{Defects, Gauge, ParameterReading, PreparedWrite, WriteResult};
 pub use pressure::Pressure;

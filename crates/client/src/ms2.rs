@@ -11,6 +11,7 @@ use profivac_host::session::{BusMaster, BusSession, SessionError};
 use profivac_wire::acyclic::Negative;
 use profivac_wire::acyclic::record::MAX_RECORD_LENGTH;
 use profivac_wire::control::Status;
+use std::time::Instant;
 
 /// How often a record is requested when telegrams are lost.
 const ATTEMPTS: usize = 3;
@@ -64,6 +65,18 @@ pub trait Ms2Line {
     fn take_unrestored(&mut self, _address: u8) -> Option<UnrestoredRecord> {
         None
     }
+
+    /// See [`Records::set_restoring`].
+    fn set_restoring(&mut self, _is_restoring: bool) {}
+
+    /// Serves the line once, because the connection is busy with a request that was given up at a cancellation. Returns whether
+    /// to try again; the default never waits, for lines without cancellation.
+    ///
+    /// # Errors
+    /// [`Ms2Error::Session`].
+    fn wait_while_busy(&mut self, _begun: Instant) -> Result<bool, Ms2Error> {
+        Ok(false)
+    }
 }
 
 impl Ms2Line for BusSession {
@@ -89,6 +102,14 @@ impl Ms2Line for BusSession {
 
     fn take_unrestored(&mut self, address: u8) -> Option<UnrestoredRecord> {
         Self::take_unrestored(self, address)
+    }
+
+    fn set_restoring(&mut self, is_restoring: bool) {
+        Self::set_restoring(self, is_restoring);
+    }
+
+    fn wait_while_busy(&mut self, begun: Instant) -> Result<bool, Ms2Error> {
+        Ok(self.wait_once(begun)?)
     }
 }
 
@@ -125,13 +146,23 @@ pub fn read(line: &mut impl Ms2Line, address: u8, slot: u8, index: u8) -> Result
 pub struct Ms2<'a, L: Ms2Line = BusSession> {
     line: &'a mut L,
     address: u8,
+    /// The open connection.
     connection: Option<Handle<Connect>>,
+    /// The connection whose opening has no outcome yet; a cancellation may end the wait for it.
+    opening: Option<Handle<Connect>>,
+    /// A request that was given up at a cancellation.
+    abandoned: Option<TakeOutcome>,
 }
+
+/// Takes the outcome of one request from the master. Returns false while there is none.
+type TakeOutcome = Box<dyn Fn(&mut BusMaster) -> bool + Send>;
 
 impl<L: Ms2Line> Drop for Ms2<'_, L> {
     /// A slave keeps an abandoned connection for seconds and has few of them.
     fn drop(&mut self) {
+        self.line.set_restoring(true);
         self.close().ok();
+        self.line.set_restoring(false);
     }
 }
 
@@ -152,7 +183,7 @@ const fn was_closed(end: &ConnectionEnd) -> bool {
 impl<'a, L: Ms2Line> Ms2<'a, L> {
     /// A client of the slave at `address` without a connection. Sends nothing.
     pub const fn new(line: &'a mut L, address: u8) -> Self {
-        Self { line, address, connection: None }
+        Self { line, address, connection: None, opening: None, abandoned: None }
     }
 
     /// The line, for other requests between two records.
@@ -190,6 +221,9 @@ impl<'a, L: Ms2Line> Ms2<'a, L> {
     }
 
     fn close(&mut self) -> Result<(), Ms2Error> {
+        self.finish_opening()?;
+        self.finish_abandoned()?;
+        self.forget_ended_connection();
         if let Some(connection) = self.connection.take() {
             self.submit(|master| master.ms2_close(connection))?;
             self.line.wait_for(connection, drop)?;
@@ -202,13 +236,31 @@ impl<'a, L: Ms2Line> Ms2<'a, L> {
         Ok(request(master)?)
     }
 
+    /// Waits for the end of a request that was given up, and drops its outcome: the connection takes the next one afterwards.
+    fn finish_abandoned(&mut self) -> Result<(), Ms2Error> {
+        let begun = Instant::now();
+        while let Some(take) = &self.abandoned {
+            if take(self.line.master().ok_or(Ms2Error::NoMaster)?) {
+                self.abandoned = None;
+            } else if !self.line.wait_while_busy(begun)? {
+                return Err(Ms2Error::NoAnswer);
+            }
+        }
+        Ok(())
+    }
+
     /// Sends a request on the connection. A connection that is known to have ended, or that the slave has closed for lack of
     /// traffic, is opened again: the slave cannot have executed the request.
-    fn request<O: Operation, T>(
+    fn request<O: Operation + 'static, T>(
         &mut self,
         submit: impl Fn(&mut BusMaster, Handle<Connect>) -> Result<Handle<O>, SubmitError>,
         take: impl Fn(O::Outcome<'_>) -> Result<T, RequestError>,
     ) -> Result<T, Ms2Error> {
+        match self.finish_opening() {
+            Ok(()) | Err(Ms2Error::Ended(_)) => {}
+            Err(error) => return Err(error),
+        }
+        self.finish_abandoned()?;
         self.forget_ended_connection();
         if let Some(connection) = self.connection {
             match self.request_on(connection, &submit, &take) {
@@ -222,21 +274,25 @@ impl<'a, L: Ms2Line> Ms2<'a, L> {
 
     /// Forgets a connection that has ended since the last request, whatever its end.
     fn forget_ended_connection(&mut self) {
-        let master = self.line.master();
-        let outcome = master.zip(self.connection).and_then(|(master, connection)| master.outcome(connection));
-        if matches!(outcome, Some(Err(_))) {
+        let Some((master, connection)) = self.line.master().zip(self.connection) else { return };
+        // A request that was given up may have taken the end of the connection with it.
+        if matches!(master.outcome(connection), Some(Err(_))) || master.is_over(connection) {
             self.connection = None;
         }
     }
 
-    fn request_on<O: Operation, T>(
+    fn request_on<O: Operation + 'static, T>(
         &mut self,
         connection: Handle<Connect>,
         submit: impl Fn(&mut BusMaster, Handle<Connect>) -> Result<Handle<O>, SubmitError>,
         take: impl Fn(O::Outcome<'_>) -> Result<T, RequestError>,
     ) -> Result<T, Ms2Error> {
         let handle = self.submit(|master| submit(master, connection))?;
-        let outcome = self.line.wait_for(handle, take)?;
+        let outcome = self.line.wait_for(handle, take);
+        if outcome.is_err() {
+            self.abandoned = Some(Box::new(move |master| master.outcome(handle).is_some()));
+        }
+        let outcome = outcome?;
         if matches!(outcome, Err(RequestError::Ended(_))) {
             self.connection = None;
         }
@@ -246,9 +302,19 @@ impl<'a, L: Ms2Line> Ms2<'a, L> {
     fn open(&mut self) -> Result<Handle<Connect>, Ms2Error> {
         let (parameters, address) = (Ms2Parameters::new(self.line.baud()), self.address);
         let connection = self.submit(|master| master.ms2_open(address, &parameters))?;
-        self.line.wait_for(connection, |opened| opened)?.map_err(Ms2Error::Ended)?;
-        self.connection = Some(connection);
+        self.opening = Some(connection);
+        self.finish_opening()?;
         Ok(connection)
+    }
+
+    /// Waits until the connection that is being opened is open. Does nothing without one.
+    fn finish_opening(&mut self) -> Result<(), Ms2Error> {
+        let Some(connection) = self.opening else { return Ok(()) };
+        let opened = self.line.wait_for(connection, |opened| opened)?;
+        self.opening = None;
+        opened.map_err(Ms2Error::Ended)?;
+        self.connection = Some(connection);
+        Ok(())
     }
 }
 
@@ -271,6 +337,10 @@ impl<L: Ms2Line> Records for Ms2<'_, L> {
 
     fn take_unrestored(&mut self) -> Option<UnrestoredRecord> {
         self.line.take_unrestored(self.address)
+    }
+
+    fn set_restoring(&mut self, is_restoring: bool) {
+        self.line.set_restoring(is_restoring);
     }
 }
 

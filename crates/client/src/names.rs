@@ -3,6 +3,7 @@
 //! `pirani.process-value`, `trip-point.1/high-trip-point`, `1/19` (slot and index), `1:2/19` (of instance 2). Case, blanks
 //! and hyphens do not matter. A word that only one parameter has is enough, and so is the beginning of a name.
 
+use crate::suggestion::similarity;
 use profivac_devices::catalog::MODELS;
 use profivac_devices::model::{Block, Code, Location, Model, Role, Row};
 use std::fmt;
@@ -12,7 +13,7 @@ use std::sync::LazyLock;
 #[derive(Clone, Copy, Debug)]
 pub struct Parameter {
     /// Slot and instance.
-    pub place: &'static Location,
+    pub location: &'static Location,
     /// The block.
     pub block: &'static Block,
     /// The row of the table.
@@ -22,7 +23,7 @@ pub struct Parameter {
 /// The number of suggestions in an error.
 const SUGGESTIONS: usize = 3;
 
-/// The similarity from which a name is suggested, 0 to 1.
+/// The similarity from which a name is suggested, 0 to 1. Long names with the same block are similar already. free choice.
 const MIN_SIMILARITY: f64 = 0.75;
 
 /// The parameters of a device with their names.
@@ -121,8 +122,8 @@ impl NamedParameter {
     /// Whether both parameters have the same slot and instance.
     #[must_use]
     pub fn is_same_instance(&self, other: &Self) -> bool {
-        let (place, other) = (self.parameter.place, other.parameter.place);
-        (place.slot, place.instance) == (other.slot, other.instance)
+        let (location, other) = (self.parameter.location, other.parameter.location);
+        (location.slot, location.instance) == (other.slot, other.instance)
     }
 }
 
@@ -140,9 +141,9 @@ impl NamedParameter {
 
     /// The name of the parameter that opens the set of this one, if it belongs to a set.
     pub(super) fn lock_name(&self) -> Option<String> {
-        let place = self.name.rsplit_once(['.', '/']).map_or("", |(place, _)| place);
-        let separator = if place.contains('.') { '/' } else { '.' };
-        self.lock().map(|lock| format!("{place}{separator}{}", slug(lock.name)))
+        let location = self.name.rsplit_once(['.', '/']).map_or("", |(location, _)| location);
+        let separator = if location.contains('.') { '/' } else { '.' };
+        self.lock().map(|lock| format!("{location}{separator}{}", slug(lock.name)))
     }
 }
 
@@ -150,7 +151,7 @@ impl Parameter {
     /// `1/19`, or `1:2/19` where several instances share the slot.
     #[must_use]
     pub fn numbers(&self) -> String {
-        let Location { slot, instance, .. } = self.place;
+        let Location { slot, instance, .. } = self.location;
         match instance {
             0 => format!("{slot}/{}", self.row.index),
             _ => format!("{slot}:{instance}/{}", self.row.index),
@@ -159,8 +160,8 @@ impl Parameter {
 
     /// Whether both have the same slot, instance and index.
     fn is_at(&self, other: &Self) -> bool {
-        (self.place.slot, self.place.instance, self.row.index)
-            == (other.place.slot, other.place.instance, other.row.index)
+        (self.location.slot, self.location.instance, self.row.index)
+            == (other.location.slot, other.location.instance, other.row.index)
     }
 }
 
@@ -169,18 +170,18 @@ impl ParameterNames {
     #[must_use]
     pub fn of(model: &'static Model) -> Self {
         let mut all: Vec<Parameter> = Vec::new();
-        for place in model.blocks {
+        for placed in model.blocks {
             for (address, row) in
-                place.locations.iter().flat_map(|it| place.block.rows.iter().map(move |row| (it, row)))
+                placed.locations.iter().flat_map(|it| placed.block.rows.iter().map(move |row| (it, row)))
             {
-                let parameter = Parameter { place: address, block: place.block, row };
+                let parameter = Parameter { location: address, block: placed.block, row };
                 // Two blocks with the same rows may be at one location: the device decides which of them is present.
                 if !all.iter().any(|other| other.is_at(&parameter)) {
                     all.push(parameter);
                 }
             }
         }
-        all.sort_by_key(|parameter| (parameter.place.slot, parameter.place.instance));
+        all.sort_by_key(|parameter| (parameter.location.slot, parameter.location.instance));
         let words: Vec<Words> = all.into_iter().map(Words::of).collect();
         Self { list: words.iter().map(|it| NamedParameter::from_words(it, &words)).collect() }
     }
@@ -192,8 +193,8 @@ impl ParameterNames {
             LazyLock::new(|| MODELS.iter().map(|model| ParameterNames::of(model)).collect());
         let named = || MODELS.iter().position(|known| known.name == model.name);
         // A model for several devices has the tables of each.
-        let place = named().or_else(|| MODELS.iter().position(|known| std::ptr::eq(known.blocks, model.blocks)))?;
-        KNOWN.get(place)
+        let position = named().or_else(|| MODELS.iter().position(|known| std::ptr::eq(known.blocks, model.blocks)))?;
+        KNOWN.get(position)
     }
 
     /// All parameters, by slot, instance and table.
@@ -206,21 +207,23 @@ impl ParameterNames {
     #[must_use]
     pub fn at(&self, slot: u8, instance: u8, index: u8) -> Option<&NamedParameter> {
         self.list.iter().find(|named| {
-            let Parameter { place, row, .. } = named.parameter;
-            (place.slot, place.instance, row.index) == (slot, instance, index)
+            let Parameter { location, row, .. } = named.parameter;
+            (location.slot, location.instance, row.index) == (slot, instance, index)
         })
     }
 
     /// The parameter that opens the set of `named` for changes, if it belongs to a set.
     #[must_use]
     pub fn lock_of(&self, named: &NamedParameter) -> Option<&NamedParameter> {
-        let place = named.parameter.place;
-        self.at(place.slot, place.instance, named.lock()?.index)
+        let location = named.parameter.location;
+        self.at(location.slot, location.instance, named.lock()?.index)
     }
 
     /// The parameters at this slot and index, one for each instance.
     pub fn at_index(&self, slot: u8, index: u8) -> impl Iterator<Item = &NamedParameter> {
-        self.list.iter().filter(move |named| (named.parameter.place.slot, named.parameter.row.index) == (slot, index))
+        self.list
+            .iter()
+            .filter(move |named| (named.parameter.location.slot, named.parameter.row.index) == (slot, index))
     }
 
     /// Finds the parameter that `text` names.
@@ -269,8 +272,7 @@ impl ParameterNames {
         let wanted = slug(text);
         let likeness = |name: &str| {
             let row = name.rsplit(['.', '/']).next().unwrap_or(name);
-            strsim::normalized_damerau_levenshtein(&wanted, &slug(name))
-                .max(strsim::normalized_damerau_levenshtein(&wanted, row))
+            similarity(&wanted, &slug(name)).max(similarity(&wanted, row))
         };
         let parameters = self.list.iter().map(|named| named.name.clone());
         let commands = self.commands().map(|(named, code)| command_name(named, code));
@@ -289,8 +291,8 @@ impl ParameterNames {
         let wanted = key(text);
         let is_called = |named: &NamedParameter, code: &Code| {
             let command = key(code.name);
-            let places = named.keys.iter().cloned().chain([key(named.parameter.place.name)]);
-            wanted == command || places.into_iter().any(|place| wanted == place + &command)
+            let locations = named.keys.iter().cloned().chain([key(named.parameter.location.name)]);
+            wanted == command || locations.into_iter().any(|location| wanted == location + &command)
         };
         let found: Vec<_> = self.commands().filter(|(named, code)| is_called(named, code)).collect();
         match found[..] {
@@ -313,17 +315,17 @@ impl ParameterNames {
 /// The name of a command: `cdg.zero-adjust`.
 #[must_use]
 pub fn command_name(named: &NamedParameter, code: &Code) -> String {
-    let place = named.parameter.place;
-    format!("{}{}{}", place_slug(place), separator(place), code.name)
+    let location = named.parameter.location;
+    format!("{}{}{}", location_slug(location), separator(location), code.name)
 }
 
 /// Parses `1/19` and `1:2/19`.
 fn numbers(text: &str) -> Option<(u8, Option<u8>, u8)> {
     let number = |text: &str| text.parse().ok().filter(|number| *number < u8::MAX);
-    let (place, index) = text.split_once('/')?;
-    let (slot, instance) = match place.split_once(':') {
+    let (location, index) = text.split_once('/')?;
+    let (slot, instance) = match location.split_once(':') {
         Some((slot, instance)) => (slot, Some(number(instance)?)),
-        None => (place, None),
+        None => (location, None),
     };
     Some((number(slot)?, instance, number(index)?))
 }
@@ -332,37 +334,37 @@ fn numbers(text: &str) -> Option<(u8, Option<u8>, u8)> {
 struct Words {
     parameter: Parameter,
     /// The words of the location, the block and the row.
-    place: String,
+    location: String,
     block: String,
     row: String,
 }
 
 impl Words {
     fn of(parameter: Parameter) -> Self {
-        let Parameter { place, block, row } = parameter;
-        Self { parameter, place: place_slug(place), block: slug(block.name), row: row_slug(row, block) }
+        let Parameter { location, block, row } = parameter;
+        Self { parameter, location: location_slug(location), block: slug(block.name), row: row_slug(row, block) }
     }
 
     /// Whether another location with the same name has a parameter with the same name.
     fn has_same_name(&self, other: &Self) -> bool {
-        self.place == other.place && self.row == other.row
+        self.location == other.location && self.row == other.row
     }
 }
 
 impl NamedParameter {
     fn from_words(words: &Words, all: &[Words]) -> Self {
-        let Words { parameter, place, block, row } = words;
-        let short = format!("{place}{}{row}", separator(parameter.place));
-        let long = format!("{place}.{block}/{row}");
+        let Words { parameter, location, block, row } = words;
+        let short = format!("{location}{}{row}", separator(parameter.location));
+        let long = format!("{location}.{block}/{row}");
         // If two blocks at one location have the same words, the first gets the short name, and the block name
         // distinguishes the others.
         let is_first =
             all.iter().find(|other| words.has_same_name(other)).is_some_and(|it| it.parameter.is_at(parameter));
-        let mut keys = vec![key(&long), key(place) + &key(block) + &key(parameter.row.name)];
+        let mut keys = vec![key(&long), key(location) + &key(block) + &key(parameter.row.name)];
         for row in row_keys(parameter.row, parameter.block) {
             keys.push(key(block) + &row);
             if is_first {
-                keys.push(key(place) + &row);
+                keys.push(key(location) + &row);
             }
         }
         keys.sort();
@@ -372,8 +374,8 @@ impl NamedParameter {
 }
 
 /// `trip-point.1` of "Trip Point 1".
-fn place_slug(place: &Location) -> String {
-    let words = slug(place.name);
+fn location_slug(location: &Location) -> String {
+    let words = slug(location.name);
     match words.rsplit_once('-') {
         Some((word, number)) if number.bytes().all(|octet| octet.is_ascii_digit()) => format!("{word}.{number}"),
         _ => words,
@@ -381,8 +383,8 @@ fn place_slug(place: &Location) -> String {
 }
 
 /// The character between location and parameter: a second dot would suggest a third level.
-fn separator(place: &Location) -> char {
-    if place_slug(place).contains('.') { '/' } else { '.' }
+fn separator(location: &Location) -> char {
+    if location_slug(location).contains('.') { '/' } else { '.' }
 }
 
 /// The words of a row. The part in brackets is included only where an earlier row of the block has the same words before

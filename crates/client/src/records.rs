@@ -64,6 +64,9 @@ pub trait Records {
     fn take_unrestored(&mut self) -> Option<UnrestoredRecord> {
         None
     }
+
+    /// While this is true, requests do not end by a cancellation: a guard restores what it has changed.
+    fn set_restoring(&mut self, _is_restoring: bool) {}
 }
 
 pub use profivac_host::session::UnrestoredRecord;
@@ -87,6 +90,10 @@ impl<R: Records + ?Sized> Records for Box<R> {
 
     fn take_unrestored(&mut self) -> Option<UnrestoredRecord> {
         (**self).take_unrestored()
+    }
+
+    fn set_restoring(&mut self, is_restoring: bool) {
+        (**self).set_restoring(is_restoring);
     }
 }
 
@@ -123,10 +130,10 @@ pub(crate) fn read_value(
 /// Reads a record as an unsigned integer of this type. A number beyond 16 bits is none of a code table.
 pub(crate) fn read_code(
     records: &mut impl Records,
-    place: (u8, u8),
+    location: (u8, u8),
     data_type: DataType,
 ) -> Result<Option<u16>, RecordError> {
-    let value = read_value(records, place, data_type)?;
+    let value = read_value(records, location, data_type)?;
     Ok(if let Value::Integer(code) = value { u16::try_from(code).ok() } else { None })
 }
 

@@ -28,11 +28,14 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+use super::cyclic::ChannelValue;
 use super::error::{ClientError, ErrorKind};
 use super::gauge::{Gauge, ParameterReading, PreparedWrite};
 use super::names::{NamedParameter, Target, TargetError};
 use super::records::{Records, Unavailable};
+use super::values::Value;
 use profivac_devices::model::{Access, Codes, DataType, Direction, Role};
+use profivac_devices::profile::DeviceState;
 use profivac_host::text_file::line_and_column;
 use serde::Deserialize;
 use std::collections::BTreeMap;
@@ -52,6 +55,8 @@ pub struct Dump {
     pub ident: u16,
     /// Every readable parameter, each with its value or the error of reading it.
     pub readings: Vec<ReadResult>,
+    /// The Process Values with their quality, by name.
+    pub pressures: BTreeMap<String, ChannelValue>,
 }
 
 /// A parsed settings file.
@@ -126,6 +131,16 @@ pub enum SettingsFileError {
         /// Its Ident_Number.
         ident: u16,
     },
+    /// The file belongs to another device with the same Ident_Number.
+    #[error(
+        "the file is of {file_device}, the gauge is {device}; if it replaces the other device, write device = \"{device}\" in the file"
+    )]
+    OtherVariant {
+        /// The device of the file.
+        file_device: String,
+        /// The device on the bus.
+        device: &'static str,
+    },
 }
 
 /// A setting whose value differs from the file.
@@ -192,22 +207,31 @@ pub fn close_set<R: Records>(gauge: &mut Gauge<R>, lock: &NamedParameter) -> Res
     gauge.execute(write).map(|_| ())
 }
 
+/// Slot and index of Device State in every block device.
+const DEVICE_STATE: (u8, u8) = (0, 25);
+
+/// Why a gauge in IDLE has no pressure.
+pub const IN_IDLE: &str = "the gauge is in IDLE";
+
 /// How often an instance is read when another master moves the selector meanwhile.
 const ATTEMPTS: usize = 3;
 
 /// A parameter with its value or the error of reading it.
 pub type ReadResult = (NamedParameter, Result<ParameterReading, ClientError>);
 
+/// The parameters of one instance, and its Process Values with their quality.
+type InstanceDump = (Vec<ReadResult>, Vec<(String, ChannelValue)>);
+
 /// Reads the parameters of one instance, and reports the count before each. Checks the selector once, at the end.
 fn dump_instance<R: Records>(
     gauge: &mut Gauge<R>,
     group: &[&NamedParameter],
     report: &mut dyn FnMut(usize),
-) -> Result<Vec<ReadResult>, ClientError> {
-    let Some(last) = group.last() else { return Ok(Vec::new()) };
+) -> Result<InstanceDump, ClientError> {
+    let Some(last) = group.last() else { return Ok(InstanceDump::default()) };
     for _ in 0..ATTEMPTS {
         let ((readings, is_selected), has_unit) = gauge.with_one_unit(|gauge| {
-            let mut readings = Vec::new();
+            let (mut readings, mut pressures) = InstanceDump::default();
             for named in group {
                 report(readings.len());
                 match gauge.read_once(named) {
@@ -215,8 +239,18 @@ fn dump_instance<R: Records>(
                     reading => readings.push(((*named).clone(), reading)),
                 }
             }
-            // Before the unit is read again, which may move the selector.
-            Ok((readings, gauge.is_still_selected(last)?))
+            // Before anything else is read, which may move the selector back.
+            let is_selected = gauge.is_still_selected(last)?;
+            let is_pressure = |named: &&&NamedParameter| named.parameter.row.role == Some(Role::ProcessValue);
+            for named in group.iter().filter(|_| is_selected).filter(is_pressure) {
+                match gauge.pressure_of(named) {
+                    Err(error) if error.kind() == ErrorKind::Line => return Err(error),
+                    // The value has an error too, or this service does not read its status.
+                    Err(_) => {}
+                    Ok(pressure) => pressures.push((named.name.clone(), pressure)),
+                }
+            }
+            Ok(((readings, pressures), is_selected))
         })?;
         if is_selected && has_unit {
             return Ok(readings);
@@ -257,20 +291,39 @@ pub fn dump_with_progress<R: Records>(
         !row.codes.is_command() && row.access.allows(via, Direction::Read)
     };
     let wanted: Vec<_> = names.all().iter().filter(is_read).collect();
-    let place = |named: &NamedParameter| (named.parameter.place.slot, named.parameter.place.instance);
-    let mut readings = Vec::new();
-    for group in wanted.chunk_by(|a, b| place(a) == place(b)) {
+    let location = |named: &NamedParameter| (named.parameter.location.slot, named.parameter.location.instance);
+    let (mut readings, mut pressures) = (Vec::new(), BTreeMap::new());
+    for group in wanted.chunk_by(|a, b| location(a) == location(b)) {
         let before = readings.len();
-        readings.extend(dump_instance(gauge, group, &mut |done| report(before + done, wanted.len()))?);
+        let (read, with_quality) = dump_instance(gauge, group, &mut |done| report(before + done, wanted.len()))?;
+        readings.extend(read);
+        pressures.extend(with_quality);
     }
     report(readings.len(), wanted.len());
     if readings.is_empty() {
         return Err(gauge.unavailable(Unavailable::NothingReadable));
     }
-    Ok(Dump { device: gauge.model().name, ident: gauge.model().ident, readings })
+    Ok(Dump { device: gauge.model().name, ident: gauge.model().ident, readings, pressures })
 }
 
 impl Dump {
+    /// Why the value of a Process Value is no measured pressure. `None` for a valid one and for every other parameter.
+    #[must_use]
+    pub fn invalid_reason(&self, named: &NamedParameter) -> Option<String> {
+        let pressure = self.pressures.get(&named.name).filter(|pressure| !pressure.is_valid())?;
+        // In IDLE the status bits of the reading mean nothing.
+        Some(if self.is_idle() { IN_IDLE.to_owned() } else { pressure.text() })
+    }
+
+    fn is_idle(&self) -> bool {
+        let (slot, index) = DEVICE_STATE;
+        let idle = Value::Integer(DeviceState::Idle.code().into());
+        self.readings.iter().any(|(named, reading)| {
+            let at = (named.parameter.location.slot, named.parameter.row.index);
+            at == (slot, index) && reading.as_ref().is_ok_and(|reading| reading.value == idle)
+        })
+    }
+
     /// The file as TOML.
     #[must_use]
     pub fn to_toml(&self) -> String {
@@ -281,7 +334,11 @@ impl Dump {
             writeln!(text, "\n# {note}\n[{heading}]").ok();
             for (named, reading) in self.readings.iter().filter(|(named, _)| is_setting(named) == is_wanted) {
                 match reading {
-                    Ok(reading) => writeln!(text, "\"{}\" = {}", named.name, quoted(&reading.text)).ok(),
+                    Ok(reading) => {
+                        let reason = self.invalid_reason(named).map(|reason| format!("  # not valid: {reason}"));
+                        let reason = reason.unwrap_or_default();
+                        writeln!(text, "\"{}\" = {}{reason}", named.name, quoted(&reading.text)).ok()
+                    }
                     Err(error) => writeln!(text, "# {}: {error}", named.name).ok(),
                 };
             }
@@ -348,14 +405,15 @@ impl SettingsFile {
     /// Checks that the file belongs to the model of this gauge.
     ///
     /// # Errors
-    /// [`SettingsFileError::Device`].
+    /// [`SettingsFileError::Device`], [`SettingsFileError::OtherVariant`].
     pub fn check<R: Records>(&self, gauge: &Gauge<R>) -> Result<(), SettingsFileError> {
-        let model = gauge.model();
-        if model.ident == self.ident {
-            return Ok(());
+        let (device, ident) = (gauge.model().name, gauge.model().ident);
+        let file_device = self.device.clone();
+        match (ident == self.ident, device.eq_ignore_ascii_case(&file_device)) {
+            (true, true) => Ok(()),
+            (true, false) => Err(SettingsFileError::OtherVariant { file_device, device }),
+            (false, _) => Err(SettingsFileError::Device { file_device, file_ident: self.ident, device, ident }),
         }
-        let (device, ident) = (model.name, model.ident);
-        Err(SettingsFileError::Device { file_device: self.device.clone(), file_ident: self.ident, device, ident })
     }
 
     /// The settings in the order of writing: unit and number type first, then modes, then numbers, and enabling Booleans
@@ -379,8 +437,8 @@ impl SettingsFile {
             }
         }
         found.sort_by_key(|(named, _)| {
-            let place = named.parameter.place;
-            (write_rank(named), place.slot, place.instance, named.parameter.row.index)
+            let location = named.parameter.location;
+            (write_rank(named), location.slot, location.instance, named.parameter.row.index)
         });
         Ok(found)
     }
@@ -392,7 +450,7 @@ fn write_rank(named: &NamedParameter) -> u8 {
     match (&row.codes, row.data_type) {
         (Codes::Units, _) => 0,
         _ if row.role == Some(Role::NumberType) => 1,
-        (Codes::Names(_) | Codes::Range(..), _) => 2,
+        (Codes::Names(_) | Codes::Range(..) | Codes::PerMille(..), _) => 2,
         (_, DataType::Boolean) => 4,
         _ => 3,
     }
@@ -439,8 +497,8 @@ pub fn restore<R: Records>(gauge: &mut Gauge<R>, difference: Difference) -> Resu
             if is_kept {
                 return Ok(RestoreOutcome::Written { name: named.name, before: difference.current.text, after });
             }
-            let place = gauge.context(&named);
-            Ok(RestoreOutcome::Refused(ClientError::NotKept { place, written: text, found: after }))
+            let location = gauge.context(&named);
+            Ok(RestoreOutcome::Refused(ClientError::NotKept { location, written: text, found: after }))
         }
         Err(error) if error.kind() == ErrorKind::Line => Err(error),
         Err(error) => Ok(RestoreOutcome::Refused(error)),
@@ -467,7 +525,7 @@ mod tests {
 
     #[test]
     fn an_invalid_file_is_an_error_with_line_and_column() {
-        for (text, place) in [
+        for (text, location) in [
             (FILE.replace("zero\"", "zero"), "line 5, column "),
             (FILE.replace("\"zero\"", "3"), "line 5, column 23: "),
             (FILE.replace("ident", "idend"), "line 2, column 1: "),
@@ -475,7 +533,7 @@ mod tests {
             (FILE.replace("device = \"bcg450\"\n", ""), "line "),
         ] {
             let said = SettingsFile::parse(&text).unwrap_err().to_string();
-            assert!(said.starts_with(place) && !said.contains('\n'), "{said:?} instead of {place}");
+            assert!(said.starts_with(location) && !said.contains('\n'), "{said:?} instead of {location}");
         }
     }
 
@@ -513,13 +571,13 @@ mod tests {
         }
 
         fn write(&mut self, slot: u8, index: u8, octets: &[u8]) -> Result<(), RecordError> {
-            assert_eq!((slot, index), SELECTOR_PLACE, "reading writes nothing else");
+            assert_eq!((slot, index), SELECTOR, "reading writes nothing else");
             self.shown = octets[0];
             Ok(())
         }
     }
 
-    const SELECTOR_PLACE: (u8, u8) = (1, 46);
+    const SELECTOR: (u8, u8) = (1, 46);
 
     fn dumped(every: usize) -> Result<Dump, ClientError> {
         let records = Shared { shown: 2, reads: 0, every };
@@ -540,12 +598,13 @@ mod tests {
 
     #[test]
     fn every_value_belongs_to_its_instance_while_another_master_moves_the_selector() {
-        for every in [0, 40, 97] {
+        // An instance takes fewer than 40 reads, so one of two attempts is undisturbed.
+        for every in [0, 80, 97] {
             for (named, reading) in dumped(every).unwrap().readings {
-                let place = named.parameter.place;
-                if let (1.., Ok(reading)) = (place.instance, reading) {
+                let location = named.parameter.location;
+                if let (1.., Ok(reading)) = (location.instance, reading) {
                     let is_selector = named.parameter.row.role == Some(Role::InstanceSelector);
-                    let of_instance = reading.octets.iter().all(|octet| *octet == place.instance);
+                    let of_instance = reading.octets.iter().all(|octet| *octet == location.instance);
                     assert!(is_selector || of_instance, "{named} {every}");
                 }
             }

@@ -49,7 +49,7 @@ fn a_record_of_another_length_is_refused_by_every_service() {
     for model in MODELS {
         for via in [AccessPath::Class2, AccessPath::Class1, AccessPath::ParameterChannel] {
             let mut gauge = Gauge::with_model(Answers { via, model, octets: None }, 5, model).with_unit(unit(model));
-            for named in gauge.names().all().iter().filter(|named| named.parameter.place.instance == 0) {
+            for named in gauge.names().all().iter().filter(|named| named.parameter.location.instance == 0) {
                 let row = named.parameter.row;
                 if !row.access.allows(via, Direction::Read) || row.codes.is_command() {
                     continue;

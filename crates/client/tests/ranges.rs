@@ -43,3 +43,19 @@ fn a_typed_pressure_outside_the_measuring_range_is_refused_as_a_text_is() {
     assert!(matches!(error, ClientError::BeyondRange { .. }), "{error}");
     assert_eq!(gauge.get(&PIRANI, analog_input::SafeValue).unwrap(), Pascal(0.0));
 }
+
+/// Different gauges may be connected to a channel: it reports the range of the present one.
+#[test]
+fn a_value_for_a_channel_of_a_controller_is_compared_with_the_range_that_the_channel_reports() {
+    let mut bus = Bus::on(profivac_virtual::open::devices(&["img400@7"]).unwrap()).open().unwrap();
+    let mut gauge = bus.gauge(7).unwrap();
+    for (target, value, range) in [
+        ("channel.3/safe-value", "1e-5 hPa", "8e-4 hPa to 1000 hPa"),
+        ("channel.4/safe-value", "1e9 hPa", "0.1 hPa to 1000 hPa"),
+    ] {
+        let refused = gauge.write(target, value).unwrap_err();
+        let sentence = format!("{value} is outside the measuring range, which is {range}");
+        assert!(refused.to_string().contains(&sentence), "{refused}");
+    }
+    assert_eq!(gauge.write("channel.3/safe-value", "1e-2 hPa").unwrap().text, "0.01 hPa");
+}

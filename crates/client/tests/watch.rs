@@ -2,15 +2,16 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
 
+#[path = "support/block_on.rs"]
+mod block_on;
+
+use block_on::block_on;
 use profivac_client::{Bus, ms2};
 use profivac_dp::link::Baud;
 use profivac_host::port::{Character, Delivery, Notice, Port, PortError};
 use profivac_host::readiness::Readiness;
-use std::pin::pin;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
-use std::task::{Context, Poll, Wake, Waker};
-use std::thread::{self, Thread};
 
 /// An MS2 write of one octet to the Channel Instance Selector of a BCG450: function, slot, index, length. profibus-wire 4.6
 const WRITE_SELECTOR: [u8; 4] = [0x5F, 1, 46, 1];
@@ -63,23 +64,6 @@ fn port() -> (Box<dyn Port>, Arc<AtomicUsize>) {
     let writes = Arc::new(AtomicUsize::new(0));
     let port = profivac_virtual::open::devices(&["bcg450@5"]).unwrap();
     (Box::new(Counting { port, writes: Arc::clone(&writes) }), writes)
-}
-
-fn block_on<T>(future: impl Future<Output = T>) -> T {
-    struct Unpark(Thread);
-    impl Wake for Unpark {
-        fn wake(self: Arc<Self>) {
-            self.0.unpark();
-        }
-    }
-    let waker = Waker::from(Arc::new(Unpark(thread::current())));
-    let (mut context, mut future) = (Context::from_waker(&waker), pin!(future));
-    loop {
-        match future.as_mut().poll(&mut context) {
-            Poll::Ready(value) => return value,
-            Poll::Pending => thread::park(),
-        }
-    }
 }
 
 const OTHER_INSTANCE: &str = "ba.overrange";

@@ -204,8 +204,8 @@ fn field_text(field: Field, octets: &[u8], tables: &DeviceTables, selected: Opti
 
 /// The name of the part whose value the slave sends, followed by a space.
 fn part(tables: &DeviceTables, instance: u8) -> String {
-    let places = tables.model.into_iter().flat_map(|model| model.blocks).flat_map(|place| place.locations);
+    let locations = tables.model.into_iter().flat_map(|model| model.blocks).flat_map(|placed| placed.locations);
     let name =
-        places.into_iter().find(|address| address.instance == instance && instance > 0).map(|address| address.name);
+        locations.into_iter().find(|address| address.instance == instance && instance > 0).map(|address| address.name);
     name.map(|name| format!("{name} ")).unwrap_or_default()
 }

@@ -27,17 +27,17 @@ impl DeviceTables {
         let mut names: Vec<(String, &str)> = Vec::new();
         for named in self.named(slot, index) {
             let at = named.name.rfind(['.', '/']).unwrap_or_default();
-            let (place, row) = named.name.split_at(at);
+            let (location, row) = named.name.split_at(at);
             match names.iter_mut().find(|(_, known)| *known == row) {
-                Some((places, _)) => *places = format!("{places}/{place}"),
-                None => names.push((place.to_owned(), row)),
+                Some((locations, _)) => *locations = format!("{locations}/{location}"),
+                None => names.push((location.to_owned(), row)),
             }
         }
         let numbers = format!("slot {slot} index {index}");
         if names.is_empty() {
             return numbers;
         }
-        let names: Vec<String> = names.into_iter().map(|(places, row)| places + row).collect();
+        let names: Vec<String> = names.into_iter().map(|(locations, row)| locations + row).collect();
         format!("{} ({numbers})", names.join(" or "))
     }
 
@@ -79,7 +79,7 @@ impl DeviceTables {
         let names = self.model.and_then(ParameterNames::of_catalog);
         let parameters = names.into_iter().flat_map(move |names| names.at_index(slot, index));
         parameters.filter(|named| {
-            let instance = named.parameter.place.instance;
+            let instance = named.parameter.location.instance;
             instance == 0 || self.instance.is_none_or(|selected| selected == instance)
         })
     }
@@ -104,7 +104,7 @@ impl DeviceTables {
     fn block(&self, octets: &[u8]) -> Option<String> {
         let [high, low, ..] = octets else { return None };
         let number = u16::from_be_bytes([*high, *low]);
-        let mut blocks = self.model?.blocks.iter().map(|place| place.block);
+        let mut blocks = self.model?.blocks.iter().map(|placed| placed.block);
         let block = blocks.find(|block| block.block_type == Some(number))?;
         Some(format!("{} ({})", block.name, Hex(octets)))
     }
@@ -201,11 +201,11 @@ mod tests {
         );
         for model in MODELS {
             for named in ParameterNames::of(model).all() {
-                let Parameter { place, row, .. } = named.parameter;
+                let Parameter { location, row, .. } = named.parameter;
                 let mut tables = DeviceTables { model: Some(model), ..DeviceTables::default() };
-                tables.instance = Some(place.instance);
-                let name = tables.name(place.slot, row.index);
-                assert_eq!(name, format!("{} (slot {} index {})", named.name, place.slot, row.index));
+                tables.instance = Some(location.instance);
+                let name = tables.name(location.slot, row.index);
+                assert_eq!(name, format!("{} (slot {} index {})", named.name, location.slot, row.index));
             }
         }
     }

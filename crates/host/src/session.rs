@@ -162,6 +162,8 @@ pub struct BusSession {
     entry: Duration,
     background: Option<BackgroundTask>,
     cancellation: Option<Cancellation>,
+    /// A guard restores what the program has changed.
+    is_restoring: bool,
     unrestored: BTreeMap<u8, UnrestoredRecord>,
     /// Whether a measured turnaround may raise the slot time.
     adapts_slot_time: bool,
@@ -246,6 +248,7 @@ impl BusSession {
             entry,
             background: None,
             cancellation: None,
+            is_restoring: false,
             unrestored: BTreeMap::new(),
             adapts_slot_time: true,
             reported_tbit: 0,
@@ -341,6 +344,12 @@ impl BusSession {
         self.cancellation = is_cancelled;
     }
 
+    /// While this is true, waits do not end by cancellation: the guards of a client restore what they have changed although the
+    /// program ends. The timeout limits each wait.
+    pub const fn set_restoring(&mut self, is_restoring: bool) {
+        self.is_restoring = is_restoring;
+    }
+
     /// The master.
     pub fn master(&mut self) -> &mut BusMaster {
         &mut self.station().user
@@ -401,6 +410,16 @@ impl BusSession {
             }
             self.wait(begun)?;
         }
+    }
+
+    /// Serves the line once for a request that the master does not accept yet. Returns false if the timeout has passed since
+    /// `begun`.
+    ///
+    /// # Errors
+    /// [`SessionError`] when the master does not get the line.
+    pub fn wait_once(&mut self, begun: Instant) -> Result<bool, SessionError> {
+        self.wait(begun)?;
+        Ok(begun.elapsed() < self.line_timeout)
     }
 
     /// Keeps a record of the slave at `address` that could not be set back, for the next client of this slave.
@@ -485,7 +504,7 @@ impl BusSession {
         // A request that takes longer than the timeout has its own limit; meanwhile the line is served without a busy loop.
         let longest = if self.background.is_some() || self.cancellation.is_some() { MAX_WAIT } else { left };
         self.serve(&[], left.min(longest).max(MIN_WAIT))?;
-        if self.cancellation.as_ref().is_some_and(|is_cancelled| is_cancelled()) {
+        if !self.is_restoring && self.cancellation.as_ref().is_some_and(|is_cancelled| is_cancelled()) {
             return Err(SessionError::Interrupted);
         }
         let [BoxedStation(station)] = self.segment.stations_mut();

@@ -1,6 +1,6 @@
 //! What is known about the device of a slave: model, configuration and unit, each with its origin, and the pressures of its inputs.
 
-use profivac_client::cyclic::{ChannelPrinciples, CyclicSlave, CyclicValues};
+use profivac_client::cyclic::{CyclicSlave, CyclicValues, ReportedChannels};
 use profivac_client::identify::device_names;
 use profivac_devices::catalog::{model_with_ident, models_with_ident};
 use profivac_devices::model::{Configuration, Field, Model, Unit};
@@ -223,8 +223,7 @@ impl Knowledge {
         let unit = heard_unit.or(named_unit);
         let (configuration, configuration_origin) =
             heard.or(named).or_else(|| Some((self.assumed(model, unit.map(|it| it.0))?, Origin::Assumed)))?;
-        let slave =
-            |unit| CyclicSlave { address, model, configuration, unit, principles: ChannelPrinciples::default() };
+        let slave = |unit| CyclicSlave { address, model, configuration, unit, channels: ReportedChannels::default() };
         let (unit, unit_origin) = unit.or_else(|| {
             let plausible = usual_units(model).find(|unit| self.is_plausible(&slave(unit)));
             Some((plausible.or_else(|| usual_units(model).next())?, Origin::Assumed))
@@ -292,7 +291,7 @@ impl Knowledge {
         let is_plausible = |configuration: &&'static Configuration| {
             let mut units = unit.into_iter().chain(usual_units(model).filter(|_| unit.is_none()));
             let slave =
-                |unit| CyclicSlave { address: 0, model, configuration, unit, principles: ChannelPrinciples::default() };
+                |unit| CyclicSlave { address: 0, model, configuration, unit, channels: ReportedChannels::default() };
             units.any(|unit| self.is_plausible(&slave(unit)))
         };
         fitting().find(is_plausible).or_else(|| fitting().next())

@@ -78,7 +78,7 @@ fn memory_segment() -> Result<MemorySegment, Box<dyn Error>> {
         model,
         configuration: model.default_configuration,
         unit,
-        principles: Default::default(),
+        channels: Default::default(),
     };
     Ok(MemorySegment::new(vec![device], vec![slave], BusParameters::new(1, BAUD).check()?, BAUD)?)
 }

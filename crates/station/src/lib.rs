@@ -3,7 +3,6 @@
 //! | Module | Holds |
 //! |---|---|
 //! | `host_name` | host names in requests and in the station's file |
-//! | [`suggestion`] | suggestions for mistyped names |
 //! | [`visible_text`] | names, reasons and comments that users type |
 //! | [`rise`] | a rise of pressure, separated into leak and outgassing |
 //! | [`pumpdown`] | pump-downs in a recording |
@@ -40,7 +39,6 @@ pub mod server;
 pub mod services;
 pub mod snapshot;
 pub mod station;
-pub mod suggestion;
 pub mod view;
 pub mod visible_text;
 pub mod web;

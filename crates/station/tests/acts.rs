@@ -40,8 +40,8 @@ fn a_degas_is_armed_executed_and_recorded() {
     let wanted = json!([
         "the gauge is in EXECUTING",
         "the emission is on",
-        "ba.process-value is below 7.2e-6 mbar",
-        "no degas runs"
+        "no degas runs",
+        "ba.process-value is below 7.2e-6 mbar"
     ]);
     assert_eq!(degas["conditions"], wanted);
     station.take_control(OPERATOR);
@@ -58,9 +58,12 @@ fn a_degas_is_armed_executed_and_recorded() {
     let (status, done) = station.execute(OPERATOR, &armed);
     assert_eq!(status, 200, "{done}");
     assert!(station.is_degassing());
-    let (status, again) = station.arm(OPERATOR, &json!({ "command": DEGAS }));
-    assert_eq!((status, &again["conditions"][3]["is_met"]), (409, &json!(false)), "{again}");
-    assert!(again["detail"].as_str().unwrap().contains("a degas runs already"), "{again}");
+    let (status, again) = station.arm(OPERATOR, &json!({ "command": "degas on" }));
+    assert_eq!((status, &again["conditions"][2]["is_met"]), (409, &json!(false)), "{again}");
+    assert!(
+        again["detail"].as_str().unwrap().contains("a degas runs; it ends by itself, or write degas off"),
+        "{again}"
+    );
     let trail = trail(&station);
     let command = "Hot Cathode Block State Command (1:2/14)";
     assert_eq!(trail[1], ["execute", "Otto", command, "", "degas-on", ""], "{trail:#?}");
@@ -74,7 +77,7 @@ fn a_degas_above_its_pressure_limit_is_refused_with_the_reason() {
     station.take_control(OPERATOR);
     let (status, refused) = station.arm(OPERATOR, &json!({ "command": DEGAS }));
     assert_eq!(status, 409, "{refused}");
-    let pressure = &refused["conditions"][2];
+    let pressure = &refused["conditions"][3];
     assert_eq!(pressure["is_met"], false);
     assert_eq!(pressure["expected"], "ba.process-value is below 7.2e-6 mbar");
     assert!(pressure["found"].as_str().unwrap().starts_with("it is "), "{refused}");
@@ -92,7 +95,7 @@ fn a_pressure_that_rises_after_arming_prevents_the_execution() {
     station.outside(|segment| segment.set_environment(Outside::mbar(5e-4)));
     station.until_pa(|pa| pa > 1e-2);
     let (status, refused) = station.execute(OPERATOR, &armed);
-    assert_eq!((status, &refused["conditions"][2]["is_met"]), (409, &json!(false)), "{refused}");
+    assert_eq!((status, &refused["conditions"][3]["is_met"]), (409, &json!(false)), "{refused}");
     assert!(!station.is_degassing());
     assert!(trail(&station).last().unwrap()[5].starts_with("not sent: ba.process-value is "), "{:#?}", trail(&station));
 }
@@ -312,9 +315,17 @@ fn an_invalid_request_is_answered_with_what_was_expected() {
     }
     assert_eq!(station.post(ENGINEER, "/api/gauges/unknown/arm", Some(&write(SAFE_VALUE, "1 mbar"))).0, 404);
     // A number is a value of a parameter without a unit only.
+    let (status, armed) = station.arm(ENGINEER, &json!({ "target": "ba.emission-current", "value": 0.025 }));
+    assert_eq!((status, &armed["after"]), (200, &json!("0.025")), "{armed}");
     let percentage = "setpoint-a.percentage-of-atmosphere";
-    let (status, armed) = station.arm(ENGINEER, &json!({ "target": percentage, "value": 900 }));
-    assert_eq!((status, &armed["after"]), (200, &json!("900")), "{armed}");
+    let (status, armed) = station.arm(ENGINEER, &write(percentage, "50 %"));
+    assert_eq!((status, &armed["octets"], &armed["after"]), (200, &json!("01 F4"), &json!("50 %")), "{armed}");
+    let (status, refused) = station.arm(ENGINEER, &json!({ "target": percentage, "value": 50 }));
+    assert_eq!(status, 400, "{refused}");
+    assert!(
+        refused["detail"].as_str().unwrap().ends_with("got \"50\" without its sign; 50 percent is '50 %'"),
+        "{refused}"
+    );
     let (status, refused) = station.arm(ENGINEER, &json!({ "target": SAFE_VALUE, "value": 0.25 }));
     let sentence = "bcg450 at address 5, pirani.safe-value (slot 1, index 40, instance 1): expected a pressure of 0 or more with its \
                     unit, such as '1500 mbar', got \"0.25\" without a unit; in the present unit of the gauge it is '0.25 mbar'";

@@ -2,7 +2,7 @@
 
 use crate::action_text::{ActionText, UnknownName};
 use profivac_client::pressure::Pressure;
-use profivac_devices::model::Fault;
+use profivac_devices::model::{Fault, MeasuringRange, Part};
 use profivac_devices::{Action, Drive, Principle, SimulatedDevice, StateReport, UnsupportedAction};
 use profivac_dp::link::{Baud, BitTime, Listening, Station, Transmit};
 use profivac_dp::slave::Slave;
@@ -108,13 +108,13 @@ pub struct VirtualDevice {
 }
 
 impl VirtualDevice {
-    /// A device in its environment, settled. `place` is the setting of its address switch.
+    /// A device in its environment, settled. `address` is the setting of its address switch.
     #[must_use]
-    pub fn new(unit: Box<dyn GaugeSlave>, place: u8, baud: Baud, around: impl Into<Environment>) -> Self {
+    pub fn new(unit: Box<dyn GaugeSlave>, address: u8, baud: Baud, around: impl Into<Environment>) -> Self {
         let around = around.into();
         let sensors = sensors(unit.device(), Sensor::ideal);
         let mut device = Self {
-            switch_address: place,
+            switch_address: address,
             slave: unit,
             powered: true,
             sensors,
@@ -198,6 +198,12 @@ impl VirtualDevice {
     #[must_use]
     pub fn device(&self) -> &dyn SimulatedDevice {
         self.slave.device()
+    }
+
+    /// The measuring parts with their ranges.
+    pub fn ranges(&self) -> impl Iterator<Item = (Part, MeasuringRange)> + '_ {
+        let device = self.device();
+        device.parts().iter().enumerate().map(|(at, part)| (*part, device.measuring_range(at)))
     }
 
     /// The simulated device, for operations that need no bus.

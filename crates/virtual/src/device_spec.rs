@@ -158,6 +158,16 @@ pub enum SpecError {
     /// The text does not have the form `DEVICE@ADDR[:key=value,...]`.
     #[error("expected DEVICE@ADDR[:key=value,...] like bcg450@5, got {0:?}")]
     Syntax(String),
+    /// The keys are before the address.
+    #[error("the keys follow the address: expected {device}@{address}:{keys}, got \"{device}:{keys}@{address}\"")]
+    KeysBeforeAddress {
+        /// The device.
+        device: String,
+        /// The keys with their values.
+        keys: String,
+        /// The address.
+        address: String,
+    },
     /// The address is not a number from 0 to 126.
     #[error("expected an address from 0 to 126, got {0:?}")]
     InvalidAddress(String),
@@ -212,10 +222,14 @@ impl FromStr for DeviceSpec {
     fn from_str(text: &str) -> Result<Self, SpecError> {
         let form = || SpecError::Syntax(text.to_owned());
         let (device, rest) = text.split_once('@').ok_or_else(form)?;
-        let (place, keys) = rest.split_once(':').map_or((rest, None), |(place, keys)| (place, Some(keys)));
+        if let Some((device, keys)) = device.split_once(':') {
+            let [device, keys, address] = [device, keys, rest].map(str::to_owned);
+            return Err(SpecError::KeysBeforeAddress { device, keys, address });
+        }
+        let (address, keys) = rest.split_once(':').map_or((rest, None), |(address, keys)| (address, Some(keys)));
         let entry = entry(device)?;
-        let place = parse_address(place)?;
-        let mut spec = Self { device: device.to_owned(), address: place, keys: Vec::new() };
+        let address = parse_address(address)?;
+        let mut spec = Self { device: device.to_owned(), address, keys: Vec::new() };
         for pair in keys.into_iter().flat_map(|keys| keys.split(',')) {
             let (key, value) = pair.split_once('=').ok_or_else(form)?;
             spec.add(entry, key, value)?;
@@ -306,8 +320,8 @@ impl DeviceSpec {
 /// # Errors
 /// [`SpecError::InvalidAddress`].
 pub fn parse_address(text: &str) -> Result<u8, SpecError> {
-    let place = text.parse().ok().filter(|place| *place <= MAX_ADDRESS);
-    place.ok_or_else(|| SpecError::InvalidAddress(text.to_owned()))
+    let address = text.parse().ok().filter(|address| *address <= MAX_ADDRESS);
+    address.ok_or_else(|| SpecError::InvalidAddress(text.to_owned()))
 }
 
 /// Checks that no two devices have the same address.
@@ -382,6 +396,9 @@ mod tests {
         ] {
             assert_eq!(parse(text), Err(error), "{text}");
         }
+        let sentence = parse("img400:ch3=none@11").unwrap_err().to_string();
+        let expected = "the keys follow the address: expected img400@11:ch3=none, got \"img400:ch3=none@11\"";
+        assert_eq!(sentence, expected);
         assert!(parse("psg550@5:atm=on").is_err());
         let sentence = parse("bcg450@5:atm=on").unwrap_err().to_string();
         assert_eq!(sentence, "bcg450 has no key \"atm\"; it has serial, unit");

@@ -244,7 +244,7 @@ mod tests {
     use crate::device::GasConditions;
     use crate::device_spec::DeviceSpec;
     use crate::nonvolatile::NonvolatileMemory;
-    use profivac_client::cyclic::ChannelPrinciples;
+    use profivac_client::cyclic::ReportedChannels;
     use profivac_client::ms2::Ms2;
     use profivac_client::pressure::Pressure;
     use profivac_devices::bcg450::table::MODEL;
@@ -267,11 +267,11 @@ mod tests {
     }
 
     fn segment_of(baud: Baud, change: impl Fn(VirtualDevice) -> VirtualDevice) -> MemorySegment {
-        let devices = [5, 6].map(|place| {
-            let spec: DeviceSpec = format!("bcg450@{place}").parse().unwrap();
+        let devices = [5, 6].map(|address| {
+            let spec: DeviceSpec = format!("bcg450@{address}").parse().unwrap();
             change(VirtualDevice::new(
                 spec.build(NonvolatileMemory::volatile(), baud).unwrap(),
-                place,
+                address,
                 baud,
                 conditions(1e-3),
             ))
@@ -282,7 +282,7 @@ mod tests {
             model: &MODEL,
             configuration,
             unit,
-            principles: ChannelPrinciples::default(),
+            channels: ReportedChannels::default(),
         });
         let bus = BusParameters::new(1, baud).check().unwrap();
         MemorySegment::new(devices.into(), watched.into(), bus, baud).unwrap()

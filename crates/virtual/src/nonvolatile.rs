@@ -262,11 +262,11 @@ fn parse_key(text: &str) -> Option<Key> {
     if text == "address" {
         return Some(Key::Address);
     }
-    let (kind, place) = text.split_once(' ')?;
+    let (kind, location) = text.split_once(' ')?;
     match kind {
-        "hidden" => Some(Key::Internal(place.parse().ok()?)),
+        "hidden" => Some(Key::Internal(location.parse().ok()?)),
         "parameter" => {
-            let (slot, rest) = place.split_once(':')?;
+            let (slot, rest) = location.split_once(':')?;
             let (instance, index) = rest.split_once('/')?;
             let (slot, instance, index) = (slot.parse().ok()?, instance.parse().ok()?, index.parse().ok()?);
             Some(Key::Parameter { slot, instance, index })

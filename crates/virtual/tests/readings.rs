@@ -2,7 +2,7 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, clippy::indexing_slicing, reason = "a test")]
 
-use profivac_client::cyclic::{ChannelPrinciples, ChannelValue, CyclicSlave};
+use profivac_client::cyclic::{ChannelValue, CyclicSlave, ReportedChannels};
 use profivac_client::ms2::Ms2;
 use profivac_client::pressure::Pressure;
 use profivac_client::{Gauge, names::NamedParameter};
@@ -82,7 +82,7 @@ fn segment(row: &Row<'_>) -> MemorySegment {
         model,
         configuration: cyclic_configuration(model),
         unit: model.unit_named("mbar").unwrap(),
-        principles: ChannelPrinciples::of_parts(model, device.device().parts()),
+        channels: ReportedChannels::of_parts(model, device.ranges()),
     };
     MemorySegment::new(vec![device], vec![slave], BusParameters::new(1, BAUD).check().unwrap(), BAUD).unwrap()
 }
@@ -157,7 +157,7 @@ fn every_dpv1_device_has_the_same_readings_over_ms2() {
         let names = gauge.names();
         let is_channel = |named: &&NamedParameter| {
             let parameter = named.parameter;
-            let is_part = model.parts.iter().any(|spec| spec.part.instance == parameter.place.slot);
+            let is_part = model.parts.iter().any(|spec| spec.part.instance == parameter.location.slot);
             parameter.row.role == Some(Role::ProcessValue) && is_part
         };
         if model.name == "img400" {

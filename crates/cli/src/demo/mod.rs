@@ -46,7 +46,7 @@ pub struct Arguments {
     /// time
     #[arg(long, value_name = "N", default_value = "1", value_parser = values::speed, allow_hyphen_values = true)]
     speed: f64,
-    /// End after this time; with --headless the end of the scenario may come first
+    /// End after these seconds of real time; with --headless the end of the scenario may come first
     #[arg(long = "for", value_name = "SECONDS", value_parser = values::seconds, allow_hyphen_values = true)]
     time: Option<Duration>,
     /// Print a row every second instead of drawing, as without a terminal; fails if an exchange was lost

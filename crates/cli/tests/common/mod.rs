@@ -167,8 +167,8 @@ impl Program {
     }
 
     /// The state of a device.
-    pub fn state(&mut self, place: u8) -> serde_json::Value {
-        let answer = self.tell(&format!("state {place}"));
+    pub fn state(&mut self, address: u8) -> serde_json::Value {
+        let answer = self.tell(&format!("state {address}"));
         serde_json::from_str(answer.strip_prefix("ok ").unwrap_or_else(|| panic!("{answer}"))).unwrap()
     }
 

@@ -136,6 +136,44 @@ fn a_file_of_another_device_is_refused() {
     }
 }
 
+/// Gauges of a series have one ident number and different parts.
+#[test]
+fn a_file_of_another_gauge_of_the_series_is_refused() {
+    let line = Line::with(&["pcg550@5", "pcg554@6"]);
+    let file = dumped(&line, 5);
+    for command in ["diff", "restore"] {
+        let other = format!(
+            "{file}: the file is of pcg550, the gauge is pcg554; if it replaces the other device, write device = \"pcg554\" in the file"
+        );
+        line.fails(command, 6, &[&file], 2, &other);
+    }
+    replaced(&file, "device = \"pcg550\"", "device = \"pcg554\"");
+    assert_eq!(line.run("diff", 6, &[&file]).code, 0);
+}
+
+/// A gauge in IDLE sends its safe value, which looks like a pressure.
+#[test]
+fn a_dump_shows_why_a_pressure_is_not_valid() {
+    let line = Line::with(&["--pressure", "5e-6 mbar", "bcg450@5"]);
+    let lines = |target: &str| line.output("dump", 5, &[target]);
+    let file = fs::read_to_string(dumped(&line, 5)).unwrap();
+    assert!(file.contains("\"ba.process-value\" = \"0 mbar\"  # not valid: the gauge is in IDLE\n"), "{file}");
+    assert!(lines("ba.process-value").contains("0 mbar  (not valid: the gauge is in IDLE)"), "{}", lines("ba.process"));
+    line.output("write", 5, &["execute"]);
+    let shown = lines("process-value");
+    for (name, reason) in
+        [("pirani", "5.5e-3 mbar  (not valid: under range)"), ("cdg", "1 mbar  (not valid: under range)")]
+    {
+        let name = format!("{name}.process-value");
+        let row = shown.lines().find(|row| row.contains(&name)).unwrap();
+        assert!(row.ends_with(reason), "{shown}");
+    }
+    assert!(shown.lines().any(|row| row.contains("ba.process-value") && row.ends_with("mbar")), "{shown}");
+    let json: serde_json::Value =
+        serde_json::from_str(&line.output("dump", 5, &["--json", "cdg.process-value"])).unwrap();
+    assert_eq!((&json[0]["valid"], &json[0]["reason"]), (&false.into(), &"under range".into()));
+}
+
 #[test]
 fn the_error_for_a_wrong_file_has_line_and_column_before_anything_is_written() {
     let line = Line::with(&["bcg450@5"]);

@@ -42,9 +42,9 @@ fn a_value_that_the_table_forbids_is_not_sent() {
                   hold-last-value, use-safe-value, got";
     fails(5, &["pirani.safe-state", "never"], 2, &format!("{states} \"never\""));
     fails(5, &["pirani.safe-state", "4"], 2, &format!("{states} \"4\""));
-    let range = "bcg450 at address 5, setpoint-a.percentage-of-atmosphere (slot 1, index 202, instance 5): expected a number \
-                 from 10 to 1400, got \"1401\"";
-    fails(5, &["setpoint-a.percentage-of-atmosphere", "1401"], 2, range);
+    let range = "bcg450 at address 5, setpoint-a.percentage-of-atmosphere (slot 1, index 202, instance 5): expected a percentage \
+                 from 1 % to 140 %, such as '50 %', got \"141 %\"";
+    fails(5, &["setpoint-a.percentage-of-atmosphere", "141 %"], 2, range);
     let read_only = "bcg450 at address 5, device.serial-number (slot 0, index 23): it is read-only (access 1/2_R)";
     fails(5, &["serial-number", "4711"], 1, read_only);
     let prm = "img400 at address 7, channel.1/data-units (slot 1, index 22): only the user parameters of its master set it (access \
@@ -132,6 +132,88 @@ fn the_conditions_of_a_command_are_checked_before_it_is_sent() {
     line.fails("write", 5, &on, 1, &degas("the emission is off; it must be on"));
 }
 
+/// The gauge holds tenths of a percent: 500 is 50 %.
+#[test]
+fn a_percentage_needs_its_sign_and_is_shown_with_it() {
+    let line = Line::with(&["bcg450@5"]);
+    let target = "setpoint-a.percentage-of-atmosphere";
+    assert_eq!(line.output("read", 5, &[target]), format!("{target} = 5 %\n"));
+    assert_eq!(line.output("write", 5, &[target, "50 %"]), format!("{target}: 5 % -> 50 %\n"));
+    assert_eq!(line.output("write", 5, &[target, "12.5%"]), format!("{target}: 50 % -> 12.5 %\n"));
+    assert_eq!(line.output("read", 5, &["1:5/202"]), format!("{target} = 12.5 %\n"));
+    let bare = "bcg450 at address 5, setpoint-a.percentage-of-atmosphere (slot 1, index 202, instance 5): expected a percentage \
+                from 1 % to 140 %, such as '50 %', got \"50\" without its sign; 50 percent is '50 %'";
+    line.fails("write", 5, &[target, "50"], 2, bare);
+    for wrong in ["0.9 %", "140.1 %", "12.55 %", "50 mbar", "%"] {
+        let failed = line.run("write", 5, &[target, wrong]);
+        assert_eq!(failed.code, 2, "{wrong}: {}", failed.err);
+        assert!(failed.err.contains("expected a percentage from 1 % to 140 %"), "{wrong}: {}", failed.err);
+    }
+    let json: Value = serde_json::from_str(&line.output("read", 5, &["--json", target])).unwrap();
+    assert_eq!(
+        (&json[0]["value"], &json[0]["text"], &json[0]["unit"]),
+        (&json!(125), &json!("12.5 %"), &json!("0.1 %"))
+    );
+}
+
+/// The manuals print the pressure of an adjustment; a gauge that does not check it would be adjusted in a vacuum.
+#[test]
+fn an_adjustment_is_sent_only_at_the_pressure_of_the_manual() {
+    let mut line = Line::with(&["--pressure", "5e-6 mbar", "bpg400@9", "pcg550@6", "bcg450@5", "img400@7"]);
+    let refused = |line: &Line, address, target: &str, reason: &str| {
+        let failed = line.run("write", address, &["--yes", target]);
+        assert_eq!(failed.code, 1, "{address} {target}: {} {}", failed.out, failed.err);
+        assert!(failed.err.contains(reason), "{address} {target}: {}", failed.err);
+    };
+    for address in [5, 6, 7, 9] {
+        line.output("write", address, &["execute"]);
+    }
+    line.output("write", 7, &["--yes", "channel.1/emission-on"]);
+    let vent = "must be above 100 mbar; vent first";
+    refused(&line, 9, "full-scale-adjust", &format!("pirani.process-value is below 5.5e-3 mbar and {vent}"));
+    refused(&line, 6, "pirani.gain-adjust", &format!("pirani.process-value is below 5e-5 mbar and {vent}"));
+    refused(&line, 6, "atm.gain-adjust", "cdg.process-value is below 1 mbar and must be above 300 mbar; vent first");
+    refused(&line, 5, "atmosphere-adjust", "cdg.process-value is below 1 mbar and must be above 300 mbar; vent first");
+    for (address, target) in [(6, "cdg.zero-adjust"), (6, "pirani.zero-adjust"), (7, "channel.1/zero-adjust")] {
+        let done = line.run("write", address, &["--yes", target]);
+        assert_eq!(done.code, 0, "{address} {target}: {}", done.err);
+    }
+    line.tell("pressure 1000 mbar");
+    for (address, target) in
+        [(9, "full-scale-adjust"), (6, "pirani.gain-adjust"), (6, "atm.gain-adjust"), (5, "atmosphere-adjust")]
+    {
+        let done = line.run("write", address, &["--yes", target]);
+        assert_eq!(done.code, 0, "{address} {target}: {}", done.err);
+    }
+    let pump = "and must be below 0.01 mbar; pump down first";
+    refused(&line, 6, "cdg.zero-adjust", pump);
+    refused(&line, 6, "pirani.zero-adjust", pump);
+    refused(
+        &line,
+        7,
+        "channel.4/zero-adjust",
+        "channel.4/process-value is 1000 mbar and must be below 50 mbar; pump down first",
+    );
+}
+
+#[test]
+fn a_degas_that_runs_is_not_started_again() {
+    let line = Line::with(&["--pressure", "1e-6 mbar", "bcg450@5", "bpg400@9"]);
+    for (address, target) in [(5, "ba.hot-cathode-block-state-command"), (9, "ba.hot-cathode-block-state-command")] {
+        line.output("write", address, &["execute"]);
+        assert_eq!(line.output("write", address, &["--yes", "degas on"]), format!("{target}: degas-on done\n"));
+        let again = line.run("write", address, &["--yes", "degas on"]);
+        assert_eq!(again.code, 1, "{}", again.out);
+        assert!(
+            again.err.contains("degas-on was not sent: a degas runs; it ends by itself, or write degas off"),
+            "{}",
+            again.err
+        );
+        line.output("write", address, &["degas", "off"]);
+        line.output("write", address, &["--yes", "degas on"]);
+    }
+}
+
 #[test]
 fn a_command_with_a_risk_needs_yes_in_a_script() {
     let mut line = Line::with(&["bcg450@5", "pcg550@6"]);
@@ -140,6 +222,7 @@ fn a_command_with_a_risk_needs_yes_in_a_script() {
                 was sent; without a terminal add --yes";
     line.fails("write", 5, &["stop"], 2, risk);
     assert_eq!(line.simulation.state(5)["device_state"], "EXECUTING");
+    line.output("write", 6, &["execute"]);
     let zero = "cdg.ai-block-adjust-command zero-adjust moves the zero: the pressure must be two decades below the range of the \
                 gauge; nothing was sent; without a terminal add --yes";
     line.fails("write", 6, &["cdg.zero-adjust"], 2, zero);

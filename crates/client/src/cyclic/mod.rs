@@ -1,10 +1,10 @@
 //! The cyclic data of a slave: the layout of its inputs, and the values in them.
 
-mod principles;
+mod channels;
 mod quality;
 
-pub(crate) use principles::BLOCK_TYPE;
-pub use principles::{ChannelPrinciples, open_instances};
+pub(crate) use channels::BLOCK_TYPE;
+pub use channels::{ReportedChannels, open_instances, unranged_instances};
 pub use quality::Cause;
 pub(crate) use quality::ValueStatus;
 
@@ -21,14 +21,14 @@ use quality::{Evidence, Range};
 /// The data that a class 1 master needs to exchange data with a slave.
 ///
 /// ```
-/// use profivac_client::cyclic::{ChannelPrinciples, CyclicSlave};
+/// use profivac_client::cyclic::{ReportedChannels, CyclicSlave};
 /// use profivac_devices::catalog::model_named;
 /// use profivac_dp::link::Baud;
 ///
 /// let model = model_named("tpg300").ok_or("no such model")?;
 /// let unit = model.unit_named("Pascal").ok_or("no such unit")?;
 /// let configuration = model.default_configuration;
-/// let slave = CyclicSlave { address: 7, model, configuration, unit, principles: ChannelPrinciples::default() };
+/// let slave = CyclicSlave { address: 7, model, configuration, unit, channels: ReportedChannels::default() };
 /// assert_eq!(slave.parameters(Baud::B19200).cfg, configuration.octets);
 /// // 8 octets of the parameter channel, then each channel with its pressure and status.
 /// let channel = [&2.5_f32.to_be_bytes()[..], &[0]].concat();
@@ -46,8 +46,8 @@ pub struct CyclicSlave {
     pub configuration: &'static Configuration,
     /// The unit of its pressures.
     pub unit: &'static Unit,
-    /// The principles of its channels as the device reports them.
-    pub principles: ChannelPrinciples,
+    /// The principles and ranges of its channels as the device reports them.
+    pub channels: ReportedChannels,
 }
 
 impl CyclicSlave {
@@ -64,10 +64,10 @@ impl CyclicSlave {
     }
 
     /// The measuring principle of an instance or channel. `None` where neither the tables nor the device tell it, see
-    /// [`ChannelPrinciples`].
+    /// [`ReportedChannels`].
     #[must_use]
     pub fn principle(&self, instance: u8) -> Option<Principle> {
-        self.principles.principle(self.model, instance)
+        self.channels.principle(self.model, instance)
     }
 
     /// Decodes inputs.
@@ -87,7 +87,7 @@ impl CyclicSlave {
             let pa = self.decode(number, octets, instance);
             let others_measure = fields.has_measuring_channel();
             let reported = Reported { instance, pa, status, exception, others_measure };
-            Some(reported.value(self.model, &self.principles))
+            Some(reported.value(self.model, &self.channels))
         });
         CyclicValues { values: values.collect(), exception }
     }
@@ -120,22 +120,16 @@ pub(crate) struct Reported {
 
 impl Reported {
     /// The reading.
-    pub fn value(self, model: &Model, principles: &ChannelPrinciples) -> ChannelValue {
+    pub fn value(self, model: &Model, channels: &ReportedChannels) -> ChannelValue {
         let Self { instance, pa, status, exception, others_measure } = self;
-        let principle = principles.principle(model, instance);
-        let range = range(model, principle, instance);
+        let principle = channels.principle(model, instance);
+        let range = channels.range(model, instance).map(Range::from);
+        let shows_end = !unranged_instances(model).contains(&instance);
         let has_ion_part = model.parts.iter().any(|spec| spec.part.principle == Principle::HotCathode);
-        let evidence = Evidence { status, exception, pa, range, principle, has_ion_part, others_measure };
+        let evidence = Evidence { status, exception, pa, range, principle, shows_end, has_ion_part, others_measure };
         let quality::Verdict { quality, cause, limit_pa } = evidence.verdict();
         ChannelValue { instance, quality, cause, pa: pa.filter(|_| quality == Quality::Valid), limit_pa }
     }
-}
-
-/// The range of an instance or channel. A controller accepts several gauges; those of another principle than the reported
-/// one do not count.
-fn range(model: &Model, principle: Option<Principle>, instance: u8) -> Option<Range> {
-    let specs = model.parts.iter().filter(|spec| spec.part.instance == instance);
-    Range::common(specs.filter(|spec| principle.is_none_or(|it| it == spec.part.principle)).map(|spec| &spec.limits))
 }
 
 /// Inputs with their layout.
@@ -313,6 +307,7 @@ mod tests {
     use super::*;
     use profivac_devices::bcg450::table::MODEL;
     use profivac_devices::catalog::MODELS;
+    use profivac_devices::model::MeasuringRange;
 
     fn slave(configuration: usize, unit: &str) -> CyclicSlave {
         let unit = MODEL.unit_named(unit).unwrap();
@@ -321,7 +316,7 @@ mod tests {
             model: &MODEL,
             configuration: &MODEL.configurations[configuration],
             unit,
-            principles: ChannelPrinciples::default(),
+            channels: ReportedChannels::default(),
         }
     }
 
@@ -359,13 +354,18 @@ mod tests {
     fn every_channel_of_a_controller_has_its_own_value() {
         let model = &profivac_devices::img400::table::MODEL;
         let (configuration, unit) = (&model.configurations[9], model.unit_named("mbar").unwrap());
-        let slave = CyclicSlave { address: 7, model, configuration, unit, principles: ChannelPrinciples::default() };
+        let slave = CyclicSlave { address: 7, model, configuration, unit, channels: ReportedChannels::default() };
         let values = [1e-8_f32, 1e-2, 1e-3, 5.0].map(f32::to_be_bytes).concat();
-        let reading = slave.decode_inputs(&[&[0x80][..], &values, &[0x20, 0x01], &[0; 7]].concat());
+        let inputs = [&[0x80][..], &values, &[0x20, 0x01], &[0; 7]].concat();
+        let reading = slave.decode_inputs(&inputs);
         let qualities: Vec<_> = reading.values.iter().map(|value| (value.instance, value.quality)).collect();
         let expected = [Quality::Valid, Quality::Overrange, Quality::Missing, Quality::Valid];
         assert_eq!(qualities, [1, 2, 3, 4].into_iter().zip(expected).collect::<Vec<_>>());
-        assert!((reading.values[1].limit_pa.unwrap() / 1e-2 - 1.0).abs() < 1e-6, "the extractor ends first");
+        assert_eq!(reading.values[1].limit_pa, None, "the manual has no ranges of the gauges");
+        let range = MeasuringRange { lowest_pa: 1e-10, highest_pa: 1e-2 };
+        let slave = CyclicSlave { channels: ReportedChannels::default().with_range(2, range), ..slave };
+        let reading = slave.decode_inputs(&inputs);
+        assert_eq!(reading.values[1].limit_pa, Some(1e-2), "the device has reported its range");
         assert!((reading.values[3].pa.unwrap() - 500.0).abs() < 1e-9);
     }
 
@@ -373,7 +373,7 @@ mod tests {
     fn a_measurement_status_declares_the_validity_of_a_channel() {
         let model = &profivac_devices::tpg::table::TPG300;
         let (configuration, unit) = (model.default_configuration, model.unit_named("Pascal").unwrap());
-        let slave = CyclicSlave { address: 7, model, configuration, unit, principles: ChannelPrinciples::default() };
+        let slave = CyclicSlave { address: 7, model, configuration, unit, channels: ReportedChannels::default() };
         let channel = |pressure: f32, status: u8| [&pressure.to_be_bytes()[..], &[status]].concat();
         let channels = [channel(2.5, 0), channel(1e-3, 1), channel(5.0, 3), channel(0.0, 5)].concat();
         let reading = slave.decode_inputs(&[vec![0; 8], channels].concat());
@@ -403,7 +403,7 @@ mod tests {
                 model,
                 configuration: model.default_configuration,
                 unit,
-                principles: ChannelPrinciples::default(),
+                channels: ReportedChannels::default(),
             };
             let file = gsd::gsd(model);
             let says = |keyword: &str| file.lines().find_map(|it| it.strip_prefix(keyword)?.trim().strip_prefix("= "));

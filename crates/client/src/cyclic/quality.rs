@@ -15,7 +15,7 @@
 //! | all | no condition above | fault |
 
 use profivac_devices::Principle;
-use profivac_devices::model::Limits;
+use profivac_devices::model::MeasuringRange;
 use profivac_devices::profile::{ExceptionStatus, StatusExtension};
 use profivac_devices::reading::{Quality, is_pressure};
 use std::fmt;
@@ -78,21 +78,20 @@ impl fmt::Display for Cause {
     }
 }
 
-/// The range of a value. Where the tables leave open which gauge is connected, each end is the one that is certain.
+/// The range of a value.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Range {
     low_pa: f64,
     high_pa: f64,
 }
 
-impl Range {
-    /// The range that all of these gauges have in common.
-    pub fn common<'a>(limits: impl Iterator<Item = &'a Limits>) -> Option<Self> {
-        limits
-            .map(|limits| Self { low_pa: limits.under_pa, high_pa: limits.over_pa })
-            .reduce(|one, other| Self { low_pa: one.low_pa.max(other.low_pa), high_pa: one.high_pa.min(other.high_pa) })
+impl From<MeasuringRange> for Range {
+    fn from(range: MeasuringRange) -> Self {
+        Self { low_pa: range.lowest_pa, high_pa: range.highest_pa }
     }
+}
 
+impl Range {
     /// Whether the pressure is within, not at an end: an end is shown in place of a value.
     fn contains(&self, pa: f64) -> bool {
         pa > self.low_pa * (1.0 + ROUNDING) && pa < self.high_pa * (1.0 - ROUNDING)
@@ -111,8 +110,10 @@ pub(super) struct Evidence {
     pub exception: ExceptionStatus,
     /// The number, in Pa.
     pub pa: Option<f64>,
-    /// The range of the active part.
+    /// The range of the active part, if it is known.
     pub range: Option<Range>,
+    /// Beyond its range the device shows the end of the range in place of the pressure.
+    pub shows_end: bool,
     /// The principle of the active part.
     pub principle: Option<Principle>,
     /// The gauge has an ionisation part beside a Pirani.
@@ -214,9 +215,10 @@ impl Evidence {
         }
     }
 
-    /// The end of the range, in Pa: that of the tables, or the number that the device shows.
+    /// The end of the range, in Pa: that of the tables, that which the device reports, or the number that it shows. `None` if none
+    /// of them is known.
     fn limit_pa(&self, quality: Quality) -> Option<f64> {
-        let shown = self.pa.filter(|pa| is_pressure(*pa));
+        let shown = self.pa.filter(|pa| self.shows_end && is_pressure(*pa));
         match quality {
             Quality::Underrange => self.range.map(|range| range.low_pa).or(shown),
             Quality::Overrange => self.range.map(|range| range.high_pa).or(shown),

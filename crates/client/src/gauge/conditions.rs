@@ -3,11 +3,11 @@
 //! The client checks them before it sends a command, because the refusal of a device does not name the condition.
 
 use super::Gauge;
-use crate::error::{ClientError, STATES, Unmet, mbar, source_states, state_name};
+use crate::error::{ClientError, FoundPressure, PressureLimit, STATES, Unmet, source_states, state_name};
 use crate::names::{NamedParameter, ParameterNames};
 use crate::records::Records;
 use crate::values::Value;
-use profivac_devices::model::{Code, Codes, Precondition, Role};
+use profivac_devices::model::{AccessPath, Code, Codes, Direction, Precondition, Role};
 use profivac_devices::profile::{DeviceState, StateEvent};
 use profivac_devices::reading::Quality;
 
@@ -37,9 +37,11 @@ enum Requirement<'a> {
     /// Emission Status is not off.
     Emission(&'a NamedParameter),
     /// Degas Status is off.
-    NoDegas(&'a NamedParameter),
-    /// A Process Value is below a limit in Pa.
-    Below(&'a NamedParameter, f64),
+    DegasOff(&'a NamedParameter),
+    /// A Process Value is on one side of a limit.
+    Pressure(&'a NamedParameter, PressureLimit),
+    /// A Process Value is below a part of a Full Scale.
+    BelowPartOf { value: &'a NamedParameter, full_scale: &'a NamedParameter, part: f64 },
 }
 
 /// The conditions of a code as text, from the tables alone.
@@ -65,12 +67,12 @@ pub(super) fn all<R: Records>(
     code: Option<&'static Code>,
 ) -> Result<Vec<Condition>, ClientError> {
     let Some(code) = code else { return Ok(Vec::new()) };
-    let names = gauge.names();
+    let (names, via) = (gauge.names(), gauge.records().via());
     let condition = |requirement: &Requirement<'_>| {
         let (found, unmet) = requirement.evaluate(gauge)?;
         Ok(Condition { required: requirement.text(), found, unmet: unmet.map(|unmet| unmet.to_string()) })
     };
-    requirements(&names, named, code).iter().map(condition).collect()
+    requirements(&names, named, code).iter().filter(|it| it.is_readable(via)).map(condition).collect()
 }
 
 /// Fails with [`ClientError::Condition`] at the first condition of a code that is not met.
@@ -80,10 +82,10 @@ pub(super) fn check<R: Records>(
     code: Option<&'static Code>,
 ) -> Result<(), ClientError> {
     let Some(code) = code else { return Ok(()) };
-    let names = gauge.names();
-    for requirement in requirements(&names, named, code) {
+    let (names, via) = (gauge.names(), gauge.records().via());
+    for requirement in requirements(&names, named, code).into_iter().filter(|it| it.is_readable(via)) {
         if let (_, Some(unmet)) = requirement.evaluate(gauge)? {
-            return Err(ClientError::Condition { place: gauge.context(named), command: code.name, unmet });
+            return Err(ClientError::Condition { location: gauge.context(named), command: code.name, unmet });
         }
     }
     Ok(())
@@ -94,28 +96,28 @@ fn requirements<'a>(names: &'a ParameterNames, named: &'a NamedParameter, code: 
     let (slot, index) = DEVICE_STATE;
     let state = names.at(slot, 0, index);
     let transition = state.zip(event(named, code)).map(|(state, event)| Requirement::Transition(state, event));
-    let preconditions = code.preconditions.iter().filter_map(|precondition| match *precondition {
-        Precondition::Executing => state.map(Requirement::Executing),
-        Precondition::EmissionOn => {
-            parameter_of_instance(names, named, named.parameter.place.instance, Role::EmissionStatus)
-                .map(Requirement::Emission)
-        }
-        Precondition::NotDegassing => {
-            parameter_of_instance(names, named, named.parameter.place.instance, Role::DegasStatus)
-                .map(Requirement::NoDegas)
-        }
-        Precondition::PressureBelow(instance, pa) => {
-            let instance = instance.unwrap_or(named.parameter.place.instance);
-            parameter_of_instance(names, named, instance, Role::ProcessValue).map(|value| Requirement::Below(value, pa))
-        }
-    });
+    let own = named.parameter.location.instance;
+    let parameter = |instance: Option<u8>, role| parameter_of_instance(names, named, instance.unwrap_or(own), role);
+    let preconditions =
+        code.preconditions.iter().filter_map(|precondition| match *precondition {
+            Precondition::Executing => state.map(Requirement::Executing),
+            Precondition::EmissionOn => parameter(None, Role::EmissionStatus).map(Requirement::Emission),
+            Precondition::DegasOff => parameter(None, Role::DegasStatus).map(Requirement::DegasOff),
+            Precondition::PressureBelow(instance, pa) => parameter(instance, Role::ProcessValue)
+                .map(|value| Requirement::Pressure(value, PressureLimit::Below(pa))),
+            Precondition::PressureAbove(instance, pa) => parameter(instance, Role::ProcessValue)
+                .map(|value| Requirement::Pressure(value, PressureLimit::Above(pa))),
+            Precondition::BelowPartOfFullScale(part) => parameter(None, Role::ProcessValue)
+                .zip(parameter(None, Role::FullScale))
+                .map(|(value, full_scale)| Requirement::BelowPartOf { value, full_scale, part }),
+        });
     transition.into_iter().chain(preconditions).collect()
 }
 
 /// The event of the state diagram that a code of Device Block State Command triggers.
 fn event(named: &NamedParameter, code: &'static Code) -> Option<StateEvent> {
     let row = named.parameter.row;
-    let is_state_command = (named.parameter.place.slot, row.index) == STATE_COMMAND;
+    let is_state_command = (named.parameter.location.slot, row.index) == STATE_COMMAND;
     let number = u8::try_from(code.number).ok().filter(|_| is_state_command && matches!(row.codes, Codes::Commands(_)));
     StateEvent::of_command(number?).ok().flatten()
 }
@@ -127,10 +129,10 @@ fn parameter_of_instance<'a>(
     instance: u8,
     role: Role,
 ) -> Option<&'a NamedParameter> {
-    let slot = named.parameter.place.slot;
+    let slot = named.parameter.location.slot;
     names.all().iter().find(|other| {
-        let place = other.parameter.place;
-        (place.slot, place.instance) == (slot, instance) && other.parameter.row.role == Some(role)
+        let location = other.parameter.location;
+        (location.slot, location.instance) == (slot, instance) && other.parameter.row.role == Some(role)
     })
 }
 
@@ -140,8 +142,24 @@ impl Requirement<'_> {
             Self::Transition(_, event) => format!("the gauge is in {}", source_states(*event)),
             Self::Executing(_) => "the gauge is in EXECUTING".to_owned(),
             Self::Emission(_) => "the emission is on".to_owned(),
-            Self::NoDegas(_) => "no degas runs".to_owned(),
-            Self::Below(value, pa) => format!("{} is below {}", value.name, mbar(*pa)),
+            Self::DegasOff(_) => "no degas runs".to_owned(),
+            Self::Pressure(value, limit) => format!("{} is {limit}", value.name),
+            Self::BelowPartOf { value, part, .. } => {
+                format!("{} is below {} % of its full scale", value.name, part * 100.0)
+            }
+        }
+    }
+
+    /// Whether a service reads what the requirement needs. The device decides about the others.
+    fn is_readable(&self, via: AccessPath) -> bool {
+        let is_readable = |named: &NamedParameter| named.parameter.row.access.allows(via, Direction::Read);
+        match self {
+            Self::Transition(named, _)
+            | Self::Executing(named)
+            | Self::Emission(named)
+            | Self::DegasOff(named)
+            | Self::Pressure(named, _) => is_readable(named),
+            Self::BelowPartOf { value, full_scale, .. } => is_readable(value) && is_readable(full_scale),
         }
     }
 
@@ -164,12 +182,20 @@ impl Requirement<'_> {
                 let is_off = reading.value == Value::Integer(0);
                 (format!("it is {}", reading.text), is_off.then_some(Unmet::EmissionOff))
             }
-            Self::NoDegas(status) => {
+            Self::DegasOff(status) => {
                 let reading = gauge.read_parameter(status)?;
-                let is_running = reading.value != Value::Integer(0);
-                (format!("degas is {}", reading.text), is_running.then_some(Unmet::Degassing))
+                let is_off = reading.value == Value::Integer(0);
+                (format!("it is {}", reading.text), (!is_off).then_some(Unmet::DegasRuns))
             }
-            Self::Below(value, limit_pa) => evaluate_pressure(gauge, value, *limit_pa)?,
+            Self::Pressure(value, limit) => evaluate_pressure(gauge, value, *limit)?,
+            Self::BelowPartOf { value, full_scale, part } => {
+                let reading = gauge.read_parameter(full_scale)?;
+                match gauge.pa(&reading) {
+                    Some(full_scale_pa) => evaluate_pressure(gauge, value, PressureLimit::Below(full_scale_pa * part))?,
+                    // A full scale that is no pressure sets no limit: the device decides.
+                    None => ("its full scale is not known".to_owned(), None),
+                }
+            }
         })
     }
 }
@@ -177,19 +203,20 @@ impl Requirement<'_> {
 fn evaluate_pressure<R: Records>(
     gauge: &mut Gauge<R>,
     value: &NamedParameter,
-    limit_pa: f64,
+    limit: PressureLimit,
 ) -> Result<(String, Option<Unmet>), ClientError> {
     let parameter = value.name.clone();
     let reading = gauge.pressure_of(value)?;
-    Ok(match (reading.quality, reading.pa, reading.limit_pa) {
-        (Quality::Valid, Some(pa), _) => {
-            let is_too_high = pa >= limit_pa || pa.is_nan();
-            let unmet = is_too_high.then_some(Unmet::PressureTooHigh { parameter, pa, limit_pa });
-            (format!("it is {}", mbar(pa)), unmet)
-        }
-        // The pressure is below the range of the part, so it is below a limit within the range.
-        (Quality::Underrange, _, Some(end)) if end <= limit_pa => (format!("it is below {}", mbar(end)), None),
-        _ => ("it is not valid now".to_owned(), Some(Unmet::NoPressure { parameter, limit_pa })),
+    let found = match (reading.quality, reading.pa, reading.limit_pa) {
+        (Quality::Valid, Some(pa), _) => Some(FoundPressure::At(pa)),
+        (Quality::Underrange, _, Some(end)) => Some(FoundPressure::Below(end)),
+        (Quality::Overrange, _, Some(end)) => Some(FoundPressure::Above(end)),
+        _ => None,
+    };
+    Ok(match found.and_then(|found| Some((found, limit.is_met_by(found)?))) {
+        Some((found, true)) => (format!("it is {found}"), None),
+        Some((found, false)) => (format!("it is {found}"), Some(Unmet::WrongPressure { parameter, found, limit })),
+        None => ("it is not valid now".to_owned(), Some(Unmet::NoPressure { parameter, limit })),
     })
 }
 

@@ -114,8 +114,8 @@ impl<R: Records> Gauge<R> {
         let mut defects = Defects::default();
         let mut last_slot = None;
         // A channel accepts several gauges, whose blocks share a slot. A row of an instance would move the selector.
-        for alarm in of_role(Role::SensorAlarm).filter(|alarm| alarm.parameter.place.instance == 0) {
-            let slot = alarm.parameter.place.slot;
+        for alarm in of_role(Role::SensorAlarm).filter(|alarm| alarm.parameter.location.instance == 0) {
+            let slot = alarm.parameter.location.slot;
             if last_slot.replace(slot) != Some(slot) {
                 defects.device.extend(self.channel_alarms(alarm)?);
             }
@@ -125,7 +125,7 @@ impl<R: Records> Gauge<R> {
 
     /// The defects of a channel.
     fn channel_alarms(&mut self, alarm: &NamedParameter) -> Result<Vec<String>, ClientError> {
-        let slot = alarm.parameter.place.slot;
+        let slot = alarm.parameter.location.slot;
         let octets = match self.read_parameter(alarm) {
             Err(ClientError::Refused { .. }) => return Ok(Vec::new()),
             reading => reading?.octets,

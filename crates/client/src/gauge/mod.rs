@@ -171,7 +171,7 @@ impl<R: Records> Gauge<R> {
             Target::CurrentInstance { slot, index } => {
                 let instance = self.shown_instance(slot)?;
                 names.at(slot, instance, index).cloned().ok_or_else(|| ClientError::Access {
-                    place: self.raw_context(slot, index),
+                    location: self.raw_context(slot, index),
                     reason: AccessReason::NotInInstance { slot, instance, index },
                 })
             }
@@ -188,13 +188,13 @@ impl<R: Records> Gauge<R> {
 
     /// The context of an error about a parameter.
     pub(super) fn context(&self, named: &NamedParameter) -> ParameterContext {
-        let place = named.parameter.place;
+        let location = named.parameter.location;
         ParameterContext {
             device: self.model.name,
             address: self.address,
             name: Some(named.name.clone()),
-            slot: place.slot,
-            instance: place.instance,
+            slot: location.slot,
+            instance: location.instance,
             index: named.parameter.row.index,
         }
     }

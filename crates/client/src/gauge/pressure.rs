@@ -1,13 +1,16 @@
 //! The pressure of a gauge with its quality, which the function of the cyclic data decides.
 
 use super::{Gauge, ParameterReading};
-use crate::cyclic::{BLOCK_TYPE, ChannelPrinciples, ChannelValue, Reported, ValueStatus, open_instances};
+use crate::cyclic::{
+    BLOCK_TYPE, ChannelValue, Reported, ReportedChannels, ValueStatus, open_instances, unranged_instances,
+};
 use crate::error::ClientError;
 use crate::names::NamedParameter;
 use crate::records::Records;
 use crate::values::{Value, pressure_format};
-use profivac_devices::model::{Field, Model, NumberType, Role};
+use profivac_devices::model::{DataType, Field, MeasuringRange, Model, NumberType, Role};
 use profivac_devices::profile::{ExceptionStatus, StatusExtension};
+use profivac_devices::reading::is_pressure;
 
 /// Slot and index of Exception Status in every block device.
 const EXCEPTION_STATUS: (u8, u8) = (0, 26);
@@ -43,7 +46,7 @@ impl<R: Records> Gauge<R> {
         let is_value = |named: &&NamedParameter| {
             has_role(named, Role::ProcessValue)
                 && model.parts.iter().any(|spec| spec.part.instance == instance_of(named))
-                && (active == 0 || named.parameter.place.instance == active)
+                && (active == 0 || named.parameter.location.instance == active)
         };
         for value in names.all().iter().filter(is_value) {
             let reading = self.reading_of(value, one_of_n)?;
@@ -113,8 +116,8 @@ impl<R: Records> Gauge<R> {
             _ => false,
         };
         let exception = self.exception_status()?;
-        let principles = self.principles(instance)?;
-        Ok(Reported { instance, pa, status, exception, others_measure }.value(self.model, &principles))
+        let channels = self.reported_channel(named)?;
+        Ok(Reported { instance, pa, status, exception, others_measure }.value(self.model, &channels))
     }
 
     fn status_extension(&mut self, status: &NamedParameter) -> Result<StatusExtension, ClientError> {
@@ -149,21 +152,50 @@ impl<R: Records> Gauge<R> {
         })
     }
 
-    /// The principle of a channel that the tables leave open, as far as the device reports it. It is read each time: another
-    /// gauge may have been connected.
-    fn principles(&mut self, instance: u8) -> Result<ChannelPrinciples, ClientError> {
-        if !open_instances(self.model).contains(&instance) {
-            return Ok(ChannelPrinciples::default());
+    /// The principle and the range of the channel of a Process Value, as far as the tables leave them open and the device reports
+    /// them. They are read each time: another gauge may have been connected.
+    fn reported_channel(&mut self, value: &NamedParameter) -> Result<ReportedChannels, ClientError> {
+        let instance = instance_of(value);
+        let mut reported = ReportedChannels::default();
+        if open_instances(self.model).contains(&instance) {
+            match self.read_raw(instance, BLOCK_TYPE) {
+                Ok(octets) => reported = ReportedChannels::from_block_types([(instance, octets.as_slice())]),
+                Err(ClientError::Refused { .. }) => {}
+                Err(error) => return Err(error),
+            }
         }
-        match self.read_raw(instance, BLOCK_TYPE) {
-            Ok(octets) => Ok(ChannelPrinciples::from_block_types([(instance, octets.as_slice())])),
-            Err(ClientError::Refused { .. }) => Ok(ChannelPrinciples::default()),
+        Ok(match self.reported_range(value)? {
+            Some(range) => reported.with_range(instance, range),
+            None => reported,
+        })
+    }
+
+    /// The range that the channel of a pressure reports, where different gauges may be connected. `None` elsewhere.
+    pub(super) fn reported_range(&mut self, named: &NamedParameter) -> Result<Option<MeasuringRange>, ClientError> {
+        let is_pressure = named.parameter.row.data_type == DataType::ByType;
+        if !is_pressure || !unranged_instances(self.model).contains(&instance_of(named)) {
+            return Ok(None);
+        }
+        let lowest_pa = self.range_end(named, Role::Underrange)?;
+        let highest_pa = self.range_end(named, Role::Overrange)?;
+        Ok(lowest_pa.zip(highest_pa).map(|(lowest_pa, highest_pa)| MeasuringRange { lowest_pa, highest_pa }))
+    }
+
+    /// The end of the range that the channel of a Process Value reports. `None` if it reports none.
+    fn range_end(&mut self, value: &NamedParameter, role: Role) -> Result<Option<f64>, ClientError> {
+        let names = self.names();
+        let Some(end) = names.all().iter().find(|other| has_role(other, role) && other.is_same_instance(value)) else {
+            return Ok(None);
+        };
+        match self.read_parameter(end) {
+            Ok(reading) => Ok(self.pa(&reading).filter(|pa| is_pressure(*pa))),
+            Err(ClientError::Refused { .. }) => Ok(None),
             Err(error) => Err(error),
         }
     }
 
     /// A reading in Pa.
-    fn pa(&self, reading: &ParameterReading) -> Option<f64> {
+    pub(super) fn pa(&self, reading: &ParameterReading) -> Option<f64> {
         let Value::Number(number) = reading.value else { return None };
         let unit = self.model.unit_named(reading.unit?)?;
         pressure_format(self.model, &reading.named, unit, NumberType::Float)?.pa_from_number(number)
@@ -172,8 +204,8 @@ impl<R: Records> Gauge<R> {
 
 /// The number of the measuring part or channel of a parameter.
 const fn instance_of(named: &NamedParameter) -> u8 {
-    let place = named.parameter.place;
-    if place.instance > 0 { place.instance } else { place.slot }
+    let location = named.parameter.location;
+    if location.instance > 0 { location.instance } else { location.slot }
 }
 
 fn has_role(named: &NamedParameter, role: Role) -> bool {

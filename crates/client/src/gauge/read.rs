@@ -21,7 +21,7 @@ pub struct ParameterReading {
     pub value: Value,
     /// The value as text, in the words of the manual.
     pub text: String,
-    /// The unit of a pressure.
+    /// The unit of a pressure, and `0.1 %` for a whole number of tenths of a percent.
     pub unit: Option<&'static str>,
 }
 
@@ -80,7 +80,11 @@ impl<R: Records> Gauge<R> {
         self.select(named)?;
         let (octets, value, unit) = self.read_with_unit(named)?;
         let text = ValueFormat { named, model: self.model, unit }.format(&value);
-        Ok(ParameterReading { named: named.clone(), octets, value, text, unit: unit.map(|unit| unit.name) })
+        let unit = match named.parameter.row.codes {
+            Codes::PerMille(..) => Some("0.1 %"),
+            _ => unit.map(|unit| unit.name),
+        };
+        Ok(ParameterReading { named: named.clone(), octets, value, text, unit })
     }
 
     /// Reads a record that is in no table.
@@ -154,11 +158,11 @@ impl<R: Records> Gauge<R> {
         let is_unit = |row: &Row| row.codes == Codes::Units && row.access.allows(via, Direction::Read);
         let mut units = names.all().iter().filter(|named| is_unit(named.parameter.row));
         let Some(first) = units.clone().next() else { return Ok(None) };
-        let shown = match first.parameter.place.instance {
+        let shown = match first.parameter.location.instance {
             0 => 0,
-            _ => self.selected_instance(first.parameter.place.slot)?,
+            _ => self.selected_instance(first.parameter.location.slot)?,
         };
-        Ok(units.find(|named| named.parameter.place.instance == shown).or(Some(first)).cloned())
+        Ok(units.find(|named| named.parameter.location.instance == shown).or(Some(first)).cloned())
     }
 
     /// A record with its value and its unit. A pressure counts only if the unit was the same before and after it was read.
@@ -193,7 +197,7 @@ impl<R: Records> Gauge<R> {
     /// The octets of a record and the value in them.
     pub(super) fn read_record(&mut self, named: &NamedParameter) -> Result<(Vec<u8>, Value), ClientError> {
         self.recover_selector()?;
-        let (slot, index) = (named.parameter.place.slot, named.parameter.row.index);
+        let (slot, index) = (named.parameter.location.slot, named.parameter.row.index);
         let record = self.records.read(slot, index);
         let octets = record
             .map_err(|error| ClientError::from_record(error, Operation::Read, self.context(named), Some(named)))?;
@@ -203,7 +207,7 @@ impl<R: Records> Gauge<R> {
 
     pub(super) fn decode(&self, named: &NamedParameter, doing: Operation, octets: &[u8]) -> Result<Value, ClientError> {
         Value::decode(named.parameter.row.data_type, octets).map_err(|error| ClientError::Malformed {
-            place: self.context(named),
+            location: self.context(named),
             doing,
             error,
         })
@@ -216,7 +220,7 @@ impl<R: Records> Gauge<R> {
             return Ok(());
         }
         Err(ClientError::Access {
-            place: self.context(named),
+            location: self.context(named),
             reason: access_reason(named.parameter.row, via, direction),
         })
     }

@@ -44,10 +44,12 @@ impl HeldSelector {
 /// the next gauge.
 fn restore_record(records: &mut impl Records, record: UnrestoredRecord) -> Result<(), RecordError> {
     let UnrestoredRecord { slot, index, written, original } = record;
+    records.set_restoring(true);
     let restored = records.read(slot, index).and_then(|octets| match octets.as_slice() {
         [current] if *current == written => write_instance(records, (slot, index), original),
         _ => Ok(()),
     });
+    records.set_restoring(false);
     if let Err(RecordError::Session(_) | RecordError::Interrupted(_)) = &restored {
         records.keep_unrestored(record);
     }
@@ -99,8 +101,8 @@ impl<R: Records> Gauge<R> {
 
     fn restore(&mut self, record: UnrestoredRecord) -> Result<(), ClientError> {
         restore_record(&mut self.records, record).map_err(|error| {
-            let place = self.raw_context(record.slot, record.index);
-            ClientError::from_record(error, Operation::Write, place, None)
+            let location = self.raw_context(record.slot, record.index);
+            ClientError::from_record(error, Operation::Write, location, None)
         })
     }
 
@@ -110,7 +112,7 @@ impl<R: Records> Gauge<R> {
             return None;
         };
         let selector = self.any_selector()?;
-        let (slot, index) = (selector.parameter.place.slot, selector.parameter.row.index);
+        let (slot, index) = (selector.parameter.location.slot, selector.parameter.row.index);
         Some((UnrestoredRecord { slot, index, written, original }, current))
     }
 
@@ -165,12 +167,12 @@ impl<R: Records> Gauge<R> {
     /// Whether the slot still shows the instance of a parameter after the parameter was read: another master may move the
     /// selector.
     pub(crate) fn is_still_selected(&mut self, named: &NamedParameter) -> Result<bool, ClientError> {
-        let place = named.parameter.place;
-        if place.instance == 0 {
+        let location = named.parameter.location;
+        if location.instance == 0 {
             return Ok(true);
         }
         self.invalidate_selector();
-        Ok(self.selected_instance(place.slot)? == place.instance)
+        Ok(self.selected_instance(location.slot)? == location.instance)
     }
 
     /// Marks the present instance as unknown.
@@ -185,22 +187,22 @@ impl<R: Records> Gauge<R> {
 
     /// Makes the slot show the instance of a parameter.
     pub(super) fn select(&mut self, named: &NamedParameter) -> Result<(), ClientError> {
-        let place = named.parameter.place;
-        if place.instance == 0 || self.selected_instance(place.slot)? == place.instance {
+        let location = named.parameter.location;
+        if location.instance == 0 || self.selected_instance(location.slot)? == location.instance {
             return Ok(());
         }
         // Until the answer arrives, the selector may show either instance.
-        let moving = |state| SelectorState { current: UNKNOWN, written: Some(place.instance), ..state };
+        let moving = |state| SelectorState { current: UNKNOWN, written: Some(location.instance), ..state };
         self.selector_state = self.selector_state.map(moving);
         self.selector_moved = true;
-        self.write_selector(place.instance)?;
-        self.selector_state = self.selector_state.map(|state| SelectorState { current: place.instance, ..state });
+        self.write_selector(location.instance)?;
+        self.selector_state = self.selector_state.map(|state| SelectorState { current: location.instance, ..state });
         Ok(())
     }
 
     fn write_selector(&mut self, instance: u8) -> Result<(), ClientError> {
         let selector = self.any_selector().ok_or_else(|| self.unknown_parameter("channel-instance-selector"))?;
-        let (slot, index) = (selector.parameter.place.slot, selector.parameter.row.index);
+        let (slot, index) = (selector.parameter.location.slot, selector.parameter.row.index);
         let written = write_instance(&mut self.records, (slot, index), instance);
         written.map_err(|error| {
             ClientError::from_record(error, Operation::Write, self.context(&selector), Some(&selector))
@@ -209,7 +211,7 @@ impl<R: Records> Gauge<R> {
 
     /// The selector of a slot.
     fn selector(&self, slot: u8) -> Option<NamedParameter> {
-        self.any_selector().filter(|selector| selector.parameter.place.slot == slot)
+        self.any_selector().filter(|selector| selector.parameter.location.slot == slot)
     }
 
     /// The selector of the device. No device has two.

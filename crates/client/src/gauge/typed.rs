@@ -40,7 +40,7 @@ impl<R: Records> Gauge<R> {
         let value = named.parameter.row.data_type.decode(&octets, &format).ok();
         let value = value.as_ref().and_then(P::Value::from_value);
         value.ok_or_else(|| ClientError::Typed {
-            place: self.context(&named),
+            location: self.context(&named),
             error: TypedError::UnknownCode { octets },
         })
     }
@@ -61,9 +61,10 @@ impl<R: Records> Gauge<R> {
         let value = value.to_value(data_type);
         let write = self.prepare_with(&named, |gauge, format, number| match value {
             ParameterData::Pressure(pa) if data_type == DataType::ByType => {
-                let place = || gauge.context(&named);
+                let location = || gauge.context(&named);
                 let unit = format.unit.and_then(|unit| pressure_format(gauge.model, &named, unit, number));
-                let unit = unit.ok_or_else(|| ClientError::Typed { place: place(), error: TypedError::NoUnit })?;
+                let unit =
+                    unit.ok_or_else(|| ClientError::Typed { location: location(), error: TypedError::NoUnit })?;
                 let octets = format.encode_pressure(unit.number_from_pa(pa), number);
                 octets.map_err(|problem| {
                     gauge.value_error(&named, format.value_error(&format!("{pa} Pa"), number, problem))
@@ -103,7 +104,7 @@ impl<R: Records> Gauge<R> {
         let row: Option<&Row> = self.model.typed_row::<P>(location);
         let named = row.and_then(|row| self.names.at(location.slot, location.instance, row.index)).cloned();
         named.ok_or_else(|| ClientError::Typed {
-            place: self.raw_context(location.slot, P::ROW.index),
+            location: self.raw_context(location.slot, P::ROW.index),
             error: TypedError::NotOnModel { parameter: P::ROW.name, location: location.name },
         })
     }
@@ -120,7 +121,7 @@ impl<R: Records> Gauge<R> {
         }
         let unit = unit.and_then(|unit| self.model.unit_named(unit));
         let format = unit.and_then(|unit| pressure_format(self.model, named, unit, number));
-        format.ok_or_else(|| ClientError::Typed { place: self.context(named), error: TypedError::NoUnit })
+        format.ok_or_else(|| ClientError::Typed { location: self.context(named), error: TypedError::NoUnit })
     }
 }
 

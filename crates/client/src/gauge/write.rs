@@ -143,13 +143,13 @@ impl<R: Records> Gauge<R> {
     }
 
     pub(super) fn value_error(&self, named: &NamedParameter, error: ValueError) -> ClientError {
-        ClientError::Value { place: self.context(named), error: Box::new(error) }
+        ClientError::Value { location: self.context(named), error: Box::new(error) }
     }
 
     /// Fails if the value is outside the measuring range, or a condition of the command is not met.
     pub(super) fn check(&mut self, write: PreparedWrite) -> Result<PreparedWrite, ClientError> {
         if let Some(error) = write.beyond_range {
-            return Err(ClientError::BeyondRange { place: self.context(&write.named), error: Box::new(error) });
+            return Err(ClientError::BeyondRange { location: self.context(&write.named), error: Box::new(error) });
         }
         conditions::check(self, &write.named, write.code)?;
         Ok(write)
@@ -173,7 +173,11 @@ impl<R: Records> Gauge<R> {
         let format = ValueFormat { named, model: self.model, unit };
         let octets = encode(self, &format, number)?;
         let value = self.decode(named, Operation::Write, &octets)?;
-        let (text, beyond_range) = (format.format(&value), format.beyond_range(&value));
+        let text = format.format(&value);
+        let beyond_range = match self.reported_range(named)? {
+            Some(range) => format.beyond_reported_range(&value, range),
+            None => format.beyond_range(&value),
+        };
         let code = code_of(row, &value);
         Ok(PreparedWrite { named: named.clone(), octets, text, code, before, beyond_range, unit })
     }
@@ -212,10 +216,10 @@ impl<R: Records> Gauge<R> {
         let present = self.unit_of(&named)?;
         if present != unit {
             let [prepared, present] = [unit, present].map(|unit| unit.map_or("an unknown unit", |unit| unit.name));
-            return Err(ClientError::UnitChanged { place: self.context(&named), prepared, present });
+            return Err(ClientError::UnitChanged { location: self.context(&named), prepared, present });
         }
         self.select(&named)?;
-        let (slot, index) = (named.parameter.place.slot, named.parameter.row.index);
+        let (slot, index) = (named.parameter.location.slot, named.parameter.row.index);
         let written = self.records.write(slot, index, &octets);
         written
             .map_err(|error| ClientError::from_record(error, Operation::Write, self.context(&named), Some(&named)))?;

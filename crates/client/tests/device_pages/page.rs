@@ -1,6 +1,7 @@
 //! One page: the tables of a model as Markdown.
 
 use crate::{Page, words};
+use profivac_client::cyclic::unranged_instances;
 use profivac_devices::model::{ChannelRules, Configuration, Model, PlacedBlock, Row, Telegram};
 use profivac_dp::slave::Dpv1Error as Negative;
 
@@ -56,7 +57,7 @@ pub fn tables(model: &Model) -> String {
         ("User parameters", user_prm(model)),
         ("Units", units(model)),
         ("Measuring parts", ranges(model)),
-        ("Blocks", model.blocks.iter().filter(|place| !place.locations.is_empty()).map(block).collect()),
+        ("Blocks", model.blocks.iter().filter(|placed| !placed.locations.is_empty()).map(block).collect()),
         ("Parameter channel", channel(model.channel_rules)),
         ("Refusals", refusals(model)),
         ("Faults", faults(model)),
@@ -159,15 +160,22 @@ fn ranges(model: &Model) -> String {
         part.into_iter().chain(mbar).chain(rest).collect()
     });
     let head = ["Instance", "Principle", "Underrange", "Overrange", "Full scale", "Shows", "COUNTS"];
-    format!("Pressures in mbar.\n\n{}", table(&head, lines))
+    let table = table(&head, lines);
+    if unranged_instances(model).is_empty() {
+        return format!("Pressures in mbar.\n\n{table}");
+    }
+    format!(
+        "Pressures in mbar. The manual gives no ranges: these are a free choice for the virtual device. Of a real one, the ends of a \
+         range are those that it reports as Underrange and Overrange.\n\n{table}"
+    )
 }
 
-fn block(place: &PlacedBlock) -> String {
-    let block_type = place.block.block_type.map_or(String::new(), |number| format!(", block type {number}"));
+fn block(placed: &PlacedBlock) -> String {
+    let block_type = placed.block.block_type.map_or(String::new(), |number| format!(", block type {number}"));
     let head = ["ID", "Name", "Type", "Octets", "Access", "Store", "Section"];
-    let rows = table(&head, place.block.rows.iter().map(row));
-    let addresses = table(&["Slot", "Instance", "Of"], place.locations.iter().map(words::address));
-    format!("### {}{block_type}\n\n{addresses}\n{rows}\n", place.block.name)
+    let rows = table(&head, placed.block.rows.iter().map(row));
+    let addresses = table(&["Slot", "Instance", "Of"], placed.locations.iter().map(words::address));
+    format!("### {}{block_type}\n\n{addresses}\n{rows}\n", placed.block.name)
 }
 
 fn row(row: &Row) -> Vec<String> {

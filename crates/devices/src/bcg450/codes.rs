@@ -1,9 +1,9 @@
 //! The code tables of tira41d1 that no other manual has. Numbers in brackets are those of errata-bpg-bcg-tpg.
 
-use super::parts::{CATHODE, INSTANCES, PERCENTAGE, PIRANI};
-use crate::model::Precondition;
-use crate::model::Precondition::{EmissionOn, Executing, NotDegassing, PressureBelow};
+use super::parts::{ATMOSPHERE, CATHODE, CDG, INSTANCES, PERCENTAGE, PIRANI};
+use crate::model::Precondition::{DegasOff, EmissionOn, Executing, PressureAbove, PressureBelow};
 use crate::model::code_table::{code_range, codes};
+use crate::model::{CodeTable, Codes, Precondition};
 
 code_range! {
     /// 3.2.1.2
@@ -17,9 +17,14 @@ codes! {
     1 Atmosphere    "atmosphere";
 }
 
-code_range! {
-    /// 3.2.5.7: tenths of a percent.
-    pub Percentage: u16 = PERCENTAGE.0, PERCENTAGE.1
+/// 3.2.5.7: 500 is 50 %.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Percentage {}
+
+impl CodeTable for Percentage {
+    type Value = u16;
+
+    const CODES: Codes = Codes::PerMille(PERCENTAGE.0 as i64, PERCENTAGE.1 as i64);
 }
 
 /// The risk of switching the emission on.
@@ -33,7 +38,7 @@ codes! {
     pub HotCathodeCommand: Commands;
     0x0000 Inactive      "inactive";
     0x0100 DegasOff      "degas-off";
-    0x0101 DegasOn       "degas-on", needs &[Executing, EmissionOn, PressureBelow(None, CATHODE.degas_pa), NotDegassing],
+    0x0101 DegasOn       "degas-on", needs &[Executing, EmissionOn, DegasOff, PressureBelow(None, CATHODE.degas_pa)],
                          risk "heats the electrodes for three minutes: gas is set free, and the pressure rises";
     0x0300 EmissionOff   "emission-off", risk "the ionisation part measures nothing without emission; set points in its range switch";
     0x0301 EmissionOn    "emission-on", needs EMISSION_ON, risk CATHODE_LIFE;
@@ -58,10 +63,12 @@ codes! {
 }
 
 codes! {
-    /// 3.3.5.2 (116): the command in the high octet, its value in the low one.
+    /// 3.3.5.2 (116): the command in the high octet, its value in the low one. The gauge refuses it while the diaphragm reads no
+    /// ambient pressure (159).
     pub AtmosphereCommand: Commands;
     0x0000 Inactive            "inactive";
     0x8000 AtmosphereAdjust    "atmosphere-adjust",
+                               needs &[Executing, PressureAbove(Some(CDG.part.instance), ATMOSPHERE.lowest_pa)],
                                risk "adjusts the ambient pressure sensor: the chamber must be at atmospheric pressure";
     0x8001 AtmosphereAdjustOff "atmosphere-adjust-off", risk "takes back the adjustment of the ambient pressure sensor";
 }

@@ -1,7 +1,7 @@
 //! The code tables of BG 5530 that no other manual has. Numbers in brackets are those of errata-pxg55x-img400.
 
 use super::parts::CHANNELS;
-use crate::model::Precondition::{EmissionOn, Executing, NotDegassing};
+use crate::model::Precondition::{BelowPartOfFullScale, DegasOff, EmissionOn, Executing};
 use crate::model::code_table::{code_range, codes};
 use crate::model::codes::code;
 use crate::model::{CodeTable, Codes};
@@ -48,11 +48,15 @@ codes! {
     0x80 All                      "reset-all";
 }
 
+/// free choice: the part of Full Scale that an offset may have; a gauge that reads more measures a pressure.
+const LARGEST_OFFSET: f64 = 0.05;
+
 codes! {
     /// 4.4.2, ID 15: the target value says what is done.
     pub AdjustCommand: Commands;
     0x0000 DisableOffset "disable-offset", risk "takes back the zero adjustment of the channel";
-    0x0001 ZeroAdjust    "zero-adjust", risk "moves the zero: nothing may be there to be measured";
+    0x0001 ZeroAdjust    "zero-adjust", needs &[Executing, BelowPartOfFullScale(LARGEST_OFFSET)],
+                         risk "moves the zero: the pressure must be far below the range of the gauge";
 }
 
 code_range! {
@@ -60,8 +64,10 @@ code_range! {
     pub ChannelNumber: u8 = 1, CHANNELS
 }
 
-/// The risk of switching the emission on.
-const CATHODE_LIFE: &str = "switches the hot cathode: at a pressure that is too high this costs its life";
+/// The risk of switching the emission on. No reading is a condition: a channel without emission has none, and the bus does not
+/// tell whether the gauge of another channel is in the same chamber.
+const CATHODE_LIFE: &str = "switches the hot cathode: at a pressure that is too high this costs its life; the controller does not \
+                            tell which other gauge is in the same chamber, so the pressure is not checked";
 
 codes! {
     /// 4.4.4: the command in the high octet, its value in the low one. The limit of degas depends on the gauge that is
@@ -69,7 +75,7 @@ codes! {
     pub HotCathodeCommand: Commands;
     0x0000 Inactive              "inactive";
     0x0100 DegasOff              "degas-off";
-    0x0101 DegasOn               "degas-on", needs &[Executing, EmissionOn, NotDegassing],
+    0x0101 DegasOn               "degas-on", needs &[Executing, EmissionOn, DegasOff],
                                  risk "heats the electrodes: gas is set free, and the pressure rises";
     0x0300 EmissionOff           "emission-off", risk "the channel measures nothing without emission; set points on it switch";
     0x0301 EmissionOn            "emission-on", needs &[Executing], risk CATHODE_LIFE;

@@ -10,6 +10,8 @@ pub enum Codes {
     Plain,
     /// A number within these bounds, both included.
     Range(i64, i64),
+    /// Tenths of a percent within these bounds, both included: 500 is 50 %.
+    PerMille(i64, i64),
     /// Each number has a name.
     Names(&'static [Code]),
     /// Each number is a command: the device executes it and does not keep it.
@@ -44,10 +46,14 @@ pub enum Precondition {
     Executing,
     /// The emission of the same part is on.
     EmissionOn,
-    /// No degas of the same part runs: it would go on as before.
-    NotDegassing,
+    /// Degas Status of the same part is off.
+    DegasOff,
     /// The Process Value of this instance, or of the same part if `None`, is below this pressure in Pa.
     PressureBelow(Option<u8>, f64),
+    /// The Process Value of this instance, or of the same part if `None`, is above this pressure in Pa.
+    PressureAbove(Option<u8>, f64),
+    /// The Process Value of the same part is below this part of its Full Scale.
+    BelowPartOfFullScale(f64),
 }
 
 /// A code with a number and a name, without conditions and harmless.
@@ -61,7 +67,7 @@ impl Codes {
     pub const fn codes(&self) -> &'static [Code] {
         match self {
             Self::Names(codes) | Self::Commands(codes) | Self::BitCommands(codes) => codes,
-            Self::Plain | Self::Range(..) | Self::Bits(_) | Self::Units | Self::Version => &[],
+            Self::Plain | Self::Range(..) | Self::PerMille(..) | Self::Bits(_) | Self::Units | Self::Version => &[],
         }
     }
 

@@ -18,8 +18,14 @@ pub enum Role {
     NumberType,
     /// Whether the emission is on.
     EmissionStatus,
-    /// Whether degas runs.
+    /// Whether a degas runs.
     DegasStatus,
+    /// The highest pressure of a measuring part.
+    FullScale,
+    /// The highest valid pressure of a measuring part.
+    Overrange,
+    /// The lowest valid pressure of a measuring part.
+    Underrange,
     /// The number of the block.
     BlockType,
     /// The fitted parts, as text.
@@ -59,6 +65,15 @@ macro_rules! role {
     };
     (DegasStatus) => {
         Some($crate::model::Role::DegasStatus)
+    };
+    (FullScale) => {
+        Some($crate::model::Role::FullScale)
+    };
+    (Overrange) => {
+        Some($crate::model::Role::Overrange)
+    };
+    (Underrange) => {
+        Some($crate::model::Role::Underrange)
     };
     (BlockType) => {
         Some($crate::model::Role::BlockType)
@@ -124,6 +139,9 @@ mod tests {
             (Role::NumberType, &["Data Type"], Some(DataType::Uint8)),
             (Role::EmissionStatus, &["Emission Status"], None),
             (Role::DegasStatus, &["Degas Status"], None),
+            (Role::FullScale, &["Full Scale"], Some(DataType::ByType)),
+            (Role::Overrange, &["Overrange"], Some(DataType::ByType)),
+            (Role::Underrange, &["Underrange"], Some(DataType::ByType)),
             (Role::BlockType, &["Block Type", "Block Type ID", "Block-Type"], Some(DataType::OctetString(4))),
             (Role::DeviceConfiguration, &["Device Configuration"], Some(DataType::Visible(50))),
             (

@@ -2,15 +2,9 @@
 //! 8.3.1, 7.1.14 and 7.1.23.
 
 use super::Pxg55xBehaviour;
-use crate::model::{AccessError, Principle, mbar};
+use super::parts::{CDG_ZERO_PA, LOWEST_AIR_PA};
+use crate::model::{AccessError, Principle};
 use crate::profile::{DeviceState, Sensor};
-
-/// "2 decades below the minimum pressure range of the gauge" (8.1.1): the diaphragm reads zero there.
-const CDG_ZERO_PA: f64 = mbar(1.0) / 100.0;
-
-/// "Vent to atmosphere" comes before a gain adjust of the Pirani (8.2.1); a chamber below this pressure in Pa is not
-/// vented (164).
-const LOWEST_AIR_PA: f64 = mbar(100.0);
 
 /// free choice: the manual gives no number for "periodically" (8.1.11).
 const AUTO_ZERO_S: f64 = 600.0;

@@ -1,27 +1,31 @@
 //! The code tables of tira56e1 that no other manual has. Numbers in brackets are those of errata-pxg55x-img400.
 
+use super::parts::{ATM, CDG, CDG_ZERO_PA, LARGEST_PIRANI_ZERO_PA, LOWEST_AIR_PA, PCG_PIRANI};
+use crate::model::Precondition::{Executing, PressureAbove, PressureBelow};
 use crate::model::code_table::codes;
 
 const ZERO_RISK: &str = "moves the zero: the pressure must be two decades below the range of the gauge";
 const SCALE_RISK: &str = "moves the scale: the chamber must be at atmospheric pressure";
 
 codes! {
-    /// 8.1.1: the command in the high octet; a target value is not used (78).
+    /// 8.1.1: the command in the high octet; a target value is not used (78). The Pirani tells whether the diaphragm is in vacuum.
     pub CdgAdjust: Commands;
-    0x0000 ZeroAdjust "zero-adjust", risk ZERO_RISK;
+    0x0000 ZeroAdjust "zero-adjust", needs &[Executing, PressureBelow(Some(PCG_PIRANI.part.instance), CDG_ZERO_PA)],
+                      risk ZERO_RISK;
 }
 
 codes! {
     /// 8.2.1
     pub PiraniAdjust: Commands;
-    0x0000 ZeroAdjust "zero-adjust", risk ZERO_RISK;
-    0x0100 GainAdjust "gain-adjust", risk SCALE_RISK;
+    0x0000 ZeroAdjust "zero-adjust", needs &[Executing, PressureBelow(None, LARGEST_PIRANI_ZERO_PA)], risk ZERO_RISK;
+    0x0100 GainAdjust "gain-adjust", needs &[Executing, PressureAbove(None, LOWEST_AIR_PA)], risk SCALE_RISK;
 }
 
 codes! {
-    /// 8.3.1
+    /// 8.3.1: the sensor is adjusted to the diaphragm.
     pub AtmAdjust: Commands;
-    0x0100 GainAdjust "gain-adjust", risk SCALE_RISK;
+    0x0100 GainAdjust "gain-adjust", needs &[Executing, PressureAbove(Some(CDG.part.instance), ATM.limits.under_pa)],
+                      risk SCALE_RISK;
 }
 
 codes! {

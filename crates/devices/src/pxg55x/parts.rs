@@ -54,5 +54,15 @@ pub static ATM: PartSpec = PartSpec {
     counts: ATM_COUNTS,
 };
 
+/// "2 decades below the minimum pressure range of the gauge" (8.1.1): the diaphragm reads zero there.
+pub const CDG_ZERO_PA: f64 = CDG.limits.under_pa / 100.0;
+
+/// "Vent to atmosphere" comes before a gain adjust of the Pirani (8.2.1); a chamber below this pressure in Pa is not
+/// vented (164).
+pub const LOWEST_AIR_PA: f64 = mbar(100.0);
+
+/// free choice: two decades below its range (8.2.1) a Pirani shows only its zero error; a zero error is no greater than this.
+pub const LARGEST_PIRANI_ZERO_PA: f64 = mbar(1e-2);
+
 /// The lowest pressure that a gauge of the series measures, in Pa.
 pub const LOWEST_PA: f64 = PIRANI_LIMITS.under_pa;

@@ -2,14 +2,11 @@
 
 use super::Xpg400Behaviour;
 use super::codes::AdjustCommand;
-use crate::model::{AccessError, mbar};
+use super::parts::LOWEST_AIR_PA;
+use crate::model::AccessError;
 
 /// free choice: the manual does not say how long the adjustment runs.
 const ADJUST_S: f64 = 10.0;
-
-/// free choice: below this pressure the Pirani is not in air, and the adjustment changes nothing. The device stores the
-/// adjustment and has no command to take it back, so one command in high vacuum would make the gauge unusable.
-const LOWEST_AIR_PA: f64 = mbar(100.0);
 
 impl Xpg400Behaviour {
     /// Executes an AI Block Adjust Command. The user is responsible for the right pressure; the gauge does not check
@@ -62,6 +59,8 @@ impl Xpg400Behaviour {
         }
     }
 
+    /// free choice: below the lowest pressure of air the adjustment changes nothing. The device stores it and has no command to
+    /// take it back, so one command in high vacuum would make the gauge unusable.
     fn adjust_pirani(&mut self) {
         let gain = self.pirani.spec.limits.full_scale_pa / self.pirani.sensor.sensed_pa;
         if self.pirani.sensor.sensed_pa >= LOWEST_AIR_PA && gain > 0.0 {

@@ -1,14 +1,15 @@
 //! The code tables of tira36e1 that no other manual has. Numbers in brackets are those of errata-bpg-bcg-tpg.
 
-use super::parts::{BPG_SWITCHOVER, INSTANCES};
-use crate::model::Precondition::{EmissionOn, Executing, NotDegassing, PressureBelow};
+use super::parts::{BPG_SWITCHOVER, INSTANCES, LOWEST_AIR_PA, PIRANI};
+use crate::model::Precondition::{DegasOff, EmissionOn, Executing, PressureAbove, PressureBelow};
 use crate::model::code_table::{code_range, codes};
 
 codes! {
-    /// 3.2.1.1
+    /// 3.2.1.1: "for adjusting the gauge at atmospheric pressure".
     pub AdjustCommand: Commands;
     0 Inactive        "inactive";
-    1 FullScaleAdjust "full-scale-adjust", needs &[Executing],
+    1 FullScaleAdjust "full-scale-adjust",
+                      needs &[Executing, PressureAbove(Some(PIRANI.instance), LOWEST_AIR_PA)],
                       risk "adjusts the Pirani: the chamber must be at atmospheric pressure";
 }
 
@@ -33,7 +34,7 @@ codes! {
     0x0000 Inactive "inactive";
     0x0100 DegasOff "degas-off";
     0x0101 DegasOn  "degas-on",
-                    needs &[Executing, EmissionOn, PressureBelow(None, BPG_SWITCHOVER.emission.degas_pa), NotDegassing],
+                    needs &[Executing, EmissionOn, DegasOff, PressureBelow(None, BPG_SWITCHOVER.emission.degas_pa)],
                     risk "heats the electrodes for three minutes: gas is set free, and the pressure rises";
 }
 

@@ -18,8 +18,12 @@ const HP_COUNTS: Counts = Counts::Log { per_decade: 16000.0 / 6.0, at_1_mbar: 9.
 /// 10^((COUNTS - 22999)/2444) mbar, with the printed constants (65).
 pub const HPG_SET_POINT_COUNTS: Counts = Counts::Log { per_decade: 2444.0, at_1_mbar: 22999.0 };
 
-const PIRANI: Part = Part { instance: 1, principle: Principle::Pirani };
+/// The Pirani of both gauges.
+pub const PIRANI: Part = Part { instance: 1, principle: Principle::Pirani };
 const ION: Part = Part { instance: 2, principle: Principle::HotCathode };
+
+/// free choice: below this pressure the Pirani is not in air.
+pub const LOWEST_AIR_PA: f64 = mbar(100.0);
 
 /// The measuring parts.
 pub static PARTS: [Part; 2] = [PIRANI, ION];

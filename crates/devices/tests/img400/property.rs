@@ -14,9 +14,9 @@ const STEPS: usize = 1_000_000;
 
 /// Any row of the tables, with its slot.
 fn any_row(random: &mut Random) -> (u8, &'static Row) {
-    let place = &table::MODEL.blocks[random.below(table::MODEL.blocks.len())];
-    let address = &place.locations[random.below(place.locations.len())];
-    (address.slot, &place.block.rows[random.below(place.block.rows.len())])
+    let placed = &table::MODEL.blocks[random.below(table::MODEL.blocks.len())];
+    let address = &placed.locations[random.below(placed.locations.len())];
+    (address.slot, &placed.block.rows[random.below(placed.block.rows.len())])
 }
 
 /// Octets that are mostly valid for a row.
@@ -42,9 +42,9 @@ fn relation(random: &mut Random) -> Relation {
 /// Every parameter that keeps the value of a master.
 fn kept(tester: &mut Tester<Controller>) -> Vec<Vec<u8>> {
     let mut values = Vec::new();
-    for place in table::MODEL.blocks {
-        for address in place.locations {
-            for row in place.block.rows.iter().filter(|row| row.is_stored()) {
+    for placed in table::MODEL.blocks {
+        for address in placed.locations {
+            for row in placed.block.rows.iter().filter(|row| row.is_stored()) {
                 values.push(tester.get(address.slot, row.index));
             }
         }

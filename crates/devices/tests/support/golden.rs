@@ -51,8 +51,8 @@ pub fn print(model: &Model) -> String {
         let part = facts.part;
         writeln!(text, "{} {:?}: {under} to {over}, full scale {full}", part.instance, part.principle).unwrap();
     }
-    let present = model.blocks.iter().filter(|place| !place.locations.is_empty());
-    present.for_each(|place| text += &print_place(place));
+    let present = model.blocks.iter().filter(|placed| !placed.locations.is_empty());
+    present.for_each(|placed| text += &print_placed(placed));
     text += "\nFaults\n";
     for (name, effect) in model.faults.names().zip(model.faults.effects) {
         writeln!(text, "{name:<14}{effect}").unwrap();
@@ -85,10 +85,10 @@ fn telegrams(model: &Model) -> Vec<&'static Telegram> {
     telegrams
 }
 
-fn print_place(place: &PlacedBlock) -> String {
-    let block = place.block;
+fn print_placed(placed: &PlacedBlock) -> String {
+    let block = placed.block;
     let block_type = block.block_type.map_or(String::new(), |number| format!(", type {number}"));
-    let addresses: Vec<String> = place
+    let addresses: Vec<String> = placed
         .locations
         .iter()
         .map(|address| match address.instance {

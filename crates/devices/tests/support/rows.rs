@@ -131,9 +131,9 @@ impl<D: SimulatedDevice> Rig<D> {
 
     /// Every row at every address.
     fn each(&self, mut visit: impl FnMut(&'static Location, &'static Row)) {
-        for place in self.model.blocks {
-            for address in place.locations {
-                place.block.rows.iter().for_each(|row| visit(address, row));
+        for placed in self.model.blocks {
+            for address in placed.locations {
+                placed.block.rows.iter().for_each(|row| visit(address, row));
             }
         }
     }
@@ -218,7 +218,7 @@ impl<D: SimulatedDevice> Rig<D> {
     /// Slots and indices that no table has.
     pub fn other_slots_and_indices_are_refused(&self) {
         let mut tester = self.exchanging(self.cfgs[0]);
-        let addresses: Vec<&Location> = self.model.blocks.iter().flat_map(|place| place.locations).collect();
+        let addresses: Vec<&Location> = self.model.blocks.iter().flat_map(|placed| placed.locations).collect();
         let has_instances = addresses.iter().any(|address| address.instance != 0);
         let selections = addresses.iter().filter(|address| address.instance != 0 || !has_instances);
         for selected in selections.take(if has_instances { usize::MAX } else { 1 }) {
@@ -245,9 +245,9 @@ impl<D: SimulatedDevice> Rig<D> {
     /// Whether slot and index lead to a row while this address is selected.
     fn shows(&self, selected: &Location, slot: u8, index: u8) -> bool {
         let visible = |address: &Location| address.instance == 0 || address.instance == selected.instance;
-        self.model.blocks.iter().any(|place| {
-            place.block.row(index).is_some()
-                && place.locations.iter().any(|address| address.slot == slot && visible(address))
+        self.model.blocks.iter().any(|placed| {
+            placed.block.row(index).is_some()
+                && placed.locations.iter().any(|address| address.slot == slot && visible(address))
         })
     }
 

@@ -1,5 +1,5 @@
 //! A random walk: after any actions of masters, operators and the power supply a gauge is in a named state, values that
-//! are in several places agree, and no stored value is lost.
+//! are in several locations agree, and no stored value is lost.
 
 use super::random::Random;
 use super::{Tester, sense_all};
@@ -57,8 +57,8 @@ pub struct Walk<D> {
 
 impl<D: SimulatedDevice> Walk<D> {
     pub fn new(tester: Tester<D>, particular: Particular<D>, seed: u64) -> Self {
-        let places = particular.model.blocks.iter();
-        let at = places.flat_map(|place| place.locations.iter().map(move |address| (address, place.block)));
+        let locations = particular.model.blocks.iter();
+        let at = locations.flat_map(|placed| placed.locations.iter().map(move |address| (address, placed.block)));
         let rows = at.flat_map(|(at, block)| block.rows.iter().map(move |row| (at.slot, at.instance, row))).collect();
         Self { tester, random: Random::new(seed), seen: Seen::default(), particular, rows }
     }

@@ -45,9 +45,9 @@ impl Walk {
 
     /// Any row, with its slot.
     fn any_row(&mut self) -> (u8, &'static Row) {
-        let place = &table::TPG500.blocks[self.random.below(table::TPG500.blocks.len())];
-        let address = &place.locations[self.random.below(place.locations.len())];
-        (address.slot, &place.block.rows[self.random.below(place.block.rows.len())])
+        let placed = &table::TPG500.blocks[self.random.below(table::TPG500.blocks.len())];
+        let address = &placed.locations[self.random.below(placed.locations.len())];
+        (address.slot, &placed.block.rows[self.random.below(placed.block.rows.len())])
     }
 
     /// A random request, mostly a valid one. Volatility is left to [`store`](Self::store).

@@ -1,6 +1,6 @@
 //! A simulated line with two masters and all twelve devices, and the counts of what the masters send.
 
-use profivac_client::cyclic::{ChannelPrinciples, CyclicSlave};
+use profivac_client::cyclic::{CyclicSlave, ReportedChannels};
 use profivac_client::pressure::Pressure;
 use profivac_dp::link::active::{Active, BusParameters};
 use profivac_dp::link::{Baud, BitTime, Listening, Station, Transmit};
@@ -134,7 +134,7 @@ impl Line {
                 let with_inputs = model.configurations.iter().cycle().skip(place).find(|it| it.inputs.is_some());
                 let configuration = with_inputs.unwrap_or(model.default_configuration);
                 let unit = &model.units[usize::from(address) % model.units.len()];
-                CyclicSlave { address, model, configuration, unit, principles: ChannelPrinciples::default() }
+                CyclicSlave { address, model, configuration, unit, channels: ReportedChannels::default() }
             })
             .collect();
         let mut segment = Segment::new(baud);

@@ -2,7 +2,7 @@
 
 use profivac_client::Gauge;
 use profivac_client::class1::OwnedChannel;
-use profivac_client::cyclic::{ChannelPrinciples, CyclicSlave};
+use profivac_client::cyclic::{CyclicSlave, ReportedChannels};
 use profivac_client::ms2::Ms2;
 use profivac_client::names::NamedParameter;
 use profivac_client::pressure::Pressure;
@@ -37,7 +37,7 @@ pub fn read(device: &str) -> Result<Vec<Block>, Box<dyn Error>> {
     for named in gauge.names().all() {
         if named.parameter.row.access.allows(via, Direction::Read) {
             let parameter = parameter(&mut gauge, named);
-            let name = format!("{} (slot {})", named.parameter.block.name, named.parameter.place.slot);
+            let name = format!("{} (slot {})", named.parameter.block.name, named.parameter.location.slot);
             match blocks.last_mut().filter(|block| block.name == name) {
                 Some(block) => block.parameters.push(parameter),
                 None => blocks.push(Block { name, parameters: vec![parameter] }),
@@ -57,7 +57,7 @@ fn segment(device: &str, model: &'static Model) -> Result<MemorySegment, Box<dyn
         model,
         configuration: model.default_configuration,
         unit: model.unit_named("mbar").ok_or("no such unit")?,
-        principles: ChannelPrinciples::default(),
+        channels: ReportedChannels::default(),
     };
     let bus = BusParameters::new(1, BAUD).check()?;
     Ok(MemorySegment::new(vec![VirtualDevice::new(built, ADDRESS, BAUD, around)], vec![slave], bus, BAUD)?)

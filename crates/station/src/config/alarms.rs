@@ -18,10 +18,10 @@ use super::names::unique;
 use super::segments::{SegmentToml, gauge_names};
 use super::values::{delay, priority};
 use crate::alarm::{Condition, Priority, Rule, Series};
-use crate::suggestion::closest;
 use crate::visible_text::check_lines;
 use profivac_client::cyclic::open_instances;
 use profivac_client::pressure::Pressure;
+use profivac_client::suggestion::closest;
 use profivac_host::text_file::Parsed;
 use profivac_virtual::device_spec::entry;
 use serde::Deserialize;
@@ -108,7 +108,7 @@ fn series(name: &Spanned<String>, segments: &[SegmentToml]) -> Result<Series, Lo
     let found = |wanted: &str| gauge_names(segments).find(|known| *known == wanted);
     let gauge = found(series).or_else(|| found(channel?.0));
     let unknown = || {
-        let suggestion = closest(channel.map_or(series, |(gauge, _)| gauge), gauge_names(segments));
+        let suggestion = closest(channel.map_or(series.as_str(), |(gauge, _)| gauge), gauge_names(segments));
         let suggestion = suggestion.map(str::to_owned);
         Located::new(name.span(), ConfigProblem::UnknownGauge { name: series.clone(), suggestion })
     };

@@ -5,7 +5,7 @@ use super::file::ConfigToml;
 use super::names::{self, unique};
 use super::segments::{GaugeToml, SegmentToml};
 use crate::host_name::host;
-use crate::suggestion::closest;
+use profivac_client::suggestion::closest;
 use profivac_devices::catalog::MODELS;
 use profivac_listen::Hex;
 use profivac_virtual::device_spec::entry;

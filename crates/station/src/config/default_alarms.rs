@@ -11,7 +11,7 @@ use super::error::{ConfigProblem, Located};
 use super::segments::{SegmentToml, gauge_names};
 use super::values::{delay, priority_or_off};
 use crate::alarm::{Condition, Priority, Rule, Series};
-use crate::suggestion::closest;
+use profivac_client::suggestion::closest;
 use profivac_host::text_file::Parsed;
 use serde::Deserialize;
 use std::collections::{BTreeMap, HashSet};

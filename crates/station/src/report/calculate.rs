@@ -182,12 +182,11 @@ fn coverage(trace: &Trace, series: &Series) -> DataCoverage {
         spacing_s: trace.spacing_s,
         coarsest_s: series.coarsest_s,
         valid_s: trace.seconds_of(Quality::Valid),
-        over_s: trace.seconds_of(Quality::Overrange),
-        under_s: trace.seconds_of(Quality::Underrange),
-        invalid_s: [Quality::Fault, Quality::Off, Quality::Missing]
-            .map(|quality| trace.seconds_of(quality))
-            .iter()
-            .sum(),
-        gap_s: trace.seconds_of(Quality::Stale),
+        overrange_s: trace.seconds_of(Quality::Overrange),
+        underrange_s: trace.seconds_of(Quality::Underrange),
+        off_s: trace.seconds_of(Quality::Off),
+        missing_s: trace.seconds_of(Quality::Missing),
+        fault_s: trace.seconds_of(Quality::Fault),
+        stale_s: trace.seconds_of(Quality::Stale),
     }
 }

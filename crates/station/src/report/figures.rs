@@ -180,16 +180,20 @@ pub struct DataCoverage {
     pub spacing_s: Option<f64>,
     /// The length of the longest span used in place of samples, in seconds; `None` if all samples are stored.
     pub coarsest_s: Option<f64>,
-    /// The time with valid pressures, in seconds.
+    /// The time with valid pressures, in seconds. The names are those of the qualities of a reading.
     pub valid_s: f64,
     /// The time above the range, in seconds.
-    pub over_s: f64,
+    pub overrange_s: f64,
     /// The time below the range, in seconds.
-    pub under_s: f64,
-    /// The time without a pressure, in seconds: the gauge was off, missing on its channel, or reported a fault.
-    pub invalid_s: f64,
+    pub underrange_s: f64,
+    /// The time in which the gauge did not measure, in seconds.
+    pub off_s: f64,
+    /// The time without a gauge on the channel, in seconds.
+    pub missing_s: f64,
+    /// The time with a fault of the gauge, in seconds.
+    pub fault_s: f64,
     /// The time without samples, in seconds.
-    pub gap_s: f64,
+    pub stale_s: f64,
 }
 
 /// A gauge, or a channel of a controller.

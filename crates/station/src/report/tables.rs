@@ -252,10 +252,12 @@ pub fn coverage(report: &Report) -> String {
                 .coarsest_s
                 .map_or(spacing.clone(), |span| format!("{spacing}<small>in part means of {}</small>", duration(span))),
             time(coverage.valid_s),
-            time(coverage.over_s),
-            time(coverage.under_s),
-            time(coverage.invalid_s),
-            time(coverage.gap_s),
+            time(coverage.overrange_s),
+            time(coverage.underrange_s),
+            time(coverage.off_s),
+            time(coverage.missing_s),
+            time(coverage.fault_s),
+            time(coverage.stale_s),
         ];
         named(style, gauge) + &cells.iter().map(|text| cell(text)).collect::<String>()
     };
@@ -267,7 +269,9 @@ pub fn coverage(report: &Report) -> String {
         "Measured",
         "Above its range",
         "Below its range",
-        "Not valid",
+        "Off",
+        "No gauge",
+        "Fault",
         "No samples",
     ]);
     let percent = (10_f64.powf(report.dead_band_decades) - 1.0) * 100.0;

@@ -359,7 +359,7 @@ mod tests {
             let model = entry("bcg450").unwrap().model;
             let unit = model.unit_named("mbar").unwrap();
             let configuration = model.default_configuration;
-            CyclicSlave { address: 5, model, configuration, unit, principles: Default::default() }
+            CyclicSlave { address: 5, model, configuration, unit, channels: Default::default() }
         }
 
         /// Answers a request, or a part of one. `at_read` runs at each read of a record.

@@ -157,9 +157,9 @@ fn write_info(
 
 /// The name of a block, with its instance if there are several.
 fn title(named: &NamedParameter) -> String {
-    let place = named.parameter.place;
-    match place.instance {
-        0 => format!("{} (slot {})", named.parameter.block.name, place.slot),
-        instance => format!("{} {instance} (slot {})", named.parameter.block.name, place.slot),
+    let location = named.parameter.location;
+    match location.instance {
+        0 => format!("{} (slot {})", named.parameter.block.name, location.slot),
+        instance => format!("{} {instance} (slot {})", named.parameter.block.name, location.slot),
     }
 }

@@ -209,7 +209,7 @@ fn run(services: SegmentServices, spec: &str, mbar: f64, inbox: &Receiver<Action
         model,
         configuration: model.default_configuration,
         unit,
-        principles: Default::default(),
+        channels: Default::default(),
     };
     let bus = BusParameters::new(1, BAUD).check().unwrap();
     let mut segment = MemorySegment::new(vec![device], vec![watched], bus, BAUD).unwrap();

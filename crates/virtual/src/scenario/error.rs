@@ -3,6 +3,7 @@
 use crate::device_spec::SpecError;
 use crate::gas_pressure::GasPressureError;
 use profivac_client::pressure::PressureError;
+use profivac_client::suggestion::closest;
 use profivac_vacuum::gas::UnknownGas;
 use std::fmt;
 use std::ops::Range;
@@ -187,7 +188,7 @@ impl fmt::Display for Has<'_> {
 }
 
 fn suggestion(f: &mut fmt::Formatter<'_>, known: &[String], found: &str) -> fmt::Result {
-    match nearest(found, known.iter().map(String::as_str)) {
+    match closest(found, known.iter().map(String::as_str)) {
         Some(near) => write!(f, "; did you mean {near:?}?"),
         None => Ok(()),
     }
@@ -195,12 +196,6 @@ fn suggestion(f: &mut fmt::Formatter<'_>, known: &[String], found: &str) -> fmt:
 
 fn list(items: &[impl ToString]) -> String {
     items.iter().map(ToString::to_string).collect::<Vec<_>>().join(", ")
-}
-
-/// The most similar name.
-fn nearest<'a>(name: &str, known: impl Iterator<Item = &'a str>) -> Option<&'a str> {
-    let alike = known.map(|known| (strsim::jaro_winkler(name, known), known)).filter(|(alike, _)| *alike > 0.8);
-    alike.max_by(|(one, _), (other, _)| one.total_cmp(other)).map(|(_, known)| known)
 }
 
 /// A message of the parser; about an unknown key, with the most similar key.
@@ -211,7 +206,7 @@ impl fmt::Display for ParserMessage<'_> {
         f.write_str(self.0)?;
         let mut names = self.0.split('`').skip(1).step_by(2);
         let is_unknown = self.0.starts_with("unknown field");
-        match is_unknown.then(|| names.next()).flatten().and_then(|name| nearest(name, names)) {
+        match is_unknown.then(|| names.next()).flatten().and_then(|name| closest(name, names)) {
             Some(near) => write!(f, "; did you mean `{near}`?"),
             None => Ok(()),
         }

@@ -234,11 +234,11 @@ impl EventParser<'_> {
                 add(&fault.device, fault.name.span(), DeviceAction::Fault(fault.name.get_ref().clone(), present))?;
             }
         }
-        for (places, on) in [(&entry.power_off, false), (&entry.power_on, true)] {
-            places.iter().try_for_each(|place| add(place, place.span(), DeviceAction::Power(on)))?;
+        for (addresses, on) in [(&entry.power_off, false), (&entry.power_on, true)] {
+            addresses.iter().try_for_each(|address| add(address, address.span(), DeviceAction::Power(on)))?;
         }
-        for (places, on) in [(&entry.unplug, false), (&entry.plug, true)] {
-            places.iter().try_for_each(|place| add(place, place.span(), DeviceAction::Plug(on)))?;
+        for (addresses, on) in [(&entry.unplug, false), (&entry.plug, true)] {
+            addresses.iter().try_for_each(|address| add(address, address.span(), DeviceAction::Plug(on)))?;
         }
         for button in &entry.button {
             add(&button.device, button.number.span(), DeviceAction::Button(*button.number.get_ref()))?;
@@ -287,10 +287,10 @@ impl EventParser<'_> {
     }
 
     fn spec(&self, device: &Spanned<u8>) -> Result<&DeviceSpec, TextError> {
-        let place = *device.get_ref();
-        self.specs.iter().find(|spec| spec.address == place).ok_or_else(|| {
+        let address = *device.get_ref();
+        self.specs.iter().find(|spec| spec.address == address).ok_or_else(|| {
             let known = self.specs.iter().map(|spec| spec.address).collect();
-            TextError::at(&device.span(), ScenarioEntryError::UnknownAddress { found: place, known })
+            TextError::at(&device.span(), ScenarioEntryError::UnknownAddress { found: address, known })
         })
     }
 

@@ -45,7 +45,7 @@ use crate::nonvolatile::NonvolatileMemory;
 use error::TextError;
 use event::EventParser;
 use file::File;
-use profivac_client::cyclic::{ChannelPrinciples, CyclicSlave};
+use profivac_client::cyclic::{CyclicSlave, ReportedChannels};
 use profivac_devices::model::{Configuration, Field, Model, NumberType};
 use profivac_dp::link::Baud;
 use profivac_dp::link::active::{BusParameters, OutOfRange};
@@ -203,7 +203,7 @@ impl Scenario {
                 model,
                 configuration,
                 unit,
-                principles: ChannelPrinciples::of_parts(model, device.device().parts()),
+                channels: ReportedChannels::of_parts(model, device.ranges()),
             })
         };
         let watched = self.gauges.iter().zip(&devices).map(watched).collect::<Result<Vec<_>, _>>()?;
@@ -282,9 +282,9 @@ fn gauges(file: &File, plant: &Plant) -> Result<Vec<Gauge>, TextError> {
 /// Resolves the volumes of the other measuring parts.
 fn channels(file: &File, plant: &Plant, gauges: &mut [Gauge]) -> Result<(), TextError> {
     for (address, channels) in &file.channels {
-        let places: Vec<String> = gauges.iter().map(|gauge| gauge.spec.address.to_string()).collect();
-        let wrong = || unknown("the address of a gauge", address, places.iter().map(String::as_str));
-        let at = places.iter().position(|place| place == address.get_ref()).ok_or_else(wrong)?;
+        let addresses: Vec<String> = gauges.iter().map(|gauge| gauge.spec.address.to_string()).collect();
+        let wrong = || unknown("the address of a gauge", address, addresses.iter().map(String::as_str));
+        let at = addresses.iter().position(|known| known == address.get_ref()).ok_or_else(wrong)?;
         let Some(gauge) = gauges.get_mut(at) else { continue };
         let unit = gauge.spec.build(NonvolatileMemory::volatile(), Baud::B19200);
         let unit = unit.map_err(|error| TextError::at(&address.span(), error))?;

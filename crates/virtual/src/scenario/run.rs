@@ -137,8 +137,8 @@ impl Run {
         self.plant.network.advance(self.step_s);
         self.steps = self.steps.saturating_add(1);
         for device in devices {
-            let place = device.switch_address();
-            if let Some(gauge) = self.gauges.iter().find(|gauge| gauge.spec.address == place) {
+            let address = device.switch_address();
+            if let Some(gauge) = self.gauges.iter().find(|gauge| gauge.spec.address == address) {
                 for (instance, volume) in &gauge.channel_volumes {
                     device.set_part_environment(*instance, environment(&self.plant, *volume));
                 }
@@ -200,8 +200,8 @@ impl Run {
             ScenarioAction::Heat(wall, kelvin) => network.set_wall_temperature(wall, kelvin),
             ScenarioAction::Noise(part) => self.noise = part,
             ScenarioAction::Air(atmosphere) => network.set_atmosphere(atmosphere),
-            ScenarioAction::Device(place, action) => {
-                let device = devices.iter_mut().find(|device| device.switch_address() == place);
+            ScenarioAction::Device(address, action) => {
+                let device = devices.iter_mut().find(|device| device.switch_address() == address);
                 let refused = device.and_then(|device| self.operate(device, &action));
                 refused.into_iter().for_each(|what| self.find(0, what));
             }
@@ -240,8 +240,8 @@ impl Run {
                 outside(name, "have", self.plant.network.mixture(*volume).total(), *above, *below)
             }
             (Subject::Volume(..), _) => None,
-            (Subject::Device(place, instance), check) => {
-                let device = devices.iter().find(|device| device.switch_address() == *place)?;
+            (Subject::Device(address, instance), check) => {
+                let device = devices.iter().find(|device| device.switch_address() == *address)?;
                 shown_otherwise(device, *instance, check)
             }
         }

@@ -133,7 +133,7 @@ fn the_trajectory_does_not_depend_on_the_speed_of_the_run() {
 #[test]
 fn the_trajectory_is_the_same_at_any_rate_and_without_a_bus() {
     let pcg = |trajectory: Vec<Shown>| -> Vec<Shown> {
-        let of_pcg = |shown: Shown| shown.into_iter().filter(|(place, ..)| *place == 3).collect();
+        let of_pcg = |shown: Shown| shown.into_iter().filter(|(address, ..)| *address == 3).collect();
         trajectory.into_iter().map(of_pcg).collect()
     };
     let [slow, fast] = [Baud::B19200, Baud::B93750].map(|baud| pcg(on_a_bus("bus", baud, 10.0).1));

@@ -65,7 +65,7 @@ fn read_every_way<L: Line>(line: &mut L, address: u8, model: &'static Model) {
 fn in_bit_time_every_writable_parameter_is_written_and_restored() {
     let mut text = String::new();
     for entry in &DEVICES {
-        let (places, mut changed) = (walk::writable(entry.model), BTreeSet::new());
+        let (locations, mut changed) = (walk::writable(entry.model), BTreeSet::new());
         writeln!(text, "{}", entry.model.name).unwrap();
         for exchanging in [false, true] {
             let mut line = alone(entry.model);
@@ -74,12 +74,12 @@ fn in_bit_time_every_writable_parameter_is_written_and_restored() {
                 rig.bring_up();
             }
             rig.open();
-            let (lines, written) = walk::write_and_restore(&mut rig, &places, |ways| ways);
+            let (lines, written) = walk::write_and_restore(&mut rig, &locations, |ways| ways);
             changed.extend(written);
             let state = if exchanging { "exchange" } else { "idle" };
             lines.iter().for_each(|line| writeln!(text, "  {state:<9}{line}").unwrap());
         }
-        assert_eq!(places, changed, "{}: every one was changed and restored", entry.model.name);
+        assert_eq!(locations, changed, "{}: every one was changed and restored", entry.model.name);
     }
     golden::check("written_parameters.txt", &text);
 }
@@ -131,7 +131,7 @@ fn write_once<L: Line>(line: &mut L, address: u8, model: &'static Model) {
         rig.open();
         let (_, changed) = walk::write_and_restore(&mut rig, &left, |ways| ways.into_iter().take(1).collect());
         rig.leave();
-        left.retain(|place| !changed.contains(place));
+        left.retain(|location| !changed.contains(location));
     }
     assert!(left.is_empty(), "{}: {left:?} was not changed and restored", model.name);
 }

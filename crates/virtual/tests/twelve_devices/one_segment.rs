@@ -125,7 +125,7 @@ impl Plant {
 }
 
 /// The slot and index of the serial number.
-fn serial_place(model: &Model) -> Option<(u8, u8)> {
+fn serial_location(model: &Model) -> Option<(u8, u8)> {
     let is_serial = |name: &str| name == "Serial Number";
     let found = rows(model).into_iter().find(|(_, row)| is_serial(row.name) && row.access.contains(Access::READ_2));
     found.filter(|_| model.features.dpv1).map(|(address, row)| (address.slot, row.index))
@@ -139,10 +139,10 @@ fn is_serial_of(record: &[u8], address: u8) -> bool {
 pub fn requests_beside_the_exchange(bench: Bench) {
     let mut plant = Plant::new(bench);
     let before = plant.exchanges();
-    let places: Vec<_> =
-        crate::all().into_iter().filter_map(|(address, model)| Some((address, serial_place(model)?))).collect();
-    assert!(places.len() >= 9, "{places:?}");
-    for few in places.chunks(4) {
+    let locations: Vec<_> =
+        crate::all().into_iter().filter_map(|(address, model)| Some((address, serial_location(model)?))).collect();
+    assert!(locations.len() >= 9, "{locations:?}");
+    for few in locations.chunks(4) {
         let open =
             |(address, _): &(u8, _)| plant.session.master().ms2_open(*address, &Ms2Parameters::new(BAUD)).unwrap();
         let connections: Vec<_> = few.iter().map(open).collect();
@@ -164,9 +164,9 @@ pub fn requests_beside_the_exchange(bench: Bench) {
     }
     for (address, model) in crate::all().into_iter().filter(|(_, model)| model.features.ms1) {
         let readable = rows(model).into_iter().find(|(_, row)| row.access.contains(Access::READ_1));
-        let (place, row) = readable.unwrap();
+        let (location, row) = readable.unwrap();
         let parameters = Ms1Parameters::new(BAUD);
-        let handle = plant.session.master().ms1_read(address, place.slot, row.index, 240, &parameters).unwrap();
+        let handle = plant.session.master().ms1_read(address, location.slot, row.index, 240, &parameters).unwrap();
         assert!(!plant.record("MS1", handle).is_empty(), "{address}");
     }
     plant.went_on_since(&before);
@@ -181,7 +181,7 @@ pub fn a_second_master_looks(bench: Bench) {
         let port = profivac_virtual::open::port(&name, BAUD).unwrap();
         let mut session = BusSession::new(port, BAUD, bus_of(LOOKING, LOOKING), TIMEOUT).unwrap();
         for (address, model) in crate::all() {
-            if let Some((slot, index)) = serial_place(model) {
+            if let Some((slot, index)) = serial_location(model) {
                 let record = ms2::read(&mut session, address, slot, index).unwrap();
                 tell.send((address, record, session.masters().collect::<Vec<_>>())).unwrap();
             }

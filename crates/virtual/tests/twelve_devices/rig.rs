@@ -271,8 +271,8 @@ fn pkw_told(outcome: Result<pkw::Value, pkw::TaskError>) -> Result<Told, String>
 
 /// Every row of a device at every address.
 pub fn rows(model: &Model) -> Vec<(&'static Location, &'static Row)> {
-    let each = |place: &'static PlacedBlock| {
-        place.locations.iter().flat_map(move |address| place.block.rows.iter().map(move |row| (address, row)))
+    let each = |placed: &'static PlacedBlock| {
+        placed.locations.iter().flat_map(move |address| placed.block.rows.iter().map(move |row| (address, row)))
     };
     model.blocks.iter().flat_map(each).collect()
 }

@@ -157,18 +157,18 @@ fn unlock<L: Line>(rig: &mut Rig<'_, L>, slot: u8, row: &Row) {
     }
 }
 
-/// Writes the parameters at `places` by the services that `chosen` selects, and restores them. Returns a line for each, and
+/// Writes the parameters at `locations` by the services that `chosen` selects, and restores them. Returns a line for each, and
 /// the locations of those that changed.
 pub fn write_and_restore<L: Line>(
     rig: &mut Rig<'_, L>,
-    places: &BTreeSet<String>,
+    locations: &BTreeSet<String>,
     chosen: fn(Vec<Way>) -> Vec<Way>,
 ) -> (Vec<String>, BTreeSet<String>) {
     let (mut lines, mut changed) = (Vec::new(), BTreeSet::new());
     let rows = if rig.ways().is_empty() { Vec::new() } else { rig.rows() };
     for (address, row) in rows {
-        let place = place(address, row);
-        if !places.contains(&place) {
+        let location = location(address, row);
+        if !locations.contains(&location) {
             continue;
         }
         rig.select(address);
@@ -177,9 +177,9 @@ pub fn write_and_restore<L: Line>(
         let told =
             chosen(ways).into_iter().map(|way| format!("{way:?} {}", there_and_back(rig, way, address.slot, row)));
         let told: Vec<_> = told.collect();
-        lines.push(format!("{place:<9}{:<44}{}", row.name, told.join("; ")));
+        lines.push(format!("{location:<9}{:<44}{}", row.name, told.join("; ")));
         if told.iter().any(|told| told.ends_with("and back")) {
-            changed.insert(place);
+            changed.insert(location);
         }
     }
     (lines, changed)
@@ -187,9 +187,9 @@ pub fn write_and_restore<L: Line>(
 
 /// The locations of the parameters that can be written and read back.
 pub fn writable(model: &Model) -> BTreeSet<String> {
-    rows(model).into_iter().filter(|(_, row)| is_value(row)).map(|(address, row)| place(address, row)).collect()
+    rows(model).into_iter().filter(|(_, row)| is_value(row)).map(|(address, row)| location(address, row)).collect()
 }
 
-fn place(address: &Location, row: &Row) -> String {
+fn location(address: &Location, row: &Row) -> String {
     format!("{}:{}/{}", address.slot, address.instance, row.index)
 }

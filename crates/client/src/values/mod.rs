@@ -1,0 +1,81 @@
+//! Converts values between text and the octets of a record.
+//!
+//! A pressure is a number in the present unit of the device; a pressure in another unit is converted. Numbers that the
+//! manual names are printed and accepted by name.
+
+mod expected;
+mod parse;
+mod pressure;
+#[cfg(test)]
+mod tests;
+mod text;
+
+pub use expected::{BeyondRange, Expected, ValueError, ValueProblem};
+pub(crate) use pressure::pressure_format;
+pub use text::{format_number, hex};
+
+use super::names::NamedParameter;
+use profivac_devices::model::{DataType, LengthError, Model, RawValue, Row, Unit};
+
+/// The value of a parameter.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Value {
+    /// A whole number; also a Boolean or a code.
+    Integer(i64),
+    /// A number; a pressure in the present unit of the device.
+    Number(f64),
+    /// Text without the blanks at its end.
+    Text(String),
+    /// A string of octets, an array or a record.
+    Octets(Vec<u8>),
+}
+
+/// Formats and parses the values of one parameter of one device.
+#[derive(Clone, Copy, Debug)]
+pub struct ValueFormat<'a> {
+    /// The parameter.
+    pub named: &'a NamedParameter,
+    /// The model of the device.
+    pub model: &'static Model,
+    /// The present unit of its pressures.
+    pub unit: Option<&'static Unit>,
+}
+
+impl Value {
+    /// Decodes the octets of a record.
+    ///
+    /// ```
+    /// use profivac_client::values::Value;
+    /// use profivac_devices::model::DataType;
+    ///
+    /// assert_eq!(Value::decode(DataType::Uint8, &[4])?, Value::Integer(4));
+    /// let error = Value::decode(DataType::Uint8, &[0, 4]).unwrap_err();
+    /// assert_eq!(error.to_string(), "expected 1 octet of UINT8, found 2");
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`LengthError`] if no value of this type has this number of octets.
+    pub fn decode(data_type: DataType, octets: &[u8]) -> Result<Self, LengthError> {
+        Ok(match data_type.raw(octets)? {
+            #[expect(clippy::cast_precision_loss, reason = "a word")]
+            RawValue::Integer(integer) if data_type == DataType::ByType => Self::Number(integer as f64),
+            RawValue::Integer(integer) => Self::Integer(integer),
+            RawValue::Float(float) => Self::Number(float.into()),
+            RawValue::Text(text) => Self::Text(String::from_utf8_lossy(text).trim_end_matches(['\0', ' ']).to_owned()),
+            RawValue::Octets(octets) => Self::Octets(octets.to_vec()),
+        })
+    }
+}
+
+impl ValueFormat<'_> {
+    const fn row(&self) -> &'static Row {
+        self.named.parameter.row
+    }
+}
+
+/// The code that a float holds. `None` for a number that is not whole, or greater than any code.
+#[expect(clippy::cast_possible_truncation, reason = "whole and small")]
+pub(crate) fn whole_number(number: f64) -> Option<i64> {
+    (number.fract() == 0.0 && number.abs() < 1e6).then_some(number as i64)
+}

@@ -1,0 +1,238 @@
+//! Values of rows of each kind, as text and from text.
+
+use super::*;
+use crate::names::{ParameterNames, Target};
+use profivac_devices::catalog::model_named;
+use profivac_devices::model::{DataType, NumberType};
+
+fn with<T>(device: &str, target: &str, unit: &str, ask: impl FnOnce(&ValueFormat<'_>) -> T) -> T {
+    let model = model_named(device).unwrap();
+    let names = ParameterNames::of(model);
+    let Ok(Target::Parameter(named)) = names.find(model.name, target) else { panic!("{target}") };
+    ask(&ValueFormat { named, model, unit: model.unit_named(unit) })
+}
+
+fn parsed(device: &str, target: &str, text: &str) -> String {
+    with(device, target, "mbar", |meaning| match meaning.parse(text, NumberType::Float) {
+        Ok(octets) => hex(&octets),
+        Err(error) => error.to_string(),
+    })
+}
+
+fn shown(device: &str, target: &str, octets: &[u8]) -> String {
+    with(device, target, "mbar", |meaning| meaning.format(&Value::decode(meaning.row().data_type, octets).unwrap()))
+}
+
+#[test]
+fn values_are_formatted_with_names_and_units() {
+    for (device, target, octets, text) in [
+        ("bcg450", "device.device-state", &[4][..], "EXECUTING"),
+        ("bcg450", "pirani.process-value", &5.5e-3f32.to_be_bytes(), "5.5e-3 mbar"),
+        ("bcg450", "pirani.full-scale", &1000f32.to_be_bytes(), "1000 mbar"),
+        ("bcg450", "pirani.process-value", &[0x61, 0xA8], "25000 mbar"),
+        ("bcg450", "pirani.data-units", &1308u16.to_be_bytes(), "mbar"),
+        ("pcg550", "pirani.data-unit", &0x1309u16.to_be_bytes(), "Pascal"),
+        ("bcg450", "pirani.data-type", &[8], "float"),
+        ("bcg450", "pirani.reading-valid", &[1], "true"),
+        ("bcg450", "device.serial-number", b"4711      ", "4711"),
+        ("bcg450", "device.exception-status", &[0xA1], "alarm-device-common, warning-device-specific, expanded-format"),
+        ("bcg450", "one-of-n.one-of-n-status-extension", &[0], "none"),
+        ("bcg450", "ba.emission-current", &0.025f32.to_be_bytes(), "0.025"),
+        ("img400", "channel.1/emission-current", &5f32.to_be_bytes(), "45-mA"),
+        ("img400", "device.device-state", &[100], "INIT"),
+        ("bcg450", "device.device-exception-detail-alarm-4-5", &[1, 0xFE], "01 FE"),
+        // The examples of the manual, and numbers that are no version.
+        ("tpg500", "device.program-version", &[0x50, 0x97, 0x31, 0x01], "509731-A"),
+        ("tpg300", "device.program-version", &[0x50, 0x97, 0x80, 0x06], "509780-F"),
+        ("tpg300", "device.program-version", &[0x50, 0x97, 0x80, 0x00], "1352105984"),
+        ("tpg300", "device.program-version", &[0x50, 0x97, 0x80, 0x16], "1352106006"),
+        ("tpg300", "device.program-version", &[0x5A, 0x97, 0x80, 0x06], "1519878150"),
+    ] {
+        assert_eq!(shown(device, target, octets), text, "{device} {target}");
+    }
+}
+
+#[test]
+fn values_are_parsed_by_name_number_and_unit() {
+    for (device, target, text, octets) in [
+        ("bcg450", "pirani.safe-state", "use-safe-value", "03"),
+        ("bcg450", "pirani.safe-state", "Full Scale", "01"),
+        ("bcg450", "pirani.safe-state", "2", "02"),
+        ("bcg450", "pirani.safe-value", "0.125 mbar", "3E 00 00 00"),
+        ("bcg450", "pirani.safe-value", "12.5 Pascal", "3E 00 00 00"),
+        ("bcg450", "pirani.safe-value", "12.5Pa", "3E 00 00 00"),
+        ("bcg450", "pirani.safe-value", "1.25e-1mbar", "3E 00 00 00"),
+        ("bcg450", "pirani.data-units", "Torr", "05 15"),
+        ("bcg450", "pirani.data-units", "1308", "05 1C"),
+        ("pcg550", "pirani.data-unit", "0x1308", "13 08"),
+        ("bcg450", "ba.hot-cathode-block-state-command", "degas-on", "01 01"),
+        ("bcg450", "ba.hot-cathode-block-state-command", "01 00", "01 00"),
+        ("pcg550", "trip-point.1/low-trip-enable", "on", "01"),
+        ("img400", "channel.1/emission-current", "45-mA", "40 A0 00 00"),
+        ("img400", "reset-error-condition", "reset-all", "80"),
+    ] {
+        assert_eq!(parsed(device, target, text), octets, "{device} {target} {text}");
+    }
+}
+
+#[test]
+fn a_text_that_is_no_value_is_an_error_with_the_accepted_ones() {
+    for (device, target, text, sentence) in [
+        ("bcg450", "pirani.safe-state", "never", "one of zero, full-scale, hold-last-value, use-safe-value"),
+        ("bcg450", "pirani.safe-state", "4", "one of zero, full-scale, hold-last-value, use-safe-value"),
+        ("bcg450", "pirani.safe-value", "-1 mbar", PRESSURE),
+        ("bcg450", "pirani.safe-value", "-1", PRESSURE),
+        ("bcg450", "pirani.safe-value", "nan mbar", PRESSURE),
+        ("bcg450", "pirani.safe-value", "inf mbar", PRESSURE),
+        ("bcg450", "pirani.safe-value", "much", PRESSURE),
+        ("bcg450", "setpoint-a.percentage-of-atmosphere", "140.1 %", "a percentage from 1 % to 140 %, such as '50 %'"),
+        ("bcg450", "pirani.data-units", "psi", "one of COUNTS, Torr, Micron, mbar, Pascal"),
+        ("pcg550", "trip-point.1/low-trip-enable", "2", "true or false"),
+        (
+            "bcg450",
+            "device.device-block-state-command",
+            "256",
+            "one of inactive, reset, abort, recover, execute, stop, perform-diagnostic",
+        ),
+        ("bcg450", "device.device-configuration", &"x".repeat(51), "1 to 50 ASCII characters"),
+    ] {
+        let said = parsed(device, target, text);
+        assert_eq!(said, format!("expected {sentence}, got {text:?}"));
+    }
+}
+
+const PRESSURE: &str = "a pressure of 0 or more with its unit, such as '1500 mbar'";
+
+#[test]
+fn a_pressure_without_a_unit_is_an_error_that_shows_the_unit_of_the_gauge() {
+    let sentence = |device, unit, target, text| {
+        with(device, target, unit, |format| format.parse(text, NumberType::Float).unwrap_err().to_string())
+    };
+    assert_eq!(
+        sentence("bcg450", "mbar", "pirani.safe-value", "0.5"),
+        format!("expected {PRESSURE}, got \"0.5\" without a unit; in the present unit of the gauge it is '0.5 mbar'")
+    );
+    let torr = sentence("pcg550", "Torr", "trip-point.1/high-trip-point", "1e-3");
+    assert!(
+        torr.ends_with("got \"1e-3\" without a unit; in the present unit of the gauge it is '1e-3 Torr'"),
+        "{torr}"
+    );
+    assert_eq!(
+        sentence("bcg450", "mbar", "pirani.safe-value", "0.2 bananas"),
+        format!(
+            "expected {PRESSURE}, got \"0.2 bananas\"; the units of the gauge are COUNTS, Torr, Micron, mbar, Pascal"
+        )
+    );
+    let unknown = sentence("tpg300", "none of them", "relay.1/upper-threshold", "1");
+    assert!(unknown.ends_with("such as '1 mbar', got \"1\" without a unit"), "{unknown}");
+}
+
+fn beyond(device: &str, unit: &str, target: &str, text: &str) -> Option<String> {
+    with(device, target, unit, |format| {
+        let octets = format.parse(text, NumberType::Float).unwrap();
+        let value = Value::decode(DataType::ByType, &octets).unwrap();
+        format.beyond_range(&value).map(|error| error.to_string())
+    })
+}
+
+#[test]
+fn a_pressure_outside_the_measuring_range_is_reported_with_the_range_in_the_unit_of_the_gauge() {
+    for (device, unit, target, text, sentence) in [
+        (
+            "bcg450",
+            "mbar",
+            "pirani.safe-value",
+            "1e9 mbar",
+            Some("1e9 mbar is outside the measuring range, which is 5e-10 mbar to 1500 mbar"),
+        ),
+        (
+            "bcg450",
+            "Pascal",
+            "pirani.safe-value",
+            "1e9 mbar",
+            Some("1e11 Pascal is outside the measuring range, which is 5e-8 Pascal to 1.5e5 Pascal"),
+        ),
+        (
+            "bcg450",
+            "mbar",
+            "pirani.safe-value",
+            "1e-13 mbar",
+            Some("1e-13 mbar is outside the measuring range, which is 5e-10 mbar to 1500 mbar"),
+        ),
+        // tira41d1 3.2.5.1: the end of the range means "never", and Zero is a Safe Value.
+        ("bcg450", "mbar", "pirani.safe-value", "1500 mbar", None),
+        ("bcg450", "Torr", "pirani.safe-value", "1500 mbar", None),
+        ("bcg450", "mbar", "pirani.safe-value", "0 mbar", None),
+        ("bcg450", "counts", "pirani.safe-value", "1500 mbar", None),
+        // One range for all parts of a combined gauge.
+        ("bcg450", "mbar", "pirani.safe-value", "1e-8 mbar", None),
+        ("pcg550", "mbar", "trip-point.1/high-trip-point", "1500 mbar", None),
+        (
+            "pcg550",
+            "mbar",
+            "trip-point.2/low-trip-point",
+            "1501 mbar",
+            Some("1501 mbar is outside the measuring range, which is 5e-5 mbar to 1500 mbar"),
+        ),
+        // A difference may be smaller than every pressure.
+        ("pcg550", "mbar", "trip-point.1/low-trip-point-hysteresis", "1e-9 mbar", None),
+        (
+            "pcg550",
+            "mbar",
+            "trip-point.1/low-trip-point-hysteresis",
+            "2000 mbar",
+            Some("2000 mbar is outside the measuring range, which is 0 mbar to 1500 mbar"),
+        ),
+        (
+            // The device reports the range of the connected gauge.
+            "img400",
+            "hPa",
+            "channel.3/safe-value",
+            "1e-5 hPa",
+            None,
+        ),
+        // The tables of a controller have no range of the gauges that may be connected.
+        ("tpg300", "mbar", "relay.1/upper-threshold", "1e9 mbar", None),
+    ] {
+        assert_eq!(beyond(device, unit, target, text).as_deref(), sentence, "{device} {target} {text}");
+    }
+}
+
+/// COUNTS of a difference depend on the trip point: a number from the scale of pressures would be false.
+#[test]
+fn a_hysteresis_is_not_converted_to_counts() {
+    let parse = |text| {
+        with("pcg550", "trip-point.1/low-trip-point-hysteresis", "counts", |format| {
+            format.parse(text, NumberType::Integer).map_err(|error| error.problem)
+        })
+    };
+    assert_eq!(parse("1 mbar"), Err(ValueProblem::NotConvertible { unit: Some("COUNTS") }));
+    assert_eq!(parse("100 counts").unwrap(), [0, 100]);
+}
+
+#[test]
+fn counts_are_converted_on_the_scale_of_the_part() {
+    let octets = |device, target, text| {
+        with(device, target, "counts", |meaning| meaning.parse(text, NumberType::Integer).map(|octets| hex(&octets)))
+    };
+    // 10^(COUNTS/2000 - 12.5) mbar
+    assert_eq!(octets("bcg450", "pirani.safe-value", "1 mbar").unwrap(), "61 A8");
+    assert_eq!(octets("bcg450", "pirani.safe-value", "25000 counts").unwrap(), "61 A8");
+    assert!(octets("bcg450", "pirani.safe-value", "25000.5 counts").is_err());
+    assert!(octets("bcg450", "pirani.safe-value", "65536 counts").is_err());
+}
+
+#[test]
+fn every_formatted_name_is_parsed() {
+    for model in profivac_devices::catalog::MODELS {
+        let names = ParameterNames::of(model);
+        for named in names.all() {
+            let meaning = ValueFormat { named, model, unit: model.unit_named("mbar") };
+            for code in named.parameter.row.codes.codes() {
+                let octets = meaning.parse(code.name, NumberType::Float).unwrap();
+                let value = Value::decode(named.parameter.row.data_type, &octets).unwrap();
+                assert_eq!(meaning.format(&value), code.name, "{named}");
+            }
+        }
+    }
+}

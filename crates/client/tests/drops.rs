@@ -1,0 +1,79 @@
+//! Guards and buses that are dropped in different orders, and after an error: the gauge is as before.
+
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
+
+#[path = "support/block_on.rs"]
+mod block_on;
+
+use block_on::block_on;
+use profivac_client::class1::Class1Session;
+use profivac_client::cyclic::CyclicSlave;
+use profivac_client::records::{Interruption, RecordError};
+use profivac_client::{Bus, ms2};
+use profivac_devices::model::AccessPath;
+use profivac_dp::master::services;
+use profivac_host::session::Reply;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+/// A parameter of an instance that slot 1 does not show at the beginning.
+const OTHER_INSTANCE: &str = "ba.overrange";
+
+fn bus() -> Bus {
+    Bus::on(profivac_virtual::open::devices(&["bcg450@5"]).unwrap()).open().unwrap()
+}
+
+/// A cancellation ends the waits of the program, not the restoration of what the program has changed.
+#[test]
+fn a_gauge_that_is_dropped_after_a_cancellation_restores_the_selector() {
+    let mut bus = bus();
+    for allowed in 0..1000 {
+        let waits = Arc::new(AtomicUsize::new(0));
+        let counted = Arc::clone(&waits);
+        let cancel = move || counted.fetch_add(1, Ordering::SeqCst) >= allowed;
+        bus.session().set_cancellation(Some(Box::new(cancel)));
+        let ended = bus.gauge(5).and_then(|mut gauge| gauge.read(OTHER_INSTANCE));
+        bus.session().set_cancellation(None);
+        assert_eq!(ms2::read(bus.session(), 5, 1, 46).unwrap(), [1], "cancelled after {allowed} waits: {ended:?}");
+        if waits.load(Ordering::SeqCst) <= allowed {
+            ended.unwrap();
+            return;
+        }
+    }
+    panic!("a reading takes fewer waits");
+}
+
+#[test]
+fn an_async_gauge_restores_the_selector_whether_its_bus_is_dropped_before_or_after_it() {
+    for bus_first in [true, false] {
+        let bus = bus_async();
+        let (gauge, watching) = (bus.gauge(5), bus.clone());
+        block_on(gauge.read(OTHER_INSTANCE)).unwrap();
+        if bus_first {
+            drop(bus);
+            drop(gauge);
+        } else {
+            drop(gauge);
+            drop(bus);
+        }
+        let selector = watching.submit(|session| ms2::read(session, 5, 1, 46).unwrap()).wait().unwrap();
+        assert_eq!(selector, [1], "bus first: {bus_first}");
+    }
+}
+
+fn bus_async() -> profivac_client::AsyncBus {
+    Bus::on(profivac_virtual::open::devices(&["bcg450@5"]).unwrap()).open_async().unwrap()
+}
+
+/// Octet 4 of Slave_Diag is the owner, 255 for none: profibus-wire 2.4.
+#[test]
+fn a_class_1_session_that_ends_with_an_error_releases_the_slave() {
+    let mut bus = bus();
+    let slave = CyclicSlave::find(bus.session(), 5, 0).unwrap();
+    let opened = Class1Session::open_unless(bus.session(), &slave, AccessPath::Class1, &|| true);
+    assert!(matches!(opened.err(), Some(RecordError::Interrupted(Interruption::Cancelled))));
+    let Reply::Answer { du, .. } = bus.session().request(&services::slave_diag(5)).unwrap() else {
+        panic!("no answer")
+    };
+    assert_eq!(du.get(3), Some(&255), "{du:02X?}");
+}
