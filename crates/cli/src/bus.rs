@@ -116,13 +116,13 @@ impl BusOptions {
     pub fn session_on(&self, port: Box<dyn Port>, baud: Baud) -> Result<BusSession, Failure> {
         let bus = self.parameters(baud, port.delivery());
         self.report_timing(&*port, baud, &bus);
-        let name = port.name().to_owned();
+        let (name, is_timed) = (port.name().to_owned(), port.is_timed());
         let mut session = BusSession::new(port, baud, bus, self.options.timeout.unwrap_or(TIMEOUT))?;
         let verbose = self.options.verbose;
         let slot_time = duration_of(baud, bus.slot_tbit.into());
         session.on_close(move |timing, notices| {
             notices.iter().for_each(notice);
-            if timing.turnaround > slot_time {
+            if timing.turnaround > slot_time && (verbose || is_timed) {
                 notice(&late_advice(baud, timing.turnaround));
             }
             if verbose {

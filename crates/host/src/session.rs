@@ -294,14 +294,12 @@ impl BusSession {
     /// Raises the slot time if an answer came later, and this master is alone. Beside other masters the notice says what the user
     /// has to do.
     fn check_turnaround(&mut self) {
-        let (baud, turnaround_tbit) = (self.baud, self.segment.measured().turnaround_tbit);
-        let adapts = self.adapts_slot_time;
-        let name = self.port_name().to_owned();
-        let station = self.station();
-        let slot_tbit = station.bus().slot_tbit;
+        let turnaround_tbit = self.segment.measured().turnaround_tbit;
+        let slot_tbit = self.station().bus().slot_tbit;
         if turnaround_tbit <= u64::from(slot_tbit).max(self.reported_tbit) {
             return;
         }
+        let (baud, adapts, name) = (self.baud, self.adapts_slot_time, self.port_name().to_owned());
         self.reported_tbit = turnaround_tbit;
         let station = self.station();
         let is_alone = station.masters().count() < 2 && station.other_master().is_none();
@@ -314,6 +312,10 @@ impl BusSession {
         };
         if remedy == LateAnswerRemedy::Raised {
             station.raise_slot_time(needed_tbit);
+        }
+        // On a pty or TCP the cause is the load of the computer, which needs no action.
+        if remedy == LateAnswerRemedy::Raised && !self.segment.port().is_timed() {
+            return;
         }
         let turnaround_ms = u64::try_from(duration_of(baud, turnaround_tbit).as_millis()).unwrap_or(u64::MAX);
         self.late_answer = Some(Notice::LateAnswer { name, turnaround_ms, slot_tbit, needed_tbit, remedy });

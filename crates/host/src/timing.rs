@@ -32,7 +32,7 @@ pub struct Measured {
 struct Sent {
     to: u8,
     end: BitTime,
-    /// An answer that may belong to it has come.
+    /// An answer that may belong to it, or to a later one, has come.
     is_answered: bool,
 }
 
@@ -100,11 +100,12 @@ impl Timing {
         let open = self.requests.iter().rposition(fits);
         let Some(place) = open.or_else(|| self.surplus(&beginning)) else { return };
         let is_newest = place.saturating_add(1) == self.requests.len();
-        if let Some(sent) = self.requests.get_mut(place) {
-            sent.is_answered = true;
+        if let Some(sent) = self.requests.get(place) {
             self.measured.answers = self.measured.answers.saturating_add(1);
             self.measured.turnaround_tbit = self.measured.turnaround_tbit.max(now - sent.end);
         }
+        // Earlier requests are given up; a late answer to one of them is a surplus one.
+        self.requests.iter_mut().take(place.saturating_add(1)).for_each(|sent| sent.is_answered = true);
         self.answer = (is_newest && open.is_some()).then_some(now);
     }
 
