@@ -59,5 +59,10 @@ fn run(alarms: &AlarmService, snapshots: &SnapshotStore, recorder: &RecorderHand
 /// The present snapshots, and the state of the recorder.
 #[must_use]
 pub fn inputs(snapshots: &SnapshotStore, recorder: &RecorderHandle) -> Inputs {
-    Inputs { segments: snapshots.segments(), gauges: snapshots.gauges(), recorder_error: recorder.health().error }
+    Inputs {
+        segments: snapshots.segments(),
+        gauges: snapshots.gauges(),
+        buses: snapshots.buses().reports(),
+        recorder_error: recorder.health().error,
+    }
 }
