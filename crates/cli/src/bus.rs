@@ -73,6 +73,11 @@ impl BusOptions {
         Self { port: segment.port.clone(), options: line }
     }
 
+    /// Opens the port to listen, and finds its rate if that is `auto`.
+    pub fn open_to_listen(&self) -> Result<(Box<dyn Port>, Baud), Failure> {
+        open_port_to_listen(&self.port, self.options.baud)
+    }
+
     /// Opens the port and makes a master that has sent nothing yet. A lost port is an error.
     pub fn open(&self) -> Result<BusSession, Failure> {
         self.open_session().map(|(session, _)| session)

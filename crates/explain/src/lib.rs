@@ -74,12 +74,7 @@ impl Decoder {
     /// A decoder without any traffic yet.
     #[must_use]
     pub fn new(baud: Baud, times: TimeSource) -> Self {
-        Self {
-            divider: Divider::new(baud, times),
-            explainer: Explainer::new(baud),
-            pieces: Vec::new(),
-            number: 0,
-        }
+        Self { divider: Divider::new(baud, times), explainer: Explainer::new(baud), pieces: Vec::new(), number: 0 }
     }
 
     /// The state of the line as the traffic shows it.

@@ -440,7 +440,8 @@ fn owner_change(before: u8, now: u8) -> String {
 #[must_use]
 pub fn diagnosis_reports(diag: &SlaveDiag<'_>) -> Vec<String> {
     let status = station_status(diag.status - PROGRESS - ORDINARY).map(str::to_owned);
-    let blocks = Blocks::new(diag.ext_diag).map(|block| block.map_or_else(|_| "a damaged block".to_owned(), block_text));
+    let blocks =
+        Blocks::new(diag.ext_diag).map(|block| block.map_or_else(|_| "a damaged block".to_owned(), block_text));
     status.chain(blocks).collect()
 }
 

@@ -53,7 +53,8 @@ fn main() {
                     Some(length) => {
                         waiting.extend_from_slice(octets);
                         if waiting.len() >= length {
-                            let chunk = Chunk { start: Some(now), octets: std::mem::take(&mut waiting), ..Chunk::default() };
+                            let chunk =
+                                Chunk { start: Some(now), octets: std::mem::take(&mut waiting), ..Chunk::default() };
                             divider.push(&chunk, &mut pieces);
                         }
                     }
@@ -64,6 +65,10 @@ fn main() {
         }
         let took = began.elapsed().as_secs_f64();
         let telegrams = observer.totals().telegrams;
-        println!("{name}: {seconds} s of bus time, {telegrams} telegrams in {took:.3} s: {:.1} % of a core, {:.0} ns each", took / seconds * 100.0, took * 1e9 / telegrams as f64);
+        println!(
+            "{name}: {seconds} s of bus time, {telegrams} telegrams in {took:.3} s: {:.1} % of a core, {:.0} ns each",
+            took / seconds * 100.0,
+            took * 1e9 / telegrams as f64
+        );
     }
 }

@@ -245,7 +245,11 @@ mod tests {
             if second == 5 {
                 recorder.trigger(BitTime(BAUD.tbit_of_ms(5000)), "test");
                 recorder.trigger(BitTime(BAUD.tbit_of_ms(5500)), "a second one");
-                assert_eq!(recorder.take_capture(BitTime(BAUD.tbit_of_ms(5500))), None, "the time behind it has not passed");
+                assert_eq!(
+                    recorder.take_capture(BitTime(BAUD.tbit_of_ms(5500))),
+                    None,
+                    "the time behind it has not passed"
+                );
             }
         }
         let capture = recorder.take_capture(BitTime(BAUD.tbit_of_ms(9000))).unwrap();
@@ -277,7 +281,8 @@ mod tests {
         let captures = CaptureFolder::new(folder.path().join("captures"), limits);
         assert_eq!(captures.list().unwrap(), []);
         let capture = |octets: usize| Capture { reason: String::new(), file: vec![0; octets] };
-        let names = |captures: &CaptureFolder| captures.list().unwrap().into_iter().map(|it| it.name).collect::<Vec<_>>();
+        let names =
+            |captures: &CaptureFolder| captures.list().unwrap().into_iter().map(|it| it.name).collect::<Vec<_>>();
         for number in 1..=5 {
             captures.store(&number.to_string(), &capture(10)).unwrap();
         }

@@ -199,7 +199,8 @@ impl Knowledge {
             }
             (Some(ident), _) => {
                 let is_only = models_with_ident(ident).count() == 1;
-                let with_configuration = models_with_ident(ident).find(|model| model.configuration(&self.configuration).is_some());
+                let with_configuration =
+                    models_with_ident(ident).find(|model| model.configuration(&self.configuration).is_some());
                 let model = with_configuration.or_else(|| model_with_ident(ident))?;
                 Some((model, if is_only { Origin::Heard } else { Origin::Assumed }))
             }
@@ -222,12 +223,18 @@ impl Knowledge {
         let unit = heard_unit.or(named_unit);
         let (configuration, configuration_origin) =
             heard.or(named).or_else(|| Some((self.assumed(model, unit.map(|it| it.0))?, Origin::Assumed)))?;
-        let slave = |unit| CyclicSlave { address, model, configuration, unit, principles: ChannelPrinciples::default() };
+        let slave =
+            |unit| CyclicSlave { address, model, configuration, unit, principles: ChannelPrinciples::default() };
         let (unit, unit_origin) = unit.or_else(|| {
             let plausible = usual_units(model).find(|unit| self.is_plausible(&slave(unit)));
             Some((plausible.or_else(|| usual_units(model).next())?, Origin::Assumed))
         })?;
-        Some(GaugeFacts { slave: slave(unit), model: model_origin, configuration: configuration_origin, unit: unit_origin })
+        Some(GaugeFacts {
+            slave: slave(unit),
+            model: model_origin,
+            configuration: configuration_origin,
+            unit: unit_origin,
+        })
     }
 
     /// The pressures in the last inputs of the slave at `address`.
@@ -262,7 +269,9 @@ impl Knowledge {
         };
         if facts.configuration == Origin::Assumed {
             let octets = Hex(facts.slave.configuration.octets);
-            all.push(format!("no Chk_Cfg was heard; the configuration {octets} is assumed from the lengths and contents"));
+            all.push(format!(
+                "no Chk_Cfg was heard; the configuration {octets} is assumed from the lengths and contents"
+            ));
         }
         if facts.unit == Origin::Assumed {
             all.push(format!("neither Set_Prm nor the file shows the unit; {} is assumed", facts.slave.unit.name));
@@ -271,16 +280,19 @@ impl Knowledge {
     }
 
     fn fits(&self, configuration: &Configuration) -> bool {
-        let length = |telegram: Option<&profivac_devices::model::Telegram>| telegram.map_or(0, |telegram| telegram.octets());
+        let length =
+            |telegram: Option<&profivac_devices::model::Telegram>| telegram.map_or(0, |telegram| telegram.octets());
         length(configuration.outputs) == self.outputs && length(configuration.inputs) == self.inputs.len()
     }
 
     /// The configuration of the model that fits the lengths of the exchange and whose contents are plausible.
     fn assumed(&self, model: &'static Model, unit: Option<&'static Unit>) -> Option<&'static Configuration> {
-        let fitting = || std::iter::once(model.default_configuration).chain(model.configurations).filter(|it| self.fits(it));
+        let fitting =
+            || std::iter::once(model.default_configuration).chain(model.configurations).filter(|it| self.fits(it));
         let is_plausible = |configuration: &&'static Configuration| {
             let mut units = unit.into_iter().chain(usual_units(model).filter(|_| unit.is_none()));
-            let slave = |unit| CyclicSlave { address: 0, model, configuration, unit, principles: ChannelPrinciples::default() };
+            let slave =
+                |unit| CyclicSlave { address: 0, model, configuration, unit, principles: ChannelPrinciples::default() };
             units.any(|unit| self.is_plausible(&slave(unit)))
         };
         fitting().find(is_plausible).or_else(|| fitting().next())
@@ -293,7 +305,9 @@ impl Knowledge {
         let is_allowed = |(start, field): (usize, Field)| {
             let octet = self.inputs.get(start).copied().unwrap_or_default();
             match field {
-                Field::PvSelector => slave.model.parts.is_empty() || slave.model.parts.iter().any(|spec| spec.part.instance == octet),
+                Field::PvSelector => {
+                    slave.model.parts.is_empty() || slave.model.parts.iter().any(|spec| spec.part.instance == octet)
+                }
                 Field::StatusExtension => StatusExtension::from_bits(octet).is_some(),
                 Field::MeasurementStatus(_) => octet <= 6,
                 _ => true,
@@ -303,9 +317,10 @@ impl Knowledge {
         let is_pressure = |pa: f64| (LOWEST_PA..=HIGHEST_PA).contains(&pa);
         layout.into_iter().all(is_allowed)
             && values.iter().all(|value| {
-                let is_in_range = slave.model.parts.iter().filter(|spec| spec.part.instance == value.instance).all(|spec| {
-                    value.pa.is_none_or(|pa| pa >= spec.limits.under_pa * 0.5 && pa <= spec.limits.over_pa * 2.0)
-                });
+                let is_in_range =
+                    slave.model.parts.iter().filter(|spec| spec.part.instance == value.instance).all(|spec| {
+                        value.pa.is_none_or(|pa| pa >= spec.limits.under_pa * 0.5 && pa <= spec.limits.over_pa * 2.0)
+                    });
                 value.quality != Quality::Valid || (value.pa.is_some_and(is_pressure) && is_in_range)
             })
     }

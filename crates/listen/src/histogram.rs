@@ -84,7 +84,9 @@ fn bucket(tbit: u64) -> usize {
 fn end_of(place: usize) -> u64 {
     let place = (place as u64).saturating_add(1);
     let octave = place / PER_OCTAVE;
-    (PER_OCTAVE.saturating_add(place % PER_OCTAVE)).checked_shl(u32::try_from(octave).unwrap_or(u32::MAX)).unwrap_or(u64::MAX)
+    (PER_OCTAVE.saturating_add(place % PER_OCTAVE))
+        .checked_shl(u32::try_from(octave).unwrap_or(u32::MAX))
+        .unwrap_or(u64::MAX)
 }
 
 #[cfg(test)]

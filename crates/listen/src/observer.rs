@@ -347,7 +347,8 @@ impl Observer {
             [SD2, _, _, SD2, da, sa, fc, ..] | [SD1 | SD3, da, sa, fc, ..] => (da & 0x7F, sa & 0x7F, fc),
             _ => return None,
         };
-        let is_srd = matches!(Control::from_octet(fc), Control::Request { function: Function::SrdLow | Function::SrdHigh, .. });
+        let is_srd =
+            matches!(Control::from_octet(fc), Control::Request { function: Function::SrdLow | Function::SrdHigh, .. });
         let is_slave = self.station(da).is_some_and(|station| station.master_at.is_none() && station.last.is_some());
         let is_master = self.station(sa).is_some_and(|station| station.master_at.is_some());
         (is_srd && is_slave && is_master).then_some(da)
@@ -409,7 +410,8 @@ impl Observer {
         let (before, is_lost, new_repetitions) = match station.last.take() {
             Some(mut last) => {
                 let is_next = last.number.saturating_add(1) == number;
-                let is_equal = is_same(&last.request, frame, function, count) && (is_next || count != FrameCount::First);
+                let is_equal =
+                    is_same(&last.request, frame, function, count) && (is_next || count != FrameCount::First);
                 let is_repetition = is_equal && (last.damage_epoch == epoch || was_damaged && !last.is_answered);
                 let is_lost = !is_repetition && !last.is_answered;
                 let repetitions =
@@ -420,7 +422,16 @@ impl Observer {
             }
             None => {
                 let saps = [frame.dsap, frame.ssap];
-                let request = Request { master: frame.sa, slave, sap, function, count, saps, du: frame.du.to_vec(), at: Some(start) };
+                let request = Request {
+                    master: frame.sa,
+                    slave,
+                    sap,
+                    function,
+                    count,
+                    saps,
+                    du: frame.du.to_vec(),
+                    at: Some(start),
+                };
                 let repetitions = damaged;
                 (LastRequest { request, number, damage_epoch: epoch, is_answered: false, repetitions }, false, damaged)
             }
@@ -538,7 +549,10 @@ impl Observer {
             self.heard(frame.sa, start);
             return;
         }
-        let is_answer = self.pending.and_then(|slave| self.station(slave)?.last.as_ref()).is_some_and(|last| last.request.is_answered_by(frame));
+        let is_answer = self
+            .pending
+            .and_then(|slave| self.station(slave)?.last.as_ref())
+            .is_some_and(|last| last.request.is_answered_by(frame));
         if is_answer && let Some(slave) = self.pending.take() {
             self.finish(slave, Answer { status, du: frame.du }, start);
         } else if self.station(frame.sa).is_some() {
@@ -555,7 +569,11 @@ impl Observer {
         let unanswered = std::mem::take(&mut station.unanswered_in_a_row);
         let was_lost = std::mem::take(&mut station.is_reported_lost);
         if was_lost {
-            self.event(Some(address), EventKind::Returned, format!("station {address} answers again after {unanswered} unanswered requests"));
+            self.event(
+                Some(address),
+                EventKind::Returned,
+                format!("station {address} answers again after {unanswered} unanswered requests"),
+            );
         } else if is_new {
             self.event(Some(address), EventKind::Returned, format!("station {address} answers"));
         }
@@ -606,7 +624,8 @@ impl Observer {
         let layout = if has_channel(station) { station.knowledge.layout() } else { None };
         let inputs = layout.and_then(|configuration| configuration.inputs);
         let tables = station.tables;
-        let passed = inputs.and_then(|telegram| station.parameters.inputs(telegram, &tables, answer.du, start)).cloned();
+        let passed =
+            inputs.and_then(|telegram| station.parameters.inputs(telegram, &tables, answer.du, start)).cloned();
         self.count(slave, |counts| counts.exchanges = counts.exchanges.saturating_add(1));
         if let Some(passed) = passed {
             self.learn(slave, &passed);
@@ -646,7 +665,11 @@ impl Observer {
         }
         if is_report {
             let contents = if reports.is_empty() { "nothing".to_owned() } else { reports.join(", ") };
-            self.event(Some(slave), EventKind::Diagnosis, format!("the diagnosis of station {slave} reports {contents}"));
+            self.event(
+                Some(slave),
+                EventKind::Diagnosis,
+                format!("the diagnosis of station {slave} reports {contents}"),
+            );
         }
     }
 
@@ -655,13 +678,22 @@ impl Observer {
         let Some(station) = self.station_mut(slave) else { return };
         identify(station, prm.ident);
         station.knowledge.parameterise(prm.user);
-        station.tables.unit = station.knowledge.model().and_then(|(model, _)| model.user_prm(prm.user)).and_then(|known| station.tables.model?.unit(known.unit_code())).or(station.tables.unit);
+        station.tables.unit = station
+            .knowledge
+            .model()
+            .and_then(|(model, _)| model.user_prm(prm.user))
+            .and_then(|known| station.tables.model?.unit(known.unit_code()))
+            .or(station.tables.unit);
         let is_changed = !station.set_prm.is_empty() && station.set_prm != request.du;
         let is_first = station.set_prm.is_empty();
         station.set_prm.clone_from(&request.du);
         let text = match (is_first, is_changed) {
             (true, _) => format!("master {} sets parameters of station {slave}", request.master),
-            (_, true) => format!("master {} sets other parameters of station {slave} than before: {}", request.master, Hex(&request.du)),
+            (_, true) => format!(
+                "master {} sets other parameters of station {slave} than before: {}",
+                request.master,
+                Hex(&request.du)
+            ),
             _ => format!("master {} sets the same parameters of station {slave} again", request.master),
         };
         self.event(Some(slave), EventKind::Configuration, text);
@@ -822,7 +854,14 @@ fn is_same(request: &Request, frame: &DataTelegram<'_>, function: Function, coun
 }
 
 /// Overwrites a request; its buffer stays.
-fn store(request: &mut Request, frame: &DataTelegram<'_>, sap: Sap, function: Function, count: FrameCount, start: BitTime) {
+fn store(
+    request: &mut Request,
+    frame: &DataTelegram<'_>,
+    sap: Sap,
+    function: Function,
+    count: FrameCount,
+    start: BitTime,
+) {
     request.master = frame.sa;
     request.slave = frame.da;
     (request.sap, request.function, request.count) = (sap, function, count);

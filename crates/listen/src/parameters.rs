@@ -139,7 +139,13 @@ impl Parameters {
     }
 
     /// Records inputs. Returns the parameter whose task they answer.
-    pub fn inputs(&mut self, telegram: &'static Telegram, tables: &DeviceTables, du: &[u8], at: BitTime) -> Option<&Passed> {
+    pub fn inputs(
+        &mut self,
+        telegram: &'static Telegram,
+        tables: &DeviceTables,
+        du: &[u8],
+        at: BitTime,
+    ) -> Option<&Passed> {
         if self.task_is_answered {
             return None;
         }
@@ -168,7 +174,9 @@ impl Parameters {
     }
 
     fn add(&mut self, passed: Passed) -> Option<&Passed> {
-        let same = |other: &Passed| (other.place, other.path, other.requester) == (passed.place, passed.path, passed.requester);
+        let same = |other: &Passed| {
+            (other.place, other.path, other.requester) == (passed.place, passed.path, passed.requester)
+        };
         let place = self.passed.iter().position(same);
         if let Some(place) = place {
             self.passed.remove(place);

@@ -203,7 +203,10 @@ impl BusReport {
             cycle: Distribution::of(observer.cycle(), baud),
             rotation: Distribution::of(observer.rotation(), baud),
             masters: masters.map(master).collect(),
-            stations: observer.stations().filter_map(|(address, station)| StationReport::of(observer, address, station)).collect(),
+            stations: observer
+                .stations()
+                .filter_map(|(address, station)| StationReport::of(observer, address, station))
+                .collect(),
             parameters: parameters(observer),
             events: observer.events().iter().rev().take(SHOWN_EVENTS).map(event).collect(),
         }

@@ -188,7 +188,9 @@ impl Station {
             (None, _) if is_missing && is_recent(self.asked_at) => StationState::Missing,
             (None, None) => return None,
             (None, heard) if !is_recent(heard) => StationState::NotAddressed,
-            (None, Some(_)) if self.is_exchanging && is_recent(self.knowledge.exchanged_at()) => StationState::Exchanging,
+            (None, Some(_)) if self.is_exchanging && is_recent(self.knowledge.exchanged_at()) => {
+                StationState::Exchanging
+            }
             (None, Some(_)) if is_recent(self.wanted_at) => StationState::NotConfigured,
             (None, Some(_)) => StationState::NoMaster,
         })

@@ -122,11 +122,26 @@ fn a_listen_only_segment_records_the_gauges_of_another_master_and_sends_nothing(
     let states: Vec<_> = segment.stations.iter().map(|station| (station.address, station.state)).collect();
     assert_eq!(states, [(MASTER, BusStationState::OtherMaster), (SLAVE, BusStationState::DataExchange)]);
 
-    let report = until("the report", || services.snapshots().buses().report("plc").filter(|it| it.stations.len() == 2 && it.stations[1].total.repeated > 2));
+    let report = until("the report", || {
+        services
+            .snapshots()
+            .buses()
+            .report("plc")
+            .filter(|it| it.stations.len() == 2 && it.stations[1].total.repeated > 2)
+    });
     let slave = &report.stations[1];
-    assert_eq!((slave.state, slave.configuration_origin, slave.unit_origin), (StationState::Exchanging, Some(Origin::Heard), Some(Origin::Heard)));
+    assert_eq!(
+        (slave.state, slave.configuration_origin, slave.unit_origin),
+        (StationState::Exchanging, Some(Origin::Heard), Some(Origin::Heard))
+    );
     assert_eq!((slave.longest_sequence, slave.owner, report.ring.as_slice()), (1, Some(MASTER), &[MASTER][..]));
-    until("the alarm", || services.alarms().all().into_iter().find(|alarm| alarm.name == "repetitions" && alarm.value.is_some_and(|value| value > 1.0)));
+    until("the alarm", || {
+        services
+            .alarms()
+            .all()
+            .into_iter()
+            .find(|alarm| alarm.name == "repetitions" && alarm.value.is_some_and(|value| value > 1.0))
+    });
 
     let refused = services.control().requests().blocks("furnace").unwrap_err().to_string();
     assert!(refused.contains("segment plc is listen-only: the station sends nothing on it"), "{refused}");
@@ -134,7 +149,9 @@ fn a_listen_only_segment_records_the_gauges_of_another_master_and_sends_nothing(
     assert!(services.snapshots().buses().request_capture("plc", "the test"));
     let captures = services.snapshots().buses().captures("plc").unwrap();
     let capture = until("a capture", || captures.list().unwrap().pop());
-    let trace = profivac_sim::trace::pcapng::read(&captures.read(&capture.name).unwrap(), profivac_dp::link::Baud::B19200).unwrap();
+    let trace =
+        profivac_sim::trace::pcapng::read(&captures.read(&capture.name).unwrap(), profivac_dp::link::Baud::B19200)
+            .unwrap();
     assert!(trace.entries.len() > 20, "{}", trace.entries.len());
 
     station.stop();

@@ -41,7 +41,8 @@ struct Row<'a> {
 /// Listens until a signal or the end of --for, then prints.
 pub fn run(arguments: &Arguments, signals: &Signals, tap: &mut Tap, baud: Baud) -> Result<(), Failure> {
     check_addresses(&arguments.gauges)?;
-    let (mut divider, mut observer) = (Divider::new(baud, TimeSource::Platform), Observer::new(baud, TimeSource::Platform));
+    let (mut divider, mut observer) =
+        (Divider::new(baud, TimeSource::Platform), Observer::new(baud, TimeSource::Platform));
     for spec in &arguments.gauges {
         let model = entry(&spec.device)?.model;
         let unit = spec.value("unit").and_then(|unit| model.unit_named(unit));
@@ -127,10 +128,13 @@ fn table(observer: &Observer, report: &BusReport) -> String {
         lines.extend(station.unknown.iter().map(|text| format!("station {address}: {text}")));
     }
     for parameter in &report.parameters {
-        let (address, requester, name, value) = (parameter.address, parameter.requester, &parameter.name, &parameter.value);
+        let (address, requester, name, value) =
+            (parameter.address, parameter.requester, &parameter.name, &parameter.value);
         lines.push(format!("station {address}: master {requester}: {name} = {value}"));
     }
-    lines.extend(report.events.iter().rev().map(|event| format!("{:.1} s ago: {}", event.age_ms as f64 / 1e3, event.text)));
+    lines.extend(
+        report.events.iter().rev().map(|event| format!("{:.1} s ago: {}", event.age_ms as f64 / 1e3, event.text)),
+    );
     lines.join("\n")
 }
 
@@ -146,7 +150,14 @@ fn times(times: &Distribution) -> String {
 
 fn station(station: &StationReport) -> String {
     let counts = station.total;
-    let numbers = [counts.requests, counts.lost, counts.repeated, station.longest_sequence.into(), counts.damaged, counts.refused];
+    let numbers = [
+        counts.requests,
+        counts.lost,
+        counts.repeated,
+        station.longest_sequence.into(),
+        counts.damaged,
+        counts.refused,
+    ];
     let [requests, lost, repeated, longest, damaged, refused] = numbers.map(|number| number.to_string());
     let (address, state) = (station.address.to_string(), station.state.text().to_owned());
     row(&[address, state, requests, lost, repeated, longest, damaged, refused, station.devices.join(", ")])
@@ -154,5 +165,7 @@ fn station(station: &StationReport) -> String {
 
 fn row(cells: &[String; 9]) -> String {
     let [address, state, requests, lost, repeated, longest, damaged, refused, device] = cells;
-    format!("{address:>7}  {state:<24}{requests:>10}{lost:>8}{repeated:>10}{longest:>9}{damaged:>9}{refused:>9}  {device}")
+    format!(
+        "{address:>7}  {state:<24}{requests:>10}{lost:>8}{repeated:>10}{longest:>9}{damaged:>9}{refused:>9}  {device}"
+    )
 }

@@ -125,22 +125,26 @@ impl Listener {
 
 impl Line {
     pub fn new(baud: Baud) -> Self {
-        let slaves: Vec<_> = (FIRST..).zip(&DEVICES).map(|(address, entry)| {
-            let model = entry.model;
-            // Each device with another of its configurations and units.
-            let place = (usize::from(address) + 3) % model.configurations.len();
-            let with_inputs = model.configurations.iter().cycle().skip(place).find(|it| it.inputs.is_some());
-            let configuration = with_inputs.unwrap_or(model.default_configuration);
-            let unit = &model.units[usize::from(address) % model.units.len()];
-            CyclicSlave { address, model, configuration, unit, principles: ChannelPrinciples::default() }
-        }).collect();
+        let slaves: Vec<_> = (FIRST..)
+            .zip(&DEVICES)
+            .map(|(address, entry)| {
+                let model = entry.model;
+                // Each device with another of its configurations and units.
+                let place = (usize::from(address) + 3) % model.configurations.len();
+                let with_inputs = model.configurations.iter().cycle().skip(place).find(|it| it.inputs.is_some());
+                let configuration = with_inputs.unwrap_or(model.default_configuration);
+                let unit = &model.units[usize::from(address) % model.units.len()];
+                CyclicSlave { address, model, configuration, unit, principles: ChannelPrinciples::default() }
+            })
+            .collect();
         let mut segment = Segment::new(baud);
         segment.set_trace_length(4096);
         for rule in RULES {
             segment.allow(rule);
         }
         let devices = slaves.iter().map(|slave| segment.attach(device(slave, baud))).collect();
-        let mut line = Self { baud, segment, masters: Vec::new(), devices, slaves, fed: BitTime(0), octets: 0, recorded: None };
+        let mut line =
+            Self { baud, segment, masters: Vec::new(), devices, slaves, fed: BitTime(0), octets: 0, recorded: None };
         for address in MASTERS {
             let master = line.new_master(address);
             line.masters.push(line.segment.attach(master));
@@ -191,7 +195,10 @@ impl Line {
         while self.segment.run_until(end).is_err() {}
         let now = self.segment.now();
         let entries = self.segment.trace().entries.iter();
-        assert!(self.segment.trace().entries.len() < 4096 || self.segment.trace().entries[0].start < self.fed, "the trace is too short");
+        assert!(
+            self.segment.trace().entries.len() < 4096 || self.segment.trace().entries[0].start < self.fed,
+            "the trace is too short"
+        );
         let mut fed = self.fed;
         for entry in entries.filter(|entry| entry.start >= self.fed && entry.end() <= now) {
             let octets = entry.octets.to_vec();
@@ -211,7 +218,8 @@ fn device(slave: &CyclicSlave, baud: Baud) -> VirtualDevice {
     let spec: DeviceSpec = format!("{}@{}", slave.model.name, slave.address).parse().unwrap();
     let gauge = spec.build(NonvolatileMemory::volatile(), baud).unwrap();
     let pa = |pa| Pressure::from_pa(pa);
-    let around = GasConditions { pressure: pa(1e-3 * f64::from(slave.address)), atmosphere: pa(101_325.0), gas: Gas::N2 };
+    let around =
+        GasConditions { pressure: pa(1e-3 * f64::from(slave.address)), atmosphere: pa(101_325.0), gas: Gas::N2 };
     VirtualDevice::new(gauge, slave.address, baud, around)
 }
 
@@ -219,6 +227,19 @@ use profivac_sim::Rule;
 
 /// The referee checks other tests; here stations break its rules while noise and restarts confuse them.
 const RULES: [Rule; 15] = [
-    Rule::Collision, Rule::NoTelegram, Rule::Gap, Rule::Syn, Rule::Id1, Rule::Id2, Rule::BeforeSlotTime, Rule::Early, Rule::Late, Rule::Slot,
-    Rule::Unrequested, Rule::SecondAnswer, Rule::NoToken, Rule::SecondToken, Rule::Ring,
+    Rule::Collision,
+    Rule::NoTelegram,
+    Rule::Gap,
+    Rule::Syn,
+    Rule::Id1,
+    Rule::Id2,
+    Rule::BeforeSlotTime,
+    Rule::Early,
+    Rule::Late,
+    Rule::Slot,
+    Rule::Unrequested,
+    Rule::SecondAnswer,
+    Rule::NoToken,
+    Rule::SecondToken,
+    Rule::Ring,
 ];

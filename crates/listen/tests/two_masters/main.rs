@@ -1,12 +1,18 @@
 //! A ring of two masters with all twelve devices, and listeners that join before and after them.
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::indexing_slicing, reason = "this is test code")]
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    clippy::indexing_slicing,
+    reason = "this is test code"
+)]
 
 mod line;
 
 use line::{FIRST, Line, Listener, MASTERS};
 use profivac_dp::link::Baud;
-use profivac_listen::event::EventKind;
 use profivac_explain::frame::Chunk;
+use profivac_listen::event::EventKind;
 use profivac_listen::gauge::{Declared, Origin};
 use profivac_listen::station::StationState;
 use profivac_sim::{Fault, Noise};
@@ -20,7 +26,9 @@ fn compare(line: &Line, listener: &Listener) -> usize {
     let mut equal = 0;
     for slave in &line.slaves {
         let master = line.master(slave.address);
-        let (Some(inputs), Some(_)) = (master.inputs(slave.address), master.exchanged_at(slave.address)) else { continue };
+        let (Some(inputs), Some(_)) = (master.inputs(slave.address), master.exchanged_at(slave.address)) else {
+            continue;
+        };
         let Some(station) = listener.observer.station(slave.address) else { continue };
         if station.knowledge.exchanged_at().is_none() {
             continue;
@@ -45,7 +53,13 @@ fn quiet() -> (Line, Listener) {
     }
     for slave in &line.slaves {
         let (address, master) = (slave.address, line.master(slave.address));
-        assert!(master.exchanged_at(address).is_some(), "{}: {:?} {:?}", slave.model.name, master.state(address), master.exchange_error(address));
+        assert!(
+            master.exchanged_at(address).is_some(),
+            "{}: {:?} {:?}",
+            slave.model.name,
+            master.state(address),
+            master.exchange_error(address)
+        );
     }
     (line, listener)
 }
@@ -82,7 +96,8 @@ fn attached_in_the_middle_it_knows_the_line_after_two_rotations_and_says_what_it
     // The file names half of the gauges.
     let mut late = Listener::new(line.baud);
     for slave in line.slaves.iter().filter(|slave| slave.address % 2 == 0) {
-        let declared = Declared { model: slave.model, configuration: Some(slave.configuration), unit: Some(slave.unit) };
+        let declared =
+            Declared { model: slave.model, configuration: Some(slave.configuration), unit: Some(slave.unit) };
         late.observer.declare(slave.address, declared);
     }
     line.run_tbit(2 * rotation_tbit.max(cycle_tbit), &mut [&mut late]);
@@ -141,14 +156,19 @@ fn statistics_are_equal(line: &Line, listener: &Listener) {
         let sent = line.sent(address);
         let station = listener.observer.station(address).unwrap();
         let counts = station.counts.total();
-        assert_eq!((counts.requests, counts.repeated, u64::from(station.longest_sequence)), (sent.requests, sent.repeated, sent.longest), "{address}: {counts:?}");
+        assert_eq!(
+            (counts.requests, counts.repeated, u64::from(station.longest_sequence)),
+            (sent.requests, sent.repeated, sent.longest),
+            "{address}: {counts:?}"
+        );
     }
 }
 
 /// The file of a station names every gauge with its configuration and unit.
 fn declare(line: &Line, listener: &mut Listener) {
     for slave in &line.slaves {
-        let declared = Declared { model: slave.model, configuration: Some(slave.configuration), unit: Some(slave.unit) };
+        let declared =
+            Declared { model: slave.model, configuration: Some(slave.configuration), unit: Some(slave.unit) };
         listener.observer.declare(slave.address, declared);
     }
 }
@@ -174,7 +194,11 @@ fn disturbed(baud: Baud, seconds: u64) {
         }
         is_late |= second == 12;
         for _ in 0..4 {
-            if is_late { line.run(250, &mut [&mut before, &mut after]) } else { line.run(250, &mut [&mut before]) }
+            if is_late {
+                line.run(250, &mut [&mut before, &mut after])
+            } else {
+                line.run(250, &mut [&mut before])
+            }
             equal[0] += compare(&line, &before);
             equal[1] += if is_late { compare(&line, &after) } else { 0 };
         }

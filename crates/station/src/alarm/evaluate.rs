@@ -6,9 +6,9 @@
 
 use super::rule::{BusQuantity, Condition, Rule, Series};
 use crate::view::{BusStationState, Gauge, Reading, Segment, SegmentState, fault_text};
+use profivac_listen::report::BusReport;
 use profivac_recorder::validity::is_fresh;
 use profivac_recorder::{Micros, Quality};
-use profivac_listen::report::BusReport;
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;
 use std::time::Duration;

@@ -221,7 +221,9 @@ impl Condition {
     #[must_use]
     pub fn segment(&self) -> Option<&str> {
         match self {
-            Self::SegmentDown { segment } | Self::DamagedTelegrams { segment, .. } | Self::BusRate { segment, .. } => Some(segment),
+            Self::SegmentDown { segment } | Self::DamagedTelegrams { segment, .. } | Self::BusRate { segment, .. } => {
+                Some(segment)
+            }
             _ => None,
         }
     }

@@ -3,10 +3,10 @@
 use super::problem::{Problem, task_failed};
 use crate::auth::{Actor, Role};
 use crate::services::Services;
+use axum::Json;
 use axum::extract::{Path, State};
 use axum::http::StatusCode;
 use axum::http::header::CONTENT_TYPE;
-use axum::Json;
 use profivac_listen::flight::CaptureFolder;
 use profivac_listen::report::BusReport;
 use serde::Serialize;
@@ -102,14 +102,20 @@ pub async fn trigger(
 ) -> Result<StatusCode, Problem> {
     actor.user.require(Role::Operator, "make captures")?;
     let reason = format!("asked for by {}", actor.user.name);
-    if services.snapshots().buses().request_capture(&name, &reason) { Ok(StatusCode::NO_CONTENT) } else { Err(unknown(&name)) }
+    if services.snapshots().buses().request_capture(&name, &reason) {
+        Ok(StatusCode::NO_CONTENT)
+    } else {
+        Err(unknown(&name))
+    }
 }
 
 /// Runs work on the disk beside the threads of the server.
 async fn on_disk<T: Send + 'static>(work: impl FnOnce() -> io::Result<T> + Send + 'static) -> Result<T, Problem> {
     match tokio::task::spawn_blocking(work).await {
         Ok(Ok(done)) => Ok(done),
-        Ok(Err(error)) if error.kind() == io::ErrorKind::NotFound => Err(Problem::not_found("there is no such capture")),
+        Ok(Err(error)) if error.kind() == io::ErrorKind::NotFound => {
+            Err(Problem::not_found("there is no such capture"))
+        }
         Ok(Err(error)) => Err(Problem::unavailable(format!("the captures cannot be read: {error}"))),
         Err(error) => Err(task_failed(&error)),
     }

@@ -113,7 +113,9 @@ fn rule(alarm: &AlarmToml, segments: &[SegmentToml]) -> Result<Rule, Located> {
 /// The condition about a gauge, or about a station of the line.
 fn of_gauge_or_station(alarm: &AlarmToml, segments: &[SegmentToml]) -> Result<Condition, Located> {
     match (&alarm.gauge, &alarm.segment, &alarm.station) {
-        (Some(gauge), None, None) if [&alarm.repetitions, &alarm.lost, &alarm.damaged].iter().all(|it| it.is_none()) => {
+        (Some(gauge), None, None)
+            if [&alarm.repetitions, &alarm.lost, &alarm.damaged].iter().all(|it| it.is_none()) =>
+        {
             let series = series(gauge, segments)?;
             check_range(alarm, &series, segments)?;
             condition(alarm, series)
@@ -124,7 +126,12 @@ fn of_gauge_or_station(alarm: &AlarmToml, segments: &[SegmentToml]) -> Result<Co
 }
 
 /// The condition about the requests to a station of the line.
-fn bus_rate(alarm: &AlarmToml, segment: &Spanned<String>, station: u8, segments: &[SegmentToml]) -> Result<Condition, Located> {
+fn bus_rate(
+    alarm: &AlarmToml,
+    segment: &Spanned<String>,
+    station: u8,
+    segments: &[SegmentToml],
+) -> Result<Condition, Located> {
     let names = || segments.iter().map(|segment| segment.name.get_ref().as_str());
     let name = segment.get_ref();
     if !names().any(|known| known == name) {
@@ -137,7 +144,14 @@ fn bus_rate(alarm: &AlarmToml, segment: &Spanned<String>, station: u8, segments:
         (&alarm.damaged, BusQuantity::Damaged),
     ];
     let given: Vec<_> = given.into_iter().filter_map(|(limit, quantity)| Some((limit.as_ref()?, quantity))).collect();
-    let others = [alarm.above.is_some(), alarm.below.is_some(), alarm.rise.is_some(), alarm.reset.is_some(), alarm.hysteresis.is_some(), alarm.window.is_some()];
+    let others = [
+        alarm.above.is_some(),
+        alarm.below.is_some(),
+        alarm.rise.is_some(),
+        alarm.reset.is_some(),
+        alarm.hysteresis.is_some(),
+        alarm.window.is_some(),
+    ];
     let ([(limit, quantity)], false) = (&given[..], others.contains(&true)) else {
         return Err(Located::new(alarm.name.span(), ConfigProblem::AlarmSubject(alarm.name.get_ref().clone())));
     };

@@ -97,9 +97,13 @@ fn check_declared(gauge: &GaugeToml, listen_only: bool) -> Result<(), Located> {
     let Ok(entry) = entry(gauge.device.get_ref()) else { return Ok(()) };
     let device = entry.model.name;
     if let Some(found) = gauge.configuration.as_ref().filter(|_| gauge.configuration().is_none()) {
-        let known = entry.model.configurations.iter().map(|it| Hex(it.octets).to_string()).collect::<Vec<_>>().join(", ");
+        let known =
+            entry.model.configurations.iter().map(|it| Hex(it.octets).to_string()).collect::<Vec<_>>().join(", ");
         let found_text = found.get_ref().clone();
-        return Err(Located::new(found.span(), ConfigProblem::UnknownConfiguration { device, found: found_text, known }));
+        return Err(Located::new(
+            found.span(),
+            ConfigProblem::UnknownConfiguration { device, found: found_text, known },
+        ));
     }
     if let Some(found) = gauge.unit.as_ref().filter(|_| gauge.unit().is_none()) {
         let known = entry.model.units.iter().map(|unit| unit.name).collect::<Vec<_>>().join(", ");

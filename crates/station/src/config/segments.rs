@@ -5,8 +5,8 @@ use profivac_client::pressure::Pressure;
 use profivac_devices::model::{Configuration, Unit};
 use profivac_dp::link::Baud;
 use profivac_host::text_file::{Parsed, baud, usual_baud};
-use profivac_virtual::device_spec::entry;
 use profivac_vacuum::Gas;
+use profivac_virtual::device_spec::entry;
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::time::Duration;
@@ -77,7 +77,8 @@ impl SegmentToml {
 
 /// Octets in hexadecimal, with or without spaces.
 fn hex(text: &str) -> Option<Vec<u8>> {
-    let digits: Vec<u32> = text.chars().filter(|it| !it.is_whitespace()).map(|it| it.to_digit(16)).collect::<Option<_>>()?;
+    let digits: Vec<u32> =
+        text.chars().filter(|it| !it.is_whitespace()).map(|it| it.to_digit(16)).collect::<Option<_>>()?;
     let octet = |pair: &[u32]| match pair {
         [high, low] => u8::try_from((high << 4) | low).ok(),
         _ => None,

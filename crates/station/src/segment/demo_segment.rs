@@ -85,7 +85,16 @@ fn slave(gauges: &[GaugeSession], name: &str) -> Result<CyclicSlave, Unavailable
 /// The configuration of a gauge of the demonstration.
 fn gauge(slave: &CyclicSlave, names: impl Fn(u8) -> (String, String)) -> config::Gauge {
     let (name, device) = names(slave.address);
-    config::Gauge { name, address: slave.address, device, poll: POLL, gas: Gas::N2, levels: Vec::new(), configuration: None, unit: None }
+    config::Gauge {
+        name,
+        address: slave.address,
+        device,
+        poll: POLL,
+        gas: Gas::N2,
+        levels: Vec::new(),
+        configuration: None,
+        unit: None,
+    }
 }
 
 fn view(name: &str, master: u8, segment: &MemorySegment, gauges: &[GaugeSession]) -> Segment {
@@ -130,5 +139,10 @@ pub fn simulated_inputs(
     let observed: Vec<_> = segment.slaves().iter().map(observed).collect();
     let gauges = observed.iter().map(|(session, age_ms)| Gauge { age_ms: *age_ms, ..session.view(name) }).collect();
     let sessions: Vec<_> = observed.into_iter().map(|(session, _)| session).collect();
-    Inputs { segments: vec![view(name, master, segment, &sessions)], gauges, buses: Default::default(), recorder_error: None }
+    Inputs {
+        segments: vec![view(name, master, segment, &sessions)],
+        gauges,
+        buses: Default::default(),
+        recorder_error: None,
+    }
 }

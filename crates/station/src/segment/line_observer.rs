@@ -130,7 +130,8 @@ impl LineObserver {
 
     /// Writes a capture in a thread of its own: a bus thread never waits for the disk.
     fn store(&self, services: &SegmentServices, capture: Capture) {
-        let (captures, recorder, segment) = (self.captures.clone(), Arc::clone(&services.recorder), self.segment.clone());
+        let (captures, recorder, segment) =
+            (self.captures.clone(), Arc::clone(&services.recorder), self.segment.clone());
         let number = self.number.fetch_add(1, Ordering::Relaxed);
         let name = format!("{}-{number}", Micros::now().0 / Micros::SECOND);
         let store = move || {

@@ -64,7 +64,19 @@ impl ListenThread {
         let gauges = config.gauges.iter().cloned().map(GaugeSession::listening).collect();
         let publish_at = Instant::now();
         let (line, problem, telegram_at) = (None, None, None);
-        Self { config, services, commands, inbox, gauges, is_abandoned, line, problem, telegrams: 0, telegram_at, publish_at }
+        Self {
+            config,
+            services,
+            commands,
+            inbox,
+            gauges,
+            is_abandoned,
+            line,
+            problem,
+            telegrams: 0,
+            telegram_at,
+            publish_at,
+        }
     }
 
     /// Runs until the station stops it.
@@ -74,7 +86,10 @@ impl ListenThread {
             match self.open() {
                 Ok(mut tap) => {
                     self.problem = None;
-                    let text = format!("segment {}: listening on {}, the station sends nothing", self.config.name, self.config.port);
+                    let text = format!(
+                        "segment {}: listening on {}, the station sends nothing",
+                        self.config.name, self.config.port
+                    );
                     self.services.recorder.event_now(None, EventKind::Bus, text);
                     match self.listen(&mut tap) {
                         Ok(()) => break,
@@ -221,7 +236,9 @@ impl ListenThread {
             listen_only: true,
             state,
             problem,
-            cycle_ms: observer.and_then(|it| it.cycle().mean_tbit()).map(|tbit| duration_of(baud, tbit).as_secs_f64() * 1e3),
+            cycle_ms: observer
+                .and_then(|it| it.cycle().mean_tbit())
+                .map(|tbit| duration_of(baud, tbit).as_secs_f64() * 1e3),
             damaged_telegrams: observer.map_or(0, |it| u32::try_from(it.totals().damaged).unwrap_or(u32::MAX)),
             stations,
         };
@@ -273,12 +290,20 @@ fn others(line: &LineObserver) -> Vec<BusStation> {
         let shown = match state {
             StationState::Master => BusStationState::OtherMaster,
             StationState::Missing => BusStationState::Missing,
-            StationState::Exchanging | StationState::NotConfigured | StationState::NoMaster | StationState::NotAddressed => {
-                BusStationState::Unconfigured
-            }
+            StationState::Exchanging
+            | StationState::NotConfigured
+            | StationState::NoMaster
+            | StationState::NotAddressed => BusStationState::Unconfigured,
         };
         let ident = station.knowledge.ident().map(|ident| format!("0x{ident:04X}"));
-        Some(BusStation { address, state: shown, name: None, device: None, ident, description: state.text().to_owned() })
+        Some(BusStation {
+            address,
+            state: shown,
+            name: None,
+            device: None,
+            ident,
+            description: state.text().to_owned(),
+        })
     };
     observer.stations().filter_map(view).collect()
 }

@@ -102,7 +102,19 @@ impl SegmentThread {
         let unrestored = BTreeMap::new();
         let line = LineObserver::new(&config, config.baud, &services.recorder.captures());
         let (problem, recording) = (None, Recording::begin());
-        Self { config, services, commands, inbox, gauges, is_abandoned, unrestored, problem, publish_at, recording, line }
+        Self {
+            config,
+            services,
+            commands,
+            inbox,
+            gauges,
+            is_abandoned,
+            unrestored,
+            problem,
+            publish_at,
+            recording,
+            line,
+        }
     }
 
     /// The gauges. Not to be held during a request: the background task samples them meanwhile.

@@ -57,11 +57,13 @@ function Stations({ report }: { report: BusReport }): JSX.Element {
         <caption>Stations, with their counts in total and of the last minute</caption>
         <thead>
           <tr>
-            {['Address', 'State', 'Device', 'Requests', 'Lost', 'Repeated', 'Longest', 'Damaged', 'Refused'].map((title) => (
-              <th scope="col" key={title}>
-                {title}
-              </th>
-            ))}
+            {['Address', 'State', 'Device', 'Requests', 'Lost', 'Repeated', 'Longest', 'Damaged', 'Refused'].map(
+              (title) => (
+                <th scope="col" key={title}>
+                  {title}
+                </th>
+              ),
+            )}
             <th scope="col">Diagnosis, and what is not known</th>
           </tr>
         </thead>
@@ -112,7 +114,8 @@ function Histogram({ title, times }: { title: string; times: BusDistribution }):
   return (
     <table class="histogram">
       <caption>
-        {title}: {times.mean_us === null ? 'not known yet' : `${ms(times.mean_us)} on average, longest ${ms(times.max_us ?? 0)}`}
+        {title}:{' '}
+        {times.mean_us === null ? 'not known yet' : `${ms(times.mean_us)} on average, longest ${ms(times.max_us ?? 0)}`}
       </caption>
       <tbody>
         {times.buckets.map(({ end_us, count }) => (

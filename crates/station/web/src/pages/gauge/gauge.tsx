@@ -29,7 +29,13 @@ export function GaugePage(): JSX.Element {
       {gauge ? (
         <>
           <Readings gauge={gauge} />
-          {gauge.listen_only ? <Listening gauge={gauge} /> : gauge.has_dpv1 ? <Operation gauge={gauge} key={gauge.name} /> : <NoOperation gauge={gauge} />}
+          {gauge.listen_only ? (
+            <Listening gauge={gauge} />
+          ) : gauge.has_dpv1 ? (
+            <Operation gauge={gauge} key={gauge.name} />
+          ) : (
+            <NoOperation gauge={gauge} />
+          )}
         </>
       ) : (
         <p class="error">
@@ -49,8 +55,8 @@ function Listening({ gauge }: { gauge: Gauge }): JSX.Element {
     <section class="panel" aria-label="Listen only">
       <h2>Listen only</h2>
       <p>
-        Another master owns this gauge. The station listens on its bus and sends nothing, so it can neither read nor change its
-        parameters, nor send commands.
+        Another master owns this gauge. The station listens on its bus and sends nothing, so it can neither read nor
+        change its parameters, nor send commands.
       </p>
       {gauge.assumptions.map((text) => (
         <p class="error" key={text}>
