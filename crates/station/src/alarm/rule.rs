@@ -141,7 +141,7 @@ pub enum Condition {
         segment: String,
         /// The address of the station.
         station: u8,
-        /// What is counted.
+        /// The counted occurrence.
         quantity: BusQuantity,
         /// The limit in percent of the requests of the last minute. The condition ends at half of it.
         limit: f64,

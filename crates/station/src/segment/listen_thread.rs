@@ -260,7 +260,7 @@ fn detected(port: &mut dyn Port, baud: Baud) -> Result<Baud, PortError> {
     }
 }
 
-/// What was heard about the gauge at `address`.
+/// The heard facts about the gauge at `address`.
 fn heard(line: &LineObserver, address: u8, now: BitTime) -> Heard {
     let observer = line.observer();
     let station = observer.station(address);
