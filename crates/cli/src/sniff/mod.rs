@@ -58,10 +58,10 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let signals = Signals::catch()?;
     let (port, baud) = open_port_to_listen(&arguments.port, arguments.baud)?;
     let mut tap = Tap::new(port, baud);
+    notice(&format_args!("listening on {}; Ctrl-C ends", arguments.port));
     if arguments.statistics {
         return statistics::run(arguments, &signals, &mut tap, baud);
     }
-    notice(&format_args!("listening on {}; Ctrl-C ends", arguments.port));
     let mut decoder = Decoder::new(baud, TimeSource::Platform);
     let mut capture = Capture::begin(&arguments.options, baud)?;
     let printer = Printer::new(&arguments.options, baud);
