@@ -1203,7 +1203,7 @@ export interface components {
              * @description The age of the readings in milliseconds; `null` if there never was one.
              */
             age_ms: number | null;
-            /** @description What is assumed about its configuration and unit, in sentences; its readings depend on it. Empty unless the station only listens. */
+            /** @description The assumptions about its configuration and unit, in sentences; its readings depend on it. Empty unless the station only listens. */
             assumptions: string[];
             /** @description The device: `bcg450`. */
             device: string;
@@ -1277,7 +1277,7 @@ export interface components {
              * @description The age of the readings in milliseconds, rounded down to whole seconds; `null` if there never was one.
              */
             age_ms: number | null;
-            /** @description What is assumed about its configuration and unit, in sentences. */
+            /** @description The assumptions about its configuration and unit, in sentences. */
             assumptions: string[];
             /** @description The device: `bcg450`. */
             device: string;
@@ -1410,7 +1410,7 @@ export interface components {
              * @description How long ago it passed, in milliseconds.
              */
             age_ms: number;
-            /** @description What was done. */
+            /** @description The result. */
             done: components["schemas"]["Done"];
             /** @description The name of the parameter with its numbers. */
             name: string;
@@ -4487,7 +4487,7 @@ export interface operations {
         requestBody?: never;
         responses: {
             /** @description The capture is listed when it is complete */
-            202: {
+            204: {
                 headers: {
                     [name: string]: unknown;
                 };
