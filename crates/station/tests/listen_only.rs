@@ -58,9 +58,9 @@ fn start_up() -> Vec<Vec<u8>> {
 /// One cycle: a token, an exchange, and every tenth time a repetition.
 fn cycle(number: u64) -> Vec<Vec<u8>> {
     let inputs = [&[0x80, 0x00, 0x02][..], &1.0e-4_f32.to_be_bytes()].concat();
-    let request = emit(SLAVE, MASTER, None, if number % 2 == 0 { 0x7D } else { 0x5D }, &[]);
+    let request = emit(SLAVE, MASTER, None, if number.is_multiple_of(2) { 0x7D } else { 0x5D }, &[]);
     let answer = emit(MASTER, SLAVE, None, 0x08, &inputs);
-    let repetition = if number % 10 == 0 { vec![request.clone()] } else { Vec::new() };
+    let repetition = if number.is_multiple_of(10) { vec![request.clone()] } else { Vec::new() };
     [vec![vec![0xDC, MASTER, MASTER]], repetition, vec![request, answer]].concat()
 }
 
