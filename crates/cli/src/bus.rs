@@ -10,7 +10,7 @@ use profivac_dp::link::Baud;
 use profivac_dp::link::active::BusParameters;
 use profivac_dp::master::services;
 use profivac_host::clock::{duration_of, tbit_of};
-use profivac_host::port::{Delivery, Port};
+use profivac_host::port::{self, Delivery, Port};
 use profivac_host::rate;
 use profivac_host::session::{BusSession, MAX_SLOT_TBIT, Reply, bus_parameters};
 use profivac_station::config::Segment;
@@ -71,6 +71,11 @@ impl BusOptions {
     pub fn of_segment(segment: &Segment, line: &MasterOptions) -> Self {
         let line = MasterOptions { baud: Rate::Known(segment.baud), master: segment.master, ..line.clone() };
         Self { port: segment.port.clone(), options: line }
+    }
+
+    /// Opens the port to listen, and finds its rate if that is `auto`.
+    pub fn open_to_listen(&self) -> Result<(Box<dyn Port>, Baud), Failure> {
+        open_port_to_listen(&self.port, self.options.baud)
     }
 
     /// Opens the port and makes a master that has sent nothing yet. A lost port is an error.
@@ -208,7 +213,18 @@ pub fn present_cfg(session: &mut BusSession, address: u8) -> Result<Option<Vec<u
 
 /// Opens a port, and finds its rate if that is `auto`.
 pub fn open_port(name: &str, rate: Rate) -> Result<(Box<dyn Port>, Baud), Failure> {
-    let mut port = open::port(name, rate.initial())?;
+    at_rate(open::port(name, rate.initial())?, name, rate)
+}
+
+/// Opens a port to listen, a serial device for reading alone. With `auto` listens at each rate until it receives a telegram.
+pub fn open_port_to_listen(name: &str, rate: Rate) -> Result<(Box<dyn Port>, Baud), Failure> {
+    let initial = rate.initial();
+    let port = if name.starts_with("sim:") { open::port(name, initial)? } else { port::open_to_listen(name, initial)? };
+    at_rate(port, name, rate)
+}
+
+/// Sets the rate of an open port.
+fn at_rate(mut port: Box<dyn Port>, name: &str, rate: Rate) -> Result<(Box<dyn Port>, Baud), Failure> {
     let baud = match rate {
         Rate::Known(baud) => baud,
         Rate::Auto => {

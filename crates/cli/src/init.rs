@@ -3,16 +3,19 @@
 use crate::bus::BusOptions;
 use crate::failure::Failure;
 use crate::output::{notice, out};
+use crate::values;
 use clap::Args;
 use profivac_client::identify::{device_names, reported_model};
 use profivac_client::ms2::Ms2;
 use profivac_devices::catalog::{model_named, model_with_ident};
 use profivac_host::scan::probe;
+use profivac_listen::{Divider, Observer, Tap, TapEvent, TimeSource};
 use profivac_wire::control::StationType;
 use std::fs::OpenOptions;
 use std::io::{ErrorKind, Write};
 use std::os::unix::fs::OpenOptionsExt;
 use std::path::PathBuf;
+use std::time::{Duration, Instant};
 
 /// Make a file for `profivac run` from the gauges that answer on a bus.
 ///
@@ -22,6 +25,12 @@ use std::path::PathBuf;
 pub struct Arguments {
     #[command(flatten)]
     bus: BusOptions,
+    /// Only listen, send nothing, and make a listen-only segment of the gauges that exchange data with another master
+    #[arg(long)]
+    listen_only: bool,
+    /// How long --listen-only listens
+    #[arg(long = "for", value_name = "SECONDS", value_parser = values::seconds, default_value = "10", requires = "listen_only")]
+    time: Duration,
     /// Write to this file, which must not exist, instead of standard output
     #[arg(long, value_name = "FILE.toml")]
     out: Option<PathBuf>,
@@ -30,11 +39,15 @@ pub struct Arguments {
 const EXAMPLES: &str = "\
 Examples:
   profivac init --port /dev/ttyUSB0
-  profivac init --port tcp://127.0.0.1:4000 --out plant.toml";
+  profivac init --port tcp://127.0.0.1:4000 --out plant.toml
+  profivac init --port /dev/ttyUSB0 --baud auto --listen-only --for 60 --out plant.toml";
 
 /// Asks every address and writes the file.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let bus = &arguments.bus;
+    if arguments.listen_only {
+        return listen(arguments);
+    }
     let mut session = bus.open()?;
     let mut gauges = Vec::new();
     for address in (0..=bus.hsa().min(125)).filter(|address| *address != bus.master()) {
@@ -59,12 +72,65 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     if gauges.is_empty() {
         return Err(Failure::no_answer(format!("no known gauge answers on {}", bus.port())));
     }
-    let text = station_file(bus.port(), session.baud().bits_per_second(), bus.master(), &gauges);
+    let text = station_file(bus.port(), session.baud().bits_per_second(), Segment::Master(bus.master()), &gauges);
+    put(arguments, &text)
+}
+
+fn put(arguments: &Arguments, text: &str) -> Result<(), Failure> {
     match &arguments.out {
         None => out(text.trim_end()),
-        Some(path) => write(path, &text)?,
+        Some(path) => write(path, text)?,
     }
     Ok(())
+}
+
+/// Listens, and writes the file from the slaves that exchange data with their master.
+fn listen(arguments: &Arguments) -> Result<(), Failure> {
+    let (port, baud) = arguments.bus.open_to_listen()?;
+    let mut tap = Tap::new(port, baud);
+    let (mut divider, mut observer) =
+        (Divider::new(baud, TimeSource::Platform), Observer::new(baud, TimeSource::Platform));
+    let end = Instant::now().checked_add(arguments.time);
+    let mut pieces = Vec::new();
+    while let Some(left) = end.map(|end| end.saturating_duration_since(Instant::now())).filter(|left| !left.is_zero()) {
+        match tap.receive(&[], left)?.0 {
+            TapEvent::Octets(chunk) => divider.push(&chunk, &mut pieces),
+            TapEvent::Silence => divider.end(&mut pieces),
+            TapEvent::Nothing => {}
+        }
+        pieces.drain(..).for_each(|piece| observer.piece(&piece));
+    }
+    observer.advance(tap.now());
+    let gauges: Vec<_> = observer
+        .stations()
+        .filter_map(|(address, station)| {
+            station.knowledge.exchanged_at()?;
+            let devices = station.knowledge.ident().map(device_names).unwrap_or_default();
+            if devices.is_empty() {
+                notice(&format_args!(
+                    "the slave at address {address} exchanges data; its device is not known: add it to the file by hand"
+                ));
+            }
+            Some((address, devices)).filter(|(_, devices)| !devices.is_empty())
+        })
+        .collect();
+    if gauges.is_empty() {
+        return Err(Failure::no_answer(format!(
+            "no known gauge was heard on {} in {} s: a device is known after its diagnosis or its start-up; listen longer, or restart the master",
+            arguments.bus.port(),
+            arguments.time.as_secs()
+        )));
+    }
+    put(arguments, &station_file(arguments.bus.port(), baud.bits_per_second(), Segment::ListenOnly, &gauges))
+}
+
+/// The kind of a segment in the file.
+#[derive(Clone, Copy)]
+enum Segment {
+    /// With a master at this address.
+    Master(u8),
+    /// Without a master: the station only listens.
+    ListenOnly,
 }
 
 /// Writes a new file, readable by its owner alone because it may later name secrets. An existing file is an error: a user may have edited it.
@@ -91,9 +157,13 @@ fn has_common_model(device: &str) -> bool {
     common.is_some_and(|common| common.name != device)
 }
 
-fn station_file(port: &str, baud: u32, master: u8, gauges: &[(u8, Vec<&'static str>)]) -> String {
+fn station_file(port: &str, baud: u32, segment: Segment, gauges: &[(u8, Vec<&'static str>)]) -> String {
+    let kind = match segment {
+        Segment::Master(master) => format!("master = {master}"),
+        Segment::ListenOnly => "listen-only = true    # the station sends nothing".to_owned(),
+    };
     let head = format!(
-        "[station]\nname = \"Vacuum\"\nlisten = \"127.0.0.1:8080\"\n\n[[segment]]\nname = \"bus\"\nport = {port:?}\nbaud = {baud}\nmaster = {master}\n"
+        "[station]\nname = \"Vacuum\"\nlisten = \"127.0.0.1:8080\"\n\n[[segment]]\nname = \"bus\"\nport = {port:?}\nbaud = {baud}\n{kind}\n"
     );
     gauges.iter().fold(head, |text, (address, devices)| {
         let device = devices.first().copied().unwrap_or_default();
@@ -121,7 +191,7 @@ mod tests {
 
     #[test]
     fn a_device_that_is_not_certain_is_left_to_the_user() {
-        let text = station_file("/dev/ttyUSB0", 19200, 1, &[(6, vec!["pcg550", "psg550"])]);
+        let text = station_file("/dev/ttyUSB0", 19200, Segment::Master(1), &[(6, vec!["pcg550", "psg550"])]);
         let line =
             "\n# device = \"pcg550\"    # or psg550: they share an ident number. Choose one and remove the first #\n";
         assert!(text.contains(line), "{text}");
@@ -130,9 +200,17 @@ mod tests {
     }
 
     #[test]
+    fn the_station_accepts_the_file_of_a_listen_only_segment() {
+        let text = station_file("/dev/ttyUSB0", 93_750, Segment::ListenOnly, &[(5, vec!["bcg450"])]);
+        let config = Config::parse(&text, Path::new("plant.toml")).unwrap();
+        assert!(config.segments[0].listen_only && !config.segments[0].detects_baud);
+        assert_eq!(config.segments[0].baud.bits_per_second(), 93_750);
+    }
+
+    #[test]
     fn the_station_accepts_the_file() {
         let found = [(5, vec!["bcg450"]), (6, vec!["psg552"]), (8, vec!["tpg300", "tpg500"])];
-        let text = station_file("/dev/ttyUSB0", 19200, 1, &found);
+        let text = station_file("/dev/ttyUSB0", 19200, Segment::Master(1), &found);
         let config = Config::parse(&text, Path::new("plant.toml")).unwrap();
         let gauges = &config.segments[0].gauges;
         assert_eq!(

@@ -124,3 +124,51 @@ fn a_missing_port_ends_sniff_with_exit_code_3() {
         "profivac: there is no port /nowhere/tty: plug in the adapter, or start the program that serves it\n"
     );
 }
+
+/// A token, a diagnosis, an exchange and its repetition: live list and counts, and the pressure of a gauge that the user names.
+#[test]
+fn statistics_are_a_table_or_one_json_object() {
+    const EXCHANGE: &str = "10 85 02 7D 04 16";
+    const INPUTS: &str = "68 0A 0A 68 02 85 08 80 00 02 38 D1 B7 17 D0 16";
+    let telegrams = ["DC 02 02", EXCHANGE, EXCHANGE, INPUTS].map(|text| octets(&text.replace("85", "05")));
+    let hear = |options: &[&str]| {
+        let (program, mut line) = listened(&[&["--statistics", "--gauge", "bcg450@5"], options].concat());
+        for telegram in &telegrams {
+            let mut telegram = telegram.clone();
+            let end = telegram.len();
+            if telegram[0] != 0xDC {
+                let first = if telegram[0] == 0x68 { 4 } else { 1 };
+                telegram[end - 2] = telegram[first..end - 2].iter().fold(0, |sum: u8, octet| sum.wrapping_add(*octet));
+            }
+            line.write_all(&telegram).unwrap();
+        }
+        drop(line);
+        program
+    };
+    let program = hear(&["--json"]);
+    let mut text = String::new();
+    loop {
+        let line = program.line();
+        text += &line;
+        if line == "}" || text.ends_with('}') && serde_json::from_str::<serde_json::Value>(&text).is_ok() {
+            break;
+        }
+    }
+    let report: serde_json::Value = serde_json::from_str(&text).unwrap();
+    let slave = &report["stations"][1];
+    assert_eq!((slave["address"].as_u64(), slave["state"].as_str()), (Some(5), Some("exchanging")), "{text}");
+    assert_eq!((slave["total"]["repeated"].as_u64(), slave["longest_sequence"].as_u64()), (Some(1), Some(1)));
+    let gauge = &report["gauges"][0];
+    let pa = gauge["pa"].as_f64().unwrap();
+    assert!((pa / 0.01 - 1.0).abs() < 1e-6, "1e-4 mbar: {pa}");
+    assert_eq!(gauge["origin"].as_str(), Some("assumed"), "neither configuration nor unit was heard");
+    let program = hear(&[]);
+    while !program.line().contains("exchanging") {}
+    let gauge = loop {
+        let line = program.line();
+        if line.contains("bcg450 instance 2: ") {
+            break line;
+        }
+    };
+    assert!(gauge.ends_with("mbar (assumed)"), "{gauge}");
+}

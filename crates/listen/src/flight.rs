@@ -26,7 +26,7 @@ pub struct FlightLimits {
 
 impl Default for FlightLimits {
     fn default() -> Self {
-        Self { memory_octets: 32 << 20, before_ms: 60_000, after_ms: 10_000, files: 20, disk_octets: 256 << 20 }
+        Self { memory_octets: 32 << 20, before_ms: 60_000, after_ms: 5000, files: 20, disk_octets: 256 << 20 }
     }
 }
 

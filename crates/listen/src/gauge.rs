@@ -1,4 +1,4 @@
-//! What is known about the device of a slave: model, configuration and unit, each with its origin, and the pressures of its inputs.
+//! The known facts about the device of a slave: model, configuration and unit, each with its origin, and the pressures of its inputs.
 
 use profivac_client::cyclic::{CyclicSlave, CyclicValues, ReportedChannels};
 use profivac_client::identify::device_names;

@@ -32,6 +32,9 @@ const MAX_REQUEST: usize = 256;
 /// The number of octets that an inverted start or stop bit adds or hides. free choice.
 const LOST_OCTETS: usize = 2;
 
+/// The octets of an SD2 up to its frame control.
+const HEADER: usize = 7;
+
 /// Start delimiters.
 const SD1: u8 = 0x10;
 const SD2: u8 = 0x68;
@@ -71,6 +74,8 @@ pub struct Observer {
     /// The last damaged piece that may be a request, and how many of this length came one after the other.
     damaged_request: Vec<u8>,
     damaged_requests: u32,
+    /// A character of its header was received with an error, so its addresses may be wrong.
+    header_is_damaged: bool,
     times: TimeSource,
     /// The end of the last request, and the shortest time in which a master gave up waiting for an answer: an answer begins before it.
     asked_end: BitTime,
@@ -95,7 +100,7 @@ struct Burst {
 }
 
 /// No master has passed a token.
-const NOBODY: u8 = u8::MAX;
+const NO_STATION: u8 = u8::MAX;
 
 impl Observer {
     /// An observer without any traffic yet. Times of an operating system are too coarse to tell a damaged answer from a damaged
@@ -107,6 +112,7 @@ impl Observer {
             asked_end: BitTime(0),
             slot_tbit: None,
             damaged_requests: 0,
+            header_is_damaged: false,
             baud,
             now: BitTime(0),
             began: None,
@@ -119,7 +125,7 @@ impl Observer {
             damaged_request: Vec::with_capacity(MAX_REQUEST),
             damage_end: None,
             burst: Burst::default(),
-            next: [NOBODY; ADDRESSES],
+            next: [NO_STATION; ADDRESSES],
             ring: Vec::new(),
             rotation: Histogram::default(),
             cycle: Histogram::default(),
@@ -311,6 +317,7 @@ impl Observer {
         self.damaged_requests = if is_same_length { self.damaged_requests.saturating_add(1) } else { 1 };
         self.damaged_request.clear();
         self.damaged_request.extend(piece.octets.iter().take(MAX_REQUEST));
+        self.header_is_damaged = piece.errors.iter().any(|place| *place < HEADER);
         self.totals.unattributed = self.totals.unattributed.saturating_add(1);
     }
 
@@ -343,6 +350,9 @@ impl Observer {
 
     /// The slave that the damaged request names.
     fn damaged_slave(&self) -> Option<u8> {
+        if self.header_is_damaged {
+            return None;
+        }
         let (da, sa, fc) = match self.damaged_request[..] {
             [SD2, _, _, SD2, da, sa, fc, ..] | [SD1 | SD3, da, sa, fc, ..] => (da & 0x7F, sa & 0x7F, fc),
             _ => return None,
@@ -769,7 +779,7 @@ impl Observer {
         let mut ring = vec![start];
         let mut here = self.next_of(start);
         while here != start {
-            if here == NOBODY || ring.contains(&here) {
+            if here == NO_STATION || ring.contains(&here) {
                 return;
             }
             ring.push(here);
@@ -789,14 +799,14 @@ impl Observer {
             if !ring.iter().any(|station| usize::from(*station) == address)
                 && let Some(next) = self.next.get_mut(address)
             {
-                *next = NOBODY;
+                *next = NO_STATION;
             }
         }
         self.ring = ring;
     }
 
     fn next_of(&self, address: u8) -> u8 {
-        self.next.get(usize::from(address)).copied().unwrap_or(NOBODY)
+        self.next.get(usize::from(address)).copied().unwrap_or(NO_STATION)
     }
 
     /// The events with a higher number.

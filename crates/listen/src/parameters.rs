@@ -51,7 +51,7 @@ pub struct Passed {
     pub requester: u8,
     /// The way.
     pub path: Path,
-    /// What was done.
+    /// The result.
     pub done: Done,
     /// When it passed last.
     pub at: BitTime,

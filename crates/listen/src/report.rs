@@ -146,7 +146,7 @@ pub struct ParameterReport {
     pub requester: u8,
     /// The way.
     pub path: Path,
-    /// What was done.
+    /// The result.
     pub done: Done,
     /// The name of the parameter with its numbers.
     pub name: String,

@@ -15,8 +15,17 @@ struct Line {
 #[derive(Default)]
 pub struct BusStore {
     lines: Mutex<BTreeMap<String, Line>>,
-    /// The captures that were asked for and not begun yet, with their reasons.
-    requests: Mutex<BTreeMap<String, String>>,
+    /// The captures that were asked for and not begun yet.
+    requests: Mutex<BTreeMap<String, CaptureRequest>>,
+}
+
+/// A capture that was asked for.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct CaptureRequest {
+    /// Why.
+    pub reason: String,
+    /// A user asked for it. Other captures have a shortest time between them.
+    pub is_by_user: bool,
 }
 
 impl BusStore {
@@ -29,6 +38,7 @@ impl BusStore {
     /// Removes the line of a segment that has stopped.
     pub fn remove(&self, segment: &str) {
         self.lines().remove(segment);
+        self.requests().remove(segment);
     }
 
     /// The report of a line; `None` while its segment has observed nothing.
@@ -49,17 +59,24 @@ impl BusStore {
         self.lines().get(segment).map(|line| line.captures.clone())
     }
 
-    /// Asks for a capture. Returns whether the segment has a line.
+    /// A user asks for a capture. Returns whether the segment has a line.
     pub fn request_capture(&self, segment: &str, reason: &str) -> bool {
         let is_known = self.lines().contains_key(segment);
         if is_known {
-            self.requests().insert(segment.to_owned(), reason.to_owned());
+            let request = CaptureRequest { reason: reason.to_owned(), is_by_user: true };
+            self.requests().insert(segment.to_owned(), request);
         }
         is_known
     }
 
-    /// Takes the reason of a capture that was asked for.
-    pub fn take_request(&self, segment: &str) -> Option<String> {
+    /// An alarm asks for a capture.
+    pub fn suggest_capture(&self, segment: &str, reason: &str) {
+        let request = CaptureRequest { reason: reason.to_owned(), is_by_user: false };
+        self.requests().entry(segment.to_owned()).or_insert(request);
+    }
+
+    /// Takes a capture that was asked for.
+    pub fn take_request(&self, segment: &str) -> Option<CaptureRequest> {
         self.requests().remove(segment)
     }
 
@@ -67,7 +84,7 @@ impl BusStore {
         self.lines.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    fn requests(&self) -> MutexGuard<'_, BTreeMap<String, String>> {
+    fn requests(&self) -> MutexGuard<'_, BTreeMap<String, CaptureRequest>> {
         self.requests.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }

@@ -130,7 +130,7 @@ pub struct Gauge {
     pub problem: Option<String>,
     /// Another master owns it and the station only listens: no parameter is read and no command is sent.
     pub listen_only: bool,
-    /// What is assumed about its configuration and unit, in sentences; its readings depend on it. Empty unless the station only listens.
+    /// The assumptions about its configuration and unit, in sentences; its readings depend on it. Empty unless the station only listens.
     pub assumptions: Vec<String>,
     /// The alarms that it reports: its defects in the words of the manual, once the station has read them.
     pub exceptions: Vec<String>,

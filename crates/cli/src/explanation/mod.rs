@@ -24,7 +24,7 @@ use std::path::PathBuf;
 pub struct PrintOptions {
     /// Print lines of JSON
     #[arg(long)]
-    json: bool,
+    pub json: bool,
     /// Also print every telegram with its octets
     #[arg(long)]
     raw: bool,

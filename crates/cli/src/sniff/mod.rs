@@ -1,6 +1,8 @@
 //! `profivac sniff`: explains the traffic on a line while it listens.
 
-use crate::bus::open_port;
+mod statistics;
+
+use crate::bus::open_port_to_listen;
 use crate::console::Signals;
 use crate::explanation::{Accounting, Capture, PrintOptions, Printer};
 use crate::failure::Failure;
@@ -12,6 +14,7 @@ use profivac_explain::frame::TimeSource;
 use profivac_explain::tap::{Tap, TapEvent};
 use profivac_explain::{Decoder, ExplainedPiece};
 use profivac_host::readiness::Readiness;
+use profivac_virtual::device_spec::DeviceSpec;
 use std::time::{Duration, Instant};
 
 /// Explain the traffic on a line while it happens. The command only listens and sends nothing.
@@ -29,6 +32,12 @@ pub struct Arguments {
     /// End after this time
     #[arg(long = "for", value_name = "SECONDS", value_parser = values::seconds)]
     time: Option<Duration>,
+    /// Print the live list and the statistics of the bus at the end instead of sentences; with --json as one object
+    #[arg(long, conflicts_with_all = ["raw", "out"])]
+    statistics: bool,
+    /// The device at an address, for the pressures of a bus whose start-up was not received: bcg450@5
+    #[arg(long = "gauge", value_name = "DEVICE@ADDRESS", requires = "statistics")]
+    gauges: Vec<DeviceSpec>,
     #[command(flatten)]
     options: PrintOptions,
 }
@@ -37,7 +46,9 @@ const EXAMPLES: &str = "\
 Examples:
   profivac sniff --port /dev/ttyUSB0 --baud 93750
   profivac sniff --port tcp://127.0.0.1:4000 --raw
-  profivac sniff --port /tmp/line --for 60 --out line.pcapng --json";
+  profivac sniff --port /tmp/line --for 60 --out line.pcapng --json
+  profivac sniff --port /dev/ttyUSB0 --baud auto --for 60 --statistics
+  profivac sniff --port /dev/ttyUSB0 --for 60 --statistics --gauge bcg450@5";
 
 /// The longest single wait without --for.
 const MAX_WAIT: Duration = Duration::from_secs(3600);
@@ -45,9 +56,12 @@ const MAX_WAIT: Duration = Duration::from_secs(3600);
 /// Listens until a signal or the end of --for.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let signals = Signals::catch()?;
-    let (port, baud) = open_port(&arguments.port, arguments.baud)?;
+    let (port, baud) = open_port_to_listen(&arguments.port, arguments.baud)?;
     let mut tap = Tap::new(port, baud);
     notice(&format_args!("listening on {}; Ctrl-C ends", arguments.port));
+    if arguments.statistics {
+        return statistics::run(arguments, &signals, &mut tap, baud);
+    }
     let mut decoder = Decoder::new(baud, TimeSource::Platform);
     let mut capture = Capture::begin(&arguments.options, baud)?;
     let printer = Printer::new(&arguments.options, baud);

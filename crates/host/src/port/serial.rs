@@ -274,6 +274,25 @@ mod tests {
         settings
     }
 
+    /// The operating system refuses each octet, so the line gets none.
+    #[test]
+    fn a_device_that_is_opened_to_listen_receives_and_cannot_send() {
+        let folder = tempfile::tempdir().unwrap();
+        let name = folder.path().join("line").display().to_string();
+        let mut line = crate::port::Pty::create(std::path::Path::new(&name)).unwrap();
+        let mut port = Serial::open_to_listen(&name, Baud::B19200).unwrap();
+        assert!(rustix::io::write(&port.device, &[0xE5]).is_err_and(|error| error == Errno::BADF));
+        port.send(&[0xE5]).ok();
+        line.send(&[0x10, 0x16]).unwrap();
+        let (mut heard, mut leaked) = (Vec::new(), Vec::new());
+        while heard.len() < 2 {
+            crate::readiness::wait(&port.readiness(), Duration::from_secs(60)).unwrap();
+            port.receive(&mut heard).unwrap();
+        }
+        line.receive(&mut leaked).unwrap();
+        assert_eq!((heard, leaked), (vec![Character::Octet(0x10), Character::Octet(0x16)], vec![]));
+    }
+
     #[test]
     fn settings_other_than_8e1_are_an_error_that_names_them() {
         for (modes, offered) in [

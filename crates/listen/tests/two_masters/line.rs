@@ -98,7 +98,7 @@ pub struct Line {
     fed: BitTime,
     /// Octets on the line.
     pub octets: u64,
-    /// What was on the line, if it is to be replayed.
+    /// The traffic, if it is to be replayed.
     pub recorded: Option<Vec<Chunk>>,
 }
 

@@ -10,12 +10,16 @@
 mod line;
 
 use line::{FIRST, Line, Listener, MASTERS};
-use profivac_dp::link::Baud;
+use profivac_client::cyclic::{ReportedChannels, CyclicSlave};
+use profivac_devices::catalog::MODELS;
+use profivac_devices::model::Field;
+use profivac_dp::link::{Baud, BitTime};
 use profivac_explain::frame::Chunk;
 use profivac_listen::event::EventKind;
 use profivac_listen::gauge::{Declared, Origin};
 use profivac_listen::station::StationState;
 use profivac_sim::{Fault, Noise};
+use profivac_wire::{DataTelegram, MAX_TELEGRAM, Telegram};
 
 fn slaves() -> std::ops::Range<u8> {
     FIRST..FIRST + 12
@@ -173,6 +177,21 @@ fn declare(line: &Line, listener: &mut Listener) {
     }
 }
 
+/// The counters of the listener are those of the masters, but for damaged telegrams that it can attribute to no station. Those are in
+/// a total of their own.
+fn statistics_are_equal_but_for_unattributed(line: &Line, listener: &Listener) {
+    let mut missing = 0;
+    for address in slaves() {
+        let (sent, station) = (line.sent(address), listener.observer.station(address).unwrap());
+        let counts = station.counts.total();
+        assert!(counts.requests <= sent.requests && counts.repeated <= sent.repeated, "{address}: {counts:?} {sent:?}");
+        missing += sent.requests - counts.requests;
+    }
+    let unattributed = listener.observer.totals().unattributed;
+    println!("{missing} requests of the masters are not attributed, of {unattributed} damaged telegrams");
+    assert!(missing <= unattributed, "{missing} {unattributed}");
+}
+
 /// Runs for some seconds of bus time with noise, power cuts and restarts.
 fn disturbed(baud: Baud, seconds: u64) {
     let mut line = Line::new(baud);
@@ -208,7 +227,10 @@ fn disturbed(baud: Baud, seconds: u64) {
     // In a ring at 19.2 kbit/s the second master needs its time to enter.
     assert!(equal.iter().all(|equal| *equal as u64 > seconds * 4 * 12), "{equal:?}");
     assert!(totals.damaged > seconds / 20, "{totals:?}");
-    statistics_are_equal(&line, &before);
+    if baud == Baud::B19200 {
+        statistics_are_equal(&line, &before);
+    }
+    statistics_are_equal_but_for_unattributed(&line, &before);
     assert_eq!(totals.octets, line.octets, "every octet on the line is that of a station");
     let lost = |kind| before.observer.events().iter().filter(|event| event.kind == kind).count();
     assert!(lost(EventKind::Lost) > 0 && lost(EventKind::Returned) > 0 && lost(EventKind::Configuration) > 0);
@@ -263,4 +285,58 @@ fn a_day_of_bus_time_needs_bounded_memory() {
     println!("{after_an_hour} octets after an hour, {grown} more after a day, {:?}", listener.observer.totals());
     assert!(grown < 1 << 20, "{grown}");
     assert!(listener.observer.observed_tbit() > line.baud.tbit_of_ms(86_000_000));
+}
+
+/// Every configuration of all twelve devices whose inputs carry a pressure is decoded as the master decodes it.
+#[test]
+fn every_telegram_that_carries_a_pressure_is_decoded_for_all_twelve_devices() {
+    let mut decoded = 0;
+    for model in MODELS {
+        for configuration in model.configurations {
+            let Some(inputs) = configuration.inputs else { continue };
+            let layout = inputs.layout().map(|(_, field)| field);
+            let has_pressure =
+                layout.filter(|field| matches!(field, Field::ProcessValue(_) | Field::ChannelValue(..))).count();
+            let mut listener = Listener::new(Baud::B19200);
+            let mut now = 0;
+            let mut hear = |octets: &[u8]| {
+                let chunk = Chunk { start: Some(BitTime(now)), octets: octets.to_vec(), ..Chunk::default() };
+                now += 11 * octets.len() as u64 + 40;
+                listener.hear(&chunk);
+            };
+            let unit = &model.units[0];
+            let user = model.user_prm.iter().find(|prm| prm.unit_code() == unit.code).map_or(&[][..], |prm| prm.octets);
+            let [high, low] = model.ident.to_be_bytes();
+            let prm = [&[0x88, 1, 100, 11, high, low, 0][..], user].concat();
+            hear(&emit(9, 1, Some((61, 62)), 0x6D, &prm));
+            hear(&[0xE5]);
+            hear(&emit(9, 1, Some((62, 62)), 0x5D, configuration.octets));
+            hear(&[0xE5]);
+            let outputs = vec![0; configuration.outputs.map_or(0, |outputs| outputs.octets())];
+            let data: Vec<u8> = (1..=inputs.octets() as u8).map(|octet| octet.wrapping_mul(37)).collect();
+            hear(&emit(9, 1, None, 0x7D, &outputs));
+            hear(&emit(1, 9, None, 0x08, &data));
+            let reading = listener.observer.reading(9).expect("a heard start-up is known");
+            assert_eq!(reading.facts.configuration, Origin::Heard, "{}", model.name);
+            assert_eq!(reading.values.values.len(), has_pressure, "{}: {:02X?}", model.name, configuration.octets);
+            let slave = CyclicSlave {
+                address: 9,
+                model: reading.facts.slave.model,
+                configuration,
+                unit: reading.facts.slave.unit,
+                channels: ReportedChannels::default(),
+            };
+            assert_eq!(format!("{:?}", reading.values), format!("{:?}", slave.decode_inputs(&data)));
+            decoded += has_pressure;
+        }
+    }
+    assert!(decoded > 60, "{decoded}");
+}
+
+fn emit(da: u8, sa: u8, saps: Option<(u8, u8)>, fc: u8, du: &[u8]) -> Vec<u8> {
+    let mut octets = vec![0; MAX_TELEGRAM];
+    let (dsap, ssap) = saps.map_or((None, None), |(dsap, ssap)| (Some(dsap), Some(ssap)));
+    let length = Telegram::Data(DataTelegram { da, sa, dsap, ssap, fc, du }).emit(&mut octets).unwrap();
+    octets.truncate(length);
+    octets
 }

@@ -4,11 +4,13 @@
 //! not. A limit condition is known only if the bounds decide it. An unknown condition neither raises nor clears an alarm;
 //! that it is unknown is an alarm of its own (not measurable, stale).
 
-use super::rule::{Condition, Rule, Series};
+use super::rule::{BusQuantity, Condition, Rule, Series};
 use crate::view::{BusStationState, Gauge, Reading, Segment, SegmentState, fault_text};
+use profivac_listen::report::BusReport;
 use profivac_recorder::validity::is_fresh;
 use profivac_recorder::{Micros, Quality};
-use std::collections::VecDeque;
+use std::collections::{BTreeMap, VecDeque};
+use std::sync::Arc;
 use std::time::Duration;
 
 /// The snapshots from which alarms are evaluated.
@@ -18,6 +20,8 @@ pub struct Inputs {
     pub segments: Vec<Segment>,
     /// All gauges.
     pub gauges: Vec<Gauge>,
+    /// The lines of the segments, by the name of the segment.
+    pub buses: BTreeMap<String, Arc<BusReport>>,
     /// The reason why the recorder does not write, if it does not.
     pub recorder_error: Option<String>,
 }
@@ -106,6 +110,15 @@ impl Evaluator {
                 let holds = count.map(|count| count > threshold(*limit, *limit / 2.0));
                 Evaluation { holds, value: count, text: text.unwrap_or_default() }
             }
+            Condition::BusRate { segment, station, quantity, limit } => {
+                let percent = bus_rate(inputs, segment, *station, *quantity);
+                let text = percent.map(|percent| {
+                    let what = quantity.text();
+                    format!("{what} of station {station} on segment {segment}: {percent:.2} % of its requests in the last minute")
+                });
+                let holds = percent.map(|percent| percent > threshold(*limit, *limit / 2.0));
+                Evaluation { holds, value: percent, text: text.unwrap_or_default() }
+            }
             Condition::NotRecording => {
                 let text = inputs.recorder_error.as_ref().map(|error| format!("the recorder does not write: {error}"));
                 Evaluation { holds: Some(text.is_some()), value: None, text: text.unwrap_or_default() }
@@ -150,6 +163,18 @@ impl Evaluator {
             self.past.pop_front();
         }
     }
+}
+
+/// The part of the requests to a station in percent; unknown without a request in the last minute.
+fn bus_rate(inputs: &Inputs, segment: &str, station: u8, quantity: BusQuantity) -> Option<f64> {
+    inputs.segment(segment).filter(|segment| segment.state == SegmentState::Running)?;
+    let stations = &inputs.buses.get(segment)?.stations;
+    let counts = stations.iter().find(|other| other.address == station)?.last_minute;
+    (counts.requests > 0).then(|| match quantity {
+        BusQuantity::Repetitions => counts.repeated_percent(),
+        BusQuantity::Lost => counts.lost_percent(),
+        BusQuantity::Damaged => counts.damaged_percent(),
+    })
 }
 
 /// The slope of the least-squares line, per minute.

@@ -30,7 +30,7 @@ pub use persistence::NotificationTarget;
 pub use registry::{
     AlarmChange, AlarmError, AlarmRegistry, AlarmStatus, AlarmTime, Attribution, ChangeKind, OutOfService,
 };
-pub use rule::{Condition, ConditionKind, Priority, Rule, Series};
+pub use rule::{BusQuantity, Condition, ConditionKind, Priority, Rule, Series};
 pub use service::{AlarmService, AlarmServiceError};
 pub use state::AlarmState;
 pub use thread::AlarmThread;

@@ -66,6 +66,8 @@ pub enum ConditionKind {
     SegmentDown,
     /// Many telegrams arrive damaged.
     DamagedTelegrams,
+    /// Many requests to a station of the line are repeated, lost or answered damaged.
+    BusRate,
     /// The database records nothing.
     NotRecording,
 }
@@ -135,8 +137,42 @@ pub enum Condition {
         /// The limit in telegrams per minute. The condition ends at half of it.
         limit: f64,
     },
+    /// Many requests to a station of the line are repeated, lost or answered damaged.
+    BusRate {
+        /// The segment.
+        segment: String,
+        /// The address of the station.
+        station: u8,
+        /// The counted occurrence.
+        quantity: BusQuantity,
+        /// The limit in percent of the requests of the last minute. The condition ends at half of it.
+        limit: f64,
+    },
     /// The recorder does not write.
     NotRecording,
+}
+
+/// What the alarm of a station on the line counts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum BusQuantity {
+    /// Repetitions.
+    Repetitions,
+    /// Lost message cycles.
+    Lost,
+    /// Damaged telegrams.
+    Damaged,
+}
+
+impl BusQuantity {
+    /// The words for users.
+    #[must_use]
+    pub const fn text(self) -> &'static str {
+        match self {
+            Self::Repetitions => "repetitions",
+            Self::Lost => "lost message cycles",
+            Self::Damaged => "damaged telegrams",
+        }
+    }
 }
 
 impl Condition {
@@ -152,6 +188,7 @@ impl Condition {
             Self::Stale { .. } => ConditionKind::Stale,
             Self::SegmentDown { .. } => ConditionKind::SegmentDown,
             Self::DamagedTelegrams { .. } => ConditionKind::DamagedTelegrams,
+            Self::BusRate { .. } => ConditionKind::BusRate,
             Self::NotRecording => ConditionKind::NotRecording,
         }
     }
@@ -168,6 +205,7 @@ impl Condition {
             | Self::Stale { .. }
             | Self::SegmentDown { .. }
             | Self::DamagedTelegrams { .. }
+            | Self::BusRate { .. }
             | Self::NotRecording => None,
         }
     }
@@ -185,7 +223,9 @@ impl Condition {
     #[must_use]
     pub fn segment(&self) -> Option<&str> {
         match self {
-            Self::SegmentDown { segment } | Self::DamagedTelegrams { segment, .. } => Some(segment),
+            Self::SegmentDown { segment } | Self::DamagedTelegrams { segment, .. } | Self::BusRate { segment, .. } => {
+                Some(segment)
+            }
             _ => None,
         }
     }
@@ -204,6 +244,7 @@ impl Condition {
             Self::Above { .. } | Self::Below { .. } => Some("Pa"),
             Self::Rise { .. } => Some("decades/min"),
             Self::DamagedTelegrams { .. } => Some("telegrams/min"),
+            Self::BusRate { .. } => Some("%"),
             Self::NotMeasurable { .. }
             | Self::Fault { .. }
             | Self::Stale { .. }
@@ -219,7 +260,8 @@ impl Condition {
             Self::Above { limit, .. }
             | Self::Below { limit, .. }
             | Self::Rise { limit, .. }
-            | Self::DamagedTelegrams { limit, .. } => Some(*limit),
+            | Self::DamagedTelegrams { limit, .. }
+            | Self::BusRate { limit, .. } => Some(*limit),
             Self::NotMeasurable { .. }
             | Self::Fault { .. }
             | Self::Stale { .. }
@@ -233,7 +275,7 @@ impl Condition {
     pub const fn reset(&self) -> Option<f64> {
         match self {
             Self::Above { reset, .. } | Self::Below { reset, .. } | Self::Rise { reset, .. } => Some(*reset),
-            Self::DamagedTelegrams { limit, .. } => Some(*limit / 2.0),
+            Self::DamagedTelegrams { limit, .. } | Self::BusRate { limit, .. } => Some(*limit / 2.0),
             Self::NotMeasurable { .. }
             | Self::Fault { .. }
             | Self::Stale { .. }

@@ -96,12 +96,13 @@ impl AlarmService {
         self.write(&mut inner, &changes);
     }
 
-    /// Evaluates all alarms.
-    pub fn evaluate(&self, inputs: &Inputs) {
+    /// Evaluates all alarms, and returns the rules of those that are raised now.
+    pub fn evaluate(&self, inputs: &Inputs) -> Vec<Rule> {
         let mut inner = self.lock();
         let changes = inner.registry.evaluate(inputs, self.now());
         inner.evaluated_at = Some(Instant::now());
         self.write(&mut inner, &changes);
+        changes.into_iter().filter(|change| change.kind == ChangeKind::Raised).map(|change| change.rule).collect()
     }
 
     /// The station stops: from now on no thread evaluates.

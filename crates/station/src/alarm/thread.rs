@@ -1,6 +1,7 @@
 //! The thread that evaluates the alarms several times a second.
 
 use super::evaluate::Inputs;
+use super::rule::Rule;
 use super::service::AlarmService;
 use crate::recording::RecorderHandle;
 use crate::snapshot::SnapshotStore;
@@ -52,12 +53,27 @@ impl Drop for AlarmThread {
 
 fn run(alarms: &AlarmService, snapshots: &SnapshotStore, recorder: &RecorderHandle, stopped: &Receiver<()>) {
     while stopped.recv_timeout(PERIOD) == Err(RecvTimeoutError::Timeout) {
-        alarms.evaluate(&inputs(snapshots, recorder));
+        for rule in alarms.evaluate(&inputs(snapshots, recorder)) {
+            suggest_capture(snapshots, &rule);
+        }
+    }
+}
+
+/// An alarm about a gauge or a segment triggers the flight recorder of its segment.
+fn suggest_capture(snapshots: &SnapshotStore, rule: &Rule) {
+    let of_gauge = || Some(snapshots.connection(rule.condition.gauge()?)?.segment);
+    if let Some(segment) = rule.condition.segment().map(str::to_owned).or_else(of_gauge) {
+        snapshots.buses().suggest_capture(&segment, &format!("alarm {}", rule.name));
     }
 }
 
 /// The present snapshots, and the state of the recorder.
 #[must_use]
 pub fn inputs(snapshots: &SnapshotStore, recorder: &RecorderHandle) -> Inputs {
-    Inputs { segments: snapshots.segments(), gauges: snapshots.gauges(), recorder_error: recorder.health().error }
+    Inputs {
+        segments: snapshots.segments(),
+        gauges: snapshots.gauges(),
+        buses: snapshots.buses().reports(),
+        recorder_error: recorder.health().error,
+    }
 }

@@ -14,7 +14,7 @@ pub struct AlarmView {
     /// The name.
     pub name: String,
     /// The kind of its condition: `above`, `below`, `rise`, `not-measurable`, `fault`, `stale`, `segment-down`,
-    /// `damaged-telegrams`, `not-recording`.
+    /// `damaged-telegrams`, `bus-rate`, `not-recording`.
     #[schema(value_type = String)]
     pub condition: ConditionKind,
     /// The gauge, if the alarm is about one.

@@ -85,13 +85,13 @@ pub async fn capture(
     Ok(([(CONTENT_TYPE, "application/x-pcapng")], octets))
 }
 
-/// Makes a capture of the last minute and the next ten seconds
+/// Makes a capture of the last minute and the next five seconds
 #[utoipa::path(
     post,
     path = "/api/segments/{name}/captures",
     params(("name" = String, Path, description = "The name of the segment", example = "hall")),
     responses(
-        (status = 202, description = "The capture is listed when it is complete"),
+        (status = 204, description = "The capture is listed when it is complete"),
         (status = 404, body = Problem, description = "There is no segment of this name")
     )
 )]
@@ -103,7 +103,7 @@ pub async fn trigger(
     actor.user.require(Role::Operator, "make captures")?;
     let reason = format!("asked for by {}", actor.user.name);
     if services.snapshots().buses().request_capture(&name, &reason) {
-        Ok(StatusCode::ACCEPTED)
+        Ok(StatusCode::NO_CONTENT)
     } else {
         Err(unknown(&name))
     }

@@ -87,7 +87,7 @@ pub struct LiveGauge {
     has_dpv1: bool,
     /// Another master owns it and the station only listens: no parameter is read and no command is sent.
     listen_only: bool,
-    /// What is assumed about its configuration and unit, in sentences.
+    /// The assumptions about its configuration and unit, in sentences.
     assumptions: Vec<String>,
     /// The state.
     state: BusStationState,

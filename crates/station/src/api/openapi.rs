@@ -60,6 +60,7 @@ const WORDS: [(&str, &str, &[&str]); 7] = [
             "stale",
             "segment-down",
             "damaged-telegrams",
+            "bus-rate",
             "not-recording",
         ],
     ),

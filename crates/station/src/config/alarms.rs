@@ -10,6 +10,12 @@
 //! off-delay = "5 s"
 //! priority = "high"                # high, medium, low
 //! message = "close the valve to the lock"
+//!
+//! [[alarm]]
+//! name = "repetitions of station 9"
+//! segment = "hall"                 # a station of the line, also of another master
+//! station = 9
+//! repetitions = 1.0                # or lost, or damaged: percent of the requests of the last minute
 //! ```
 
 use super::default_alarms::{DefaultAlarmsToml, default_alarms};
@@ -17,7 +23,7 @@ use super::error::{ConfigProblem, Located, NamedItem};
 use super::names::unique;
 use super::segments::{SegmentToml, gauge_names};
 use super::values::{delay, priority};
-use crate::alarm::{Condition, Priority, Rule, Series};
+use crate::alarm::{BusQuantity, Condition, Priority, Rule, Series};
 use crate::visible_text::check_lines;
 use profivac_client::cyclic::open_instances;
 use profivac_client::pressure::Pressure;
@@ -52,7 +58,12 @@ const ROUNDING: f64 = 1e-6;
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub struct AlarmToml {
     name: Spanned<String>,
-    gauge: Spanned<String>,
+    gauge: Option<Spanned<String>>,
+    segment: Option<Spanned<String>>,
+    station: Option<Spanned<u8>>,
+    repetitions: Option<Spanned<f64>>,
+    lost: Option<Spanned<f64>>,
+    damaged: Option<Spanned<f64>>,
     above: Option<Spanned<Parsed<Pressure>>>,
     below: Option<Spanned<Parsed<Pressure>>>,
     rise: Option<Spanned<f64>>,
@@ -89,16 +100,67 @@ fn rule(alarm: &AlarmToml, segments: &[SegmentToml]) -> Result<Rule, Located> {
     message.map_or(Ok(()), |text| {
         check_lines(text.get_ref()).map_err(|problem| Located::new(text.span(), ConfigProblem::Text(problem)))
     })?;
-    let series = series(&alarm.gauge, segments)?;
-    check_range(alarm, &series, segments)?;
     Ok(Rule {
         name: alarm.name.get_ref().clone(),
-        condition: condition(alarm, series)?,
+        condition: of_gauge_or_station(alarm, segments)?,
         priority: priority(alarm.priority.as_ref(), Priority::Medium)?,
         delay,
         off_delay,
         message: message.map(|text| text.get_ref().clone()),
     })
+}
+
+/// The condition about a gauge, or about a station of the line.
+fn of_gauge_or_station(alarm: &AlarmToml, segments: &[SegmentToml]) -> Result<Condition, Located> {
+    match (&alarm.gauge, &alarm.segment, &alarm.station) {
+        (Some(gauge), None, None)
+            if [&alarm.repetitions, &alarm.lost, &alarm.damaged].iter().all(|it| it.is_none()) =>
+        {
+            let series = series(gauge, segments)?;
+            check_range(alarm, &series, segments)?;
+            condition(alarm, series)
+        }
+        (None, Some(segment), Some(station)) => bus_rate(alarm, segment, *station.get_ref(), segments),
+        _ => Err(Located::new(alarm.name.span(), ConfigProblem::AlarmSubject(alarm.name.get_ref().clone()))),
+    }
+}
+
+/// The condition about the requests to a station of the line.
+fn bus_rate(
+    alarm: &AlarmToml,
+    segment: &Spanned<String>,
+    station: u8,
+    segments: &[SegmentToml],
+) -> Result<Condition, Located> {
+    let names = || segments.iter().map(|segment| segment.name.get_ref().as_str());
+    let name = segment.get_ref();
+    if !names().any(|known| known == name) {
+        let suggestion = closest(name, names()).map(str::to_owned);
+        return Err(Located::new(segment.span(), ConfigProblem::UnknownSegment { name: name.clone(), suggestion }));
+    }
+    let given = [
+        (&alarm.repetitions, BusQuantity::Repetitions),
+        (&alarm.lost, BusQuantity::Lost),
+        (&alarm.damaged, BusQuantity::Damaged),
+    ];
+    let given: Vec<_> = given.into_iter().filter_map(|(limit, quantity)| Some((limit.as_ref()?, quantity))).collect();
+    let others = [
+        alarm.above.is_some(),
+        alarm.below.is_some(),
+        alarm.rise.is_some(),
+        alarm.reset.is_some(),
+        alarm.hysteresis.is_some(),
+        alarm.window.is_some(),
+    ];
+    let ([(limit, quantity)], false) = (&given[..], others.contains(&true)) else {
+        return Err(Located::new(alarm.name.span(), ConfigProblem::AlarmSubject(alarm.name.get_ref().clone())));
+    };
+    let found = *limit.get_ref();
+    if !(f64::MIN_POSITIVE..=100.0).contains(&found) {
+        let (quantity, range) = ("percent of the requests", "above 0 to 100");
+        return Err(Located::new(limit.span(), ConfigProblem::OutOfRange { quantity, range, found }));
+    }
+    Ok(Condition::BusRate { segment: name.clone(), station, quantity: *quantity, limit: found })
 }
 
 /// The gauge of this name, or the gauge and the channel that `gauge.N` names.

@@ -147,6 +147,12 @@ pub enum ConfigProblem {
     /// An entry of `hosts` is not a host name.
     #[error("expected a name or an address of this computer without a port, found {0:?}")]
     HostName(String),
+    /// An alarm is neither about a gauge nor about a station of a segment, or has not one condition.
+    #[error(
+        "expected for the alarm {0:?} either gauge with above, below or rise, or segment and station with one of repetitions, lost and \
+         damaged"
+    )]
+    AlarmSubject(String),
     /// A segment that only listens has no master.
     #[error("a segment with listen-only = true has no master: delete the key master")]
     MasterOfListener,

@@ -148,5 +148,10 @@ pub fn simulated_inputs(
     let observed: Vec<_> = segment.slaves().iter().map(observed).collect();
     let gauges = observed.iter().map(|(session, age_ms)| Gauge { age_ms: *age_ms, ..session.view(name) }).collect();
     let sessions: Vec<_> = observed.into_iter().map(|(session, _)| session).collect();
-    Inputs { segments: vec![view(name, master, segment, &sessions)], gauges, recorder_error: None }
+    Inputs {
+        segments: vec![view(name, master, segment, &sessions)],
+        gauges,
+        buses: Default::default(),
+        recorder_error: None,
+    }
 }

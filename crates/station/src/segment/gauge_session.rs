@@ -126,11 +126,11 @@ pub struct GaugeSession {
     sample_at: Instant,
     /// Another master owns the gauge, and the station only listens.
     listens: bool,
-    /// What is assumed about the configuration and the unit of a gauge of another master.
+    /// The assumptions about the configuration and the unit of a gauge of another master.
     assumptions: Vec<String>,
 }
 
-/// What was heard about a gauge of another master.
+/// The heard facts about a gauge of another master.
 pub struct Heard {
     /// Everything that decodes its inputs; `None` while the configuration is not known.
     pub slave: Option<CyclicSlave>,
@@ -138,7 +138,7 @@ pub struct Heard {
     pub values: CyclicValues,
     /// The time since the last data exchange; `None` without one.
     pub silence: Option<Duration>,
-    /// What is not known, in sentences.
+    /// The unknown facts, in sentences.
     pub unknown: Vec<String>,
     /// The state on the line, for a gauge that does not exchange data.
     pub problem: String,
@@ -183,7 +183,7 @@ impl GaugeSession {
         is_due
     }
 
-    /// Takes what was heard about a gauge of another master. Validity and age are those of a gauge that the station polls.
+    /// Takes the heard facts about a gauge of another master. Validity and age are those of a gauge that the station polls.
     pub fn take_heard(&mut self, recorder: &RecorderHandle, heard: Heard) {
         let Heard { slave, values, silence, unknown, problem } = heard;
         let silence = silence.filter(|silence| *silence < MAX_SILENCE);

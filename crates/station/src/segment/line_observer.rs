@@ -2,6 +2,7 @@
 //! on which the station only listens.
 
 use super::services::SegmentServices;
+use crate::bus::CaptureRequest;
 use crate::config;
 use profivac_dp::link::{Baud, BitTime};
 use profivac_listen::event::{Event, EventKind as BusEvent};
@@ -109,8 +110,10 @@ impl LineObserver {
                 services.recorder.event_now(None, EventKind::Bus, text);
             }
         }
-        if let Some(reason) = services.snapshots.buses().take_request(&self.segment) {
-            self.flight.trigger(now, &reason);
+        match services.snapshots.buses().take_request(&self.segment) {
+            Some(CaptureRequest { reason, is_by_user: true }) => self.flight.trigger(now, &reason),
+            Some(CaptureRequest { reason, is_by_user: false }) => self.trigger(now, &reason),
+            None => {}
         }
         if let Some(capture) = self.flight.take_capture(now) {
             self.store(services, capture);

@@ -223,7 +223,7 @@ impl ListenThread {
         };
         let line = self.line.as_ref().filter(|_| now.is_some());
         let is_configured = |address| self.gauges.iter().any(|gauge| gauge.config.address == address);
-        let others = line.into_iter().flat_map(|line| others(line)).filter(|other| !is_configured(other.address));
+        let others = line.into_iter().flat_map(others).filter(|other| !is_configured(other.address));
         let mut stations: Vec<_> = self.gauges.iter().map(GaugeSession::bus_station).chain(others).collect();
         stations.sort_by_key(|station| station.address);
         let observer = line.map(LineObserver::observer);
@@ -260,7 +260,7 @@ fn detected(port: &mut dyn Port, baud: Baud) -> Result<Baud, PortError> {
     }
 }
 
-/// What was heard about the gauge at `address`.
+/// The heard facts about the gauge at `address`.
 fn heard(line: &LineObserver, address: u8, now: BitTime) -> Heard {
     let observer = line.observer();
     let station = observer.station(address);

@@ -16,7 +16,7 @@ pub fn actor(name: &str) -> Actor {
 /// The inputs of the alarms while the gauge shows this reading.
 pub fn inputs(pa: f64, quality: Quality) -> Inputs {
     let SegmentSnapshot { segment, gauges } = snapshot(pa, quality);
-    Inputs { segments: vec![segment], gauges, recorder_error: None }
+    Inputs { segments: vec![segment], gauges, buses: Default::default(), recorder_error: None }
 }
 
 /// The inputs of the alarms while the gauge has given no data for a minute.

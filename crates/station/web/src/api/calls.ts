@@ -8,6 +8,8 @@ import type {
   ArmedCommand,
   AuditEntry,
   Block,
+  BusReport,
+  Capture,
   Command,
   Condition,
   Control,
@@ -49,6 +51,18 @@ export const exportAddress = (series: string[], from: number, to: number): strin
 /** Reads all parameters from the gauge. */
 export const readBlocks = (gauge: string): Promise<Block[]> =>
   get('/api/gauges/{name}/blocks', { path: { name: gauge } })
+
+export const fetchBus = (segment: string, signal?: AbortSignal): Promise<BusReport> =>
+  get('/api/segments/{name}/bus', { path: { name: segment }, signal })
+
+export const fetchCaptures = (segment: string, signal?: AbortSignal): Promise<Capture[]> =>
+  get('/api/segments/{name}/captures', { path: { name: segment }, signal })
+
+export const makeCapture = (segment: string): Promise<undefined> =>
+  post('/api/segments/{name}/captures', { path: { name: segment } })
+
+export const captureAddress = (segment: string, file: string): string =>
+  addressOf('/api/segments/{name}/captures/{file}', { path: { name: segment, file } })
 
 export const fetchAlarms = (signal?: AbortSignal): Promise<Alarm[]> => get('/api/alarms', { signal })
 export const fetchWebhooks = (signal?: AbortSignal): Promise<Webhook[]> => get('/api/webhooks', { signal })

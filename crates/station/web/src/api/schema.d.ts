@@ -517,6 +517,61 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/segments/{name}/bus": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * The live list and the statistics of a segment
+         * @description What the station hears on the line, also on a segment on which it only listens.
+         */
+        get: operations["bus"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/segments/{name}/captures": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /** The captures of a segment, oldest first */
+        get: operations["captures"];
+        put?: never;
+        /** Makes a capture of the last minute and the next five seconds */
+        post: operations["trigger"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/segments/{name}/captures/{file}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /** A capture as a file for Wireshark and `profivac decode` */
+        get: operations["capture"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/session": {
         parameters: {
             query?: never;
@@ -690,10 +745,10 @@ export interface components {
             acknowledged_ms: number | null;
             /**
              * @description The kind of its condition: `above`, `below`, `rise`, `not-measurable`, `fault`, `stale`, `segment-down`,
-             *     `damaged-telegrams`, `not-recording`.
+             *     `damaged-telegrams`, `bus-rate`, `not-recording`.
              * @enum {string}
              */
-            condition: "above" | "below" | "rise" | "not-measurable" | "fault" | "stale" | "segment-down" | "damaged-telegrams" | "not-recording";
+            condition: "above" | "below" | "rise" | "not-measurable" | "fault" | "stale" | "segment-down" | "damaged-telegrams" | "bus-rate" | "not-recording";
             /** @description The gauge, if the alarm is about one. */
             gauge: string | null;
             /**
@@ -834,6 +889,71 @@ export interface components {
             /** @description Its parameters. */
             parameters: components["schemas"]["Parameter"][];
         };
+        /** @description A bucket of durations. */
+        Bucket: {
+            /**
+             * Format: int64
+             * @description The number of durations.
+             */
+            count: number;
+            /**
+             * Format: int64
+             * @description Its end in microseconds.
+             */
+            end_us: number;
+        };
+        /** @description The state of a line. */
+        BusReport: {
+            /**
+             * Format: int32
+             * @description The baud rate in bit/s.
+             */
+            baud: number;
+            /** @description The duration of the cycles of all masters. */
+            cycle: components["schemas"]["Distribution"];
+            /**
+             * Format: int64
+             * @description Damaged pieces.
+             */
+            damaged: number;
+            /**
+             * Format: int64
+             * @description Damaged pieces of the last minute.
+             */
+            damaged_last_minute: number;
+            /**
+             * Format: int64
+             * @description Damaged pieces that belong to no station that is known.
+             */
+            damaged_unattributed: number;
+            /** @description The last events, newest first. */
+            events: components["schemas"]["EventReport"][];
+            /** @description The masters. */
+            masters: components["schemas"]["MasterReport"][];
+            /**
+             * Format: int64
+             * @description For how long the line was observed, in milliseconds of bus time.
+             */
+            observed_ms: number;
+            /**
+             * Format: int64
+             * @description Octets of telegrams and of damaged pieces.
+             */
+            octets: number;
+            /** @description The parameters that passed. */
+            parameters: components["schemas"]["ParameterReport"][];
+            /** @description The masters in the order of the token. */
+            ring: number[];
+            /** @description The time between two tokens to the same master. */
+            rotation: components["schemas"]["Distribution"];
+            /** @description The live list, by address. */
+            stations: components["schemas"]["StationReport"][];
+            /**
+             * Format: int64
+             * @description Valid telegrams.
+             */
+            telegrams: number;
+        };
         /** @description A station on a segment. */
         BusStation: {
             /**
@@ -857,6 +977,16 @@ export interface components {
          * @enum {string}
          */
         BusStationState: "own-master" | "other-master" | "data-exchange" | "fault" | "starting" | "missing" | "unconfigured";
+        /** @description A capture of the traffic of a segment */
+        CaptureView: {
+            /** @description The name of the file. */
+            name: string;
+            /**
+             * Format: int64
+             * @description Its size in octets.
+             */
+            octets: number;
+        };
         /**
          * @description A JSON merge patch (RFC 7396) of the snapshot: only what has changed. A property that becomes `null`, and an entry that disappears,
          *     is `null` here.
@@ -913,6 +1043,121 @@ export interface components {
              */
             since_ms: number | null;
         };
+        /** @description What happened to the requests to a station. */
+        Counts: {
+            /**
+             * Format: int64
+             * @description Damaged answers, and damaged requests that were repeated.
+             */
+            damaged: number;
+            /**
+             * Format: int64
+             * @description Diagnoses that were fetched.
+             */
+            diagnoses: number;
+            /**
+             * Format: int64
+             * @description Data_Exchange cycles with a valid answer.
+             */
+            exchanges: number;
+            /**
+             * Format: int64
+             * @description Message cycles that their master gave up: neither the request nor a repetition had a valid answer.
+             */
+            lost: number;
+            /**
+             * Format: int64
+             * @description Answers that refuse: UE, RR, RS, RDL, RDH, and negative responses of DP-V1.
+             */
+            refused: number;
+            /**
+             * Format: int64
+             * @description Repetitions, also those of requests that were received damaged.
+             */
+            repeated: number;
+            /**
+             * Format: int64
+             * @description Requests with their repetitions, also damaged ones that were repeated; without FDL status.
+             */
+            requests: number;
+            /**
+             * Format: int64
+             * @description Requests without any answer.
+             */
+            unanswered: number;
+        };
+        /** @description An earlier diagnosis. */
+        DiagnosisReport: {
+            /**
+             * Format: int64
+             * @description How long ago it was fetched, in milliseconds.
+             */
+            age_ms: number;
+            /** @description What it reports. */
+            reports: string[];
+        };
+        /** @description Durations. */
+        Distribution: {
+            /** @description The buckets that have durations, a quarter of an octave each. */
+            buckets: components["schemas"]["Bucket"][];
+            /**
+             * Format: int64
+             * @description The number of durations.
+             */
+            count: number;
+            /**
+             * Format: int64
+             * @description The longest in microseconds.
+             */
+            max_us: number | null;
+            /**
+             * Format: int64
+             * @description The mean in microseconds.
+             */
+            mean_us: number | null;
+            /**
+             * Format: int64
+             * @description The shortest in microseconds.
+             */
+            min_us: number | null;
+            /**
+             * Format: int64
+             * @description An upper bound of 99 % of the durations in microseconds.
+             */
+            p99_us: number | null;
+        };
+        /**
+         * @description What a master did with a parameter.
+         * @enum {string}
+         */
+        Done: "read" | "written" | "refused";
+        /**
+         * @description The subject of an event.
+         * @enum {string}
+         */
+        EventKind: "lost" | "returned" | "configuration" | "owner" | "diagnosis" | "refused" | "parameter" | "burst" | "ring";
+        /** @description An event. */
+        EventReport: {
+            /**
+             * Format: int64
+             * @description How long ago, in milliseconds.
+             */
+            age_ms: number;
+            /** @description The subject. */
+            kind: components["schemas"]["EventKind"];
+            /**
+             * Format: int64
+             * @description Its number, counted from 1.
+             */
+            number: number;
+            /**
+             * Format: int32
+             * @description The station; `null` for the line.
+             */
+            station: number | null;
+            /** @description The sentence. */
+            text: string;
+        };
         /** @description Something that happened. */
         EventView: {
             /**
@@ -957,6 +1202,8 @@ export interface components {
              * @description The age of the readings in milliseconds; `null` if there never was one.
              */
             age_ms: number | null;
+            /** @description The assumptions about its configuration and unit, in sentences; its readings depend on it. Empty unless the station only listens. */
+            assumptions: string[];
             /** @description The device: `bcg450`. */
             device: string;
             /** @description The alarms that it reports: its defects in the words of the manual, once the station has read them. */
@@ -967,6 +1214,8 @@ export interface components {
             has_dpv1: boolean;
             /** @description Pressures that trends mark with a line. */
             levels: components["schemas"]["PressureLevel"][];
+            /** @description Another master owns it and the station only listens: no parameter is read and no command is sent. */
+            listen_only: boolean;
             /** @description Its name. */
             name: string;
             /**
@@ -1027,6 +1276,8 @@ export interface components {
              * @description The age of the readings in milliseconds, rounded down to whole seconds; `null` if there never was one.
              */
             age_ms: number | null;
+            /** @description The assumptions about its configuration and unit, in sentences. */
+            assumptions: string[];
             /** @description The device: `bcg450`. */
             device: string;
             /** @description The alarms that it reports: its defects. */
@@ -1037,6 +1288,8 @@ export interface components {
             has_dpv1: boolean;
             /** @description Pressures that trends mark with a line. */
             levels: components["schemas"]["PressureLevel"][];
+            /** @description Another master owns it and the station only listens: no parameter is read and no command is sent. */
+            listen_only: boolean;
             /** @description Its name. */
             name: string;
             /**
@@ -1077,6 +1330,18 @@ export interface components {
          * @enum {string}
          */
         LoginState: "not-required" | "logged-in" | "logged-out";
+        /** @description A master. */
+        MasterReport: {
+            /**
+             * Format: int32
+             * @description Its address.
+             */
+            address: number;
+            /** @description The duration of its cycles. */
+            cycle: components["schemas"]["Distribution"];
+            /** @description The time between two tokens. */
+            rotation: components["schemas"]["Distribution"];
+        };
         /** @description A change of the own password. */
         NewPassword: {
             /** @description The current password. */
@@ -1094,6 +1359,11 @@ export interface components {
             target?: string | null;
             value?: components["schemas"]["GivenValue"] | null;
         };
+        /**
+         * @description Where a fact about a slave comes from. An earlier one is stronger.
+         * @enum {string}
+         */
+        Origin: "heard" | "configured" | "assumed";
         /** @description Why an alarm is out of service. */
         OutOfServiceView: {
             /**
@@ -1127,6 +1397,37 @@ export interface components {
             value: string | null;
             write: components["schemas"]["WriteInfo"] | null;
         };
+        /** @description A parameter that passed. */
+        ParameterReport: {
+            /**
+             * Format: int32
+             * @description The slave.
+             */
+            address: number;
+            /**
+             * Format: int64
+             * @description How long ago it passed, in milliseconds.
+             */
+            age_ms: number;
+            /** @description The result. */
+            done: components["schemas"]["Done"];
+            /** @description The name of the parameter with its numbers. */
+            name: string;
+            /** @description The way. */
+            path: components["schemas"]["Path"];
+            /**
+             * Format: int32
+             * @description The master that asked.
+             */
+            requester: number;
+            /** @description The value; empty if the slave refused. */
+            value: string;
+        };
+        /**
+         * @description The way of a parameter.
+         * @enum {string}
+         */
+        Path: "parameter-channel" | "ms1" | "ms2";
         /** @description A pressure that a trend marks with a line. */
         PressureLevel: {
             /** @description The name. */
@@ -1308,11 +1609,13 @@ export interface components {
              * @description Telegrams that arrived damaged since the port was opened.
              */
             damaged_telegrams: number;
+            /** @description The station only listens: it sends nothing, and offers no control. */
+            listen_only: boolean;
             /**
              * Format: int32
-             * @description The address of the master of this station.
+             * @description The address of the master of this station; `null` if the station only listens.
              */
-            master: number;
+            master: number | null;
             /** @description Its name. */
             name: string;
             /** @description Its port. */
@@ -1383,6 +1686,56 @@ export interface components {
             /** @description The version of the program. */
             version: string;
         };
+        /** @description A station of the live list. */
+        StationReport: {
+            /**
+             * Format: int32
+             * @description Its address.
+             */
+            address: number;
+            configuration_origin: components["schemas"]["Origin"] | null;
+            /** @description The devices with its Ident_Number, or the one that the file names; empty if it is not known. */
+            devices: string[];
+            /** @description What its last diagnosis reports. */
+            diagnosis: string[];
+            /** @description Its earlier diagnoses, newest first. */
+            diagnosis_history: components["schemas"]["DiagnosisReport"][];
+            /** @description Its Ident_Number, if a telegram showed it: `0x08E6`. */
+            ident: string | null;
+            /** @description The time between two Data_Exchange requests to it. */
+            interval: components["schemas"]["Distribution"];
+            /** @description Counters of the last minute. */
+            last_minute: components["schemas"]["Counts"];
+            /**
+             * Format: int32
+             * @description The longest sequence of repetitions of one request.
+             */
+            longest_sequence: number;
+            /**
+             * Format: int32
+             * @description The address of its owner, if a diagnosis showed it.
+             */
+            owner: number | null;
+            /**
+             * Format: double
+             * @description Repetitions of the last minute in percent of its requests.
+             */
+            repeated_percent: number;
+            /** @description Its state. */
+            state: components["schemas"]["StationState"];
+            /** @description Counters since the beginning. */
+            total: components["schemas"]["Counts"];
+            /** @description The unit of its pressures. */
+            unit: string | null;
+            unit_origin: components["schemas"]["Origin"] | null;
+            /** @description What the traffic has not shown. */
+            unknown: string[];
+        };
+        /**
+         * @description The state of a station in the live list.
+         * @enum {string}
+         */
+        StationState: "master" | "exchanging" | "missing" | "not-configured" | "no-master" | "not-addressed";
         /** @description Why an alarm is taken out of service, and for how long. */
         TakeOutOfService: {
             /**
@@ -3950,6 +4303,317 @@ export interface operations {
             };
             /** @description The user has no permission, or the request comes from a foreign page */
             403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request is meant for another computer */
+            421: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The client is above a rate limit; the header Retry-After gives the time to wait in seconds */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    bus: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /**
+                 * @description The name of the segment
+                 * @example hall
+                 */
+                name: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["BusReport"];
+                };
+            };
+            /** @description The user has not logged in */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The user has no permission, or the request comes from a foreign page */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description There is no segment of this name */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request is meant for another computer */
+            421: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The client is above a rate limit; the header Retry-After gives the time to wait in seconds */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    captures: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /**
+                 * @description The name of the segment
+                 * @example hall
+                 */
+                name: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["CaptureView"][];
+                };
+            };
+            /** @description The user has not logged in */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The user has no permission, or the request comes from a foreign page */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description There is no segment of this name */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request is meant for another computer */
+            421: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The client is above a rate limit; the header Retry-After gives the time to wait in seconds */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    trigger: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /**
+                 * @description The name of the segment
+                 * @example hall
+                 */
+                name: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description The capture is listed when it is complete */
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description The user has not logged in */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The user has no permission, or the request comes from a foreign page */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description There is no segment of this name */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The body does not arrive in time */
+            408: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The body is longer than 64 KiB */
+            413: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The body is not JSON */
+            415: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request is meant for another computer */
+            421: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The client is above a rate limit; the header Retry-After gives the time to wait in seconds */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    capture: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /**
+                 * @description The name of the segment
+                 * @example hall
+                 */
+                name: string;
+                /**
+                 * @description The name of the capture
+                 * @example 1700000000-0.pcapng
+                 */
+                file: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/x-pcapng": number[];
+                };
+            };
+            /** @description The user has not logged in */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The user has no permission, or the request comes from a foreign page */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description There is no such capture */
+            404: {
                 headers: {
                     [name: string]: unknown;
                 };

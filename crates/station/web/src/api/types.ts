@@ -27,6 +27,14 @@ export type BusStation = Schemas['BusStation']
 /** The relation of a master or slave to this station: our gauge in data exchange, another master, ... */
 export type BusStatus = Schemas['BusStationState']
 
+/** What the station hears on the line of a segment. */
+export type BusReport = Schemas['BusReport']
+export type BusStationReport = Schemas['StationReport']
+export type BusDistribution = Schemas['Distribution']
+/** The state of a station in the live list. */
+export type LineState = Schemas['StationState']
+export type Capture = Schemas['CaptureView']
+
 export type Gauge = Schemas['Gauge']
 export type Reading = Schemas['Reading']
 export type Quality = Reading['quality']

@@ -108,6 +108,8 @@ export function conditionText({ condition, limit, reset, unit, series, gauge, se
       return `${place} delivers no new data`
     case 'segment-down':
       return `segment ${place} is not running`
+    case 'bus-rate':
+      return `segment ${place}: a station with more than ${at} of its requests repeated, lost or damaged`
     case 'damaged-telegrams':
       return `segment ${place}: more than ${at} arrive damaged`
     case 'not-recording':

@@ -9,6 +9,7 @@ import { number } from '../lib/format.ts'
 import { BUS_STATUS, baud, SEGMENT_STATES, segmentSentence } from '../lib/labels.ts'
 import { useSnapshot } from '../live.ts'
 import { gaugePath, Link } from '../router.tsx'
+import { Statistics } from './bus-statistics.tsx'
 
 /** All station addresses; 126 is the address of a slave that has none yet. */
 const ADDRESSES = Array.from({ length: 127 }, (_, address) => address)
@@ -61,6 +62,7 @@ function SegmentMap({ segment }: { segment: Segment }): JSX.Element {
         ))}
       </div>
       <Details station={station} />
+      <Statistics segment={segment.name} />
     </section>
   )
 }
@@ -72,7 +74,7 @@ function Facts({ segment }: { segment: Segment }): JSX.Element {
     ['state', SEGMENT_STATES[segment.state]],
     ['cycle time', segment.cycle_ms === null ? '–' : `${number(segment.cycle_ms)} ms`],
     ['damaged telegrams', `${segment.damaged_telegrams}`],
-    ['master address', `${segment.master}`],
+    segment.listen_only ? ['sends', 'nothing: the station only listens'] : ['master address', `${segment.master}`],
   ]
   return (
     <dl class="facts">

@@ -29,7 +29,7 @@ export function GaugePage(): JSX.Element {
       {gauge ? (
         <>
           <Readings gauge={gauge} />
-          <Operation gauge={gauge} key={gauge.name} />
+          {gauge.listen_only ? <Listening gauge={gauge} /> : <Operation gauge={gauge} key={gauge.name} />}
         </>
       ) : (
         <p class="error">
@@ -42,6 +42,24 @@ export function GaugePage(): JSX.Element {
 
 const trendPath = ({ readings }: Gauge): string =>
   `/trends?${new URLSearchParams(readings.map(({ series }) => ['s', series]))}`
+
+/** A gauge of another master: the station sends nothing, and says what it assumes. */
+function Listening({ gauge }: { gauge: Gauge }): JSX.Element {
+  return (
+    <section class="panel" aria-label="Listen only">
+      <h2>Listen only</h2>
+      <p>
+        Another master owns this gauge. The station listens on its bus and sends nothing, so it can neither read nor
+        change its parameters, nor send commands.
+      </p>
+      {gauge.assumptions.map((text) => (
+        <p class="error" key={text}>
+          Assumed: {text}.
+        </p>
+      ))}
+    </section>
+  )
+}
 
 /** Commands and parameters, and the dialog of the one that is chosen. */
 function Operation({ gauge }: { gauge: Gauge }): JSX.Element {
