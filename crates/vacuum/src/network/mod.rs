@@ -260,10 +260,10 @@ impl Network {
         self.loads[volume.0] = *flow.as_array();
     }
 
-    /// Sets the pumping speed of the gauges of a volume, in m^3/s.
-    #[expect(clippy::float_cmp, reason = "any change counts")]
+    /// Sets the pumping speed of the gauges of a volume, in m^3/s. Changes of less than 5 % have no effect, because each one costs
+    /// a calculation of all rates.
     pub fn set_gauge_speed(&mut self, volume: Volume, m3_per_s: f64) {
-        if self.gauge_speeds[volume.0] != m3_per_s {
+        if (self.gauge_speeds[volume.0] - m3_per_s).abs() > 0.05 * m3_per_s {
             self.gauge_speeds[volume.0] = m3_per_s;
             self.step.current = false;
         }

@@ -170,6 +170,8 @@ pub struct Entry {
     pub flow: Vec<Flow>,
     #[serde(default)]
     pub heat: Vec<Heat>,
+    #[serde(default)]
+    pub spray: Vec<Spray>,
     pub atmosphere: Option<Air>,
     #[serde(default)]
     pub fault: Vec<Fault>,
@@ -211,6 +213,16 @@ pub struct Flow {
 pub struct Heat {
     pub wall: Text,
     pub to: Text,
+    /// The time of the change.
+    pub over: Option<Text>,
+}
+
+/// A gas that is sprayed on a leak; air ends it.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Spray {
+    pub leak: Text,
+    pub gas: Text,
 }
 
 /// A fault of a device.

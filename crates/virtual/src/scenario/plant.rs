@@ -5,7 +5,7 @@ use super::file::{File, Inlet, Leak, Pocket, Roughing, Tube, Turbo, Vent, Volume
 use super::quantities::{
     AREA, LENGTH, PART, SPEED, TIME, Text, VOLUME, flow, gas_pressure, parsed, temperature, unknown,
 };
-use profivac_vacuum::atmosphere::{ROOM_K, STANDARD_PA};
+use profivac_vacuum::atmosphere::ROOM_K;
 use profivac_vacuum::network::{self, Network, Outside};
 use profivac_vacuum::surface::{MATERIALS, Material, Surface};
 use profivac_vacuum::{Atmosphere, Conductance, Gas, Mixture, pump};
@@ -187,7 +187,7 @@ impl Plant {
 
     fn leak(&mut self, name: &str, leak: &Spanned<Leak>) -> Result<(), TextError> {
         let Leak { at, rate, open } = leak.get_ref();
-        let conductance = Conductance::viscous(flow(rate)? / STANDARD_PA);
+        let conductance = Conductance::leak(flow(rate)?);
         let at = self.at(at)?;
         let made = self.network.add_opening(at, conductance, Outside::Air);
         self.network.set_opening(made, if *open { 1.0 } else { 0.0 });
