@@ -31,6 +31,9 @@ const HOUR_S: f64 = 3600.0;
 /// wets a wall again.
 pub const WETTING_PA_S: f64 = 1e3;
 
+/// The same for the other adsorbed gases, which come with air and not with the water of a closed chamber. free choice
+const AIR_WETTING_PA_S: f64 = 1e5;
+
 /// The lowest age of a wall, in s: the wall is saturated with water.
 const FRESH_S: f64 = 1.0;
 
@@ -331,7 +334,11 @@ impl Desorption {
 
     /// The age after `seconds` at a rate of `factor`, with water at `water_pa`: the exact solution for constant values.
     fn aged(&self, clock: f64, seconds: f64, factor: f64, water_pa: f64) -> f64 {
-        let wetted = if self.returns { water_pa * seconds / WETTING_PA_S } else { 0.0 };
+        let wetted = match (self.returns, self.gas) {
+            (false, _) => 0.0,
+            (true, Gas::H2o) => water_pa * seconds / WETTING_PA_S,
+            (true, _) => water_pa * seconds / AIR_WETTING_PA_S,
+        };
         let rate = factor - (clock - FRESH_S) * wetted / seconds.max(f64::MIN_POSITIVE);
         let mean = if wetted < 1e-6 { 1.0 - wetted / 2.0 } else { -(-wetted).exp_m1() / wetted };
         (clock + rate * seconds * mean).max(FRESH_S)
