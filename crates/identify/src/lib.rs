@@ -8,8 +8,8 @@
 //! | [`plant`] | a joint fit of pump-down, base pressure and rise, and what follows from it |
 
 mod interval;
-mod profile;
 pub mod plant;
+mod profile;
 pub mod rise;
 
 pub use interval::Interval;

@@ -150,7 +150,10 @@ impl Numbers {
             let step = step.max(seconds / 1e4);
             let half = self.moved(state, step / 2.0, rate);
             let rate = if pumped { self.speed(half.pa()) / self.volume } else { 0.0 };
-            state = State { age: self.aged(state, half.water, step), ..self.moved(State { age: half.age, ..state }, step, rate) };
+            state = State {
+                age: self.aged(state, half.water, step),
+                ..self.moved(State { age: half.age, ..state }, step, rate)
+            };
             left -= step;
         }
         state
@@ -384,7 +387,11 @@ impl PlantRecord {
         match self.volume {
             Volume::Given(m3) if m3.is_finite() && m3 > 0.0 => Ok(()),
             Volume::FromDose(dose) if dose.amount.is_finite() && dose.amount > 0.0 => {
-                if self.pumped_at(dose.at_s) { Err(NotIdentified::DoseWhilePumped) } else { Ok(()) }
+                if self.pumped_at(dose.at_s) {
+                    Err(NotIdentified::DoseWhilePumped)
+                } else {
+                    Ok(())
+                }
             }
             Volume::Given(_) | Volume::FromDose(_) => Err(NotIdentified::Volume),
         }
@@ -440,7 +447,11 @@ pub fn identify(record: &PlantRecord) -> Result<Plant, NotIdentified> {
         fitted.unknowns.zero[place] = true;
         let (again, report) = LevenbergMarquardt::new().with_patience(50).minimize(fitted);
         (sum, fitted) = (report.objective_function, again);
-        [LEAK, ULTIMATE].iter().zip(fitted.unknowns.zero).filter(|(_, zero)| *zero).for_each(|(place, _)| fitted.values[*place] = 0.0);
+        [LEAK, ULTIMATE]
+            .iter()
+            .zip(fitted.unknowns.zero)
+            .filter(|(_, zero)| *zero)
+            .for_each(|(place, _)| fitted.values[*place] = 0.0);
     }
     fitted.unknowns.zero = [false; 2];
     if !sum.is_finite() {
@@ -468,14 +479,14 @@ fn guess(record: &PlantRecord, samples: &[(f64, f64)]) -> (Unknowns, DVector<f64
         Volume::FromDose(dose) => {
             let at = |t: f64| samples.iter().min_by(|one, two| (one.0 - t).abs().total_cmp(&(two.0 - t).abs()));
             let before = samples.iter().rev().find(|(t, _)| *t < dose.at_s).map_or(0.0, |(_, pa)| *pa);
-            let after = samples.iter().find(|(t, _)| *t > dose.at_s).or_else(|| at(dose.at_s)).map_or(1.0, |(_, pa)| *pa);
+            let after =
+                samples.iter().find(|(t, _)| *t > dose.at_s).or_else(|| at(dose.at_s)).map_or(1.0, |(_, pa)| *pa);
             dose.amount / (after - before).max(1e-3 * after)
         }
     };
     let count = (((highest / lowest).log10() / DECADES).round().max(1.0) as usize).min(MOST_KNOTS - 1);
-    let knots_at: Vec<f64> = (0..=count)
-        .map(|knot| lowest.ln() + (highest / lowest).ln() * knot as f64 / count as f64)
-        .collect();
+    let knots_at: Vec<f64> =
+        (0..=count).map(|knot| lowest.ln() + (highest / lowest).ln() * knot as f64 / count as f64).collect();
     let pairs = || samples.windows(2).filter_map(|pair| Some((pair.first()?, pair.get(1)?)));
     let fastest = pairs()
         .filter(|((t, _), _)| record.pumped_at(*t))
@@ -485,11 +496,7 @@ fn guess(record: &PlantRecord, samples: &[(f64, f64)]) -> (Unknowns, DVector<f64
     let rising = pairs().filter(|((t, _), _)| !record.pumped_at(*t));
     let gas = rising.map(|((t, pa), (later, higher))| (higher - pa) / (later - t) * volume).filter(|gas| *gas > 0.0);
     let gases: Vec<f64> = gas.collect();
-    let gas = if gases.is_empty() {
-        lowest * speed.exp()
-    } else {
-        gases.iter().sum::<f64>() / gases.len() as f64
-    };
+    let gas = if gases.is_empty() { lowest * speed.exp() } else { gases.iter().sum::<f64>() / gases.len() as f64 };
     let end = samples.last().map_or(HOUR_S, |(t, _)| *t);
     let unknowns = Unknowns {
         given_volume: match record.volume {
@@ -524,10 +531,9 @@ fn plant(fitted: &Problem<'_>, covariance: DMatrix<f64>, scatter: f64) -> Plant 
     };
     let speeds = unknowns.knots_at.iter().enumerate();
     let speeds = speeds.map(|(knot, pa)| (pa.exp(), logarithmic(Unknowns::FIXED + knot))).collect();
-    let volume = unknowns.given_volume.map_or_else(
-        || logarithmic(unknowns.count() - 1),
-        |m3| Interval { mean: m3, low: m3, high: m3 },
-    );
+    let volume = unknowns
+        .given_volume
+        .map_or_else(|| logarithmic(unknowns.count() - 1), |m3| Interval { mean: m3, low: m3, high: m3 });
     let states = fitted.states(&values);
     let residuals = fitted.samples.iter().zip(&states);
     let residuals = residuals.map(|((t, pa), fitted)| (*t, (pa / fitted.pa()).ln(), fitted.pa()));

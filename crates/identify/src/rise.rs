@@ -197,9 +197,7 @@ fn returning(times: &[f64], start_s: f64, tau_s: f64) -> Vec<f64> {
     let (mut state, mut before) = ([0.0, start_s], 0.0);
     let mut advance = |t: &f64| {
         let step = t - before;
-        let at = |slope: [f64; 2], part: f64| {
-            [state[0] + slope[0] * step * part, state[1] + slope[1] * step * part]
-        };
+        let at = |slope: [f64; 2], part: f64| [state[0] + slope[0] * step * part, state[1] + slope[1] * step * part];
         let first = rate(state);
         let second = rate(at(first, 0.5));
         let third = rate(at(second, 0.5));
@@ -367,9 +365,10 @@ enum Rate {
 
 impl Model {
     fn new(samples: &[(f64, f64, f64)], [start, slope, _]: [f64; 3], slowing: Slowing) -> Self {
-        let rows = samples.iter().enumerate().map(|(place, (t, p, weight))| {
-            (slowing.row(place, *t), p - start - slope * t, *weight)
-        });
+        let rows = samples
+            .iter()
+            .enumerate()
+            .map(|(place, (t, p, weight))| (slowing.row(place, *t), p - start - slope * t, *weight));
         let sums = Sums::new(rows);
         // Outgassing slows down, so it begins with more than the mean slope; a hundred times is beyond every tau.
         let most = 100.0 * slope.abs();

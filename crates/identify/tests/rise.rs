@@ -193,7 +193,11 @@ fn the_intervals_of_a_hundred_plants_contain_the_leak_as_often_as_they_claim() {
         }
     }
     relative.sort_by(f64::total_cmp);
-    println!("{} missed, half width of the intervals: median {:.2} of the rise", missed.len(), relative[relative.len() / 2]);
+    println!(
+        "{} missed, half width of the intervals: median {:.2} of the rise",
+        missed.len(),
+        relative[relative.len() / 2]
+    );
     assert!(missed.len() <= 8, "{} missed: {missed:#?}", missed.len());
     assert!(wrong.is_empty(), "outgassing called a leak: {wrong:#?}");
     assert!(relative[relative.len() / 2] < 0.35, "intervals that say nothing");

@@ -147,12 +147,7 @@ impl Bulk {
             total.drag += part * weights.drag;
             total.heat += part * weights.heat;
         }
-        Self {
-            pa,
-            molar_mass: total.mass / sum,
-            viscosity: total.drag / total.root,
-            heat_ratio: total.heat / sum,
-        }
+        Self { pa, molar_mass: total.mass / sum, viscosity: total.drag / total.root, heat_ratio: total.heat / sum }
     }
 
     /// The mean properties of a mixture.
@@ -180,12 +175,8 @@ static WEIGHTS: std::sync::LazyLock<[Weights; GAS_COUNT]> = std::sync::LazyLock:
     let mut weights = [Weights::default(); GAS_COUNT];
     for (weights, gas) in weights.iter_mut().zip(Gas::all()) {
         let mass = gas.molar_mass_kg_per_mol();
-        *weights = Weights {
-            mass,
-            root: mass.sqrt(),
-            drag: mass.sqrt() * gas.viscosity_pa_s(),
-            heat: gas.heat_ratio(),
-        };
+        *weights =
+            Weights { mass, root: mass.sqrt(), drag: mass.sqrt() * gas.viscosity_pa_s(), heat: gas.heat_ratio() };
     }
     weights
 });
@@ -383,7 +374,8 @@ impl TubeFlow<'_> {
         }
         let mean = f64::midpoint(pa, low_pa);
         let free = difference * long_tube_factor(self.delta_per_pa * mean) / self.resistance();
-        let exit = self.choked / self.viscous;
+        // The static pressure of choked flow is the critical part of that before the opening.
+        let exit = self.choked / self.critical / self.viscous;
         if free <= exit * low_pa {
             return free;
         }
@@ -459,10 +451,13 @@ mod tests {
                 assert!(flow > before, "{length} m at {pa} Pa: {flow} after {before}");
                 near(of_air(&tube, pa * 1.000_01, 0.0), of_air(&tube, pa, 0.0), 2e-3);
                 before = flow;
-                let mut behind = flow * 1.000_001;
+                let mut behind = flow;
                 for part in [0.1, 0.3, 0.5, 0.7, 0.9, 0.99, 0.9999] {
                     let flow = of_air(&tube, pa, part * pa) * pa * (1.0 - part);
-                    assert!(flow <= behind, "{length} m from {pa} Pa to {part} of it: {flow} after {behind}");
+                    assert!(
+                        flow <= behind * (1.0 + 1e-6),
+                        "{length} m from {pa} Pa to {part} of it: {flow} after {behind}"
+                    );
                     behind = flow;
                 }
             }

@@ -207,12 +207,7 @@ impl Turbo {
     }
 
     /// Forward and backward conductance of each gas, in m^3/s. `relative` is sqrt(28/M) of each gas.
-    pub(crate) fn passes(
-        &self,
-        inlet: &Bulk,
-        fore: &Bulk,
-        relative: &[f64; GAS_COUNT],
-    ) -> [[f64; GAS_COUNT]; 2] {
+    pub(crate) fn passes(&self, inlet: &Bulk, fore: &Bulk, relative: &[f64; GAS_COUNT]) -> [[f64; GAS_COUNT]; 2] {
         // The opening of a rotor with nearly all of its speed does not matter, and its calculation takes time.
         let still = if self.rotor > 0.999 { 0.0 } else { 1.0 - self.rotor };
         let (molecular, viscous) = if still > 0.0 { self.standstill.parts(inlet, fore) } else { (0.0, 0.0) };

@@ -5,6 +5,7 @@ mod step;
 use crate::atmosphere::Atmosphere;
 use crate::conductance::Conductance;
 use crate::gas::{GAS_COUNT, Gas, Mixture};
+use crate::permeation::Seal;
 use crate::pump::{Capture, Roughing, Turbo};
 use crate::series::{PerGas, add};
 use crate::surface::Surface;
@@ -112,6 +113,7 @@ pub struct Network {
     capture_pumps: Vec<(usize, Capture)>,
     openings: Vec<OpeningState>,
     inlets: Vec<InletState>,
+    seals: Vec<(usize, Seal)>,
     surfaces: Vec<(usize, Surface)>,
     /// Further gas sources of each volume, such as gauges, in Pa m^3/s.
     loads: Vec<PerGas>,
@@ -188,6 +190,12 @@ impl Network {
         self.inlets.push(InletState { at: at.0, gas, supply: Supply::Closed });
         self.invalidate();
         Inlet(self.inlets.len() - 1)
+    }
+
+    /// Adds a seal between a volume and the air around the plant, in its steady state.
+    pub fn add_seal(&mut self, of: Volume, seal: Seal) {
+        self.seals.push((of.0, seal));
+        self.invalidate();
     }
 
     /// Adds a wall to a volume.

@@ -253,6 +253,10 @@ impl Network {
             rates.out[*at].iter_mut().for_each(|out| *out += rate);
             add(&mut rates.source[*at], pump.ultimate.as_array(), speed);
         }
+        for (at, seal) in &self.seals {
+            add(&mut rates.out[*at], seal.conductances(), self.volumes[*at].recip());
+            add(&mut rates.source[*at], seal.flow(&self.atmosphere.mixture()).as_array(), 1.0);
+        }
         for (at, pump) in &self.capture_pumps {
             add(&mut rates.out[*at], &pump.passes(bulks[*at].pa), self.volumes[*at].recip());
         }
