@@ -224,7 +224,7 @@ pub struct Plant {
     start: (f64, State),
 }
 
-/// What would lower the pressure.
+/// A change that lowers the pressure.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Remedy {
     /// Close the leak.
@@ -438,14 +438,14 @@ pub fn identify(record: &PlantRecord) -> Result<Plant, NotIdentified> {
         let mut problem = problem.clone();
         problem.values[0] *= leak;
         problem.values[3] *= ultimate;
-        let (fitted, report) = LevenbergMarquardt::new().with_patience(50).minimize(problem);
+        let (fitted, report) = LevenbergMarquardt::new().minimize(problem);
         report.objective_function.is_finite().then_some((report.objective_function, fitted))
     });
     let best = fits.min_by(|(one, _), (two, _)| one.total_cmp(two));
     let (mut sum, mut fitted) = best.ok_or(NotIdentified::NoMinimum)?;
     while let Some(place) = [LEAK, ULTIMATE].iter().position(|place| fitted.values[*place] < 0.0) {
         fitted.unknowns.zero[place] = true;
-        let (again, report) = LevenbergMarquardt::new().with_patience(50).minimize(fitted);
+        let (again, report) = LevenbergMarquardt::new().minimize(fitted);
         (sum, fitted) = (report.objective_function, again);
         [LEAK, ULTIMATE]
             .iter()

@@ -49,7 +49,7 @@ const SMALL: f64 = 0.1;
 /// The least relative noise: a record without noise has the four digits of a display. free choice
 const LEAST_NOISE: f64 = 1e-4;
 
-/// What the gauge measures of a gas.
+/// How the indication of a gauge depends on the gas.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum GasDependence {
     /// A diaphragm.
@@ -72,7 +72,7 @@ impl GasDependence {
     }
 }
 
-/// What is known beside the samples.
+/// The known quantities of a rise beside its samples.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RiseSetup {
     /// The volume, in m^3.

@@ -269,8 +269,8 @@ impl Conductance {
             Self::Fixed(molecular) => (*molecular, 0.0),
             Self::Viscous(viscous) => (0.0, *viscous),
             Self::Leak { molecular, laminar } => {
-                let thinner = Gas::Air.viscosity_pa_s() / high.viscosity;
-                (*molecular, laminar * thinner * f64::midpoint(high.pa, low.pa))
+                let fluidity = Gas::Air.viscosity_pa_s() / high.viscosity;
+                (*molecular, laminar * fluidity * f64::midpoint(high.pa, low.pa))
             }
             Self::Tube(tube) => tube.parts(high, low.pa),
         }

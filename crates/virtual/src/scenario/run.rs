@@ -131,7 +131,7 @@ impl Run {
         {
             self.happen(event, &mut devices);
         }
-        self.gauges_act(&devices);
+        self.exchange_gas(&devices);
         self.plant.network.advance(self.step_s);
         self.steps = self.steps.saturating_add(1);
         for device in devices {
@@ -158,7 +158,7 @@ impl Run {
     }
 
     /// Gauges release gas, most of all during degas, and pump a little.
-    fn gauges_act(&mut self, devices: &[&mut VirtualDevice]) {
+    fn exchange_gas(&mut self, devices: &[&mut VirtualDevice]) {
         for volume in self.plant.volumes.values() {
             let mut all = GasExchange::default();
             for device in devices {
