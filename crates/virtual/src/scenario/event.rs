@@ -9,7 +9,9 @@ use crate::device_spec::DeviceSpec;
 use crate::nonvolatile::NonvolatileMemory;
 use profivac_devices::ReportedState;
 use profivac_dp::link::Baud;
-use profivac_vacuum::network::{Inlet, Joint, Opening, Outside, RoughingPump, Supply, TurboPump, Volume, Wall};
+use profivac_vacuum::network::{
+    CapturePump, Inlet, Joint, Opening, Outside, RoughingPump, Supply, TurboPump, Volume, Wall,
+};
 use profivac_vacuum::{Atmosphere, Gas, Mixture};
 use toml::Spanned;
 
@@ -49,6 +51,8 @@ pub enum ScenarioAction {
     Roughing(RoughingPump, bool),
     /// Starts or stops a turbomolecular pump.
     Turbo(TurboPump, bool),
+    /// Starts or stops a capture pump.
+    Capture(CapturePump, bool),
     /// Sets a gas inlet.
     Feed(Inlet, Supply),
     /// Heats or cools a wall to a temperature in K, within a time in s.
@@ -196,6 +200,7 @@ impl EventParser<'_> {
             actions.push(self.plant.part("a pump", name, |part| match part {
                 Part::Roughing(pump) => Some(ScenarioAction::Roughing(pump, running)),
                 Part::Turbo(pump) => Some(ScenarioAction::Turbo(pump, running)),
+                Part::Capture(pump) => Some(ScenarioAction::Capture(pump, running)),
                 _ => None,
             })?);
         }

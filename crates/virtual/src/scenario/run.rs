@@ -204,6 +204,7 @@ impl Run {
             ScenarioAction::Opening(opening, how_far) => network.set_opening(opening, how_far),
             ScenarioAction::Roughing(pump, running) => network.run_roughing(pump, running),
             ScenarioAction::Turbo(pump, running) => network.run_turbo(pump, running),
+            ScenarioAction::Capture(pump, running) => network.run_capture(pump, running),
             ScenarioAction::Feed(inlet, supply) => network.set_inlet(inlet, supply),
             ScenarioAction::Heat(wall, kelvin, seconds) => network.heat_wall(wall, kelvin, seconds),
             ScenarioAction::Spray(leak, outside) => network.set_outside(leak, outside),
@@ -268,6 +269,7 @@ impl Run {
                 Some(if network.is_roughing_pump_running(*pump) { "runs" } else { "stands" }.to_owned())
             }
             Part::Turbo(pump) => Some(format!("{:.0} %", network.rotor_speed(*pump) * 100.0)),
+            Part::Capture(pump) => Some(if network.capture_pump(*pump).running { "runs" } else { "stands" }.to_owned()),
             Part::Inlet(inlet) => Some(if network.is_inlet_open(*inlet) { "open" } else { "closed" }.to_owned()),
             Part::Wall(wall) => Some(format!("{:.0} C", network.wall_temperature_k(*wall) - 273.15)),
         };

@@ -207,6 +207,59 @@ spray = [{ leak = "leak", gas = "air" }]
     assert!((pa / 1.0e-5 - 1.0).abs() < 0.05, "air again: {pa:e} Pa");
 }
 
+/// An ion pump that fills, a turbo with a speed for helium, a roughing pump that slows down at low pressure.
+#[test]
+fn pumps_have_speeds_by_gas_and_pressure_and_capture_pumps_fill() {
+    let text = r#"
+title = "t"
+until = "1 h"
+step = "1 s"
+[volumes]
+beam = { volume = "10 l", gas = "n2", pressure = "1e-6 mbar" }
+chamber = { volume = "10 l", gas = "he", pressure = "1e-6 mbar" }
+fore = { volume = "10 l", gas = "n2", pressure = "1e-2 mbar" }
+[roughing-pumps]
+scroll = { at = "fore", speed = "10 l/s", ultimate = "1e-9 mbar", speed-at = { "1 mbar" = "10 l/s", "1e-2 mbar" = "1 l/s" }, running = true }
+[turbo-pumps]
+turbo = { inlet = "chamber", fore = "fore", speed = "100 l/s", speeds = { he = "50 l/s" }, compressions = { he = 1e6 }, running = true }
+[capture-pumps]
+ion = { at = "beam", speeds = { n2 = "10 l/s" }, capacities = { n2 = "2e-3 mbar l" }, highest-pressure = "1e-4 mbar", running = true }
+[inlets]
+beam-inlet = { at = "beam", gas = "n2" }
+chamber-inlet = { at = "chamber", gas = "he" }
+fore-inlet = { at = "fore", gas = "n2" }
+[[timeline]]
+at = "1 s"
+flow = [
+    { inlet = "beam-inlet", flow = "1e-6 mbar l/s" },
+    { inlet = "chamber-inlet", flow = "5e-5 mbar l/s" },
+    { inlet = "fore-inlet", flow = "1e-3 mbar l/s" },
+]
+[[timeline]]
+at = "10 min"
+expect = [
+    # A third of the capacity is used: 1e-6 mbar l/s over 7 l/s.
+    { volume = "beam", near = "1.43e-7 mbar", within = "5 %" },
+    { volume = "chamber", near = "1e-6 mbar", within = "5 %" },
+    { volume = "fore", near = "1.05e-3 mbar", within = "5 %" },
+]
+[[timeline]]
+at = "1 h"
+expect = [{ volume = "beam", above = "1e-5 mbar" }]
+"#;
+    let scenario = Scenario::parse(text, "x.toml").unwrap();
+    let mut run = scenario.start(MasterPresence::Absent);
+    let mut devices = devices(&scenario);
+    while !run.is_over() {
+        run.step(&mut devices);
+    }
+    let findings: Vec<_> = run.failures().iter().map(ToString::to_string).collect();
+    assert!(findings.is_empty(), "{}", findings.join("\n"));
+    let wrong = text.replace("\"1 mbar\" = \"10 l/s\"", "\"0.01 mbar\" = \"10 l/s\"");
+    let error = Scenario::parse(&wrong, "x.toml").unwrap_err().to_string();
+    assert!(error.contains("expected points of pressure and speed in the order of the pressure"), "{error}");
+}
+
 #[test]
 fn the_expectations_of_the_demo_are_met() {
     holds("demo");
