@@ -2,7 +2,8 @@
 //!
 //! The factors are those of the BCG450 operating manual, page 54: true pressure = factor x indicated pressure, for a Pirani
 //! between 1e-2 and 1 mbar and for an ion gauge below 1e-3 mbar. Molar masses are those of the periodic table (general
-//! knowledge).
+//! knowledge). Viscosities are those of the CRC Handbook of Chemistry and Physics, Huber and Harvey, "Viscosity of gases", at
+//! 300 K, reduced by 1.6 % to 20 °C; that of Freon 12 and the ratios of specific heats are general knowledge.
 
 use std::fmt;
 use std::ops::{Index, IndexMut};
@@ -65,6 +66,23 @@ const GASES: [(Gas, &str, f64, f64, f64); GAS_COUNT] = [
     (Gas::Freon12, "freon12", 0.7, 0.37, 120.91e-3),
 ];
 
+/// The viscosity at 20 °C in Pa s, and the ratio of specific heats, in the order of [`Gas::all`].
+const FLUIDS: [(f64, f64); GAS_COUNT] = [
+    (17.6e-6, 1.40),
+    (18.2e-6, 1.40),
+    (20.3e-6, 1.40),
+    (17.5e-6, 1.40),
+    (14.7e-6, 1.29),
+    (9.6e-6, 1.33),
+    (19.6e-6, 1.667),
+    (31.4e-6, 1.667),
+    (22.3e-6, 1.667),
+    (25.0e-6, 1.667),
+    (22.8e-6, 1.667),
+    (8.8e-6, 1.41),
+    (12.4e-6, 1.13),
+];
+
 impl Gas {
     /// All gases, in the order of [`Mixture`].
     pub fn all() -> impl Iterator<Item = Self> {
@@ -92,6 +110,18 @@ impl Gas {
     #[must_use]
     pub const fn molar_mass_kg_per_mol(self) -> f64 {
         GASES[self as usize].4
+    }
+
+    /// Viscosity at 20 °C, in Pa s.
+    #[must_use]
+    pub const fn viscosity_pa_s(self) -> f64 {
+        FLUIDS[self as usize].0
+    }
+
+    /// Ratio of the specific heats at constant pressure and constant volume.
+    #[must_use]
+    pub const fn heat_ratio(self) -> f64 {
+        FLUIDS[self as usize].1
     }
 }
 

@@ -21,7 +21,8 @@
 //! | [`gas`] | gases and mixtures |
 //! | [`atmosphere`] | the air around a plant |
 //! | [`conductance`] | flow through tubes, openings and leaks |
-//! | [`pump`] | roughing and turbomolecular pumps |
+//! | [`pump`] | roughing, turbomolecular and capture pumps |
+//! | [`permeation`] | gas through seals |
 //! | [`surface`] | outgassing of walls |
 //! | [`sensor`] | sensors of gauges: signals and measurement errors |
 //! | [`network`] | a plant of volumes, tubes, pumps and walls, and its state over time |
@@ -30,6 +31,7 @@ pub mod atmosphere;
 pub mod conductance;
 pub mod gas;
 pub mod network;
+pub mod permeation;
 pub mod pump;
 pub mod sensor;
 mod series;

@@ -99,9 +99,10 @@ fn a_leak_raises_the_pressure_linearly_and_outgassing_less_and_less() {
     let (first, _, third) = (rise(600.0), rise(3600.0), rise(600.0));
     near(first[0], 1e-5 * 600.0, 0.01, "leak, first ten minutes");
     near(third[0], 1e-5 * 600.0, 0.01, "leak, last ten minutes");
+    // Without the water that returns to the wall, which is a few per cent here.
     let given = |from: f64, to: f64| 1.05e-6 * 3600.0 * (to / from).ln();
-    near(first[1], given(3600.0, 4200.0), 0.01, "outgassing, first ten minutes");
-    near(third[1], given(7800.0, 8400.0), 0.01, "outgassing, last ten minutes");
+    near(first[1], given(3600.0, 4200.0), 0.02, "outgassing, first ten minutes");
+    assert!(third[1] < 0.9 * given(7800.0, 8400.0), "water has returned to the wall: {}", third[1]);
 }
 
 #[test]

@@ -6,7 +6,7 @@ use profivac_devices::model::{Fault, MeasuringRange, Part};
 use profivac_devices::{Action, Drive, Principle, SimulatedDevice, StateReport, UnsupportedAction};
 use profivac_dp::link::{Baud, BitTime, Listening, Station, Transmit};
 use profivac_dp::slave::Slave;
-use profivac_vacuum::sensor::{self, Environment, REFERENCE_K, Range, Sensor};
+use profivac_vacuum::sensor::{self, Environment, GasExchange, REFERENCE_K, Range, Sensor};
 use profivac_vacuum::{Gas, Mixture};
 use profivac_wire::Telegram;
 
@@ -245,6 +245,22 @@ impl VirtualDevice {
             Some((_, known)) => *known = around,
             None => self.part_environments.push((instance, around)),
         }
+    }
+
+    /// The gas that each measuring part releases and pumps, by instance.
+    pub fn gas_exchanges(&self) -> impl Iterator<Item = (u8, GasExchange)> {
+        let simulated = self.slave.device();
+        let parts = simulated.parts().iter().zip(&self.sensors).enumerate();
+        parts.map(move |(part, (of, (sensor, _)))| {
+            let driven = if self.powered { drive(simulated.drive(part)) } else { sensor::Drive::Off };
+            (of.instance, sensor.gas_exchange(self.around_part(of.instance), driven))
+        })
+    }
+
+    /// The environment of the measuring part with this instance.
+    fn around_part(&self, instance: u8) -> &Environment {
+        let elsewhere = self.part_environments.iter().find(|(known, _)| *known == instance);
+        elsewhere.map_or(&self.around, |(_, around)| around)
     }
 
     /// Switches the power on or off. No effect if it is already in that state.

@@ -145,9 +145,15 @@ impl TpgChannel {
         self.on = on;
     }
 
-    /// Sets the sensed pressure.
+    /// Sets the sensed pressure. The filter begins at the first signal of a cold cathode: a value between no signal and that
+    /// one would be a valid ultra-high vacuum.
+    // free choice: the manual does not describe ignition
     pub fn sense(&mut self, pa: f64) {
+        let ignites = self.is_cold_cathode() && self.on && self.sensed_pa <= LOWEST_PA && pa > LOWEST_PA;
         self.sensed_pa = if pa > LOWEST_PA { pa.min(HIGHEST_PA) } else { LOWEST_PA };
+        if ignites {
+            self.filtered_pa = self.sensed_pa;
+        }
     }
 
     /// Renews the measured value after `seconds`. The filter works on the logarithm, because the signals of the gauges

@@ -5,7 +5,8 @@ mod step;
 use crate::atmosphere::Atmosphere;
 use crate::conductance::Conductance;
 use crate::gas::{GAS_COUNT, Gas, Mixture};
-use crate::pump::{Roughing, Turbo};
+use crate::permeation::Seal;
+use crate::pump::{Capture, Roughing, Turbo};
 use crate::series::{PerGas, add};
 use crate::surface::Surface;
 use step::Step;
@@ -33,6 +34,10 @@ pub struct RoughingPump(usize);
 /// A turbomolecular pump.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct TurboPump(usize);
+
+/// A capture pump.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct CapturePump(usize);
 
 /// A wall.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -68,7 +73,7 @@ pub enum Supply {
 pub struct Balance {
     /// The initial gas and all gas that has entered since.
     pub entered: Mixture,
-    /// The gas that has left through pumps and openings.
+    /// The gas that has left through pumps and openings, and the water that walls have adsorbed.
     pub left: Mixture,
     /// The gas in all volumes.
     pub present: Mixture,
@@ -105,11 +110,15 @@ pub struct Network {
     joints: Vec<JointState>,
     turbo_pumps: Vec<Turbo>,
     roughing_pumps: Vec<(usize, Roughing)>,
+    capture_pumps: Vec<(usize, Capture)>,
     openings: Vec<OpeningState>,
     inlets: Vec<InletState>,
+    seals: Vec<(usize, Seal)>,
     surfaces: Vec<(usize, Surface)>,
     /// Further gas sources of each volume, such as gauges, in Pa m^3/s.
     loads: Vec<PerGas>,
+    /// The pumping speed of the gauges of each volume, in m^3/s.
+    gauge_speeds: Vec<f64>,
     /// The gas in each volume, in Pa m^3.
     amounts: Vec<PerGas>,
     entered: PerGas,
@@ -134,6 +143,7 @@ impl Network {
         self.volumes.push(m3);
         self.amounts.push(amount);
         self.loads.push([0.0; GAS_COUNT]);
+        self.gauge_speeds.push(0.0);
         self.invalidate();
         Volume(self.volumes.len() - 1)
     }
@@ -161,6 +171,13 @@ impl Network {
         RoughingPump(self.roughing_pumps.len() - 1)
     }
 
+    /// Adds a capture pump to a volume.
+    pub fn add_capture_pump(&mut self, at: Volume, pump: Capture) -> CapturePump {
+        self.capture_pumps.push((at.0, pump));
+        self.invalidate();
+        CapturePump(self.capture_pumps.len() - 1)
+    }
+
     /// Adds a closed leak or vent to a volume.
     pub fn add_opening(&mut self, at: Volume, conductance: Conductance, outside: Outside) -> Opening {
         self.openings.push(OpeningState { at: at.0, conductance, outside, opening: 0.0 });
@@ -173,6 +190,12 @@ impl Network {
         self.inlets.push(InletState { at: at.0, gas, supply: Supply::Closed });
         self.invalidate();
         Inlet(self.inlets.len() - 1)
+    }
+
+    /// Adds a seal between a volume and the air around the plant, in its steady state.
+    pub fn add_seal(&mut self, of: Volume, seal: Seal) {
+        self.seals.push((of.0, seal));
+        self.invalidate();
     }
 
     /// Adds a wall to a volume.
@@ -218,14 +241,40 @@ impl Network {
         self.step.current = false;
     }
 
-    /// Sets the temperature of a wall, in K.
+    /// Starts or stops a capture pump. A stopped pump keeps its gas.
+    pub fn run_capture(&mut self, pump: CapturePump, running: bool) {
+        self.capture_pumps[pump.0].1.running = running;
+        self.step.current = false;
+    }
+
+    /// Empties a capture pump: regeneration.
+    pub fn regenerate(&mut self, pump: CapturePump) {
+        self.capture_pumps[pump.0].1.captured = Mixture::default();
+        self.step.current = false;
+    }
+
+    /// Sets the temperature of a wall at once, in K.
     pub fn set_wall_temperature(&mut self, wall: Wall, kelvin: f64) {
-        self.surfaces[wall.0].1.temperature_k = kelvin;
+        self.surfaces[wall.0].1.set_temperature(kelvin);
+    }
+
+    /// Heats or cools a wall to a temperature in K within `seconds`, at a constant rate.
+    pub fn heat_wall(&mut self, wall: Wall, kelvin: f64, seconds: f64) {
+        self.surfaces[wall.0].1.heat(kelvin, seconds);
     }
 
     /// Sets the further gas sources of a volume, such as gauges, in Pa m^3/s.
     pub fn set_load(&mut self, volume: Volume, flow: &Mixture) {
         self.loads[volume.0] = *flow.as_array();
+    }
+
+    /// Sets the pumping speed of the gauges of a volume, in m^3/s. Changes of less than 5 % have no effect, because each one costs
+    /// a calculation of all rates.
+    pub fn set_gauge_speed(&mut self, volume: Volume, m3_per_s: f64) {
+        if (self.gauge_speeds[volume.0] - m3_per_s).abs() > 0.05 * m3_per_s {
+            self.gauge_speeds[volume.0] = m3_per_s;
+            self.step.current = false;
+        }
     }
 
     /// Sets the air around the plant.
@@ -262,6 +311,12 @@ impl Network {
     #[must_use]
     pub fn is_roughing_pump_running(&self, pump: RoughingPump) -> bool {
         self.roughing_pumps[pump.0].1.running
+    }
+
+    /// A capture pump with the gas that it has captured.
+    #[must_use]
+    pub fn capture_pump(&self, pump: CapturePump) -> &Capture {
+        &self.capture_pumps[pump.0].1
     }
 
     /// Whether a gas inlet is open.

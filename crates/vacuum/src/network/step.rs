@@ -6,9 +6,9 @@
 //! is halved. The result hence depends little on the step length of the caller.
 
 use super::{InletState, Network, OpeningState, Outside, Supply};
-use crate::conductance::{Conductance, relative_speeds};
-use crate::gas::{GAS_COUNT, Gas};
-use crate::pump::{Turbo, mass_roots};
+use crate::conductance::{Bulk, Conductance, relative_speeds};
+use crate::gas::{GAS_COUNT, Gas, Mixture};
+use crate::pump::Turbo;
 use crate::series::{Edge, PerGas, Rates, Work, add, sum};
 
 /// A step is accepted if the error is below this fraction of the gas of every volume.
@@ -38,15 +38,18 @@ pub(super) struct Step {
     then: Rates,
     used: Rates,
     walls: Vec<PerGas>,
-    /// The decrease of outgassing at the end of a step relative to its mean, in Pa m^3/s.
+    /// The difference of outgassing at the end of a step from its mean, in Pa m^3/s.
     slack: Vec<f64>,
+    /// The water that returns to the walls, as a conductance in m^3/s.
+    returning: Vec<f64>,
+    /// The mean properties of the gas of each volume.
+    bulks: Vec<Bulk>,
     tried: Vec<PerGas>,
     tried_left: PerGas,
     turned: Vec<Turbo>,
     net: [Vec<f64>; 2],
     work: Work,
     relative_speeds: PerGas,
-    roots: PerGas,
     /// The length of the last accepted step, in s.
     length: f64,
 }
@@ -81,13 +84,14 @@ impl Network {
             used: rates,
             walls: vec![zero; volumes],
             slack: vec![0.0; volumes],
+            returning: vec![0.0; volumes],
+            bulks: Vec::with_capacity(volumes),
             tried: self.amounts.clone(),
             tried_left: zero,
             turned: self.turbo_pumps.clone(),
             net: [vec![0.0; volumes], vec![0.0; volumes]],
             work: Work::new(volumes),
             relative_speeds: relative_speeds(),
-            roots: mass_roots(),
             length: 1.0,
         };
     }
@@ -96,7 +100,7 @@ impl Network {
     fn advance_once(&mut self, mut seconds: f64, shortest: f64) -> f64 {
         let mut step = std::mem::take(&mut self.step);
         if !step.current {
-            self.rates(&self.amounts, &self.turbo_pumps, &mut step.now, &step.relative_speeds, &step.roots);
+            self.rates(&self.amounts, &self.turbo_pumps, &mut step.now, &step.relative_speeds, &mut step.bulks);
         }
         loop {
             self.walls(seconds, &mut step);
@@ -124,7 +128,7 @@ impl Network {
             let [inlet, fore] = [inlet, fore].map(|volume| self.pa(&step.tried, volume));
             *turned = self.turbo_pumps[number].turned(inlet, fore, seconds);
         }
-        self.rates(&step.tried, &step.turned, &mut step.then, &step.relative_speeds, &step.roots);
+        self.rates(&step.tried, &step.turned, &mut step.then, &step.relative_speeds, &mut step.bulks);
         let [now, then] = &mut step.net;
         step.now.net(&step.tried, now);
         step.then.net(&step.tried, then);
@@ -144,7 +148,7 @@ impl Network {
     /// Repeats the tried step with the mean of the rates at its start and end.
     fn repeat(&self, seconds: f64, step: &mut Step) {
         self.apply(seconds, step, true);
-        self.rates(&step.tried, &step.turned, &mut step.then, &step.relative_speeds, &step.roots);
+        self.rates(&step.tried, &step.turned, &mut step.then, &step.relative_speeds, &mut step.bulks);
     }
 
     fn apply(&self, seconds: f64, step: &mut Step, blended: bool) {
@@ -154,6 +158,9 @@ impl Network {
         }
         for (source, wall) in step.used.source.iter_mut().zip(&step.walls) {
             add(source, wall, 1.0);
+        }
+        for ((out, returning), m3) in step.used.out.iter_mut().zip(&step.returning).zip(&self.volumes) {
+            out[Gas::H2o as usize] += returning / m3;
         }
         step.tried.copy_from_slice(&self.amounts);
         step.tried_left = [0.0; GAS_COUNT];
@@ -167,7 +174,17 @@ impl Network {
         }
         add(&mut self.left, &step.tried_left, 1.0);
         for (volume, surface) in &mut self.surfaces {
-            surface.advance(seconds, self.amounts[*volume][Gas::H2o as usize] / self.volumes[*volume]);
+            let water = [&self.amounts, &step.tried].map(|amounts| amounts[*volume][Gas::H2o as usize]);
+            surface.advance(seconds, f64::midpoint(water[0], water[1]) / self.volumes[*volume]);
+        }
+        for (volume, pump) in &mut self.capture_pumps {
+            let passes = pump.passes(sum(&self.amounts[*volume]) / self.volumes[*volume]);
+            let mut captured = *pump.captured.as_array();
+            for gas in 0..GAS_COUNT {
+                let mean = f64::midpoint(self.amounts[*volume][gas], step.tried[*volume][gas]);
+                captured[gas] += passes[gas] * mean / self.volumes[*volume] * seconds;
+            }
+            pump.captured = Mixture::from(captured);
         }
         self.amounts.copy_from_slice(&step.tried);
         self.turbo_pumps.copy_from_slice(&step.turned);
@@ -180,8 +197,12 @@ impl Network {
     fn walls(&self, seconds: f64, step: &mut Step) {
         step.walls.copy_from_slice(&self.loads);
         step.slack.fill(0.0);
+        step.returning.fill(0.0);
         for (volume, surface) in &self.surfaces {
-            step.slack[*volume] += surface.outgas(seconds, &mut step.walls[*volume]);
+            let water_pa = self.amounts[*volume][Gas::H2o as usize] / self.volumes[*volume];
+            let exchange = surface.outgas(seconds, water_pa, &mut step.walls[*volume]);
+            step.slack[*volume] += exchange.slack;
+            step.returning[*volume] += exchange.returning;
         }
     }
 
@@ -190,23 +211,31 @@ impl Network {
         sum(&amounts[volume]) / self.volumes[volume]
     }
 
-    /// Calculates all rates at `amounts`, without the walls.
-    fn rates(&self, amounts: &[PerGas], turbos: &[Turbo], rates: &mut Rates, relative_speeds: &PerGas, roots: &PerGas) {
+    /// Calculates all rates at `amounts`, without the walls. `bulks` is a buffer.
+    fn rates(
+        &self,
+        amounts: &[PerGas],
+        turbos: &[Turbo],
+        rates: &mut Rates,
+        relative_speeds: &PerGas,
+        bulks: &mut Vec<Bulk>,
+    ) {
         rates.out.fill([0.0; GAS_COUNT]);
         rates.source.fill([0.0; GAS_COUNT]);
+        bulks.clear();
+        bulks.extend(amounts.iter().zip(&self.volumes).map(|(amount, m3)| Bulk::of(amount, m3.recip())));
         let (joints, rotors) = rates.edges.split_at_mut(self.joints.len());
         for (join, edge) in self.joints.iter().zip(joints) {
-            let mean = f64::midpoint(self.pa(amounts, edge.from), self.pa(amounts, edge.to));
-            let passed = passes(&join.conductance, mean, join.opening, relative_speeds);
+            let ends = [&bulks[edge.from], &bulks[edge.to]];
+            let passed = passes(&join.conductance, ends, join.opening, relative_speeds);
             self.between(edge, &passed, &passed);
         }
         for (turbo, edge) in turbos.iter().zip(rotors) {
-            let (inlet, fore) = (self.pa(amounts, edge.from), self.pa(amounts, edge.to));
-            let [forward, back] = turbo.passes(inlet, fore, roots);
+            let [forward, back] = turbo.passes(&bulks[edge.from], &bulks[edge.to], relative_speeds);
             self.between(edge, &forward, &back);
         }
-        self.pumped(rates);
-        self.openings.iter().for_each(|hole| self.through(hole, amounts, rates, relative_speeds));
+        self.pumped(rates, bulks);
+        self.openings.iter().for_each(|hole| self.through(hole, bulks, rates, relative_speeds));
         self.inlets.iter().for_each(|feed| self.fed(feed, amounts, rates));
     }
 
@@ -217,15 +246,28 @@ impl Network {
         edge.back = back.map(|conductance| conductance * to);
     }
 
-    fn pumped(&self, rates: &mut Rates) {
+    fn pumped(&self, rates: &mut Rates, bulks: &[Bulk]) {
         for (at, pump) in self.roughing_pumps.iter().filter(|(_, pump)| pump.running) {
-            let rate = pump.speed / self.volumes[*at];
+            let speed = pump.speed * pump.curve.factor(bulks[*at].pa);
+            let rate = speed / self.volumes[*at];
             rates.out[*at].iter_mut().for_each(|out| *out += rate);
-            add(&mut rates.source[*at], pump.ultimate.as_array(), pump.speed);
+            add(&mut rates.source[*at], pump.ultimate.as_array(), speed);
+        }
+        for (at, seal) in &self.seals {
+            add(&mut rates.out[*at], seal.conductances(), self.volumes[*at].recip());
+            add(&mut rates.source[*at], seal.flow(&self.atmosphere.mixture()).as_array(), 1.0);
+        }
+        for (at, pump) in &self.capture_pumps {
+            add(&mut rates.out[*at], &pump.passes(bulks[*at].pa), self.volumes[*at].recip());
+        }
+        for ((out, speed), m3) in rates.out.iter_mut().zip(&self.gauge_speeds).zip(&self.volumes) {
+            if *speed > 0.0 {
+                out.iter_mut().for_each(|out| *out += speed / m3);
+            }
         }
     }
 
-    fn through(&self, hole: &OpeningState, amounts: &[PerGas], rates: &mut Rates, relative_speeds: &PerGas) {
+    fn through(&self, hole: &OpeningState, bulks: &[Bulk], rates: &mut Rates, relative_speeds: &PerGas) {
         if hole.opening == 0.0 {
             return;
         }
@@ -233,8 +275,8 @@ impl Network {
             Outside::Air => self.atmosphere.mixture(),
             Outside::Gas(mixture) => mixture,
         };
-        let mean = f64::midpoint(outside.total(), self.pa(amounts, hole.at));
-        let passed = passes(&hole.conductance, mean, hole.opening, relative_speeds);
+        let ends = [&Bulk::of_mixture(&outside), &bulks[hole.at]];
+        let passed = passes(&hole.conductance, ends, hole.opening, relative_speeds);
         add(&mut rates.out[hole.at], &passed, self.volumes[hole.at].recip());
         for ((source, passed), pa) in rates.source[hole.at].iter_mut().zip(passed).zip(outside.as_array()) {
             *source += passed * pa;
@@ -264,10 +306,10 @@ impl Network {
 }
 
 /// The conductance of each gas through an element with the given opening, in m^3/s.
-fn passes(conductance: &Conductance, mean_pa: f64, opening: f64, relative_speeds: &PerGas) -> PerGas {
+fn passes(conductance: &Conductance, ends: [&Bulk; 2], opening: f64, relative_speeds: &PerGas) -> PerGas {
     if opening == 0.0 {
         return [0.0; GAS_COUNT];
     }
-    let (molecular, viscous) = conductance.parts_at(mean_pa);
+    let (molecular, viscous) = conductance.parts(ends[0], ends[1]);
     relative_speeds.map(|speed| opening * (molecular * speed + viscous))
 }

@@ -8,7 +8,7 @@ use super::diaphragm::Diaphragm;
 use super::hot_cathode::HotCathode;
 use super::imperfections::Tolerance;
 use super::pirani::Pirani;
-use super::{Drive, Environment, Principle, Range};
+use super::{Drive, Environment, GasExchange, Principle, Range};
 
 /// The element of a sensor.
 #[derive(Clone, Debug)]
@@ -49,6 +49,20 @@ impl Element {
             Self::HotCathode(cathode) => cathode.signal(environment, drive, seconds),
             Self::ColdCathode(cathode) => cathode.signal(environment.ionised_pa(), drive, seconds, seed),
             Self::Atmosphere => environment.atmosphere_pa,
+        }
+    }
+
+    /// Whether its signal is the current of a discharge, which ignites at once.
+    pub const fn is_discharge(&self) -> bool {
+        matches!(self, Self::ColdCathode(_))
+    }
+
+    /// The gas that it releases and pumps.
+    pub fn gas_exchange(&self, environment: &Environment, drive: Drive) -> GasExchange {
+        match self {
+            Self::HotCathode(cathode) => cathode.gas_exchange(drive),
+            Self::ColdCathode(cathode) => cathode.gas_exchange(environment.gas.total()),
+            Self::Pirani(_) | Self::Diaphragm(_) | Self::Atmosphere => GasExchange::default(),
         }
     }
 

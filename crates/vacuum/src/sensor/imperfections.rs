@@ -110,6 +110,11 @@ fn normal(rng: &mut Rng) -> f64 {
 pub struct Lag(Option<f64>);
 
 impl Lag {
+    /// Whether its last value was 0.
+    pub fn is_at_zero(&self) -> bool {
+        self.0 == Some(0.0)
+    }
+
     /// Advances by `seconds` with a constant input and returns the value; exact for any step.
     pub fn follow(&mut self, input: f64, seconds: f64, lag_s: f64) -> f64 {
         let value = self.0.map_or(input, |value| input + (value - input) * (-seconds / lag_s).exp());

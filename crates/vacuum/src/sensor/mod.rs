@@ -80,6 +80,15 @@ pub enum Drive {
     },
 }
 
+/// The effect of a gauge on the gas of its chamber.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct GasExchange {
+    /// The released gas, mainly carbon monoxide, in Pa m^3/s.
+    pub outgassing: f64,
+    /// Its pumping speed, in m^3/s.
+    pub speed: f64,
+}
+
 /// A sensor.
 #[derive(Clone, Debug)]
 pub struct Sensor {
@@ -119,8 +128,18 @@ impl Sensor {
         };
         *time_s += seconds;
         let signal = self.element.signal(environment, drive, seconds, imperfections.seed);
+        // A discharge that ignites has its current at once.
+        if signal > 0.0 && self.element.is_discharge() && lag.is_at_zero() {
+            *lag = Lag::default();
+        }
         let lagged = lag.follow(signal, seconds, imperfections.lag_s);
         self.element.indicated_pa(imperfections.apply(lagged, *time_s, environment.temperature_k), drive)
+    }
+
+    /// The gas that the gauge releases and pumps. An ideal sensor does neither.
+    #[must_use]
+    pub fn gas_exchange(&self, environment: &Environment, drive: Drive) -> GasExchange {
+        if self.real.is_some() { self.element.gas_exchange(environment, drive) } else { GasExchange::default() }
     }
 
     /// Removes the lag: the next indication is the settled one.

@@ -96,6 +96,19 @@ fn the_response_to_a_pressure_step_has_the_lag_of_the_principle() {
     }
 }
 
+/// The lag of the signal must not show an ultra-high vacuum while the discharge ignites.
+#[test]
+fn a_cold_cathode_never_indicates_less_than_the_pressure_while_it_ignites() {
+    let (principle, range) = PRINCIPLES[3];
+    for seed in 0..20 {
+        let mut sensor = Sensor::real(principle, range, seed);
+        let read: Vec<f64> = (0..10_000).map(|_| sensor.read(&environment(Gas::N2, 2e-4), Drive::On, 1e-3)).collect();
+        let first = read.iter().position(|pa| *pa > 0.0).unwrap();
+        assert!(read[..first].iter().all(|pa| *pa == 0.0));
+        assert!(read[first..].iter().all(|pa| *pa > 1e-4), "{:e}", read[first]);
+    }
+}
+
 #[test]
 fn a_head_is_heated_by_request() {
     let (principle, range) = PRINCIPLES[1];

@@ -108,6 +108,9 @@ pub enum ScenarioEntryError {
     /// A compression is beyond every pump.
     #[error("expected a compression from 1 to 1e15, got {0:e}")]
     Compression(f64),
+    /// The speeds of a roughing pump over its inlet pressure are no curve.
+    #[error("{0}")]
+    SpeedCurve(profivac_vacuum::pump::WrongCurve),
     /// A step is too long.
     #[error("expected a step of at most 1 h, got {0:?}")]
     LongStep(String),

@@ -3,18 +3,23 @@
 use super::error::{ScenarioEntryError, TextError};
 use super::file::{Entry, Expect, File, Flow};
 use super::plant::{Part, Plant, air};
-use super::quantities::{PART, TIME, Text, flow, gas_pressure, pressure, temperature, unknown};
+use super::quantities::{PART, TIME, Text, flow, gas_pressure, parsed, pressure, temperature, unknown};
 use crate::action_text::ActionText;
 use crate::device_spec::DeviceSpec;
 use crate::nonvolatile::NonvolatileMemory;
 use profivac_devices::ReportedState;
 use profivac_dp::link::Baud;
-use profivac_vacuum::Atmosphere;
-use profivac_vacuum::network::{Inlet, Joint, Opening, RoughingPump, Supply, TurboPump, Volume, Wall};
+use profivac_vacuum::network::{
+    CapturePump, Inlet, Joint, Opening, Outside, RoughingPump, Supply, TurboPump, Volume, Wall,
+};
+use profivac_vacuum::{Atmosphere, Gas, Mixture};
 use toml::Spanned;
 
 /// The flow of a regulated inlet that is fully open, in Pa m^3/s: 200 sccm. free choice
 const MAX_INLET_FLOW: f64 = 0.36;
+
+/// The time in which a wall is heated or cooled if the file does not say it, in s. free choice: an hour
+const HEATING_S: f64 = 3600.0;
 
 /// The limits of a potentiometer in V: its supply, either sign.
 const MAX_VOLTS: f64 = 24.0;
@@ -46,10 +51,14 @@ pub enum ScenarioAction {
     Roughing(RoughingPump, bool),
     /// Starts or stops a turbomolecular pump.
     Turbo(TurboPump, bool),
+    /// Starts or stops a capture pump.
+    Capture(CapturePump, bool),
     /// Sets a gas inlet.
     Feed(Inlet, Supply),
-    /// Heats or cools a wall to a temperature in K.
-    Heat(Wall, f64),
+    /// Heats or cools a wall to a temperature in K, within a time in s.
+    Heat(Wall, f64, f64),
+    /// Changes the gas outside a leak or a vent.
+    Spray(Opening, Outside),
     /// Changes the air outside.
     Air(Atmosphere),
     /// Sets the probability with which noise damages an octet on the bus, 0 to 1.
@@ -191,6 +200,7 @@ impl EventParser<'_> {
             actions.push(self.plant.part("a pump", name, |part| match part {
                 Part::Roughing(pump) => Some(ScenarioAction::Roughing(pump, running)),
                 Part::Turbo(pump) => Some(ScenarioAction::Turbo(pump, running)),
+                Part::Capture(pump) => Some(ScenarioAction::Capture(pump, running)),
                 _ => None,
             })?);
         }
@@ -199,8 +209,19 @@ impl EventParser<'_> {
         }
         for heat in &entry.heat {
             let kelvin = temperature(&heat.to)?;
+            let seconds = heat.over.as_ref().map_or(Ok(HEATING_S), |over| TIME.parse(over))?;
             actions.push(self.plant.part("a wall", &heat.wall, |part| match part {
-                Part::Wall(wall) => Some(ScenarioAction::Heat(wall, kelvin)),
+                Part::Wall(wall) => Some(ScenarioAction::Heat(wall, kelvin, seconds)),
+                _ => None,
+            })?);
+        }
+        for spray in &entry.spray {
+            let outside = match parsed(&spray.gas)? {
+                Gas::Air => Outside::Air,
+                gas => Outside::Gas(Mixture::pure(gas, self.plant.network.atmosphere().pressure_pa)),
+            };
+            actions.push(self.plant.part("a leak or vent", &spray.leak, |part| match part {
+                Part::Opening(opening) => Some(ScenarioAction::Spray(opening, outside)),
                 _ => None,
             })?);
         }

@@ -35,6 +35,8 @@ pub struct File {
     #[serde(default)]
     pub turbo_pumps: Named<Turbo>,
     #[serde(default)]
+    pub capture_pumps: Named<Capture>,
+    #[serde(default)]
     pub leaks: Named<Leak>,
     #[serde(default)]
     pub vents: Named<Vent>,
@@ -102,11 +104,28 @@ pub struct Pocket {
 }
 
 #[derive(Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub struct Roughing {
     pub at: Text,
     pub speed: Text,
     pub ultimate: Text,
+    /// Speeds by inlet pressure, instead of one speed at every pressure.
+    #[serde(default)]
+    pub speed_at: BTreeMap<Text, Text>,
+    #[serde(default)]
+    pub running: bool,
+}
+
+/// An ion pump, a getter or a cryopump: speeds and capacities by gas.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub struct Capture {
+    pub at: Text,
+    pub speeds: BTreeMap<Text, Text>,
+    /// A gas without a capacity is captured without a limit.
+    #[serde(default)]
+    pub capacities: BTreeMap<Text, Text>,
+    pub highest_pressure: Text,
     #[serde(default)]
     pub running: bool,
 }
@@ -118,6 +137,11 @@ pub struct Turbo {
     pub fore: Text,
     pub speed: Text,
     pub compression: Option<Spanned<f64>>,
+    /// Speeds and compressions of other gases than nitrogen.
+    #[serde(default)]
+    pub speeds: BTreeMap<Text, Text>,
+    #[serde(default)]
+    pub compressions: BTreeMap<Text, Spanned<f64>>,
     pub critical_pressure: Option<Text>,
     pub spin_up: Option<Text>,
     #[serde(default)]
@@ -170,6 +194,8 @@ pub struct Entry {
     pub flow: Vec<Flow>,
     #[serde(default)]
     pub heat: Vec<Heat>,
+    #[serde(default)]
+    pub spray: Vec<Spray>,
     pub atmosphere: Option<Air>,
     #[serde(default)]
     pub fault: Vec<Fault>,
@@ -211,6 +237,16 @@ pub struct Flow {
 pub struct Heat {
     pub wall: Text,
     pub to: Text,
+    /// The time of the change.
+    pub over: Option<Text>,
+}
+
+/// A gas that is sprayed on a leak; air ends it.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Spray {
+    pub leak: Text,
+    pub gas: Text,
 }
 
 /// A fault of a device.

@@ -179,6 +179,8 @@ impl Scenario {
             for (instance, volume) in elsewhere {
                 device.set_part_environment(*instance, environment(&self.plant, *volume));
             }
+            // A channel elsewhere begins with its own pressure and not with that of the chamber.
+            device.settle_in(environment(&self.plant, *volume));
             if self.has_real_sensors {
                 device = device.with_real_sensors(self.seed);
             }

@@ -1,11 +1,12 @@
 //! Builds the plant of a scenario from the parts of `profivac_vacuum`.
 
 use super::error::{ScenarioEntryError, TextError};
-use super::file::{File, Inlet, Leak, Pocket, Roughing, Tube, Turbo, Vent, Volume, Wall};
+use super::file::{Capture, File, Inlet, Leak, Pocket, Roughing, Tube, Turbo, Vent, Volume, Wall};
 use super::quantities::{
-    AREA, LENGTH, PART, SPEED, TIME, Text, VOLUME, flow, gas_pressure, parsed, temperature, unknown,
+    AMOUNT, AREA, LENGTH, PART, SPEED, TIME, Text, VOLUME, flow, gas_pressure, parsed, temperature, unknown,
 };
-use profivac_vacuum::atmosphere::{ROOM_K, STANDARD_PA};
+use profivac_vacuum::atmosphere::ROOM_K;
+use profivac_vacuum::gas::GAS_COUNT;
 use profivac_vacuum::network::{self, Network, Outside};
 use profivac_vacuum::surface::{MATERIALS, Material, Surface};
 use profivac_vacuum::{Atmosphere, Conductance, Gas, Mixture, pump};
@@ -30,6 +31,8 @@ pub enum Part {
     Roughing(network::RoughingPump),
     /// A turbomolecular pump.
     Turbo(network::TurboPump),
+    /// A capture pump.
+    Capture(network::CapturePump),
     /// A gas inlet.
     Inlet(network::Inlet),
     /// A wall.
@@ -63,6 +66,7 @@ impl Plant {
         each(&file.pockets, |name, pocket| plant.pocket(name, pocket))?;
         each(&file.roughing_pumps, |name, pump| plant.roughing(name, pump))?;
         each(&file.turbo_pumps, |name, pump| plant.turbo(name, pump))?;
+        each(&file.capture_pumps, |name, pump| plant.capture(name, pump))?;
         each(&file.leaks, |name, leak| plant.leak(name, leak))?;
         each(&file.vents, |name, vent| plant.vent(name, vent))?;
         each(&file.inlets, |name, inlet| plant.inlet(name, inlet))?;
@@ -147,10 +151,16 @@ impl Plant {
     }
 
     fn roughing(&mut self, name: &str, pump: &Spanned<Roughing>) -> Result<(), TextError> {
-        let Roughing { at, speed, ultimate, running } = pump.get_ref();
+        let Roughing { at, speed, ultimate, speed_at, running } = pump.get_ref();
+        let nominal = SPEED.positive(speed)?;
+        let points = speed_at.iter().map(|(pa, speed)| Ok((gas_pressure(pa)?, SPEED.positive(speed)? / nominal)));
+        let mut points = points.collect::<Result<Vec<_>, TextError>>()?;
+        points.sort_by(|(one, _), (other, _)| one.total_cmp(other));
+        let wrong = |error| TextError::at(&pump.span(), ScenarioEntryError::SpeedCurve(error));
         let made = pump::Roughing {
             running: *running,
-            ..pump::Roughing::dry(SPEED.positive(speed)?, gas_pressure(ultimate)?)
+            curve: pump::SpeedCurve::new(&points).map_err(wrong)?,
+            ..pump::Roughing::dry(nominal, gas_pressure(ultimate)?)
         };
         let at = self.at(at)?;
         let made = self.network.add_roughing_pump(at, made);
@@ -158,21 +168,22 @@ impl Plant {
     }
 
     fn turbo(&mut self, name: &str, pump: &Spanned<Turbo>) -> Result<(), TextError> {
-        let Turbo { inlet, fore, speed, compression, critical_pressure, spin_up, running } = pump.get_ref();
+        let Turbo { inlet, fore, speed, compression, speeds, compressions, critical_pressure, spin_up, running } =
+            pump.get_ref();
         let mut turbo = pump::Turbo::ordinary(SPEED.positive(speed)?);
         turbo.standstill = Conductance::tube(ROTOR_M[0], ROTOR_M[1]);
         turbo.running = *running;
         // A pump that runs at the beginning has been running for long.
         turbo.rotor = if *running { 1.0 } else { 0.0 };
         match compression {
-            Some(compression) if !(1.0..=HIGHEST_COMPRESSION).contains(compression.get_ref()) => {
-                return Err(TextError::at(
-                    &compression.span(),
-                    ScenarioEntryError::Compression(*compression.get_ref()),
-                ));
-            }
-            Some(compression) => turbo.compression = *compression.get_ref(),
+            Some(compression) => turbo.compression = self::compression(compression)?,
             None => {}
+        }
+        for (gas, speed) in speeds {
+            turbo = turbo.with_speed(parsed(gas)?, SPEED.positive(speed)?);
+        }
+        for (gas, compression) in compressions {
+            turbo = turbo.with_compression(parsed(gas)?, self::compression(compression)?);
         }
         if let Some(pressure) = critical_pressure {
             turbo.critical_pa = gas_pressure(pressure)?;
@@ -185,9 +196,29 @@ impl Plant {
         self.add(name, pump, Part::Turbo(made))
     }
 
+    fn capture(&mut self, name: &str, pump: &Spanned<Capture>) -> Result<(), TextError> {
+        let Capture { at, speeds, capacities, highest_pressure, running } = pump.get_ref();
+        let mut made = pump::Capture {
+            speeds: Mixture::default(),
+            capacities: Mixture::from([f64::INFINITY; GAS_COUNT]),
+            highest_pa: gas_pressure(highest_pressure)?,
+            running: *running,
+            captured: Mixture::default(),
+        };
+        for (gas, speed) in speeds {
+            made.speeds[parsed::<Gas>(gas)?] = SPEED.positive(speed)?;
+        }
+        for (gas, amount) in capacities {
+            made.capacities[parsed::<Gas>(gas)?] = AMOUNT.positive(amount)?;
+        }
+        let at = self.at(at)?;
+        let made = self.network.add_capture_pump(at, made);
+        self.add(name, pump, Part::Capture(made))
+    }
+
     fn leak(&mut self, name: &str, leak: &Spanned<Leak>) -> Result<(), TextError> {
         let Leak { at, rate, open } = leak.get_ref();
-        let conductance = Conductance::viscous(flow(rate)? / STANDARD_PA);
+        let conductance = Conductance::leak(flow(rate)?);
         let at = self.at(at)?;
         let made = self.network.add_opening(at, conductance, Outside::Air);
         self.network.set_opening(made, if *open { 1.0 } else { 0.0 });
@@ -213,6 +244,13 @@ impl Plant {
         let made = self.network.add_inlet(at, gas);
         self.add(name, inlet, Part::Inlet(made))
     }
+}
+
+/// A compression within its limits.
+fn compression(written: &Spanned<f64>) -> Result<f64, TextError> {
+    let compression = *written.get_ref();
+    let wrong = || TextError::at(&written.span(), ScenarioEntryError::Compression(compression));
+    if (1.0..=HIGHEST_COMPRESSION).contains(&compression) { Ok(compression) } else { Err(wrong()) }
 }
 
 /// Applies a function to each part, in the order of the names.

@@ -63,6 +63,14 @@ pub const SPEED: Quantity = Quantity {
     bounds: [("1e-15 l/s", 1e-18), ("1e6 m3/s", 1e6)],
 };
 
+/// An amount of gas, in Pa m^3.
+pub const AMOUNT: Quantity = Quantity {
+    name: "an amount of gas",
+    example: "100 mbar l",
+    units: &[("mbar l", 0.1), ("Pa m3", 1.0), ("Torr l", TORR_PA * 1e-3)],
+    bounds: [("1e-9 mbar l", 1e-10), ("1e9 mbar l", 1e8)],
+};
+
 /// A fraction, 0 to 1.
 pub const PART: Quantity =
     Quantity { name: "a percentage", example: "50 %", units: &[("%", 0.01)], bounds: [("0 %", 0.0), ("100 %", 1.0)] };

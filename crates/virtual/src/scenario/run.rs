@@ -7,11 +7,9 @@ use crate::device::VirtualDevice;
 use crate::memory_segment::MemorySegment;
 use profivac_devices::StateReport;
 use profivac_dp::slave::Relation;
+use profivac_vacuum::sensor::GasExchange;
 use profivac_vacuum::{Gas, Mixture};
 use std::fmt;
-
-/// The gas that a grid releases during degas, in Pa m^3/s. free choice: 1e-5 mbar l/s
-const DEGAS_FLOW: f64 = 1e-6;
 
 /// Whether a master exchanges data with the devices.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -133,7 +131,7 @@ impl Run {
         {
             self.happen(event, &mut devices);
         }
-        self.degas(&devices);
+        self.exchange_gas(&devices);
         self.plant.network.advance(self.step_s);
         self.steps = self.steps.saturating_add(1);
         for device in devices {
@@ -159,14 +157,24 @@ impl Run {
         }
     }
 
-    /// Gas from hot grids enters the chamber.
-    fn degas(&mut self, devices: &[&mut VirtualDevice]) {
+    /// Gauges release gas, most of all during degas, and pump a little.
+    fn exchange_gas(&mut self, devices: &[&mut VirtualDevice]) {
         for volume in self.plant.volumes.values() {
-            let here = |device: &&&mut VirtualDevice| {
-                self.gauges.iter().any(|gauge| gauge.spec.address == device.switch_address() && gauge.volume == *volume)
-            };
-            let hot = devices.iter().filter(here).filter(|device| any(device.report().degas.iter())).count();
-            self.plant.network.set_load(*volume, &Mixture::pure(Gas::Co, DEGAS_FLOW * hot as f64));
+            let mut all = GasExchange::default();
+            for device in devices {
+                let Some(gauge) = self.gauges.iter().find(|gauge| gauge.spec.address == device.switch_address()) else {
+                    continue;
+                };
+                for (instance, exchange) in device.gas_exchanges() {
+                    let elsewhere = gauge.channel_volumes.iter().find(|(channel, _)| *channel == instance);
+                    if elsewhere.map_or(gauge.volume, |(_, volume)| *volume) == *volume {
+                        all.outgassing += exchange.outgassing;
+                        all.speed += exchange.speed;
+                    }
+                }
+            }
+            self.plant.network.set_load(*volume, &Mixture::pure(Gas::Co, all.outgassing));
+            self.plant.network.set_gauge_speed(*volume, all.speed);
         }
     }
 
@@ -196,8 +204,10 @@ impl Run {
             ScenarioAction::Opening(opening, how_far) => network.set_opening(opening, how_far),
             ScenarioAction::Roughing(pump, running) => network.run_roughing(pump, running),
             ScenarioAction::Turbo(pump, running) => network.run_turbo(pump, running),
+            ScenarioAction::Capture(pump, running) => network.run_capture(pump, running),
             ScenarioAction::Feed(inlet, supply) => network.set_inlet(inlet, supply),
-            ScenarioAction::Heat(wall, kelvin) => network.set_wall_temperature(wall, kelvin),
+            ScenarioAction::Heat(wall, kelvin, seconds) => network.heat_wall(wall, kelvin, seconds),
+            ScenarioAction::Spray(leak, outside) => network.set_outside(leak, outside),
             ScenarioAction::Noise(part) => self.noise = part,
             ScenarioAction::Air(atmosphere) => network.set_atmosphere(atmosphere),
             ScenarioAction::Device(address, action) => {
@@ -259,6 +269,7 @@ impl Run {
                 Some(if network.is_roughing_pump_running(*pump) { "runs" } else { "stands" }.to_owned())
             }
             Part::Turbo(pump) => Some(format!("{:.0} %", network.rotor_speed(*pump) * 100.0)),
+            Part::Capture(pump) => Some(if network.capture_pump(*pump).running { "runs" } else { "stands" }.to_owned()),
             Part::Inlet(inlet) => Some(if network.is_inlet_open(*inlet) { "open" } else { "closed" }.to_owned()),
             Part::Wall(wall) => Some(format!("{:.0} C", network.wall_temperature_k(*wall) - 273.15)),
         };

@@ -164,6 +164,102 @@ fn a_failed_expectation_is_reported_with_its_line() {
     assert!(told.starts_with("x.toml:32: after 300 s: expected bpg400@5 to show above 1.000e0 mbar, got "), "{told}");
 }
 
+/// A plant with a leak of 1e-6 mbar l/s: helium on it raises the flow, and a heated wall follows its ramp.
+#[test]
+fn helium_on_a_leak_and_a_ramp_of_temperature_are_steps_of_a_timeline() {
+    let text = r#"
+title = "t"
+until = "30 min"
+step = "1 s"
+[volumes]
+chamber = { volume = "10 l", gas = "n2", pressure = "1e-6 mbar" }
+[walls]
+wall = { in = "chamber", material = "glass", area = "1 cm2", aged = "1000 h" }
+[roughing-pumps]
+pump = { at = "chamber", speed = "10 l/s", ultimate = "1e-12 mbar", running = true }
+[leaks]
+leak = { at = "chamber", rate = "1e-6 mbar l/s", open = true }
+[[timeline]]
+at = "10 min"
+expect = [{ volume = "chamber", near = "1.0e-7 mbar", within = "5 %" }]
+spray = [{ leak = "leak", gas = "he" }]
+heat = [{ wall = "wall", to = "100 C", over = "10 min" }]
+[[timeline]]
+at = "15 min"
+# Three quarters of the leak are molecular: 0.77 x 2.69 + 0.23 x 0.93.
+expect = [{ volume = "chamber", near = "2.3e-7 mbar", within = "5 %" }]
+spray = [{ leak = "leak", gas = "air" }]
+"#;
+    let scenario = Scenario::parse(text, "x.toml").unwrap();
+    let mut run = scenario.start(MasterPresence::Absent);
+    let mut devices = devices(&scenario);
+    while run.seconds() < 905.0 {
+        run.step(&mut devices);
+    }
+    let findings: Vec<_> = run.failures().iter().map(ToString::to_string).collect();
+    assert!(findings.is_empty(), "{}", findings.join("\n"));
+    let warm = run.states().into_iter().find(|(name, _)| *name == "wall").unwrap().1;
+    assert_eq!(warm, "61 C", "half of the way after five minutes and six seconds");
+    while !run.is_over() {
+        run.step(&mut devices);
+    }
+    let (_, pa) = run.pressures().next().unwrap();
+    assert!((pa / 1.0e-5 - 1.0).abs() < 0.05, "air again: {pa:e} Pa");
+}
+
+/// An ion pump that fills, a turbo with a speed for helium, a roughing pump that slows down at low pressure.
+#[test]
+fn pumps_have_speeds_by_gas_and_pressure_and_capture_pumps_fill() {
+    let text = r#"
+title = "t"
+until = "1 h"
+step = "1 s"
+[volumes]
+beam = { volume = "10 l", gas = "n2", pressure = "1e-6 mbar" }
+chamber = { volume = "10 l", gas = "he", pressure = "1e-6 mbar" }
+fore = { volume = "10 l", gas = "n2", pressure = "1e-2 mbar" }
+[roughing-pumps]
+scroll = { at = "fore", speed = "10 l/s", ultimate = "1e-9 mbar", speed-at = { "1 mbar" = "10 l/s", "1e-2 mbar" = "1 l/s" }, running = true }
+[turbo-pumps]
+turbo = { inlet = "chamber", fore = "fore", speed = "100 l/s", speeds = { he = "50 l/s" }, compressions = { he = 1e6 }, running = true }
+[capture-pumps]
+ion = { at = "beam", speeds = { n2 = "10 l/s" }, capacities = { n2 = "2e-3 mbar l" }, highest-pressure = "1e-4 mbar", running = true }
+[inlets]
+beam-inlet = { at = "beam", gas = "n2" }
+chamber-inlet = { at = "chamber", gas = "he" }
+fore-inlet = { at = "fore", gas = "n2" }
+[[timeline]]
+at = "1 s"
+flow = [
+    { inlet = "beam-inlet", flow = "1e-6 mbar l/s" },
+    { inlet = "chamber-inlet", flow = "5e-5 mbar l/s" },
+    { inlet = "fore-inlet", flow = "1e-3 mbar l/s" },
+]
+[[timeline]]
+at = "10 min"
+expect = [
+    # A third of the capacity is used: 1e-6 mbar l/s over 7 l/s.
+    { volume = "beam", near = "1.43e-7 mbar", within = "5 %" },
+    { volume = "chamber", near = "1e-6 mbar", within = "5 %" },
+    { volume = "fore", near = "1.05e-3 mbar", within = "5 %" },
+]
+[[timeline]]
+at = "1 h"
+expect = [{ volume = "beam", above = "1e-5 mbar" }]
+"#;
+    let scenario = Scenario::parse(text, "x.toml").unwrap();
+    let mut run = scenario.start(MasterPresence::Absent);
+    let mut devices = devices(&scenario);
+    while !run.is_over() {
+        run.step(&mut devices);
+    }
+    let findings: Vec<_> = run.failures().iter().map(ToString::to_string).collect();
+    assert!(findings.is_empty(), "{}", findings.join("\n"));
+    let wrong = text.replace("\"1 mbar\" = \"10 l/s\"", "\"0.01 mbar\" = \"10 l/s\"");
+    let error = Scenario::parse(&wrong, "x.toml").unwrap_err().to_string();
+    assert!(error.contains("expected points of pressure and speed in the order of the pressure"), "{error}");
+}
+
 #[test]
 fn the_expectations_of_the_demo_are_met() {
     holds("demo");

@@ -53,6 +53,25 @@ fn a_real_gauge_lags_and_an_ideal_one_does_not() {
     assert!((0.95..1.05).contains(&shown(&gauge)), "{}", shown(&gauge));
 }
 
+/// While the discharge ignites, no value between no signal and the pressure is shown as valid.
+#[test]
+fn an_igniting_cold_cathode_never_shows_a_valid_ultra_high_vacuum() {
+    for seed in 0..10 {
+        let mut controller = device("tpg500", 2e-6).with_real_sensors(seed);
+        controller.set_power(false);
+        controller.set_power(true);
+        let mut valid = 0;
+        for _ in 0..3000 {
+            controller.advance(0.01);
+            let report = controller.report();
+            let shown = report.indicated.iter().find(|it| it.instance == 3).unwrap();
+            assert!(!shown.valid || shown.value_mbar > 1e-6, "seed {seed}: {:e} mbar", shown.value_mbar);
+            valid += u32::from(shown.valid);
+        }
+        assert!(valid > 1000, "seed {seed}: it did not ignite");
+    }
+}
+
 /// Until its discharge ignites, a cold cathode reads its lower limit, which looks like a good vacuum.
 #[test]
 fn a_cold_cathode_has_to_ignite() {

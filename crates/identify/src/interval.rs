@@ -1,0 +1,57 @@
+//! A value with its uncertainty.
+
+/// A value with its 95 % interval.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Interval {
+    /// The best value, or the mean of all values that the data allow.
+    pub mean: f64,
+    /// The lower bound.
+    pub low: f64,
+    /// The upper bound.
+    pub high: f64,
+}
+
+/// Standard deviations on either side of a 95 % interval.
+pub(crate) const SIGMAS: f64 = 1.96;
+
+impl Interval {
+    /// The interval of a normal distribution.
+    #[must_use]
+    pub const fn normal(mean: f64, deviation: f64) -> Self {
+        Self { mean, low: mean - SIGMAS * deviation, high: mean + SIGMAS * deviation }
+    }
+
+    /// All three numbers times a factor above zero.
+    #[must_use]
+    pub const fn scaled(self, factor: f64) -> Self {
+        Self { mean: self.mean * factor, low: self.low * factor, high: self.high * factor }
+    }
+
+    /// The interval with a further relative standard uncertainty.
+    #[must_use]
+    pub fn widened(self, relative: f64) -> Self {
+        let further = SIGMAS * relative * self.mean;
+        let low = self.mean - (self.mean - self.low).hypot(further);
+        let high = self.mean + (self.high - self.mean).hypot(further);
+        Self { low: if self.low >= 0.0 { low.max(0.0) } else { low }, high, ..self }
+    }
+
+    /// Whether it contains a value.
+    #[must_use]
+    pub const fn contains(&self, value: f64) -> bool {
+        self.low <= value && value <= self.high
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_further_uncertainty_widens_and_does_not_pass_zero() {
+        let wide = Interval { mean: 10.0, low: 7.0, high: 13.0 }.widened(4.0 / 19.6);
+        assert!((wide.low - 5.0).abs() < 1e-9 && (wide.high - 15.0).abs() < 1e-9, "{wide:?}");
+        assert_eq!(Interval { mean: 10.0, low: 0.0, high: 20.0 }.widened(1.0).low, 0.0);
+        assert!(wide.contains(5.1) && !wide.contains(15.1));
+    }
+}

@@ -1,0 +1,20 @@
+//! Vacuum plants identified from their data.
+//!
+//! Units: pressures in Pa, volumes in m³, gas flows in Pa m³/s, pumping speeds in m³/s, temperatures in K, times in s.
+//!
+//! | Module | Holds |
+//! |---|---|
+//! | [`rise`] | a rate of rise, separated into leak and outgassing |
+//! | [`plant`] | a joint fit of pump-down, base pressure and rise, and what follows from it |
+
+mod interval;
+pub mod plant;
+mod profile;
+pub mod rise;
+
+pub use interval::Interval;
+
+/// The example of the README runs as a test.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;
