@@ -11,12 +11,13 @@ mod line;
 
 use line::{FIRST, Line, Listener, MASTERS};
 use profivac_client::cyclic::{ChannelPrinciples, CyclicSlave};
-use profivac_devices::catalog::MODELS;
-use profivac_devices::model::Field;
+use profivac_devices::catalog::{MODELS, model_named};
+use profivac_devices::model::{Field, TaskKind};
 use profivac_dp::link::{Baud, BitTime};
 use profivac_explain::frame::Chunk;
 use profivac_listen::event::EventKind;
 use profivac_listen::gauge::{Declared, Origin};
+use profivac_listen::parameters::Passed;
 use profivac_listen::station::StationState;
 use profivac_sim::{Fault, Noise};
 use profivac_wire::{DataTelegram, MAX_TELEGRAM, Telegram};
@@ -339,4 +340,65 @@ fn emit(da: u8, sa: u8, saps: Option<(u8, u8)>, fc: u8, du: &[u8]) -> Vec<u8> {
     let length = Telegram::Data(DataTelegram { da, sa, dsap, ssap, fc, du }).emit(&mut octets).unwrap();
     octets.truncate(length);
     octets
+}
+
+/// A master writes the unit by MS1 and reads a parameter in the parameter channel: name, value, way and requester.
+#[test]
+fn parameters_that_pass_are_shown_with_name_value_and_requester() {
+    let model = model_named("bcg450").unwrap();
+    let configuration = model
+        .configurations
+        .iter()
+        .find(|it| it.outputs.is_some_and(|it| it.layout().any(|(_, field)| field == Field::ParameterChannel)))
+        .unwrap();
+    let mut listener = Listener::new(Baud::B19200);
+    listener
+        .observer
+        .declare(9, Declared { model, configuration: Some(configuration), unit: model.unit_named("mbar") });
+    let mut now = 0;
+    let mut hear = |listener: &mut Listener, octets: &[u8]| {
+        let chunk = Chunk { start: Some(BitTime(now)), octets: octets.to_vec(), ..Chunk::default() };
+        now += 11 * octets.len() as u64 + 40;
+        listener.hear(&chunk);
+    };
+    // Data Units of slot 1 becomes Torr: request, acknowledgement, poll, response.
+    let torr = model.unit_named("Torr").unwrap().code.to_be_bytes();
+    hear(&mut listener, &emit(9, 1, Some((51, 51)), 0x6D, &[0x5F, 1, 22, 2, torr[0], torr[1]]));
+    hear(&mut listener, &[0xE5]);
+    hear(&mut listener, &emit(9, 1, Some((51, 51)), 0x5D, &[]));
+    hear(&mut listener, &emit(1, 9, Some((51, 51)), 0x08, &[0x5F, 1, 22, 2]));
+    // The parameter channel reads Device State, slot 0 index 25: the task, then an exchange with its answer.
+    let (outputs, inputs) = (configuration.outputs.unwrap(), configuration.inputs.unwrap());
+    let read = model.channel_rules.tasks.iter().find(|(_, kind)| *kind == TaskKind::Read).unwrap().0;
+    let mut task = vec![0; outputs.octets()];
+    task[..3].copy_from_slice(&[read << 4, 0, 25]);
+    let mut answer = vec![0; inputs.octets()];
+    hear(&mut listener, &emit(9, 1, None, 0x7D, &task));
+    hear(&mut listener, &emit(1, 9, None, 0x08, &answer));
+    answer[..8].copy_from_slice(&[11 << 4, 0, 25, 0, 0, 0, 0, 4]);
+    for fc in [0x5D, 0x7D] {
+        hear(&mut listener, &emit(9, 1, None, fc, &task));
+        hear(&mut listener, &emit(1, 9, None, 0x08, &answer));
+    }
+    let observer = &listener.observer;
+    let text = |passed: &Passed| {
+        let (name, value) = observer.parameter_text(9, passed);
+        format!("{:?} {:?} by {}: {name} = {value}", passed.path, passed.done, passed.requester)
+    };
+    let passed: Vec<_> = observer.station(9).unwrap().parameters.passed().iter().map(text).collect();
+    let [unit, state] = &passed[..] else { panic!("{passed:?}") };
+    assert!(unit.starts_with("Ms1 Written by 1: ") && unit.ends_with("(slot 1 index 22) = Torr (1301)"), "{unit}");
+    assert_eq!(state, "ParameterChannel Read by 1: device.device-state (slot 0 index 25) = EXECUTING (4)");
+    assert!(
+        observer
+            .events()
+            .iter()
+            .any(|event| event.kind == EventKind::Parameter && event.text.contains("= Torr (1301)"))
+    );
+    let facts = observer.station(9).unwrap().knowledge.facts(9).unwrap();
+    assert_eq!(
+        (facts.slave.unit.name, facts.unit),
+        ("Torr", Origin::Heard),
+        "a written unit replaces that of the file"
+    );
 }
