@@ -76,6 +76,8 @@ pub struct Observer {
     damaged_requests: u32,
     /// A character of its header was received with an error, so its addresses may be wrong.
     header_is_damaged: bool,
+    /// The end of the last damaged piece.
+    damage_until: BitTime,
     times: TimeSource,
     /// The end of the last request, and the shortest time in which a master gave up waiting for an answer: an answer begins before it.
     asked_end: BitTime,
@@ -113,6 +115,7 @@ impl Observer {
             slot_tbit: None,
             damaged_requests: 0,
             header_is_damaged: false,
+            damage_until: BitTime(0),
             baud,
             now: BitTime(0),
             began: None,
@@ -290,6 +293,7 @@ impl Observer {
     fn damaged(&mut self, piece: &Piece, start: BitTime, end: BitTime) {
         let is_continued = self.damage_end.is_some_and(|before| start - before < T_SYN_TBIT);
         self.damage_end = Some(end);
+        self.damage_until = end;
         if is_continued {
             let room = MAX_REQUEST.saturating_sub(self.damaged_request.len());
             if self.damaged_requests > 0 {
@@ -378,7 +382,7 @@ impl Observer {
     }
 
     /// How many of the last damaged pieces are this request.
-    fn take_damaged_requests(&mut self, frame: &DataTelegram<'_>) -> u32 {
+    fn take_damaged_requests(&mut self, frame: &DataTelegram<'_>, start: BitTime) -> u32 {
         if self.damaged_requests == 0 {
             return 0;
         }
@@ -386,7 +390,11 @@ impl Observer {
         let length = Telegram::Data(*frame).emit(&mut octets).unwrap_or_default();
         let request = octets.get(..length).unwrap_or_default();
         let names_other = self.damaged_slave().is_some_and(|slave| slave != frame.da);
-        let is_request = length > 0 && !names_other && is_alike(&self.damaged_request, request);
+        // An inverted start or stop bit shifts all bits behind it, so that no octet is the same; but its master waits for an answer.
+        let has_waited = self.slot_tbit.is_some_and(|slot_tbit| start - self.damage_until >= slot_tbit);
+        let is_shifted =
+            self.header_is_damaged && has_waited && self.damaged_request.len().abs_diff(request.len()) <= LOST_OCTETS;
+        let is_request = length > 0 && !names_other && (is_shifted || is_alike(&self.damaged_request, request));
         if is_request {
             self.damaged_request.clear();
             return std::mem::take(&mut self.damaged_requests);
@@ -412,7 +420,7 @@ impl Observer {
             }
             _ => {}
         }
-        let damaged = self.take_damaged_requests(frame);
+        let damaged = self.take_damaged_requests(frame, start);
         let was_damaged = damaged > 0;
         let (epoch, slave, number) = (self.damage_epoch, frame.da, self.totals.telegrams);
         let sap = Sap::from_octet(frame.dsap);

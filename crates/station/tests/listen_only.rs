@@ -161,6 +161,34 @@ fn a_listen_only_segment_records_the_gauges_of_another_master_and_sends_nothing(
     assert_eq!(samples.last().unwrap().quality, Quality::Stale, "the end of the station is a gap");
 }
 
+/// The line of the station's own master is observed too.
+#[test]
+fn a_segment_with_a_master_has_the_same_statistics() {
+    let folder = tempfile::tempdir().unwrap();
+    let devices = folder.path().join("hall.toml");
+    std::fs::write(&devices, "devices = [\"bcg450@5\"]\nbaud = 187500\n").unwrap();
+    let text = format!(
+        "[[segment]]\nname = \"hall\"\nport = \"sim:{}\"\nbaud = 187500\nmaster = 1\n\
+         [[segment.gauge]]\nname = \"chamber\"\naddress = 5\ndevice = \"bcg450\"\n",
+        devices.display()
+    );
+    let station = Station::start(Config::parse(&text, &folder.path().join("plant.toml")).unwrap()).unwrap();
+    let services = station.services();
+    let report = until("the report", || {
+        let report = services.snapshots().buses().report("hall")?;
+        let slave = report.stations.iter().find(|station| station.address == 5)?;
+        (slave.state == StationState::Exchanging && slave.total.exchanges > 3).then_some(report)
+    });
+    assert_eq!((report.stations[0].address, report.stations[0].state), (1, StationState::Master));
+    let slave = &report.stations[1];
+    assert_eq!(
+        (slave.configuration_origin, slave.devices.as_slice()),
+        (Some(Origin::Heard), &["bcg450".to_owned()][..])
+    );
+    assert!(!report.parameters.is_empty(), "the station reads the unit over MS2");
+    station.stop();
+}
+
 #[test]
 fn the_keys_of_a_listen_only_segment_are_checked() {
     let config = |segment: &str, gauge: &str| {
