@@ -116,6 +116,8 @@ struct Numbers {
     share: f64,
     /// The time constant of the return of the water, in s.
     return_s: f64,
+    /// The true pressure of the first sample divided by its indication.
+    first: f64,
     /// Logarithms of pressure and speed.
     knots: Vec<(f64, f64)>,
 }
@@ -254,7 +256,7 @@ const LEAK: usize = 0;
 const ULTIMATE: usize = 3;
 
 impl Unknowns {
-    const FIXED: usize = 6;
+    const FIXED: usize = 7;
 
     fn count(&self) -> usize {
         Self::FIXED + self.knots_at.len() + usize::from(self.given_volume.is_none())
@@ -272,6 +274,7 @@ impl Unknowns {
             ultimate: self.ultimate_size * at(ULTIMATE),
             share: at(4),
             return_s: at(5).exp(),
+            first: at(6).exp(),
             knots: knots.collect(),
         }
     }
@@ -296,7 +299,7 @@ impl Problem<'_> {
         };
         let Some((first, pa)) = self.samples.first().copied() else { return Vec::new() };
         let mut now = first;
-        let mut state = State { dry: pa, water: 0.0, age: first.max(1.0) };
+        let mut state = State { dry: pa * numbers.first, water: 0.0, age: first.max(1.0) };
         let mut all = Vec::with_capacity(self.samples.len());
         for (t, _) in self.samples {
             // The ends of the pieces between two samples: changes of the valve, the dose, and the sample.
@@ -508,7 +511,7 @@ fn guess(record: &PlantRecord, samples: &[(f64, f64)]) -> (Unknowns, DVector<f64
         ultimate_size: lowest,
         zero: [false; 2],
     };
-    let mut values = vec![0.3, (0.7 * gas * end / HOUR_S).ln(), 1.0, 0.3, 0.1, 10.0];
+    let mut values = vec![0.3, (0.7 * gas * end / HOUR_S).ln(), 1.0, 0.3, 0.1, 10.0, 0.0];
     values.extend(std::iter::repeat_n(speed, count + 1));
     if unknowns.given_volume.is_none() {
         values.push(volume.ln());

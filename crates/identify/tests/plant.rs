@@ -107,6 +107,27 @@ fn three_plants_with_unknown_numbers_are_identified_within_their_intervals() {
     }
 }
 
+/// Each interval claims 95 %.
+#[test]
+fn the_intervals_of_twenty_plants_contain_the_truth_about_as_often_as_they_claim() {
+    const NAMES: [&str; 4] = ["leak", "outgassing", "ultimate pressure", "speed"];
+    let mut held = [0; 4];
+    for seed in 100..120 {
+        let truth = Truth::of(seed);
+        let plant = identify(&truth.record(seed, false)).unwrap();
+        let speed = plant.speeds.last().unwrap().1;
+        let contains = [
+            plant.leak.contains(truth.leak),
+            plant.outgassing_1h.contains(truth.outgassing_1h),
+            plant.ultimate_pa.contains(truth.ultimate_pa),
+            speed.contains(truth.speed),
+        ];
+        held.iter_mut().zip(contains).for_each(|(held, contains)| *held += u32::from(contains));
+    }
+    println!("{NAMES:?} of twenty: {held:?}");
+    assert!(held.iter().all(|held| *held >= 17), "{NAMES:?} of twenty: {held:?}");
+}
+
 #[test]
 fn a_known_dose_gives_the_volume() {
     for seed in [21, 22] {

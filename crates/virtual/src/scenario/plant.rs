@@ -175,9 +175,8 @@ impl Plant {
         turbo.running = *running;
         // A pump that runs at the beginning has been running for long.
         turbo.rotor = if *running { 1.0 } else { 0.0 };
-        match compression {
-            Some(compression) => turbo.compression = self::compression(compression)?,
-            None => {}
+        if let Some(compression) = compression {
+            turbo.compression = self::compression(compression)?;
         }
         for (gas, speed) in speeds {
             turbo = turbo.with_speed(parsed(gas)?, SPEED.positive(speed)?);

@@ -260,6 +260,21 @@ expect = [{ volume = "beam", above = "1e-5 mbar" }]
     assert!(error.contains("expected points of pressure and speed in the order of the pressure"), "{error}");
 }
 
+/// The second Pirani of the controller is at the fore line and not in the chamber, which is at atmospheric pressure.
+#[test]
+fn a_channel_elsewhere_begins_with_the_pressure_of_its_volume() {
+    let scenario = scenario("demo");
+    let mut devices = devices(&scenario);
+    let mut run = scenario.start(MasterPresence::Absent);
+    for _ in 0..50 {
+        run.step(&mut devices);
+        let controller = devices.iter().find(|device| device.switch_address() == 15).unwrap();
+        let report = controller.report();
+        let shown = report.indicated.iter().find(|shown| shown.instance == 2).unwrap();
+        assert!(shown.value_mbar < 5e-2, "{:e} mbar after {} s", shown.value_mbar, run.seconds());
+    }
+}
+
 #[test]
 fn the_expectations_of_the_demo_are_met() {
     holds("demo");
