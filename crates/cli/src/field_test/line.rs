@@ -66,7 +66,7 @@ impl Line {
     pub fn open(&mut self) -> Result<(Box<dyn Port>, Baud), Failure> {
         let mut port = match &mut self.source {
             Source::Port(name) => open::port(name, self.rate.initial())?,
-            Source::Archive(replay) => replay.open()?,
+            Source::Archive(replay) => replay.open(),
         };
         self.take_notices(&mut *port);
         let mut port: Box<dyn Port> = Box::new(Recorded::new(port, self.recording.clone()));

@@ -12,10 +12,9 @@ use profivac_host::port::{Character, Direction, Port, PortError};
 use profivac_host::readiness::Readiness;
 use serde_json::Value;
 use std::collections::{HashMap, VecDeque};
-use std::io::{Read, Write};
-use std::os::unix::net::UnixStream;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
 
 /// The answers to one request, in their order.
 type Answers = VecDeque<Vec<Character>>;
@@ -58,20 +57,14 @@ impl Replay {
     }
 
     /// A port on the line of the present step.
-    ///
-    /// # Errors
-    /// An error of the operating system.
-    pub fn open(&self) -> Result<Box<dyn Port>, Failure> {
-        let (wake, woken) = UnixStream::pair()?;
-        woken.set_nonblocking(true)?;
-        Ok(Box::new(ReplayPort {
+    pub fn open(&self) -> Box<dyn Port> {
+        Box::new(ReplayPort {
             answers: Arc::clone(&self.current),
             redaction: self.redaction,
             unknown: Arc::clone(&self.unknown),
             pending: Vec::new(),
-            wake,
-            woken,
-        }))
+            now: Duration::ZERO,
+        })
     }
 
     /// The number of requests so far that the archive does not contain.
@@ -106,15 +99,13 @@ fn characters(packet: &Packet) -> impl Iterator<Item = Character> + '_ {
     })
 }
 
-/// A port without a rate that answers at once.
+/// A port without a rate that answers at once. Its time passes only while the program waits, so a slow computer changes no result.
 struct ReplayPort {
     answers: Arc<Mutex<StepAnswers>>,
     redaction: Redaction,
     unknown: Arc<AtomicUsize>,
     pending: Vec<Character>,
-    wake: UnixStream,
-    /// Readable while characters are pending.
-    woken: UnixStream,
+    now: Duration,
 }
 
 impl ReplayPort {
@@ -136,12 +127,10 @@ impl Port for ReplayPort {
     }
 
     fn readiness(&self) -> Vec<Readiness<'_>> {
-        vec![Readiness::of(&self.woken)]
+        Vec::new()
     }
 
     fn receive(&mut self, characters: &mut Vec<Character>) -> Result<(), PortError> {
-        let mut buffer = [0; 64];
-        while let Ok(1..) = self.woken.read(&mut buffer) {}
         characters.append(&mut self.pending);
         Ok(())
     }
@@ -151,10 +140,17 @@ impl Port for ReplayPort {
         for range in pieces(&all) {
             self.answer(octets.get(range).unwrap_or_default());
         }
-        if !self.pending.is_empty() {
-            self.wake.write_all(&[0]).map_err(|error| PortError::system("archive", error))?;
-        }
         Ok(())
+    }
+
+    fn simulated_time(&self) -> Option<Duration> {
+        Some(self.now)
+    }
+
+    fn simulate(&mut self, at_most: Duration) {
+        if self.pending.is_empty() {
+            self.now = self.now.saturating_add(at_most);
+        }
     }
 }
 
@@ -255,7 +251,7 @@ mod tests {
         let steps = [answers(&packets)].into();
         let mut replay = Replay { steps, current: Arc::default(), redaction: Redaction::NONE, unknown: Arc::default() };
         replay.begin_step();
-        let mut port = replay.open().unwrap();
+        let mut port = replay.open();
         let mut ask = |request: &[u8]| {
             let mut answer = Vec::new();
             port.send(request).unwrap();

@@ -175,6 +175,14 @@ impl Port for Recorded {
         self.port.next_notice()
     }
 
+    fn simulated_time(&self) -> Option<Duration> {
+        self.port.simulated_time()
+    }
+
+    fn simulate(&mut self, at_most: Duration) {
+        self.port.simulate(at_most);
+    }
+
     fn generation(&self) -> u32 {
         self.port.generation()
     }
