@@ -6,6 +6,7 @@ mod figures;
 mod line;
 mod read_only;
 mod redact;
+mod remarks;
 mod replay;
 mod report;
 mod run;
