@@ -291,6 +291,10 @@ fn conforms(adapter: Adapter, baud: Baud) -> Result<(), String> {
     let other_master = link.listen().map_err(|error| error.to_string())?;
     assert_eq!(other_master, None);
     let results = run_checks(&mut link, &subject, |_| ControlFlow::Continue(())).map_err(|error| error.to_string())?;
+    let is_silent = |result: &CheckResult| matches!(result.outcome, Outcome::NotTested(Reason::Silent));
+    if results.iter().any(is_silent) {
+        return Err("ends without a result, because the slave seems not to answer".to_owned());
+    }
     let is_undecided = |reason: &Reason| matches!(reason, Reason::Disturbed | Reason::Varies | Reason::Undecided(_));
     let undecided =
         |result: &CheckResult| matches!(&result.outcome, Outcome::NotTested(reason) if is_undecided(reason));
