@@ -2,11 +2,11 @@
 
 mod archive;
 mod capture;
+mod expectation;
 mod figures;
 mod line;
 mod read_only;
 mod redact;
-mod remarks;
 mod replay;
 mod report;
 mod run;

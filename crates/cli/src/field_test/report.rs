@@ -211,7 +211,7 @@ pub struct Slave {
     pub figures_note: Option<String>,
     /// Times that are longer than profivac expects of the port, each with the remedy.
     #[serde(default)]
-    pub timing_remarks: Vec<String>,
+    pub timing_notices: Vec<String>,
 }
 
 impl Slave {
@@ -225,7 +225,7 @@ impl Slave {
             rules_note: None,
             figures: None,
             figures_note: None,
-            timing_remarks: Vec::new(),
+            timing_notices: Vec::new(),
         }
     }
 }
@@ -285,7 +285,7 @@ fn slave_lines(slave: &Slave) -> Vec<String> {
         lines.push(format!("    BROKEN {}: {}", text(rule, "name"), text(rule, "rule")));
     }
     lines.extend(slave.figures.iter().flat_map(figure_lines));
-    lines.extend(slave.figures_note.iter().chain(&slave.timing_remarks).map(|note| format!("  timing: {note}")));
+    lines.extend(slave.figures_note.iter().chain(&slave.timing_notices).map(|note| format!("  timing: {note}")));
     lines
 }
 

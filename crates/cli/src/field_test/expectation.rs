@@ -84,14 +84,14 @@ mod tests {
         Some(Distribution { count: 1, min: time, median: time, p99: time, max: time, histogram: Vec::new() })
     }
 
-    fn remarks(turnaround: u64, gaps: u64) -> Vec<String> {
+    fn notices(turnaround: u64, gaps: u64) -> Vec<String> {
         let figures = Figures { turnaround: times(turnaround), gaps: times(gaps), ..Figures::default() };
         of(&figures, &port(Some(192)), BAUD, 480)
     }
 
     #[test]
-    fn times_within_the_expectation_need_no_remark() {
-        assert_eq!(remarks(192, 96), Vec::<String>::new());
+    fn times_within_the_expectation_need_no_notice() {
+        assert_eq!(notices(192, 96), Vec::<String>::new());
         let figures = Figures { turnaround: times(5_000), gaps: times(5_000), ..Figures::default() };
         assert_eq!(of(&figures, &port(None), BAUD, 480), Vec::<String>::new(), "no rate, no expectation");
     }
@@ -106,18 +106,18 @@ mod tests {
             (481, "is too short: run profivac with --slot-time 962; set the latency"),
             (16_384, "no slot time is that long: use an adapter with less delay, or a lower rate; set"),
         ] {
-            let remarks = remarks(tbit, 96);
-            assert!(matches!(&remarks[..], [remark] if remark.contains(remedy)), "{tbit}: {remarks:?}");
+            let notices = notices(tbit, 96);
+            assert!(matches!(&notices[..], [notice] if notice.contains(remedy)), "{tbit}: {notices:?}");
         }
     }
 
     #[test]
     fn a_longer_pause_than_expected_has_a_sentence_with_the_remedy() {
-        let remarks = remarks(192, 192);
+        let notices = notices(192, 192);
         let beginning = "the longest pause within an answer is 10.0 ms, expected of this port are at most 5.0 ms; ";
         assert!(
-            matches!(&remarks[..], [remark] if remark.starts_with(beginning) && remark.ends_with(CAUSES)),
-            "{remarks:?}"
+            matches!(&notices[..], [notice] if notice.starts_with(beginning) && notice.ends_with(CAUSES)),
+            "{notices:?}"
         );
     }
 }
