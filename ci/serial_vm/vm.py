@@ -10,6 +10,7 @@ The guest is a Debian kernel with busybox and the program under test. Its consol
 and returns the exit code and the output.
 """
 
+import collections
 import glob
 import gzip
 import json
@@ -145,7 +146,7 @@ class Cable:
 
     `end` listens; QEMU connects to it. `peer` is the TCP port of a `profivac simulate --tcp`, or None: then the cable
     listens on `master_port` for a master on the host. `latency` seconds and `chunk` octets model a USB adapter: octets for
-    the guest wait until so many are there, or until the timer has run out.
+    the guest wait until so many are there, or until the timer has run out. `journal` keeps the latest pieces in both directions.
     """
 
     # A packet of 64 octets has two octets of status.
@@ -162,6 +163,7 @@ class Cable:
         self.held = b""
         self.due = None
         self.closing = False
+        self.journal = collections.deque(maxlen=50_000)
         self.thread = threading.Thread(target=self.serve, daemon=True)
         self.thread.start()
 
@@ -208,10 +210,12 @@ class Cable:
             else:
                 self.guest = None
         elif source is guest:
+            self.note(">", octets)
             self.send(peer, octets)
         else:
             self.held += octets
             while len(self.held) >= self.chunk and self.latency:
+                self.note("<", self.held[: self.chunk])
                 self.send(self.guest, self.held[: self.chunk])
                 self.held = self.held[self.chunk :]
             if not self.latency:
@@ -224,7 +228,22 @@ class Cable:
     def release(self):
         self.due = None
         held, self.held = self.held, b""
+        self.note("<", held)
         self.send(self.guest, held)
+
+    def note(self, direction, octets):
+        self.journal.append((time.monotonic(), direction, octets))
+
+    def lines(self, begun):
+        """What has passed since `begun`: milliseconds, `>` from the guest or `<` to it, octets. Pieces less than 1 ms apart are one."""
+        lines, last = [], None
+        for at, direction, octets in [piece for piece in list(self.journal) if piece[0] >= begun]:
+            if last and last[1] == direction and at - last[0] < 0.001:
+                lines[-1] += " " + octets.hex(" ")
+            else:
+                lines.append(f"{(at - begun) * 1000:9.1f} {direction} {octets.hex(' ')}")
+            last = (at, direction)
+        return lines
 
     @staticmethod
     def send(target, octets):

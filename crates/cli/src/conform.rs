@@ -14,7 +14,7 @@ use profivac_conform::dialogue::{LoggedCycle, SlaveUnderTest};
 use profivac_conform::expected::Reason;
 use profivac_conform::probe::Received;
 use profivac_conform::{CheckResult, Outcome, run as run_checks};
-use profivac_host::scan::{SlaveStatus, probe};
+use profivac_host::scan::{SlaveStatus, probe_all};
 use profivac_host::session::BusSession;
 use serde::Serialize;
 use std::io::{IsTerminal, Write, stderr, stdin};
@@ -151,7 +151,9 @@ fn subject(arguments: &Arguments) -> Result<(SlaveUnderTest, Duration), Failure>
 
 fn find_slave(session: &mut BusSession, address: u8) -> Result<SlaveStatus, Failure> {
     let missing = || Failure::no_answer(format!("no slave answers at address {address}"));
-    probe(session, address)?.and_then(|seen| seen.slave).ok_or_else(missing)
+    let mut found = Vec::new();
+    probe_all(session, [address], &mut found)?;
+    found.first().and_then(|seen| seen.slave).ok_or_else(missing)
 }
 
 /// The user parameters that keep the unit of a gauge; none for an unknown slave.

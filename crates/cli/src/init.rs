@@ -8,7 +8,7 @@ use clap::Args;
 use profivac_client::identify::{device_names, reported_model};
 use profivac_client::ms2::Ms2;
 use profivac_devices::catalog::{model_named, model_with_ident};
-use profivac_host::scan::probe;
+use profivac_host::scan::probe_all;
 use profivac_listen::{Divider, Observer, Tap, TapEvent, TimeSource};
 use profivac_wire::control::StationType;
 use std::fs::OpenOptions;
@@ -50,8 +50,10 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     }
     let mut session = bus.open()?;
     let mut gauges = Vec::new();
-    for address in (0..=bus.hsa().min(125)).filter(|address| *address != bus.master()) {
-        let Some(station) = probe(&mut session, address)? else { continue };
+    let mut found = Vec::new();
+    probe_all(&mut session, (0..=bus.hsa().min(125)).filter(|address| *address != bus.master()), &mut found)?;
+    for station in found {
+        let address = station.address;
         match station.slave.map(|slave| device_names(slave.ident)) {
             Some(devices) if !devices.is_empty() => gauges.push((address, devices)),
             Some(_) => notice(&format_args!("the slave at address {address} is not a known device")),

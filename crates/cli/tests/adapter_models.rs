@@ -43,20 +43,42 @@ enum Holding {
     Packets { size: usize, hold: Duration },
 }
 
+/// The received characters that an adapter loses.
+#[derive(Clone, Copy)]
+enum Loss {
+    None,
+    /// Every character with a number that this divides.
+    Every(u64),
+    /// One character, the first being 1.
+    One(u64),
+    /// All characters up to this one.
+    UpTo(u64),
+}
+
+impl Loss {
+    const fn contains(self, number: u64) -> bool {
+        match self {
+            Self::None => false,
+            Self::Every(every) => number.is_multiple_of(every),
+            Self::One(one) => number == one,
+            Self::UpTo(last) => number <= last,
+        }
+    }
+}
+
 /// An adapter with its driver.
 #[derive(Clone, Copy)]
 struct Adapter {
     name: &'static str,
     holding: Holding,
-    /// Every character with a number that this divides is lost.
-    loses_every: Option<u64>,
+    loses: Loss,
     /// What profivac knows from the driver.
     delivery: Delivery,
 }
 
 const fn usb(name: &'static str, size: usize, hold_ms: u64, delivery: Delivery) -> Adapter {
     let holding = Holding::Packets { size, hold: Duration::from_millis(hold_ms) };
-    Adapter { name, holding, loses_every: None, delivery }
+    Adapter { name, holding, loses: Loss::None, delivery }
 }
 
 /// What profivac assumes about a driver without a latency timer.
@@ -73,7 +95,7 @@ const ADAPTERS: [Adapter; 11] = [
     Adapter {
         name: "16550A, `8250`, trigger 8",
         holding: Holding::Fifo { trigger: 8 },
-        loses_every: None,
+        loses: Loss::None,
         delivery: Delivery::Fifo { trigger: Some(8) },
     },
     usb("FT232, `ftdi_sio`, latency 1 ms", 62, 1, timer(1)),
@@ -84,7 +106,7 @@ const ADAPTERS: [Adapter; 11] = [
     usb("PL2303, `pl2303`, held for 16 ms", 64, 16, UNKNOWN),
     usb("CH341, `ch341`, each frame", 32, 0, UNKNOWN),
     usb("CH341, `ch341`, held for 16 ms", 32, 16, UNKNOWN),
-    Adapter { loses_every: Some(500), ..usb("any USB adapter that loses one character of 500", 64, 1, UNKNOWN) },
+    Adapter { loses: Loss::Every(500), ..usb("any USB adapter that loses one character of 500", 64, 1, UNKNOWN) },
     usb("any USB adapter that holds for 40 ms, longer than profivac assumes", 64, 40, UNKNOWN),
 ];
 
@@ -157,7 +179,7 @@ impl ModelPort {
         self.line.advance(self.tbit(self.now), &mut out);
         for octet in out {
             self.received += 1;
-            if self.adapter.loses_every.is_none_or(|every| !self.received.is_multiple_of(every)) {
+            if !self.adapter.loses.contains(self.received) {
                 self.held.push_back((self.now, octet));
             }
         }
@@ -269,6 +291,10 @@ fn conforms(adapter: Adapter, baud: Baud) -> Result<(), String> {
     let other_master = link.listen().map_err(|error| error.to_string())?;
     assert_eq!(other_master, None);
     let results = run_checks(&mut link, &subject, |_| ControlFlow::Continue(())).map_err(|error| error.to_string())?;
+    let is_silent = |result: &CheckResult| matches!(result.outcome, Outcome::NotTested(Reason::Silent));
+    if results.iter().any(is_silent) {
+        return Err("ends without a result, because the slave seems not to answer".to_owned());
+    }
     let is_undecided = |reason: &Reason| matches!(reason, Reason::Disturbed | Reason::Varies | Reason::Undecided(_));
     let undecided =
         |result: &CheckResult| matches!(&result.outcome, Outcome::NotTested(reason) if is_undecided(reason));
@@ -372,6 +398,18 @@ fn a_slot_time_that_the_user_gave_stays_and_the_notice_says_which_one_is_needed(
     let notice = late_answer(&mut session);
     assert!(notice.to_string().contains("set the slot time of each master on the line to at least"), "{notice}");
     assert_eq!(session.timing().slot_time, before);
+}
+
+/// An answer to FDL status has six characters.
+#[test]
+fn a_scan_finds_a_slave_although_characters_of_its_first_answers_are_lost() {
+    for loses in (1..=6).map(Loss::One).chain([Loss::UpTo(6)]) {
+        for adapter in ADAPTERS.into_iter().take(3).map(|adapter| Adapter { loses, ..adapter }) {
+            for baud in rates(&adapter) {
+                assert_eq!(scans(adapter, *baud), Ok(()), "{} at {baud}", adapter.name);
+            }
+        }
+    }
 }
 
 #[test]

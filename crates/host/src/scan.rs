@@ -75,8 +75,12 @@ pub fn probe(session: &mut BusSession, address: u8) -> Result<Option<FoundStatio
     Ok(Some(FoundStation { address, station_type: station, slave }))
 }
 
-/// Asks all of `addresses` with [`probe`] and adds the stations to `found`, also if the line is lost meanwhile. If an answer came
-/// after the slot time, which the session has raised by then, the silent addresses are asked once more.
+/// Requests of [`probe_all`] to an address that stays silent. FDL status is not repeated at link level, so one lost octet would
+/// hide a station. free choice: `max_retry_limit` of the usual bus parameters has one repetition too.
+const PASSES: u32 = 2;
+
+/// Asks all of `addresses` with [`probe`] and adds the stations to `found`, also if the line is lost meanwhile. Silent addresses are asked
+/// a second time, and again if an answer came after the slot time, which the session has raised by then.
 ///
 /// # Errors
 /// [`SessionError`].
@@ -85,21 +89,34 @@ pub fn probe_all(
     addresses: impl IntoIterator<Item = u8>,
     found: &mut Vec<FoundStation>,
 ) -> Result<(), SessionError> {
-    let before = session.timing().slot_time;
-    let mut silent = Vec::new();
-    for address in addresses {
-        match probe(session, address)? {
-            Some(station) => found.push(station),
-            None => silent.push(address),
+    let done = ask_until_silent(session, addresses.into_iter().collect(), found);
+    found.sort_by_key(|station| station.address);
+    done
+}
+
+/// Ends because the slot time has a maximum.
+fn ask_until_silent(
+    session: &mut BusSession,
+    mut addresses: Vec<u8>,
+    found: &mut Vec<FoundStation>,
+) -> Result<(), SessionError> {
+    let mut passes: u32 = 0;
+    loop {
+        let before = session.timing().slot_time;
+        let mut silent = Vec::new();
+        for address in addresses {
+            match probe(session, address)? {
+                Some(station) => found.push(station),
+                None => silent.push(address),
+            }
         }
-    }
-    if session.timing().slot_time > before {
-        for address in silent {
-            found.extend(probe(session, address)?);
+        passes = passes.saturating_add(1);
+        let has_raised = session.timing().slot_time > before;
+        if silent.is_empty() || (passes >= PASSES && !has_raised) {
+            return Ok(());
         }
-        found.sort_by_key(|station| station.address);
+        addresses = silent;
     }
-    Ok(())
 }
 
 /// Slave_Diag, at most twice: the first request to a slave is not repeated at link level. Answers that arrive damaged do not count

@@ -2,6 +2,7 @@
 
 mod archive;
 mod capture;
+mod expectation;
 mod figures;
 mod line;
 mod read_only;

@@ -89,6 +89,9 @@ pub struct PortFacts {
     pub has_rate: bool,
     /// The longest tolerated pause within a telegram, in bit times.
     pub tolerated_pause_bit_times: u64,
+    /// The longest turnaround that profivac expects of this port, in bit times. `None` for a port without a rate.
+    #[serde(default)]
+    pub expected_turnaround_bit_times: Option<u64>,
     /// The slot time of this master, in bit times.
     pub slot_time_bit_times: u32,
     /// What the port reported when it was opened.
@@ -106,6 +109,7 @@ impl PortFacts {
             delivery: delivery.to_string(),
             has_rate: port.is_timed(),
             tolerated_pause_bit_times: delivery.idle_tbit(baud),
+            expected_turnaround_bit_times: delivery.answer_tbit(baud, baud.max_tsdr_tbit().into()),
             slot_time_bit_times: slot_tbit,
             notices: Vec::new(),
         }
@@ -205,6 +209,9 @@ pub struct Slave {
     pub figures: Option<Figures>,
     /// Why there are fewer figures than requested.
     pub figures_note: Option<String>,
+    /// Times that are longer than profivac expects of the port, each with the remedy.
+    #[serde(default)]
+    pub timing_notices: Vec<String>,
 }
 
 impl Slave {
@@ -218,6 +225,7 @@ impl Slave {
             rules_note: None,
             figures: None,
             figures_note: None,
+            timing_notices: Vec::new(),
         }
     }
 }
@@ -277,7 +285,7 @@ fn slave_lines(slave: &Slave) -> Vec<String> {
         lines.push(format!("    BROKEN {}: {}", text(rule, "name"), text(rule, "rule")));
     }
     lines.extend(slave.figures.iter().flat_map(figure_lines));
-    lines.extend(slave.figures_note.iter().map(|note| format!("  timing: {note}")));
+    lines.extend(slave.figures_note.iter().chain(&slave.timing_notices).map(|note| format!("  timing: {note}")));
     lines
 }
 

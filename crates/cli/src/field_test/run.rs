@@ -1,6 +1,7 @@
 //! The steps of a field test.
 
 use super::capture::{self, Packet};
+use super::expectation;
 use super::figures;
 use super::line::Line;
 use super::read_only::ReadOnlyLink;
@@ -368,7 +369,10 @@ impl<'a> Run<'a> {
         let done = self.send_cycles(&mut link, address);
         let figures = figures::of(&self.line.recording().since(first), baud, is_timed, slot_tbit);
         let is_gone = matches!(&done, Ok(false));
+        let notices =
+            self.report.port.as_ref().map(|port| expectation::of(&figures, port, baud, slot_tbit)).unwrap_or_default();
         if let Some(slave) = self.slave_mut(address) {
+            slave.timing_notices = notices;
             slave.figures = Some(figures);
             slave.figures_note =
                 is_gone.then(|| format!("the slave left {MAX_MISSING} requests unanswered and was given up"));

@@ -19,6 +19,9 @@ const USB_FRAME: Duration = Duration::from_millis(1);
 /// The characters after which a UART delivers what its FIFO holds. Datasheet of the 16550D: FIFO timeout interrupt.
 const FIFO_TIMEOUT_CHARACTERS: u64 = 4;
 
+/// The highest trigger level of a 16550A, for a driver that does not report it. Datasheet of the 16550D: FIFO control register.
+const HIGHEST_TRIGGER: u8 = 14;
+
 /// The reserve of a master for a loaded computer. A longer slot time costs time for absent stations only. free choice.
 const LOAD_RESERVE: Duration = Duration::from_millis(10);
 
@@ -78,7 +81,9 @@ impl Delivery {
     pub fn slot_delay(self, baud: Baud) -> Duration {
         match self {
             Self::Unpaced => UNKNOWN_DELAY,
-            Self::Fifo { .. } | Self::Usb { .. } => self.turnaround(baud).saturating_add(LOAD_RESERVE),
+            Self::Fifo { .. } | Self::Usb { .. } => {
+                self.collecting(baud).saturating_add(self.turnaround(baud)).saturating_add(LOAD_RESERVE)
+            }
         }
     }
 
@@ -89,6 +94,27 @@ impl Delivery {
             Self::Usb { .. } => SCHEDULING_DELAY.saturating_add(USB_FRAME),
         };
         leaves.saturating_add(self.delay(baud))
+    }
+
+    /// The longest time by which the characters behind it delay the first character of an answer: a telegram that does not
+    /// reach the trigger of a FIFO is delivered when it is complete. The characters of USB have a time limit, see
+    /// [`delay`](Self::delay).
+    fn collecting(self, baud: Baud) -> Duration {
+        match self {
+            Self::Unpaced | Self::Usb { .. } => Duration::ZERO,
+            Self::Fifo { trigger } => {
+                let behind = u64::from(trigger.unwrap_or(HIGHEST_TRIGGER)).saturating_sub(2);
+                duration_of(baud, behind.saturating_mul(CHARACTER_TBIT))
+            }
+        }
+    }
+
+    /// The longest time from the end of a request to the delivery of the first characters of its answer, in bit times, without a
+    /// reserve for load. `None` for a port without a rate.
+    #[must_use]
+    pub fn answer_tbit(self, baud: Baud, max_tsdr_tbit: u64) -> Option<u64> {
+        let collecting = whole_tbit(baud, self.collecting(baud));
+        self.master_slot_tbit(baud, max_tsdr_tbit).map(|tbit| tbit.saturating_add(collecting))
     }
 
     /// The slot time that a foreign master needs to hear a slave on this port, in bit times. `None` for a port without a
@@ -162,6 +188,24 @@ mod tests {
         let words = |trigger| Delivery::Fifo { trigger: Some(trigger) }.to_string();
         assert_eq!(words(1), "a UART that delivers each character");
         assert_eq!(words(8), "a UART whose FIFO delivers 8 characters at once");
+    }
+
+    /// FDL status has six characters, fewer than a trigger of 8 or 14: the first one waits for the other five and the timeout.
+    #[test]
+    fn a_master_waits_for_a_short_answer_that_stays_in_the_fifo_until_its_end() {
+        for (trigger, behind) in [(Some(1), 0), (Some(4), 2), (Some(8), 6), (Some(14), 12), (None, 12)] {
+            let fifo = Delivery::Fifo { trigger };
+            for baud in [Baud::B9600, Baud::B19200] {
+                let held = duration_of(baud, (behind + FIFO_TIMEOUT_CHARACTERS) * CHARACTER_TBIT);
+                let needed = held + SCHEDULING_DELAY + SCHEDULING_DELAY + LOAD_RESERVE;
+                let (needed, waits) = (tbit_of(baud, needed), tbit_of(baud, fifo.slot_delay(baud)));
+                // Each duration is rounded to nanoseconds.
+                assert!(waits.abs_diff(needed) <= 1, "{trigger:?} at {baud}: {waits}, {needed}");
+            }
+        }
+        // 60 bit times, one character, 6 + 4 characters, 4 ms of 38.4 bit times.
+        assert_eq!(FIFO.answer_tbit(Baud::B9600, 60), Some(60 + 11 + 66 + 44 + 39));
+        assert_eq!(Delivery::Unpaced.answer_tbit(Baud::B9600, 60), None);
     }
 
     #[test]

@@ -2,7 +2,8 @@
 //!
 //! The filter detects the echo by itself: it holds octets back as long as they equal those just sent. No other station can
 //! send the same telegram next, so the first octet that differs proves that there is no echo, and the held octets are
-//! released.
+//! released. An SC is an exception: another station may send one too. So its echo is expected only of an adapter that has returned
+//! the telegram before it.
 
 use super::Character;
 use std::collections::VecDeque;
@@ -10,11 +11,16 @@ use std::collections::VecDeque;
 /// The longest expected echo. Older octets were not echoed.
 const CAPACITY: usize = 1024;
 
+/// Short acknowledgement. profibus-wire 1.2.
+const SC: u8 = 0xE5;
+
 /// Filters the echo of sent octets.
 #[derive(Clone, Debug, Default)]
 pub struct Echo {
     expected: VecDeque<u8>,
     held: Vec<Character>,
+    /// The last octets that were sent came back.
+    is_returned: bool,
 }
 
 impl Echo {
@@ -22,6 +28,9 @@ impl Echo {
     pub fn sent(&mut self, octets: &[u8]) {
         if self.expected.len() > CAPACITY {
             self.expected.clear();
+        }
+        if octets == [SC] && !self.is_returned {
+            return;
         }
         self.expected.extend(octets);
     }
@@ -34,9 +43,11 @@ impl Echo {
                 self.held.push(character);
                 if self.expected.is_empty() {
                     self.held.clear();
+                    self.is_returned = true;
                 }
             }
-            _ => {
+            (expected, _) => {
+                self.is_returned &= expected.is_none();
                 self.expected.clear();
                 characters.append(&mut self.held);
                 characters.push(character);
@@ -77,6 +88,29 @@ mod tests {
         echo.sent(&ANSWER);
         assert_eq!(filtered(&mut echo, &REQUEST), REQUEST);
         assert_eq!(filtered(&mut echo, &ANSWER), ANSWER);
+    }
+
+    const SC: [u8; 1] = [0xE5];
+
+    #[test]
+    fn an_sc_of_another_station_is_no_echo_of_an_sc_that_was_sent_without_one() {
+        let mut echo = Echo::default();
+        echo.sent(&SC);
+        echo.sent(&REQUEST);
+        assert_eq!(filtered(&mut echo, &SC), SC);
+        echo.sent(&SC);
+        assert_eq!(filtered(&mut echo, &SC), SC);
+    }
+
+    #[test]
+    fn the_echo_of_an_sc_is_removed_on_an_adapter_that_has_returned_a_telegram() {
+        let mut echo = Echo::default();
+        echo.sent(&REQUEST);
+        assert_eq!(filtered(&mut echo, &[&REQUEST[..], &ANSWER[..]].concat()), ANSWER);
+        echo.sent(&SC);
+        assert_eq!(filtered(&mut echo, &[&SC[..], &REQUEST[..]].concat()), REQUEST);
+        echo.sent(&ANSWER);
+        assert_eq!(filtered(&mut echo, &[&ANSWER[..], &SC[..]].concat()), SC);
     }
 
     #[test]

@@ -327,14 +327,14 @@ test('a key that is pressed while a page is being drawn works', async () => {
 test('Tab reaches every link, button and field, and the focus is visible', async () => {
   await visit('/bus', async (page) => {
     const wanted = await page.evaluate(
-      () => document.querySelectorAll('a, button, select, input, [tabindex="0"]').length,
+      () => document.querySelectorAll('a, button, select, input, summary, [tabindex="0"]').length,
     )
     const seen = new Set()
     for (let step = 0; step < wanted; step += 1) {
       await page.keyboard.press('Tab')
       const [name, outline] = await page.evaluate(() => {
         const focused = document.activeElement
-        const all = [...document.querySelectorAll('a, button, select, input, [tabindex="0"]')]
+        const all = [...document.querySelectorAll('a, button, select, input, summary, [tabindex="0"]')]
         return [all.indexOf(focused), getComputedStyle(focused).outlineStyle]
       })
       assert.equal(outline, 'solid', `element ${name}`)
