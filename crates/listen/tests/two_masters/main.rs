@@ -291,8 +291,8 @@ fn a_day_of_bus_time_needs_bounded_memory() {
     assert!(listener.observer.observed_tbit() > line.baud.tbit_of_ms(86_000_000));
 }
 
-/// Every configuration of all twelve devices whose inputs carry a process value is decoded as the master decodes it. Neither decodes the
-/// mantissas of a TPG and the TTR value of a PCG55x.
+/// Every configuration of all twelve devices whose inputs carry a process value is decoded as the master decodes it: also the mantissas
+/// of a TPG and the TTR value of a PCG55x or PSG55x, and none of them has no pressure.
 #[test]
 fn every_configuration_with_a_process_value_is_decoded_for_all_twelve_devices() {
     let mut decoded = 0;
@@ -301,7 +301,12 @@ fn every_configuration_with_a_process_value_is_decoded_for_all_twelve_devices() 
             let Some(inputs) = configuration.inputs else { continue };
             let layout = inputs.layout().map(|(_, field)| field);
             let has_pressure =
-                layout.filter(|field| matches!(field, Field::ProcessValue(_) | Field::ChannelValue(..))).count();
+                layout.filter(|field| {
+                    matches!(
+                        field,
+                        Field::ProcessValue(_) | Field::ChannelValue(..) | Field::ChannelMantissa(_) | Field::TtrValue
+                    )
+                }).count();
             let mut listener = Listener::new(Baud::B19200);
             let mut now = 0;
             let mut hear = |octets: &[u8]| {
