@@ -4,8 +4,8 @@ mod channels;
 mod numbers;
 mod quality;
 
-use channels::whole_range;
 pub(crate) use channels::BLOCK_TYPE;
+use channels::whole_range;
 pub use channels::{ReportedChannels, open_instances, unranged_instances};
 pub use numbers::{TtrReading, mantissa_number};
 pub use quality::Cause;
@@ -454,7 +454,13 @@ mod tests {
                 let mut octets = vec![0; inputs.octets()];
                 octets[start..start + 4].copy_from_slice(&2.5_f32.to_be_bytes());
                 let value = slave.decode_inputs(&octets).values[0];
-                assert_eq!((value.quality, value.pa), (Quality::Valid, Some(250.0)), "{} {}", model.name, inputs.number);
+                assert_eq!(
+                    (value.quality, value.pa),
+                    (Quality::Valid, Some(250.0)),
+                    "{} {}",
+                    model.name,
+                    inputs.number
+                );
             }
         }
     }

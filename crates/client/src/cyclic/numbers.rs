@@ -40,11 +40,7 @@ impl TtrReading {
     pub fn decode(octets: &[u8]) -> Option<Self> {
         let word = u16::from_be_bytes(octets.try_into().ok()?);
         let exponent = f64::from(word & TTR_VALUE) / TTR_PER_DECADE - TTR_OFFSET;
-        Some(Self {
-            has_error: word & TTR_ERROR != 0,
-            is_defined: word & TTR_ZERO == 0,
-            pa: 10.0_f64.powf(exponent),
-        })
+        Some(Self { has_error: word & TTR_ERROR != 0, is_defined: word & TTR_ZERO == 0, pa: 10.0_f64.powf(exponent) })
     }
 }
 

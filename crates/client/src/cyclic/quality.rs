@@ -170,7 +170,9 @@ impl Evidence {
     const fn own_alarms(&self) -> ExceptionStatus {
         match self.status {
             ValueStatus::Channel(_) => ExceptionStatus::ALARM_COMMON.union(ExceptionStatus::ALARM_MANUFACTURER),
-            ValueStatus::Gauge(_) | ValueStatus::Measurement(_) | ValueStatus::Ttr { .. } | ValueStatus::None => ExceptionStatus::ALARM,
+            ValueStatus::Gauge(_) | ValueStatus::Measurement(_) | ValueStatus::Ttr { .. } | ValueStatus::None => {
+                ExceptionStatus::ALARM
+            }
         }
     }
 
