@@ -47,31 +47,6 @@ test('the bus map shows the master and its slaves', async () => {
   })
 })
 
-test('the statistics of the bus show stations, times, events and a capture that can be fetched', async () => {
-  const [segment] = await demo.json('/api/segments')
-  await visit('/bus', async (page) => {
-    await page.getByText('Statistics, events and captures').first().click()
-    const statistics = page.locator('details.statistics').first()
-    const rows = statistics.locator('table', { hasText: 'Stations, with their counts' }).locator('tbody tr')
-    await rows.nth(segment.stations.length - 1).waitFor()
-    const states = await rows.locator('td:nth-of-type(1)').allInnerTexts()
-    assert.equal(states.filter((state) => state === 'master').length, 1)
-    await page.waitForFunction(
-      () => [...document.querySelectorAll('.statistics td')].filter((cell) => cell.innerText === 'exchanging').length >= 12,
-    )
-    await statistics.getByText('Cycle time').waitFor()
-    await statistics.locator('.histogram meter').first().waitFor()
-    await statistics.locator('ul[aria-label="Events on the bus"] li').first().waitFor()
-    await statistics.getByRole('button', { name: 'Make capture' }).click()
-    const capture = statistics.locator('ul[aria-label="Captures"] a').first()
-    await capture.waitFor()
-    const file = await fetch(new URL(await capture.getAttribute('href'), demo.url))
-    assert.equal(file.status, 200)
-    // The first block of a pcapng file.
-    assert.equal(Buffer.from(await file.arrayBuffer()).readUInt32LE(0), 0x0a0d0d0a)
-  })
-})
-
 test('the parameters of a gauge are read over the bus', async () => {
   const blocks = await demo.json(`/api/gauges/${encodeURIComponent('bcg450 5')}/blocks`)
   const values = blocks.flatMap(({ parameters }) => parameters).filter(({ value }) => value !== null)
