@@ -4,7 +4,7 @@ use super::cycle::{Answer, Request};
 use super::names::DeviceTables;
 use super::note::{Kind, Notes, octets};
 use super::refusal::channel_code;
-use profivac_client::cyclic::{exception_texts, extension_texts};
+use profivac_client::cyclic::{TtrReading, exception_texts, extension_texts, mantissa_number};
 use profivac_devices::model::{Configuration, Field, TaskKind, Telegram};
 use profivac_devices::profile::{ExceptionStatus, StatusExtension};
 use profivac_sim::describe::Hex;
@@ -196,7 +196,15 @@ fn field_text(field: Field, octets: &[u8], tables: &DeviceTables, selected: Opti
         Field::StatusExtension => extension_texts(StatusExtension::from_bits_retain(*first)).join(", "),
         Field::PvSelector | Field::ParameterChannel => String::new(),
         Field::MeasurementStatus(channel) => format!("channel {channel} status {}", Hex(octets)),
-        Field::ChannelMantissa(channel) => format!("channel {channel} {}", Hex(octets)),
+        Field::ChannelMantissa(channel) => {
+            let unit = tables.unit.map_or("(unit unknown)", |unit| unit.name);
+            let number = mantissa_number(octets).map_or_else(String::new, |number| format!("{number:.2e} {unit}"));
+            format!("channel {channel} {number}")
+        }
+        Field::TtrValue => TtrReading::decode(octets).map_or_else(String::new, |reading| {
+            let error = if reading.has_error { ", error" } else { "" };
+            format!("{:.2e} Pa{error}", reading.pa)
+        }),
         _ if octets.iter().all(|octet| *octet == 0) => String::new(),
         _ => format!("{} {}", field.name(), Hex(octets)),
     }

@@ -94,7 +94,7 @@ impl CountsOverTime {
     pub fn count(&mut self, now: BitTime, change: impl Fn(&mut Counts)) {
         self.advance(now);
         change(&mut self.total);
-        if let Some(slot) = self.slots.get_mut(place(self.present)) {
+        if let Some(slot) = self.slots.get_mut(position(self.present)) {
             change(slot);
         }
     }
@@ -114,7 +114,7 @@ impl CountsOverTime {
             let Some(number) = present.checked_sub(age) else { break };
             if number <= self.present
                 && self.present.saturating_sub(number) < SLOTS as u64
-                && let Some(slot) = self.slots.get(place(number))
+                && let Some(slot) = self.slots.get(position(number))
             {
                 sum.add(slot);
             }
@@ -127,7 +127,7 @@ impl CountsOverTime {
         let present = (now.0 / self.slot_tbit).max(self.present);
         let first = self.present.saturating_add(1).max(present.saturating_sub(SLOTS as u64 - 1));
         for number in first..=present {
-            if let Some(slot) = self.slots.get_mut(place(number)) {
+            if let Some(slot) = self.slots.get_mut(position(number)) {
                 *slot = Counts::default();
             }
         }
@@ -135,7 +135,7 @@ impl CountsOverTime {
     }
 }
 
-fn place(number: u64) -> usize {
+fn position(number: u64) -> usize {
     usize::try_from(number % SLOTS as u64).unwrap_or_default()
 }
 

@@ -6,7 +6,7 @@ use profivac_sim::trace::Entry;
 use profivac_sim::trace::pcapng::{PROFIBUS_DL, Times, file_header, packet};
 use std::collections::VecDeque;
 use std::fs;
-use std::io::{self, Write};
+use std::io;
 use std::path::{Path, PathBuf};
 
 /// Limits of a flight recorder.
@@ -95,7 +95,7 @@ impl FlightRecorder {
         let Some(start) = piece.start else { return };
         let Ok(length) = u16::try_from(piece.octets.len()) else { return };
         let is_damaged = piece.kind == PieceKind::Damaged;
-        let first_error = piece.errors.first().and_then(|place| u16::try_from(*place).ok());
+        let first_error = piece.errors.first().and_then(|position| u16::try_from(*position).ok());
         let start = self.pieces.back().map_or(start, |last| last.start.max(start));
         self.pieces.push_back(Stored { start, length, error: first_error.filter(|_| is_damaged) });
         self.octets.extend(&piece.octets);
@@ -146,6 +146,9 @@ pub struct CaptureFolder {
 /// The end of the name of a capture.
 const EXTENSION: &str = ".pcapng";
 
+/// What follows the name of a capture while it is written.
+const PARTIAL: &str = ".part";
+
 impl CaptureFolder {
     /// The folder, which is created with the first capture.
     #[must_use]
@@ -153,21 +156,37 @@ impl CaptureFolder {
         Self { folder, limits }
     }
 
-    /// Writes a capture as `NAME.pcapng`, then removes the oldest ones beyond the limits. The file appears under its name when it is
-    /// complete.
+    /// Writes a capture as `NAME.pcapng` after it has removed the oldest ones, so that all stay within the limits. The file appears under
+    /// its name when it is complete. Nothing of a capture that cannot be written stays. One thread at a time may store captures.
     ///
     /// # Errors
     /// The error of the operating system: the disk is full, or the folder may not be written.
     pub fn store(&self, name: &str, capture: &Capture) -> io::Result<StoredCapture> {
         fs::create_dir_all(&self.folder)?;
+        self.remove_partial()?;
+        let octets = capture.file.len() as u64;
         let name = format!("{name}{EXTENSION}");
-        let partial = self.folder.join(format!("{name}.part"));
-        let mut file = fs::File::create(&partial)?;
-        file.write_all(&capture.file)?;
-        drop(file);
-        fs::rename(&partial, self.folder.join(&name))?;
-        self.remove_oldest()?;
-        Ok(StoredCapture { name, octets: capture.file.len() as u64 })
+        let partial = self.folder.join(format!("{name}{PARTIAL}"));
+        let stored = fs::write(&partial, &capture.file)
+            .and_then(|()| self.make_room(octets))
+            .and_then(|()| fs::rename(&partial, self.path(&name)));
+        if let Err(error) = stored {
+            // The first error is the one to report; the next capture removes the file as well.
+            let _ = fs::remove_file(&partial);
+            return Err(error);
+        }
+        Ok(StoredCapture { name, octets })
+    }
+
+    /// Removes files that a program left when it ended while it wrote them.
+    fn remove_partial(&self) -> io::Result<()> {
+        for entry in fs::read_dir(&self.folder)? {
+            let entry = entry?;
+            if entry.file_name().to_string_lossy().ends_with(PARTIAL) {
+                fs::remove_file(entry.path())?;
+            }
+        }
+        Ok(())
     }
 
     /// The captures, oldest first: their names begin with their time.
@@ -206,16 +225,17 @@ impl CaptureFolder {
         self.folder.join(Path::new(name))
     }
 
-    fn remove_oldest(&self) -> io::Result<()> {
+    /// Removes the oldest captures until one with `octets` fits.
+    fn make_room(&self, octets: u64) -> io::Result<()> {
         let all = self.list()?;
-        let mut sum: u64 = all.iter().map(|capture| capture.octets).sum();
-        let mut left = all.len();
+        let mut sum = all.iter().fold(octets, |sum, capture| sum.saturating_add(capture.octets));
+        let mut count = all.len().saturating_add(1);
         for capture in &all {
-            if left <= 1 || (left <= self.limits.files && sum <= self.limits.disk_octets) {
+            if count <= self.limits.files && sum <= self.limits.disk_octets {
                 break;
             }
             fs::remove_file(self.path(&capture.name))?;
-            (left, sum) = (left.saturating_sub(1), sum.saturating_sub(capture.octets));
+            (count, sum) = (count.saturating_sub(1), sum.saturating_sub(capture.octets));
         }
         Ok(())
     }
@@ -293,5 +313,21 @@ mod tests {
         for other in ["4.pcapng", "../captures/5.pcapng", "/etc/passwd", ""] {
             assert_eq!(captures.read(other).unwrap_err().kind(), io::ErrorKind::NotFound, "{other}");
         }
+    }
+
+    /// A folder stands where the file is to appear, so that it cannot be written.
+    #[test]
+    fn nothing_stays_of_a_capture_that_cannot_be_written() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("captures");
+        let captures = CaptureFolder::new(path.clone(), limits());
+        fs::create_dir_all(path.join("1.pcapng")).unwrap();
+        let capture = Capture { reason: String::new(), file: vec![0; 10] };
+        assert!(captures.store("1", &capture).is_err());
+        let files = || fs::read_dir(&path).unwrap().filter(|it| it.as_ref().unwrap().path().is_file()).count();
+        assert_eq!(files(), 0);
+        fs::write(path.join("0.pcapng.part"), [0; 1000]).unwrap();
+        captures.store("2", &capture).unwrap();
+        assert_eq!(files(), 1, "what an ended program left is removed");
     }
 }

@@ -1,6 +1,6 @@
 //! The known facts about the device of a slave: model, configuration and unit, each with its origin, and the pressures of its inputs.
 
-use profivac_client::cyclic::{CyclicSlave, CyclicValues, ReportedChannels};
+use profivac_client::cyclic::{CyclicSlave, CyclicValues, ReportedChannels, TtrReading};
 use profivac_client::identify::device_names;
 use profivac_devices::catalog::{model_with_ident, models_with_ident};
 use profivac_devices::model::{Configuration, Field, Model, Unit};
@@ -228,6 +228,7 @@ impl Knowledge {
             let plausible = usual_units(model).find(|unit| self.is_plausible(&slave(unit)));
             Some((plausible.or_else(|| usual_units(model).next())?, Origin::Assumed))
         })?;
+        let unit_origin = if has_unit(configuration) { unit_origin } else { configuration_origin };
         Some(GaugeFacts {
             slave: slave(unit),
             model: model_origin,
@@ -272,9 +273,10 @@ impl Knowledge {
                 "no Chk_Cfg was heard; the configuration {octets} is assumed from the lengths and contents"
             ));
         }
-        if facts.unit == Origin::Assumed {
+        if facts.unit == Origin::Assumed && has_unit(facts.slave.configuration) {
             all.push(format!("neither Set_Prm nor the file shows the unit; {} is assumed", facts.slave.unit.name));
         }
+        all.extend(facts.slave.assumption().map(str::to_owned));
         all
     }
 
@@ -309,6 +311,9 @@ impl Knowledge {
                 }
                 Field::StatusExtension => StatusExtension::from_bits(octet).is_some(),
                 Field::MeasurementStatus(_) => octet <= 6,
+                Field::TtrValue => {
+                    self.inputs.get(start..).and_then(TtrReading::decode).is_some_and(|reading| reading.is_defined)
+                }
                 _ => true,
             }
         };
@@ -323,6 +328,12 @@ impl Knowledge {
                 value.quality != Quality::Valid || (value.pa.is_some_and(is_pressure) && is_in_range)
             })
     }
+}
+
+/// Whether the unit changes the meaning of the inputs: telegram 205 of the TTR compatibility mode has none.
+fn has_unit(configuration: &Configuration) -> bool {
+    let mut fields = configuration.inputs.into_iter().flat_map(|telegram| telegram.fields);
+    !fields.any(|field| *field == Field::TtrValue)
 }
 
 /// Pressures outside are not those of a gauge, in Pa. free choice: wider than every measuring range of the twelve devices.

@@ -57,17 +57,17 @@ impl Histogram {
     pub fn percentile_tbit(&self, percent: u64) -> Option<u64> {
         let wanted = self.count.saturating_mul(percent).div_ceil(100).max(1);
         let mut sum = 0_u64;
-        let place = self.counts.iter().position(|count| {
+        let position = self.counts.iter().position(|count| {
             sum = sum.saturating_add(*count);
             sum >= wanted
         })?;
-        Some(end_of(place).min(self.greatest_tbit))
+        Some(end_of(position).min(self.greatest_tbit))
     }
 
     /// The buckets that have durations, with their ends in bit times.
     pub fn buckets(&self) -> impl Iterator<Item = (u64, u64)> + '_ {
         let counts = self.counts.iter().enumerate().filter(|(_, count)| **count > 0);
-        counts.map(|(place, count)| (end_of(place), *count))
+        counts.map(|(position, count)| (end_of(position), *count))
     }
 }
 
@@ -76,15 +76,15 @@ fn bucket(tbit: u64) -> usize {
     let octave = u64::from(tbit.max(PER_OCTAVE).ilog2());
     let part = (tbit >> octave.saturating_sub(2)) & (PER_OCTAVE - 1);
     let part = if tbit < PER_OCTAVE { 0 } else { part };
-    let place = octave.saturating_sub(2).saturating_mul(PER_OCTAVE).saturating_add(part);
-    usize::try_from(place).unwrap_or(BUCKETS).min(BUCKETS - 1)
+    let position = octave.saturating_sub(2).saturating_mul(PER_OCTAVE).saturating_add(part);
+    usize::try_from(position).unwrap_or(BUCKETS).min(BUCKETS - 1)
 }
 
 /// The first duration behind a bucket.
-fn end_of(place: usize) -> u64 {
-    let place = (place as u64).saturating_add(1);
-    let octave = place / PER_OCTAVE;
-    (PER_OCTAVE.saturating_add(place % PER_OCTAVE))
+fn end_of(position: usize) -> u64 {
+    let position = (position as u64).saturating_add(1);
+    let octave = position / PER_OCTAVE;
+    (PER_OCTAVE.saturating_add(position % PER_OCTAVE))
         .checked_shl(u32::try_from(octave).unwrap_or(u32::MAX))
         .unwrap_or(u64::MAX)
 }
@@ -96,9 +96,12 @@ mod tests {
     #[test]
     fn each_duration_is_in_the_bucket_that_ends_behind_it() {
         for tbit in (0..10_000).chain([1 << 20, (1 << 30) + 7, 1 << 35]) {
-            let place = bucket(tbit);
-            assert!(tbit < end_of(place), "{tbit} is in bucket {place}, which ends at {}", end_of(place));
-            assert!(place == 0 || tbit >= end_of(place - 1), "{tbit} belongs to an earlier bucket than {place}");
+            let position = bucket(tbit);
+            assert!(tbit < end_of(position), "{tbit} is in bucket {position}, which ends at {}", end_of(position));
+            assert!(
+                position == 0 || tbit >= end_of(position - 1),
+                "{tbit} belongs to an earlier bucket than {position}"
+            );
         }
         assert_eq!(bucket(u64::MAX), BUCKETS - 1);
     }

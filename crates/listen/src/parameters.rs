@@ -1,4 +1,4 @@
-//! Parameters that pass in the parameter channel, on MS1 and on MS2: octets with their place; text is composed when it is shown.
+//! Parameters that pass in the parameter channel, on MS1 and on MS2: octets with their location; text is composed when it is shown.
 
 use profivac_devices::model::{Field, TaskKind, Telegram};
 use profivac_dp::link::BitTime;
@@ -44,7 +44,7 @@ pub enum Done {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Passed {
     /// Slot and index.
-    pub place: (u8, u8),
+    pub location: (u8, u8),
     /// The value; empty if the slave refused to read it.
     pub octets: Vec<u8>,
     /// The master that asked.
@@ -63,7 +63,7 @@ struct Pending {
     /// The access point of the slave; `None` for MS1.
     connection: Option<u8>,
     requester: u8,
-    place: (u8, u8),
+    location: (u8, u8),
     /// The value of a write request.
     written: Option<Vec<u8>>,
 }
@@ -94,7 +94,7 @@ impl Parameters {
 
     /// Records a request on MS1 or MS2.
     pub fn request(&mut self, request: &Request) {
-        let (place, written) = match Pdu::parse(&request.du) {
+        let (location, written) = match Pdu::parse(&request.du) {
             Ok(Pdu::Read(Access { slot, index, .. })) => ((slot, index), None),
             Ok(Pdu::Write(Transfer { slot, index, data })) => ((slot, index), Some(data.to_vec())),
             _ => return,
@@ -104,7 +104,7 @@ impl Parameters {
         if self.pending.len() >= MAX_PENDING {
             self.pending.remove(0);
         }
-        self.pending.push(Pending { connection, requester: request.master, place, written });
+        self.pending.push(Pending { connection, requester: request.master, location, written });
     }
 
     /// Records an answer on MS1 or MS2. Returns the parameter that it completes.
@@ -112,22 +112,22 @@ impl Parameters {
         let connection = connection(request.sap);
         let path = if connection.is_some() { Path::Ms2 } else { Path::Ms1 };
         let response = Response::parse(du).ok()?;
-        let place = self.pending.iter().position(|pending| pending.connection == connection);
-        let known = place.map(|place| self.pending.swap_remove(place));
+        let position = self.pending.iter().position(|pending| pending.connection == connection);
+        let known = position.map(|position| self.pending.swap_remove(position));
         let requester = known.as_ref().map_or(request.master, |pending| pending.requester);
-        let (place, octets, done) = match response {
+        let (location, octets, done) = match response {
             Response::Read(Transfer { slot, index, data }) => ((slot, index), data.to_vec(), Done::Read),
             Response::Write(Access { slot, index, .. }) => {
-                let known = known.filter(|pending| pending.place == (slot, index));
+                let known = known.filter(|pending| pending.location == (slot, index));
                 ((slot, index), known.and_then(|pending| pending.written).unwrap_or_default(), Done::Written)
             }
             Response::Negative(_) => {
                 let known = known?;
-                (known.place, known.written.unwrap_or_default(), Done::Refused)
+                (known.location, known.written.unwrap_or_default(), Done::Refused)
             }
             _ => return None,
         };
-        self.add(Passed { place, octets, requester, path, done, at })
+        self.add(Passed { location, octets, requester, path, done, at })
     }
 
     /// Records the outputs of a master.
@@ -170,16 +170,16 @@ impl Parameters {
         let octets = source.get(source.len().saturating_sub(length)..).unwrap_or_default().to_vec();
         self.task_is_answered = true;
         let requester = self.task_master;
-        self.add(Passed { place: (slot, index), octets, requester, path: Path::ParameterChannel, done, at })
+        self.add(Passed { location: (slot, index), octets, requester, path: Path::ParameterChannel, done, at })
     }
 
     fn add(&mut self, passed: Passed) -> Option<&Passed> {
         let same = |other: &Passed| {
-            (other.place, other.path, other.requester) == (passed.place, passed.path, passed.requester)
+            (other.location, other.path, other.requester) == (passed.location, passed.path, passed.requester)
         };
-        let place = self.passed.iter().position(same);
-        if let Some(place) = place {
-            self.passed.remove(place);
+        let position = self.passed.iter().position(same);
+        if let Some(position) = position {
+            self.passed.remove(position);
         } else if self.passed.len() >= MAX_PARAMETERS {
             self.passed.remove(0);
         }

@@ -4,14 +4,21 @@
 
 mod support;
 
+use axum::body::{Body, to_bytes};
+use axum::http::Request;
+use jiff::tz::TimeZone;
 use profivac_devices::catalog::model_named;
 use profivac_listen::gauge::Origin;
 use profivac_listen::station::StationState;
 use profivac_recorder::{Micros, Quality};
+use profivac_station::api::router;
 use profivac_station::config::Config;
+use profivac_station::pumpdown::TimeRange;
+use profivac_station::report::{GaugeInfo, Report, ReportRequest, Unit, page::page};
 use profivac_station::station::Station;
 use profivac_station::view::{BusStationState, SegmentState};
 use profivac_wire::{DataTelegram, MAX_TELEGRAM, Telegram};
+use serde_json::Value;
 use std::io::{ErrorKind, Read, Write};
 use std::net::TcpListener;
 use std::path::Path;
@@ -19,6 +26,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
 use support::until;
+use tower::ServiceExt;
 
 const MASTER: u8 = 2;
 const SLAVE: u8 = 12;
@@ -64,8 +72,43 @@ fn cycle(number: u64) -> Vec<Vec<u8>> {
     [vec![vec![0xDC, MASTER, MASTER]], repetition, vec![request, answer]].concat()
 }
 
+/// What happens on the bus from its twentieth cycle on.
+#[derive(Clone, Copy)]
+enum Incident {
+    None,
+    Lost,
+    Burst,
+    Diagnosis,
+}
+
+/// The first cycle of an incident.
+const INCIDENT: u64 = 20;
+
+impl Incident {
+    fn cycle(self, number: u64) -> Vec<Vec<u8>> {
+        let usual = cycle(number);
+        let is_now = number >= INCIDENT;
+        match self {
+            Self::Lost if is_now => usual.into_iter().filter(|telegram| telegram.get(4) != Some(&MASTER)).collect(),
+            Self::Burst if is_now => [usual, vec![vec![0x68, 0x05, 0x05, 0x68, 0x01]]].concat(),
+            Self::Diagnosis if number == INCIDENT => {
+                let [high, low] = model_named("bcg450").unwrap().ident.to_be_bytes();
+                // Ext_Diag, and a device-related diagnosis with one octet.
+                let diagnosis = [0x08, 0x0C, 0x00, MASTER, high, low, 0x02, 0x80];
+                let asked = emit(SLAVE, MASTER, Some((60, 62)), 0x7D, &[]);
+                [usual, vec![asked, emit(MASTER, SLAVE, Some((62, 60)), 0x08, &diagnosis)]].concat()
+            }
+            Self::None | Self::Lost | Self::Burst | Self::Diagnosis => usual,
+        }
+    }
+}
+
 impl ForeignBus {
     fn begin() -> Self {
+        Self::with(Incident::None)
+    }
+
+    fn with(incident: Incident) -> Self {
         let listener = TcpListener::bind("127.0.0.1:0").unwrap();
         let port = listener.local_addr().unwrap().port();
         let sent_by_listener = Arc::new(AtomicU64::new(0));
@@ -76,7 +119,7 @@ impl ForeignBus {
             stream.set_read_timeout(Some(Duration::from_millis(10))).unwrap();
             stream.set_nodelay(true).unwrap();
             for number in 0_u64.. {
-                let telegrams = if number == 3 { start_up() } else { cycle(number) };
+                let telegrams = if number == 3 { start_up() } else { incident.cycle(number) };
                 for telegram in telegrams {
                     if stream.write_all(&telegram).is_err() {
                         return;
@@ -93,13 +136,17 @@ impl ForeignBus {
     }
 
     fn config(&self, folder: &Path) -> Config {
-        let text = format!(
+        Config::parse(&self.text(), &folder.join("plant.toml")).unwrap()
+    }
+
+    /// The file of a station.
+    fn text(&self) -> String {
+        format!(
             "[[segment]]\nname = \"plc\"\nport = \"tcp://127.0.0.1:{}\"\nlisten-only = true\n\
              [[segment.gauge]]\nname = \"furnace\"\naddress = {SLAVE}\ndevice = \"bcg450\"\npoll = \"50 ms\"\n\
              [[alarm]]\nname = \"repetitions\"\nsegment = \"plc\"\nstation = {SLAVE}\nrepetitions = 1.0\ndelay = \"0 s\"\n",
             self.port
-        );
-        Config::parse(&text, &folder.join("plant.toml")).unwrap()
+        )
     }
 }
 
@@ -159,6 +206,119 @@ fn a_listen_only_segment_records_the_gauges_of_another_master_and_sends_nothing(
     let samples = services.recorder().open_reader().unwrap().samples("furnace", Micros(0), Micros(i64::MAX)).unwrap();
     assert!(samples.iter().any(|sample| sample.quality == Quality::Valid));
     assert_eq!(samples.last().unwrap().quality, Quality::Stale, "the end of the station is a gap");
+}
+
+/// The alarm of [`ForeignBus::config`].
+const ALARM: &str = "[[alarm]]";
+
+/// Waits for a capture of a bus with an incident. Returns the event that says why it was made.
+fn capture_event(incident: Incident, has_alarm: bool) -> String {
+    let folder = tempfile::tempdir().unwrap();
+    let bus = ForeignBus::with(incident);
+    let text = bus.text();
+    let text = if has_alarm { text.as_str() } else { text.split(ALARM).next().unwrap() };
+    let station = Station::start(Config::parse(text, &folder.path().join("plant.toml")).unwrap()).unwrap();
+    let services = station.services();
+    let event = until("the event of a capture", || {
+        let events = services.recorder().open_reader().unwrap().events(Micros(0), Micros(i64::MAX), 1000).unwrap();
+        events.into_iter().map(|event| event.text).find(|text| text.starts_with("segment plc: capture "))
+    });
+    assert_eq!(services.snapshots().buses().captures("plc").unwrap().list().unwrap().len(), 1);
+    station.stop();
+    assert_eq!(bus.sent_by_listener.load(Ordering::Relaxed), 0, "no octet was sent");
+    event
+}
+
+#[test]
+fn a_lost_station_triggers_a_capture() {
+    let event = capture_event(Incident::Lost, false);
+    assert!(event.ends_with("(station 12 does not answer any more)"), "{event}");
+}
+
+#[test]
+fn a_burst_of_damage_triggers_a_capture() {
+    let event = capture_event(Incident::Burst, false);
+    assert!(event.ends_with("(10 damaged telegrams within a second)"), "{event}");
+}
+
+#[test]
+fn a_diagnosis_triggers_a_capture() {
+    let event = capture_event(Incident::Diagnosis, false);
+    assert!(event.contains("(the diagnosis of station 12 reports "), "{event}");
+}
+
+#[test]
+fn an_alarm_triggers_a_capture() {
+    let event = capture_event(Incident::None, true);
+    assert!(event.contains("repetitions"), "{event}");
+}
+
+/// A file stands where the folder of captures is to be created.
+#[test]
+fn a_capture_that_cannot_be_written_is_an_event_and_the_segment_goes_on() {
+    let folder = tempfile::tempdir().unwrap();
+    let bus = ForeignBus::begin();
+    let station = Station::start(bus.config(folder.path())).unwrap();
+    let services = station.services();
+    until("the report", || services.snapshots().buses().report("plc"));
+    std::fs::write(services.recorder().captures(), "no folder").unwrap();
+    assert!(services.snapshots().buses().request_capture("plc", "the test"));
+    until("the event", || {
+        let events = services.recorder().open_reader().unwrap().events(Micros(0), Micros(i64::MAX), 1000).unwrap();
+        events.into_iter().find(|event| event.text.contains("cannot be written: "))
+    });
+    let telegrams = services.snapshots().buses().report("plc").unwrap().telegrams;
+    until("more telegrams", || services.snapshots().buses().report("plc").filter(|it| it.telegrams > telegrams));
+    station.stop();
+}
+
+/// Trends and reports treat a gauge of another master like any other.
+#[test]
+fn a_gauge_of_another_master_has_trends_and_reports() {
+    let folder = tempfile::tempdir().unwrap();
+    let bus = ForeignBus::begin();
+    let station = Station::start(bus.config(folder.path())).unwrap();
+    let services = station.services();
+    let from = Micros::now().0 / 1000 - 60_000;
+    let valid = || {
+        let samples = services.recorder().open_reader().unwrap().samples("furnace", Micros(0), Micros(i64::MAX));
+        samples.unwrap().into_iter().find(|sample| sample.quality == Quality::Valid)
+    };
+    until("a sample", valid);
+    let to = Micros::now().0 / 1000 + 60_000;
+    let ask = |path: String| {
+        let runtime = tokio::runtime::Builder::new_multi_thread().enable_all().build().unwrap();
+        runtime.block_on(async {
+            let request = Request::builder().uri(&path).body(Body::empty()).unwrap();
+            let response = router(Arc::clone(&services)).oneshot(request).await.unwrap();
+            let status = response.status().as_u16();
+            let body = to_bytes(response.into_body(), 1 << 24).await.unwrap();
+            assert_eq!(status, 200, "{path}: {}", String::from_utf8_lossy(&body));
+            serde_json::from_slice::<Value>(&body).unwrap()
+        })
+    };
+    let trend = ask(format!("/api/trend?series=furnace&from={from}&to={to}&pixels=10"));
+    let high: Vec<f64> = trend["high"].as_array().unwrap().iter().filter_map(Value::as_f64).collect();
+    assert!(high.iter().any(|pa| (pa / 0.013_332_2 - 1.0).abs() < 1e-4), "{trend}");
+    assert!(services.recorder().flush());
+    let reader = services.recorder().open_reader().unwrap();
+    let config = bus.config(folder.path());
+    let request = ReportRequest {
+        title: "Furnace".to_owned(),
+        station: None,
+        record: "plant.db".to_owned(),
+        span: TimeRange { start: Micros(from * 1000), end: Micros(to * 1000) },
+        why: "the test".to_owned(),
+        gauges: vec![("furnace".to_owned(), GaugeInfo::of(&config, "furnace"))],
+        volume_m3: None,
+        pressures: Vec::new(),
+        unit: Unit::Mbar,
+        zone: TimeZone::UTC,
+        made: Micros(to * 1000),
+    };
+    let page = page(&Report::make(&reader, request).unwrap());
+    assert!(page.contains("furnace") && page.contains("1.3 × 10⁻⁴"), "1e-4 Torr in mbar: {page}");
+    station.stop();
 }
 
 /// The line of the station's own master is observed too.

@@ -109,6 +109,17 @@ impl ReportedChannels {
     }
 }
 
+/// The range of a gauge whose telegram does not name the active instance: from the lowest to the highest end of its parts. The sensor of
+/// the atmosphere never delivers the process value.
+pub(super) fn whole_range(model: &Model) -> Option<MeasuringRange> {
+    let parts = model.parts.iter().filter(|spec| spec.part.principle != Principle::Atmosphere);
+    let ranges = parts.map(|spec| MeasuringRange { lowest_pa: spec.limits.under_pa, highest_pa: spec.limits.over_pa });
+    ranges.reduce(|one, other| MeasuringRange {
+        lowest_pa: one.lowest_pa.min(other.lowest_pa),
+        highest_pa: one.highest_pa.max(other.highest_pa),
+    })
+}
+
 /// The instances and channels of a model to which different gauges may be connected, so that their range is not in the tables.
 #[must_use]
 pub fn unranged_instances(model: &Model) -> Vec<u8> {

@@ -1,10 +1,13 @@
 //! The cyclic data of a slave: the layout of its inputs, and the values in them.
 
 mod channels;
+mod numbers;
 mod quality;
 
 pub(crate) use channels::BLOCK_TYPE;
+use channels::whole_range;
 pub use channels::{ReportedChannels, open_instances, unranged_instances};
+pub use numbers::{TtrReading, mantissa_number};
 pub use quality::Cause;
 pub(crate) use quality::ValueStatus;
 
@@ -76,15 +79,32 @@ impl CyclicSlave {
         let fields = Fields { configuration: self.configuration, inputs };
         let exception = ExceptionStatus::from_bits_retain(fields.octet(Field::ExceptionStatus).unwrap_or_default());
         let values = fields.all().filter_map(|(field, octets)| {
-            let (instance, number, status) = match field {
+            let (instance, pa, status) = match field {
                 Field::ProcessValue(number) => {
                     let instance = fields.octet(Field::PvSelector).unwrap_or_default();
-                    (instance, number, fields.gauge_status())
+                    (instance, self.decode(number, octets, instance), fields.gauge_status())
                 }
-                Field::ChannelValue(channel, number) => (channel, number, fields.channel_status(channel)),
-                _ => return None,
+                Field::ChannelValue(channel, number) => {
+                    (channel, self.decode(number, octets, channel), fields.channel_status(channel))
+                }
+                Field::ChannelMantissa(channel) => {
+                    (channel, self.decode_mantissa(octets), fields.channel_status(channel))
+                }
+                Field::TtrValue => {
+                    let reading = TtrReading::decode(octets)?;
+                    (NO_INSTANCE, Some(reading.pa), ValueStatus::Ttr { has_error: reading.has_error })
+                }
+                Field::ParameterChannel
+                | Field::TransitionCommand
+                | Field::SensorOnOff
+                | Field::Ignored(_)
+                | Field::ExceptionStatus
+                | Field::StatusExtension
+                | Field::PvSelector
+                | Field::MeasurementStatus(_)
+                | Field::ChannelStatus
+                | Field::TripRelays(_) => return None,
             };
-            let pa = self.decode(number, octets, instance);
             let others_measure = fields.has_measuring_channel();
             let reported = Reported { instance, pa, status, exception, others_measure };
             Some(reported.value(self.model, &self.channels))
@@ -92,17 +112,44 @@ impl CyclicSlave {
         CyclicValues { values: values.collect(), exception }
     }
 
+    /// What the manual leaves open about the numbers of the configuration, as a sentence.
+    #[must_use]
+    pub fn assumption(&self) -> Option<&'static str> {
+        let mut fields = self.configuration.inputs?.fields.iter();
+        fields.any(|field| matches!(field, Field::ChannelMantissa(_))).then_some(
+            "the manual (i9973ber/a 3.2.4.1) does not define the Inficon floating point format; \
+             a whole mantissa times a power of ten is assumed: compare a pressure with the display of the controller",
+        )
+    }
+
     fn decode(&self, number: NumberType, octets: &[u8], instance: u8) -> Option<f64> {
-        let facts = self.model.parts.iter().find(|facts| facts.part.instance == instance);
-        // A controller without ranges in its tables has no COUNTS either.
-        let counts = match facts {
-            Some(facts) => facts.counts,
-            None if self.model.parts.is_empty() => Counts::Linear { per_mbar: 1.0 },
-            None => return None,
-        };
-        PressureFormat { unit: self.unit, number, counts, max_integer: u16::MAX }.decode(octets)
+        self.format(number, self.counts(instance)?).decode(octets)
+    }
+
+    fn decode_mantissa(&self, octets: &[u8]) -> Option<f64> {
+        self.format(NumberType::Float, CONTROLLER_COUNTS).pa_from_number(mantissa_number(octets)?)
+    }
+
+    const fn format(&self, number: NumberType, counts: Counts) -> PressureFormat {
+        PressureFormat { unit: self.unit, number, counts, max_integer: u16::MAX }
+    }
+
+    /// The COUNTS of an instance. Without PV Selector the telegram does not name the active one; those that can be active have the same.
+    fn counts(&self, instance: u8) -> Option<Counts> {
+        let mut parts = self.model.parts.iter();
+        match parts.clone().next() {
+            None => Some(CONTROLLER_COUNTS),
+            Some(first) if instance == NO_INSTANCE => Some(first.counts),
+            Some(_) => parts.find(|spec| spec.part.instance == instance).map(|spec| spec.counts),
+        }
     }
 }
+
+/// The instance of a telegram that names none.
+const NO_INSTANCE: u8 = 0;
+
+/// A controller without ranges in its tables has no COUNTS either.
+const CONTROLLER_COUNTS: Counts = Counts::Linear { per_mbar: 1.0 };
 
 /// What a device sends about one instance or channel, cyclically or in its records.
 pub(crate) struct Reported {
@@ -123,7 +170,11 @@ impl Reported {
     pub fn value(self, model: &Model, channels: &ReportedChannels) -> ChannelValue {
         let Self { instance, pa, status, exception, others_measure } = self;
         let principle = channels.principle(model, instance);
-        let range = channels.range(model, instance).map(Range::from);
+        let range = match status {
+            ValueStatus::Ttr { .. } => whole_range(model),
+            _ => channels.range(model, instance),
+        };
+        let range = range.map(Range::from);
         let shows_end = !unranged_instances(model).contains(&instance);
         let has_ion_part = model.parts.iter().any(|spec| spec.part.principle == Principle::HotCathode);
         let evidence = Evidence { status, exception, pa, range, principle, shows_end, has_ion_part, others_measure };
@@ -347,6 +398,71 @@ mod tests {
         assert_eq!((value.instance, value.pa, value.text()), (2, None, "fault: device alarm".to_owned()));
         assert_eq!(reading.exceptions(), ["device alarm", "device warning"]);
         assert_eq!(slave(1, "mbar").decode_inputs(&[]), CyclicValues::default());
+    }
+
+    /// The pressures of the simulated devices, encoded by other code, are those of the decoder.
+    #[test]
+    fn mantissas_and_ttr_values_are_pressures() {
+        let model = &profivac_devices::tpg::table::TPG300;
+        let (configuration, unit) = (&model.configurations[8], model.unit_named("mbar").unwrap());
+        let slave = CyclicSlave { address: 7, model, configuration, unit, channels: ReportedChannels::default() };
+        let channels = [[0x03, 0x3E, 0xFB, 0], [0x00, 0x64, 0x01, 0], [0x02, 0x0D, 0xF7, 1], [0, 0, 0, 5]].concat();
+        let values = slave.decode_inputs(&[vec![0; 8], channels].concat()).values;
+        let shown: Vec<_> = values.iter().map(|it| (it.instance, it.quality, it.pa.map(|pa| pa as f32))).collect();
+        let expected = [
+            (1, Quality::Valid, Some(0.83)),
+            (2, Quality::Valid, Some(100_000.0)),
+            (3, Quality::Underrange, None),
+            (4, Quality::Missing, None),
+        ];
+        assert_eq!(shown, expected);
+        assert!(slave.assumption().is_some_and(|it| it.contains("i9973ber/a 3.2.4.1")));
+        let torr = CyclicSlave { unit: model.unit_named("Torr").unwrap(), ..slave };
+        let read = torr.decode_inputs(&[vec![0; 8], [0x03, 0x3E, 0xFB, 0].repeat(4)].concat()).values[0].pa.unwrap();
+        assert!((read / (8.3e-3 * 133.322_4) - 1.0).abs() < 1e-4, "{read}");
+
+        for name in ["pcg550", "psg550"] {
+            let Some(model) = MODELS.iter().find(|model| model.name == name) else { continue };
+            let configuration = model.configurations.iter().find(|it| it.octets == [0xA1, 0x91]).unwrap();
+            for unit in model.units {
+                let slave =
+                    CyclicSlave { address: 7, model, configuration, unit, channels: ReportedChannels::default() };
+                let value = |octets: [u8; 2]| slave.decode_inputs(&octets).values[0];
+                assert_eq!(slave.decode_inputs(&[0x48, 0xFF]).values.len(), 1, "{name}");
+                assert!((value([0x48, 0xFF]).pa.unwrap() / 100.0 - 1.0).abs() < 0.003, "1 mbar in {}", unit.name);
+                assert_eq!(value([0x88, 0xFF]).text(), "fault: the gauge reports an error");
+                assert_eq!((value([0, 0]).quality, value([0, 0]).pa), (Quality::Underrange, None));
+                assert_eq!(value([0x0F, 0xFF]).quality, Quality::Overrange);
+                assert_eq!(slave.assumption(), None);
+            }
+        }
+    }
+
+    /// Telegrams 1, 2, 7, 8 and 201 to 204 of the PCG55x and PSG55x have no PV Selector.
+    #[test]
+    fn a_pressure_without_pv_selector_is_decoded() {
+        for model in MODELS.iter().filter(|model| !model.parts.is_empty()) {
+            for configuration in model.configurations {
+                let Some(inputs) = configuration.inputs else { continue };
+                let has = |wanted| inputs.layout().find(|(_, field)| *field == wanted).map(|(start, _)| start);
+                let (Some(start), None) = (has(Field::ProcessValue(NumberType::Float)), has(Field::PvSelector)) else {
+                    continue;
+                };
+                let unit = model.unit_named("mbar").unwrap();
+                let slave =
+                    CyclicSlave { address: 7, model, configuration, unit, channels: ReportedChannels::default() };
+                let mut octets = vec![0; inputs.octets()];
+                octets[start..start + 4].copy_from_slice(&2.5_f32.to_be_bytes());
+                let value = slave.decode_inputs(&octets).values[0];
+                assert_eq!(
+                    (value.quality, value.pa),
+                    (Quality::Valid, Some(250.0)),
+                    "{} {}",
+                    model.name,
+                    inputs.number
+                );
+            }
+        }
     }
 
     /// Telegram 202 of the IMG 400: channel 2 is overrange, channel 3 invalid.

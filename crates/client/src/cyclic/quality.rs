@@ -11,6 +11,8 @@
 //! | IMG 400, ion gauge | Reading Invalid: no emission, or no gauge (errata-pxg55x-img400 125) | off |
 //! | IMG 400, other gauge | Reading Invalid while another channel measures | missing |
 //! | TPG | Measurement Status 1, 2, 3, 4, 5 (i9973ber/a 3.2.4.1) | underrange, overrange, fault, off, missing |
+//! | PCG, PSG in TTR compatibility mode | Bit 7 of the status (tira56e1 4.4.1) | fault |
+//! | PCG, PSG in TTR compatibility mode | the value is at an end of the range of the gauge or beyond: the telegram has no status of it | underrange, overrange |
 //! | all | no condition above, and the number is positive and finite | valid |
 //! | all | no condition above | fault |
 
@@ -29,6 +31,11 @@ pub(crate) enum ValueStatus {
     Channel(StatusExtension),
     /// Measurement Status of a channel.
     Measurement(u8),
+    /// The status in telegram 205 of the TTR compatibility mode.
+    Ttr {
+        /// The gauge has an error.
+        has_error: bool,
+    },
     /// The configuration has no status.
     None,
 }
@@ -42,6 +49,8 @@ pub enum Cause {
     ChannelError,
     /// The gauge declares its reading invalid and reports no alarm.
     DeclaredInvalid,
+    /// The gauge reports an error in telegram 205.
+    GaugeError,
     /// The number is not a pressure.
     NoPressure,
     /// The configuration has no status of the value, and the device reports a warning.
@@ -64,6 +73,7 @@ impl fmt::Display for Cause {
             }
             Self::ChannelError => f.write_str("the controller reports an error of the channel"),
             Self::DeclaredInvalid => f.write_str("the gauge declares its reading invalid"),
+            Self::GaugeError => f.write_str("the gauge reports an error"),
             Self::NoPressure => f.write_str("the number is not a pressure"),
             Self::NoStatus => {
                 f.write_str("the configuration has no status of the reading, and the device reports a warning")
@@ -136,6 +146,7 @@ impl Evidence {
         let (quality, cause) = match self.status {
             ValueStatus::Gauge(status) | ValueStatus::Channel(status) => self.by_extension(status),
             ValueStatus::Measurement(status) => self.by_measurement(status),
+            ValueStatus::Ttr { has_error } => self.by_ttr(has_error),
             ValueStatus::None => self.without_status(),
         };
         Verdict { quality, cause, limit_pa: self.limit_pa(quality) }
@@ -159,7 +170,9 @@ impl Evidence {
     const fn own_alarms(&self) -> ExceptionStatus {
         match self.status {
             ValueStatus::Channel(_) => ExceptionStatus::ALARM_COMMON.union(ExceptionStatus::ALARM_MANUFACTURER),
-            ValueStatus::Gauge(_) | ValueStatus::Measurement(_) | ValueStatus::None => ExceptionStatus::ALARM,
+            ValueStatus::Gauge(_) | ValueStatus::Measurement(_) | ValueStatus::Ttr { .. } | ValueStatus::None => {
+                ExceptionStatus::ALARM
+            }
         }
     }
 
@@ -195,6 +208,17 @@ impl Evidence {
             4 => (Quality::Off, None),
             5 => (Quality::Missing, None),
             _ => (Quality::Fault, Some(Cause::ChannelError)),
+        }
+    }
+
+    /// Telegram 205 shows an end of the range like any other pressure.
+    fn by_ttr(&self, has_error: bool) -> (Quality, Option<Cause>) {
+        let (Some(pa), Some(range)) = (self.pa, self.range) else { return self.in_range() };
+        match () {
+            () if has_error => (Quality::Fault, Some(Cause::GaugeError)),
+            () if range.contains(pa) => (Quality::Valid, None),
+            () if pa <= range.low_pa * (1.0 + ROUNDING) => (Quality::Underrange, None),
+            () => (Quality::Overrange, None),
         }
     }
 

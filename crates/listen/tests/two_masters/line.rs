@@ -14,7 +14,7 @@ use profivac_vacuum::Gas;
 use profivac_virtual::device::{GasConditions, VirtualDevice};
 use profivac_virtual::device_spec::{DEVICES, DeviceSpec};
 use profivac_virtual::nonvolatile::NonvolatileMemory;
-use profivac_wire::control::{Control, Function};
+use profivac_wire::control::{Control, Function, Status};
 use profivac_wire::{DataTelegram, Telegram};
 use std::collections::BTreeMap;
 
@@ -27,6 +27,10 @@ pub struct Sent {
     pub requests: u64,
     pub repeated: u64,
     pub longest: u64,
+    /// Message cycles that ended without a valid answer.
+    pub lost: u64,
+    /// Answers that refuse.
+    pub refused: u64,
     sequence: u64,
 }
 
@@ -35,18 +39,47 @@ pub struct CountingMaster {
     pub master: Box<Active<BusMaster>>,
     pub sent: BTreeMap<u8, Sent>,
     last: Vec<u8>,
+    /// The slave whose request has no valid answer yet.
+    pending: Option<u8>,
 }
 
 impl CountingMaster {
+    /// Counts an answer to the pending request.
+    fn count_answer(&mut self, telegram: &Telegram<'_>) {
+        let Some(slave) = self.pending else { return };
+        let status = match telegram {
+            Telegram::ShortAck => Status::Ok,
+            Telegram::Data(DataTelegram { sa, fc, .. }) if *sa == slave => match Control::from_octet(*fc) {
+                Control::Response { status, .. } => status,
+                Control::Request { .. } => return,
+            },
+            Telegram::Data(_) | Telegram::Token { .. } => return,
+        };
+        self.pending = None;
+        let is_refusal = !matches!(status, Status::Ok | Status::DataLow | Status::DataHigh | Status::NoReply);
+        self.sent.entry(slave).or_default().refused += u64::from(is_refusal);
+    }
+
+    /// The pending request was given up.
+    fn give_up(&mut self) {
+        if let Some(slave) = self.pending.take() {
+            self.sent.entry(slave).or_default().lost += 1;
+        }
+    }
+
     fn count(&mut self, octets: &[u8]) {
         let is_repetition = self.last == octets;
         self.last.clear();
         self.last.extend_from_slice(octets);
+        if !is_repetition {
+            self.give_up();
+        }
         let Ok(Telegram::Data(DataTelegram { da, fc, .. })) = Telegram::parse(octets) else { return };
         let Control::Request { function, .. } = Control::from_octet(fc) else { return };
         if !matches!(function, Function::SrdLow | Function::SrdHigh) {
             return;
         }
+        self.pending = Some(da);
         let sent = self.sent.entry(da).or_default();
         sent.requests += 1;
         sent.sequence = if is_repetition { sent.sequence + 1 } else { 0 };
@@ -57,6 +90,7 @@ impl CountingMaster {
 
 impl Station for CountingMaster {
     fn telegram(&mut self, end: BitTime, telegram: &Telegram<'_>) -> Option<Transmit<'_>> {
+        self.count_answer(telegram);
         let Transmit { not_before, octets } = self.master.telegram(end, telegram)?;
         let octets = octets.to_vec();
         self.count(&octets);
@@ -98,6 +132,8 @@ pub struct Line {
     fed: BitTime,
     /// Octets on the line.
     pub octets: u64,
+    /// Transmissions on the line with a character that was received with an error, or that are no telegram.
+    pub damaged: u64,
     /// The traffic, if it is to be replayed.
     pub recorded: Option<Vec<Chunk>>,
 }
@@ -143,8 +179,17 @@ impl Line {
             segment.allow(rule);
         }
         let devices = slaves.iter().map(|slave| segment.attach(device(slave, baud))).collect();
-        let mut line =
-            Self { baud, segment, masters: Vec::new(), devices, slaves, fed: BitTime(0), octets: 0, recorded: None };
+        let mut line = Self {
+            baud,
+            segment,
+            masters: Vec::new(),
+            devices,
+            slaves,
+            fed: BitTime(0),
+            octets: 0,
+            damaged: 0,
+            recorded: None,
+        };
         for address in MASTERS {
             let master = line.new_master(address);
             line.masters.push(line.segment.attach(master));
@@ -165,13 +210,15 @@ impl Line {
             master.user.add(&slave.parameters(self.baud)).unwrap();
         }
         master.user.set_mode(Mode::Operate);
-        CountingMaster { master: Box::new(master), sent: BTreeMap::new(), last: Vec::new() }
+        CountingMaster { master: Box::new(master), sent: BTreeMap::new(), last: Vec::new(), pending: None }
     }
 
     /// A master is replaced by one that has just been switched on. Its counts continue.
     pub fn restart(&mut self, place: usize) {
         let mut new = self.new_master(MASTERS[place]);
         let old = self.segment.station_mut(self.masters[place]);
+        // The answer to its last request may still come.
+        new.pending = old.pending;
         new.sent = std::mem::take(&mut old.sent);
         *old = new;
     }
@@ -203,6 +250,7 @@ impl Line {
         for entry in entries.filter(|entry| entry.start >= self.fed && entry.end() <= now) {
             let octets = entry.octets.to_vec();
             self.octets += octets.len() as u64;
+            self.damaged += u64::from(!entry.errors.is_empty() || Telegram::parse(&octets).is_err());
             let chunk = Chunk { start: Some(entry.start), octets, errors: entry.errors.clone(), is_continued: false };
             listeners.iter_mut().for_each(|listener| listener.hear(&chunk));
             if let Some(recorded) = &mut self.recorded {

@@ -14,7 +14,7 @@ use profivac_recorder::{EventKind, Micros};
 use profivac_virtual::device_spec::entry;
 use std::path::Path;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 /// The time between two reports.
@@ -35,9 +35,13 @@ pub struct LineObserver {
     handled: u64,
     /// Events also become events of the station.
     records_events: bool,
+    allowance: EventAllowance,
     report_at: Instant,
     capture_at: Instant,
-    number: Arc<AtomicU64>,
+    /// The number of the next capture.
+    number: u64,
+    /// A capture is being written.
+    is_storing: Arc<AtomicBool>,
 }
 
 impl LineObserver {
@@ -56,7 +60,9 @@ impl LineObserver {
             records_events: segment.listen_only,
             report_at: now,
             capture_at: now,
-            number: Arc::default(),
+            allowance: EventAllowance::new(now),
+            number: 0,
+            is_storing: Arc::default(),
         };
         line.declare(&segment.gauges);
         line
@@ -105,7 +111,7 @@ impl LineObserver {
             if is_trigger(event.kind) {
                 self.trigger(now, &event.text);
             }
-            if self.records_events {
+            if self.records_events && self.allowance.take(Instant::now()) {
                 let text = format!("segment {}: {}", self.segment, event.text);
                 services.recorder.event_now(None, EventKind::Bus, text);
             }
@@ -114,6 +120,13 @@ impl LineObserver {
             Some(CaptureRequest { reason, is_by_user: true }) => self.flight.trigger(now, &reason),
             Some(CaptureRequest { reason, is_by_user: false }) => self.trigger(now, &reason),
             None => {}
+        }
+        if let Some(omitted) = self.allowance.take_omitted(Instant::now()) {
+            let text = format!(
+                "segment {}: {omitted} further events of the bus within a minute are not recorded; its page has the last ones",
+                self.segment
+            );
+            services.recorder.event_now(None, EventKind::Bus, text);
         }
         if let Some(capture) = self.flight.take_capture(now) {
             self.store(services, capture);
@@ -131,24 +144,76 @@ impl LineObserver {
         }
     }
 
-    /// Writes a capture in a thread of its own: a bus thread never waits for the disk.
-    fn store(&self, services: &SegmentServices, capture: Capture) {
+    /// Writes a capture in a thread of its own: a bus thread never waits for the disk. While a disk hangs no second capture waits in memory.
+    fn store(&mut self, services: &SegmentServices, capture: Capture) {
         let (captures, recorder, segment) =
             (self.captures.clone(), Arc::clone(&services.recorder), self.segment.clone());
-        let number = self.number.fetch_add(1, Ordering::Relaxed);
-        let name = format!("{}-{number}", Micros::now().0 / Micros::SECOND);
+        if self.is_storing.swap(true, Ordering::AcqRel) {
+            let text = format!(
+                "segment {segment}: a capture ({}) is lost: the disk has not taken the one before",
+                capture.reason
+            );
+            recorder.event_now(None, EventKind::Bus, text);
+            return;
+        }
+        let name = format!("{}-{}", Micros::now().0 / Micros::SECOND, self.number);
+        self.number = self.number.wrapping_add(1);
+        let is_storing = Arc::clone(&self.is_storing);
         let store = move || {
             let text = match captures.store(&name, &capture) {
                 Ok(stored) => format!("segment {segment}: capture {} ({})", stored.name, capture.reason),
-                Err(error) => format!("segment {segment}: the capture {name} cannot be written: {error}"),
+                Err(error) => {
+                    format!("segment {segment}: the capture {name} ({}) cannot be written: {error}", capture.reason)
+                }
             };
+            is_storing.store(false, Ordering::Release);
             recorder.event_now(None, EventKind::Bus, text);
         };
         let thread = std::thread::Builder::new().name("capture".to_owned()).spawn(store);
         if let Err(error) = thread {
+            self.is_storing.store(false, Ordering::Release);
             let text = format!("segment {}: the system gives no thread for a capture: {error}", self.segment);
             services.recorder.event_now(None, EventKind::Bus, text);
         }
+    }
+}
+
+/// The number of events of a line that are recorded in a minute. free choice: a ring of 30 stations starts with fewer, and a master that
+/// writes a parameter in every cycle does not fill the database.
+const EVENTS_PER_MINUTE: u32 = 120;
+
+/// How many events of a line may be recorded: telegrams of others cause them, as many as they like.
+struct EventAllowance {
+    began: Instant,
+    count: u32,
+    omitted: u64,
+}
+
+impl EventAllowance {
+    const MINUTE: Duration = Duration::from_mins(1);
+
+    const fn new(now: Instant) -> Self {
+        Self { began: now, count: 0, omitted: 0 }
+    }
+
+    /// Whether one more event is recorded.
+    fn take(&mut self, now: Instant) -> bool {
+        if self.omitted == 0 && now.saturating_duration_since(self.began) >= Self::MINUTE {
+            *self = Self::new(now);
+        }
+        let is_allowed = self.count < EVENTS_PER_MINUTE;
+        if is_allowed {
+            self.count = self.count.saturating_add(1);
+        } else {
+            self.omitted = self.omitted.saturating_add(1);
+        }
+        is_allowed
+    }
+
+    /// The number of events of the past minute that were not recorded, at its end.
+    fn take_omitted(&mut self, now: Instant) -> Option<u64> {
+        let is_over = self.omitted > 0 && now.saturating_duration_since(self.began) >= Self::MINUTE;
+        is_over.then(|| std::mem::replace(self, Self::new(now)).omitted)
     }
 }
 
@@ -168,4 +233,21 @@ const fn is_trigger(kind: BusEvent) -> bool {
 /// The name of a segment as that of a folder.
 fn folder_name(segment: &str) -> String {
     segment.chars().map(|it| if it.is_alphanumeric() || matches!(it, '-' | '_') { it } else { '_' }).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn events_beyond_those_of_a_minute_are_counted_and_not_recorded() {
+        let began = Instant::now();
+        let mut allowance = EventAllowance::new(began);
+        let recorded = (0..10_000).filter(|_| allowance.take(began)).count();
+        assert_eq!((recorded, allowance.take_omitted(began)), (EVENTS_PER_MINUTE as usize, None));
+        let next = began + EventAllowance::MINUTE;
+        assert_eq!(allowance.take_omitted(next), Some(10_000 - u64::from(EVENTS_PER_MINUTE)));
+        assert!(allowance.take(next), "the next minute has its own");
+        assert_eq!(allowance.take_omitted(next + EventAllowance::MINUTE), None);
+    }
 }

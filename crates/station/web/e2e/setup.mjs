@@ -50,17 +50,26 @@ async function startProgram(program, address, ...more) {
 }
 
 /** The demo plant with its dashboard, until it is stopped; `cargo build -p profivac-cli` makes it. */
-export async function startDemo(...more) {
+export const startDemo = (...more) => startProfivac('demo', '--headless', ...more)
+
+/** A station with this file. */
+export const startStation = (file) => startProfivac('run', file)
+
+async function startProfivac(command, ...more) {
   const program = `${process.env.CARGO_TARGET_DIR ?? `${ROOT}/target`}/debug/profivac`
-  const child = spawn(program, ['demo', '--headless', '--listen', '127.0.0.1:0', ...more], {
-    stdio: ['pipe', 'ignore', 'pipe'],
+  const child = spawn(program, [command, '--listen', '127.0.0.1:0', ...more], {
+    stdio: ['pipe', 'pipe', 'pipe'],
   })
-  const lines = createInterface({ input: child.stderr })
+  const outputs = [child.stdout, child.stderr].map((input) => createInterface({ input }))
   const failed = once(child, 'error').then(([error]) => Promise.reject(error))
   const ended = once(child, 'exit').then(([code]) => Promise.reject(new Error(`${program} ended with ${code}`)))
   ended.catch(() => {})
   failed.catch(() => {})
-  const [said] = await Promise.race([once(lines, 'line'), failed, ended])
+  // `run` says its address on its output, `demo` on its errors.
+  const ready = new Promise((done) => {
+    for (const lines of outputs) lines.on('line', (line) => line.includes('http://') && done(line))
+  })
+  const said = await Promise.race([ready, failed, ended])
   const url = said.slice(said.indexOf('http://'))
   return {
     url,

@@ -1,0 +1,86 @@
+//! Answers, and the stations that they show.
+
+use super::{Observer, is_acyclic};
+use crate::event::EventKind;
+use profivac_dp::link::BitTime;
+use profivac_explain::cycle::Answer;
+use profivac_wire::acyclic::Response;
+use profivac_wire::control::{StationType, Status};
+use profivac_wire::{DataTelegram, Sap};
+
+impl Observer {
+    pub(super) fn short_ack(&mut self, start: BitTime) {
+        if let Some(slave) = self.pending.take() {
+            self.finish(slave, Answer { status: Status::Ok, du: &[] }, start);
+        }
+    }
+
+    pub(super) fn response(&mut self, frame: &DataTelegram<'_>, station: StationType, status: Status, start: BitTime) {
+        self.forget_damaged_request();
+        if station != StationType::Slave {
+            self.master_heard(frame.sa, start);
+        }
+        if self.pending_status == Some((frame.da, frame.sa)) {
+            self.pending_status = None;
+            self.heard(frame.sa, start);
+            return;
+        }
+        let is_answer = self
+            .pending
+            .and_then(|slave| self.station(slave)?.last.as_ref())
+            .is_some_and(|last| last.request.is_answered_by(frame));
+        if is_answer && let Some(slave) = self.pending.take() {
+            self.finish(slave, Answer { status, du: frame.du }, start);
+        } else if self.station(frame.sa).is_some() {
+            // The request was not received: the next one may look like a repetition.
+            self.damage_epoch = self.damage_epoch.saturating_add(1);
+            self.heard(frame.sa, start);
+        }
+    }
+
+    /// Records that a station sent something.
+    pub(super) fn heard(&mut self, address: u8, start: BitTime) {
+        let Some(station) = self.station_mut(address) else { return };
+        let is_new = station.heard_at.replace(start).is_none();
+        let unanswered = std::mem::take(&mut station.unanswered_in_a_row);
+        let was_lost = std::mem::take(&mut station.is_reported_lost);
+        if was_lost {
+            self.event(
+                Some(address),
+                EventKind::Returned,
+                format!("station {address} answers again after {unanswered} unanswered requests"),
+            );
+        } else if is_new {
+            self.event(Some(address), EventKind::Returned, format!("station {address} answers"));
+        }
+    }
+
+    pub(super) fn finish(&mut self, slave: u8, answer: Answer<'_>, start: BitTime) {
+        self.heard(slave, start);
+        let Some(station) = self.station_mut(slave) else { return };
+        let Some(mut last) = station.last.take() else { return };
+        last.is_answered = true;
+        let is_refusal = answer.is_refusal()
+            || matches!(answer.status, Status::DataLowNotTaken | Status::DataHighNotTaken)
+            || (is_acyclic(last.request.sap) && matches!(Response::parse(answer.du), Ok(Response::Negative(_))));
+        if is_refusal {
+            self.count(slave, |counts| counts.refused = counts.refused.saturating_add(1));
+        }
+        match last.request.sap {
+            Sap::Default => self.exchanged(slave, &last.request, answer, start),
+            Sap::SlaveDiag => self.diagnosed(slave, answer.du),
+            Sap::SetPrm if answer.is_ack() => self.parameterised(slave, &last.request),
+            Sap::ChkCfg if answer.is_ack() => self.configured(slave, last.request.master, &last.request.du),
+            Sap::GetCfg if !answer.du.is_empty() => {
+                if let Some(station) = self.station_mut(slave) {
+                    station.knowledge.configure(answer.du);
+                }
+            }
+            sap if is_acyclic(sap) => self.record_answered(slave, &last.request, answer.du, start),
+            _ => {}
+        }
+        if let Some(station) = self.station_mut(slave) {
+            station.last = Some(last);
+        }
+    }
+}

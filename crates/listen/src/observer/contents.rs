@@ -1,0 +1,202 @@
+//! The contents of services: cyclic data, diagnosis, parameters and configuration.
+
+use super::Observer;
+use crate::event::EventKind;
+use crate::parameters::{Done, Passed, Path};
+use crate::station::{Diagnosis, MAX_DIAGNOSES, Station};
+use profivac_dp::link::BitTime;
+use profivac_explain::cycle::{Answer, Request, status_text};
+use profivac_explain::names::DeviceTables;
+use profivac_explain::slave::diagnosis_reports;
+use profivac_sim::describe::Hex;
+use profivac_wire::control::Status;
+use profivac_wire::diag::{NO_MASTER, SlaveDiag};
+use profivac_wire::prm::SetPrm;
+use profivac_wire::{DataTelegram, Sap};
+
+impl Observer {
+    /// Records the contents of a request.
+    pub(super) fn note_contents(
+        &mut self,
+        slave: u8,
+        frame: &DataTelegram<'_>,
+        sap: Sap,
+        is_first: bool,
+        start: BitTime,
+    ) {
+        if sap == Sap::Default && is_first {
+            self.cycle_request(frame.sa, slave, start);
+        }
+        let Some(station) = self.station_mut(slave) else { return };
+        match sap {
+            Sap::Default => {
+                if has_channel(station)
+                    && let Some(telegram) = station.knowledge.layout().and_then(|configuration| configuration.outputs)
+                {
+                    station.parameters.outputs(telegram, frame.sa, frame.du);
+                }
+            }
+            Sap::Ms1 | Sap::Ms2(_) => {
+                if let Some(last) = &station.last {
+                    station.parameters.request(&last.request);
+                }
+            }
+            _ => {}
+        }
+    }
+
+    pub(super) fn exchanged(&mut self, slave: u8, request: &Request, answer: Answer<'_>, start: BitTime) {
+        let is_valid = matches!(answer.status, Status::Ok | Status::DataLow | Status::DataHigh | Status::NoReply);
+        let Some(station) = self.station_mut(slave) else { return };
+        station.is_exchanging = is_valid;
+        if !is_valid {
+            if !std::mem::replace(&mut station.refuses_exchange, true) {
+                let text = format!("station {slave} refuses to exchange data: {}", status_text(answer.status));
+                self.event(Some(slave), EventKind::Refused, text);
+            }
+            return;
+        }
+        station.refuses_exchange = false;
+        station.knowledge.exchange(request.du.len(), answer.du, start);
+        let layout = if has_channel(station) { station.knowledge.layout() } else { None };
+        let inputs = layout.and_then(|configuration| configuration.inputs);
+        let tables = station.tables;
+        let passed =
+            inputs.and_then(|telegram| station.parameters.inputs(telegram, &tables, answer.du, start)).cloned();
+        self.count(slave, |counts| counts.exchanges = counts.exchanges.saturating_add(1));
+        if let Some(passed) = passed {
+            self.learn(slave, &passed);
+        }
+    }
+
+    pub(super) fn diagnosed(&mut self, slave: u8, du: &[u8]) {
+        self.count(slave, |counts| counts.diagnoses = counts.diagnoses.saturating_add(1));
+        let now = self.now;
+        let Some(station) = self.station_mut(slave) else { return };
+        if station.diagnosis_octets == du {
+            return;
+        }
+        let Ok(diag) = SlaveDiag::parse(du) else { return };
+        station.diagnosis_octets.clear();
+        station.diagnosis_octets.extend_from_slice(du);
+        station.status = Some(diag.status);
+        let owner = station.owner.replace(diag.master_add);
+        identify(station, diag.ident);
+        let reports = diagnosis_reports(&diag);
+        let is_report = station.diagnoses.back().map_or(!reports.is_empty(), |before| before.reports != reports);
+        if station.diagnoses.back().is_none_or(|before| before.reports != reports) {
+            if station.diagnoses.len() >= MAX_DIAGNOSES {
+                station.diagnoses.pop_front();
+            }
+            station.diagnoses.push_back(Diagnosis { at: now, reports: reports.clone() });
+        }
+        if owner.is_some_and(|owner| owner != diag.master_add) {
+            self.owner_changed(slave, diag.master_add);
+        }
+        if is_report {
+            let contents = if reports.is_empty() { "nothing".to_owned() } else { reports.join(", ") };
+            let text = format!("the diagnosis of station {slave} reports {contents}");
+            self.event(Some(slave), EventKind::Diagnosis, text);
+        }
+    }
+
+    fn owner_changed(&mut self, slave: u8, owner: u8) {
+        let text = match owner {
+            NO_MASTER => format!("station {slave} has no owner any more"),
+            owner => format!("station {slave} belongs to master {owner}"),
+        };
+        self.event(Some(slave), EventKind::Owner, text);
+    }
+
+    pub(super) fn parameterised(&mut self, slave: u8, request: &Request) {
+        let Ok(prm) = SetPrm::parse(&request.du) else { return };
+        let Some(station) = self.station_mut(slave) else { return };
+        identify(station, prm.ident);
+        station.knowledge.parameterise(prm.user);
+        station.tables.unit = station
+            .knowledge
+            .model()
+            .and_then(|(model, _)| model.user_prm(prm.user))
+            .and_then(|known| station.tables.model?.unit(known.unit_code()))
+            .or(station.tables.unit);
+        let is_changed = !station.set_prm.is_empty() && station.set_prm != request.du;
+        let is_first = station.set_prm.is_empty();
+        station.set_prm.clone_from(&request.du);
+        let text = match (is_first, is_changed) {
+            (true, _) => format!("master {} sets parameters of station {slave}", request.master),
+            (_, true) => format!(
+                "master {} sets other parameters of station {slave} than before: {}",
+                request.master,
+                Hex(&request.du)
+            ),
+            _ => format!("master {} sets the same parameters of station {slave} again", request.master),
+        };
+        self.event(Some(slave), EventKind::Configuration, text);
+    }
+
+    pub(super) fn configured(&mut self, slave: u8, master: u8, du: &[u8]) {
+        let Some(station) = self.station_mut(slave) else { return };
+        let is_first = station.knowledge.heard_configuration().is_empty();
+        let is_new = station.knowledge.configure(du);
+        station.tables.model = station.knowledge.model().map(|(model, _)| model).or(station.tables.model);
+        if is_new {
+            let other = if is_first { "the" } else { "another" };
+            let text = format!("master {master} asks station {slave} for {other} configuration {}", Hex(du));
+            self.event(Some(slave), EventKind::Configuration, text);
+        }
+    }
+
+    pub(super) fn record_answered(&mut self, slave: u8, request: &Request, du: &[u8], start: BitTime) {
+        let Some(station) = self.station_mut(slave) else { return };
+        let passed = station.parameters.answer(request, du, start).cloned();
+        if let Some(passed) = passed {
+            self.learn(slave, &passed);
+        }
+    }
+
+    /// Takes a value that changes the meaning of others, and reports a write.
+    pub(super) fn learn(&mut self, slave: u8, passed: &Passed) {
+        let Some(station) = self.station_mut(slave) else { return };
+        let (slot, index) = passed.location;
+        if passed.done != Done::Refused {
+            let before = station.tables.unit.map(|unit| unit.code);
+            station.tables.learn(slot, index, &passed.octets);
+            if let Some(unit) = station.tables.unit.filter(|unit| Some(unit.code) != before) {
+                station.knowledge.learn_unit(unit.code);
+            }
+        }
+        if passed.done == Done::Written {
+            let (name, value) = self.parameter_text(slave, passed);
+            let way = path_text(passed.path);
+            let text = format!("master {} writes {name} = {value} of station {slave} ({way})", passed.requester);
+            self.event(Some(slave), EventKind::Parameter, text);
+        }
+    }
+}
+
+/// The words for the way of a parameter.
+#[must_use]
+pub const fn path_text(path: Path) -> &'static str {
+    match path {
+        Path::ParameterChannel => "parameter channel",
+        Path::Ms1 => "MS1",
+        Path::Ms2 => "MS2",
+    }
+}
+
+/// Takes Ident_Number, and the tables of the device.
+fn identify(station: &mut Station, ident: u16) {
+    if station.knowledge.ident() == Some(ident) {
+        return;
+    }
+    station.knowledge.identify(ident);
+    let model = station.knowledge.model().map(|(model, _)| model);
+    if model.map(|model| model.name) != station.tables.model.map(|model| model.name) {
+        station.tables = DeviceTables { model, ..DeviceTables::default() };
+    }
+}
+
+/// Whether the device has a parameter channel at all: all others need no look into their images.
+fn has_channel(station: &Station) -> bool {
+    station.tables.model.is_some_and(|model| !model.channel_rules.tasks.is_empty())
+}

@@ -1,0 +1,49 @@
+// The statistics of a bus in a browser: a station with a master on a segment in memory; `cargo build -p profivac-cli` makes the program.
+
+import assert from 'node:assert/strict'
+import { mkdtemp, rm, writeFile } from 'node:fs/promises'
+import { tmpdir } from 'node:os'
+import { join } from 'node:path'
+import { after, before, test } from 'node:test'
+import { openPage, startBrowser, startStation } from './setup.mjs'
+
+let browser
+let station
+let folder
+
+before(async () => {
+  folder = await mkdtemp(join(tmpdir(), 'profivac-bus-'))
+  await writeFile(join(folder, 'hall.toml'), 'devices = ["bcg450@5"]\nbaud = 187500\n')
+  const lines = [
+    '[[segment]]\nname = "hall"\nbaud = 187500\nmaster = 1',
+    `port = "sim:${join(folder, 'hall.toml')}"`,
+    '[[segment.gauge]]\nname = "chamber"\naddress = 5\ndevice = "bcg450"\n',
+  ]
+  await writeFile(join(folder, 'plant.toml'), lines.join('\n'), { mode: 0o600 })
+  ;[browser, station] = await Promise.all([startBrowser(), startStation(join(folder, 'plant.toml'))])
+})
+
+after(async () => {
+  await browser?.close()
+  await station?.stop()
+  await rm(folder, { recursive: true, force: true })
+})
+
+test('the statistics of the bus show stations, times and events, and a viewer makes no capture', async () => {
+  const { page, complaints, close } = await openPage(browser, `${station.url}/bus`)
+  try {
+    await page.getByText('Statistics, events and captures').first().click()
+    const statistics = page.locator('details.statistics').first()
+    const rows = statistics.locator('table', { hasText: 'Stations, with their counts' }).locator('tbody tr')
+    await rows.filter({ hasText: 'exchanging' }).waitFor()
+    assert.deepEqual(await rows.locator('th').allInnerTexts(), ['1', '5'])
+    assert.deepEqual(await rows.locator('td:nth-of-type(1)').allInnerTexts(), ['master', 'exchanging'])
+    await statistics.getByText('Cycle time').waitFor()
+    await statistics.locator('.histogram meter').first().waitFor()
+    await statistics.locator('ul[aria-label="Events on the bus"] li').first().waitFor()
+    assert.equal(await statistics.getByRole('button', { name: 'Make capture' }).count(), 0)
+    assert.deepEqual(complaints, [])
+  } finally {
+    await close()
+  }
+})
