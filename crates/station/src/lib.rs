@@ -4,7 +4,6 @@
 //! |---|---|
 //! | `host_name` | host names in requests and in the station's file |
 //! | [`visible_text`] | names, reasons and comments that users type |
-//! | [`rise`] | a rise of pressure, separated into leak and outgassing |
 //! | [`pumpdown`] | pump-downs in a recording |
 //! | [`web`] | the dashboard, embedded in the program |
 //! | [`recording`] | the recorder as the threads share it |
@@ -33,7 +32,6 @@ mod host_name;
 pub mod pumpdown;
 pub mod recording;
 pub mod report;
-pub mod rise;
 pub mod segment;
 pub mod server;
 pub mod services;

@@ -4,6 +4,8 @@
 
 use crate::auth::Role;
 use profivac_devices::Principle;
+use profivac_identify::Interval;
+use profivac_identify::rise::{Cause, Flow};
 use profivac_recorder::{Event, EventKind, Micros, Qualities, Quality};
 use serde::{Serialize, Serializer};
 use std::time::Duration;
@@ -273,23 +275,122 @@ impl From<Event> for EventView {
     }
 }
 
-/// The parts of a pressure rise.
+/// A value with its 95 % interval.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, ToSchema)]
+pub struct IntervalView {
+    /// The mean.
+    pub mean: f64,
+    /// The lower bound.
+    pub low: f64,
+    /// The upper bound.
+    pub high: f64,
+}
+
+impl From<Interval> for IntervalView {
+    fn from(Interval { mean, low, high }: Interval) -> Self {
+        Self { mean, low, high }
+    }
+}
+
+/// A gas flow in three units.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, ToSchema)]
+pub struct FlowView {
+    /// In Pa m³/s.
+    pub pa_m3_per_s: IntervalView,
+    /// In mbar l/s.
+    pub mbar_l_per_s: IntervalView,
+    /// In sccm at 0 °C and 1013.25 mbar, from the temperature of the gas.
+    pub sccm: IntervalView,
+}
+
+impl From<Flow> for FlowView {
+    fn from(flow: Flow) -> Self {
+        Self {
+            pa_m3_per_s: flow.pa_m3_per_s.into(),
+            mbar_l_per_s: flow.mbar_l_per_s().into(),
+            sccm: flow.sccm().into(),
+        }
+    }
+}
+
+/// The cause of a pressure rise.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, ToSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum RiseCause {
+    /// A leak; outgassing is not certain.
+    Leak,
+    /// Outgassing; a leak is not certain.
+    Outgassing,
+    /// Both are certain.
+    Both,
+    /// Leak and outgassing cannot be distinguished.
+    Undistinguished,
+    /// The pressure does not rise.
+    NoRise,
+}
+
+impl From<Cause> for RiseCause {
+    fn from(cause: Cause) -> Self {
+        match cause {
+            Cause::Leak => Self::Leak,
+            Cause::Outgassing => Self::Outgassing,
+            Cause::Both => Self::Both,
+            Cause::Undistinguished => Self::Undistinguished,
+            Cause::NoRise => Self::NoRise,
+        }
+    }
+}
+
+/// The probabilities of the shapes of a rise; they add up to 1.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, ToSchema)]
+pub struct RiseShapes {
+    /// A straight line.
+    pub straight: f64,
+    /// A straight line and outgassing that falls with the time.
+    pub inverse_time: f64,
+    /// A straight line and outgassing that saturates.
+    pub saturating: f64,
+}
+
+/// The flows of a pressure rise.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, ToSchema)]
+pub struct RiseFlows {
+    /// The leak.
+    pub leak: FlowView,
+    /// The outgassing at the beginning.
+    pub outgassing: FlowView,
+}
+
+/// A point of the fitted rise.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, ToSchema)]
+pub struct RisePoint {
+    /// Seconds since the beginning.
+    pub s: f64,
+    /// The pressure in Pa.
+    pub pa: f64,
+}
+
+/// A pressure rise, separated into leak and outgassing.
 #[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
 pub struct RiseView {
-    /// The pressure at the beginning, in Pa.
-    pub start_pa: f64,
-    /// The part that does not slow down, in Pa/s.
-    pub steady_pa_per_s: f64,
-    /// The same as a flow, in Pa m³/s, if the volume is known.
-    pub leak_pa_m3_per_s: Option<f64>,
-    /// The final height of the part that slows down, in Pa; `null` if it cannot be separated from the steady one.
-    pub bend_pa: Option<f64>,
-    /// Its time constant in seconds.
+    /// The cause.
+    pub cause: RiseCause,
+    /// The leak in Pa/s.
+    pub leak_pa_per_s: IntervalView,
+    /// The outgassing at the beginning in Pa/s.
+    pub outgassing_pa_per_s: IntervalView,
+    /// Both as flows; `null` if the volume is not known.
+    pub flows: Option<RiseFlows>,
+    /// The probabilities of the shapes.
+    pub shapes: RiseShapes,
+    /// The root mean square of the residuals divided by the noise: near 1 for a good fit.
+    pub misfit: f64,
+    /// The time constant of saturation in seconds; `null` unless that shape is the most probable one.
     pub tau_s: Option<f64>,
-    /// Its flow at the beginning, in Pa m³/s, if the volume is known.
-    pub outgassing_pa_m3_per_s: Option<f64>,
-    /// How much of the variation is explained, 0 to 1.
-    pub explained: f64,
+    /// The time of pumping before the beginning in seconds; `null` if the database has no pump-down before it.
+    pub pumped_s: Option<f64>,
+    /// The best fit, at most 400 points.
+    pub fitted: Vec<RisePoint>,
     /// The number of fitted samples.
     pub samples: usize,
 }

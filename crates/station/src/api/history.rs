@@ -3,17 +3,20 @@
 use super::database::DatabaseReaders;
 use super::problem::Problem;
 use super::query::{checked_range, moment, parsed_query, time_range};
-use crate::rise::{self, Rise};
-use crate::view::{EventView, RiseView, Trend};
+use crate::pumpdown;
+use crate::view::{EventView, RiseFlows, RisePoint, RiseShapes, RiseView, Trend};
 use axum::Json;
 use axum::extract::rejection::QueryRejection;
 use axum::extract::{Query, State};
 use axum::http::header::{CONTENT_DISPOSITION, CONTENT_TYPE};
 use axum::response::IntoResponse;
+use profivac_identify::rise::{Flow, GasDependence, Rise, RiseSetup, analyse};
 use profivac_recorder::{DatabaseError, Micros, Reader};
+use profivac_vacuum::gas::Gas;
 use serde::Deserialize;
 use std::collections::HashSet;
-use utoipa::IntoParams;
+use std::time::Duration;
+use utoipa::{IntoParams, ToSchema};
 
 /// The most spans of a trend: more than a screen has pixels.
 const MAX_PIXELS: u32 = 20_000;
@@ -23,6 +26,12 @@ const MAX_EVENTS: u32 = 10_000;
 
 /// The most points to which a rise is fitted.
 const MAX_FITTED: u32 = 20_000;
+
+/// The longest time before a rise in which its pump-down is searched.
+const PUMPED_WITHIN: Duration = Duration::from_secs(7 * 24 * 3600);
+
+/// The temperature of the gas, in K.
+const GAS_K: f64 = 293.15;
 
 /// The series and the time range of a trend.
 #[derive(Debug, Deserialize, IntoParams)]
@@ -73,6 +82,31 @@ pub struct RiseParameters {
     /// The volume in m³. With it the answer has flows in Pa m³/s.
     #[param(example = 0.1)]
     volume_m3: Option<f64>,
+    /// How the indication depends on the gas, `none` unless given. The correction takes outgassing as water and a leak as air.
+    #[param(inline, example = "none")]
+    gauge: Option<RiseGauge>,
+}
+
+/// How the indication of a gauge depends on the gas.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, ToSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum RiseGauge {
+    /// Not at all, or unknown: a diaphragm.
+    None,
+    /// By ionisation: a hot or cold cathode.
+    Ionisation,
+    /// By the conduction of heat: a Pirani.
+    Conduction,
+}
+
+impl From<RiseGauge> for GasDependence {
+    fn from(gauge: RiseGauge) -> Self {
+        match gauge {
+            RiseGauge::None => Self::None,
+            RiseGauge::Ionisation => Self::Ionisation,
+            RiseGauge::Conduction => Self::Conduction,
+        }
+    }
 }
 
 /// The series and the time range of an export.
@@ -189,14 +223,26 @@ pub async fn rise(
     State(readers): State<DatabaseReaders>,
     parameters: Result<Query<RiseParameters>, QueryRejection>,
 ) -> Result<Json<RiseView>, Problem> {
-    let RiseParameters { series, from, to, volume_m3 } = parsed_query(parameters)?;
+    let RiseParameters { series, from, to, volume_m3, gauge } = parsed_query(parameters)?;
     let (from, to) = time_range(from, to)?;
     if let Some(volume) = volume_m3.filter(|volume| !(volume.is_finite() && *volume > 0.0)) {
         return Err(Problem::bad_request(format!("expected a volume in m³ above 0, found {volume}")));
     }
-    let samples = readers.read(move |reader| Ok(pressures(&reader, &series, from, to)?)).await?;
-    let fitted = rise::fit(&samples).map_err(|error| Problem::bad_request(error.to_string()))?;
-    Ok(Json(rise_view(&fitted, volume_m3, samples.len())))
+    let read = readers.read(move |reader| {
+        let samples = pressures(&reader, &series, from, to)?;
+        let setup = RiseSetup {
+            // With 1 m³ a flow in Pa m³/s has the number of the rate in Pa/s.
+            volume_m3: volume_m3.unwrap_or(1.0),
+            pumped_s: pumped_s(&reader, &series, from)?,
+            gauge: gauge.unwrap_or(RiseGauge::None).into(),
+            outgassed: Gas::H2o,
+            gauge_uncertainty: 0.0,
+            gas_k: GAS_K,
+        };
+        let rise = analyse(&samples, &setup).map_err(|error| Problem::bad_request(error.to_string()))?;
+        Ok(Json(rise_view(&rise, &setup, volume_m3, samples.len())))
+    });
+    read.await
 }
 
 /// The samples of a time range as CSV: time (ISO 8601, UTC), series, pressure in Pa, quality
@@ -239,15 +285,36 @@ fn pressures(reader: &Reader, series: &str, from: Micros, to: Micros) -> Result<
     Ok(spans.iter().filter_map(|span| Some((middle(span.start), span.summary.mean()?))).collect())
 }
 
-fn rise_view(rise: &Rise, volume_m3: Option<f64>, samples: usize) -> RiseView {
+/// The time of pumping before a rise in s, from the recorded beginning of its pump-down; `None` if the samples before the rise
+/// have none, or are too many to search.
+fn pumped_s(reader: &Reader, series: &str, closed: Micros) -> Result<Option<f64>, DatabaseError> {
+    let before = i64::try_from(PUMPED_WITHIN.as_micros()).unwrap_or(i64::MAX);
+    let samples = reader.page(series, Micros(closed.0.saturating_sub(before)), closed, MAX_FITTED.saturating_add(1))?;
+    if samples.len() > MAX_FITTED as usize {
+        return Ok(None);
+    }
+    let found = pumpdown::find(&samples, 0);
+    let begun = found.last().filter(|one| !one.is_vented).map(|one| one.span.start.0);
+    let pumped = begun.map(|begun| closed.0.saturating_sub(begun) as f64 / Micros::SECOND as f64);
+    Ok(pumped.filter(|pumped| *pumped > 0.0))
+}
+
+fn rise_view(rise: &Rise, setup: &RiseSetup, volume_m3: Option<f64>, samples: usize) -> RiseView {
+    let per_s = |flow: Flow| flow.pa_m3_per_s.scaled(setup.volume_m3.recip()).into();
     RiseView {
-        start_pa: rise.start_pa,
-        steady_pa_per_s: rise.steady_pa_per_s,
-        leak_pa_m3_per_s: volume_m3.map(|volume| volume * rise.steady_pa_per_s),
-        bend_pa: rise.bend.map(|bend| bend.height_pa),
-        tau_s: rise.bend.map(|bend| bend.tau_s),
-        outgassing_pa_m3_per_s: volume_m3.zip(rise.bend).map(|(volume, bend)| volume * bend.initial_pa_per_s()),
-        explained: rise.explained,
+        cause: rise.cause.into(),
+        leak_pa_per_s: per_s(rise.leak),
+        outgassing_pa_per_s: per_s(rise.outgassing),
+        flows: volume_m3.map(|_| RiseFlows { leak: rise.leak.into(), outgassing: rise.outgassing.into() }),
+        shapes: RiseShapes {
+            straight: rise.shapes.straight,
+            inverse_time: rise.shapes.inverse_time,
+            saturating: rise.shapes.saturating,
+        },
+        misfit: rise.misfit,
+        tau_s: rise.tau_s,
+        pumped_s: setup.pumped_s,
+        fitted: rise.fitted.iter().map(|(s, pa)| RisePoint { s: *s, pa: *pa }).collect(),
         samples,
     }
 }

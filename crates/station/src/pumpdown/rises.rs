@@ -1,7 +1,9 @@
 //! Rises of the pressure within a pump-down: a closed valve, a leak, a degas.
 
 use super::trace::{Section, Trace};
-use crate::rise::{Rise, fit};
+use profivac_identify::Interval;
+use profivac_identify::rise::{Cause, GasDependence, RiseSetup, analyse};
+use profivac_vacuum::gas::Gas;
 
 /// The smallest rise, in decades, seconds and samples. free choice: a factor of three.
 const HEIGHT: f64 = 0.477;
@@ -14,8 +16,19 @@ const OVER: f64 = 0.1;
 /// A rise has not begun while the pressure is this near to its lowest value, in decades (5 %).
 const BOTTOM: f64 = 0.0223;
 
-/// The smallest explained share of a fit by a steady inflow and one that slows down. Other rises are not those of a closed volume.
-const EXPLAINED: f64 = 0.98;
+/// The largest misfit of a rise in a closed volume, in standard deviations of the noise. free choice
+const MISFIT: f64 = 3.0;
+
+/// The parts of a rise in a closed volume.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RiseParts {
+    /// The cause.
+    pub cause: Cause,
+    /// The leak, in Pa/s.
+    pub leak_pa_per_s: Interval,
+    /// The outgassing at the beginning, in Pa/s.
+    pub outgassing_pa_per_s: Interval,
+}
 
 /// A rise of the pressure.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -29,7 +42,7 @@ pub struct PressureRise {
     /// The highest pressure, in Pa.
     pub to_pa: f64,
     /// Its parts, if it is explained as a rise in a closed volume.
-    pub fit: Option<Rise>,
+    pub fit: Option<RiseParts>,
 }
 
 /// All rises, the earliest first.
@@ -67,6 +80,22 @@ fn rise(points: &[(f64, f64)], low: usize, high: usize) -> Option<PressureRise> 
     if to_s - from_s < SHORTEST_S || points.len() < SAMPLES {
         return None;
     }
-    let fit = fit(points).ok().filter(|rise| rise.explained >= EXPLAINED);
-    Some(PressureRise { from_s, to_s, from_pa, to_pa, fit })
+    Some(PressureRise { from_s, to_s, from_pa, to_pa, fit: parts(points, from_s) })
+}
+
+/// The parts of a rise, as indicated. The time of pumping before is not known: the time range may begin within a pump-down.
+fn parts(points: &[(f64, f64)], from_s: f64) -> Option<RiseParts> {
+    let samples: Vec<_> = points.iter().map(|(s, pa)| (s - from_s, *pa)).collect();
+    // With 1 m³ a flow in Pa m³/s has the number of the rate in Pa/s.
+    let setup = RiseSetup {
+        volume_m3: 1.0,
+        pumped_s: None,
+        gauge: GasDependence::None,
+        outgassed: Gas::H2o,
+        gauge_uncertainty: 0.0,
+        gas_k: 293.15,
+    };
+    let rise = analyse(&samples, &setup).ok().filter(|rise| rise.misfit <= MISFIT)?;
+    let [leak_pa_per_s, outgassing_pa_per_s] = [rise.leak, rise.outgassing].map(|flow| flow.pa_m3_per_s);
+    Some(RiseParts { cause: rise.cause, leak_pa_per_s, outgassing_pa_per_s })
 }

@@ -9,6 +9,7 @@ use super::series::{Series, series};
 use crate::pumpdown::{
     Crossing, Fall, FinalSlope, PressureRise, TimeRange, Trace, crossing, falls, final_slope, pressure_rises, quickest,
 };
+use profivac_identify::Interval;
 use profivac_recorder::{DatabaseError, Deadband, Event, Micros, Quality, Reader};
 use std::time::Duration;
 
@@ -166,13 +167,17 @@ fn slope(slope: FinalSlope) -> Slope {
 }
 
 fn rising(start: Micros, rise: &PressureRise, volume_m3: Option<f64>) -> Rising {
-    let steady_pa_per_s = rise.fit.map(|fit| fit.steady_pa_per_s);
+    let leak = rise.fit.map(|fit| fit.leak_pa_per_s);
+    let outgassing = rise.fit.map(|fit| fit.outgassing_pa_per_s);
+    let flow = |rate: Option<Interval>| rate.zip(volume_m3).map(|(rate, volume)| rate.scaled(volume).into());
     Rising {
         from: point(start, (rise.from_s, rise.from_pa)),
         to: point(start, (rise.to_s, rise.to_pa)),
-        steady_pa_per_s,
-        slowing_pa_per_s: rise.fit.and_then(|fit| fit.bend).map(|bend| bend.initial_pa_per_s()),
-        steady_pa_m3_per_s: steady_pa_per_s.zip(volume_m3).map(|(rate, volume)| rate * volume),
+        cause: rise.fit.map(|fit| fit.cause.into()),
+        leak_pa_per_s: leak.map(Into::into),
+        outgassing_pa_per_s: outgassing.map(Into::into),
+        leak_pa_m3_per_s: flow(leak),
+        outgassing_pa_m3_per_s: flow(outgassing),
     }
 }
 

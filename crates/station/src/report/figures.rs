@@ -4,6 +4,7 @@ use super::format::{Unit, target_pressure};
 use crate::config::Config;
 use crate::pumpdown::time_range::seconds;
 use crate::pumpdown::{TimeRange, Trace};
+use crate::view::{IntervalView, RiseCause};
 use jiff::Timestamp;
 use jiff::tz::TimeZone;
 use profivac_recorder::Micros;
@@ -163,12 +164,16 @@ pub struct Rising {
     pub from: PressurePoint,
     /// Its end.
     pub to: PressurePoint,
-    /// The steady part in Pa/s; `None` if the rise is not that of a closed volume.
-    pub steady_pa_per_s: Option<f64>,
-    /// The initial rate of the part that slows down, in Pa/s.
-    pub slowing_pa_per_s: Option<f64>,
-    /// The steady flow, in Pa m³/s.
-    pub steady_pa_m3_per_s: Option<f64>,
+    /// The cause; `None` if the rise is not that of a closed volume.
+    pub cause: Option<RiseCause>,
+    /// The leak, in Pa/s.
+    pub leak_pa_per_s: Option<IntervalView>,
+    /// The outgassing at the beginning, in Pa/s.
+    pub outgassing_pa_per_s: Option<IntervalView>,
+    /// The leak, in Pa m³/s, if the volume is known.
+    pub leak_pa_m3_per_s: Option<IntervalView>,
+    /// The outgassing at the beginning, in Pa m³/s, if the volume is known.
+    pub outgassing_pa_m3_per_s: Option<IntervalView>,
 }
 
 /// The data behind the numbers of a gauge.

@@ -4,6 +4,7 @@ use super::figures::{Gauge, Outcome, PressurePoint, Reached, Report, ReportEvent
 use super::format::{Unit, duration, escape, number, pressure, target_pressure, time_of_day, with_unit};
 use super::plot::swatch;
 use crate::pumpdown::time_range::seconds;
+use crate::view::{IntervalView, RiseCause};
 use profivac_recorder::{Micros, Quality};
 
 /// A table that scrolls sideways on a narrow screen.
@@ -180,14 +181,14 @@ pub fn rises(report: &Report) -> String {
             gauge.rises.iter().map(move |rise| named(style, gauge) + &rise_cells(report, rise))
         });
     let rows: Vec<String> = rows.collect();
-    let volume = report.volume_m3.is_some();
-    let flow = if volume { "Steady flow" } else { "Steady rise" };
-    let table = table("", &heads(&["Gauge", "From", "To", "Duration", flow, "Possible cause"]), &rows);
+    let columns = ["Gauge", "From", "To", "Duration", "Leak", "Outgassing at the start", "Cause"];
+    let table = table("", &heads(&columns), &rows);
     if table.is_empty() {
         return table;
     }
     table
-        + "<p class=\"note\">A flow is valid only if the valve to the pump was closed during the rise, which the pressure alone does not show.</p>\n"
+        + "<p class=\"note\">A flow is valid only if the valve to the pump was closed during the rise, which the pressure alone does not show. \
+           Intervals of 95 % are as indicated: not corrected for the gas, without the uncertainty of the gauge.</p>\n"
 }
 
 fn rise_cells(report: &Report, rise: &Rising) -> String {
@@ -199,19 +200,29 @@ fn rise_cells(report: &Report, rise: &Rising) -> String {
             time_of_day(at, report.span.start, &report.zone)
         )
     };
-    let rate = |pa_per_s: f64| format!("{} {}/s", pressure(pa_per_s, report.unit), report.unit.name());
-    let steady = match (rise.steady_pa_m3_per_s, rise.steady_pa_per_s) {
-        (Some(flow), Some(pa_per_s)) => format!("{} mbar l/s<small>{}</small>", number(flow * 10.0), rate(pa_per_s)),
-        (None, Some(pa_per_s)) => rate(pa_per_s),
-        (_, None) => "–".to_owned(),
+    let unit = report.unit;
+    let rate = |rate: IntervalView| {
+        let [mean, low, high] = [rate.mean, rate.low, rate.high].map(|pa_per_s| pressure(pa_per_s, unit));
+        format!("{mean} {}/s<small>{low} to {high}</small>", unit.name())
     };
-    let words = match (rise.steady_pa_per_s, rise.slowing_pa_per_s) {
-        (None, _) => "not the rise of a closed volume: pumped at the same time, or in steps",
-        (Some(_), None) => "constant: a leak, or outgassing far from equilibrium",
-        (Some(steady), Some(slowing)) if steady < 0.1 * slowing => "slowing down: outgassing",
-        (Some(_), Some(_)) => "a constant part like a leak, and a part that slows down like outgassing",
+    let flow = |flow: IntervalView| {
+        let [mean, low, high] = [flow.mean, flow.low, flow.high].map(|pa_m3_per_s| number(pa_m3_per_s * 10.0));
+        format!("{mean} mbar l/s<small>{low} to {high}</small>")
     };
-    [place(rise.from), place(rise.to), duration(rise.to.s - rise.from.s), steady, words.to_owned()]
+    let part = |as_flow: Option<IntervalView>, as_rate: Option<IntervalView>| {
+        as_flow.map(flow).or_else(|| as_rate.map(rate)).unwrap_or_else(|| "–".to_owned())
+    };
+    let leak = part(rise.leak_pa_m3_per_s, rise.leak_pa_per_s);
+    let outgassing = part(rise.outgassing_pa_m3_per_s, rise.outgassing_pa_per_s);
+    let words = match rise.cause {
+        None => "not the rise of a closed volume: pumped at the same time, or in steps",
+        Some(RiseCause::Leak) => "a leak; outgassing is not certain",
+        Some(RiseCause::Outgassing) => "outgassing; a leak is not certain",
+        Some(RiseCause::Both) => "a leak and outgassing",
+        Some(RiseCause::Undistinguished) => "leak and outgassing cannot be distinguished",
+        Some(RiseCause::NoRise) => "no certain rise",
+    };
+    [place(rise.from), place(rise.to), duration(rise.to.s - rise.from.s), leak, outgassing, words.to_owned()]
         .map(|text| cell(&text))
         .concat()
 }

@@ -12,7 +12,7 @@ import {
   windowOf,
   zoomed,
 } from '../dist/test/lib/range.js'
-import { fitted, steadyPart, verdict } from '../dist/test/lib/rise.js'
+import { fitted, verdict } from '../dist/test/lib/rise.js'
 import { matchingBlocks } from '../dist/test/lib/search.js'
 import { ageOf, currentQuality, isStale } from '../dist/test/lib/stale.js'
 
@@ -83,27 +83,32 @@ test('a recording that has just begun fills the chart', () => {
   assert.deepEqual(fittingRange(null, now), { last: 60_000 })
 })
 
-const rise = { start_pa: 1, steady_pa_per_s: 0.1, bend_pa: 10, tau_s: 100, explained: 0.999, samples: 100 }
+const rise = {
+  cause: 'both',
+  misfit: 1,
+  fitted: [
+    { s: 0, pa: 1 },
+    { s: 10, pa: 3 },
+  ],
+}
 
-test('a fitted rise begins at its start pressure and bends with its time constant', () => {
+test('the fit of a rise is drawn between its points only', () => {
   assert.equal(fitted(rise, 0), 1)
-  assert.ok(Math.abs(fitted(rise, 100) - (1 + 10 + 10 * (1 - Math.exp(-1)))) < 1e-9)
-  assert.equal(fitted({ ...rise, bend_pa: null, tau_s: null }, 10), 2)
+  assert.equal(fitted(rise, 5), 2)
+  assert.equal(fitted(rise, 10), 3)
+  assert.equal(fitted(rise, -1), null)
+  assert.equal(fitted(rise, 11), null)
+  assert.equal(fitted({ ...rise, fitted: [] }, 0), null)
 })
 
-test('the meaning of a rise is a title', () => {
-  assert.equal(steadyPart(rise), 0.5)
+test('the cause of a rise is said in words', () => {
   const title = (change) => verdict({ ...rise, ...change }).title
-  assert.equal(title({}), 'Mostly a leak, with some outgassing')
-  assert.equal(title({ bend_pa: 50 }), 'Mostly outgassing, with a leak')
-  assert.equal(title({ steady_pa_per_s: 0.001 }), 'The curve flattens: outgassing')
-  assert.equal(title({ bend_pa: null, tau_s: null }), 'A straight line: a leak')
-  assert.equal(title({ bend_pa: null, tau_s: null, steady_pa_per_s: -1 }), 'No rise')
-  assert.equal(title({ explained: 0.5 }), 'The fit does not match the curve')
-})
-
-test('outgassing without a leak is not called no rise', () => {
-  assert.equal(verdict({ ...rise, steady_pa_per_s: 0 }).title, 'The curve flattens: outgassing')
+  assert.equal(title({}), 'A leak and outgassing')
+  assert.equal(title({ cause: 'leak' }), 'A leak')
+  assert.equal(title({ cause: 'outgassing' }), 'Outgassing')
+  assert.equal(title({ cause: 'undistinguished' }), 'Leak and outgassing cannot be distinguished')
+  assert.equal(title({ cause: 'no-rise', misfit: 9 }), 'No rise')
+  assert.equal(title({ misfit: 4 }), 'The fit does not match the curve')
 })
 
 test('parameters are found by any of their words', () => {

@@ -1190,6 +1190,15 @@ export interface components {
             /** @description The name of the command, or of the parameter. */
             target: string;
         };
+        /** @description A gas flow in three units. */
+        FlowView: {
+            /** @description In mbar l/s. */
+            mbar_l_per_s: components["schemas"]["IntervalView"];
+            /** @description In Pa m³/s. */
+            pa_m3_per_s: components["schemas"]["IntervalView"];
+            /** @description In sccm at 0 °C and 1013.25 mbar, from the temperature of the gas. */
+            sccm: components["schemas"]["IntervalView"];
+        };
         /** @description A gauge. */
         Gauge: {
             /**
@@ -1241,6 +1250,24 @@ export interface components {
         };
         /** @description A value in a request. */
         GivenValue: string | number | boolean;
+        /** @description A value with its 95 % interval. */
+        IntervalView: {
+            /**
+             * Format: double
+             * @description The upper bound.
+             */
+            high: number;
+            /**
+             * Format: double
+             * @description The lower bound.
+             */
+            low: number;
+            /**
+             * Format: double
+             * @description The mean.
+             */
+            mean: number;
+        };
         /** @description The alarms at one moment, in the live stream. */
         LiveAlarms: {
             /** @description Alarms that are neither normal nor out of service, by name, up to 50. */
@@ -1535,43 +1562,77 @@ export interface components {
             /** @description The reason, in a sentence. */
             problem: string;
         };
-        /** @description The parts of a pressure rise. */
+        /**
+         * @description The cause of a pressure rise.
+         * @enum {string}
+         */
+        RiseCause: "leak" | "outgassing" | "both" | "undistinguished" | "no-rise";
+        /** @description The flows of a pressure rise. */
+        RiseFlows: {
+            /** @description The leak. */
+            leak: components["schemas"]["FlowView"];
+            /** @description The outgassing at the beginning. */
+            outgassing: components["schemas"]["FlowView"];
+        };
+        /** @description A point of the fitted rise. */
+        RisePoint: {
+            /**
+             * Format: double
+             * @description The pressure in Pa.
+             */
+            pa: number;
+            /**
+             * Format: double
+             * @description Seconds since the beginning.
+             */
+            s: number;
+        };
+        /** @description The probabilities of the shapes of a rise; they add up to 1. */
+        RiseShapes: {
+            /**
+             * Format: double
+             * @description A straight line and outgassing that falls with the time.
+             */
+            inverse_time: number;
+            /**
+             * Format: double
+             * @description A straight line and outgassing that saturates.
+             */
+            saturating: number;
+            /**
+             * Format: double
+             * @description A straight line.
+             */
+            straight: number;
+        };
+        /** @description A pressure rise, separated into leak and outgassing. */
         RiseView: {
+            /** @description The cause. */
+            cause: components["schemas"]["RiseCause"];
+            /** @description The best fit, at most 400 points. */
+            fitted: components["schemas"]["RisePoint"][];
+            flows: components["schemas"]["RiseFlows"] | null;
+            /** @description The leak in Pa/s. */
+            leak_pa_per_s: components["schemas"]["IntervalView"];
             /**
              * Format: double
-             * @description The final height of the part that slows down, in Pa; `null` if it cannot be separated from the steady one.
+             * @description The root mean square of the residuals divided by the noise: near 1 for a good fit.
              */
-            bend_pa: number | null;
+            misfit: number;
+            /** @description The outgassing at the beginning in Pa/s. */
+            outgassing_pa_per_s: components["schemas"]["IntervalView"];
             /**
              * Format: double
-             * @description How much of the variation is explained, 0 to 1.
+             * @description The time of pumping before the beginning in seconds; `null` if the database has no pump-down before it.
              */
-            explained: number;
-            /**
-             * Format: double
-             * @description The same as a flow, in Pa m³/s, if the volume is known.
-             */
-            leak_pa_m3_per_s: number | null;
-            /**
-             * Format: double
-             * @description Its flow at the beginning, in Pa m³/s, if the volume is known.
-             */
-            outgassing_pa_m3_per_s: number | null;
+            pumped_s: number | null;
             /** @description The number of fitted samples. */
             samples: number;
+            /** @description The probabilities of the shapes. */
+            shapes: components["schemas"]["RiseShapes"];
             /**
              * Format: double
-             * @description The pressure at the beginning, in Pa.
-             */
-            start_pa: number;
-            /**
-             * Format: double
-             * @description The part that does not slow down, in Pa/s.
-             */
-            steady_pa_per_s: number;
-            /**
-             * Format: double
-             * @description Its time constant in seconds.
+             * @description The time constant of saturation in seconds; `null` unless that shape is the most probable one.
              */
             tau_s: number | null;
         };
@@ -4204,6 +4265,11 @@ export interface operations {
                  * @example 0.1
                  */
                 volume_m3?: number;
+                /**
+                 * @description How the indication depends on the gas, `none` unless given. The correction takes outgassing as water and a leak as air.
+                 * @example none
+                 */
+                gauge?: "none" | "ionisation" | "conduction";
             };
             header?: never;
             path?: never;

@@ -46,6 +46,8 @@ export type Trend = Schemas['Trend']
 export type StationEvent = Schemas['EventView']
 export type EventKind = StationEvent['kind']
 export type Rise = Schemas['RiseView']
+export type Interval = Schemas['IntervalView']
+export type FlowUnits = Schemas['FlowView']
 
 export type Alarm = Schemas['AlarmView']
 export type AlarmState = Schemas['AlarmState']

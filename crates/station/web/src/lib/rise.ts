@@ -2,59 +2,50 @@
 
 import type { Rise } from '../api/types.ts'
 
-/** The fitted pressure in Pa, `seconds` after the start. */
-export function fitted(rise: Rise, seconds: number): number {
-  const bend = rise.bend_pa !== null && rise.tau_s !== null ? rise.bend_pa * -Math.expm1(-seconds / rise.tau_s) : 0
-  return rise.start_pa + rise.steady_pa_per_s * seconds + bend
+/** The fitted pressure in Pa, `seconds` after the start; `null` before the first and after the last fitted point. */
+export function fitted(rise: Rise, seconds: number): number | null {
+  const next = rise.fitted.findIndex(({ s }) => s >= seconds)
+  const after = rise.fitted[next]
+  if (after === undefined) return null
+  if (after.s === seconds) return after.pa
+  const before = rise.fitted[next - 1]
+  if (before === undefined) return null
+  return before.pa + ((after.pa - before.pa) * (seconds - before.s)) / (after.s - before.s)
 }
 
-/** The steady part of the rate at the start, 0 to 1. */
-export function steadyPart(rise: Rise): number {
-  const bending = rise.bend_pa !== null && rise.tau_s ? rise.bend_pa / rise.tau_s : 0
-  const steady = Math.max(0, rise.steady_pa_per_s)
-  return steady + bending > 0 ? steady / (steady + bending) : 0
-}
+/** Above this the fit does not describe the curve: residuals of three times the noise. Free choice. */
+const MISFIT = 3
 
-/** Below this the fit does not describe the curve. Free choice. */
-const GOOD = 0.95
+const MEANING: Record<Rise['cause'], { title: string; sentence: string }> = {
+  leak: {
+    title: 'A leak',
+    sentence: 'Air through a leak, or gas through a seal, is certain. Outgassing is not certain.',
+  },
+  outgassing: {
+    title: 'Outgassing',
+    sentence: 'Outgassing of surfaces is certain. A leak is not certain: its interval has the largest leak possible.',
+  },
+  both: {
+    title: 'A leak and outgassing',
+    sentence: 'Both are certain. Outgassing decreases with time; a leak does not.',
+  },
+  undistinguished: {
+    title: 'Leak and outgassing cannot be distinguished',
+    sentence:
+      'Each of them explains this rise alone. A longer measurement, or one after longer pumping, separates them.',
+  },
+  'no-rise': {
+    title: 'No rise',
+    sentence: 'The pressure does not rise: the valve is open, or there is neither a leak nor outgassing.',
+  },
+}
 
 export function verdict(rise: Rise): { title: string; sentence: string } {
-  if (rise.explained < GOOD) {
-    return {
-      title: 'The fit does not match the curve',
-      sentence:
-        'The pressure neither rose evenly nor flattened out: a valve may have moved, or start and end may be set wrongly. ' +
-        'Do not rely on the numbers below.',
-    }
-  }
-  if (rise.steady_pa_per_s <= 0 && rise.bend_pa === null) {
-    return {
-      title: 'No rise',
-      sentence: 'The pressure does not rise: the valve is open, or there is neither a leak nor outgassing.',
-    }
-  }
-  if (rise.bend_pa === null) {
-    return {
-      title: 'A straight line: a leak',
-      sentence:
-        'The pressure rises by the same amount in every second, as it does with air through a leak or gas through a seal. ' +
-        'No outgassing is visible. A longer measurement may still show the curve flatten.',
-    }
-  }
-  const percent = Math.round(steadyPart(rise) * 100)
-  if (percent < 5) {
-    return {
-      title: 'The curve flattens: outgassing',
-      sentence:
-        `Nearly all of the gas comes from surfaces (the steady part is ${percent} % at the start). ` +
-        'Pump longer or bake; a leak search will not help.',
-    }
-  }
-  const mostly = percent >= 50 ? 'Mostly a leak, with some outgassing' : 'Mostly outgassing, with a leak'
+  if (rise.misfit <= MISFIT || rise.cause === 'no-rise') return MEANING[rise.cause]
   return {
-    title: mostly,
+    title: 'The fit does not match the curve',
     sentence:
-      `At the start ${percent} % of the gas came in steadily, as through a leak, and ${100 - percent} % from surfaces. ` +
-      'Outgassing decreases with time; a leak does not.',
+      'The rise is neither that of a leak nor that of outgassing: a valve may have moved, or start and end may be set wrongly. ' +
+      'Do not rely on the numbers below.',
   }
 }

@@ -24,10 +24,3 @@ export function inUnit(pa: number, unit: Unit): number {
 export function nextUnit(unit: Unit): Unit {
   return UNIT_NAMES[(UNIT_NAMES.indexOf(unit) + 1) % UNIT_NAMES.length] ?? unit
 }
-
-/** A flow of 1 Pa m³/s in other units. 1 sccm is 0.01689 mbar L/s. */
-export const FLOWS = [
-  { name: 'mbar L/s', factor: 10 },
-  { name: 'Pa m³/s', factor: 1 },
-  { name: 'sccm', factor: 10 / 0.01689 },
-] as const

@@ -2,21 +2,18 @@
 
 import './result.css'
 import type { ComponentChildren, JSX } from 'preact'
-import type { Rise } from '../../api/types.ts'
+import type { FlowUnits, Interval, Rise } from '../../api/types.ts'
 import { Pressure } from '../../components/pressure.tsx'
 import { age, number } from '../../lib/format.ts'
 import { verdict } from '../../lib/rise.ts'
-import { FLOWS } from '../../lib/units.ts'
 import { useUnit } from '../../settings.ts'
 
 interface Props {
   fit: Rise | null
   error: string | null
-  volume: number | null
 }
 
-export function Result({ fit, error, volume }: Props): JSX.Element {
-  const unit = useUnit()
+export function Result({ fit, error }: Props): JSX.Element {
   if (error) return <p class="error">{error}</p>
   if (!fit) return <p class="panel muted">The result appears here when start and end are set.</p>
   const { title, sentence } = verdict(fit)
@@ -25,19 +22,21 @@ export function Result({ fit, error, volume }: Props): JSX.Element {
       <h2>{title}</h2>
       <p>{sentence}</p>
       <dl class="facts">
-        <Fact name="steady rise">
-          <Pressure pa={fit.steady_pa_per_s} unit={unit} />
-          /s
+        <Fact name="leak">
+          <Rate rate={fit.leak_pa_per_s} />
         </Fact>
-        {fit.bend_pa !== null && fit.tau_s !== null && (
-          <Fact name="outgassing part">
-            <Pressure pa={fit.bend_pa} unit={unit} />, 63 % after {age(fit.tau_s * 1000)}
-          </Fact>
-        )}
-        <Fact name="variance explained">{(fit.explained * 100).toFixed(1)} %</Fact>
+        <Fact name="outgassing, at the start">
+          <Rate rate={fit.outgassing_pa_per_s} />
+        </Fact>
+        {fit.tau_s !== null && <Fact name="time constant of saturation">{age(fit.tau_s * 1000)}</Fact>}
+        <Fact name="pumped before">{fit.pumped_s === null ? 'not recorded' : age(fit.pumped_s * 1000)}</Fact>
         <Fact name="samples">{fit.samples}</Fact>
       </dl>
-      {volume === null ? <p class="muted">Enter the volume to see flows.</p> : <Flows fit={fit} />}
+      <p class="muted">
+        Intervals contain the true value with a probability of 95 %, without the uncertainty of the gauge. The rates are
+        as indicated, not corrected for the gas; sccm are for gas at 20 °C.
+      </p>
+      {fit.flows ? <Flows flows={fit.flows} /> : <p class="muted">Enter the volume to see flows.</p>}
     </section>
   )
 }
@@ -51,10 +50,26 @@ function Fact({ name, children }: { name: string; children: ComponentChildren })
   )
 }
 
-function Flows({ fit }: { fit: Rise }): JSX.Element {
-  const rows: [string, number | null][] = [
-    ['leak', fit.leak_pa_m3_per_s],
-    ['outgassing, at the start', fit.outgassing_pa_m3_per_s],
+function Rate({ rate }: { rate: Interval }): JSX.Element {
+  const unit = useUnit()
+  return (
+    <>
+      <Pressure pa={rate.mean} unit={unit} />
+      /s (<Pressure pa={rate.low} unit={unit} /> to <Pressure pa={rate.high} unit={unit} />)
+    </>
+  )
+}
+
+const UNITS: [string, keyof FlowUnits][] = [
+  ['mbar L/s', 'mbar_l_per_s'],
+  ['Pa m³/s', 'pa_m3_per_s'],
+  ['sccm', 'sccm'],
+]
+
+function Flows({ flows }: { flows: NonNullable<Rise['flows']> }): JSX.Element {
+  const rows: [string, FlowUnits][] = [
+    ['leak', flows.leak],
+    ['outgassing, at the start', flows.outgassing],
   ]
   return (
     <table class="flows">
@@ -62,7 +77,7 @@ function Flows({ fit }: { fit: Rise }): JSX.Element {
       <thead>
         <tr>
           <th scope="col">Flow</th>
-          {FLOWS.map(({ name }) => (
+          {UNITS.map(([name]) => (
             <th scope="col" key={name}>
               {name}
             </th>
@@ -73,8 +88,13 @@ function Flows({ fit }: { fit: Rise }): JSX.Element {
         {rows.map(([name, flow]) => (
           <tr key={name}>
             <th scope="row">{name}</th>
-            {FLOWS.map(({ name, factor }) => (
-              <td key={name}>{flow === null ? 'not separable' : number(flow * factor)}</td>
+            {UNITS.map(([unit, key]) => (
+              <td key={unit}>
+                {number(flow[key].mean)}
+                <small>
+                  {number(flow[key].low)} to {number(flow[key].high)}
+                </small>
+              </td>
             ))}
           </tr>
         ))}

@@ -31,7 +31,7 @@ export function RateOfRise(): JSX.Element {
       <h1>Rate of rise</h1>
       <Steps names={names} measurement={measurement} change={change} />
       <RiseChart measurement={measurement} fit={fit} select={(begin, end) => change({ ...measurement, begin, end })} />
-      <Result fit={fit} error={isReady ? query.error : null} volume={volume} />
+      <Result fit={fit} error={isReady ? query.error : null} />
     </div>
   )
 }
