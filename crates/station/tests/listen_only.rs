@@ -72,7 +72,7 @@ fn cycle(number: u64) -> Vec<Vec<u8>> {
     [vec![vec![0xDC, MASTER, MASTER]], repetition, vec![request, answer]].concat()
 }
 
-/// What happens on the bus from its twentieth cycle on.
+/// A fault on the bus from its twentieth cycle on.
 #[derive(Clone, Copy)]
 enum Incident {
     None,
