@@ -317,7 +317,7 @@ fn a_gauge_of_another_master_has_trends_and_reports() {
         made: Micros(to * 1000),
     };
     let page = page(&Report::make(&reader, request).unwrap());
-    assert!(page.contains("furnace") && page.contains("1.3 × 10⁻⁴"), "1e-4 Torr in mbar: {page}");
+    assert!(page.contains("furnace") && page.contains("1.3\u{a0}×\u{a0}10⁻⁴"), "1e-4 Torr in mbar: {page}");
     station.stop();
 }
 
