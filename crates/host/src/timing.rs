@@ -87,7 +87,7 @@ impl Timing {
         self.answer = None;
     }
 
-    /// Characters were delivered at `now`. On a line with a rate, no answer can come earlier than [`EARLIEST_TBIT`].
+    /// Characters were delivered at `now`. On a line with a rate, no answer can come earlier than min T_SDR after its request.
     pub fn delivered(&mut self, now: BitTime, characters: &[Character], has_rate: bool) {
         if let Some(last) = self.answer {
             self.measured.pause_tbit = self.measured.pause_tbit.max(now - last);
