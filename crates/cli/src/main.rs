@@ -13,6 +13,7 @@ mod dump;
 mod explanation;
 mod failure;
 mod field_test;
+mod gateways;
 mod gauge;
 mod gsd;
 mod hub;

@@ -2,6 +2,7 @@
 
 use crate::console::Signals;
 use crate::failure::Failure;
+use crate::gateways::{self, Gateways};
 use crate::output::{notice, out};
 use clap::Args;
 use profivac_host::readiness::{Readiness, wait};
@@ -50,6 +51,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let config = Config::read(&arguments.file)?;
     config.notices().iter().for_each(notice);
     check_private(&arguments.file, &config)?;
+    gateways::check(&config.gateways)?;
     let listen = arguments.listen.unwrap_or(config.listen);
     let setup = Setup { hosts: config.hosts.clone(), tls: config.tls.clone(), ..Setup::new(listen, config.access()) };
     if arguments.check {
@@ -64,6 +66,8 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let started_with = config.clone();
     let mut station = Station::start(config)?;
     let server = Server::start(station.services(), setup)?;
+    let mut gateways = Gateways::default();
+    gateways.apply(&started_with.gateways, &station.services())?;
     out(&format!("ready {}", server.url()));
     loop {
         let readable = wait(&[Readiness::of(&stop), Readiness::of(&reload)], THREAD_CHECK_PERIOD)?;
@@ -76,13 +80,20 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
                 notice(&format_args!("{error}; the station keeps the present certificate"));
             }
             match Config::read(&arguments.file) {
-                Ok(config) => apply_config(&mut station, &started_with, config)?,
+                Ok(config) => {
+                    let wanted = config.gateways.clone();
+                    apply_config(&mut station, &started_with, config)?;
+                    if let Err(error) = gateways.apply(&wanted, &station.services()) {
+                        notice(&error);
+                    }
+                }
                 Err(error) => notice(&format_args!("{error}; the station keeps the present configuration")),
             }
         }
         station.restart_ended_threads()?;
     }
     drop(server);
+    drop(gateways);
     station.stop();
     Ok(())
 }

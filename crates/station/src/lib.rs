@@ -15,6 +15,7 @@
 //! | [`config`] | the station's file |
 //! | [`control`] | commands and parameter writes: armed, executed, in the audit trail |
 //! | [`report`] | a page about a pump-down |
+//! | [`gateway_status`] | the state of the gateways to control systems |
 //! | [`webhook`] | notifications about alarms over HTTP |
 //! | [`segment`] | a thread for each port, with a master and its gauges |
 //! | [`services`] | what the threads share |
@@ -28,6 +29,7 @@ pub mod auth;
 pub mod bus;
 pub mod config;
 pub mod control;
+pub mod gateway_status;
 mod host_name;
 pub mod pumpdown;
 pub mod recording;

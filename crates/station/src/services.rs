@@ -8,6 +8,7 @@
 
 use crate::alarm::AlarmService;
 use crate::control::ControlService;
+use crate::gateway_status::GatewayStatuses;
 use crate::recording::RecorderHandle;
 use crate::segment::SegmentServices;
 use crate::snapshot::SnapshotStore;
@@ -26,6 +27,7 @@ pub struct Services {
     control: Arc<ControlService>,
     alarms: Arc<AlarmService>,
     webhooks: Arc<DeliveryStatus>,
+    gateways: Arc<GatewayStatuses>,
 }
 
 impl Services {
@@ -37,7 +39,8 @@ impl Services {
         let control = Arc::new(ControlService::new(Arc::clone(&recorder), Arc::clone(&snapshots)));
         let alarms = Arc::new(AlarmService::new(name.clone(), Arc::clone(&recorder)));
         let webhooks = Arc::new(DeliveryStatus::default());
-        Self { name, started: Micros::now(), recorder, snapshots, control, alarms, webhooks }
+        let gateways = Arc::new(GatewayStatuses::default());
+        Self { name, started: Micros::now(), recorder, snapshots, control, alarms, webhooks, gateways }
     }
 
     /// The name of the station.
@@ -74,6 +77,12 @@ impl Services {
     #[must_use]
     pub const fn webhooks(&self) -> &Arc<DeliveryStatus> {
         &self.webhooks
+    }
+
+    /// The states of all gateways to control systems.
+    #[must_use]
+    pub const fn gateways(&self) -> &Arc<GatewayStatuses> {
+        &self.gateways
     }
 
     /// The parts that a segment needs.

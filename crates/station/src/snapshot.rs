@@ -173,6 +173,7 @@ mod tests {
             poll_ms: 200,
             stale_after_ms: 3000,
             age_ms: Some(12),
+            read_at: None,
         };
         assert_eq!(gauge_after(&gauge, Duration::from_secs(3)).age_ms, Some(3012));
         let segment = Segment {

@@ -146,6 +146,10 @@ pub struct Gauge {
     pub readings: Vec<Reading>,
     /// The age of the readings in milliseconds; `null` if there never was one.
     pub age_ms: Option<u64>,
+    /// When the gauge gave the readings, in milliseconds since 1970; `null` if there never was one.
+    #[schema(value_type = Option<i64>)]
+    #[serde(rename = "read_ms", serialize_with = "milliseconds")]
+    pub read_at: Option<Micros>,
     /// The poll interval in milliseconds.
     pub poll_ms: u64,
     /// The age in milliseconds from which the readings are stale.
@@ -208,6 +212,10 @@ pub fn fault_text(exceptions: &[String], readings: &[Reading]) -> String {
     let faults: Vec<_> =
         faults.map(|it| format!("{}: {}", it.series, it.cause.as_deref().unwrap_or("fault"))).collect();
     if faults.is_empty() { "a fault".to_owned() } else { faults.join(", ") }
+}
+
+fn milliseconds<S: Serializer>(at: &Option<Micros>, serializer: S) -> Result<S::Ok, S::Error> {
+    at.map(unix_ms).serialize(serializer)
 }
 
 /// The word of a principle, or `null`.

@@ -1,7 +1,7 @@
 //! Alarms as the API and the dashboard show them. Times are milliseconds since 1970.
 
-use super::registry::RegisteredAlarm;
-use super::rule::{ConditionKind, Priority};
+use super::registry::{AlarmStatus, RegisteredAlarm};
+use super::rule::{ConditionKind, Priority, Rule};
 use super::state::AlarmState;
 use crate::view::unix_ms;
 use profivac_recorder::alarms::AlarmHistoryEntry;
@@ -68,9 +68,14 @@ pub struct OutOfServiceView {
     pub until_ms: Option<i64>,
 }
 
-impl From<&RegisteredAlarm> for AlarmView {
-    fn from(alarm: &RegisteredAlarm) -> Self {
-        let (rule, status) = (alarm.rule(), alarm.status());
+impl AlarmView {
+    /// The alarm of a rule that was never evaluated.
+    #[must_use]
+    pub fn planned(rule: &Rule) -> Self {
+        Self::of(rule, &AlarmStatus::default(), None)
+    }
+
+    fn of(rule: &Rule, status: &AlarmStatus, value: Option<f64>) -> Self {
         let condition = &rule.condition;
         let acknowledged = status.acknowledged.as_ref().filter(|_| status.state != AlarmState::Unacknowledged);
         let has_changed = status.occurrence > 0 || status.state != AlarmState::Normal;
@@ -87,7 +92,7 @@ impl From<&RegisteredAlarm> for AlarmView {
             raised_ms: status.raised.map(unix_ms),
             raised_value: status.value,
             text: status.text.clone(),
-            value: alarm.value(),
+            value,
             limit: condition.limit(),
             reset: condition.reset(),
             unit: condition.unit(),
@@ -101,6 +106,12 @@ impl From<&RegisteredAlarm> for AlarmView {
             }),
             message: rule.message.clone(),
         }
+    }
+}
+
+impl From<&RegisteredAlarm> for AlarmView {
+    fn from(alarm: &RegisteredAlarm) -> Self {
+        Self::of(alarm.rule(), alarm.status(), alarm.value())
     }
 }
 

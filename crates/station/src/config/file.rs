@@ -3,6 +3,8 @@
 use super::alarms::AlarmToml;
 use super::default_alarms::DefaultAlarmsToml;
 use super::error::{ConfigProblem, Located};
+use super::gateways::GatewaysToml;
+use super::gateways::prometheus::PrometheusToml;
 use super::retention::RetentionToml;
 use super::segments::SegmentToml;
 use super::webhooks::WebhookToml;
@@ -34,6 +36,7 @@ pub struct ConfigToml {
     pub alarms: DefaultAlarmsToml,
     #[serde(default)]
     pub webhook: Vec<WebhookToml>,
+    prometheus: Option<PrometheusToml>,
 }
 
 /// `[station]`.
@@ -66,7 +69,12 @@ impl ConfigToml {
         })
     }
 
-    /// The configuration without alarms, webhooks and retention.
+    /// Takes the tables of the gateways.
+    pub const fn take_gateways(&mut self) -> GatewaysToml {
+        GatewaysToml { prometheus: self.prometheus.take() }
+    }
+
+    /// The configuration without alarms, webhooks, retention and gateways.
     pub fn into_config(self, path: &Path) -> Config {
         let stem = path.file_stem().map_or_else(|| "station".to_owned(), |stem| stem.to_string_lossy().into_owned());
         let database = self.station.database.or(self.station.record).map(Spanned::into_inner);
@@ -86,6 +94,7 @@ impl ConfigToml {
             segments: self.segment.into_iter().map(SegmentToml::into_segment).collect(),
             alarms: Vec::new(),
             webhooks: Vec::new(),
+            gateways: Vec::new(),
             renamed_keys: Vec::new(),
         }
     }

@@ -52,6 +52,7 @@
 //! | `default_alarms` | `[alarms]` |
 //! | `webhooks` | `[[webhook]]` |
 //! | `retention` | `[retention]` |
+//! | [`gateways`] | `[prometheus]` and the other gateways to control systems |
 //! | `check` | checks of segments, gauges and host names |
 //! | `names`, `values`, `certificates` | rules for names; delays and priorities; certificates |
 //! | `error` | errors with their positions |
@@ -63,6 +64,7 @@ mod check;
 mod default_alarms;
 mod error;
 mod file;
+pub mod gateways;
 mod names;
 mod notice;
 mod retention;
@@ -79,6 +81,7 @@ use crate::alarm::Rule;
 use crate::auth::Access;
 use error::Located;
 use file::ConfigToml;
+use gateways::GatewaySettings;
 use profivac_client::pressure::Pressure;
 use profivac_devices::model::{Configuration, Unit};
 use profivac_dp::link::Baud;
@@ -114,6 +117,8 @@ pub struct Config {
     pub alarms: Vec<Rule>,
     /// The webhooks that receive alarm notifications.
     pub webhooks: Vec<Webhook>,
+    /// The gateways to control systems.
+    pub gateways: Vec<GatewaySettings>,
     /// Keys that are written with a former name.
     pub renamed_keys: Vec<RenamedKey>,
 }
@@ -177,6 +182,21 @@ pub struct Gauge {
 }
 
 impl Gauge {
+    /// A gauge with the defaults of all other keys.
+    #[must_use]
+    pub const fn plain(name: String, address: u8, device: String) -> Self {
+        Self {
+            name,
+            address,
+            device,
+            poll: segments::POLL,
+            gas: Gas::N2,
+            configuration: None,
+            unit: None,
+            levels: Vec::new(),
+        }
+    }
+
     /// Whether both entries describe the same slave: address and device model are equal.
     #[must_use]
     pub fn is_same_slave(&self, other: &Self) -> bool {
@@ -208,13 +228,14 @@ impl Config {
             let (line, column) = line_and_column(text, span.start);
             ConfigError { file: path.to_owned(), line, column, problem: Box::new(problem) }
         };
-        let file = ConfigToml::parse(text).map_err(located)?;
+        let mut file = ConfigToml::parse(text).map_err(located)?;
         check::check(&file).map_err(located)?;
         let renamed_keys = notice::renamed_keys(&file, text, path).map_err(located)?;
         let alarms = alarms::rules(&file.alarm, &file.alarms, &file.segment).map_err(located)?;
         let webhooks = webhooks::webhooks(&file.webhook, path).map_err(located)?;
         let retention = retention::retention(&file.retention).map_err(located)?;
-        Ok(Self { alarms, webhooks, retention, renamed_keys, ..file.into_config(path) })
+        let gateways = gateways::settings(file.take_gateways(), path).map_err(located)?;
+        Ok(Self { alarms, webhooks, retention, renamed_keys, gateways, ..file.into_config(path) })
     }
 
     /// Checks the segment files of `sim:` ports. A station does not check them at its start, because these files belong to

@@ -36,6 +36,9 @@ const DEFECTS_INTERVAL: Duration = Duration::from_secs(10);
 /// A gauge without data for this time is searched from the beginning: another device may answer at its address.
 const SEARCH_AFTER: Duration = Duration::from_secs(5);
 
+/// The longest inputs of a slave: a Data_Exchange answer has up to 244 octets (profibus-wire 2.1).
+const MAX_INPUTS: usize = 244;
+
 /// The gas factors of a Pirani hold from 1 to 100 Pa: BCG450 manual, page 54.
 const PIRANI_PA: (f64, f64) = (1.0, 100.0);
 
@@ -119,7 +122,8 @@ pub struct GaugeSession {
     readings: Vec<view::Reading>,
     /// The series whose last sample is not a gap.
     recorded: Vec<Arc<str>>,
-    read_at: Option<Instant>,
+    /// When the gauge gave the readings, on the clock that is never set and on that of the system.
+    read_at: Option<(Instant, Micros)>,
     /// The last data exchange in bus time, and when the station noticed it; at first the time of adding the slave.
     last_exchange: (Option<BitTime>, Instant),
     search_at: Instant,
@@ -313,7 +317,7 @@ impl GaugeSession {
         values: &CyclicValues,
         silence: Duration,
     ) {
-        self.read_at = Some(self.last_exchange.1);
+        self.read_at = Some((self.last_exchange.1, before_now(silence)));
         self.observe(slave, values, silence);
         self.note_problem(recorder, None);
         self.record(recorder);
@@ -432,11 +436,31 @@ impl GaugeSession {
             gas: self.config.gas.to_string(),
             levels: levels.map(|(name, level)| view::PressureLevel { name: name.clone(), pa: level.pa() }).collect(),
             readings: self.readings.clone(),
-            age_ms: self.read_at.map(|at| view::duration_ms(at.elapsed())),
+            age_ms: self.read_at.map(|(at, _)| view::duration_ms(at.elapsed())),
+            read_at: self.read_at.map(|(_, at)| at),
             poll_ms: view::duration_ms(self.config.poll),
             stale_after_ms: validity::stale_after_ms(view::duration_ms(self.config.poll)),
         }
     }
+}
+
+/// A gauge of the station's file before anything was heard of it: without data, with the readings of its default configuration.
+#[must_use]
+pub fn planned_gauge(config: &config::Gauge, segment: &str) -> view::Gauge {
+    let readings = planned_readings(config);
+    view::Gauge { readings, ..GaugeSession::new(config.clone()).view(segment) }
+}
+
+/// The readings of a gauge in its configuration, without values.
+#[must_use]
+pub fn planned_readings(config: &config::Gauge) -> Vec<view::Reading> {
+    let Ok(model) = entry(&config.device).map(|entry| entry.model) else { return Vec::new() };
+    let Some(unit) = config.unit.or_else(|| model.units.first()) else { return Vec::new() };
+    let configuration = config.configuration.unwrap_or(model.default_configuration);
+    let slave = CyclicSlave { address: config.address, model, configuration, unit, channels: Default::default() };
+    let mut session = GaugeSession::new(config.clone());
+    session.observe(&slave, &slave.decode_inputs(&[0; MAX_INPUTS]), MAX_SILENCE);
+    session.readings
 }
 
 /// Searches for a gauge at its address: a slave that answers, that no other master owns, and that is the configured device.
@@ -473,6 +497,12 @@ fn as_configured(
     }
     let configuration = model.configuration(found.configuration.octets).unwrap_or(found.configuration);
     Ok(CyclicSlave { model, configuration, unit: model.unit(found.unit.code).unwrap_or(found.unit), ..found })
+}
+
+/// The time of the system clock `silence` ago.
+fn before_now(silence: Duration) -> Micros {
+    let micros = i64::try_from(silence.as_micros()).unwrap_or(i64::MAX);
+    Micros(Micros::now().0.saturating_sub(micros))
 }
 
 /// The state of a gauge that exchanges data.

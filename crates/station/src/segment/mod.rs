@@ -35,6 +35,6 @@ mod services;
 mod thread;
 
 pub use demo_segment::DemoSegment;
-pub use gauge_session::corrected;
+pub use gauge_session::{corrected, planned_gauge, planned_readings};
 pub use handle::SegmentHandle;
 pub use services::SegmentServices;

@@ -1234,6 +1234,11 @@ export interface components {
             poll_ms: number;
             /** @description Why it is not in data exchange, in a sentence. */
             problem: string | null;
+            /**
+             * Format: int64
+             * @description When the gauge gave the readings, in milliseconds since 1970; `null` if there never was one.
+             */
+            read_ms: number | null;
             /** @description The readings, one for each measuring part in the cyclic data. */
             readings: components["schemas"]["Reading"][];
             /** @description Its segment. */

@@ -35,7 +35,8 @@ export type BusDistribution = Schemas['Distribution']
 export type LineState = Schemas['StationState']
 export type Capture = Schemas['CaptureView']
 
-export type Gauge = Schemas['Gauge']
+/** A gauge without the time of its readings, which would change the live stream at every reading. */
+export type Gauge = Omit<Schemas['Gauge'], 'read_ms'>
 export type Reading = Schemas['Reading']
 export type Quality = Reading['quality']
 export type Principle = NonNullable<Reading['principle']>

@@ -1,0 +1,31 @@
+//! What the gateways to control systems share: one read model of the station, and the thread in which a gateway runs.
+//!
+//! ```text
+//! station: snapshots, alarms, lines ── plant ──▶ points ──▶ EPICS, OPC UA, MQTT, Modbus, Prometheus
+//! ```
+//!
+//! A *point* is one value of the station: the pressure of a reading, the state of a segment, the text of an alarm. The model publishes
+//! immutable [`Snapshot`]s. A gateway waits for the next one and compares it with the one it has served last, so there is no queue
+//! that could grow, and a slow client gets the newest value of each point.
+//!
+//! | Module | Holds |
+//! |---|---|
+//! | [`state`] | the states of a reading, and their codes in each protocol |
+//! | [`signal`] | what a point says about its subject |
+//! | [`point`] | points and their values |
+//! | [`plant`] | the points of a station |
+//! | [`model`] | the snapshots over time |
+//! | [`thread`] | a gateway on a thread of its own |
+
+pub mod model;
+pub mod plant;
+pub mod point;
+pub mod signal;
+pub mod state;
+pub mod thread;
+
+pub use model::{ReadModel, Snapshot, Subscription};
+pub use plant::Inputs;
+pub use point::{Limits, Point, PointValue, Subject, Value};
+pub use signal::{Kind, Signal};
+pub use state::{EpicsSeverity, EpicsStatus, Health, State};

@@ -1,0 +1,457 @@
+//! The points of a station: one walk over segments, gauges and alarms, which gives the points and their values in the same order.
+
+use crate::point::{Limits, Point, Subject};
+use crate::signal::{Kind, Signal};
+use crate::state::State;
+use profivac_devices::Principle;
+use profivac_devices::catalog::model_named;
+use profivac_devices::reading::Quality;
+use profivac_listen::report::{BusReport, StationReport};
+use profivac_recorder::Micros;
+use profivac_station::alarm::view::AlarmView;
+use profivac_station::alarm::{AlarmState, ConditionKind, Priority};
+use profivac_station::config::{self, Config};
+use profivac_station::segment::{planned_gauge, planned_readings};
+use profivac_station::services::Services;
+use profivac_station::view::{self, BusStationState, Gauge, Reading, Segment, SegmentState};
+use std::collections::BTreeMap;
+use std::hash::{DefaultHasher, Hash, Hasher};
+use std::sync::Arc;
+
+/// Everything that the points show, at one moment.
+#[derive(Clone, Debug)]
+pub struct Inputs {
+    /// The station.
+    pub station: view::Station,
+    /// The segments.
+    pub segments: Vec<Segment>,
+    /// The gauges, in the order of the file.
+    pub gauges: Vec<Gauge>,
+    /// All alarms.
+    pub alarms: Vec<AlarmView>,
+    /// The lines, by the name of the segment.
+    pub buses: BTreeMap<String, Arc<BusReport>>,
+}
+
+impl Inputs {
+    /// The present state of a running station.
+    #[must_use]
+    pub fn of(services: &Services) -> Self {
+        Self {
+            station: services.station(),
+            segments: services.snapshots().segments(),
+            gauges: services.snapshots().gauges(),
+            alarms: services.alarms().all(),
+            buses: services.snapshots().buses().reports(),
+        }
+    }
+
+    /// The state of a station of this file before it starts: without data, with the points that it will have.
+    #[must_use]
+    pub fn planned(config: &Config) -> Self {
+        let gauges = config
+            .segments
+            .iter()
+            .flat_map(|segment| segment.gauges.iter().map(|gauge| planned_gauge(gauge, &segment.name)));
+        Self {
+            station: view::Station {
+                name: config.name.clone(),
+                version: env!("CARGO_PKG_VERSION"),
+                started_ms: 0,
+                now_ms: 0,
+                recorder: view::RecorderView::default(),
+            },
+            segments: config.segments.iter().map(planned_segment).collect(),
+            gauges: gauges.collect(),
+            alarms: config.alarms.iter().map(AlarmView::planned).collect(),
+            buses: BTreeMap::new(),
+        }
+    }
+
+    /// A number that differs if the points differ: their subjects, ranges and limits, not their values.
+    #[must_use]
+    pub fn structure(&self) -> u64 {
+        let mut hasher = DefaultHasher::new();
+        for segment in &self.segments {
+            (&segment.name, is_virtual(&segment.port)).hash(&mut hasher);
+        }
+        for gauge in &self.gauges {
+            (&gauge.name, &gauge.segment, &gauge.device, gauge.readings.len()).hash(&mut hasher);
+            for reading in &gauge.readings {
+                let principle = reading.principle.map(|principle| principle as u8);
+                (&reading.series, reading.instance, principle).hash(&mut hasher);
+            }
+        }
+        for alarm in &self.alarms {
+            let limit = alarm.limit.map(f64::to_bits);
+            (&alarm.name, alarm.condition as u8, &alarm.series, alarm.priority, limit).hash(&mut hasher);
+        }
+        hasher.finish()
+    }
+}
+
+/// A segment that has not been started.
+fn planned_segment(config: &config::Segment) -> Segment {
+    Segment {
+        name: config.name.clone(),
+        port: config.port.clone(),
+        baud: config.baud.bits_per_second(),
+        master: (!config.listen_only).then_some(config.master),
+        listen_only: config.listen_only,
+        state: SegmentState::Waiting,
+        problem: None,
+        cycle_ms: None,
+        damaged_telegrams: 0,
+        stations: Vec::new(),
+    }
+}
+
+/// Whether a port leads to gauges in memory.
+fn is_virtual(port: &str) -> bool {
+    port.starts_with("sim:") || port == "in memory"
+}
+
+/// The readings of a gauge of which nothing was heard yet.
+pub(crate) fn default_readings(gauge: &Gauge) -> Vec<Reading> {
+    planned_readings(&config::Gauge::plain(gauge.name.clone(), gauge.address, gauge.device.clone()))
+}
+
+/// The same reading without a value.
+pub(crate) fn without_value(reading: &Reading) -> Reading {
+    let Reading { series, instance, principle, .. } = reading;
+    Reading {
+        series: series.clone(),
+        instance: *instance,
+        principle: *principle,
+        pa: None,
+        limit_pa: None,
+        corrected_pa: None,
+        quality: Quality::Stale,
+        cause: None,
+    }
+}
+
+/// A value that borrows from the inputs.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Raw<'a> {
+    /// There is none.
+    None,
+    /// See [`crate::Value::Float`].
+    Float(f64),
+    /// See [`crate::Value::Integer`].
+    Integer(i64),
+    /// See [`crate::Value::Boolean`].
+    Boolean(bool),
+    /// See [`crate::Value::Text`].
+    Text(&'a str),
+    /// See [`crate::Value::Choice`].
+    Choice(u16),
+    /// See [`crate::Value::Time`].
+    Time(Micros),
+}
+
+impl Raw<'_> {
+    fn float(number: Option<f64>) -> Self {
+        number.map_or(Raw::None, Raw::Float)
+    }
+
+    fn count(number: u64) -> Self {
+        Raw::Integer(i64::try_from(number).unwrap_or(i64::MAX))
+    }
+
+    fn optional_count(number: Option<u64>) -> Self {
+        number.map_or(Raw::None, Self::count)
+    }
+}
+
+/// A receiver of the points in their order.
+pub trait Sink {
+    /// The next subject: what follows belongs to it. `describe` gives its points without their signals.
+    fn subject(&mut self, describe: impl FnOnce() -> PointOf);
+    /// The next point of the subject.
+    fn point(&mut self, signal: Signal, value: Raw, state: State, at: Option<Micros>);
+}
+
+/// What the points of one subject share.
+#[derive(Clone, Debug)]
+pub struct PointOf {
+    /// The subject.
+    pub subject: Subject,
+    /// Its segment.
+    pub segment: Option<Arc<str>>,
+    /// The measuring range of its pressure.
+    pub range_pa: Option<(f64, f64)>,
+    /// The limits of the alarms on its pressure.
+    pub limits: Limits,
+    /// It is virtual.
+    pub is_simulated: bool,
+}
+
+impl PointOf {
+    fn plain(subject: Subject, segment: Option<Arc<str>>, is_simulated: bool) -> Self {
+        Self { subject, segment, range_pa: None, limits: Limits::default(), is_simulated }
+    }
+}
+
+/// A sink that collects the points and ignores their values.
+#[derive(Default)]
+struct Collector {
+    present: Option<PointOf>,
+    points: Vec<Point>,
+}
+
+impl Sink for Collector {
+    fn subject(&mut self, describe: impl FnOnce() -> PointOf) {
+        self.present = Some(describe());
+    }
+
+    fn point(&mut self, signal: Signal, _: Raw, _: State, _: Option<Micros>) {
+        let Some(PointOf { subject, segment, range_pa, limits, is_simulated }) = self.present.clone() else { return };
+        let is_pressure = matches!(signal, Signal::Pressure | Signal::CorrectedPressure);
+        self.points.push(Point {
+            subject,
+            signal,
+            segment,
+            range_pa: range_pa.filter(|_| is_pressure),
+            limits: if signal == Signal::Pressure { limits } else { Limits::default() },
+            is_simulated,
+        });
+    }
+}
+
+/// The points of these inputs.
+#[must_use]
+pub fn points(inputs: &Inputs) -> Vec<Point> {
+    let mut collector = Collector::default();
+    walk(inputs, &mut collector);
+    collector.points
+}
+
+/// Gives every point with its value to the sink: those of the station, of the segments, of the gauges with their readings, and of the
+/// alarms.
+pub fn walk(inputs: &Inputs, sink: &mut impl Sink) {
+    station(inputs, sink);
+    for it in &inputs.segments {
+        segment(it, inputs.buses.get(&it.name).map(AsRef::as_ref), sink);
+    }
+    for it in &inputs.gauges {
+        gauge(inputs, it, sink);
+        it.readings.iter().for_each(|reading| self::reading(inputs, it, reading, sink));
+    }
+    for it in &inputs.alarms {
+        alarm(it, sink);
+    }
+}
+
+/// A point that no gauge measures.
+fn plain(sink: &mut impl Sink, signal: Signal, value: Raw) {
+    sink.point(signal, value, State::Ok, None);
+}
+
+fn station(inputs: &Inputs, sink: &mut impl Sink) {
+    let Inputs { station, segments, alarms, .. } = inputs;
+    sink.subject(|| PointOf::plain(Subject::Station, None, false));
+    let uptime_s = station.now_ms.saturating_sub(station.started_ms) / 1000;
+    let count = |is_counted: fn(&AlarmState) -> bool| {
+        Raw::count(alarms.iter().filter(|alarm| is_counted(&alarm.state)).count() as u64)
+    };
+    let down = segments.iter().filter(|segment| segment.state != SegmentState::Running).count();
+    plain(sink, Signal::Heartbeat, Raw::Integer(uptime_s));
+    plain(sink, Signal::Version, Raw::Text(station.version));
+    plain(sink, Signal::Started, Raw::Time(Micros(station.started_ms.saturating_mul(1000))));
+    plain(sink, Signal::Recording, Raw::Boolean(station.recorder.error.is_none()));
+    plain(sink, Signal::LostSamples, Raw::count(station.recorder.lost_samples));
+    plain(sink, Signal::ActiveAlarms, count(|state| state.is_active()));
+    plain(sink, Signal::UnacknowledgedAlarms, count(|state| state.needs_acknowledgement()));
+    plain(sink, Signal::SegmentsDown, Raw::count(down as u64));
+}
+
+fn segment(segment: &Segment, bus: Option<&BusReport>, sink: &mut impl Sink) {
+    let name: Arc<str> = Arc::from(segment.name.as_str());
+    sink.subject(|| PointOf::plain(Subject::Segment(Arc::clone(&name)), Some(name), is_virtual(&segment.port)));
+    let state = match segment.state {
+        SegmentState::Waiting => 0,
+        SegmentState::Listening => 1,
+        SegmentState::Running => 2,
+    };
+    let cycle_s = segment.cycle_ms.map(|ms| ms / 1e3);
+    let rotation_s = bus.and_then(|bus| bus.rotation.mean_us).map(microseconds);
+    let sum = |count: fn(&StationReport) -> u64| {
+        Raw::optional_count(bus.map(|bus| bus.stations.iter().map(count).fold(0, u64::saturating_add)))
+    };
+    let damaged = bus.map_or(u64::from(segment.damaged_telegrams), |bus| bus.damaged);
+    plain(sink, Signal::SegmentState, Raw::Choice(state));
+    plain(sink, Signal::SegmentUp, Raw::Boolean(segment.state == SegmentState::Running));
+    plain(sink, Signal::SegmentProblem, Raw::Text(segment.problem.as_deref().unwrap_or_default()));
+    plain(sink, Signal::CycleTime, Raw::float(cycle_s));
+    plain(sink, Signal::TokenRotation, Raw::float(rotation_s));
+    plain(sink, Signal::Telegrams, Raw::optional_count(bus.map(|bus| bus.telegrams)));
+    plain(sink, Signal::DamagedTelegrams, Raw::count(damaged));
+    plain(sink, Signal::SegmentRepetitions, sum(|station| station.total.repeated));
+    plain(sink, Signal::SegmentLostCycles, sum(|station| station.total.lost));
+}
+
+/// Microseconds in seconds.
+#[expect(clippy::cast_precision_loss, reason = "a duration of 285 years has 53 bits")]
+fn microseconds(us: u64) -> f64 {
+    us as f64 / 1e6
+}
+
+fn gauge(inputs: &Inputs, gauge: &Gauge, sink: &mut impl Sink) {
+    let segment = inputs.segments.iter().find(|segment| segment.name == gauge.segment);
+    let is_simulated = segment.is_some_and(|segment| is_virtual(&segment.port));
+    let bus =
+        inputs.buses.get(&gauge.segment).and_then(|bus| bus.stations.iter().find(|it| it.address == gauge.address));
+    sink.subject(|| {
+        let subject = Subject::Gauge(Arc::from(gauge.name.as_str()));
+        PointOf::plain(subject, Some(Arc::from(gauge.segment.as_str())), is_simulated)
+    });
+    let state = match gauge.state {
+        BusStationState::DataExchange => 0,
+        BusStationState::Fault => 1,
+        BusStationState::Starting => 2,
+        BusStationState::Missing
+        | BusStationState::OwnMaster
+        | BusStationState::OtherMaster
+        | BusStationState::Unconfigured => 3,
+    };
+    let own = || inputs.alarms.iter().filter(|alarm| alarm.gauge.as_ref() == Some(&gauge.name));
+    let active = own().filter(|alarm| alarm.state.is_active()).map(|alarm| priority(alarm.priority)).max();
+    let counts = bus.map(|bus| bus.total);
+    plain(sink, Signal::GaugeState, Raw::Choice(state));
+    plain(sink, Signal::Problem, Raw::Text(gauge.problem.as_deref().unwrap_or_default()));
+    plain(sink, Signal::Faults, Raw::Text(&gauge.exceptions.join(", ")));
+    plain(sink, Signal::Warnings, Raw::Text(&gauge.warnings.join(", ")));
+    plain(sink, Signal::Assumptions, Raw::Text(&gauge.assumptions.join(" ")));
+    plain(sink, Signal::Device, Raw::Text(&gauge.device));
+    plain(sink, Signal::Address, Raw::Integer(gauge.address.into()));
+    plain(sink, Signal::Gas, Raw::Text(&gauge.gas));
+    plain(sink, Signal::Simulated, Raw::Boolean(is_simulated));
+    plain(sink, Signal::ListenOnly, Raw::Boolean(gauge.listen_only));
+    plain(sink, Signal::AlarmPriority, Raw::Choice(active.unwrap_or_default()));
+    plain(sink, Signal::Unacknowledged, Raw::Boolean(own().any(|alarm| alarm.state.needs_acknowledgement())));
+    plain(sink, Signal::Requests, Raw::optional_count(counts.map(|counts| counts.requests)));
+    plain(sink, Signal::Repetitions, Raw::optional_count(counts.map(|counts| counts.repeated)));
+    plain(sink, Signal::LostCycles, Raw::optional_count(counts.map(|counts| counts.lost)));
+    plain(sink, Signal::DamagedAnswers, Raw::optional_count(counts.map(|counts| counts.damaged)));
+}
+
+/// The position of a priority in [`crate::signal::PRIORITIES`].
+const fn priority(priority: Priority) -> u16 {
+    match priority {
+        Priority::Low => 1,
+        Priority::Medium => 2,
+        Priority::High => 3,
+    }
+}
+
+fn reading(inputs: &Inputs, gauge: &Gauge, reading: &Reading, sink: &mut impl Sink) {
+    sink.subject(|| {
+        let port = inputs.segments.iter().find(|segment| segment.name == gauge.segment).map(|segment| &segment.port);
+        PointOf {
+            subject: Subject::Reading {
+                gauge: Arc::from(gauge.name.as_str()),
+                channel: (gauge.readings.len() > 1).then_some(reading.instance),
+                series: Arc::from(reading.series.as_str()),
+            },
+            segment: Some(Arc::from(gauge.segment.as_str())),
+            range_pa: range_pa(gauge, reading),
+            limits: limits(&inputs.alarms, &reading.series),
+            is_simulated: port.is_some_and(|port| is_virtual(port)),
+        }
+    });
+    let state = State::of(gauge, reading);
+    let pressure = reading.bound_pa().filter(|_| state.codes().has_value);
+    let corrected = reading.corrected_pa.filter(|_| state.codes().is_measured);
+    let text = state_text(reading, state);
+    let at = gauge.read_at;
+    sink.point(Signal::Pressure, Raw::float(pressure), state, at);
+    sink.point(Signal::PressureLog10, Raw::float(pressure.map(f64::log10)), state, at);
+    sink.point(Signal::CorrectedPressure, Raw::float(corrected), state, at);
+    sink.point(Signal::State, Raw::Choice(state.number()), state, at);
+    sink.point(Signal::StateText, Raw::Text(&text), state, at);
+    sink.point(Signal::Usable, Raw::Boolean(state.codes().is_measured), state, at);
+    sink.point(Signal::LastReading, at.map_or(Raw::None, Raw::Time), state, at);
+}
+
+/// A pressure or a state, as a text of up to 39 characters, which is what EPICS allows.
+fn state_text(reading: &Reading, state: State) -> String {
+    let pressure = |pa: f64| format!("{pa:.2e} Pa");
+    match (state, reading.bound_pa(), &reading.cause) {
+        (State::Ok, Some(pa), _) => pressure(pa),
+        (State::UnderRange, Some(pa), _) => format!("< {}", pressure(pa)),
+        (State::OverRange, Some(pa), _) => format!("> {}", pressure(pa)),
+        (_, _, Some(cause)) => format!("{}: {cause}", state.label()).chars().take(39).collect(),
+        _ => state.label().to_owned(),
+    }
+}
+
+/// The range of the part that gives a reading: that of its principle, or of the whole gauge where one reading stands for all parts.
+fn range_pa(gauge: &Gauge, reading: &Reading) -> Option<(f64, f64)> {
+    let model = model_named(&gauge.device)?;
+    let of_instance = model.parts.iter().filter(|spec| spec.part.instance == reading.instance);
+    let own: Vec<_> = of_instance.filter(|spec| reading.principle.is_none_or(|it| it == spec.part.principle)).collect();
+    let chamber = model.parts.iter().filter(|spec| spec.part.principle != Principle::Atmosphere);
+    let parts = if own.is_empty() || gauge.readings.len() == 1 { chamber.collect() } else { own };
+    // A controller accepts different gauges on a channel: without knowing which, there is no range.
+    let ranges = parts.iter().map(|spec| (spec.limits.under_pa, spec.limits.over_pa));
+    ranges.reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)))
+}
+
+/// The limits of the alarms on a series.
+fn limits(alarms: &[AlarmView], series: &str) -> Limits {
+    let of_series = alarms.iter().filter(|alarm| alarm.series.as_deref() == Some(series));
+    let mut limits = Limits::default();
+    for alarm in of_series {
+        let Some(limit) = alarm.limit else { continue };
+        let is_high = alarm.priority == Priority::High;
+        let (place, is_tighter): (_, fn(f64, f64) -> bool) = match (alarm.condition, is_high) {
+            (ConditionKind::Above, true) => (&mut limits.high_high, |new, old| new < old),
+            (ConditionKind::Above, false) => (&mut limits.high, |new, old| new < old),
+            (ConditionKind::Below, false) => (&mut limits.low, |new, old| new > old),
+            (ConditionKind::Below, true) => (&mut limits.low_low, |new, old| new > old),
+            _ => continue,
+        };
+        if place.is_none_or(|old| is_tighter(limit, old)) {
+            *place = Some(limit);
+        }
+    }
+    limits
+}
+
+fn alarm(alarm: &AlarmView, sink: &mut impl Sink) {
+    sink.subject(|| {
+        let segment = alarm.segment.as_deref().map(Arc::from);
+        PointOf::plain(Subject::Alarm(Arc::from(alarm.name.as_str())), segment, false)
+    });
+    let state = match alarm.state {
+        AlarmState::Normal => 0,
+        AlarmState::Unacknowledged => 1,
+        AlarmState::Acknowledged => 2,
+        AlarmState::Returned => 3,
+        AlarmState::OutOfService => 4,
+    };
+    let at = alarm.since_ms.map(|ms| Micros(ms.saturating_mul(1000)));
+    let mut put = |signal, value| sink.point(signal, value, State::Ok, at);
+    put(Signal::AlarmState, Raw::Choice(state));
+    put(Signal::AlarmActive, Raw::Boolean(alarm.state.is_active()));
+    put(Signal::AlarmAcknowledged, Raw::Boolean(!alarm.state.needs_acknowledgement()));
+    put(Signal::Priority, Raw::Choice(priority(alarm.priority)));
+    put(Signal::Occurrence, Raw::Integer(alarm.occurrence));
+    put(Signal::AlarmText, Raw::Text(&alarm.text));
+}
+
+/// Whether a value has the kind of its signal; a point without a value has every kind.
+#[must_use]
+pub const fn has_kind(signal: Signal, value: Raw) -> bool {
+    matches!(
+        (signal.kind(), value),
+        (_, Raw::None)
+            | (Kind::Float, Raw::Float(_))
+            | (Kind::Integer, Raw::Integer(_))
+            | (Kind::Boolean, Raw::Boolean(_))
+            | (Kind::Text, Raw::Text(_))
+            | (Kind::Choice(_), Raw::Choice(_))
+            | (Kind::Time, Raw::Time(_))
+    )
+}

@@ -1,0 +1,147 @@
+//! Points and their values.
+
+use crate::signal::{Signal, SubjectKind};
+use crate::state::State;
+use profivac_recorder::Micros;
+use std::fmt;
+use std::sync::Arc;
+
+/// What a point belongs to.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Subject {
+    /// The station.
+    Station,
+    /// The segment of this name.
+    Segment(Arc<str>),
+    /// The gauge or controller of this name.
+    Gauge(Arc<str>),
+    /// A reading of a gauge.
+    Reading {
+        /// The name of the gauge.
+        gauge: Arc<str>,
+        /// The instance of the gauge or the channel of the controller; `None` if there is only one.
+        channel: Option<u8>,
+        /// The name under which it is recorded.
+        series: Arc<str>,
+    },
+    /// The alarm of this name.
+    Alarm(Arc<str>),
+}
+
+impl Subject {
+    /// What it is.
+    #[must_use]
+    pub const fn kind(&self) -> SubjectKind {
+        match self {
+            Self::Station => SubjectKind::Station,
+            Self::Segment(_) => SubjectKind::Segment,
+            Self::Gauge(_) => SubjectKind::Gauge,
+            Self::Reading { .. } => SubjectKind::Reading,
+            Self::Alarm(_) => SubjectKind::Alarm,
+        }
+    }
+
+    /// Its name in the station's file, with the channel of a controller; empty for the station.
+    #[must_use]
+    pub fn name(&self) -> &str {
+        match self {
+            Self::Station => "",
+            Self::Segment(name) | Self::Gauge(name) | Self::Alarm(name) => name,
+            Self::Reading { series, .. } => series,
+        }
+    }
+
+    /// The gauge to which it belongs.
+    #[must_use]
+    pub fn gauge(&self) -> Option<&str> {
+        match self {
+            Self::Gauge(gauge) | Self::Reading { gauge, .. } => Some(gauge),
+            Self::Station | Self::Segment(_) | Self::Alarm(_) => None,
+        }
+    }
+}
+
+/// The pressures in Pa at which the alarms of a reading are raised: high priority outside, the others inside.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Limits {
+    /// The lowest limit of an alarm of high priority that is raised above it.
+    pub high_high: Option<f64>,
+    /// The lowest limit of another alarm that is raised above it.
+    pub high: Option<f64>,
+    /// The highest limit of another alarm that is raised below it.
+    pub low: Option<f64>,
+    /// The highest limit of an alarm of high priority that is raised below it.
+    pub low_low: Option<f64>,
+}
+
+/// A point: what never or seldom changes.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Point {
+    /// What it belongs to.
+    pub subject: Subject,
+    /// What it says.
+    pub signal: Signal,
+    /// The segment of its subject.
+    pub segment: Option<Arc<str>>,
+    /// The measuring range in Pa, of a pressure; `None` if the manual has none.
+    pub range_pa: Option<(f64, f64)>,
+    /// The limits of its alarms, of a pressure.
+    pub limits: Limits,
+    /// Its gauge is virtual.
+    pub is_simulated: bool,
+}
+
+/// A value.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub enum Value {
+    /// There is none.
+    #[default]
+    None,
+    /// A floating-point number.
+    Float(f64),
+    /// A whole number.
+    Integer(i64),
+    /// True or false.
+    Boolean(bool),
+    /// A text.
+    Text(Arc<str>),
+    /// The position of a word in the words of its signal.
+    Choice(u16),
+    /// A time.
+    Time(Micros),
+}
+
+impl Value {
+    /// The number of a [`Value::Float`].
+    #[must_use]
+    pub const fn float(&self) -> Option<f64> {
+        if let Self::Float(number) = self { Some(*number) } else { None }
+    }
+}
+
+impl fmt::Display for Value {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::None => Ok(()),
+            Self::Float(number) => write!(formatter, "{number:e}"),
+            Self::Integer(number) => number.fmt(formatter),
+            Self::Boolean(value) => value.fmt(formatter),
+            Self::Text(text) => text.fmt(formatter),
+            Self::Choice(number) => number.fmt(formatter),
+            Self::Time(Micros(micros)) => micros.fmt(formatter),
+        }
+    }
+}
+
+/// The present value of a point.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct PointValue {
+    /// The value.
+    pub value: Value,
+    /// The state of the reading to which it belongs; `Ok` for points of other subjects.
+    pub state: State,
+    /// The time of the reading. For points that no gauge measures: when the value changed.
+    pub at: Option<Micros>,
+    /// How often value or state have changed. A gateway that has served version 3 and sees version 6 has missed two updates.
+    pub version: u64,
+}

@@ -1,0 +1,163 @@
+//! What a point says about its subject.
+
+use crate::state::State;
+
+/// The kind of a value.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// A floating-point number.
+    Float,
+    /// A whole number.
+    Integer,
+    /// True or false.
+    Boolean,
+    /// A text.
+    Text,
+    /// One of these words, by its position.
+    Choice(&'static [&'static str]),
+    /// A time.
+    Time,
+}
+
+/// What a subject is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum SubjectKind {
+    /// The station.
+    Station,
+    /// A segment.
+    Segment,
+    /// A gauge or controller.
+    Gauge,
+    /// A reading of a gauge, or a channel of a controller.
+    Reading,
+    /// An alarm.
+    Alarm,
+}
+
+/// The words of a gauge's state on the bus, in the order of `BusStationState`.
+pub const GAUGE_STATES: [&str; 4] = ["data exchange", "fault", "starting", "missing"];
+
+/// The words of a segment's state.
+pub const SEGMENT_STATES: [&str; 3] = ["waiting", "listening", "running"];
+
+/// The words of an alarm's state.
+pub const ALARM_STATES: [&str; 5] = ["normal", "unacknowledged", "acknowledged", "returned", "out of service"];
+
+/// The words of a priority; `none` where no alarm is active.
+pub const PRIORITIES: [&str; 4] = ["none", "low", "medium", "high"];
+
+macro_rules! signals {
+    ($($signal:ident $key:literal $subject:ident $kind:expr, $unit:expr, $text:literal;)+) => {
+        /// What a point says about its subject.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+        pub enum Signal {
+            $(#[doc = $text] $signal,)+
+        }
+
+        impl Signal {
+            /// All signals.
+            pub const ALL: &'static [Self] = &[$(Self::$signal),+];
+
+            /// Its name, unique for its subject; gateways form theirs from it.
+            #[must_use]
+            pub const fn key(self) -> &'static str {
+                match self { $(Self::$signal => $key,)+ }
+            }
+
+            /// What it belongs to.
+            #[must_use]
+            pub const fn subject(self) -> SubjectKind {
+                match self { $(Self::$signal => SubjectKind::$subject,)+ }
+            }
+
+            /// The kind of its value.
+            #[must_use]
+            pub const fn kind(self) -> Kind {
+                match self { $(Self::$signal => $kind,)+ }
+            }
+
+            /// The unit of its value.
+            #[must_use]
+            pub const fn unit(self) -> Option<&'static str> {
+                match self { $(Self::$signal => $unit,)+ }
+            }
+
+            /// A description.
+            #[must_use]
+            pub const fn description(self) -> &'static str {
+                match self { $(Self::$signal => $text,)+ }
+            }
+        }
+    };
+}
+
+signals! {
+    // signal           key                     subject  kind                        unit         description
+    Pressure            "pressure"              Reading Kind::Float,                 Some("Pa"),  "Indicated pressure; the end of the range while it is over or under range";
+    PressureLog10       "pressure-log10"        Reading Kind::Float,                 None,        "Decimal logarithm of the indicated pressure in Pa";
+    CorrectedPressure   "corrected-pressure"    Reading Kind::Float,                 Some("Pa"),  "Pressure, corrected for the gas";
+    State               "state"                 Reading Kind::Choice(&State::LABELS), None,       "State of the reading";
+    StateText           "state-text"            Reading Kind::Text,                  None,        "Pressure or state in words, with the cause";
+    Usable              "usable"                Reading Kind::Boolean,               None,        "The pressure is measured";
+    LastReading         "last-reading"          Reading Kind::Time,                  None,        "Time of the last reading";
+    GaugeState          "gauge-state"           Gauge   Kind::Choice(&GAUGE_STATES), None,        "State of the gauge on the bus";
+    Problem             "problem"               Gauge   Kind::Text,                  None,        "Why the gauge is not in data exchange";
+    Faults              "faults"                Gauge   Kind::Text,                  None,        "Defects that the gauge reports";
+    Warnings            "warnings"              Gauge   Kind::Text,                  None,        "Warnings that the gauge reports";
+    Assumptions         "assumptions"           Gauge   Kind::Text,                  None,        "What the readings of a gauge of another master depend on and no telegram has shown";
+    Device              "device"                Gauge   Kind::Text,                  None,        "Device model";
+    Address             "address"               Gauge   Kind::Integer,               None,        "Bus address";
+    Gas                 "gas"                   Gauge   Kind::Text,                  None,        "Gas of the corrected pressure";
+    Simulated           "simulated"             Gauge   Kind::Boolean,               None,        "The gauge is virtual";
+    ListenOnly          "listen-only"           Gauge   Kind::Boolean,               None,        "Another master owns the gauge, and the station only listens";
+    AlarmPriority       "alarm-priority"        Gauge   Kind::Choice(&PRIORITIES),   None,        "Highest priority of the active alarms of the gauge";
+    Unacknowledged      "unacknowledged"        Gauge   Kind::Boolean,               None,        "An alarm of the gauge waits for an acknowledgement";
+    Requests            "requests"              Gauge   Kind::Integer,               None,        "Requests to the gauge on the line";
+    Repetitions         "repetitions"           Gauge   Kind::Integer,               None,        "Repeated requests to the gauge";
+    LostCycles          "lost-cycles"           Gauge   Kind::Integer,               None,        "Message cycles with the gauge that had no answer";
+    DamagedAnswers      "damaged-answers"       Gauge   Kind::Integer,               None,        "Damaged telegrams of message cycles with the gauge";
+    SegmentState        "segment-state"         Segment Kind::Choice(&SEGMENT_STATES), None,      "State of the segment";
+    SegmentUp           "segment-up"            Segment Kind::Boolean,               None,        "The segment runs";
+    SegmentProblem      "segment-problem"       Segment Kind::Text,                  None,        "Why the segment does not run";
+    CycleTime           "cycle-time"            Segment Kind::Float,                 Some("s"),   "Duration of a cycle";
+    TokenRotation       "token-rotation"        Segment Kind::Float,                 Some("s"),   "Mean time between two tokens to the same master";
+    Telegrams           "telegrams"             Segment Kind::Integer,               None,        "Valid telegrams on the line";
+    DamagedTelegrams    "damaged-telegrams"     Segment Kind::Integer,               None,        "Damaged telegrams on the line";
+    SegmentRepetitions  "segment-repetitions"   Segment Kind::Integer,               None,        "Repeated requests on the line";
+    SegmentLostCycles   "segment-lost-cycles"   Segment Kind::Integer,               None,        "Message cycles on the line that had no answer";
+    Heartbeat           "heartbeat"             Station Kind::Integer,               Some("s"),   "Seconds since the station started";
+    Version             "version"               Station Kind::Text,                  None,        "Version of the program";
+    Started             "started"               Station Kind::Time,                  None,        "Time of the start";
+    Recording           "recording"             Station Kind::Boolean,               None,        "The recorder writes";
+    LostSamples         "lost-samples"          Station Kind::Integer,               None,        "Samples that the recorder has dropped";
+    ActiveAlarms        "active-alarms"         Station Kind::Integer,               None,        "Active alarms";
+    UnacknowledgedAlarms "unacknowledged-alarms" Station Kind::Integer,              None,        "Alarms that wait for an acknowledgement";
+    SegmentsDown        "segments-down"         Station Kind::Integer,               None,        "Segments that do not run";
+    AlarmState          "alarm-state"           Alarm   Kind::Choice(&ALARM_STATES), None,        "State of the alarm";
+    AlarmActive         "alarm-active"          Alarm   Kind::Boolean,               None,        "The condition of the alarm is met";
+    AlarmAcknowledged   "alarm-acknowledged"    Alarm   Kind::Boolean,               None,        "The alarm needs no acknowledgement";
+    Priority            "priority"              Alarm   Kind::Choice(&PRIORITIES),   None,        "Priority of the alarm";
+    Occurrence          "occurrence"            Alarm   Kind::Integer,               None,        "Number of the last occurrence";
+    AlarmText           "alarm-text"            Alarm   Kind::Text,                  None,        "Why the alarm was raised";
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::collections::BTreeSet;
+
+    #[test]
+    fn the_key_of_a_signal_is_unique() {
+        let keys: BTreeSet<_> = Signal::ALL.iter().map(|signal| signal.key()).collect();
+        assert_eq!(keys.len(), Signal::ALL.len());
+    }
+
+    #[test]
+    fn every_word_of_a_choice_fits_into_an_enumeration_of_epics() {
+        for signal in Signal::ALL {
+            if let Kind::Choice(words) = signal.kind() {
+                assert!(words.len() <= 16 && words.iter().all(|word| word.len() <= 25), "{signal:?}");
+            }
+        }
+    }
+}

@@ -1,0 +1,135 @@
+//! The points of a station, and what changes between two snapshots.
+
+use profivac_gateway::model::Modeller;
+use profivac_gateway::{Inputs, Signal, Snapshot, State, Subject, Value};
+use profivac_recorder::{Micros, Quality};
+use profivac_station::config::Config;
+use profivac_station::view::BusStationState;
+use std::path::Path;
+
+const FILE: &str = r#"
+[[segment]]
+name = "hall"
+port = "sim:hall.toml"
+
+[[segment.gauge]]
+name = "chamber"
+address = 5
+device = "bcg450"
+
+[[segment.gauge]]
+name = "fore line"
+address = 6
+device = "tpg300"
+
+[[alarm]]
+name = "Chamber high"
+gauge = "chamber"
+above = "1e-3 mbar"
+priority = "high"
+
+[[alarm]]
+name = "Chamber not pumped"
+gauge = "chamber"
+above = "1e-4 mbar"
+priority = "low"
+"#;
+
+fn planned() -> Inputs {
+    Inputs::planned(&Config::parse(FILE, Path::new("plant.toml")).unwrap())
+}
+
+/// The gauge chamber measures this pressure.
+fn measuring(pa: f64, read_at: i64) -> Inputs {
+    let mut inputs = planned();
+    let gauge = inputs.gauges.iter_mut().find(|gauge| gauge.name == "chamber").unwrap();
+    gauge.state = BusStationState::DataExchange;
+    (gauge.age_ms, gauge.read_at) = (Some(10), Some(Micros(read_at)));
+    let reading = &mut gauge.readings[0];
+    (reading.quality, reading.pa) = (Quality::Valid, Some(pa));
+    inputs
+}
+
+fn position(snapshot: &Snapshot, subject: &str, signal: Signal) -> usize {
+    let is_it = |(point, _): (&profivac_gateway::Point, _)| point.subject.name() == subject && point.signal == signal;
+    snapshot.iter().position(is_it).unwrap_or_else(|| panic!("{subject} has no {signal:?}"))
+}
+
+#[test]
+fn a_station_that_has_not_started_has_all_its_points_without_values() {
+    let snapshot = Modeller::default().next(planned(), Micros(1));
+    let pressures: Vec<_> = snapshot.iter().filter(|(point, _)| point.signal == Signal::Pressure).collect();
+    let names: Vec<_> = pressures.iter().map(|(point, _)| point.subject.name()).collect();
+    assert_eq!(names, ["chamber", "fore line.1", "fore line.2", "fore line.3", "fore line.4"]);
+    assert!(pressures.iter().all(|(_, value)| value.value == Value::None && value.state == State::Stale));
+    assert!(pressures.iter().all(|(point, _)| point.is_simulated));
+    let Subject::Reading { channel, .. } = &pressures[2].0.subject else { panic!("a reading") };
+    assert_eq!(*channel, Some(2));
+}
+
+#[test]
+fn the_pressure_has_the_range_of_the_manual_and_the_limits_of_its_alarms() {
+    let snapshot = Modeller::default().next(planned(), Micros(1));
+    let point = &snapshot.points[position(&snapshot, "chamber", Signal::Pressure)];
+    let (low, high) = point.range_pa.unwrap();
+    // BCG450: 5e-10 to 1500 mbar.
+    assert!((low / 5e-8 - 1.0).abs() < 1e-9 && (high / 1.5e5 - 1.0).abs() < 1e-9, "{low} {high}");
+    let close = |limit: Option<f64>, pa: f64| (limit.unwrap() / pa - 1.0).abs() < 1e-9;
+    assert!(close(point.limits.high_high, 0.1) && close(point.limits.high, 0.01), "{:?}", point.limits);
+    assert_eq!((point.limits.low, point.limits.low_low), (None, None));
+    let controller = &snapshot.points[position(&snapshot, "fore line.1", Signal::Pressure)];
+    assert_eq!(controller.range_pa, None, "the controller accepts several gauges");
+}
+
+#[test]
+fn a_change_is_a_new_version_with_the_time_of_the_reading_and_a_missed_one_is_counted() {
+    let mut modeller = Modeller::default();
+    let first = modeller.next(measuring(1.0, 1_000), Micros(5_000));
+    let index = position(&first, "chamber", Signal::Pressure);
+    let same = modeller.next(measuring(1.0, 2_000), Micros(6_000));
+    assert!(same.has_points_of(&first));
+    let changed: Vec<_> = same.changes_since(&first).map(|(index, _)| same.points[index].signal).collect();
+    assert_eq!(changed, [Signal::LastReading], "the time of the reading is a point of its own");
+    assert_eq!((same.values[index].at, same.values[index].version), (Some(Micros(2_000)), first.values[index].version));
+    let _second = modeller.next(measuring(2.0, 3_000), Micros(7_000));
+    let third = modeller.next(measuring(3.0, 4_000), Micros(8_000));
+    let missed = third.changes_since(&same).find(|(changed, _)| *changed == index);
+    assert_eq!(missed, Some((index, 1)), "one update was missed");
+    assert_eq!(third.values[index].value, Value::Float(3.0));
+    assert_eq!(third.values[index].at, Some(Micros(4_000)), "the time of the reading, not of the snapshot");
+}
+
+#[test]
+fn a_gauge_that_is_lost_keeps_its_points_and_loses_its_value() {
+    let mut modeller = Modeller::default();
+    let before = modeller.next(measuring(1.0, 1_000), Micros(5_000));
+    let mut lost = measuring(1.0, 1_000);
+    let gauge = lost.gauges.iter_mut().find(|gauge| gauge.name == "chamber").unwrap();
+    gauge.readings.clear();
+    gauge.state = BusStationState::Missing;
+    let after = modeller.next(lost, Micros(9_000));
+    assert!(after.has_points_of(&before));
+    let value = &after.values[position(&after, "chamber", Signal::Pressure)];
+    assert_eq!((&value.value, value.state), (&Value::None, State::Stale));
+}
+
+#[test]
+fn an_old_reading_is_stale_although_its_segment_says_nothing() {
+    let mut inputs = measuring(1.0, 1_000);
+    inputs.gauges[0].age_ms = Some(inputs.gauges[0].stale_after_ms + 1);
+    let snapshot = Modeller::default().next(inputs, Micros(1));
+    let value = &snapshot.values[position(&snapshot, "chamber", Signal::Pressure)];
+    assert_eq!((&value.value, value.state), (&Value::None, State::Stale));
+}
+
+#[test]
+fn a_changed_file_keeps_the_values_of_the_points_that_stay() {
+    let mut modeller = Modeller::default();
+    let before = modeller.next(measuring(1.0, 1_000), Micros(5_000));
+    let mut fewer = measuring(1.0, 1_000);
+    fewer.gauges.retain(|gauge| gauge.name == "chamber");
+    let after = modeller.next(fewer, Micros(6_000));
+    assert!(!after.has_points_of(&before));
+    let version = |snapshot: &Snapshot| snapshot.values[position(snapshot, "chamber", Signal::Pressure)].version;
+    assert_eq!(version(&after), version(&before));
+}
