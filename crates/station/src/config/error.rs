@@ -1,6 +1,7 @@
 //! Errors in the configuration file.
 
 use super::certificates::CertificateError;
+use super::gateways::mqtt::MqttProblem;
 use crate::alarm::Priority;
 use crate::auth::file_permissions::PermissionError;
 use crate::visible_text::TextProblem;
@@ -316,6 +317,9 @@ pub enum ConfigProblem {
     /// The certificates of a webhook cannot be read.
     #[error(transparent)]
     Certificates(CertificateError),
+    /// `[mqtt]` cannot be used.
+    #[error(transparent)]
+    Mqtt(MqttProblem),
 }
 
 fn twice_hint(item: NamedItem) -> &'static str {

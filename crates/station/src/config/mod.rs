@@ -52,7 +52,7 @@
 //! | `default_alarms` | `[alarms]` |
 //! | `webhooks` | `[[webhook]]` |
 //! | `retention` | `[retention]` |
-//! | [`gateways`] | `[prometheus]` and the other gateways to control systems |
+//! | [`gateways`] | `[mqtt]`, `[prometheus]` and the other gateways to control systems |
 //! | `check` | checks of segments, gauges and host names |
 //! | `names`, `values`, `certificates` | rules for names; delays and priorities; certificates |
 //! | `error` | errors with their positions |
@@ -272,8 +272,9 @@ impl Config {
     /// Whether the file holds secrets or names the files that hold them, so that only its owner may read it. The URL of a
     /// webhook is often a secret.
     #[must_use]
-    pub const fn is_private(&self) -> bool {
-        self.users.named || self.tls.is_some() || !self.webhooks.is_empty()
+    pub fn is_private(&self) -> bool {
+        let has_secrets = self.gateways.iter().any(GatewaySettings::is_private);
+        self.users.named || self.tls.is_some() || !self.webhooks.is_empty() || has_secrets
     }
 }
 

@@ -1,15 +1,19 @@
 //! The gateways to control systems: one table of the file for each. A program without a gateway reads its table as well, so that
 //! the same file has the same errors everywhere.
 
+pub mod mqtt;
 pub mod prometheus;
 
 use super::error::Located;
+use mqtt::MqttToml;
 use prometheus::PrometheusToml;
 use std::path::Path;
 
 /// The tables of the gateways in the file.
 #[derive(Debug, Default)]
 pub struct GatewaysToml {
+    /// `[mqtt]`.
+    pub mqtt: Option<MqttToml>,
     /// `[prometheus]`.
     pub prometheus: Option<PrometheusToml>,
 }
@@ -18,6 +22,8 @@ pub struct GatewaysToml {
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum GatewaySettings {
+    /// `[mqtt]`.
+    Mqtt(mqtt::Settings),
     /// `[prometheus]`.
     Prometheus(prometheus::Settings),
 }
@@ -27,14 +33,27 @@ impl GatewaySettings {
     #[must_use]
     pub const fn name(&self) -> &'static str {
         match self {
+            Self::Mqtt(_) => "mqtt",
             Self::Prometheus(_) => "prometheus",
+        }
+    }
+
+    /// Whether its table holds secrets or names the files that hold them.
+    #[must_use]
+    pub fn is_private(&self) -> bool {
+        match self {
+            Self::Mqtt(it) => {
+                it.broker.credentials.is_some() || it.broker.tls.as_ref().is_some_and(|tls| tls.client.is_some())
+            }
+            Self::Prometheus(_) => false,
         }
     }
 }
 
 /// The settings of all gateways of the file at `path`.
 pub fn settings(toml: GatewaysToml, path: &Path) -> Result<Vec<GatewaySettings>, Located> {
-    let GatewaysToml { prometheus } = toml;
+    let GatewaysToml { mqtt, prometheus } = toml;
+    let mqtt = mqtt.map(|it| it.into_settings(path)).transpose()?.map(GatewaySettings::Mqtt);
     let prometheus = prometheus.map(|it| it.into_settings(path)).transpose()?.map(GatewaySettings::Prometheus);
-    Ok(prometheus.into_iter().collect())
+    Ok(mqtt.into_iter().chain(prometheus).collect())
 }
