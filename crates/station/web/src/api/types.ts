@@ -60,6 +60,9 @@ export type AcknowledgedAlarms = Schemas['AcknowledgeAllResult']
 export type Priority = Schemas['Priority']
 export type Webhook = Schemas['WebhookView']
 
+/** A gateway to a control system. */
+export type Gateway = Schemas['GatewayView']
+
 export type Session = Schemas['Session']
 export type Role = Schemas['Role']
 
