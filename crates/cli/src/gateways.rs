@@ -11,7 +11,7 @@ use std::sync::Arc;
 #[derive(Default)]
 pub struct Gateways {
     model: Option<Arc<ReadModel>>,
-    running: Vec<(GatewaySettings, GatewayThread)>,
+    running: Vec<(GatewaySettings, Vec<GatewayThread>)>,
 }
 
 impl Gateways {
@@ -49,6 +49,7 @@ pub fn check(wanted: &[GatewaySettings]) -> Result<(), Failure> {
 
 const fn is_built_in(settings: &GatewaySettings) -> bool {
     match settings {
+        GatewaySettings::Mqtt(_) => cfg!(feature = "mqtt"),
         GatewaySettings::Prometheus(_) => cfg!(feature = "prometheus"),
         _ => false,
     }
@@ -62,10 +63,17 @@ pub fn absent(settings: &GatewaySettings) -> Failure {
     ))
 }
 
-fn start(settings: &GatewaySettings, model: Arc<ReadModel>, services: Arc<Services>) -> Result<GatewayThread, Failure> {
+/// Starts a gateway: a thread, or one for each protocol that its table has.
+fn start(
+    settings: &GatewaySettings,
+    model: Arc<ReadModel>,
+    services: Arc<Services>,
+) -> Result<Vec<GatewayThread>, Failure> {
     match settings {
+        #[cfg(feature = "mqtt")]
+        GatewaySettings::Mqtt(it) => Ok(profivac_gateway_mqtt::start(it, &model, &services)?),
         #[cfg(feature = "prometheus")]
-        GatewaySettings::Prometheus(it) => Ok(profivac_gateway_prometheus::start(it.clone(), model, services)?),
+        GatewaySettings::Prometheus(it) => Ok(vec![profivac_gateway_prometheus::start(it.clone(), model, services)?]),
         other => Err(absent(other)),
     }
 }

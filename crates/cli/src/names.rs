@@ -72,7 +72,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         ))
     })?;
     let points = profivac_gateway::points(&Inputs::planned(&config));
-    let table = names(settings, &points)?;
+    let table = names(settings, &config.name, &points)?;
     match (arguments.json, arguments.csv) {
         (true, _) => out(&json(&table)),
         (_, true) => out(table.csv().trim_end()),
@@ -82,8 +82,10 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
 }
 
 /// What the gateway with these settings publishes.
-fn names(settings: &GatewaySettings, points: &[Point]) -> Result<NameTable, Failure> {
+fn names(settings: &GatewaySettings, station: &str, points: &[Point]) -> Result<NameTable, Failure> {
     match settings {
+        #[cfg(feature = "mqtt")]
+        GatewaySettings::Mqtt(it) => Ok(profivac_gateway_mqtt::names::names(it, station, points)),
         #[cfg(feature = "prometheus")]
         GatewaySettings::Prometheus(_) => Ok(profivac_gateway_prometheus::names(points)),
         other => Err(gateways::absent(other)),

@@ -158,7 +158,9 @@ impl Connector {
             ConnectionError::NetworkTimeout
             | ConnectionError::FlushTimeout
             | ConnectionError::MqttState(StateError::AwaitPingResp) => MqttError::Silent,
-            ConnectionError::MqttState(StateError::ConnectionAborted) | ConnectionError::RequestsDone => MqttError::Closed,
+            ConnectionError::MqttState(StateError::ConnectionAborted) | ConnectionError::RequestsDone => {
+                MqttError::Closed
+            }
             other => MqttError::Protocol(Box::new(other)),
         }
     }
@@ -170,7 +172,9 @@ impl Connector {
             }
             (ConnectReturnCode::BadUserNamePassword | ConnectReturnCode::NotAuthorized, None) => MqttError::NoLogin,
             (ConnectReturnCode::RefusedProtocolVersion, _) => MqttError::Refused("it does not speak MQTT 3.1.1"),
-            (ConnectReturnCode::BadClientId, _) => MqttError::Refused("it does not accept the client identifier; set client-id"),
+            (ConnectReturnCode::BadClientId, _) => {
+                MqttError::Refused("it does not accept the client identifier; set client-id")
+            }
             (ConnectReturnCode::ServiceUnavailable | ConnectReturnCode::Success, _) => {
                 MqttError::Refused("its service is unavailable")
             }
@@ -200,7 +204,8 @@ fn client_config(tls: &Tls) -> Result<Arc<ClientConfig>, MqttError> {
     Ok(Arc::new(match &tls.client {
         None => config.with_no_client_auth(),
         Some((certificate, key)) => {
-            let private = PrivateKeyDer::from_pem_file(key).map_err(|error| MqttError::Key { file: key.clone(), error })?;
+            let private =
+                PrivateKeyDer::from_pem_file(key).map_err(|error| MqttError::Key { file: key.clone(), error })?;
             config.with_client_auth_cert(ca_certificates(certificate)?, private)?
         }
     }))

@@ -1,7 +1,5 @@
 //! Names of the station as levels of a topic.
 
-use std::fmt::Write;
-
 /// The levels below the prefix that are no gauges.
 const RESERVED: [&str; 2] = ["segment", "alarm"];
 
@@ -10,6 +8,12 @@ const RESERVED: [&str; 2] = ["segment", "alarm"];
 #[must_use]
 pub fn level(name: &str) -> String {
     encoded(name, |character| matches!(character, '/' | '+' | '#' | '%') || character.is_control())
+}
+
+/// A path like that of a parameter, `trip-point.1/high-trip-point`, as several levels.
+#[must_use]
+pub fn levels(path: &str) -> String {
+    path.split('/').map(level).collect::<Vec<_>>().join("/")
 }
 
 /// The level of a gauge below the prefix: that of its name. A gauge with the name of another level gets its first character encoded.
@@ -34,8 +38,7 @@ pub fn identifier(name: &str) -> String {
             b' ' => identifier.push_str("__"),
             b'-' => identifier.push('-'),
             _ if octet.is_ascii_alphanumeric() => identifier.push(octet.into()),
-            // Writing to a String cannot fail.
-            _ => drop(write!(identifier, "_{octet:02X}")),
+            _ => identifier.push_str(&format!("_{octet:02X}")),
         }
     }
     identifier
@@ -53,10 +56,7 @@ fn encoded(name: &str, is_special: impl Fn(char) -> bool) -> String {
     let mut level = String::new();
     for character in name.chars() {
         if is_special(character) {
-            for octet in character.to_string().bytes() {
-                // Writing to a String cannot fail.
-                drop(write!(level, "%{octet:02X}"));
-            }
+            level.extend(character.to_string().bytes().map(|octet| format!("%{octet:02X}")));
         } else {
             level.push(character);
         }
@@ -70,7 +70,18 @@ mod tests {
 
     #[test]
     fn different_names_are_different_levels_and_identifiers() {
-        let names = ["fore line", "fore-line", "fore_line", "fore/line", "fore%2Fline", "a+b", "a#b", "ä", "segment", "%73egment"];
+        let names = [
+            "fore line",
+            "fore-line",
+            "fore_line",
+            "fore/line",
+            "fore%2Fline",
+            "a+b",
+            "a#b",
+            "ä",
+            "segment",
+            "%73egment",
+        ];
         for (index, name) in names.iter().enumerate() {
             for other in &names[index + 1..] {
                 assert_ne!(gauge_level(name), gauge_level(other));

@@ -47,18 +47,31 @@ const SENSORS: [Sensor; 3] = [
         state_class: Some("measurement"),
         template: "{{ value_json.pressure_log10 }}",
     },
-    Sensor { key: "state", name: "State", unit: None, class: None, state_class: None, template: "{{ value_json.state_text }}" },
+    Sensor {
+        key: "state",
+        name: "State",
+        unit: None,
+        class: None,
+        state_class: None,
+        template: "{{ value_json.state_text }}",
+    },
 ];
 
 /// The descriptions of all readings.
 #[must_use]
 pub fn sensors(discovery: &str, prefix: &str, station: &str, layout: &Layout) -> Vec<Message> {
     let readings = layout.topics().iter().filter(|topic| matches!(topic.subject, Subject::Reading { .. }));
-    readings.flat_map(|topic| SENSORS.iter().map(|sensor| describe(sensor, topic, discovery, prefix, station))).collect()
+    readings
+        .flat_map(|topic| SENSORS.iter().map(|sensor| describe(sensor, topic, discovery, prefix, station)))
+        .collect()
 }
 
 fn describe(sensor: &Sensor, topic: &Topic, discovery: &str, prefix: &str, station: &str) -> Message {
-    let node = format!("{}_{}", slug(station).replace(|it: char| !it.is_ascii_alphanumeric(), "_"), identifier(topic.subject.name()));
+    let node = format!(
+        "{}_{}",
+        slug(station).replace(|it: char| !it.is_ascii_alphanumeric(), "_"),
+        identifier(topic.subject.name())
+    );
     let gauge = topic.subject.gauge().unwrap_or_default();
     let model = if topic.is_simulated { "virtual vacuum gauge" } else { "vacuum gauge" };
     let mut description = json!({

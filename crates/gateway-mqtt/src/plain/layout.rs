@@ -7,11 +7,12 @@
 //! | `segment/NAME` | those of a segment |
 //! | `alarm/NAME` | those of an alarm |
 //! | `GAUGE/gauge` | those of a gauge |
+//! | `GAUGE/parameter/BLOCK/PARAMETER` | those of a parameter: trip point, relay, emission |
 //! | `GAUGE/state`, `GAUGE/CHANNEL/state` | those of a reading, with unit, range, limits, quality and time |
 //! | `GAUGE/pressure`, `GAUGE/CHANNEL/pressure` | the pressure in Pa, empty while there is none |
 
 use crate::message::{Delivery, Message};
-use crate::topic::{gauge_level, level};
+use crate::topic::{gauge_level, level, levels};
 use jiff::Timestamp;
 use profivac_gateway::{Kind, Limits, Point, PointValue, Signal, Snapshot, State, Subject, Value};
 use profivac_recorder::Micros;
@@ -135,20 +136,18 @@ fn topic(prefix: &str, point: &Point) -> Topic {
             let reading = format!("{prefix}/{}{channel}", gauge_level(gauge));
             (format!("{reading}/state"), Some(format!("{reading}/pressure")))
         }
+        Subject::Parameter { gauge, target, .. } => {
+            (format!("{prefix}/{}/parameter/{}", gauge_level(gauge), levels(target)), None)
+        }
     };
-    Topic {
-        subject: point.subject.clone(),
-        object,
-        pressure,
-        positions: Vec::new(),
-        is_simulated: point.is_simulated,
-    }
+    Topic { subject: point.subject.clone(), object, pressure, positions: Vec::new(), is_simulated: point.is_simulated }
 }
 
 /// The key of a signal in a JSON object; a template of Home Assistant cannot name a key with `-` simply.
 #[must_use]
 pub fn key(signal: Signal) -> String {
-    signal.key().replace('-', "_")
+    let key = signal.key();
+    key.strip_prefix("parameter-").unwrap_or(key).replace('-', "_")
 }
 
 /// The word of the quality of a reading, as in exports and in the API.
@@ -169,6 +168,10 @@ pub const fn quality(state: State) -> &'static str {
 fn object(values: &[(&Point, &PointValue)]) -> Json {
     let mut object = Map::new();
     for (point, value) in values {
+        if let Subject::Parameter { name, .. } = &point.subject {
+            object.insert("name".to_owned(), json!(**name));
+            object.insert("time".to_owned(), value.at.map_or(Json::Null, time));
+        }
         if point.signal == Signal::Pressure {
             object.insert("unit".to_owned(), json!(point.signal.unit()));
             object.insert("quality".to_owned(), json!(quality(value.state)));

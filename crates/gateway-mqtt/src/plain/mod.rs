@@ -111,7 +111,12 @@ impl Publisher {
     }
 
     /// The messages for a new snapshot: everything after a change of the points, otherwise the topics that have changed.
-    fn messages(&self, published: &mut Option<(Layout, Tracker)>, snapshot: &Arc<Snapshot>, context: &Context) -> Vec<Message> {
+    fn messages(
+        &self,
+        published: &mut Option<(Layout, Tracker)>,
+        snapshot: &Arc<Snapshot>,
+        context: &Context,
+    ) -> Vec<Message> {
         let now = Micros::now();
         match published {
             Some((layout, tracker)) if tracker.has_points_of(snapshot) => {

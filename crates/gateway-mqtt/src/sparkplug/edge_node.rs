@@ -260,9 +260,7 @@ impl EdgeNode {
 
     fn host_state(&mut self, payload: &[u8], now: Micros) -> Reaction {
         let Ok(HostState { online, timestamp }) = serde_json::from_slice(payload) else {
-            return Reaction::Refused(
-                "the state of the primary host is not {\"online\":…,\"timestamp\":…}".to_owned(),
-            );
+            return Reaction::Refused("the state of the primary host is not {\"online\":…,\"timestamp\":…}".to_owned());
         };
         // tck-id-message-flow-edge-node-birth-publish-phid-wait-timestamp
         if self.host_at.is_some_and(|last| timestamp < last) {
@@ -401,7 +399,8 @@ impl EdgeNode {
         let mut of_devices: BTreeMap<Option<usize>, Vec<Metric>> = BTreeMap::new();
         for position in changes.positions {
             let Some((point, value)) = at(snapshot, position) else { continue };
-            let is_old = matches!(point.subject, Subject::Reading { .. }) && value.at.is_some_and(|at| after.is_some_and(|after| at <= after));
+            let is_old = matches!(point.subject, Subject::Reading { .. })
+                && value.at.is_some_and(|at| after.is_some_and(|after| at <= after));
             if !is_old {
                 let device = born.layout.of_point.get(position).copied().flatten();
                 of_devices.entry(device).or_default().push(metric::data(position, point, value, now));

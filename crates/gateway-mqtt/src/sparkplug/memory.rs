@@ -70,7 +70,10 @@ impl Memory {
 }
 
 fn without_memory(path: &Path, error: &str) -> String {
-    format!("{}: {error}; the edge node continues without it: bdSeq begins at 0, and samples of an outage are not sent", path.display())
+    format!(
+        "{}: {error}; the edge node continues without it: bdSeq begins at 0, and samples of an outage are not sent",
+        path.display()
+    )
 }
 
 #[cfg(test)]

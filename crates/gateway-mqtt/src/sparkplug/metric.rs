@@ -1,7 +1,7 @@
 //! Points as metrics.
 
 use super::payload::{Metric, MetricValue, Property, PropertySet, datatype};
-use crate::topic::level;
+use crate::topic::{level, levels};
 use profivac_gateway::{Kind, Point, PointValue, Signal, State, Subject, Value};
 use profivac_recorder::{Micros, Quality, Sample};
 
@@ -37,6 +37,7 @@ pub fn name(point: &Point) -> String {
     match &point.subject {
         Subject::Station | Subject::Gauge(_) | Subject::Reading { channel: None, .. } => signal,
         Subject::Reading { channel: Some(channel), .. } => format!("{channel}/{signal}"),
+        Subject::Parameter { target, .. } => format!("Parameters/{}/{signal}", levels(target)),
         Subject::Segment(name) => format!("Segments/{}/{signal}", level(name)),
         Subject::Alarm(name) => format!("Alarms/{}/{signal}", level(name)),
     }
@@ -47,6 +48,7 @@ const fn prefix(subject: &Subject) -> &'static str {
     match subject {
         Subject::Segment(_) => "segment-",
         Subject::Alarm(_) => "alarm-",
+        Subject::Parameter { .. } => "parameter-",
         Subject::Station | Subject::Gauge(_) | Subject::Reading { .. } => "",
     }
 }
@@ -82,7 +84,10 @@ pub fn birth(position: usize, point: &Point, value: &PointValue, now: Micros) ->
     metric.datatype = Some(datatype_of(point.signal));
     let properties = metric.properties.get_or_insert_default();
     let mut text = |key, text: &str| properties.push(key, Property::String(text.to_owned()));
-    text("documentation", point.signal.description());
+    match &point.subject {
+        Subject::Parameter { name, .. } => text("documentation", name),
+        _ => text("documentation", point.signal.description()),
+    }
     if let Some(unit) = point.signal.unit() {
         text("engUnit", unit);
     }
@@ -148,7 +153,10 @@ pub const fn quality(signal: Signal, state: State, has_value: bool) -> i32 {
 }
 
 /// A pressure has six significant digits at most, so 32 bits hold it.
-#[expect(clippy::cast_possible_truncation, reason = "a smaller number is zero, a larger one infinite, and no pressure is that")]
+#[expect(
+    clippy::cast_possible_truncation,
+    reason = "a smaller number is zero, a larger one infinite, and no pressure is that"
+)]
 fn metric_value(value: &Value) -> Option<MetricValue> {
     Some(match value {
         Value::None => return None,

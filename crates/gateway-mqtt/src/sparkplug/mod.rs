@@ -211,7 +211,13 @@ impl Publisher {
     }
 
     /// An event of the connection. Returns the NDEATH if the primary host has gone offline.
-    fn handle(&mut self, event: Event, node: &mut EdgeNode, progress: &mut Progress, context: &Context) -> Option<Message> {
+    fn handle(
+        &mut self,
+        event: Event,
+        node: &mut EdgeNode,
+        progress: &mut Progress,
+        context: &Context,
+    ) -> Option<Message> {
         match event {
             Event::Subscribed => node.subscribed(),
             Event::Ping => progress.pinged = Some(progress.sent),
@@ -230,7 +236,12 @@ impl Publisher {
     }
 
     /// Publishes the births and begins to read the backlog. Without a backlog there is nothing to read.
-    async fn begin(&mut self, node: &mut EdgeNode, connection: &Connection, context: &Context) -> Result<Option<Reading>, MqttError> {
+    async fn begin(
+        &mut self,
+        node: &mut EdgeNode,
+        connection: &Connection,
+        context: &Context,
+    ) -> Result<Option<Reading>, MqttError> {
         let now = Micros::now();
         let snapshot = context.model.snapshot();
         let earliest = now.before(self.longest_backlog);

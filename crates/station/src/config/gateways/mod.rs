@@ -23,7 +23,7 @@ pub struct GatewaysToml {
 #[non_exhaustive]
 pub enum GatewaySettings {
     /// `[mqtt]`.
-    Mqtt(mqtt::Settings),
+    Mqtt(Box<mqtt::Settings>),
     /// `[prometheus]`.
     Prometheus(prometheus::Settings),
 }
@@ -53,7 +53,7 @@ impl GatewaySettings {
 /// The settings of all gateways of the file at `path`.
 pub fn settings(toml: GatewaysToml, path: &Path) -> Result<Vec<GatewaySettings>, Located> {
     let GatewaysToml { mqtt, prometheus } = toml;
-    let mqtt = mqtt.map(|it| it.into_settings(path)).transpose()?.map(GatewaySettings::Mqtt);
+    let mqtt = mqtt.map(|it| it.into_settings(path)).transpose()?.map(|it| GatewaySettings::Mqtt(Box::new(it)));
     let prometheus = prometheus.map(|it| it.into_settings(path)).transpose()?.map(GatewaySettings::Prometheus);
     Ok(mqtt.into_iter().chain(prometheus).collect())
 }

@@ -404,7 +404,7 @@ mod tests {
         let text = format!("{SEGMENT}[mqtt]\n{table}");
         let config = Config::parse(&text, &folder.join("plant.toml")).map_err(|error| error.to_string())?;
         let [GatewaySettings::Mqtt(settings)] = &config.gateways[..] else { panic!("one gateway") };
-        Ok(settings.clone())
+        Ok(*settings.clone())
     }
 
     fn parse(table: &str) -> Result<Settings, String> {
