@@ -186,7 +186,7 @@ fn data_has_aliases_alone_and_the_next_sequence_number_which_wraps_after_255() {
     let mut expected = births.len() as u64;
     for step in 1..=300_i32 {
         let at = Micros(NOW.0 + i64::from(step) * SECOND / 5);
-        plant.measures(f64::from(step), at);
+        plant.measures(f64::from(step) + 1.0, at);
         let (messages, _) = node.snapshot(&plant.snapshot(), NOW);
         for message in &messages {
             let data = payload(message);
@@ -196,7 +196,7 @@ fn data_has_aliases_alone_and_the_next_sequence_number_which_wraps_after_255() {
         }
         let data = payload(messages.iter().find(|message| message.topic.ends_with("DDATA/station-1/chamber")).unwrap());
         let metric = data.metrics.iter().find(|metric| metric.alias == pressure).unwrap();
-        assert_eq!(metric.value, Some(MetricValue::Float(step as f32)));
+        assert_eq!(metric.value, Some(MetricValue::Float(step as f32 + 1.0)));
         assert_eq!(metric.timestamp, Some(metric::milliseconds(at)));
         assert_eq!(metric.is_historical, None);
     }
