@@ -3,154 +3,36 @@
 //! The session itself never sends Set_Prm. It serves slaves that were added to the [`master`](BusSession::master) while it
 //! waits for an answer.
 
-use crate::clock::{duration_of, tbit_of};
-use crate::port::{Delivery, LateAnswerRemedy, Notice, Opener, Port, PortError};
+mod parameters;
+mod reply;
+mod slot_time;
+mod station;
+mod unrestored;
+
+pub use parameters::{MAX_SLOT_TBIT, bus_parameters, entry_time};
+pub use reply::{Reply, SessionError};
+pub use slot_time::SessionTiming;
+pub use station::{BusMaster, add_or_restart};
+pub use unrestored::UnrestoredRecord;
+
+use crate::port::{Notice, Opener, Port, PortError};
 use crate::readiness::Readiness;
 use crate::segment::Segment;
+use profivac_dp::link::Baud;
 use profivac_dp::link::active::{
-    Active, Answer, BusParameters, CheckedBus, Confirmation, Failure, OutOfRange, Request, RingCounters, RingState,
+    Active, Answer, BusParameters, Confirmation, Failure, Request, RingCounters, RingState,
 };
-use profivac_dp::link::{Baud, BitTime, Listening, Station, Transmit};
-use profivac_dp::master::{Busy, Handle, Master, Operation, Settings, SlaveListError, SlaveParameters};
-use profivac_wire::control::{StationType, Status};
-use profivac_wire::{MAX_DU, Telegram};
+use profivac_dp::master::{Busy, Handle, Operation};
+use profivac_wire::control::StationType;
+use station::BoxedStation;
 use std::collections::BTreeMap;
-use std::fmt;
 use std::time::{Duration, Instant};
-
-/// A master with room for every slave of a bus.
-pub type BusMaster = Master<125, MAX_DU>;
-
-/// G. Each request to an absent address costs a slot time, which is long on such a port; a longer pause would delay the
-/// entry of another master into the ring: [`entry_time`]. free choice.
-const GAP_FACTOR: u8 = 2;
 
 /// The longest wait for passing the token at the end. free choice: some rotations of a small ring.
 const TOKEN_PASS_TIMEOUT: Duration = Duration::from_secs(1);
 
-/// The longest slot time of PROFIBUS, in bit times. profibus-wire 1.12.
-pub const MAX_SLOT_TBIT: u32 = 16_383;
-
 /// The shortest wait for the line.
 const MIN_WAIT: Duration = Duration::from_millis(1);
-
-/// The bus parameters of a master on a port of an operating system: the slot time is longer by what the port delays.
-#[must_use]
-pub fn bus_parameters(address: u8, baud: Baud, delivery: Delivery) -> BusParameters {
-    let bus = BusParameters::new(address, baud);
-    let delay_tbit = u32::try_from(tbit_of(baud, delivery.slot_delay(baud))).unwrap_or(u32::MAX);
-    BusParameters { slot_tbit: bus.slot_tbit.saturating_add(delay_tbit), gap_factor: GAP_FACTOR, ..bus }
-}
-
-/// How long a ring of such masters may take to admit another one. Many seconds on a slow line: see
-/// [`BusParameters::entry_tbit`].
-#[must_use]
-pub fn entry_time(bus: &BusParameters, baud: Baud) -> Duration {
-    duration_of(baud, bus.entry_tbit())
-}
-
-/// The reason why a session could not send a request.
-#[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
-pub enum SessionError {
-    /// The port failed.
-    #[error(transparent)]
-    Port(#[from] PortError),
-    /// The bus parameters are out of range.
-    #[error("{0}")]
-    Parameters(OutOfRange),
-    /// Another master uses the line and does not admit this one into its ring.
-    #[error("master {0} is using the line")]
-    LineInUse(u8),
-    /// Another master has the address of this one.
-    #[error("another master has the address {0}")]
-    AddressInUse(u8),
-    /// The line is never idle.
-    #[error("the line is never idle")]
-    NeverIdle,
-    /// The program ends: see [`BusSession::set_cancellation`].
-    #[error("interrupted")]
-    Interrupted,
-}
-
-/// A record of one octet that a client changed for a moment and could not set back because the line was lost.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct UnrestoredRecord {
-    /// The slot.
-    pub slot: u8,
-    /// The index.
-    pub index: u8,
-    /// The value that the client wrote.
-    pub written: u8,
-    /// The value before.
-    pub original: u8,
-}
-
-/// The reply of a station, or its absence.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Reply {
-    /// The station answered.
-    Answer {
-        /// The type of the station.
-        station: StationType,
-        /// The status of the answer.
-        status: Status,
-        /// The data unit.
-        du: Vec<u8>,
-    },
-    /// No station answered, or the answer was invalid.
-    NoAnswer(Failure),
-}
-
-/// Adds a slave to a master, or restarts it with new parameters if the master has it already.
-///
-/// # Errors
-/// [`SlaveListError`] when the parameters are impossible.
-pub fn add_or_restart(master: &mut BusMaster, parameters: &SlaveParameters<'_>) -> Result<(), SlaveListError> {
-    if master.state(parameters.address).is_none() {
-        return master.add(parameters);
-    }
-    master.reparameterise(parameters)?;
-    master.restart(parameters.address);
-    Ok(())
-}
-
-/// The station behind a pointer: it is too large for the stack of a thread.
-struct BoxedStation(Box<Active<BusMaster>>);
-
-impl BoxedStation {
-    /// Keeps the station off the stack of the caller.
-    #[inline(never)]
-    fn new(bus: CheckedBus, baud: Baud) -> Self {
-        Self(Box::new(BusMaster::on(bus, Settings::new(baud), BitTime(0))))
-    }
-}
-
-impl Station for BoxedStation {
-    fn telegram(&mut self, end: BitTime, telegram: &Telegram<'_>) -> Option<Transmit<'_>> {
-        self.0.telegram(end, telegram)
-    }
-
-    fn activity(&mut self, end: BitTime) {
-        self.0.activity(end);
-    }
-
-    fn sent(&mut self, end: BitTime) {
-        self.0.sent(end);
-    }
-
-    fn poll(&mut self, now: BitTime) -> Option<Transmit<'_>> {
-        self.0.poll(now)
-    }
-
-    fn wake_at(&self) -> Option<BitTime> {
-        self.0.wake_at()
-    }
-
-    fn listening(&self) -> Listening {
-        self.0.listening()
-    }
-}
 
 /// A master on a port that sends one request after the other.
 pub struct BusSession {
@@ -176,37 +58,6 @@ pub struct BusSession {
 
 /// Runs when the session ends.
 type Closing = Box<dyn FnOnce(&SessionTiming, Vec<Notice>) + Send>;
-
-/// The longest times that a session measured, beside those that it works with.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct SessionTiming {
-    /// The answers that were measured.
-    pub answers: u64,
-    /// From the end of a request to the delivery of the first characters of its answer.
-    pub turnaround: Duration,
-    /// The slot time.
-    pub slot_time: Duration,
-    /// Between two deliveries of characters of one answer.
-    pub pause: Duration,
-    /// The longest pause that is tolerated within a telegram.
-    pub tolerated_pause: Duration,
-}
-
-impl fmt::Display for SessionTiming {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let ms = |time: Duration| time.as_secs_f64() * 1e3;
-        write!(
-            f,
-            "measured on {} answers: the first characters came up to {:.1} ms after the request (slot time {:.1} ms), with pauses up \
-             to {:.1} ms within an answer (up to {:.1} ms are tolerated)",
-            self.answers,
-            ms(self.turnaround),
-            ms(self.slot_time),
-            ms(self.pause),
-            ms(self.tolerated_pause)
-        )
-    }
-}
 
 /// Runs each time the line was served.
 type BackgroundTask = Box<dyn FnMut(&mut BusMaster) + Send>;
@@ -276,49 +127,6 @@ impl BusSession {
     /// Calls `closing` when the session ends, with the notices that nothing has taken.
     pub fn on_close(&mut self, closing: impl FnOnce(&SessionTiming, Vec<Notice>) + Send + 'static) {
         self.closing = Some(Box::new(closing));
-    }
-
-    /// What the session has measured so far.
-    pub fn timing(&mut self) -> SessionTiming {
-        let (baud, measured) = (self.baud, self.segment.measured());
-        let slot_tbit = self.station().bus().slot_tbit.into();
-        SessionTiming {
-            answers: measured.answers,
-            turnaround: duration_of(baud, measured.turnaround_tbit),
-            slot_time: duration_of(baud, slot_tbit),
-            pause: duration_of(baud, measured.pause_tbit),
-            tolerated_pause: duration_of(baud, self.segment.idle_tbit()),
-        }
-    }
-
-    /// Raises the slot time if an answer came later, and this master is alone. Beside other masters the notice says what the user
-    /// has to do.
-    fn check_turnaround(&mut self) {
-        let turnaround_tbit = self.segment.measured().turnaround_tbit;
-        let slot_tbit = self.station().bus().slot_tbit;
-        if turnaround_tbit <= u64::from(slot_tbit).max(self.reported_tbit) {
-            return;
-        }
-        let (baud, adapts, name) = (self.baud, self.adapts_slot_time, self.port_name().to_owned());
-        self.reported_tbit = turnaround_tbit;
-        let station = self.station();
-        let is_alone = station.masters().count() < 2 && station.other_master().is_none();
-        let wanted_tbit = u32::try_from(turnaround_tbit.saturating_mul(2)).unwrap_or(u32::MAX);
-        let needed_tbit = wanted_tbit.min(MAX_SLOT_TBIT);
-        let remedy = match adapts && is_alone {
-            _ if turnaround_tbit > needed_tbit.into() => LateAnswerRemedy::Impossible,
-            true => LateAnswerRemedy::Raised,
-            false => LateAnswerRemedy::ToBeSet,
-        };
-        if remedy == LateAnswerRemedy::Raised {
-            station.raise_slot_time(needed_tbit);
-        }
-        // On a pty or TCP the cause is the load of the computer, which needs no action.
-        if remedy == LateAnswerRemedy::Raised && !self.segment.port().is_timed() {
-            return;
-        }
-        let turnaround_ms = u64::try_from(duration_of(baud, turnaround_tbit).as_millis()).unwrap_or(u64::MAX);
-        self.late_answer = Some(Notice::LateAnswer { name, turnaround_ms, slot_tbit, needed_tbit, remedy });
     }
 
     /// Leaves the ring of other masters. A master that vanishes with the token stops all of them for a while.
@@ -424,21 +232,6 @@ impl BusSession {
         Ok(begun.elapsed() < self.line_timeout)
     }
 
-    /// Keeps a record of the slave at `address` that could not be set back, for the next client of this slave.
-    pub fn keep_unrestored(&mut self, address: u8, record: UnrestoredRecord) {
-        self.unrestored.insert(address, record);
-    }
-
-    /// Takes the record that [`keep_unrestored`](Self::keep_unrestored) kept for the slave at `address`.
-    pub fn take_unrestored(&mut self, address: u8) -> Option<UnrestoredRecord> {
-        self.unrestored.remove(&address)
-    }
-
-    /// Takes all kept records by address. A program that opens a new session on the same line hands them over to it.
-    pub fn take_all_unrestored(&mut self) -> BTreeMap<u8, UnrestoredRecord> {
-        std::mem::take(&mut self.unrestored)
-    }
-
     /// The name of the port.
     #[must_use]
     pub fn port_name(&self) -> &str {
@@ -532,8 +325,10 @@ impl BusSession {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::port::Character;
-    use profivac_dp::master::services;
+    use crate::clock::tbit_of;
+    use crate::port::{Character, Delivery};
+    use profivac_dp::link::BitTime;
+    use profivac_dp::master::{Settings, services};
     use profivac_sim::Segment;
     use std::os::unix::net::UnixStream;
     use std::sync::Arc;
