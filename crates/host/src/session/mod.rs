@@ -4,6 +4,7 @@
 //! waits for an answer.
 
 mod parameters;
+mod readers;
 mod reply;
 mod slot_time;
 mod station;
@@ -24,6 +25,7 @@ use profivac_dp::link::active::{
 };
 use profivac_dp::master::{Busy, Handle, Operation};
 use profivac_wire::control::StationType;
+use readers::OtherReaders;
 use station::BoxedStation;
 use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
@@ -53,6 +55,7 @@ pub struct BusSession {
     reported_tbit: u64,
     /// A late answer that no notice has reported.
     late_answer: Option<Notice>,
+    other_readers: OtherReaders,
     closing: Option<Closing>,
 }
 
@@ -75,6 +78,7 @@ impl Drop for BusSession {
         self.pass_token_on();
         let timing = self.timing();
         if let Some(closing) = self.closing.take() {
+            self.other_readers.search(self.losses(), self.segment.port());
             closing(&timing, std::iter::from_fn(|| self.next_notice()).collect());
         }
     }
@@ -104,6 +108,7 @@ impl BusSession {
             adapts_slot_time: true,
             reported_tbit: 0,
             late_answer: None,
+            other_readers: OtherReaders::default(),
             closing: None,
         })
     }
@@ -245,6 +250,7 @@ impl BusSession {
     pub fn serve(&mut self, others: &[Readiness<'_>], at_most: Duration) -> Result<Vec<bool>, PortError> {
         let readable = self.segment.serve(others, at_most)?;
         self.check_turnaround();
+        self.other_readers.poll(self.losses(), self.segment.port());
         if self.segment.take_reopened() {
             let now = self.segment.now();
             self.station().listen(now);
@@ -259,9 +265,15 @@ impl BusSession {
         self
     }
 
+    /// The requests without an answer and the damaged telegrams so far.
+    fn losses(&self) -> u64 {
+        self.segment.measured().missing.saturating_add(self.damaged_telegrams().into())
+    }
+
     /// Takes the oldest notice of the port.
     pub fn next_notice(&mut self) -> Option<Notice> {
-        self.late_answer.take().or_else(|| self.segment.next_notice())
+        let of_session = self.late_answer.take().or_else(|| self.other_readers.next_notice());
+        of_session.or_else(|| self.segment.next_notice())
     }
 
     /// Sends a request once and waits for the reply.
@@ -326,13 +338,13 @@ impl BusSession {
 mod tests {
     use super::*;
     use crate::clock::tbit_of;
-    use crate::port::{Character, Delivery};
+    use crate::port::{Character, Delivery, ReaderSearch};
     use profivac_dp::link::BitTime;
     use profivac_dp::master::{Settings, services};
     use profivac_sim::Segment;
     use std::os::unix::net::UnixStream;
-    use std::sync::Arc;
     use std::sync::atomic::{AtomicU32, Ordering};
+    use std::sync::{Arc, Mutex};
 
     /// A port on a silent line. The number counts how often the port was lost.
     struct Quiet(UnixStream, Arc<AtomicU32>);
@@ -357,6 +369,80 @@ mod tests {
         fn generation(&self) -> u32 {
             self.1.load(Ordering::Relaxed)
         }
+    }
+
+    /// A port without answers whose octets another program reads. The number counts the searches for it.
+    struct Shared(Quiet, Arc<AtomicU32>);
+
+    impl Port for Shared {
+        fn name(&self) -> &str {
+            self.0.name()
+        }
+
+        fn readiness(&self) -> Vec<Readiness<'_>> {
+            self.0.readiness()
+        }
+
+        fn receive(&mut self, heard: &mut Vec<Character>) -> Result<(), PortError> {
+            self.0.receive(heard)
+        }
+
+        fn send(&mut self, octets: &[u8]) -> Result<(), PortError> {
+            self.0.send(octets)
+        }
+
+        fn reader_search(&self) -> Option<ReaderSearch> {
+            self.1.fetch_add(1, Ordering::Relaxed);
+            let (name, program) = (self.name().to_owned(), "cat".to_owned());
+            Some(Box::new(move || vec![Notice::OpenElsewhere { name, program, pid: 7 }]))
+        }
+    }
+
+    /// A session on [`Shared`], the notices of its end, and the number of searches. The socket keeps the port open.
+    fn shared() -> (BusSession, Arc<Mutex<Vec<Notice>>>, Arc<AtomicU32>, UnixStream) {
+        let (ours, theirs) = UnixStream::pair().unwrap();
+        let (closing, searches) = (Arc::new(Mutex::new(Vec::new())), Arc::new(AtomicU32::new(0)));
+        let port = Shared(Quiet(ours, Arc::default()), Arc::clone(&searches));
+        let baud = Baud::B500000;
+        let bus = bus_parameters(2, baud, Delivery::Unpaced);
+        let mut session = BusSession::new(Box::new(port), baud, bus, Duration::from_secs(3600)).unwrap();
+        let told = Arc::clone(&closing);
+        session.on_close(move |_, notices| told.lock().unwrap().extend(notices));
+        (session, closing, searches, theirs)
+    }
+
+    fn is_cat(notice: &Notice) -> bool {
+        matches!(notice, Notice::OpenElsewhere { program, pid: 7, .. } if program == "cat")
+    }
+
+    #[test]
+    fn a_program_that_takes_answers_away_is_named_while_the_session_runs_and_once() {
+        let (mut session, closing, _, _line) = shared();
+        let named = (0..10_000).find_map(|_| {
+            session.request(&services::slave_diag(5)).unwrap();
+            session.next_notice()
+        });
+        assert!(named.as_ref().is_some_and(is_cat), "{named:?}");
+        session.request(&services::slave_diag(5)).unwrap();
+        drop(session);
+        assert_eq!(*closing.lock().unwrap(), []);
+    }
+
+    #[test]
+    fn a_program_that_takes_answers_away_is_named_at_the_end_of_the_session() {
+        let (mut session, closing, _, _line) = shared();
+        session.request(&services::slave_diag(5)).unwrap();
+        drop(session);
+        let closing = closing.lock().unwrap();
+        assert!(closing.len() == 1 && closing.iter().all(is_cat), "{closing:?}");
+    }
+
+    #[test]
+    fn a_session_without_missing_answers_searches_for_no_other_program() {
+        let (mut session, closing, searches, _line) = shared();
+        session.serve(&[], Duration::ZERO).unwrap();
+        drop(session);
+        assert_eq!((searches.load(Ordering::Relaxed), closing.lock().unwrap().len()), (0, 0));
     }
 
     /// Two sessions on one slow line with default parameters. The first polls its GAP rarely; the second is still admitted
