@@ -3,6 +3,8 @@
 //! The session itself never sends Set_Prm. It serves slaves that were added to the [`master`](BusSession::master) while it
 //! waits for an answer.
 
+#[cfg(test)]
+mod hostile;
 mod parameters;
 mod readers;
 mod reply;
