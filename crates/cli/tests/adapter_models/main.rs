@@ -8,6 +8,8 @@
 mod common;
 
 mod adapter;
+#[path = "../../../../tests/support/adapter_page.rs"]
+mod adapter_page;
 mod pty;
 mod relay;
 mod simulated;
@@ -31,7 +33,6 @@ use profivac_virtual::device_spec::DeviceSpec;
 use profivac_virtual::nonvolatile::NonvolatileMemory;
 use simulated::ModelPort;
 use std::ops::ControlFlow;
-use std::path::Path;
 use std::time::Duration;
 
 const ADDRESS: u8 = 5;
@@ -139,9 +140,6 @@ fn rows(adapter: Adapter, baud: Baud) -> Vec<String> {
     groups.into_iter().map(row).collect()
 }
 
-const BEGIN: &str = "<!-- table of adapter_models: begin -->\n";
-const END: &str = "<!-- table of adapter_models: end -->\n";
-
 /// The rates of each model: the highest one that every operation of the table is tried at is that of the adapter.
 fn rates(adapter: &Adapter) -> &'static [Baud] {
     match adapter.holding {
@@ -158,15 +156,7 @@ fn the_table_of_the_models_is_that_of_the_page_about_adapters() {
             table.extend(rows(adapter, *baud));
         }
     }
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/adapters.md");
-    let page = std::fs::read_to_string(&path).unwrap();
-    let (before, rest) = page.split_once(BEGIN).unwrap();
-    let (old, after) = rest.split_once(END).unwrap();
-    if std::env::var("PROFIVAC_BLESS").is_ok_and(|bless| bless == "1") {
-        std::fs::write(&path, [before, BEGIN, &table, END, after].concat()).unwrap();
-    } else {
-        assert!(old == table, "docs/adapters.md differs; PROFIVAC_BLESS=1 accepts this:\n{table}");
-    }
+    adapter_page::check_table("adapter_models", &table);
 }
 
 /// Serves the line until the session reports a late answer.

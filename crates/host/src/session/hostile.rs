@@ -32,7 +32,6 @@ type Journal = Arc<Mutex<Vec<(Duration, Event)>>>;
 /// The line and its hostile other end.
 struct HostilePort {
     rng: Rng,
-    baud: Baud,
     delivery: Delivery,
     now: Duration,
     /// The last request of the session.
@@ -133,6 +132,8 @@ struct Window {
     idle_before: u64,
     timeout_tbit: u64,
     heard: Vec<u8>,
+    /// The last telegram of the session.
+    sent: Vec<u8>,
     /// When characters came that no answer has followed.
     receptions: Vec<u64>,
     /// The end of the last character in either direction.
@@ -157,6 +158,7 @@ impl Window {
             idle_before,
             timeout_tbit,
             heard: Vec::new(),
+            sent: Vec::new(),
             receptions: Vec::new(),
             busy: 0,
             waits_since: None,
@@ -172,9 +174,9 @@ impl Window {
             Event::Received(octets) => {
                 self.heard.extend(octets);
                 self.heard.drain(..self.heard.len().saturating_sub(64));
-                self.may_hold_token |= self.heard.windows(2).any(|pair| pair == [0xDC, OWN]);
-                // Characters beside a token that it sends itself are no sign of another master.
-                self.has_passed &= now <= self.busy;
+                self.may_hold_token |= self.heard.windows(3).any(|token| matches!(token, [0xDC, OWN, _]));
+                // Characters beside a token that it sends itself, and their echo, are no sign of another master.
+                self.has_passed &= now <= self.busy || *octets == self.sent;
                 (self.busy, self.waits_since) = (self.busy.max(now), None);
                 self.receptions.push(now);
                 Ok(())
@@ -185,6 +187,7 @@ impl Window {
 
     fn check_sent(&mut self, now: u64, octets: &[u8], slot_tbit: u64) -> Result<(), String> {
         let silence = now.saturating_sub(self.busy);
+        self.sent = octets.to_vec();
         let length = if self.is_timed { octets.len() as u64 * CHARACTER_TBIT } else { 0 };
         self.busy = now + length;
         let fc = match octets {
@@ -217,7 +220,8 @@ impl Window {
             None => self.has_passed = false,
             Some(_) => {
                 (self.has_passed, self.may_hold_token) = (true, false);
-                self.heard.clear();
+                // The begin of a token may be there already.
+                self.heard.drain(..self.heard.len().saturating_sub(2));
             }
         }
         self.waits_since = (token != Some(OWN)).then_some(self.busy);
@@ -237,7 +241,6 @@ fn attack(seed: u64) -> Result<usize, String> {
     let journal = Journal::default();
     let port = HostilePort {
         rng: rng.fork(),
-        baud,
         delivery,
         now: Duration::ZERO,
         request: Vec::new(),
