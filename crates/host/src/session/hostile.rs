@@ -176,7 +176,10 @@ impl Window {
                 self.heard.drain(..self.heard.len().saturating_sub(64));
                 self.may_hold_token |= self.heard.windows(3).any(|token| matches!(token, [0xDC, OWN, _]));
                 // Characters beside a token that it sends itself, and their echo, are no sign of another master.
-                self.has_passed &= now <= self.busy || *octets == self.sent;
+                self.has_passed = match self.sent[..] {
+                    [0xDC, da, _] if *octets == self.sent => da != OWN,
+                    _ => self.has_passed && now <= self.busy,
+                };
                 (self.busy, self.waits_since) = (self.busy.max(now), None);
                 self.receptions.push(now);
                 Ok(())
