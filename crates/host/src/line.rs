@@ -190,7 +190,7 @@ impl<C: Stations> Line<C> {
     /// Receives a character from outside that ended at `end`. A telegram that a port has taken ends first if its time is over: the stations
     /// see both in the order in which they were on the line, also when the program runs late.
     pub fn receive(&mut self, end: BitTime, character: Character) {
-        if self.pace == Pace::ByPort && self.queue.waiting.front().is_some_and(|first| first.started.is_some()) {
+        if self.pace == Pace::ByPort {
             self.finish_due(end);
         }
         let received = match character {
@@ -253,11 +253,13 @@ impl<C: Stations> Line<C> {
 
     /// Completes the octets of the telegram under way until `now`. The port has all of them.
     fn finish_due(&mut self, now: BitTime) {
-        while let Some(first) = self.queue.waiting.pop_front_if(|first| first.started.is_some()) {
-            if self.next_octet(&first) > now {
-                self.queue.waiting.push_front(first);
-                return;
-            }
+        let is_due = |line: &Self| {
+            let first = line.queue.waiting.front();
+            first.is_some_and(|first| first.started.is_some() && line.next_octet(first) <= now)
+        };
+        while is_due(self)
+            && let Some(first) = self.queue.waiting.pop_front()
+        {
             let rest = self.transmit_next(first, now, &mut Vec::new());
             rest.into_iter().for_each(|rest| self.queue.waiting.push_front(rest));
         }
