@@ -23,7 +23,7 @@ pub enum SessionError {
     /// The line is never idle.
     #[error("the line is never idle")]
     NeverIdle,
-    /// The program ends: see [`BusSession::set_cancellation`].
+    /// The program ends: see [`BusSession::set_cancellation`](super::BusSession::set_cancellation).
     #[error("interrupted")]
     Interrupted,
 }
