@@ -28,3 +28,4 @@ pub use profivac_explain::divider::Divider;
 pub use profivac_explain::frame::{Chunk, Piece, TimeSource};
 pub use profivac_explain::tap::{Tap, TapEvent};
 pub use profivac_sim::describe::Hex;
+pub use profivac_wire::MAX_TELEGRAM;

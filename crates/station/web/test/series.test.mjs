@@ -126,7 +126,7 @@ test('the quality of a sample is the worst that applies to its mean', () => {
 
 test('qualities are the bits of the API', () => {
   assert.deepEqual(
-    ['valid', 'overrange', 'underrange', 'fault', 'stale', 'off', 'missing'].map(bits),
+    ['valid', 'overrange', 'underrange', 'fault', 'stale', 'off', 'missing', 'assumed'].map(bits),
     [1, 2, 4, 8, 16, 32, 64],
   )
 })
