@@ -18,6 +18,9 @@ pub mod event;
 pub mod flight;
 pub mod gauge;
 pub mod histogram;
+#[cfg(test)]
+#[allow(clippy::indexing_slicing, clippy::expect_used, reason = "this is test code")]
+mod hostile;
 pub mod observer;
 pub mod parameters;
 pub mod report;

@@ -10,10 +10,10 @@ use profivac_explain::cycle::{Answer, Request, status_text};
 use profivac_explain::names::DeviceTables;
 use profivac_explain::slave::diagnosis_reports;
 use profivac_sim::describe::Hex;
+use profivac_wire::Sap;
 use profivac_wire::control::Status;
 use profivac_wire::diag::{NO_MASTER, SlaveDiag};
 use profivac_wire::prm::SetPrm;
-use profivac_wire::Sap;
 
 impl Observer {
     /// Records the contents of a request.

@@ -1,6 +1,6 @@
 //! Requests, their repetitions, and requests without an answer.
 
-use super::Observer;
+use super::{ADDRESSES, Observer};
 use crate::event::EventKind;
 use crate::station::{LastRequest, MISSING_AFTER};
 use profivac_dp::link::BitTime;
@@ -51,6 +51,11 @@ impl Observer {
 
     /// Follows a request that its slave answers.
     fn service_request(&mut self, sent: &Sent<'_>) {
+        if usize::from(sent.frame.da) >= ADDRESSES {
+            // No station answers a request to all of them.
+            self.forget_damaged_request();
+            return;
+        }
         let damaged = self.take_damaged_requests(sent.frame, sent.start);
         let relation = self.relation(sent, damaged);
         let repetitions = relation.repetitions().saturating_add(damaged);

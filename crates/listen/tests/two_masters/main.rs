@@ -511,7 +511,8 @@ fn the_history_of_a_diagnosis_has_the_last_contents_with_their_ages() {
     let report = hear_at(6000, 0);
     let slave = &report.stations[1];
     assert_eq!((slave.diagnosis.len(), slave.total.diagnoses), (0, 4));
-    let ages: Vec<_> = slave.diagnosis_history.iter().map(|it| ((it.age_ms + 500) / 1000, !it.reports.is_empty())).collect();
+    let ages: Vec<_> =
+        slave.diagnosis_history.iter().map(|it| ((it.age_ms + 500) / 1000, !it.reports.is_empty())).collect();
     assert_eq!(ages, [(4, true), (5, false)]);
     let texts: Vec<_> = report.events.iter().filter(|it| it.kind == EventKind::Diagnosis).map(|it| &it.text).collect();
     assert_eq!(texts.len(), 2, "{texts:?}");

@@ -159,7 +159,8 @@ impl ListenThread {
 
     fn search_rate_again(&mut self) {
         let rate = self.line.as_ref().map_or(self.config.baud, |line| line.observer().baud());
-        let problem = format!("the line has octets and hardly any telegrams at {rate}: its baud rate is searched again");
+        let problem =
+            format!("the line has octets and hardly any telegrams at {rate}: its baud rate is searched again");
         self.gauges.iter_mut().for_each(|gauge| gauge.disconnect(&self.services.recorder, &problem));
         let text = format!("segment {}: {problem}", self.config.name);
         self.services.recorder.event_now(None, EventKind::Bus, text);
