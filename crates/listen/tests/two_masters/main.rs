@@ -581,3 +581,33 @@ fn parameters_that_pass_are_shown_with_name_value_and_requester() {
         "a written unit replaces that of the file"
     );
 }
+
+/// Any number of masters: one rotation of the token shows all of them, and a master that leaves is missing in the next one.
+#[test]
+fn a_ring_of_any_number_of_masters_is_known_after_one_rotation() {
+    for count in [1_u8, 2, 3, 32, 126] {
+        let mut listener = Listener::new(Baud::B500000);
+        let mut now = 0;
+        let mut rotate = |listener: &mut Listener, masters: &[u8]| {
+            for (place, from) in masters.iter().enumerate() {
+                let to = masters[(place + 1) % masters.len()];
+                listener.hear(&Chunk { start: Some(BitTime(now)), octets: vec![0xDC, to, *from], ..Chunk::default() });
+                now += 33 + 37;
+            }
+        };
+        // Each master sends the token to the next higher one.
+        let all: Vec<u8> = (1..=count).collect();
+        rotate(&mut listener, &all);
+        assert_eq!(listener.observer.ring(), all);
+        assert!(all.iter().all(|address| listener.observer.state(*address) == Some(StationState::Master)));
+        rotate(&mut listener, &all);
+        assert_eq!(listener.observer.rotation().range_tbit(), Some((70 * u64::from(count), 70 * u64::from(count))));
+        if count > 2 {
+            let fewer: Vec<u8> = all.iter().copied().filter(|address| *address != 2).collect();
+            (0..2).for_each(|_| rotate(&mut listener, &fewer));
+            assert_eq!(listener.observer.ring(), fewer);
+        }
+        let rings = listener.observer.events().iter().filter(|event| event.kind == EventKind::Ring).count();
+        assert_eq!(rings, if count > 2 { 2 } else { 1 }, "an event for each ring");
+    }
+}
