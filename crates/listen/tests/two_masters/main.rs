@@ -611,3 +611,46 @@ fn a_ring_of_any_number_of_masters_is_known_after_one_rotation() {
         assert_eq!(rings, if count > 2 { 2 } else { 1 }, "an event for each ring");
     }
 }
+
+/// The live list: each state by the traffic that shows it.
+#[test]
+fn the_live_list_has_the_state_that_the_traffic_shows() {
+    const SET_PRM: (Option<(u8, u8)>, u8) = (Some((61, 62)), 0x5D);
+    let baud = Baud::B19200;
+    let mut listener = Listener::new(baud);
+    let mut now = 0;
+    let mut hear = |listener: &mut Listener, octets: &[u8]| {
+        listener.hear(&Chunk { start: Some(BitTime(now)), octets: octets.to_vec(), ..Chunk::default() });
+        now += 11 * octets.len() as u64 + 400;
+    };
+    let fdl_status = |da: u8| vec![0x10, da, 1, 0x49, da.wrapping_add(0x4A), 0x16];
+    let present = |sa: u8| vec![0x10, 1, sa, 0x00, sa.wrapping_add(1), 0x16];
+    let asks = |da, fc| emit(da, 1, SET_PRM.0, fc, &[0x88, 1, 100, 11, 0x08, 0xE6, 0]);
+    // 2 answers FDL status, 3 acknowledges Set_Prm, 4 exchanges data, 5 answers nothing, 6 has answered before, 7 is never there.
+    for telegram in [fdl_status(2), present(2), asks(3, SET_PRM.1), vec![0xE5], fdl_status(7)] {
+        hear(&mut listener, &telegram);
+    }
+    let exchange = |address: u8| [emit(address, 1, None, 0x5D, &[1]), emit(1, address, None, 0x08, &[2])];
+    [exchange(4), exchange(6)].concat().iter().for_each(|telegram| hear(&mut listener, telegram));
+    for _ in 0..3 {
+        hear(&mut listener, &asks(5, SET_PRM.1));
+        hear(&mut listener, &emit(6, 1, None, 0x7D, &[1]));
+    }
+    hear(&mut listener, &[0xDC, 1, 1]);
+    let states = |listener: &Listener| {
+        let states = (1..=7).map(|address| listener.observer.state(address));
+        states.map(|state| state.map_or("", StationState::text)).collect::<Vec<_>>()
+    };
+    let expected = ["master", "present without a master", "not configured", "exchanging", "missing", "missing", ""];
+    assert_eq!(states(&listener), expected);
+    // Four seconds later only the exchange with 4 goes on; a silent slave that nobody asks may be present or not.
+    now += baud.tbit_of_ms(4000);
+    let [request, answer] = exchange(4);
+    let request = emit(request[4], request[5], None, 0x7D, &[1]);
+    for telegram in [request, answer] {
+        listener.hear(&Chunk { start: Some(BitTime(now)), octets: telegram.clone(), ..Chunk::default() });
+        now += 11 * telegram.len() as u64 + 400;
+    }
+    let expected = ["master", "not addressed", "not addressed", "exchanging", "", "not addressed", ""];
+    assert_eq!(states(&listener), expected);
+}
