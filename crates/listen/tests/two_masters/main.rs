@@ -643,7 +643,7 @@ fn the_live_list_has_the_state_that_the_traffic_shows() {
     };
     let expected = ["master", "present without a master", "not configured", "exchanging", "missing", "missing", ""];
     assert_eq!(states(&listener), expected);
-    // Four seconds later only the exchange with 4 goes on; a silent slave that nobody asks may be present or not.
+    // Four seconds later only the exchange with 4 goes on; a silent slave without requests may be present or not.
     now += baud.tbit_of_ms(4000);
     let [request, answer] = exchange(4);
     let request = emit(request[4], request[5], None, 0x7D, &[1]);
