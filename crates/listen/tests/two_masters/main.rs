@@ -654,3 +654,18 @@ fn the_live_list_has_the_state_that_the_traffic_shows() {
     let expected = ["master", "not addressed", "not addressed", "exchanging", "", "not addressed", ""];
     assert_eq!(states(&listener), expected);
 }
+
+/// A receiver that has found an error waits for T_SYN of idle: damaged octets before that are the same damage.
+#[test]
+fn damaged_octets_without_t_syn_between_them_count_once() {
+    for (pause_tbit, damaged) in [(0, 1), (32, 1), (33, 2), (500, 2)] {
+        let mut listener = Listener::new(Baud::B19200);
+        let octets = vec![0x01, 0x02, 0x03];
+        let end = 11 * octets.len() as u64;
+        for start in [0, end + pause_tbit] {
+            listener.hear(&Chunk { start: Some(BitTime(start)), octets: octets.clone(), ..Chunk::default() });
+        }
+        listener.hear(&Chunk { start: Some(BitTime(5000)), octets: vec![0xDC, 1, 1], ..Chunk::default() });
+        assert_eq!(listener.observer.totals().damaged, damaged, "{pause_tbit}");
+    }
+}
