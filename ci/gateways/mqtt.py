@@ -94,11 +94,16 @@ class Host:
         self.messages, self.plain, self.births = [], {}, {}
         self.seq, self.faults = None, []
         self.client = mqtt.Client("host", clean_session=True)
-        self.client.on_connect = lambda client, *_: client.subscribe([("spBv1.0/#", 1), ("profivac/#", 1), ("homeassistant/#", 1)])
+        self.connections = 0
+        self.client.on_connect = self.connected
         self.client.on_message = self.receive
         self.client.reconnect_delay_set(1, 1)
         self.client.connect("127.0.0.1", port, keepalive=60)
         self.client.loop_start()
+
+    def connected(self, client, *_):
+        client.subscribe([("spBv1.0/#", 1), ("profivac/#", 1), ("homeassistant/#", 1)])
+        self.connections += 1
 
     def receive(self, _client, _data, message):
         with self.lock:
@@ -227,7 +232,8 @@ def check_rebirth(plant, host):
     again = host.wait(begin, "NBIRTH")
     assert again.bd_seq() == births[-1].bd_seq()
     host.wait(begin, "DBIRTH", "chamber")
-    host.wait(begin, "DDATA", "chamber")
+    plant.tell("pressure 2e-3 mbar")
+    host.value(begin, "chamber", "Pressure", lambda pa: pa and 0.15 < pa < 0.3)
     assert len(host.since(begin, "NBIRTH")) <= 2, "the rebirth is debounced"
 
 
@@ -241,7 +247,8 @@ def check_refused(plant, host):
     host.client.publish(f"spBv1.0/STATE/{HOST}", "ONLINE", qos=1)
     wait_for("six refused commands", lambda: plant.status("sparkplug")["refused"] >= refused + 6)
     begin = host.count()
-    host.wait(begin, "DDATA", "chamber")
+    plant.tell("pressure 1e-3 mbar")
+    host.value(begin, "chamber", "Pressure", lambda pa: pa and pa < 0.15)
     assert plant.status("sparkplug")["is_running"]
 
 
@@ -256,9 +263,12 @@ def check_unplugged(plant, host):
     wait_for("the plain pressure", lambda: host.json("chamber/state")["quality"] == "valid")
 
 
-def assert_historical_first(host, begin, least):
+def assert_historical_first(plant, host, begin, least):
     """The samples of an outage come in order, before present data of the gauge."""
-    host.wait(begin, "DDATA", "chamber", lambda it: pressure_of(it) is not None)
+    host.wait(begin, "DBIRTH", "chamber")
+    plant.tell("pressure 5e-2 mbar")
+    host.wait(begin, "DDATA", "chamber", lambda it: (pressure_of(it) or 0) > 4)
+    plant.tell("pressure 1e-3 mbar")
     times, is_past = [], True
     for message in host.since(begin, "DDATA", "chamber"):
         for metric in message.payload.metrics:
@@ -272,7 +282,7 @@ def assert_historical_first(host, begin, least):
 
 
 def check_broker_restart(plant, host, broker):
-    before = host.since(0, "NBIRTH")[-1].bd_seq()
+    before, connections = host.since(0, "NBIRTH")[-1].bd_seq(), host.connections
     broker.stop()
     begin, at = host.count(), time.time() * 1000
     wait_for("the end of the connection", lambda: plant.status("sparkplug")["is_running"] is False)
@@ -283,18 +293,19 @@ def check_broker_restart(plant, host, broker):
         plant.tell(f"pressure {pressure} mbar")
         wait_for("another pressure", lambda last=last: abs(plant.reading("chamber")["pa"] / last - 1) > 0.3)
     broker.start()
-    wait_for("the host", lambda: host.client.is_connected())
+    wait_for("the host", lambda: host.connections > connections)
     host.state(True, 1000)
     birth = host.wait(begin, "NBIRTH")
     assert birth.bd_seq() > before
-    times = assert_historical_first(host, begin, 4)
+    times = assert_historical_first(plant, host, begin, 4)
     assert times[-1] > at, "samples of the outage"
 
 
 def check_host_offline(plant, host):
     begin = host.count()
     host.state(False, 999)
-    host.wait(begin, "DDATA", "chamber")
+    plant.tell("pressure 2e-3 mbar")
+    host.value(begin, "chamber", "Pressure", lambda pa: pa and 0.15 < pa < 0.3)
     host.state(False, 1000)
     death = host.wait(begin, "NDEATH")
     assert death.bd_seq() == host.since(0, "NBIRTH")[-1].bd_seq()
@@ -302,7 +313,7 @@ def check_host_offline(plant, host):
     begin = host.count()
     host.state(True, 2000)
     assert host.wait(begin, "NBIRTH").bd_seq() == (death.bd_seq() + 1) % 256
-    assert_historical_first(host, begin, 1)
+    assert_historical_first(plant, host, begin, 1)
 
 
 def check_station_restart(plant, host):
@@ -333,7 +344,7 @@ def check_day_of_backlog(plant, host):
     plant.write("plant.sparkplug", json.dumps(memory | {"delivered_us": (first - 1) * 1_000_000}))
     begin, started = host.count(), time.monotonic()
     plant.start()
-    times = assert_historical_first(host, begin, day)
+    times = assert_historical_first(plant, host, begin, day)
     prepared = [it for it in times if it <= (first + day) * 1000]
     assert prepared == [(first + second) * 1000 for second in range(day)], "each sample once, with its own time"
     seconds = time.monotonic() - started
@@ -347,9 +358,10 @@ def check_stalled(plant, host, broker):
         stalled.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 1024)
         stalled.sendall(b"\x10\x10\x00\x04MQTT\x04\x02\x00\x00\x00\x04slow")
         stalled.sendall(b"\x82\x06\x00\x01" + struct.pack(">H", len(topic)) + topic + b"\x00")
-        for _ in range(3):
+        for pressure, low, high in (("2e-2", 1, 3), ("1e-3", 0, 0.2), ("2e-2", 1, 3)):
             begin = host.count()
-            host.wait(begin, "DDATA", "chamber")
+            plant.tell(f"pressure {pressure} mbar")
+            host.value(begin, "chamber", "Pressure", lambda pa, low=low, high=high: pa and low < pa < high)
     broker.process.send_signal(signal.SIGSTOP)
     try:
         for pressure in ("2e-3", "4e-3", "8e-3", "3e-2"):

@@ -336,6 +336,29 @@ fn the_backlog_is_historical_with_original_times_and_comes_before_present_data()
     assert_eq!((&metric.value, metric.is_historical), (&Some(MetricValue::Float(5.0)), None));
 }
 
+/// A host does not show a historical value as the present one.
+#[test]
+fn a_value_that_changed_during_the_backlog_is_published_as_present_also_if_it_was_a_sample() {
+    let mut plant = Plant::new();
+    let mut node = EdgeNode::new(names(None), 0, None);
+    node.subscribed();
+    let births = node.births(&plant.snapshot(), &BTreeSet::new(), NOW);
+    let pressure = named(&payload(&births[1]), "Pressure").alias;
+    let at = |second: i64| Micros(NOW.0 + second * SECOND);
+    for second in 1..=6_i32 {
+        let time = at(second.into());
+        plant.measures(f64::from(second.min(3)) + 1.0, time);
+        assert_eq!(node.snapshot(&plant.snapshot(), time).0, []);
+    }
+    let sample = Sample::new(at(3), Some(4.0), Quality::Valid);
+    node.samples(&[(Arc::from("chamber"), sample)], at(6));
+    let present = node.caught_up(at(4), at(6));
+    let metrics: Vec<Metric> = present.iter().flat_map(|message| payload(message).metrics).collect();
+    let values: Vec<_> = metrics.iter().filter(|metric| metric.alias == pressure).collect();
+    assert_eq!(values.len(), 1, "{values:?}");
+    assert_eq!((&values[0].value, values[0].is_historical), (&Some(MetricValue::Float(4.0)), None));
+}
+
 #[test]
 fn a_changed_file_gives_all_births_again() {
     let mut plant = Plant::new();

@@ -192,7 +192,8 @@ pub struct EdgeNode {
     host_at: Option<u64>,
     wants_rebirth: bool,
     born: Option<Born>,
-    recent: VecDeque<Arc<Snapshot>>,
+    /// The last snapshots, with the times at which they came.
+    recent: VecDeque<(Micros, Arc<Snapshot>)>,
 }
 
 impl EdgeNode {
@@ -357,18 +358,17 @@ impl EdgeNode {
         of_devices.into_iter().filter_map(device).collect()
     }
 
-    /// The samples up to `until` were published: what follows is the present.
+    /// The samples up to `until` were published: what follows is the present. It begins with the values at `until`, because a host shows no
+    /// historical value as the present one.
     pub fn caught_up(&mut self, until: Micros, now: Micros) -> Vec<Message> {
         if self.phase != Phase::Backlog {
             return Vec::new();
         }
         self.phase = Phase::Live;
         let recent = std::mem::take(&mut self.recent);
-        let mut messages = Vec::new();
-        for snapshot in recent {
-            messages.extend(self.present(&snapshot, Some(until), now).0);
-        }
-        messages
+        let first = recent.iter().rposition(|(at, _)| *at <= until).unwrap_or_default();
+        let present = recent.into_iter().skip(first);
+        present.flat_map(|(_, snapshot)| self.present(&snapshot, now).0).collect()
     }
 
     /// A new snapshot: the messages, and the updates that newer ones have replaced. While a rebirth is wanted, data stops
@@ -376,19 +376,19 @@ impl EdgeNode {
     pub fn snapshot(&mut self, snapshot: &Arc<Snapshot>, now: Micros) -> (Vec<Message>, u64) {
         match self.phase {
             Phase::Backlog => {
-                self.recent.push_back(Arc::clone(snapshot));
+                self.recent.push_back((now, Arc::clone(snapshot)));
                 if self.recent.len() > RECENT {
                     self.recent.pop_front();
                 }
                 (Vec::new(), 0)
             }
-            Phase::Live if !self.wants_rebirth => self.present(snapshot, None, now),
+            Phase::Live if !self.wants_rebirth => self.present(snapshot, now),
             Phase::Live | Phase::Subscribing | Phase::Waiting | Phase::Ready | Phase::Ended => (Vec::new(), 0),
         }
     }
 
-    /// The messages of a snapshot, without values that are not newer than `after`.
-    fn present(&mut self, snapshot: &Arc<Snapshot>, after: Option<Micros>, now: Micros) -> (Vec<Message>, u64) {
+    /// The messages of a snapshot.
+    fn present(&mut self, snapshot: &Arc<Snapshot>, now: Micros) -> (Vec<Message>, u64) {
         let Some(mut born) = self.born.take() else { return (Vec::new(), 0) };
         if !born.tracker.has_points_of(snapshot) {
             // A metric that no birth has announced must not be published: all births again.
@@ -399,13 +399,11 @@ impl EdgeNode {
         let mut of_devices: BTreeMap<Option<usize>, Vec<Metric>> = BTreeMap::new();
         for position in changes.positions {
             let Some((point, value)) = at(snapshot, position) else { continue };
-            let is_old = matches!(point.subject, Subject::Reading { .. })
-                && value.at.is_some_and(|at| after.is_some_and(|after| at <= after));
-            if !is_old {
-                let device = born.layout.of_point.get(position).copied().flatten();
-                of_devices.entry(device).or_default().push(metric::data(position, point, value, now));
-            }
+            let device = born.layout.of_point.get(position).copied().flatten();
+            of_devices.entry(device).or_default().push(metric::data(position, point, value, now));
         }
+        // tck-id-operational-behavior-data-publish-nbirth-order, -dbirth-order
+        of_devices.values_mut().for_each(|metrics| metrics.sort_by_key(|metric| metric.timestamp));
         let mut messages = Vec::new();
         if let Some(metrics) = of_devices.remove(&None) {
             messages.push(self.publish("NDATA", None, metrics, now));

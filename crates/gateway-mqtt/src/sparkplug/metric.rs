@@ -174,6 +174,7 @@ fn metric_value(value: &Value) -> Option<MetricValue> {
 pub const fn state_of(quality: Quality) -> State {
     match quality {
         Quality::Valid => State::Ok,
+        Quality::Assumed => State::Invalid,
         Quality::Overrange => State::OverRange,
         Quality::Underrange => State::UnderRange,
         Quality::Fault => State::Fault,
