@@ -33,10 +33,10 @@ impl Tracker {
         Self { published, waiting: BTreeSet::new(), counters_at: now }
     }
 
-    /// Whether a snapshot has the same points.
+    /// Whether a snapshot has the same points. The list is made again when a gauge changes its measuring part, mostly with equal points.
     #[must_use]
     pub fn has_points_of(&self, snapshot: &Snapshot) -> bool {
-        self.published.has_points_of(snapshot)
+        self.published.has_points_of(snapshot) || self.published.points == snapshot.points
     }
 
     /// The points of `snapshot` that are to be published: those that have changed, and the counters when their period is over. The

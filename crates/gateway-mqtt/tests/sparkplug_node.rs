@@ -1,5 +1,6 @@
 //! The edge node of Sparkplug B as a state machine: births, data, deaths, rebirth, primary host and backlog.
 
+use profivac_devices::Principle;
 use profivac_gateway::model::Modeller;
 use profivac_gateway::{Inputs, Signal, Snapshot};
 use profivac_gateway_mqtt::message::{Delivery, Message};
@@ -357,6 +358,22 @@ fn a_value_that_changed_during_the_backlog_is_published_as_present_also_if_it_wa
     let values: Vec<_> = metrics.iter().filter(|metric| metric.alias == pressure).collect();
     assert_eq!(values.len(), 1, "{values:?}");
     assert_eq!((&values[0].value, values[0].is_historical), (&Some(MetricValue::Float(4.0)), None));
+}
+
+#[test]
+fn a_gauge_that_changes_its_measuring_part_is_not_born_again() {
+    let mut plant = Plant::new();
+    let (mut node, _) = born(&mut plant);
+    let before = plant.snapshot();
+    let reading = &mut plant.inputs.gauges[0].readings[0];
+    reading.principle = match reading.principle {
+        Some(Principle::Pirani) => Some(Principle::HotCathode),
+        _ => Some(Principle::Pirani),
+    };
+    plant.measures(2.0, NOW);
+    let after = plant.snapshot();
+    assert!(!after.has_points_of(&before), "the list of points was made again");
+    assert_eq!(topics(&node.snapshot(&after, NOW).0), ["spBv1.0/TargetHall/DDATA/station-1/chamber"]);
 }
 
 #[test]
