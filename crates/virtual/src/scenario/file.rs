@@ -42,6 +42,8 @@ pub struct File {
     pub vents: Named<Vent>,
     #[serde(default)]
     pub inlets: Named<Inlet>,
+    #[serde(default)]
+    pub seals: Named<Seal>,
     /// The volume of each device, by `DEVICE@ADDR[:key=value,...]`.
     #[serde(default)]
     pub gauges: BTreeMap<Text, Text>,
@@ -176,6 +178,19 @@ pub struct Inlet {
     pub gas: Text,
 }
 
+/// A seal between a volume and the air outside, through which gas permeates.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Seal {
+    #[serde(rename = "in")]
+    pub of: Text,
+    /// The area that the gas passes, and the way through the seal.
+    pub area: Text,
+    pub thickness: Text,
+    /// By gas. A gas without a permeability does not pass.
+    pub permeabilities: BTreeMap<Text, Text>,
+}
+
 /// The events at one time.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
@@ -196,6 +211,9 @@ pub struct Entry {
     pub heat: Vec<Heat>,
     #[serde(default)]
     pub spray: Vec<Spray>,
+    /// Capture pumps that lose all their gas: regeneration outside the plant.
+    #[serde(default)]
+    pub regenerate: Vec<Text>,
     pub atmosphere: Option<Air>,
     #[serde(default)]
     pub fault: Vec<Fault>,

@@ -1,13 +1,15 @@
 //! Builds the plant of a scenario from the parts of `profivac_vacuum`.
 
 use super::error::{ScenarioEntryError, TextError};
-use super::file::{Capture, File, Inlet, Leak, Pocket, Roughing, Tube, Turbo, Vent, Volume, Wall};
+use super::file::{Capture, File, Inlet, Leak, Pocket, Roughing, Seal, Tube, Turbo, Vent, Volume, Wall};
 use super::quantities::{
-    AMOUNT, AREA, LENGTH, PART, SPEED, TIME, Text, VOLUME, flow, gas_pressure, parsed, temperature, unknown,
+    AMOUNT, AREA, LENGTH, PART, PERMEABILITY, SPEED, TIME, Text, VOLUME, flow, gas_pressure, parsed, temperature,
+    unknown,
 };
 use profivac_vacuum::atmosphere::ROOM_K;
 use profivac_vacuum::gas::GAS_COUNT;
 use profivac_vacuum::network::{self, Network, Outside};
+use profivac_vacuum::permeation;
 use profivac_vacuum::surface::{MATERIALS, Material, Surface};
 use profivac_vacuum::{Atmosphere, Conductance, Gas, Mixture, pump};
 use std::collections::BTreeMap;
@@ -70,6 +72,7 @@ impl Plant {
         each(&file.leaks, |name, leak| plant.leak(name, leak))?;
         each(&file.vents, |name, vent| plant.vent(name, vent))?;
         each(&file.inlets, |name, inlet| plant.inlet(name, inlet))?;
+        each(&file.seals, |_, seal| plant.seal(seal))?;
         Ok(plant)
     }
 
@@ -242,6 +245,15 @@ impl Plant {
         let (at, gas) = (self.at(at)?, parsed(gas)?);
         let made = self.network.add_inlet(at, gas);
         self.add(name, inlet, Part::Inlet(made))
+    }
+
+    fn seal(&mut self, seal: &Spanned<Seal>) -> Result<(), TextError> {
+        let Seal { of, area, thickness, permeabilities } = seal.get_ref();
+        let by_gas = permeabilities.iter().map(|(gas, written)| Ok((parsed(gas)?, PERMEABILITY.positive(written)?)));
+        let by_gas = by_gas.collect::<Result<Vec<(Gas, f64)>, TextError>>()?;
+        let of = self.at(of)?;
+        self.network.add_seal(of, permeation::Seal::new(AREA.positive(area)?, LENGTH.positive(thickness)?, &by_gas));
+        Ok(())
     }
 }
 
