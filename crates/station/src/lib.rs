@@ -15,6 +15,7 @@
 //! | [`config`] | the station's file |
 //! | [`control`] | commands and parameter writes: armed, executed, in the audit trail |
 //! | [`report`] | a page about a pump-down |
+//! | [`comparison`] | pump-downs beside the usual ones |
 //! | [`webhook`] | notifications about alarms over HTTP |
 //! | [`segment`] | a thread for each port, with a master and its gauges |
 //! | [`services`] | what the threads share |
@@ -26,6 +27,7 @@ pub mod alarm;
 pub mod api;
 pub mod auth;
 pub mod bus;
+pub mod comparison;
 pub mod config;
 pub mod control;
 mod host_name;

@@ -54,6 +54,7 @@ mod merge_patch;
 pub mod middleware;
 mod openapi;
 mod problem;
+mod pump_downs;
 mod query;
 mod session;
 mod snapshot;
@@ -90,6 +91,7 @@ use utoipa::OpenApi;
         history::trend,
         history::events,
         history::rise,
+        pump_downs::pump_downs,
         history::export,
         alarms::alarms,
         alarms::history,
@@ -195,6 +197,7 @@ pub fn router(services: Arc<Services>) -> Router {
         .route("/api/trend", get(history::trend))
         .route("/api/events", get(history::events))
         .route("/api/rise", get(history::rise))
+        .route("/api/pump-downs", get(pump_downs::pump_downs))
         .route("/api/export.csv", get(history::export))
         .merge(alarm_routes())
         .route("/api/session", get(session::session))
