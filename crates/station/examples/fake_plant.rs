@@ -137,19 +137,20 @@ fn record_past(services: &Services, fakes: &[Fake], start: Micros) {
 
 /// Records twelve pump-downs of a series without a gauge, one a day; the last two have twice the outgassing.
 fn record_pump_downs(services: &Services, start: Micros) {
+    let series = Arc::from("load lock");
     for day in 0..12 {
         let begun = -(12 - day) * 86_400;
         let outgassing = if day < 10 { 0.36 } else { 0.72 };
         for second in -30..0 {
             let sample = Sample::new(moment(start, f64::from(begun + second)), Some(1e5), Quality::Valid);
-            services.recorder().push("load lock", sample);
+            services.recorder().push(&series, sample);
         }
         let mut second = 0;
         while second < 14_400 {
             let s = f64::from(second);
             let pa = 1e5 * (-s / 20.0).exp() + outgassing / (s + 1.0) + 1e-6;
             let sample = Sample::new(moment(start, f64::from(begun) + s), Some(pa), Quality::Valid);
-            services.recorder().push("load lock", sample);
+            services.recorder().push(&series, sample);
             second += 1.max(second / 100);
         }
         let _written = services.recorder().flush();

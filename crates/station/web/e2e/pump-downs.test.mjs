@@ -35,7 +35,10 @@ test('a late pump-down lies over the last ten, with its deviation in words and i
     assert.equal(await page.locator('nav [aria-current]').innerText(), 'Trends')
     assert.equal(await page.locator('svg polyline').count(), 11)
     const verdict = await page.locator('.verdict').innerText()
-    assert.match(verdict, /later to 1e-\d mbar than usual: .*the median of the last 10.*; since \w+day, \d{4}-\d\d-\d\d\./)
+    assert.match(
+      verdict,
+      /later to 1e-\d mbar than usual: .*the median of the last 10.*; since \w+day, \d{4}-\d\d-\d\d\./,
+    )
     assert.match(verdict, /late at low pressure only|falls as the time/)
     const row = page.locator('tr.deviates', { hasText: '1.00 × 10⁻⁵ mbar' })
     assert.match(await row.innerText(), /12 min.*6 min.*later/s)
@@ -46,7 +49,10 @@ test('another pump-down and a reference can be chosen, and stay in the address',
   await visit(PAGE, async (page) => {
     await page.locator('.runs button').nth(2).click()
     await page.locator('.verdict', { hasText: 'As usual.' }).waitFor()
-    const starts = await page.getByLabel('Compare with').locator('option').evaluateAll((all) => all.map(({ value }) => value))
+    const starts = await page
+      .getByLabel('Compare with')
+      .locator('option')
+      .evaluateAll((all) => all.map(({ value }) => value))
     await page.getByLabel('Compare with').selectOption(starts[1])
     await page.locator('.verdict', { hasText: 'earlier' }).waitFor()
     assert.match(await page.locator('.verdict').innerText(), /the chosen one/)

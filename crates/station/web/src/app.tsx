@@ -64,7 +64,11 @@ export function App(): JSX.Element {
         ) : (
           <>
             <StationProblem live={live} />
-            {live.snapshot ? <Page path={path in PARTS ? path : page?.path} /> : <p class="waiting">Waiting for the station …</p>}
+            {live.snapshot ? (
+              <Page path={path in PARTS ? path : page?.path} />
+            ) : (
+              <p class="waiting">Waiting for the station …</p>
+            )}
           </>
         )}
       </main>

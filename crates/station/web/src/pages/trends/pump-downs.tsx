@@ -99,7 +99,9 @@ function Verdict({ run: { deviation, levels } }: { run: PumpDown }): JSX.Element
   const compared = levels.filter(({ usual }) => usual).length
   return (
     <p class="verdict" role="status">
-      {compared > 0 ? 'As usual.' : 'Too few pump-downs before it to compare with: five from a similar pressure are needed.'}
+      {compared > 0
+        ? 'As usual.'
+        : 'Too few pump-downs before it to compare with: five from a similar pressure are needed.'}
     </p>
   )
 }
