@@ -7,7 +7,7 @@
 //! For work on the dashboard and for its tests in a browser: three segments, thirteen gauges, a recording of a week. Everything is a
 //! function of the seconds since the start, except that a line `vessel=1e5` on the standard input sets the pressure of that gauge in
 //! Pa. The program ends when its input ends. Further arguments: `hostile` adds a gauge whose name is a script. `large` has 480 gauges.
-//! `pumped` records twelve pump-downs of the series `load lock`. `viewer` makes every
+//! `pumped` records twelve pump-downs of the series `transfer lock`. `viewer` makes every
 //! client a viewer instead of an engineer. `users` requires a login as ada (engineer), olga (operator) or vera (viewer), all with the
 //! password `tin whisker plateau`; the path of their file is printed as well.
 
@@ -137,7 +137,7 @@ fn record_past(services: &Services, fakes: &[Fake], start: Micros) {
 
 /// Records twelve pump-downs of a series without a gauge, one a day; the last two have twice the outgassing.
 fn record_pump_downs(services: &Services, start: Micros) {
-    let series = Arc::from("load lock");
+    let series = Arc::from("transfer lock");
     for day in 0..12 {
         let begun = -(12 - day) * 86_400;
         let outgassing = if day < 10 { 0.36 } else { 0.72 };

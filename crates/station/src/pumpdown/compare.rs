@@ -48,6 +48,8 @@ pub struct Run {
     pub lowest_pa: f64,
     /// Whether a venting ended it.
     pub is_vented: bool,
+    /// The time from the beginning to the next sample in s: so uncertain is the beginning.
+    pub start_gap_s: f64,
     /// Pressures in Pa and the seconds to them, the highest pressure first. A pressure in a gap is left out.
     pub reached: Vec<(f64, f64)>,
 }
@@ -62,7 +64,9 @@ impl Run {
             Crossing::Reached { s } if s >= SHORTEST_S => Some((pa, s)),
             _ => None,
         });
+        let first = trace.valid().next().and_then(|section| section.points.iter().find(|(s, _)| *s > 0.0));
         Self {
+            start_gap_s: first.map_or(0.0, |(s, _)| *s),
             start: one.span.start,
             end: one.span.end,
             start_pa: one.start_pa,
@@ -123,6 +127,11 @@ impl Usual {
 
     fn around(middle: f64, limit: f64, runs: usize) -> Self {
         Self { s: middle.exp(), least_s: (middle - limit).exp(), most_s: (middle + limit).exp(), runs }
+    }
+
+    /// The same with limits that are at least this far away, in s.
+    fn widened(self, s: f64) -> Self {
+        Self { least_s: self.least_s.min(self.s - s), most_s: self.most_s.max(self.s + s), ..self }
     }
 
     fn deviation(&self, s: f64, is_reached: bool) -> Option<Direction> {
@@ -239,9 +248,11 @@ pub fn compare(runs: &[Run]) -> Vec<Comparison> {
     let mut deviating: Vec<&Run> = Vec::new();
     let mut compared = Vec::new();
     for run in runs {
+        let alike: Vec<&Run> = usual.iter().copied().filter(|past| past.is_like(run)).collect();
+        let gap_s = run.start_gap_s + alike.iter().map(|past| past.start_gap_s).fold(0.0, f64::max);
         let times = |pa: f64| {
-            let alike = usual.iter().filter(|past| past.is_like(run));
-            Usual::of(&alike.filter_map(|past| past.time_to(pa)).collect::<Vec<_>>())
+            let times: Vec<f64> = alike.iter().filter_map(|past| past.time_to(pa)).collect();
+            Usual::of(&times).map(|usual| usual.widened(gap_s))
         };
         let mut comparison = Comparison::of(run, times);
         if comparison.first().is_some() {
@@ -269,8 +280,11 @@ pub fn compare(runs: &[Run]) -> Vec<Comparison> {
 /// Compares pump-downs with a chosen one.
 #[must_use]
 pub fn compare_with(reference: &Run, runs: &[Run]) -> Vec<Comparison> {
-    let usual = |pa: f64| reference.time_to(pa).map(Usual::single);
-    runs.iter().map(|run| Comparison::of(run, usual)).collect()
+    let compared = |run: &Run| {
+        let gap_s = run.start_gap_s + reference.start_gap_s;
+        Comparison::of(run, |pa| reference.time_to(pa).map(|s| Usual::single(s).widened(gap_s)))
+    };
+    runs.iter().map(compared).collect()
 }
 
 /// How the pressure above the usual one behaves over time.
@@ -501,6 +515,19 @@ mod tests {
         let mut other = Plant { tau_s: 60.0, ..CLEAN }.run(11, &mut random);
         other.start_pa = 1e4;
         runs.push(other);
+        assert_eq!(deviations(&runs).last(), Some(&None));
+    }
+
+    /// With a sample a minute the beginning is known to a minute.
+    #[test]
+    fn a_sparse_recording_of_the_beginning_is_no_deviation() {
+        let mut random = fastrand::Rng::with_seed(13);
+        let mut runs: Vec<Run> = (0..10).map(|day| CLEAN.run(day, &mut random)).collect();
+        let mut sparse = CLEAN.run(10, &mut random);
+        sparse.reached.iter_mut().for_each(|(_, s)| *s += 55.0);
+        runs.push(sparse);
+        assert!(deviations(&runs).last().unwrap().is_some());
+        runs.last_mut().unwrap().start_gap_s = 60.0;
         assert_eq!(deviations(&runs).last(), Some(&None));
     }
 

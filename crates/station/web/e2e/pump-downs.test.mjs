@@ -27,7 +27,7 @@ async function visit(path, look) {
   }
 }
 
-const PAGE = '/trends/pump-downs?series=load%20lock'
+const PAGE = '/trends/pump-downs?series=transfer%20lock'
 
 test('a late pump-down lies over the last ten, with its deviation in words and its times in a table', async () => {
   await visit(PAGE, async (page) => {

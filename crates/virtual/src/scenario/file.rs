@@ -86,12 +86,15 @@ pub struct Wall {
 
 /// A tube or a valve.
 #[derive(Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub struct Tube {
     pub between: [Text; 2],
     pub diameter: Option<Text>,
     pub length: Option<Text>,
     pub conductance: Option<Text>,
+    /// Whether its opening has sharp edges; rounded unless given.
+    #[serde(default)]
+    pub sharp_edged: bool,
     pub open: Option<bool>,
 }
 
@@ -160,11 +163,14 @@ pub struct Leak {
 }
 
 #[derive(Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub struct Vent {
     pub at: Text,
     pub diameter: Text,
     pub length: Text,
+    /// Whether its opening has sharp edges; rounded unless given.
+    #[serde(default)]
+    pub sharp_edged: bool,
     /// Fed at the pressure outside; air unless a gas is given.
     pub gas: Option<Text>,
     #[serde(default)]

@@ -7,6 +7,7 @@ use super::quantities::{
     unknown,
 };
 use profivac_vacuum::atmosphere::ROOM_K;
+use profivac_vacuum::conductance::SHARP_DISCHARGE;
 use profivac_vacuum::gas::GAS_COUNT;
 use profivac_vacuum::network::{self, Network, Outside};
 use profivac_vacuum::permeation;
@@ -130,12 +131,10 @@ impl Plant {
     }
 
     fn tube(&mut self, name: &str, tube: &Spanned<Tube>) -> Result<(), TextError> {
-        let Tube { between: [one, other], diameter, length, conductance, open } = tube.get_ref();
+        let Tube { between: [one, other], diameter, length, conductance, sharp_edged, open } = tube.get_ref();
         let conductance = match (diameter, length, conductance) {
-            (Some(diameter), Some(length), None) => {
-                Conductance::tube(LENGTH.positive(diameter)?, LENGTH.positive(length)?)
-            }
-            (None, None, Some(conductance)) => Conductance::fixed(SPEED.positive(conductance)?),
+            (Some(diameter), Some(length), None) => round_tube(diameter, length, *sharp_edged)?,
+            (None, None, Some(conductance)) if !sharp_edged => Conductance::fixed(SPEED.positive(conductance)?),
             _ => return Err(TextError::at(&tube.span(), ScenarioEntryError::NoConductance)),
         };
         let (one, other) = self.two(one, other)?;
@@ -228,8 +227,8 @@ impl Plant {
     }
 
     fn vent(&mut self, name: &str, vent: &Spanned<Vent>) -> Result<(), TextError> {
-        let Vent { at, diameter, length, gas, open } = vent.get_ref();
-        let conductance = Conductance::tube(LENGTH.positive(diameter)?, LENGTH.positive(length)?);
+        let Vent { at, diameter, length, sharp_edged, gas, open } = vent.get_ref();
+        let conductance = round_tube(diameter, length, *sharp_edged)?;
         let outside = match gas.as_ref().map(parsed).transpose()? {
             None | Some(Gas::Air) => Outside::Air,
             Some(gas) => Outside::Gas(Mixture::pure(gas, self.network.atmosphere().pressure_pa)),
@@ -255,6 +254,12 @@ impl Plant {
         self.network.add_seal(of, permeation::Seal::new(AREA.positive(area)?, LENGTH.positive(thickness)?, &by_gas));
         Ok(())
     }
+}
+
+/// A round tube with rounded or sharp edges.
+fn round_tube(diameter: &Text, length: &Text, sharp_edged: bool) -> Result<Conductance, TextError> {
+    let discharge = if sharp_edged { SHARP_DISCHARGE } else { 1.0 };
+    Ok(Conductance::tube_with_discharge(LENGTH.positive(diameter)?, LENGTH.positive(length)?, discharge))
 }
 
 /// A compression within its limits.
