@@ -5,7 +5,7 @@
 //! | Part | Flow relative to A v/4 of the mean gas | Source |
 //! |---|---|---|
 //! | molecular | the transmission probability W(l/r) of opening and tube | Berman, J. Appl. Phys. 36 (1965) 3356 |
-//! | opening | (1 - s) (p1 - px) + s W_c p1 ψ(px/p1), s = δ^1.2 / (3 + δ^1.2) | isentropic nozzle; s: free choice |
+//! | opening | (1 - s) (p1 - px) + s W_c p1 ψ(px/p1), s = δ^1.2 / (3 + δ^1.2) | isentropic nozzle; s: free choice, within 1 % of Fujimoto and Usami, J. Fluids Eng. 106 (1984) 367, for thin sharp openings |
 //! | tube | (1/W - 1)^-1 G(δ)/G(0) (px - p2) | G: Sharipov and Seleznev, J. Phys. Chem. Ref. Data 27 (1998) 657 |
 //!
 //! δ = p r / (η v_p) is the rarefaction parameter, with the most probable speed v_p = sqrt(2 R T / M). In molecular flow each
