@@ -15,7 +15,7 @@ const FIRST_S: f64 = 1.0;
 /// The least number of usual curves of which a median is formed.
 const LEAST_CURVES: usize = 5;
 
-/// The length of the spans in which pump-downs are searched, in s, for a search of at most so many days.
+/// Days, and the length of the spans in s for a search of at most these days.
 const WIDTHS: [(f64, i64); 3] = [(1.0, 1), (10.0, 10), (f64::INFINITY, 120)];
 
 /// A pump-down with its samples.

@@ -207,7 +207,8 @@ fn every_file_is_an_included_scenario() {
     let files = std::fs::read_dir(super::file("demo").parent().unwrap()).unwrap();
     let mut files: Vec<_> = files.map(|file| file.unwrap().file_name().into_string().unwrap()).collect();
     let mut names: Vec<_> = INCLUDED.iter().map(|included| format!("{}.toml", included.name)).collect();
-    (files.sort(), names.sort());
+    files.sort();
+    names.sort();
     assert_eq!(files, names);
 }
 
@@ -707,7 +708,7 @@ fn the_demo_has_believable_times() {
     let hours = (32.0 - 3.0) / 3600.0;
     let flows = [aged(&STEEL, 5000.0, hours), aged(&VITON, 100.0, hours)].concat();
     plant.figure(
-        "nine seconds after the gate has opened",
+        "nine seconds after the valve has opened",
         pressure(&flows, speed),
         "mbar",
         "q A/S of steel and seals",
