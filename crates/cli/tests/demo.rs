@@ -144,7 +144,7 @@ fn an_included_scenario_runs_by_its_name() {
     let help = String::from_utf8(run(&["help", "demo"]).stdout).unwrap();
     for name in ["load-lock", "beam-line", "storage-vessel", "electron-microscope"] {
         assert!(help.contains(name), "{help}");
-        let done = run(&["demo", "--headless", "--json", "--scenario", name, "--for", "2"]);
+        let done = run(&["demo", "--headless", "--json", "--scenario", name, "--speed", "1000", "--for", "2"]);
         assert_eq!(done.status.code(), Some(0), "{name}: {}", String::from_utf8_lossy(&done.stderr));
     }
 }
