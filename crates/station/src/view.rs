@@ -291,7 +291,7 @@ pub struct EventView {
     pub at_ms: i64,
     /// The gauge, if the event is about one.
     pub gauge: Option<String>,
-    /// The kind: `station`, `bus`, `gauge`, `command`, `note`, `access`, `alarm`.
+    /// The kind: `station`, `bus`, `gauge`, `command`, `note`, `access`, `alarm`, `pump-down`.
     #[schema(value_type = String)]
     pub kind: EventKind,
     /// One sentence.

@@ -240,6 +240,54 @@ fn outgassing_after_hours_of_pumping_is_not_called_a_leak() {
     assert!(rise["flows"].is_null());
 }
 
+/// Eleven pump-downs, one a day; the last has twice the outgassing.
+#[test]
+fn pump_downs_are_compared_with_the_last_ten_or_with_a_chosen_one() {
+    let station = TestStation::new();
+    const DAY_S: i64 = 86_400;
+    for day in 0..11 {
+        let outgassing = if day == 10 { 2.0 } else { 1.0 };
+        (-30..0).for_each(|second| station.record(day * DAY_S + second, 1e5));
+        let mut second = 0;
+        while second < 14_400 {
+            let s = second as f64;
+            station.record(day * DAY_S + second, 1e5 * (-s / 20.0).exp() + outgassing * 0.36 / (s + 1.0) + 1e-6);
+            second += 1.max(second / 100);
+        }
+        assert!(station.plant.recorder().flush());
+    }
+    let (from, to) = (NEW_YEAR_MS - 60_000, NEW_YEAR_MS + 11 * DAY_S * 1000);
+    let answer = station.json(&format!("/api/pump-downs?series=chamber&from={from}&to={to}&limit=5"));
+    let runs = answer["runs"].as_array().unwrap();
+    assert_eq!((runs.len(), &answer["found"]), (5, &11.into()));
+    let last = &runs[0];
+    let text = last["deviation"]["text"].as_str().unwrap();
+    assert!(text.contains(" later to 1e-6 mbar than usual: ") && text.contains("the median of the last 10"), "{text}");
+    assert_eq!(last["deviation"]["pattern"], "at-low-pressure");
+    assert_eq!(last["deviation"]["excess"], "outgassing");
+    assert!(runs[1..].iter().all(|run| run["deviation"].is_null()), "{answer}");
+    let level = last["levels"].as_array().unwrap().iter().find(|level| level["pa"].as_f64().unwrap() < 1.1e-3).unwrap();
+    let (s, usual) = (level["s"].as_f64().unwrap(), level["usual"]["s"].as_f64().unwrap());
+    // The roughing still counts at the usual time: 1e5 exp(-410/20) and 0.36/411 are 1e-3 Pa.
+    assert!((usual / 410.0 - 1.0).abs() < 0.02 && (s / 720.0 - 1.0).abs() < 0.02, "{level}");
+    assert!((110..=120).contains(&last["curve"].as_array().unwrap().len()), "{last}");
+    let reference = last["start_ms"].as_i64().unwrap();
+    let path = format!("/api/pump-downs?series=chamber&from={from}&to={to}&reference={reference}");
+    let answer = station.json(&path);
+    let directions: Vec<_> =
+        answer["runs"].as_array().unwrap().iter().map(|run| run["deviation"]["text"].as_str().unwrap_or("")).collect();
+    assert_eq!(directions[0], "");
+    assert!(
+        directions[1..].iter().all(|text| text.contains("earlier") && text.contains("the chosen one")),
+        "{directions:?}"
+    );
+    let (status, _, text) = station.get(&path.replace(&reference.to_string(), "5"));
+    assert!(status == 400 && text.contains("expected reference as the beginning of one of 11 pump-downs"), "{text}");
+    let (status, _, text) = station.get("/api/pump-downs?series=chamber&from=1&to=2&limit=51");
+    assert!(status == 400 && text.contains("expected limit from 1 to 50, found 51"), "{text}");
+    assert_eq!(station.json("/api/pump-downs?series=none&from=1&to=2")["runs"], Value::Array(Vec::new()));
+}
+
 #[test]
 fn a_rise_after_a_recorded_pump_down_knows_the_time_of_pumping() {
     let station = TestStation::new();

@@ -16,6 +16,7 @@ import type {
   ControlAction,
   Gateway,
   Outcome,
+  PumpDowns,
   Refusal,
   Request,
   Rise,
@@ -45,6 +46,19 @@ export const fetchEvents = (from: number, to: number, limit: number, signal?: Ab
 
 export const fitRise = (series: string, from: number, to: number, volume_m3: number | null): Promise<Rise> =>
   get('/api/rise', { query: { series, from, to, ...(volume_m3 === null ? {} : { volume_m3 }) } })
+
+/** The pump-downs of a series, compared with the last ten before each, or with the one that begins at `reference`. */
+export const fetchPumpDowns = (
+  series: string,
+  from: number,
+  to: number,
+  reference: string | null,
+  signal?: AbortSignal,
+): Promise<PumpDowns> =>
+  get('/api/pump-downs', {
+    query: { series, from, to, ...(reference === null ? {} : { reference: Number(reference) }) },
+    signal,
+  })
 
 export const exportAddress = (series: string[], from: number, to: number): string =>
   addressOf('/api/export.csv', { query: { from, to, series } })

@@ -47,6 +47,10 @@ export type Trend = Schemas['Trend']
 export type StationEvent = Schemas['EventView']
 export type EventKind = StationEvent['kind']
 export type Rise = Schemas['RiseView']
+/** A pump-down beside the usual ones. */
+export type PumpDown = Schemas['PumpDownView']
+export type PumpDownLevel = Schemas['LevelView']
+export type PumpDowns = Schemas['PumpDowns']
 export type Interval = Schemas['IntervalView']
 export type FlowUnits = Schemas['FlowView']
 
