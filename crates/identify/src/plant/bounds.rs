@@ -8,7 +8,7 @@ use crate::interval::SIGMAS;
 use nalgebra::{DMatrix, DVector};
 
 /// The most steps to a bound, and how near the root of the sum has to come.
-const STEPS: usize = 6;
+const STEPS: usize = 8;
 const NEAR: f64 = 0.04;
 
 /// The relative change of the sum of squares at which a fit beside a bound ends.
@@ -65,6 +65,7 @@ impl<'a> Fitted<'a> {
         let limit = bounded(place, here + side * FAR);
         let (mut inside, mut outside) = (0.0, (limit - here).abs());
         let mut found = self.problem.values.clone();
+        let mut reached = false;
         let mut distance = (SIGMAS * self.deviation(place)).min(outside);
         for _ in 0..STEPS {
             if outside <= 0.0 {
@@ -80,6 +81,7 @@ impl<'a> Fitted<'a> {
                 found = problem.values;
                 inside = distance;
                 if is_limit || root >= target * (1.0 - NEAR) {
+                    reached = true;
                     break;
                 }
             } else {
@@ -91,6 +93,10 @@ impl<'a> Fitted<'a> {
             } else {
                 next.min(outside)
             };
+        }
+        // Without an end within the steps the interval is the wider one.
+        if !reached && outside.is_finite() {
+            found[place] = here + side * outside;
         }
         Ok(found)
     }

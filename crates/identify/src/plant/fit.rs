@@ -35,6 +35,12 @@ pub(super) const EXACT: f64 = 1e-9;
 /// The change of an unknown for a derivative.
 const CHANGE: f64 = 1e-4;
 
+/// The unknowns that are not below zero.
+const NOT_NEGATIVE: [usize; 2] = [LEAK, ULTIMATE];
+
+/// How often an unknown is released from zero in one fit.
+const RELEASES: u32 = 3;
+
 /// The values that an unknown can have. Leak and ultimate pressure may not be negative, the exponent is that of a real wall.
 const fn bounds(place: usize) -> [f64; 2] {
     match place {
@@ -68,6 +74,7 @@ impl Unknowns {
         SPEEDS + self.knots_at.len() + usize::from(self.given_volume.is_none())
     }
 
+    /// The numbers of a plant. An unknown beyond its bounds counts as at its bound, and what is usual leads it back.
     pub fn numbers(&self, values: &DVector<f64>) -> Numbers {
         let at = |place: usize| values.get(place).copied().unwrap_or(0.0);
         let knots = self.knots_at.iter().enumerate().map(|(place, pa)| (*pa, at(SPEEDS + place)));
@@ -75,12 +82,12 @@ impl Unknowns {
             volume: self.given_volume.unwrap_or_else(|| at(self.count() - 1).exp()),
             leak: self.leak_size * at(LEAK),
             outgassing: at(OUTGASSING).exp(),
-            exponent: at(EXPONENT),
+            exponent: bounded(EXPONENT, at(EXPONENT)),
             ultimate: self.ultimate_size * at(ULTIMATE),
-            share: at(SHARE),
-            return_s: at(RETURN).exp(),
+            share: bounded(SHARE, at(SHARE)),
+            return_s: bounded(RETURN, at(RETURN)).exp(),
             first: at(FIRST).exp(),
-            offset_s: at(OFFSET).exp(),
+            offset_s: bounded(OFFSET, at(OFFSET)).exp(),
             knots: knots.collect(),
         }
     }
@@ -148,20 +155,34 @@ impl Problem<'_> {
     }
 
     /// The least squares over the free unknowns within their bounds, and their sum; `None` without a minimum.
+    ///
+    /// Leak and ultimate pressure stay at zero as long as a larger value would not fit better (active set).
     pub fn minimised(mut self, tolerance: f64) -> Option<(f64, Self)> {
+        let permitted = self.free.clone();
+        let mut releases = RELEASES;
         loop {
-            let (fitted, report) = LevenbergMarquardt::new().with_tol(tolerance).minimize(self);
-            self = fitted;
-            let outside = |place: &usize| {
-                let value = self.values[*place];
-                bounded(*place, value).total_cmp(&value).is_ne()
-            };
-            let Some(outside) = self.free.iter().copied().find(outside) else {
-                let sum = 2.0 * report.objective_function;
-                return sum.is_finite().then_some((sum, self));
-            };
-            self.values[outside] = bounded(outside, self.values[outside]);
-            self.free.retain(|place| *place != outside);
+            self = LevenbergMarquardt::new().with_tol(tolerance).minimize(self).0;
+            let is_negative = |values: &DVector<f64>, place: &usize| NOT_NEGATIVE.contains(place) && values[*place] < 0.0;
+            if self.free.iter().any(|place| is_negative(&self.values, place)) {
+                let values = self.values.clone();
+                self.free.retain(|place| !is_negative(&values, place));
+                NOT_NEGATIVE.iter().for_each(|place| self.values[*place] = values[*place].max(0.0));
+                continue;
+            }
+            let held: Vec<usize> = permitted.iter().copied().filter(|place| !self.free.contains(place)).collect();
+            let misses = self.misses(&self.values);
+            let slopes = self.derivatives(&held).transpose() * &misses;
+            let better = held.iter().zip(slopes.iter()).find(|(_, slope)| **slope < 0.0).map(|(place, _)| *place);
+            match better.filter(|_| releases > 0) {
+                Some(place) => {
+                    releases -= 1;
+                    self.free.push(place);
+                }
+                None => {
+                    let sum = misses.norm_squared();
+                    return sum.is_finite().then_some((sum, self));
+                }
+            }
         }
     }
 }
