@@ -434,6 +434,14 @@ impl Least {
     }
 }
 
+/// The probabilities of the causes, and the outgassing without a leak in Pa/s.
+struct Causes {
+    leak_alone: f64,
+    outgassing_alone: f64,
+    both: f64,
+    outgassing: f64,
+}
+
 /// A record with all its fits.
 struct Record<'a> {
     samples: &'a [(f64, f64, f64)],
@@ -451,7 +459,8 @@ impl Record<'_> {
         let misfit = (least.max(0.0) / self.samples.len().saturating_sub(4).max(1) as f64).sqrt();
         // A fit that misses more than the noise has larger uncertainties.
         let variance = misfit.powi(2).max(1.0);
-        let [leak, outgassing] = [Rate::Leak, Rate::Outgassing].map(|rate| self.interval(rate, least, variance));
+        let causes = self.causes(least.min(line), variance);
+        let [leak, outgassing] = [Rate::Leak, Rate::Outgassing].map(|rate| self.interval(rate, least, variance, &causes));
         let total =
             Interval { mean: best.map_or(slope, |model| model.leak + model.outgassing()), ..self.slope(variance) };
         let shapes = self.shapes(least.min(line), variance);
@@ -487,8 +496,8 @@ impl Record<'_> {
         Interval::normal(self.straight[1], (variance * one / (one * tt - t * t)).sqrt())
     }
 
-    /// The mean of a rate over its profile likelihood, and its 95 % interval.
-    fn interval(&self, rate: Rate, least: f64, variance: f64) -> Interval {
+    /// The mean of a rate over the causes, and its 95 % interval.
+    fn interval(&self, rate: Rate, least: f64, variance: f64, causes: &Causes) -> Interval {
         let limit = least + SIGMAS * SIGMAS * variance;
         let ranges = self.models.iter().filter_map(|model| model.range(rate, limit));
         let hull = |[low, high]: [f64; 2], [from, to]: [f64; 2]| [low.min(from), high.max(to)];
@@ -503,7 +512,43 @@ impl Record<'_> {
             weights += weight;
             sum += weight * given;
         }
-        Interval { mean: if weights > 0.0 { sum / weights } else { low }, low, high }
+        let with_both = if weights > 0.0 { sum / weights } else { low };
+        let alone = match rate {
+            Rate::Leak => causes.leak_alone * self.straight[1],
+            Rate::Outgassing => causes.outgassing_alone * causes.outgassing,
+        };
+        // Digits limit a slope too: they do not average out over the samples.
+        let digits = SIGMAS * LEAST_NOISE * self.straight[1].abs();
+        Interval {
+            mean: (alone + causes.both * with_both).clamp(low, high),
+            low: (low - digits).max(0.0),
+            high: high + digits,
+        }
+    }
+
+    /// The probabilities of a leak alone, outgassing alone and both, by the Bayesian information criterion. A rate that is not
+    /// below zero would be too small on average if both were always taken as present, because the other one takes a share of it.
+    fn causes(&self, least: f64, variance: f64) -> Causes {
+        let each = (self.samples.len() as f64).ln();
+        let weight = |chi2: f64, numbers: f64| (-(chi2 - least) / (2.0 * variance) - numbers * each / 2.0).exp();
+        let numbers = |model: &Model| if model.slowing.tau_s.is_some() { 2.0 } else { 0.0 };
+        let leak_alone = if self.straight[1] > 0.0 { weight(self.straight[2], 0.0) } else { 0.0 };
+        let (mut both, mut outgassing_alone, mut outgassing) = (0.0, 0.0, 0.0);
+        for model in &self.models {
+            let without = model.least(Rate::Leak, 0.0);
+            both = f64::max(both, weight(model.best.chi2, numbers(model) + 1.0));
+            let found = weight(without.chi2, numbers(model));
+            if found > outgassing_alone {
+                (outgassing_alone, outgassing) = (found, without.vector[2] + without.vector[3]);
+            }
+        }
+        let sum = leak_alone + outgassing_alone + both;
+        Causes {
+            leak_alone: leak_alone / sum,
+            outgassing_alone: outgassing_alone / sum,
+            both: both / sum,
+            outgassing,
+        }
     }
 
     /// The probabilities of the shapes by the Bayesian information criterion: 2, 3 and 5 numbers.

@@ -27,7 +27,7 @@ pub(super) const SPEEDS: usize = 8;
 /// metals and 1/2 for polymers; the share that does not return to the wall is anything from 0 to 1, and the logarithm of the time
 /// constant of the return is wide. A wall begins to outgas within seconds of the start of the pump-down, or within a minute.
 /// free choice
-const USUAL: [(usize, f64, f64); 4] = [(EXPONENT, 1.0, 0.3), (SHARE, 0.5, 0.5), (RETURN, 10.0, 3.0), (OFFSET, 1.0, 2.0)];
+const USUAL: [(usize, f64, f64); 4] = [(EXPONENT, 1.0, 0.3), (SHARE, 0.5, 0.5), (RETURN, 10.0, 3.0), (OFFSET, 0.0, 3.0)];
 
 /// The relative change of the sum of squares at which a fit ends.
 pub(super) const EXACT: f64 = 1e-9;
@@ -48,7 +48,7 @@ const fn bounds(place: usize) -> [f64; 2] {
         EXPONENT => [0.3, 2.0],
         SHARE => [0.0, 1.0],
         RETURN => [0.0, 25.0],
-        OFFSET => [-3.0, 7.0],
+        OFFSET => [-4.0, 7.0],
         _ => [f64::NEG_INFINITY, f64::INFINITY],
     }
 }
@@ -265,7 +265,7 @@ fn guess(record: &PlantRecord, groups: &[Group]) -> (Unknowns, DVector<f64>) {
         Volume::FromDose(_) => None,
     };
     let unknowns = Unknowns { given_volume, knots_at, leak_size: gas, ultimate_size: lowest };
-    let mut values = vec![0.3, (0.7 * gas * end / HOUR_S).ln(), 1.0, 0.3, 0.5, 10.0, 0.0, 1.0];
+    let mut values = vec![0.3, (0.7 * gas * end / HOUR_S).ln(), 1.0, 0.3, 0.5, 10.0, 0.0, 0.0];
     values.extend(std::iter::repeat_n(speed, count + 1));
     if unknowns.given_volume.is_none() {
         values.push(volume.ln());

@@ -4,9 +4,12 @@ const HOUR_S: f64 = 3600.0;
 
 /// The age of the wall changes by this part within a step of the calculation at most, the logarithm of the pressure by twice
 /// [`CHANGE`]. A step is no shorter than the least part of the time that is calculated.
-const STEP: f64 = 0.1;
-const CHANGE: f64 = 0.1;
+const STEP: f64 = 0.07;
+const CHANGE: f64 = 0.07;
 const LEAST_STEP: f64 = 1e-3;
+
+/// The least age of a wall, in s.
+const YOUNGEST_S: f64 = 0.01;
 
 /// The numbers of a plant.
 #[derive(Clone, Debug, PartialEq)]
@@ -56,7 +59,7 @@ impl Numbers {
 
     /// The outgassing of a wall of an age in s, in Pa m^3/s.
     pub fn outgassed(&self, age: f64) -> f64 {
-        self.outgassing * (HOUR_S / age.max(1.0)).powf(self.exponent)
+        self.outgassing * (HOUR_S / age.max(YOUNGEST_S)).powf(self.exponent)
     }
 
     /// The state after `seconds` more. The sources change linearly in each step; the speed is that of its middle.
@@ -83,7 +86,7 @@ impl Numbers {
     fn moved(&self, state: State, before: f64, water: f64, step: f64, rate: f64) -> (State, f64) {
         // The returning water makes the wall younger.
         let wetted = water * self.volume / (self.return_s * self.outgassing * HOUR_S);
-        let age = relaxed(state.age, [1.0; 2], wetted, step).max(1.0);
+        let age = relaxed(state.age, [1.0; 2], wetted, step).max(YOUNGEST_S);
         let after = self.outgassed(age);
         let steady = self.leak / self.volume + self.ultimate * rate;
         let dry = [before, after].map(|outgassed| steady + self.share * outgassed / self.volume);

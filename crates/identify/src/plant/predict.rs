@@ -70,7 +70,7 @@ impl Plant {
             .map(|remedy| {
                 let factor =
                     |numbers: &Numbers| self.pressure(numbers, end) / self.pressure(&remedy.applied(numbers), end);
-                (remedy, self.band(factor))
+                (remedy, self.hull(factor))
             })
             .into();
         all.sort_by(|(_, one), (_, two)| two.mean.total_cmp(&one.mean));
@@ -115,24 +115,32 @@ impl Plant {
         f64::INFINITY
     }
 
-    /// A quantity above zero with its 95 % band: the larger of 1.96 standard deviations of its logarithm and of the range over
-    /// the unknowns at the bounds of their intervals.
+    /// A quantity above zero with its 95 % band: the larger of 1.96 standard deviations of its logarithm and of the hull.
     fn band(&self, quantity: impl Fn(&Numbers) -> f64) -> Interval {
-        let of = |values: &DVector<f64>| {
-            let inside = DVector::from_fn(values.len(), |place, _| bounded(place, values[place]));
-            quantity(&self.unknowns.numbers(&inside)).ln()
-        };
-        let mean = of(&self.values);
-        let corners = self.corners.iter().map(of);
+        let found = self.hull(&quantity);
+        let variance = self.variance(&|values: &DVector<f64>| self.logarithm(&quantity, values));
+        let spread = (SIGMAS * variance.max(0.0).sqrt()).exp();
+        if !spread.is_finite() {
+            return found;
+        }
+        Interval { low: found.low.min(found.mean / spread), high: found.high.max(found.mean * spread), ..found }
+    }
+
+    /// A quantity above zero with its range over the unknowns at the bounds of their intervals.
+    fn hull(&self, quantity: impl Fn(&Numbers) -> f64) -> Interval {
+        let mean = self.logarithm(&quantity, &self.values);
+        let corners = self.corners.iter().map(|values| self.logarithm(&quantity, values));
         let [low, high] = corners.fold([mean; 2], |[low, high], value| [low.min(value), high.max(value)]);
-        let deviations = self.gradient(&of);
-        let spread = SIGMAS * deviations.max(0.0).sqrt();
-        let [low, high] = if spread.is_finite() { [low.min(mean - spread), high.max(mean + spread)] } else { [low, high] };
         Interval { mean: mean.exp(), low: low.exp(), high: high.exp() }
     }
 
+    fn logarithm(&self, quantity: impl Fn(&Numbers) -> f64, values: &DVector<f64>) -> f64 {
+        let inside = DVector::from_fn(values.len(), |place, _| bounded(place, values[place]));
+        quantity(&self.unknowns.numbers(&inside)).ln()
+    }
+
     /// The variance of a function of the unknowns.
-    fn gradient(&self, of: &impl Fn(&DVector<f64>) -> f64) -> f64 {
+    fn variance(&self, of: &impl Fn(&DVector<f64>) -> f64) -> f64 {
         let gradient = DVector::from_fn(self.values.len(), |place, _| {
             // A tenth of the uncertainty of the number shows how the function changes within it.
             let step = (0.1 * self.covariance[(place, place)].sqrt()).max(1e-6);

@@ -4,10 +4,10 @@
 pub const LEAST_SAMPLES: usize = 30;
 
 /// The groups of a phase: more samples are averaged, in groups that are even over the logarithm of time.
-const GROUPS: f64 = 120.0;
+const GROUPS: f64 = 180.0;
 
 /// The logarithm of the pressure changes by less than this within a group, so that a straight line describes it.
-const GROUP_CHANGE: f64 = 0.2;
+const GROUP_CHANGE: f64 = 0.1;
 
 /// The least noise of a sample, of the logarithm: a record without noise has the four digits of a display. free choice
 const LEAST_NOISE: f64 = 1e-4;
