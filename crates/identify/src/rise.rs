@@ -29,9 +29,15 @@ const MOST_SAMPLES: usize = 400;
 /// straight line, which no record distinguishes from a leak.
 const TAUS: [f64; 2] = [0.05, 10.0];
 
+/// Times of pumping before as a part of the length of the record, when that is not known.
+const STARTS: [f64; 2] = [0.05, 5e4];
+
+/// How often the step of the time constants is reduced to its root around the best one.
+const REFINEMENTS: usize = 8;
+
 /// The number of time constants, and of times of pumping when that is not known.
 const TAU_STEPS: usize = 16;
-const START_STEPS: usize = 8;
+const START_STEPS: usize = 12;
 
 /// Exponents of outgassing that does not return: near 1 for metals in the first day, 1/2 for hydrogen (Elsey 1975; Grinham and Chew,
 /// Appl. Sci. Converg. Technol. 26 (2017) 95).
@@ -213,6 +219,8 @@ fn returning(times: &[f64], start_s: f64, tau_s: f64) -> Vec<f64> {
 
 /// A way in which outgassing slows down, with the lags of its two parts.
 struct Slowing {
+    /// The time of pumping before, in s.
+    start_s: f64,
     /// The time constant with which gas returns to the wall, in s.
     tau_s: Option<f64>,
     lags: Vec<f64>,
@@ -223,17 +231,43 @@ struct Slowing {
 /// All ways of slowing down for a time of pumping.
 fn slowings(times: &[f64], start_s: f64) -> Vec<Slowing> {
     let length = times.last().copied().unwrap_or(0.0);
-    let inverse =
-        EXPONENTS.map(|exponent| Slowing { tau_s: None, lags: staying(times, start_s, exponent), others: None });
-    let stays = SHARE_EXPONENTS.map(|exponent| staying(times, start_s, exponent));
-    let mut all: Vec<_> = inverse.into();
-    for tau_s in steps(TAUS[0] * length, TAUS[1] * length, TAU_STEPS) {
-        let returns = returning(times, start_s, tau_s);
-        for stays in &stays {
-            all.push(Slowing { tau_s: Some(tau_s), lags: returns.clone(), others: Some(stays.clone()) });
+    let inverse = EXPONENTS.map(|exponent| Slowing {
+        start_s,
+        tau_s: None,
+        lags: staying(times, start_s, exponent),
+        others: None,
+    });
+    let taus = steps(TAUS[0] * length, TAUS[1] * length, TAU_STEPS);
+    inverse.into_iter().chain(taus.flat_map(|tau_s| saturating(times, start_s, tau_s))).collect()
+}
+
+/// The ways that saturate with a time constant.
+fn saturating(times: &[f64], start_s: f64, tau_s: f64) -> [Slowing; SHARE_EXPONENTS.len()] {
+    let returns = returning(times, start_s, tau_s);
+    SHARE_EXPONENTS.map(|exponent| Slowing {
+        start_s,
+        tau_s: Some(tau_s),
+        lags: returns.clone(),
+        others: Some(staying(times, start_s, exponent)),
+    })
+}
+
+/// Adds models between the steps of the grid around the best one that saturates: a long record is sensitive to its time constant.
+fn refine(models: &mut Vec<Model>, samples: &[(f64, f64, f64)], straight: [f64; 3], knows_start: bool) {
+    let times: Vec<f64> = samples.iter().map(|(t, ..)| *t).collect();
+    let mut ratios = [(TAUS[1] / TAUS[0]).powf(1.0 / (TAU_STEPS - 1) as f64), (STARTS[1] / STARTS[0]).powf(1.0 / (START_STEPS - 1) as f64)];
+    for _ in 0..REFINEMENTS {
+        ratios = ratios.map(f64::sqrt);
+        let saturating_ones = models.iter().filter_map(|model| Some((model.best.chi2, model.slowing.tau_s?, model.slowing.start_s)));
+        let best = saturating_ones.min_by(|(one, ..), (other, ..)| one.total_cmp(other));
+        let Some((_, tau_s, start_s)) = best else { return };
+        let mut near = vec![(tau_s / ratios[0], start_s), (tau_s * ratios[0], start_s)];
+        if !knows_start {
+            near.extend([(tau_s, start_s / ratios[1]), (tau_s, start_s * ratios[1])]);
         }
+        let near = near.into_iter().flat_map(|(tau_s, start_s)| saturating(&times, start_s, tau_s));
+        models.extend(near.map(|slowing| Model::new(samples, straight, slowing)));
     }
-    all
 }
 
 /// Separates a rise: samples of seconds since the valve was closed and indicated pressures in Pa.
@@ -251,11 +285,12 @@ pub fn analyse(samples: &[(f64, f64)], setup: &RiseSetup) -> Result<Rise, NoRise
     let straight = straight(&weighted);
     let starts: Vec<f64> = match setup.pumped_s {
         Some(pumped) => vec![pumped + first],
-        None => steps(0.05 * length, 50.0 * length, START_STEPS).collect(),
+        None => steps(STARTS[0] * length, STARTS[1] * length, START_STEPS).collect(),
     };
     let times: Vec<f64> = weighted.iter().map(|(t, ..)| *t).collect();
     let slowings = starts.iter().flat_map(|start_s| slowings(&times, *start_s));
-    let models: Vec<Model> = slowings.map(|slowing| Model::new(&weighted, straight, slowing)).collect();
+    let mut models: Vec<Model> = slowings.map(|slowing| Model::new(&weighted, straight, slowing)).collect();
+    refine(&mut models, &weighted, straight, setup.pumped_s.is_some());
     Ok(Record { samples: &weighted, first, straight, models }.result(setup))
 }
 
@@ -478,7 +513,7 @@ impl Record<'_> {
             leak: flow(leak, air),
             outgassing: flow(outgassing, walls),
             total: flow(total, air),
-            cause: cause(&total, &leak, &outgassing),
+            cause: cause(&total, slope, &leak, &outgassing),
             shapes,
             misfit,
             fitted: fitted.collect(),
@@ -566,12 +601,13 @@ impl Record<'_> {
     }
 }
 
-fn cause(total: &Interval, leak: &Interval, outgassing: &Interval) -> Cause {
+/// The cause of a rise with a total rate at its start and a mean slope. A leak lasts, so it counts beside the mean slope; outgassing
+/// is given at the start, so it counts beside the rate there.
+fn cause(total: &Interval, slope: f64, leak: &Interval, outgassing: &Interval) -> Cause {
     if total.low <= 0.0 {
         return Cause::NoRise;
     }
-    let least = SMALL * total.mean;
-    match (leak.low > least, outgassing.low > least) {
+    match (leak.low > SMALL * slope, outgassing.low > SMALL * total.mean) {
         (true, true) => Cause::Both,
         (true, false) => Cause::Leak,
         (false, true) => Cause::Outgassing,

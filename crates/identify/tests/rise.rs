@@ -104,6 +104,23 @@ fn the_means_of_straight_rises_are_not_too_small() {
     near(means.sum::<f64>() / 20.0, 1e-5, 0.006);
 }
 
+/// The rise of the dashboard's test plant: 2.4e-3 Pa/s of a leak, and 1.6 Pa that saturate in 70 s.
+#[test]
+fn a_leak_below_a_rise_that_saturates_is_found() {
+    let mut random = fastrand::Rng::with_seed(5);
+    let pa = |t: f64| 0.05 + 2.4e-3 * t + 1.6 * (1.0 - (-t / 70.0).exp());
+    let noisy = |t: f64, random: &mut fastrand::Rng| (t, pa(t) * (1.0 + 0.002 * normal(random)));
+    let samples: Vec<_> = (0..600).map(|second| noisy(f64::from(second), &mut random)).collect();
+    for pumped_s in [None, Some(HOUR_S)] {
+        let setup = RiseSetup { pumped_s, gauge: GasDependence::None, volume_m3: 1.0, ..setup(1.0) };
+        let rise = analyse(&samples, &setup).unwrap();
+        println!("{pumped_s:?} {:?} {:?} {:?} {:?} {}", rise.cause, rise.leak, rise.outgassing, rise.shapes, rise.misfit);
+        assert!(rise.leak.pa_m3_per_s.contains(2.4e-3), "{:?}", rise.leak);
+        near(rise.leak.pa_m3_per_s.mean, 2.4e-3, 0.05);
+        assert_eq!(rise.cause, Cause::Both);
+    }
+}
+
 #[test]
 fn a_short_rise_cannot_be_distinguished() {
     let rise = analysed(&rise(0.0, Some(10.0 * HOUR_S), 2, 0.02), 10.0 * HOUR_S);
