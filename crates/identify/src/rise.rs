@@ -30,14 +30,14 @@ const MOST_SAMPLES: usize = 400;
 const TAUS: [f64; 2] = [0.05, 10.0];
 
 /// Times of pumping before as a part of the length of the record, when that is not known.
-const STARTS: [f64; 2] = [0.05, 5e4];
+const STARTS: [f64; 2] = [0.05, 50.0];
 
 /// How often the step of the time constants is reduced to its root around the best one.
-const REFINEMENTS: usize = 8;
+const REFINEMENTS: usize = 6;
 
 /// The number of time constants, and of times of pumping when that is not known.
 const TAU_STEPS: usize = 16;
-const START_STEPS: usize = 12;
+const START_STEPS: usize = 8;
 
 /// Exponents of outgassing that does not return: near 1 for metals in the first day, 1/2 for hydrogen (Elsey 1975; Grinham and Chew,
 /// Appl. Sci. Converg. Technol. 26 (2017) 95).
@@ -252,21 +252,19 @@ fn saturating(times: &[f64], start_s: f64, tau_s: f64) -> [Slowing; SHARE_EXPONE
     })
 }
 
-/// Adds models between the steps of the grid around the best one that saturates: a long record is sensitive to its time constant.
-fn refine(models: &mut Vec<Model>, samples: &[(f64, f64, f64)], straight: [f64; 3], knows_start: bool) {
+/// Adds models between the steps of the grid of time constants around the best one for a time of pumping: a long record is
+/// sensitive to its time constant.
+fn refine(models: &mut Vec<Model>, samples: &[(f64, f64, f64)], straight: [f64; 3], start_s: f64) {
     let times: Vec<f64> = samples.iter().map(|(t, ..)| *t).collect();
-    let mut ratios = [(TAUS[1] / TAUS[0]).powf(1.0 / (TAU_STEPS - 1) as f64), (STARTS[1] / STARTS[0]).powf(1.0 / (START_STEPS - 1) as f64)];
+    let mut ratio = (TAUS[1] / TAUS[0]).powf(1.0 / (TAU_STEPS - 1) as f64);
     for _ in 0..REFINEMENTS {
-        ratios = ratios.map(f64::sqrt);
-        let saturating_ones = models.iter().filter_map(|model| Some((model.best.chi2, model.slowing.tau_s?, model.slowing.start_s)));
-        let best = saturating_ones.min_by(|(one, ..), (other, ..)| one.total_cmp(other));
-        let Some((_, tau_s, start_s)) = best else { return };
-        let mut near = vec![(tau_s / ratios[0], start_s), (tau_s * ratios[0], start_s)];
-        if !knows_start {
-            near.extend([(tau_s, start_s / ratios[1]), (tau_s, start_s * ratios[1])]);
+        ratio = ratio.sqrt();
+        let here = models.iter().filter(|model| model.slowing.start_s.total_cmp(&start_s).is_eq());
+        let here = here.filter_map(|model| Some((model.best.chi2, model.slowing.tau_s?)));
+        let Some((_, tau_s)) = here.min_by(|(one, _), (other, _)| one.total_cmp(other)) else { return };
+        for tau_s in [tau_s / ratio, tau_s * ratio] {
+            models.extend(saturating(&times, start_s, tau_s).map(|slowing| Model::new(samples, straight, slowing)));
         }
-        let near = near.into_iter().flat_map(|(tau_s, start_s)| saturating(&times, start_s, tau_s));
-        models.extend(near.map(|slowing| Model::new(samples, straight, slowing)));
     }
 }
 
@@ -290,7 +288,7 @@ pub fn analyse(samples: &[(f64, f64)], setup: &RiseSetup) -> Result<Rise, NoRise
     let times: Vec<f64> = weighted.iter().map(|(t, ..)| *t).collect();
     let slowings = starts.iter().flat_map(|start_s| slowings(&times, *start_s));
     let mut models: Vec<Model> = slowings.map(|slowing| Model::new(&weighted, straight, slowing)).collect();
-    refine(&mut models, &weighted, straight, setup.pumped_s.is_some());
+    starts.iter().for_each(|start_s| refine(&mut models, &weighted, straight, *start_s));
     Ok(Record { samples: &weighted, first, straight, models }.result(setup))
 }
 
