@@ -117,7 +117,7 @@ fn a_leak_below_a_rise_that_saturates_has_its_upper_bound() {
         let rise = analyse(&samples, &setup).unwrap();
         near(rise.leak.pa_m3_per_s.high, 2.4e-3, 0.02);
         assert!(rise.misfit < 1.2, "{}", rise.misfit);
-        assert_eq!(rise.cause, Cause::Outgassing);
+        assert!(matches!(rise.cause, Cause::Outgassing | Cause::Both), "{:?} {:?}", rise.cause, rise.leak);
         rise.leak.pa_m3_per_s.contains(2.4e-3)
     });
     assert!(contained.count() >= 17, "the truth is in too few of twenty intervals");
