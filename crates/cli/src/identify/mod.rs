@@ -126,8 +126,16 @@ fn chosen(arguments: &Arguments, samples: &[Sample]) -> Result<Chosen, Failure> 
     let found = pressure_rises(&trace, &[0.0]).into_iter().filter(|rise| rise.fit.is_some());
     let found = found.max_by(|one, two| (one.to_pa / one.from_pa).total_cmp(&(two.to_pa / two.from_pa)));
     let found = found.map(|rise| [rise.from_s, rise.to_s]);
-    let closed = time(&arguments.closed)?.map(seconds).or(found.map(|[from, _]| from));
+    let valid = |sample: &&Sample| sample.quality == Quality::Valid && sample.at >= start && sample.at <= end;
+    let inside = samples.iter().filter(valid);
+    let mut kept: Vec<(f64, f64)> = inside.filter_map(|sample| Some((seconds(sample.at), sample.pa?))).collect();
+    kept.dedup_by_key(|(s, _)| s.to_bits());
+    let closed = time(&arguments.closed)?.map(seconds).or_else(|| found.map(|[from, _]| closing(&kept, from)));
     let opened = time(&arguments.opened)?.map(seconds);
+    // Where the valve was opened between two samples is not known, so the record ends with the rise unless the time is given.
+    if let Some([_, to]) = found.filter(|_| opened.is_none()) {
+        kept.retain(|(s, _)| *s <= to);
+    }
     let rise = closed.map(|closed| {
         let ends = found.filter(|[from, to]| *from <= closed && closed < *to).map(|[_, to]| to);
         [closed, opened.or(ends).unwrap_or_else(|| seconds(end))]
@@ -149,11 +157,31 @@ fn chosen(arguments: &Arguments, samples: &[Sample]) -> Result<Chosen, Failure> 
     if !(0.0..=100.0).contains(&accuracy) {
         return Err(Failure::usage(format!("expected an accuracy from 0 to 100 percent, found {accuracy}")));
     }
-    let inside = samples.iter().filter(|sample| sample.quality == Quality::Valid && sample.at >= start && sample.at <= end);
-    let mut kept: Vec<(f64, f64)> = inside.filter_map(|sample| Some((seconds(sample.at), sample.pa?))).collect();
-    kept.dedup_by_key(|(s, _)| s.to_bits());
     let gauge_uncertainty = standard_uncertainty(accuracy / 100.0);
     Ok(Chosen { record: PlantRecord { samples: kept, phases, volume, gauge_uncertainty }, start, rise })
+}
+
+/// The samples before and after the closing of the valve from which its time follows.
+const BEFORE: usize = 20;
+const AFTER: usize = 12;
+
+/// When the valve was closed, near the last sample before the rise: where a straight line through the first samples of the rise
+/// reaches the pressure before it.
+fn closing(samples: &[(f64, f64)], foot_s: f64) -> f64 {
+    let place = samples.partition_point(|(s, _)| *s < foot_s);
+    let before = samples.get(place.saturating_sub(BEFORE)..place).unwrap_or_default();
+    let base = before.iter().map(|(_, pa)| pa.ln()).sum::<f64>() / before.len().max(1) as f64;
+    let base = base.exp();
+    let rising = samples.iter().skip(place).skip_while(|(_, pa)| *pa < 1.3 * base).take(AFTER);
+    let rising: Vec<(f64, f64)> = rising.copied().collect();
+    let count = rising.len().max(1) as f64;
+    let (s, pa) = rising.iter().fold((0.0, 0.0), |(s, pa), one| (s + one.0 / count, pa + one.1 / count));
+    let squares: f64 = rising.iter().map(|one| (one.0 - s).powi(2)).sum();
+    let slope = rising.iter().map(|one| (one.0 - s) * (one.1 - pa)).sum::<f64>() / squares;
+    let closed = s - (pa - base) / slope;
+    let longest = samples.get(place.saturating_sub(BEFORE)).map_or(0.0, |(first, _)| foot_s - first);
+    let is_near = closed.is_finite() && !before.is_empty() && (closed - foot_s).abs() <= longest;
+    if is_near { closed } else { foot_s }
 }
 
 fn remedy(remedy: Remedy) -> &'static str {
@@ -204,7 +232,7 @@ fn text(arguments: &Arguments, gauge: &str, chosen: &Chosen, plant: &Plant) -> S
     )];
     let fits = if plant.misfit > MISFIT { "the fit does not describe the record: do not rely on these numbers" } else { "a good fit is near 1" };
     let given = if arguments.volume.is_some() { format!("{} l, as given", digits(plant.volume_m3.mean * 1e3)) } else { interval(plant.volume_m3, 1e-3, "l") };
-    let mut row = |name: &str, value: String| lines.push(format!("  {name:<26}{value}"));
+    let mut row = |name: &str, value: String| lines.push(format!("  {name:<32} {value}"));
     row("volume", given);
     for (pa, speed) in &plant.speeds {
         row(&format!("speed at {} mbar", digits(pa / 100.0)), interval(*speed, 1e-3, "l/s"));
