@@ -57,7 +57,7 @@ fn a_known_plant_is_identified_from_a_csv_file() {
     let folder = tempfile::tempdir().unwrap();
     let (file, picture) = (written(folder.path()), folder.path().join("fit.svg"));
     let (file, picture) = (file.to_str().unwrap(), picture.to_str().unwrap());
-    let output = identify(&[file, "--volume", "50 l", "--json", "--target", "1e-7 mbar", "--plot", picture]);
+    let output = identify(&[file, "--volume", "50 l", "--json", "--target", "5e-8 mbar", "--plot", picture]);
     assert_eq!(output.status.code(), Some(0), "{output:?}");
     let found: Value = serde_json::from_slice(&output.stdout).unwrap();
     for (name, truth) in
@@ -66,10 +66,16 @@ fn a_known_plant_is_identified_from_a_csv_file() {
         let [low, high] = ["low", "high"].map(|key| found[name][key].as_f64().unwrap());
         assert!(low <= truth && truth <= high, "{name}: {low:e} to {high:e}");
     }
-    assert_eq!(found["remedies"][0]["remedy"], "bake (a hundredth of the outgassing)", "{}", found["remedies"]);
+    // After another day the leak makes three quarters of the pressure.
+    assert_eq!(found["remedies"][0]["remedy"], "close the leak", "{}", found["remedies"]);
+    assert!(found["misfit"].as_f64().unwrap() < 1.2, "{}", found["misfit"]);
     let closed = found["closed_s"].as_f64().unwrap();
-    assert!((closed - 7_200.0).abs() < 60.0, "{closed}");
-    assert!(found["targets"][0]["s"].is_null(), "the leak alone gives 1e-7 mbar: {}", found["targets"]);
+    assert!((closed - 7_200.0).abs() < 0.5, "{closed}");
+    assert!(
+        found["targets"][0]["s"].is_null(),
+        "the leak alone gives 1e-7 mbar, so 5e-8 is not reached: {}",
+        found["targets"]
+    );
     let svg = std::fs::read_to_string(picture).unwrap();
     assert!(svg.starts_with("<svg") && svg.contains("predicted") && svg.matches("<circle").count() > 200);
     let table = stdout(&identify(&[file, "--volume", "50 l", "--accuracy", "15"]));

@@ -493,7 +493,8 @@ impl Record<'_> {
         // A fit that misses more than the noise has larger uncertainties.
         let variance = misfit.powi(2).max(1.0);
         let causes = self.causes(least.min(line), variance);
-        let [leak, outgassing] = [Rate::Leak, Rate::Outgassing].map(|rate| self.interval(rate, least, variance, &causes));
+        let [leak, outgassing] =
+            [Rate::Leak, Rate::Outgassing].map(|rate| self.interval(rate, least, variance, &causes));
         let total =
             Interval { mean: best.map_or(slope, |model| model.leak + model.outgassing()), ..self.slope(variance) };
         let shapes = self.shapes(least.min(line), variance);
@@ -576,12 +577,7 @@ impl Record<'_> {
             }
         }
         let sum = leak_alone + outgassing_alone + both;
-        Causes {
-            leak_alone: leak_alone / sum,
-            outgassing_alone: outgassing_alone / sum,
-            both: both / sum,
-            outgassing,
-        }
+        Causes { leak_alone: leak_alone / sum, outgassing_alone: outgassing_alone / sum, both: both / sum, outgassing }
     }
 
     /// The probabilities of the shapes by the Bayesian information criterion: 2, 3 and 5 numbers.

@@ -146,7 +146,8 @@ fn a_prediction_is_drawn_beside_the_measurement() {
         seen.push((t + 18.0, pa * (1.0 + 0.01 * normal(&mut random))));
     }
     let phases = vec![Phase { from_s: 0.0, pumped: true }, Phase { from_s: closed, pumped: false }];
-    let plant = identify(&PlantRecord { samples: seen, phases, volume: Volume::Given(0.1), gauge_uncertainty: 0.0 }).unwrap();
+    let plant =
+        identify(&PlantRecord { samples: seen, phases, volume: Volume::Given(0.1), gauge_uncertainty: 0.0 }).unwrap();
     assert!(plant.leak.contains(1e-6), "{:?}", plant.leak);
     let mut picture = Picture::new(
         "Pump-down: measured, and predicted from the first two hours",

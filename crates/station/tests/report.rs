@@ -7,8 +7,8 @@ use profivac_recorder::{Deadband, Event, EventKind, Micros, Quality, Reader, Rec
 use profivac_station::config::Config;
 use profivac_station::pumpdown::TimeRange;
 use profivac_station::report::series::{known, moved, pump_downs, series};
-use profivac_station::view::RiseCause;
 use profivac_station::report::{GaugeInfo, Report, ReportRequest, Unit, page::page};
+use profivac_station::view::RiseCause;
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;

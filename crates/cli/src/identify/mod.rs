@@ -100,7 +100,11 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
             .map_err(|error| Failure::usage(format!("{} cannot be written: {error}", path.display())))?;
         notice(&format_args!("drew {}", path.display()));
     }
-    out(&if arguments.json { json(&numbers(arguments, &source.gauge, &chosen, &plant)) } else { text(arguments, &source.gauge, &chosen, &plant) });
+    out(&if arguments.json {
+        json(&numbers(arguments, &source.gauge, &chosen, &plant))
+    } else {
+        text(arguments, &source.gauge, &chosen, &plant)
+    });
     Ok(())
 }
 
@@ -114,12 +118,13 @@ fn chosen(arguments: &Arguments, samples: &[Sample]) -> Result<Chosen, Failure> 
     let time = |text: &Option<String>| text.as_deref().map(|text| parse_time(text, &now).map(micros)).transpose();
     let (from, to) = (time(&arguments.from)?, time(&arguments.to)?);
     let end = to.or_else(|| samples.last().map(|sample| sample.at)).unwrap_or(Micros(0));
-    let start = match from {
-        Some(from) => from,
-        None => find(samples, 0).iter().rfind(|one| one.span.start < end).map(|one| one.span.start).ok_or_else(|| {
-            Failure::usage("expected a pump-down, found no fall by two decades; choose its start with --from")
-        })?,
-    };
+    let start =
+        match from {
+            Some(from) => from,
+            None => find(samples, 0).iter().rfind(|one| one.span.start < end).map(|one| one.span.start).ok_or_else(
+                || Failure::usage("expected a pump-down, found no fall by two decades; choose its start with --from"),
+            )?,
+        };
     let span = TimeRange { start, end };
     let trace = Trace::new(samples, span);
     let seconds = |at: Micros| at.0.saturating_sub(start.0) as f64 / Micros::SECOND as f64;
@@ -230,8 +235,16 @@ fn text(arguments: &Arguments, gauge: &str, chosen: &Chosen, plant: &Plant) -> S
         chosen.record.samples.len(),
         timestamp(chosen.start).to_string()
     )];
-    let fits = if plant.misfit > MISFIT { "the fit does not describe the record: do not rely on these numbers" } else { "a good fit is near 1" };
-    let given = if arguments.volume.is_some() { format!("{} l, as given", digits(plant.volume_m3.mean * 1e3)) } else { interval(plant.volume_m3, 1e-3, "l") };
+    let fits = if plant.misfit > MISFIT {
+        "the fit does not describe the record: do not rely on these numbers"
+    } else {
+        "a good fit is near 1"
+    };
+    let given = if arguments.volume.is_some() {
+        format!("{} l, as given", digits(plant.volume_m3.mean * 1e3))
+    } else {
+        interval(plant.volume_m3, 1e-3, "l")
+    };
     let mut row = |name: &str, value: String| lines.push(format!("  {name:<32} {value}"));
     row("volume", given);
     for (pa, speed) in &plant.speeds {

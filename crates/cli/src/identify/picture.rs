@@ -34,15 +34,28 @@ pub fn svg(plant: &Plant, title: &str) -> String {
     );
     let mut put = |part: String| writeln!(svg, "{part}").unwrap_or_default();
     for (top, height) in [(TOP, HEIGHT), (foot, BELOW)] {
-        put(format!("<rect x=\"{LEFT}\" y=\"{top}\" width=\"{WIDTH}\" height=\"{height}\" fill=\"none\" stroke=\"#888888\"/>"));
+        put(format!(
+            "<rect x=\"{LEFT}\" y=\"{top}\" width=\"{WIDTH}\" height=\"{height}\" fill=\"none\" stroke=\"#888888\"/>"
+        ));
     }
     for decade in decades[0] as i32..=decades[1] as i32 {
-        put(format!("<text x=\"{}\" y=\"{:.1}\" text-anchor=\"end\">1e{decade}</text>", LEFT - 6.0, y(10_f64.powi(decade)) + 4.0));
+        put(format!(
+            "<text x=\"{}\" y=\"{:.1}\" text-anchor=\"end\">1e{decade}</text>",
+            LEFT - 6.0,
+            y(10_f64.powi(decade)) + 4.0
+        ));
     }
     for decade in times[0] as i32..=times[1] as i32 {
-        put(format!("<text x=\"{:.1}\" y=\"{}\">1e{decade}</text>", x(10_f64.powi(decade)) - 10.0, foot + BELOW + 18.0));
+        put(format!(
+            "<text x=\"{:.1}\" y=\"{}\">1e{decade}</text>",
+            x(10_f64.powi(decade)) - 10.0,
+            foot + BELOW + 18.0
+        ));
     }
-    put(format!("<text x=\"{LEFT}\" y=\"{}\">seconds since the start of the pump-down; pressure in mbar above, residuals in standard deviations below (±{FAR})</text>", foot + BELOW + 40.0));
+    put(format!(
+        "<text x=\"{LEFT}\" y=\"{}\">seconds since the start of the pump-down; pressure in mbar above, residuals in standard deviations below (±{FAR})</text>",
+        foot + BELOW + 40.0
+    ));
     for one in all {
         let [across, down] = [x(one.at_s), y(one.measured_pa / 100.0)];
         put(format!("<circle cx=\"{across:.1}\" cy=\"{down:.1}\" r=\"1.8\" fill=\"#666666\"/>"));
@@ -50,7 +63,10 @@ pub fn svg(plant: &Plant, title: &str) -> String {
     }
     let line = |points: Vec<(f64, f64)>, colour: &str, dash: &str| {
         let points: Vec<String> = points.iter().map(|(across, down)| format!("{across:.1},{down:.1}")).collect();
-        format!("<polyline fill=\"none\" stroke=\"{colour}\" stroke-dasharray=\"{dash}\" points=\"{}\"/>", points.join(" "))
+        format!(
+            "<polyline fill=\"none\" stroke=\"{colour}\" stroke-dasharray=\"{dash}\" points=\"{}\"/>",
+            points.join(" ")
+        )
     };
     put(line(all.iter().map(|one| (x(one.at_s), y(one.fitted_pa / 100.0))).collect(), "#0072b2", "none"));
     let later: Vec<f64> = ahead.into_iter().filter(|s| *s >= first).collect();
@@ -66,7 +82,11 @@ pub fn svg(plant: &Plant, title: &str) -> String {
             .into_iter()
             .enumerate()
     {
-        put(format!("<text x=\"{}\" y=\"{}\" fill=\"{colour}\">{name}</text>", LEFT + WIDTH - 300.0, TOP + 18.0 + 16.0 * place as f64));
+        put(format!(
+            "<text x=\"{}\" y=\"{}\" fill=\"{colour}\">{name}</text>",
+            LEFT + WIDTH - 300.0,
+            TOP + 18.0 + 16.0 * place as f64
+        ));
     }
     svg + "</svg>\n"
 }

@@ -27,7 +27,8 @@ pub(super) const SPEEDS: usize = 8;
 /// metals and 1/2 for polymers; the share that does not return to the wall is anything from 0 to 1, and the logarithm of the time
 /// constant of the return is wide. A wall begins to outgas within seconds of the start of the pump-down, or within a minute.
 /// free choice
-const USUAL: [(usize, f64, f64); 4] = [(EXPONENT, 1.0, 0.3), (SHARE, 0.5, 0.5), (RETURN, 10.0, 3.0), (OFFSET, 0.0, 3.0)];
+const USUAL: [(usize, f64, f64); 4] =
+    [(EXPONENT, 1.0, 0.3), (SHARE, 0.5, 0.5), (RETURN, 10.0, 3.0), (OFFSET, 0.0, 3.0)];
 
 /// The relative change of the sum of squares at which a fit ends.
 pub(super) const EXACT: f64 = 1e-9;
@@ -162,7 +163,8 @@ impl Problem<'_> {
         let mut releases = RELEASES;
         loop {
             self = LevenbergMarquardt::new().with_tol(tolerance).minimize(self).0;
-            let is_negative = |values: &DVector<f64>, place: &usize| NOT_NEGATIVE.contains(place) && values[*place] < 0.0;
+            let is_negative =
+                |values: &DVector<f64>, place: &usize| NOT_NEGATIVE.contains(place) && values[*place] < 0.0;
             if self.free.iter().any(|place| is_negative(&self.values, place)) {
                 let values = self.values.clone();
                 self.free.retain(|place| !is_negative(&values, place));

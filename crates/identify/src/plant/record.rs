@@ -132,7 +132,8 @@ impl PlantRecord {
             let end = changes.get(place + 1).copied().unwrap_or(f64::INFINITY);
             let here: Vec<_> = self.samples.iter().filter(|(t, _)| t > change && *t <= end).copied().collect();
             // The first phase begins with the record, whatever its time.
-            let here = if place == 0 { self.samples.iter().filter(|(t, _)| *t <= end).copied().collect() } else { here };
+            let here =
+                if place == 0 { self.samples.iter().filter(|(t, _)| *t <= end).copied().collect() } else { here };
             grouped(&here, &mut groups);
         }
         groups

@@ -8,7 +8,8 @@ use super::format::timestamp;
 use super::series::{Series, series};
 use crate::pumpdown::time_range::seconds;
 use crate::pumpdown::{
-    Crossing, Fall, FinalSlope, PressureRise, TimeRange, Trace, crossing, falls, final_slope, find, pressure_rises, quickest,
+    Crossing, Fall, FinalSlope, PressureRise, TimeRange, Trace, crossing, falls, final_slope, find, pressure_rises,
+    quickest,
 };
 use profivac_identify::Interval;
 use profivac_recorder::{DatabaseError, Deadband, Event, Micros, Quality, Reader};
