@@ -18,7 +18,7 @@ const ROUGH: f64 = 1e-5;
 const FAR: f64 = 12.0;
 
 /// A better fit that was found on the way: the least sum of squares was not the least.
-pub(super) struct Better<'a>(pub f64, pub Problem<'a>);
+pub(super) struct Better<'a>(pub f64, pub Box<Problem<'a>>);
 
 /// The lower and the upper bound of an unknown, with all unknowns there.
 pub(super) struct Bounds {
@@ -32,11 +32,13 @@ pub(super) struct Fitted<'a> {
     pub variance: f64,
     pub problem: Problem<'a>,
     pub covariance: DMatrix<f64>,
+    /// By how much of the variance a sum may be below the least one before that counts as a better fit.
+    pub slack: f64,
 }
 
 impl<'a> Fitted<'a> {
     /// The covariance from the derivatives. A weak prior keeps the variance of an unknown without effect finite.
-    pub fn new(sum: f64, problem: Problem<'a>) -> Option<Self> {
+    pub fn new(sum: f64, problem: Problem<'a>, slack: f64) -> Option<Self> {
         let all: Vec<usize> = (0..problem.unknowns.count()).collect();
         let freedom = problem.groups.len().saturating_sub(all.len()).max(1) as f64;
         let variance = (sum / freedom).max(1e-6);
@@ -46,7 +48,7 @@ impl<'a> Fitted<'a> {
             normal[(place, place)] += 1.0 / 9.0;
         }
         let covariance = normal.cholesky()?.inverse();
-        Some(Self { sum, variance, problem, covariance })
+        Some(Self { sum, variance, problem, covariance, slack })
     }
 
     pub fn deviation(&self, place: usize) -> f64 {
@@ -72,8 +74,8 @@ impl<'a> Fitted<'a> {
                 break;
             }
             let (sum, problem) = self.profile(place, here + side * distance, &found);
-            if sum < self.sum - 0.05 * self.variance {
-                return Err(Better(sum, Problem { free: self.all(), ..problem }));
+            if sum < self.sum - self.slack * self.variance {
+                return Err(Better(sum, Box::new(Problem { free: self.all(), ..problem })));
             }
             let root = (sum - self.sum).max(0.0).sqrt();
             let is_limit = distance >= outside;

@@ -97,6 +97,14 @@ fn the_intervals_of_two_hundred_plants_contain_the_truth_as_often_as_they_claim(
     assert!(sum(&counts) >= 0.9, "{counts:?}");
 }
 
+/// The fits of these plants improve a little again and again while their intervals are searched.
+#[test]
+fn a_fit_in_a_flat_valley_ends() {
+    for seed in [5_043, 5_053] {
+        assert!(identify(&Truth::of(seed).record(seed)).is_ok(), "{seed}");
+    }
+}
+
 /// A gauge that reads 10 % too high finds 10 % more gas; its uncertainty makes the interval hold the truth.
 #[test]
 fn the_uncertainty_of_the_gauge_widens_the_gas_and_not_the_speed() {
