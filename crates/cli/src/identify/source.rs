@@ -57,7 +57,7 @@ fn chosen(gauge: Option<&str>, names: &[String], path: &Path) -> Result<String, 
         (Some(gauge), _) if names.iter().any(|name| name == gauge) => Ok(gauge.to_owned()),
         (Some(gauge), _) => {
             let hint = closest(gauge, names.iter().map(String::as_str));
-            let hint = hint.map_or_else(|| list(), |name| format!("{name:?}"));
+            let hint = hint.map_or_else(list, |name| format!("{name:?}"));
             Err(Failure::usage(format!("{} has no gauge {gauge:?}: expected {hint}", path.display())))
         }
     }
@@ -140,22 +140,21 @@ fn csv(text: &str) -> Result<BTreeMap<String, Vec<Sample>>, String> {
 
 /// The fields of a row (RFC 4180).
 fn fields(line: &str) -> Vec<String> {
-    let mut all = vec![String::new()];
-    let mut quoted = false;
+    let mut all = Vec::new();
+    let (mut field, mut quoted) = (String::new(), false);
     let mut letters = line.chars().peekable();
     while let Some(letter) = letters.next() {
         match letter {
             '"' if quoted && letters.peek() == Some(&'"') => {
                 letters.next();
-                all.last_mut().map(|field| field.push('"'));
+                field.push('"');
             }
             '"' => quoted = !quoted,
-            ',' if !quoted => all.push(String::new()),
-            _ => {
-                all.last_mut().map(|field| field.push(letter));
-            }
+            ',' if !quoted => all.push(std::mem::take(&mut field)),
+            _ => field.push(letter),
         }
     }
+    all.push(field);
     all
 }
 
