@@ -418,6 +418,8 @@ pub struct RiseView {
     pub tau_s: Option<f64>,
     /// The time of pumping before the beginning in seconds; `null` if the database has no pump-down before it.
     pub pumped_s: Option<f64>,
+    /// The accuracy of the gauge that the intervals contain, as a fraction; `null` if it was not given.
+    pub accuracy: Option<f64>,
     /// The best fit, at most 400 points.
     pub fitted: Vec<RisePoint>,
     /// The number of fitted samples.

@@ -1697,6 +1697,11 @@ export interface components {
         };
         /** @description A pressure rise, separated into leak and outgassing. */
         RiseView: {
+            /**
+             * Format: double
+             * @description The accuracy of the gauge that the intervals contain, as a fraction; `null` if it was not given.
+             */
+            accuracy: number | null;
             /** @description The cause. */
             cause: components["schemas"]["RiseCause"];
             /** @description The best fit, at most 400 points. */
@@ -4476,6 +4481,12 @@ export interface operations {
                  * @example none
                  */
                 gauge?: "none" | "ionisation" | "conduction";
+                /**
+                 * @description The accuracy of the gauge as a fraction of the reading, as its manual states it: 0.15 for ±15 %. Without it the intervals
+                 *     do not contain the uncertainty of the gauge.
+                 * @example 0.15
+                 */
+                accuracy?: number;
             };
             header?: never;
             path?: never;
