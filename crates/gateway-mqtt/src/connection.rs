@@ -218,7 +218,7 @@ const fn qos(delivery: Delivery) -> QoS {
     }
 }
 
-/// What happens on a connection.
+/// An event of a connection.
 #[derive(Debug)]
 pub enum Event {
     /// The broker has accepted all subscriptions.

@@ -1,4 +1,4 @@
-//! What is published, as a table: `profivac names`.
+//! Topics and metrics as a table: `profivac names`.
 
 use crate::plain::layout::{self, Layout};
 use crate::plain::{default_prefix, discovery};

@@ -1,5 +1,7 @@
 //! Plain topics and Home Assistant's discovery: topics and contents.
 
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
+
 use profivac_gateway::model::Modeller;
 use profivac_gateway::{Inputs, Signal, Snapshot};
 use profivac_gateway_mqtt::message::{Delivery, Message};

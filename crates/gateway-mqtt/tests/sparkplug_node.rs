@@ -1,5 +1,7 @@
 //! The edge node of Sparkplug B as a state machine: births, data, deaths, rebirth, primary host and backlog.
 
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
+
 use profivac_devices::Principle;
 use profivac_gateway::model::Modeller;
 use profivac_gateway::{Inputs, Signal, Snapshot};

@@ -169,7 +169,7 @@ pub enum MqttProblem {
     /// A part of a topic has characters that MQTT or Sparkplug reserve, or the wrong length.
     #[error("expected {expected}, found {found:?}")]
     Topic {
-        /// What is permitted.
+        /// The permitted values.
         expected: &'static str,
         /// The value.
         found: String,
