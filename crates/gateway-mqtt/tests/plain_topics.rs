@@ -143,7 +143,7 @@ fn home_assistant_gets_pressure_logarithm_and_state_of_each_reading() {
     assert_eq!(logarithm["unit_of_measurement"], Value::Null);
     assert_eq!(pressure["device"]["identifiers"], logarithm["device"]["identifiers"]);
     assert!(pressure["device"]["model"].as_str().unwrap().contains("virtual"));
-    let ids: BTreeSet<_> = sensors.iter().map(|it| object_id(it)).collect();
+    let ids: BTreeSet<_> = sensors.iter().map(object_id).collect();
     assert_eq!(ids.len(), sensors.len());
 }
 

@@ -73,7 +73,7 @@ mod values;
 mod webhooks;
 
 pub use certificates::{CertificateError, ca_certificates};
-pub use error::{AddressUser, ConfigError, ConfigProblem, NamedItem, WebhookUrlProblem};
+pub use error::{AddressUser, ConfigError, ConfigProblem, MqttProblem, NamedItem, WebhookUrlProblem};
 pub use notice::{ConfigNotice, RenamedKey, RestartNeeded};
 pub use webhooks::{Secret, Webhook};
 
@@ -253,7 +253,10 @@ impl Config {
     pub fn notices(&self) -> Vec<ConfigNotice> {
         let renamed = self.renamed_keys.iter().cloned().map(ConfigNotice::RenamedKey);
         let empty = self.segments.iter().filter(|segment| segment.gauges.is_empty());
-        renamed.chain(empty.map(|segment| ConfigNotice::EmptySegment { segment: segment.name.clone() })).collect()
+        let empty = empty.map(|segment| ConfigNotice::EmptySegment { segment: segment.name.clone() });
+        let brokers = self.gateways.iter().filter_map(GatewaySettings::unencrypted_broker);
+        let brokers = brokers.map(|host| ConfigNotice::UnencryptedBroker { host: host.to_owned() });
+        renamed.chain(empty).chain(brokers).collect()
     }
 
     /// The settings that differ in `new` and that the station applies only at its next start.

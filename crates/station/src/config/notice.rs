@@ -25,6 +25,15 @@ pub enum ConfigNotice {
     /// A key with a former name.
     #[error(transparent)]
     RenamedKey(RenamedKey),
+    /// The connection to a broker on another computer has no encryption.
+    #[error(
+        "[mqtt] connects to {host} without encryption (unencrypted = true): everybody on the way reads the values and the password, and \
+         can change them"
+    )]
+    UnencryptedBroker {
+        /// The host of the broker.
+        host: String,
+    },
 }
 
 /// A key that is written with a former name. The station accepts it.

@@ -38,6 +38,15 @@ impl GatewaySettings {
         }
     }
 
+    /// The broker on another computer to which it connects without encryption.
+    #[must_use]
+    pub fn unencrypted_broker(&self) -> Option<&str> {
+        match self {
+            Self::Mqtt(it) => it.broker.is_exposed().then_some(&it.broker.host),
+            Self::Prometheus(_) => None,
+        }
+    }
+
     /// Whether its table holds secrets or names the files that hold them.
     #[must_use]
     pub fn is_private(&self) -> bool {

@@ -19,8 +19,8 @@
 //! backlog = "7 days"
 //! ```
 
-use super::super::certificates::{CertificateError, ca_certificates};
-use super::super::error::{ConfigProblem, Located};
+use super::super::certificates::ca_certificates;
+use super::super::error::{ConfigProblem, Located, MqttProblem};
 use super::super::webhooks::{Secret, is_loopback};
 use crate::auth::file_permissions::{self, PermissionError};
 use hyper::Uri;
@@ -29,7 +29,7 @@ use serde::Deserialize;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 use tokio_rustls::rustls::pki_types::PrivateKeyDer;
-use tokio_rustls::rustls::pki_types::pem::{self, PemObject};
+use tokio_rustls::rustls::pki_types::pem::PemObject;
 use toml::Spanned;
 
 /// The registered port of MQTT.
@@ -73,6 +73,14 @@ pub struct Broker {
     pub client_id: Option<String>,
 }
 
+impl Broker {
+    /// Whether the connection leaves this computer without encryption.
+    #[must_use]
+    pub fn is_exposed(&self) -> bool {
+        self.tls.is_none() && !is_loopback(&self.host)
+    }
+}
+
 /// The certificates for a broker with TLS, as files in PEM.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Tls {
@@ -112,77 +120,6 @@ pub struct Sparkplug {
     pub primary_host: Option<String>,
     /// The longest outage after which the samples of the outage are sent; the samples before are not.
     pub backlog: Duration,
-}
-
-/// The reason why `[mqtt]` cannot be used.
-#[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
-pub enum MqttProblem {
-    /// The URL is not that of a broker.
-    #[error("expected a URL like mqtts://broker.example:8883, found {0}")]
-    Url(&'static str),
-    /// The connection to another computer is unencrypted, and the file does not say that this is intended.
-    #[error(
-        "expected mqtts:// for a broker on another computer, found mqtt://, with which everybody on the way reads the values and the \
-         password: use mqtts://, or write unencrypted = true if the network is separate"
-    )]
-    Unencrypted,
-    /// A key that belongs to TLS, with a URL without TLS.
-    #[error("{0} belongs to mqtts://, and the broker has mqtt://: delete {0}, or use mqtts://")]
-    OnlyWithTls(&'static str),
-    /// `unencrypted = true` with TLS.
-    #[error("unencrypted = true belongs to mqtt://, and the broker has mqtts://: delete it")]
-    OnlyWithoutTls,
-    /// A certificate without its key, or a key without its certificate.
-    #[error("expected certificate and key together, found {0} alone")]
-    HalfCertificate(&'static str),
-    /// The file with user and password is not TOML of that form.
-    #[error("expected user = \"…\" and password = \"…\" in {file}: {message}", file = file.display())]
-    Credentials {
-        /// The file.
-        file: PathBuf,
-        /// The message of the parser.
-        message: String,
-    },
-    /// The file cannot be read.
-    #[error("{file} cannot be read: {error}", file = file.display())]
-    File {
-        /// The file.
-        file: PathBuf,
-        /// The error of the operating system.
-        error: std::io::Error,
-    },
-    /// The file holds no private key.
-    #[error("expected a private key in PEM in {file}: {error}", file = file.display())]
-    Key {
-        /// The file.
-        file: PathBuf,
-        /// The error of the parser.
-        error: pem::Error,
-    },
-    /// A file with a secret is open to others.
-    #[error(transparent)]
-    Open(PermissionError),
-    /// A file holds no certificates.
-    #[error(transparent)]
-    Certificates(CertificateError),
-    /// A part of a topic has characters that MQTT or Sparkplug reserve, or the wrong length.
-    #[error("expected {expected}, found {found:?}")]
-    Topic {
-        /// The permitted values.
-        expected: &'static str,
-        /// The value.
-        found: String,
-    },
-    /// Neither plain topics nor Sparkplug.
-    #[error("expected plain = true or a table [mqtt.sparkplug], found neither: the gateway would publish nothing")]
-    Nothing,
-    /// A key of the plain topics without plain topics.
-    #[error("{0} belongs to the plain topics, and the file has plain = false: delete {0}, or write plain = true")]
-    OnlyWithPlain(&'static str),
-    /// The backlog is out of range.
-    #[error("expected a backlog from 0s to 36525days, found {0}")]
-    Backlog(humantime::Duration),
 }
 
 /// `[mqtt]` as TOML.
@@ -474,7 +411,9 @@ mod tests {
             let error = parse(table).unwrap_err();
             assert!(error.contains(expected), "{table}: {error}");
         }
-        parse("broker = 'mqtt://broker.example'\nunencrypted = true").unwrap();
+        let settings = parse("broker = 'mqtt://broker.example'\nunencrypted = true").unwrap();
+        assert!(settings.broker.is_exposed(), "the station says so when it starts");
+        assert!(!parse("broker = 'mqtt://[::1]'").unwrap().broker.is_exposed());
     }
 
     #[test]
