@@ -49,6 +49,7 @@ pub fn check(wanted: &[GatewaySettings]) -> Result<(), Failure> {
 
 const fn is_built_in(settings: &GatewaySettings) -> bool {
     match settings {
+        GatewaySettings::Epics(_) => cfg!(feature = "epics"),
         GatewaySettings::Prometheus(_) => cfg!(feature = "prometheus"),
         _ => false,
     }
@@ -63,6 +64,8 @@ fn absent(settings: &GatewaySettings) -> Failure {
 
 fn start(settings: &GatewaySettings, model: Arc<ReadModel>, services: Arc<Services>) -> Result<GatewayThread, Failure> {
     match settings {
+        #[cfg(feature = "epics")]
+        GatewaySettings::Epics(it) => Ok(profivac_gateway_epics::start(it.clone(), model, services)?),
         #[cfg(feature = "prometheus")]
         GatewaySettings::Prometheus(it) => Ok(profivac_gateway_prometheus::start(it.clone(), model, services)?),
         other => Err(absent(other)),

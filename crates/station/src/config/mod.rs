@@ -52,7 +52,7 @@
 //! | `default_alarms` | `[alarms]` |
 //! | `webhooks` | `[[webhook]]` |
 //! | `retention` | `[retention]` |
-//! | [`gateways`] | `[prometheus]` and the other gateways to control systems |
+//! | [`gateways`] | `[epics]`, `[prometheus]` and the other gateways to control systems |
 //! | `check` | checks of segments, gauges and host names |
 //! | `names`, `values`, `certificates` | rules for names; delays and priorities; certificates |
 //! | `error` | errors with their positions |

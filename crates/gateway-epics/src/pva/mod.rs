@@ -1,0 +1,13 @@
+//! PV Access, after the protocol specification in the documentation of EPICS (pvAccess and Normative Types).
+//!
+//! | Module | Holds |
+//! |---|---|
+//! | [`wire`] | numbers, texts and sizes as octets; messages |
+//! | [`normative`] | `NTScalar`, `NTEnum`, `NTTable`: descriptions and values |
+//! | [`circuit`] | the conversation with one client over TCP |
+//! | [`search`] | answers to searches, and beacons, over UDP |
+
+pub mod circuit;
+pub mod normative;
+pub mod search;
+pub mod wire;
