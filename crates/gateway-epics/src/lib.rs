@@ -14,12 +14,14 @@
 //! | [`connection`] | a connection, for both protocols |
 //! | [`ca`] | Channel Access |
 //! | [`pva`] | PV Access |
+//! | [`listing`] | lists for `profivac names`, the Archiver Appliance and Phoebus |
 //! | [`server`] | all sockets of the gateway |
 
 pub mod ca;
 pub mod connection;
 pub mod database;
 pub mod field;
+pub mod listing;
 pub mod names;
 pub mod pva;
 pub mod record;
