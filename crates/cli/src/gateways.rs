@@ -55,7 +55,8 @@ const fn is_built_in(settings: &GatewaySettings) -> bool {
     }
 }
 
-fn absent(settings: &GatewaySettings) -> Failure {
+/// The failure when the file has the table of a gateway that this program does not have.
+pub fn absent(settings: &GatewaySettings) -> Failure {
     let name = settings.name();
     Failure::usage(format!(
         "the file has [{name}], and this program was built without that gateway: delete the table, or build with --features {name}"

@@ -20,6 +20,7 @@ mod hub;
 mod init;
 mod list;
 mod monitor;
+mod names;
 mod output;
 mod read;
 mod report;
@@ -74,6 +75,7 @@ enum Command {
     Restore(restore::Arguments),
     Monitor(monitor::Arguments),
     Run(run::Arguments),
+    Names(names::Arguments),
     User(user::Arguments),
     Init(init::Arguments),
     Report(report::Arguments),
@@ -116,6 +118,7 @@ fn run(command: Command) -> Result<(), Failure> {
         Command::Write(arguments) => write::run(&arguments),
         Command::Monitor(arguments) => monitor::run(&arguments),
         Command::Run(arguments) => run::run(&arguments),
+        Command::Names(arguments) => names::run(&arguments),
         Command::User(arguments) => user::run(&arguments),
         Command::Init(arguments) => init::run(&arguments),
         Command::Report(arguments) => report::run(&arguments),

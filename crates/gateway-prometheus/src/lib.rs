@@ -1,7 +1,10 @@
 //! The points of a station as metrics for Prometheus.
 
+pub mod family;
+
 use axum::Router;
 use axum::routing::get;
+pub use family::names;
 use profivac_gateway::thread::{Context, GatewayThread};
 use profivac_gateway::{ReadModel, Signal, Snapshot, Value};
 use profivac_station::config::gateways::prometheus::Settings;

@@ -15,9 +15,11 @@
 //! | [`point`] | points and their values |
 //! | [`plant`] | the points of a station |
 //! | [`model`] | the snapshots over time |
+//! | [`names`] | what a gateway publishes, as a table |
 //! | [`thread`] | a gateway on a thread of its own |
 
 pub mod model;
+pub mod names;
 pub mod plant;
 pub mod point;
 pub mod signal;
@@ -25,7 +27,8 @@ pub mod state;
 pub mod thread;
 
 pub use model::{ReadModel, Snapshot, Subscription};
-pub use plant::Inputs;
+pub use names::NameTable;
+pub use plant::{Inputs, points};
 pub use point::{Limits, Point, PointValue, Subject, Value};
 pub use signal::{Kind, Signal};
 pub use state::{EpicsSeverity, EpicsStatus, Health, State};

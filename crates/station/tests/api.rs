@@ -111,6 +111,7 @@ fn snapshot() -> SegmentSnapshot {
         levels: Vec::new(),
         readings: vec![reading],
         age_ms: None,
+        parameters: Vec::new(),
         read_at: None,
         poll_ms: 200,
         stale_after_ms: 3000,
@@ -380,7 +381,7 @@ fn the_description_names_every_path() {
     let description: Value = serde_json::from_str(&description()).unwrap();
     let described = description["paths"].as_object().unwrap();
     let station = TestStation::new();
-    assert_eq!(described.len(), 35);
+    assert_eq!(described.len(), 36);
     for (path, methods) in described.iter().filter(|(path, _)| *path != "/api/live" && !path.contains("blocks")) {
         let (status, _, text) = station.get(&path.replace("{name}", "chamber"));
         let operation = ["get", "post", "delete"].iter().map(|method| &methods[method]).find(|one| one.is_object());

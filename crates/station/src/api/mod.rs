@@ -22,6 +22,7 @@
 //! | `/api/alarms/acknowledge`, `/api/alarms/{name}/acknowledge` | acknowledges alarms |
 //! | `/api/alarms/{name}/out-of-service`, `.../return-to-service` | takes an alarm out of service, and returns it |
 //! | `/api/webhooks` | the webhooks with the status of their deliveries |
+//! | `/api/gateways` | the gateways to control systems with their clients and errors |
 //! | `/api/session` | the user of the session |
 //! | `/api/login`, `/api/logout`, `/api/password` | begins a session, ends it, changes the password |
 //! | `/api/live` | the state of the station and its changes, as server-sent events |
@@ -87,6 +88,7 @@ use utoipa::OpenApi;
         snapshot::gauges,
         snapshot::gauge,
         snapshot::blocks,
+        snapshot::gateways,
         history::trend,
         history::events,
         history::rise,
@@ -192,6 +194,7 @@ pub fn router(services: Arc<Services>) -> Router {
         .route("/api/gauges", get(snapshot::gauges))
         .route("/api/gauges/{name}", get(snapshot::gauge))
         .route("/api/gauges/{name}/blocks", get(snapshot::blocks))
+        .route("/api/gateways", get(snapshot::gateways))
         .route("/api/trend", get(history::trend))
         .route("/api/events", get(history::events))
         .route("/api/rise", get(history::rise))

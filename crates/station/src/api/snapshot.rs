@@ -3,6 +3,7 @@
 use super::problem::{Problem, task_failed};
 use crate::control::SegmentRequestError;
 use crate::control::error::Unavailable;
+use crate::gateway_status::GatewayView;
 use crate::services::Services;
 use crate::view::{Block, Gauge, Segment, Station};
 use axum::Json;
@@ -64,6 +65,12 @@ pub async fn blocks(
         Ok(Err(error)) => Err(error.into()),
         Err(error) => Err(task_failed(&error)),
     }
+}
+
+/// The gateways to control systems, with their clients and errors
+#[utoipa::path(get, path = "/api/gateways", responses((status = 200, body = [GatewayView])))]
+pub async fn gateways(State(services): State<Arc<Services>>) -> Json<Vec<GatewayView>> {
+    Json(services.gateways().views())
 }
 
 impl From<SegmentRequestError> for Problem {

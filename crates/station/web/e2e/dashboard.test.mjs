@@ -26,6 +26,7 @@ const PAGES = {
   '/events': 'Events',
   '/alarms': 'Alarms',
   '/audit': 'Audit',
+  '/gateways': 'Gateways',
 }
 
 /** Opens a page of the station. The console may show no error. */

@@ -12,6 +12,7 @@ import { Alarms } from './pages/alarms/alarms.tsx'
 import { Audit } from './pages/audit.tsx'
 import { BusMap } from './pages/bus.tsx'
 import { Events } from './pages/events.tsx'
+import { Gateways } from './pages/gateways.tsx'
 import { GaugePage } from './pages/gauge/gauge.tsx'
 import { Login } from './pages/login.tsx'
 import { Overview } from './pages/overview.tsx'
@@ -30,6 +31,7 @@ const COMPONENTS: Record<string, () => JSX.Element> = {
   '/events': Events,
   '/alarms': Alarms,
   '/audit': Audit,
+  '/gateways': Gateways,
 }
 
 export function App(): JSX.Element {

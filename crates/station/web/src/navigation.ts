@@ -16,6 +16,7 @@ export const PAGES: PageEntry[] = [
   { path: '/events', name: 'Events', key: '6' },
   { path: '/alarms', name: 'Alarms', key: '7' },
   { path: '/audit', name: 'Audit', key: '8' },
+  { path: '/gateways', name: 'Gateways', key: '9' },
 ]
 
 /** The page of a path; a page may have further parts behind its name. */

@@ -1,6 +1,7 @@
 import assert from 'node:assert/strict'
 import { test } from 'node:test'
 import { exportAddress } from '../dist/test/api/calls.js'
+import { gatewayState, gatewayTitle } from '../dist/test/lib/gateways.js'
 import { baud, gas, lostSentence, segmentSentence } from '../dist/test/lib/labels.js'
 import {
   aligned,
@@ -161,4 +162,15 @@ test('an export repeats the parameter for each series', () => {
     exportAddress(['hall, north', 'annex'], 1, 2),
     '/api/export.csv?from=1&to=2&series=hall%2C+north&series=annex',
   )
+})
+
+test('a gateway that does not run shows why', () => {
+  assert.equal(gatewayState({ is_running: true, problem: null }), 'running')
+  assert.equal(gatewayState({ is_running: false, problem: null }), 'starting')
+  const problem = 'cannot listen on 127.0.0.1:9464'
+  assert.equal(gatewayState({ is_running: false, problem }), `does not run, tries again: ${problem}`)
+})
+
+test('a gateway has the name of its protocol, and an unknown one its own', () => {
+  assert.deepEqual(['opcua', 'modbus', 'other'].map(gatewayTitle), ['OPC UA', 'Modbus TCP', 'other'])
 })

@@ -14,6 +14,7 @@ import type {
   Condition,
   Control,
   ControlAction,
+  Gateway,
   Outcome,
   Refusal,
   Request,
@@ -66,6 +67,8 @@ export const captureAddress = (segment: string, file: string): string =>
 
 export const fetchAlarms = (signal?: AbortSignal): Promise<Alarm[]> => get('/api/alarms', { signal })
 export const fetchWebhooks = (signal?: AbortSignal): Promise<Webhook[]> => get('/api/webhooks', { signal })
+
+export const fetchGateways = (signal?: AbortSignal): Promise<Gateway[]> => get('/api/gateways', { signal })
 
 export const fetchAlarmHistory = (
   from: number,

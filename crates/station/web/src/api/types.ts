@@ -35,8 +35,8 @@ export type BusDistribution = Schemas['Distribution']
 export type LineState = Schemas['StationState']
 export type Capture = Schemas['CaptureView']
 
-/** A gauge without the time of its readings, which would change the live stream at every reading. */
-export type Gauge = Omit<Schemas['Gauge'], 'read_ms'>
+/** A gauge without the time of its readings, which would change the live stream at every reading, and without the parameters of gateways. */
+export type Gauge = Omit<Schemas['Gauge'], 'read_ms' | 'parameters'>
 export type Reading = Schemas['Reading']
 export type Quality = Reading['quality']
 export type Principle = NonNullable<Reading['principle']>
@@ -59,6 +59,9 @@ export type AlarmChange = AlarmEvent['change']
 export type AcknowledgedAlarms = Schemas['AcknowledgeAllResult']
 export type Priority = Schemas['Priority']
 export type Webhook = Schemas['WebhookView']
+
+/** A gateway to a control system. */
+export type Gateway = Schemas['GatewayView']
 
 export type Session = Schemas['Session']
 export type Role = Schemas['Role']

@@ -1,0 +1,265 @@
+//! The metric families: one for each signal, named after the conventions of Prometheus.
+
+use profivac_gateway::names::NameTable;
+use profivac_gateway::signal::SubjectKind;
+use profivac_gateway::{Kind, Point, Signal, Subject};
+use std::fmt::Write;
+
+/// How a signal becomes series.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Form {
+    /// A number that goes up and down.
+    Gauge,
+    /// A number that only grows while the station runs.
+    Counter,
+    /// A series for each word in the label of this name; that of the present word is 1, the others are 0.
+    States(&'static str, &'static [&'static str]),
+    /// A series with the value 1 and the text in the label of this name, absent while the text is empty.
+    Text(&'static str),
+    /// A label of the series `profivac_…_info` of its subject.
+    Label(&'static str),
+    /// Nothing is published.
+    Absent,
+}
+
+/// A metric family.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Family {
+    /// Its name, without `_total` and `_info`.
+    pub name: String,
+    /// How the signal becomes series.
+    pub form: Form,
+    /// The unit at the end of the name.
+    pub unit: Option<&'static str>,
+    /// Its description.
+    pub help: &'static str,
+}
+
+impl Family {
+    /// The family of a signal.
+    #[must_use]
+    pub fn of(signal: Signal) -> Self {
+        let form = form(signal);
+        let unit = unit(signal);
+        let prefix = prefix(signal.subject());
+        let name = match form {
+            Form::Label(_) => prefix.to_owned(),
+            _ => format!("{prefix}_{}", stem(signal)),
+        };
+        let name = unit.map_or_else(|| name.clone(), |unit| format!("{name}_{unit}"));
+        Self { name, form, unit, help: signal.description() }
+    }
+
+    /// The name of its samples.
+    #[must_use]
+    pub fn sample(&self) -> String {
+        match self.form {
+            Form::Counter => format!("{}_total", self.name),
+            Form::Label(_) | Form::Text(_) => format!("{}_info", self.name),
+            Form::Gauge | Form::States(..) | Form::Absent => self.name.clone(),
+        }
+    }
+
+    /// Its type in OpenMetrics.
+    #[must_use]
+    pub const fn kind(&self) -> &'static str {
+        match self.form {
+            Form::Counter => "counter",
+            Form::Label(_) | Form::Text(_) => "info",
+            Form::Gauge | Form::States(..) | Form::Absent => "gauge",
+        }
+    }
+}
+
+/// How a signal becomes series. A signal without a row of its own follows its kind, so that a new one is published at once.
+fn form(signal: Signal) -> Form {
+    match signal {
+        Signal::Requests
+        | Signal::Repetitions
+        | Signal::LostCycles
+        | Signal::DamagedAnswers
+        | Signal::Telegrams
+        | Signal::DamagedTelegrams
+        | Signal::SegmentRepetitions
+        | Signal::SegmentLostCycles
+        | Signal::LostSamples
+        | Signal::Occurrence => Form::Counter,
+        // What never changes while the file is the same.
+        Signal::Device => Form::Label("device"),
+        Signal::Address => Form::Label("address"),
+        Signal::Gas => Form::Label("gas"),
+        Signal::Simulated => Form::Label("simulated"),
+        Signal::ListenOnly => Form::Label("listen_only"),
+        Signal::Version => Form::Label("version"),
+        Signal::Priority => Form::Label("priority"),
+        // Its pressure would make a new series with every reading; pressure, state, problem and faults say the same.
+        Signal::StateText => Form::Absent,
+        Signal::Problem | Signal::SegmentProblem => Form::Text("problem"),
+        Signal::Faults => Form::Text("faults"),
+        Signal::Warnings => Form::Text("warnings"),
+        Signal::Assumptions => Form::Text("assumptions"),
+        Signal::AlarmText => Form::Text("text"),
+        Signal::AlarmPriority => Form::States("priority", &profivac_gateway::signal::PRIORITIES),
+        other => match other.kind() {
+            Kind::Float | Kind::Integer | Kind::Boolean | Kind::Time => Form::Gauge,
+            Kind::Choice(words) => Form::States("state", words),
+            Kind::Text => Form::Text("text"),
+        },
+    }
+}
+
+/// The base unit at the end of the name.
+fn unit(signal: Signal) -> Option<&'static str> {
+    match (signal.kind(), signal.unit()) {
+        (Kind::Time, _) => Some("timestamp_seconds"),
+        (_, Some("Pa")) => Some("pascals"),
+        (_, Some("s")) => Some("seconds"),
+        (_, Some("A")) => Some("amperes"),
+        (_, Some("V")) => Some("volts"),
+        (_, Some("W")) => Some("watts"),
+        _ => None,
+    }
+}
+
+/// The beginning of the names of a subject.
+pub const fn prefix(subject: SubjectKind) -> &'static str {
+    match subject {
+        SubjectKind::Station => "profivac_station",
+        SubjectKind::Segment => "profivac_segment",
+        SubjectKind::Gauge | SubjectKind::Reading => "profivac_gauge",
+        SubjectKind::Alarm => "profivac_alarm",
+    }
+}
+
+/// The name of a signal without the name of its subject.
+fn stem(signal: Signal) -> String {
+    match signal {
+        // `profivac_gauge_state` is the state of the reading.
+        Signal::GaugeState => return "bus_state".to_owned(),
+        Signal::Occurrence => return "occurrences".to_owned(),
+        _ => {}
+    }
+    let own = match signal.subject() {
+        SubjectKind::Station => "station-",
+        SubjectKind::Segment => "segment-",
+        SubjectKind::Gauge | SubjectKind::Reading => "gauge-",
+        SubjectKind::Alarm => "alarm-",
+    };
+    let key = signal.key();
+    key.strip_prefix(own).unwrap_or(key).replace('-', "_")
+}
+
+/// A word of a choice as the value of a label.
+#[must_use]
+pub fn word_label(word: &str) -> String {
+    word.to_lowercase().replace(' ', "_")
+}
+
+/// Writes a label; `text` holds the labels before it.
+pub fn put_label(text: &mut String, name: &str, value: &str) {
+    if !text.is_empty() {
+        text.push(',');
+    }
+    // Writing to a String cannot fail.
+    let _written = write!(text, "{name}=\"");
+    for character in value.chars() {
+        match character {
+            '\\' => text.push_str("\\\\"),
+            '"' => text.push_str("\\\""),
+            '\n' => text.push_str("\\n"),
+            other => text.push(other),
+        }
+    }
+    text.push('"');
+}
+
+/// The labels that name a subject.
+#[must_use]
+pub fn labels(point: &Point) -> String {
+    let mut text = String::new();
+    if let Some(segment) = &point.segment {
+        put_label(&mut text, "segment", segment);
+    }
+    match &point.subject {
+        Subject::Station | Subject::Segment(_) => {}
+        Subject::Gauge(gauge) => put_label(&mut text, "gauge", gauge),
+        Subject::Reading { gauge, channel, .. } => {
+            put_label(&mut text, "gauge", gauge);
+            if let Some(channel) = channel {
+                put_label(&mut text, "channel", &channel.to_string());
+            }
+        }
+        Subject::Alarm(alarm) => put_label(&mut text, "alarm", alarm),
+    }
+    text
+}
+
+/// The metrics of these points.
+#[must_use]
+pub fn names(points: &[Point]) -> NameTable {
+    let mut table = NameTable::new(&["name", "labels", "kind", "unit", "values", "signal", "description"]);
+    for point in points {
+        let family = Family::of(point.signal);
+        let (own_label, values) = match family.form {
+            Form::Absent => continue,
+            Form::States(label, words) => {
+                (Some(label), words.iter().map(|word| word_label(word)).collect::<Vec<_>>().join(" "))
+            }
+            Form::Text(label) | Form::Label(label) => (Some(label), "1".to_owned()),
+            Form::Gauge | Form::Counter => (None, String::new()),
+        };
+        let mut labels = labels(point);
+        if let Some(label) = own_label {
+            put_label(&mut labels, label, "…");
+        }
+        table.push([
+            family.sample(),
+            labels,
+            family.kind().to_owned(),
+            family.unit.unwrap_or_default().to_owned(),
+            values,
+            point.signal.key().to_owned(),
+            family.help.to_owned(),
+        ]);
+    }
+    table
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::collections::BTreeMap;
+
+    #[test]
+    fn the_names_follow_the_conventions_of_prometheus() {
+        let sample = |signal| Family::of(signal).sample();
+        assert_eq!(sample(Signal::Pressure), "profivac_gauge_pressure_pascals");
+        assert_eq!(sample(Signal::State), "profivac_gauge_state");
+        assert_eq!(sample(Signal::LastReading), "profivac_gauge_last_reading_timestamp_seconds");
+        assert_eq!(sample(Signal::SegmentUp), "profivac_segment_up");
+        assert_eq!(sample(Signal::SegmentRepetitions), "profivac_segment_repetitions_total");
+        assert_eq!(sample(Signal::Device), "profivac_gauge_info");
+        assert_eq!(sample(Signal::AlarmActive), "profivac_alarm_active");
+        let allowed = |name: &str| name.bytes().all(|octet| octet.is_ascii_lowercase() || octet == b'_');
+        assert!(Signal::ALL.iter().all(|signal| allowed(&Family::of(*signal).name)));
+    }
+
+    #[test]
+    fn two_signals_share_a_name_only_as_labels_of_one_info_series() {
+        let mut signals: BTreeMap<String, Vec<Signal>> = BTreeMap::new();
+        for signal in Signal::ALL {
+            signals.entry(Family::of(*signal).name).or_default().push(*signal);
+        }
+        let is_label = |signal: &Signal| matches!(Family::of(*signal).form, Form::Label(_));
+        for (name, signals) in signals {
+            assert!(signals.len() == 1 || signals.iter().all(is_label), "{name}: {signals:?}");
+        }
+    }
+
+    #[test]
+    fn the_value_of_a_label_is_escaped() {
+        let mut text = String::new();
+        put_label(&mut text, "gauge", "a \"b\" \\ c\nd");
+        assert_eq!(text, r#"gauge="a \"b\" \\ c\nd""#);
+    }
+}
