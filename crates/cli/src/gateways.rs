@@ -1,8 +1,15 @@
 //! The gateways to control systems that this program was built with: each is a cargo feature.
 
 use crate::failure::Failure;
+#[cfg(feature = "epics")]
+use profivac_gateway::Inputs;
 use profivac_gateway::ReadModel;
+#[cfg(feature = "epics")]
+use profivac_gateway::model::{Modeller, Snapshot};
 use profivac_gateway::thread::GatewayThread;
+#[cfg(feature = "epics")]
+use profivac_recorder::Micros;
+use profivac_station::config::Config;
 use profivac_station::config::gateways::GatewaySettings;
 use profivac_station::services::Services;
 use std::sync::Arc;
@@ -45,6 +52,27 @@ impl Gateways {
 /// Checks that this program has all of these gateways.
 pub fn check(wanted: &[GatewaySettings]) -> Result<(), Failure> {
     wanted.iter().try_for_each(|settings| if is_built_in(settings) { Ok(()) } else { Err(absent(settings)) })
+}
+
+/// Checks what the gateways would publish: names that are too long or equal are errors of the file.
+pub fn check_names(config: &Config) -> Result<(), Failure> {
+    for settings in &config.gateways {
+        match settings {
+            #[cfg(feature = "epics")]
+            GatewaySettings::Epics(it) => {
+                let names = profivac_gateway_epics::listing::names(&config.name, &planned(config), it);
+                names.map_err(|error| Failure::usage(error.to_string()))?;
+            }
+            _ => {}
+        }
+    }
+    Ok(())
+}
+
+/// The points of a station before it starts.
+#[cfg(feature = "epics")]
+pub fn planned(config: &Config) -> Snapshot {
+    Modeller::default().next(Inputs::planned(config), Micros::now())
 }
 
 const fn is_built_in(settings: &GatewaySettings) -> bool {

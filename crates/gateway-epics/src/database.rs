@@ -128,10 +128,11 @@ fn meta(point: &Point, settings: &Settings) -> Meta {
 fn description(point: &Point, unit: &str) -> String {
     let what = match point.signal {
         Signal::Pressure => "pressure".to_owned(),
+        Signal::ParameterPressure | Signal::ParameterNumber | Signal::ParameterText => point.subject.name().to_owned(),
         Signal::PressureLog10 => format!("log10 of the pressure {unit}").trim_end().to_owned(),
         other => other.key().replace('-', " "),
     };
-    let subject = point.subject.name();
+    let subject = point.subject.gauge().filter(|_| what == point.subject.name()).unwrap_or(point.subject.name());
     let virtual_mark = if point.is_simulated { "virtual " } else { "" };
     let text = if subject.is_empty() { what } else { format!("{virtual_mark}{subject}: {what}") };
     cut(&text, MAX_TEXT).to_owned()

@@ -3,46 +3,40 @@
 use crate::database::Database;
 use crate::names::{self, NameError};
 use crate::record::{Record, RecordType};
-use profivac_gateway::{Point, Signal, Snapshot, Subject};
+use profivac_gateway::{NameTable, Point, Signal, Snapshot, Subject};
 use profivac_station::config::gateways::epics::Settings;
 use std::fmt::Write;
 
-/// A published name, for `profivac names`.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct NameRow {
-    /// The name.
-    pub name: String,
-    /// What it stands for, as the file names it: `chamber.pressure`.
-    pub point: String,
-    /// The type of the record; `NTTable` for the table of all gauges.
-    pub kind: &'static str,
-    /// The unit.
-    pub unit: String,
-    /// A description.
-    pub description: String,
-}
-
-/// All published names of a station.
+/// All published names of a station, for `profivac names`.
 ///
 /// # Errors
 /// A name is too long or is given twice, or the settings name something that does not exist.
-pub fn names(station: &str, snapshot: &Snapshot, settings: &Settings) -> Result<Vec<NameRow>, NameError> {
+pub fn names(station: &str, snapshot: &Snapshot, settings: &Settings) -> Result<NameTable, NameError> {
     let database = Database::new(station, snapshot, settings)?;
-    let row = |record: &Record| NameRow {
-        name: record.name.to_string(),
-        point: snapshot.points.get(record.point).map(names::described).unwrap_or_default(),
-        kind: record.kind.name(),
-        unit: record.meta.unit.clone(),
-        description: record.signal.description().to_owned(),
-    };
-    let table = settings.pva_ports.map(|_| NameRow {
-        name: database.table.clone(),
-        point: "all gauges".to_owned(),
-        kind: "NTTable",
-        unit: String::new(),
-        description: "Table of all gauges, over PV Access only".to_owned(),
-    });
-    Ok(database.records.iter().map(row).chain(table).collect())
+    let mut table = NameTable::new(&["name", "record", "unit", "values", "point", "description"]);
+    for record in &database.records {
+        table.push([
+            record.name.to_string(),
+            record.kind.name().to_owned(),
+            record.meta.unit.clone(),
+            record.meta.states.join(", "),
+            snapshot.points.get(record.point).map(names::described).unwrap_or_default(),
+            record.signal.description().to_owned(),
+        ]);
+    }
+    if settings.pva_ports.is_some() {
+        let description = "Table of all gauges, over PV Access only".to_owned();
+        let empty = String::new;
+        table.push([
+            database.table.clone(),
+            "NTTable".to_owned(),
+            empty(),
+            empty(),
+            "all gauges".to_owned(),
+            description,
+        ]);
+    }
+    Ok(table)
 }
 
 /// The names for the Archiver Appliance: one a line, of what has a history: numbers and states of readings, segments and alarms.

@@ -1,6 +1,5 @@
 //! The names of records.
 
-use profivac_gateway::signal::SubjectKind;
 use profivac_gateway::{Point, Signal, Snapshot, Subject, Value};
 use profivac_station::config::gateways::epics::{MAX_NAME, Preset, Settings};
 use std::collections::BTreeMap;
@@ -78,7 +77,7 @@ pub struct Row {
 /// # Errors
 /// A name is too long or is given twice, or the settings name something that does not exist.
 pub fn rows(station: &str, snapshot: &Snapshot, settings: &Settings) -> Result<Vec<Row>, NameError> {
-    check_signals(settings)?;
+    check_signals(snapshot, settings)?;
     let mut taken = BTreeMap::new();
     let mut rows = Vec::new();
     let naming = Naming::new(station, snapshot, settings);
@@ -117,12 +116,16 @@ fn take(taken: &mut BTreeMap<String, String>, name: &str, point: String) -> Resu
     }
 }
 
-/// A point as the file names it: `chamber.pressure`.
+/// A point as the file names it: `chamber.pressure`, of a parameter `chamber.trip-point.1/high-trip-point`.
 #[must_use]
 pub fn described(point: &Point) -> String {
     match point.subject.name() {
         "" => point.signal.key().to_owned(),
-        name => format!("{name}.{}", point.signal.key()),
+        name => match (&point.subject, point.signal) {
+            (Subject::Parameter { gauge, .. }, Signal::ParameterText) => format!("{gauge}.{name}.text"),
+            (Subject::Parameter { gauge, .. }, _) => format!("{gauge}.{name}"),
+            (_, signal) => format!("{name}.{}", signal.key()),
+        },
     }
 }
 
@@ -135,13 +138,23 @@ fn aliased(snapshot: &Snapshot, name: &str, target: &str) -> Result<usize, NameE
     })
 }
 
-fn check_signals(settings: &Settings) -> Result<(), NameError> {
-    let is_known = |key: &str| Signal::ALL.iter().any(|signal| signal.key() == key);
+/// Every key of `signals` is that of a signal, or a parameter of a gauge.
+fn check_signals(snapshot: &Snapshot, settings: &Settings) -> Result<(), NameError> {
+    let parameters = || snapshot.points.iter().filter(|point| point.signal == Signal::ParameterText);
+    let is_known = |key: &str| {
+        Signal::ALL.iter().any(|signal| signal.key() == key) || parameters().any(|point| point.subject.name() == key)
+    };
     match settings.signals.keys().find(|key| !is_known(key)) {
         None => Ok(()),
         Some(found) => Err(NameError::UnknownSignal {
             found: found.clone(),
-            suggestion: similar(found, Signal::ALL.iter().map(|signal| signal.key().to_owned())),
+            suggestion: similar(
+                found,
+                Signal::ALL
+                    .iter()
+                    .map(|signal| signal.key().to_owned())
+                    .chain(parameters().map(|point| point.subject.name().to_owned())),
+            ),
         }),
     }
 }
@@ -182,6 +195,12 @@ impl<'a> Naming<'a> {
             Subject::Alarm(name) => format!("{prefix}ALARM:{}:{signal}", upper(name)),
             Subject::Gauge(gauge) => self.of_gauge(point, gauge, None, &signal),
             Subject::Reading { gauge, channel, .. } => self.of_gauge(point, gauge, *channel, &signal),
+            Subject::Parameter { gauge, target, .. } => {
+                let name =
+                    self.settings.signals.get(target.as_ref()).cloned().unwrap_or_else(|| parameter_name(target));
+                let end = if point.signal == Signal::ParameterText { "_STR" } else { "" };
+                self.of_gauge(point, gauge, None, &format!("{name}{end}"))
+            }
         }
     }
 
@@ -232,6 +251,11 @@ fn filled(template: &str, places: &[(&str, String)]) -> String {
 fn plain(name: &str) -> String {
     let of_name = |character: char| character.is_ascii_alphanumeric() || "_-".contains(character);
     name.chars().map(|character| if of_name(character) { character } else { '_' }).collect()
+}
+
+/// The name of a parameter without its gauge: `TRIP_POINT_1_HIGH_TRIP_POINT`.
+fn parameter_name(target: &str) -> String {
+    upper(target).replace('-', "_")
 }
 
 fn upper(name: &str) -> String {
@@ -288,16 +312,4 @@ const fn preset_name(preset: Preset, signal: Signal) -> Option<&'static str> {
         (Preset::Sirius, Signal::Pressure) => "Pressure-Mon",
         _ => return None,
     })
-}
-
-/// The kind of subject, as a word for lists.
-#[must_use]
-pub const fn kind_word(kind: SubjectKind) -> &'static str {
-    match kind {
-        SubjectKind::Station => "station",
-        SubjectKind::Segment => "segment",
-        SubjectKind::Gauge => "gauge",
-        SubjectKind::Reading => "reading",
-        SubjectKind::Alarm => "alarm",
-    }
 }

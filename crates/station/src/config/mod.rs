@@ -253,7 +253,11 @@ impl Config {
     pub fn notices(&self) -> Vec<ConfigNotice> {
         let renamed = self.renamed_keys.iter().cloned().map(ConfigNotice::RenamedKey);
         let empty = self.segments.iter().filter(|segment| segment.gauges.is_empty());
-        renamed.chain(empty.map(|segment| ConfigNotice::EmptySegment { segment: segment.name.clone() })).collect()
+        let open = self.gateways.iter().filter(|gateway| gateway.is_open_to_network());
+        renamed
+            .chain(empty.map(|segment| ConfigNotice::EmptySegment { segment: segment.name.clone() }))
+            .chain(open.map(|gateway| ConfigNotice::OpenGateway { gateway: gateway.name() }))
+            .collect()
     }
 
     /// The settings that differ in `new` and that the station applies only at its next start.

@@ -386,6 +386,20 @@ mod tests {
     }
 
     #[test]
+    fn a_gateway_in_the_network_is_a_notice() {
+        let notices = |table: &str| {
+            let text = format!(
+                "[[segment]]\nname = 'hall'\nport = 'x'\n[[segment.gauge]]\nname = 'a'\naddress = 5\ndevice = 'bcg450'\n[epics]\n{table}"
+            );
+            let config = Config::parse(&text, Path::new("plant.toml")).unwrap();
+            config.notices().iter().map(ToString::to_string).collect::<Vec<_>>()
+        };
+        assert!(notices("").is_empty() && notices("interfaces = ['127.0.0.1']").is_empty());
+        let open = notices("interfaces = ['0.0.0.0']");
+        assert!(open[0].starts_with("[epics] listens in the network"), "{open:?}");
+    }
+
+    #[test]
     fn a_wrong_value_has_its_position_and_what_is_expected() {
         let rows = [
             ("unit = 'parsec'", "9:8", "expected one of Pa"),

@@ -39,6 +39,17 @@ impl GatewaySettings {
     }
 }
 
+impl GatewaySettings {
+    /// Whether other computers reach the gateway and its protocol has neither login nor encryption.
+    #[must_use]
+    pub fn is_open_to_network(&self) -> bool {
+        match self {
+            Self::Epics(settings) => settings.is_open_to_network(),
+            _ => false,
+        }
+    }
+}
+
 /// The settings of all gateways of the file at `path`.
 pub fn settings(toml: GatewaysToml, path: &Path) -> Result<Vec<GatewaySettings>, Located> {
     let GatewaysToml { epics, prometheus } = toml;
