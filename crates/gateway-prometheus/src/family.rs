@@ -126,7 +126,7 @@ pub const fn prefix(subject: SubjectKind) -> &'static str {
     match subject {
         SubjectKind::Station => "profivac_station",
         SubjectKind::Segment => "profivac_segment",
-        SubjectKind::Gauge | SubjectKind::Reading => "profivac_gauge",
+        SubjectKind::Gauge | SubjectKind::Reading | SubjectKind::Parameter => "profivac_gauge",
         SubjectKind::Alarm => "profivac_alarm",
     }
 }
@@ -142,7 +142,7 @@ fn stem(signal: Signal) -> String {
     let own = match signal.subject() {
         SubjectKind::Station => "station-",
         SubjectKind::Segment => "segment-",
-        SubjectKind::Gauge | SubjectKind::Reading => "gauge-",
+        SubjectKind::Gauge | SubjectKind::Reading | SubjectKind::Parameter => "gauge-",
         SubjectKind::Alarm => "alarm-",
     };
     let key = signal.key();
@@ -188,6 +188,10 @@ pub fn labels(point: &Point) -> String {
             if let Some(channel) = channel {
                 put_label(&mut text, "channel", &channel.to_string());
             }
+        }
+        Subject::Parameter { gauge, target, .. } => {
+            put_label(&mut text, "gauge", gauge);
+            put_label(&mut text, "parameter", target);
         }
         Subject::Alarm(alarm) => put_label(&mut text, "alarm", alarm),
     }
@@ -240,7 +244,9 @@ mod tests {
         assert_eq!(sample(Signal::SegmentRepetitions), "profivac_segment_repetitions_total");
         assert_eq!(sample(Signal::Device), "profivac_gauge_info");
         assert_eq!(sample(Signal::AlarmActive), "profivac_alarm_active");
-        let allowed = |name: &str| name.bytes().all(|octet| octet.is_ascii_lowercase() || octet == b'_');
+        let allowed = |name: &str| {
+            name.bytes().all(|octet| octet.is_ascii_lowercase() || octet.is_ascii_digit() || octet == b'_')
+        };
         assert!(Signal::ALL.iter().all(|signal| allowed(&Family::of(*signal).name)));
     }
 
