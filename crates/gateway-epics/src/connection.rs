@@ -88,7 +88,7 @@ pub trait Protocol: Send + 'static {
 }
 
 /// Places for channels and monitors, shared by all clients, so that their number is bounded.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub struct Slots {
     used: Arc<AtomicUsize>,
     own: usize,

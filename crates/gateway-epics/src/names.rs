@@ -247,15 +247,44 @@ fn filled(template: &str, places: &[(&str, String)]) -> String {
     name
 }
 
-/// A name of the file as part of a record's name: other characters than letters, digits, `_` and `-` become `_`.
+/// A name of the file as part of a record's name: characters other than letters, digits, `_` and `-` become one `_`.
 fn plain(name: &str) -> String {
     let of_name = |character: char| character.is_ascii_alphanumeric() || "_-".contains(character);
-    name.chars().map(|character| if of_name(character) { character } else { '_' }).collect()
+    let mut plain = String::new();
+    for character in name.chars() {
+        if of_name(character) {
+            plain.push(character);
+        } else if !plain.ends_with('_') {
+            plain.push('_');
+        }
+    }
+    plain
 }
 
-/// The name of a parameter without its gauge: `TRIP_POINT_1_HIGH_TRIP_POINT`.
+/// Shorter words for the names of parameters, which would soon fill the 60 characters of a name.
+const SHORT_WORDS: [(&str, &str); 12] = [
+    ("ATMOSPHERE", "ATM"),
+    ("ATMOSPHERIC", "ATM"),
+    ("EMISSION", "EMIS"),
+    ("FUNCTION", "FUNC"),
+    ("HYSTERESIS", "HYST"),
+    ("PERCENTAGE", "PCT"),
+    ("POINT", "PT"),
+    ("PRESSURE", "P"),
+    ("PROCESS", "PROC"),
+    ("SETPOINT", "SP"),
+    ("STATUS", "STAT"),
+    ("THRESHOLD", "THR"),
+];
+
+/// The name of a parameter without its gauge: `SP_A_ATM_P_REACHED`.
 fn parameter_name(target: &str) -> String {
-    upper(target).replace('-', "_")
+    let long = upper(target).replace('-', "_");
+    long.split('_').map(shortened).collect::<Vec<_>>().join("_")
+}
+
+fn shortened(word: &str) -> &str {
+    SHORT_WORDS.iter().find(|(long, _)| *long == word).map_or(word, |(_, short)| *short)
 }
 
 fn upper(name: &str) -> String {
