@@ -6,6 +6,7 @@ It runs a station with virtual gauges in memory and one behind a TCP port, whose
 """
 
 import contextlib
+import json
 import math
 import os
 import random
@@ -17,6 +18,7 @@ import sys
 import tempfile
 import threading
 import time
+import urllib.request
 from pathlib import Path
 
 BOUND = 60  # seconds; only a hang takes so long
@@ -276,6 +278,57 @@ def ca_search_over_udp_and_tcp():
         check(circuit.receive(14)[0][5], 45, "the number of a name that is not found")
 
 
+LIBCA = """
+import asyncio, math
+from aioca import FORMAT_CTRL, FORMAT_TIME, caget, cainfo, camonitor, caput
+
+async def main():
+    value = await caget("VAC:CHAMBER:P", format=FORMAT_CTRL, timeout=60)
+    assert 4e-6 < value < 6e-6 and value.units == "mbar" and value.precision == 2, value
+    assert abs(value.upper_alarm_limit / 1e-3 - 1) < 1e-9 and math.isnan(value.lower_warning_limit), value
+    assert value.datatype == 6 and (await caget("VAC:CHAMBER:P", datatype=str, timeout=60)).endswith("e-06")
+    state = await caget("VAC:CHAMBER:STATE", format=FORMAT_CTRL, timeout=60)
+    assert state.enums[state] == "OK" and len(state.enums) == 9, state
+    info = await cainfo("VAC:CHAMBER:P", timeout=60)
+    assert info.read and not info.write and info.count == 1, info
+    try:
+        await caput("VAC:CHAMBER:P", 1.0, wait=True, timeout=60)
+    except Exception as error:
+        assert "rite access" in str(error), error
+    else:
+        raise AssertionError("a put was accepted")
+    assert await caget("VAC:CHAMBER:P.RTYP", timeout=60) == "ai"
+    times, enough = [], asyncio.Event()
+    def received(value):
+        times.append(value.timestamp)
+        if len(times) == 3:
+            enough.set()
+    camonitor("VAC:HEARTBEAT", received, format=FORMAT_TIME)
+    await asyncio.wait_for(enough.wait(), 60)
+    assert times == sorted(set(times)), times
+
+asyncio.run(main())
+"""
+
+
+def libca(search):
+    """The C library of EPICS base, in a process of its own because it reads its settings once."""
+    environment = {**os.environ, "EPICS_CA_ADDR_LIST": "", "EPICS_CA_AUTO_ADDR_LIST": "NO", **search}
+    subprocess.run([sys.executable, "-c", LIBCA], env=environment, check=True, timeout=2 * BOUND)
+
+
+PVXS = """
+from p4p.client.thread import Context
+assert 4e-6 < Context("pva").get("VAC:CHAMBER:P", timeout=60) < 6e-6
+"""
+
+
+def pva_search_over_udp():
+    environment = dict(os.environ, EPICS_PVA_ADDR_LIST=f"127.0.0.1:{PVA_SEARCH}", EPICS_PVA_NAME_SERVERS="")
+    environment["EPICS_PVA_BROADCAST_PORT"] = str(free_port(socket.SOCK_DGRAM))
+    subprocess.run([sys.executable, "-c", PVXS], env=environment, check=True, timeout=2 * BOUND)
+
+
 def pva_values(context):
     pressure = wait("a pressure over PV Access", lambda: (lambda it: it if it > 0 else None)(context.get("VAC:CHAMBER:P", timeout=BOUND)))
     raw = pressure.raw
@@ -419,19 +472,19 @@ def hostile(plant):
     for it in half_open:
         it.close()
     check(values, sorted(set(values)), "the values of the client that reads")
+    view = gateway(plant)
+    assert view["is_running"] and view["refused"] > 50 and view["last_error"], view
     check(plant.station.poll(), None, "the exit of the station")
     grown = plant.memory_kb() - before
     assert grown < 64 * 1024, f"the station has grown by {grown} KiB"
     return f"{connects[0] / took:.0f} hostile connections a second, five updates in {took:.1f} s beside them, {grown} KiB more"
 
 
-def status(plant):
+def gateway(plant):
     """What the station reports about its gateway."""
-    import urllib.request
-
-    with contextlib.suppress(OSError), urllib.request.urlopen(plant.url + "/api/gateways", timeout=BOUND) as answer:
-        return answer.read().decode()
-    return "no list of gateways"
+    with urllib.request.urlopen(plant.url + "/api/gateways", timeout=BOUND) as answer:
+        view, = (it for it in json.load(answer) if it["name"] == "epics")
+    return view
 
 
 def main():
@@ -445,6 +498,9 @@ def main():
                 ("Channel Access: values", lambda: ca_values(ca_context)),
                 ("Channel Access: fields", lambda: ca_fields(ca_context)),
                 ("Channel Access: put", lambda: ca_put_is_refused(ca_context)),
+                ("libca, search over UDP", lambda: libca({"EPICS_CA_ADDR_LIST": f"127.0.0.1:{CA}"})),
+                ("libca, search over TCP", lambda: libca({"EPICS_CA_NAME_SERVERS": f"127.0.0.1:{CA}"})),
+                ("PV Access: search over UDP", pva_search_over_udp),
                 ("PV Access: values", lambda: pva_values(pva_context)),
                 ("unplugged, restarted", lambda: unplugged_and_restarted(plant, ca_context, pva_context)),
                 ("monitors", lambda: ten_thousand_monitors(plant)),
