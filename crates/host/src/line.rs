@@ -187,8 +187,12 @@ impl<C: Stations> Line<C> {
         self.queue.dropped
     }
 
-    /// Receives a character from outside that ended at `end`.
+    /// Receives a character from outside that ended at `end`. A telegram that a port has taken ends first if its time is over: the stations
+    /// see both in the order in which they were on the line, also when the program runs late.
     pub fn receive(&mut self, end: BitTime, character: Character) {
+        if self.pace == Pace::ByPort {
+            self.finish_due(end);
+        }
         let received = match character {
             Character::Octet(octet) if !self.noise.hits() => self.receiver.octet(end, octet),
             // A flipped bit is a parity error.
@@ -207,7 +211,7 @@ impl<C: Stations> Line<C> {
     pub fn advance(&mut self, now: BitTime, out: &mut Vec<u8>) {
         self.transmit_due(now, out);
         for (sender, station) in self.stations.all_mut().iter_mut().enumerate() {
-            if station.wake_at().is_some_and(|wake_at| wake_at <= now) {
+            if wake_at(sender, station, &self.queue).is_some_and(|wake_at| wake_at <= now) {
                 let transmit = station.poll(now);
                 self.queue.extend(transmit.map(|transmit| outgoing(sender, transmit)));
             }
@@ -217,7 +221,8 @@ impl<C: Stations> Line<C> {
 
     /// When to call [`advance`](Self::advance) next if no character arrives before.
     pub fn wake_at(&self) -> Option<BitTime> {
-        let wakes = self.stations.all().iter().filter_map(Station::wake_at);
+        let wakes = self.stations.all().iter().enumerate();
+        let wakes = wakes.filter_map(|(number, station)| wake_at(number, station, &self.queue));
         let leaves = self.queue.waiting.front().map(|first| self.next_octet(first));
         wakes.chain(leaves).min()
     }
@@ -242,6 +247,20 @@ impl<C: Stations> Line<C> {
                 continue;
             }
             let rest = self.transmit_next(first, now, out);
+            rest.into_iter().for_each(|rest| self.queue.waiting.push_front(rest));
+        }
+    }
+
+    /// Completes the octets of the telegram under way until `now`. The port has all of them.
+    fn finish_due(&mut self, now: BitTime) {
+        let is_due = |line: &Self| {
+            let first = line.queue.waiting.front();
+            first.is_some_and(|first| first.started.is_some() && line.next_octet(first) <= now)
+        };
+        while is_due(self)
+            && let Some(first) = self.queue.waiting.pop_front()
+        {
+            let rest = self.transmit_next(first, now, &mut Vec::new());
             rest.into_iter().for_each(|rest| self.queue.waiting.push_front(rest));
         }
     }
@@ -300,6 +319,14 @@ impl<C: Stations> Line<C> {
             deliver(self.stations.all_mut(), &mut self.queue, Some(first.sender), end, &telegram);
         }
     }
+}
+
+/// When a station wants to be called. A master whose telegram has not left yet waits for its end: a disturbance that looks like the answer
+/// may have come during the transmission, and the next telegram needs an idle line behind this one.
+fn wake_at<S: Station>(number: usize, station: &S, queue: &Queue) -> Option<BitTime> {
+    let is_sending = || queue.waiting.iter().any(|outgoing| outgoing.sender == number);
+    let may_wake = station.listening() != Listening::Everything || !is_sending();
+    may_wake.then(|| station.wake_at()).flatten()
 }
 
 fn deliver<S: Station>(
@@ -408,6 +435,34 @@ mod tests {
 
     fn notes(line: &Line<Vec<Notebook>>, station: usize) -> Vec<(u64, &str)> {
         line.stations()[station].notes.iter().map(|(at, what)| (*at, what.as_str())).collect()
+    }
+
+    #[test]
+    fn a_master_is_not_called_while_its_own_telegram_leaves() {
+        let mut line = line(Pace::ByPort, vec![Notebook { wake_at: Some(BitTime(100)), ..Notebook::at(2) }]);
+        let mut out = Vec::new();
+        line.advance(BitTime(100), &mut out);
+        assert_eq!(out, REQUEST);
+        // Something that looks like an answer has come.
+        line.stations_mut()[0].wake_at = Some(BitTime(120));
+        assert_eq!(line.wake_at(), Some(BitTime(111)), "the end of the first octet");
+        line.advance(BitTime(130), &mut out);
+        assert_eq!((out.len(), line.stations()[0].wake_at), (REQUEST.len(), Some(BitTime(120))));
+        line.advance(BitTime(166), &mut out);
+        assert_eq!(notes(&line, 0), [(166, "sent")]);
+    }
+
+    #[test]
+    fn a_telegram_ends_before_the_characters_that_came_behind_it() {
+        let mut line = line(Pace::ByPort, vec![Notebook { wake_at: Some(BitTime(100)), ..Notebook::at(2) }]);
+        let mut out = Vec::new();
+        line.advance(BitTime(100), &mut out);
+        // The program runs late: the telegram ended at 166.
+        line.receive(BitTime(150), Character::Octet(0x10));
+        line.receive(BitTime(190), Character::Octet(0x10));
+        line.advance(BitTime(300), &mut out);
+        assert_eq!(notes(&line, 0), [(150, "busy"), (166, "sent"), (190, "busy")]);
+        assert_eq!(out, REQUEST);
     }
 
     #[test]
