@@ -75,12 +75,16 @@ pub fn planned(config: &Config) -> Snapshot {
     Modeller::default().next(Inputs::planned(config), Micros::now())
 }
 
-const fn is_built_in(settings: &GatewaySettings) -> bool {
-    match settings {
-        GatewaySettings::Epics(_) => cfg!(feature = "epics"),
-        GatewaySettings::Prometheus(_) => cfg!(feature = "prometheus"),
-        _ => false,
-    }
+/// The gateways of this program, by the names of their tables.
+const BUILT_IN: &[&str] = &[
+    #[cfg(feature = "epics")]
+    "epics",
+    #[cfg(feature = "prometheus")]
+    "prometheus",
+];
+
+fn is_built_in(settings: &GatewaySettings) -> bool {
+    BUILT_IN.contains(&settings.name())
 }
 
 /// The failure when the file has the table of a gateway that this program does not have.

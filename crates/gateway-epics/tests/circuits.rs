@@ -1,5 +1,7 @@
 //! Conversations over Channel Access and PV Access, octet by octet and without sockets.
 
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
+
 mod common;
 
 use common::Plant;
@@ -60,7 +62,7 @@ fn tell(circuit: &mut impl Protocol, world: &World, message: &[u8]) -> Vec<u8> {
 /// The messages of Channel Access in these octets: command, parameters, payload.
 fn ca_messages(mut octets: &[u8]) -> Vec<(u16, u32, u32, Vec<u8>)> {
     let mut messages = Vec::new();
-    while let Some((header, payload, used)) = ca::message::parse(octets).unwrap() {
+    while let Some(ca::message::Message { header, payload, used }) = ca::message::parse(octets).unwrap() {
         messages.push((header.command, header.first, header.second, payload.to_vec()));
         octets = &octets[used..];
     }

@@ -1,5 +1,7 @@
 //! Names, values, alarms and fields of records.
 
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
+
 mod common;
 
 use common::{Plant, config};

@@ -1,5 +1,7 @@
 //! The gateway with its sockets: a station without readings serves its heartbeat.
 
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
+
 mod common;
 
 use common::config;
@@ -27,8 +29,8 @@ fn receive(stream: &mut TcpStream, command: u16) -> (message::Header, Vec<u8>) {
     let mut octets = Vec::new();
     loop {
         match message::parse(&octets).unwrap() {
-            Some((header, payload, _)) if header.command == command => return (header, payload.to_vec()),
-            Some((_, _, used)) => drop(octets.drain(..used)),
+            Some(it) if it.header.command == command => return (it.header, it.payload.to_vec()),
+            Some(message::Message { used, .. }) => drop(octets.drain(..used)),
             None => {
                 let mut octet = [0];
                 stream.read_exact(&mut octet).unwrap();

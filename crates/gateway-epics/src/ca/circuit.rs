@@ -1,7 +1,7 @@
 //! The conversation with one client over TCP.
 
 use crate::ca::dbr::{self, NoEncoding};
-use crate::ca::message::{self, Header, MINOR_VERSION, READ_ONLY, command, put, put_empty, status};
+use crate::ca::message::{self, Header, MINOR_VERSION, Message, READ_ONLY, command, put, put_empty, status};
 use crate::ca::search;
 use crate::connection::{Broken, MAX_OUT, MAX_PER_CLIENT, Posted, Protocol, Slots};
 use crate::database::{Target, World};
@@ -235,7 +235,7 @@ impl Protocol for Circuit {
     }
 
     fn receive(&mut self, input: &[u8], world: &World, out: &mut Vec<u8>) -> Result<usize, Broken> {
-        let Some((header, payload, used)) = message::parse(input)? else { return Ok(0) };
+        let Some(Message { header, payload, used }) = message::parse(input)? else { return Ok(0) };
         match header.command {
             command::EVENT_ADD => self.add_monitor(header, payload, world, out),
             command::EVENT_CANCEL => self.cancel_monitor(header, out),

@@ -94,37 +94,50 @@ pub struct Header {
     pub second: u32,
 }
 
-/// The message at the beginning of `input` with its octets, or nothing if it is not complete.
+/// A message of a client.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Message<'a> {
+    /// Its header.
+    pub header: Header,
+    /// Its payload with the padding.
+    pub payload: &'a [u8],
+    /// The octets of the whole message.
+    pub used: usize,
+}
+
+/// The message at the beginning of `input`, or nothing if it is not complete.
 ///
 /// # Errors
 /// The message is too large.
-pub fn parse(input: &[u8]) -> Result<Option<(Header, &[u8], usize)>, Broken> {
-    let Some(octets) = input.first_chunk::<HEADER>() else { return Ok(None) };
-    let half = |at: usize| u16::from_be_bytes([octets[at], octets[at + 1]]);
-    let word = |at: usize| u32::from_be_bytes([octets[at], octets[at + 1], octets[at + 2], octets[at + 3]]);
+pub fn parse(input: &[u8]) -> Result<Option<Message<'_>>, Broken> {
+    let Some([c0, c1, p0, p1, t0, t1, n0, n1, a0, a1, a2, a3, b0, b1, b2, b3]) = input.first_chunk::<HEADER>() else {
+        return Ok(None);
+    };
+    let half = |high: &u8, low: &u8| u16::from_be_bytes([*high, *low]);
     let mut header = Header {
-        command: half(0),
-        payload: half(2).into(),
-        data_type: half(4),
-        count: half(6).into(),
-        first: word(8),
-        second: word(12),
+        command: half(c0, c1),
+        payload: half(p0, p1).into(),
+        data_type: half(t0, t1),
+        count: half(n0, n1).into(),
+        first: u32::from_be_bytes([*a0, *a1, *a2, *a3]),
+        second: u32::from_be_bytes([*b0, *b1, *b2, *b3]),
     };
     let mut begin = HEADER;
     // The long form has size and count as 32 bits behind the header.
     if header.payload == 0xFFFF && header.count == 0 {
-        let Some(longer) = input.get(HEADER..).and_then(|rest| rest.first_chunk::<8>()) else { return Ok(None) };
-        let [a, b, c, d, e, f, g, h] = *longer;
-        header.payload = u32::from_be_bytes([a, b, c, d]);
-        header.count = u32::from_be_bytes([e, f, g, h]);
+        let Some([a, b, c, d, e, f, g, h]) = input.get(HEADER..).and_then(|rest| rest.first_chunk()) else {
+            return Ok(None);
+        };
+        header.payload = u32::from_be_bytes([*a, *b, *c, *d]);
+        header.count = u32::from_be_bytes([*e, *f, *g, *h]);
         begin = begin.saturating_add(8);
     }
     let size = usize::try_from(header.payload).unwrap_or(usize::MAX);
-    let end = begin.saturating_add(size);
-    if end > MAX_MESSAGE {
+    let used = begin.saturating_add(size);
+    if used > MAX_MESSAGE {
         return Err(Broken::TooLarge(header.payload.into()));
     }
-    Ok(input.get(begin..end).map(|payload| (header, payload, end)))
+    Ok(input.get(begin..used).map(|payload| Message { header, payload, used }))
 }
 
 /// Writes a message. The payload is padded to a multiple of eight octets; all payloads of this server are below 64 KiB.

@@ -1,6 +1,6 @@
 //! Searches and beacons.
 
-use crate::ca::message::{self, Header, MINOR_VERSION, command, put, put_empty};
+use crate::ca::message::{self, Header, MINOR_VERSION, Message, command, put, put_empty};
 use crate::connection::Shared;
 use crate::database::World;
 use std::net::{Ipv4Addr, SocketAddr};
@@ -53,7 +53,7 @@ pub fn answer(datagram: &[u8], world: &World, port: u16) -> Vec<u8> {
     let mut out = Vec::new();
     let mut rest = datagram;
     for _ in 0..MAX_NAMES {
-        let Ok(Some((header, payload, used))) = message::parse(rest) else { break };
+        let Ok(Some(Message { header, payload, used })) = message::parse(rest) else { break };
         rest = rest.get(used..).unwrap_or_default();
         let is_found = header.command == command::SEARCH && world.database.find(message::text(payload)).is_some();
         if !is_found {
