@@ -228,7 +228,7 @@ impl<'a> Naming<'a> {
     }
 }
 
-/// The template with its places filled. What is filled in is not searched for places again.
+/// The template with its places filled. The texts that are filled in are not searched for places.
 fn filled(template: &str, places: &[(&str, String)]) -> String {
     let mut name = String::new();
     let mut rest = template;

@@ -64,12 +64,12 @@ async fn serve(settings: Settings, context: Context) -> Result<(), EpicsError> {
     }
     context.status.runs(addresses.join(", "));
     let mut stop = context.stop.clone();
-    tokio::select! {
-        () = publish(&station, &settings, &worlds, &mut subscription, &shared) => {}
-        () = stop.stopped() => {}
-    }
+    let ended = tokio::select! {
+        ended = publish(&station, &settings, &worlds, &mut subscription) => ended,
+        () = stop.stopped() => Ok(()),
+    };
     tasks.shutdown().await;
-    Ok(())
+    Ok(ended?)
 }
 
 fn first_world(station: &str, snapshot: Arc<Snapshot>, settings: &Settings) -> Result<World, NameError> {
@@ -77,14 +77,13 @@ fn first_world(station: &str, snapshot: Arc<Snapshot>, settings: &Settings) -> R
     Ok(World { database, held: held(&[], &snapshot, false, settings), snapshot })
 }
 
-/// Gives every snapshot to the connections.
+/// Gives every snapshot to the connections, until the read model ends. The connections end with it, so that no client keeps old values.
 async fn publish(
     station: &str,
     settings: &Settings,
     worlds: &watch::Sender<Arc<World>>,
     subscription: &mut Subscription,
-    shared: &Shared,
-) {
+) -> Result<(), NameError> {
     while subscription.changed().await.is_ok() {
         let snapshot = Arc::clone(&subscription.borrow_and_update());
         let old = worlds.borrow().clone();
@@ -92,18 +91,12 @@ async fn publish(
         let database = if is_same_list {
             Arc::clone(&old.database)
         } else {
-            match Database::new(station, &snapshot, settings) {
-                Ok(database) => Arc::new(database),
-                // The records before stay, with their last values; the status says why.
-                Err(error) => {
-                    shared.status.error(&error.to_string());
-                    continue;
-                }
-            }
+            Arc::new(Database::new(station, &snapshot, settings)?)
         };
         let held = held(&old.held, &snapshot, is_same_list, settings);
         worlds.send_replace(Arc::new(World { database, snapshot, held }));
     }
+    Ok(())
 }
 
 /// Serves Channel Access at an interface, and returns the address of its circuits.

@@ -196,7 +196,7 @@ fn requests_that_cannot_be_done_have_the_code_of_channel_access() {
     assert_eq!(one(&ca(15, 6, 2, 1, 5, b"")), (15, 176, 5), "ECA_BADCOUNT");
     assert_eq!(one(&ca(15, 99, 1, 1, 5, b"")), (15, 114, 5), "ECA_BADTYPE");
     assert_eq!(one(&ca(15, 6, 1, 8, 5, b"")), (11, u32::MAX, 410), "ECA_BADCHID");
-    assert_eq!(one(&ca(18, 0, 0, 10, 13, b"NOBODY\0")), (26, 10, 0), "no such channel");
+    assert_eq!(one(&ca(18, 0, 0, 10, 13, b"ABSENT\0")), (26, 10, 0), "no such channel");
     assert_eq!(one(&ca(2, 6, 1, 1, 88, b"")), (11, u32::MAX, 410), "no such monitor");
     assert_eq!(status.view().refused, 2, "the two writes");
 }
@@ -205,10 +205,10 @@ fn requests_that_cannot_be_done_have_the_code_of_channel_access() {
 fn a_search_is_answered_for_names_that_exist() {
     let world = Plant::new("").world();
     let datagram =
-        [ca(0, 0, 13, 0, 0, b""), ca(6, 5, 13, 1, 1, b"CHAMBER:P\0"), ca(6, 5, 13, 2, 2, b"NOBODY\0")].concat();
+        [ca(0, 0, 13, 0, 0, b""), ca(6, 5, 13, 1, 1, b"CHAMBER:P\0"), ca(6, 5, 13, 2, 2, b"ABSENT\0")].concat();
     let messages = ca_messages(&ca::search::answer(&datagram, &world, 4711));
     assert_eq!(messages.iter().map(|(command, _, id, _)| (*command, *id)).collect::<Vec<_>>(), [(0, 0), (6, 1)]);
-    assert!(ca::search::answer(&ca(6, 5, 13, 2, 2, b"NOBODY\0"), &world, 4711).is_empty());
+    assert!(ca::search::answer(&ca(6, 5, 13, 2, 2, b"ABSENT\0"), &world, 4711).is_empty());
     let head =
         [words(&[3]), vec![0x80, 0, 0, 0], vec![0; 16], 5000_u16.to_le_bytes().to_vec(), vec![1, 3], b"tcp".to_vec()]
             .concat();
@@ -218,7 +218,7 @@ fn a_search_is_answered_for_names_that_exist() {
     };
     let (answer, port) = pva::search::answer(&of("CHAMBER:P"), &world, [7; 12], 4711).unwrap();
     assert_eq!((port, &answer[8..20], &answer[answer.len() - 4..]), (5000, &[7; 12][..], &[42, 0, 0, 0][..]));
-    assert!(pva::search::answer(&of("NOBODY"), &world, [7; 12], 4711).is_none());
+    assert!(pva::search::answer(&of("ABSENT"), &world, [7; 12], 4711).is_none());
 }
 
 /// A circuit of PV Access with the channel 1.
@@ -293,7 +293,7 @@ fn the_table_has_a_row_for_each_reading() {
     let mut circuit = pva_channel(&status, &world, "TABLE");
     tell(&mut circuit, &world, &pva(10, &request(5, 8)));
     let answer = tell(&mut circuit, &world, &pva(10, &request(5, 0)));
-    let rows = b"\x06\x07chamber\x0bfore line.1\x0bfore line.2\x0bfore line.3\x0bfore line.4\x04twin\x06";
+    let rows = b"\x06\x07chamber\x0bfore line.1\x0bfore line.2\x0bfore line.3\x0bfore line.4\x04copy\x06";
     let at = answer.windows(rows.len()).position(|window| window == rows).unwrap();
     assert_eq!(answer[at + rows.len()..][..8], 1.0_f64.to_le_bytes());
 }

@@ -155,8 +155,8 @@ fn the_severity_of_a_state_is_that_of_the_file() {
     plant.reads("chamber", Quality::Underrange, Some(5e-8), 1);
     assert_eq!(alarm(&plant.world(), "CHAMBER:P"), (EpicsSeverity::Minor, EpicsStatus::HwLimit));
     assert_eq!(text(&plant.world(), "CHAMBER:P_STR"), "< 5.00e-10 mbar");
-    plant.reads("twin", Quality::Overrange, Some(1.5e5), 1);
-    assert_eq!(alarm(&plant.world(), "TWIN:P").0, EpicsSeverity::None);
+    plant.reads("copy", Quality::Overrange, Some(1.5e5), 1);
+    assert_eq!(alarm(&plant.world(), "COPY:P").0, EpicsSeverity::None);
     plant.loses("chamber");
     assert_eq!(alarm(&plant.world(), "CHAMBER:STATE").0, EpicsSeverity::Major);
     let mut usual = Plant::new("");
@@ -182,13 +182,13 @@ fn a_lost_gauge_is_invalid_and_its_value_is_not_plausible_unless_it_is_held() {
 #[test]
 fn a_virtual_gauge_says_that_it_is_one() {
     let mut plant = Plant::new("");
-    plant.reads("twin", Quality::Valid, Some(5e-4), 1);
+    plant.reads("copy", Quality::Valid, Some(5e-4), 1);
     plant.reads("chamber", Quality::Valid, Some(5e-4), 1);
     let world = plant.world();
-    assert_eq!(alarm(&world, "TWIN:P"), (EpicsSeverity::None, EpicsStatus::Simulated));
-    assert_eq!(text(&world, "TWIN:P.DESC"), "virtual twin: pressure");
+    assert_eq!(alarm(&world, "COPY:P"), (EpicsSeverity::None, EpicsStatus::Simulated));
+    assert_eq!(text(&world, "COPY:P.DESC"), "virtual copy: pressure");
     assert_eq!(text(&world, "CHAMBER:P.DESC"), "chamber: pressure");
-    let modes = ["TWIN:P.SIMM", "CHAMBER:P.SIMM"].map(|name| read(&world, name).sample.data);
+    let modes = ["COPY:P.SIMM", "CHAMBER:P.SIMM"].map(|name| read(&world, name).sample.data);
     assert_eq!(modes, [Data::Enum(1), Data::Enum(0)]);
 }
 

@@ -61,8 +61,8 @@ fn a_client_finds_the_heartbeat_and_monitors_it_beside_connections_that_are_sile
     let pva = address.split(", ").find_map(|it| it.strip_prefix("pva ")).unwrap();
     let search = UdpSocket::bind("127.0.0.1:0").unwrap();
     search.set_read_timeout(Some(BOUND)).unwrap();
-    let question = [header(0, 0, 13, 0, 0, b""), header(6, 5, 13, 3, 3, b"VAC:HEARTBEAT\0")].concat();
-    search.send_to(&question, ca).unwrap();
+    let request = [header(0, 0, 13, 0, 0, b""), header(6, 5, 13, 3, 3, b"VAC:HEARTBEAT\0")].concat();
+    search.send_to(&request, ca).unwrap();
     let mut answer = [0; 64];
     assert_eq!(search.recv(&mut answer).unwrap(), 40);
     let port = u16::from_be_bytes([answer[20], answer[21]]);

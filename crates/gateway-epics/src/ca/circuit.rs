@@ -22,7 +22,7 @@ mod mask {
     pub const PROPERTY: u16 = 8;
 }
 
-/// The octets of the request for a monitor: three numbers that nobody uses, the mask, and two of padding.
+/// The octets of the request for a monitor: three numbers without a use, the mask, and two of padding.
 const MASK_AT: usize = 12;
 
 struct Channel {

@@ -2,8 +2,9 @@
 
 use crate::connection::{Broken, MAX_OUT, MAX_PER_CLIENT, Posted, Protocol, Slots};
 use crate::database::{Target, World};
-use crate::pva::normative::{self, Shape};
+use crate::pva::normative;
 use crate::pva::search::{self, Guid};
+use crate::pva::source::Source;
 use crate::pva::wire::{self, Reader, Writer, command, put};
 use profivac_station::gateway_status::GatewayStatus;
 use std::collections::{BTreeMap, HashMap};
@@ -23,48 +24,6 @@ mod sub {
 /// What the server tells about its buffers; nothing depends on it.
 const BUFFER: u32 = 64 * 1024;
 const REGISTRY: u16 = 0x7FFF;
-
-/// What a channel reads.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Source {
-    Record(Target, Shape),
-    Table,
-}
-
-impl Source {
-    const fn shape(self) -> Shape {
-        match self {
-            Self::Record(_, shape) => shape,
-            Self::Table => Shape::Table,
-        }
-    }
-
-    fn version(self, world: &World) -> u64 {
-        match self {
-            Self::Record(target, _) => world.version(target),
-            Self::Table => normative::table_version(world),
-        }
-    }
-
-    /// Writes the value with the set of its fields; `false` if it cannot be read.
-    fn put(self, world: &World, is_whole: bool, out: &mut Writer) -> bool {
-        let shape = self.shape();
-        match (is_whole, shape.changing_fields()) {
-            (true, _) => out.bits(&[0]),
-            (false, fields) => out.bits(&fields),
-        }
-        match self {
-            Self::Table => normative::put_table(out, world, is_whole),
-            Self::Record(target, _) => {
-                let Some(answer) = world.read(target).filter(|answer| Shape::of(&answer.sample.data) == shape) else {
-                    return false;
-                };
-                if is_whole { normative::put_whole(out, &answer) } else { normative::put_changing(out, &answer) }
-            }
-        }
-        true
-    }
-}
 
 /// What a request does.
 enum Request {
@@ -141,7 +100,7 @@ impl Circuit {
     }
 
     fn create_channel(&mut self, name: &str, world: &World) -> Result<u32, &'static str> {
-        let source = source(name, world).ok_or("there is no such name; `profivac names` lists all")?;
+        let source = Source::named(name, world).ok_or("there is no such name; `profivac names` lists all")?;
         let id = self.next_channel;
         let is_free = self.channels.len() < MAX_PER_CLIENT && !self.channels.contains_key(&id);
         if !is_free || !self.slots.take() {
@@ -263,21 +222,6 @@ impl Circuit {
         }
         Ok(())
     }
-}
-
-/// What a name stands for.
-fn source(name: &str, world: &World) -> Option<Source> {
-    if name == world.database.table {
-        return Some(Source::Table);
-    }
-    let target = world.database.find(name)?;
-    Some(Source::Record(target, Shape::of(&world.read(target)?.sample.data)))
-}
-
-/// Whether a name is published over PV Access.
-#[must_use]
-pub fn is_published(name: &str, world: &World) -> bool {
-    source(name, world).is_some()
 }
 
 /// The last 32 bits of a message.

@@ -2,7 +2,7 @@
 
 use crate::connection::{Broken, Shared};
 use crate::database::World;
-use crate::pva::circuit::is_published;
+use crate::pva::source::Source;
 use crate::pva::wire::{self, Reader, Writer, command, put};
 use std::net::{Ipv4Addr, SocketAddr};
 use std::time::Duration;
@@ -21,7 +21,7 @@ const MAX_NAMES: u16 = 200;
 /// The most messages of a datagram that are read.
 const MAX_MESSAGES: usize = 8;
 
-/// The client asks to be told that a name is not here.
+/// The client asks for an answer although a name is not here: it lists servers.
 const REPLY_REQUIRED: u8 = 1;
 
 /// The time between beacons at first and later (protocol specification, "beacons").
@@ -53,7 +53,7 @@ fn search(mut payload: Reader, world: &World) -> Result<Search, Broken> {
     let mut found = Vec::new();
     for _ in 0..count {
         let id = payload.word()?;
-        if is_published(payload.text()?, world) && speaks_tcp {
+        if Source::named(payload.text()?, world).is_some() && speaks_tcp {
             found.push(id);
         }
     }
@@ -110,7 +110,7 @@ pub fn answer(datagram: &[u8], world: &World, guid: Guid, port: u16) -> Option<(
             continue;
         }
         let Ok(search) = search(message.payload, world) else { break };
-        if !search.found.is_empty() {
+        if !search.found.is_empty() || search.is_reply_required {
             client_port = search.port;
             put_answer(&mut out, &search, guid, port);
         }

@@ -128,14 +128,14 @@ impl<'a> Reader<'a> {
     /// The next `count` octets.
     ///
     /// # Errors
-    /// There are not so many.
+    /// There are fewer.
     pub fn take(&mut self, count: usize) -> Result<&'a [u8], Broken> {
         let (taken, rest) = self.octets.split_at_checked(count).ok_or(TOO_SHORT)?;
         self.octets = rest;
         Ok(taken)
     }
 
-    /// What is left.
+    /// The octets that are left.
     #[must_use]
     pub const fn rest(&self) -> &'a [u8] {
         self.octets

@@ -33,7 +33,7 @@ name = "model"
 port = "sim:model.toml"
 
 [[segment.gauge]]
-name = "twin"
+name = "copy"
 address = 5
 device = "bcg450"
 

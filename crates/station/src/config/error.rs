@@ -130,7 +130,7 @@ pub enum ConfigProblem {
     /// A value of the table of a gateway.
     #[error("expected {expected}, found {found:?}")]
     Gateway {
-        /// What is expected, and what to do.
+        /// The expected value, and what to do.
         expected: &'static str,
         /// The value.
         found: String,
