@@ -4,7 +4,7 @@ use crate::failure::Failure;
 use crate::gateways;
 use crate::output::{json, out};
 use clap::{Args, ValueEnum};
-use profivac_gateway::{Inputs, NameTable};
+use profivac_gateway::NameTable;
 use profivac_station::config::Config;
 use profivac_station::config::gateways::GatewaySettings;
 use std::path::PathBuf;
@@ -97,14 +97,15 @@ fn names(settings: &GatewaySettings, config: &Config) -> Result<NameTable, Failu
             names.map_err(|error| Failure::usage(error.to_string()))
         }
         #[cfg(feature = "prometheus")]
-        GatewaySettings::Prometheus(_) => {
-            Ok(profivac_gateway_prometheus::names(&profivac_gateway::points(&Inputs::planned(config))))
-        }
+        GatewaySettings::Prometheus(_) => Ok(profivac_gateway_prometheus::names(&profivac_gateway::points(
+            &profivac_gateway::Inputs::planned(config),
+        ))),
         other => Err(gateways::absent(other)),
     }
 }
 
 /// Writes the files for the Archiver Appliance and for Phoebus.
+#[cfg_attr(not(feature = "epics"), expect(unused_variables, reason = "only EPICS has lists"))]
 fn write_lists(arguments: &Arguments, config: &Config, settings: &GatewaySettings) -> Result<(), Failure> {
     let Arguments { archiver, bob, .. } = arguments;
     match settings {

@@ -42,7 +42,7 @@ pub fn names(station: &str, snapshot: &Snapshot, settings: &Settings) -> Result<
 /// The names for the Archiver Appliance: one a line, of what has a history: numbers and states of readings, segments and alarms.
 ///
 /// # Errors
-/// As [`names`].
+/// As `names`.
 pub fn archiver(station: &str, snapshot: &Snapshot, settings: &Settings) -> Result<String, NameError> {
     let database = Database::new(station, snapshot, settings)?;
     let of_points = database.records.iter().take(snapshot.points.len());
@@ -69,7 +69,7 @@ const ROW_HEIGHT: u32 = 30;
 /// of Phoebus.
 ///
 /// # Errors
-/// As [`names`].
+/// As `names`.
 pub fn bob(station: &str, snapshot: &Snapshot, settings: &Settings) -> Result<String, NameError> {
     let database = Database::new(station, snapshot, settings)?;
     let readings = snapshot.points.iter().filter(|point| point.signal == Signal::Pressure);
