@@ -1,8 +1,11 @@
 //! The gateways to control systems that this program was built with: each is a cargo feature.
 
 use crate::failure::Failure;
-use profivac_gateway::ReadModel;
+use profivac_gateway::{Inputs, ReadModel};
+use profivac_gateway::model::{Modeller, Snapshot};
 use profivac_gateway::thread::GatewayThread;
+use profivac_recorder::Micros;
+use profivac_station::config::Config;
 use profivac_station::config::gateways::GatewaySettings;
 use profivac_station::services::Services;
 use std::sync::Arc;
@@ -47,12 +50,38 @@ pub fn check(wanted: &[GatewaySettings]) -> Result<(), Failure> {
     wanted.iter().try_for_each(|settings| if is_built_in(settings) { Ok(()) } else { Err(absent(settings)) })
 }
 
-const fn is_built_in(settings: &GatewaySettings) -> bool {
-    match settings {
-        GatewaySettings::Mqtt(_) => cfg!(feature = "mqtt"),
-        GatewaySettings::Prometheus(_) => cfg!(feature = "prometheus"),
-        _ => false,
+/// Checks what the gateways would publish: names that are too long or equal are errors of the file.
+pub fn check_names(config: &Config) -> Result<(), Failure> {
+    for settings in &config.gateways {
+        match settings {
+            #[cfg(feature = "epics")]
+            GatewaySettings::Epics(it) => {
+                let names = profivac_gateway_epics::listing::names(&config.name, &planned(config), it);
+                names.map_err(|error| Failure::usage(error.to_string()))?;
+            }
+            _ => {}
+        }
     }
+    Ok(())
+}
+
+/// The points of a station before it starts.
+pub fn planned(config: &Config) -> Snapshot {
+    Modeller::default().next(Inputs::planned(config), Micros::now())
+}
+
+/// The gateways of this program, by the names of their tables.
+const BUILT_IN: &[&str] = &[
+    #[cfg(feature = "epics")]
+    "epics",
+    #[cfg(feature = "mqtt")]
+    "mqtt",
+    #[cfg(feature = "prometheus")]
+    "prometheus",
+];
+
+fn is_built_in(settings: &GatewaySettings) -> bool {
+    BUILT_IN.contains(&settings.name())
 }
 
 /// The failure when the file has the table of a gateway that this program does not have.
@@ -70,6 +99,8 @@ fn start(
     services: Arc<Services>,
 ) -> Result<Vec<GatewayThread>, Failure> {
     match settings {
+        #[cfg(feature = "epics")]
+        GatewaySettings::Epics(it) => Ok(profivac_gateway_epics::start(it.clone(), model, services)?),
         #[cfg(feature = "mqtt")]
         GatewaySettings::Mqtt(it) => Ok(profivac_gateway_mqtt::start(it, &model, &services)?),
         #[cfg(feature = "prometheus")]

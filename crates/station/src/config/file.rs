@@ -4,6 +4,7 @@ use super::alarms::AlarmToml;
 use super::default_alarms::DefaultAlarmsToml;
 use super::error::{ConfigProblem, Located};
 use super::gateways::GatewaysToml;
+use super::gateways::epics::EpicsToml;
 use super::gateways::mqtt::MqttToml;
 use super::gateways::prometheus::PrometheusToml;
 use super::retention::RetentionToml;
@@ -37,6 +38,7 @@ pub struct ConfigToml {
     pub alarms: DefaultAlarmsToml,
     #[serde(default)]
     pub webhook: Vec<WebhookToml>,
+    epics: Option<EpicsToml>,
     mqtt: Option<MqttToml>,
     prometheus: Option<PrometheusToml>,
 }
@@ -73,7 +75,7 @@ impl ConfigToml {
 
     /// Takes the tables of the gateways.
     pub const fn take_gateways(&mut self) -> GatewaysToml {
-        GatewaysToml { mqtt: self.mqtt.take(), prometheus: self.prometheus.take() }
+        GatewaysToml { epics: self.epics.take(), mqtt: self.mqtt.take(), prometheus: self.prometheus.take() }
     }
 
     /// The configuration without alarms, webhooks, retention and gateways.

@@ -52,7 +52,7 @@
 //! | `default_alarms` | `[alarms]` |
 //! | `webhooks` | `[[webhook]]` |
 //! | `retention` | `[retention]` |
-//! | [`gateways`] | `[mqtt]`, `[prometheus]` and the other gateways to control systems |
+//! | [`gateways`] | `[epics]`, `[mqtt]`, `[prometheus]` and the other gateways to control systems |
 //! | `check` | checks of segments, gauges and host names |
 //! | `names`, `values`, `certificates` | rules for names; delays and priorities; certificates |
 //! | `error` | errors with their positions |
@@ -254,9 +254,11 @@ impl Config {
         let renamed = self.renamed_keys.iter().cloned().map(ConfigNotice::RenamedKey);
         let empty = self.segments.iter().filter(|segment| segment.gauges.is_empty());
         let empty = empty.map(|segment| ConfigNotice::EmptySegment { segment: segment.name.clone() });
+        let open = self.gateways.iter().filter(|gateway| gateway.is_open_to_network());
+        let open = open.map(|gateway| ConfigNotice::OpenGateway { gateway: gateway.name() });
         let brokers = self.gateways.iter().filter_map(GatewaySettings::unencrypted_broker);
         let brokers = brokers.map(|host| ConfigNotice::UnencryptedBroker { host: host.to_owned() });
-        renamed.chain(empty).chain(brokers).collect()
+        renamed.chain(empty).chain(open).chain(brokers).collect()
     }
 
     /// The settings that differ in `new` and that the station applies only at its next start.

@@ -34,6 +34,15 @@ pub enum ConfigNotice {
         /// The host of the broker.
         host: String,
     },
+    /// Other computers reach a gateway whose protocol has no login.
+    #[error(
+        "[{gateway}] listens in the network, and its protocol has neither login nor encryption: every computer there can read all values; \
+         use a network of the control system, or a gateway of the site in front"
+    )]
+    OpenGateway {
+        /// Its table.
+        gateway: &'static str,
+    },
 }
 
 /// A key that is written with a former name. The station accepts it.

@@ -1,10 +1,12 @@
 //! The gateways to control systems: one table of the file for each. A program without a gateway reads its table as well, so that
 //! the same file has the same errors everywhere.
 
+pub mod epics;
 pub mod mqtt;
 pub mod prometheus;
 
 use super::error::Located;
+use epics::EpicsToml;
 use mqtt::MqttToml;
 use prometheus::PrometheusToml;
 use std::path::Path;
@@ -12,6 +14,8 @@ use std::path::Path;
 /// The tables of the gateways in the file.
 #[derive(Debug, Default)]
 pub struct GatewaysToml {
+    /// `[epics]`.
+    pub epics: Option<EpicsToml>,
     /// `[mqtt]`.
     pub mqtt: Option<MqttToml>,
     /// `[prometheus]`.
@@ -22,6 +26,8 @@ pub struct GatewaysToml {
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum GatewaySettings {
+    /// `[epics]`.
+    Epics(epics::Settings),
     /// `[mqtt]`.
     Mqtt(Box<mqtt::Settings>),
     /// `[prometheus]`.
@@ -33,6 +39,7 @@ impl GatewaySettings {
     #[must_use]
     pub const fn name(&self) -> &'static str {
         match self {
+            Self::Epics(_) => "epics",
             Self::Mqtt(_) => "mqtt",
             Self::Prometheus(_) => "prometheus",
         }
@@ -43,7 +50,7 @@ impl GatewaySettings {
     pub fn unencrypted_broker(&self) -> Option<&str> {
         match self {
             Self::Mqtt(it) => it.broker.is_exposed().then_some(&it.broker.host),
-            Self::Prometheus(_) => None,
+            Self::Epics(_) | Self::Prometheus(_) => None,
         }
     }
 
@@ -54,15 +61,27 @@ impl GatewaySettings {
             Self::Mqtt(it) => {
                 it.broker.credentials.is_some() || it.broker.tls.as_ref().is_some_and(|tls| tls.client.is_some())
             }
-            Self::Prometheus(_) => false,
+            Self::Epics(_) | Self::Prometheus(_) => false,
+        }
+    }
+}
+
+impl GatewaySettings {
+    /// Whether other computers reach the gateway and its protocol has neither login nor encryption.
+    #[must_use]
+    pub fn is_open_to_network(&self) -> bool {
+        match self {
+            Self::Epics(settings) => settings.is_open_to_network(),
+            _ => false,
         }
     }
 }
 
 /// The settings of all gateways of the file at `path`.
 pub fn settings(toml: GatewaysToml, path: &Path) -> Result<Vec<GatewaySettings>, Located> {
-    let GatewaysToml { mqtt, prometheus } = toml;
+    let GatewaysToml { epics, mqtt, prometheus } = toml;
+    let epics = epics.map(|it| it.into_settings(path)).transpose()?.map(GatewaySettings::Epics);
     let mqtt = mqtt.map(|it| it.into_settings(path)).transpose()?.map(|it| GatewaySettings::Mqtt(Box::new(it)));
     let prometheus = prometheus.map(|it| it.into_settings(path)).transpose()?.map(GatewaySettings::Prometheus);
-    Ok(mqtt.into_iter().chain(prometheus).collect())
+    Ok(epics.into_iter().chain(mqtt).chain(prometheus).collect())
 }
