@@ -1,9 +1,9 @@
 //! The gateways to control systems that this program was built with: each is a cargo feature.
 
 use crate::failure::Failure;
-use profivac_gateway::{Inputs, ReadModel};
 use profivac_gateway::model::{Modeller, Snapshot};
 use profivac_gateway::thread::GatewayThread;
+use profivac_gateway::{Inputs, ReadModel};
 use profivac_recorder::Micros;
 use profivac_station::config::Config;
 use profivac_station::config::gateways::GatewaySettings;
@@ -100,7 +100,7 @@ fn start(
 ) -> Result<Vec<GatewayThread>, Failure> {
     match settings {
         #[cfg(feature = "epics")]
-        GatewaySettings::Epics(it) => Ok(profivac_gateway_epics::start(it.clone(), model, services)?),
+        GatewaySettings::Epics(it) => Ok(vec![profivac_gateway_epics::start(it.clone(), model, services)?]),
         #[cfg(feature = "mqtt")]
         GatewaySettings::Mqtt(it) => Ok(profivac_gateway_mqtt::start(it, &model, &services)?),
         #[cfg(feature = "prometheus")]
