@@ -219,7 +219,7 @@ def check_plain(plant, host):
     retained.subscribe([("profivac/#", 1), ("homeassistant/#", 1)])
     retained.loop_start()
     wait_for("a retained state", lambda: found["profivac/hall/chamber/state"].retain)
-    config = wait_for("a sensor", lambda: next(it for topic, it in found.items() if topic.endswith("chamber/pressure_log10/config")))
+    config = wait_for("a sensor", lambda: next((it for topic, it in found.items() if topic.endswith("chamber/pressure_log10/config")), None))
     config = json.loads(config.payload)
     assert config["state_topic"] == "profivac/hall/chamber/state" and config["expire_after"] == 60
     retained.loop_stop()
