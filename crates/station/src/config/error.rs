@@ -7,6 +7,7 @@ use crate::visible_text::TextProblem;
 use profivac_virtual::device_spec::SpecError;
 use std::fmt;
 use std::io;
+use std::net::SocketAddr;
 use std::ops::Range;
 use std::path::PathBuf;
 
@@ -312,6 +313,16 @@ pub enum ConfigProblem {
         file: PathBuf,
         /// The error of the operating system.
         error: io::Error,
+    },
+    /// A gateway listens beyond loopback without protection.
+    #[error("[{gateway}] listens beyond loopback on {listen}, which needs {needs}; without, listen on 127.0.0.1")]
+    GatewayExposed {
+        /// The name of its table.
+        gateway: &'static str,
+        /// The address.
+        listen: SocketAddr,
+        /// What is missing.
+        needs: &'static str,
     },
     /// The certificates of a webhook cannot be read.
     #[error(transparent)]

@@ -61,6 +61,13 @@ struct TlsToml {
     key: PathBuf,
 }
 
+impl TlsToml {
+    fn files(&self, path: &Path) -> TlsFiles {
+        let folder = path.parent().unwrap_or(Path::new(""));
+        TlsFiles { certificate: folder.join(&self.certificate), key: folder.join(&self.key) }
+    }
+}
+
 impl ConfigToml {
     pub fn parse(text: &str) -> Result<Self, Located> {
         toml::from_str(text).map_err(|error| {
@@ -69,9 +76,9 @@ impl ConfigToml {
         })
     }
 
-    /// Takes the tables of the gateways.
-    pub const fn take_gateways(&mut self) -> GatewaysToml {
-        GatewaysToml { prometheus: self.prometheus.take() }
+    /// Takes the tables of the gateways of the file at `path`.
+    pub fn take_gateways(&mut self, path: &Path) -> GatewaysToml {
+        GatewaysToml { prometheus: self.prometheus.take(), tls: self.tls.as_ref().map(|tls| tls.files(path)) }
     }
 
     /// The configuration without alarms, webhooks, retention and gateways.
@@ -90,7 +97,7 @@ impl ConfigToml {
             name: self.station.name.map_or(stem, Spanned::into_inner),
             users,
             hosts: self.station.hosts.into_iter().map(Spanned::into_inner).collect(),
-            tls: self.tls.map(|tls| TlsFiles { certificate: beside(tls.certificate), key: beside(tls.key) }),
+            tls: self.tls.map(|tls| tls.files(path)),
             segments: self.segment.into_iter().map(SegmentToml::into_segment).collect(),
             alarms: Vec::new(),
             webhooks: Vec::new(),

@@ -234,7 +234,7 @@ impl Config {
         let alarms = alarms::rules(&file.alarm, &file.alarms, &file.segment).map_err(located)?;
         let webhooks = webhooks::webhooks(&file.webhook, path).map_err(located)?;
         let retention = retention::retention(&file.retention).map_err(located)?;
-        let gateways = gateways::settings(file.take_gateways(), path).map_err(located)?;
+        let gateways = gateways::settings(file.take_gateways(path), path).map_err(located)?;
         Ok(Self { alarms, webhooks, retention, renamed_keys, gateways, ..file.into_config(path) })
     }
 
@@ -272,8 +272,9 @@ impl Config {
     /// Whether the file holds secrets or names the files that hold them, so that only its owner may read it. The URL of a
     /// webhook is often a secret.
     #[must_use]
-    pub const fn is_private(&self) -> bool {
-        self.users.named || self.tls.is_some() || !self.webhooks.is_empty()
+    pub fn is_private(&self) -> bool {
+        let has_secrets = self.gateways.iter().any(GatewaySettings::is_private);
+        self.users.named || self.tls.is_some() || !self.webhooks.is_empty() || has_secrets
     }
 }
 

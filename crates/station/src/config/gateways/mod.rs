@@ -3,6 +3,7 @@
 
 pub mod prometheus;
 
+use super::TlsFiles;
 use super::error::Located;
 use prometheus::PrometheusToml;
 use std::path::Path;
@@ -12,6 +13,8 @@ use std::path::Path;
 pub struct GatewaysToml {
     /// `[prometheus]`.
     pub prometheus: Option<PrometheusToml>,
+    /// `[tls]`, for gateways that use the certificate of the station.
+    pub tls: Option<TlsFiles>,
 }
 
 /// The settings of a gateway.
@@ -30,11 +33,20 @@ impl GatewaySettings {
             Self::Prometheus(_) => "prometheus",
         }
     }
+
+    /// Whether it names a file with a secret.
+    #[must_use]
+    pub const fn is_private(&self) -> bool {
+        match self {
+            Self::Prometheus(settings) => settings.token.is_some(),
+        }
+    }
 }
 
 /// The settings of all gateways of the file at `path`.
 pub fn settings(toml: GatewaysToml, path: &Path) -> Result<Vec<GatewaySettings>, Located> {
-    let GatewaysToml { prometheus } = toml;
-    let prometheus = prometheus.map(|it| it.into_settings(path)).transpose()?.map(GatewaySettings::Prometheus);
+    let GatewaysToml { prometheus, tls } = toml;
+    let prometheus =
+        prometheus.map(|it| it.into_settings(path, tls.as_ref())).transpose()?.map(GatewaySettings::Prometheus);
     Ok(prometheus.into_iter().collect())
 }
