@@ -130,6 +130,9 @@ impl Modeller {
     fn keep_readings(&mut self, inputs: &mut Inputs) {
         self.readings.retain(|name, _| inputs.gauges.iter().any(|gauge| gauge.name == *name));
         for gauge in &mut inputs.gauges {
+            if gauge.parameters.is_empty() {
+                gauge.parameters = plant::default_parameters(gauge);
+            }
             if gauge.readings.is_empty() {
                 let known = self.readings.entry(gauge.name.clone());
                 let known = known.or_insert_with(|| plant::default_readings(gauge));
@@ -163,6 +166,7 @@ impl ReadModel {
     /// # Errors
     /// When the system gives no thread.
     pub fn start(services: Arc<Services>) -> std::io::Result<Self> {
+        services.snapshots().want_parameters(true);
         let mut modeller = Modeller::default();
         let (snapshots, _) = watch::channel(Arc::new(modeller.next(Inputs::of(&services), Micros::now())));
         let is_stopped = Arc::new(AtomicBool::new(false));
@@ -173,6 +177,7 @@ impl ReadModel {
                 own_sender.send_replace(Arc::new(next));
                 std::thread::park_timeout(PERIOD);
             }
+            services.snapshots().want_parameters(false);
         })?;
         Ok(Self { snapshots, is_stopped, thread: Mutex::new(Some(thread)) })
     }

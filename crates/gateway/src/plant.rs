@@ -11,9 +11,9 @@ use profivac_recorder::Micros;
 use profivac_station::alarm::view::AlarmView;
 use profivac_station::alarm::{AlarmState, ConditionKind, Priority};
 use profivac_station::config::{self, Config};
-use profivac_station::segment::{planned_gauge, planned_readings};
+use profivac_station::segment::{planned_gauge, planned_parameters, planned_readings};
 use profivac_station::services::Services;
-use profivac_station::view::{self, BusStationState, Gauge, Reading, Segment, SegmentState};
+use profivac_station::view::{self, BusStationState, Gauge, Reading, Segment, SegmentState, WatchedParameter};
 use std::collections::BTreeMap;
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::sync::Arc;
@@ -49,10 +49,9 @@ impl Inputs {
     /// The state of a station of this file before it starts: without data, with the points that it will have.
     #[must_use]
     pub fn planned(config: &Config) -> Self {
-        let gauges = config
-            .segments
-            .iter()
-            .flat_map(|segment| segment.gauges.iter().map(|gauge| planned_gauge(gauge, &segment.name)));
+        let gauges = config.segments.iter().flat_map(|segment| {
+            segment.gauges.iter().map(|gauge| planned_gauge(gauge, &segment.name, segment.listen_only))
+        });
         Self {
             station: view::Station {
                 name: config.name.clone(),
@@ -76,7 +75,9 @@ impl Inputs {
             (&segment.name, is_virtual(&segment.port)).hash(&mut hasher);
         }
         for gauge in &self.gauges {
-            (&gauge.name, &gauge.segment, &gauge.device, gauge.readings.len()).hash(&mut hasher);
+            (&gauge.name, &gauge.segment, &gauge.device, gauge.readings.len(), gauge.parameters.len())
+                .hash(&mut hasher);
+            gauge.parameters.iter().for_each(|parameter| parameter.target.hash(&mut hasher));
             for reading in &gauge.readings {
                 let principle = reading.principle.map(|principle| principle as u8);
                 (&reading.series, reading.instance, principle).hash(&mut hasher);
@@ -114,6 +115,11 @@ fn is_virtual(port: &str) -> bool {
 /// The readings of a gauge of which nothing was heard yet.
 pub(crate) fn default_readings(gauge: &Gauge) -> Vec<Reading> {
     planned_readings(&config::Gauge::plain(gauge.name.clone(), gauge.address, gauge.device.clone()))
+}
+
+/// The parameters of a gauge that were not read yet. Those of a gauge that belongs to another master are never read.
+pub(crate) fn default_parameters(gauge: &Gauge) -> Vec<WatchedParameter> {
+    if gauge.listen_only { Vec::new() } else { planned_parameters(&gauge.device) }
 }
 
 /// The same reading without a value.
@@ -237,6 +243,7 @@ pub fn walk(inputs: &Inputs, sink: &mut impl Sink) {
     for it in &inputs.gauges {
         gauge(inputs, it, sink);
         it.readings.iter().for_each(|reading| self::reading(inputs, it, reading, sink));
+        it.parameters.iter().for_each(|parameter| self::parameter(inputs, it, parameter, sink));
     }
     for it in &inputs.alarms {
         alarm(it, sink);
@@ -372,6 +379,27 @@ fn reading(inputs: &Inputs, gauge: &Gauge, reading: &Reading, sink: &mut impl Si
     sink.point(Signal::StateText, Raw::Text(&text), state, at);
     sink.point(Signal::Usable, Raw::Boolean(state.codes().is_measured), state, at);
     sink.point(Signal::LastReading, at.map_or(Raw::None, Raw::Time), state, at);
+}
+
+fn parameter(inputs: &Inputs, gauge: &Gauge, parameter: &WatchedParameter, sink: &mut impl Sink) {
+    sink.subject(|| {
+        let port = inputs.segments.iter().find(|segment| segment.name == gauge.segment).map(|segment| &segment.port);
+        let subject = Subject::Parameter {
+            gauge: Arc::from(gauge.name.as_str()),
+            target: Arc::from(parameter.target.as_str()),
+            name: Arc::from(parameter.name.as_str()),
+        };
+        PointOf::plain(subject, Some(Arc::from(gauge.segment.as_str())), port.is_some_and(|port| is_virtual(port)))
+    });
+    // A gauge that is not in data exchange may have lost what was read.
+    let answers = matches!(gauge.state, BusStationState::DataExchange | BusStationState::Fault);
+    let at = parameter.read_at.filter(|_| answers);
+    let state = if at.is_some() { State::Ok } else { State::Stale };
+    let number = Raw::float(parameter.number.filter(|_| at.is_some()));
+    let signal = if parameter.is_pressure { Signal::ParameterPressure } else { Signal::ParameterNumber };
+    sink.point(signal, number, state, at);
+    let text = if at.is_some() { Raw::Text(&parameter.text) } else { Raw::None };
+    sink.point(Signal::ParameterText, text, state, at);
 }
 
 /// A pressure or a state, as a text of up to 39 characters, which is what EPICS allows.

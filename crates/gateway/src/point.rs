@@ -24,6 +24,15 @@ pub enum Subject {
         /// The name under which it is recorded.
         series: Arc<str>,
     },
+    /// A parameter of a gauge.
+    Parameter {
+        /// The name of the gauge.
+        gauge: Arc<str>,
+        /// The name by which the parameter is read: `trip-point.1/high-trip-point`.
+        target: Arc<str>,
+        /// The manual's name.
+        name: Arc<str>,
+    },
     /// The alarm of this name.
     Alarm(Arc<str>),
 }
@@ -37,17 +46,19 @@ impl Subject {
             Self::Segment(_) => SubjectKind::Segment,
             Self::Gauge(_) => SubjectKind::Gauge,
             Self::Reading { .. } => SubjectKind::Reading,
+            Self::Parameter { .. } => SubjectKind::Parameter,
             Self::Alarm(_) => SubjectKind::Alarm,
         }
     }
 
-    /// Its name in the station's file, with the channel of a controller; empty for the station.
+    /// Its name in the station's file, with the channel of a controller; that of a parameter without its gauge; empty for the station.
     #[must_use]
     pub fn name(&self) -> &str {
         match self {
             Self::Station => "",
             Self::Segment(name) | Self::Gauge(name) | Self::Alarm(name) => name,
             Self::Reading { series, .. } => series,
+            Self::Parameter { target, .. } => target,
         }
     }
 
@@ -55,7 +66,7 @@ impl Subject {
     #[must_use]
     pub fn gauge(&self) -> Option<&str> {
         match self {
-            Self::Gauge(gauge) | Self::Reading { gauge, .. } => Some(gauge),
+            Self::Gauge(gauge) | Self::Reading { gauge, .. } | Self::Parameter { gauge, .. } => Some(gauge),
             Self::Station | Self::Segment(_) | Self::Alarm(_) => None,
         }
     }

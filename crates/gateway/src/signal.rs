@@ -30,6 +30,8 @@ pub enum SubjectKind {
     Gauge,
     /// A reading of a gauge, or a channel of a controller.
     Reading,
+    /// A parameter of a gauge: emission, degas, trip point, relay.
+    Parameter,
     /// An alarm.
     Alarm,
 }
@@ -116,6 +118,9 @@ signals! {
     Repetitions         "repetitions"           Gauge   Kind::Integer,               None,        "Repeated requests to the gauge";
     LostCycles          "lost-cycles"           Gauge   Kind::Integer,               None,        "Message cycles with the gauge that had no answer";
     DamagedAnswers      "damaged-answers"       Gauge   Kind::Integer,               None,        "Damaged telegrams of message cycles with the gauge";
+    ParameterPressure   "parameter-pressure"    Parameter Kind::Float,               Some("Pa"),  "Value of a parameter that is a pressure";
+    ParameterNumber     "parameter-number"      Parameter Kind::Float,               None,        "Value of another parameter: a number or a code";
+    ParameterText       "parameter-text"        Parameter Kind::Text,                None,        "Value of the parameter in the words of the manual";
     SegmentState        "segment-state"         Segment Kind::Choice(&SEGMENT_STATES), None,      "State of the segment";
     SegmentUp           "segment-up"            Segment Kind::Boolean,               None,        "The segment runs";
     SegmentProblem      "segment-problem"       Segment Kind::Text,                  None,        "Why the segment does not run";

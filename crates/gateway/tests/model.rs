@@ -133,3 +133,25 @@ fn a_changed_file_keeps_the_values_of_the_points_that_stay() {
     let version = |snapshot: &Snapshot| snapshot.values[position(snapshot, "chamber", Signal::Pressure)].version;
     assert_eq!(version(&after), version(&before));
 }
+
+#[test]
+fn the_parameters_of_a_gauge_are_points_of_their_own_with_the_time_of_their_reading() {
+    let mut inputs = measuring(1.0, 1_000);
+    let of_degas = |gauge: &profivac_station::view::Gauge| {
+        gauge.parameters.iter().position(|parameter| parameter.target == "ba.degas-status").unwrap()
+    };
+    let snapshot = Modeller::default().next(inputs.clone(), Micros(1));
+    let value = &snapshot.values[position(&snapshot, "ba.degas-status", Signal::ParameterNumber)];
+    assert_eq!((&value.value, value.state), (&Value::None, State::Stale), "not read yet");
+    let gauge = &mut inputs.gauges[0];
+    let index = of_degas(gauge);
+    let degas = &mut gauge.parameters[index];
+    (degas.number, degas.text, degas.read_at) = (Some(3.0), "on".to_owned(), Some(Micros(77)));
+    let snapshot = Modeller::default().next(inputs.clone(), Micros(100));
+    let value = &snapshot.values[position(&snapshot, "ba.degas-status", Signal::ParameterNumber)];
+    assert_eq!((&value.value, value.state, value.at), (&Value::Float(3.0), State::Ok, Some(Micros(77))));
+    inputs.gauges[0].state = BusStationState::Missing;
+    let snapshot = Modeller::default().next(inputs, Micros(200));
+    let value = &snapshot.values[position(&snapshot, "ba.degas-status", Signal::ParameterText)];
+    assert_eq!((&value.value, value.state), (&Value::None, State::Stale), "a missing gauge may have lost it");
+}

@@ -3,6 +3,7 @@
 use crate::bus::BusStore;
 use crate::view::{Gauge, ReadProgress, Segment, SegmentState, duration_ms};
 use std::collections::BTreeMap;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError, RwLock, RwLockReadGuard, RwLockWriteGuard};
 use std::time::{Duration, Instant};
 
@@ -40,6 +41,8 @@ pub struct SnapshotStore {
     segments: RwLock<BTreeMap<String, Published>>,
     read_progress: Mutex<Vec<ReadProgress>>,
     buses: BusStore,
+    /// A gateway shows parameters: the segments read them.
+    parameters_wanted: AtomicBool,
 }
 
 impl SnapshotStore {
@@ -55,6 +58,17 @@ impl SnapshotStore {
             published.at = Instant::now();
             published.snapshot.gauges = gauges;
         }
+    }
+
+    /// Whether the segments read the parameters that gateways show.
+    #[must_use]
+    pub fn are_parameters_wanted(&self) -> bool {
+        self.parameters_wanted.load(Ordering::Relaxed)
+    }
+
+    /// Sets whether the segments read the parameters that gateways show.
+    pub fn want_parameters(&self, wanted: bool) {
+        self.parameters_wanted.store(wanted, Ordering::Relaxed);
     }
 
     /// The lines of the segments.
@@ -173,6 +187,7 @@ mod tests {
             poll_ms: 200,
             stale_after_ms: 3000,
             age_ms: Some(12),
+            parameters: Vec::new(),
             read_at: None,
         };
         assert_eq!(gauge_after(&gauge, Duration::from_secs(3)).age_ms, Some(3012));

@@ -144,6 +144,8 @@ pub struct Gauge {
     pub levels: Vec<PressureLevel>,
     /// The readings, one for each measuring part in the cyclic data.
     pub readings: Vec<Reading>,
+    /// The parameters that gateways show beside the pressures; empty while no gateway runs.
+    pub parameters: Vec<WatchedParameter>,
     /// The age of the readings in milliseconds; `null` if there never was one.
     pub age_ms: Option<u64>,
     /// When the gauge gave the readings, in milliseconds since 1970; `null` if there never was one.
@@ -154,6 +156,25 @@ pub struct Gauge {
     pub poll_ms: u64,
     /// The age in milliseconds from which the readings are stale.
     pub stale_after_ms: u64,
+}
+
+/// A parameter that the station reads from time to time: emission, degas, trip points, relays.
+#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
+pub struct WatchedParameter {
+    /// The name by which it is read and written: `trip-point.1/high-trip-point`.
+    pub target: String,
+    /// The manual's name.
+    pub name: String,
+    /// Its number is a pressure in Pa.
+    pub is_pressure: bool,
+    /// The value: a pressure in Pa, a number, a code; `null` if it was not read, or the gauge did not answer the last time.
+    pub number: Option<f64>,
+    /// The value in the words of the manual.
+    pub text: String,
+    /// When it was read, in milliseconds since 1970.
+    #[schema(value_type = Option<i64>)]
+    #[serde(rename = "read_ms", serialize_with = "milliseconds")]
+    pub read_at: Option<Micros>,
 }
 
 /// A pressure that a trend marks with a line.

@@ -111,6 +111,7 @@ fn snapshot() -> SegmentSnapshot {
         levels: Vec::new(),
         readings: vec![reading],
         age_ms: None,
+        parameters: Vec::new(),
         read_at: None,
         poll_ms: 200,
         stale_after_ms: 3000,

@@ -190,7 +190,7 @@ impl Requirement<'_> {
             Self::Pressure(value, limit) => evaluate_pressure(gauge, value, *limit)?,
             Self::BelowPartOf { value, full_scale, part } => {
                 let reading = gauge.read_parameter(full_scale)?;
-                match gauge.pa(&reading) {
+                match gauge.pressure_pa(&reading) {
                     Some(full_scale_pa) => evaluate_pressure(gauge, value, PressureLimit::Below(full_scale_pa * part))?,
                     // A full scale that is no pressure sets no limit: the device decides.
                     None => ("its full scale is not known".to_owned(), None),

@@ -90,7 +90,7 @@ impl<R: Records> Gauge<R> {
         let names = self.names();
         let instance = instance_of(named);
         let reading = self.read_parameter(named)?;
-        let pa = self.pa(&reading);
+        let pa = self.pressure_pa(&reading);
         let of_instance =
             |role| names.all().iter().find(move |other| has_role(other, role) && other.is_same_instance(named));
         let status = status.or_else(|| of_instance(Role::StatusExtension));
@@ -188,17 +188,29 @@ impl<R: Records> Gauge<R> {
             return Ok(None);
         };
         match self.read_parameter(end) {
-            Ok(reading) => Ok(self.pa(&reading).filter(|pa| is_pressure(*pa))),
+            Ok(reading) => Ok(self.pressure_pa(&reading).filter(|pa| is_pressure(*pa))),
             Err(ClientError::Refused { .. }) => Ok(None),
             Err(error) => Err(error),
         }
     }
 
-    /// A reading in Pa.
-    pub(super) fn pa(&self, reading: &ParameterReading) -> Option<f64> {
+    /// A reading in Pa; `None` for a parameter that is no pressure.
+    ///
+    /// ```
+    /// # use profivac_client::Bus;
+    /// # let mut bus = Bus::on(profivac_virtual::open::devices(&["bcg450@5:unit=mbar"])?).open()?;
+    /// let mut gauge = bus.gauge(5)?;
+    /// let reading = gauge.read("pirani.full-scale")?;
+    /// assert_eq!(gauge.pressure_pa(&reading), Some(1e5));
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    #[must_use]
+    pub fn pressure_pa(&self, reading: &ParameterReading) -> Option<f64> {
         let Value::Number(number) = reading.value else { return None };
         let unit = self.model.unit_named(reading.unit?)?;
-        pressure_format(self.model, &reading.named, unit, NumberType::Float)?.pa_from_number(number)
+        let is_integer = reading.octets.len() == NumberType::Integer.octets();
+        let number_type = if is_integer { NumberType::Integer } else { NumberType::Float };
+        pressure_format(self.model, &reading.named, unit, number_type)?.pa_from_number(number)
     }
 }
 

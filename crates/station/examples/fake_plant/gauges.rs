@@ -309,6 +309,7 @@ impl Fake {
             levels: self.levels.iter().map(|(name, pa)| PressureLevel { name: (*name).to_owned(), pa: *pa }).collect(),
             readings: readings.map(|(place, (series, shown))| self.reading(place, &series, told(shown))).collect(),
             age_ms,
+            parameters: Vec::new(),
             read_at: None,
             poll_ms: 200,
             stale_after_ms: 3000,

@@ -1,5 +1,6 @@
 //! A gauge of a segment: the station searches for it, brings it into data exchange, samples it and shows it.
 
+use super::watched::{self, WatchedParameters};
 use crate::config;
 use crate::recording::RecorderHandle;
 use crate::view::{self, BusStationState};
@@ -7,6 +8,7 @@ use profivac_client::cyclic::{ChannelValue, CyclicSlave, CyclicValues};
 use profivac_client::discover::CyclicError;
 use profivac_client::identify;
 use profivac_client::ms2::Ms2;
+use profivac_client::names::NamedParameter;
 use profivac_client::records::{RecordError, Unavailable};
 use profivac_client::{ClientError, Defects};
 use profivac_devices::Principle;
@@ -119,6 +121,8 @@ pub struct GaugeSession {
     /// When the defects are to be read; `None` without an alarm.
     defects_at: Option<Instant>,
     warnings: Vec<String>,
+    /// The parameters that gateways show.
+    parameters: WatchedParameters,
     readings: Vec<view::Reading>,
     /// The series whose last sample is not a gap.
     recorded: Vec<Arc<str>>,
@@ -161,6 +165,7 @@ impl GaugeSession {
             defects: Defects::default(),
             defects_at: None,
             warnings: Vec::new(),
+            parameters: WatchedParameters::default(),
             readings: Vec::new(),
             recorded: Vec::new(),
             read_at: None,
@@ -357,6 +362,31 @@ impl GaugeSession {
         }
     }
 
+    /// When the next parameter is to be read for gateways; `None` for a gauge that does not exchange data.
+    pub fn parameter_due(&mut self) -> Option<Instant> {
+        let slave = self.slave?;
+        if !matches!(self.state, BusStationState::DataExchange | BusStationState::Fault) {
+            return None;
+        }
+        self.parameters.found(slave.model, Instant::now());
+        self.parameters.due()
+    }
+
+    /// The parameter that is to be read now for gateways, if there is one. If so, sets the time of its next reading.
+    pub fn takes_parameter_turn(&mut self) -> Option<(CyclicSlave, &'static NamedParameter)> {
+        Some((self.slave?, self.parameters.takes_turn(Instant::now())?))
+    }
+
+    /// Takes the value of a parameter; `None` if the gauge did not give one.
+    pub fn take_parameter(&mut self, parameter: &NamedParameter, value: Option<view::WatchedParameter>) {
+        self.parameters.take(parameter, value);
+    }
+
+    /// An operation of the station may have changed its parameters.
+    pub fn parameters_changed(&mut self) {
+        self.parameters.changed(Instant::now());
+    }
+
     /// The alarms in words: their defects, as far as they are known.
     fn exceptions(&self) -> Vec<String> {
         self.defects.texts(self.alarms)
@@ -436,6 +466,7 @@ impl GaugeSession {
             gas: self.config.gas.to_string(),
             levels: levels.map(|(name, level)| view::PressureLevel { name: name.clone(), pa: level.pa() }).collect(),
             readings: self.readings.clone(),
+            parameters: self.parameters.values(),
             age_ms: self.read_at.map(|(at, _)| view::duration_ms(at.elapsed())),
             read_at: self.read_at.map(|(_, at)| at),
             poll_ms: view::duration_ms(self.config.poll),
@@ -446,9 +477,17 @@ impl GaugeSession {
 
 /// A gauge of the station's file before anything was heard of it: without data, with the readings of its default configuration.
 #[must_use]
-pub fn planned_gauge(config: &config::Gauge, segment: &str) -> view::Gauge {
+pub fn planned_gauge(config: &config::Gauge, segment: &str, listen_only: bool) -> view::Gauge {
     let readings = planned_readings(config);
-    view::Gauge { readings, ..GaugeSession::new(config.clone()).view(segment) }
+    // A gauge of another master has none.
+    let parameters = if listen_only { Vec::new() } else { planned_parameters(&config.device) };
+    view::Gauge { readings, parameters, listen_only, ..GaugeSession::new(config.clone()).view(segment) }
+}
+
+/// The parameters of a device that gateways show, without values.
+#[must_use]
+pub fn planned_parameters(device: &str) -> Vec<view::WatchedParameter> {
+    entry(device).map(|entry| watched::planned(entry.model)).unwrap_or_default()
 }
 
 /// The readings of a gauge in its configuration, without values.

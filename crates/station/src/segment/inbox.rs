@@ -85,12 +85,14 @@ pub struct Inbox {
     receiver: Receiver<SegmentRequest>,
     commands: VecDeque<Command>,
     reads: VecDeque<Read>,
+    /// The gauge of the last execution, until it was taken.
+    operated: Option<String>,
 }
 
 impl Inbox {
     /// The requests that come through `receiver`.
     pub const fn new(receiver: Receiver<SegmentRequest>) -> Self {
-        Self { receiver, commands: VecDeque::new(), reads: VecDeque::new() }
+        Self { receiver, commands: VecDeque::new(), reads: VecDeque::new(), operated: None }
     }
 
     /// Takes the requests that have come. Each has a place in the queue until it is answered, so there is a limited number.
@@ -128,7 +130,7 @@ impl Inbox {
         if let Some(command) = due.and_then(|index| self.commands.remove(index)) {
             match command {
                 Command::Preview(preview) => self.preview(services, preview, slave, records, now),
-                Command::Execute(request) => execute(services, request, slave, records, now),
+                Command::Execute(request) => self.operated = execute(services, request, slave, records, now),
             }
             return Ok(());
         }
@@ -213,6 +215,11 @@ impl Inbox {
         if is_lost { Err(PortLost) } else { Ok(()) }
     }
 
+    /// The gauge with which an operation was executed since the last call.
+    pub const fn take_operated(&mut self) -> Option<String> {
+        self.operated.take()
+    }
+
     /// Refuses all requests, because the segment does not run.
     pub fn refuse_all(&mut self, services: &SegmentServices, problem: &str) {
         self.fill();
@@ -263,15 +270,15 @@ impl Wait {
     }
 }
 
-/// Executes an armed command, unless it is too late, or its user has lost control.
+/// Executes an armed command, unless it is too late, or its user has lost control. Returns the name of its gauge.
 fn execute<R: Records>(
     services: &SegmentServices,
     request: SegmentRequest,
     slave: impl FnOnce(&str) -> Result<CyclicSlave, Unavailable>,
     records: impl FnOnce(&CyclicSlave) -> R,
     now: Instant,
-) {
-    let SegmentRequest::Execute(command, begin_by, answer) = request else { return };
+) -> Option<String> {
+    let SegmentRequest::Execute(command, begin_by, answer) = request else { return None };
     let readback = if now >= begin_by {
         Err(Unavailable::SegmentBusy(command.gauge.clone()).into())
     } else if services.control.may_send(&command) {
@@ -280,6 +287,7 @@ fn execute<R: Records>(
         Err(ChangedSinceArmed::ControlLost { user: command.user.to_string() }.into())
     };
     answer.send(readback).ok();
+    Some(command.gauge)
 }
 
 #[cfg(test)]

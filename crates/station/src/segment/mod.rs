@@ -14,6 +14,7 @@
 //! | `records` | the access to the records of a slave: MS2 or the parameter channel |
 //! | `requests` | reading the parameters of a gauge |
 //! | `inbox` | the requests of users to a segment, and their order |
+//! | `watched` | the parameters that gateways show beside the pressures |
 //! | `bus_map` | the stations on the bus |
 //! | `thread` | the thread |
 //! | `listen_thread` | the thread of a segment on which the station only listens |
@@ -33,8 +34,9 @@ mod records;
 mod requests;
 mod services;
 mod thread;
+mod watched;
 
 pub use demo_segment::DemoSegment;
-pub use gauge_session::{corrected, planned_gauge, planned_readings};
+pub use gauge_session::{corrected, planned_gauge, planned_parameters, planned_readings};
 pub use handle::SegmentHandle;
 pub use services::SegmentServices;

@@ -6,11 +6,13 @@ use super::inbox::{Inbox, PortLost};
 use super::line_observer::LineObserver;
 use super::records::{defects_of, records_of};
 use super::services::SegmentServices;
+use super::watched;
 use crate::config;
 use crate::control::error::Unavailable;
 use crate::snapshot::SegmentSnapshot;
 use crate::view::{BusStation, Segment};
 use profivac_client::cyclic::CyclicSlave;
+use profivac_client::names::NamedParameter;
 use profivac_dp::link::BitTime;
 use profivac_dp::master::Mode;
 use profivac_host::clock::tbit_of;
@@ -84,6 +86,8 @@ pub struct SegmentThread {
     /// The reason why the port is not open.
     problem: Option<String>,
     publish_at: Instant,
+    /// When the next parameter may be read for gateways.
+    watch_at: Instant,
     /// What this station and the others send, for the statistics of the line.
     recording: Recording,
     line: LineObserver,
@@ -112,6 +116,7 @@ impl SegmentThread {
             unrestored,
             problem,
             publish_at,
+            watch_at: publish_at,
             recording,
             line,
         }
@@ -242,6 +247,7 @@ impl SegmentThread {
         self.search_next(session)?;
         self.gauges().iter_mut().for_each(|gauge| gauge.sample(&self.services.recorder, session.master()));
         self.name_defects(session);
+        self.read_watched(session);
         if Instant::now() >= self.publish_at {
             self.publish(Some(&mut *session));
         }
@@ -270,6 +276,11 @@ impl SegmentThread {
         let slave = |name: &str| slave(&self.gauges, name);
         let port = session.port_name().to_owned();
         let answered = self.inbox.answer_next(&self.services, slave, |slave| records_of(session, slave), Instant::now);
+        if let Some(name) = self.inbox.take_operated()
+            && let Some(gauge) = self.gauges().iter_mut().find(|gauge| gauge.config.name == name)
+        {
+            gauge.parameters_changed();
+        }
         answered.map_err(|PortLost| PortError::Lost(port).into())
     }
 
@@ -295,6 +306,20 @@ impl SegmentThread {
         };
         if let Some(gauge) = self.gauges().iter_mut().find(|gauge| gauge.config.address == slave.address) {
             gauge.take_defects(defects);
+        }
+    }
+
+    /// Reads one parameter that a gateway shows, if its time has come. A port that is lost meanwhile is found lost in the next cycle.
+    fn read_watched(&mut self, session: &mut BusSession) {
+        let now = Instant::now();
+        if now < self.watch_at || !self.services.snapshots.are_parameters_wanted() {
+            return;
+        }
+        self.watch_at = now + watched::PAUSE;
+        let Some((slave, parameter)) = takes_parameter_turn(&mut self.gauges()) else { return };
+        let value = watched::read(session, &slave, parameter);
+        if let Some(gauge) = self.gauges().iter_mut().find(|gauge| gauge.config.address == slave.address) {
+            gauge.take_parameter(parameter, value);
         }
     }
 
@@ -362,6 +387,13 @@ impl SegmentThread {
         let gauges = gauges.iter().map(|gauge| gauge.view(&config.name)).collect();
         self.services.snapshots.publish(SegmentSnapshot { segment, gauges });
     }
+}
+
+/// The parameter that has waited longest for its reading, and its slave. Sets the time of its next reading.
+fn takes_parameter_turn(gauges: &mut [GaugeSession]) -> Option<(CyclicSlave, &'static NamedParameter)> {
+    let with_due = gauges.iter_mut().filter_map(|gauge| Some((gauge.parameter_due()?, gauge)));
+    let (_, first) = with_due.min_by_key(|(due, _)| *due)?;
+    first.takes_parameter_turn()
 }
 
 /// The slave of a gauge in data exchange.

@@ -1282,6 +1282,8 @@ export interface components {
             listen_only: boolean;
             /** @description Its name. */
             name: string;
+            /** @description The parameters that gateways show beside the pressures; empty while no gateway runs. */
+            parameters: components["schemas"]["WatchedParameter"][];
             /**
              * Format: int64
              * @description The poll interval in milliseconds.
@@ -1887,6 +1889,27 @@ export interface components {
             series: string;
             /** @description The start of each pixel, in milliseconds since 1970, rising. */
             start_ms: number[];
+        };
+        /** @description A parameter that the station reads from time to time: emission, degas, trip points, relays. */
+        WatchedParameter: {
+            /** @description Its number is a pressure in Pa. */
+            is_pressure: boolean;
+            /** @description The manual's name. */
+            name: string;
+            /**
+             * Format: double
+             * @description The value: a pressure in Pa, a number, a code; `null` if it was not read, or the gauge did not answer the last time.
+             */
+            number: number | null;
+            /**
+             * Format: int64
+             * @description When it was read, in milliseconds since 1970.
+             */
+            read_ms: number | null;
+            /** @description The name by which it is read and written: `trip-point.1/high-trip-point`. */
+            target: string;
+            /** @description The value in the words of the manual. */
+            text: string;
         };
         /** @description The delivery status of a webhook. */
         WebhookView: {

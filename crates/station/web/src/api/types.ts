@@ -35,8 +35,8 @@ export type BusDistribution = Schemas['Distribution']
 export type LineState = Schemas['StationState']
 export type Capture = Schemas['CaptureView']
 
-/** A gauge without the time of its readings, which would change the live stream at every reading. */
-export type Gauge = Omit<Schemas['Gauge'], 'read_ms'>
+/** A gauge without the time of its readings, which would change the live stream at every reading, and without the parameters of gateways. */
+export type Gauge = Omit<Schemas['Gauge'], 'read_ms' | 'parameters'>
 export type Reading = Schemas['Reading']
 export type Quality = Reading['quality']
 export type Principle = NonNullable<Reading['principle']>
