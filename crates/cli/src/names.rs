@@ -84,6 +84,10 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
 /// What the gateway with these settings publishes.
 fn names(settings: &GatewaySettings, points: &[Point]) -> Result<NameTable, Failure> {
     match settings {
+        #[cfg(feature = "modbus")]
+        GatewaySettings::Modbus(it) => {
+            profivac_gateway_modbus::names(points, it).map_err(|error| Failure::usage(error.to_string()))
+        }
         #[cfg(feature = "prometheus")]
         GatewaySettings::Prometheus(_) => Ok(profivac_gateway_prometheus::names(points)),
         other => Err(gateways::absent(other)),

@@ -129,6 +129,7 @@ pub const fn prefix(subject: SubjectKind) -> &'static str {
         // promtool refuses `gauge` in a name, because it is a type of metric.
         SubjectKind::Gauge => "profivac_device",
         SubjectKind::Reading => "profivac_reading",
+        SubjectKind::Parameter => "profivac_parameter",
         SubjectKind::Alarm => "profivac_alarm",
     }
 }
@@ -146,6 +147,7 @@ fn stem(signal: Signal) -> String {
         SubjectKind::Segment => "segment-",
         SubjectKind::Gauge => "gauge-",
         SubjectKind::Reading => "reading-",
+        SubjectKind::Parameter => "parameter-",
         SubjectKind::Alarm => "alarm-",
     };
     let key = signal.key();
@@ -173,6 +175,10 @@ pub fn labels(point: &Point) -> String {
             if let Some(channel) = channel {
                 put_label(&mut text, "channel", &channel.to_string());
             }
+        }
+        Subject::Parameter { gauge, target, .. } => {
+            put_label(&mut text, "gauge", gauge);
+            put_label(&mut text, "parameter", target);
         }
         Subject::Alarm(alarm) => put_label(&mut text, "alarm", alarm),
     }

@@ -104,7 +104,7 @@ fn every_signal_is_published_or_left_out_on_purpose() {
     assert_eq!(
         samples(&text, "profivac_device_info")[0],
         format!(
-            r#"profivac_device_info{{{LABELS},device="bcg450",address="5",gas="N2",simulated="true",listen_only="false"}} 1"#
+            r#"profivac_device_info{{{LABELS},device="bcg450",address="5",gas="n2",simulated="true",listen_only="false"}} 1"#
         )
     );
     assert_eq!(

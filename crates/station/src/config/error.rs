@@ -314,6 +314,24 @@ pub enum ConfigProblem {
         /// The error of the operating system.
         error: io::Error,
     },
+    /// A number or a duration is outside its range.
+    #[error("expected {expected}, found {found}")]
+    OutsideRange {
+        /// The value.
+        found: String,
+        /// The range.
+        expected: String,
+    },
+    /// Two gauges have the same slot.
+    #[error(
+        "the slot {slot} belongs to the gauge {gauge:?}; choose another number, or delete the key for the next free slot"
+    )]
+    SlotInUse {
+        /// The slot.
+        slot: u16,
+        /// The gauge that has it.
+        gauge: String,
+    },
     /// A gateway listens beyond loopback without protection.
     #[error("[{gateway}] listens beyond loopback on {listen}, which needs {needs}; without, listen on 127.0.0.1")]
     GatewayExposed {

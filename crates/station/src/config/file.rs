@@ -4,6 +4,7 @@ use super::alarms::AlarmToml;
 use super::default_alarms::DefaultAlarmsToml;
 use super::error::{ConfigProblem, Located};
 use super::gateways::GatewaysToml;
+use super::gateways::modbus::{self, ModbusToml};
 use super::gateways::prometheus::PrometheusToml;
 use super::retention::RetentionToml;
 use super::segments::SegmentToml;
@@ -36,6 +37,7 @@ pub struct ConfigToml {
     pub alarms: DefaultAlarmsToml,
     #[serde(default)]
     pub webhook: Vec<WebhookToml>,
+    modbus: Option<ModbusToml>,
     prometheus: Option<PrometheusToml>,
 }
 
@@ -77,8 +79,15 @@ impl ConfigToml {
     }
 
     /// Takes the tables of the gateways of the file at `path`.
-    pub fn take_gateways(&mut self, path: &Path) -> GatewaysToml {
-        GatewaysToml { prometheus: self.prometheus.take(), tls: self.tls.as_ref().map(|tls| tls.files(path)) }
+    pub fn take_gateways(&mut self, path: &Path) -> Result<GatewaysToml, Located> {
+        let gauges = self.segment.iter().flat_map(|segment| &segment.gauge);
+        let slots = gauges.filter_map(|gauge| Some((gauge.name.get_ref().as_str(), gauge.modbus.as_ref()?)));
+        Ok(GatewaysToml {
+            modbus_slots: modbus::check_slots(slots)?,
+            modbus: self.modbus.take(),
+            prometheus: self.prometheus.take(),
+            tls: self.tls.as_ref().map(|tls| tls.files(path)),
+        })
     }
 
     /// The configuration without alarms, webhooks, retention and gateways.

@@ -234,7 +234,7 @@ impl Config {
         let alarms = alarms::rules(&file.alarm, &file.alarms, &file.segment).map_err(located)?;
         let webhooks = webhooks::webhooks(&file.webhook, path).map_err(located)?;
         let retention = retention::retention(&file.retention).map_err(located)?;
-        let gateways = gateways::settings(file.take_gateways(path), path).map_err(located)?;
+        let gateways = file.take_gateways(path).and_then(|tables| gateways::settings(tables, path)).map_err(located)?;
         Ok(Self { alarms, webhooks, retention, renamed_keys, gateways, ..file.into_config(path) })
     }
 
@@ -253,7 +253,11 @@ impl Config {
     pub fn notices(&self) -> Vec<ConfigNotice> {
         let renamed = self.renamed_keys.iter().cloned().map(ConfigNotice::RenamedKey);
         let empty = self.segments.iter().filter(|segment| segment.gauges.is_empty());
-        renamed.chain(empty.map(|segment| ConfigNotice::EmptySegment { segment: segment.name.clone() })).collect()
+        let unprotected = self.gateways.iter().filter_map(|gateway| {
+            Some(ConfigNotice::UnprotectedGateway { gateway: gateway.name(), listen: gateway.unprotected()? })
+        });
+        let empty = empty.map(|segment| ConfigNotice::EmptySegment { segment: segment.name.clone() });
+        renamed.chain(empty).chain(unprotected).collect()
     }
 
     /// The settings that differ in `new` and that the station applies only at its next start.
