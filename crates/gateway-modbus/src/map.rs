@@ -13,12 +13,12 @@ pub const VERSION: u16 = 1;
 const SLOTS_AT: u16 = 100;
 const SLOT: u16 = 20;
 
-/// The first register of the gauges, and the registers of each: its parameters, then its bus.
+/// The first register of the gauges, and the registers of each: its parameters, then its counters.
 const GAUGES_AT: u16 = 10_000;
 const GAUGE: u16 = 100;
 
 /// The most parameters of a gauge; a test compares it with the catalog.
-pub const PARAMETERS: usize = 40;
+pub const PARAMETERS: usize = 46;
 
 /// The first register of the segments, and the registers of each.
 const SEGMENTS_AT: u16 = 60_000;
@@ -161,7 +161,7 @@ impl Map {
         let slots = slots(points, settings)?;
         let used = slots.values().map(|slot| slot.saturating_add(1)).max().unwrap_or_default();
         let mut rows = Rows { points, settings, rows: Vec::new() };
-        rows.header(used, check_of(&slots));
+        rows.header(used, check_of(slots.iter().map(|(series, slot)| (*slot, series.as_str()))));
         let mut first_slots: BTreeMap<&str, u16> = BTreeMap::new();
         for (index, point) in with_signal(points, Signal::Pressure) {
             let (Some(slot), Some(gauge)) = (slots.get(point.subject.name()), point.subject.gauge()) else { continue };
@@ -241,12 +241,12 @@ fn slots(points: &[Point], settings: &Settings) -> Result<BTreeMap<String, u16>,
     Ok(slots)
 }
 
-/// A number that changes when a slot gets another reading: CRC-16 with the polynomial of Modbus over the lines `slot name`.
-fn check_of(slots: &BTreeMap<String, u16>) -> u16 {
-    let sorted: BTreeSet<(u16, &str)> = slots.iter().map(|(series, slot)| (*slot, series.as_str())).collect();
-    let text: String = sorted.into_iter().map(|(slot, series)| format!("{slot} {series}\n")).collect();
-    text.bytes()
-        .fold(0xFFFF, |crc, octet| (0..8).fold(crc ^ u16::from(octet), |crc, _| (crc >> 1) ^ (0xA001 * (crc & 1))))
+/// A number that changes when a place gets another name: CRC-16 with the polynomial of Modbus over the lines `place name`.
+fn check_of<'a>(names: impl Iterator<Item = (u16, &'a str)>) -> u16 {
+    let sorted: BTreeSet<(u16, &str)> = names.collect();
+    let text: String = sorted.into_iter().map(|(place, name)| format!("{place} {name}\n")).collect();
+    let shifted = |crc: u16, _: u8| (crc >> 1) ^ (0xA001 * (crc & 1));
+    text.bytes().fold(0xFFFF, |crc, octet| (0..8).fold(crc ^ u16::from(octet), shifted))
 }
 
 /// The positions that the slots of each gauge need.
@@ -313,13 +313,16 @@ impl Rows<'_> {
     }
 
     fn header(&mut self, slots: u16, check: u16) {
-        let rows: [(u16, &str, Source, &'static str); 7] = [
+        let alarms = with_signal(self.points, Signal::AlarmState).map(|(_, point)| point.subject.name());
+        let alarms = check_of((0_u16..).zip(alarms));
+        let rows: [(u16, &str, Source, &'static str); 8] = [
             (0, "test-float", Source::Constant(Some(1.0)), "The number 1.0, to find the order of octets and words"),
             (2, "test-integer", Source::Long(0x0102_0304), "The number 16909060 (01020304 hex), for the same purpose"),
             (4, "map-version", Source::Word(VERSION), "Version of this map"),
             (5, "slots", Source::Word(slots), "Number of slots, with unused ones between"),
             (7, "slot-check", Source::Word(check), "Changes when a slot gets another reading"),
             (8, "time", Source::Now, "Time of the station, seconds since 1970"),
+            (18, "alarm-check", Source::Word(alarms), "Changes when an alarm gets another number"),
             (15, "word-order", Source::Word(self.settings.word_order as u16), "0 high word first, 1 low word first"),
         ];
         for (register, name, source, text) in rows {
@@ -412,12 +415,12 @@ impl Rows<'_> {
                 register,
                 index,
                 &[
-                    (80, Source::Number, Signal::GaugeState),
-                    (81, Source::Number, Signal::Address),
-                    (82, Source::LongNumber, Signal::Requests),
-                    (84, Source::LongNumber, Signal::Repetitions),
-                    (86, Source::LongNumber, Signal::LostCycles),
-                    (88, Source::LongNumber, Signal::DamagedAnswers),
+                    (92, Source::Number, Signal::GaugeState),
+                    (93, Source::Number, Signal::Address),
+                    (94, Source::Number, Signal::Requests),
+                    (95, Source::Number, Signal::Repetitions),
+                    (96, Source::Number, Signal::LostCycles),
+                    (97, Source::Number, Signal::DamagedAnswers),
                 ],
             );
         }

@@ -8,9 +8,11 @@ use profivac_gateway_prometheus::metrics::{Layout, Others};
 use profivac_listen::report::{Bucket, BusReport, Distribution};
 use profivac_recorder::{Micros, Quality};
 use profivac_station::config::Config;
+use profivac_station::config::gateways::GatewaySettings;
 use profivac_station::gateway_status::GatewayStatuses;
 use profivac_station::view::BusStationState;
 use std::collections::BTreeMap;
+use std::os::unix::fs::PermissionsExt;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -204,4 +206,33 @@ fn a_layout_serves_the_snapshots_of_the_same_points() {
     let mut fewer = inputs(Quality::Valid, Some(2.0), None);
     fewer.gauges.pop();
     assert!(!layout.fits(&modeller.next(fewer, Micros(3))));
+}
+
+/// Nothing is readable from other computers without TLS and a token.
+#[test]
+fn other_computers_need_tls_and_a_token() {
+    let folder = tempfile::tempdir().unwrap();
+    let token = folder.path().join("token");
+    std::fs::write(&token, "secret\n").unwrap();
+    let parse = |text: &str| Config::parse(&format!("{FILE}{text}"), &folder.path().join("plant.toml"));
+    let tls = "[tls]\ncertificate = \"c.pem\"\nkey = \"k.pem\"\n";
+    let exposed = "[prometheus]\nlisten = \"0.0.0.0:9464\"\n";
+    let problem = |text: &str| parse(text).unwrap_err().to_string();
+    assert!(problem(exposed).contains("which needs [tls] with certificate and key; without, listen on 127.0.0.1"));
+    assert!(problem(&format!("{tls}{exposed}")).contains("which needs token-file"));
+    let complete = format!("{tls}{exposed}token-file = \"token\"\n");
+    std::fs::set_permissions(&token, std::fs::Permissions::from_mode(0o644)).unwrap();
+    assert!(problem(&complete).contains("token"), "a token that others can read");
+    std::fs::set_permissions(&token, std::fs::Permissions::from_mode(0o600)).unwrap();
+    let config = parse(&complete).unwrap();
+    let [GatewaySettings::Prometheus(settings)] = &config.gateways[..] else { panic!("one gateway") };
+    assert_eq!(settings.tls.as_ref().unwrap().key, folder.path().join("k.pem"));
+    assert_eq!(settings.token.as_ref().unwrap().reveal(), "secret");
+    assert!(config.is_private() && !format!("{settings:?}").contains("\"secret\""));
+    let plain = parse("[prometheus]\n").unwrap();
+    let [GatewaySettings::Prometheus(settings)] = &plain.gateways[..] else { panic!("one gateway") };
+    assert_eq!(
+        (settings.listen.to_string().as_str(), &settings.token, &settings.tls),
+        ("127.0.0.1:9464", &None, &None)
+    );
 }
