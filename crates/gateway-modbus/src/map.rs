@@ -273,6 +273,12 @@ fn gauges(points: &[Point]) -> BTreeMap<String, Gauge> {
     gauges
 }
 
+/// A row of a signal: the offset of its register, what it shows, and the signal.
+type SignalRow = (u16, fn(usize) -> Source, Signal);
+
+/// A row of a slot: offset, name, what it shows, unit, description.
+type SlotRow = (u16, &'static str, Source, &'static str, &'static str);
+
 /// The rows under construction.
 struct Rows<'a> {
     points: &'a [Point],
@@ -301,7 +307,7 @@ impl Rows<'_> {
     }
 
     /// Rows of signals of the subject at `index`: offset, source, signal.
-    fn signals(&mut self, register: u16, index: usize, rows: &[(u16, fn(usize) -> Source, Signal)]) {
+    fn signals(&mut self, register: u16, index: usize, rows: &[SignalRow]) {
         let subject = self.points.get(index).map(|point| point.subject.name().to_owned()).unwrap_or_default();
         for (offset, source, signal) in rows {
             if let Some(position) = self.beside(index, *signal) {
@@ -356,7 +362,7 @@ impl Rows<'_> {
         let low = Source::Constant(greatest(limits.low, limits.low_low));
         let [range_low, range_high] =
             [0, 1].map(|end| Source::Constant(point.range_pa.map(|(low, high)| if end == 0 { low } else { high })));
-        let rows: [(u16, &str, Source, &'static str, &'static str); 12] = [
+        let rows: [SlotRow; 12] = [
             (0, "pressure", Source::Float(index), "Pa", "Pressure; the end of the range beyond it; NaN without one"),
             (
                 2,
@@ -443,8 +449,7 @@ impl Rows<'_> {
     }
 
     fn alarm(&mut self, register: u16, index: usize) {
-        let rows: [(u16, fn(usize) -> Source, Signal); 2] =
-            [(0, Source::Number, Signal::AlarmState), (1, Source::Number, Signal::Priority)];
+        let rows: [SignalRow; 2] = [(0, Source::Number, Signal::AlarmState), (1, Source::Number, Signal::Priority)];
         self.signals(register, index, &rows);
     }
 

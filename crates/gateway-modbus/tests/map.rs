@@ -1,5 +1,7 @@
 //! The map of a station: where its points are, what the registers contain, and that the places stay.
 
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
+
 use profivac_gateway::model::Modeller;
 use profivac_gateway::{Inputs, Snapshot, points};
 use profivac_gateway_modbus::image::{Encoder, Image};

@@ -1,5 +1,7 @@
 //! The metrics of a station: which series there are, with which values, and which are absent.
 
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
+
 use profivac_gateway::model::Modeller;
 use profivac_gateway::{Inputs, Signal};
 use profivac_gateway_prometheus::exposition::Format;
