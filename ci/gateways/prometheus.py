@@ -220,9 +220,9 @@ def main():
             ("values, alarm, rules", lambda: check_values(plant, server)),
             ("dashboard", lambda: check_dashboard(port)),
             ("unplugged gauge", lambda: check_unplugged(plant, server)),
-            ("hostile clients", lambda: check_hostile(plant, port)),
             ("restarted station", lambda: check_restart(plant, server)),
             ("TLS and token", lambda: check_tls(program)),
+            ("hostile clients", lambda: check_hostile(plant, port)),
         ]
         for name, step in steps:
             began = time.monotonic()

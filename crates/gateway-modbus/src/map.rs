@@ -54,7 +54,7 @@ pub enum MapError {
         "[modbus]: the map has {places} places for {what}, and the station needs more: remove some, or use another gateway"
     )]
     Full {
-        /// What is counted.
+        /// The subject that has too many.
         what: &'static str,
         /// The number of places.
         places: u16,

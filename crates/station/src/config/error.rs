@@ -339,7 +339,7 @@ pub enum ConfigProblem {
         gateway: &'static str,
         /// The address.
         listen: SocketAddr,
-        /// What is missing.
+        /// The protection that is missing.
         needs: &'static str,
     },
     /// The certificates of a webhook cannot be read.
