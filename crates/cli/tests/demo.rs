@@ -14,7 +14,7 @@ fn row(line: &str) -> Value {
 
 #[test]
 fn the_master_reads_the_pressure_of_the_chamber() {
-    let done = run(&["demo", "--headless", "--json", "--speed", "20", "--for", "2"]);
+    let done = run(&["demo", "--headless", "--json", "--speed", "5", "--for", "3"]);
     assert_eq!(done.status.code(), Some(0), "{}", String::from_utf8_lossy(&done.stderr));
     let rows: Vec<_> = String::from_utf8(done.stdout).unwrap().lines().map(row).collect();
     assert!(!rows.is_empty());

@@ -231,7 +231,9 @@ mod tests {
         assert_eq!(sample(Signal::SegmentRepetitions), "profivac_segment_repetitions_total");
         assert_eq!(sample(Signal::Device), "profivac_device_info");
         assert_eq!(sample(Signal::AlarmActive), "profivac_alarm_active");
-        let allowed = |name: &str| name.bytes().all(|octet| octet.is_ascii_lowercase() || octet == b'_');
+        let allowed = |name: &str| {
+            name.bytes().all(|octet| octet.is_ascii_lowercase() || octet.is_ascii_digit() || octet == b'_')
+        };
         assert!(Signal::ALL.iter().all(|signal| allowed(&Family::of(*signal).name)));
     }
 

@@ -30,8 +30,8 @@ struct Outgoing {
     sender: usize,
     not_before: BitTime,
     octets: Vec<u8>,
-    /// Noise has changed octets.
-    damaged: bool,
+    /// The positions of octets that noise has changed.
+    hits: Vec<usize>,
     /// When its transmission started.
     started: Option<BitTime>,
     /// The number of octets sent.
@@ -73,16 +73,16 @@ impl Noise {
         self.probability > 0.0 && self.rng.f64() < self.probability
     }
 
-    /// Flips a bit in some octets. Returns whether it did.
-    fn corrupt(&mut self, octets: &mut [u8]) -> bool {
-        let mut damaged = false;
-        for octet in octets {
+    /// Flips a bit in some octets. Returns their positions.
+    fn corrupt(&mut self, octets: &mut [u8]) -> Vec<usize> {
+        let mut hits = Vec::new();
+        for (position, octet) in octets.iter_mut().enumerate() {
             if self.hits() {
                 *octet ^= 1 << self.rng.u8(..8);
-                damaged = true;
+                hits.push(position);
             }
         }
-        damaged
+        hits
     }
 }
 
@@ -132,6 +132,8 @@ pub struct Line<C> {
     noise: Noise,
     /// How late the answer of a slave may begin, in bit times; `None` is without a limit.
     lateness_limit_tbit: Option<u64>,
+    /// Noise has changed the last octet that went outside.
+    is_last_hit: bool,
 }
 
 impl<C: Stations> Line<C> {
@@ -139,7 +141,7 @@ impl<C: Stations> Line<C> {
     #[must_use]
     pub fn new(stations: C, receiver: Receiver, pace: Pace) -> Self {
         let noise = Noise { probability: 0.0, rng: fastrand::Rng::with_seed(0) };
-        Self { stations, receiver, pace, queue: Queue::default(), noise, lateness_limit_tbit: None }
+        Self { stations, receiver, pace, queue: Queue::default(), noise, lateness_limit_tbit: None, is_last_hit: false }
     }
 
     /// Drops answers of slaves that would begin more than `tbit` bit times late: on a real line the master has repeated its
@@ -177,6 +179,12 @@ impl<C: Stations> Line<C> {
         self.queue.waiting.clear();
     }
 
+    /// Whether noise has changed the last octet that went outside at [`Pace::ByLine`]: a receiver finds its parity wrong.
+    #[must_use]
+    pub const fn is_last_hit(&self) -> bool {
+        self.is_last_hit
+    }
+
     /// The number of damaged telegrams from outside.
     pub const fn damaged_telegrams(&self) -> u32 {
         self.receiver.damaged()
@@ -187,8 +195,12 @@ impl<C: Stations> Line<C> {
         self.queue.dropped
     }
 
-    /// Receives a character from outside that ended at `end`.
+    /// Receives a character from outside that ended at `end`. A telegram that a port has taken ends first if its time is over: the stations
+    /// see both in the order in which they were on the line, also when the program runs late.
     pub fn receive(&mut self, end: BitTime, character: Character) {
+        if self.pace == Pace::ByPort {
+            self.finish_due(end);
+        }
         let received = match character {
             Character::Octet(octet) if !self.noise.hits() => self.receiver.octet(end, octet),
             // A flipped bit is a parity error.
@@ -207,7 +219,7 @@ impl<C: Stations> Line<C> {
     pub fn advance(&mut self, now: BitTime, out: &mut Vec<u8>) {
         self.transmit_due(now, out);
         for (sender, station) in self.stations.all_mut().iter_mut().enumerate() {
-            if station.wake_at().is_some_and(|wake_at| wake_at <= now) {
+            if wake_at(sender, station, &self.queue).is_some_and(|wake_at| wake_at <= now) {
                 let transmit = station.poll(now);
                 self.queue.extend(transmit.map(|transmit| outgoing(sender, transmit)));
             }
@@ -217,7 +229,8 @@ impl<C: Stations> Line<C> {
 
     /// When to call [`advance`](Self::advance) next if no character arrives before.
     pub fn wake_at(&self) -> Option<BitTime> {
-        let wakes = self.stations.all().iter().filter_map(Station::wake_at);
+        let wakes = self.stations.all().iter().enumerate();
+        let wakes = wakes.filter_map(|(number, station)| wake_at(number, station, &self.queue));
         let leaves = self.queue.waiting.front().map(|first| self.next_octet(first));
         wakes.chain(leaves).min()
     }
@@ -246,6 +259,20 @@ impl<C: Stations> Line<C> {
         }
     }
 
+    /// Completes the octets of the telegram under way until `now`. The port has all of them.
+    fn finish_due(&mut self, now: BitTime) {
+        let is_due = |line: &Self| {
+            let first = line.queue.waiting.front();
+            first.is_some_and(|first| first.started.is_some() && line.next_octet(first) <= now)
+        };
+        while is_due(self)
+            && let Some(first) = self.queue.waiting.pop_front()
+        {
+            let rest = self.transmit_next(first, now, &mut Vec::new());
+            rest.into_iter().for_each(|rest| self.queue.waiting.push_front(rest));
+        }
+    }
+
     /// Whether a telegram is an answer whose time has passed by more than the limit.
     fn is_too_late(&self, first: &Outgoing, now: BitTime) -> bool {
         let is_slave = self
@@ -262,7 +289,7 @@ impl<C: Stations> Line<C> {
         let due = self.next_octet(&first);
         if first.started.is_none() {
             first.started = Some(now);
-            first.damaged = self.noise.corrupt(&mut first.octets);
+            first.hits = self.noise.corrupt(&mut first.octets);
             if self.pace != Pace::ByLine {
                 out.extend_from_slice(&first.octets);
             }
@@ -270,6 +297,7 @@ impl<C: Stations> Line<C> {
         }
         if self.pace == Pace::ByLine {
             out.extend(first.octets.get(first.octets_sent));
+            self.is_last_hit = first.hits.contains(&first.octets_sent);
         }
         first.octets_sent = first.octets_sent.saturating_add(1);
         if self.pace == Pace::Instant || first.octets_sent >= first.octets.len() {
@@ -294,12 +322,20 @@ impl<C: Stations> Line<C> {
         if let Some(sender) = self.stations.all_mut().get_mut(first.sender) {
             sender.sent(end);
         }
-        if first.damaged {
+        if !first.hits.is_empty() {
             self.report_activity(Some(first.sender), end);
         } else if let Ok(telegram) = Telegram::parse(&first.octets) {
             deliver(self.stations.all_mut(), &mut self.queue, Some(first.sender), end, &telegram);
         }
     }
+}
+
+/// When a station wants to be called. A master whose telegram has not left yet waits for its end: a disturbance that looks like the answer
+/// may have come during the transmission, and the next telegram needs an idle line behind this one.
+fn wake_at<S: Station>(number: usize, station: &S, queue: &Queue) -> Option<BitTime> {
+    let is_sending = || queue.waiting.iter().any(|outgoing| outgoing.sender == number);
+    let may_wake = station.listening() != Listening::Everything || !is_sending();
+    may_wake.then(|| station.wake_at()).flatten()
 }
 
 fn deliver<S: Station>(
@@ -330,7 +366,7 @@ fn outgoing(sender: usize, transmit: Transmit<'_>) -> Outgoing {
         sender,
         not_before: transmit.not_before,
         octets: transmit.octets.to_vec(),
-        damaged: false,
+        hits: Vec::new(),
         started: None,
         octets_sent: 0,
     }
@@ -408,6 +444,34 @@ mod tests {
 
     fn notes(line: &Line<Vec<Notebook>>, station: usize) -> Vec<(u64, &str)> {
         line.stations()[station].notes.iter().map(|(at, what)| (*at, what.as_str())).collect()
+    }
+
+    #[test]
+    fn a_master_is_not_called_while_its_own_telegram_leaves() {
+        let mut line = line(Pace::ByPort, vec![Notebook { wake_at: Some(BitTime(100)), ..Notebook::at(2) }]);
+        let mut out = Vec::new();
+        line.advance(BitTime(100), &mut out);
+        assert_eq!(out, REQUEST);
+        // Something that looks like an answer has come.
+        line.stations_mut()[0].wake_at = Some(BitTime(120));
+        assert_eq!(line.wake_at(), Some(BitTime(111)), "the end of the first octet");
+        line.advance(BitTime(130), &mut out);
+        assert_eq!((out.len(), line.stations()[0].wake_at), (REQUEST.len(), Some(BitTime(120))));
+        line.advance(BitTime(166), &mut out);
+        assert_eq!(notes(&line, 0), [(166, "sent")]);
+    }
+
+    #[test]
+    fn a_telegram_ends_before_the_characters_that_came_behind_it() {
+        let mut line = line(Pace::ByPort, vec![Notebook { wake_at: Some(BitTime(100)), ..Notebook::at(2) }]);
+        let mut out = Vec::new();
+        line.advance(BitTime(100), &mut out);
+        // The program runs late: the telegram ended at 166.
+        line.receive(BitTime(150), Character::Octet(0x10));
+        line.receive(BitTime(190), Character::Octet(0x10));
+        line.advance(BitTime(300), &mut out);
+        assert_eq!(notes(&line, 0), [(150, "busy"), (166, "sent"), (190, "busy")]);
+        assert_eq!(out, REQUEST);
     }
 
     #[test]

@@ -15,10 +15,6 @@ use std::time::Duration;
 /// free choice: several times the delay that [`Delivery`](crate::port::Delivery) expects of the operating system.
 const ANSWER_LATENESS: Duration = Duration::from_millis(20);
 
-/// The longest pause that is tolerated because it was measured: the longest setting of the latency timer of a USB adapter.
-/// profibus-wire 9.4, point 36.
-const MAX_TOLERATED_PAUSE: Duration = Duration::from_millis(255);
-
 /// Stations on a line, the port of the line, and its clock.
 pub struct Segment<C> {
     line: Line<C>,
@@ -93,8 +89,8 @@ impl<C: Stations> Segment<C> {
         }
     }
 
-    /// The same segment, which has one master and measures the answers to its requests. On a port with a rate, a pause within an
-    /// answer that is longer than the port should make is tolerated from then on.
+    /// The same segment, which has one master and measures the answers to its requests. A pause within an answer that is longer than
+    /// the port should make is tolerated from then on, up to [`Delivery::max_pause`](crate::port::Delivery::max_pause).
     #[must_use]
     pub fn measuring(mut self) -> Self {
         self.timing = Some(Timing::default());
@@ -214,8 +210,9 @@ impl<C: Stations> Segment<C> {
         let is_timed = self.port.is_timed();
         let Some(timing) = self.timing.as_mut().filter(|_| !self.received.is_empty()) else { return };
         timing.delivered(now, &self.received, is_timed);
-        let needed = timing.measured().pause_tbit.min(tbit_of(self.baud, MAX_TOLERATED_PAUSE));
-        if is_timed && needed > self.idle_tbit {
+        let max_pause_tbit = tbit_of(self.baud, self.port.delivery().max_pause());
+        let needed = timing.measured().pause_tbit.min(max_pause_tbit);
+        if needed > self.idle_tbit {
             self.idle_tbit = needed;
             self.line.set_idle(needed);
         }

@@ -5,7 +5,7 @@
 
 use crate::port::Character;
 use profivac_dp::link::{BitTime, CHARACTER_TBIT};
-use profivac_wire::control::Control;
+use profivac_wire::control::{Control, Function};
 use profivac_wire::{Telegram, TelegramLength};
 use std::collections::VecDeque;
 
@@ -21,6 +21,8 @@ const EARLIEST_TBIT: u64 = 11 + CHARACTER_TBIT;
 pub struct Measured {
     /// The answers.
     pub answers: u64,
+    /// The requests after which the next telegram was sent without an answer to them.
+    pub missing: u64,
     /// From the end of a request to the delivery of the first character of its answer.
     pub turnaround_tbit: u64,
     /// Between two deliveries of characters of one answer.
@@ -43,6 +45,8 @@ pub struct Timing {
     requests: VecDeque<Sent>,
     /// The last delivery of characters of the answer to the newest request.
     answer: Option<BitTime>,
+    /// The newest telegram is a request that has an answer, and no characters have come since.
+    is_waiting: bool,
     measured: Measured,
 }
 
@@ -68,16 +72,23 @@ impl Timing {
     }
 
     fn sent_telegram(&mut self, telegram: Option<Telegram<'_>>, end: BitTime) {
+        if std::mem::take(&mut self.is_waiting) {
+            self.measured.missing = self.measured.missing.saturating_add(1);
+        }
         match telegram {
-            Some(Telegram::Data(frame)) if matches!(frame.control(), Control::Request { .. }) => {
-                self.requests.push_back(Sent { to: frame.da, end, is_answered: false });
-                self.requests.drain(..self.requests.len().saturating_sub(MAX_REQUESTS));
-                self.answer = None;
-            }
+            Some(Telegram::Data(frame)) => match frame.control() {
+                Control::Request { function, .. } => {
+                    self.is_waiting = !matches!(function, Function::SdnLow | Function::SdnHigh);
+                    self.requests.push_back(Sent { to: frame.da, end, is_answered: false });
+                    self.requests.drain(..self.requests.len().saturating_sub(MAX_REQUESTS));
+                    self.answer = None;
+                }
+                Control::Response { .. } => self.forget(),
+            },
             // A master that is alone keeps the token, and a late answer may still come.
             Some(Telegram::Token { da, sa }) if da == sa => self.answer = None,
-            // The line belongs to another master, or the telegram is no request.
-            _ => self.forget(),
+            // The line belongs to another master, or no answer follows.
+            Some(Telegram::Token { .. } | Telegram::ShortAck) | None => self.forget(),
         }
     }
 
@@ -89,6 +100,7 @@ impl Timing {
 
     /// Characters were delivered at `now`. On a line with a rate, no answer can come earlier than min T_SDR after its request.
     pub fn delivered(&mut self, now: BitTime, characters: &[Character], has_rate: bool) {
+        self.is_waiting = false;
         if let Some(last) = self.answer {
             self.measured.pause_tbit = self.measured.pause_tbit.max(now - last);
             self.answer = Some(now);
@@ -169,7 +181,7 @@ mod tests {
     }
 
     fn measured(timing: &Timing) -> (u64, u64, u64) {
-        let Measured { answers, turnaround_tbit, pause_tbit } = timing.measured();
+        let Measured { answers, turnaround_tbit, pause_tbit, .. } = timing.measured();
         (answers, turnaround_tbit, pause_tbit)
     }
 
@@ -232,6 +244,22 @@ mod tests {
             timing.delivered(BitTime(1_900), &answer(5), true);
             assert_eq!(measured(&timing), expected, "{token:?}");
         }
+    }
+
+    #[test]
+    fn a_request_before_whose_successor_nothing_came_is_missing_its_answer() {
+        let mut timing = Timing::default();
+        timing.sent(&request(5), BitTime(1_000));
+        timing.delivered(BitTime(1_100), &answer(5), true);
+        timing.sent(&request(6), BitTime(1_500));
+        assert_eq!(timing.measured().missing, 0, "the answer may still come");
+        timing.sent(&TOKEN_TO_ITSELF, BitTime(2_000));
+        timing.sent(&request(7), BitTime(2_100));
+        assert_eq!(timing.measured().missing, 1);
+        // Global_Control has no answer.
+        timing.sent(&[0x68, 7, 7, 0x68, 0xFF, 0x80, 0x46, 58, 62, 0, 0, 61, 0x16], BitTime(3_000));
+        timing.sent(&TOKEN_TO_ITSELF, BitTime(3_500));
+        assert_eq!(timing.measured().missing, 2, "of 6 and 7");
     }
 
     #[test]

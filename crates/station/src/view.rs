@@ -203,11 +203,11 @@ pub struct Reading {
     pub limit_pa: Option<f64>,
     /// The pressure in Pa, corrected for the gas; `null` where no factor holds.
     pub corrected_pa: Option<f64>,
-    /// The quality: `valid`, `overrange`, `underrange`, `fault`, `stale`, `off`, `missing`.
+    /// The quality: `valid`, `overrange`, `underrange`, `fault`, `stale`, `off`, `missing`, `assumed`.
     #[schema(value_type = String)]
     #[serde(serialize_with = "word_of")]
     pub quality: Quality,
-    /// The cause of the quality, in a few words, where the gauge reports one.
+    /// The cause of the quality, in a few words, where the gauge reports one; for `assumed` the pressure that the assumption gives.
     pub cause: Option<String>,
 }
 

@@ -157,13 +157,13 @@ impl Demo {
             Some(path) => Scenario::read(path)?,
             None => Scenario::parse(SCENARIO, SCENARIO_NAME)?,
         };
-        let segment = scenario.memory_segment(MASTER, BAUD)?;
+        let mut segment = scenario.memory_segment(MASTER, BAUD)?;
         let run = scenario.start(MasterPresence::Present);
         let Arguments { listen, headless, .. } = *arguments;
         let record = arguments.record.as_deref();
         let options = DashboardOptions { is_served: !headless || listen.is_some(), listen, record };
         let is_wanted = options.is_served || record.is_some();
-        let dashboard = is_wanted.then(|| Dashboard::open(&scenario, &segment, MASTER, &options)).transpose()?;
+        let dashboard = is_wanted.then(|| Dashboard::open(&scenario, &mut segment, MASTER, &options)).transpose()?;
         let lived = Instant::now();
         let end = arguments.time.and_then(|time| lived.checked_add(time));
         let signals = Signals::catch()?;

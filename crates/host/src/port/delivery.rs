@@ -29,6 +29,9 @@ const LOAD_RESERVE: Duration = Duration::from_millis(10);
 /// program on a loaded computer.
 const UNKNOWN_DELAY: Duration = Duration::from_millis(20);
 
+/// The longest setting of the latency timer of a USB adapter. profibus-wire 9.4, point 36.
+const LONGEST_LATENCY: Duration = Duration::from_millis(255);
+
 /// How a port delivers received characters.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
@@ -73,6 +76,16 @@ impl Delivery {
     #[must_use]
     pub fn idle_tbit(self, baud: Baud) -> u64 {
         tbit_of(baud, self.delay(baud)).max(T_SYN_TBIT)
+    }
+
+    /// The longest pause within a telegram that a master tolerates after it has measured such a pause. Behind a port without a rate may
+    /// be a serial server, whose adapter makes pauses; they are tolerated up to what the slot time contains for such a port.
+    #[must_use]
+    pub const fn max_pause(self) -> Duration {
+        match self {
+            Self::Unpaced => UNKNOWN_DELAY,
+            Self::Fifo { .. } | Self::Usb { .. } => LONGEST_LATENCY,
+        }
     }
 
     /// The time that a master on this port adds to the slot time: its request leaves late, the answer is delivered late, and

@@ -5,7 +5,9 @@
 use super::serial::wrong_rate;
 use super::system;
 use profivac_dp::link::Baud;
-use std::path::Path;
+
+#[path = "../../../../tests/support/adapter_page.rs"]
+mod adapter_page;
 
 /// A driver with a chip.
 struct Driver {
@@ -108,9 +110,6 @@ fn row(driver: &Driver, baud: Baud) -> (String, bool, bool) {
     (row, refused.is_none(), is_usable)
 }
 
-const BEGIN: &str = "<!-- table of driver_rates: begin -->\n";
-const END: &str = "<!-- table of driver_rates: end -->\n";
-
 /// profivac takes exactly the rates at which the adapter runs, and the page about adapters shows them.
 #[test]
 fn a_rate_is_refused_if_the_adapter_runs_at_another_one() {
@@ -123,13 +122,5 @@ fn a_rate_is_refused_if_the_adapter_runs_at_another_one() {
             table.push_str(&row);
         }
     }
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/adapters.md");
-    let page = std::fs::read_to_string(&path).unwrap();
-    let (before, rest) = page.split_once(BEGIN).unwrap();
-    let (old, after) = rest.split_once(END).unwrap();
-    if std::env::var("PROFIVAC_BLESS").is_ok_and(|bless| bless == "1") {
-        std::fs::write(&path, [before, BEGIN, &table, END, after].concat()).unwrap();
-    } else {
-        assert!(old == table, "docs/adapters.md differs; PROFIVAC_BLESS=1 accepts this:\n{table}");
-    }
+    adapter_page::check_table("driver_rates", &table);
 }

@@ -95,7 +95,8 @@ fn delivery_of(terminal: &Path) -> Delivery {
         };
     }
     match number(&terminal.join("device/latency_timer")) {
-        Some(ms) => Delivery::Usb { hold: Duration::from_millis(ms.into()), is_known: true },
+        // A driver that reports 0 has read nothing from the chip yet.
+        Some(ms) => Delivery::Usb { hold: Duration::from_millis(ms.max(LATENCY_MS).into()), is_known: true },
         None => Delivery::Usb { hold: ASSUMED_LATENCY, is_known: false },
     }
 }
@@ -303,8 +304,10 @@ mod tests {
         fs::create_dir(&terminal).unwrap();
         std::os::unix::fs::symlink(&device, terminal.join("device")).unwrap();
         assert_eq!(delivery_of(&terminal), Delivery::Usb { hold: ASSUMED_LATENCY, is_known: false });
-        fs::write(device.join("latency_timer"), "2\n").unwrap();
-        assert_eq!(delivery_of(&terminal), Delivery::Usb { hold: Duration::from_millis(2), is_known: true });
+        for (reported, ms) in [("2\n", 2), ("16\n", 16), ("0\n", 1)] {
+            fs::write(device.join("latency_timer"), reported).unwrap();
+            assert_eq!(delivery_of(&terminal), Delivery::Usb { hold: Duration::from_millis(ms), is_known: true });
+        }
     }
 
     #[test]

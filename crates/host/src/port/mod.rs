@@ -60,6 +60,10 @@ pub enum Character {
     Error,
 }
 
+/// Finds the other programs that have the device of a port open: a [`Notice::OpenElsewhere`] for each. It takes some milliseconds, so it
+/// may run in a thread.
+pub type ReaderSearch = Box<dyn FnOnce() -> Vec<Notice> + Send>;
+
 /// An open port.
 pub trait Port: Send {
     /// The name of the port as the user wrote it.
@@ -102,6 +106,11 @@ pub trait Port: Send {
 
     /// Takes the oldest notice.
     fn next_notice(&mut self) -> Option<Notice> {
+        None
+    }
+
+    /// How to find the programs that may take received octets away. `None` for a port that no other program can read.
+    fn reader_search(&self) -> Option<ReaderSearch> {
         None
     }
 

@@ -1,6 +1,6 @@
 //! Records the octets of a port in both directions, with their times.
 
-use super::{Character, Delivery, Notice, Port, PortError};
+use super::{Character, Delivery, Notice, Port, PortError, ReaderSearch};
 use crate::readiness::Readiness;
 use profivac_dp::link::Baud;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -173,6 +173,10 @@ impl Port for Recorded {
 
     fn next_notice(&mut self) -> Option<Notice> {
         self.port.next_notice()
+    }
+
+    fn reader_search(&self) -> Option<ReaderSearch> {
+        self.port.reader_search()
     }
 
     fn simulated_time(&self) -> Option<Duration> {

@@ -4,7 +4,7 @@
 //! opens it again, because opening may block on a name server or on a host that does not answer.
 
 use super::notice::{Notice, Notices};
-use super::{Character, Delivery, Port, PortError};
+use super::{Character, Delivery, Port, PortError, ReaderSearch};
 use crate::readiness::{self, Readiness, WakeSource};
 use profivac_dp::link::Baud;
 use std::sync::Arc;
@@ -109,6 +109,13 @@ impl Port for Reopening {
             State::Lost(_) => None,
         };
         self.notices.next().or_else(of_port)
+    }
+
+    fn reader_search(&self) -> Option<ReaderSearch> {
+        match &self.state {
+            State::Open(port) => port.reader_search(),
+            State::Lost(_) => None,
+        }
     }
 
     fn generation(&self) -> u32 {

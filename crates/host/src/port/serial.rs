@@ -6,7 +6,7 @@
 use super::echo::Echo;
 use super::marks::Marks;
 use super::notice::{DropCounter, Notice, Notices};
-use super::{CHUNK, Character, CharacterFormat, Delivery, Parity, Port, PortError, system};
+use super::{CHUNK, Character, CharacterFormat, Delivery, Parity, Port, PortError, ReaderSearch, system};
 use crate::clock::duration_of;
 use crate::readiness::Readiness;
 use profivac_dp::link::{Baud, CHARACTER_TBIT};
@@ -41,6 +41,8 @@ pub struct Serial {
     uart: Option<(Marks, Echo)>,
     drops: DropCounter,
     notices: Notices,
+    /// The other programs that were named when the device was opened.
+    named: Vec<Notice>,
 }
 
 impl Serial {
@@ -70,7 +72,7 @@ impl Serial {
         let settings = tcgetattr(&device).map_err(opening)?;
         flock(&device, FlockOperation::NonBlockingLockExclusive).map_err(opening)?;
         let is_pty = system::is_pty(name);
-        let mut notices = Notices::default();
+        let (mut notices, mut named) = (Notices::default(), Vec::new());
         if is_pty {
             set(&device, to_8e1(settings), baud).map_err(opening)?;
         } else {
@@ -80,7 +82,8 @@ impl Serial {
             ioctl_tiocexcl(&device).map_err(opening)?;
             set(&device, with_error_marks(to_8e1(settings)), baud).map_err(opening)?;
             verify(&tcgetattr(&device).map_err(opening)?, name, baud)?;
-            notices.extend(system::open_elsewhere(name));
+            named = system::open_elsewhere(name);
+            notices.extend(named.iter().cloned());
         }
         tcflush(&device, QueueSelector::IOFlush).map_err(opening)?;
         let uart = (!is_pty).then(|| (Marks::default(), Echo::default()));
@@ -94,6 +97,7 @@ impl Serial {
             uart,
             drops: DropCounter::default(),
             notices,
+            named,
         })
     }
 }
@@ -256,6 +260,13 @@ impl Port for Serial {
 
     fn next_notice(&mut self) -> Option<Notice> {
         self.notices.next()
+    }
+
+    /// A program that serves a pty may have its slave side open, so only real devices are searched.
+    fn reader_search(&self) -> Option<ReaderSearch> {
+        let (name, named) = self.uart.as_ref().map(|_| (self.name.clone(), self.named.clone()))?;
+        let is_new = move |notice: &Notice| !named.contains(notice);
+        Some(Box::new(move || system::open_elsewhere(&name).into_iter().filter(is_new).collect()))
     }
 }
 

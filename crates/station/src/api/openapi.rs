@@ -73,7 +73,7 @@ const WORDS: [(&str, &str, &[&str]); 7] = [
     ("AlarmHistoryView", "priority", &["high", "medium", "low"]),
     ("EventView", "kind", &["station", "bus", "gauge", "command", "note", "access", "alarm"]),
     ("Reading", "principle", &["pirani", "hot-cathode", "cold-cathode", "diaphragm", "atmosphere"]),
-    ("Reading", "quality", &["valid", "overrange", "underrange", "fault", "stale", "off", "missing"]),
+    ("Reading", "quality", &["valid", "overrange", "underrange", "fault", "stale", "off", "missing", "assumed"]),
 ];
 
 /// Lists the words of the properties in [`WORDS`].

@@ -193,5 +193,6 @@ fn coverage(trace: &Trace, series: &Series) -> DataCoverage {
         missing_s: trace.seconds_of(Quality::Missing),
         fault_s: trace.seconds_of(Quality::Fault),
         stale_s: trace.seconds_of(Quality::Stale),
+        assumed_s: trace.seconds_of(Quality::Assumed),
     }
 }

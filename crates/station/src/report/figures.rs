@@ -199,6 +199,8 @@ pub struct DataCoverage {
     pub fault_s: f64,
     /// The time without samples, in seconds.
     pub stale_s: f64,
+    /// The time in which the unit or the configuration of a gauge of another master was assumed, in seconds.
+    pub assumed_s: f64,
 }
 
 /// A gauge, or a channel of a controller.

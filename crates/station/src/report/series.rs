@@ -98,7 +98,7 @@ fn width(bins: &[Span]) -> Option<i64> {
 fn quality(bin: &Span) -> Quality {
     let occurred: Qualities = bin.summary.qualities;
     let worst = [Quality::Overrange, Quality::Underrange].into_iter().find(|quality| occurred.contains(*quality));
-    let without_pressure = [Quality::Stale, Quality::Fault, Quality::Off, Quality::Missing];
+    let without_pressure = [Quality::Stale, Quality::Assumed, Quality::Fault, Quality::Off, Quality::Missing];
     match bin.summary.mean() {
         Some(_) => worst.unwrap_or(Quality::Valid),
         None => without_pressure.into_iter().find(|quality| occurred.contains(*quality)).unwrap_or(Quality::Fault),

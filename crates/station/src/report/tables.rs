@@ -269,6 +269,7 @@ pub fn coverage(report: &Report) -> String {
             time(coverage.missing_s),
             time(coverage.fault_s),
             time(coverage.stale_s),
+            time(coverage.assumed_s),
         ];
         named(style, gauge) + &cells.iter().map(|text| cell(text)).collect::<String>()
     };
@@ -284,6 +285,7 @@ pub fn coverage(report: &Report) -> String {
         "No gauge",
         "Fault",
         "No samples",
+        "Assumed",
     ]);
     let percent = (10_f64.powf(report.dead_band_decades) - 1.0) * 100.0;
     table("", &head, &rows)

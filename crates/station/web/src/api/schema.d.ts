@@ -1562,7 +1562,7 @@ export interface components {
         };
         /** @description The reading of a measuring part. */
         Reading: {
-            /** @description The cause of the quality, in a few words, where the gauge reports one. */
+            /** @description The cause of the quality, in a few words, where the gauge reports one; for `assumed` the pressure that the assumption gives. */
             cause: string | null;
             /**
              * Format: double
@@ -1590,10 +1590,10 @@ export interface components {
              */
             principle: "pirani" | "hot-cathode" | "cold-cathode" | "diaphragm" | "atmosphere" | null;
             /**
-             * @description The quality: `valid`, `overrange`, `underrange`, `fault`, `stale`, `off`, `missing`.
+             * @description The quality: `valid`, `overrange`, `underrange`, `fault`, `stale`, `off`, `missing`, `assumed`.
              * @enum {string}
              */
-            quality: "valid" | "overrange" | "underrange" | "fault" | "stale" | "off" | "missing";
+            quality: "valid" | "overrange" | "underrange" | "fault" | "stale" | "off" | "missing" | "assumed";
             /** @description The name under which it is recorded: that of the gauge, with the channel of a controller. */
             series: string;
         };

@@ -32,6 +32,7 @@ export const QUALITIES: Record<Quality, string> = {
   stale: 'no data',
   off: 'off',
   missing: 'no gauge',
+  assumed: 'assumed',
 }
 
 export const PRINCIPLES: Record<Principle, string> = {

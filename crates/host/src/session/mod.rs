@@ -3,154 +3,40 @@
 //! The session itself never sends Set_Prm. It serves slaves that were added to the [`master`](BusSession::master) while it
 //! waits for an answer.
 
-use crate::clock::{duration_of, tbit_of};
-use crate::port::{Delivery, LateAnswerRemedy, Notice, Opener, Port, PortError};
+#[cfg(test)]
+mod hostile;
+mod parameters;
+mod readers;
+mod reply;
+mod slot_time;
+mod station;
+mod unrestored;
+
+pub use parameters::{MAX_SLOT_TBIT, bus_parameters, entry_time};
+pub use reply::{Reply, SessionError};
+pub use slot_time::SessionTiming;
+pub use station::{BusMaster, add_or_restart};
+pub use unrestored::UnrestoredRecord;
+
+use crate::port::{Notice, Opener, Port, PortError};
 use crate::readiness::Readiness;
 use crate::segment::Segment;
+use profivac_dp::link::Baud;
 use profivac_dp::link::active::{
-    Active, Answer, BusParameters, CheckedBus, Confirmation, Failure, OutOfRange, Request, RingCounters, RingState,
+    Active, Answer, BusParameters, Confirmation, Failure, Request, RingCounters, RingState,
 };
-use profivac_dp::link::{Baud, BitTime, Listening, Station, Transmit};
-use profivac_dp::master::{Busy, Handle, Master, Operation, Settings, SlaveListError, SlaveParameters};
-use profivac_wire::control::{StationType, Status};
-use profivac_wire::{MAX_DU, Telegram};
+use profivac_dp::master::{Busy, Handle, Operation};
+use profivac_wire::control::StationType;
+use readers::OtherReaders;
+use station::BoxedStation;
 use std::collections::BTreeMap;
-use std::fmt;
 use std::time::{Duration, Instant};
-
-/// A master with room for every slave of a bus.
-pub type BusMaster = Master<125, MAX_DU>;
-
-/// G. Each request to an absent address costs a slot time, which is long on such a port; a longer pause would delay the
-/// entry of another master into the ring: [`entry_time`]. free choice.
-const GAP_FACTOR: u8 = 2;
 
 /// The longest wait for passing the token at the end. free choice: some rotations of a small ring.
 const TOKEN_PASS_TIMEOUT: Duration = Duration::from_secs(1);
 
-/// The longest slot time of PROFIBUS, in bit times. profibus-wire 1.12.
-pub const MAX_SLOT_TBIT: u32 = 16_383;
-
 /// The shortest wait for the line.
 const MIN_WAIT: Duration = Duration::from_millis(1);
-
-/// The bus parameters of a master on a port of an operating system: the slot time is longer by what the port delays.
-#[must_use]
-pub fn bus_parameters(address: u8, baud: Baud, delivery: Delivery) -> BusParameters {
-    let bus = BusParameters::new(address, baud);
-    let delay_tbit = u32::try_from(tbit_of(baud, delivery.slot_delay(baud))).unwrap_or(u32::MAX);
-    BusParameters { slot_tbit: bus.slot_tbit.saturating_add(delay_tbit), gap_factor: GAP_FACTOR, ..bus }
-}
-
-/// How long a ring of such masters may take to admit another one. Many seconds on a slow line: see
-/// [`BusParameters::entry_tbit`].
-#[must_use]
-pub fn entry_time(bus: &BusParameters, baud: Baud) -> Duration {
-    duration_of(baud, bus.entry_tbit())
-}
-
-/// The reason why a session could not send a request.
-#[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
-pub enum SessionError {
-    /// The port failed.
-    #[error(transparent)]
-    Port(#[from] PortError),
-    /// The bus parameters are out of range.
-    #[error("{0}")]
-    Parameters(OutOfRange),
-    /// Another master uses the line and does not admit this one into its ring.
-    #[error("master {0} is using the line")]
-    LineInUse(u8),
-    /// Another master has the address of this one.
-    #[error("another master has the address {0}")]
-    AddressInUse(u8),
-    /// The line is never idle.
-    #[error("the line is never idle")]
-    NeverIdle,
-    /// The program ends: see [`BusSession::set_cancellation`].
-    #[error("interrupted")]
-    Interrupted,
-}
-
-/// A record of one octet that a client changed for a moment and could not set back because the line was lost.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct UnrestoredRecord {
-    /// The slot.
-    pub slot: u8,
-    /// The index.
-    pub index: u8,
-    /// The value that the client wrote.
-    pub written: u8,
-    /// The value before.
-    pub original: u8,
-}
-
-/// The reply of a station, or its absence.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Reply {
-    /// The station answered.
-    Answer {
-        /// The type of the station.
-        station: StationType,
-        /// The status of the answer.
-        status: Status,
-        /// The data unit.
-        du: Vec<u8>,
-    },
-    /// No station answered, or the answer was invalid.
-    NoAnswer(Failure),
-}
-
-/// Adds a slave to a master, or restarts it with new parameters if the master has it already.
-///
-/// # Errors
-/// [`SlaveListError`] when the parameters are impossible.
-pub fn add_or_restart(master: &mut BusMaster, parameters: &SlaveParameters<'_>) -> Result<(), SlaveListError> {
-    if master.state(parameters.address).is_none() {
-        return master.add(parameters);
-    }
-    master.reparameterise(parameters)?;
-    master.restart(parameters.address);
-    Ok(())
-}
-
-/// The station behind a pointer: it is too large for the stack of a thread.
-struct BoxedStation(Box<Active<BusMaster>>);
-
-impl BoxedStation {
-    /// Keeps the station off the stack of the caller.
-    #[inline(never)]
-    fn new(bus: CheckedBus, baud: Baud) -> Self {
-        Self(Box::new(BusMaster::on(bus, Settings::new(baud), BitTime(0))))
-    }
-}
-
-impl Station for BoxedStation {
-    fn telegram(&mut self, end: BitTime, telegram: &Telegram<'_>) -> Option<Transmit<'_>> {
-        self.0.telegram(end, telegram)
-    }
-
-    fn activity(&mut self, end: BitTime) {
-        self.0.activity(end);
-    }
-
-    fn sent(&mut self, end: BitTime) {
-        self.0.sent(end);
-    }
-
-    fn poll(&mut self, now: BitTime) -> Option<Transmit<'_>> {
-        self.0.poll(now)
-    }
-
-    fn wake_at(&self) -> Option<BitTime> {
-        self.0.wake_at()
-    }
-
-    fn listening(&self) -> Listening {
-        self.0.listening()
-    }
-}
 
 /// A master on a port that sends one request after the other.
 pub struct BusSession {
@@ -171,42 +57,12 @@ pub struct BusSession {
     reported_tbit: u64,
     /// A late answer that no notice has reported.
     late_answer: Option<Notice>,
+    other_readers: OtherReaders,
     closing: Option<Closing>,
 }
 
 /// Runs when the session ends.
 type Closing = Box<dyn FnOnce(&SessionTiming, Vec<Notice>) + Send>;
-
-/// The longest times that a session measured, beside those that it works with.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct SessionTiming {
-    /// The answers that were measured.
-    pub answers: u64,
-    /// From the end of a request to the delivery of the first characters of its answer.
-    pub turnaround: Duration,
-    /// The slot time.
-    pub slot_time: Duration,
-    /// Between two deliveries of characters of one answer.
-    pub pause: Duration,
-    /// The longest pause that is tolerated within a telegram.
-    pub tolerated_pause: Duration,
-}
-
-impl fmt::Display for SessionTiming {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let ms = |time: Duration| time.as_secs_f64() * 1e3;
-        write!(
-            f,
-            "measured on {} answers: the first characters came up to {:.1} ms after the request (slot time {:.1} ms), with pauses up \
-             to {:.1} ms within an answer (up to {:.1} ms are tolerated)",
-            self.answers,
-            ms(self.turnaround),
-            ms(self.slot_time),
-            ms(self.pause),
-            ms(self.tolerated_pause)
-        )
-    }
-}
 
 /// Runs each time the line was served.
 type BackgroundTask = Box<dyn FnMut(&mut BusMaster) + Send>;
@@ -224,6 +80,7 @@ impl Drop for BusSession {
         self.pass_token_on();
         let timing = self.timing();
         if let Some(closing) = self.closing.take() {
+            self.other_readers.search(self.losses(), self.segment.port());
             closing(&timing, std::iter::from_fn(|| self.next_notice()).collect());
         }
     }
@@ -253,6 +110,7 @@ impl BusSession {
             adapts_slot_time: true,
             reported_tbit: 0,
             late_answer: None,
+            other_readers: OtherReaders::default(),
             closing: None,
         })
     }
@@ -276,49 +134,6 @@ impl BusSession {
     /// Calls `closing` when the session ends, with the notices that nothing has taken.
     pub fn on_close(&mut self, closing: impl FnOnce(&SessionTiming, Vec<Notice>) + Send + 'static) {
         self.closing = Some(Box::new(closing));
-    }
-
-    /// What the session has measured so far.
-    pub fn timing(&mut self) -> SessionTiming {
-        let (baud, measured) = (self.baud, self.segment.measured());
-        let slot_tbit = self.station().bus().slot_tbit.into();
-        SessionTiming {
-            answers: measured.answers,
-            turnaround: duration_of(baud, measured.turnaround_tbit),
-            slot_time: duration_of(baud, slot_tbit),
-            pause: duration_of(baud, measured.pause_tbit),
-            tolerated_pause: duration_of(baud, self.segment.idle_tbit()),
-        }
-    }
-
-    /// Raises the slot time if an answer came later, and this master is alone. Beside other masters the notice says what the user
-    /// has to do.
-    fn check_turnaround(&mut self) {
-        let turnaround_tbit = self.segment.measured().turnaround_tbit;
-        let slot_tbit = self.station().bus().slot_tbit;
-        if turnaround_tbit <= u64::from(slot_tbit).max(self.reported_tbit) {
-            return;
-        }
-        let (baud, adapts, name) = (self.baud, self.adapts_slot_time, self.port_name().to_owned());
-        self.reported_tbit = turnaround_tbit;
-        let station = self.station();
-        let is_alone = station.masters().count() < 2 && station.other_master().is_none();
-        let wanted_tbit = u32::try_from(turnaround_tbit.saturating_mul(2)).unwrap_or(u32::MAX);
-        let needed_tbit = wanted_tbit.min(MAX_SLOT_TBIT);
-        let remedy = match adapts && is_alone {
-            _ if turnaround_tbit > needed_tbit.into() => LateAnswerRemedy::Impossible,
-            true => LateAnswerRemedy::Raised,
-            false => LateAnswerRemedy::ToBeSet,
-        };
-        if remedy == LateAnswerRemedy::Raised {
-            station.raise_slot_time(needed_tbit);
-        }
-        // On a pty or TCP the cause is the load of the computer, which needs no action.
-        if remedy == LateAnswerRemedy::Raised && !self.segment.port().is_timed() {
-            return;
-        }
-        let turnaround_ms = u64::try_from(duration_of(baud, turnaround_tbit).as_millis()).unwrap_or(u64::MAX);
-        self.late_answer = Some(Notice::LateAnswer { name, turnaround_ms, slot_tbit, needed_tbit, remedy });
     }
 
     /// Leaves the ring of other masters. A master that vanishes with the token stops all of them for a while.
@@ -424,21 +239,6 @@ impl BusSession {
         Ok(begun.elapsed() < self.line_timeout)
     }
 
-    /// Keeps a record of the slave at `address` that could not be set back, for the next client of this slave.
-    pub fn keep_unrestored(&mut self, address: u8, record: UnrestoredRecord) {
-        self.unrestored.insert(address, record);
-    }
-
-    /// Takes the record that [`keep_unrestored`](Self::keep_unrestored) kept for the slave at `address`.
-    pub fn take_unrestored(&mut self, address: u8) -> Option<UnrestoredRecord> {
-        self.unrestored.remove(&address)
-    }
-
-    /// Takes all kept records by address. A program that opens a new session on the same line hands them over to it.
-    pub fn take_all_unrestored(&mut self) -> BTreeMap<u8, UnrestoredRecord> {
-        std::mem::take(&mut self.unrestored)
-    }
-
     /// The name of the port.
     #[must_use]
     pub fn port_name(&self) -> &str {
@@ -452,6 +252,7 @@ impl BusSession {
     pub fn serve(&mut self, others: &[Readiness<'_>], at_most: Duration) -> Result<Vec<bool>, PortError> {
         let readable = self.segment.serve(others, at_most)?;
         self.check_turnaround();
+        self.other_readers.poll(self.losses(), self.segment.port());
         if self.segment.take_reopened() {
             let now = self.segment.now();
             self.station().listen(now);
@@ -466,9 +267,15 @@ impl BusSession {
         self
     }
 
+    /// The requests without an answer and the damaged telegrams so far.
+    fn losses(&self) -> u64 {
+        self.segment.measured().missing.saturating_add(self.damaged_telegrams().into())
+    }
+
     /// Takes the oldest notice of the port.
     pub fn next_notice(&mut self) -> Option<Notice> {
-        self.late_answer.take().or_else(|| self.segment.next_notice())
+        let of_session = self.late_answer.take().or_else(|| self.other_readers.next_notice());
+        of_session.or_else(|| self.segment.next_notice())
     }
 
     /// Sends a request once and waits for the reply.
@@ -532,12 +339,14 @@ impl BusSession {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::port::Character;
-    use profivac_dp::master::services;
+    use crate::clock::tbit_of;
+    use crate::port::{Character, Delivery, ReaderSearch};
+    use profivac_dp::link::BitTime;
+    use profivac_dp::master::{Settings, services};
     use profivac_sim::Segment;
     use std::os::unix::net::UnixStream;
-    use std::sync::Arc;
     use std::sync::atomic::{AtomicU32, Ordering};
+    use std::sync::{Arc, Mutex};
 
     /// A port on a silent line. The number counts how often the port was lost.
     struct Quiet(UnixStream, Arc<AtomicU32>);
@@ -562,6 +371,80 @@ mod tests {
         fn generation(&self) -> u32 {
             self.1.load(Ordering::Relaxed)
         }
+    }
+
+    /// A port without answers whose octets another program reads. The number counts the searches for it.
+    struct Shared(Quiet, Arc<AtomicU32>);
+
+    impl Port for Shared {
+        fn name(&self) -> &str {
+            self.0.name()
+        }
+
+        fn readiness(&self) -> Vec<Readiness<'_>> {
+            self.0.readiness()
+        }
+
+        fn receive(&mut self, heard: &mut Vec<Character>) -> Result<(), PortError> {
+            self.0.receive(heard)
+        }
+
+        fn send(&mut self, octets: &[u8]) -> Result<(), PortError> {
+            self.0.send(octets)
+        }
+
+        fn reader_search(&self) -> Option<ReaderSearch> {
+            self.1.fetch_add(1, Ordering::Relaxed);
+            let (name, program) = (self.name().to_owned(), "cat".to_owned());
+            Some(Box::new(move || vec![Notice::OpenElsewhere { name, program, pid: 7 }]))
+        }
+    }
+
+    /// A session on [`Shared`], the notices of its end, and the number of searches. The socket keeps the port open.
+    fn shared() -> (BusSession, Arc<Mutex<Vec<Notice>>>, Arc<AtomicU32>, UnixStream) {
+        let (ours, theirs) = UnixStream::pair().unwrap();
+        let (closing, searches) = (Arc::new(Mutex::new(Vec::new())), Arc::new(AtomicU32::new(0)));
+        let port = Shared(Quiet(ours, Arc::default()), Arc::clone(&searches));
+        let baud = Baud::B500000;
+        let bus = bus_parameters(2, baud, Delivery::Unpaced);
+        let mut session = BusSession::new(Box::new(port), baud, bus, Duration::from_secs(3600)).unwrap();
+        let told = Arc::clone(&closing);
+        session.on_close(move |_, notices| told.lock().unwrap().extend(notices));
+        (session, closing, searches, theirs)
+    }
+
+    fn is_cat(notice: &Notice) -> bool {
+        matches!(notice, Notice::OpenElsewhere { program, pid: 7, .. } if program == "cat")
+    }
+
+    #[test]
+    fn a_program_that_takes_answers_away_is_named_while_the_session_runs_and_once() {
+        let (mut session, closing, _, _line) = shared();
+        let named = (0..10_000).find_map(|_| {
+            session.request(&services::slave_diag(5)).unwrap();
+            session.next_notice()
+        });
+        assert!(named.as_ref().is_some_and(is_cat), "{named:?}");
+        session.request(&services::slave_diag(5)).unwrap();
+        drop(session);
+        assert_eq!(*closing.lock().unwrap(), []);
+    }
+
+    #[test]
+    fn a_program_that_takes_answers_away_is_named_at_the_end_of_the_session() {
+        let (mut session, closing, _, _line) = shared();
+        session.request(&services::slave_diag(5)).unwrap();
+        drop(session);
+        let closing = closing.lock().unwrap();
+        assert!(closing.len() == 1 && closing.iter().all(is_cat), "{closing:?}");
+    }
+
+    #[test]
+    fn a_session_without_missing_answers_searches_for_no_other_program() {
+        let (mut session, closing, searches, _line) = shared();
+        session.serve(&[], Duration::ZERO).unwrap();
+        drop(session);
+        assert_eq!((searches.load(Ordering::Relaxed), closing.lock().unwrap().len()), (0, 0));
     }
 
     /// Two sessions on one slow line with default parameters. The first polls its GAP rarely; the second is still admitted
