@@ -81,6 +81,12 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     Ok(())
 }
 
+/// Checks that every gateway of the file has a name for each point.
+pub fn check(config: &Config) -> Result<(), Failure> {
+    let points = profivac_gateway::points(&Inputs::planned(config));
+    config.gateways.iter().try_for_each(|settings| names(settings, &points).map(drop))
+}
+
 /// What the gateway with these settings publishes.
 fn names(settings: &GatewaySettings, points: &[Point]) -> Result<NameTable, Failure> {
     match settings {

@@ -3,6 +3,7 @@
 use crate::console::Signals;
 use crate::failure::Failure;
 use crate::gateways::{self, Gateways};
+use crate::names;
 use crate::output::{notice, out};
 use clap::Args;
 use profivac_host::readiness::{Readiness, wait};
@@ -52,6 +53,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     config.notices().iter().for_each(notice);
     check_private(&arguments.file, &config)?;
     gateways::check(&config.gateways)?;
+    names::check(&config)?;
     let listen = arguments.listen.unwrap_or(config.listen);
     let setup = Setup { hosts: config.hosts.clone(), tls: config.tls.clone(), ..Setup::new(listen, config.access()) };
     if arguments.check {
