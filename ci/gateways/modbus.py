@@ -43,13 +43,19 @@ def map_of(plant):
     return list(csv.DictReader(io.StringIO(text.stdout)))
 
 
+def positive(number):
+    """The number if it is above 0, else None; NaN is not."""
+    return number if number > 0 else None
+
+
 def check_values(plant, port, rows):
     master = Master(port, rows)
     assert master.value("", "test-float") == 1.0 and master.value("", "test-integer") == 0x01020304
     assert master.client.read_holding_registers(0, count=4).registers == [0x3F80, 0, 0x0102, 0x0304]
     pa, age, readings, beat = [], [], [], []
     for _ in range(3):
-        pa.append(master.value("chamber", "pressure"))
+        # On a loaded computer a reading may be stale for a moment, and the pressure is then NaN.
+        pa.append(wait_for("a pressure", lambda: positive(master.value("chamber", "pressure"))))
         age.append(master.value("chamber", "age"))
         wait_for("another reading", lambda: master.value("chamber", "readings") not in readings)
         readings.append(master.value("chamber", "readings"))
@@ -57,12 +63,17 @@ def check_values(plant, port, rows):
         beat.append(master.value("", "heartbeat"))
     assert all(0.08 < it < 0.12 for it in pa), pa
     assert max(age) < 100, age
-    in_unit = master.value("chamber", "pressure-in-unit")
-    assert abs(in_unit * 100 / master.value("chamber", "pressure") - 1) < 1e-3 and master.value("chamber", "unit") == 1
-    assert abs(master.value("chamber", "log10") / 1000 - math.log10(pa[-1])) < 2e-3
-    assert master.value("chamber", "state") == 0 and master.value("chamber", "limit-high") == 10.0
+
+    def is_consistent():
+        in_unit = master.value("chamber", "pressure-in-unit")
+        assert abs(in_unit * 100 / master.value("chamber", "pressure") - 1) < 1e-3 and master.value("chamber", "unit") == 1
+        assert abs(master.value("chamber", "log10") / 1000 - math.log10(pa[-1])) < 2e-3
+        return master.value("chamber", "state") == 0 and master.value("chamber", "limit-high") == 10.0
+
+    wait_for("pressure, unit, logarithm and state that fit", is_consistent)
     assert math.isnan(master.value("chamber", "limit-low")) and master.value("chamber", "range-high") > 1e4
     assert abs(master.value("", "time") - time.time()) < 30
+    wait_for("the state on the bus", lambda: master.value("chamber", "bits") & 1 << 11)
     simulated = {name: bool(master.value(name, "bits") & 1 << 8) for name in ("chamber", "load lock")}
     assert simulated == {"chamber": False, "load lock": True}, simulated
     assert master.value("hall", "segment-state") == 2
@@ -128,8 +139,8 @@ def check_requests(port, rows):
 
 def check_several(port, rows):
     masters = [Master(port, rows) for _ in range(40)]
-    values = [master.value("chamber", "state") for master in masters]
-    assert values == [0] * 40
+    values = [master.value("load lock", "limit-high") for master in masters]
+    assert len(values) == 40 and all(math.isnan(value) for value in values), values
     for master in masters:
         master.client.close()
 
@@ -153,9 +164,9 @@ def check_hostile(plant, port, rows):
         end = time.monotonic() + 5
         while time.monotonic() < end:
             began = time.monotonic()
-            assert keeps.value("load lock", "state") == 0
+            assert keeps.value("", "test-float") == 1.0
             new = Master(port, rows)
-            assert new.value("load lock", "state") == 0
+            assert new.value("load lock", "unit") == 1
             new.client.close()
             slowest, polls = max(slowest, time.monotonic() - began), polls + 2
             time.sleep(0.05)
