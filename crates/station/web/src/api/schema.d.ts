@@ -500,6 +500,23 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/pump-downs": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /** The pump-downs of a series beside the usual ones, the latest first */
+        get: operations["pump_downs"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/rise": {
         parameters: {
             query?: never;
@@ -1103,6 +1120,24 @@ export interface components {
              */
             unanswered: number;
         };
+        /** @description A deviation from the usual pump-downs. */
+        DeviationView: {
+            /** @description The shape of the pressure above the usual one; `null` if it is none of these, or too small. */
+            excess: ("leak" | "outgassing" | "virtual-leak") | null;
+            /** @description What it looks like, in words. */
+            likeness: string;
+            pattern: ("from-the-beginning" | "at-low-pressure" | "at-high-pressure") & Record<string, never>;
+            /**
+             * Format: int64
+             * @description The beginning of the first of the deviating pump-downs in a row, in milliseconds since 1970.
+             */
+            since_ms: number;
+            /**
+             * @description The deviation at the lowest deviating pressure, in words.
+             * @example 20 min later to 1e-5 mbar than usual: 80 min; usual 60 min, the median of the last 10, at most 66 min
+             */
+            text: string;
+        };
         /** @description An earlier diagnosis. */
         DiagnosisReport: {
             /**
@@ -1185,10 +1220,10 @@ export interface components {
             /** @description The gauge, if the event is about one. */
             gauge: string | null;
             /**
-             * @description The kind: `station`, `bus`, `gauge`, `command`, `note`, `access`, `alarm`.
+             * @description The kind: `station`, `bus`, `gauge`, `command`, `note`, `access`, `alarm`, `pump-down`.
              * @enum {string}
              */
-            kind: "station" | "bus" | "gauge" | "command" | "note" | "access" | "alarm";
+            kind: "station" | "bus" | "gauge" | "command" | "note" | "access" | "alarm" | "pump-down";
             /** @description One sentence. */
             text: string;
         };
@@ -1329,6 +1364,22 @@ export interface components {
              * @description The mean.
              */
             mean: number;
+        };
+        /** @description The time to a pressure. */
+        LevelView: {
+            /** @description Whether the time deviates from the usual one, and how. */
+            deviation: ("later" | "earlier") | null;
+            /**
+             * Format: double
+             * @description The pressure in Pa.
+             */
+            pa: number;
+            /**
+             * Format: double
+             * @description The time in seconds; `null` if it was not reached or lies in a gap.
+             */
+            s: number | null;
+            usual: components["schemas"]["UsualView"] | null;
         };
         /** @description The alarms at one moment, in the live stream. */
         LiveAlarms: {
@@ -1551,6 +1602,45 @@ export interface components {
              */
             title: string;
         };
+        /** @description A pump-down beside the usual ones. */
+        PumpDownView: {
+            /** @description At most 120 points, evenly on a logarithmic axis of time. */
+            curve: components["schemas"]["RisePoint"][];
+            deviation: components["schemas"]["DeviationView"] | null;
+            /**
+             * Format: int64
+             * @description The last sample or the venting, in milliseconds since 1970.
+             */
+            end_ms: number;
+            /** @description Whether a venting ended it. */
+            is_vented: boolean;
+            /** @description The times to each decade of mbar, the highest pressure first. */
+            levels: components["schemas"]["LevelView"][];
+            /**
+             * Format: double
+             * @description The lowest pressure in Pa.
+             */
+            lowest_pa: number;
+            /**
+             * Format: int64
+             * @description The beginning, in milliseconds since 1970.
+             */
+            start_ms: number;
+            /**
+             * Format: double
+             * @description The pressure at the beginning in Pa.
+             */
+            start_pa: number;
+        };
+        /** @description Compared pump-downs of one series. */
+        PumpDowns: {
+            /** @description The number of pump-downs in the time range; `runs` may have fewer. */
+            found: number;
+            /** @description The pump-downs, the latest first. */
+            runs: components["schemas"]["PumpDownView"][];
+            /** @description The series. */
+            series: string;
+        };
         /** @description The progress of reading the parameters of a gauge. */
         ReadProgress: {
             /** @description The number of parameters that were read. */
@@ -1669,6 +1759,11 @@ export interface components {
         };
         /** @description A pressure rise, separated into leak and outgassing. */
         RiseView: {
+            /**
+             * Format: double
+             * @description The accuracy of the gauge that the intervals contain, as a fraction; `null` if it was not given.
+             */
+            accuracy: number | null;
             /** @description The cause. */
             cause: components["schemas"]["RiseCause"];
             /** @description The best fit, at most 400 points. */
@@ -1889,6 +1984,26 @@ export interface components {
             series: string;
             /** @description The start of each pixel, in milliseconds since 1970, rising. */
             start_ms: number[];
+        };
+        /** @description The usual time to a pressure. */
+        UsualView: {
+            /**
+             * Format: double
+             * @description A shorter time deviates.
+             */
+            least_s: number;
+            /**
+             * Format: double
+             * @description A longer time deviates.
+             */
+            most_s: number;
+            /** @description The number of pump-downs; 1 with a chosen reference. */
+            runs: number;
+            /**
+             * Format: double
+             * @description The median in seconds.
+             */
+            s: number;
         };
         /** @description A parameter that the station reads from time to time: emission, degas, trip points, relays. */
         WatchedParameter: {
@@ -4380,6 +4495,102 @@ export interface operations {
             };
         };
     };
+    pump_downs: {
+        parameters: {
+            query: {
+                /**
+                 * @description The name of the series: that of a gauge, or `gauge.N` for channel N of a controller.
+                 * @example chamber
+                 */
+                series: string;
+                /**
+                 * @description The beginning, in milliseconds since 1970. Pump-downs before it are not usual ones.
+                 * @example 0
+                 */
+                from: number;
+                /**
+                 * @description The end, in milliseconds since 1970.
+                 * @example 4102444800000
+                 */
+                to: number;
+                /** @description The most pump-downs of the answer, 1 to 50. */
+                limit?: number;
+                /**
+                 * @description The beginning of the pump-down with which all others are compared, in milliseconds since 1970; without it each one is compared
+                 *     with the last ten before it.
+                 */
+                reference?: number;
+            };
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["PumpDowns"];
+                };
+            };
+            /** @description A parameter is out of range, or no pump-down begins at `reference` */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The user has not logged in */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The user has no permission, or the request comes from a foreign page */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request is meant for another computer */
+            421: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The client is above a rate limit; the header Retry-After gives the time to wait in seconds */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The database cannot be read */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
     rise: {
         parameters: {
             query: {
@@ -4408,6 +4619,12 @@ export interface operations {
                  * @example none
                  */
                 gauge?: "none" | "ionisation" | "conduction";
+                /**
+                 * @description The accuracy of the gauge as a fraction of the reading, as its manual states it: 0.15 for ±15 %. Without it the intervals
+                 *     do not contain the uncertainty of the gauge.
+                 * @example 0.15
+                 */
+                accuracy?: number;
             };
             header?: never;
             path?: never;

@@ -57,6 +57,7 @@ export const EVENT_KINDS: Record<EventKind, string> = {
   note: 'Note',
   alarm: 'Alarm',
   access: 'Access',
+  'pump-down': 'Pump-down',
 }
 
 export const RISKS: Record<RiskClass, { label: string; sentence: string }> = {
