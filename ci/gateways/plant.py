@@ -29,7 +29,7 @@ def wait_for(what, condition):
             value = condition()
             if value:
                 return value
-        except (OSError, KeyError, IndexError, ValueError, AssertionError) as error:
+        except (OSError, KeyError, IndexError, ValueError, AssertionError, StopIteration) as error:
             last = error
         time.sleep(POLL_S)
     raise SystemExit(f"{what} did not happen within {HANG_S} s; last error: {last!r}")
@@ -57,7 +57,11 @@ class Plant:
         port = self.gauge.stdout.readline().split()[1]
         self.write("lab.toml", 'devices = ["pcg550@7"]\npressure = "1e-2 mbar"\n')
         self.write("plant.toml", self.head + HALL.format(port=port) + LAB.format(folder=self.folder) + ALARM + self.tables)
-        self.start()
+        try:
+            self.start()
+        except BaseException:
+            self.__exit__()
+            raise
         return self
 
     def __exit__(self, *_):
@@ -85,8 +89,9 @@ class Plant:
                 wait_for(f"a reading of {name}", lambda name=name: self.reading(name)["quality"] == "valid")
 
     def stop(self):
-        self.station.terminate()
-        self.station.wait(HANG_S)
+        if self.station:
+            self.station.terminate()
+            self.station.wait(HANG_S)
 
     def restart(self):
         self.stop()

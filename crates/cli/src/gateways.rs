@@ -50,21 +50,6 @@ pub fn check(wanted: &[GatewaySettings]) -> Result<(), Failure> {
     wanted.iter().try_for_each(|settings| if is_built_in(settings) { Ok(()) } else { Err(absent(settings)) })
 }
 
-/// Checks what the gateways would publish: names that are too long or equal are errors of the file.
-pub fn check_names(config: &Config) -> Result<(), Failure> {
-    for settings in &config.gateways {
-        match settings {
-            #[cfg(feature = "epics")]
-            GatewaySettings::Epics(it) => {
-                let names = profivac_gateway_epics::listing::names(&config.name, &planned(config), it);
-                names.map_err(|error| Failure::usage(error.to_string()))?;
-            }
-            _ => {}
-        }
-    }
-    Ok(())
-}
-
 /// The points of a station before it starts.
 pub fn planned(config: &Config) -> Snapshot {
     Modeller::default().next(Inputs::planned(config), Micros::now())
@@ -74,6 +59,8 @@ pub fn planned(config: &Config) -> Snapshot {
 const BUILT_IN: &[&str] = &[
     #[cfg(feature = "epics")]
     "epics",
+    #[cfg(feature = "modbus")]
+    "modbus",
     #[cfg(feature = "mqtt")]
     "mqtt",
     #[cfg(feature = "prometheus")]
@@ -103,6 +90,8 @@ fn start(
         GatewaySettings::Epics(it) => Ok(vec![profivac_gateway_epics::start(it.clone(), model, services)?]),
         #[cfg(feature = "mqtt")]
         GatewaySettings::Mqtt(it) => Ok(profivac_gateway_mqtt::start(it, &model, &services)?),
+        #[cfg(feature = "modbus")]
+        GatewaySettings::Modbus(it) => Ok(vec![profivac_gateway_modbus::start(it.clone(), model, services)?]),
         #[cfg(feature = "prometheus")]
         GatewaySettings::Prometheus(it) => Ok(vec![profivac_gateway_prometheus::start(it.clone(), model, services)?]),
         other => Err(absent(other)),

@@ -88,6 +88,11 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     Ok(())
 }
 
+/// Checks that every gateway of the file has a name for each point.
+pub fn check(config: &Config) -> Result<(), Failure> {
+    config.gateways.iter().try_for_each(|settings| names(settings, config).map(drop))
+}
+
 /// What the gateway with these settings publishes.
 fn names(settings: &GatewaySettings, config: &Config) -> Result<NameTable, Failure> {
     let snapshot = gateways::planned(config);
@@ -96,6 +101,10 @@ fn names(settings: &GatewaySettings, config: &Config) -> Result<NameTable, Failu
         GatewaySettings::Epics(it) => {
             let names = profivac_gateway_epics::listing::names(&config.name, &snapshot, it);
             names.map_err(|error| Failure::usage(error.to_string()))
+        }
+        #[cfg(feature = "modbus")]
+        GatewaySettings::Modbus(it) => {
+            profivac_gateway_modbus::names(&snapshot.points, it).map_err(|error| Failure::usage(error.to_string()))
         }
         #[cfg(feature = "mqtt")]
         GatewaySettings::Mqtt(it) => Ok(profivac_gateway_mqtt::names::names(it, &config.name, &snapshot.points)),

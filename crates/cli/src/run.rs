@@ -3,6 +3,7 @@
 use crate::console::Signals;
 use crate::failure::Failure;
 use crate::gateways::{self, Gateways};
+use crate::names;
 use crate::output::{notice, out};
 use clap::Args;
 use profivac_host::readiness::{Readiness, wait};
@@ -52,7 +53,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     config.notices().iter().for_each(notice);
     check_private(&arguments.file, &config)?;
     gateways::check(&config.gateways)?;
-    gateways::check_names(&config)?;
+    names::check(&config)?;
     let listen = arguments.listen.unwrap_or(config.listen);
     let setup = Setup { hosts: config.hosts.clone(), tls: config.tls.clone(), ..Setup::new(listen, config.access()) };
     if arguments.check {
@@ -81,7 +82,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
                 notice(&format_args!("{error}; the station keeps the present certificate"));
             }
             let read = Config::read(&arguments.file).map_err(Failure::from);
-            match read.and_then(|config| gateways::check_names(&config).map(|()| config)) {
+            match read.and_then(|config| names::check(&config).map(|()| config)) {
                 Ok(config) => {
                     let wanted = config.gateways.clone();
                     apply_config(&mut station, &started_with, config)?;

@@ -50,9 +50,9 @@ fn the_table_names_every_metric_with_its_labels() {
         found.unwrap_or_else(|| panic!("no {name} with {label} in\n{text}"))
     };
     assert!(text.starts_with("NAME "), "{text}");
-    assert!(line("profivac_gauge_pressure_pascals ", "gauge=\"chamber\"").contains("segment=\"hall\""));
-    line("profivac_gauge_pressure_pascals ", "gauge=\"fore line\",channel=\"4\"");
-    assert!(line("profivac_gauge_state ", "gauge=\"chamber\"").contains("ok under_range over_range off"));
+    assert!(line("profivac_reading_pressure_pascals ", "gauge=\"chamber\"").contains("segment=\"hall\""));
+    line("profivac_reading_pressure_pascals ", "gauge=\"fore line\",channel=\"4\"");
+    assert!(line("profivac_reading_state ", "gauge=\"chamber\"").contains("ok under_range over_range off"));
 }
 
 #[test]
@@ -71,4 +71,23 @@ fn a_gateway_without_a_table_is_wrong_usage_and_the_error_says_what_to_add() {
     assert!(error.contains("plant.toml has no table [epics]") && error.contains("add the table"), "{error}");
     let error = refusal(&names("", &["--for", "ethercat"]));
     assert!(error.contains("epics") && error.contains("prometheus"), "{error}");
+}
+
+#[test]
+fn the_map_of_modbus_has_a_row_for_each_register_of_a_slot() {
+    let csv = stdout(&names("[modbus]\n", &["--for", "modbus", "--csv"]));
+    assert_eq!(csv.lines().next(), Some("register,type,subject,name,unit,description"));
+    assert!(csv.contains("\n100,float32,chamber,pressure,Pa,"), "{csv}");
+    assert!(csv.contains("\n120,float32,fore line.1,pressure,Pa,"), "{csv}");
+}
+
+#[test]
+fn gauges_that_do_not_fit_into_the_map_of_modbus_are_a_bad_file() {
+    let folder = Folder::new();
+    let plant = PLANT.replace("\"tpg300\"", "\"tpg300\"\nmodbus = 3").replace("\"bcg450\"", "\"bcg450\"\nmodbus = 5");
+    std::fs::write(folder.path("plant.toml"), format!("{plant}[modbus]\n")).unwrap();
+    let error = refusal(&run(&["names", &folder.name("plant.toml"), "--for", "modbus"]));
+    assert!(error.contains("belongs to \"chamber\"") && error.contains("with the key modbus"), "{error}");
+    let checked = refusal(&run(&["run", &folder.name("plant.toml"), "--check"]));
+    assert!(checked.contains(error.trim()), "{checked}");
 }

@@ -1,9 +1,9 @@
 //! The metric families: one for each signal, named after the conventions of Prometheus.
 
+use crate::exposition::{MetricKind, put_label};
 use profivac_gateway::names::NameTable;
 use profivac_gateway::signal::SubjectKind;
 use profivac_gateway::{Kind, Point, Signal, Subject};
-use std::fmt::Write;
 
 /// How a signal becomes series.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -25,11 +25,11 @@ pub enum Form {
 /// A metric family.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Family {
-    /// Its name, without `_total` and `_info`.
+    /// Its name with its unit, without `_total` and `_info`.
     pub name: String,
     /// How the signal becomes series.
     pub form: Form,
-    /// The unit at the end of the name.
+    /// The unit in its name.
     pub unit: Option<&'static str>,
     /// Its description.
     pub help: &'static str,
@@ -44,29 +44,29 @@ impl Family {
         let prefix = prefix(signal.subject());
         let name = match form {
             Form::Label(_) => prefix.to_owned(),
-            _ => format!("{prefix}_{}", stem(signal)),
+            _ => [prefix, &stem(signal)]
+                .into_iter()
+                .chain(unit)
+                .filter(|part| !part.is_empty())
+                .collect::<Vec<_>>()
+                .join("_"),
         };
-        let name = unit.map_or_else(|| name.clone(), |unit| format!("{name}_{unit}"));
-        Self { name, form, unit, help: signal.description() }
+        Self { name, form, unit: unit.filter(|_| !matches!(form, Form::Label(_))), help: signal.description() }
     }
 
     /// The name of its samples.
     #[must_use]
     pub fn sample(&self) -> String {
-        match self.form {
-            Form::Counter => format!("{}_total", self.name),
-            Form::Label(_) | Form::Text(_) => format!("{}_info", self.name),
-            Form::Gauge | Form::States(..) | Form::Absent => self.name.clone(),
-        }
+        format!("{}{}", self.name, self.kind().suffix())
     }
 
-    /// Its type in OpenMetrics.
+    /// Its type.
     #[must_use]
-    pub const fn kind(&self) -> &'static str {
+    pub const fn kind(&self) -> MetricKind {
         match self.form {
-            Form::Counter => "counter",
-            Form::Label(_) | Form::Text(_) => "info",
-            Form::Gauge | Form::States(..) | Form::Absent => "gauge",
+            Form::Counter => MetricKind::Counter,
+            Form::Label(_) | Form::Text(_) => MetricKind::Info,
+            Form::Gauge | Form::States(..) | Form::Absent => MetricKind::Gauge,
         }
     }
 }
@@ -126,7 +126,10 @@ pub const fn prefix(subject: SubjectKind) -> &'static str {
     match subject {
         SubjectKind::Station => "profivac_station",
         SubjectKind::Segment => "profivac_segment",
-        SubjectKind::Gauge | SubjectKind::Reading | SubjectKind::Parameter => "profivac_gauge",
+        // promtool refuses `gauge` in a name, because it is a type of metric.
+        SubjectKind::Gauge => "profivac_device",
+        SubjectKind::Reading => "profivac_reading",
+        SubjectKind::Parameter => "profivac_parameter",
         SubjectKind::Alarm => "profivac_alarm",
     }
 }
@@ -134,15 +137,17 @@ pub const fn prefix(subject: SubjectKind) -> &'static str {
 /// The name of a signal without the name of its subject.
 fn stem(signal: Signal) -> String {
     match signal {
-        // `profivac_gauge_state` is the state of the reading.
-        Signal::GaugeState => return "bus_state".to_owned(),
         Signal::Occurrence => return "occurrences".to_owned(),
+        // The name ends with its unit: `profivac_reading_timestamp_seconds`.
+        Signal::LastReading => return String::new(),
         _ => {}
     }
     let own = match signal.subject() {
         SubjectKind::Station => "station-",
         SubjectKind::Segment => "segment-",
-        SubjectKind::Gauge | SubjectKind::Reading | SubjectKind::Parameter => "gauge-",
+        SubjectKind::Gauge => "gauge-",
+        SubjectKind::Reading => "reading-",
+        SubjectKind::Parameter => "parameter-",
         SubjectKind::Alarm => "alarm-",
     };
     let key = signal.key();
@@ -153,24 +158,6 @@ fn stem(signal: Signal) -> String {
 #[must_use]
 pub fn word_label(word: &str) -> String {
     word.to_lowercase().replace(' ', "_")
-}
-
-/// Writes a label; `text` holds the labels before it.
-pub fn put_label(text: &mut String, name: &str, value: &str) {
-    if !text.is_empty() {
-        text.push(',');
-    }
-    // Writing to a String cannot fail.
-    let _written = write!(text, "{name}=\"");
-    for character in value.chars() {
-        match character {
-            '\\' => text.push_str("\\\\"),
-            '"' => text.push_str("\\\""),
-            '\n' => text.push_str("\\n"),
-            other => text.push(other),
-        }
-    }
-    text.push('"');
 }
 
 /// The labels that name a subject.
@@ -219,7 +206,7 @@ pub fn names(points: &[Point]) -> NameTable {
         table.push([
             family.sample(),
             labels,
-            family.kind().to_owned(),
+            family.kind().word().to_owned(),
             family.unit.unwrap_or_default().to_owned(),
             values,
             point.signal.key().to_owned(),
@@ -237,12 +224,12 @@ mod tests {
     #[test]
     fn the_names_follow_the_conventions_of_prometheus() {
         let sample = |signal| Family::of(signal).sample();
-        assert_eq!(sample(Signal::Pressure), "profivac_gauge_pressure_pascals");
-        assert_eq!(sample(Signal::State), "profivac_gauge_state");
-        assert_eq!(sample(Signal::LastReading), "profivac_gauge_last_reading_timestamp_seconds");
+        assert_eq!(sample(Signal::Pressure), "profivac_reading_pressure_pascals");
+        assert_eq!(sample(Signal::State), "profivac_reading_state");
+        assert_eq!(sample(Signal::LastReading), "profivac_reading_timestamp_seconds");
         assert_eq!(sample(Signal::SegmentUp), "profivac_segment_up");
         assert_eq!(sample(Signal::SegmentRepetitions), "profivac_segment_repetitions_total");
-        assert_eq!(sample(Signal::Device), "profivac_gauge_info");
+        assert_eq!(sample(Signal::Device), "profivac_device_info");
         assert_eq!(sample(Signal::AlarmActive), "profivac_alarm_active");
         let allowed = |name: &str| {
             name.bytes().all(|octet| octet.is_ascii_lowercase() || octet.is_ascii_digit() || octet == b'_')
@@ -260,12 +247,5 @@ mod tests {
         for (name, signals) in signals {
             assert!(signals.len() == 1 || signals.iter().all(is_label), "{name}: {signals:?}");
         }
-    }
-
-    #[test]
-    fn the_value_of_a_label_is_escaped() {
-        let mut text = String::new();
-        put_label(&mut text, "gauge", "a \"b\" \\ c\nd");
-        assert_eq!(text, r#"gauge="a \"b\" \\ c\nd""#);
     }
 }

@@ -7,6 +7,7 @@ use crate::visible_text::TextProblem;
 use profivac_virtual::device_spec::SpecError;
 use std::fmt;
 use std::io;
+use std::net::SocketAddr;
 use std::ops::Range;
 use std::path::PathBuf;
 use tokio_rustls::rustls::pki_types::pem;
@@ -321,6 +322,34 @@ pub enum ConfigProblem {
         file: PathBuf,
         /// The error of the operating system.
         error: io::Error,
+    },
+    /// A number or a duration is outside its range.
+    #[error("expected {expected}, found {found}")]
+    OutsideRange {
+        /// The value.
+        found: String,
+        /// The range.
+        expected: String,
+    },
+    /// Two gauges have the same slot.
+    #[error(
+        "the slot {slot} belongs to the gauge {gauge:?}; choose another number, or delete the key for the next free slot"
+    )]
+    SlotInUse {
+        /// The slot.
+        slot: u16,
+        /// The gauge that has it.
+        gauge: String,
+    },
+    /// A gateway listens beyond loopback without protection.
+    #[error("[{gateway}] listens beyond loopback on {listen}, which needs {needs}; without, listen on 127.0.0.1")]
+    GatewayExposed {
+        /// The name of its table.
+        gateway: &'static str,
+        /// The address.
+        listen: SocketAddr,
+        /// The protection that is missing.
+        needs: &'static str,
     },
     /// The certificates of a webhook cannot be read.
     #[error(transparent)]

@@ -4,6 +4,7 @@ use super::alarms::AlarmToml;
 use super::default_alarms::DefaultAlarmsToml;
 use super::error::{ConfigProblem, Located};
 use super::gateways::GatewaysToml;
+use super::gateways::modbus::{self, ModbusToml};
 use super::gateways::epics::EpicsToml;
 use super::gateways::mqtt::MqttToml;
 use super::gateways::prometheus::PrometheusToml;
@@ -38,6 +39,7 @@ pub struct ConfigToml {
     pub alarms: DefaultAlarmsToml,
     #[serde(default)]
     pub webhook: Vec<WebhookToml>,
+    modbus: Option<ModbusToml>,
     epics: Option<EpicsToml>,
     mqtt: Option<MqttToml>,
     prometheus: Option<PrometheusToml>,
@@ -65,6 +67,13 @@ struct TlsToml {
     key: PathBuf,
 }
 
+impl TlsToml {
+    fn files(&self, path: &Path) -> TlsFiles {
+        let folder = path.parent().unwrap_or(Path::new(""));
+        TlsFiles { certificate: folder.join(&self.certificate), key: folder.join(&self.key) }
+    }
+}
+
 impl ConfigToml {
     pub fn parse(text: &str) -> Result<Self, Located> {
         toml::from_str(text).map_err(|error| {
@@ -73,9 +82,18 @@ impl ConfigToml {
         })
     }
 
-    /// Takes the tables of the gateways.
-    pub const fn take_gateways(&mut self) -> GatewaysToml {
-        GatewaysToml { epics: self.epics.take(), mqtt: self.mqtt.take(), prometheus: self.prometheus.take() }
+    /// Takes the tables of the gateways of the file at `path`.
+    pub fn take_gateways(&mut self, path: &Path) -> Result<GatewaysToml, Located> {
+        let gauges = self.segment.iter().flat_map(|segment| &segment.gauge);
+        let slots = gauges.filter_map(|gauge| Some((gauge.name.get_ref().as_str(), gauge.modbus.as_ref()?)));
+        Ok(GatewaysToml {
+            epics: self.epics.take(),
+            modbus_slots: modbus::check_slots(slots)?,
+            modbus: self.modbus.take(),
+            mqtt: self.mqtt.take(),
+            prometheus: self.prometheus.take(),
+            tls: self.tls.as_ref().map(|tls| tls.files(path)),
+        })
     }
 
     /// The configuration without alarms, webhooks, retention and gateways.
@@ -94,7 +112,7 @@ impl ConfigToml {
             name: self.station.name.map_or(stem, Spanned::into_inner),
             users,
             hosts: self.station.hosts.into_iter().map(Spanned::into_inner).collect(),
-            tls: self.tls.map(|tls| TlsFiles { certificate: beside(tls.certificate), key: beside(tls.key) }),
+            tls: self.tls.map(|tls| tls.files(path)),
             segments: self.segment.into_iter().map(SegmentToml::into_segment).collect(),
             alarms: Vec::new(),
             webhooks: Vec::new(),

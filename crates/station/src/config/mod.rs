@@ -234,7 +234,7 @@ impl Config {
         let alarms = alarms::rules(&file.alarm, &file.alarms, &file.segment).map_err(located)?;
         let webhooks = webhooks::webhooks(&file.webhook, path).map_err(located)?;
         let retention = retention::retention(&file.retention).map_err(located)?;
-        let gateways = gateways::settings(file.take_gateways(), path).map_err(located)?;
+        let gateways = file.take_gateways(path).and_then(|tables| gateways::settings(tables, path)).map_err(located)?;
         Ok(Self { alarms, webhooks, retention, renamed_keys, gateways, ..file.into_config(path) })
     }
 
@@ -256,9 +256,12 @@ impl Config {
         let empty = empty.map(|segment| ConfigNotice::EmptySegment { segment: segment.name.clone() });
         let open = self.gateways.iter().filter(|gateway| gateway.is_open_to_network());
         let open = open.map(|gateway| ConfigNotice::OpenGateway { gateway: gateway.name() });
+        let unprotected = self.gateways.iter().filter_map(|gateway| {
+            Some(ConfigNotice::UnprotectedGateway { gateway: gateway.name(), listen: gateway.unprotected()? })
+        });
         let brokers = self.gateways.iter().filter_map(GatewaySettings::unencrypted_broker);
         let brokers = brokers.map(|host| ConfigNotice::UnencryptedBroker { host: host.to_owned() });
-        renamed.chain(empty).chain(open).chain(brokers).collect()
+        renamed.chain(empty).chain(open).chain(unprotected).chain(brokers).collect()
     }
 
     /// The settings that differ in `new` and that the station applies only at its next start.

@@ -6,6 +6,7 @@ use super::file::ConfigToml;
 use profivac_host::text_file::line_and_column;
 use profivac_recorder::Retention;
 use std::fmt;
+use std::net::SocketAddr;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -21,6 +22,17 @@ pub enum ConfigNotice {
     EmptySegment {
         /// The name of the segment.
         segment: String,
+    },
+    /// A gateway whose protocol has neither encryption nor login listens beyond this computer.
+    #[error(
+        "[{gateway}] listens on {listen} without encryption and login, because the protocol has none: every program on the allowed \
+         computers reads all values, and the network between can change them"
+    )]
+    UnprotectedGateway {
+        /// The name of its table.
+        gateway: &'static str,
+        /// The address.
+        listen: SocketAddr,
     },
     /// A key with a former name.
     #[error(transparent)]

@@ -47,6 +47,8 @@ pub struct GaugeToml {
     gas: Option<Parsed<Gas>>,
     pub configuration: Option<Spanned<String>>,
     pub unit: Option<Spanned<String>>,
+    /// The first slot in the map of Modbus.
+    pub modbus: Option<Spanned<u16>>,
     #[serde(default)]
     pub levels: BTreeMap<Spanned<String>, Parsed<Pressure>>,
 }

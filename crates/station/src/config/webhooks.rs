@@ -24,7 +24,7 @@ use std::net::IpAddr;
 use std::path::{Path, PathBuf};
 use toml::Spanned;
 
-/// A token or password that the station sends and never shows.
+/// A token or password that the station sends or expects, and never shows.
 #[derive(Clone, PartialEq, Eq)]
 pub struct Secret(String);
 
@@ -36,7 +36,7 @@ impl<'de> Deserialize<'de> for Secret {
 }
 
 impl Secret {
-    /// The token itself, for the request to the webhook only.
+    /// The token itself, for the request to the webhook and the comparison with a request only.
     #[must_use]
     pub fn reveal(&self) -> &str {
         &self.0
@@ -144,8 +144,18 @@ fn token(given: &WebhookToml, folder: &Path) -> Result<Option<Secret>, Located> 
         (None, Some(file)) => (file.span(), token_of_file(file, folder)?),
         (Some(_), Some(file)) => return Err(Located::new(file.span(), ConfigProblem::TwoTokens)),
     };
+    secret(token, span).map(Some)
+}
+
+/// A token that HTTP permits.
+fn secret(token: String, span: std::ops::Range<usize>) -> Result<Secret, Located> {
     let is_usable = !token.is_empty() && token.bytes().all(|octet| octet.is_ascii_graphic());
-    if is_usable { Ok(Some(Secret(token))) } else { Err(Located::new(span, ConfigProblem::Token)) }
+    if is_usable { Ok(Secret(token)) } else { Err(Located::new(span, ConfigProblem::Token)) }
+}
+
+/// The token in a file, which only its owner may read.
+pub fn secret_of_file(file: &Spanned<PathBuf>, folder: &Path) -> Result<Secret, Located> {
+    secret(token_of_file(file, folder)?, file.span())
 }
 
 fn token_of_file(file: &Spanned<PathBuf>, folder: &Path) -> Result<String, Located> {

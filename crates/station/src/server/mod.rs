@@ -14,6 +14,7 @@ use crate::auth::connections::{Evicted, Place, Places, StreamPlaces};
 use crate::auth::rate_limit::RateLimits;
 use crate::auth::users::{Users, UsersError};
 use crate::config::TlsFiles;
+use crate::gateway_status::GatewayStatus;
 use crate::services::Services;
 use axum::Router;
 use axum::extract::Request;
@@ -161,7 +162,7 @@ impl Server {
             body_timeout: limits.head,
             streams: StreamPlaces::new(limits.connections),
         };
-        let connections = Connections { router: router(services, guard), keys: keys.clone(), limits };
+        let connections = Connections { router: router(services, guard), keys: keys.clone(), limits, gateway: None };
         let (stop, stopped) = oneshot::channel();
         let thread = std::thread::spawn(move || run(runtime, &listener, &connections, &authenticator, stopped));
         Ok(Self { address, keys, stop: Some(stop), thread: Some(thread) })
@@ -231,7 +232,7 @@ fn run(
 ) {
     runtime.block_on(async {
         tokio::select! {
-            () = serve(listener, connections) => {}
+            () = connections.serve(listener) => {}
             () = watch_users(authenticator) => {}
             _ = stopped => {}
         }
@@ -240,12 +241,17 @@ fn run(
     runtime.shutdown_background();
 }
 
-/// The parts of the server that each connection needs.
+/// HTTP connections with their limits: of the dashboard, and of gateways over HTTP.
 #[derive(Clone)]
-struct Connections {
-    router: Router,
-    keys: Option<Arc<Keys>>,
-    limits: Limits,
+pub struct Connections {
+    /// What answers the requests.
+    pub router: Router,
+    /// Certificate and key, if the connections use TLS.
+    pub keys: Option<Arc<Keys>>,
+    /// The limits; those on the rate of requests are the router's.
+    pub limits: Limits,
+    /// The gateway to which the connections belong; it counts them.
+    pub gateway: Option<Arc<GatewayStatus>>,
 }
 
 /// The API behind its middleware. The outermost layer adds the headers, so that refusals have them too.
@@ -271,30 +277,55 @@ async fn watch_users(authenticator: &Arc<Authenticator>) {
     }
 }
 
-/// Accepts connections. Never returns.
-async fn serve(listener: &TcpListener, connections: &Connections) {
-    let places = Places::new(connections.limits.connections);
-    loop {
-        let Ok((stream, peer)) = listener.accept().await else {
-            tokio::time::sleep(ACCEPT_PAUSE).await;
-            continue;
-        };
-        if let Some((place, evicted)) = places.take(peer.ip()) {
-            tokio::spawn(connections.clone().accept(stream, peer.ip(), place, evicted));
+/// Counts a connection of a gateway while it lives.
+struct Counted(Option<Arc<GatewayStatus>>);
+
+impl Counted {
+    fn of(gateway: Option<&Arc<GatewayStatus>>) -> Self {
+        if let Some(gateway) = gateway {
+            gateway.client_connected();
+        }
+        Self(gateway.map(Arc::clone))
+    }
+}
+
+impl Drop for Counted {
+    fn drop(&mut self) {
+        if let Some(gateway) = &self.0 {
+            gateway.client_disconnected();
         }
     }
 }
 
 impl Connections {
+    /// Accepts connections. Never returns.
+    pub async fn serve(&self, listener: &TcpListener) {
+        let places = Places::new(self.limits.connections);
+        loop {
+            let Ok((stream, peer)) = listener.accept().await else {
+                tokio::time::sleep(ACCEPT_PAUSE).await;
+                continue;
+            };
+            match (places.take(peer.ip()), &self.gateway) {
+                (Some((place, evicted)), _) => {
+                    drop(tokio::spawn(self.clone().accept(stream, peer.ip(), place, evicted)))
+                }
+                (None, Some(gateway)) => gateway.refused("all places for connections are taken"),
+                (None, None) => {}
+            }
+        }
+    }
+
     /// Serves one connection until it ends, or until its place is needed for another one.
     async fn accept(self, stream: TcpStream, peer: IpAddr, place: Arc<Place>, evicted: Evicted) {
+        let _counted = Counted::of(self.gateway.as_ref());
         tokio::select! {
-            () = self.serve(stream, peer, place) => {}
+            () = self.serve_one(stream, peer, place) => {}
             _ = evicted => {}
         }
     }
 
-    async fn serve(&self, mut stream: TcpStream, peer: IpAddr, place: Arc<Place>) {
+    async fn serve_one(&self, mut stream: TcpStream, peer: IpAddr, place: Arc<Place>) {
         let Some(keys) = &self.keys else { return self.answer(stream, peer, place).await };
         let acceptor = TlsAcceptor::from(keys.config());
         let handshake = async {

@@ -3,12 +3,17 @@
 
 pub mod epics;
 pub mod mqtt;
+pub mod modbus;
 pub mod prometheus;
 
+use super::TlsFiles;
 use super::error::Located;
 use epics::EpicsToml;
 use mqtt::MqttToml;
+use modbus::ModbusToml;
 use prometheus::PrometheusToml;
+use std::collections::BTreeMap;
+use std::net::SocketAddr;
 use std::path::Path;
 
 /// The tables of the gateways in the file.
@@ -18,8 +23,14 @@ pub struct GatewaysToml {
     pub epics: Option<EpicsToml>,
     /// `[mqtt]`.
     pub mqtt: Option<MqttToml>,
+    /// `[modbus]`.
+    pub modbus: Option<ModbusToml>,
+    /// The first slot of each gauge that the file gives one in the map of Modbus.
+    pub modbus_slots: BTreeMap<String, u16>,
     /// `[prometheus]`.
     pub prometheus: Option<PrometheusToml>,
+    /// `[tls]`, for gateways that use the certificate of the station.
+    pub tls: Option<TlsFiles>,
 }
 
 /// The settings of a gateway.
@@ -30,6 +41,8 @@ pub enum GatewaySettings {
     Epics(epics::Settings),
     /// `[mqtt]`.
     Mqtt(Box<mqtt::Settings>),
+    /// `[modbus]`.
+    Modbus(modbus::Settings),
     /// `[prometheus]`.
     Prometheus(prometheus::Settings),
 }
@@ -41,6 +54,7 @@ impl GatewaySettings {
         match self {
             Self::Epics(_) => "epics",
             Self::Mqtt(_) => "mqtt",
+            Self::Modbus(_) => "modbus",
             Self::Prometheus(_) => "prometheus",
         }
     }
@@ -50,7 +64,25 @@ impl GatewaySettings {
     pub fn unencrypted_broker(&self) -> Option<&str> {
         match self {
             Self::Mqtt(it) => it.broker.is_exposed().then_some(&it.broker.host),
-            Self::Epics(_) | Self::Prometheus(_) => None,
+            Self::Epics(_) | Self::Modbus(_) | Self::Prometheus(_) => None,
+        }
+    }
+
+    /// Whether other computers reach the gateway and its protocol has neither login nor encryption.
+    #[must_use]
+    pub fn is_open_to_network(&self) -> bool {
+        match self {
+            Self::Epics(settings) => settings.is_open_to_network(),
+            Self::Modbus(_) | Self::Mqtt(_) | Self::Prometheus(_) => false,
+        }
+    }
+
+    /// Where it listens for the computers of its list without encryption and login, because its protocol has none.
+    #[must_use]
+    pub const fn unprotected(&self) -> Option<SocketAddr> {
+        match self {
+            Self::Modbus(settings) if !settings.listen.ip().is_loopback() => Some(settings.listen),
+            Self::Epics(_) | Self::Modbus(_) | Self::Mqtt(_) | Self::Prometheus(_) => None,
         }
     }
 
@@ -58,30 +90,22 @@ impl GatewaySettings {
     #[must_use]
     pub fn is_private(&self) -> bool {
         match self {
+            Self::Epics(_) | Self::Modbus(_) => false,
             Self::Mqtt(it) => {
                 it.broker.credentials.is_some() || it.broker.tls.as_ref().is_some_and(|tls| tls.client.is_some())
             }
-            Self::Epics(_) | Self::Prometheus(_) => false,
-        }
-    }
-}
-
-impl GatewaySettings {
-    /// Whether other computers reach the gateway and its protocol has neither login nor encryption.
-    #[must_use]
-    pub fn is_open_to_network(&self) -> bool {
-        match self {
-            Self::Epics(settings) => settings.is_open_to_network(),
-            _ => false,
+            Self::Prometheus(settings) => settings.token.is_some(),
         }
     }
 }
 
 /// The settings of all gateways of the file at `path`.
 pub fn settings(toml: GatewaysToml, path: &Path) -> Result<Vec<GatewaySettings>, Located> {
-    let GatewaysToml { epics, mqtt, prometheus } = toml;
+    let GatewaysToml { epics, modbus, modbus_slots, mqtt, prometheus, tls } = toml;
     let epics = epics.map(|it| it.into_settings(path)).transpose()?.map(GatewaySettings::Epics);
+    let modbus = modbus.map(|it| it.into_settings(modbus_slots)).transpose()?.map(GatewaySettings::Modbus);
     let mqtt = mqtt.map(|it| it.into_settings(path)).transpose()?.map(|it| GatewaySettings::Mqtt(Box::new(it)));
-    let prometheus = prometheus.map(|it| it.into_settings(path)).transpose()?.map(GatewaySettings::Prometheus);
-    Ok(epics.into_iter().chain(mqtt).chain(prometheus).collect())
+    let prometheus =
+        prometheus.map(|it| it.into_settings(path, tls.as_ref())).transpose()?.map(GatewaySettings::Prometheus);
+    Ok(epics.into_iter().chain(modbus).chain(mqtt).chain(prometheus).collect())
 }

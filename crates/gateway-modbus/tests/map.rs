@@ -1,0 +1,260 @@
+//! The map of a station: where its points are, what the registers contain, and that the places stay.
+
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
+
+use profivac_gateway::model::Modeller;
+use profivac_gateway::{Inputs, Snapshot, points};
+use profivac_gateway_modbus::image::{Encoder, Image};
+use profivac_gateway_modbus::map::{Map, MapError, PARAMETERS, Row};
+use profivac_gateway_modbus::names;
+use profivac_gateway_modbus::pdu::{Exception, Identity, answer};
+use profivac_recorder::{Micros, Quality};
+use profivac_station::config::Config;
+use profivac_station::config::gateways::GatewaySettings;
+use profivac_station::config::gateways::modbus::Settings;
+use profivac_station::view::BusStationState;
+use std::collections::BTreeSet;
+use std::path::Path;
+
+const HEAD: &str = "[[segment]]\nname = \"hall\"\nport = \"sim:hall.toml\"\n";
+
+/// A gauge of the file.
+fn gauge(name: &str, address: u8, device: &str, more: &str) -> String {
+    format!("[[segment.gauge]]\nname = \"{name}\"\naddress = {address}\ndevice = \"{device}\"\n{more}\n")
+}
+
+fn config(gauges: &[String], table: &str) -> Config {
+    let text = format!("{HEAD}{}[modbus]\n{table}", gauges.concat());
+    Config::parse(&text, Path::new("plant.toml")).unwrap()
+}
+
+fn settings(config: &Config) -> Settings {
+    let [GatewaySettings::Modbus(settings)] = &config.gateways[..] else { panic!("one gateway") };
+    settings.clone()
+}
+
+/// The rows of the map of this file.
+fn rows(gauges: &[String]) -> Vec<Row> {
+    let config = config(gauges, "");
+    Map::of(&points(&Inputs::planned(&config)), &settings(&config)).unwrap().rows
+}
+
+/// The register of a value.
+fn register(rows: &[Row], subject: &str, name: &str) -> u16 {
+    let row = rows.iter().find(|row| &*row.subject == subject && row.name == name);
+    row.unwrap_or_else(|| panic!("no {subject} {name}")).register
+}
+
+fn plant() -> Vec<String> {
+    vec![
+        gauge("chamber", 5, "bcg450", ""),
+        gauge("fore line", 6, "tpg300", ""),
+        gauge("lock", 7, "pcg550", "modbus = 1"),
+    ]
+}
+
+#[test]
+fn slots_are_those_of_the_file_then_the_lowest_free_ones_in_order() {
+    let rows = rows(&plant());
+    let slot = |subject: &str| (register(&rows, subject, "pressure") - 100) / 20;
+    assert_eq!(["chamber", "lock", "fore line.1", "fore line.4"].map(slot), [0, 1, 2, 5]);
+}
+
+#[test]
+fn a_gauge_that_is_added_moves_no_other_one_with_a_slot_and_none_before_it() {
+    let before = rows(&plant());
+    let mut more = plant();
+    more.push(gauge("new", 8, "bcg450", ""));
+    let after = rows(&more);
+    let places = |rows: &[Row]| -> BTreeSet<(u16, String, String)> {
+        // Each gauge brings alarms by default, which are behind those of the file.
+        let own = rows.iter().filter(|row| !row.name.ends_with("-check") && row.register < 62_000);
+        own.map(|row| (row.register, row.subject.to_string(), row.name.clone())).collect()
+    };
+    assert!(places(&before).is_subset(&places(&after)));
+    let value = |rows: &[Row], name: &str| rows.iter().find(|row| row.name == name).unwrap().source;
+    assert_ne!(value(&before, "slot-check"), value(&after, "slot-check"), "the check tells that the map has changed");
+    assert_ne!(value(&before, "alarm-check"), value(&after, "alarm-check"));
+    let mut first = vec![gauge("new", 8, "bcg450", "")];
+    first.extend(plant());
+    assert_eq!(register(&rows(&first), "lock", "pressure"), register(&before, "lock", "pressure"));
+}
+
+#[test]
+fn no_two_rows_share_a_register() {
+    let config = config(&plant(), "");
+    let map = Map::of(&points(&Inputs::planned(&config)), &settings(&config)).unwrap();
+    let mut next = 0;
+    for row in &map.rows {
+        assert!(row.register >= next, "{row:?} begins before {next}");
+        next = row.register + if row.source.kind().ends_with("32") { 2 } else { 1 };
+        let is_in = |(first, length): &(u16, u16)| row.register >= *first && next <= first + length;
+        assert!(map.areas.iter().any(is_in), "{row:?} is outside the areas");
+    }
+    let table = names(&points(&Inputs::planned(&config)), &settings(&config)).unwrap();
+    assert_eq!(table.rows().len(), map.rows.len());
+    assert_eq!(
+        table.csv().lines().nth(1),
+        Some("0,float32,,test-float,,\"The number 1.0, to find the order of octets and words\"")
+    );
+}
+
+#[test]
+fn the_channels_of_a_controller_may_not_reach_another_gauge() {
+    let gauges = [gauge("a", 5, "tpg300", "modbus = 3"), gauge("b", 6, "bcg450", "modbus = 4")];
+    let config = config(&gauges, "");
+    let found = Map::of(&points(&Inputs::planned(&config)), &settings(&config)).unwrap_err();
+    let expected = MapError::Overlap { gauge: "b".to_owned(), first: 4, slot: 4, other: "a".to_owned() };
+    assert_eq!(found, expected);
+    assert!(found.to_string().contains("give one of them another number"), "{found}");
+}
+
+#[test]
+fn every_device_has_place_for_its_parameters() {
+    for model in profivac_devices::catalog::MODELS {
+        let parameters = profivac_station::segment::planned_parameters(model.name).len();
+        assert!(parameters <= PARAMETERS, "{}: {parameters}", model.name);
+    }
+}
+
+#[test]
+fn a_wrong_table_has_an_error_with_its_place() {
+    let problem = |gauges: &[String], table: &str| {
+        let text = format!("{HEAD}{}[modbus]\n{table}", gauges.concat());
+        Config::parse(&text, Path::new("plant.toml")).unwrap_err().to_string()
+    };
+    let one = [gauge("a", 5, "bcg450", "")];
+    let exposed = problem(&one, "listen = \"0.0.0.0:1502\"");
+    assert!(
+        exposed.contains(":10:10: [modbus] listens beyond loopback on 0.0.0.0:1502, which needs allow"),
+        "{exposed}"
+    );
+    assert!(problem(&one, "idle = \"1ms\"").contains("expected 1s to 1h, found 1ms"));
+    assert!(problem(&one, "connections = 0").contains("expected 1 to 1000 connections, found 0"));
+    assert!(problem(&one, "allow = [\"10.0.0.0/40\"]").contains("expected an address like 192.168.1.5"));
+    assert!(problem(&one, "wordorder = \"x\"").contains("unknown field"));
+    let slots = [gauge("a", 5, "bcg450", "modbus = 2"), gauge("b", 6, "bcg450", "modbus = 2")];
+    assert!(problem(&slots, "").contains("the slot 2 belongs to the gauge \"a\""));
+    assert!(
+        problem(&[gauge("a", 5, "bcg450", "modbus = 495")], "").contains("expected a slot from 0 to 494, found 495")
+    );
+}
+
+/// The registers of a plant whose chamber has this reading.
+struct Plant {
+    encoder: Encoder,
+    modeller: Modeller,
+    config: Config,
+}
+
+impl Plant {
+    fn new(table: &str) -> Self {
+        let config = config(&plant(), table);
+        let map = Map::of(&points(&Inputs::planned(&config)), &settings(&config)).unwrap();
+        Self { encoder: Encoder::new(map, &settings(&config)), modeller: Modeller::default(), config }
+    }
+
+    fn image(&mut self, quality: Quality, pa: Option<f64>, limit_pa: Option<f64>, read_at: i64) -> Image {
+        let mut inputs = Inputs::planned(&self.config);
+        let gauge = &mut inputs.gauges[0];
+        gauge.state = BusStationState::DataExchange;
+        (gauge.age_ms, gauge.read_at) = (Some(10), Some(Micros(read_at)));
+        let reading = &mut gauge.readings[0];
+        (reading.quality, reading.pa, reading.limit_pa) = (quality, pa, limit_pa);
+        if let Some(emission) = gauge.parameters.iter_mut().find(|it| it.target.ends_with("emission-status")) {
+            (emission.text, emission.number, emission.read_at) = ("on".to_owned(), Some(1.0), Some(Micros(read_at)));
+        }
+        let snapshot: Snapshot = self.modeller.next(inputs, Micros(read_at));
+        self.encoder.image(&snapshot, Micros(read_at + 1_250_000))
+    }
+}
+
+fn float(image: &Image, register: u16) -> f32 {
+    let &[high, low] = image.read(register, 2).unwrap() else { panic!("two registers") };
+    f32::from_bits(u32::from(high) << 16 | u32::from(low))
+}
+
+fn word(image: &Image, register: u16) -> u16 {
+    image.read(register, 1).unwrap()[0]
+}
+
+#[test]
+fn a_slot_has_pressure_logarithm_state_age_and_unit() {
+    let image = Plant::new("").image(Quality::Valid, Some(5.2e-4), None, 1_700_000_000_000_000);
+    assert_eq!((word(&image, 0), word(&image, 1), word(&image, 2), word(&image, 3)), (0x3F80, 0, 0x0102, 0x0304));
+    assert_eq!((float(&image, 100), float(&image, 106)), (5.2e-4, 5.2e-6));
+    assert_eq!((word(&image, 102) as i16, word(&image, 103), word(&image, 105), word(&image, 108)), (-3284, 0, 12, 1));
+    // Emission, simulated, measured, data exchange; state 0.
+    assert_eq!(word(&image, 104), 1 << 2 | 1 << 8 | 1 << 10 | 1 << 11);
+    // The alarms by default have no limit; the range is that of the manual.
+    assert!(float(&image, 110).is_nan() && float(&image, 118) > 1e5);
+    // The lock has given no reading.
+    assert!(float(&image, 120).is_nan());
+    assert_eq!((word(&image, 122), word(&image, 123), word(&image, 125)), (0x8000, 4, u16::MAX));
+    assert_eq!(word(&image, 8), ((1_700_000_001_u32 >> 16) & 0xFFFF) as u16);
+}
+
+#[test]
+fn beyond_the_range_a_slot_has_the_end_of_the_range_and_without_a_pressure_it_has_nan() {
+    let mut plant = Plant::new("");
+    let states = [
+        (Quality::Overrange, Some(1.5e5), 1, State::OVER),
+        (Quality::Underrange, Some(5e-8), 2, State::UNDER),
+        (Quality::Off, None, 3, State::OFF),
+        (Quality::Fault, None, 3, State::INVALID),
+        (Quality::Stale, None, 4, State::STALE),
+    ];
+    for (quality, limit, code, number) in states {
+        let image = plant.image(quality, None, limit, 1);
+        assert_eq!(limit.map(|pa: f64| pa as f32), Some(float(&image, 100)).filter(|pa| !pa.is_nan()), "{quality:?}");
+        assert_eq!((word(&image, 103), word(&image, 104) >> 12), (code, number), "{quality:?}");
+        assert_eq!(word(&image, 104) & 1, u16::from(quality == Quality::Stale));
+    }
+}
+
+/// The numbers of the states in the bits 12 to 15.
+struct State;
+
+impl State {
+    const UNDER: u16 = 1;
+    const OVER: u16 = 2;
+    const OFF: u16 = 3;
+    const INVALID: u16 = 5;
+    const STALE: u16 = 7;
+}
+
+#[test]
+fn the_words_of_a_float_can_be_exchanged_and_the_octets_not() {
+    let image = Plant::new("word-order = \"low-first\"\nunit = \"torr\"").image(Quality::Valid, Some(1.0), None, 1);
+    assert_eq!((word(&image, 0), word(&image, 1), word(&image, 2), word(&image, 3)), (0, 0x3F80, 0x0304, 0x0102));
+    assert_eq!((word(&image, 100), word(&image, 101)), (0, 0x3F80));
+    assert_eq!((word(&image, 108), word(&image, 15)), (2, 1));
+}
+
+#[test]
+fn each_reading_is_counted_once() {
+    let mut plant = Plant::new("");
+    let counts = [1, 1, 2, 3].map(|at| word(&plant.image(Quality::Valid, Some(1.0), None, at), 109));
+    assert_eq!(counts, [1, 1, 2, 3]);
+}
+
+#[test]
+fn a_block_within_an_area_is_read_and_one_beyond_its_end_is_refused() {
+    let image = Plant::new("").image(Quality::Valid, Some(1.0), None, 1);
+    let identity = Identity { version: String::new(), station: String::new() };
+    let read = |first: u16, count: u16| {
+        let [a, b] = first.to_be_bytes();
+        let [c, d] = count.to_be_bytes();
+        let [three, four] = [3, 4].map(|function| answer(&[function, a, b, c, d], Some(&image), &identity));
+        assert_eq!(three.0[1..], four.0[1..], "the same registers");
+        (three.0.len(), three.1)
+    };
+    // Six slots: 0 to 219.
+    assert_eq!(read(0, 125), (252, None));
+    assert_eq!(read(95, 125), (252, None));
+    assert_eq!(read(219, 1), (4, None));
+    for (first, count) in [(219, 2), (220, 1), (9_999, 2), (30_000, 1), (65_535, 1), (65_535, 125)] {
+        assert_eq!(read(first, count), (2, Some(Exception::IllegalAddress)), "{first} {count}");
+    }
+    assert_eq!(read(60_000, 20), (42, None));
+}

@@ -1,0 +1,243 @@
+//! `[modbus]`, and the key `modbus` of a gauge.
+
+use super::super::error::{ConfigProblem, Located};
+use profivac_client::pressure::Pressure;
+use profivac_host::text_file::Parsed;
+use serde::Deserialize;
+use std::collections::BTreeMap;
+use std::fmt;
+use std::net::{IpAddr, Ipv4Addr, SocketAddr};
+use std::ops::RangeInclusive;
+use std::str::FromStr;
+use std::time::Duration;
+use toml::Spanned;
+
+/// The default of `listen`: loopback, and a port that needs no privileges.
+const LISTEN: (Ipv4Addr, u16) = (Ipv4Addr::LOCALHOST, 1502);
+
+/// The number of slots of the map, see docs/gateways.md.
+pub const SLOTS: u16 = 495;
+
+/// The default and the range of `connections`. free choice.
+const CONNECTIONS: usize = 64;
+const CONNECTIONS_RANGE: RangeInclusive<usize> = 1..=1000;
+
+/// The default and the range of `idle`. free choice: masters poll every few seconds.
+const IDLE: Duration = Duration::from_secs(60);
+const IDLE_RANGE: RangeInclusive<Duration> = Duration::from_secs(1)..=Duration::from_secs(3600);
+
+/// The order of the two registers of a 32-bit value.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum WordOrder {
+    /// The high half first.
+    #[default]
+    HighFirst,
+    /// The low half first.
+    LowFirst,
+}
+
+/// The unit of the second pressure of a slot, with its code in the map.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum MapUnit {
+    /// Pascal.
+    Pa = 0,
+    /// Millibar.
+    Mbar = 1,
+    /// Torr.
+    Torr = 2,
+    /// Hectopascal.
+    Hpa = 3,
+    /// Micron: a thousandth of a Torr.
+    Micron = 4,
+}
+
+impl MapUnit {
+    /// A pressure in this unit.
+    #[must_use]
+    pub fn of_pa(self, pa: f64) -> f64 {
+        let pressure = Pressure::from_pa(pa);
+        match self {
+            Self::Pa => pa,
+            Self::Mbar | Self::Hpa => pressure.mbar(),
+            Self::Torr => pressure.torr(),
+            Self::Micron => pressure.torr() * 1e3,
+        }
+    }
+
+    /// Its symbol.
+    #[must_use]
+    pub const fn symbol(self) -> &'static str {
+        match self {
+            Self::Pa => "Pa",
+            Self::Mbar => "mbar",
+            Self::Torr => "Torr",
+            Self::Hpa => "hPa",
+            Self::Micron => "micron",
+        }
+    }
+}
+
+/// Computers that may connect: an address, or a network like `192.168.1.0/24`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Network {
+    address: IpAddr,
+    prefix: u8,
+}
+
+impl Network {
+    /// Whether this computer belongs to it. An IPv4 address that is mapped into IPv6 counts as IPv4.
+    #[must_use]
+    pub fn contains(self, peer: IpAddr) -> bool {
+        match (self.address, peer.to_canonical()) {
+            (IpAddr::V4(own), IpAddr::V4(peer)) => {
+                let mask = u32::MAX.checked_shl(u32::from(32_u8.saturating_sub(self.prefix))).unwrap_or_default();
+                own.to_bits() & mask == peer.to_bits() & mask
+            }
+            (IpAddr::V6(own), IpAddr::V6(peer)) => {
+                let mask = u128::MAX.checked_shl(u32::from(128_u8.saturating_sub(self.prefix))).unwrap_or_default();
+                own.to_bits() & mask == peer.to_bits() & mask
+            }
+            _ => false,
+        }
+    }
+}
+
+impl FromStr for Network {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let problem =
+            || format!("expected an address like 192.168.1.5 or a network like 192.168.1.0/24, found {text:?}");
+        let (address, prefix) = text.split_once('/').map_or((text, None), |(address, prefix)| (address, Some(prefix)));
+        let address: IpAddr = address.parse().map_err(|_| problem())?;
+        let longest = if address.is_ipv4() { 32 } else { 128 };
+        let prefix = prefix.map_or(Ok(longest), str::parse).map_err(|_| problem())?;
+        if prefix <= longest { Ok(Self { address, prefix }) } else { Err(problem()) }
+    }
+}
+
+impl fmt::Display for Network {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(formatter, "{}/{}", self.address, self.prefix)
+    }
+}
+
+/// The settings of the Modbus gateway.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Settings {
+    /// The address at which it listens.
+    pub listen: SocketAddr,
+    /// The order of the registers of a 32-bit value.
+    pub word_order: WordOrder,
+    /// The unit of the second pressure of a slot.
+    pub unit: MapUnit,
+    /// The computers that may connect, besides this one.
+    pub allow: Vec<Network>,
+    /// The most connections at the same time.
+    pub connections: usize,
+    /// The longest time without a request.
+    pub idle: Duration,
+    /// The first slot of each gauge that the file gives one.
+    pub slots: BTreeMap<String, u16>,
+}
+
+/// `[modbus]` as TOML.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub struct ModbusToml {
+    listen: Option<Spanned<Parsed<SocketAddr>>>,
+    #[serde(default)]
+    word_order: WordOrder,
+    unit: Option<MapUnit>,
+    #[serde(default)]
+    allow: Vec<Parsed<Network>>,
+    connections: Option<Spanned<usize>>,
+    idle: Option<Spanned<Parsed<humantime::Duration>>>,
+}
+
+impl ModbusToml {
+    /// The settings, with the defaults of the keys that are absent, and the slots of the gauges.
+    pub fn into_settings(self, slots: BTreeMap<String, u16>) -> Result<Settings, Located> {
+        let (span, listen) = match self.listen {
+            Some(listen) => (listen.span(), listen.into_inner().0),
+            None => (0..0, LISTEN.into()),
+        };
+        if !listen.ip().is_loopback() && self.allow.is_empty() {
+            let needs = "allow, a list of the computers that may read, because Modbus has neither encryption nor login";
+            return Err(Located::new(span, ConfigProblem::GatewayExposed { gateway: "modbus", listen, needs }));
+        }
+        let outside = |span, found: String, expected: String| {
+            Err(Located::new(span, ConfigProblem::OutsideRange { found, expected }))
+        };
+        let connections = match self.connections {
+            Some(given) if !CONNECTIONS_RANGE.contains(given.get_ref()) => {
+                return outside(given.span(), given.get_ref().to_string(), "1 to 1000 connections".to_owned());
+            }
+            given => given.map_or(CONNECTIONS, Spanned::into_inner),
+        };
+        let idle = match self.idle {
+            Some(given) if !IDLE_RANGE.contains(&*given.get_ref().0) => {
+                return outside(given.span(), given.get_ref().0.to_string(), "1s to 1h".to_owned());
+            }
+            given => given.map_or(IDLE, |given| given.into_inner().0.into()),
+        };
+        Ok(Settings {
+            listen,
+            word_order: self.word_order,
+            unit: self.unit.unwrap_or(MapUnit::Mbar),
+            allow: self.allow.into_iter().map(|network| network.0).collect(),
+            connections,
+            idle,
+            slots,
+        })
+    }
+}
+
+/// Checks the slots of the gauges: within the map, and each once.
+pub fn check_slots<'a>(
+    given: impl Iterator<Item = (&'a str, &'a Spanned<u16>)>,
+) -> Result<BTreeMap<String, u16>, Located> {
+    let mut slots: BTreeMap<String, u16> = BTreeMap::new();
+    for (gauge, slot) in given {
+        let number = *slot.get_ref();
+        if number >= SLOTS {
+            let expected = format!("a slot from 0 to {}", SLOTS - 1);
+            return Err(Located::new(slot.span(), ConfigProblem::OutsideRange { found: number.to_string(), expected }));
+        }
+        if let Some((other, _)) = slots.iter().find(|(_, taken)| **taken == number) {
+            let problem = ConfigProblem::SlotInUse { slot: number, gauge: other.clone() };
+            return Err(Located::new(slot.span(), problem));
+        }
+        slots.insert(gauge.to_owned(), number);
+    }
+    Ok(slots)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_network_contains_its_computers() {
+        let contains = |network: &str, peer: &str| network.parse::<Network>().unwrap().contains(peer.parse().unwrap());
+        assert!(contains("192.168.1.0/24", "192.168.1.200") && !contains("192.168.1.0/24", "192.168.2.1"));
+        assert!(contains("10.0.0.5", "10.0.0.5") && contains("10.0.0.5", "::ffff:10.0.0.5"));
+        assert!(!contains("10.0.0.5", "10.0.0.6") && !contains("10.0.0.0/8", "::1"));
+        assert!(contains("0.0.0.0/0", "8.8.8.8") && contains("fe80::/10", "fe80::1"));
+        for wrong in ["", "10.0.0", "10.0.0.0/33", "10.0.0.0/x", "name"] {
+            assert!(wrong.parse::<Network>().is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn the_units_have_the_same_pressure() {
+        assert_eq!(
+            (MapUnit::Pa.of_pa(100.0), MapUnit::Mbar.of_pa(100.0), MapUnit::Hpa.of_pa(100.0)),
+            (100.0, 1.0, 1.0)
+        );
+        assert!((MapUnit::Torr.of_pa(133.322_368) - 1.0).abs() < 1e-6);
+        assert!((MapUnit::Micron.of_pa(133.322_368) - 1000.0).abs() < 1e-3);
+    }
+}
