@@ -49,6 +49,7 @@ pub fn check(wanted: &[GatewaySettings]) -> Result<(), Failure> {
 
 const fn is_built_in(settings: &GatewaySettings) -> bool {
     match settings {
+        GatewaySettings::Opcua(_) => cfg!(feature = "opcua"),
         GatewaySettings::Prometheus(_) => cfg!(feature = "prometheus"),
         _ => false,
     }
@@ -64,6 +65,8 @@ pub fn absent(settings: &GatewaySettings) -> Failure {
 
 fn start(settings: &GatewaySettings, model: Arc<ReadModel>, services: Arc<Services>) -> Result<GatewayThread, Failure> {
     match settings {
+        #[cfg(feature = "opcua")]
+        GatewaySettings::Opcua(it) => Ok(profivac_gateway_opcua::start(it.clone(), model, services)?),
         #[cfg(feature = "prometheus")]
         GatewaySettings::Prometheus(it) => Ok(profivac_gateway_prometheus::start(it.clone(), model, services)?),
         other => Err(absent(other)),

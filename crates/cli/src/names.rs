@@ -84,6 +84,8 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
 /// What the gateway with these settings publishes.
 fn names(settings: &GatewaySettings, points: &[Point]) -> Result<NameTable, Failure> {
     match settings {
+        #[cfg(feature = "opcua")]
+        GatewaySettings::Opcua(_) => Ok(profivac_gateway_opcua::names(points)),
         #[cfg(feature = "prometheus")]
         GatewaySettings::Prometheus(_) => Ok(profivac_gateway_prometheus::names(points)),
         other => Err(gateways::absent(other)),

@@ -127,6 +127,14 @@ pub enum ConfigProblem {
     /// A retention is no time, or out of range.
     #[error("expected a time from 1 day to 36525 days, or \"unlimited\", found {0:?}")]
     Retention(String),
+    /// A value of the table of a gateway.
+    #[error("expected {expected}, found {found:?}")]
+    Gateway {
+        /// What is expected, and what to do.
+        expected: &'static str,
+        /// The value.
+        found: String,
+    },
     /// The file has no segment.
     #[error("expected at least one [[segment]]")]
     NoSegment,

@@ -4,6 +4,7 @@ use super::alarms::AlarmToml;
 use super::default_alarms::DefaultAlarmsToml;
 use super::error::{ConfigProblem, Located};
 use super::gateways::GatewaysToml;
+use super::gateways::opcua::OpcuaToml;
 use super::gateways::prometheus::PrometheusToml;
 use super::retention::RetentionToml;
 use super::segments::SegmentToml;
@@ -36,6 +37,7 @@ pub struct ConfigToml {
     pub alarms: DefaultAlarmsToml,
     #[serde(default)]
     pub webhook: Vec<WebhookToml>,
+    opcua: Option<OpcuaToml>,
     prometheus: Option<PrometheusToml>,
 }
 
@@ -69,20 +71,21 @@ impl ConfigToml {
         })
     }
 
-    /// Takes the tables of the gateways.
-    pub const fn take_gateways(&mut self) -> GatewaysToml {
-        GatewaysToml { prometheus: self.prometheus.take() }
+    /// Takes the tables of the gateways of the file at `path`.
+    pub fn take_gateways(&mut self, path: &Path) -> GatewaysToml {
+        GatewaysToml {
+            opcua: self.opcua.take(),
+            prometheus: self.prometheus.take(),
+            users: users_file(self.station.users.as_deref(), path).path,
+        }
     }
 
     /// The configuration without alarms, webhooks, retention and gateways.
     pub fn into_config(self, path: &Path) -> Config {
-        let stem = path.file_stem().map_or_else(|| "station".to_owned(), |stem| stem.to_string_lossy().into_owned());
+        let stem = stem(path);
         let database = self.station.database.or(self.station.record).map(Spanned::into_inner);
         let beside = |file: PathBuf| path.parent().unwrap_or(Path::new("")).join(file);
-        let users = UsersFile {
-            named: self.station.users.is_some(),
-            path: beside(self.station.users.unwrap_or_else(|| PathBuf::from(format!("{stem}.users.toml")))),
-        };
+        let users = users_file(self.station.users.as_deref(), path);
         Config {
             listen: self.station.listen.map_or_else(|| SocketAddr::from(LISTEN), |listen| listen.0),
             database: beside(database.unwrap_or_else(|| PathBuf::from(format!("{stem}.db")))),
@@ -98,4 +101,16 @@ impl ConfigToml {
             renamed_keys: Vec::new(),
         }
     }
+}
+
+/// The file of the users: that of the key `users`, or the default beside the file at `path`.
+fn users_file(named: Option<&Path>, path: &Path) -> UsersFile {
+    let default = || path.with_file_name(format!("{}.users.toml", stem(path)));
+    let beside = |file: &Path| path.parent().unwrap_or(Path::new("")).join(file);
+    UsersFile { named: named.is_some(), path: named.map_or_else(default, beside) }
+}
+
+/// The name of the file at `path` without its extension.
+pub fn stem(path: &Path) -> String {
+    path.file_stem().map_or_else(|| "station".to_owned(), |stem| stem.to_string_lossy().into_owned())
 }

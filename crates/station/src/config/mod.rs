@@ -234,7 +234,7 @@ impl Config {
         let alarms = alarms::rules(&file.alarm, &file.alarms, &file.segment).map_err(located)?;
         let webhooks = webhooks::webhooks(&file.webhook, path).map_err(located)?;
         let retention = retention::retention(&file.retention).map_err(located)?;
-        let gateways = gateways::settings(file.take_gateways(), path).map_err(located)?;
+        let gateways = gateways::settings(file.take_gateways(path), path).map_err(located)?;
         Ok(Self { alarms, webhooks, retention, renamed_keys, gateways, ..file.into_config(path) })
     }
 
