@@ -17,6 +17,7 @@ mod gateways;
 mod gauge;
 mod gsd;
 mod hub;
+mod identify;
 mod init;
 mod list;
 mod monitor;
@@ -30,6 +31,7 @@ mod scan;
 mod screen;
 mod simulate;
 mod sniff;
+mod time_argument;
 mod user;
 mod values;
 mod write;
@@ -79,6 +81,7 @@ enum Command {
     User(user::Arguments),
     Init(init::Arguments),
     Report(report::Arguments),
+    Identify(identify::Arguments),
     Address(address::Arguments),
     Conform(conform::Arguments),
     FieldTest(field_test::Arguments),
@@ -122,6 +125,7 @@ fn run(command: Command) -> Result<(), Failure> {
         Command::User(arguments) => user::run(&arguments),
         Command::Init(arguments) => init::run(&arguments),
         Command::Report(arguments) => report::run(&arguments),
+        Command::Identify(arguments) => identify::run(&arguments),
         Command::Address(arguments) => address::run(&arguments),
         Command::Conform(arguments) => conform::run(&arguments),
         Command::FieldTest(arguments) => field_test::run(&arguments),

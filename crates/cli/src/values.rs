@@ -2,8 +2,25 @@
 
 use profivac_dp::link::Baud;
 use profivac_station::auth::Role;
+use profivac_virtual::scenario::INCLUDED;
 use std::fmt;
 use std::time::Duration;
+
+/// The names of the included scenarios for a help text, in lines of at most 80 characters.
+pub fn included_scenarios() -> String {
+    let mut text = String::from("Included scenarios:");
+    let mut width = usize::MAX;
+    for included in INCLUDED {
+        if width.saturating_add(included.name.len() + 1) > 80 {
+            text += "\n ";
+            width = 1;
+        }
+        text += " ";
+        text += included.name;
+        width += included.name.len() + 1;
+    }
+    text
+}
 
 /// A value that cannot be used: what was expected, and the text that was found.
 #[derive(Clone, Debug, PartialEq)]

@@ -2,16 +2,17 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
 
-#[path = "../../client/tests/support/block_on.rs"]
-mod block_on;
 mod common;
+#[allow(dead_code, reason = "the tests call only block_on")]
+#[path = "../../client/examples/watch.rs"]
+mod watch;
 
-use block_on::block_on;
 use common::Program;
 use profivac_client::{AsyncBus, Bus, ErrorKind, ms2};
 use std::task::{Context, Waker};
 use std::thread;
 use std::time::Duration;
+use watch::block_on;
 
 fn bus(simulation: &Program, timeout: Duration) -> AsyncBus {
     Bus::builder(format!("tcp://{}", simulation.ready())).timeout(timeout).open_async().unwrap()

@@ -36,6 +36,15 @@ ADDR  DEVICE        SENT  REQUESTS  RETRIES  UNANSWERED  EXCHANGES
    5  bcg450           4         5        1           1          0
 ";
 
+/// A TPG with one module 93: its diagnosis, Chk_Cfg, and an exchange with the mantissa 830 and the exponent -5.
+const MANTISSA: &str = "\
+68 05 05 68 89 82 6D 3C 3E F2 16\n\
+68 0B 0B 68 82 89 08 3E 3C 00 0C 00 02 05 D9 79 16\n\
+68 09 09 68 89 82 5D 3E 3E 97 A7 93 A0 55 16\n\
+E5\n\
+68 0C 0C 68 09 02 7D 00 00 00 00 00 00 00 00 00 88 16\n\
+68 0F 0F 68 02 09 08 00 00 00 00 00 00 00 00 03 3E FB 00 4F 16\n";
+
 /// The last message of a program.
 fn last_line(text: &str) -> &str {
     text.split_inclusive('\n').next_back().unwrap_or_default()
@@ -285,4 +294,14 @@ fn every_octet_of_a_dump_of_od_is_decoded() {
     let dump = std::process::Command::new("od").args(["-A", "n", "-t", "x1", &path]).output().unwrap();
     let (_, _, notices) = decode(&folder, "dump", &dump.stdout, &[]);
     assert!(last_line(&notices).contains("'*'; --raw shows all; * stands for lines that the dump omits"), "{notices}");
+}
+
+/// The manual does not define the format of a mantissa, and every text with one says so.
+#[test]
+fn the_mantissa_of_a_tpg_is_a_number_whose_format_is_assumed() {
+    let folder = Folder::new();
+    let (code, text, notice) = decode(&folder, "tpg", MANTISSA.as_bytes(), &[]);
+    assert_eq!(code, Some(0), "{notice}");
+    let expected = "channel 1 8.30e-3 (unit unknown) (the format of the mantissa is assumed)";
+    assert!(text.contains(expected), "{text}");
 }

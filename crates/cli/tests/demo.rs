@@ -14,7 +14,7 @@ fn row(line: &str) -> Value {
 
 #[test]
 fn the_master_reads_the_pressure_of_the_chamber() {
-    let done = run(&["demo", "--headless", "--json", "--speed", "20", "--for", "2"]);
+    let done = run(&["demo", "--headless", "--json", "--speed", "5", "--for", "3"]);
     assert_eq!(done.status.code(), Some(0), "{}", String::from_utf8_lossy(&done.stderr));
     let rows: Vec<_> = String::from_utf8(done.stdout).unwrap().lines().map(row).collect();
     assert!(!rows.is_empty());
@@ -128,11 +128,24 @@ fn impossible_options_are_refused() {
         (["--listen", "here"], "invalid socket address syntax"),
         (["--listen", "0.0.0.0:0"], "expected an address of this computer like 127.0.0.1:8080, got 0.0.0.0:0"),
         (["--scenario", "x.toml"], "x.toml: No such file or directory"),
+        (["--scenario", "coatr"], "the name of an included scenario, found \"coatr\"; included: demo, "),
+        (["--scenario", "coatr"], "; did you mean \"coater\"?"),
     ] {
         let failed = run(&[&["demo", "--headless"], &arguments[..]].concat());
         assert_eq!(failed.status.code(), Some(2));
         let message = String::from_utf8(failed.stderr).unwrap();
         assert!(message.contains(sentence), "{message}");
+    }
+}
+
+/// Every plant of docs/plants.md starts by its name, and the help lists it.
+#[test]
+fn an_included_scenario_runs_by_its_name() {
+    let help = String::from_utf8(run(&["help", "demo"]).stdout).unwrap();
+    for name in ["load-lock", "beam-line", "storage-vessel", "electron-microscope"] {
+        assert!(help.contains(name), "{help}");
+        let done = run(&["demo", "--headless", "--json", "--scenario", name, "--speed", "1000", "--for", "2"]);
+        assert_eq!(done.status.code(), Some(0), "{name}: {}", String::from_utf8_lossy(&done.stderr));
     }
 }
 

@@ -40,6 +40,7 @@ fn agrees(file: &GenericStationDescription, model: &Model) {
     }
 }
 
+/// profibus-wire 7.1, 7.2
 #[test]
 fn gsd_parser_reads_the_values_of_the_tables() {
     for model in MODELS {
@@ -67,6 +68,7 @@ for path in sys.argv[1:]:
 /// Keywords of DP-V1, which pyprofibus does not have, FMS, and the types of user parameters, which it ignores.
 const NEW: [&str; 6] = ["FMS_supp", "C1_", "C2_", "Max_Initiate_PDU_Length", "WD_Base_1ms_supp", "Unsigned16"];
 
+/// profibus-wire 7.3
 #[test]
 fn pyprofibus_reads_the_values_of_the_tables() {
     let python = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../target/venv/bin/python");

@@ -172,3 +172,29 @@ fn statistics_are_a_table_or_one_json_object() {
     };
     assert!(gauge.ends_with("mbar (assumed)"), "{gauge}");
 }
+
+/// A TPG with one module 93: its diagnosis, Chk_Cfg, and an exchange with the mantissa 830 and the exponent -5.
+const MANTISSA: &str = "\
+68 05 05 68 89 82 6D 3C 3E F2 16\n\
+68 0B 0B 68 82 89 08 3E 3C 00 0C 00 02 05 D9 79 16\n\
+68 09 09 68 89 82 5D 3E 3E 97 A7 93 A0 55 16\n\
+E5\n\
+68 0C 0C 68 09 02 7D 00 00 00 00 00 00 00 00 00 88 16\n\
+68 0F 0F 68 02 09 08 00 00 00 00 00 00 00 00 03 3E FB 00 4F 16\n";
+
+#[test]
+fn the_mantissa_of_a_tpg_is_a_pressure_with_its_assumption() {
+    let (program, mut line) = listened(&["--statistics", "--gauge", "tpg300@9:unit=mbar"]);
+    MANTISSA.lines().for_each(|telegram| line.write_all(&octets(telegram)).unwrap());
+    drop(line);
+    let until = |begin: &str| loop {
+        let line = program.line();
+        if line.trim_start().starts_with(begin) {
+            break line;
+        }
+    };
+    let gauge = until("9  tpg300 instance 1: ");
+    assert!(gauge.ends_with("instance 1: 8.3e-3 mbar (configured)"), "{gauge}");
+    let assumption = until("station 9: the manual (i9973ber/a 3.2.4.1) does not define");
+    assert!(assumption.ends_with("compare a pressure with the display of the controller"), "{assumption}");
+}

@@ -79,7 +79,7 @@ impl Line {
 
     fn monitor(&self, options: &[&str]) -> Output {
         let port = format!("tcp://{}", self.address);
-        run(&[&["monitor", "--port", &port, "--own", "--for", "1.5"], options, &["9"]].concat())
+        run(&[&["monitor", "--port", &port, "--own", "--for", "3"], options, &["9"]].concat())
     }
 
     /// Diag_Master_Add.

@@ -2,6 +2,10 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
 
+#[path = "support/changing_port.rs"]
+mod changing_port;
+
+use changing_port::{Change, ChangingPort};
 use profivac_client::class1::Class1Session;
 use profivac_client::cyclic::CyclicSlave;
 use profivac_client::identify;
@@ -10,8 +14,7 @@ use profivac_client::{ClientError, ErrorKind};
 use profivac_devices::catalog::model_named;
 use profivac_devices::model::AccessPath;
 use profivac_dp::link::Baud;
-use profivac_host::port::{Character, Delivery, Port, PortError};
-use profivac_host::readiness::Readiness;
+use profivac_host::port::{Delivery, Port};
 use profivac_host::session::{BusSession, bus_parameters};
 use profivac_virtual::segment_file::SegmentFile;
 use std::path::Path;
@@ -57,34 +60,18 @@ const READ_DATA_TYPE: [u8; 3] = [0x5E, 1, 21];
 
 /// A line on which every read of Data Type becomes a read of the next index while `disturbed` is set: the answer to the read
 /// never comes. The check octet fits, so that no timeout has to pass.
-struct Disturbed {
-    port: Box<dyn Port>,
-    disturbed: Arc<AtomicBool>,
-}
-
-impl Port for Disturbed {
-    fn name(&self) -> &str {
-        self.port.name()
-    }
-
-    fn readiness(&self) -> Vec<Readiness<'_>> {
-        self.port.readiness()
-    }
-
-    fn receive(&mut self, heard: &mut Vec<Character>) -> Result<(), PortError> {
-        self.port.receive(heard)
-    }
-
-    fn send(&mut self, octets: &[u8]) -> Result<(), PortError> {
+fn disturbed_port(port: Box<dyn Port>, disturbed: Arc<AtomicBool>) -> ChangingPort {
+    let change: Change = Box::new(move |octets| {
         let mut octets = octets.to_vec();
         let read = octets.windows(READ_DATA_TYPE.len()).position(|part| part == READ_DATA_TYPE);
-        if let Some(at) = read.filter(|_| self.disturbed.load(Ordering::Relaxed)) {
+        if let Some(at) = read.filter(|_| disturbed.load(Ordering::Relaxed)) {
             let check = octets.len() - 2;
             octets[at + 2] += 1;
             octets[check] = octets[check].wrapping_add(1);
         }
-        self.port.send(&octets)
-    }
+        Some(octets)
+    });
+    ChangingPort { port, change }
 }
 
 /// A gauge with the other number type would send pressures that its owner misreads.
@@ -93,7 +80,7 @@ fn the_number_type_of_a_gauge_is_not_guessed_without_an_answer() {
     const BAUD: Baud = Baud::B1500000;
     let file = SegmentFile::parse("baud = 1500000\ndevices = [\"bcg450@5\"]", Path::new("bench.toml")).unwrap();
     let disturbed = Arc::new(AtomicBool::new(false));
-    let port = Box::new(Disturbed { port: Box::new(file.run().unwrap()), disturbed: Arc::clone(&disturbed) });
+    let port = Box::new(disturbed_port(Box::new(file.run().unwrap()), Arc::clone(&disturbed)));
     let parameters = bus_parameters(0, BAUD, Delivery::Unpaced);
     let mut session = BusSession::new(port, BAUD, parameters, Duration::from_secs(5)).unwrap();
     let slave = CyclicSlave::find(&mut session, 5, 0).unwrap();

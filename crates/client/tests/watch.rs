@@ -2,68 +2,34 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
 
-#[path = "support/block_on.rs"]
-mod block_on;
+#[path = "support/changing_port.rs"]
+mod changing_port;
+#[allow(dead_code, reason = "the tests call only block_on")]
+#[path = "../examples/watch.rs"]
+mod watch;
 
-use block_on::block_on;
+use changing_port::{Change, ChangingPort};
 use profivac_client::{Bus, ms2};
-use profivac_dp::link::Baud;
-use profivac_host::port::{Character, Delivery, Notice, Port, PortError};
-use profivac_host::readiness::Readiness;
+use profivac_host::port::Port;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
+use watch::block_on;
 
 /// An MS2 write of one octet to the Channel Instance Selector of a BCG450: function, slot, index, length. profibus-wire 4.6
 const WRITE_SELECTOR: [u8; 4] = [0x5F, 1, 46, 1];
-
-/// A port that counts the writes of the selector.
-struct Counting {
-    port: Box<dyn Port>,
-    writes: Arc<AtomicUsize>,
-}
-
-impl Port for Counting {
-    fn name(&self) -> &str {
-        self.port.name()
-    }
-
-    fn delivery(&self) -> Delivery {
-        self.port.delivery()
-    }
-
-    fn readiness(&self) -> Vec<Readiness<'_>> {
-        self.port.readiness()
-    }
-
-    fn receive(&mut self, characters: &mut Vec<Character>) -> Result<(), PortError> {
-        self.port.receive(characters)
-    }
-
-    fn send(&mut self, octets: &[u8]) -> Result<(), PortError> {
-        if octets.windows(WRITE_SELECTOR.len()).any(|window| window == WRITE_SELECTOR) {
-            self.writes.fetch_add(1, Ordering::SeqCst);
-        }
-        self.port.send(octets)
-    }
-
-    fn set_baud(&mut self, baud: Baud) -> Result<(), PortError> {
-        self.port.set_baud(baud)
-    }
-
-    fn next_notice(&mut self) -> Option<Notice> {
-        self.port.next_notice()
-    }
-
-    fn generation(&self) -> u32 {
-        self.port.generation()
-    }
-}
 
 /// A BCG450 that shows instance 1 of slot 1, and the number of writes of its selector.
 fn port() -> (Box<dyn Port>, Arc<AtomicUsize>) {
     let writes = Arc::new(AtomicUsize::new(0));
     let port = profivac_virtual::open::devices(&["bcg450@5"]).unwrap();
-    (Box::new(Counting { port, writes: Arc::clone(&writes) }), writes)
+    let counter = Arc::clone(&writes);
+    let change: Change = Box::new(move |octets| {
+        if octets.windows(WRITE_SELECTOR.len()).any(|window| window == WRITE_SELECTOR) {
+            counter.fetch_add(1, Ordering::SeqCst);
+        }
+        Some(octets.to_vec())
+    });
+    (Box::new(ChangingPort { port, change }), writes)
 }
 
 const OTHER_INSTANCE: &str = "ba.overrange";

@@ -19,12 +19,22 @@ pub enum Quality {
     Off = 5,
     /// No gauge is connected to the channel.
     Missing = 6,
+    /// A listener has inputs, but their configuration or unit is assumed: no telegram and no user has shown it, so the pressure is not known.
+    Assumed = 7,
 }
 
 impl Quality {
     /// All qualities.
-    pub const ALL: [Self; 7] =
-        [Self::Valid, Self::Overrange, Self::Underrange, Self::Fault, Self::Stale, Self::Off, Self::Missing];
+    pub const ALL: [Self; 8] = [
+        Self::Valid,
+        Self::Overrange,
+        Self::Underrange,
+        Self::Fault,
+        Self::Stale,
+        Self::Off,
+        Self::Missing,
+        Self::Assumed,
+    ];
 
     /// The quality with this number.
     #[must_use]
@@ -43,6 +53,7 @@ impl Quality {
             Self::Stale => "stale",
             Self::Off => "off",
             Self::Missing => "missing",
+            Self::Assumed => "assumed",
         }
     }
 
@@ -57,6 +68,7 @@ impl Quality {
             Self::Stale => "no data",
             Self::Off => "off",
             Self::Missing => "no gauge",
+            Self::Assumed => "assumed",
         }
     }
 
@@ -84,7 +96,7 @@ mod tests {
             assert_eq!(Quality::from_number(number), Some(quality));
             assert_eq!(Quality::ALL.iter().filter(|other| other.word() == quality.word()).count(), 1);
         }
-        assert_eq!((Quality::from_number(7), Quality::from_number(-1)), (None, None));
+        assert_eq!((Quality::from_number(8), Quality::from_number(-1)), (None, None));
     }
 
     #[test]

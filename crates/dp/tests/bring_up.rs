@@ -219,6 +219,7 @@ fn the_second_diagnosis_decides() {
     }
 }
 
+/// profibus-wire 3.5
 #[test]
 fn a_slave_that_is_not_ready_is_asked_again_for_a_limited_time() {
     let mut rig = rig_in_diag2();

@@ -129,6 +129,7 @@ fn the_printed_reads_of_another_master() {
 }
 
 /// 3.3
+/// profibus-wire 9.3, point 25
 #[test]
 fn a_changed_diagnosis_is_announced_until_the_owner_has_read_it() {
     let high = Answer::High(vec![1, 2]);

@@ -46,6 +46,7 @@ fn sda_is_closed() {
     }
 }
 
+/// profibus-wire 9.1, point 7
 #[test]
 fn a_telegram_for_another_station_is_not_answered() {
     let mut rig = Rig::exchanging(Gauge::default());
@@ -127,6 +128,7 @@ fn services_of_ms0_accept_any_source_access_point() {
 }
 
 /// SD3 is the form two open masters use for eight octets; the answer is an SD2.
+/// profibus-wire 9.1, point 1
 #[test]
 fn sd3_is_understood() {
     let gauge = Gauge { configurations: vec![hex("17 27")], inputs: (1..=8).collect(), ..Gauge::default() };

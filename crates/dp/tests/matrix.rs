@@ -131,6 +131,7 @@ fn fault(rig: &mut Rig) -> &'static str {
     }
 }
 
+/// profibus-wire 3.1
 #[test]
 fn every_service_in_every_state() {
     let head = std::iter::once("service").chain(COLUMNS.iter().map(|(name, ..)| *name)).map(str::to_owned).collect();

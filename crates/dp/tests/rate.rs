@@ -59,6 +59,7 @@ impl Port {
 const STATUS_OF_9: &str = "10 09 02 49 54 16";
 const STATUS_OF_8: &str = "10 08 02 49 53 16";
 
+/// errata-bpg-bcg-tpg 9, errata-pxg55x-img400 56: there is no other way to set the rate.
 #[test]
 fn every_rate_is_found_by_listening_to_others() {
     for bus in Baud::ALL {

@@ -66,6 +66,7 @@ fn the_diagnosis_reports_the_state() {
 }
 
 /// 2.4, the order of evaluation: acknowledged, and reported in the diagnosis.
+/// profibus-wire 9.3, point 19
 #[test]
 fn a_faulty_set_prm_is_prm_fault_from_every_state() {
     for prm in [
@@ -267,6 +268,7 @@ fn outputs_are_safe_outside_data_exchange() {
     assert_eq!(rig.dx(MASTER, &[5, 6]), RS);
 }
 
+/// profibus-wire 2.12: also the one of the functions between masters.
 #[test]
 fn access_points_that_a_slave_does_not_have_are_closed() {
     for mut rig in [new(), wait_cfg(), exchanging()] {

@@ -199,7 +199,7 @@ fn field_text(field: Field, octets: &[u8], tables: &DeviceTables, selected: Opti
         Field::ChannelMantissa(channel) => {
             let unit = tables.unit.map_or("(unit unknown)", |unit| unit.name);
             let number = mantissa_number(octets).map_or_else(String::new, |number| format!("{number:.2e} {unit}"));
-            format!("channel {channel} {number}")
+            format!("channel {channel} {number} (the format of the mantissa is assumed)")
         }
         Field::TtrValue => TtrReading::decode(octets).map_or_else(String::new, |reading| {
             let error = if reading.has_error { ", error" } else { "" };

@@ -14,7 +14,7 @@ use profivac_station::config::{self, Config};
 use profivac_station::segment::{planned_gauge, planned_parameters, planned_readings};
 use profivac_station::services::Services;
 use profivac_station::view::{self, BusStationState, Gauge, Reading, Segment, SegmentState, WatchedParameter};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashMap};
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::sync::Arc;
 
@@ -240,13 +240,39 @@ pub fn walk(inputs: &Inputs, sink: &mut impl Sink) {
     for it in &inputs.segments {
         segment(it, inputs.buses.get(&it.name).map(AsRef::as_ref), sink);
     }
+    let alarms = GaugeAlarms::by_gauge(&inputs.alarms);
     for it in &inputs.gauges {
-        gauge(inputs, it, sink);
+        gauge(inputs, it, alarms.get(it.name.as_str()).copied().unwrap_or_default(), sink);
         it.readings.iter().for_each(|reading| self::reading(inputs, it, reading, sink));
         it.parameters.iter().for_each(|parameter| self::parameter(inputs, it, parameter, sink));
     }
     for it in &inputs.alarms {
         alarm(it, sink);
+    }
+}
+
+/// The alarms of one gauge together.
+#[derive(Clone, Copy, Default)]
+struct GaugeAlarms {
+    /// The highest priority of the active ones, as a position in [`crate::signal::PRIORITIES`].
+    priority: u16,
+    /// One of them waits for an acknowledgement.
+    is_unacknowledged: bool,
+}
+
+impl GaugeAlarms {
+    /// One pass over all alarms: a station may have thousands, and each gauge has some of them.
+    fn by_gauge(alarms: &[AlarmView]) -> HashMap<&str, Self> {
+        let mut all: HashMap<&str, Self> = HashMap::new();
+        for alarm in alarms {
+            let Some(gauge) = &alarm.gauge else { continue };
+            let own = all.entry(gauge).or_default();
+            if alarm.state.is_active() {
+                own.priority = own.priority.max(priority(alarm.priority));
+            }
+            own.is_unacknowledged |= alarm.state.needs_acknowledgement();
+        }
+        all
     }
 }
 
@@ -304,7 +330,7 @@ fn microseconds(us: u64) -> f64 {
     us as f64 / 1e6
 }
 
-fn gauge(inputs: &Inputs, gauge: &Gauge, sink: &mut impl Sink) {
+fn gauge(inputs: &Inputs, gauge: &Gauge, alarms: GaugeAlarms, sink: &mut impl Sink) {
     let segment = inputs.segments.iter().find(|segment| segment.name == gauge.segment);
     let is_simulated = segment.is_some_and(|segment| is_virtual(&segment.port));
     let bus =
@@ -322,8 +348,6 @@ fn gauge(inputs: &Inputs, gauge: &Gauge, sink: &mut impl Sink) {
         | BusStationState::OtherMaster
         | BusStationState::Unconfigured => 3,
     };
-    let own = || inputs.alarms.iter().filter(|alarm| alarm.gauge.as_ref() == Some(&gauge.name));
-    let active = own().filter(|alarm| alarm.state.is_active()).map(|alarm| priority(alarm.priority)).max();
     let counts = bus.map(|bus| bus.total);
     plain(sink, Signal::GaugeState, Raw::Choice(state));
     plain(sink, Signal::Problem, Raw::Text(gauge.problem.as_deref().unwrap_or_default()));
@@ -335,8 +359,8 @@ fn gauge(inputs: &Inputs, gauge: &Gauge, sink: &mut impl Sink) {
     plain(sink, Signal::Gas, Raw::Text(&gauge.gas));
     plain(sink, Signal::Simulated, Raw::Boolean(is_simulated));
     plain(sink, Signal::ListenOnly, Raw::Boolean(gauge.listen_only));
-    plain(sink, Signal::AlarmPriority, Raw::Choice(active.unwrap_or_default()));
-    plain(sink, Signal::Unacknowledged, Raw::Boolean(own().any(|alarm| alarm.state.needs_acknowledgement())));
+    plain(sink, Signal::AlarmPriority, Raw::Choice(alarms.priority));
+    plain(sink, Signal::Unacknowledged, Raw::Boolean(alarms.is_unacknowledged));
     plain(sink, Signal::Requests, Raw::optional_count(counts.map(|counts| counts.requests)));
     plain(sink, Signal::Repetitions, Raw::optional_count(counts.map(|counts| counts.repeated)));
     plain(sink, Signal::LostCycles, Raw::optional_count(counts.map(|counts| counts.lost)));

@@ -162,6 +162,8 @@ impl State {
             Quality::Overrange => Self::OverRange,
             Quality::Off => Self::Off,
             Quality::Missing => Self::NotPresent,
+            // A pressure in an assumed unit may be false: its text says what it would be.
+            Quality::Assumed => Self::Invalid,
             Quality::Fault if gauge.exceptions.is_empty() => Self::Invalid,
             Quality::Fault => Self::Fault,
         }

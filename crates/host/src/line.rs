@@ -30,8 +30,8 @@ struct Outgoing {
     sender: usize,
     not_before: BitTime,
     octets: Vec<u8>,
-    /// Noise has changed octets.
-    damaged: bool,
+    /// The positions of octets that noise has changed.
+    hits: Vec<usize>,
     /// When its transmission started.
     started: Option<BitTime>,
     /// The number of octets sent.
@@ -73,16 +73,16 @@ impl Noise {
         self.probability > 0.0 && self.rng.f64() < self.probability
     }
 
-    /// Flips a bit in some octets. Returns whether it did.
-    fn corrupt(&mut self, octets: &mut [u8]) -> bool {
-        let mut damaged = false;
-        for octet in octets {
+    /// Flips a bit in some octets. Returns their positions.
+    fn corrupt(&mut self, octets: &mut [u8]) -> Vec<usize> {
+        let mut hits = Vec::new();
+        for (position, octet) in octets.iter_mut().enumerate() {
             if self.hits() {
                 *octet ^= 1 << self.rng.u8(..8);
-                damaged = true;
+                hits.push(position);
             }
         }
-        damaged
+        hits
     }
 }
 
@@ -132,6 +132,8 @@ pub struct Line<C> {
     noise: Noise,
     /// How late the answer of a slave may begin, in bit times; `None` is without a limit.
     lateness_limit_tbit: Option<u64>,
+    /// Noise has changed the last octet that went outside.
+    is_last_hit: bool,
 }
 
 impl<C: Stations> Line<C> {
@@ -139,7 +141,7 @@ impl<C: Stations> Line<C> {
     #[must_use]
     pub fn new(stations: C, receiver: Receiver, pace: Pace) -> Self {
         let noise = Noise { probability: 0.0, rng: fastrand::Rng::with_seed(0) };
-        Self { stations, receiver, pace, queue: Queue::default(), noise, lateness_limit_tbit: None }
+        Self { stations, receiver, pace, queue: Queue::default(), noise, lateness_limit_tbit: None, is_last_hit: false }
     }
 
     /// Drops answers of slaves that would begin more than `tbit` bit times late: on a real line the master has repeated its
@@ -175,6 +177,12 @@ impl<C: Stations> Line<C> {
     pub fn reset(&mut self, receiver: Receiver) {
         self.receiver = receiver;
         self.queue.waiting.clear();
+    }
+
+    /// Whether noise has changed the last octet that went outside at [`Pace::ByLine`]: a receiver finds its parity wrong.
+    #[must_use]
+    pub const fn is_last_hit(&self) -> bool {
+        self.is_last_hit
     }
 
     /// The number of damaged telegrams from outside.
@@ -281,7 +289,7 @@ impl<C: Stations> Line<C> {
         let due = self.next_octet(&first);
         if first.started.is_none() {
             first.started = Some(now);
-            first.damaged = self.noise.corrupt(&mut first.octets);
+            first.hits = self.noise.corrupt(&mut first.octets);
             if self.pace != Pace::ByLine {
                 out.extend_from_slice(&first.octets);
             }
@@ -289,6 +297,7 @@ impl<C: Stations> Line<C> {
         }
         if self.pace == Pace::ByLine {
             out.extend(first.octets.get(first.octets_sent));
+            self.is_last_hit = first.hits.contains(&first.octets_sent);
         }
         first.octets_sent = first.octets_sent.saturating_add(1);
         if self.pace == Pace::Instant || first.octets_sent >= first.octets.len() {
@@ -313,7 +322,7 @@ impl<C: Stations> Line<C> {
         if let Some(sender) = self.stations.all_mut().get_mut(first.sender) {
             sender.sent(end);
         }
-        if first.damaged {
+        if !first.hits.is_empty() {
             self.report_activity(Some(first.sender), end);
         } else if let Ok(telegram) = Telegram::parse(&first.octets) {
             deliver(self.stations.all_mut(), &mut self.queue, Some(first.sender), end, &telegram);
@@ -357,7 +366,7 @@ fn outgoing(sender: usize, transmit: Transmit<'_>) -> Outgoing {
         sender,
         not_before: transmit.not_before,
         octets: transmit.octets.to_vec(),
-        damaged: false,
+        hits: Vec::new(),
         started: None,
         octets_sent: 0,
     }

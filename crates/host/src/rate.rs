@@ -102,10 +102,22 @@ mod tests {
     const REQUEST: [u8; 6] = [0x10, 8, 2, 0x49, 0x53, 0x16];
     const TOKENS: [u8; 6] = [0xDC, 2, 2, 0xE5, 0xDC, 2];
 
+    /// What a receiver gets at a wrong rate.
+    #[derive(Clone, Copy)]
+    enum Otherwise {
+        /// Characters with errors.
+        Errors,
+        /// Octets without any error, among them the beginnings of telegrams, short acknowledgements and tokens.
+        Garbage,
+    }
+
     /// A line with the same telegram repeatedly, and an adapter with certain rates.
     struct Bus {
         offered: &'static [Baud],
         spoken: Option<(Baud, [u8; 6])>,
+        otherwise: Otherwise,
+        /// The number of telegrams that the line would have carried before it begins to.
+        silent_for: u32,
         set: Vec<Baud>,
         said: Instant,
         /// Readable if the line carries telegrams.
@@ -119,7 +131,25 @@ mod tests {
             if spoken.is_some() {
                 theirs.write_all(&[0]).unwrap();
             }
-            Self { offered, spoken, set: Vec::new(), said: Instant::now(), ours, _theirs: theirs }
+            let (otherwise, silent_for) = (Otherwise::Errors, 0);
+            Self {
+                offered,
+                spoken,
+                otherwise,
+                silent_for,
+                set: Vec::new(),
+                said: Instant::now(),
+                ours,
+                _theirs: theirs,
+            }
+        }
+
+        fn character(&self, baud: Baud, octet: u8) -> Character {
+            match self.otherwise {
+                _ if self.set.last() == Some(&baud) => Character::Octet(octet),
+                Otherwise::Errors => Character::Error,
+                Otherwise::Garbage => Character::Octet([0x68, 0xE5, 0xDC, 0x10, 0x00, 0x16][usize::from(octet % 6)]),
+            }
         }
     }
 
@@ -138,9 +168,10 @@ mod tests {
                 && self.said.elapsed() > SCHEDULING_DELAY * 4
             {
                 self.said = Instant::now();
-                let is_right = self.set.last() == Some(&baud);
-                let character = |octet| if is_right { Character::Octet(octet) } else { Character::Error };
-                heard.extend(octets.map(character));
+                self.silent_for = self.silent_for.saturating_sub(1);
+                if self.silent_for == 0 {
+                    heard.extend(octets.map(|octet| self.character(baud, octet)));
+                }
             }
             Ok(())
         }
@@ -156,6 +187,34 @@ mod tests {
             self.set.push(baud);
             Ok(())
         }
+    }
+
+    /// Each rate of the list behind the one before it, at which the line is errors or garbage.
+    #[test]
+    fn every_rate_of_the_list_is_detected_and_a_wrong_one_before_it_is_not_kept() {
+        static ORDER: [Baud; 10] = SEARCH_ORDER;
+        let search = |rates: &'static [Baud], otherwise| {
+            let baud = *rates.last().unwrap();
+            let mut bus = Bus { otherwise, ..Bus::new(rates, Some((baud, REQUEST))) };
+            assert_eq!(detect(&mut bus).unwrap(), baud);
+            assert_eq!(bus.set, rates, "the port stays at the rate");
+        };
+        search(&ORDER[..1], Otherwise::Errors);
+        std::thread::scope(|scope| {
+            for otherwise in [Otherwise::Errors, Otherwise::Garbage] {
+                scope.spawn(move || ORDER.windows(2).for_each(|rates| search(rates, otherwise)));
+            }
+        });
+    }
+
+    #[test]
+    fn traffic_that_starts_late_is_found_by_the_next_search() {
+        const RATES: &[Baud] = &[Baud::B500000, Baud::B19200];
+        // A line that is silent for longer than a search, however slow this computer is.
+        let mut bus = Bus { silent_for: u32::MAX, ..Bus::new(RATES, Some((Baud::B500000, REQUEST))) };
+        assert!(matches!(detect(&mut bus), Err(PortError::NoTelegram { tried, .. }) if tried == RATES));
+        bus.silent_for = 1;
+        assert_eq!(detect(&mut bus).unwrap(), Baud::B500000, "the rate at which the first search ended is not kept");
     }
 
     #[test]

@@ -14,6 +14,13 @@ pub struct Interval {
 /// Standard deviations on either side of a 95 % interval.
 pub(crate) const SIGMAS: f64 = 1.96;
 
+/// The standard uncertainty of a gauge whose manual states limits of ± `accuracy`: any deviation within is equally likely, so the
+/// limits are divided by √3 (JCGM 100:2008, GUM, 4.3.7).
+#[must_use]
+pub fn standard_uncertainty(accuracy: f64) -> f64 {
+    accuracy / 3_f64.sqrt()
+}
+
 impl Interval {
     /// The interval of a normal distribution.
     #[must_use]

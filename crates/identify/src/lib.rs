@@ -12,7 +12,7 @@ pub mod plant;
 mod profile;
 pub mod rise;
 
-pub use interval::Interval;
+pub use interval::{Interval, standard_uncertainty};
 
 /// The example of the README runs as a test.
 #[cfg(doctest)]

@@ -29,6 +29,12 @@ const MOST_SAMPLES: usize = 400;
 /// straight line, which no record distinguishes from a leak.
 const TAUS: [f64; 2] = [0.05, 10.0];
 
+/// Times of pumping before as a part of the length of the record, when that is not known.
+const STARTS: [f64; 2] = [0.05, 50.0];
+
+/// How often the step of the time constants is reduced to its root around the best one.
+const REFINEMENTS: usize = 6;
+
 /// The number of time constants, and of times of pumping when that is not known.
 const TAU_STEPS: usize = 16;
 const START_STEPS: usize = 8;
@@ -213,6 +219,8 @@ fn returning(times: &[f64], start_s: f64, tau_s: f64) -> Vec<f64> {
 
 /// A way in which outgassing slows down, with the lags of its two parts.
 struct Slowing {
+    /// The time of pumping before, in s.
+    start_s: f64,
     /// The time constant with which gas returns to the wall, in s.
     tau_s: Option<f64>,
     lags: Vec<f64>,
@@ -223,17 +231,41 @@ struct Slowing {
 /// All ways of slowing down for a time of pumping.
 fn slowings(times: &[f64], start_s: f64) -> Vec<Slowing> {
     let length = times.last().copied().unwrap_or(0.0);
-    let inverse =
-        EXPONENTS.map(|exponent| Slowing { tau_s: None, lags: staying(times, start_s, exponent), others: None });
-    let stays = SHARE_EXPONENTS.map(|exponent| staying(times, start_s, exponent));
-    let mut all: Vec<_> = inverse.into();
-    for tau_s in steps(TAUS[0] * length, TAUS[1] * length, TAU_STEPS) {
-        let returns = returning(times, start_s, tau_s);
-        for stays in &stays {
-            all.push(Slowing { tau_s: Some(tau_s), lags: returns.clone(), others: Some(stays.clone()) });
+    let inverse = EXPONENTS.map(|exponent| Slowing {
+        start_s,
+        tau_s: None,
+        lags: staying(times, start_s, exponent),
+        others: None,
+    });
+    let taus = steps(TAUS[0] * length, TAUS[1] * length, TAU_STEPS);
+    inverse.into_iter().chain(taus.flat_map(|tau_s| saturating(times, start_s, tau_s))).collect()
+}
+
+/// The ways that saturate with a time constant.
+fn saturating(times: &[f64], start_s: f64, tau_s: f64) -> [Slowing; SHARE_EXPONENTS.len()] {
+    let returns = returning(times, start_s, tau_s);
+    SHARE_EXPONENTS.map(|exponent| Slowing {
+        start_s,
+        tau_s: Some(tau_s),
+        lags: returns.clone(),
+        others: Some(staying(times, start_s, exponent)),
+    })
+}
+
+/// Adds models between the steps of the grid of time constants around the best one for a time of pumping: a long record is
+/// sensitive to its time constant.
+fn refine(models: &mut Vec<Model>, samples: &[(f64, f64, f64)], straight: [f64; 3], start_s: f64) {
+    let times: Vec<f64> = samples.iter().map(|(t, ..)| *t).collect();
+    let mut ratio = (TAUS[1] / TAUS[0]).powf(1.0 / (TAU_STEPS - 1) as f64);
+    for _ in 0..REFINEMENTS {
+        ratio = ratio.sqrt();
+        let here = models.iter().filter(|model| model.slowing.start_s.total_cmp(&start_s).is_eq());
+        let here = here.filter_map(|model| Some((model.best.chi2, model.slowing.tau_s?)));
+        let Some((_, tau_s)) = here.min_by(|(one, _), (other, _)| one.total_cmp(other)) else { return };
+        for tau_s in [tau_s / ratio, tau_s * ratio] {
+            models.extend(saturating(&times, start_s, tau_s).map(|slowing| Model::new(samples, straight, slowing)));
         }
     }
-    all
 }
 
 /// Separates a rise: samples of seconds since the valve was closed and indicated pressures in Pa.
@@ -251,11 +283,12 @@ pub fn analyse(samples: &[(f64, f64)], setup: &RiseSetup) -> Result<Rise, NoRise
     let straight = straight(&weighted);
     let starts: Vec<f64> = match setup.pumped_s {
         Some(pumped) => vec![pumped + first],
-        None => steps(0.05 * length, 50.0 * length, START_STEPS).collect(),
+        None => steps(STARTS[0] * length, STARTS[1] * length, START_STEPS).collect(),
     };
     let times: Vec<f64> = weighted.iter().map(|(t, ..)| *t).collect();
     let slowings = starts.iter().flat_map(|start_s| slowings(&times, *start_s));
-    let models: Vec<Model> = slowings.map(|slowing| Model::new(&weighted, straight, slowing)).collect();
+    let mut models: Vec<Model> = slowings.map(|slowing| Model::new(&weighted, straight, slowing)).collect();
+    starts.iter().for_each(|start_s| refine(&mut models, &weighted, straight, *start_s));
     Ok(Record { samples: &weighted, first, straight, models }.result(setup))
 }
 
@@ -434,6 +467,14 @@ impl Least {
     }
 }
 
+/// The probabilities of the causes, and the outgassing without a leak in Pa/s.
+struct Causes {
+    leak_alone: f64,
+    outgassing_alone: f64,
+    both: f64,
+    outgassing: f64,
+}
+
 /// A record with all its fits.
 struct Record<'a> {
     samples: &'a [(f64, f64, f64)],
@@ -451,7 +492,9 @@ impl Record<'_> {
         let misfit = (least.max(0.0) / self.samples.len().saturating_sub(4).max(1) as f64).sqrt();
         // A fit that misses more than the noise has larger uncertainties.
         let variance = misfit.powi(2).max(1.0);
-        let [leak, outgassing] = [Rate::Leak, Rate::Outgassing].map(|rate| self.interval(rate, least, variance));
+        let causes = self.causes(least.min(line), variance);
+        let [leak, outgassing] =
+            [Rate::Leak, Rate::Outgassing].map(|rate| self.interval(rate, least, variance, &causes));
         let total =
             Interval { mean: best.map_or(slope, |model| model.leak + model.outgassing()), ..self.slope(variance) };
         let shapes = self.shapes(least.min(line), variance);
@@ -469,7 +512,7 @@ impl Record<'_> {
             leak: flow(leak, air),
             outgassing: flow(outgassing, walls),
             total: flow(total, air),
-            cause: cause(&total, &leak, &outgassing),
+            cause: cause(&total, slope, &leak, &outgassing),
             shapes,
             misfit,
             fitted: fitted.collect(),
@@ -487,8 +530,8 @@ impl Record<'_> {
         Interval::normal(self.straight[1], (variance * one / (one * tt - t * t)).sqrt())
     }
 
-    /// The mean of a rate over its profile likelihood, and its 95 % interval.
-    fn interval(&self, rate: Rate, least: f64, variance: f64) -> Interval {
+    /// The mean of a rate over the causes, and its 95 % interval.
+    fn interval(&self, rate: Rate, least: f64, variance: f64, causes: &Causes) -> Interval {
         let limit = least + SIGMAS * SIGMAS * variance;
         let ranges = self.models.iter().filter_map(|model| model.range(rate, limit));
         let hull = |[low, high]: [f64; 2], [from, to]: [f64; 2]| [low.min(from), high.max(to)];
@@ -503,7 +546,38 @@ impl Record<'_> {
             weights += weight;
             sum += weight * given;
         }
-        Interval { mean: if weights > 0.0 { sum / weights } else { low }, low, high }
+        let with_both = if weights > 0.0 { sum / weights } else { low };
+        let alone = match rate {
+            Rate::Leak => causes.leak_alone * self.straight[1],
+            Rate::Outgassing => causes.outgassing_alone * causes.outgassing,
+        };
+        // Digits limit a slope too: they do not average out over the samples.
+        let digits = SIGMAS * LEAST_NOISE * self.straight[1].abs();
+        Interval {
+            mean: (alone + causes.both * with_both).clamp(low, high),
+            low: (low - digits).max(0.0),
+            high: high + digits,
+        }
+    }
+
+    /// The probabilities of a leak alone, outgassing alone and both, by the Bayesian information criterion. A rate that is not
+    /// below zero would be too small on average if both were always taken as present, because the other one takes a share of it.
+    fn causes(&self, least: f64, variance: f64) -> Causes {
+        let each = (self.samples.len() as f64).ln();
+        let weight = |chi2: f64, numbers: f64| (-(chi2 - least) / (2.0 * variance) - numbers * each / 2.0).exp();
+        let numbers = |model: &Model| if model.slowing.tau_s.is_some() { 2.0 } else { 0.0 };
+        let leak_alone = if self.straight[1] > 0.0 { weight(self.straight[2], 0.0) } else { 0.0 };
+        let (mut both, mut outgassing_alone, mut outgassing) = (0.0, 0.0, 0.0);
+        for model in &self.models {
+            let without = model.least(Rate::Leak, 0.0);
+            both = f64::max(both, weight(model.best.chi2, numbers(model) + 1.0));
+            let found = weight(without.chi2, numbers(model));
+            if found > outgassing_alone {
+                (outgassing_alone, outgassing) = (found, without.vector[2] + without.vector[3]);
+            }
+        }
+        let sum = leak_alone + outgassing_alone + both;
+        Causes { leak_alone: leak_alone / sum, outgassing_alone: outgassing_alone / sum, both: both / sum, outgassing }
     }
 
     /// The probabilities of the shapes by the Bayesian information criterion: 2, 3 and 5 numbers.
@@ -521,12 +595,13 @@ impl Record<'_> {
     }
 }
 
-fn cause(total: &Interval, leak: &Interval, outgassing: &Interval) -> Cause {
+/// The cause of a rise with a total rate at its start and a mean slope. A leak lasts, so it counts beside the mean slope; outgassing
+/// is given at the start, so it counts beside the rate there.
+fn cause(total: &Interval, slope: f64, leak: &Interval, outgassing: &Interval) -> Cause {
     if total.low <= 0.0 {
         return Cause::NoRise;
     }
-    let least = SMALL * total.mean;
-    match (leak.low > least, outgassing.low > least) {
+    match (leak.low > SMALL * slope, outgassing.low > SMALL * total.mean) {
         (true, true) => Cause::Both,
         (true, false) => Cause::Leak,
         (false, true) => Cause::Outgassing,

@@ -131,9 +131,11 @@ fn a_prediction_is_drawn_beside_the_measurement() {
     let (mut t, mut pa, mut all) = (0.0_f64, 10.0_f64, Vec::new());
     while t < 8.0 * 3600.0 {
         let step = (0.02 * t).max(0.05);
-        let end = gas(t + step / 2.0) / 2.0;
-        pa = end + (pa - end) * (-2.0 * step).exp();
-        t += step;
+        for _ in 0..100 {
+            let end = gas(t + step / 200.0) / 2.0;
+            pa = end + (pa - end) * (-0.02 * step).exp();
+            t += step / 100.0;
+        }
         all.push((t, pa * (1.0 + 0.01 * normal(&mut random))));
     }
     let mut seen: Vec<_> = all.iter().copied().filter(|(t, _)| *t < 7200.0).collect();
@@ -144,7 +146,8 @@ fn a_prediction_is_drawn_beside_the_measurement() {
         seen.push((t + 18.0, pa * (1.0 + 0.01 * normal(&mut random))));
     }
     let phases = vec![Phase { from_s: 0.0, pumped: true }, Phase { from_s: closed, pumped: false }];
-    let plant = identify(&PlantRecord { samples: seen, phases, volume: Volume::Given(0.1) }).unwrap();
+    let plant =
+        identify(&PlantRecord { samples: seen, phases, volume: Volume::Given(0.1), gauge_uncertainty: 0.0 }).unwrap();
     assert!(plant.leak.contains(1e-6), "{:?}", plant.leak);
     let mut picture = Picture::new(
         "Pump-down: measured, and predicted from the first two hours",

@@ -54,7 +54,7 @@ fn near(found: f64, expected: f64, relative: f64) {
 fn a_pure_leak_is_a_leak() {
     let rise = analysed(&rise(1e-5, None, 30, 0.01), HOUR_S);
     assert_eq!(rise.cause, Cause::Leak);
-    near(rise.leak.pa_m3_per_s.mean, 1e-5, 0.03);
+    near(rise.leak.pa_m3_per_s.mean, 1e-5, 0.01);
     assert!(rise.leak.pa_m3_per_s.contains(1e-5), "{rise:?}");
     assert!(rise.shapes.straight > 0.5, "{:?}", rise.shapes);
 }
@@ -65,10 +65,7 @@ fn outgassing_after_ten_hours_is_no_leak_with_and_without_noise() {
         let rise = analysed(&rise(0.0, Some(10.0 * HOUR_S), 30, noise), 10.0 * HOUR_S);
         assert!(matches!(rise.cause, Cause::Outgassing | Cause::Undistinguished), "{:?}", rise.cause);
         assert!(rise.leak.pa_m3_per_s.contains(0.0), "{:?}", rise.leak);
-        // Without noise the upper end is the truth itself, but for the means of groups of samples.
-        let outgassing = rise.outgassing.pa_m3_per_s;
-        let truth = OUTGASSING_1H / 10.0;
-        assert!(outgassing.low < truth && truth < outgassing.high * (1.0 + 1e-5), "{:?}", rise.outgassing);
+        assert!(rise.outgassing.pa_m3_per_s.contains(OUTGASSING_1H / 10.0), "{:?}", rise.outgassing);
     }
     let clean = analysed(&rise(0.0, Some(10.0 * HOUR_S), 30, 0.0), 10.0 * HOUR_S);
     assert_eq!(clean.cause, Cause::Outgassing);
@@ -92,6 +89,38 @@ fn a_leak_beside_outgassing_is_found_in_ten_minutes_and_in_an_hour() {
         near(rise.leak.pa_m3_per_s.mean, 1e-5, within);
         assert!(rise.outgassing.pa_m3_per_s.contains(OUTGASSING_1H), "{minutes} min: {:?}", rise.outgassing);
     }
+}
+
+/// Outgassing that is not below zero takes a share of a leak when both are always assumed, so the mean would be too small.
+#[test]
+fn the_means_of_straight_rises_are_not_too_small() {
+    let means = (0..20).map(|seed| {
+        let mut random = fastrand::Rng::with_seed(seed);
+        let pa = |t: f64| 1e-4 + 1e-5 * t / VOLUME_M3;
+        let samples: Vec<_> =
+            (0..600).map(f64::from).map(|t| (t, pa(t) * (1.0 + 0.01 * normal(&mut random)))).collect();
+        analysed(&samples, HOUR_S).leak.pa_m3_per_s.mean
+    });
+    near(means.sum::<f64>() / 20.0, 1e-5, 0.006);
+}
+
+/// The rise of the dashboard's test plant: 2.4e-3 Pa/s of a leak, and 1.6 Pa that saturate in 70 s. Without the time of pumping,
+/// outgassing that does not return to the wall explains the steady part as well as a leak, so only its upper bound is known.
+#[test]
+fn a_leak_below_a_rise_that_saturates_has_its_upper_bound() {
+    let pa = |t: f64| 0.05 + 2.4e-3 * t + 1.6 * (1.0 - (-t / 70.0).exp());
+    let setup = RiseSetup { pumped_s: None, gauge: GasDependence::None, volume_m3: 1.0, ..setup(1.0) };
+    let contained = (0..20).filter(|seed| {
+        let mut random = fastrand::Rng::with_seed(*seed);
+        let mut noisy = |t: f64| (t, pa(t) * (1.0 + 0.002 * normal(&mut random)));
+        let samples: Vec<_> = (0..600).map(f64::from).map(&mut noisy).collect();
+        let rise = analyse(&samples, &setup).unwrap();
+        near(rise.leak.pa_m3_per_s.high, 2.4e-3, 0.02);
+        assert!(rise.misfit < 1.2, "{}", rise.misfit);
+        assert!(matches!(rise.cause, Cause::Outgassing | Cause::Both), "{:?} {:?}", rise.cause, rise.leak);
+        rise.leak.pa_m3_per_s.contains(2.4e-3)
+    });
+    assert!(contained.count() >= 17, "the truth is in too few of twenty intervals");
 }
 
 #[test]

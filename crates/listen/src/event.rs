@@ -71,7 +71,9 @@ impl Events {
 
     /// The kept events behind the one with this number.
     pub fn since(&self, number: u64) -> impl Iterator<Item = &Event> {
-        self.list.iter().filter(move |event| event.number > number)
+        // The numbers of the kept events are consecutive: the cost is that of the new events.
+        let new = usize::try_from(self.count.saturating_sub(number)).unwrap_or(usize::MAX);
+        self.list.iter().skip(self.list.len().saturating_sub(new))
     }
 
     /// The number of the last event; 0 without events.

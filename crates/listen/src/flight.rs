@@ -34,7 +34,7 @@ impl Default for FlightLimits {
 const OVERHEAD: usize = size_of::<Stored>();
 
 /// A piece of the traffic. Its octets are in the ring.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 struct Stored {
     start: BitTime,
     length: u16,
@@ -64,8 +64,25 @@ pub struct FlightRecorder {
 pub struct Capture {
     /// Why it was made.
     pub reason: String,
-    /// The contents of the file, as Wireshark and `profivac decode` read it.
-    pub file: Vec<u8>,
+    baud: Baud,
+    pieces: Vec<Stored>,
+    octets: Vec<u8>,
+}
+
+impl Capture {
+    /// The contents of the file, as Wireshark and `profivac decode` read it. Making it takes long for a full memory: a bus thread does not.
+    #[must_use]
+    pub fn file(&self) -> Vec<u8> {
+        let mut file = file_header(self.baud, PROFIBUS_DL);
+        let mut rest = self.octets.as_slice();
+        for piece in &self.pieces {
+            let (octets, behind) = rest.split_at_checked(usize::from(piece.length)).unwrap_or_default();
+            rest = behind;
+            let errors = piece.error.map(usize::from).into_iter().collect();
+            file.extend(packet(&Entry::new(piece.start, octets.to_vec(), errors), Times::Measured, self.baud));
+        }
+        file
+    }
 }
 
 /// A capture on disk.
@@ -116,23 +133,21 @@ impl FlightRecorder {
         let after_tbit = self.baud.tbit_of_ms(self.limits.after_ms);
         let Trigger { at, reason } = self.trigger.take_if(|trigger| now - trigger.at >= after_tbit)?;
         let from = BitTime(at.0.saturating_sub(self.baud.tbit_of_ms(self.limits.before_ms)));
-        Some(Capture { reason, file: self.file(from, at + after_tbit) })
+        Some(self.capture(reason, from, at + after_tbit))
     }
 
-    /// A capture of the traffic between two times.
-    fn file(&self, from: BitTime, to: BitTime) -> Vec<u8> {
-        let mut file = file_header(self.baud, PROFIBUS_DL);
-        let mut at = 0_usize;
-        for piece in &self.pieces {
-            let end = at.saturating_add(usize::from(piece.length));
-            if (from..=to).contains(&piece.start) {
-                let octets: Vec<u8> = self.octets.iter().skip(at).take(usize::from(piece.length)).copied().collect();
-                let errors = piece.error.map(usize::from).into_iter().collect();
-                file.extend(packet(&Entry::new(piece.start, octets, errors), Times::Measured, self.baud));
-            }
-            at = end;
+    /// A copy of the traffic between two times. The starts of the pieces rise.
+    fn capture(&self, reason: String, from: BitTime, to: BitTime) -> Capture {
+        let first = self.pieces.partition_point(|piece| piece.start < from);
+        let end = self.pieces.partition_point(|piece| piece.start <= to);
+        let octets_of = |count| self.pieces.iter().take(count).map(|piece| usize::from(piece.length)).sum::<usize>();
+        let (skipped, kept) = (octets_of(first), octets_of(end));
+        Capture {
+            reason,
+            baud: self.baud,
+            pieces: self.pieces.iter().take(end).skip(first).cloned().collect(),
+            octets: self.octets.iter().take(kept).skip(skipped).copied().collect(),
         }
-        file
     }
 }
 
@@ -156,18 +171,18 @@ impl CaptureFolder {
         Self { folder, limits }
     }
 
-    /// Writes a capture as `NAME.pcapng` after it has removed the oldest ones, so that all stay within the limits. The file appears under
+    /// Writes the [`file`](Capture::file) of a capture as `NAME.pcapng` after it has removed the oldest ones, so that all stay within the limits. The file appears under
     /// its name when it is complete. Nothing of a capture that cannot be written stays. One thread at a time may store captures.
     ///
     /// # Errors
     /// The error of the operating system: the disk is full, or the folder may not be written.
-    pub fn store(&self, name: &str, capture: &Capture) -> io::Result<StoredCapture> {
+    pub fn store(&self, name: &str, file: &[u8]) -> io::Result<StoredCapture> {
         fs::create_dir_all(&self.folder)?;
         self.remove_partial()?;
-        let octets = capture.file.len() as u64;
+        let octets = file.len() as u64;
         let name = format!("{name}{EXTENSION}");
         let partial = self.folder.join(format!("{name}{PARTIAL}"));
-        let stored = fs::write(&partial, &capture.file)
+        let stored = fs::write(&partial, file)
             .and_then(|()| self.make_room(octets))
             .and_then(|()| fs::rename(&partial, self.path(&name)));
         if let Err(error) = stored {
@@ -274,7 +289,7 @@ mod tests {
         }
         let capture = recorder.take_capture(BitTime(BAUD.tbit_of_ms(9000))).unwrap();
         assert_eq!(capture.reason, "test");
-        let trace = read(&capture.file, Baud::B9600).unwrap();
+        let trace = read(&capture.file(), Baud::B9600).unwrap();
         let seconds: Vec<u8> = trace.entries.iter().map(|entry| entry.octets[2]).collect();
         assert_eq!((trace.baud, seconds), (BAUD, vec![3, 4, 5, 6]));
         assert_eq!(trace.entries[2].errors, [1]);
@@ -300,7 +315,7 @@ mod tests {
         let limits = FlightLimits { files: 3, disk_octets: 100, ..limits() };
         let captures = CaptureFolder::new(folder.path().join("captures"), limits);
         assert_eq!(captures.list().unwrap(), []);
-        let capture = |octets: usize| Capture { reason: String::new(), file: vec![0; octets] };
+        let capture = |octets: usize| vec![0; octets];
         let names =
             |captures: &CaptureFolder| captures.list().unwrap().into_iter().map(|it| it.name).collect::<Vec<_>>();
         for number in 1..=5 {
@@ -322,7 +337,7 @@ mod tests {
         let path = folder.path().join("captures");
         let captures = CaptureFolder::new(path.clone(), limits());
         fs::create_dir_all(path.join("1.pcapng")).unwrap();
-        let capture = Capture { reason: String::new(), file: vec![0; 10] };
+        let capture = [0; 10];
         assert!(captures.store("1", &capture).is_err());
         let files = || fs::read_dir(&path).unwrap().filter(|it| it.as_ref().unwrap().path().is_file()).count();
         assert_eq!(files(), 0);

@@ -3,7 +3,7 @@
 use profivac_client::cyclic::{CyclicSlave, CyclicValues, ReportedChannels, TtrReading};
 use profivac_client::identify::device_names;
 use profivac_devices::catalog::{model_with_ident, models_with_ident};
-use profivac_devices::model::{Configuration, Field, Model, Unit};
+use profivac_devices::model::{Configuration, Field, Model, Telegram, Unit};
 use profivac_devices::profile::StatusExtension;
 use profivac_devices::reading::Quality;
 use profivac_dp::link::BitTime;
@@ -221,8 +221,9 @@ impl Knowledge {
         let heard_unit = self.unit_code.and_then(|code| model.unit(code)).map(|unit| (unit, Origin::Heard));
         let named_unit = declared.and_then(|it| it.unit).map(|unit| (unit, Origin::Configured));
         let unit = heard_unit.or(named_unit);
-        let (configuration, configuration_origin) =
-            heard.or(named).or_else(|| Some((self.assumed(model, unit.map(|it| it.0))?, Origin::Assumed)))?;
+        let only = || Some((self.only_fitting(model)?, model_origin));
+        let assumed = || Some((self.assumed(model, unit.map(|it| it.0))?, Origin::Assumed));
+        let (configuration, configuration_origin) = heard.or(named).or_else(only).or_else(assumed)?;
         let slave = |unit| CyclicSlave { address, model, configuration, unit, channels: ReportedChannels::default() };
         let (unit, unit_origin) = unit.or_else(|| {
             let plausible = usual_units(model).find(|unit| self.is_plausible(&slave(unit)));
@@ -281,22 +282,35 @@ impl Knowledge {
     }
 
     fn fits(&self, configuration: &Configuration) -> bool {
-        let length =
-            |telegram: Option<&profivac_devices::model::Telegram>| telegram.map_or(0, |telegram| telegram.octets());
+        let length = |telegram: Option<&Telegram>| telegram.map_or(0, Telegram::octets);
         length(configuration.outputs) == self.outputs && length(configuration.inputs) == self.inputs.len()
+    }
+
+    /// The configurations of the model that fit the lengths of the exchange, the default one first.
+    fn fitting(&self, model: &'static Model) -> impl Iterator<Item = &'static Configuration> {
+        std::iter::once(model.default_configuration).chain(model.configurations).filter(|it| self.fits(it))
+    }
+
+    /// The configuration of the model, if no other one with these lengths divides the inputs and outputs into other fields: a slave accepts
+    /// no configuration that its manual does not list.
+    fn only_fitting(&self, model: &'static Model) -> Option<&'static Configuration> {
+        let first = self.fitting(model).next()?;
+        let is_equal = |other: &Configuration| {
+            let layout = |telegram: Option<&'static Telegram>| telegram.map(|telegram| telegram.fields);
+            layout(other.inputs) == layout(first.inputs) && layout(other.outputs) == layout(first.outputs)
+        };
+        self.fitting(model).all(is_equal).then_some(first)
     }
 
     /// The configuration of the model that fits the lengths of the exchange and whose contents are plausible.
     fn assumed(&self, model: &'static Model, unit: Option<&'static Unit>) -> Option<&'static Configuration> {
-        let fitting =
-            || std::iter::once(model.default_configuration).chain(model.configurations).filter(|it| self.fits(it));
         let is_plausible = |configuration: &&'static Configuration| {
             let mut units = unit.into_iter().chain(usual_units(model).filter(|_| unit.is_none()));
             let slave =
                 |unit| CyclicSlave { address: 0, model, configuration, unit, channels: ReportedChannels::default() };
             units.any(|unit| self.is_plausible(&slave(unit)))
         };
-        fitting().find(is_plausible).or_else(|| fitting().next())
+        self.fitting(model).find(is_plausible).or_else(|| self.fitting(model).next())
     }
 
     /// Whether the last inputs can be those of this slave: a selector that the model has, only defined status bits, and valid pressures

@@ -18,6 +18,9 @@ pub mod event;
 pub mod flight;
 pub mod gauge;
 pub mod histogram;
+#[cfg(test)]
+#[allow(clippy::indexing_slicing, clippy::expect_used, reason = "this is test code")]
+mod hostile;
 pub mod observer;
 pub mod parameters;
 pub mod report;
@@ -28,3 +31,4 @@ pub use profivac_explain::divider::Divider;
 pub use profivac_explain::frame::{Chunk, Piece, TimeSource};
 pub use profivac_explain::tap::{Tap, TapEvent};
 pub use profivac_sim::describe::Hex;
+pub use profivac_wire::MAX_TELEGRAM;

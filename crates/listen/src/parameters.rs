@@ -92,6 +92,13 @@ impl Parameters {
         &self.passed
     }
 
+    /// Whether requests without a response are within their bounds.
+    #[cfg(test)]
+    pub(crate) fn is_bounded(&self) -> bool {
+        let longest = self.pending.iter().filter_map(|pending| pending.written.as_ref()).map(Vec::len).max();
+        self.pending.len() <= MAX_PENDING && longest.unwrap_or(0) <= 246
+    }
+
     /// Records a request on MS1 or MS2.
     pub fn request(&mut self, request: &Request) {
         let (location, written) = match Pdu::parse(&request.du) {

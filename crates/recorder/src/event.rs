@@ -20,12 +20,14 @@ pub enum EventKind {
     Access,
     /// An alarm changed its state.
     Alarm,
+    /// A pump-down deviates from the usual ones.
+    PumpDown,
 }
 
 impl EventKind {
     /// All kinds.
-    pub const ALL: [Self; 7] =
-        [Self::Station, Self::Bus, Self::Gauge, Self::Command, Self::Note, Self::Access, Self::Alarm];
+    pub const ALL: [Self; 8] =
+        [Self::Station, Self::Bus, Self::Gauge, Self::Command, Self::Note, Self::Access, Self::Alarm, Self::PumpDown];
 
     /// The word in the database and in the API.
     #[must_use]
@@ -38,6 +40,7 @@ impl EventKind {
             Self::Note => "note",
             Self::Access => "access",
             Self::Alarm => "alarm",
+            Self::PumpDown => "pump-down",
         }
     }
 

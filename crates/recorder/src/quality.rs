@@ -41,6 +41,6 @@ mod tests {
             assert_eq!(Quality::from_number(quality as i64), Some(quality));
             assert_eq!(Qualities::of(quality).iter().collect::<Vec<_>>(), [quality]);
         }
-        assert_eq!(Quality::from_number(7), None);
+        assert_eq!(Quality::from_number(8), None);
     }
 }

@@ -18,7 +18,7 @@ pub const TABLES: &str = "
         id   INTEGER PRIMARY KEY,
         name TEXT NOT NULL UNIQUE
     );
-    -- quality: 0 valid, 1 overrange, 2 underrange, 3 fault, 4 stale, 5 off, 6 missing. pressure_pa is NULL from 3 on.
+    -- quality: 0 valid, 1 overrange, 2 underrange, 3 fault, 4 stale, 5 off, 6 missing, 7 assumed. pressure_pa is NULL from 3 on.
     CREATE TABLE sample (
         series_id   INTEGER NOT NULL REFERENCES series,
         at_us       INTEGER NOT NULL,

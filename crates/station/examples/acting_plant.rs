@@ -46,9 +46,9 @@ fn main() -> Result<(), Box<dyn Error>> {
     let services = Arc::new(Services::new("Test hall".to_owned(), file, recorder));
     services.recorder().event_now_and_wait(None, EventKind::Station, "the station starts");
     let (pressures, inbox) = channel();
-    let segment = memory_segment()?;
+    let mut segment = memory_segment()?;
     let names = |_| ("chamber".to_owned(), "bcg450".to_owned());
-    let demo = DemoSegment::new(services.for_segments(), "hall", &segment, 1, names);
+    let demo = DemoSegment::new(services.for_segments(), "hall", &mut segment, 1, names);
     std::thread::spawn(move || run(segment, demo, &inbox));
     let users = folder.path().join("users.toml");
     let hash = Hash::of(PASSWORD)?;

@@ -6,7 +6,8 @@
 //!
 //! For work on the dashboard and for its tests in a browser: three segments, thirteen gauges, a recording of a week. Everything is a
 //! function of the seconds since the start, except that a line `vessel=1e5` on the standard input sets the pressure of that gauge in
-//! Pa. The program ends when its input ends. Further arguments: `hostile` adds a gauge whose name is a script. `large` has 480 gauges. `viewer` makes every
+//! Pa. The program ends when its input ends. Further arguments: `hostile` adds a gauge whose name is a script. `large` has 480 gauges.
+//! `pumped` records twelve pump-downs of the series `transfer lock`. `viewer` makes every
 //! client a viewer instead of an engineer. `users` requires a login as ada (engineer), olga (operator) or vera (viewer), all with the
 //! password `tin whisker plateau`; the path of their file is printed as well.
 
@@ -20,7 +21,7 @@ mod gauges;
 mod segments;
 
 use gauges::{Fake, Shown};
-use profivac_recorder::{Event, EventKind, Micros, Recorder, Sample, Settings};
+use profivac_recorder::{Event, EventKind, Micros, Quality, Recorder, Sample, Settings};
 use profivac_station::alarm::AlarmThread;
 use profivac_station::auth::password::Hash;
 use profivac_station::auth::users::Users;
@@ -63,6 +64,9 @@ fn main() -> Result<(), Box<dyn Error>> {
     let start = Micros::now();
     // A week of 480 gauges would take minutes.
     record_past(&services, fakes.get(..USUAL).unwrap_or(&fakes), start);
+    if said("pumped") {
+        record_pump_downs(&services, start);
+    }
     show(&services, &fakes, 0.0, &Told::default());
     for segment in ["beam line", "hall"] {
         answer(&services, &fakes, segment);
@@ -128,6 +132,28 @@ fn record_past(services: &Services, fakes: &[Fake], start: Micros) {
             kind,
             text: text.to_owned(),
         });
+    }
+}
+
+/// Records twelve pump-downs of a series without a gauge, one a day; the last two have twice the outgassing.
+fn record_pump_downs(services: &Services, start: Micros) {
+    let series = Arc::from("transfer lock");
+    for day in 0..12 {
+        let begun = -(12 - day) * 86_400;
+        let outgassing = if day < 10 { 0.36 } else { 0.72 };
+        for second in -30..0 {
+            let sample = Sample::new(moment(start, f64::from(begun + second)), Some(1e5), Quality::Valid);
+            services.recorder().push(&series, sample);
+        }
+        let mut second = 0;
+        while second < 14_400 {
+            let s = f64::from(second);
+            let pa = 1e5 * (-s / 20.0).exp() + outgassing / (s + 1.0) + 1e-6;
+            let sample = Sample::new(moment(start, f64::from(begun) + s), Some(pa), Quality::Valid);
+            services.recorder().push(&series, sample);
+            second += 1.max(second / 100);
+        }
+        let _written = services.recorder().flush();
     }
 }
 

@@ -16,6 +16,7 @@
 //! | [`control`] | commands and parameter writes: armed, executed, in the audit trail |
 //! | [`report`] | a page about a pump-down |
 //! | [`gateway_status`] | the state of the gateways to control systems |
+//! | [`comparison`] | pump-downs beside the usual ones |
 //! | [`webhook`] | notifications about alarms over HTTP |
 //! | [`segment`] | a thread for each port, with a master and its gauges |
 //! | [`services`] | what the threads share |
@@ -27,6 +28,7 @@ pub mod alarm;
 pub mod api;
 pub mod auth;
 pub mod bus;
+pub mod comparison;
 pub mod config;
 pub mod control;
 pub mod gateway_status;

@@ -1,7 +1,8 @@
-//! The running station: a recorder, a thread for each segment, the alarm thread and the delivery threads. It restarts a thread that
-//! has ended.
+//! The running station: a recorder, a thread for each segment, the alarm thread, the delivery threads and the one that compares
+//! pump-downs. It restarts a thread that has ended.
 
 use crate::alarm::{AlarmThread, NotificationTarget};
+use crate::comparison::watch::WatchThread;
 use crate::config::{Config, Webhook};
 use crate::segment::SegmentHandle;
 use crate::services::Services;
@@ -35,6 +36,7 @@ pub struct Station {
     segments: Vec<SegmentHandle>,
     alarm_thread: Option<AlarmThread>,
     deliveries: Vec<DeliveryThread>,
+    watch: WatchThread,
     /// The overdue evaluation was recorded as an event.
     is_overdue: bool,
 }
@@ -53,7 +55,8 @@ impl Station {
         let start = |segment| SegmentHandle::start(segment, services.for_segments());
         let segments = config.segments.into_iter().map(start).collect::<Result<_, _>>()?;
         let alarm_thread = Some(start_alarm_thread(&services)?);
-        let mut station = Self { services, segments, alarm_thread, deliveries: Vec::new(), is_overdue: false };
+        let watch = WatchThread::start(Arc::clone(services.recorder()))?;
+        let mut station = Self { services, segments, alarm_thread, deliveries: Vec::new(), watch, is_overdue: false };
         station.start_deliveries(config.webhooks)?;
         Ok(station)
     }
@@ -151,6 +154,10 @@ impl Station {
                 *segment = SegmentHandle::start(config, self.services.for_segments())?;
             }
         }
+        if self.watch.has_ended() {
+            self.record_event("the thread that compares pump-downs has ended and is restarted");
+            self.watch = WatchThread::start(Arc::clone(self.services.recorder()))?;
+        }
         self.restart_alarm_threads()
     }
 
@@ -160,6 +167,7 @@ impl Station {
         drop(self.alarm_thread);
         self.services.alarms().end();
         drop(self.deliveries);
+        drop(self.watch);
         stop_all(self.segments);
         self.services.recorder().event_now(None, EventKind::Station, "the station stops");
         // The recorder's health reports a failure, and no thread is left to read it.

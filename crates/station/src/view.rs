@@ -203,11 +203,11 @@ pub struct Reading {
     pub limit_pa: Option<f64>,
     /// The pressure in Pa, corrected for the gas; `null` where no factor holds.
     pub corrected_pa: Option<f64>,
-    /// The quality: `valid`, `overrange`, `underrange`, `fault`, `stale`, `off`, `missing`.
+    /// The quality: `valid`, `overrange`, `underrange`, `fault`, `stale`, `off`, `missing`, `assumed`.
     #[schema(value_type = String)]
     #[serde(serialize_with = "word_of")]
     pub quality: Quality,
-    /// The cause of the quality, in a few words, where the gauge reports one.
+    /// The cause of the quality, in a few words, where the gauge reports one; for `assumed` the pressure that the assumption gives.
     pub cause: Option<String>,
 }
 
@@ -291,7 +291,7 @@ pub struct EventView {
     pub at_ms: i64,
     /// The gauge, if the event is about one.
     pub gauge: Option<String>,
-    /// The kind: `station`, `bus`, `gauge`, `command`, `note`, `access`, `alarm`.
+    /// The kind: `station`, `bus`, `gauge`, `command`, `note`, `access`, `alarm`, `pump-down`.
     #[schema(value_type = String)]
     pub kind: EventKind,
     /// One sentence.
@@ -418,6 +418,8 @@ pub struct RiseView {
     pub tau_s: Option<f64>,
     /// The time of pumping before the beginning in seconds; `null` if the database has no pump-down before it.
     pub pumped_s: Option<f64>,
+    /// The accuracy of the gauge that the intervals contain, as a fraction; `null` if it was not given.
+    pub accuracy: Option<f64>,
     /// The best fit, at most 400 points.
     pub fitted: Vec<RisePoint>,
     /// The number of fitted samples.

@@ -15,26 +15,33 @@ use profivac_station::api::router;
 use profivac_station::config::Config;
 use profivac_station::pumpdown::TimeRange;
 use profivac_station::report::{GaugeInfo, Report, ReportRequest, Unit, page::page};
+use profivac_station::services::Services;
 use profivac_station::station::Station;
-use profivac_station::view::{BusStationState, SegmentState};
+use profivac_station::view::{BusStationState, Reading, SegmentState};
 use profivac_wire::{DataTelegram, MAX_TELEGRAM, Telegram};
 use serde_json::Value;
 use std::io::{ErrorKind, Read, Write};
 use std::net::TcpListener;
 use std::path::Path;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::Duration;
+use support::memory_station::MemoryStation;
 use support::until;
 use tower::ServiceExt;
 
 const MASTER: u8 = 2;
 const SLAVE: u8 = 12;
 
+/// A device with several telegrams of five octets.
+const AMBIGUOUS: &str = "psg550";
+
 /// A bus of another master behind a TCP port. It counts the octets that a listener sends.
 struct ForeignBus {
     port: u16,
     sent_by_listener: Arc<AtomicU64>,
+    /// The master starts its slave again.
+    restart: Arc<AtomicBool>,
 }
 
 fn emit(da: u8, sa: u8, saps: Option<(u8, u8)>, fc: u8, du: &[u8]) -> Vec<u8> {
@@ -79,6 +86,10 @@ enum Incident {
     Lost,
     Burst,
     Diagnosis,
+    /// The master starts its slave when a test says so.
+    LateStartUp,
+    /// The same, and the slave sends five octets: a float behind Exception Status, or an integer behind status and selector.
+    FiveOctets,
 }
 
 /// The first cycle of an incident.
@@ -98,7 +109,12 @@ impl Incident {
                 let asked = emit(SLAVE, MASTER, Some((60, 62)), 0x7D, &[]);
                 [usual, vec![asked, emit(MASTER, SLAVE, Some((62, 60)), 0x08, &diagnosis)]].concat()
             }
-            Self::None | Self::Lost | Self::Burst | Self::Diagnosis => usual,
+            Self::FiveOctets => {
+                let inputs = [&[0x80][..], &1.0e-4_f32.to_be_bytes()].concat();
+                let others = usual.into_iter().filter(|telegram| telegram.get(4) != Some(&MASTER));
+                others.chain([emit(MASTER, SLAVE, None, 0x08, &inputs)]).collect()
+            }
+            Self::None | Self::Lost | Self::Burst | Self::Diagnosis | Self::LateStartUp => usual,
         }
     }
 }
@@ -113,13 +129,16 @@ impl ForeignBus {
         let port = listener.local_addr().unwrap().port();
         let sent_by_listener = Arc::new(AtomicU64::new(0));
         let counter = Arc::clone(&sent_by_listener);
+        let restart = Arc::new(AtomicBool::new(!matches!(incident, Incident::LateStartUp | Incident::FiveOctets)));
+        let starts = Arc::clone(&restart);
         std::thread::spawn(move || {
             let Ok((mut stream, _)) = listener.accept() else { return };
             // The time in which the listener could send paces the bus.
             stream.set_read_timeout(Some(Duration::from_millis(10))).unwrap();
             stream.set_nodelay(true).unwrap();
             for number in 0_u64.. {
-                let telegrams = if number == 3 { start_up() } else { incident.cycle(number) };
+                let is_start = number >= 3 && starts.swap(false, Ordering::Relaxed);
+                let telegrams = if is_start { start_up() } else { incident.cycle(number) };
                 for telegram in telegrams {
                     if stream.write_all(&telegram).is_err() {
                         return;
@@ -132,7 +151,7 @@ impl ForeignBus {
                 }
             }
         });
-        Self { port, sent_by_listener }
+        Self { port, sent_by_listener, restart }
     }
 
     fn config(&self, folder: &Path) -> Config {
@@ -206,6 +225,65 @@ fn a_listen_only_segment_records_the_gauges_of_another_master_and_sends_nothing(
     let samples = services.recorder().open_reader().unwrap().samples("furnace", Micros(0), Micros(i64::MAX)).unwrap();
     assert!(samples.iter().any(|sample| sample.quality == Quality::Valid));
     assert_eq!(samples.last().unwrap().quality, Quality::Stale, "the end of the station is a gap");
+}
+
+/// The reading of the gauge, once it has one.
+fn reading(services: &Services) -> Option<Reading> {
+    services.snapshots().gauge("furnace").filter(|gauge| gauge.state == BusStationState::DataExchange)?.readings.pop()
+}
+
+/// 1e-4 in the unit of the master is 0.01 Pa in mbar, which a listener assumes, and 0.0133 Pa in Torr, which the start-up shows.
+#[test]
+fn a_pressure_in_an_assumed_unit_is_shown_and_recorded_as_assumed_until_the_unit_is_heard() {
+    let folder = tempfile::tempdir().unwrap();
+    let bus = ForeignBus::with(Incident::LateStartUp);
+    let limit = "[[alarm]]\nname = \"high\"\ngauge = \"furnace\"\nabove = \"5e-5 mbar\"\ndelay = \"0 s\"\n";
+    let config = Config::parse(&(bus.text() + limit), &folder.path().join("plant.toml")).unwrap();
+    let station = Station::start(config).unwrap();
+    let services = station.services();
+    let assumed = until("a reading", || reading(&services));
+    assert_eq!((assumed.quality, assumed.pa, assumed.limit_pa), (Quality::Assumed, None, None));
+    assert_eq!(assumed.cause.as_deref(), Some("1.0e-4 mbar if the unit is mbar"));
+    let samples = || {
+        let reader = services.recorder().open_reader().unwrap();
+        reader.samples("furnace", Micros(0), Micros(i64::MAX)).unwrap()
+    };
+    until("a sample", || samples().pop());
+    let alarm = || services.alarms().all().into_iter().find(|alarm| alarm.name == "high").unwrap();
+    assert_eq!(alarm().value, None, "an alarm does not evaluate an assumed pressure");
+
+    bus.restart.store(true, Ordering::Relaxed);
+    until("the pressure", || reading(&services).filter(|reading| reading.quality == Quality::Valid));
+    until("the alarm", || alarm().value);
+    station.stop();
+    let samples = samples();
+    let qualities: Vec<_> = samples.iter().map(|sample| sample.quality).collect();
+    assert_eq!(qualities.first(), Some(&Quality::Assumed), "{qualities:?}");
+    assert!(qualities.contains(&Quality::Valid), "{qualities:?}");
+    for pa in samples.iter().filter_map(|sample| sample.pa) {
+        assert!((pa / 0.013_332_2 - 1.0).abs() < 1e-4, "1e-4 Torr: {pa}");
+    }
+}
+
+/// The lengths of the exchange fit telegrams with floats and with integers of this device: nothing in the inputs is certain.
+#[test]
+fn nothing_of_an_assumed_configuration_is_recorded() {
+    let folder = tempfile::tempdir().unwrap();
+    let bus = ForeignBus::with(Incident::FiveOctets);
+    let text = bus.text().replace("bcg450", AMBIGUOUS).replace("poll =", "unit = \"mbar\"\npoll =");
+    let station = Station::start(Config::parse(&text, &folder.path().join("plant.toml")).unwrap()).unwrap();
+    let services = station.services();
+    let assumed = until("a reading", || reading(&services));
+    assert_eq!((assumed.quality, assumed.pa, assumed.limit_pa), (Quality::Assumed, None, None));
+    let cause = assumed.cause.unwrap();
+    assert!(cause.ends_with(" if configuration and unit are the assumed ones"), "{cause}");
+    // The start-up shows another device.
+    bus.restart.store(true, Ordering::Relaxed);
+    let problem = until("the problem", || services.snapshots().gauge("furnace")?.problem);
+    assert_eq!(problem, format!("it is a bcg450, the station's file says {AMBIGUOUS}"));
+    station.stop();
+    let reader = services.recorder().open_reader().unwrap();
+    assert_eq!(reader.samples("furnace", Micros(0), Micros(i64::MAX)).unwrap(), []);
 }
 
 /// The alarm of [`ForeignBus::config`].
@@ -347,6 +425,33 @@ fn a_segment_with_a_master_has_the_same_statistics() {
     );
     assert!(!report.parameters.is_empty(), "the station reads the unit over MS2");
     station.stop();
+}
+
+/// The line of a segment in memory, as `profivac demo` shows it, too.
+#[test]
+fn the_line_of_a_segment_in_memory_has_live_list_statistics_and_captures() {
+    let station = MemoryStation::new(1e-3);
+    let buses = station.services.snapshots().buses();
+    let report = until("the report", || {
+        let report = buses.report("hall")?;
+        let slave = report.stations.iter().find(|station| station.address == 5)?;
+        (slave.state == StationState::Exchanging && slave.total.exchanges > 3).then_some(report)
+    });
+    assert_eq!((report.stations[0].address, report.stations[0].state), (1, StationState::Master));
+    assert_eq!((report.ring.as_slice(), report.damaged), (&[1][..], 0));
+    assert!(report.rotation.count > 0 && report.cycle.count > 0);
+    let slave = &report.stations[1];
+    assert_eq!((slave.configuration_origin, slave.unit_origin), (Some(Origin::Heard), Some(Origin::Heard)));
+
+    station.outside(|segment| segment.set_noise(0.01));
+    until("damage", || buses.report("hall").filter(|report| report.damaged > 3));
+    station.outside(|segment| segment.set_noise(0.0));
+    assert!(buses.request_capture("hall", "the test"));
+    let captures = buses.captures("hall").unwrap();
+    let capture = until("a capture", || captures.list().unwrap().pop());
+    let file = captures.read(&capture.name).unwrap();
+    let trace = profivac_sim::trace::pcapng::read(&file, profivac_dp::link::Baud::B187500).unwrap();
+    assert!(trace.entries.len() > 20 && trace.entries.iter().any(|entry| !entry.errors.is_empty()));
 }
 
 #[test]

@@ -4,7 +4,7 @@
 
 use profivac_vacuum::atmosphere::{ROOM_K, STANDARD_PA, WATER_SATURATED_PA};
 use profivac_vacuum::conductance::{
-    Bulk, choked_factor, discharge, long_tube_factor, mean_speed_m_per_s, transmission,
+    Bulk, SHARP_DISCHARGE, choked_factor, discharge, long_tube_factor, mean_speed_m_per_s, transmission,
 };
 use profivac_vacuum::network::Outside;
 use profivac_vacuum::pump::{Capture, Roughing, flow_of_sccm, sccm_of_flow};
@@ -161,6 +161,21 @@ fn openings(table: &mut Table) {
     let pa = 18.2e-6 * (2.0 * 8.314_463 * ROOM_K / 28.965e-3).sqrt() / 0.05 * PI.sqrt() / 2.0 / 7.0;
     let found = conductance(&hole, Gas::Air, pa, 0.0) / area;
     table.add("thin opening at Kn = 7, air", 117.0, "m/s", "A v/4, and 1 % more in the transition", found, 0.03);
+    // Argon into vacuum, relative to its molecular flow.
+    let sharp = Conductance::tube_with_discharge(0.1, 0.0, SHARP_DISCHARGE);
+    for delta in [0.1, 1.0, 3.0, 10.0, 30.0, 100.0_f64] {
+        let pa = delta * 22.3e-6 * (2.0 * 8.314_463 * ROOM_K / 39.948e-3).sqrt() / 0.05;
+        let found = conductance(&sharp, Gas::Ar, pa, 0.0) / (area * mean_speed_m_per_s(Gas::Ar) / 4.0);
+        let rise = (0.4733 + 0.6005 / delta.sqrt()) / (1.0 + 4.559 / delta + 3.094 / (delta * delta));
+        table.add(
+            format!("thin sharp opening into vacuum, δ = {delta}, W"),
+            1.0 + rise,
+            "",
+            "source 16, formula from memory",
+            found,
+            0.03,
+        );
+    }
     let isentropic = |ratio: f64| {
         let kappa = 1.4_f64;
         let flow = ratio.powf(2.0 / kappa) - ratio.powf((kappa + 1.0) / kappa);

@@ -6,7 +6,7 @@ use crate::device::VirtualDevice;
 use profivac_client::cyclic::{CyclicSlave, CyclicValues};
 use profivac_client::ms2::{Ms2Error, Ms2Line};
 use profivac_dp::link::active::{Active, CheckedBus};
-use profivac_dp::link::{Baud, BitTime, Listening, Received, Receiver, Station, T_SYN_TBIT, Transmit};
+use profivac_dp::link::{Baud, BitTime, CHARACTER_TBIT, Listening, Received, Receiver, Station, T_SYN_TBIT, Transmit};
 use profivac_dp::master::{Handle, Mode, Operation, Settings, SlaveListError};
 use profivac_host::line::{Line, Pace};
 use profivac_host::session::BusMaster;
@@ -16,6 +16,21 @@ use std::collections::VecDeque;
 
 /// The number of telegrams in the history.
 const MAX_TELEGRAMS: usize = 32;
+
+/// The most octets of the traffic that wait for [`MemorySegment::take_traffic`]; the oldest are dropped. free choice: minutes of the line of
+/// a demonstration.
+const MAX_TRAFFIC: usize = 1 << 20;
+
+/// Octets on the line without a pause between them.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Traffic {
+    /// When the first of them began.
+    pub start: BitTime,
+    /// The octets.
+    pub octets: Vec<u8>,
+    /// The positions of those that noise has changed.
+    pub errors: Vec<usize>,
+}
 
 /// A station of the segment.
 enum SegmentStation {
@@ -73,6 +88,8 @@ pub struct MemorySegment {
     now: BitTime,
     receiver: Receiver,
     telegrams: VecDeque<Vec<u8>>,
+    /// The traffic for a listener, and the number of its octets; `None` without one.
+    traffic: Option<(VecDeque<Traffic>, usize)>,
 }
 
 impl MemorySegment {
@@ -101,6 +118,7 @@ impl MemorySegment {
             now: BitTime(0),
             receiver,
             telegrams: VecDeque::new(),
+            traffic: None,
         })
     }
 
@@ -122,7 +140,50 @@ impl MemorySegment {
         self.now = end;
     }
 
+    /// Keeps the traffic from now on for [`take_traffic`](Self::take_traffic).
+    pub fn keep_traffic(&mut self) {
+        self.traffic.get_or_insert_default();
+    }
+
+    /// The traffic since the last call, from [`keep_traffic`](Self::keep_traffic) on.
+    pub fn take_traffic(&mut self) -> VecDeque<Traffic> {
+        self.traffic.as_mut().map(std::mem::take).unwrap_or_default().0
+    }
+
+    /// The present time of the segment.
+    #[must_use]
+    pub const fn now(&self) -> BitTime {
+        self.now
+    }
+
+    /// Keeps an octet that ended now.
+    fn keep_octet(&mut self, octet: u8, is_hit: bool) {
+        let start = BitTime(self.now.0.saturating_sub(CHARACTER_TBIT));
+        let Some((traffic, count)) = &mut self.traffic else { return };
+        let is_next = |last: &Traffic| last.start + CHARACTER_TBIT.saturating_mul(last.octets.len() as u64) == start;
+        if traffic.back().is_none_or(|last| !is_next(last)) {
+            traffic.push_back(Traffic { start, ..Traffic::default() });
+        }
+        let Some(last) = traffic.back_mut() else { return };
+        if is_hit {
+            last.errors.push(last.octets.len());
+        }
+        last.octets.push(octet);
+        *count = count.saturating_add(1);
+        while *count > MAX_TRAFFIC
+            && let Some(oldest) = traffic.pop_front()
+        {
+            *count = count.saturating_sub(oldest.octets.len());
+        }
+    }
+
     fn record_octet(&mut self, octet: u8) {
+        let is_hit = self.line.is_last_hit();
+        self.keep_octet(octet, is_hit);
+        if is_hit {
+            self.receiver.character_error(self.now);
+            return;
+        }
         if let Received::Telegram(telegram) = self.receiver.octet(self.now, octet) {
             let mut octets = [0; MAX_TELEGRAM];
             let length = telegram.emit(&mut octets).unwrap_or_default();

@@ -19,23 +19,33 @@ pub fn points(text: &str) -> Vec<usize> {
     words.filter_map(nameless).collect()
 }
 
-/// Numbers in brackets, `(14)` or `(84) to (92)`, with their places.
+/// Numbers in brackets, `(14)`, `(61, 63)` or `(84) to (92)`, with their places.
 pub fn bracketed(text: &str) -> Vec<(usize, Place)> {
-    let one = |at: usize| {
-        let inside = text.get(at..)?.strip_prefix('(')?;
-        let digits = number(inside).filter(|digits| !digits.contains('.') && digits.len() <= 3)?;
-        inside.get(digits.len()..)?.starts_with(')').then_some((digits.to_owned(), at + digits.len() + 2))
-    };
     let mut found = Vec::new();
     let mut done = 0;
     for (at, _) in text.match_indices('(') {
         let glued = text.get(..at).is_some_and(|before| before.ends_with(|char: char| char.is_alphanumeric()));
-        let Some((first, end)) = one(at).filter(|_| at >= done && !glued) else { continue };
-        let last = text.get(end..).filter(|rest| rest.starts_with(" to ")).and_then(|_| one(end + 4));
-        done = last.as_ref().map_or(end, |(_, end)| *end);
-        found.push((at, last.map_or(Place::Section(first.clone()), |(last, _)| Place::Range(first, last))));
+        let Some((numbers, end)) = bracket(text, at).filter(|_| at >= done && !glued) else { continue };
+        done = end;
+        let last = text.get(end..).filter(|rest| rest.starts_with(" to ")).and_then(|_| bracket(text, end + 4));
+        match (&numbers[..], last.as_ref().map(|(numbers, end)| (&numbers[..], *end))) {
+            ([first], Some(([last], end))) => {
+                done = end;
+                found.push((at, Place::Range(first.clone(), last.clone())));
+            }
+            _ => found.extend(numbers.into_iter().map(|number| (at, Place::Section(number)))),
+        }
     }
     found
+}
+
+/// The numbers of a bracket that contains nothing else, with its end.
+fn bracket(text: &str, at: usize) -> Option<(Vec<String>, usize)> {
+    let inside = text.get(at..)?.strip_prefix('(')?;
+    let inside = inside.get(..inside.find(')')?)?;
+    let is_one = |part: &&str| (1..=3).contains(&part.len()) && part.chars().all(|char| char.is_ascii_digit());
+    let numbers: Option<Vec<_>> = inside.split(", ").map(|part| Some(part).filter(is_one).map(str::to_owned)).collect();
+    Some((numbers?, at + inside.len() + 2))
 }
 
 /// Numbers of three parts or more, which in the folder of a device are sections of its manual.
@@ -87,6 +97,9 @@ mod tests {
             .map(|(_, place)| place)
             .collect();
         assert_eq!(found, [Place::Section("14".to_owned()), Place::Range("84".to_owned(), "92".to_owned())]);
+        let found: Vec<Place> =
+            bracketed("as printed (61, 63); (1, 2.5), (7, 8 to 9)").into_iter().map(|(_, place)| place).collect();
+        assert_eq!(found, [Place::Section("61".to_owned()), Place::Section("63".to_owned())]);
         let found: Vec<String> =
             bare("3.2.1 and 1.5 of v1.2.3, 3.2.10.").into_iter().map(|(_, section)| section).collect();
         assert_eq!(found, ["3.2.1", "3.2.10"]);

@@ -51,7 +51,7 @@ impl Dashboard {
     /// Starts to record the memory segment, and serves the dashboard if the options require it.
     pub fn open(
         scenario: &Scenario,
-        segment: &MemorySegment,
+        segment: &mut MemorySegment,
         master: u8,
         options: &DashboardOptions<'_>,
     ) -> Result<Self, Failure> {

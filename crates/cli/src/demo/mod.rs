@@ -30,10 +30,10 @@ use trend::Trend;
 /// q, SIGTERM, Ctrl-C or --for ends it; the plant stays as it is at the end of the scenario. With --headless it ends with the scenario,
 /// and fails if an expectation of the scenario does not hold.
 #[derive(Args, Debug)]
-#[command(after_help = EXAMPLES)]
+#[command(after_help = format!("{EXAMPLES}\n\n{}", values::included_scenarios()))]
 pub struct Arguments {
-    /// Run this scenario instead of the small plant with all devices
-    #[arg(long, value_name = "FILE")]
+    /// Run this scenario instead of the small plant with all devices: a file, or the name of an included one (below)
+    #[arg(long, value_name = "NAME|FILE")]
     scenario: Option<PathBuf>,
     /// The address of the dashboard, on this computer only; default: 127.0.0.1:8080 or a free port; with --headless there is no default
     #[arg(long, value_name = "HOST:PORT")]
@@ -63,7 +63,8 @@ Examples:
   profivac demo --speed 60
   profivac demo --headless --listen 127.0.0.1:0
   profivac demo --record demo.db
-  profivac demo --scenario scenarios/vent.toml --speed 30
+  profivac demo --scenario coater --speed 60
+  profivac demo --scenario my-plant.toml --speed 30
   profivac demo --headless --for 5";
 
 /// The scenario without --scenario.
@@ -154,16 +155,16 @@ struct Row {
 impl Demo {
     fn new(arguments: &Arguments) -> Result<Self, Failure> {
         let scenario = match &arguments.scenario {
-            Some(path) => Scenario::read(path)?,
+            Some(given) => Scenario::of_file_or_name(given)?,
             None => Scenario::parse(SCENARIO, SCENARIO_NAME)?,
         };
-        let segment = scenario.memory_segment(MASTER, BAUD)?;
+        let mut segment = scenario.memory_segment(MASTER, BAUD)?;
         let run = scenario.start(MasterPresence::Present);
         let Arguments { listen, headless, .. } = *arguments;
         let record = arguments.record.as_deref();
         let options = DashboardOptions { is_served: !headless || listen.is_some(), listen, record };
         let is_wanted = options.is_served || record.is_some();
-        let dashboard = is_wanted.then(|| Dashboard::open(&scenario, &segment, MASTER, &options)).transpose()?;
+        let dashboard = is_wanted.then(|| Dashboard::open(&scenario, &mut segment, MASTER, &options)).transpose()?;
         let lived = Instant::now();
         let end = arguments.time.and_then(|time| lived.checked_add(time));
         let signals = Signals::catch()?;

@@ -1,7 +1,5 @@
 //! `profivac report`: writes a page about a pump-down.
 
-mod time_argument;
-
 use crate::failure::Failure;
 use crate::output::{json, notice, out};
 use crate::values;
@@ -177,7 +175,7 @@ impl Source {
     /// The time range, and the sentence that explains it.
     fn span(&self, arguments: &Arguments, now: &Zoned) -> Result<(TimeRange, String), Failure> {
         let read = |text: &Option<String>| {
-            text.as_deref().map(|text| time_argument::parse_time(text, now).map(micros)).transpose()
+            text.as_deref().map(|text| crate::time_argument::parse_time(text, now).map(micros)).transpose()
         };
         let (from, to) = (read(&arguments.from)?, read(&arguments.to)?);
         let known = self.recorded_span()?;

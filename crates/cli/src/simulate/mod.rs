@@ -30,7 +30,7 @@ use std::time::{Duration, Instant};
 /// The command prints `ready` and the port when the devices answer. Then it reads commands from standard input and answers each
 /// with one line that begins with `ok` or `error:`. It continues after end of file; `quit`, SIGTERM and SIGINT end it.
 #[derive(Args, Debug)]
-#[command(after_help = EXAMPLES, group = ArgGroup::new("port").required(true))]
+#[command(after_help = format!("{EXAMPLES}\n\n{}", values::included_scenarios()), group = ArgGroup::new("port").required(true))]
 pub struct Arguments {
     /// Make a pty and link PATH to it: the serial port for a master
     #[arg(long, value_name = "PATH", group = "port")]
@@ -51,8 +51,8 @@ pub struct Arguments {
     /// The true pressure, with its unit; from 1e-15 mbar to 10 bar
     #[arg(long, value_name = "PRESSURE", default_value = "1e-3 mbar", allow_hyphen_values = true)]
     pressure: GasPressure,
-    /// Run a scenario, a plant with its gauges and a timeline, in real time
-    #[arg(long, value_name = "FILE", conflicts_with_all = ["pressure", "atmosphere", "gas", "devices"])]
+    /// Run a scenario, a plant with its gauges and a timeline, in real time: a file, or the name of an included one (below)
+    #[arg(long, value_name = "NAME|FILE", conflicts_with_all = ["pressure", "atmosphere", "gas", "devices"])]
     scenario: Option<PathBuf>,
     /// The pressure outside the chamber, in the same range
     #[arg(long, value_name = "PRESSURE", default_value = "1013.25 mbar", allow_hyphen_values = true)]
@@ -88,11 +88,11 @@ Examples:
   profivac simulate --pty /tmp/line --pressure '5e-6 mbar' --gas ar bcg450@5 bcg450@6:unit=torr
   profivac simulate --pty /tmp/gauge --state ~/gauges bcg450@126:serial=4711
   profivac simulate --tcp 127.0.0.1:0 --baud 93750 --pace bcg450@5
-  profivac simulate --pty /tmp/line --scenario scenarios/pump-down.toml";
+  profivac simulate --pty /tmp/line --scenario pump-down";
 
 /// Serves until `quit` or a signal.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
-    let scenario = arguments.scenario.as_deref().map(Scenario::read).transpose()?;
+    let scenario = arguments.scenario.as_deref().map(Scenario::of_file_or_name).transpose()?;
     let conditions =
         GasConditions { pressure: arguments.pressure.0, atmosphere: arguments.atmosphere.0, gas: arguments.gas };
     let devices = match &scenario {

@@ -16,7 +16,7 @@ use std::time::Duration;
 use tempfile::TempDir;
 
 /// The deadline of a wait, long enough for a loaded computer.
-const DEADLINE: Duration = Duration::from_secs(120);
+const DEADLINE: Duration = Duration::from_secs(600);
 
 /// The deadline of a wait for an operation that has no bound on a loaded computer. It only ends a test that hangs.
 const HANG: Duration = Duration::from_secs(1800);

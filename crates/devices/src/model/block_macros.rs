@@ -77,7 +77,7 @@ macro_rules! row_codes {
         $crate::model::Codes::Plain
     };
     ($table:ident) => {
-        <$table as $crate::model::CodeTable>::CODES
+        <super::$table as $crate::model::CodeTable>::CODES
     };
 }
 
@@ -101,17 +101,7 @@ macro_rules! block {
             pub const BLOCK: $crate::model::Block = $crate::model::Block {
                 name: $title,
                 block_type: $crate::model::block_macros::block_type!($($block_type)?),
-                rows: &[$($crate::model::Row {
-                    index: $index,
-                    name: $name,
-                    data_type: $crate::model::value::data_type!($data_type $(($length))?),
-                    access: $crate::model::access::access!($($access)*),
-                    access_text: stringify!($($access)*),
-                    storage: $crate::model::block_macros::storage!($storage),
-                    section: $section,
-                    codes: $crate::model::block_macros::row_codes!($($codes)?),
-                    role: $crate::model::role::role!($parameter),
-                },)+],
+                rows: &[$($module::$parameter::DEFINITION,)+],
             };
 
             /// The parameter with this index.
@@ -131,15 +121,25 @@ macro_rules! block {
                 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
                 pub struct $parameter;
 
+                impl $parameter {
+                    pub(super) const DEFINITION: $crate::model::Row = $crate::model::Row {
+                        index: $index,
+                        name: $name,
+                        data_type: $crate::model::value::data_type!($data_type $(($length))?),
+                        access: $crate::model::access::access!($($access)*),
+                        access_text: stringify!($($access)*),
+                        storage: $crate::model::block_macros::storage!($storage),
+                        section: $section,
+                        codes: $crate::model::block_macros::row_codes!($($codes)?),
+                        role: $crate::model::role::role!($parameter),
+                    };
+                }
+
                 impl $crate::model::TypedParameter for $parameter {
                     type Value = $crate::model::block_macros::value_type!($data_type; $($codes)?);
 
                     const BLOCK: &'static $crate::model::Block = &super::$block::BLOCK;
-                    // Evaluated at compile time only.
-                    const ROW: &'static $crate::model::Row = match super::$block::BLOCK.row($index) {
-                        Some(row) => row,
-                        None => panic!("the block has no row with this index"),
-                    };
+                    const ROW: &'static $crate::model::Row = &Self::DEFINITION;
                 }
             )+
         }

@@ -3,6 +3,7 @@
 use crate::support::Tester;
 use crate::support::hex;
 use crate::{FLOATS, Gauge, exchanging, of_instance};
+use profivac_wire::Sap;
 
 /// A fault; Exception Status in EXECUTING at 1e-3 mbar, ID 27 and ID 28.
 const FAULTS: [(&str, u8, &str, &str); 12] = [
@@ -20,6 +21,7 @@ const FAULTS: [(&str, u8, &str, &str); 12] = [
     ("electronics3", 0xA2, "02 00 00 06 00 02 00 00 00 00 01 00", "02 00 00 07 01 00 00 00 00 00 00 01 00"),
 ];
 
+/// (105), (118)
 #[test]
 fn every_fault_sets_its_bits_while_it_is_active() {
     for (fault, status, alarm, warning) in FAULTS {
@@ -136,4 +138,15 @@ fn any_alarm_makes_every_reading_invalid() {
     // The set points are always valid (56).
     tester.command(2).unwrap();
     assert_eq!(of_instance(&mut tester, 5, 23), [1]);
+}
+
+/// (16): faults are in Exception Status, not in the diagnosis.
+#[test]
+fn the_diagnosis_has_six_octets_with_the_ident_number_also_with_a_fault() {
+    let mut tester = exchanging(FLOATS, 1e-3);
+    for is_faulty in [false, true] {
+        tester.fault("electronics3", is_faulty);
+        let (_, du) = tester.request(Sap::SlaveDiag, &[]).unwrap();
+        assert_eq!((du.len(), &du[4..]), (6, &[0x08, 0xE6][..]), "fault: {is_faulty}");
+    }
 }

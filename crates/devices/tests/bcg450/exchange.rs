@@ -25,6 +25,7 @@ const UNITS: [(&str, f64, u16); 5] = [
     ("00 00 00 05 1D", 1.2, 1),
 ];
 
+/// (10), (14), (15): inputs are what the slave sends; the table has the contents; lengths are consistent.
 #[test]
 fn every_configuration_sends_the_pressure_in_every_unit() {
     for (cfg, outputs, inputs) in CONFIGURATIONS {
@@ -35,7 +36,7 @@ fn every_configuration_sends_the_pressure_in_every_unit() {
             let du = tester.exchange(&vec![0; outputs]);
             assert_eq!(du.len(), inputs, "{cfg}");
             let process = if inputs > 8 { &du[8..] } else { &du[..] };
-            // In the upper half of the overlap: the Pirani measures, and there is no exception.
+            // In the upper half of the overlap (79): the Pirani measures, and there is no exception.
             assert_eq!(process[..3], [0x80, 0x00, 0x01], "{cfg} {user}");
             match process[3..] {
                 [a, b] => assert_eq!(u16::from_be_bytes([a, b]), integer, "{cfg} {user}"),
@@ -78,6 +79,7 @@ fn telegram_5_follows_the_pressure_over_the_whole_range() {
     }
 }
 
+/// (12), (13): also that of the parameter channel alone, and those of other devices.
 #[test]
 fn a_configuration_that_is_not_in_the_table_is_refused() {
     let strings: Vec<Vec<u8>> = CONFIGURATIONS.iter().map(|(cfg, ..)| hex(cfg)).collect();

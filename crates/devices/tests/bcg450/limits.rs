@@ -7,7 +7,7 @@ use crate::{float, of_instance, tester};
 /// COUNTS, Torr, Micron, mbar, Pascal
 const UNITS: [&str; 5] = ["03 E9", "05 15", "05 16", "05 1C", "05 1D"];
 
-/// Instance, index; as computed, then as printed.
+/// Instance, index; as computed, then as printed (62), (63).
 const LIMITS: [(u8, u8, [f64; 5], [f64; 5]); 9] = [
     (1, 24, [31000.0, 750.06168, 750061.68, 1000.0, 1e5], [31000.0, 750.06168, 750061.68, 1000.0, 1e5]),
     (1, 44, [31000.0, 750.06168, 750061.68, 1000.0, 1e5], [31000.0, 750.06168, 750061.68, 1000.0, 1e5]),

@@ -229,3 +229,21 @@ fn a_device_without_power_reports_off() {
     tester.device().advance(3600.0);
     assert_eq!(tester.report().run_hours, 1.0);
 }
+
+/// (29): the instance that one master selects is the one that all masters read.
+#[test]
+fn all_masters_share_one_selector() {
+    let mut tester = crate::exchanging("C6 87 8E 0A 0A 05 05 05 08", 1e-3);
+    for instance in 1..=6 {
+        tester.write(Relation::Ms2(0), 1, 46, &[instance]).unwrap();
+        assert_eq!(tester.read(Relation::Ms1, 1, 46), Ok(vec![instance]));
+    }
+}
+
+/// (33): the sensor blocks have a type, the blocks behind them have none.
+#[test]
+fn the_block_type_of_slot_1_is_the_same_for_every_instance() {
+    let mut tester = tester();
+    let types: Vec<_> = (1..=6).map(|instance| crate::of_instance(&mut tester, instance, 16)).collect();
+    assert_eq!(types, vec![hex("00 03 00 00"); 6]);
+}

@@ -22,6 +22,7 @@ fn atmosphere(tester: &mut Tester<Gauge>, mbar: f64) {
     tester.device().sense(3, mbar * 100.0);
 }
 
+/// (71): and in its data type.
 #[test]
 fn the_threshold_is_read_in_the_unit_of_the_device() {
     let mut tester = exchanging(FLOATS, 1e-3);

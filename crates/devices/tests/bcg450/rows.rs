@@ -113,6 +113,7 @@ fn no_row_is_written_without_a_mark_or_with_another_length() {
     RIG.no_row_is_written_without_a_mark_or_with_another_length();
 }
 
+/// (27), (28), (30): slots 0 and 1, and the rows of the instance that the selector shows.
 #[test]
 fn other_slots_and_indices_are_refused() {
     RIG.other_slots_and_indices_are_refused();
@@ -123,6 +124,7 @@ fn the_samples_are_complete() {
     RIG.samples_are_complete();
 }
 
+/// (121): a refusal has the code of DP-V1, and the code of the parameter channel as its second one.
 #[test]
 fn every_value_is_checked_by_dpv1() {
     RIG.every_value_is_checked_by_dpv1();

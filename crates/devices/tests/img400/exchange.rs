@@ -45,6 +45,7 @@ fn process(du: &[u8], outputs: usize) -> &[u8] {
     if outputs >= 8 { &du[8..] } else { du }
 }
 
+/// (115)
 #[test]
 fn every_configuration_sends_every_channel_in_every_unit() {
     let gauges = Gauges { ch1: None, ch2: None, ch3: Some(OtherGauge::Tpr), ch4: Some(OtherGauge::Cmr) };
@@ -190,7 +191,7 @@ fn sense_in_range(device: &mut Controller) {
 
 #[test]
 fn block_types_follow_the_gauges_and_place_holders() {
-    // Appendix A, second table (154, 156)
+    // Appendix A, second table (154), (156)
     for gauges in every_combination() {
         let mut tester: Tester<Controller> = Tester::new(controller(gauges));
         tester.bring_up(&hex(HPA), &hex(CONFIGURATIONS[5].0));

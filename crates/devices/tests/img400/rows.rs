@@ -143,6 +143,7 @@ fn no_row_is_written_without_a_mark_or_with_another_length() {
     RIG.no_row_is_written_without_a_mark_or_with_another_length();
 }
 
+/// (30), (52), (120), (160)
 #[test]
 fn other_slots_and_indices_are_refused() {
     RIG.other_slots_and_indices_are_refused();
@@ -153,6 +154,7 @@ fn the_samples_are_complete() {
     RIG.samples_are_complete();
 }
 
+/// (13), (43)
 #[test]
 fn every_value_is_checked_by_dpv1() {
     RIG.every_value_is_checked_by_dpv1();

@@ -72,6 +72,7 @@ fn the_self_test_tests_memories_and_internal_communication() {
     }
 }
 
+/// (163)
 #[test]
 fn a_memory_fault_is_an_exception_and_program_and_working_memory_together_are_critical() {
     selftest::memories(tester, HPA, CHANNEL);

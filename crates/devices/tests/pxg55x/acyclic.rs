@@ -21,6 +21,7 @@ fn connect(tester: &mut Tester<Gauge>) -> Sap {
 }
 
 /// The rights of 1_R/W and 2_R/W.
+/// (13), (52): a refusal has the code of DP-V1, and there is no slot behind those of the table.
 #[test]
 fn a_class_2_master_reads_and_writes_without_an_exchange() {
     let mut tester = tester(pcg());
@@ -67,7 +68,7 @@ fn a_class_1_master_reads_and_writes_beside_its_exchange() {
     }
 }
 
-/// (111): DS_Write slot 0 index 255 with 08 00 FD E8, then DS_Read of 4 + 64 octets.
+/// (30), (111): DS_Write slot 0 index 255 with 08 00 FD E8, then DS_Read of 4 + 64 octets.
 #[test]
 fn both_classes_read_i_and_m0() {
     let call = "5F 00 FF 04 08 00 FD E8";

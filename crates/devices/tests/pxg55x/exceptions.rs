@@ -4,6 +4,7 @@ use crate::support::{Tester, hex};
 use crate::{FLOATS, Gauge, exchanging, of_instance, pcg, pcg_without_atm, psg};
 use profivac_devices::SimulatedDevice;
 use profivac_devices::pxg55x::Pxg55xModel;
+use profivac_wire::Sap;
 
 /// A fault; Exception Status in EXECUTING at 100 mbar, ID 27 and ID 28.
 type Row = (&'static str, u8, &'static str, &'static str);
@@ -22,7 +23,7 @@ const PCG: [Row; 5] = [
     ("", 0x80, "02 00 00 04 00 00 00 00 01 00", "02 00 00 05 00 00 00 00 00 01 00"),
     ("sensor1", 0xA2, "02 00 00 04 01 00 00 00 01 00", "02 00 00 05 01 00 00 00 00 01 00"),
     ("electronics1", 0xA2, "02 00 00 04 00 02 00 00 01 00", "02 00 00 05 01 00 00 00 00 01 00"),
-    // "If an error occurs": also an error of the instance that is not active (13.1.1, 165).
+    // "If an error occurs": also an error of the instance that is not active (13.1.1), (165).
     ("sensor2", 0xA2, "02 00 00 04 00 00 01 00 01 00", "02 00 00 05 01 00 00 00 00 01 00"),
     ("electronics2", 0xA2, "02 00 00 04 00 00 00 02 01 00", "02 00 00 05 01 00 00 00 00 01 00"),
 ];
@@ -55,6 +56,7 @@ fn rows() -> Vec<(Pxg55xModel, Row)> {
 
 /// `comm` is 7.1.12's internal communication exception, bit 0 of the manufacturer's detail, and not the communications
 /// exception, bit 5 of the common one.
+/// (106)
 #[test]
 fn every_fault_sets_its_bits_while_it_is_active() {
     for (kind, (fault, status, alarm, warning)) in rows() {
@@ -183,5 +185,19 @@ fn a_reading_out_of_range_sets_its_bit_and_invalid() {
         let status = if extension == 0 { 0x80 } else { 0xA0 };
         assert_eq!(tester.exchange(&[])[..3], [status, extension, selector], "{mbar} mbar");
         copies_are_equal(&mut tester);
+    }
+}
+
+/// (42): faults are in Exception Status, not in the diagnosis.
+#[test]
+fn the_diagnosis_has_six_octets_with_the_ident_number_also_with_a_fault() {
+    for kind in [pcg(), psg()] {
+        let mut tester = exchanging(kind, FLOATS, 100.0);
+        let ident = kind.variant().model.ident.to_be_bytes();
+        for is_faulty in [false, true] {
+            tester.fault("electronics1", is_faulty);
+            let (_, du) = tester.request(Sap::SlaveDiag, &[]).unwrap();
+            assert_eq!((du.len(), &du[4..]), (6, &ident[..]), "fault: {is_faulty}");
+        }
     }
 }

@@ -75,6 +75,7 @@ fn check(du: &[u8], parts: &[Part], selector: u8, float: f64, integer: u16) {
     assert!(rest.is_empty());
 }
 
+/// (29), (46), (47), (51), (64), (65): the telegrams have what their table lists.
 #[test]
 fn every_gauge_exchanges_in_every_configuration_and_unit() {
     for kind in Pxg55xModel::all() {

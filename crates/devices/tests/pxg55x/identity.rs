@@ -36,6 +36,7 @@ fn the_identity_of_each_family_is_that_of_the_manual() {
     }
 }
 
+/// (63): tokens, in any order.
 #[test]
 fn the_models_of_a_family_differ_in_part_number_and_filament() {
     let of = |name| {
@@ -54,6 +55,7 @@ fn the_models_of_a_family_differ_in_part_number_and_filament() {
     }
 }
 
+/// (31)
 #[test]
 fn a_block_type_is_a_word_and_two_zeros() {
     let mut tester = tester(pcg());

@@ -71,7 +71,7 @@ fn instances(cdg: bool, atm: bool) -> std::ops::RangeInclusive<u8> {
     1..=1 + u8::from(cdg) + u8::from(atm)
 }
 
-/// Every writable row.
+/// Every writable row. The selector has the range of the instances (68).
 fn samples(cdg: bool, atm: bool) -> Vec<Sample> {
     let pirani = if cdg { 2 } else { 1 };
     let mut samples = vec![
@@ -173,6 +173,7 @@ rows! {
     psg554 8;
 }
 
+/// (57), (89)
 #[test]
 fn the_tables_are_those_of_the_goldens() {
     let print = |number| golden::print(&Pxg55xModel::all().nth(number).unwrap().variant().model);

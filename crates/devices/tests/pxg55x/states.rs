@@ -72,6 +72,7 @@ fn a_reset_ends_the_exception_of_a_fault_that_is_gone() {
     }
 }
 
+/// (163)
 #[test]
 fn a_memory_fault_is_an_exception_and_program_and_working_memory_together_are_critical() {
     for kind in [pcg(), psg()] {
@@ -196,4 +197,16 @@ fn the_net_led_shows_four_states() {
     let mut gauge = gauge(pcg());
     gauge.operate(Action::Fault { fault: Fault::Sensor3, active: true }).unwrap();
     assert_eq!(gauge.report().led.name(), "green flashing");
+}
+
+/// (44): Clear ends no exchange and does not change the state.
+#[test]
+fn a_gauge_stays_in_executing_in_clear() {
+    for kind in [pcg(), psg()] {
+        let mut tester = exchanging(kind, CHANNEL, 100.0);
+        // Global_Control, Clear_Data, all slaves.
+        tester.request_sdn(&[0x02, 0x00]);
+        tester.exchange(&[0; 8]);
+        assert_eq!((tester.is_exchanging(), tester.state()), (true, EXECUTING));
+    }
 }

@@ -17,6 +17,7 @@ fn decode(octets: &[u8]) -> [f64; 3] {
     [4.778, 4.9029, 2.778].map(|offset| 10f64.powf(value / 482.0 - offset))
 }
 
+/// (48)
 #[test]
 fn the_twelve_bits_are_the_pressure_by_all_three_formulas() {
     for kind in [pcg(), psg()] {

@@ -102,7 +102,7 @@ fn integers_saturate_and_small_pressures_are_zero() {
     }
 }
 
-/// (67): the diaphragm at and above 10 mbar, the Pirani below, a small hysteresis; the atmosphere sensor never.
+/// (66), (67): the diaphragm at and above 10 mbar, the Pirani below, a small hysteresis; the atmosphere sensor never.
 #[test]
 fn the_active_instance_follows_the_diaphragm() {
     let mut tester = exchanging(pcg(), FLOATS, 1000.0);

@@ -51,7 +51,7 @@ fn the_upper_threshold_of_the_printed_example_is_above_every_pressure() {
 
 #[test]
 fn tasks_follow_each_other_without_ak_0() {
-    // 153
+    // (153)
     let mut master = exchange();
     master.line("20 01 16 00 00 00 00 02", "B0 01 16 00 00 00 00 02");
     master.line("20 01 16 00 00 00 00 03", "B0 01 16 00 00 00 00 03");
@@ -60,7 +60,7 @@ fn tasks_follow_each_other_without_ak_0() {
 
 #[test]
 fn a_write_is_executed_once_and_a_read_in_every_cycle() {
-    // 153
+    // (153)
     let mut master = exchange();
     master.line("20 00 1A 00 00 00 00 01", "B0 00 1A 00 00 00 00 01");
     master.line("10 00 1A 00 00 00 00 00", "B0 00 1A 00 00 00 00 01");
@@ -73,6 +73,7 @@ fn a_write_is_executed_once_and_a_read_in_every_cycle() {
     master.line("10 00 1A 00 00 00 00 00", "B0 00 1A 00 00 00 00 00");
 }
 
+/// (145), (152): a string of one octet is an octet, and requests and answers have eight octets.
 #[test]
 fn every_task_has_its_width_and_its_ak() {
     let mut master = exchange();
@@ -156,7 +157,7 @@ fn values_outside_the_range_are_refused_and_change_nothing() {
 
 #[test]
 fn every_write_is_refused_while_the_link_is_lost() {
-    // 156
+    // (156)
     let mut master = exchange();
     master.fault(Fault::Comm, true);
     master.line("20 01 16 00 00 00 00 02", "70 01 16 00 00 00 00 11");

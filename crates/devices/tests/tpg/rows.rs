@@ -111,6 +111,7 @@ fn no_row_is_written_without_a_mark_or_with_another_length() {
     RIG.no_row_is_written_without_a_mark_or_with_another_length();
 }
 
+/// (157): the slot is the address of a block.
 #[test]
 fn other_slots_and_indices_are_refused() {
     RIG.other_slots_and_indices_are_refused();

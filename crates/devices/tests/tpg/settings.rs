@@ -184,7 +184,7 @@ fn the_unit_of_the_setup_is_stored() {
 
 #[test]
 fn the_address_comes_from_the_switch_or_from_set_slave_add() {
-    // 149
+    // (149)
     let mut device: Controller = Tpg::new(&table::TPG500, RamStore::default(), Setup::new(126), BOARDS);
     assert_eq!(device.station_address(), 126);
     let request = SetSlaveAdd { address: 17, ident: 0x05D9, no_add_chg: 0, rem_slave_data: &[] };

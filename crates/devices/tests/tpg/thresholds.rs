@@ -92,7 +92,7 @@ fn a_set_takes_effect_when_it_is_validated_in_order() {
 
 #[test]
 fn thresholds_keep_their_pressure_when_the_unit_changes() {
-    // 147
+    // (147)
     let mut master = exchange();
     master.thresholds(RELAY_1, 0.1, 1.0, A1).unwrap();
     for (unit, lower, upper) in [(2, 0.075_006_17, 0.750_061_7), (3, 10.0, 100.0), (1, 0.1, 1.0)] {

@@ -19,6 +19,7 @@ const FAULTS: [(&str, u8, &str, &str); 10] = [
     ("electronics2", 0xA2, "02 00 00 04 00 00 00 02 01 00", "02 00 00 05 01 00 00 00 00 01 00"),
 ];
 
+/// (105), (118)
 #[test]
 fn every_fault_sets_its_bits_while_it_is_active() {
     for (kind, (fault, status, alarm, warning)) in KINDS.into_iter().flat_map(|kind| FAULTS.map(|it| (kind, it))) {

@@ -31,6 +31,7 @@ fn the_ident_numbers_are_those_of_the_manual() {
     assert_eq!(KINDS.map(|kind| crate::gauge(kind).ident_number()), [0x06A9, 0x06A8]);
 }
 
+/// (10), (14), (15): inputs are what the slave sends; the table has the contents; lengths are consistent.
 #[test]
 fn every_configuration_sends_the_pressure_in_every_unit() {
     for (kind, active, counts, whole_counts) in AT_0_012_MBAR {
@@ -96,6 +97,7 @@ fn telegram_3_follows_the_pressure_over_the_whole_range() {
     }
 }
 
+/// (12), (13): also that of the parameter channel alone, and those of other devices.
 #[test]
 fn a_configuration_that_is_not_in_the_table_is_refused() {
     let strings: Vec<Vec<u8>> = CONFIGURATIONS.iter().map(|(cfg, ..)| hex(cfg)).collect();

@@ -9,7 +9,7 @@ use profivac_devices::xpg400::Xpg400Model;
 /// COUNTS, Torr, Micron, mbar, Pascal
 const UNITS: [&str; 5] = ["03 E9", "05 15", "05 16", "05 1C", "05 1D"];
 
-/// Instance, index; as computed, then as printed (61, 63, 67, 68).
+/// Instance, index; as computed, then as printed (61), (62), (63), (67), (68).
 type Limit = (u8, u8, [f64; 5], [f64; 5]);
 
 const BPG_PIRANI: [f64; 5] = [31000.0, 750.06168, 750061.68, 1000.0, 1e5];

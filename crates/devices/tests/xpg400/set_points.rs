@@ -31,6 +31,7 @@ const THRESHOLDS: [(Xpg400Model, f64, f64, f64); 6] = [
     (Xpg400Model::Hpg, 10.0, 1000.0, 30331.0),
 ];
 
+/// (71): and in its data type.
 #[test]
 fn the_threshold_is_read_in_the_unit_of_the_device() {
     for (kind, u, mbar, counts) in THRESHOLDS {

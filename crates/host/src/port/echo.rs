@@ -73,6 +73,7 @@ mod tests {
     const ANSWER: [u8; 6] = [0x10, 2, 8, 0, 0x0A, 0x16];
     const REQUEST: [u8; 6] = [0x10, 8, 2, 0x49, 0x53, 0x16];
 
+    /// profibus-wire 9.4, point 37
     #[test]
     fn an_echo_is_removed_and_the_octets_behind_it_are_received() {
         let mut echo = Echo::default();

@@ -3,7 +3,7 @@
 use super::{Observer, is_acyclic};
 use crate::event::EventKind;
 use profivac_dp::link::BitTime;
-use profivac_explain::cycle::Answer;
+use profivac_explain::cycle::{Answer, Request};
 use profivac_wire::acyclic::Response;
 use profivac_wire::control::{StationType, Status};
 use profivac_wire::{DataTelegram, Sap};
@@ -60,27 +60,36 @@ impl Observer {
         let Some(station) = self.station_mut(slave) else { return };
         let Some(mut last) = station.last.take() else { return };
         last.is_answered = true;
-        let is_refusal = answer.is_refusal()
-            || matches!(answer.status, Status::DataLowNotTaken | Status::DataHighNotTaken)
-            || (is_acyclic(last.request.sap) && matches!(Response::parse(answer.du), Ok(Response::Negative(_))));
-        if is_refusal {
+        if is_refusal(&last.request, answer) {
             self.count(slave, |counts| counts.refused = counts.refused.saturating_add(1));
         }
-        match last.request.sap {
-            Sap::Default => self.exchanged(slave, &last.request, answer, start),
+        self.take_answer(slave, &last.request, answer, start);
+        if let Some(station) = self.station_mut(slave) {
+            station.last = Some(last);
+        }
+    }
+
+    /// Takes the contents of an answer.
+    fn take_answer(&mut self, slave: u8, request: &Request, answer: Answer<'_>, start: BitTime) {
+        match request.sap {
+            Sap::Default => self.exchanged(slave, request, answer, start),
             Sap::SlaveDiag => self.diagnosed(slave, answer.du),
-            Sap::SetPrm if answer.is_ack() => self.parameterised(slave, &last.request),
-            Sap::ChkCfg if answer.is_ack() => self.configured(slave, last.request.master, &last.request.du),
+            Sap::SetPrm if answer.is_ack() => self.parameterised(slave, request),
+            Sap::ChkCfg if answer.is_ack() => self.configured(slave, request.master, &request.du),
             Sap::GetCfg if !answer.du.is_empty() => {
                 if let Some(station) = self.station_mut(slave) {
                     station.knowledge.configure(answer.du);
                 }
             }
-            sap if is_acyclic(sap) => self.record_answered(slave, &last.request, answer.du, start),
+            sap if is_acyclic(sap) => self.record_answered(slave, request, answer.du, start),
             _ => {}
         }
-        if let Some(station) = self.station_mut(slave) {
-            station.last = Some(last);
-        }
     }
+}
+
+/// Whether the answer refuses: UE, RR, RS, RDL, RDH, or a negative response of DP-V1.
+fn is_refusal(request: &Request, answer: Answer<'_>) -> bool {
+    answer.is_refusal()
+        || matches!(answer.status, Status::DataLowNotTaken | Status::DataHighNotTaken)
+        || (is_acyclic(request.sap) && matches!(Response::parse(answer.du), Ok(Response::Negative(_))))
 }

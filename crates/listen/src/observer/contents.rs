@@ -1,6 +1,7 @@
 //! The contents of services: cyclic data, diagnosis, parameters and configuration.
 
 use super::Observer;
+use super::requests::Sent;
 use crate::event::EventKind;
 use crate::parameters::{Done, Passed, Path};
 use crate::station::{Diagnosis, MAX_DIAGNOSES, Station};
@@ -9,26 +10,20 @@ use profivac_explain::cycle::{Answer, Request, status_text};
 use profivac_explain::names::DeviceTables;
 use profivac_explain::slave::diagnosis_reports;
 use profivac_sim::describe::Hex;
+use profivac_wire::Sap;
 use profivac_wire::control::Status;
 use profivac_wire::diag::{NO_MASTER, SlaveDiag};
 use profivac_wire::prm::SetPrm;
-use profivac_wire::{DataTelegram, Sap};
 
 impl Observer {
     /// Records the contents of a request.
-    pub(super) fn note_contents(
-        &mut self,
-        slave: u8,
-        frame: &DataTelegram<'_>,
-        sap: Sap,
-        is_first: bool,
-        start: BitTime,
-    ) {
-        if sap == Sap::Default && is_first {
-            self.cycle_request(frame.sa, slave, start);
+    pub(super) fn note_contents(&mut self, sent: &Sent<'_>, is_first: bool) {
+        let (frame, slave) = (sent.frame, sent.frame.da);
+        if sent.sap == Sap::Default && is_first {
+            self.cycle_request(frame.sa, slave, sent.start);
         }
         let Some(station) = self.station_mut(slave) else { return };
-        match sap {
+        match sent.sap {
             Sap::Default => {
                 if has_channel(station)
                     && let Some(telegram) = station.knowledge.layout().and_then(|configuration| configuration.outputs)

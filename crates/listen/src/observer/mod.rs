@@ -261,6 +261,12 @@ impl Observer {
         }
     }
 
+    /// The octets of a damaged request that are kept.
+    #[cfg(test)]
+    pub(crate) fn held_request(&self) -> usize {
+        self.damaged_request.len()
+    }
+
     fn station_mut(&mut self, address: u8) -> Option<&mut Station> {
         let baud = self.baud;
         let entry = self.stations.get_mut(usize::from(address))?;

@@ -1,6 +1,6 @@
 //! Requests, their repetitions, and requests without an answer.
 
-use super::Observer;
+use super::{ADDRESSES, Observer};
 use crate::event::EventKind;
 use crate::station::{LastRequest, MISSING_AFTER};
 use profivac_dp::link::BitTime;
@@ -20,6 +20,16 @@ enum Relation {
     AfterLost,
 }
 
+/// A request that a slave answers, as its master sent it.
+#[derive(Clone, Copy)]
+pub(super) struct Sent<'a> {
+    pub(super) frame: &'a DataTelegram<'a>,
+    pub(super) sap: Sap,
+    function: Function,
+    count: FrameCount,
+    pub(super) start: BitTime,
+}
+
 impl Observer {
     pub(super) fn request(&mut self, frame: &DataTelegram<'_>, function: Function, count: FrameCount, start: BitTime) {
         self.end_pending(start);
@@ -28,59 +38,76 @@ impl Observer {
             Function::FdlStatus => {
                 self.forget_damaged_request();
                 self.pending_status = Some((frame.sa, frame.da));
-                return;
             }
             Function::Ident | Function::LsapStatus | Function::SdnLow | Function::SdnHigh => {
                 self.forget_damaged_request();
-                return;
             }
-            _ => {}
+            Function::SdaLow | Function::SdaHigh | Function::SrdLow | Function::SrdHigh | Function::Other(_) => {
+                let sap = Sap::from_octet(frame.dsap);
+                self.service_request(&Sent { frame, sap, function, count, start });
+            }
         }
-        self.service_request(frame, function, count, start);
     }
 
     /// Follows a request that its slave answers.
-    fn service_request(&mut self, frame: &DataTelegram<'_>, function: Function, count: FrameCount, start: BitTime) {
-        let damaged = self.take_damaged_requests(frame, start);
-        let (epoch, slave, number) = (self.damage_epoch, frame.da, self.totals.telegrams);
-        let sap = Sap::from_octet(frame.dsap);
-        let Some(station) = self.station_mut(slave) else { return };
-        let last = station.last.take();
-        let relation = last.as_ref().map_or(Relation::New, |last| {
-            let is_next = last.number.saturating_add(1) == number;
-            let is_equal = is_same(&last.request, frame, function, count) && (is_next || count != FrameCount::First);
-            let is_certain = last.damage_epoch == epoch || damaged > 0 && !last.is_answered;
-            match last.is_answered {
-                _ if is_equal && is_certain => Relation::Repetition(last.repetitions.saturating_add(1)),
-                true => Relation::New,
-                false => Relation::AfterLost,
-            }
-        });
-        let (before, is_repetition) = match relation {
-            Relation::Repetition(repetitions) => (repetitions, true),
-            Relation::New | Relation::AfterLost => (0, false),
-        };
-        let repetitions = before.saturating_add(damaged);
-        let is_first = repetitions == 0;
-        let new_repetitions = u32::from(is_repetition).saturating_add(damaged);
-        let mut request = last.map_or_else(|| empty(frame, function, count), |last| last.request);
-        store(&mut request, frame, sap, function, count, start);
-        station.longest_sequence = station.longest_sequence.max(repetitions);
-        station.asked_at = Some(start);
-        if matches!(sap, Sap::Default | Sap::SetPrm | Sap::ChkCfg) {
-            station.wanted_at = Some(start);
+    fn service_request(&mut self, sent: &Sent<'_>) {
+        if usize::from(sent.frame.da) >= ADDRESSES {
+            // No station answers a request to all of them.
+            self.forget_damaged_request();
+            return;
         }
-        station.last = Some(LastRequest { request, number, damage_epoch: epoch, is_answered: false, repetitions });
-        let is_lost = relation == Relation::AfterLost;
+        let damaged = self.take_damaged_requests(sent.frame, sent.start);
+        let relation = self.relation(sent, damaged);
+        let repetitions = relation.repetitions().saturating_add(damaged);
+        self.keep_request(sent, repetitions);
+        self.count_request(sent.frame.da, relation, damaged);
+        self.pending = Some(sent.frame.da);
+        self.note_contents(sent, repetitions == 0);
+    }
+
+    /// The relation to the request before, with `damaged` damaged ones between them.
+    fn relation(&self, sent: &Sent<'_>, damaged: u32) -> Relation {
+        let last = self.station(sent.frame.da).and_then(|station| station.last.as_ref());
+        let Some(last) = last else { return Relation::New };
+        let is_next = last.number.saturating_add(1) == self.totals.telegrams;
+        let is_equal = sent.is_same(&last.request) && (is_next || sent.count != FrameCount::First);
+        let is_certain = last.damage_epoch == self.damage_epoch || damaged > 0 && !last.is_answered;
+        match last.is_answered {
+            _ if is_equal && is_certain => Relation::Repetition(last.repetitions.saturating_add(1)),
+            true => Relation::New,
+            false => Relation::AfterLost,
+        }
+    }
+
+    /// Keeps the request as the last one to its slave.
+    fn keep_request(&mut self, sent: &Sent<'_>, repetitions: u32) {
+        let (damage_epoch, number) = (self.damage_epoch, self.totals.telegrams);
+        let Some(station) = self.station_mut(sent.frame.da) else { return };
+        let mut request = station.last.take().map_or_else(|| sent.without_contents(), |last| last.request);
+        sent.store(&mut request);
+        station.last = Some(LastRequest { request, number, damage_epoch, is_answered: false, repetitions });
+        station.longest_sequence = station.longest_sequence.max(repetitions);
+        station.asked_at = Some(sent.start);
+        if matches!(sent.sap, Sap::Default | Sap::SetPrm | Sap::ChkCfg) {
+            station.wanted_at = Some(sent.start);
+        }
+    }
+
+    /// Counts a request, and the damaged ones that it repeats.
+    fn count_request(&mut self, slave: u8, relation: Relation, damaged: u32) {
+        let (is_repetition, is_lost) = match relation {
+            Relation::Repetition(_) => (true, false),
+            Relation::New => (false, false),
+            Relation::AfterLost => (false, true),
+        };
+        let damaged = u64::from(damaged);
         self.count(slave, |counts| {
-            counts.requests = counts.requests.saturating_add(1).saturating_add(damaged.into());
-            counts.repeated = counts.repeated.saturating_add(new_repetitions.into());
-            counts.damaged = counts.damaged.saturating_add(damaged.into());
+            counts.requests = counts.requests.saturating_add(1).saturating_add(damaged);
+            counts.repeated = counts.repeated.saturating_add(u64::from(is_repetition)).saturating_add(damaged);
+            counts.damaged = counts.damaged.saturating_add(damaged);
             counts.lost = counts.lost.saturating_add(u64::from(is_lost));
         });
-        self.totals.unattributed = self.totals.unattributed.saturating_sub(damaged.into());
-        self.pending = Some(slave);
-        self.note_contents(slave, frame, sap, is_first, start);
+        self.totals.unattributed = self.totals.unattributed.saturating_sub(damaged);
     }
 
     /// Counts the pending request as unanswered.
@@ -115,42 +142,45 @@ impl Observer {
     }
 }
 
-/// Whether `frame` is an equal request with an equal, counted frame count bit.
-fn is_same(request: &Request, frame: &DataTelegram<'_>, function: Function, count: FrameCount) -> bool {
-    matches!(count, FrameCount::Counted(_) | FrameCount::First)
-        && (request.count, request.function, request.master) == (count, function, frame.sa)
-        && request.saps == [frame.dsap, frame.ssap]
-        && request.du == frame.du
-}
-
-/// A request without contents, which [`store`] overwrites.
-const fn empty(frame: &DataTelegram<'_>, function: Function, count: FrameCount) -> Request {
-    Request {
-        master: frame.sa,
-        slave: frame.da,
-        sap: Sap::Default,
-        function,
-        count,
-        saps: [None; 2],
-        du: Vec::new(),
-        at: None,
+impl Relation {
+    /// How often the request was sent before.
+    const fn repetitions(self) -> u32 {
+        match self {
+            Self::Repetition(count) => count,
+            Self::New | Self::AfterLost => 0,
+        }
     }
 }
 
-/// Overwrites a request; its buffer stays.
-fn store(
-    request: &mut Request,
-    frame: &DataTelegram<'_>,
-    sap: Sap,
-    function: Function,
-    count: FrameCount,
-    start: BitTime,
-) {
-    request.master = frame.sa;
-    request.slave = frame.da;
-    (request.sap, request.function, request.count) = (sap, function, count);
-    request.saps = [frame.dsap, frame.ssap];
-    request.du.clear();
-    request.du.extend_from_slice(frame.du);
-    request.at = Some(start);
+impl Sent<'_> {
+    /// Whether it is an equal request with an equal, counted frame count bit.
+    fn is_same(&self, request: &Request) -> bool {
+        let frame = self.frame;
+        matches!(self.count, FrameCount::Counted(_) | FrameCount::First)
+            && (request.count, request.function, request.master) == (self.count, self.function, frame.sa)
+            && request.saps == [frame.dsap, frame.ssap]
+            && request.du == frame.du
+    }
+
+    /// A request that [`store`](Self::store) completes.
+    const fn without_contents(&self) -> Request {
+        Request {
+            master: self.frame.sa,
+            slave: self.frame.da,
+            sap: self.sap,
+            function: self.function,
+            count: self.count,
+            saps: [self.frame.dsap, self.frame.ssap],
+            du: Vec::new(),
+            at: Some(self.start),
+        }
+    }
+
+    /// Overwrites a request; its buffer stays.
+    fn store(&self, request: &mut Request) {
+        let du = std::mem::take(&mut request.du);
+        *request = Request { du, ..self.without_contents() };
+        request.du.clear();
+        request.du.extend_from_slice(self.frame.du);
+    }
 }

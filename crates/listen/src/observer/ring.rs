@@ -32,15 +32,7 @@ impl Observer {
 
     /// Reports the ring if it closes and has changed.
     pub(super) fn follow_ring(&mut self, start: u8) {
-        let mut ring = vec![start];
-        let mut here = self.next_of(start);
-        while here != start {
-            if here == NO_STATION || ring.contains(&here) {
-                return;
-            }
-            ring.push(here);
-            here = self.next_of(here);
-        }
+        let Some(mut ring) = self.closed_ring(start) else { return };
         let lowest = ring.iter().enumerate().min_by_key(|(_, station)| **station).map_or(0, |(index, _)| index);
         ring.rotate_left(lowest);
         if ring == self.ring {
@@ -51,14 +43,30 @@ impl Observer {
             _ => format!("token ring: {}", ring.iter().map(ToString::to_string).collect::<Vec<_>>().join(" -> ")),
         };
         self.event(None, EventKind::Ring, text);
-        for address in 0..ADDRESSES {
-            if !ring.iter().any(|station| usize::from(*station) == address)
-                && let Some(next) = self.next.get_mut(address)
-            {
-                *next = NO_STATION;
+        let mut next = [NO_STATION; ADDRESSES];
+        for address in &ring {
+            if let Some(next) = next.get_mut(usize::from(*address)) {
+                *next = self.next_of(*address);
             }
         }
+        self.next = next;
         self.ring = ring;
+    }
+
+    /// The masters in the order of the token from `start`, if it comes back to it. The cost is that of one step for each address.
+    fn closed_ring(&self, start: u8) -> Option<Vec<u8>> {
+        let mut ring = Vec::new();
+        let (mut here, mut seen) = (start, 0_u128);
+        loop {
+            // `NO_STATION` has no bit.
+            let bit = 1_u128.checked_shl(here.into())?;
+            if seen & bit != 0 {
+                return (here == start).then_some(ring);
+            }
+            seen |= bit;
+            ring.push(here);
+            here = self.next_of(here);
+        }
     }
 
     pub(super) fn next_of(&self, address: u8) -> u8 {

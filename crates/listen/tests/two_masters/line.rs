@@ -3,7 +3,7 @@
 use profivac_client::cyclic::{CyclicSlave, ReportedChannels};
 use profivac_client::pressure::Pressure;
 use profivac_dp::link::active::{Active, BusParameters};
-use profivac_dp::link::{Baud, BitTime, Listening, Station, Transmit};
+use profivac_dp::link::{Baud, BitTime, CHARACTER_TBIT, Listening, Station, T_SYN_TBIT, Transmit};
 use profivac_dp::master::{Mode, Settings};
 use profivac_explain::divider::Divider;
 use profivac_explain::frame::{Chunk, TimeSource};
@@ -132,8 +132,10 @@ pub struct Line {
     fed: BitTime,
     /// Octets on the line.
     pub octets: u64,
-    /// Transmissions on the line with a character that was received with an error, or that are no telegram.
+    /// Transmissions on the line with a character that was received with an error, or that are no telegram. A receiver that has found an
+    /// error waits for T_SYN of idle, so what follows without that pause is the same damage.
     pub damaged: u64,
+    damage_end: Option<BitTime>,
     /// The traffic, if it is to be replayed.
     pub recorded: Option<Vec<Chunk>>,
 }
@@ -188,6 +190,7 @@ impl Line {
             fed: BitTime(0),
             octets: 0,
             damaged: 0,
+            damage_end: None,
             recorded: None,
         };
         for address in MASTERS {
@@ -250,7 +253,10 @@ impl Line {
         for entry in entries.filter(|entry| entry.start >= self.fed && entry.end() <= now) {
             let octets = entry.octets.to_vec();
             self.octets += octets.len() as u64;
-            self.damaged += u64::from(!entry.errors.is_empty() || Telegram::parse(&octets).is_err());
+            let is_damaged = !entry.errors.is_empty() || Telegram::parse(&octets).is_err();
+            let is_same = self.damage_end.is_some_and(|end| entry.start - end < T_SYN_TBIT);
+            self.damaged += u64::from(is_damaged && !is_same);
+            self.damage_end = is_damaged.then_some(entry.start + CHARACTER_TBIT * octets.len() as u64);
             let chunk = Chunk { start: Some(entry.start), octets, errors: entry.errors.clone(), is_continued: false };
             listeners.iter_mut().for_each(|listener| listener.hear(&chunk));
             if let Some(recorded) = &mut self.recorded {

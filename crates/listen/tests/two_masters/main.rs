@@ -12,16 +12,17 @@ mod line;
 use line::{FIRST, Line, Listener, MASTERS};
 use profivac_client::cyclic::{CyclicSlave, ReportedChannels};
 use profivac_devices::catalog::{MODELS, model_named};
-use profivac_devices::model::{Field, TaskKind};
+use profivac_devices::model::{Configuration, Field, TaskKind, Telegram};
 use profivac_dp::link::{Baud, BitTime};
 use profivac_explain::frame::Chunk;
 use profivac_listen::counts::Counts;
 use profivac_listen::event::{EventKind, MAX_EVENTS};
 use profivac_listen::gauge::{Declared, Origin};
 use profivac_listen::parameters::Passed;
-use profivac_listen::station::StationState;
+use profivac_listen::report::BusReport;
+use profivac_listen::station::{MAX_DIAGNOSES, StationState};
 use profivac_sim::{Fault, Noise};
-use profivac_wire::{DataTelegram, MAX_TELEGRAM, Telegram};
+use profivac_wire::{DataTelegram, MAX_TELEGRAM};
 
 fn slaves() -> std::ops::Range<u8> {
     FIRST..FIRST + 12
@@ -135,6 +136,14 @@ fn attached_in_the_middle_it_knows_the_line_after_two_rotations_and_says_what_it
     }
 }
 
+/// Whether another configuration of the device has the same lengths and other fields.
+fn is_ambiguous(slave: &CyclicSlave) -> bool {
+    let fields = |it: &Configuration| [it.outputs, it.inputs].map(|telegram| telegram.map(|telegram| telegram.fields));
+    let lengths = |it: &Configuration| [it.outputs, it.inputs].map(|telegram| telegram.map_or(0, Telegram::octets));
+    let own = slave.configuration;
+    slave.model.configurations.iter().any(|it| lengths(it) == lengths(own) && fields(it) != fields(own))
+}
+
 #[test]
 fn a_gauge_of_which_only_the_model_is_known_is_decoded_and_marked_as_assumed() {
     let (mut line, _) = quiet();
@@ -143,19 +152,27 @@ fn a_gauge_of_which_only_the_model_is_known_is_decoded_and_marked_as_assumed() {
         late.observer.declare(slave.address, Declared { model: slave.model, configuration: None, unit: None });
     }
     line.run(2000, &mut [&mut late]);
-    let mut right = 0;
+    let (mut right, mut ambiguous) = (0, 0);
     for slave in &line.slaves {
         let facts = late.observer.station(slave.address).unwrap().knowledge.facts(slave.address).unwrap();
-        assert_eq!((facts.configuration, facts.unit), (Origin::Assumed, Origin::Assumed), "{}", slave.model.name);
-        right += usize::from(facts.slave.configuration.octets == slave.configuration.octets);
+        let expected = if is_ambiguous(slave) { Origin::Assumed } else { Origin::Configured };
+        assert_eq!((facts.configuration, facts.unit), (expected, Origin::Assumed), "{}", slave.model.name);
+        let fields = |it: &Configuration| it.inputs.map(|telegram| telegram.fields);
+        let is_right = fields(facts.slave.configuration) == fields(slave.configuration);
+        assert!(is_right || is_ambiguous(slave), "the only one that fits: {}", slave.model.name);
+        (right, ambiguous) = (right + usize::from(is_right), ambiguous + usize::from(is_ambiguous(slave)));
         let unknown = late.observer.station(slave.address).unwrap().knowledge.unknown();
-        let assumptions = 2 + usize::from(facts.slave.assumption().is_some());
-        assert_eq!(unknown.len(), assumptions, "{unknown:?}");
-        assert!(unknown[0].starts_with("no Chk_Cfg was heard; the configuration"), "{unknown:?}");
-        assert!(unknown[1].starts_with("neither Set_Prm nor the file shows the unit; "), "{unknown:?}");
+        let assumptions = [
+            is_ambiguous(slave).then_some("no Chk_Cfg was heard; the configuration"),
+            Some("neither Set_Prm nor the file shows the unit; "),
+            facts.slave.assumption(),
+        ];
+        let assumptions: Vec<_> = assumptions.into_iter().flatten().collect();
+        assert_eq!(unknown.len(), assumptions.len(), "{unknown:?}");
+        assert!(unknown.iter().zip(assumptions).all(|(text, begin)| text.starts_with(begin)), "{unknown:?}");
     }
-    println!("{right} of 12 assumed configurations are right");
-    assert!(right >= 8, "{right}");
+    println!("{right} of 12 configurations are right, {ambiguous} of them ambiguous");
+    assert!(right >= 8 && (1..12).contains(&ambiguous), "{right} {ambiguous}");
 }
 
 /// The counters of the listener are those of the masters.
@@ -202,6 +219,13 @@ fn statistics_are_equal_but_for_unattributed(line: &Line, listener: &Listener) {
     assert!(missing <= unattributed, "{missing} {unattributed}");
 }
 
+/// Every damaged piece belongs to one station, or to none.
+fn damage_is_attributed_once(listener: &Listener) {
+    let of_stations: u64 = listener.observer.stations().map(|(_, station)| station.counts.total().damaged).sum();
+    let totals = listener.observer.totals();
+    assert_eq!(of_stations + totals.unattributed, totals.damaged, "{totals:?}");
+}
+
 /// Runs for some seconds of bus time with noise, power cuts and restarts.
 fn disturbed(baud: Baud, seconds: u64) {
     let mut line = Line::new(baud);
@@ -237,9 +261,8 @@ fn disturbed(baud: Baud, seconds: u64) {
     // In a ring at 19.2 kbit/s the second master needs its time to enter.
     assert!(equal.iter().all(|equal| *equal as u64 > seconds * 4 * 12), "{equal:?}");
     assert!(totals.damaged > seconds / 20, "{totals:?}");
-    // Pieces without a pause between them count once.
-    assert!(totals.damaged <= line.damaged, "{totals:?}, {} damaged transmissions", line.damaged);
-    println!("{} damaged transmissions", line.damaged);
+    assert_eq!(totals.damaged, line.damaged, "{totals:?}");
+    damage_is_attributed_once(&before);
     if baud == Baud::B19200 {
         statistics_are_equal(&line, &before);
     }
@@ -254,7 +277,7 @@ fn pressures_and_statistics_are_those_of_the_masters_with_noise_power_cuts_and_r
     disturbed(Baud::B19200, 600);
 }
 
-/// An hour at two rates. In a step of its own: `cargo test --release -p profivac-listen --test two_masters -- --ignored --test-threads=1`.
+/// An hour at two rates. `ci/run_tests --long` runs it.
 #[test]
 #[ignore = "an hour of bus time at 19.2 and at 187.5 kbit/s takes minutes"]
 fn an_hour_of_noise_power_cuts_and_restarts() {
@@ -441,7 +464,7 @@ fn hostile_traffic_is_counted_without_a_panic() {
             listener.hear(&Chunk { start, octets, errors, is_continued: random.u8(0..8) == 0 });
             let _ = listener.observer.reading(9);
         }
-        let report = profivac_listen::report::BusReport::of(&listener.observer);
+        let report = BusReport::of(&listener.observer);
         let total = |count: fn(&Counts) -> u64| report.stations.iter().map(|it| count(&it.total)).sum::<u64>();
         assert!(total(|it| it.repeated) <= total(|it| it.requests), "{seed}");
         assert!(total(|it| it.damaged) <= listener.observer.totals().damaged, "{seed}");
@@ -452,9 +475,50 @@ fn hostile_traffic_is_counted_without_a_panic() {
 fn emit(da: u8, sa: u8, saps: Option<(u8, u8)>, fc: u8, du: &[u8]) -> Vec<u8> {
     let mut octets = vec![0; MAX_TELEGRAM];
     let (dsap, ssap) = saps.map_or((None, None), |(dsap, ssap)| (Some(dsap), Some(ssap)));
-    let length = Telegram::Data(DataTelegram { da, sa, dsap, ssap, fc, du }).emit(&mut octets).unwrap();
+    let length = profivac_wire::Telegram::Data(DataTelegram { da, sa, dsap, ssap, fc, du }).emit(&mut octets).unwrap();
     octets.truncate(length);
     octets
+}
+
+/// Diagnoses with other contents are kept, newest first and the last sixteen; the same one again is no other.
+#[test]
+fn the_history_of_a_diagnosis_has_the_last_contents_with_their_ages() {
+    let baud = Baud::B19200;
+    let mut listener = Listener::new(baud);
+    let [high, low] = model_named("bcg450").unwrap().ident.to_be_bytes();
+    let mut hear_at = |ms: u64, device: u8| {
+        let start = BitTime(baud.tbit_of_ms(ms));
+        let request = emit(9, 1, Some((60, 62)), 0x7D, &[]);
+        let answer_at = start + 11 * request.len() as u64 + 40;
+        listener.hear(&Chunk { start: Some(start), octets: request, ..Chunk::default() });
+        // 0 is a diagnosis without Ext_Diag and without further octets.
+        let extended: &[u8] = if device == 0 { &[] } else { &[0x02, device] };
+        let status = if device == 0 { 0 } else { 0x08 };
+        let du = [&[status, 0x0C, 0, 1, high, low], extended].concat();
+        let octets = emit(1, 9, Some((62, 60)), 0x08, &du);
+        listener.hear(&Chunk { start: Some(answer_at), octets, ..Chunk::default() });
+        BusReport::of(&listener.observer)
+    };
+    let report = hear_at(1000, 0);
+    assert_eq!((report.stations.len(), report.stations[1].diagnosis.len()), (2, 0));
+    assert_eq!(report.events.iter().filter(|event| event.kind == EventKind::Diagnosis).count(), 0);
+    hear_at(2000, 0x80);
+    let report = hear_at(5000, 0x80);
+    let slave = &report.stations[1];
+    assert!(!slave.diagnosis.is_empty(), "{slave:?}");
+    let ages: Vec<_> = slave.diagnosis_history.iter().map(|it| ((it.age_ms + 500) / 1000, it.reports.len())).collect();
+    assert_eq!(ages, [(4, 0)], "the first one of second 1; the present one is not history");
+    let report = hear_at(6000, 0);
+    let slave = &report.stations[1];
+    assert_eq!((slave.diagnosis.len(), slave.total.diagnoses), (0, 4));
+    let ages: Vec<_> =
+        slave.diagnosis_history.iter().map(|it| ((it.age_ms + 500) / 1000, !it.reports.is_empty())).collect();
+    assert_eq!(ages, [(4, true), (5, false)]);
+    let texts: Vec<_> = report.events.iter().filter(|it| it.kind == EventKind::Diagnosis).map(|it| &it.text).collect();
+    assert_eq!(texts.len(), 2, "{texts:?}");
+    assert_eq!(texts[0], "the diagnosis of station 9 reports nothing");
+    let report = (1..=40).map(|number| hear_at(10_000 + u64::from(number) * 1000, number)).last().unwrap();
+    assert_eq!(report.stations[1].diagnosis_history.len(), MAX_DIAGNOSES - 1);
 }
 
 /// A master writes the unit by MS1 and reads a parameter in the parameter channel: name, value, way and requester.
@@ -516,4 +580,92 @@ fn parameters_that_pass_are_shown_with_name_value_and_requester() {
         ("Torr", Origin::Heard),
         "a written unit replaces that of the file"
     );
+}
+
+/// Any number of masters: one rotation of the token shows all of them, and a master that leaves is missing in the next one.
+#[test]
+fn a_ring_of_any_number_of_masters_is_known_after_one_rotation() {
+    for count in [1_u8, 2, 3, 32, 126] {
+        let mut listener = Listener::new(Baud::B500000);
+        let mut now = 0;
+        let mut rotate = |listener: &mut Listener, masters: &[u8]| {
+            for (place, from) in masters.iter().enumerate() {
+                let to = masters[(place + 1) % masters.len()];
+                listener.hear(&Chunk { start: Some(BitTime(now)), octets: vec![0xDC, to, *from], ..Chunk::default() });
+                now += 33 + 37;
+            }
+        };
+        // Each master sends the token to the next higher one.
+        let all: Vec<u8> = (1..=count).collect();
+        rotate(&mut listener, &all);
+        assert_eq!(listener.observer.ring(), all);
+        assert!(all.iter().all(|address| listener.observer.state(*address) == Some(StationState::Master)));
+        rotate(&mut listener, &all);
+        assert_eq!(listener.observer.rotation().range_tbit(), Some((70 * u64::from(count), 70 * u64::from(count))));
+        if count > 2 {
+            let fewer: Vec<u8> = all.iter().copied().filter(|address| *address != 2).collect();
+            (0..2).for_each(|_| rotate(&mut listener, &fewer));
+            assert_eq!(listener.observer.ring(), fewer);
+        }
+        let rings = listener.observer.events().iter().filter(|event| event.kind == EventKind::Ring).count();
+        assert_eq!(rings, if count > 2 { 2 } else { 1 }, "an event for each ring");
+    }
+}
+
+/// The live list: each state by the traffic that shows it.
+#[test]
+fn the_live_list_has_the_state_that_the_traffic_shows() {
+    const SET_PRM: (Option<(u8, u8)>, u8) = (Some((61, 62)), 0x5D);
+    let baud = Baud::B19200;
+    let mut listener = Listener::new(baud);
+    let mut now = 0;
+    let mut hear = |listener: &mut Listener, octets: &[u8]| {
+        listener.hear(&Chunk { start: Some(BitTime(now)), octets: octets.to_vec(), ..Chunk::default() });
+        now += 11 * octets.len() as u64 + 400;
+    };
+    let fdl_status = |da: u8| vec![0x10, da, 1, 0x49, da.wrapping_add(0x4A), 0x16];
+    let present = |sa: u8| vec![0x10, 1, sa, 0x00, sa.wrapping_add(1), 0x16];
+    let asks = |da, fc| emit(da, 1, SET_PRM.0, fc, &[0x88, 1, 100, 11, 0x08, 0xE6, 0]);
+    // 2 answers FDL status, 3 acknowledges Set_Prm, 4 exchanges data, 5 answers nothing, 6 has answered before, 7 is never there.
+    for telegram in [fdl_status(2), present(2), asks(3, SET_PRM.1), vec![0xE5], fdl_status(7)] {
+        hear(&mut listener, &telegram);
+    }
+    let exchange = |address: u8| [emit(address, 1, None, 0x5D, &[1]), emit(1, address, None, 0x08, &[2])];
+    [exchange(4), exchange(6)].concat().iter().for_each(|telegram| hear(&mut listener, telegram));
+    for _ in 0..3 {
+        hear(&mut listener, &asks(5, SET_PRM.1));
+        hear(&mut listener, &emit(6, 1, None, 0x7D, &[1]));
+    }
+    hear(&mut listener, &[0xDC, 1, 1]);
+    let states = |listener: &Listener| {
+        let states = (1..=7).map(|address| listener.observer.state(address));
+        states.map(|state| state.map_or("", StationState::text)).collect::<Vec<_>>()
+    };
+    let expected = ["master", "present without a master", "not configured", "exchanging", "missing", "missing", ""];
+    assert_eq!(states(&listener), expected);
+    // Four seconds later only the exchange with 4 goes on; a silent slave without requests may be present or not.
+    now += baud.tbit_of_ms(4000);
+    let [request, answer] = exchange(4);
+    let request = emit(request[4], request[5], None, 0x7D, &[1]);
+    for telegram in [request, answer] {
+        listener.hear(&Chunk { start: Some(BitTime(now)), octets: telegram.clone(), ..Chunk::default() });
+        now += 11 * telegram.len() as u64 + 400;
+    }
+    let expected = ["master", "not addressed", "not addressed", "exchanging", "", "not addressed", ""];
+    assert_eq!(states(&listener), expected);
+}
+
+/// A receiver that has found an error waits for T_SYN of idle: damaged octets before that are the same damage.
+#[test]
+fn damaged_octets_without_t_syn_between_them_count_once() {
+    for (pause_tbit, damaged) in [(0, 1), (32, 1), (33, 2), (500, 2)] {
+        let mut listener = Listener::new(Baud::B19200);
+        let octets = vec![0x01, 0x02, 0x03];
+        let end = 11 * octets.len() as u64;
+        for start in [0, end + pause_tbit] {
+            listener.hear(&Chunk { start: Some(BitTime(start)), octets: octets.clone(), ..Chunk::default() });
+        }
+        listener.hear(&Chunk { start: Some(BitTime(5000)), octets: vec![0xDC, 1, 1], ..Chunk::default() });
+        assert_eq!(listener.observer.totals().damaged, damaged, "{pause_tbit}");
+    }
 }

@@ -203,7 +203,7 @@ impl Bounds {
             Quality::Valid => Some(Self { low: pa, high: pa }),
             Quality::Overrange => Some(Self { low: pa, high: f64::INFINITY }),
             Quality::Underrange => Some(Self { low: 0.0, high: pa }),
-            Quality::Fault | Quality::Stale | Quality::Off | Quality::Missing => None,
+            Quality::Fault | Quality::Stale | Quality::Off | Quality::Missing | Quality::Assumed => None,
         }
     }
 

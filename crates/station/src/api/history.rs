@@ -11,7 +11,8 @@ use axum::extract::{Query, State};
 use axum::http::header::{CONTENT_DISPOSITION, CONTENT_TYPE};
 use axum::response::IntoResponse;
 use profivac_identify::rise::{Flow, GasDependence, Rise, RiseSetup, analyse};
-use profivac_recorder::{DatabaseError, Micros, Reader};
+use profivac_identify::standard_uncertainty;
+use profivac_recorder::{DatabaseError, Micros, Quality, Reader, Sample, Span};
 use profivac_vacuum::gas::Gas;
 use serde::Deserialize;
 use std::collections::HashSet;
@@ -85,6 +86,10 @@ pub struct RiseParameters {
     /// How the indication depends on the gas, `none` unless given. The correction takes outgassing as water and a leak as air.
     #[param(inline, example = "none")]
     gauge: Option<RiseGauge>,
+    /// The accuracy of the gauge as a fraction of the reading, as its manual states it: 0.15 for ±15 %. Without it the intervals
+    /// do not contain the uncertainty of the gauge.
+    #[param(example = 0.15)]
+    accuracy: Option<f64>,
 }
 
 /// How the indication of a gauge depends on the gas.
@@ -223,10 +228,13 @@ pub async fn rise(
     State(readers): State<DatabaseReaders>,
     parameters: Result<Query<RiseParameters>, QueryRejection>,
 ) -> Result<Json<RiseView>, Problem> {
-    let RiseParameters { series, from, to, volume_m3, gauge } = parsed_query(parameters)?;
+    let RiseParameters { series, from, to, volume_m3, gauge, accuracy } = parsed_query(parameters)?;
     let (from, to) = time_range(from, to)?;
     if let Some(volume) = volume_m3.filter(|volume| !(volume.is_finite() && *volume > 0.0)) {
         return Err(Problem::bad_request(format!("expected a volume in m³ above 0, found {volume}")));
+    }
+    if let Some(accuracy) = accuracy.filter(|accuracy| !(0.0..=1.0).contains(accuracy)) {
+        return Err(Problem::bad_request(format!("expected an accuracy from 0 to 1 (0.15 is 15 %), found {accuracy}")));
     }
     let read = readers.read(move |reader| {
         let samples = pressures(&reader, &series, from, to)?;
@@ -236,11 +244,11 @@ pub async fn rise(
             pumped_s: pumped_s(&reader, &series, from)?,
             gauge: gauge.unwrap_or(RiseGauge::None).into(),
             outgassed: Gas::H2o,
-            gauge_uncertainty: 0.0,
+            gauge_uncertainty: accuracy.map_or(0.0, standard_uncertainty),
             gas_k: GAS_K,
         };
         let rise = analyse(&samples, &setup).map_err(|error| Problem::bad_request(error.to_string()))?;
-        Ok(Json(rise_view(&rise, &setup, volume_m3, samples.len())))
+        Ok(Json(RiseView { accuracy, ..rise_view(&rise, &setup, volume_m3, samples.len()) }))
     });
     read.await
 }
@@ -285,13 +293,17 @@ fn pressures(reader: &Reader, series: &str, from: Micros, to: Micros) -> Result<
     Ok(spans.iter().filter_map(|span| Some((middle(span.start), span.summary.mean()?))).collect())
 }
 
-/// The time of pumping before a rise in s, from the recorded beginning of its pump-down; `None` if the samples before the rise
-/// have none, or are too many to search.
+/// The time of pumping before a rise in s, from the recorded beginning of its pump-down; `None` if the database has none in the
+/// week before.
 fn pumped_s(reader: &Reader, series: &str, closed: Micros) -> Result<Option<f64>, DatabaseError> {
     let before = i64::try_from(PUMPED_WITHIN.as_micros()).unwrap_or(i64::MAX);
-    let samples = reader.page(series, Micros(closed.0.saturating_sub(before)), closed, MAX_FITTED.saturating_add(1))?;
+    let from = Micros(closed.0.saturating_sub(before));
+    let mut samples = reader.page(series, from, closed, MAX_FITTED.saturating_add(1))?;
     if samples.len() > MAX_FITTED as usize {
-        return Ok(None);
+        let spans = reader.trend(series, from, closed, MAX_FITTED)?;
+        // The means of intervals that are short beside a pump-down.
+        let mean = |span: &Span| Some(Sample::new(span.start, Some(span.summary.mean()?), Quality::Valid));
+        samples = spans.iter().filter_map(mean).collect();
     }
     let found = pumpdown::find(&samples, 0);
     let begun = found.last().filter(|one| !one.is_vented).map(|one| one.span.start.0);
@@ -314,6 +326,7 @@ fn rise_view(rise: &Rise, setup: &RiseSetup, volume_m3: Option<f64>, samples: us
         misfit: rise.misfit,
         tau_s: rise.tau_s,
         pumped_s: setup.pumped_s,
+        accuracy: None,
         fitted: rise.fitted.iter().map(|(s, pa)| RisePoint { s: *s, pa: *pa }).collect(),
         samples,
     }

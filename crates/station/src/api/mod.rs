@@ -55,6 +55,7 @@ mod merge_patch;
 pub mod middleware;
 mod openapi;
 mod problem;
+mod pump_downs;
 mod query;
 mod session;
 mod snapshot;
@@ -92,6 +93,7 @@ use utoipa::OpenApi;
         history::trend,
         history::events,
         history::rise,
+        pump_downs::pump_downs,
         history::export,
         alarms::alarms,
         alarms::history,
@@ -198,6 +200,7 @@ pub fn router(services: Arc<Services>) -> Router {
         .route("/api/trend", get(history::trend))
         .route("/api/events", get(history::events))
         .route("/api/rise", get(history::rise))
+        .route("/api/pump-downs", get(pump_downs::pump_downs))
         .route("/api/export.csv", get(history::export))
         .merge(alarm_routes())
         .route("/api/session", get(session::session))

@@ -71,9 +71,9 @@ const WORDS: [(&str, &str, &[&str]); 7] = [
     ),
     ("AlarmHistoryView", "state", &["normal", "unacknowledged", "acknowledged", "returned", "out-of-service"]),
     ("AlarmHistoryView", "priority", &["high", "medium", "low"]),
-    ("EventView", "kind", &["station", "bus", "gauge", "command", "note", "access", "alarm"]),
+    ("EventView", "kind", &["station", "bus", "gauge", "command", "note", "access", "alarm", "pump-down"]),
     ("Reading", "principle", &["pirani", "hot-cathode", "cold-cathode", "diaphragm", "atmosphere"]),
-    ("Reading", "quality", &["valid", "overrange", "underrange", "fault", "stale", "off", "missing"]),
+    ("Reading", "quality", &["valid", "overrange", "underrange", "fault", "stale", "off", "missing", "assumed"]),
 ];
 
 /// Lists the words of the properties in [`WORDS`].

@@ -60,7 +60,8 @@ pub fn crossing(trace: &Trace, pa: f64) -> Crossing {
             | Quality::Fault
             | Quality::Stale
             | Quality::Off
-            | Quality::Missing => None,
+            | Quality::Missing
+            | Quality::Assumed => None,
         };
         if let Some(reached) = reached {
             return reached;
@@ -103,7 +104,9 @@ fn after(section: &Section, pa: f64, known: Known) -> Known {
         Quality::Valid => section.smooth.last().map_or(known, |(t, _)| Known::Above(*t)),
         Quality::Overrange if end_of_range(section).is_some_and(|end| end >= pa) => Known::Above(section.to_s),
         Quality::Overrange => Known::Unmeasurable,
-        Quality::Underrange | Quality::Fault | Quality::Stale | Quality::Off | Quality::Missing => known,
+        Quality::Underrange | Quality::Fault | Quality::Stale | Quality::Off | Quality::Missing | Quality::Assumed => {
+            known
+        }
     }
 }
 

@@ -51,8 +51,9 @@ pub fn final_slope(trace: &Trace) -> Option<FinalSlope> {
     })
 }
 
-/// The pressure at a time, interpolated over its logarithm.
-fn pressure(trace: &Trace, t: f64) -> Option<f64> {
+/// The pressure in Pa at a time in s since the beginning, interpolated over its logarithm; `None` in a gap.
+#[must_use]
+pub fn pressure(trace: &Trace, t: f64) -> Option<f64> {
     // The end of the last decade is the last sample, except for rounding errors.
     let section = trace.valid().find(|section| section.from_s <= t && t <= section.to_s * (1.0 + 1e-12))?;
     let next = section.smooth.partition_point(|(at, _)| *at < t);

@@ -11,7 +11,9 @@
 //! | [`mod@speed`] | the rate at which the pressure falls |
 //! | [`mod@final_slope`] | the slope at the end |
 //! | [`mod@rises`] | rises within a pump-down |
+//! | [`mod@compare`] | pump-downs beside the usual ones |
 
+pub mod compare;
 pub mod crossing;
 pub mod final_slope;
 pub mod find;

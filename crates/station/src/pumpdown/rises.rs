@@ -41,18 +41,20 @@ pub struct PressureRise {
     pub from_pa: f64,
     /// The highest pressure, in Pa.
     pub to_pa: f64,
+    /// The time of pumping before it in s, if the beginning of its pump-down is recorded.
+    pub pumped_s: Option<f64>,
     /// Its parts, if it is explained as a rise in a closed volume.
     pub fit: Option<RiseParts>,
 }
 
-/// All rises, the earliest first.
+/// All rises, the earliest first. `begun` are the beginnings of pump-downs, in seconds since the beginning of the time range.
 #[must_use]
-pub fn pressure_rises(trace: &Trace) -> Vec<PressureRise> {
-    trace.valid().flat_map(in_section).collect()
+pub fn pressure_rises(trace: &Trace, begun: &[f64]) -> Vec<PressureRise> {
+    trace.valid().flat_map(|section| in_section(section, begun)).collect()
 }
 
 /// The search uses the median, which removes outliers; the fit uses the samples, because a median rounds corners.
-fn in_section(section: &Section) -> Vec<PressureRise> {
+fn in_section(section: &Section, begun: &[f64]) -> Vec<PressureRise> {
     let points = &section.smooth;
     let mut found = Vec::new();
     // The lowest pressure, the last index near it, and the index of the highest pressure since.
@@ -65,7 +67,7 @@ fn in_section(section: &Section) -> Vec<PressureRise> {
         }
         let is_over = y < decades(high) - OVER || place + 1 == points.len();
         if is_over && decades(high) - lowest >= HEIGHT {
-            found.extend(rise(&section.points, foot, high));
+            found.extend(rise(&section.points, foot, high, begun));
             (lowest, foot, high) = (y, place, place);
         } else if y <= lowest + BOTTOM {
             (lowest, foot, high) = (lowest.min(y), place, place);
@@ -74,22 +76,23 @@ fn in_section(section: &Section) -> Vec<PressureRise> {
     found
 }
 
-fn rise(points: &[(f64, f64)], low: usize, high: usize) -> Option<PressureRise> {
+fn rise(points: &[(f64, f64)], low: usize, high: usize, begun: &[f64]) -> Option<PressureRise> {
     let points = points.get(low..=high)?;
     let ((from_s, from_pa), (to_s, to_pa)) = (*points.first()?, *points.last()?);
     if to_s - from_s < SHORTEST_S || points.len() < SAMPLES {
         return None;
     }
-    Some(PressureRise { from_s, to_s, from_pa, to_pa, fit: parts(points, from_s) })
+    let pumped_s = begun.iter().copied().filter(|begun| *begun < from_s).reduce(f64::max).map(|begun| from_s - begun);
+    Some(PressureRise { from_s, to_s, from_pa, to_pa, pumped_s, fit: parts(points, from_s, pumped_s) })
 }
 
-/// The parts of a rise, as indicated. The time of pumping before is not known: the time range may begin within a pump-down.
-fn parts(points: &[(f64, f64)], from_s: f64) -> Option<RiseParts> {
+/// The parts of a rise, as indicated.
+fn parts(points: &[(f64, f64)], from_s: f64, pumped_s: Option<f64>) -> Option<RiseParts> {
     let samples: Vec<_> = points.iter().map(|(s, pa)| (s - from_s, *pa)).collect();
     // With 1 m³ a flow in Pa m³/s has the number of the rate in Pa/s.
     let setup = RiseSetup {
         volume_m3: 1.0,
-        pumped_s: None,
+        pumped_s,
         gauge: GasDependence::None,
         outgassed: Gas::H2o,
         gauge_uncertainty: 0.0,

@@ -1,6 +1,7 @@
 //! Tests against closed forms: the results must be the parameters of the model.
 
 use super::*;
+use profivac_identify::rise::Cause;
 use profivac_recorder::{Deadband, Micros, Quality, Sample};
 use std::time::Duration;
 
@@ -220,7 +221,7 @@ fn one_sample_or_none_is_no_pump_down() {
     assert_eq!((crossing(&trace, 1.0), falls(&trace).len(), final_slope(&trace)), (Crossing::Not, 0, None));
     assert_eq!(trace.ends(), Some([(0.0, AIR); 3]));
     let none = Trace::new(&[], TimeRange { start: START, end: at(1.0) });
-    assert_eq!((none.ends(), crossing(&none, 1.0), pressure_rises(&none).len()), (None, Crossing::Not, 0));
+    assert_eq!((none.ends(), crossing(&none, 1.0), pressure_rises(&none, &[]).len()), (None, Crossing::Not, 0));
 }
 
 #[test]
@@ -264,11 +265,16 @@ fn a_closed_valve_is_a_rise_with_its_leak_rate() {
         _ => 1e-4 + leak * 300.0 * (-(s - 600.0) / 2.0).exp(),
     });
     let trace = whole(&samples);
-    let [rise] = pressure_rises(&trace)[..] else { panic!("{:?}", pressure_rises(&trace)) };
+    let rises = pressure_rises(&trace, &[0.0]);
+    let [rise] = rises[..] else { panic!("{rises:?}") };
     near(rise.from_s, 300.0, 2.0);
     near(rise.to_s, 600.0, 2.0);
-    let found = rise.fit.unwrap().leak_pa_per_s;
-    assert!(found.low <= 1.001 * leak && leak <= 1.001 * found.high, "{found:?}");
+    near(rise.pumped_s.unwrap(), 300.0, 1.0);
+    let fit = rise.fit.unwrap();
+    let found = fit.leak_pa_per_s;
+    assert!(found.contains(leak) && found.low >= 0.97 * leak, "{found:?}");
+    near(found.mean, leak, 1.0);
+    assert_eq!(fit.cause, Cause::Leak);
     assert_eq!(find(&samples, 0).len(), 1);
 }
 
@@ -335,7 +341,7 @@ fn results_for_random_samples_are_finite_numbers() {
             }
             let falls = falls(&trace);
             assert!(falls.iter().all(|fall| inside(fall.s) && fall.pa.is_finite() && fall.per_s.is_finite()));
-            assert!(pressure_rises(&trace).iter().all(|rise| rise.from_s <= rise.to_s && rise.to_pa.is_finite()));
+            assert!(pressure_rises(&trace, &[]).iter().all(|rise| rise.from_s <= rise.to_s && rise.to_pa.is_finite()));
             assert!(final_slope(&trace).is_none_or(|slope| slope.exponent.is_finite() && slope.error.is_finite()));
             fallen += falls.len();
         }

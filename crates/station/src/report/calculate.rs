@@ -6,8 +6,10 @@ use super::figures::{
 };
 use super::format::timestamp;
 use super::series::{Series, series};
+use crate::pumpdown::time_range::seconds;
 use crate::pumpdown::{
-    Crossing, Fall, FinalSlope, PressureRise, TimeRange, Trace, crossing, falls, final_slope, pressure_rises, quickest,
+    Crossing, Fall, FinalSlope, PressureRise, TimeRange, Trace, crossing, falls, final_slope, find, pressure_rises,
+    quickest,
 };
 use profivac_identify::Interval;
 use profivac_recorder::{DatabaseError, Deadband, Event, Micros, Quality, Reader};
@@ -120,6 +122,7 @@ fn gauge(
     let ends = trace.ends().map(|ends| ends.map(|end| point(start, end)));
     let falls = falls(&trace);
     let falling = |fall: &Fall| falling(fall, request.volume_m3);
+    let begun: Vec<f64> = find(&series.samples, 0).iter().map(|one| seconds(start, one.span.start)).collect();
     Gauge {
         name,
         identity: info,
@@ -130,7 +133,7 @@ fn gauge(
         quickest: quickest(&falls).as_ref().map(falling),
         falls: falls.iter().filter(|fall| fall.per_s > MIN_RATE).map(falling).collect(),
         slope: final_slope(&trace).map(slope),
-        rises: pressure_rises(&trace).iter().map(|rise| rising(start, rise, request.volume_m3)).collect(),
+        rises: pressure_rises(&trace, &begun).iter().map(|rise| rising(start, rise, request.volume_m3)).collect(),
         coverage: coverage(&trace, series),
         trace,
     }
@@ -173,6 +176,7 @@ fn rising(start: Micros, rise: &PressureRise, volume_m3: Option<f64>) -> Rising 
     Rising {
         from: point(start, (rise.from_s, rise.from_pa)),
         to: point(start, (rise.to_s, rise.to_pa)),
+        pumped_s: rise.pumped_s,
         cause: rise.fit.map(|fit| fit.cause.into()),
         leak_pa_per_s: leak.map(Into::into),
         outgassing_pa_per_s: outgassing.map(Into::into),
@@ -193,5 +197,6 @@ fn coverage(trace: &Trace, series: &Series) -> DataCoverage {
         missing_s: trace.seconds_of(Quality::Missing),
         fault_s: trace.seconds_of(Quality::Fault),
         stale_s: trace.seconds_of(Quality::Stale),
+        assumed_s: trace.seconds_of(Quality::Assumed),
     }
 }

@@ -164,6 +164,8 @@ pub struct Rising {
     pub from: PressurePoint,
     /// Its end.
     pub to: PressurePoint,
+    /// The time of pumping before it, in seconds, if the beginning of its pump-down is in the time range.
+    pub pumped_s: Option<f64>,
     /// The cause; `None` if the rise is not that of a closed volume.
     pub cause: Option<RiseCause>,
     /// The leak, in Pa/s.
@@ -199,6 +201,8 @@ pub struct DataCoverage {
     pub fault_s: f64,
     /// The time without samples, in seconds.
     pub stale_s: f64,
+    /// The time in which the unit or the configuration of a gauge of another master was assumed, in seconds.
+    pub assumed_s: f64,
 }
 
 /// A gauge, or a channel of a controller.

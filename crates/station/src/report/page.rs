@@ -148,7 +148,7 @@ fn legend() -> String {
         (Quality::Overrange, "above the range"),
         (Quality::Underrange, "below the range"),
         (Quality::Fault, "fault"),
-        (Quality::Off, "off or no gauge"),
+        (Quality::Off, "off, no gauge, or unit or configuration assumed"),
         (Quality::Stale, "no samples"),
     ];
     let named = named.map(|(quality, words)| format!("{}{words}", lane_swatch(quality))).concat();

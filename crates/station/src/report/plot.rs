@@ -255,7 +255,7 @@ fn span(x: f64, y: f64, width: f64, quality: Quality) -> String {
     let (top, height) = match quality {
         Quality::Overrange => (y, 5.0),
         Quality::Underrange => (y + 5.0, 5.0),
-        Quality::Off | Quality::Missing => (y + 3.5, 3.0),
+        Quality::Off | Quality::Missing | Quality::Assumed => (y + 3.5, 3.0),
         Quality::Valid | Quality::Fault | Quality::Stale => (y, 10.0),
     };
     format!(

@@ -98,7 +98,7 @@ fn width(bins: &[Span]) -> Option<i64> {
 fn quality(bin: &Span) -> Quality {
     let occurred: Qualities = bin.summary.qualities;
     let worst = [Quality::Overrange, Quality::Underrange].into_iter().find(|quality| occurred.contains(*quality));
-    let without_pressure = [Quality::Stale, Quality::Fault, Quality::Off, Quality::Missing];
+    let without_pressure = [Quality::Stale, Quality::Assumed, Quality::Fault, Quality::Off, Quality::Missing];
     match bin.summary.mean() {
         Some(_) => worst.unwrap_or(Quality::Valid),
         None => without_pressure.into_iter().find(|quality| occurred.contains(*quality)).unwrap_or(Quality::Fault),
@@ -122,11 +122,30 @@ pub fn pump_downs(reader: &Reader, gauges: &[String], is_all: bool) -> Result<Ve
         // A pump-down at the beginning of the search range may have begun before it.
         let begun = |one: &PumpDown| one.span.start.0 > start.0 + 60 * Micros::SECOND;
         if is_last || found.last().is_some_and(begun) {
-            let sharp: Result<Vec<_>, _> = found.iter().map(|one| sharpened(reader, gauges, one, width)).collect();
-            return Ok(select(sharp?.into_iter().flatten().collect()));
+            return sharp(reader, gauges, &found, width);
         }
     }
     Ok(Vec::new())
+}
+
+/// The pump-downs of these series in a time range, the earliest first, searched in spans of a length in s.
+///
+/// # Errors
+/// [`DatabaseError`] when the database cannot be read.
+pub fn pump_downs_in(
+    reader: &Reader,
+    gauges: &[String],
+    looked: TimeRange,
+    width: i64,
+) -> Result<Vec<PumpDown>, DatabaseError> {
+    let found = within(reader, gauges, looked, width)?;
+    sharp(reader, gauges, &found, width)
+}
+
+/// The same pump-downs, searched in the samples.
+fn sharp(reader: &Reader, gauges: &[String], found: &[PumpDown], width: i64) -> Result<Vec<PumpDown>, DatabaseError> {
+    let sharp: Result<Vec<_>, _> = found.iter().map(|one| sharpened(reader, gauges, one, width)).collect();
+    Ok(select(sharp?.into_iter().flatten().collect()))
 }
 
 /// The time range from the first to the last sample.

@@ -269,6 +269,7 @@ pub fn coverage(report: &Report) -> String {
             time(coverage.missing_s),
             time(coverage.fault_s),
             time(coverage.stale_s),
+            time(coverage.assumed_s),
         ];
         named(style, gauge) + &cells.iter().map(|text| cell(text)).collect::<String>()
     };
@@ -284,6 +285,7 @@ pub fn coverage(report: &Report) -> String {
         "No gauge",
         "Fault",
         "No samples",
+        "Assumed",
     ]);
     let percent = (10_f64.powf(report.dead_band_decades) - 1.0) * 100.0;
     table("", &head, &rows)
@@ -318,7 +320,7 @@ pub fn how(report: &Report) -> String {
     }
     parts.extend([
         ("Slope at the end", "A straight line by least squares through <span class=\"formula\">log p</span> over <span class=\"formula\">log t</span> in the last decade of time, at 40 places evenly over log t; ± is its standard error."),
-        ("Rises", "Threefold or more, for 20 s or more. <span class=\"formula\">p = p₀ + (Q/V) t + k (1 − exp(−t/τ))</span> is fitted; the steady part is given where this explains 98 % of the variation."),
+        ("Rises", "Threefold or more, for 20 s or more. A leak <span class=\"formula\">dp/dt = a</span> and outgassing <span class=\"formula\">b (1 + t/t₀)^−α</span>, or outgassing that returns to the wall, are fitted together; t₀ is the time of pumping before. An interval holds every value with which one of them fits. Not given where none does."),
         ("Digits", "Gauges of these kinds are accurate to some per cent at best, and often to 15 to 50 %. Numbers have two digits; --json gives the data with all digits."),
     ]);
     let parts: String =

@@ -3,6 +3,7 @@
 use super::bus_map::{milliseconds, own_master};
 use super::gauge_session::GaugeSession;
 use super::inbox::Inbox;
+use super::line_observer::LineObserver;
 use super::records::{defects_of, records_of};
 use super::services::SegmentServices;
 use crate::alarm::Inputs;
@@ -11,9 +12,10 @@ use crate::control::error::Unavailable;
 use crate::snapshot::SegmentSnapshot;
 use crate::view::{Gauge, Segment, SegmentState, duration_ms};
 use profivac_client::cyclic::CyclicSlave;
+use profivac_listen::{Chunk, TimeSource};
 use profivac_recorder::validity::MAX_SILENCE;
 use profivac_vacuum::Gas;
-use profivac_virtual::memory_segment::MemorySegment;
+use profivac_virtual::memory_segment::{MemorySegment, Traffic};
 use std::time::{Duration, Instant};
 
 /// The time between two samples, and between two snapshots.
@@ -26,6 +28,7 @@ pub struct DemoSegment {
     services: SegmentServices,
     gauges: Vec<GaugeSession>,
     inbox: Inbox,
+    line: LineObserver,
     publish_at: Instant,
 }
 
@@ -35,18 +38,23 @@ impl DemoSegment {
     pub fn new(
         services: SegmentServices,
         name: &str,
-        segment: &MemorySegment,
+        segment: &mut MemorySegment,
         master: u8,
         names: impl Fn(u8) -> (String, String),
     ) -> Self {
+        segment.keep_traffic();
+        let captures = services.recorder.captures();
+        let mut line = LineObserver::of_line(name, segment.baud(), TimeSource::Exact, &captures);
         let inbox = Inbox::new(services.control.requests().accept(name));
         let gauges = segment.slaves().iter().map(|slave| GaugeSession::with_slave(gauge(slave, &names), *slave));
-        let gauges = gauges.collect();
-        Self { name: name.to_owned(), master, services, gauges, inbox, publish_at: Instant::now() }
+        let gauges: Vec<_> = gauges.collect();
+        gauges.iter().for_each(|gauge| line.declare(std::slice::from_ref(&gauge.config)));
+        Self { name: name.to_owned(), master, services, gauges, inbox, line, publish_at: Instant::now() }
     }
 
     /// Samples and publishes the gauges, and answers one request, or a part of one, if there is one. While it answers, time passes on the bus.
     pub fn run_once(&mut self, segment: &mut MemorySegment) {
+        self.observe_line(segment);
         self.sample(segment);
         self.name_defects(segment);
         if Instant::now() >= self.publish_at {
@@ -56,6 +64,14 @@ impl DemoSegment {
         let slave = |name: &str| slave(&self.gauges, name);
         // A segment in memory has no port to lose.
         self.inbox.answer_next(&self.services, slave, |slave| records_of(segment, slave), Instant::now).ok();
+    }
+
+    /// Gives the observer of the line what was sent since the last call.
+    fn observe_line(&mut self, segment: &mut MemorySegment) {
+        for Traffic { start, octets, errors } in segment.take_traffic() {
+            self.line.hear(&Chunk { start: Some(start), octets, errors, is_continued: false });
+        }
+        self.line.work(&self.services, segment.now());
     }
 
     fn sample(&mut self, segment: &mut MemorySegment) {

@@ -9,6 +9,7 @@ use profivac_client::discover::CyclicError;
 use profivac_client::identify;
 use profivac_client::ms2::Ms2;
 use profivac_client::names::NamedParameter;
+use profivac_client::pressure::Pressure;
 use profivac_client::records::{RecordError, Unavailable};
 use profivac_client::{ClientError, Defects};
 use profivac_devices::Principle;
@@ -148,8 +149,19 @@ pub struct Heard {
     pub silence: Option<Duration>,
     /// The unknown facts, in sentences.
     pub unknown: Vec<String>,
+    /// What the values depend on and no telegram and no user has shown.
+    pub assumed: Option<Assumed>,
     /// The state on the line, for a gauge that does not exchange data.
     pub problem: String,
+}
+
+/// An assumption on which the pressures of a gauge depend.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Assumed {
+    /// The unit: a status is that of the gauge, a number is not.
+    Unit,
+    /// The configuration, which divides the inputs into fields: nothing in them is certain.
+    Configuration,
 }
 
 impl GaugeSession {
@@ -194,7 +206,7 @@ impl GaugeSession {
 
     /// Takes the heard facts about a gauge of another master. Validity and age are those of a gauge that the station polls.
     pub fn take_heard(&mut self, recorder: &RecorderHandle, heard: Heard) {
-        let Heard { slave, values, silence, unknown, problem } = heard;
+        let Heard { slave, values, silence, unknown, assumed, problem } = heard;
         let silence = silence.filter(|silence| *silence < MAX_SILENCE);
         self.assumptions = unknown;
         match (slave, silence) {
@@ -202,7 +214,17 @@ impl GaugeSession {
                 let now = Instant::now();
                 self.slave = Some(slave);
                 self.last_exchange.1 = now.checked_sub(silence).unwrap_or(now);
-                self.take_reading(recorder, &slave, &values, silence);
+                self.read_at = Some((self.last_exchange.1, before_now(silence)));
+                self.observe(&slave, &values, silence);
+                if let Some(assumed) = assumed {
+                    self.withdraw(assumed, slave.unit.name);
+                }
+                self.note_problem(recorder, None);
+                // With another configuration the inputs have other series: none of them is recorded.
+                match assumed {
+                    Some(Assumed::Configuration) => self.record_gap(recorder),
+                    Some(Assumed::Unit) | None => self.record(recorder),
+                }
             }
             _ => {
                 self.begin_gap(recorder);
@@ -338,6 +360,21 @@ impl GaugeSession {
         self.readings = values.values.iter().map(reading).collect();
     }
 
+    /// Takes back what depends on an assumption, before it is shown, recorded or evaluated: a pressure becomes the cause of a reading
+    /// without one.
+    fn withdraw(&mut self, assumed: Assumed, unit: &str) {
+        for reading in self.readings.iter_mut().filter(|reading| assumed.concerns(reading.quality)) {
+            reading.cause = Some(assumed.cause(reading, unit));
+            reading.quality = Quality::Assumed;
+            (reading.pa, reading.limit_pa, reading.corrected_pa) = (None, None, None);
+        }
+        if assumed == Assumed::Configuration {
+            self.take_alarms(ExceptionStatus::empty());
+            self.warnings.clear();
+            self.state = BusStationState::DataExchange;
+        }
+    }
+
     /// Other alarms than before: what was known of their defects does not hold any more.
     fn take_alarms(&mut self, alarms: ExceptionStatus) {
         if self.alarms != alarms {
@@ -413,12 +450,16 @@ impl GaugeSession {
         }
     }
 
-    /// Begins a gap in each recorded series.
-    fn begin_gap(&mut self, recorder: &RecorderHandle) {
+    fn record_gap(&mut self, recorder: &RecorderHandle) {
         let at = Micros::now();
         for series in self.recorded.drain(..) {
             recorder.push(&series, Sample::gap(at));
         }
+    }
+
+    /// Begins a gap in each recorded series, and shows no pressure.
+    fn begin_gap(&mut self, recorder: &RecorderHandle) {
+        self.record_gap(recorder);
         for reading in &mut self.readings {
             reading.pa = None;
             reading.limit_pa = None;
@@ -542,6 +583,31 @@ fn as_configured(
 fn before_now(silence: Duration) -> Micros {
     let micros = i64::try_from(silence.as_micros()).unwrap_or(i64::MAX);
     Micros(Micros::now().0.saturating_sub(micros))
+}
+
+impl Assumed {
+    /// Whether a reading with this quality may be false.
+    const fn concerns(self, quality: Quality) -> bool {
+        match self {
+            Self::Unit => quality.has_pressure(),
+            Self::Configuration => !matches!(quality, Quality::Stale),
+        }
+    }
+
+    /// What the reading would be if the assumption is right.
+    fn cause(self, reading: &view::Reading, unit: &str) -> String {
+        let sign = match reading.quality {
+            Quality::Overrange => "> ",
+            Quality::Underrange => "< ",
+            _ => "",
+        };
+        let value = reading.bound_pa().map(|pa| format!("{sign}{:.1e} mbar", Pressure::from_pa(pa).mbar()));
+        let value = value.unwrap_or_else(|| reading.quality.label().to_owned());
+        match self {
+            Self::Unit => format!("{value} if the unit is {unit}"),
+            Self::Configuration => format!("{value} if configuration and unit are the assumed ones"),
+        }
+    }
 }
 
 /// The state of a gauge that exchanges data.

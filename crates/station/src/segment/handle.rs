@@ -2,7 +2,7 @@
 
 use super::listen_thread::ListenThread;
 use super::services::SegmentServices;
-use super::thread::{SegmentCommand, SegmentThread};
+use super::thread::{SegmentCommand, SegmentThread, ThreadSetup};
 use crate::config;
 use profivac_recorder::{EventKind, Micros, Quality, Sample};
 use std::sync::Arc;
@@ -35,14 +35,19 @@ impl SegmentHandle {
         let (commands, inbox) = channel();
         let (life, alive) = channel();
         let is_abandoned = Arc::new(AtomicBool::new(false));
-        let (own_config, own_services, own_flag) = (config.clone(), services.clone(), Arc::clone(&is_abandoned));
+        let setup = ThreadSetup {
+            config: config.clone(),
+            services: services.clone(),
+            commands: inbox,
+            is_abandoned: Arc::clone(&is_abandoned),
+        };
         let thread = std::thread::Builder::new().name(config.name.clone()).stack_size(STACK);
         let thread = thread.spawn(move || {
             let _life: Sender<()> = life;
-            if own_config.listen_only {
-                ListenThread::new(own_config, own_services, inbox, own_flag).run();
+            if setup.config.listen_only {
+                ListenThread::new(setup).run();
             } else {
-                SegmentThread::new(own_config, own_services, inbox, own_flag).run();
+                SegmentThread::new(setup).run();
             }
         })?;
         Ok(Self { config, services, commands, alive, is_abandoned, thread })

@@ -47,25 +47,31 @@ pub struct LineObserver {
 impl LineObserver {
     /// An observer of the line of `segment`.
     pub fn new(segment: &config::Segment, baud: Baud, captures: &Path) -> Self {
+        let mut line = Self::of_line(&segment.name, baud, TimeSource::Platform, captures);
+        line.records_events = segment.listen_only;
+        line.declare(&segment.gauges);
+        line
+    }
+
+    /// An observer of a line with this name and without declared gauges. Its events do not become events of the station.
+    pub fn of_line(name: &str, baud: Baud, times: TimeSource, captures: &Path) -> Self {
         let limits = FlightLimits::default();
         let now = Instant::now();
-        let mut line = Self {
-            segment: segment.name.clone(),
-            divider: Divider::new(baud, TimeSource::Platform),
-            observer: Observer::new(baud, TimeSource::Platform),
+        Self {
+            segment: name.to_owned(),
+            divider: Divider::new(baud, times),
+            observer: Observer::new(baud, times),
             flight: FlightRecorder::new(baud, limits.clone()),
-            captures: CaptureFolder::new(captures.join(folder_name(&segment.name)), limits),
+            captures: CaptureFolder::new(captures.join(folder_name(name)), limits),
             pieces: Vec::new(),
             handled: 0,
-            records_events: segment.listen_only,
+            records_events: false,
             report_at: now,
             capture_at: now,
             allowance: EventAllowance::new(now),
             number: 0,
             is_storing: Arc::default(),
-        };
-        line.declare(&segment.gauges);
-        line
+        }
     }
 
     /// The gauges of the station's file.
@@ -160,7 +166,7 @@ impl LineObserver {
         self.number = self.number.wrapping_add(1);
         let is_storing = Arc::clone(&self.is_storing);
         let store = move || {
-            let text = match captures.store(&name, &capture) {
+            let text = match captures.store(&name, &capture.file()) {
                 Ok(stored) => format!("segment {segment}: capture {} ({})", stored.name, capture.reason),
                 Err(error) => {
                     format!("segment {segment}: the capture {name} ({}) cannot be written: {error}", capture.reason)

@@ -3,23 +3,28 @@
 //! It has a [`Tap`] and no other access to the port. A tap receives and has no function that sends, and it never gives its port away. A serial
 //! device is opened for reading alone, so that the operating system refuses to send as well.
 
-use super::gauge_session::{GaugeSession, Heard};
+use super::gauge_session::{Assumed, GaugeSession, Heard};
 use super::inbox::Inbox;
 use super::line_observer::LineObserver;
 use super::services::SegmentServices;
-use super::thread::SegmentCommand;
+use super::thread::{SegmentCommand, ThreadSetup};
 use crate::config;
 use crate::snapshot::SegmentSnapshot;
 use crate::view::{BusStation, BusStationState, Segment, SegmentState};
 use profivac_client::cyclic::CyclicValues;
+use profivac_client::identify::device_names;
 use profivac_dp::link::{Baud, BitTime};
 use profivac_host::clock::duration_of;
 use profivac_host::port::{Port, PortError, open_to_listen};
 use profivac_host::rate;
+use profivac_listen::gauge::{GaugeFacts, Origin};
+use profivac_listen::observer::Totals;
 use profivac_listen::station::{Station, StationState};
-use profivac_listen::{Tap, TapEvent};
+use profivac_listen::{MAX_TELEGRAM, Tap, TapEvent};
 use profivac_recorder::EventKind;
+use profivac_virtual::device_spec::entry;
 use profivac_virtual::open;
+
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, TryRecvError};
@@ -36,6 +41,44 @@ const PAUSE: Duration = Duration::from_secs(1);
 
 /// Without a telegram for this time the line is silent.
 const SILENT_AFTER: Duration = Duration::from_secs(3);
+
+/// The time after which a detected baud rate is checked.
+const RATE_CHECK_INTERVAL: Duration = Duration::from_secs(10);
+
+/// Fewer octets than these in an interval show nothing about the rate. free choice: more than a disturbance on a silent line.
+const LEAST_OCTETS: u64 = 512;
+
+/// Why a segment does not listen any more.
+enum ListenEnd {
+    /// The station stops it.
+    Stopped,
+    /// The line carries octets and hardly any telegrams: it has another baud rate than the detected one.
+    OtherRate,
+}
+
+/// Checks a detected baud rate: at a wrong one there are octets and hardly any telegrams.
+struct RateCheck {
+    began: Instant,
+    telegrams: u64,
+    octets: u64,
+}
+
+impl RateCheck {
+    const fn new(now: Instant, totals: &Totals) -> Self {
+        Self { began: now, telegrams: totals.telegrams, octets: totals.octets }
+    }
+
+    /// Whether the octets since the last check have fewer telegrams than the longest telegrams would be.
+    fn is_wrong(&mut self, now: Instant, totals: &Totals) -> bool {
+        if now.saturating_duration_since(self.began) < RATE_CHECK_INTERVAL {
+            return false;
+        }
+        let telegrams = totals.telegrams.saturating_sub(self.telegrams);
+        let octets = totals.octets.saturating_sub(self.octets);
+        *self = Self::new(now, totals);
+        octets >= LEAST_OCTETS && telegrams.saturating_mul(MAX_TELEGRAM as u64) < octets
+    }
+}
 
 /// The state of the thread.
 pub struct ListenThread {
@@ -54,12 +97,7 @@ pub struct ListenThread {
 }
 
 impl ListenThread {
-    pub fn new(
-        config: config::Segment,
-        services: SegmentServices,
-        commands: Receiver<SegmentCommand>,
-        is_abandoned: Arc<AtomicBool>,
-    ) -> Self {
+    pub fn new(ThreadSetup { config, services, commands, is_abandoned }: ThreadSetup) -> Self {
         let inbox = Inbox::new(services.control.requests().accept(&config.name));
         let gauges = config.gauges.iter().cloned().map(GaugeSession::listening).collect();
         let publish_at = Instant::now();
@@ -92,7 +130,8 @@ impl ListenThread {
                     );
                     self.services.recorder.event_now(None, EventKind::Bus, text);
                     match self.listen(&mut tap) {
-                        Ok(()) => break,
+                        Ok(ListenEnd::Stopped) => break,
+                        Ok(ListenEnd::OtherRate) => self.search_rate_again(),
                         Err(error) => self.port_lost(&error),
                     }
                 }
@@ -116,6 +155,17 @@ impl ListenThread {
         }
         let first = self.line.as_ref().map_or(BitTime(0), |line| line.observer().now());
         Ok(Tap::starting_at(opened, baud, first))
+    }
+
+    fn search_rate_again(&mut self) {
+        let rate = self.line.as_ref().map_or(self.config.baud, |line| line.observer().baud());
+        let problem =
+            format!("the line has octets and hardly any telegrams at {rate}: its baud rate is searched again");
+        self.gauges.iter_mut().for_each(|gauge| gauge.disconnect(&self.services.recorder, &problem));
+        let text = format!("segment {}: {problem}", self.config.name);
+        self.services.recorder.event_now(None, EventKind::Bus, text);
+        self.problem = Some(problem);
+        self.publish(None);
     }
 
     fn port_lost(&mut self, error: &PortError) {
@@ -145,17 +195,18 @@ impl ListenThread {
     }
 
     /// Listens until the segment stops.
-    fn listen(&mut self, tap: &mut Tap) -> Result<(), PortError> {
+    fn listen(&mut self, tap: &mut Tap) -> Result<ListenEnd, PortError> {
+        let mut rate = RateCheck::new(Instant::now(), self.totals());
         loop {
             match self.commands.try_recv() {
-                Ok(SegmentCommand::Stop) | Err(TryRecvError::Disconnected) => return Ok(()),
+                Ok(SegmentCommand::Stop) | Err(TryRecvError::Disconnected) => return Ok(ListenEnd::Stopped),
                 Ok(SegmentCommand::Gauges(gauges)) => self.reconfigure(gauges),
                 Err(TryRecvError::Empty) => {}
             }
             self.refuse_requests();
             let (event, _) = tap.receive(&[], SERVE_INTERVAL)?;
             let now = tap.now();
-            let Some(line) = &mut self.line else { return Ok(()) };
+            let Some(line) = &mut self.line else { return Ok(ListenEnd::Stopped) };
             match event {
                 TapEvent::Octets(chunk) => line.hear(&chunk),
                 TapEvent::Silence => line.silence(),
@@ -170,7 +221,16 @@ impl ListenThread {
             if Instant::now() >= self.publish_at {
                 self.publish(Some(now));
             }
+            if self.config.detects_baud && rate.is_wrong(Instant::now(), self.totals()) {
+                return Ok(ListenEnd::OtherRate);
+            }
         }
+    }
+
+    /// The totals of the line so far.
+    fn totals(&self) -> &Totals {
+        const NONE: Totals = Totals { telegrams: 0, octets: 0, damaged: 0, unattributed: 0, tokens: 0 };
+        self.line.as_ref().map_or(&NONE, |line| line.observer().totals())
     }
 
     /// Refuses every request: on this segment the station sends nothing.
@@ -186,7 +246,7 @@ impl ListenThread {
         let Some(line) = &self.line else { return };
         for gauge in &mut self.gauges {
             if gauge.takes_sample_turn() {
-                gauge.take_heard(&self.services.recorder, heard(line, gauge.config.address, now));
+                gauge.take_heard(&self.services.recorder, heard(line, &gauge.config, now));
             }
         }
     }
@@ -260,25 +320,48 @@ fn detected(port: &mut dyn Port, baud: Baud) -> Result<Baud, PortError> {
     }
 }
 
-/// The heard facts about the gauge at `address`.
-fn heard(line: &LineObserver, address: u8, now: BitTime) -> Heard {
+/// The heard facts about a gauge of the station's file. Another device at its address is no reading, as for a gauge that the station polls.
+fn heard(line: &LineObserver, gauge: &config::Gauge, now: BitTime) -> Heard {
     let observer = line.observer();
-    let station = observer.station(address);
+    let station = observer.station(gauge.address);
     let exchanged_at = station.and_then(|station| station.knowledge.exchanged_at());
-    let reading = observer.reading(address);
+    let other = station.and_then(|station| other_device(station, &gauge.device));
+    let reading = observer.reading(gauge.address).filter(|_| other.is_none());
     let unknown = station.map(|station| station.knowledge.unknown()).unwrap_or_default();
     let is_undecoded = exchanged_at.is_some() && reading.is_none();
-    let problem = match observer.state(address) {
-        _ if is_undecoded => unknown.join("; "),
-        None => "no telegram of a station at its address was heard".to_owned(),
-        Some(state) => format!("the station at its address is {}", state.text()),
+    let problem = match (other, observer.state(gauge.address)) {
+        (Some(other), _) => other,
+        (None, _) if is_undecoded => unknown.join("; "),
+        (None, None) => "no telegram of a station at its address was heard".to_owned(),
+        (None, Some(state)) => format!("the station at its address is {}", state.text()),
     };
     Heard {
+        assumed: reading.as_ref().and_then(|reading| assumed(&reading.facts)),
         slave: reading.as_ref().map(|reading| reading.facts.slave),
         values: reading.map_or_else(CyclicValues::default, |reading| reading.values),
         silence: exchanged_at.map(|at| duration_of(observer.baud(), now - at)),
         unknown: if exchanged_at.is_some() { unknown } else { Vec::new() },
         problem,
+    }
+}
+
+/// The sentence about a device whose Ident_Number is not that of the station's file.
+fn other_device(station: &Station, device: &str) -> Option<String> {
+    let (ident, configured) = (station.knowledge.ident()?, entry(device).ok()?.model);
+    if ident == configured.ident {
+        return None;
+    }
+    let names = device_names(ident).join(" or ");
+    let found = if names.is_empty() { format!("device with ident {ident:04X}") } else { names };
+    Some(format!("it is a {found}, the station's file says {device}"))
+}
+
+/// The assumption on which the pressures of a gauge depend.
+fn assumed(facts: &GaugeFacts) -> Option<Assumed> {
+    match (facts.model.max(facts.configuration), facts.unit) {
+        (Origin::Assumed, _) => Some(Assumed::Configuration),
+        (_, Origin::Assumed) => Some(Assumed::Unit),
+        (Origin::Heard | Origin::Configured, Origin::Heard | Origin::Configured) => None,
     }
 }
 
@@ -306,4 +389,33 @@ fn others(line: &LineObserver) -> Vec<BusStation> {
         })
     };
     observer.stations().filter_map(view).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_rate_at_which_octets_are_hardly_ever_telegrams_is_not_kept() {
+        let table = [
+            // telegrams and octets of an interval, whether the rate is wrong
+            (0, 0, false),
+            // A disturbance on a silent line.
+            (0, LEAST_OCTETS - 1, false),
+            (0, LEAST_OCTETS, true),
+            // Octets of a wrong rate that look like a short acknowledgement or a token now and then.
+            (10, 100_000, true),
+            // The longest telegrams, each damaged one sent twice.
+            (1000, 250_000, false),
+            (50_000, 1_000_000, false),
+        ];
+        for (telegrams, octets, is_wrong) in table {
+            let began = Instant::now();
+            let mut check = RateCheck::new(began, &Totals::default());
+            let totals = Totals { telegrams, octets, ..Totals::default() };
+            assert!(!check.is_wrong(began + RATE_CHECK_INTERVAL / 2, &totals), "the interval has not passed");
+            assert_eq!(check.is_wrong(began + RATE_CHECK_INTERVAL, &totals), is_wrong, "{telegrams} {octets}");
+            assert!(!check.is_wrong(began + RATE_CHECK_INTERVAL * 2, &totals), "an interval counts its own octets");
+        }
+    }
 }

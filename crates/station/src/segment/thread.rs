@@ -73,6 +73,15 @@ impl From<PortError> for ServeEnd {
     }
 }
 
+/// What the thread of a segment starts with.
+pub struct ThreadSetup {
+    pub config: config::Segment,
+    pub services: SegmentServices,
+    pub commands: Receiver<SegmentCommand>,
+    /// The thread did not stop in time, and must not publish any more.
+    pub is_abandoned: Arc<AtomicBool>,
+}
+
 /// The state of the thread.
 pub struct SegmentThread {
     config: config::Segment,
@@ -94,12 +103,7 @@ pub struct SegmentThread {
 }
 
 impl SegmentThread {
-    pub fn new(
-        config: config::Segment,
-        services: SegmentServices,
-        commands: Receiver<SegmentCommand>,
-        is_abandoned: Arc<AtomicBool>,
-    ) -> Self {
+    pub fn new(ThreadSetup { config, services, commands, is_abandoned }: ThreadSetup) -> Self {
         let inbox = Inbox::new(services.control.requests().accept(&config.name));
         let gauges = Arc::new(Mutex::new(config.gauges.iter().cloned().map(GaugeSession::new).collect()));
         let publish_at = Instant::now();

@@ -153,7 +153,11 @@ fn a_users_file_that_is_wrong_or_open_to_others_changes_nothing() {
     let station = TestStation::new();
     let file = station.file("users.toml");
     let page = station.login("ada");
-    fs::write(&file, "[[user]]\nname = \"eve\"\nrole = \"engineer\"\npassword = \"orchid ladder\"\n").unwrap();
+    // Renamed, as an editor does it: an empty file would end the sessions of all users.
+    let written = station.file("written");
+    fs::write(&written, "[[user]]\nname = \"eve\"\nrole = \"engineer\"\npassword = \"orchid ladder\"\n").unwrap();
+    fs::set_permissions(&written, fs::Permissions::from_mode(0o600)).unwrap();
+    fs::rename(&written, &file).unwrap();
     let events = station.access_events("the users stay as they were");
     assert!(events.last().unwrap().ends_with("line 4, column 12 of their file is wrong"), "{events:?}");
     fs::set_permissions(&file, fs::Permissions::from_mode(0o644)).unwrap();

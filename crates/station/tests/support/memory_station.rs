@@ -213,7 +213,7 @@ fn run(services: SegmentServices, spec: &str, mbar: f64, inbox: &Receiver<Action
     };
     let bus = BusParameters::new(1, BAUD).check().unwrap();
     let mut segment = MemorySegment::new(vec![device], vec![watched], bus, BAUD).unwrap();
-    let mut demo = DemoSegment::new(services, "hall", &segment, 1, |_| ("chamber".to_owned(), name.clone()));
+    let mut demo = DemoSegment::new(services, "hall", &mut segment, 1, |_| ("chamber".to_owned(), name.clone()));
     loop {
         match inbox.recv_timeout(Duration::from_millis(1)) {
             Ok(action) => action(&mut segment),

@@ -17,6 +17,7 @@ import { GaugePage } from './pages/gauge/gauge.tsx'
 import { Login } from './pages/login.tsx'
 import { Overview } from './pages/overview.tsx'
 import { RateOfRise } from './pages/rise/rise.tsx'
+import { PumpDowns } from './pages/trends/pump-downs.tsx'
 import { Trends } from './pages/trends/trends.tsx'
 import { gaugeIn, Link, useLocation } from './router.tsx'
 import { useSessionState } from './session.ts'
@@ -32,6 +33,11 @@ const COMPONENTS: Record<string, () => JSX.Element> = {
   '/alarms': Alarms,
   '/audit': Audit,
   '/gateways': Gateways,
+}
+
+/** Pages below those of the navigation. */
+const PARTS: Record<string, () => JSX.Element> = {
+  '/trends/pump-downs': PumpDowns,
 }
 
 export function App(): JSX.Element {
@@ -60,7 +66,11 @@ export function App(): JSX.Element {
         ) : (
           <>
             <StationProblem live={live} />
-            {live.snapshot ? <Page path={page?.path} /> : <p class="waiting">Waiting for the station …</p>}
+            {live.snapshot ? (
+              <Page path={path in PARTS ? path : page?.path} />
+            ) : (
+              <p class="waiting">Waiting for the station …</p>
+            )}
           </>
         )}
       </main>
@@ -70,7 +80,7 @@ export function App(): JSX.Element {
 }
 
 function Page({ path }: { path: string | undefined }): JSX.Element {
-  const Component = COMPONENTS[path ?? '']
+  const Component = PARTS[path ?? ''] ?? COMPONENTS[path ?? '']
   if (Component) return <Component />
   return (
     <p>

@@ -119,14 +119,14 @@ test('the quality of a sample is the worst that applies to its mean', () => {
   assert.equal(qualityOf({ mean: null, bits: 8 }), 'fault')
   assert.equal(qualityOf({ mean: null, bits: GAP }), 'stale')
   assert.deepEqual(
-    [32, 64].map((bits) => qualityOf({ mean: null, bits })),
-    ['off', 'missing'],
+    [32, 64, 128].map((bits) => qualityOf({ mean: null, bits })),
+    ['off', 'missing', 'assumed'],
   )
 })
 
 test('qualities are the bits of the API', () => {
   assert.deepEqual(
-    ['valid', 'overrange', 'underrange', 'fault', 'stale', 'off', 'missing'].map(bits),
-    [1, 2, 4, 8, 16, 32, 64],
+    ['valid', 'overrange', 'underrange', 'fault', 'stale', 'off', 'missing', 'assumed'].map(bits),
+    [1, 2, 4, 8, 16, 32, 64, 128],
   )
 })

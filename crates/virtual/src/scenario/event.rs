@@ -59,6 +59,8 @@ pub enum ScenarioAction {
     Heat(Wall, f64, f64),
     /// Changes the gas outside a leak or a vent.
     Spray(Opening, Outside),
+    /// Empties a capture pump.
+    Regenerate(CapturePump),
     /// Changes the air outside.
     Air(Atmosphere),
     /// Sets the probability with which noise damages an octet on the bus, 0 to 1.
@@ -222,6 +224,12 @@ impl EventParser<'_> {
             };
             actions.push(self.plant.part("a leak or vent", &spray.leak, |part| match part {
                 Part::Opening(opening) => Some(ScenarioAction::Spray(opening, outside)),
+                _ => None,
+            })?);
+        }
+        for name in &entry.regenerate {
+            actions.push(self.plant.part("a capture pump", name, |part| match part {
+                Part::Capture(pump) => Some(ScenarioAction::Regenerate(pump)),
                 _ => None,
             })?);
         }

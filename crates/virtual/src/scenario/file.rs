@@ -42,6 +42,8 @@ pub struct File {
     pub vents: Named<Vent>,
     #[serde(default)]
     pub inlets: Named<Inlet>,
+    #[serde(default)]
+    pub seals: Named<Seal>,
     /// The volume of each device, by `DEVICE@ADDR[:key=value,...]`.
     #[serde(default)]
     pub gauges: BTreeMap<Text, Text>,
@@ -84,12 +86,15 @@ pub struct Wall {
 
 /// A tube or a valve.
 #[derive(Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub struct Tube {
     pub between: [Text; 2],
     pub diameter: Option<Text>,
     pub length: Option<Text>,
     pub conductance: Option<Text>,
+    /// Whether its opening has sharp edges; rounded unless given.
+    #[serde(default)]
+    pub sharp_edged: bool,
     pub open: Option<bool>,
 }
 
@@ -158,11 +163,14 @@ pub struct Leak {
 }
 
 #[derive(Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub struct Vent {
     pub at: Text,
     pub diameter: Text,
     pub length: Text,
+    /// Whether its opening has sharp edges; rounded unless given.
+    #[serde(default)]
+    pub sharp_edged: bool,
     /// Fed at the pressure outside; air unless a gas is given.
     pub gas: Option<Text>,
     #[serde(default)]
@@ -174,6 +182,19 @@ pub struct Vent {
 pub struct Inlet {
     pub at: Text,
     pub gas: Text,
+}
+
+/// A seal between a volume and the air outside, through which gas permeates.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Seal {
+    #[serde(rename = "in")]
+    pub of: Text,
+    /// The area that the gas passes, and the way through the seal.
+    pub area: Text,
+    pub thickness: Text,
+    /// By gas. A gas without a permeability does not pass.
+    pub permeabilities: BTreeMap<Text, Text>,
 }
 
 /// The events at one time.
@@ -196,6 +217,9 @@ pub struct Entry {
     pub heat: Vec<Heat>,
     #[serde(default)]
     pub spray: Vec<Spray>,
+    /// Capture pumps that lose all their gas: regeneration outside the plant.
+    #[serde(default)]
+    pub regenerate: Vec<Text>,
     pub atmosphere: Option<Air>,
     #[serde(default)]
     pub fault: Vec<Fault>,

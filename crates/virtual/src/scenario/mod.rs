@@ -29,12 +29,14 @@
 mod error;
 mod event;
 mod file;
+mod included;
 mod plant;
 mod quantities;
 mod run;
 
 pub use error::ScenarioEntryError;
 pub use event::{Check, DeviceAction, Event, Expectation, ScenarioAction, Subject};
+pub use included::{INCLUDED, Included};
 pub use plant::{Part, Plant};
 pub use run::{FailedExpectation, MasterPresence, Run};
 
@@ -70,6 +72,17 @@ pub enum ScenarioError {
         name: String,
         /// The error of the system.
         source: std::io::Error,
+    },
+    /// There is no file of this name, and no included scenario.
+    #[error("expected a scenario file or the name of an included scenario, found {found:?}; included: {known}{}",
+        suggestion.as_ref().map(|name| format!("; did you mean {name:?}?")).unwrap_or_default())]
+    Unknown {
+        /// The given name.
+        found: String,
+        /// All names.
+        known: String,
+        /// The most similar name.
+        suggestion: Option<String>,
     },
     /// The text is invalid.
     #[error("{name}:{line}:{column}: {}{error}", key.as_ref().map(|key| format!("{key}: ")).unwrap_or_default())]

@@ -1,13 +1,16 @@
 //! Builds the plant of a scenario from the parts of `profivac_vacuum`.
 
 use super::error::{ScenarioEntryError, TextError};
-use super::file::{Capture, File, Inlet, Leak, Pocket, Roughing, Tube, Turbo, Vent, Volume, Wall};
+use super::file::{Capture, File, Inlet, Leak, Pocket, Roughing, Seal, Tube, Turbo, Vent, Volume, Wall};
 use super::quantities::{
-    AMOUNT, AREA, LENGTH, PART, SPEED, TIME, Text, VOLUME, flow, gas_pressure, parsed, temperature, unknown,
+    AMOUNT, AREA, LENGTH, PART, PERMEABILITY, SPEED, TIME, Text, VOLUME, flow, gas_pressure, parsed, temperature,
+    unknown,
 };
 use profivac_vacuum::atmosphere::ROOM_K;
+use profivac_vacuum::conductance::SHARP_DISCHARGE;
 use profivac_vacuum::gas::GAS_COUNT;
 use profivac_vacuum::network::{self, Network, Outside};
+use profivac_vacuum::permeation;
 use profivac_vacuum::surface::{MATERIALS, Material, Surface};
 use profivac_vacuum::{Atmosphere, Conductance, Gas, Mixture, pump};
 use std::collections::BTreeMap;
@@ -70,6 +73,7 @@ impl Plant {
         each(&file.leaks, |name, leak| plant.leak(name, leak))?;
         each(&file.vents, |name, vent| plant.vent(name, vent))?;
         each(&file.inlets, |name, inlet| plant.inlet(name, inlet))?;
+        each(&file.seals, |_, seal| plant.seal(seal))?;
         Ok(plant)
     }
 
@@ -127,12 +131,10 @@ impl Plant {
     }
 
     fn tube(&mut self, name: &str, tube: &Spanned<Tube>) -> Result<(), TextError> {
-        let Tube { between: [one, other], diameter, length, conductance, open } = tube.get_ref();
+        let Tube { between: [one, other], diameter, length, conductance, sharp_edged, open } = tube.get_ref();
         let conductance = match (diameter, length, conductance) {
-            (Some(diameter), Some(length), None) => {
-                Conductance::tube(LENGTH.positive(diameter)?, LENGTH.positive(length)?)
-            }
-            (None, None, Some(conductance)) => Conductance::fixed(SPEED.positive(conductance)?),
+            (Some(diameter), Some(length), None) => round_tube(diameter, length, *sharp_edged)?,
+            (None, None, Some(conductance)) if !sharp_edged => Conductance::fixed(SPEED.positive(conductance)?),
             _ => return Err(TextError::at(&tube.span(), ScenarioEntryError::NoConductance)),
         };
         let (one, other) = self.two(one, other)?;
@@ -225,8 +227,8 @@ impl Plant {
     }
 
     fn vent(&mut self, name: &str, vent: &Spanned<Vent>) -> Result<(), TextError> {
-        let Vent { at, diameter, length, gas, open } = vent.get_ref();
-        let conductance = Conductance::tube(LENGTH.positive(diameter)?, LENGTH.positive(length)?);
+        let Vent { at, diameter, length, sharp_edged, gas, open } = vent.get_ref();
+        let conductance = round_tube(diameter, length, *sharp_edged)?;
         let outside = match gas.as_ref().map(parsed).transpose()? {
             None | Some(Gas::Air) => Outside::Air,
             Some(gas) => Outside::Gas(Mixture::pure(gas, self.network.atmosphere().pressure_pa)),
@@ -243,6 +245,21 @@ impl Plant {
         let made = self.network.add_inlet(at, gas);
         self.add(name, inlet, Part::Inlet(made))
     }
+
+    fn seal(&mut self, seal: &Spanned<Seal>) -> Result<(), TextError> {
+        let Seal { of, area, thickness, permeabilities } = seal.get_ref();
+        let by_gas = permeabilities.iter().map(|(gas, written)| Ok((parsed(gas)?, PERMEABILITY.positive(written)?)));
+        let by_gas = by_gas.collect::<Result<Vec<(Gas, f64)>, TextError>>()?;
+        let of = self.at(of)?;
+        self.network.add_seal(of, permeation::Seal::new(AREA.positive(area)?, LENGTH.positive(thickness)?, &by_gas));
+        Ok(())
+    }
+}
+
+/// A round tube with rounded or sharp edges.
+fn round_tube(diameter: &Text, length: &Text, sharp_edged: bool) -> Result<Conductance, TextError> {
+    let discharge = if sharp_edged { SHARP_DISCHARGE } else { 1.0 };
+    Ok(Conductance::tube_with_discharge(LENGTH.positive(diameter)?, LENGTH.positive(length)?, discharge))
 }
 
 /// A compression within its limits.

@@ -71,6 +71,14 @@ pub const AMOUNT: Quantity = Quantity {
     bounds: [("1e-9 mbar l", 1e-10), ("1e9 mbar l", 1e8)],
 };
 
+/// A permeability, in m^2/s: Pa m^3/s of gas per m of thickness, m^2 of area and Pa.
+pub const PERMEABILITY: Quantity = Quantity {
+    name: "a permeability",
+    example: "1e-11 m2/s",
+    units: &[("cm2/s", 1e-4), ("m2/s", 1.0)],
+    bounds: [("1e-20 m2/s", 1e-20), ("1e-3 m2/s", 1e-3)],
+};
+
 /// A fraction, 0 to 1.
 pub const PART: Quantity =
     Quantity { name: "a percentage", example: "50 %", units: &[("%", 0.01)], bounds: [("0 %", 0.0), ("100 %", 1.0)] };

@@ -208,6 +208,7 @@ impl Run {
             ScenarioAction::Feed(inlet, supply) => network.set_inlet(inlet, supply),
             ScenarioAction::Heat(wall, kelvin, seconds) => network.heat_wall(wall, kelvin, seconds),
             ScenarioAction::Spray(leak, outside) => network.set_outside(leak, outside),
+            ScenarioAction::Regenerate(pump) => network.regenerate(pump),
             ScenarioAction::Noise(part) => self.noise = part,
             ScenarioAction::Air(atmosphere) => network.set_atmosphere(atmosphere),
             ScenarioAction::Device(address, action) => {

@@ -1,23 +1,11 @@
 //! The readings of gauges during a pump-down, as numbers in `tests/golden/curves` and as pictures in `docs/curves`, both
 //! compared in every run.
 
-use super::picture::{Curve, Picture};
-use super::{devices, scenario};
+use super::picture::{Curve, Picture, Scale};
+use super::{devices, golden, scenario};
 use profivac_virtual::device::VirtualDevice;
 use profivac_virtual::scenario::{MasterPresence, Run, Scenario};
 use std::fmt::Write;
-use std::path::Path;
-
-/// Compares with a file below the root of the project, or writes it.
-fn golden(path: &str, text: &str) {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..").join(path);
-    if std::env::var_os("PROFIVAC_BLESS").is_some_and(|bless| bless == "1") {
-        std::fs::create_dir_all(path.parent().unwrap()).unwrap();
-        std::fs::write(&path, text).unwrap();
-    }
-    let expected = std::fs::read_to_string(&path).unwrap_or_default();
-    assert_eq!(text, expected, "{} is no longer what comes out", path.display());
-}
 
 /// One line of numbers: the time, the true pressure, and the valid reading of each part.
 struct Line {
@@ -99,7 +87,8 @@ fn every_gauge_follows_a_pump_down_within_its_range() {
     golden("tests/golden/curves/pump-down.txt", &table(&names, &coarse));
     let (names, fine) = record(&scenario, &times(11.0, 3600.0, 60));
     let curves = curves(&names, &fine, |name| !name.starts_with("psg") && !name.contains("Atmosphere"));
-    let picture = Picture { title: "Pump-down of a clean chamber", x: "seconds", y: "mbar", curves };
+    let picture =
+        Picture { title: "Pump-down of a clean chamber", x: "seconds", y: "mbar", curves, x_scale: Scale::Logarithmic };
     golden("docs/curves/pump-down.svg", &picture.svg());
 }
 
@@ -130,6 +119,12 @@ fn argon_and_nitrogen_are_shown_differently() {
         }
     }
     golden("tests/golden/curves/argon.txt", &text);
-    let picture = Picture { title: "Argon against nitrogen", x: "true mbar", y: "indicated mbar", curves: all };
+    let picture = Picture {
+        title: "Argon against nitrogen",
+        x: "true mbar",
+        y: "indicated mbar",
+        curves: all,
+        x_scale: Scale::Logarithmic,
+    };
     golden("docs/curves/argon.svg", &picture.svg());
 }

@@ -35,6 +35,7 @@ fn plant(rng: &mut fastrand::Rng) -> String {
          [leaks]\nl = {{ at = \"chamber\", rate = \"{} Pa m3/s\", open = true }}\n\
          [vents]\nv = {{ at = \"chamber\", diameter = \"{} m\", length = \"{} m\", gas = \"GAS\", open = OPEN }}\n\
          [inlets]\ni = {{ at = \"chamber\", gas = \"GAS\" }}\n\
+         [seals]\ns = {{ in = \"chamber\", area = \"{} m2\", thickness = \"{} m\", permeabilities = {{ he = \"{} m2/s\", n2 = \"1e-12 m2/s\" }} }}\n\
          [gauges]\n\"bcg450@3\" = \"chamber\"\n\"pcg550@4\" = \"throat\"\n\"tpg500@5\" = \"fore\"\n\
          [[timeline]]\nat = \"0 s\"\nflow = [{{ inlet = \"i\", SUPPLY }}]\nheat = [{{ wall = \"w\", to = \"{} K\" }}]\n",
         n(1e-3, 3600.0),
@@ -58,6 +59,9 @@ fn plant(rng: &mut fastrand::Rng) -> String {
         n(1e-12, 1e6),
         n(1e-6, 1e3),
         n(1e-6, 1e3),
+        n(1e-6, 1e6),
+        n(1e-6, 1e3),
+        n(1e-20, 1e-3),
         n(1.0, 2000.0),
     );
     let material = rng.choice(["steel", "glass", "viton", "aluminium"]).unwrap_or_default();

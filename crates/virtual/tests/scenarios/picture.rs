@@ -14,11 +14,36 @@ pub struct Curve {
     pub points: Vec<(f64, f64)>,
 }
 
+/// How numbers are placed on an axis.
+#[derive(Clone, Copy)]
+pub enum Scale {
+    Linear,
+    Logarithmic,
+}
+
+/// A picture; its vertical axis is logarithmic.
 pub struct Picture<'a> {
     pub title: &'a str,
     pub x: &'a str,
     pub y: &'a str,
     pub curves: Vec<Curve>,
+    pub x_scale: Scale,
+}
+
+/// A linear axis from 0.
+struct Ticks {
+    each: f64,
+    to: f64,
+}
+
+impl Ticks {
+    /// About eight steps of 1, 2 or 5 times a power of ten.
+    fn up_to(largest: f64) -> Self {
+        let power = 10_f64.powf((largest / 8.0).log10().floor());
+        let each = [1.0, 2.0, 5.0, 10.0].map(|step| step * power).into_iter().find(|each| largest / each <= 10.0);
+        let each = each.unwrap_or(largest);
+        Self { each, to: (largest / each).ceil() * each }
+    }
 }
 
 /// Whole decades around some numbers.
@@ -47,9 +72,15 @@ impl Decades {
 impl Picture<'_> {
     pub fn svg(&self) -> String {
         let points = || self.curves.iter().flat_map(|curve| curve.points.iter());
+        let largest = points().map(|(x, _)| *x).fold(f64::MIN_POSITIVE, f64::max);
         let x = Decades::around(points().map(|(x, _)| *x));
+        let ticks = Ticks::up_to(largest);
         let y = Decades::around(points().map(|(_, y)| *y));
-        let left = |number: f64| MARGIN + WIDTH * x.part(number);
+        let part = |number: f64| match self.x_scale {
+            Scale::Linear => number / ticks.to,
+            Scale::Logarithmic => x.part(number),
+        };
+        let left = |number: f64| MARGIN + WIDTH * part(number);
         let top = |number: f64| MARGIN + HEIGHT * (1.0 - y.part(number));
         let mut svg = format!(
             "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {:.0} {:.0}\" font-family=\"sans-serif\" \
@@ -58,10 +89,17 @@ impl Picture<'_> {
             HEIGHT + 2.0 * MARGIN
         );
         word(&mut svg, MARGIN, MARGIN / 2.0, "start", self.title);
-        for decade in x.all() {
-            let at = left(10_f64.powi(decade));
+        let marks: Vec<(f64, String)> = match self.x_scale {
+            Scale::Logarithmic => x.all().map(|decade| (10_f64.powi(decade), format!("1e{decade}"))).collect(),
+            Scale::Linear => (0..=(ticks.to / ticks.each).round() as i32)
+                .map(|step| f64::from(step) * ticks.each)
+                .map(|number| (number, format!("{}", (number * 1e6).round() / 1e6)))
+                .collect(),
+        };
+        for (number, mark) in marks {
+            let at = left(number);
             line(&mut svg, [at, MARGIN, at, MARGIN + HEIGHT]);
-            word(&mut svg, at, MARGIN + HEIGHT + 18.0, "middle", &format!("1e{decade}"));
+            word(&mut svg, at, MARGIN + HEIGHT + 18.0, "middle", &mark);
         }
         for decade in y.all() {
             let at = top(10_f64.powi(decade));

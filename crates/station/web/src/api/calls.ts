@@ -16,9 +16,11 @@ import type {
   ControlAction,
   Gateway,
   Outcome,
+  PumpDowns,
   Refusal,
   Request,
   Rise,
+  RiseQuery,
   Session,
   StationEvent,
   Trend,
@@ -43,8 +45,20 @@ export const fetchTrend = (
 export const fetchEvents = (from: number, to: number, limit: number, signal?: AbortSignal): Promise<StationEvent[]> =>
   get('/api/events', { query: { from, to, limit }, signal })
 
-export const fitRise = (series: string, from: number, to: number, volume_m3: number | null): Promise<Rise> =>
-  get('/api/rise', { query: { series, from, to, ...(volume_m3 === null ? {} : { volume_m3 }) } })
+export const fitRise = (query: RiseQuery): Promise<Rise> => get('/api/rise', { query })
+
+/** The pump-downs of a series, compared with the last ten before each, or with the one that begins at `reference`. */
+export const fetchPumpDowns = (
+  series: string,
+  from: number,
+  to: number,
+  reference: string | null,
+  signal?: AbortSignal,
+): Promise<PumpDowns> =>
+  get('/api/pump-downs', {
+    query: { series, from, to, ...(reference === null ? {} : { reference: Number(reference) }) },
+    signal,
+  })
 
 export const exportAddress = (series: string[], from: number, to: number): string =>
   addressOf('/api/export.csv', { query: { from, to, series } })

@@ -309,23 +309,6 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
-    "/api/gateways": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        /** The gateways to control systems, with their clients and errors */
-        get: operations["gateways"];
-        put?: never;
-        post?: never;
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
     "/api/gauges": {
         parameters: {
             query?: never;
@@ -494,6 +477,23 @@ export interface paths {
          * @description All sessions of the user end, and the answer begins a new one.
          */
         post: operations["password"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/pump-downs": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /** The pump-downs of a series beside the usual ones, the latest first */
+        get: operations["pump_downs"];
+        put?: never;
+        post?: never;
         delete?: never;
         options?: never;
         head?: never;
@@ -1103,6 +1103,24 @@ export interface components {
              */
             unanswered: number;
         };
+        /** @description A deviation from the usual pump-downs. */
+        DeviationView: {
+            /** @description The shape of the pressure above the usual one; `null` if it is none of these, or too small. */
+            excess: ("leak" | "outgassing" | "virtual-leak") | null;
+            /** @description What it looks like, in words. */
+            likeness: string;
+            pattern: ("from-the-beginning" | "at-low-pressure" | "at-high-pressure") & Record<string, never>;
+            /**
+             * Format: int64
+             * @description The beginning of the first of the deviating pump-downs in a row, in milliseconds since 1970.
+             */
+            since_ms: number;
+            /**
+             * @description The deviation at the lowest deviating pressure, in words.
+             * @example 20 min later to 1e-5 mbar than usual: 80 min; usual 60 min, the median of the last 10, at most 66 min
+             */
+            text: string;
+        };
         /** @description An earlier diagnosis. */
         DiagnosisReport: {
             /**
@@ -1185,10 +1203,10 @@ export interface components {
             /** @description The gauge, if the event is about one. */
             gauge: string | null;
             /**
-             * @description The kind: `station`, `bus`, `gauge`, `command`, `note`, `access`, `alarm`.
+             * @description The kind: `station`, `bus`, `gauge`, `command`, `note`, `access`, `alarm`, `pump-down`.
              * @enum {string}
              */
-            kind: "station" | "bus" | "gauge" | "command" | "note" | "access" | "alarm";
+            kind: "station" | "bus" | "gauge" | "command" | "note" | "access" | "alarm" | "pump-down";
             /** @description One sentence. */
             text: string;
         };
@@ -1215,44 +1233,6 @@ export interface components {
             pa_m3_per_s: components["schemas"]["IntervalView"];
             /** @description In sccm at 0 °C and 1013.25 mbar, from the temperature of the gas. */
             sccm: components["schemas"]["IntervalView"];
-        };
-        /** @description The state of a gateway. */
-        GatewayView: {
-            /** @description Where it listens, or the broker to which it connects. */
-            address: string | null;
-            /**
-             * Format: int64
-             * @description Connected clients; for a broker 1 while it is connected.
-             */
-            clients: number;
-            /**
-             * Format: int64
-             * @description Updates that a slow client did not get because a newer one of the same value replaced them.
-             */
-            dropped_updates: number;
-            /** @description Whether it serves its clients, or is connected to its broker. */
-            is_running: boolean;
-            /** @description The last error, in a sentence. */
-            last_error: string | null;
-            /**
-             * Format: int64
-             * @description When it occurred, in milliseconds since 1970.
-             */
-            last_error_ms: number | null;
-            /** @description Its name: `epics`, `opcua`, `mqtt`, `sparkplug`, `modbus`, `prometheus`. */
-            name: string;
-            /** @description Why it does not run; it tries again. */
-            problem: string | null;
-            /**
-             * Format: int64
-             * @description Requests and connections that were refused or could not be understood.
-             */
-            refused: number;
-            /**
-             * Format: int64
-             * @description Values and answers that were sent since the station started.
-             */
-            sent: number;
         };
         /** @description A gauge. */
         Gauge: {
@@ -1282,8 +1262,6 @@ export interface components {
             listen_only: boolean;
             /** @description Its name. */
             name: string;
-            /** @description The parameters that gateways show beside the pressures; empty while no gateway runs. */
-            parameters: components["schemas"]["WatchedParameter"][];
             /**
              * Format: int64
              * @description The poll interval in milliseconds.
@@ -1291,11 +1269,6 @@ export interface components {
             poll_ms: number;
             /** @description Why it is not in data exchange, in a sentence. */
             problem: string | null;
-            /**
-             * Format: int64
-             * @description When the gauge gave the readings, in milliseconds since 1970; `null` if there never was one.
-             */
-            read_ms: number | null;
             /** @description The readings, one for each measuring part in the cyclic data. */
             readings: components["schemas"]["Reading"][];
             /** @description Its segment. */
@@ -1329,6 +1302,22 @@ export interface components {
              * @description The mean.
              */
             mean: number;
+        };
+        /** @description The time to a pressure. */
+        LevelView: {
+            /** @description Whether the time deviates from the usual one, and how. */
+            deviation: ("later" | "earlier") | null;
+            /**
+             * Format: double
+             * @description The pressure in Pa.
+             */
+            pa: number;
+            /**
+             * Format: double
+             * @description The time in seconds; `null` if it was not reached or lies in a gap.
+             */
+            s: number | null;
+            usual: components["schemas"]["UsualView"] | null;
         };
         /** @description The alarms at one moment, in the live stream. */
         LiveAlarms: {
@@ -1551,6 +1540,45 @@ export interface components {
              */
             title: string;
         };
+        /** @description A pump-down beside the usual ones. */
+        PumpDownView: {
+            /** @description At most 120 points, evenly on a logarithmic axis of time. */
+            curve: components["schemas"]["RisePoint"][];
+            deviation: components["schemas"]["DeviationView"] | null;
+            /**
+             * Format: int64
+             * @description The last sample or the venting, in milliseconds since 1970.
+             */
+            end_ms: number;
+            /** @description Whether a venting ended it. */
+            is_vented: boolean;
+            /** @description The times to each decade of mbar, the highest pressure first. */
+            levels: components["schemas"]["LevelView"][];
+            /**
+             * Format: double
+             * @description The lowest pressure in Pa.
+             */
+            lowest_pa: number;
+            /**
+             * Format: int64
+             * @description The beginning, in milliseconds since 1970.
+             */
+            start_ms: number;
+            /**
+             * Format: double
+             * @description The pressure at the beginning in Pa.
+             */
+            start_pa: number;
+        };
+        /** @description Compared pump-downs of one series. */
+        PumpDowns: {
+            /** @description The number of pump-downs in the time range; `runs` may have fewer. */
+            found: number;
+            /** @description The pump-downs, the latest first. */
+            runs: components["schemas"]["PumpDownView"][];
+            /** @description The series. */
+            series: string;
+        };
         /** @description The progress of reading the parameters of a gauge. */
         ReadProgress: {
             /** @description The number of parameters that were read. */
@@ -1669,6 +1697,11 @@ export interface components {
         };
         /** @description A pressure rise, separated into leak and outgassing. */
         RiseView: {
+            /**
+             * Format: double
+             * @description The accuracy of the gauge that the intervals contain, as a fraction; `null` if it was not given.
+             */
+            accuracy: number | null;
             /** @description The cause. */
             cause: components["schemas"]["RiseCause"];
             /** @description The best fit, at most 400 points. */
@@ -1890,26 +1923,25 @@ export interface components {
             /** @description The start of each pixel, in milliseconds since 1970, rising. */
             start_ms: number[];
         };
-        /** @description A parameter that the station reads from time to time: emission, degas, trip points, relays. */
-        WatchedParameter: {
-            /** @description Its number is a pressure in Pa. */
-            is_pressure: boolean;
-            /** @description The manual's name. */
-            name: string;
+        /** @description The usual time to a pressure. */
+        UsualView: {
             /**
              * Format: double
-             * @description The value: a pressure in Pa, a number, a code; `null` if it was not read, or the gauge did not answer the last time.
+             * @description A shorter time deviates.
              */
-            number: number | null;
+            least_s: number;
             /**
-             * Format: int64
-             * @description When it was read, in milliseconds since 1970.
+             * Format: double
+             * @description A longer time deviates.
              */
-            read_ms: number | null;
-            /** @description The name by which it is read and written: `trip-point.1/high-trip-point`. */
-            target: string;
-            /** @description The value in the words of the manual. */
-            text: string;
+            most_s: number;
+            /** @description The number of pump-downs; 1 with a chosen reference. */
+            runs: number;
+            /**
+             * Format: double
+             * @description The median in seconds.
+             */
+            s: number;
         };
         /** @description The delivery status of a webhook. */
         WebhookView: {
@@ -3561,61 +3593,6 @@ export interface operations {
             };
         };
     };
-    gateways: {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["GatewayView"][];
-                };
-            };
-            /** @description The user has not logged in */
-            401: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description The user has no permission, or the request comes from a foreign page */
-            403: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description The request is meant for another computer */
-            421: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description The client is above a rate limit; the header Retry-After gives the time to wait in seconds */
-            429: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-        };
-    };
     gauges: {
         parameters: {
             query?: never;
@@ -4380,6 +4357,102 @@ export interface operations {
             };
         };
     };
+    pump_downs: {
+        parameters: {
+            query: {
+                /**
+                 * @description The name of the series: that of a gauge, or `gauge.N` for channel N of a controller.
+                 * @example chamber
+                 */
+                series: string;
+                /**
+                 * @description The beginning, in milliseconds since 1970. Pump-downs before it are not usual ones.
+                 * @example 0
+                 */
+                from: number;
+                /**
+                 * @description The end, in milliseconds since 1970.
+                 * @example 4102444800000
+                 */
+                to: number;
+                /** @description The most pump-downs of the answer, 1 to 50. */
+                limit?: number;
+                /**
+                 * @description The beginning of the pump-down with which all others are compared, in milliseconds since 1970; without it each one is compared
+                 *     with the last ten before it.
+                 */
+                reference?: number;
+            };
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["PumpDowns"];
+                };
+            };
+            /** @description A parameter is out of range, or no pump-down begins at `reference` */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The user has not logged in */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The user has no permission, or the request comes from a foreign page */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request is meant for another computer */
+            421: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The client is above a rate limit; the header Retry-After gives the time to wait in seconds */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The database cannot be read */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
     rise: {
         parameters: {
             query: {
@@ -4408,6 +4481,12 @@ export interface operations {
                  * @example none
                  */
                 gauge?: "none" | "ionisation" | "conduction";
+                /**
+                 * @description The accuracy of the gauge as a fraction of the reading, as its manual states it: 0.15 for ±15 %. Without it the intervals
+                 *     do not contain the uncertainty of the gauge.
+                 * @example 0.15
+                 */
+                accuracy?: number;
             };
             header?: never;
             path?: never;

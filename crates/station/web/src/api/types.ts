@@ -1,7 +1,7 @@
 // The dashboard's names for the types of the API. The types themselves are generated: schema.d.ts. Pressures are in Pa, times
 // in milliseconds since 1970.
 
-import type { components } from './schema.d.ts'
+import type { components, operations } from './schema.d.ts'
 
 type Schemas = components['schemas']
 
@@ -47,6 +47,11 @@ export type Trend = Schemas['Trend']
 export type StationEvent = Schemas['EventView']
 export type EventKind = StationEvent['kind']
 export type Rise = Schemas['RiseView']
+/** A pump-down beside the usual ones. */
+export type PumpDown = Schemas['PumpDownView']
+export type PumpDownLevel = Schemas['LevelView']
+export type PumpDowns = Schemas['PumpDowns']
+export type RiseQuery = operations['rise']['parameters']['query']
 export type Interval = Schemas['IntervalView']
 export type FlowUnits = Schemas['FlowView']
 

@@ -34,7 +34,14 @@ const BAR_PX = 5
 const BAND_PX = 56
 const LEAST_BAND_PX = 16
 
-const LABELS = { over: 'over range', under: 'under range', fault: 'fault', off: 'off', missing: 'no gauge' }
+const LABELS = {
+  over: 'over range',
+  under: 'under range',
+  fault: 'fault',
+  off: 'off',
+  missing: 'no gauge',
+  assumed: 'assumed',
+}
 
 /** Whether a stretch is a bar at the bottom and not a band at the end of the range. */
 const isBar = ({ kind }: Stretch): boolean => kind !== 'over' && kind !== 'under'

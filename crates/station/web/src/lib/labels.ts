@@ -32,6 +32,7 @@ export const QUALITIES: Record<Quality, string> = {
   stale: 'no data',
   off: 'off',
   missing: 'no gauge',
+  assumed: 'assumed',
 }
 
 export const PRINCIPLES: Record<Principle, string> = {
@@ -56,6 +57,7 @@ export const EVENT_KINDS: Record<EventKind, string> = {
   note: 'Note',
   alarm: 'Alarm',
   access: 'Access',
+  'pump-down': 'Pump-down',
 }
 
 export const RISKS: Record<RiskClass, { label: string; sentence: string }> = {

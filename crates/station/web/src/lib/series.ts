@@ -9,6 +9,7 @@ export const FAULT = 1 << 3
 export const GAP = 1 << 4
 export const OFF = 1 << 5
 export const MISSING = 1 << 6
+export const ASSUMED = 1 << 7
 
 /**
  * No sample for longer than this is a gap: a gauge is recorded at least once a minute, and a station that is switched off
@@ -35,7 +36,7 @@ export interface Joined {
 export interface Stretch {
   from: number
   to: number
-  kind: 'over' | 'under' | 'fault' | 'off' | 'missing'
+  kind: 'over' | 'under' | 'fault' | 'off' | 'missing' | 'assumed'
   /** The end of the range. */
   limit: number | null
 }
@@ -119,6 +120,7 @@ const STRETCHES: [number, Stretch['kind']][] = [
   [FAULT, 'fault'],
   [OFF, 'off'],
   [MISSING, 'missing'],
+  [ASSUMED, 'assumed'],
 ]
 
 /** The times in which a gauge was outside its range, off, or reported a fault. A sample holds until the next one. */
@@ -172,7 +174,7 @@ export function withRecent(trend: Trend, recent: { at: number; pa: number | null
 
 /** The bit of a quality in a trend. */
 export function bits(quality: Quality): number {
-  return 1 << ['valid', 'overrange', 'underrange', 'fault', 'stale', 'off', 'missing'].indexOf(quality)
+  return 1 << ['valid', 'overrange', 'underrange', 'fault', 'stale', 'off', 'missing', 'assumed'].indexOf(quality)
 }
 
 /** The index of the last time at or before `at`; -1 if there is none. */
@@ -209,7 +211,8 @@ export function qualityOf({ bits, mean }: Sample): Quality {
   if (mean !== null) return 'valid'
   if (bits & FAULT) return 'fault'
   if (bits & OFF) return 'off'
-  return bits & MISSING ? 'missing' : 'stale'
+  if (bits & MISSING) return 'missing'
+  return bits & ASSUMED ? 'assumed' : 'stale'
 }
 
 /** Whole decades around all values, at least two. */

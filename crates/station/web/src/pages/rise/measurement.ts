@@ -10,7 +10,23 @@ export interface Measurement {
   end: number | null
   /** The volume as typed. */
   litres: string
+  /** How the indication depends on the gas. */
+  gauge: GasDependence
+  /** The accuracy of the gauge in percent, as typed. */
+  accuracy: string
 }
+
+/** How the indication of a gauge depends on the gas, in the words of the API. */
+export type GasDependence = 'none' | 'ionisation' | 'conduction'
+
+export const GAS_DEPENDENCES: [GasDependence, string][] = [
+  ['none', 'does not depend on the gas, or as indicated'],
+  ['ionisation', 'hot or cold cathode: a leak of air, outgassing of water'],
+  ['conduction', 'Pirani: a leak of air, outgassing of water'],
+]
+
+const gasDependence = (text: string | null): GasDependence =>
+  GAS_DEPENDENCES.find(([name]) => name === text)?.[0] ?? 'none'
 
 /** The window before start and end are set. */
 export const HOME: Range = { last: 30 * 60_000 }
@@ -24,13 +40,17 @@ export function useMeasurement(firstSeries: string): [Measurement, (measurement:
     begin: time('begin'),
     end: time('end'),
     litres: query.get('litres') ?? '',
+    gauge: gasDependence(query.get('gauge')),
+    accuracy: query.get('accuracy') ?? '',
   }
-  const change = ({ series, begin, end, litres }: Measurement): void => {
+  const change = ({ series, begin, end, litres, gauge, accuracy }: Measurement): void => {
     const next = new URLSearchParams(query.has('range') || query.has('from') ? rangeText(rangeOf(query)) : {})
     next.set('s', series)
     if (begin !== null) next.set('begin', String(Math.round(begin)))
     if (end !== null) next.set('end', String(Math.round(end)))
     if (litres) next.set('litres', litres)
+    if (gauge !== 'none') next.set('gauge', gauge)
+    if (accuracy) next.set('accuracy', accuracy)
     setQuery(next)
   }
   return [measurement, change]

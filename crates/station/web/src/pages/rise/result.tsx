@@ -7,13 +7,15 @@ import { Pressure } from '../../components/pressure.tsx'
 import { age, number } from '../../lib/format.ts'
 import { verdict } from '../../lib/rise.ts'
 import { useUnit } from '../../settings.ts'
+import type { GasDependence } from './measurement.ts'
 
 interface Props {
   fit: Rise | null
+  gauge: GasDependence
   error: string | null
 }
 
-export function Result({ fit, error }: Props): JSX.Element {
+export function Result({ fit, gauge, error }: Props): JSX.Element {
   if (error) return <p class="error">{error}</p>
   if (!fit) return <p class="panel muted">The result appears here when start and end are set.</p>
   const { title, sentence } = verdict(fit)
@@ -33,8 +35,15 @@ export function Result({ fit, error }: Props): JSX.Element {
         <Fact name="samples">{fit.samples}</Fact>
       </dl>
       <p class="muted">
-        Intervals contain the true value with a probability of 95 %, without the uncertainty of the gauge. The rates are
-        as indicated, not corrected for the gas; sccm are for gas at 20 °C.
+        Intervals contain the true value with a probability of 95 %,{' '}
+        {fit.accuracy === null
+          ? 'without the uncertainty of the gauge'
+          : `with an accuracy of the gauge of ±${number(fit.accuracy * 100)} %`}
+        .{' '}
+        {gauge === 'none'
+          ? 'The rates are as indicated, not corrected for the gas'
+          : 'The rates are corrected for the gas: a leak of air, outgassing of water'}
+        ; sccm are for gas at 20 °C.
       </p>
       {fit.flows ? <Flows flows={fit.flows} /> : <p class="muted">Enter the volume to see flows.</p>}
     </section>

@@ -18,12 +18,22 @@ export function RateOfRise(): JSX.Element {
   const live = useLive()
   const names = allSeries(useSnapshot().gauges).map(({ series }) => series)
   const [measurement, change] = useMeasurement(names[0] ?? '')
-  const { series, begin, end, litres } = measurement
+  const { series, begin, end, litres, gauge } = measurement
+  const percent = measurement.accuracy === '' ? null : Number(measurement.accuracy)
   const volume = Number(litres) > 0 ? Number(litres) / 1000 : null
   const isReady = begin !== null && (end ?? live.now) > begin
   const period = isReady && end === null ? REFRESH_MS : null
   const query = useQuery(JSON.stringify(measurement), period, async () =>
-    isReady ? fitRise(series, begin, Math.round(end ?? live.now), volume) : null,
+    isReady
+      ? fitRise({
+          series,
+          from: begin,
+          to: Math.round(end ?? live.now),
+          gauge,
+          ...(volume === null ? {} : { volume_m3: volume }),
+          ...(percent === null ? {} : { accuracy: percent / 100 }),
+        })
+      : null,
   )
   const fit = isReady ? query.value : null
   return (
@@ -31,7 +41,7 @@ export function RateOfRise(): JSX.Element {
       <h1>Rate of rise</h1>
       <Steps names={names} measurement={measurement} change={change} />
       <RiseChart measurement={measurement} fit={fit} select={(begin, end) => change({ ...measurement, begin, end })} />
-      <Result fit={fit} error={isReady ? query.error : null} />
+      <Result fit={fit} gauge={gauge} error={isReady ? query.error : null} />
     </div>
   )
 }

@@ -5,7 +5,7 @@ import type { JSX } from 'preact'
 import { Choice, MomentField, sameText } from '../../components/fields.tsx'
 import { moment, momentOf } from '../../lib/format.ts'
 import { useLive } from '../../live.ts'
-import type { Measurement } from './measurement.ts'
+import { GAS_DEPENDENCES, type GasDependence, type Measurement } from './measurement.ts'
 
 interface Props {
   /** All series. */
@@ -15,7 +15,7 @@ interface Props {
 }
 
 export function Steps({ names, measurement, change }: Props): JSX.Element {
-  const { series, begin, end, litres } = measurement
+  const { series, begin, end, litres, gauge, accuracy } = measurement
   return (
     <ol class="steps panel">
       <li>
@@ -56,6 +56,31 @@ export function Steps({ names, measurement, change }: Props): JSX.Element {
             onInput={(event) => change({ ...measurement, litres: event.currentTarget.value })}
           />{' '}
           L
+        </label>
+      </li>
+      <li>
+        <span class="step">Choose how the gauge depends on the gas</span>
+        <Choice
+          label="Choose how the gauge depends on the gas"
+          value={gauge}
+          options={GAS_DEPENDENCES}
+          onChange={(gauge) => change({ ...measurement, gauge: gauge as GasDependence })}
+        />
+      </li>
+      <li>
+        <label>
+          <span class="step">Enter the accuracy of the gauge from its manual</span>±
+          <input
+            class="short"
+            type="number"
+            min="0"
+            max="100"
+            step="any"
+            inputMode="decimal"
+            value={accuracy}
+            onInput={(event) => change({ ...measurement, accuracy: event.currentTarget.value })}
+          />{' '}
+          %
         </label>
       </li>
     </ol>

@@ -14,6 +14,7 @@ import { allSeries, seriesAt, useChartData, useTrends } from '../../components/u
 import { limitsOf } from '../../lib/alarms.ts'
 import { isLive, type Range, windowOf } from '../../lib/range.ts'
 import { useLive, useSnapshot } from '../../live.ts'
+import { Link } from '../../router.tsx'
 import { useDark, useUnit } from '../../settings.ts'
 import { TrendChart, trendPixels } from './chart.tsx'
 import { useTrendChoice } from './choice.ts'
@@ -84,6 +85,9 @@ export function Trends(): JSX.Element {
         >
           Save as CSV
         </a>
+        <Link to={`/trends/pump-downs${chosen[0] ? `?series=${encodeURIComponent(chosen[0])}` : ''}`}>
+          Compare pump-downs
+        </Link>
       </div>
       <ChartTable
         caption="Pressures"

@@ -1,0 +1,318 @@
+//! `profivac identify`: the numbers of a plant from one record of pump-down, base pressure and rise.
+
+mod picture;
+mod source;
+
+use crate::failure::Failure;
+use crate::output::{json, notice, out};
+use crate::time_argument::parse_time;
+use crate::values;
+use clap::Args;
+use jiff::{Timestamp, Zoned};
+use profivac_client::pressure::Pressure;
+use profivac_identify::plant::{Dose, Phase, Plant, PlantRecord, Remedy, Volume, identify};
+use profivac_identify::{Interval, standard_uncertainty};
+use profivac_recorder::{Micros, Quality, Sample};
+use profivac_station::pumpdown::{TimeRange, Trace, find, pressure_rises};
+use profivac_station::report::format::{duration, timestamp};
+use serde_json::{Value, json as object};
+use std::path::PathBuf;
+
+/// Find the numbers of a plant from one record: effective pumping speed, leak, outgassing, ultimate pressure, with 95 % intervals.
+///
+/// The record has a pump-down, best down to the base pressure, and then a rise with the valve to the pump closed. The fit needs the
+/// volume, or a known dose of gas let in while the valve is closed. Then it says when a pressure will be reached, and what would
+/// help most: to close the leak, to bake, a larger pump, a better pump.
+#[derive(Args, Debug)]
+#[command(after_help = EXAMPLES)]
+pub struct Arguments {
+    /// A station's file or database, or the CSV of `monitor --csv` or of an export
+    #[arg(value_name = "STATION.toml|DATABASE.db|FILE.csv")]
+    source: PathBuf,
+    /// The gauge; needed if there are several. In the CSV of monitor it is the address
+    #[arg(long, value_name = "NAME")]
+    gauge: Option<String>,
+    /// The start of the pump-down: '2026-11-21 14:00', 14:00, yesterday, -2h, or RFC 3339. Default: that of the last pump-down
+    #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
+    from: Option<String>,
+    /// The end of the record, in the same form
+    #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
+    to: Option<String>,
+    /// When the valve to the pump was closed; default: the beginning of the largest rise
+    #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
+    closed: Option<String>,
+    /// When it was opened again; default: the end of that rise
+    #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
+    opened: Option<String>,
+    /// The volume: '50 l', '1.2 m3'
+    #[arg(long, value_name = "VOLUME", value_parser = values::volume, required_unless_present = "dose_mbar_l", conflicts_with = "dose_mbar_l")]
+    volume: Option<f64>,
+    /// A dose of gas in mbar l, let in while the valve was closed, in place of the volume
+    #[arg(long = "dose", value_name = "MBAR_L", requires = "dose_at")]
+    dose_mbar_l: Option<f64>,
+    /// When the dose was let in
+    #[arg(long, value_name = "TIME", allow_hyphen_values = true, requires = "dose_mbar_l")]
+    dose_at: Option<String>,
+    /// The accuracy of the gauge in percent of the reading, as its manual states it; it widens leak and outgassing
+    #[arg(long, value_name = "PERCENT")]
+    accuracy: Option<f64>,
+    /// A pressure whose time is predicted; may be repeated
+    #[arg(long, value_name = "PRESSURE")]
+    target: Vec<Pressure>,
+    /// Draw measurement, fit, prediction and residuals into this SVG file
+    #[arg(long, value_name = "FILE.svg")]
+    plot: Option<PathBuf>,
+    /// Print the numbers as JSON, in Pa, s, m3 and Pa m3/s
+    #[arg(long)]
+    json: bool,
+}
+
+const EXAMPLES: &str = "\
+Examples:
+  profivac identify plant.toml --gauge chamber --volume '50 l'
+  profivac identify plant.toml --gauge chamber --volume '50 l' --target '1e-7 mbar' --plot fit.svg
+  profivac identify plant.db --from yesterday --closed 08:00 --opened 08:30 --volume '1.2 m3' --accuracy 15
+  profivac identify pressures.csv --gauge 5 --dose 0.2 --dose-at '2026-11-21 14:30' --json
+
+How to record: start to record, pump down to the base pressure, close the valve to the pump, wait until the pressure has risen at
+least tenfold, open the valve. The longer the pump-down, the better leak and outgassing are told apart.";
+
+/// A record with the words that say how it was chosen.
+struct Chosen {
+    record: PlantRecord,
+    start: Micros,
+    /// The times in s at which the valve was closed and opened.
+    rise: Option<[f64; 2]>,
+}
+
+/// Reads the record, fits and prints.
+pub fn run(arguments: &Arguments) -> Result<(), Failure> {
+    let source = source::read(&arguments.source, arguments.gauge.as_deref())?;
+    let chosen = chosen(arguments, &source.samples)?;
+    let plant = identify(&chosen.record).map_err(|error| {
+        Failure::usage(format!(
+            "{}: {error}; choose the record with --from, --to, --closed and --opened",
+            arguments.source.display()
+        ))
+    })?;
+    if let Some(path) = &arguments.plot {
+        std::fs::write(path, picture::svg(&plant, &format!("{}: measured and fitted", source.gauge)))
+            .map_err(|error| Failure::usage(format!("{} cannot be written: {error}", path.display())))?;
+        notice(&format_args!("drew {}", path.display()));
+    }
+    out(&if arguments.json {
+        json(&numbers(arguments, &source.gauge, &chosen, &plant))
+    } else {
+        text(arguments, &source.gauge, &chosen, &plant)
+    });
+    Ok(())
+}
+
+fn micros(at: Timestamp) -> Micros {
+    Micros(at.as_microsecond())
+}
+
+/// The record between the chosen times, or of the last pump-down and the largest rise.
+fn chosen(arguments: &Arguments, samples: &[Sample]) -> Result<Chosen, Failure> {
+    let now = Zoned::now();
+    let time = |text: &Option<String>| text.as_deref().map(|text| parse_time(text, &now).map(micros)).transpose();
+    let (from, to) = (time(&arguments.from)?, time(&arguments.to)?);
+    let end = to.or_else(|| samples.last().map(|sample| sample.at)).unwrap_or(Micros(0));
+    let start =
+        match from {
+            Some(from) => from,
+            None => find(samples, 0).iter().rfind(|one| one.span.start < end).map(|one| one.span.start).ok_or_else(
+                || Failure::usage("expected a pump-down, found no fall by two decades; choose its start with --from"),
+            )?,
+        };
+    let span = TimeRange { start, end };
+    let trace = Trace::new(samples, span);
+    let seconds = |at: Micros| at.0.saturating_sub(start.0) as f64 / Micros::SECOND as f64;
+    let found = pressure_rises(&trace, &[0.0]).into_iter().filter(|rise| rise.fit.is_some());
+    let found = found.max_by(|one, two| (one.to_pa / one.from_pa).total_cmp(&(two.to_pa / two.from_pa)));
+    let found = found.map(|rise| [rise.from_s, rise.to_s]);
+    let valid = |sample: &&Sample| sample.quality == Quality::Valid && sample.at >= start && sample.at <= end;
+    let inside = samples.iter().filter(valid);
+    let mut kept: Vec<(f64, f64)> = inside.filter_map(|sample| Some((seconds(sample.at), sample.pa?))).collect();
+    kept.dedup_by_key(|(s, _)| s.to_bits());
+    let closed = time(&arguments.closed)?.map(seconds).or_else(|| found.map(|[from, _]| closing(&kept, from)));
+    let opened = time(&arguments.opened)?.map(seconds);
+    // Where the valve was opened between two samples is not known, so the record ends with the rise unless the time is given.
+    if let Some([_, to]) = found.filter(|_| opened.is_none()) {
+        kept.retain(|(s, _)| *s <= to);
+    }
+    let rise = closed.map(|closed| {
+        let ends = found.filter(|[from, to]| *from <= closed && closed < *to).map(|[_, to]| to);
+        [closed, opened.or(ends).unwrap_or_else(|| seconds(end))]
+    });
+    let mut phases = vec![Phase { from_s: 0.0, pumped: true }];
+    if let Some([closed, opened]) = rise {
+        phases.push(Phase { from_s: closed, pumped: false });
+        if opened < seconds(end) {
+            phases.push(Phase { from_s: opened, pumped: true });
+        }
+    }
+    let volume = match (arguments.volume, arguments.dose_mbar_l, time(&arguments.dose_at)?) {
+        (Some(m3), ..) => Volume::Given(m3),
+        // 1 mbar l is 0.1 Pa m³.
+        (None, Some(mbar_l), Some(at)) => Volume::FromDose(Dose { at_s: seconds(at), amount: mbar_l * 0.1 }),
+        _ => return Err(Failure::usage("expected --volume, or --dose with --dose-at")),
+    };
+    let accuracy = arguments.accuracy.unwrap_or(0.0);
+    if !(0.0..=100.0).contains(&accuracy) {
+        return Err(Failure::usage(format!("expected an accuracy from 0 to 100 percent, found {accuracy}")));
+    }
+    let gauge_uncertainty = standard_uncertainty(accuracy / 100.0);
+    Ok(Chosen { record: PlantRecord { samples: kept, phases, volume, gauge_uncertainty }, start, rise })
+}
+
+/// The samples before and after the closing of the valve from which its time follows.
+const BEFORE: usize = 20;
+const AFTER: usize = 12;
+
+/// When the valve was closed, near the last sample before the rise: where a straight line through the first samples of the rise
+/// reaches the pressure before it.
+fn closing(samples: &[(f64, f64)], foot_s: f64) -> f64 {
+    let place = samples.partition_point(|(s, _)| *s < foot_s);
+    let before = samples.get(place.saturating_sub(BEFORE)..place).unwrap_or_default();
+    let base = before.iter().map(|(_, pa)| pa.ln()).sum::<f64>() / before.len().max(1) as f64;
+    let base = base.exp();
+    let rising = samples.iter().skip(place).skip_while(|(_, pa)| *pa < 1.3 * base).take(AFTER);
+    let rising: Vec<(f64, f64)> = rising.copied().collect();
+    let count = rising.len().max(1) as f64;
+    let (s, pa) = rising.iter().fold((0.0, 0.0), |(s, pa), one| (s + one.0 / count, pa + one.1 / count));
+    let squares: f64 = rising.iter().map(|one| (one.0 - s).powi(2)).sum();
+    let slope = rising.iter().map(|one| (one.0 - s) * (one.1 - pa)).sum::<f64>() / squares;
+    let closed = s - (pa - base) / slope;
+    let longest = samples.get(place.saturating_sub(BEFORE)).map_or(0.0, |(first, _)| foot_s - first);
+    let is_near = closed.is_finite() && !before.is_empty() && (closed - foot_s).abs() <= longest;
+    if is_near { closed } else { foot_s }
+}
+
+fn remedy(remedy: Remedy) -> &'static str {
+    match remedy {
+        Remedy::CloseLeak => "close the leak",
+        Remedy::Bake => "bake (a hundredth of the outgassing)",
+        Remedy::LargerPump => "a pump of twice the speed",
+        Remedy::BetterPump => "a pump with a tenth of the ultimate pressure",
+    }
+}
+
+/// Three digits, so that a table stays narrow.
+fn digits(value: f64) -> String {
+    let size = value.abs();
+    if value.is_infinite() {
+        "∞".to_owned()
+    } else if value == 0.0 {
+        "0".to_owned()
+    } else if (0.01..1e4).contains(&size) {
+        let places = (2 - size.log10().floor() as i32).clamp(0, 4) as usize;
+        format!("{value:.places$}")
+    } else {
+        format!("{value:.2e}")
+    }
+}
+
+fn interval(found: Interval, one: f64, unit: &str) -> String {
+    let [mean, low, high] = [found.mean, found.low, found.high].map(|value| digits(value / one));
+    format!("{mean} {unit} ({low} to {high})").replace("  ", " ")
+}
+
+/// Above this the fit does not describe the record. free choice
+const MISFIT: f64 = 2.0;
+
+fn text(arguments: &Arguments, gauge: &str, chosen: &Chosen, plant: &Plant) -> String {
+    // In mbar l/s: 0.1 Pa m³/s.
+    let flow = |found: Interval| interval(found, 0.1, "mbar l/s");
+    let mbar = |found: Interval| interval(found, 100.0, "mbar");
+    let rise = chosen.rise.map_or_else(
+        || "no rise with a closed valve: leak and speed follow from the curve alone".to_owned(),
+        |[closed, opened]| format!("valve closed from {} to {}", duration(closed), duration(opened)),
+    );
+    let rise = rise.replace('\u{a0}', " ");
+    let mut lines = vec![format!(
+        "{gauge}: {} samples since {}, {rise}",
+        chosen.record.samples.len(),
+        timestamp(chosen.start).to_string()
+    )];
+    let fits = if plant.misfit > MISFIT {
+        "the fit does not describe the record: do not rely on these numbers"
+    } else {
+        "a good fit is near 1"
+    };
+    let given = if arguments.volume.is_some() {
+        format!("{} l, as given", digits(plant.volume_m3.mean * 1e3))
+    } else {
+        interval(plant.volume_m3, 1e-3, "l")
+    };
+    let mut row = |name: &str, value: String| lines.push(format!("  {name:<32} {value}"));
+    row("volume", given);
+    for (pa, speed) in &plant.speeds {
+        row(&format!("speed at {} mbar", digits(pa / 100.0)), interval(*speed, 1e-3, "l/s"));
+    }
+    row("leak", flow(plant.leak));
+    row("outgassing after 1 h", flow(plant.outgassing_1h));
+    row("exponent of outgassing", interval(plant.exponent, 1.0, ""));
+    row("ultimate pressure of pump", mbar(plant.ultimate_pa));
+    row("misfit", format!("{} ({fits})", digits(plant.misfit)));
+    row("residuals", picture::residual_line(&plant.residuals));
+    let [leak, walls, pump] = plant.parts_pa(plant.end_s());
+    row("pressure at the end by leak", mbar(leak));
+    row("  by outgassing", mbar(walls));
+    row("  by the pump", mbar(pump));
+    row("with the valve open: + 1 d", mbar(plant.predicted_pa(plant.end_s() + 86_400.0)));
+    for target in &arguments.target {
+        let found = plant.time_to_pa(target.pa());
+        let name = format!("{} mbar is reached after", digits(target.pa() / 100.0));
+        row(&name, found.map_or_else(|| "not within a year".to_owned(), |found| interval(found, 3_600.0, "h")));
+    }
+    row("what would help most", "pressure after another day, divided by".to_owned());
+    for (one, factor) in plant.remedies() {
+        row("", format!("{:>8}  {}", digits(factor.mean), remedy(one)));
+    }
+    lines.push(accuracy_note(arguments));
+    lines.join("\n")
+}
+
+fn accuracy_note(arguments: &Arguments) -> String {
+    let gauge = match arguments.accuracy {
+        Some(percent) => format!("with an accuracy of the gauge of ±{percent} %"),
+        None => "without the uncertainty of the gauge (--accuracy)".to_owned(),
+    };
+    format!("95 % intervals, {gauge}; as indicated, not corrected for the gas.")
+}
+
+fn view(found: Interval) -> Value {
+    object!({ "mean": found.mean, "low": found.low, "high": if found.high.is_finite() { object!(found.high) } else { Value::Null } })
+}
+
+fn numbers(arguments: &Arguments, gauge: &str, chosen: &Chosen, plant: &Plant) -> Value {
+    let [leak, walls, pump] = plant.parts_pa(plant.end_s());
+    object!({
+        "gauge": gauge,
+        "start": timestamp(chosen.start).to_string(),
+        "samples": chosen.record.samples.len(),
+        "closed_s": chosen.rise.map(|[closed, _]| closed),
+        "opened_s": chosen.rise.map(|[_, opened]| opened),
+        "volume_m3": view(plant.volume_m3),
+        "is_volume_given": arguments.volume.is_some(),
+        "speeds": plant.speeds.iter().map(|(pa, speed)| object!({ "pa": pa, "m3_per_s": view(*speed) })).collect::<Vec<_>>(),
+        "leak_pa_m3_per_s": view(plant.leak),
+        "outgassing_1h_pa_m3_per_s": view(plant.outgassing_1h),
+        "outgassing_exponent": view(plant.exponent),
+        "ultimate_pa": view(plant.ultimate_pa),
+        "misfit": plant.misfit,
+        "accuracy_percent": arguments.accuracy,
+        "at_end_pa": { "by_leak": view(leak), "by_outgassing": view(walls), "by_pump": view(pump) },
+        "after_another_day_pa": view(plant.predicted_pa(plant.end_s() + 86_400.0)),
+        "targets": arguments.target.iter().map(|target| object!({
+            "pa": target.pa(), "s": plant.time_to_pa(target.pa()).map(view)
+        })).collect::<Vec<_>>(),
+        "remedies": plant.remedies().iter().map(|(one, factor)| object!({
+            "remedy": remedy(*one), "pressure_divided_by": view(*factor)
+        })).collect::<Vec<_>>(),
+        "residuals": plant.residuals.iter().map(|one| object!({
+            "s": one.at_s, "measured_pa": one.measured_pa, "fitted_pa": one.fitted_pa, "deviations": one.deviations
+        })).collect::<Vec<_>>(),
+    })
+}

@@ -1,0 +1,107 @@
+//! `profivac identify`: a known plant from a CSV file, its table, JSON and picture, and errors with their exit codes.
+
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
+
+use serde_json::Value;
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+/// 50 l, 20 l/s; leak 2e-7, outgassing 2e-6 Pa m³/s after an hour.
+const VOLUME: f64 = 0.05;
+const SPEED: f64 = 0.02;
+const LEAK: f64 = 2e-7;
+const OUTGASSING: f64 = 2e-6;
+
+fn gas(t: f64) -> f64 {
+    LEAK + OUTGASSING * 3600.0 / (t + 5.0)
+}
+
+/// Two hours of pumping from 100 Pa and twenty minutes with a closed valve, as `monitor --csv` writes it.
+fn csv() -> String {
+    let mut text = String::from(
+        "unix_time,address,device,pressure,unit,mbar,instance,state,remarks,exchanges,lost,quality,limit_mbar,inputs\n",
+    );
+    let mut random = fastrand::Rng::with_seed(4);
+    let (mut pa, closed) = (100.0, 7_200.0);
+    for second in 0..8_400 {
+        let t = f64::from(second);
+        let noise: f64 = (0..12).map(|_| random.f64()).sum::<f64>() - 6.0;
+        let mbar = pa * (1.0 + 0.01 * noise) / 100.0;
+        writeln!(text, "{:.3},5,pcg550,{mbar:e},mbar,{mbar:e},1,DATA,\"\",1,0,valid,,", 1_795_262_400.0 + t).unwrap();
+        for part in 0..100 {
+            let now = t + f64::from(part) / 100.0;
+            let pumped = if now < closed { SPEED * pa } else { 0.0 };
+            pa += (gas(now) - pumped) / VOLUME / 100.0;
+        }
+    }
+    text
+}
+
+fn written(folder: &Path) -> PathBuf {
+    let path = folder.join("pressures.csv");
+    std::fs::write(&path, csv()).unwrap();
+    path
+}
+
+fn identify(arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_profivac")).arg("identify").args(arguments).output().unwrap()
+}
+
+fn stdout(output: &Output) -> String {
+    String::from_utf8(output.stdout.clone()).unwrap()
+}
+
+#[test]
+fn a_known_plant_is_identified_from_a_csv_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let (file, picture) = (written(folder.path()), folder.path().join("fit.svg"));
+    let (file, picture) = (file.to_str().unwrap(), picture.to_str().unwrap());
+    let output = identify(&[file, "--volume", "50 l", "--json", "--target", "5e-8 mbar", "--plot", picture]);
+    assert_eq!(output.status.code(), Some(0), "{output:?}");
+    let found: Value = serde_json::from_slice(&output.stdout).unwrap();
+    for (name, truth) in
+        [("leak_pa_m3_per_s", LEAK), ("outgassing_1h_pa_m3_per_s", OUTGASSING), ("outgassing_exponent", 1.0)]
+    {
+        let [low, high] = ["low", "high"].map(|key| found[name][key].as_f64().unwrap());
+        assert!(low <= truth && truth <= high, "{name}: {low:e} to {high:e}");
+    }
+    // After another day the leak makes three quarters of the pressure.
+    assert_eq!(found["remedies"][0]["remedy"], "close the leak", "{}", found["remedies"]);
+    assert!(found["misfit"].as_f64().unwrap() < 1.2, "{}", found["misfit"]);
+    let closed = found["closed_s"].as_f64().unwrap();
+    assert!((closed - 7_200.0).abs() < 0.5, "{closed}");
+    assert!(
+        found["targets"][0]["s"].is_null(),
+        "the leak alone gives 1e-7 mbar, so 5e-8 is not reached: {}",
+        found["targets"]
+    );
+    let svg = std::fs::read_to_string(picture).unwrap();
+    assert!(svg.starts_with("<svg") && svg.contains("predicted") && svg.matches("<circle").count() > 200);
+    let table = stdout(&identify(&[file, "--volume", "50 l", "--accuracy", "15"]));
+    for word in ["leak", "speed at", "exponent of outgassing", "what would help most", "±15 %"] {
+        assert!(table.contains(word), "{word}: {table}");
+    }
+}
+
+#[test]
+fn wrong_input_is_refused_with_the_reason() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = written(folder.path());
+    let file = file.to_str().unwrap();
+    let empty = folder.path().join("empty.csv");
+    std::fs::write(&empty, "").unwrap();
+    for (arguments, reason) in [
+        (vec![file], "--volume"),
+        (vec![file, "--volume", "50 l", "--gauge", "6"], "has no gauge \"6\""),
+        (vec![file, "--volume", "50 l", "--accuracy", "150"], "expected an accuracy from 0 to 100 percent, found 150"),
+        (vec![empty.to_str().unwrap(), "--volume", "50 l"], "expected a heading, found an empty file"),
+        (vec!["absent.csv", "--volume", "50 l"], "absent.csv cannot be read"),
+        (vec!["absent.toml", "--volume", "50 l"], "absent.toml"),
+    ] {
+        let output = identify(&arguments);
+        let text = String::from_utf8(output.stderr.clone()).unwrap();
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}: {text}");
+        assert!(text.contains(reason), "{arguments:?}: {text}");
+    }
+}

@@ -1,0 +1,276 @@
+//! The least squares of a plant: its unknowns, their bounds, and Levenberg and Marquardt's method (MINPACK).
+
+use super::model::{Numbers, State};
+use super::record::{Group, NotIdentified, PlantRecord, Volume};
+use levenberg_marquardt::{LeastSquaresProblem, LevenbergMarquardt};
+use nalgebra::storage::Owned;
+use nalgebra::{DMatrix, DVector, Dyn};
+
+const HOUR_S: f64 = 3600.0;
+
+/// The decades of pressure between two knots of the pumping speed, and the most knots.
+const DECADES: f64 = 2.0;
+const MOST_KNOTS: usize = 6;
+
+/// The places of the unknowns; those behind them are the speeds at the knots, and the volume if it is not known.
+pub(super) const LEAK: usize = 0;
+pub(super) const OUTGASSING: usize = 1;
+pub(super) const EXPONENT: usize = 2;
+pub(super) const ULTIMATE: usize = 3;
+const SHARE: usize = 4;
+const RETURN: usize = 5;
+const FIRST: usize = 6;
+const OFFSET: usize = 7;
+pub(super) const SPEEDS: usize = 8;
+
+/// What is usual for unknowns that many records do not determine: a value and a standard deviation. The exponent is near 1 for
+/// metals and 1/2 for polymers; the share that does not return to the wall is anything from 0 to 1, and the logarithm of the time
+/// constant of the return is wide. A wall begins to outgas within seconds of the start of the pump-down, or within a minute.
+/// free choice
+const USUAL: [(usize, f64, f64); 4] =
+    [(EXPONENT, 1.0, 0.3), (SHARE, 0.5, 0.5), (RETURN, 10.0, 3.0), (OFFSET, 0.0, 3.0)];
+
+/// The relative change of the sum of squares at which a fit ends.
+pub(super) const EXACT: f64 = 1e-9;
+
+/// The change of an unknown for a derivative.
+const CHANGE: f64 = 1e-4;
+
+/// The unknowns that are not below zero.
+const NOT_NEGATIVE: [usize; 2] = [LEAK, ULTIMATE];
+
+/// How often an unknown is released from zero in one fit.
+const RELEASES: u32 = 3;
+
+/// The values that an unknown can have. Leak and ultimate pressure may not be negative, the exponent is that of a real wall.
+const fn bounds(place: usize) -> [f64; 2] {
+    match place {
+        LEAK | ULTIMATE => [0.0, f64::INFINITY],
+        EXPONENT => [0.3, 2.0],
+        SHARE => [0.0, 1.0],
+        RETURN => [0.0, 25.0],
+        OFFSET => [-4.0, 7.0],
+        _ => [f64::NEG_INFINITY, f64::INFINITY],
+    }
+}
+
+/// The value of an unknown, moved into its bounds.
+pub(super) fn bounded(place: usize, value: f64) -> f64 {
+    let [low, high] = bounds(place);
+    value.max(low).min(high)
+}
+
+/// Where each unknown is in the vector of the fit.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Unknowns {
+    pub given_volume: Option<f64>,
+    pub knots_at: Vec<f64>,
+    /// The sizes of leak and ultimate pressure.
+    pub leak_size: f64,
+    pub ultimate_size: f64,
+}
+
+impl Unknowns {
+    pub fn count(&self) -> usize {
+        SPEEDS + self.knots_at.len() + usize::from(self.given_volume.is_none())
+    }
+
+    /// The numbers of a plant. An unknown beyond its bounds counts as at its bound, and what is usual leads it back.
+    pub fn numbers(&self, values: &DVector<f64>) -> Numbers {
+        let at = |place: usize| values.get(place).copied().unwrap_or(0.0);
+        let knots = self.knots_at.iter().enumerate().map(|(place, pa)| (*pa, at(SPEEDS + place)));
+        Numbers {
+            volume: self.given_volume.unwrap_or_else(|| at(self.count() - 1).exp()),
+            leak: self.leak_size * at(LEAK),
+            outgassing: at(OUTGASSING).exp(),
+            exponent: bounded(EXPONENT, at(EXPONENT)),
+            ultimate: self.ultimate_size * at(ULTIMATE),
+            share: bounded(SHARE, at(SHARE)),
+            return_s: bounded(RETURN, at(RETURN)).exp(),
+            first: at(FIRST).exp(),
+            offset_s: bounded(OFFSET, at(OFFSET)).exp(),
+            knots: knots.collect(),
+        }
+    }
+}
+
+/// The least squares of a record.
+#[derive(Clone)]
+pub(super) struct Problem<'a> {
+    pub record: &'a PlantRecord,
+    pub groups: &'a [Group],
+    pub noise: f64,
+    pub unknowns: Unknowns,
+    pub values: DVector<f64>,
+    /// The unknowns that the fit may change.
+    pub free: Vec<usize>,
+}
+
+impl Problem<'_> {
+    /// The states at the groups for some values.
+    pub fn states(&self, values: &DVector<f64>) -> Vec<State> {
+        let numbers = self.unknowns.numbers(values);
+        let dose = self.record.dose();
+        let Some(first) = self.groups.first() else { return Vec::new() };
+        let mut now = first.at_s;
+        let mut state = State { dry: first.ln_pa.exp() * numbers.first, water: 0.0, age: now + numbers.offset_s };
+        let mut all = Vec::with_capacity(self.groups.len());
+        for group in self.groups {
+            // The ends of the pieces between two groups: changes of the valve, the dose, and the group.
+            let mut ends: Vec<f64> = self.record.phases.iter().map(|phase| phase.from_s).collect();
+            ends.extend(dose.map(|dose| dose.at_s));
+            ends.retain(|end| *end > now && *end < group.at_s);
+            ends.push(group.at_s);
+            ends.sort_by(f64::total_cmp);
+            for end in ends {
+                state = numbers.advance(state, end - now, self.record.pumped_at(now));
+                now = end;
+                if let Some(dose) = dose.filter(|dose| dose.at_s.total_cmp(&end).is_eq()) {
+                    state.dry += dose.amount / numbers.volume;
+                }
+            }
+            all.push(state);
+        }
+        all
+    }
+
+    /// The logarithms of fitted by measured pressure and the distances from what is usual, in standard deviations.
+    pub fn misses(&self, values: &DVector<f64>) -> DVector<f64> {
+        let states = self.states(values);
+        let misses = states.iter().zip(self.groups);
+        let misses = misses.map(|(fitted, group)| (fitted.pa().ln() - group.ln_pa) * group.count.sqrt() / self.noise);
+        let usual = USUAL.map(|(place, value, spread)| (values[place] - value) / spread);
+        DVector::from_iterator(self.groups.len() + USUAL.len(), misses.chain(usual))
+    }
+
+    /// The derivatives of the misses by some unknowns, in their order.
+    pub fn derivatives(&self, places: &[usize]) -> DMatrix<f64> {
+        let here = self.misses(&self.values);
+        let mut matrix = DMatrix::zeros(here.len(), places.len());
+        for (column, place) in places.iter().enumerate() {
+            let mut values = self.values.clone();
+            values[*place] += CHANGE;
+            matrix.set_column(column, &((self.misses(&values) - &here) / CHANGE));
+        }
+        matrix
+    }
+
+    /// The least squares over the free unknowns within their bounds, and their sum; `None` without a minimum.
+    ///
+    /// Leak and ultimate pressure stay at zero as long as a larger value would not fit better (active set).
+    pub fn minimised(mut self, tolerance: f64) -> Option<(f64, Self)> {
+        let permitted = self.free.clone();
+        let mut releases = RELEASES;
+        loop {
+            self = LevenbergMarquardt::new().with_tol(tolerance).minimize(self).0;
+            let is_negative =
+                |values: &DVector<f64>, place: &usize| NOT_NEGATIVE.contains(place) && values[*place] < 0.0;
+            if self.free.iter().any(|place| is_negative(&self.values, place)) {
+                let values = self.values.clone();
+                self.free.retain(|place| !is_negative(&values, place));
+                NOT_NEGATIVE.iter().for_each(|place| self.values[*place] = values[*place].max(0.0));
+                continue;
+            }
+            let held: Vec<usize> = permitted.iter().copied().filter(|place| !self.free.contains(place)).collect();
+            let misses = self.misses(&self.values);
+            let slopes = self.derivatives(&held).transpose() * &misses;
+            let better = held.iter().zip(slopes.iter()).find(|(_, slope)| **slope < 0.0).map(|(place, _)| *place);
+            match better.filter(|_| releases > 0) {
+                Some(place) => {
+                    releases -= 1;
+                    self.free.push(place);
+                }
+                None => {
+                    let sum = misses.norm_squared();
+                    return sum.is_finite().then_some((sum, self));
+                }
+            }
+        }
+    }
+}
+
+impl LeastSquaresProblem<f64, Dyn, Dyn> for Problem<'_> {
+    type ParameterStorage = Owned<f64, Dyn>;
+    type ResidualStorage = Owned<f64, Dyn>;
+    type JacobianStorage = Owned<f64, Dyn, Dyn>;
+
+    fn set_params(&mut self, values: &DVector<f64>) {
+        for (place, value) in self.free.iter().zip(values.iter()) {
+            self.values[*place] = *value;
+        }
+    }
+
+    fn params(&self) -> DVector<f64> {
+        DVector::from_iterator(self.free.len(), self.free.iter().map(|place| self.values[*place]))
+    }
+
+    fn residuals(&self) -> Option<DVector<f64>> {
+        Some(self.misses(&self.values)).filter(|misses| misses.iter().all(|miss| miss.is_finite()))
+    }
+
+    fn jacobian(&self) -> Option<DMatrix<f64>> {
+        Some(self.derivatives(&self.free)).filter(|matrix| matrix.iter().all(|part| part.is_finite()))
+    }
+}
+
+/// The best of several beginnings: leak and ultimate pressure may begin on the wrong side of a ridge, the water of a wall may
+/// return soon or late.
+pub(super) fn best<'a>(
+    record: &'a PlantRecord,
+    groups: &'a [Group],
+    noise: f64,
+) -> Result<(f64, Problem<'a>), NotIdentified> {
+    let (unknowns, start) = guess(record, groups);
+    let free = (0..unknowns.count()).collect();
+    let problem = Problem { record, groups, noise, unknowns, values: start, free };
+    let starts = [(1.0, 1.0, 10.0), (0.1, 0.1, 10.0), (0.3, 0.3, 7.0)];
+    let fits = starts.into_iter().filter_map(|(leak, ultimate, returns)| {
+        let mut problem = problem.clone();
+        problem.values[LEAK] *= leak;
+        problem.values[ULTIMATE] *= ultimate;
+        problem.values[RETURN] = returns;
+        problem.minimised(EXACT)
+    });
+    fits.min_by(|(one, _), (two, _)| one.total_cmp(two)).ok_or(NotIdentified::NoMinimum)
+}
+
+/// A first guess from the slopes of the record.
+fn guess(record: &PlantRecord, groups: &[Group]) -> (Unknowns, DVector<f64>) {
+    let samples: Vec<(f64, f64)> = groups.iter().map(|group| (group.at_s, group.ln_pa.exp())).collect();
+    let lowest = samples.iter().map(|(_, pa)| *pa).fold(f64::INFINITY, f64::min);
+    let highest = samples.iter().map(|(_, pa)| *pa).fold(0.0, f64::max);
+    let volume = match record.volume {
+        Volume::Given(m3) => m3,
+        Volume::FromDose(dose) => {
+            let before = samples.iter().rev().find(|(t, _)| *t < dose.at_s).map_or(0.0, |(_, pa)| *pa);
+            let after = samples.iter().find(|(t, _)| *t > dose.at_s).map_or(1.0, |(_, pa)| *pa);
+            dose.amount / (after - before).max(1e-3 * after)
+        }
+    };
+    let count = (((highest / lowest).log10() / DECADES).round().max(1.0) as usize).min(MOST_KNOTS - 1);
+    let knots_at: Vec<f64> =
+        (0..=count).map(|knot| lowest.ln() + (highest / lowest).ln() * knot as f64 / count as f64).collect();
+    let pairs = || samples.windows(2).filter_map(|pair| Some((pair.first()?, pair.get(1)?)));
+    let fastest = pairs()
+        .filter(|((t, _), _)| record.pumped_at(*t))
+        .map(|((t, pa), (later, lower))| (pa / lower).ln() / (later - t))
+        .fold(1e-6, f64::max);
+    let speed = (fastest * volume).ln();
+    let rising = pairs().filter(|((t, _), _)| !record.pumped_at(*t));
+    let gas = rising.map(|((t, pa), (later, higher))| (higher - pa) / (later - t) * volume).filter(|gas| *gas > 0.0);
+    let mut gases: Vec<f64> = gas.collect();
+    gases.sort_by(f64::total_cmp);
+    let gas = gases.get(gases.len() / 2).copied().unwrap_or_else(|| lowest * speed.exp());
+    let end = samples.last().map_or(HOUR_S, |(t, _)| *t);
+    let given_volume = match record.volume {
+        Volume::Given(m3) => Some(m3),
+        Volume::FromDose(_) => None,
+    };
+    let unknowns = Unknowns { given_volume, knots_at, leak_size: gas, ultimate_size: lowest };
+    let mut values = vec![0.3, (0.7 * gas * end / HOUR_S).ln(), 1.0, 0.3, 0.5, 10.0, 0.0, 0.0];
+    values.extend(std::iter::repeat_n(speed, count + 1));
+    if unknowns.given_volume.is_none() {
+        values.push(volume.ln());
+    }
+    (unknowns, DVector::from_vec(values))
+}

@@ -1,0 +1,156 @@
+//! What follows from the numbers of a plant: pressures and times to come, and what would help most.
+
+use super::Plant;
+use super::fit::bounded;
+use super::model::Numbers;
+use crate::interval::{Interval, SIGMAS};
+use nalgebra::DVector;
+
+const HOUR_S: f64 = 3600.0;
+
+/// A time that is not reached within a year is not stated.
+const YEAR_S: f64 = 365.0 * 24.0 * HOUR_S;
+
+/// A change that lowers the pressure.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Remedy {
+    /// Close the leak.
+    CloseLeak,
+    /// Bake the chamber, which leaves a hundredth of the outgassing (free choice).
+    Bake,
+    /// A pump of twice the effective speed.
+    LargerPump,
+    /// A better fore vacuum or pump, with a tenth of the ultimate pressure.
+    BetterPump,
+}
+
+impl Remedy {
+    /// All of them.
+    pub const ALL: [Self; 4] = [Self::CloseLeak, Self::Bake, Self::LargerPump, Self::BetterPump];
+
+    fn applied(self, numbers: &Numbers) -> Numbers {
+        let mut better = numbers.clone();
+        match self {
+            Self::CloseLeak => better.leak = 0.0,
+            Self::Bake => better.outgassing *= 0.01,
+            Self::LargerPump => better.knots.iter_mut().for_each(|(_, speed)| *speed += std::f64::consts::LN_2),
+            Self::BetterPump => better.ultimate *= 0.1,
+        }
+        better
+    }
+}
+
+impl Plant {
+    /// The time of the last group of samples, in s after the start of the pump-down.
+    #[must_use]
+    pub const fn end_s(&self) -> f64 {
+        self.end_s
+    }
+
+    /// The pressure in Pa, as the gauge will indicate it, with its 95 % band if the pumping goes on until `seconds` after the
+    /// start of the pump-down.
+    #[must_use]
+    pub fn predicted_pa(&self, seconds: f64) -> Interval {
+        self.band(|numbers| self.pressure(numbers, seconds))
+    }
+
+    /// The time in s after the start of the pump-down at which the pressure reaches a target in Pa, with its 95 % band; `None`
+    /// if it does not within a year. The upper bound is infinite if the target may not be reached at all.
+    #[must_use]
+    pub fn time_to_pa(&self, target_pa: f64) -> Option<Interval> {
+        let found = self.band(|numbers| self.time(numbers, target_pa));
+        found.mean.is_finite().then_some(found)
+    }
+
+    /// The pressure after another day of pumping divided by that with each remedy, with its 95 % band, the best remedy first.
+    #[must_use]
+    pub fn remedies(&self) -> Vec<(Remedy, Interval)> {
+        let end = self.end_s + 24.0 * HOUR_S;
+        let mut all: Vec<_> = Remedy::ALL
+            .map(|remedy| {
+                let factor =
+                    |numbers: &Numbers| self.pressure(numbers, end) / self.pressure(&remedy.applied(numbers), end);
+                (remedy, self.hull(factor))
+            })
+            .into();
+        all.sort_by(|(_, one), (_, two)| two.mean.total_cmp(&one.mean));
+        all
+    }
+
+    /// The parts of the pressure with the valve open at a time in Pa, with their 95 % bands: by the leak, by outgassing, and by
+    /// the pump.
+    #[must_use]
+    pub fn parts_pa(&self, seconds: f64) -> [Interval; 3] {
+        let speed = |numbers: &Numbers| numbers.speed(self.pressure(numbers, seconds));
+        let parts: [&dyn Fn(&Numbers) -> f64; 3] = [
+            &|numbers| (numbers.leak / speed(numbers)).max(f64::MIN_POSITIVE),
+            &|numbers| numbers.outgassed(seconds) / speed(numbers),
+            &|numbers| numbers.ultimate.max(f64::MIN_POSITIVE),
+        ];
+        parts.map(|part| self.band(part).widened(self.gauge_uncertainty))
+    }
+
+    /// The pressure if the pumping goes on from the first group until `seconds`.
+    fn pressure(&self, numbers: &Numbers, seconds: f64) -> f64 {
+        let (from, state) = self.start;
+        if seconds > from { numbers.advance(state, seconds - from, true).pa() } else { state.pa() }
+    }
+
+    fn time(&self, numbers: &Numbers, target_pa: f64) -> f64 {
+        let (mut now, mut state) = self.start;
+        if state.pa() <= target_pa {
+            return now;
+        }
+        while now < YEAR_S {
+            let step = (now * 0.02).max(0.1);
+            let next = numbers.advance(state, step, true);
+            let (pa, lower) = (state.pa(), next.pa());
+            if lower <= target_pa {
+                // Between the two the logarithms are a straight line.
+                let part = if lower < pa { (pa / target_pa).ln() / (pa / lower).ln() } else { 1.0 };
+                return now + step * part;
+            }
+            (now, state) = (now + step, next);
+        }
+        f64::INFINITY
+    }
+
+    /// A quantity above zero with its 95 % band: the larger of 1.96 standard deviations of its logarithm and of the hull.
+    fn band(&self, quantity: impl Fn(&Numbers) -> f64) -> Interval {
+        let found = self.hull(&quantity);
+        let variance = self.variance(&|values: &DVector<f64>| self.logarithm(&quantity, values));
+        let spread = (SIGMAS * variance.max(0.0).sqrt()).exp();
+        if !spread.is_finite() {
+            return found;
+        }
+        Interval { low: found.low.min(found.mean / spread), high: found.high.max(found.mean * spread), ..found }
+    }
+
+    /// A quantity above zero with its range over the unknowns at the bounds of their intervals.
+    fn hull(&self, quantity: impl Fn(&Numbers) -> f64) -> Interval {
+        let mean = self.logarithm(&quantity, &self.values);
+        let corners = self.corners.iter().map(|values| self.logarithm(&quantity, values));
+        let [low, high] = corners.fold([mean; 2], |[low, high], value| [low.min(value), high.max(value)]);
+        Interval { mean: mean.exp(), low: low.exp(), high: high.exp() }
+    }
+
+    fn logarithm(&self, quantity: impl Fn(&Numbers) -> f64, values: &DVector<f64>) -> f64 {
+        let inside = DVector::from_fn(values.len(), |place, _| bounded(place, values[place]));
+        quantity(&self.unknowns.numbers(&inside)).ln()
+    }
+
+    /// The variance of a function of the unknowns.
+    fn variance(&self, of: &impl Fn(&DVector<f64>) -> f64) -> f64 {
+        let gradient = DVector::from_fn(self.values.len(), |place, _| {
+            // A tenth of the uncertainty of the number shows how the function changes within it.
+            let step = (0.1 * self.covariance[(place, place)].sqrt()).max(1e-6);
+            let [below, above] = [-step, step].map(|change| {
+                let mut values = self.values.clone();
+                values[place] += change;
+                of(&values)
+            });
+            (above - below) / (2.0 * step)
+        });
+        gradient.dot(&(&self.covariance * &gradient))
+    }
+}

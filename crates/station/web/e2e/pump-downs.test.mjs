@@ -1,0 +1,71 @@
+// Pump-downs over each other in a browser.
+
+import assert from 'node:assert/strict'
+import { after, before, test } from 'node:test'
+import { openPage, startBrowser, startPlant } from './setup.mjs'
+
+let browser
+let plant
+
+before(async () => {
+  ;[browser, plant] = await Promise.all([startBrowser(), startPlant('127.0.0.1:0', 'pumped')])
+})
+
+after(async () => {
+  await browser?.close()
+  await plant?.stop()
+})
+
+/** Opens a page of the station. The console may show no error. */
+async function visit(path, look) {
+  const { page, complaints, close } = await openPage(browser, plant.url + path, {})
+  try {
+    await look(page)
+    assert.deepEqual(complaints, [])
+  } finally {
+    await close()
+  }
+}
+
+const PAGE = '/trends/pump-downs?series=transfer%20lock'
+
+test('a late pump-down lies over the last ten, with its deviation in words and its times in a table', async () => {
+  await visit(PAGE, async (page) => {
+    await page.locator('svg polyline.shown').waitFor()
+    assert.equal(await page.locator('nav [aria-current]').innerText(), 'Trends')
+    assert.equal(await page.locator('svg polyline').count(), 11)
+    const verdict = await page.locator('.verdict').innerText()
+    assert.match(
+      verdict,
+      /later to 1e-\d mbar than usual: .*the median of the last 10.*; since \w+day, \d{4}-\d\d-\d\d\./,
+    )
+    assert.match(verdict, /late at low pressure only|falls as the time/)
+    const row = page.locator('tr.deviates', { hasText: '1.00 × 10⁻⁵ mbar' })
+    assert.match(await row.innerText(), /12 min.*6 min.*later/s)
+  })
+})
+
+test('another pump-down and a reference can be chosen, and stay in the address', async () => {
+  await visit(PAGE, async (page) => {
+    await page.locator('.runs button').nth(2).click()
+    await page.locator('.verdict', { hasText: 'As usual.' }).waitFor()
+    const starts = await page
+      .getByLabel('Compare with')
+      .locator('option')
+      .evaluateAll((all) => all.map(({ value }) => value))
+    await page.getByLabel('Compare with').selectOption(starts[1])
+    await page.locator('.verdict', { hasText: 'earlier' }).waitFor()
+    assert.match(await page.locator('.verdict').innerText(), /the chosen one/)
+    assert.match(page.url(), /reference=\d+/)
+    await page.reload()
+    await page.locator('.verdict', { hasText: 'the chosen one' }).waitFor()
+  })
+})
+
+test('the trends page links to the pump-downs of its first series', async () => {
+  await visit('/trends', async (page) => {
+    await page.getByRole('link', { name: 'Compare pump-downs' }).click()
+    await page.getByRole('heading', { name: 'Pump-downs' }).waitFor()
+    assert.match(page.url(), /pump-downs\?series=/)
+  })
+})

@@ -1,0 +1,214 @@
+// Pump-downs over each other: one of them beside the last ten or a chosen one, its times to each decade, and its deviation in words.
+
+import './pump-downs.css'
+import type { JSX } from 'preact'
+import { fetchPumpDowns } from '../../api/calls.ts'
+import type { PumpDown } from '../../api/types.ts'
+import { Choice, sameText } from '../../components/fields.tsx'
+import { useQuery } from '../../components/hooks.ts'
+import { Pressure } from '../../components/pressure.tsx'
+import { allSeries } from '../../components/use-trends.ts'
+import { decade, moment } from '../../lib/format.ts'
+import { axesOf, decadesOf, place, polyline, timeText, usualText } from '../../lib/pump-downs.ts'
+import { inUnit, UNITS } from '../../lib/units.ts'
+import { live, useSnapshot } from '../../live.ts'
+import { Link, setQuery, useLocation } from '../../router.tsx'
+import { useUnit } from '../../settings.ts'
+
+/** A running pump-down is fetched again this often. */
+const REFRESH_MS = 30_000
+
+const DAYS = [
+  ['7', 'last 7 days'],
+  ['30', 'last 30 days'],
+  ['90', 'last 90 days'],
+  ['730', 'last two years'],
+] as const
+
+const DAY_MS = 86_400_000
+
+/** The size of the chart, and of its margins. */
+const [WIDTH, HEIGHT, LEFT, BOTTOM] = [760, 380, 56, 40]
+
+export function PumpDowns(): JSX.Element {
+  const { query } = useLocation()
+  const names = allSeries(useSnapshot().gauges).map(({ series }) => series)
+  const series = query.get('series') ?? names[0] ?? ''
+  const days = query.get('days') ?? '30'
+  const reference = query.get('reference')
+  const change = (name: string, value: string): void => {
+    const next = new URLSearchParams(query)
+    if (value) next.set(name, value)
+    else next.delete(name)
+    if (name === 'series') ['run', 'reference'].map((key) => next.delete(key))
+    setQuery(next)
+  }
+  const fetched = useQuery(JSON.stringify([series, days, reference]), REFRESH_MS, async (signal) => {
+    const to = Math.ceil(live().now)
+    return series ? fetchPumpDowns(series, to - Number(days) * DAY_MS, to, reference, signal) : null
+  })
+  const runs = fetched.value?.series === series ? fetched.value.runs : []
+  const shown = runs.find(({ start_ms }) => String(start_ms) === query.get('run')) ?? runs[0]
+  const starts = runs.map(({ start_ms }): [string, string] => [String(start_ms), moment(start_ms)])
+  return (
+    <div class="pump-downs">
+      <h1>Pump-downs</h1>
+      <div class="bar">
+        <Choice
+          label="Series"
+          value={series}
+          options={sameText(names.includes(series) ? names : [series, ...names])}
+          onChange={(value) => change('series', value)}
+        />
+        <Choice label="Time range" value={days} options={DAYS} onChange={(value) => change('days', value)} />
+        <Choice
+          label="Compare with"
+          value={reference ?? ''}
+          options={[['', 'the last ten'], ...starts.map(([start, text]) => [start, `that of ${text}`] as const)]}
+          onChange={(value) => change('reference', value)}
+        />
+        <Link to={`/trends?series=${encodeURIComponent(series)}`}>Trends</Link>
+      </div>
+      {shown ? (
+        <>
+          <Verdict run={shown} />
+          <div class="panel">
+            <Overlay runs={runs} shown={shown} />
+          </div>
+          <Levels run={shown} />
+          <Runs runs={runs} shown={shown} show={(run) => change('run', String(run.start_ms))} />
+        </>
+      ) : (
+        <p class="muted">{fetched.value ? 'No pump-down in this time: a fall of the pressure by two decades.' : '…'}</p>
+      )}
+      <p class="load-error" role="status">
+        {fetched.error}
+      </p>
+    </div>
+  )
+}
+
+function Verdict({ run: { deviation, levels } }: { run: PumpDown }): JSX.Element {
+  if (deviation) {
+    return (
+      <p class="verdict deviates" role="status">
+        <strong>{deviation.text}.</strong> It is {deviation.likeness}.
+      </p>
+    )
+  }
+  const compared = levels.filter(({ usual }) => usual).length
+  return (
+    <p class="verdict" role="status">
+      {compared > 0
+        ? 'As usual.'
+        : 'Too few pump-downs before it to compare with: five from a similar pressure are needed.'}
+    </p>
+  )
+}
+
+/** The curves on logarithmic axes, the shown one on top. */
+function Overlay({ runs, shown }: { runs: PumpDown[]; shown: PumpDown }): JSX.Element | null {
+  const unit = useUnit()
+  const axes = axesOf(runs)
+  if (!axes) return null
+  const [width, height] = [WIDTH - LEFT, HEIGHT - BOTTOM]
+  // The axis has decades of Pa; a unit moves its labels.
+  const perUnit = UNITS[unit]
+  const [from, to] = axes.pa.map((decade) => Math.log10(inUnit(10 ** decade, unit))) as [number, number]
+  const marks = decadesOf([Math.ceil(from - 1e-9), Math.floor(to + 1e-9)])
+  return (
+    <svg viewBox={`0 0 ${WIDTH} ${HEIGHT}`} role="img" aria-label={`${runs.length} pump-downs in ${unit} over seconds`}>
+      <g transform={`translate(${LEFT} 4)`}>
+        {decadesOf(axes.s).map((exponent) => {
+          const x = place(10 ** exponent, axes.s) * width
+          return (
+            <g key={`s${exponent}`}>
+              <line class="grid" x1={x} x2={x} y1={0} y2={height} />
+              <text x={x} y={height + 16} text-anchor="middle">
+                {decade(10 ** exponent)}
+              </text>
+            </g>
+          )
+        })}
+        {marks.map((exponent) => {
+          const y = (1 - place(perUnit * 10 ** exponent, axes.pa)) * height
+          return (
+            <g key={`p${exponent}`}>
+              <line class="grid" x1={0} x2={width} y1={y} y2={y} />
+              <text x={-6} y={y + 4} text-anchor="end">
+                {decade(10 ** exponent)}
+              </text>
+            </g>
+          )
+        })}
+        <text x={width / 2} y={height + 32} text-anchor="middle">
+          seconds
+        </text>
+        {runs
+          .filter((run) => run !== shown)
+          .map((run) => (
+            <polyline
+              key={run.start_ms}
+              class={run.deviation ? 'other deviates' : 'other'}
+              points={polyline(run, axes, width, height)}
+            />
+          ))}
+        <polyline class="shown" points={polyline(shown, axes, width, height)} />
+      </g>
+    </svg>
+  )
+}
+
+function Levels({ run }: { run: PumpDown }): JSX.Element {
+  const unit = useUnit()
+  return (
+    <section class="panel" aria-label="Times">
+      <table>
+        <caption>Time to each decade, pump-down of {moment(run.start_ms)}</caption>
+        <thead>
+          <tr>
+            <th scope="col">Pressure</th>
+            <th scope="col">Time</th>
+            <th scope="col">Usual (limits)</th>
+            <th scope="col">Deviation</th>
+          </tr>
+        </thead>
+        <tbody>
+          {run.levels.map((level) => (
+            <tr key={level.pa} class={level.deviation ? 'deviates' : undefined}>
+              <th scope="row">
+                <Pressure pa={level.pa} unit={unit} />
+              </th>
+              <td>{timeText(level)}</td>
+              <td>{usualText(level)}</td>
+              <td>{level.deviation ?? ''}</td>
+            </tr>
+          ))}
+        </tbody>
+      </table>
+    </section>
+  )
+}
+
+interface RunsProps {
+  runs: PumpDown[]
+  shown: PumpDown
+  show: (run: PumpDown) => void
+}
+
+function Runs({ runs, shown, show }: RunsProps): JSX.Element {
+  return (
+    <section class="panel" aria-label="All pump-downs">
+      <ul class="runs">
+        {runs.map((run) => (
+          <li key={run.start_ms}>
+            <button type="button" aria-pressed={run === shown} onClick={() => show(run)}>
+              {moment(run.start_ms)}
+            </button>
+            <span>{run.deviation ? run.deviation.text : 'as usual'}</span>
+          </li>
+        ))}
+      </ul>
+    </section>
+  )
+}
