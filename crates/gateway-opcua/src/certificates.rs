@@ -8,7 +8,6 @@
 //! ```
 
 use crate::OpcuaError;
-use opcua_crypto::x509::AlternateNames;
 use opcua_crypto::{CertificateStore, X509Data};
 use std::fs::{self, Permissions};
 use std::os::unix::fs::PermissionsExt;
@@ -50,21 +49,17 @@ pub fn prepare(folder: &Path, application_uri: &str, host: &str) -> Result<(), O
 }
 
 fn data(application_uri: &str, host: &str) -> X509Data {
-    let mut names = AlternateNames::new();
-    names.add_uri(application_uri);
-    let mut hosts = X509Data::computer_hostnames();
-    hosts.push(host.trim_matches(['[', ']']).to_owned());
-    hosts.push("localhost".to_owned());
-    hosts.dedup();
-    names.add_addresses(&hosts);
+    let host = host.trim_matches(['[', ']']).to_owned();
     X509Data {
         key_size: KEY_BITS,
         common_name: "profivac".to_owned(),
         organization: "profivac".to_owned(),
         organizational_unit: "station".to_owned(),
+        // A user-assigned code of ISO 3166: the place of the station is not known.
         country: "XX".to_owned(),
         state: "none".to_owned(),
-        alt_host_names: names,
+        // The host of the URLs, localhost and the name of this computer; no addresses, which would ask the network.
+        alt_host_names: X509Data::alt_host_names(application_uri, Some(vec![host]), true, true, false),
         certificate_duration_days: VALID_DAYS,
     }
 }
