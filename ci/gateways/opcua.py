@@ -169,7 +169,7 @@ async def check_alarm(plant, station):
     await until("the alarm", is_active)
     words = await station.property(f"{alarm}/priority", "EnumStrings")
     assert words[await station.value(f"{alarm}/priority")].Text == "high"
-    assert await station.value(f"{alarm}/occurrence") == 1
+    assert await station.value(f"{alarm}/occurrence") >= 1
     assert await station.value(f"{alarm}/alarm-acknowledged") is False
     plant.tell("pressure 1e-3 mbar")
 

@@ -39,9 +39,11 @@ fn status(signal: Signal, value: &PointValue, has_value: bool) -> StatusCode {
     }
 }
 
+/// A value with its status and time. Without a value it holds the empty variant: a variable of the library gives a status only together
+/// with a value, so a gauge that is gone would be shown as good.
 fn stamped(value: Option<Variant>, status: StatusCode, at: Micros) -> DataValue {
     DataValue {
-        value,
+        value: Some(value.unwrap_or(Variant::Empty)),
         status: Some(status),
         source_timestamp: Some(time(at)),
         source_picoseconds: None,
@@ -124,6 +126,10 @@ pub fn of_sample(sample: &Sample) -> DataValue {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use opcua_server::address_space::Variable;
+    use opcua_types::{DataEncoding, NumericRange, TimestampsToReturn};
+
+    const EMPTY: Option<Variant> = Some(Variant::Empty);
 
     fn point(value: Value, state: State) -> PointValue {
         PointValue { value, state, at: Some(Micros(1_000_000)), version: 1 }
@@ -139,8 +145,17 @@ mod tests {
         assert_eq!(shown(Signal::Pressure, Value::Float(1.5), State::Ok), (Some(Variant::Float(1.5)), 0));
         let over = shown(Signal::Pressure, Value::Float(1.5), State::OverRange);
         assert_eq!(over, (Some(Variant::Float(1.5)), 0x4094_0000));
-        assert_eq!(shown(Signal::Pressure, Value::None, State::Stale), (None, 0x8031_0000));
-        assert_eq!(shown(Signal::Pressure, Value::None, State::Off), (None, 0x808D_0000));
+        assert_eq!(shown(Signal::Pressure, Value::None, State::Stale), (EMPTY, 0x8031_0000));
+        assert_eq!(shown(Signal::Pressure, Value::None, State::Off), (EMPTY, 0x808D_0000));
+    }
+
+    #[test]
+    fn a_client_reads_the_status_of_a_pressure_that_has_no_value() {
+        let value = of_point(Signal::Pressure, DataType::Float, &point(Value::None, State::Stale));
+        let mut variable = Variable::default();
+        variable.set_data_value(value);
+        let read = variable.value(TimestampsToReturn::Both, &NumericRange::None, &DataEncoding::Binary, 0.0);
+        assert_eq!(read.status, Some(StatusCode::BadNoCommunication));
     }
 
     #[test]
@@ -151,7 +166,7 @@ mod tests {
 
     #[test]
     fn what_is_not_known_is_no_good_value() {
-        assert_eq!(shown(Signal::CycleTime, Value::None, State::Ok), (None, StatusCode::BadNoData.bits()));
+        assert_eq!(shown(Signal::CycleTime, Value::None, State::Ok), (EMPTY, StatusCode::BadNoData.bits()));
         // Over the range there is a bound of the pressure, but no corrected pressure.
         assert_eq!(shown(Signal::CorrectedPressure, Value::None, State::OverRange).1, StatusCode::BadNoData.bits());
     }
@@ -167,6 +182,6 @@ mod tests {
     #[test]
     fn a_gap_of_the_record_has_no_value() {
         let value = of_sample(&Sample::new(Micros(5), None, Quality::Stale));
-        assert_eq!((value.value, value.status.unwrap().bits()), (None, 0x8031_0000));
+        assert_eq!((value.value, value.status.unwrap().bits()), (EMPTY, 0x8031_0000));
     }
 }
