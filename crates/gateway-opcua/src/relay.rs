@@ -101,7 +101,7 @@ async fn serve(client: TcpStream, server: SocketAddr) -> std::io::Result<()> {
     let answering = Mutex::new(());
     tokio::select! {
         ended = pass_requests(from_client, to_server, &answering) => ended,
-        ended = pass_answers(from_server, to_client, &answering) => ended,
+        ended = pass_answers(from_server, to_client, &answering, STALL_TIMEOUT) => ended,
     }
 }
 
@@ -122,11 +122,12 @@ async fn pass_requests(
     }
 }
 
-/// Passes answers on; ends when the client does not take them.
+/// Passes answers on; ends when the client has not taken one after the time `stall`.
 async fn pass_answers(
     mut server: impl AsyncRead + Unpin,
     mut client: impl AsyncWrite + Unpin,
     answering: &Mutex<()>,
+    stall: Duration,
 ) -> std::io::Result<()> {
     let mut chunk = vec![0; CHUNK];
     loop {
@@ -135,7 +136,7 @@ async fn pass_answers(
             return client.shutdown().await;
         }
         let _answering = answering.lock().await;
-        timeout(STALL_TIMEOUT, client.write_all(chunk.get(..length).unwrap_or_default())).await??;
+        timeout(stall, client.write_all(chunk.get(..length).unwrap_or_default())).await??;
     }
 }
 
@@ -159,24 +160,26 @@ mod tests {
     }
 
     /// A client that takes no answers: after the first that waits, no request reaches the server.
-    #[tokio::test(start_paused = true)]
+    #[tokio::test]
     async fn a_client_that_takes_no_answers_gets_no_further_requests_through_and_is_disconnected() {
         let (client_in, mut client_requests) = duplex(CHUNK);
         let (client_out, _client_answers) = duplex(4);
         let (server_in, mut server_answers) = duplex(CHUNK);
         let (server_out, mut server_requests) = duplex(CHUNK);
         let answering = Mutex::new(());
-        let answers = pass_answers(server_in, client_out, &answering);
+        let answers = pass_answers(server_in, client_out, &answering, Duration::from_millis(1));
         let requests = pass_requests(client_in, server_out, &answering);
         tokio::pin!(answers, requests);
         server_answers.write_all(b"more than four").await.unwrap();
-        assert!(timeout(Duration::from_secs(1), &mut answers).await.is_err(), "the answer waits");
+        // Without time a future is polled once: the answer begins, and holds the requests back until it is polled again.
+        assert!(timeout(Duration::ZERO, &mut answers).await.is_err(), "the answer waits");
         client_requests.write_all(b"request").await.unwrap();
-        assert!(timeout(Duration::from_secs(1), &mut requests).await.is_err());
+        assert!(timeout(Duration::ZERO, &mut requests).await.is_err());
         let mut request = [0; 7];
-        let passed = timeout(Duration::from_secs(1), server_requests.read(&mut request)).await;
-        assert!(passed.is_err(), "no request while the answer waits");
-        let ended = timeout(STALL_TIMEOUT, answers).await.unwrap();
-        assert_eq!(ended.unwrap_err().kind(), std::io::ErrorKind::TimedOut);
+        assert!(timeout(Duration::ZERO, server_requests.read(&mut request)).await.is_err(), "no request passes");
+        assert_eq!(answers.await.unwrap_err().kind(), std::io::ErrorKind::TimedOut);
+        // The connection ends with it; without that end the request would pass now.
+        assert!(timeout(Duration::ZERO, &mut requests).await.is_err());
+        assert_eq!(server_requests.read(&mut request).await.unwrap(), 7);
     }
 }
