@@ -34,7 +34,8 @@ pub const KEY: &str = "private/private.pem";
 /// # Errors
 /// When the folder cannot be written.
 pub fn prepare(folder: &Path, application_uri: &str, host: &str) -> Result<(), OpcuaError> {
-    let failed = |error: std::io::Error| OpcuaError::Certificates { folder: folder.to_owned(), error: error.to_string() };
+    let failed =
+        |error: std::io::Error| OpcuaError::Certificates { folder: folder.to_owned(), error: error.to_string() };
     for part in ["own", "private", "trusted", "rejected"] {
         fs::create_dir_all(folder.join(part)).map_err(failed)?;
     }
@@ -68,8 +69,7 @@ fn data(application_uri: &str, host: &str) -> X509Data {
 pub fn prune(folder: &Path) {
     let Ok(files) = fs::read_dir(folder.join("rejected")) else { return };
     let age = |path: &Path| fs::metadata(path).and_then(|it| it.modified()).unwrap_or(SystemTime::UNIX_EPOCH);
-    let mut files: Vec<(SystemTime, PathBuf)> =
-        files.flatten().map(|file| (age(&file.path()), file.path())).collect();
+    let mut files: Vec<(SystemTime, PathBuf)> = files.flatten().map(|file| (age(&file.path()), file.path())).collect();
     files.sort();
     let old = files.len().saturating_sub(MAX_REJECTED);
     for (_, file) in files.into_iter().take(old) {

@@ -158,7 +158,8 @@ mod tests {
 
     #[test]
     fn modified_values_do_not_exist() {
-        let details = ReadRawModifiedDetails { is_read_modified: true, ..details(DateTime::null(), DateTime::null(), 1) };
+        let details =
+            ReadRawModifiedDetails { is_read_modified: true, ..details(DateTime::null(), DateTime::null(), 1) };
         assert_eq!(query(&details), Err(StatusCode::BadHistoryOperationUnsupported));
     }
 

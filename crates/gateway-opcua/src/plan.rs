@@ -296,9 +296,10 @@ fn capitalized(word: &str) -> String {
 
 fn properties(point: &Point) -> Vec<Property> {
     let unit = point.signal.unit().and_then(Unit::of).map(Property::EngineeringUnits);
-    let ranges = point.range_pa.into_iter().flat_map(|range| {
-        [Property::Range("EURange", range), Property::Range("InstrumentRange", range)]
-    });
+    let ranges = point
+        .range_pa
+        .into_iter()
+        .flat_map(|range| [Property::Range("EURange", range), Property::Range("InstrumentRange", range)]);
     let words = match point.signal.kind() {
         Kind::Choice(words) => Some(Property::EnumStrings(words.to_vec())),
         _ => None,
@@ -400,10 +401,11 @@ mod tests {
     /// Another order of segments and gauges gives the same identifiers.
     #[test]
     fn the_order_of_the_file_does_not_change_identifiers() {
-        let swapped = PLANT.replace("\"chamber\"\n        address = 5\n        device = \"bcg450\"", "\"GAUGE\"").replace(
-            "\"tpg\"\n        address = 6\n        device = \"tpg300\"",
-            "\"chamber\"\n        address = 5\n        device = \"bcg450\"",
-        );
+        let swapped =
+            PLANT.replace("\"chamber\"\n        address = 5\n        device = \"bcg450\"", "\"GAUGE\"").replace(
+                "\"tpg\"\n        address = 6\n        device = \"tpg300\"",
+                "\"chamber\"\n        address = 5\n        device = \"bcg450\"",
+            );
         let swapped = swapped.replace("\"GAUGE\"", "\"tpg\"\n        address = 6\n        device = \"tpg300\"");
         assert_ne!(swapped, PLANT);
         let ids = |text: &str| plan(text).into_iter().map(|node| node.id).collect::<BTreeSet<_>>();

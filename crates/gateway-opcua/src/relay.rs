@@ -75,7 +75,8 @@ pub async fn run(listener: TcpListener, server: SocketAddr, status: Arc<GatewayS
             continue;
         };
         let Some(slot) = Slots::take(&slots, peer.ip()) else {
-            status.refused(&format!("a connection beyond {MAX_CONNECTIONS}, or beyond {MAX_OF_ADDRESS} of one address"));
+            status
+                .refused(&format!("a connection beyond {MAX_CONNECTIONS}, or beyond {MAX_OF_ADDRESS} of one address"));
             continue;
         };
         let (status, mut stop) = (Arc::clone(&status), stop.clone());

@@ -1,15 +1,13 @@
 //! The server: its endpoints, its limits, and the loop that brings new values.
 
+use crate::OpcuaError;
 use crate::certificates::{self, KEY, OWN};
 use crate::manager::{StationNodes, StationNodesBuilder};
 use crate::relay;
 use crate::space::Space;
 use crate::users::Logins;
-use crate::OpcuaError;
 use opcua_crypto::SecurityPolicy;
-use opcua_server::{
-    Limits, OperationalLimits, ServerBuilder, ServerEndpoint, ServerHandle, SubscriptionLimits,
-};
+use opcua_server::{Limits, OperationalLimits, ServerBuilder, ServerEndpoint, ServerHandle, SubscriptionLimits};
 use opcua_types::{BuildInfo, MessageSecurityMode};
 use profivac_gateway::Snapshot;
 use profivac_gateway::thread::Context;

@@ -69,7 +69,8 @@ impl Space {
     ) -> impl Iterator<Item = (&'a NodeId, DataValue)> {
         let before = before.filter(|before| before.has_points_of(snapshot));
         let differs = move |index: usize| {
-            let (Some(new), Some(old)) = (snapshot.values.get(index), before.and_then(|it| it.values.get(index))) else {
+            let (Some(new), Some(old)) = (snapshot.values.get(index), before.and_then(|it| it.values.get(index)))
+            else {
                 return true;
             };
             (new.version, new.at) != (old.version, old.at)

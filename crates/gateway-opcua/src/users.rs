@@ -1,8 +1,8 @@
 //! Who may read: programs of this computer without a login if the file permits it, otherwise users of the station's file.
 
 use async_trait::async_trait;
-use opcua_server::authenticator::{AuthManager, Password, UserToken, user_pass_security_policy_id};
 use opcua_server::ServerEndpoint;
+use opcua_server::authenticator::{AuthManager, Password, UserToken, user_pass_security_policy_id};
 use opcua_types::{Error, StatusCode, UAString, UserTokenPolicy, UserTokenType};
 use profivac_station::auth::users::Users;
 use profivac_station::gateway_status::GatewayStatus;

@@ -71,7 +71,11 @@ impl OpcuaToml {
         let policies_span = self.policies.as_ref().map_or(0..0, Spanned::span);
         let policies = self.policies.map_or_else(|| Policy::ALL.to_vec(), Spanned::into_inner);
         if policies.is_empty() && !is_anonymous {
-            return Err(problem(policies_span, "at least one policy, like \"Basic256Sha256\": nobody could connect", "[]"));
+            return Err(problem(
+                policies_span,
+                "at least one policy, like \"Basic256Sha256\": nobody could connect",
+                "[]",
+            ));
         }
         let folder = path.parent().unwrap_or(Path::new(""));
         let certificates = self.certificates.unwrap_or_else(|| PathBuf::from(format!("{}.opcua", stem(path))));
@@ -143,7 +147,10 @@ mod tests {
         let listen = "listen = \"10.0.0.7:4840\"\n";
         assert!(!settings(listen).unwrap().is_anonymous);
         let error = settings(&format!("{listen}anonymous = true")).unwrap_err();
-        assert!(error.starts_with("plants/hall.toml:6:13: expected anonymous = false where other computers"), "{error}");
+        assert!(
+            error.starts_with("plants/hall.toml:6:13: expected anonymous = false where other computers"),
+            "{error}"
+        );
         let error = settings(&format!("{listen}policies = []")).unwrap_err();
         assert!(error.contains("expected at least one policy"), "{error}");
     }
