@@ -132,11 +132,10 @@ pub async fn serve(settings: Settings, context: Context) -> Result<(), OpcuaErro
     let library = TcpListener::bind((Ipv4Addr::LOCALHOST, 0)).await.map_err(internal)?;
     let library_address = library.local_addr().map_err(internal)?;
     let mut serving = tokio::spawn(server.run_with(library));
-    set_port(&handle, address.port()).await;
     let mut stop = context.stop.clone();
     let ended = tokio::select! {
         ended = &mut serving => Some(ended),
-        () = relay_clients(listener, library_address, &context) => None,
+        () = relay_clients(listener, library_address, &handle, &context) => None,
         () = bring_values(&handle, &context, address) => None,
         () = prune_certificates(&settings) => None,
         () = stop.stopped() => None,
@@ -169,7 +168,11 @@ async fn set_port(handle: &ServerHandle, port: u16) {
     present.store(port, Ordering::Relaxed);
 }
 
-async fn relay_clients(listener: TcpListener, library: SocketAddr, context: &Context) {
+/// Serves clients as soon as the library listens.
+async fn relay_clients(listener: TcpListener, library: SocketAddr, handle: &ServerHandle, context: &Context) {
+    if let Ok(address) = listener.local_addr() {
+        set_port(handle, address.port()).await;
+    }
     relay::run(listener, library, Arc::clone(&context.status), context.stop.clone()).await;
 }
 
