@@ -132,6 +132,9 @@ pub fn with_bounds(mut values: Vec<DataValue>, query: Query, is_first: bool, is_
 mod tests {
     use super::*;
     use opcua_types::DateTime;
+    use profivac_recorder::{Deadband, Quality, Recorder, Settings};
+    use std::sync::Arc;
+    use std::time::Duration;
 
     fn details(start: DateTime, end: DateTime, count: u32) -> ReadRawModifiedDetails {
         ReadRawModifiedDetails {
@@ -154,6 +157,50 @@ mod tests {
         let invalid = Err(StatusCode::BadHistoryOperationInvalid);
         assert_eq!(asked(DateTime::null(), time(late), 0), invalid);
         assert_eq!(asked(DateTime::null(), DateTime::null(), 5), invalid);
+    }
+
+    /// All answers to a query, one after the other, as times in seconds.
+    fn pages(reader: &Reader, query: Query, limit: u32) -> Vec<Vec<i64>> {
+        let second = |value: &DataValue| micros(&value.source_timestamp.unwrap()).unwrap().0 / Micros::SECOND;
+        let (mut pages, mut rest) = (Vec::new(), Some(query));
+        while let Some(query) = rest {
+            let answer = read(reader, "chamber", query, limit).unwrap();
+            pages.push(answer.values.iter().map(second).collect());
+            rest = answer.rest;
+        }
+        pages
+    }
+
+    #[test]
+    fn a_long_history_comes_in_pages_in_both_directions_and_complete() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("plant.db");
+        let settings =
+            Settings { deadband: Deadband { decades: 0.0, max_interval: Duration::ZERO }, ..Settings::default() };
+        let recorder = Recorder::start(&path, settings).unwrap();
+        // Samples in two groups, an hour apart: the steps into the past cross a time without samples.
+        let begin = Micros::now().0 / Micros::SECOND - 4_000;
+        let times: Vec<i64> = (0..5).chain(3_600..3_605).map(|second| begin + second).collect();
+        let gauge: Arc<str> = Arc::from("chamber");
+        for second in &times {
+            recorder.push(&gauge, Sample::new(Micros(second * Micros::SECOND), Some(1.0), Quality::Valid));
+        }
+        assert!(recorder.flush());
+        let reader = Reader::open(&path).unwrap();
+        let (from, to) = (Micros(begin * Micros::SECOND), Micros((begin + 4_000) * Micros::SECOND));
+        let forward = pages(&reader, Query::Forward(from, to), 4);
+        assert_eq!((forward.len(), forward.concat()), (3, times.clone()));
+        let backward = pages(&reader, Query::Backward(to, from), 4);
+        assert_eq!((backward.len(), backward.concat()), (3, times.into_iter().rev().collect()));
+    }
+
+    #[test]
+    fn a_series_without_samples_has_an_empty_history() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("plant.db");
+        drop(Recorder::start(&path, Settings::default()).unwrap());
+        let query = Query::Backward(Micros::now(), Micros(0));
+        assert_eq!(pages(&Reader::open(&path).unwrap(), query, 4), [Vec::<i64>::new()]);
     }
 
     #[test]

@@ -174,7 +174,7 @@ mod tests {
     #[test]
     fn the_time_is_that_of_the_reading() {
         let value = of_point(Signal::Pressure, DataType::Float, &point(Value::Float(1.0), State::Ok));
-        assert_eq!(value.source_timestamp.unwrap().to_rfc3339(), "1970-01-01T00:00:01Z");
+        assert_eq!(value.source_timestamp.unwrap().to_rfc3339(), "1970-01-01T00:00:01.000Z");
         assert_eq!(micros(&time(Micros(1_234_567))), Some(Micros(1_234_567)));
         assert_eq!(micros(&DateTime::null()), None);
     }
