@@ -1,8 +1,11 @@
 //! The gateways to control systems that this program was built with: each is a cargo feature.
 
 use crate::failure::Failure;
-use profivac_gateway::ReadModel;
+use profivac_gateway::model::{Modeller, Snapshot};
 use profivac_gateway::thread::GatewayThread;
+use profivac_gateway::{Inputs, ReadModel};
+use profivac_recorder::Micros;
+use profivac_station::config::Config;
 use profivac_station::config::gateways::GatewaySettings;
 use profivac_station::services::Services;
 use std::sync::Arc;
@@ -11,7 +14,7 @@ use std::sync::Arc;
 #[derive(Default)]
 pub struct Gateways {
     model: Option<Arc<ReadModel>>,
-    running: Vec<(GatewaySettings, GatewayThread)>,
+    running: Vec<(GatewaySettings, Vec<GatewayThread>)>,
 }
 
 impl Gateways {
@@ -47,13 +50,40 @@ pub fn check(wanted: &[GatewaySettings]) -> Result<(), Failure> {
     wanted.iter().try_for_each(|settings| if is_built_in(settings) { Ok(()) } else { Err(absent(settings)) })
 }
 
-#[allow(clippy::match_like_matches_macro, reason = "which arms are true depends on the features")]
-const fn is_built_in(settings: &GatewaySettings) -> bool {
-    match settings {
-        GatewaySettings::Opcua(_) => cfg!(feature = "opcua"),
-        GatewaySettings::Prometheus(_) => cfg!(feature = "prometheus"),
-        _ => false,
+/// Checks what the gateways would publish: names that are too long or equal are errors of the file.
+pub fn check_names(config: &Config) -> Result<(), Failure> {
+    for settings in &config.gateways {
+        match settings {
+            #[cfg(feature = "epics")]
+            GatewaySettings::Epics(it) => {
+                let names = profivac_gateway_epics::listing::names(&config.name, &planned(config), it);
+                names.map_err(|error| Failure::usage(error.to_string()))?;
+            }
+            _ => {}
+        }
     }
+    Ok(())
+}
+
+/// The points of a station before it starts.
+pub fn planned(config: &Config) -> Snapshot {
+    Modeller::default().next(Inputs::planned(config), Micros::now())
+}
+
+/// The gateways of this program, by the names of their tables.
+const BUILT_IN: &[&str] = &[
+    #[cfg(feature = "epics")]
+    "epics",
+    #[cfg(feature = "mqtt")]
+    "mqtt",
+    #[cfg(feature = "opcua")]
+    "opcua",
+    #[cfg(feature = "prometheus")]
+    "prometheus",
+];
+
+fn is_built_in(settings: &GatewaySettings) -> bool {
+    BUILT_IN.contains(&settings.name())
 }
 
 /// The failure when the file has the table of a gateway that this program does not have.
@@ -64,12 +94,21 @@ pub fn absent(settings: &GatewaySettings) -> Failure {
     ))
 }
 
-fn start(settings: &GatewaySettings, model: Arc<ReadModel>, services: Arc<Services>) -> Result<GatewayThread, Failure> {
+/// Starts a gateway: a thread, or one for each protocol that its table has.
+fn start(
+    settings: &GatewaySettings,
+    model: Arc<ReadModel>,
+    services: Arc<Services>,
+) -> Result<Vec<GatewayThread>, Failure> {
     match settings {
+        #[cfg(feature = "epics")]
+        GatewaySettings::Epics(it) => Ok(vec![profivac_gateway_epics::start(it.clone(), model, services)?]),
+        #[cfg(feature = "mqtt")]
+        GatewaySettings::Mqtt(it) => Ok(profivac_gateway_mqtt::start(it, &model, &services)?),
         #[cfg(feature = "opcua")]
-        GatewaySettings::Opcua(it) => Ok(profivac_gateway_opcua::start(it.clone(), model, services)?),
+        GatewaySettings::Opcua(it) => Ok(vec![profivac_gateway_opcua::start(it.clone(), model, services)?]),
         #[cfg(feature = "prometheus")]
-        GatewaySettings::Prometheus(it) => Ok(profivac_gateway_prometheus::start(it.clone(), model, services)?),
+        GatewaySettings::Prometheus(it) => Ok(vec![profivac_gateway_prometheus::start(it.clone(), model, services)?]),
         other => Err(absent(other)),
     }
 }

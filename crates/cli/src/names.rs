@@ -4,7 +4,7 @@ use crate::failure::Failure;
 use crate::gateways;
 use crate::output::{json, out};
 use clap::{Args, ValueEnum};
-use profivac_gateway::{Inputs, NameTable, Point};
+use profivac_gateway::NameTable;
 use profivac_station::config::Config;
 use profivac_station::config::gateways::GatewaySettings;
 use std::path::PathBuf;
@@ -27,12 +27,19 @@ pub struct Arguments {
     /// Print CSV
     #[arg(long)]
     csv: bool,
+    /// Write the PVs that have a history into a file for the Archiver Appliance, one a line (EPICS)
+    #[arg(long, value_name = "OUT")]
+    archiver: Option<PathBuf>,
+    /// Write a screen for Phoebus with all readings (EPICS)
+    #[arg(long, value_name = "OUT.bob")]
+    bob: Option<PathBuf>,
 }
 
 const EXAMPLES: &str = "\
 Examples:
   profivac names plant.toml --for prometheus
-  profivac names plant.toml --for modbus --csv > map.csv";
+  profivac names plant.toml --for modbus --csv > map.csv
+  profivac names plant.toml --for epics --archiver pvs.txt --bob vacuum.bob";
 
 /// A gateway to control systems; its name is that of its table in the file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -71,8 +78,8 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
             file = arguments.file.display()
         ))
     })?;
-    let points = profivac_gateway::points(&Inputs::planned(&config));
-    let table = names(settings, &points)?;
+    write_lists(arguments, &config, settings)?;
+    let table = names(settings, &config)?;
     match (arguments.json, arguments.csv) {
         (true, _) => out(&json(&table)),
         (_, true) => out(table.csv().trim_end()),
@@ -82,12 +89,50 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
 }
 
 /// What the gateway with these settings publishes.
-fn names(settings: &GatewaySettings, points: &[Point]) -> Result<NameTable, Failure> {
+fn names(settings: &GatewaySettings, config: &Config) -> Result<NameTable, Failure> {
+    let snapshot = gateways::planned(config);
     match settings {
+        #[cfg(feature = "epics")]
+        GatewaySettings::Epics(it) => {
+            let names = profivac_gateway_epics::listing::names(&config.name, &snapshot, it);
+            names.map_err(|error| Failure::usage(error.to_string()))
+        }
+        #[cfg(feature = "mqtt")]
+        GatewaySettings::Mqtt(it) => Ok(profivac_gateway_mqtt::names::names(it, &config.name, &snapshot.points)),
         #[cfg(feature = "opcua")]
-        GatewaySettings::Opcua(_) => Ok(profivac_gateway_opcua::names(points)),
+        GatewaySettings::Opcua(_) => Ok(profivac_gateway_opcua::names(&snapshot.points)),
         #[cfg(feature = "prometheus")]
-        GatewaySettings::Prometheus(_) => Ok(profivac_gateway_prometheus::names(points)),
+        GatewaySettings::Prometheus(_) => Ok(profivac_gateway_prometheus::names(&snapshot.points)),
         other => Err(gateways::absent(other)),
     }
+}
+
+/// Writes the files for the Archiver Appliance and for Phoebus.
+#[cfg_attr(not(feature = "epics"), expect(unused_variables, reason = "only EPICS has lists"))]
+fn write_lists(arguments: &Arguments, config: &Config, settings: &GatewaySettings) -> Result<(), Failure> {
+    let Arguments { archiver, bob, .. } = arguments;
+    match settings {
+        _ if archiver.is_none() && bob.is_none() => Ok(()),
+        #[cfg(feature = "epics")]
+        GatewaySettings::Epics(it) => {
+            use profivac_gateway_epics::listing;
+            let snapshot = gateways::planned(config);
+            let usage = |error: profivac_gateway_epics::NameError| Failure::usage(error.to_string());
+            if let Some(path) = archiver {
+                write_file(path, &listing::archiver(&config.name, &snapshot, it).map_err(usage)?)?;
+            }
+            if let Some(path) = bob {
+                write_file(path, &listing::bob(&config.name, &snapshot, it).map_err(usage)?)?;
+            }
+            Ok(())
+        }
+        _ => Err(Failure::usage(
+            "--archiver and --bob belong to --for epics: delete them, or list the names of EPICS".to_owned(),
+        )),
+    }
+}
+
+#[cfg(feature = "epics")]
+fn write_file(path: &std::path::Path, text: &str) -> Result<(), Failure> {
+    std::fs::write(path, text).map_err(|error| Failure::usage(format!("{} cannot be written: {error}", path.display())))
 }

@@ -52,6 +52,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     config.notices().iter().for_each(notice);
     check_private(&arguments.file, &config)?;
     gateways::check(&config.gateways)?;
+    gateways::check_names(&config)?;
     let listen = arguments.listen.unwrap_or(config.listen);
     let setup = Setup { hosts: config.hosts.clone(), tls: config.tls.clone(), ..Setup::new(listen, config.access()) };
     if arguments.check {
@@ -79,7 +80,8 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
             if let Err(error) = server.renew() {
                 notice(&format_args!("{error}; the station keeps the present certificate"));
             }
-            match Config::read(&arguments.file) {
+            let read = Config::read(&arguments.file).map_err(Failure::from);
+            match read.and_then(|config| gateways::check_names(&config).map(|()| config)) {
                 Ok(config) => {
                     let wanted = config.gateways.clone();
                     apply_config(&mut station, &started_with, config)?;

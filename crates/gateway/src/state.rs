@@ -63,6 +63,8 @@ pub enum EpicsStatus {
     Timeout = 10,
     /// `HWLIMIT`.
     HwLimit = 11,
+    /// `UDF`: there is no value yet.
+    Undefined = 17,
     /// `DISABLE`.
     Disable = 18,
     /// `SIMM`: the value is simulated.

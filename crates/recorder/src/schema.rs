@@ -403,7 +403,9 @@ mod tests {
         assert_eq!((summary.count, summary.low, summary.high, summary.qualities.0), (14, Some(1e-8), Some(1e5), 31));
         let events = reader.events(from, to, 100).unwrap();
         let kinds: Vec<_> = events.iter().rev().map(|event| event.kind).collect();
-        assert_eq!(kinds, EventKind::ALL);
+        // Version 3 has no event of a later kind.
+        let of_version_3 = EventKind::ALL.into_iter().filter(|kind| *kind != EventKind::PumpDown);
+        assert_eq!(kinds, of_version_3.collect::<Vec<_>>());
         assert_eq!((events[4].gauge.as_deref(), events[4].text.as_str()), (Some("tpg"), "tpg: sensor 2 fails"));
         assert_audit(reader);
         assert_alarms(reader);

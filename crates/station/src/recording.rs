@@ -20,7 +20,13 @@ impl RecorderHandle {
     /// The folder for captures of the station's segments, beside the database.
     #[must_use]
     pub fn captures(&self) -> PathBuf {
-        self.database.with_extension("captures")
+        self.beside("captures")
+    }
+
+    /// The path of a file or folder beside the database, with this extension.
+    #[must_use]
+    pub fn beside(&self, extension: &str) -> PathBuf {
+        self.database.with_extension(extension)
     }
 
     /// Opens the database for reading.

@@ -82,7 +82,7 @@ const VERBS: [&str; 28] = [
 pub type Allowed = (&'static str, &'static str, &'static str);
 
 /// All of these places. An entry without use is a defect.
-pub const ALLOWED: [Allowed; 11] = [
+pub const ALLOWED: [Allowed; 13] = [
     ("gate", "crates/cli/src/demo/", "a gate valve"),
     ("gate", "crates/station/examples/fake_plant/", "a gate valve"),
     ("gate", "crates/vacuum/", "a gate valve"),
@@ -91,6 +91,8 @@ pub const ALLOWED: [Allowed; 11] = [
     ("remark", "crates/cli/src/monitor/", "the output key and column `remarks`"),
     ("remark", "crates/cli/tests/gauge_commands/ownership.rs", "the output key and column `remarks`"),
     ("remark", "crates/cli/tests/monitor.rs", "the output key and column `remarks`"),
+    ("remark", "crates/cli/src/identify/source.rs", "the column `remarks` of `monitor --csv`"),
+    ("remark", "crates/cli/tests/identify.rs", "the column `remarks` of `monitor --csv`"),
     ("remark", "docs/first-steps.md", "the output key and column `remarks`"),
     ("mastership", "crates/recorder/src/schema.rs", "a sentence in the database of an earlier version"),
     ("standing", "crates/station/src/report/figures.rs", "a key of the report in JSON"),

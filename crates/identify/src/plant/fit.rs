@@ -23,7 +23,7 @@ const FIRST: usize = 6;
 const OFFSET: usize = 7;
 pub(super) const SPEEDS: usize = 8;
 
-/// What is usual for unknowns that many records do not determine: a value and a standard deviation. The exponent is near 1 for
+/// The usual values of unknowns that many records do not determine, each with a standard deviation. The exponent is near 1 for
 /// metals and 1/2 for polymers; the share that does not return to the wall is anything from 0 to 1, and the logarithm of the time
 /// constant of the return is wide. A wall begins to outgas within seconds of the start of the pump-down, or within a minute.
 /// free choice

@@ -9,6 +9,7 @@ use std::fmt;
 use std::io;
 use std::ops::Range;
 use std::path::PathBuf;
+use tokio_rustls::rustls::pki_types::pem;
 
 /// An error in the configuration file, with its position.
 #[derive(Debug, thiserror::Error)]
@@ -130,7 +131,7 @@ pub enum ConfigProblem {
     /// A value of the table of a gateway.
     #[error("expected {expected}, found {found:?}")]
     Gateway {
-        /// What is expected, and what to do.
+        /// The expected value, and what to do.
         expected: &'static str,
         /// The value.
         found: String,
@@ -324,6 +325,80 @@ pub enum ConfigProblem {
     /// The certificates of a webhook cannot be read.
     #[error(transparent)]
     Certificates(CertificateError),
+    /// `[mqtt]` cannot be used.
+    #[error(transparent)]
+    Mqtt(MqttProblem),
+}
+
+/// The reason why `[mqtt]` cannot be used.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum MqttProblem {
+    /// The URL is not that of a broker.
+    #[error("expected a URL like mqtts://broker.example:8883, found {0}")]
+    Url(&'static str),
+    /// The connection to another computer is unencrypted, and the file does not say that this is intended.
+    #[error(
+        "expected mqtts:// for a broker on another computer, found mqtt://, with which everybody on the way reads the values and the \
+         password: use mqtts://, or write unencrypted = true if the network is separate"
+    )]
+    Unencrypted,
+    /// A key that belongs to TLS, with a URL without TLS.
+    #[error("{0} belongs to mqtts://, and the broker has mqtt://: delete {0}, or use mqtts://")]
+    OnlyWithTls(&'static str),
+    /// `unencrypted = true` with TLS.
+    #[error("unencrypted = true belongs to mqtt://, and the broker has mqtts://: delete it")]
+    OnlyWithoutTls,
+    /// A certificate without its key, or a key without its certificate.
+    #[error("expected certificate and key together, found {0} alone")]
+    HalfCertificate(&'static str),
+    /// The file with user and password is not TOML of that form.
+    #[error("expected user = \"…\" and password = \"…\" in {file}: {message}", file = file.display())]
+    Credentials {
+        /// The file.
+        file: PathBuf,
+        /// The message of the parser.
+        message: String,
+    },
+    /// The file cannot be read.
+    #[error("{file} cannot be read: {error}", file = file.display())]
+    File {
+        /// The file.
+        file: PathBuf,
+        /// The error of the operating system.
+        error: io::Error,
+    },
+    /// The file holds no private key.
+    #[error("expected a private key in PEM in {file}: {error}", file = file.display())]
+    Key {
+        /// The file.
+        file: PathBuf,
+        /// The error of the parser.
+        error: pem::Error,
+    },
+    /// A file with a secret is open to others.
+    #[error(transparent)]
+    Open(PermissionError),
+    /// A file holds no certificates.
+    #[error(transparent)]
+    Certificates(CertificateError),
+    /// A part of a topic has characters that MQTT or Sparkplug reserve, or the wrong length.
+    #[error("expected {expected}, found {found:?}")]
+    Topic {
+        /// The permitted values.
+        expected: &'static str,
+        /// The value.
+        found: String,
+    },
+    /// Neither plain topics nor Sparkplug.
+    #[error("expected plain = true or a table [mqtt.sparkplug], found neither: the gateway would publish nothing")]
+    Nothing,
+    /// A key of the plain topics without plain topics.
+    #[error("{0} belongs to the plain topics, and the file has plain = false: delete {0}, or write plain = true")]
+    OnlyWithPlain(&'static str),
+    /// The backlog is out of range.
+    #[error("expected a backlog from 0s to 36525days, found {0}")]
+    Backlog(humantime::Duration),
 }
 
 fn twice_hint(item: NamedItem) -> &'static str {

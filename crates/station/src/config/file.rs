@@ -4,6 +4,8 @@ use super::alarms::AlarmToml;
 use super::default_alarms::DefaultAlarmsToml;
 use super::error::{ConfigProblem, Located};
 use super::gateways::GatewaysToml;
+use super::gateways::epics::EpicsToml;
+use super::gateways::mqtt::MqttToml;
 use super::gateways::opcua::OpcuaToml;
 use super::gateways::prometheus::PrometheusToml;
 use super::retention::RetentionToml;
@@ -37,6 +39,8 @@ pub struct ConfigToml {
     pub alarms: DefaultAlarmsToml,
     #[serde(default)]
     pub webhook: Vec<WebhookToml>,
+    epics: Option<EpicsToml>,
+    mqtt: Option<MqttToml>,
     opcua: Option<OpcuaToml>,
     prometheus: Option<PrometheusToml>,
 }
@@ -74,6 +78,8 @@ impl ConfigToml {
     /// Takes the tables of the gateways of the file at `path`.
     pub fn take_gateways(&mut self, path: &Path) -> GatewaysToml {
         GatewaysToml {
+            epics: self.epics.take(),
+            mqtt: self.mqtt.take(),
             opcua: self.opcua.take(),
             prometheus: self.prometheus.take(),
             users: users_file(self.station.users.as_deref(), path).path,

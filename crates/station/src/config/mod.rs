@@ -52,7 +52,7 @@
 //! | `default_alarms` | `[alarms]` |
 //! | `webhooks` | `[[webhook]]` |
 //! | `retention` | `[retention]` |
-//! | [`gateways`] | `[prometheus]` and the other gateways to control systems |
+//! | [`gateways`] | `[epics]`, `[mqtt]`, `[prometheus]` and the other gateways to control systems |
 //! | `check` | checks of segments, gauges and host names |
 //! | `names`, `values`, `certificates` | rules for names; delays and priorities; certificates |
 //! | `error` | errors with their positions |
@@ -73,7 +73,7 @@ mod values;
 mod webhooks;
 
 pub use certificates::{CertificateError, ca_certificates};
-pub use error::{AddressUser, ConfigError, ConfigProblem, NamedItem, WebhookUrlProblem};
+pub use error::{AddressUser, ConfigError, ConfigProblem, MqttProblem, NamedItem, WebhookUrlProblem};
 pub use notice::{ConfigNotice, RenamedKey, RestartNeeded};
 pub use webhooks::{Secret, Webhook};
 
@@ -253,7 +253,12 @@ impl Config {
     pub fn notices(&self) -> Vec<ConfigNotice> {
         let renamed = self.renamed_keys.iter().cloned().map(ConfigNotice::RenamedKey);
         let empty = self.segments.iter().filter(|segment| segment.gauges.is_empty());
-        renamed.chain(empty.map(|segment| ConfigNotice::EmptySegment { segment: segment.name.clone() })).collect()
+        let empty = empty.map(|segment| ConfigNotice::EmptySegment { segment: segment.name.clone() });
+        let open = self.gateways.iter().filter(|gateway| gateway.is_open_to_network());
+        let open = open.map(|gateway| ConfigNotice::OpenGateway { gateway: gateway.name() });
+        let brokers = self.gateways.iter().filter_map(GatewaySettings::unencrypted_broker);
+        let brokers = brokers.map(|host| ConfigNotice::UnencryptedBroker { host: host.to_owned() });
+        renamed.chain(empty).chain(open).chain(brokers).collect()
     }
 
     /// The settings that differ in `new` and that the station applies only at its next start.
@@ -272,8 +277,9 @@ impl Config {
     /// Whether the file holds secrets or names the files that hold them, so that only its owner may read it. The URL of a
     /// webhook is often a secret.
     #[must_use]
-    pub const fn is_private(&self) -> bool {
-        self.users.named || self.tls.is_some() || !self.webhooks.is_empty()
+    pub fn is_private(&self) -> bool {
+        let has_secrets = self.gateways.iter().any(GatewaySettings::is_private);
+        self.users.named || self.tls.is_some() || !self.webhooks.is_empty() || has_secrets
     }
 }
 

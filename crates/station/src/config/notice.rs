@@ -25,6 +25,24 @@ pub enum ConfigNotice {
     /// A key with a former name.
     #[error(transparent)]
     RenamedKey(RenamedKey),
+    /// The connection to a broker on another computer has no encryption.
+    #[error(
+        "[mqtt] connects to {host} without encryption (unencrypted = true): everybody on the way reads the values and the password, and \
+         can change them"
+    )]
+    UnencryptedBroker {
+        /// The host of the broker.
+        host: String,
+    },
+    /// Other computers reach a gateway whose protocol has no login.
+    #[error(
+        "[{gateway}] listens in the network, and its protocol has neither login nor encryption: every computer there can read all values; \
+         use a network of the control system, or a gateway of the site in front"
+    )]
+    OpenGateway {
+        /// Its table.
+        gateway: &'static str,
+    },
 }
 
 /// A key that is written with a former name. The station accepts it.

@@ -24,7 +24,7 @@ use std::net::IpAddr;
 use std::path::{Path, PathBuf};
 use toml::Spanned;
 
-/// A token that the station sends and never shows.
+/// A token or password that the station sends and never shows.
 #[derive(Clone, PartialEq, Eq)]
 pub struct Secret(String);
 
@@ -162,7 +162,8 @@ fn token_of_file(file: &Spanned<PathBuf>, folder: &Path) -> Result<String, Locat
     Ok(text.trim().to_owned())
 }
 
-fn is_loopback(host: &str) -> bool {
+/// Whether a host of a URL is this computer.
+pub fn is_loopback(host: &str) -> bool {
     let address = host.trim_start_matches('[').trim_end_matches(']').parse::<IpAddr>();
     host == "localhost" || address.is_ok_and(|address| address.is_loopback())
 }

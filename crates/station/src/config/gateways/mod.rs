@@ -1,10 +1,14 @@
 //! The gateways to control systems: one table of the file for each. A program without a gateway reads its table as well, so that
 //! the same file has the same errors everywhere.
 
+pub mod epics;
+pub mod mqtt;
 pub mod opcua;
 pub mod prometheus;
 
 use super::error::Located;
+use epics::EpicsToml;
+use mqtt::MqttToml;
 use opcua::OpcuaToml;
 use prometheus::PrometheusToml;
 use std::path::{Path, PathBuf};
@@ -12,6 +16,10 @@ use std::path::{Path, PathBuf};
 /// The tables of the gateways in the file.
 #[derive(Debug, Default)]
 pub struct GatewaysToml {
+    /// `[epics]`.
+    pub epics: Option<EpicsToml>,
+    /// `[mqtt]`.
+    pub mqtt: Option<MqttToml>,
     /// `[opcua]`.
     pub opcua: Option<OpcuaToml>,
     /// `[prometheus]`.
@@ -24,6 +32,10 @@ pub struct GatewaysToml {
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum GatewaySettings {
+    /// `[epics]`.
+    Epics(epics::Settings),
+    /// `[mqtt]`.
+    Mqtt(Box<mqtt::Settings>),
     /// `[opcua]`.
     Opcua(opcua::Settings),
     /// `[prometheus]`.
@@ -35,16 +47,51 @@ impl GatewaySettings {
     #[must_use]
     pub const fn name(&self) -> &'static str {
         match self {
+            Self::Epics(_) => "epics",
+            Self::Mqtt(_) => "mqtt",
             Self::Opcua(_) => "opcua",
             Self::Prometheus(_) => "prometheus",
+        }
+    }
+
+    /// The broker on another computer to which it connects without encryption.
+    #[must_use]
+    pub fn unencrypted_broker(&self) -> Option<&str> {
+        match self {
+            Self::Mqtt(it) => it.broker.is_exposed().then_some(&it.broker.host),
+            Self::Epics(_) | Self::Opcua(_) | Self::Prometheus(_) => None,
+        }
+    }
+
+    /// Whether its table holds secrets or names the files that hold them.
+    #[must_use]
+    pub fn is_private(&self) -> bool {
+        match self {
+            Self::Mqtt(it) => {
+                it.broker.credentials.is_some() || it.broker.tls.as_ref().is_some_and(|tls| tls.client.is_some())
+            }
+            Self::Epics(_) | Self::Opcua(_) | Self::Prometheus(_) => false,
+        }
+    }
+}
+
+impl GatewaySettings {
+    /// Whether other computers reach the gateway and its protocol has neither login nor encryption.
+    #[must_use]
+    pub fn is_open_to_network(&self) -> bool {
+        match self {
+            Self::Epics(settings) => settings.is_open_to_network(),
+            _ => false,
         }
     }
 }
 
 /// The settings of all gateways of the file at `path`.
 pub fn settings(toml: GatewaysToml, path: &Path) -> Result<Vec<GatewaySettings>, Located> {
-    let GatewaysToml { opcua, prometheus, users } = toml;
+    let GatewaysToml { epics, mqtt, opcua, prometheus, users } = toml;
+    let epics = epics.map(|it| it.into_settings(path)).transpose()?.map(GatewaySettings::Epics);
+    let mqtt = mqtt.map(|it| it.into_settings(path)).transpose()?.map(|it| GatewaySettings::Mqtt(Box::new(it)));
     let opcua = opcua.map(|it| it.into_settings(path, users)).transpose()?.map(GatewaySettings::Opcua);
     let prometheus = prometheus.map(|it| it.into_settings(path)).transpose()?.map(GatewaySettings::Prometheus);
-    Ok(opcua.into_iter().chain(prometheus).collect())
+    Ok(epics.into_iter().chain(mqtt).chain(opcua).chain(prometheus).collect())
 }

@@ -309,6 +309,23 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/gateways": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /** The gateways to control systems, with their clients and errors */
+        get: operations["gateways"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/gauges": {
         parameters: {
             query?: never;
@@ -1234,6 +1251,44 @@ export interface components {
             /** @description In sccm at 0 °C and 1013.25 mbar, from the temperature of the gas. */
             sccm: components["schemas"]["IntervalView"];
         };
+        /** @description The state of a gateway. */
+        GatewayView: {
+            /** @description Where it listens, or the broker to which it connects. */
+            address: string | null;
+            /**
+             * Format: int64
+             * @description Connected clients; for a broker 1 while it is connected.
+             */
+            clients: number;
+            /**
+             * Format: int64
+             * @description Updates that a slow client did not get because a newer one of the same value replaced them.
+             */
+            dropped_updates: number;
+            /** @description Whether it serves its clients, or is connected to its broker. */
+            is_running: boolean;
+            /** @description The last error, in a sentence. */
+            last_error: string | null;
+            /**
+             * Format: int64
+             * @description When it occurred, in milliseconds since 1970.
+             */
+            last_error_ms: number | null;
+            /** @description Its name: `epics`, `opcua`, `mqtt`, `sparkplug`, `modbus`, `prometheus`. */
+            name: string;
+            /** @description Why it does not run; it tries again. */
+            problem: string | null;
+            /**
+             * Format: int64
+             * @description Requests and connections that were refused or could not be understood.
+             */
+            refused: number;
+            /**
+             * Format: int64
+             * @description Values and answers that were sent since the station started.
+             */
+            sent: number;
+        };
         /** @description A gauge. */
         Gauge: {
             /**
@@ -1262,6 +1317,8 @@ export interface components {
             listen_only: boolean;
             /** @description Its name. */
             name: string;
+            /** @description The parameters that gateways show beside the pressures; empty while no gateway runs. */
+            parameters: components["schemas"]["WatchedParameter"][];
             /**
              * Format: int64
              * @description The poll interval in milliseconds.
@@ -1269,6 +1326,11 @@ export interface components {
             poll_ms: number;
             /** @description Why it is not in data exchange, in a sentence. */
             problem: string | null;
+            /**
+             * Format: int64
+             * @description When the gauge gave the readings, in milliseconds since 1970; `null` if there never was one.
+             */
+            read_ms: number | null;
             /** @description The readings, one for each measuring part in the cyclic data. */
             readings: components["schemas"]["Reading"][];
             /** @description Its segment. */
@@ -1590,7 +1652,7 @@ export interface components {
         };
         /** @description The reading of a measuring part. */
         Reading: {
-            /** @description The cause of the quality, in a few words, where the gauge reports one. */
+            /** @description The cause of the quality, in a few words, where the gauge reports one; for `assumed` the pressure that the assumption gives. */
             cause: string | null;
             /**
              * Format: double
@@ -1618,10 +1680,10 @@ export interface components {
              */
             principle: "pirani" | "hot-cathode" | "cold-cathode" | "diaphragm" | "atmosphere" | null;
             /**
-             * @description The quality: `valid`, `overrange`, `underrange`, `fault`, `stale`, `off`, `missing`.
+             * @description The quality: `valid`, `overrange`, `underrange`, `fault`, `stale`, `off`, `missing`, `assumed`.
              * @enum {string}
              */
-            quality: "valid" | "overrange" | "underrange" | "fault" | "stale" | "off" | "missing";
+            quality: "valid" | "overrange" | "underrange" | "fault" | "stale" | "off" | "missing" | "assumed";
             /** @description The name under which it is recorded: that of the gauge, with the channel of a controller. */
             series: string;
         };
@@ -1942,6 +2004,27 @@ export interface components {
              * @description The median in seconds.
              */
             s: number;
+        };
+        /** @description A parameter that the station reads from time to time: emission, degas, trip points, relays. */
+        WatchedParameter: {
+            /** @description Its number is a pressure in Pa. */
+            is_pressure: boolean;
+            /** @description The manual's name. */
+            name: string;
+            /**
+             * Format: double
+             * @description The value: a pressure in Pa, a number, a code; `null` if it was not read, or the gauge did not answer the last time.
+             */
+            number: number | null;
+            /**
+             * Format: int64
+             * @description When it was read, in milliseconds since 1970.
+             */
+            read_ms: number | null;
+            /** @description The name by which it is read and written: `trip-point.1/high-trip-point`. */
+            target: string;
+            /** @description The value in the words of the manual. */
+            text: string;
         };
         /** @description The delivery status of a webhook. */
         WebhookView: {
@@ -3584,6 +3667,61 @@ export interface operations {
             };
             /** @description The database cannot be read */
             503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    gateways: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["GatewayView"][];
+                };
+            };
+            /** @description The user has not logged in */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The user has no permission, or the request comes from a foreign page */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request is meant for another computer */
+            421: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The client is above a rate limit; the header Retry-After gives the time to wait in seconds */
+            429: {
                 headers: {
                     [name: string]: unknown;
                 };

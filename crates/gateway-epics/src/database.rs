@@ -1,0 +1,286 @@
+//! The records of a station, and what they read in a snapshot.
+
+use crate::field::{self, Field};
+use crate::names::{self, NameError};
+use crate::record::{AlarmLimits, Answer, Data, MAX_TEXT, Meta, Record, RecordType, Sample, cut, exponential};
+use profivac_gateway::{EpicsSeverity, EpicsStatus, Kind, Point, PointValue, Signal, Snapshot, State, Value};
+use profivac_recorder::Micros;
+use profivac_station::config::gateways::epics::{OnInvalid, ReadingState, Settings, Severity};
+use std::borrow::Cow;
+use std::collections::HashMap;
+use std::sync::Arc;
+
+/// The words of `bi`.
+const NO_YES: [&str; 2] = ["No", "Yes"];
+
+/// The decimals of a pressure.
+const PRECISION: i16 = 2;
+
+/// A field of a record: what a channel reads.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct Target {
+    /// The position of the record.
+    pub record: usize,
+    /// The field.
+    pub field: Field,
+}
+
+/// The records of a station.
+#[derive(Debug)]
+pub struct Database {
+    /// The records: one for each point, and one for each alias.
+    pub records: Vec<Record>,
+    by_name: HashMap<Arc<str>, usize>,
+    /// The name of the table of all gauges.
+    pub table: String,
+    settings: Settings,
+}
+
+/// Records and values at one moment.
+#[derive(Clone, Debug)]
+pub struct World {
+    /// The records.
+    pub database: Arc<Database>,
+    /// Their values.
+    pub snapshot: Arc<Snapshot>,
+    /// The last pressures, by point, if the settings want them to be held.
+    pub held: Arc<[Option<f64>]>,
+}
+
+impl Database {
+    /// The records of the points of a snapshot.
+    ///
+    /// # Errors
+    /// A name is too long or is given twice, or the settings name something that does not exist.
+    pub fn new(station: &str, snapshot: &Snapshot, settings: &Settings) -> Result<Self, NameError> {
+        let rows = names::rows(station, snapshot, settings)?;
+        let record = |row: &names::Row| {
+            let point = snapshot.points.get(row.point)?;
+            let is_pressure = |it: &Point| it.signal == Signal::Pressure && it.subject == point.subject;
+            let text = point.signal == Signal::StateText;
+            Some(Record {
+                name: Arc::from(row.name.as_str()),
+                kind: record_type(point.signal.kind()),
+                signal: point.signal,
+                point: row.point,
+                pressure: if text { snapshot.points.iter().position(is_pressure) } else { None },
+                is_simulated: point.is_simulated,
+                meta: meta(point, settings),
+            })
+        };
+        let records: Vec<Record> = rows.iter().filter_map(record).collect();
+        let by_name = records.iter().enumerate().map(|(index, record)| (Arc::clone(&record.name), index)).collect();
+        Ok(Self { records, by_name, table: names::table_name(settings), settings: settings.clone() })
+    }
+
+    /// The field that a name with or without a field stands for.
+    #[must_use]
+    pub fn find(&self, name: &str) -> Option<Target> {
+        let (name, field) = name.split_once('.').unwrap_or((name, "VAL"));
+        let record = *self.by_name.get(name)?;
+        let field = Field::named(field, self.records.get(record)?.kind)?;
+        Some(Target { record, field })
+    }
+
+    /// The settings.
+    #[must_use]
+    pub const fn settings(&self) -> &Settings {
+        &self.settings
+    }
+}
+
+const fn record_type(kind: Kind) -> RecordType {
+    match kind {
+        Kind::Float => RecordType::Ai,
+        Kind::Integer => RecordType::Int64in,
+        Kind::Boolean => RecordType::Bi,
+        Kind::Choice(_) => RecordType::Mbbi,
+        Kind::Text | Kind::Time => RecordType::Stringin,
+    }
+}
+
+fn meta(point: &Point, settings: &Settings) -> Meta {
+    let is_pressure = point.signal.unit() == Some("Pa");
+    let scaled = |pa: f64| pa / settings.unit_pa();
+    let limit = |pa: Option<f64>| pa.map_or(f64::NAN, scaled);
+    let unit = if is_pressure { settings.unit.clone() } else { point.signal.unit().unwrap_or_default().to_owned() };
+    let limits = point.limits;
+    Meta {
+        description: description(point, &unit),
+        precision: if point.signal.kind() == Kind::Float { PRECISION } else { 0 },
+        display: point.range_pa.map_or((0.0, 0.0), |(low, high)| (scaled(low), scaled(high))),
+        limits: AlarmLimits {
+            high_high: limit(limits.high_high),
+            high: limit(limits.high),
+            low: limit(limits.low),
+            low_low: limit(limits.low_low),
+        },
+        states: match point.signal.kind() {
+            Kind::Choice(words) => words,
+            Kind::Boolean => &NO_YES,
+            _ => &[],
+        },
+        unit,
+    }
+}
+
+/// The subject and what the point says of it, within the 40 octets of `DESC`.
+fn description(point: &Point, unit: &str) -> String {
+    let what = match point.signal {
+        Signal::Pressure => "pressure".to_owned(),
+        Signal::ParameterPressure | Signal::ParameterNumber | Signal::ParameterText => point.subject.name().to_owned(),
+        Signal::PressureLog10 => format!("log10 of the pressure {unit}").trim_end().to_owned(),
+        other => other.key().replace('-', " "),
+    };
+    let subject = point.subject.gauge().filter(|_| what == point.subject.name()).unwrap_or(point.subject.name());
+    let virtual_mark = if point.is_simulated { "virtual " } else { "" };
+    let text = if subject.is_empty() { what } else { format!("{virtual_mark}{subject}: {what}") };
+    cut(&text, MAX_TEXT).to_owned()
+}
+
+impl World {
+    /// The value of a field with its meta data; `None` if the record does not exist.
+    #[must_use]
+    pub fn read(&self, target: Target) -> Option<Answer<'_>> {
+        let record = self.database.records.get(target.record)?;
+        let sample = self.sample(record)?;
+        match target.field {
+            Field::Value => Some(Answer { sample, meta: Cow::Borrowed(&record.meta) }),
+            other => Some(field::read(other, record, sample)),
+        }
+    }
+
+    /// How often the point of a target has changed.
+    #[must_use]
+    pub fn version(&self, target: Target) -> u64 {
+        let value = self.database.records.get(target.record).and_then(|record| self.snapshot.values.get(record.point));
+        value.map_or(0, |value| value.version)
+    }
+
+    /// The value of a record.
+    #[must_use]
+    pub fn sample(&self, record: &Record) -> Option<Sample> {
+        let value = self.snapshot.values.get(record.point)?;
+        let settings = self.database.settings();
+        let data = self.data(record, value);
+        let mut alarm = alarm_of_state(value.state, settings);
+        if value.value == Value::None && value.state == State::Ok {
+            alarm = (EpicsSeverity::Invalid, EpicsStatus::Undefined);
+        }
+        let own = match &data {
+            Data::Double(number) => record.meta.limits.alarm(*number),
+            _ => alarm_of_value(record.signal, &value.value),
+        };
+        if let Some(own) = own.filter(|own| own.0 > alarm.0) {
+            alarm = own;
+        }
+        // A virtual gauge tells that it is one wherever no alarm needs the place.
+        if record.is_simulated && alarm.0 == EpicsSeverity::None {
+            alarm.1 = EpicsStatus::Simulated;
+        }
+        Some(Sample { data, severity: alarm.0, status: alarm.1, at: value.at.unwrap_or(Micros(0)) })
+    }
+
+    fn data(&self, record: &Record, value: &PointValue) -> Data {
+        match (&value.value, record.kind) {
+            (Value::Float(number), RecordType::Ai) => Data::Double(self.scaled(record, *number)),
+            (_, RecordType::Ai) => {
+                let held = self.held.get(record.point).copied().flatten();
+                Data::Double(held.map_or(f64::NAN, |number| self.scaled(record, number)))
+            }
+            (Value::Integer(number), _) => Data::Long(*number),
+            (_, RecordType::Int64in) => Data::Long(0),
+            (Value::Boolean(is_true), _) => Data::Enum(u16::from(*is_true)),
+            (Value::Choice(number), _) => Data::Enum(*number),
+            (_, RecordType::Bi | RecordType::Mbbi) => Data::Enum(0),
+            (Value::Text(text), RecordType::Stringin) => {
+                self.pressure_text(record, value).unwrap_or(Data::Text(Arc::clone(text)))
+            }
+            (Value::Time(at), RecordType::Stringin) => {
+                Data::Text(humantime::format_rfc3339_millis(at.to_system_time()).to_string().into())
+            }
+            (_, RecordType::Stringin) => Data::Text(Arc::from("")),
+        }
+    }
+
+    /// A number of the model in the unit of the record.
+    fn scaled(&self, record: &Record, number: f64) -> f64 {
+        let unit_pa = self.database.settings().unit_pa();
+        match record.signal {
+            Signal::PressureLog10 => number - unit_pa.log10(),
+            signal if signal.unit() == Some("Pa") => number / unit_pa,
+            _ => number,
+        }
+    }
+
+    /// The text of a reading in the unit of the settings, if the reading has a pressure.
+    fn pressure_text(&self, record: &Record, value: &PointValue) -> Option<Data> {
+        let pa = self.snapshot.values.get(record.pressure?)?.value.float()?;
+        let settings = self.database.settings();
+        let sign = match value.state {
+            State::UnderRange => "< ",
+            State::OverRange => "> ",
+            _ => "",
+        };
+        let number = exponential(pa / settings.unit_pa(), 2);
+        Some(Data::Text(format!("{sign}{number} {}", settings.unit).into()))
+    }
+}
+
+/// The last pressures after `snapshot`, if the settings want them to be held.
+#[must_use]
+pub fn held(
+    before: &[Option<f64>],
+    snapshot: &Snapshot,
+    is_same_list: bool,
+    settings: &Settings,
+) -> Arc<[Option<f64>]> {
+    if settings.on_invalid == OnInvalid::Nan {
+        return Arc::from([]);
+    }
+    let old = |index: usize| if is_same_list { before.get(index).copied().flatten() } else { None };
+    let values = snapshot.values.iter().enumerate();
+    values.map(|(index, value)| value.value.float().or_else(|| old(index))).collect()
+}
+
+/// The alarm of the state of a reading.
+fn alarm_of_state(state: State, settings: &Settings) -> (EpicsSeverity, EpicsStatus) {
+    let codes = state.codes();
+    let severity = configured(state, settings).unwrap_or(codes.epics_severity);
+    (severity, if severity == EpicsSeverity::None { EpicsStatus::None } else { codes.epics_status })
+}
+
+fn configured(state: State, settings: &Settings) -> Option<EpicsSeverity> {
+    let key = match state {
+        State::Ok => return None,
+        State::UnderRange => ReadingState::Underrange,
+        State::OverRange => ReadingState::Overrange,
+        State::Off => ReadingState::Off,
+        State::Starting => ReadingState::Starting,
+        State::Invalid => ReadingState::Invalid,
+        State::NotPresent => ReadingState::NotPresent,
+        State::Stale => ReadingState::Gap,
+        State::Fault => ReadingState::Fault,
+    };
+    Some(match settings.severities.get(&key)? {
+        Severity::None => EpicsSeverity::None,
+        Severity::Minor => EpicsSeverity::Minor,
+        Severity::Major => EpicsSeverity::Major,
+        Severity::Invalid => EpicsSeverity::Invalid,
+    })
+}
+
+/// The alarm of a value that is no pressure.
+const fn alarm_of_value(signal: Signal, value: &Value) -> Option<(EpicsSeverity, EpicsStatus)> {
+    let severity = match (signal, value) {
+        // The priorities none, low, medium, high.
+        (Signal::AlarmPriority, Value::Choice(1 | 2)) => EpicsSeverity::Minor,
+        (Signal::AlarmPriority, Value::Choice(3)) => EpicsSeverity::Major,
+        // The states data exchange, fault, starting, missing.
+        (Signal::GaugeState, Value::Choice(1 | 3)) => EpicsSeverity::Major,
+        (Signal::GaugeState, Value::Choice(2)) => EpicsSeverity::Minor,
+        (Signal::SegmentUp | Signal::Recording, Value::Boolean(false)) => EpicsSeverity::Major,
+        _ => return None,
+    };
+    Some((severity, EpicsStatus::State))
+}

@@ -1,0 +1,32 @@
+//! The points of a station as process variables of EPICS, over Channel Access and PV Access. Clients read and monitor; nothing is written.
+//!
+//! ```text
+//! snapshots ── publisher ──▶ world (records, values) ──▶ connections: Channel Access, PV Access
+//! ```
+//!
+//! | Module | Holds |
+//! |---|---|
+//! | [`record`] | records and samples |
+//! | [`names`] | the names of records |
+//! | [`field`] | the fields of a record |
+//! | [`database`] | the records of a station, and what they read |
+//! | [`socket`] | sockets |
+//! | [`connection`] | a connection, for both protocols |
+//! | [`ca`] | Channel Access |
+//! | [`pva`] | PV Access |
+//! | [`listing`] | lists for `profivac names`, the Archiver Appliance and Phoebus |
+//! | [`server`] | all sockets of the gateway |
+
+pub mod ca;
+pub mod connection;
+pub mod database;
+pub mod field;
+pub mod listing;
+pub mod names;
+pub mod pva;
+pub mod record;
+pub mod server;
+pub mod socket;
+
+pub use names::{NameError, Row};
+pub use server::{EpicsError, start};

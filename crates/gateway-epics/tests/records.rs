@@ -1,0 +1,244 @@
+//! Names, values, alarms and fields of records.
+
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
+
+mod common;
+
+use common::{Plant, config};
+use profivac_gateway::model::Modeller;
+use profivac_gateway::{EpicsSeverity, EpicsStatus, Inputs, Signal};
+use profivac_gateway_epics::database::World;
+use profivac_gateway_epics::listing;
+use profivac_gateway_epics::names::NameError;
+use profivac_gateway_epics::record::{Answer, Data};
+use profivac_recorder::{Micros, Quality};
+use std::collections::BTreeSet;
+
+fn read<'a>(world: &'a World, name: &str) -> Answer<'a> {
+    world.read(world.database.find(name).unwrap_or_else(|| panic!("no {name}"))).unwrap()
+}
+
+fn number(world: &World, name: &str) -> f64 {
+    match read(world, name).sample.data {
+        Data::Double(number) => number,
+        other => panic!("{name} is {other:?}"),
+    }
+}
+
+fn text(world: &World, name: &str) -> String {
+    match read(world, name).sample.data {
+        Data::Text(text) => text.to_string(),
+        other => panic!("{name} is {other:?}"),
+    }
+}
+
+fn alarm(world: &World, name: &str) -> (EpicsSeverity, EpicsStatus) {
+    let sample = read(world, name).sample;
+    (sample.severity, sample.status)
+}
+
+fn close(number: f64, expected: f64) -> bool {
+    (number / expected - 1.0).abs() < 1e-9
+}
+
+fn names(epics: &str) -> Result<Vec<String>, NameError> {
+    let (config, settings) = config(epics);
+    let snapshot = Modeller::default().next(Inputs::planned(&config), Micros(1));
+    let table = listing::names(&config.name, &snapshot, &settings)?;
+    Ok(table.rows().iter().map(|row| row[0].clone()).collect())
+}
+
+#[test]
+fn every_point_has_a_record_and_the_names_are_those_of_the_documentation() {
+    let names = names("prefix = 'VAC:'").unwrap();
+    for name in [
+        "VAC:CHAMBER:P",
+        "VAC:CHAMBER:PLOG",
+        "VAC:CHAMBER:STATE",
+        "VAC:CHAMBER:P_STR",
+        "VAC:CHAMBER:OK",
+        "VAC:CHAMBER:ALARM",
+        "VAC:CHAMBER:UNACK",
+        "VAC:FORE_LINE:CH2:P",
+        "VAC:CHAMBER:SP_A_ATM_P_REACHED_STR",
+        "VAC:HALL:SEG_OK",
+        "VAC:HALL:CYCLE",
+        "VAC:HALL:RETRY_CNT",
+        "VAC:HEARTBEAT",
+        "VAC:VERSION",
+        "VAC:TABLE",
+        "VAC:ALARM:CHAMBER_HIGH:ALARM_STATE",
+    ] {
+        assert!(names.iter().any(|it| it == name), "no {name} in {names:?}");
+    }
+    let (config, _) = config("");
+    let points = profivac_gateway::points(&Inputs::planned(&config)).len();
+    assert_eq!((names.len(), names.iter().collect::<BTreeSet<_>>().len()), (points + 1, points + 1));
+}
+
+#[test]
+fn templates_presets_renames_and_aliases_make_the_names_of_a_site() {
+    let lcls =
+        names("name = 'SITE:{segment}:{device}:{address}:{signal}'\npreset = 'lcls'\nsignals = { state = 'STA' }")
+            .unwrap();
+    for name in [
+        "SITE:hall:bcg450:5:PRESS_RBV",
+        "SITE:hall:bcg450:5:STA",
+        "SITE:hall:bcg450:5:PRESS_OK_RBV",
+        "SITE:hall:tpg300:6:CH2:PRESS_RBV",
+    ] {
+        assert!(lcls.iter().any(|it| it == name), "no {name} in {lcls:?}");
+    }
+    let placed =
+        names("name = '{GAUGE}{channel}:{signal}'\n[epics.alias]\n'FE:VA{CCG:1}P-I' = 'fore line.2.pressure'").unwrap();
+    assert!(placed.iter().any(|it| it == "FORE_LINE2:P") && placed.iter().any(|it| it == "FE:VA{CCG:1}P-I"));
+}
+
+#[test]
+fn names_that_are_too_long_equal_or_unknown_are_errors_that_say_what_to_do() {
+    let error = |epics: &str| names(epics).unwrap_err().to_string();
+    let long = error(&format!("prefix = '{}'", "A".repeat(55)));
+    assert!(long.contains("EPICS allows 60") && long.contains("shorten name or prefix"), "{long}");
+    let equal = error("name = 'VAC:{address}:{signal}'");
+    assert!(equal.contains("both have the name VAC:5:GAUGE_STATE") && equal.contains("{segment}"), "{equal}");
+    let table = error("signals = { heartbeat = 'TABLE' }");
+    assert!(table.contains("the table of all gauges"), "{table}");
+    let signal = error("signals = { presure = 'P' }");
+    assert!(signal.contains("no signal \"presure\"") && signal.contains("did you mean \"pressure\"?"), "{signal}");
+    let alias = error("[epics.alias]\n'A:P' = 'chamer.pressure'");
+    assert!(alias.contains("did you mean \"chamber.pressure\"?"), "{alias}");
+}
+
+#[test]
+fn a_pressure_has_the_unit_the_range_the_limits_and_the_time_of_the_reading() {
+    let mut plant = Plant::new("unit = 'mbar'");
+    plant.reads("chamber", Quality::Valid, Some(5e-4), 7_000_000);
+    let world = plant.world();
+    let answer = read(&world, "CHAMBER:P");
+    assert!(close(number(&world, "CHAMBER:P"), 5e-6) && close(number(&world, "CHAMBER:PLOG"), 5e-6_f64.log10()));
+    assert_eq!((answer.meta.unit.as_str(), answer.sample.at), ("mbar", Micros(7_000_000)));
+    assert!(close(answer.meta.display.0, 5e-10) && close(answer.meta.display.1, 1500.0));
+    let limits = answer.meta.limits;
+    assert!(
+        close(limits.high_high, 1e-3) && close(limits.high, 1e-4) && limits.low.is_nan() && limits.low_low.is_nan()
+    );
+    assert_eq!(text(&world, "CHAMBER:P_STR"), "5.00e-06 mbar");
+    assert_eq!(alarm(&world, "CHAMBER:P"), (EpicsSeverity::None, EpicsStatus::None));
+    let torr = {
+        let mut plant = Plant::new("unit = 'TORR'");
+        plant.reads("chamber", Quality::Valid, Some(133.322_368_421), 1);
+        number(&plant.world(), "CHAMBER:P")
+    };
+    assert!((torr - 1.0).abs() < 1e-9);
+}
+
+#[test]
+fn a_pressure_beyond_a_limit_has_the_severity_of_the_limit() {
+    let mut plant = Plant::new("");
+    for (pa, expected) in [
+        (0.005, (EpicsSeverity::None, EpicsStatus::None)),
+        (0.05, (EpicsSeverity::Minor, EpicsStatus::High)),
+        (0.5, (EpicsSeverity::Major, EpicsStatus::HiHi)),
+    ] {
+        plant.reads("chamber", Quality::Valid, Some(pa), 1);
+        assert_eq!(alarm(&plant.world(), "CHAMBER:P"), expected, "{pa} Pa");
+    }
+    let world = plant.world();
+    for (field, expected) in [("HHSV", 2), ("HSV", 1), ("LSV", 0), ("LLSV", 0), ("SEVR", 2), ("STAT", 3)] {
+        assert_eq!(read(&world, &format!("CHAMBER:P.{field}")).sample.data, Data::Enum(expected), "{field}");
+    }
+}
+
+#[test]
+fn the_severity_of_a_state_is_that_of_the_file() {
+    let mut plant = Plant::new("severity = { underrange = 'minor', overrange = 'none', gap = 'major' }");
+    plant.reads("chamber", Quality::Underrange, Some(5e-8), 1);
+    assert_eq!(alarm(&plant.world(), "CHAMBER:P"), (EpicsSeverity::Minor, EpicsStatus::HwLimit));
+    assert_eq!(text(&plant.world(), "CHAMBER:P_STR"), "< 5.00e-10 mbar");
+    plant.reads("copy", Quality::Overrange, Some(1.5e5), 1);
+    assert_eq!(alarm(&plant.world(), "COPY:P").0, EpicsSeverity::None);
+    plant.loses("chamber");
+    assert_eq!(alarm(&plant.world(), "CHAMBER:STATE").0, EpicsSeverity::Major);
+    let mut usual = Plant::new("");
+    usual.reads("chamber", Quality::Underrange, Some(5e-8), 1);
+    assert_eq!(alarm(&usual.world(), "CHAMBER:P").0, EpicsSeverity::None);
+}
+
+#[test]
+fn a_lost_gauge_is_invalid_and_its_value_is_not_plausible_unless_it_is_held() {
+    for (epics, is_held) in [("", false), ("on-invalid = 'hold'", true)] {
+        let mut plant = Plant::new(epics);
+        plant.reads("chamber", Quality::Valid, Some(5e-4), 7_000_000);
+        plant.world();
+        plant.loses("chamber");
+        let world = plant.world();
+        assert_eq!(alarm(&world, "CHAMBER:P"), (EpicsSeverity::Invalid, EpicsStatus::Comm));
+        let value = number(&world, "CHAMBER:P");
+        assert!(if is_held { close(value, 5e-6) } else { value.is_nan() }, "{epics}: {value}");
+        assert_eq!(read(&world, "CHAMBER:P.UDF").sample.data, Data::Long(i64::from(!is_held)));
+    }
+}
+
+#[test]
+fn a_virtual_gauge_says_that_it_is_one() {
+    let mut plant = Plant::new("");
+    plant.reads("copy", Quality::Valid, Some(5e-4), 1);
+    plant.reads("chamber", Quality::Valid, Some(5e-4), 1);
+    let world = plant.world();
+    assert_eq!(alarm(&world, "COPY:P"), (EpicsSeverity::None, EpicsStatus::Simulated));
+    assert_eq!(text(&world, "COPY:P.DESC"), "virtual copy: pressure");
+    assert_eq!(text(&world, "CHAMBER:P.DESC"), "chamber: pressure");
+    let modes = ["COPY:P.SIMM", "CHAMBER:P.SIMM"].map(|name| read(&world, name).sample.data);
+    assert_eq!(modes, [Data::Enum(1), Data::Enum(0)]);
+}
+
+#[test]
+fn the_fields_that_archivers_ask_for_exist() {
+    let mut plant = Plant::new("");
+    plant.reads("chamber", Quality::Valid, Some(5e-4), 1);
+    let world = plant.world();
+    for field in [
+        "NAME", "ADEL", "MDEL", "RTYP", "HIHI", "HIGH", "LOW", "LOLO", "LOPR", "HOPR", "EGU", "PREC", "DESC", "SEVR",
+        "SCAN",
+    ] {
+        read(&world, &format!("CHAMBER:P.{field}"));
+    }
+    assert_eq!(
+        (text(&world, "CHAMBER:P.NAME"), text(&world, "CHAMBER:P.RTYP")),
+        ("CHAMBER:P".to_owned(), "ai".to_owned())
+    );
+    assert!(close(number(&world, "CHAMBER:P.ADEL"), 5e-6 / 20.0), "5 % of the value");
+    assert_eq!(
+        (text(&world, "CHAMBER:STATE.ONST"), text(&world, "CHAMBER:OK.ONAM")),
+        ("Under range".to_owned(), "Yes".to_owned())
+    );
+    for absent in ["CHAMBER:P.XYZ", "CHAMBER:STATE.PREC", "CHAMBER:P.ZRST", "CHAMBER:Q", "", ".", "CHAMBER:P."] {
+        assert_eq!(world.database.find(absent), None, "{absent:?}");
+    }
+}
+
+#[test]
+fn every_signal_has_a_value_a_description_and_a_type() {
+    let world = Plant::new("").world();
+    for record in &world.database.records {
+        let answer = read(&world, &record.name);
+        assert!(!answer.meta.description.is_empty() && answer.meta.description.len() <= 39, "{}", record.name);
+        assert_eq!(text(&world, &format!("{}.RTYP", record.name)), record.kind.name());
+    }
+    let signals: BTreeSet<_> = world.database.records.iter().map(|record| record.signal).collect();
+    assert_eq!(signals.len(), Signal::ALL.len(), "every signal is published");
+}
+
+#[test]
+fn the_lists_for_archiver_and_phoebus_name_records_that_exist() {
+    let (config, settings) = config("prefix = 'VAC:'");
+    let snapshot = Modeller::default().next(Inputs::planned(&config), Micros(1));
+    let known: BTreeSet<_> = names("prefix = 'VAC:'").unwrap().into_iter().collect();
+    let archived = listing::archiver(&config.name, &snapshot, &settings).unwrap();
+    assert!(archived.lines().any(|line| line == "VAC:CHAMBER:P") && archived.lines().all(|line| known.contains(line)));
+    assert!(!archived.contains("HEARTBEAT") && !archived.contains("P_STR"));
+    let screen = listing::bob("A & B", &snapshot, &settings).unwrap();
+    assert!(screen.contains("<name>A &amp; B</name>") && screen.ends_with("</display>\n"));
+    let pvs: Vec<_> = screen.split("<pv_name>").skip(1).filter_map(|rest| rest.split('<').next()).collect();
+    assert!(pvs.contains(&"VAC:FORE_LINE:CH4:P") && pvs.iter().all(|pv| known.contains(*pv)), "{pvs:?}");
+}

@@ -1,0 +1,49 @@
+//! Topics and metrics as a table: `profivac names`.
+
+use crate::plain::layout::{self, Layout};
+use crate::plain::{default_prefix, discovery};
+use crate::sparkplug::{self, metric};
+use crate::topic::level;
+use profivac_gateway::{NameTable, Point};
+use profivac_station::config::gateways::mqtt::Settings;
+
+/// The topics and metrics of these points of a station. A topic with a JSON object has a row for each of its keys.
+#[must_use]
+pub fn names(settings: &Settings, station: &str, points: &[Point]) -> NameTable {
+    let mut table = NameTable::new(&["topic", "name", "unit", "description"]);
+    if let Some(plain) = &settings.plain {
+        let prefix = plain.prefix.clone().unwrap_or_else(|| default_prefix(station));
+        let about = "online or offline; offline is the will";
+        table.push([layout::status_topic(&prefix), String::new(), String::new(), about.to_owned()]);
+        let layout = Layout::new(&prefix, points);
+        for topic in layout.topics() {
+            for point in topic.positions.iter().filter_map(|position| points.get(*position)) {
+                push(&mut table, topic.object.clone(), layout::key(point.signal), point);
+            }
+            if let Some(pressure) = &topic.pressure {
+                let text = ["the number alone, empty while there is none", "Pa"].map(str::to_owned);
+                let [about, unit] = text;
+                table.push([pressure.clone(), String::new(), unit, about]);
+            }
+        }
+        let prefixes = plain.discovery.iter();
+        for message in prefixes.flat_map(|it| discovery::sensors(it, &prefix, station, &layout)) {
+            let about = "description of a sensor for Home Assistant";
+            table.push([message.topic, String::new(), String::new(), about.to_owned()]);
+        }
+    }
+    if let Some(settings) = &settings.sparkplug {
+        let names = sparkplug::names(settings, station);
+        for point in points {
+            let device = point.subject.gauge().map(level);
+            let verb = if device.is_some() { "DDATA" } else { "NDATA" };
+            push(&mut table, names.topic(verb, device.as_deref()), metric::name(point), point);
+        }
+    }
+    table
+}
+
+fn push(table: &mut NameTable, topic: String, name: String, point: &Point) {
+    let unit = point.signal.unit().unwrap_or_default();
+    table.push([topic, name, unit.to_owned(), point.signal.description().to_owned()]);
+}

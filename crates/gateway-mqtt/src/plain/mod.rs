@@ -1,0 +1,153 @@
+//! Plain topics: the present state of each gauge, segment and alarm as JSON, retained, and Home Assistant's discovery.
+//!
+//! | Module | Holds |
+//! |---|---|
+//! | [`layout`] | topics and their contents |
+//! | [`discovery`] | sensors for Home Assistant |
+
+pub mod discovery;
+pub mod layout;
+
+use crate::connection::{Connection, Connector, Event, MqttError};
+use crate::message::Message;
+use crate::retry::{Ended, Retry};
+use crate::topic::slug;
+use crate::tracker::Tracker;
+use layout::Layout;
+use profivac_gateway::Snapshot;
+use profivac_gateway::thread::Context;
+use profivac_recorder::Micros;
+use profivac_station::config::gateways::mqtt::{Broker, Plain};
+use std::collections::BTreeSet;
+use std::sync::Arc;
+
+/// What all topics begin with, unless the file has another prefix.
+#[must_use]
+pub fn default_prefix(station: &str) -> String {
+    format!("profivac/{}", slug(station))
+}
+
+/// Publishes the plain topics until it is told to stop.
+///
+/// # Errors
+/// [`MqttError`] when a certificate or key cannot be read.
+pub async fn serve(broker: Broker, settings: Plain, mut context: Context) -> Result<(), MqttError> {
+    let station = context.services.name().to_owned();
+    let client_id = broker.client_id.clone().unwrap_or_else(|| format!("profivac-{}", slug(&station)));
+    let connector = Connector::new(broker)?;
+    let prefix = settings.prefix.unwrap_or_else(|| default_prefix(&station));
+    let publisher = Publisher { connector, client_id, station, prefix, discovery: settings.discovery };
+    let mut retry = Retry::new();
+    loop {
+        let ended = publisher.session(&mut context).await;
+        if !retry.goes_on(ended, &mut context).await {
+            return Ok(());
+        }
+    }
+}
+
+struct Publisher {
+    connector: Connector,
+    client_id: String,
+    station: String,
+    prefix: String,
+    discovery: Option<String>,
+}
+
+impl Publisher {
+    /// One connection, from CONNECT to its end.
+    async fn session(&self, context: &mut Context) -> Ended {
+        let will = layout::status(&self.prefix, false);
+        // Home Assistant says there when it has started and wants all descriptions again.
+        let subscriptions = self.discovery.iter().map(|prefix| discovery::birth_topic(prefix)).collect();
+        let connecting = self.connector.connect(self.client_id.clone(), will, subscriptions);
+        let connected = tokio::select! {
+            connected = connecting => connected,
+            () = context.stop.stopped() => return Ended::Stopped,
+        };
+        let mut connection = match connected {
+            Ok(connection) => connection,
+            Err(error) => return Ended::Failed(error),
+        };
+        context.status.runs(self.connector.address());
+        context.status.set_clients(1);
+        match self.publish_until_stopped(&mut connection, context).await {
+            Ok(()) => {
+                connection.publish(layout::status(&self.prefix, false)).await.ok();
+                connection.close().await;
+                Ended::Stopped
+            }
+            // The connection knows why.
+            Err(MqttError::Closed) => Ended::Lost(connection.end().await),
+            Err(error) => Ended::Lost(error),
+        }
+    }
+
+    async fn publish_until_stopped(&self, connection: &mut Connection, context: &mut Context) -> Result<(), MqttError> {
+        send(connection, context, vec![layout::status(&self.prefix, true)]).await?;
+        let mut snapshots = context.model.subscribe();
+        let mut published: Option<(Layout, Tracker)> = None;
+        loop {
+            tokio::select! {
+                () = context.stop.stopped() => return Ok(()),
+                event = connection.event() => {
+                    if let Event::Message { payload, .. } = event?
+                        && payload == b"online"
+                        && let Some((layout, _)) = &published
+                    {
+                        send(connection, context, self.sensors(layout)).await?;
+                    }
+                }
+                changed = snapshots.changed() => {
+                    if changed.is_err() {
+                        return Ok(());
+                    }
+                    let snapshot = Arc::clone(&snapshots.borrow_and_update());
+                    let messages = self.messages(&mut published, &snapshot, context);
+                    send(connection, context, messages).await?;
+                }
+            }
+        }
+    }
+
+    /// The messages for a new snapshot: everything after a change of the points, otherwise the topics that have changed.
+    fn messages(
+        &self,
+        published: &mut Option<(Layout, Tracker)>,
+        snapshot: &Arc<Snapshot>,
+        context: &Context,
+    ) -> Vec<Message> {
+        let now = Micros::now();
+        match published {
+            Some((layout, tracker)) if tracker.has_points_of(snapshot) => {
+                let changes = tracker.next(snapshot, now);
+                context.status.dropped_updates(changes.missed);
+                let topics: BTreeSet<usize> = changes.positions.iter().filter_map(|it| layout.topic_of(*it)).collect();
+                topics.into_iter().flat_map(|topic| layout.messages(topic, snapshot)).collect()
+            }
+            _ => {
+                let layout = Layout::new(&self.prefix, &snapshot.points);
+                // A gauge that is no longer in the file leaves nothing behind at the broker.
+                let old = published.as_ref().map(|(old, _)| old.obsolete(&layout)).unwrap_or_default();
+                let all = (0..layout.len()).flat_map(|topic| layout.messages(topic, snapshot));
+                let messages = old.into_iter().chain(self.sensors(&layout)).chain(all).collect();
+                *published = Some((layout, Tracker::new(Arc::clone(snapshot), now)));
+                messages
+            }
+        }
+    }
+
+    fn sensors(&self, layout: &Layout) -> Vec<Message> {
+        let Some(discovery) = &self.discovery else { return Vec::new() };
+        discovery::sensors(discovery, &self.prefix, &self.station, layout)
+    }
+}
+
+async fn send(connection: &Connection, context: &Context, messages: Vec<Message>) -> Result<(), MqttError> {
+    let count = messages.len();
+    for message in messages {
+        connection.publish(message).await?;
+    }
+    context.status.sent(count as u64);
+    Ok(())
+}

@@ -1,0 +1,199 @@
+//! Points as metrics.
+
+use super::payload::{Metric, MetricValue, Property, PropertySet, datatype};
+use crate::topic::{level, levels};
+use profivac_gateway::{Kind, Point, PointValue, Signal, State, Subject, Value};
+use profivac_recorder::{Micros, Quality, Sample};
+
+/// The property that says whether a value can be used.
+const QUALITY: &str = "Quality";
+
+/// `Quality`: the value must not be used.
+const BAD: i32 = 0;
+
+/// `Quality`: the value can be used.
+const GOOD: i32 = 192;
+
+/// A time in milliseconds since 1970.
+#[must_use]
+pub fn milliseconds(at: Micros) -> u64 {
+    u64::try_from(at.0.div_euclid(1000)).unwrap_or_default()
+}
+
+/// The alias of a point: its position, counted from 1 (tck-id-payloads-alias-uniqueness: unique over the edge node and its devices).
+#[must_use]
+pub const fn alias(position: usize) -> u64 {
+    (position as u64).saturating_add(1)
+}
+
+/// The name of a point as a metric of its device or of the edge node.
+#[must_use]
+pub fn name(point: &Point) -> String {
+    let signal = match point.signal {
+        Signal::AlarmPriority => "Alarm/Priority".to_owned(),
+        Signal::Unacknowledged => "Alarm/Unacknowledged".to_owned(),
+        other => capitalised(other.key(), prefix(&point.subject)),
+    };
+    match &point.subject {
+        Subject::Station | Subject::Gauge(_) | Subject::Reading { channel: None, .. } => signal,
+        Subject::Reading { channel: Some(channel), .. } => format!("{channel}/{signal}"),
+        Subject::Parameter { target, .. } => format!("Parameters/{}/{signal}", levels(target)),
+        Subject::Segment(name) => format!("Segments/{}/{signal}", level(name)),
+        Subject::Alarm(name) => format!("Alarms/{}/{signal}", level(name)),
+    }
+}
+
+/// The first word of a key that the name of the subject says already.
+const fn prefix(subject: &Subject) -> &'static str {
+    match subject {
+        Subject::Segment(_) => "segment-",
+        Subject::Alarm(_) => "alarm-",
+        Subject::Parameter { .. } => "parameter-",
+        Subject::Station | Subject::Gauge(_) | Subject::Reading { .. } => "",
+    }
+}
+
+/// `last-reading` as `LastReading`.
+fn capitalised(key: &str, prefix: &str) -> String {
+    let words = key.strip_prefix(prefix).unwrap_or(key).split('-');
+    let capital = |word: &str| {
+        let mut characters = word.chars();
+        characters.next().map(|first| first.to_uppercase().chain(characters).collect::<String>()).unwrap_or_default()
+    };
+    words.map(capital).collect()
+}
+
+/// The data type of a signal.
+#[must_use]
+pub const fn datatype_of(signal: Signal) -> u32 {
+    match signal.kind() {
+        Kind::Float => datatype::FLOAT,
+        Kind::Integer => datatype::INT64,
+        Kind::Boolean => datatype::BOOLEAN,
+        Kind::Text => datatype::STRING,
+        Kind::Choice(_) => datatype::INT32,
+        Kind::Time => datatype::DATE_TIME,
+    }
+}
+
+/// The metric of a birth: name and alias, data type, present value, unit, range and the rest.
+#[must_use]
+pub fn birth(position: usize, point: &Point, value: &PointValue, now: Micros) -> Metric {
+    let mut metric = data(position, point, value, now);
+    metric.name = Some(name(point));
+    metric.datatype = Some(datatype_of(point.signal));
+    let properties = metric.properties.get_or_insert_default();
+    let mut text = |key, text: &str| properties.push(key, Property::String(text.to_owned()));
+    match &point.subject {
+        Subject::Parameter { name, .. } => text("documentation", name),
+        _ => text("documentation", point.signal.description()),
+    }
+    if let Some(unit) = point.signal.unit() {
+        text("engUnit", unit);
+    }
+    if let Kind::Choice(words) = point.signal.kind() {
+        text("words", &words.join(","));
+    }
+    if point.is_simulated {
+        properties.push("simulated", Property::Boolean(true));
+    }
+    let range = point.range_pa.map(|(low, high)| [("engLow", low), ("engHigh", high)]).into_iter().flatten();
+    let limits = [
+        ("limitHighHigh", point.limits.high_high),
+        ("limitHigh", point.limits.high),
+        ("limitLow", point.limits.low),
+        ("limitLowLow", point.limits.low_low),
+    ];
+    let limits = limits.into_iter().filter_map(|(key, limit)| limit.map(|limit| (key, limit)));
+    for (key, pa) in range.chain(limits) {
+        properties.push(key, Property::Double(pa));
+    }
+    metric
+}
+
+/// The metric of data: alias, value, time and quality.
+#[must_use]
+pub fn data(position: usize, point: &Point, value: &PointValue, now: Micros) -> Metric {
+    let number = metric_value(&value.value);
+    let quality = quality(point.signal, value.state, number.is_some());
+    metric(position, value.at.unwrap_or(now), number, quality)
+}
+
+/// The metric of a value in the past: the same with `is_historical`.
+#[must_use]
+pub fn historical(position: usize, at: Micros, value: Option<MetricValue>, quality: i32) -> Metric {
+    Metric { is_historical: Some(true), ..metric(position, at, value, quality) }
+}
+
+/// A null value has no number (tck-id-operational-behavior-data-publish-dbirth-values).
+fn metric(position: usize, at: Micros, value: Option<MetricValue>, quality: i32) -> Metric {
+    let mut properties = PropertySet::default();
+    properties.push(QUALITY, Property::Int(quality.cast_unsigned()));
+    Metric {
+        name: None,
+        alias: Some(alias(position)),
+        timestamp: Some(milliseconds(at)),
+        datatype: None,
+        is_historical: None,
+        is_null: value.is_none().then_some(true),
+        properties: Some(properties),
+        value,
+    }
+}
+
+/// The property `Quality`: 0, 192 or 500 (tck-id-payloads-propertyset-quality-value-value). State and text of a reading are good also when
+/// they say that there is no pressure.
+#[must_use]
+pub const fn quality(signal: Signal, state: State, has_value: bool) -> i32 {
+    match (signal, state.codes().sparkplug) {
+        (Signal::State | Signal::StateText | Signal::Usable, _) if has_value => GOOD,
+        (_, GOOD) if !has_value => BAD,
+        (_, of_state) => of_state,
+    }
+}
+
+/// A pressure has six significant digits at most, so 32 bits hold it.
+#[expect(
+    clippy::cast_possible_truncation,
+    reason = "a smaller number is zero, a larger one infinite, and no pressure is that"
+)]
+fn metric_value(value: &Value) -> Option<MetricValue> {
+    Some(match value {
+        Value::None => return None,
+        Value::Float(number) => MetricValue::Float(*number as f32),
+        Value::Integer(number) => MetricValue::Long(number.cast_unsigned()),
+        Value::Boolean(value) => MetricValue::Boolean(*value),
+        Value::Text(text) => MetricValue::String((**text).to_owned()),
+        Value::Choice(number) => MetricValue::Int((*number).into()),
+        Value::Time(at) => MetricValue::Long(milliseconds(*at)),
+    })
+}
+
+/// The state of a sample.
+#[must_use]
+pub const fn state_of(quality: Quality) -> State {
+    match quality {
+        Quality::Valid => State::Ok,
+        Quality::Assumed => State::Invalid,
+        Quality::Overrange => State::OverRange,
+        Quality::Underrange => State::UnderRange,
+        Quality::Fault => State::Fault,
+        Quality::Stale => State::Stale,
+        Quality::Off => State::Off,
+        Quality::Missing => State::NotPresent,
+    }
+}
+
+/// The value and the quality of a signal in a sample; `None` for signals that are not recorded.
+#[must_use]
+pub fn of_sample(signal: Signal, sample: &Sample) -> Option<(Option<MetricValue>, i32)> {
+    let state = state_of(sample.quality);
+    let value = match signal {
+        Signal::Pressure => metric_value(&sample.pa.map_or(Value::None, Value::Float)),
+        Signal::PressureLog10 => metric_value(&sample.decades().map_or(Value::None, Value::Float)),
+        Signal::State => metric_value(&Value::Choice(state.number())),
+        _ => return None,
+    };
+    let quality = quality(signal, state, value.is_some());
+    Some((value, quality))
+}

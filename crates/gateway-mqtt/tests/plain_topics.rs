@@ -1,0 +1,190 @@
+//! Plain topics and Home Assistant's discovery: topics and contents.
+
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
+
+use profivac_gateway::model::Modeller;
+use profivac_gateway::{Inputs, Signal, Snapshot};
+use profivac_gateway_mqtt::message::{Delivery, Message};
+use profivac_gateway_mqtt::names::names;
+use profivac_gateway_mqtt::plain::layout::{Layout, status};
+use profivac_gateway_mqtt::plain::{default_prefix, discovery};
+use profivac_gateway_mqtt::tracker::{COUNTER_PERIOD, Tracker};
+use profivac_recorder::{Micros, Quality};
+use profivac_station::config::Config;
+use profivac_station::config::gateways::GatewaySettings;
+use profivac_station::view::BusStationState;
+use serde_json::{Value, json};
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::Path;
+use std::sync::Arc;
+
+const FILE: &str = r#"
+[station]
+name = "Target hall"
+
+[[segment]]
+name = "hall"
+port = "sim:hall.toml"
+
+[[segment.gauge]]
+name = "chamber"
+address = 5
+device = "bcg450"
+
+[[segment.gauge]]
+name = "fore line"
+address = 6
+device = "tpg300"
+
+[mqtt]
+broker = "mqtt://localhost"
+home-assistant = true
+
+[mqtt.sparkplug]
+group = "G"
+"#;
+
+fn config() -> Config {
+    Config::parse(FILE, Path::new("plant.toml")).unwrap()
+}
+
+fn measuring(pa: Option<f64>, at: Micros) -> Inputs {
+    let mut inputs = Inputs::planned(&config());
+    let gauge = &mut inputs.gauges[0];
+    gauge.state = BusStationState::DataExchange;
+    (gauge.age_ms, gauge.read_at) = (Some(10), Some(at));
+    let quality = if pa.is_some() { Quality::Valid } else { Quality::Off };
+    (gauge.readings[0].quality, gauge.readings[0].pa) = (quality, pa);
+    inputs
+}
+
+fn snapshot(pa: Option<f64>) -> Snapshot {
+    Modeller::default().next(measuring(pa, Micros(1_795_316_400_120_000)), Micros(0))
+}
+
+fn all(snapshot: &Snapshot) -> BTreeMap<String, Message> {
+    let layout = Layout::new(&default_prefix("Target hall"), &snapshot.points);
+    let messages = (0..layout.len()).flat_map(|topic| layout.messages(topic, snapshot));
+    messages.map(|message| (message.topic.clone(), message)).collect()
+}
+
+fn object(messages: &BTreeMap<String, Message>, topic: &str) -> Value {
+    serde_json::from_slice(&messages[topic].payload).unwrap()
+}
+
+#[test]
+fn the_state_of_a_gauge_has_pressure_unit_quality_and_the_time_of_the_reading() {
+    let messages = all(&snapshot(Some(5.2e-4)));
+    let state = object(&messages, "profivac/target-hall/chamber/state");
+    assert_eq!(state["pressure"], json!(5.2e-4));
+    assert_eq!((&state["unit"], &state["quality"], &state["state"]), (&json!("Pa"), &json!("valid"), &json!("OK")));
+    assert_eq!(state["time"], "2026-11-22T03:00:00.12Z");
+    assert_eq!((&state["usable"], &state["simulated"]), (&json!(true), &json!(true)));
+    let pressure = &messages["profivac/target-hall/chamber/pressure"];
+    assert_eq!((&pressure.payload[..], pressure.is_retained), (&b"5.2e-4"[..], true));
+    let retained = messages.values().all(|message| message.is_retained);
+    assert!(retained && messages["profivac/target-hall/chamber/state"].delivery == Delivery::AtLeastOnce);
+    assert!(messages.contains_key("profivac/target-hall/fore line/2/pressure"));
+    assert!(messages.contains_key("profivac/target-hall/station"));
+    assert!(messages.contains_key("profivac/target-hall/segment/hall"));
+}
+
+#[test]
+fn a_gauge_that_does_not_measure_has_no_pressure() {
+    let messages = all(&snapshot(None));
+    let state = object(&messages, "profivac/target-hall/chamber/state");
+    assert_eq!((&state["pressure"], &state["quality"]), (&Value::Null, &json!("off")));
+    let pressure = &messages["profivac/target-hall/chamber/pressure"];
+    assert!(pressure.payload.is_empty() && pressure.is_retained, "the broker forgets the last pressure");
+}
+
+#[test]
+fn every_point_is_in_one_topic() {
+    let snapshot = snapshot(Some(1.0));
+    let layout = Layout::new("p", &snapshot.points);
+    let positions: Vec<usize> = layout.topics().iter().flat_map(|topic| topic.positions.clone()).collect();
+    assert_eq!(positions, (0..snapshot.points.len()).collect::<Vec<_>>());
+    let topics: BTreeSet<_> = layout.topics().iter().map(|topic| &topic.object).collect();
+    assert_eq!(topics.len(), layout.len());
+}
+
+#[test]
+fn a_gauge_that_leaves_the_file_leaves_nothing_at_the_broker() {
+    let before = Layout::new("p", &snapshot(Some(1.0)).points);
+    let mut inputs = measuring(Some(1.0), Micros(1));
+    inputs.gauges.truncate(1);
+    let after = Layout::new("p", &Modeller::default().next(inputs, Micros(0)).points);
+    let gone = before.obsolete(&after);
+    assert!(gone.iter().all(|message| message.payload.is_empty() && message.is_retained));
+    assert!(gone.iter().all(|message| message.topic.starts_with("p/fore line/")) && gone.len() > 4);
+}
+
+#[test]
+fn the_will_says_offline() {
+    let will = status("p", false);
+    assert_eq!((will.topic.as_str(), &will.payload[..], will.is_retained), ("p/status", &b"offline"[..], true));
+}
+
+#[test]
+fn home_assistant_gets_pressure_logarithm_and_state_of_each_reading() {
+    let layout = Layout::new("profivac/target-hall", &snapshot(Some(1.0)).points);
+    let sensors = discovery::sensors("homeassistant", "profivac/target-hall", "Target hall", &layout);
+    assert_eq!(sensors.len(), 3 * 5);
+    let find = |topic: &str| {
+        let found = sensors.iter().find(|message| message.topic == topic).unwrap_or_else(|| panic!("no {topic}"));
+        serde_json::from_slice::<Value>(&found.payload).unwrap()
+    };
+    let pressure = find("homeassistant/sensor/target_hall_chamber/pressure/config");
+    assert_eq!(pressure["state_topic"], "profivac/target-hall/chamber/state");
+    assert_eq!((&pressure["unit_of_measurement"], &pressure["device_class"]), (&json!("Pa"), &json!("pressure")));
+    assert_eq!((&pressure["state_class"], &pressure["expire_after"]), (&json!("measurement"), &json!(60)));
+    assert_eq!(pressure["availability"][0]["topic"], "profivac/target-hall/status");
+    let logarithm = find("homeassistant/sensor/target_hall_chamber/pressure_log10/config");
+    assert_eq!(logarithm["unit_of_measurement"], Value::Null);
+    assert_eq!(pressure["device"]["identifiers"], logarithm["device"]["identifiers"]);
+    assert!(pressure["device"]["model"].as_str().unwrap().contains("virtual"));
+    let ids: BTreeSet<_> = sensors.iter().map(object_id).collect();
+    assert_eq!(ids.len(), sensors.len());
+}
+
+fn object_id(message: &Message) -> String {
+    let description: Value = serde_json::from_slice(&message.payload).unwrap();
+    description["unique_id"].as_str().unwrap().to_owned()
+}
+
+#[test]
+fn counters_are_published_every_ten_seconds_and_pressures_at_once() {
+    let mut modeller = Modeller::default();
+    let first = Arc::new(modeller.next(measuring(Some(1.0), Micros(1)), Micros(1)));
+    let mut tracker = Tracker::new(Arc::clone(&first), Micros(0));
+    let signals = |snapshot: &Snapshot, positions: &[usize]| -> BTreeSet<Signal> {
+        positions.iter().map(|position| snapshot.points[*position].signal).collect()
+    };
+    let second = Arc::new(modeller.next(measuring(Some(1.0), Micros(2)), Micros(2)));
+    assert_eq!(tracker.next(&second, Micros(1)).positions, [0_usize; 0], "the time of the reading waits");
+    let third = Arc::new(modeller.next(measuring(Some(2.0), Micros(3)), Micros(3)));
+    let changes = tracker.next(&third, Micros(2));
+    let found = signals(&third, &changes.positions);
+    assert!(found.contains(&Signal::Pressure) && !found.contains(&Signal::LastReading), "{found:?}");
+    let changes = tracker.next(&third, Micros(0).after(COUNTER_PERIOD));
+    assert_eq!(signals(&third, &changes.positions), BTreeSet::from([Signal::LastReading]));
+}
+
+#[test]
+fn the_table_of_names_has_all_topics_and_metrics() {
+    let config = config();
+    let [GatewaySettings::Mqtt(settings)] = &config.gateways[..] else { panic!("one gateway") };
+    let points = snapshot(Some(1.0)).points;
+    let table = names(settings, &config.name, &points);
+    let rows: BTreeSet<(&str, &str)> = table.rows().iter().map(|row| (row[0].as_str(), row[1].as_str())).collect();
+    assert_eq!(rows.len(), table.rows().len(), "no name twice");
+    for row in [
+        ("profivac/target-hall/chamber/state", "pressure_log10"),
+        ("profivac/target-hall/status", ""),
+        ("homeassistant/sensor/target_hall_chamber/pressure/config", ""),
+        ("spBv1.0/G/DDATA/Target hall/chamber", "Pressure"),
+        ("spBv1.0/G/NDATA/Target hall", "Segments/hall/Up"),
+    ] {
+        assert!(rows.contains(&row), "{row:?}");
+    }
+}
