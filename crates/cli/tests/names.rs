@@ -1,5 +1,7 @@
 //! `profivac names`: what a gateway publishes, without a bus.
 
+#![allow(clippy::unwrap_used, clippy::panic, clippy::indexing_slicing, reason = "a test")]
+
 mod common;
 
 use common::{Folder, run};

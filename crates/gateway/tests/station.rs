@@ -1,5 +1,7 @@
 //! The read model of a running station with gauges in memory.
 
+#![allow(clippy::unwrap_used, clippy::panic, clippy::indexing_slicing, reason = "a test")]
+
 use profivac_gateway::{Point, PointValue, ReadModel, Signal, Snapshot, State, Value};
 use profivac_station::config::Config;
 use profivac_station::station::Station;
