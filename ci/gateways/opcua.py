@@ -198,20 +198,20 @@ async def check_unplugged(plant, station):
 
 
 async def check_history(station):
-    now = datetime.datetime.now(datetime.timezone.utc)
     node = station.node("gauge/chamber/pressure")
-    begin = now - datetime.timedelta(hours=1)
 
     async def with_gap():
-        values = await node.read_raw_history(begin, now, return_bounds=False)
-        return values if any(not it.StatusCode.is_good() and it.Value.Value is None for it in values) else None
+        now = datetime.datetime.now(datetime.timezone.utc)
+        values = await node.read_raw_history(now - datetime.timedelta(hours=1), now, return_bounds=False)
+        has_gap = any(not it.StatusCode.is_good() and it.Value.Value is None for it in values)
+        return (now, values) if has_gap else None
     # The recorder writes a moment after the reading.
-    values = await until("the gap in the history", with_gap)
+    now, values = await until("the gap in the history", with_gap)
     times = [value.SourceTimestamp for value in values]
     assert len(values) >= 5 and times == sorted(times), times
     assert any(value.StatusCode.name == "Good" and 0.35 < value.Value.Value < 0.45 for value in values), values
-    newest = await node.read_raw_history(now, begin, numvalues=3, return_bounds=False)
-    assert [value.SourceTimestamp for value in newest][:3] == sorted(times)[::-1][:3], newest
+    newest = await node.read_raw_history(times[-1], times[0], numvalues=3, return_bounds=False)
+    assert [value.SourceTimestamp for value in newest][:3] == times[::-1][:3], newest
 
 
 async def check_read_only(plant, station):
