@@ -63,6 +63,8 @@ const BUILT_IN: &[&str] = &[
     "modbus",
     #[cfg(feature = "mqtt")]
     "mqtt",
+    #[cfg(feature = "opcua")]
+    "opcua",
     #[cfg(feature = "prometheus")]
     "prometheus",
 ];
@@ -92,6 +94,8 @@ fn start(
         GatewaySettings::Mqtt(it) => Ok(profivac_gateway_mqtt::start(it, &model, &services)?),
         #[cfg(feature = "modbus")]
         GatewaySettings::Modbus(it) => Ok(vec![profivac_gateway_modbus::start(it.clone(), model, services)?]),
+        #[cfg(feature = "opcua")]
+        GatewaySettings::Opcua(it) => Ok(vec![profivac_gateway_opcua::start(it.clone(), model, services)?]),
         #[cfg(feature = "prometheus")]
         GatewaySettings::Prometheus(it) => Ok(vec![profivac_gateway_prometheus::start(it.clone(), model, services)?]),
         other => Err(absent(other)),

@@ -108,6 +108,8 @@ fn names(settings: &GatewaySettings, config: &Config) -> Result<NameTable, Failu
         }
         #[cfg(feature = "mqtt")]
         GatewaySettings::Mqtt(it) => Ok(profivac_gateway_mqtt::names::names(it, &config.name, &snapshot.points)),
+        #[cfg(feature = "opcua")]
+        GatewaySettings::Opcua(_) => Ok(profivac_gateway_opcua::names(&snapshot.points)),
         #[cfg(feature = "prometheus")]
         GatewaySettings::Prometheus(_) => Ok(profivac_gateway_prometheus::names(&snapshot.points)),
         other => Err(gateways::absent(other)),

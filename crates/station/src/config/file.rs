@@ -7,6 +7,7 @@ use super::gateways::GatewaysToml;
 use super::gateways::modbus::{self, ModbusToml};
 use super::gateways::epics::EpicsToml;
 use super::gateways::mqtt::MqttToml;
+use super::gateways::opcua::OpcuaToml;
 use super::gateways::prometheus::PrometheusToml;
 use super::retention::RetentionToml;
 use super::segments::SegmentToml;
@@ -42,6 +43,7 @@ pub struct ConfigToml {
     modbus: Option<ModbusToml>,
     epics: Option<EpicsToml>,
     mqtt: Option<MqttToml>,
+    opcua: Option<OpcuaToml>,
     prometheus: Option<PrometheusToml>,
 }
 
@@ -91,20 +93,19 @@ impl ConfigToml {
             modbus_slots: modbus::check_slots(slots)?,
             modbus: self.modbus.take(),
             mqtt: self.mqtt.take(),
+            opcua: self.opcua.take(),
             prometheus: self.prometheus.take(),
             tls: self.tls.as_ref().map(|tls| tls.files(path)),
+            users: users_file(self.station.users.as_deref(), path).path,
         })
     }
 
     /// The configuration without alarms, webhooks, retention and gateways.
     pub fn into_config(self, path: &Path) -> Config {
-        let stem = path.file_stem().map_or_else(|| "station".to_owned(), |stem| stem.to_string_lossy().into_owned());
+        let stem = stem(path);
         let database = self.station.database.or(self.station.record).map(Spanned::into_inner);
         let beside = |file: PathBuf| path.parent().unwrap_or(Path::new("")).join(file);
-        let users = UsersFile {
-            named: self.station.users.is_some(),
-            path: beside(self.station.users.unwrap_or_else(|| PathBuf::from(format!("{stem}.users.toml")))),
-        };
+        let users = users_file(self.station.users.as_deref(), path);
         Config {
             listen: self.station.listen.map_or_else(|| SocketAddr::from(LISTEN), |listen| listen.0),
             database: beside(database.unwrap_or_else(|| PathBuf::from(format!("{stem}.db")))),
@@ -120,4 +121,16 @@ impl ConfigToml {
             renamed_keys: Vec::new(),
         }
     }
+}
+
+/// The file of the users: that of the key `users`, or the default beside the file at `path`.
+fn users_file(named: Option<&Path>, path: &Path) -> UsersFile {
+    let default = || path.with_file_name(format!("{}.users.toml", stem(path)));
+    let beside = |file: &Path| path.parent().unwrap_or(Path::new("")).join(file);
+    UsersFile { named: named.is_some(), path: named.map_or_else(default, beside) }
+}
+
+/// The name of the file at `path` without its extension.
+pub fn stem(path: &Path) -> String {
+    path.file_stem().map_or_else(|| "station".to_owned(), |stem| stem.to_string_lossy().into_owned())
 }

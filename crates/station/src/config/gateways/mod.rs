@@ -4,6 +4,7 @@
 pub mod epics;
 pub mod mqtt;
 pub mod modbus;
+pub mod opcua;
 pub mod prometheus;
 
 use super::TlsFiles;
@@ -11,10 +12,11 @@ use super::error::Located;
 use epics::EpicsToml;
 use mqtt::MqttToml;
 use modbus::ModbusToml;
+use opcua::OpcuaToml;
 use prometheus::PrometheusToml;
 use std::collections::BTreeMap;
 use std::net::SocketAddr;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// The tables of the gateways in the file.
 #[derive(Debug, Default)]
@@ -27,10 +29,14 @@ pub struct GatewaysToml {
     pub modbus: Option<ModbusToml>,
     /// The first slot of each gauge that the file gives one in the map of Modbus.
     pub modbus_slots: BTreeMap<String, u16>,
+    /// `[opcua]`.
+    pub opcua: Option<OpcuaToml>,
     /// `[prometheus]`.
     pub prometheus: Option<PrometheusToml>,
     /// `[tls]`, for gateways that use the certificate of the station.
     pub tls: Option<TlsFiles>,
+    /// The file of the users, for gateways with a login.
+    pub users: PathBuf,
 }
 
 /// The settings of a gateway.
@@ -43,6 +49,8 @@ pub enum GatewaySettings {
     Mqtt(Box<mqtt::Settings>),
     /// `[modbus]`.
     Modbus(modbus::Settings),
+    /// `[opcua]`.
+    Opcua(opcua::Settings),
     /// `[prometheus]`.
     Prometheus(prometheus::Settings),
 }
@@ -55,6 +63,7 @@ impl GatewaySettings {
             Self::Epics(_) => "epics",
             Self::Mqtt(_) => "mqtt",
             Self::Modbus(_) => "modbus",
+            Self::Opcua(_) => "opcua",
             Self::Prometheus(_) => "prometheus",
         }
     }
@@ -64,7 +73,7 @@ impl GatewaySettings {
     pub fn unencrypted_broker(&self) -> Option<&str> {
         match self {
             Self::Mqtt(it) => it.broker.is_exposed().then_some(&it.broker.host),
-            Self::Epics(_) | Self::Modbus(_) | Self::Prometheus(_) => None,
+            Self::Epics(_) | Self::Modbus(_) | Self::Opcua(_) | Self::Prometheus(_) => None,
         }
     }
 
@@ -73,7 +82,7 @@ impl GatewaySettings {
     pub fn is_open_to_network(&self) -> bool {
         match self {
             Self::Epics(settings) => settings.is_open_to_network(),
-            Self::Modbus(_) | Self::Mqtt(_) | Self::Prometheus(_) => false,
+            Self::Modbus(_) | Self::Mqtt(_) | Self::Opcua(_) | Self::Prometheus(_) => false,
         }
     }
 
@@ -82,7 +91,7 @@ impl GatewaySettings {
     pub const fn unprotected(&self) -> Option<SocketAddr> {
         match self {
             Self::Modbus(settings) if !settings.listen.ip().is_loopback() => Some(settings.listen),
-            Self::Epics(_) | Self::Modbus(_) | Self::Mqtt(_) | Self::Prometheus(_) => None,
+            Self::Epics(_) | Self::Modbus(_) | Self::Mqtt(_) | Self::Opcua(_) | Self::Prometheus(_) => None,
         }
     }
 
@@ -90,7 +99,7 @@ impl GatewaySettings {
     #[must_use]
     pub fn is_private(&self) -> bool {
         match self {
-            Self::Epics(_) | Self::Modbus(_) => false,
+            Self::Epics(_) | Self::Modbus(_) | Self::Opcua(_) => false,
             Self::Mqtt(it) => {
                 it.broker.credentials.is_some() || it.broker.tls.as_ref().is_some_and(|tls| tls.client.is_some())
             }
@@ -101,11 +110,12 @@ impl GatewaySettings {
 
 /// The settings of all gateways of the file at `path`.
 pub fn settings(toml: GatewaysToml, path: &Path) -> Result<Vec<GatewaySettings>, Located> {
-    let GatewaysToml { epics, modbus, modbus_slots, mqtt, prometheus, tls } = toml;
+    let GatewaysToml { epics, modbus, modbus_slots, mqtt, opcua, prometheus, tls, users } = toml;
     let epics = epics.map(|it| it.into_settings(path)).transpose()?.map(GatewaySettings::Epics);
     let modbus = modbus.map(|it| it.into_settings(modbus_slots)).transpose()?.map(GatewaySettings::Modbus);
     let mqtt = mqtt.map(|it| it.into_settings(path)).transpose()?.map(|it| GatewaySettings::Mqtt(Box::new(it)));
+    let opcua = opcua.map(|it| it.into_settings(path, users)).transpose()?.map(GatewaySettings::Opcua);
     let prometheus =
         prometheus.map(|it| it.into_settings(path, tls.as_ref())).transpose()?.map(GatewaySettings::Prometheus);
-    Ok(epics.into_iter().chain(modbus).chain(mqtt).chain(prometheus).collect())
+    Ok(epics.into_iter().chain(modbus).chain(mqtt).chain(opcua).chain(prometheus).collect())
 }

@@ -1,0 +1,319 @@
+#!/usr/bin/env python3
+"""asyncua against the OPC UA gateway: ci/gateways/opcua.py PROGRAM"""
+
+import asyncio
+import csv
+import datetime
+import io
+import logging
+import os
+import shutil
+import subprocess
+import sys
+import time
+
+from asyncua import Client, ua
+from asyncua.crypto.cert_gen import setup_self_signed_certificate
+from asyncua.crypto.security_policies import SecurityPolicyBasic256Sha256
+from cryptography.x509.oid import ExtendedKeyUsageOID
+from plant import HANG_S, POLL_S, Hostile, Plant, free_port
+
+logging.disable(logging.CRITICAL)
+NAMESPACE = "urn:profivac:station"
+PASSWORD = "tin whisker plateau"
+HELLO = b"HELF" + (32).to_bytes(4, "little") + bytes(4) + b"\xff\xff\x00\x00" * 2 + bytes(8)
+HOSTILE = [
+    b"HELF\xff\xff\xff\xff" + bytes(100),
+    b"HELF\x08\x00\x00\x00",
+    HELLO + b"OPNF\xff\xff\xff\x7f" + bytes(500),
+    HELLO + b"MSGF" + (64).to_bytes(4, "little") + b"\xff" * 56,
+    HELLO + b"OPNF" + (132).to_bytes(4, "little") + bytes(4) + b"\xff\xff\xff\x7f" + bytes(120),
+]
+
+
+async def until(what, condition):
+    """Returns the first true value of `await condition()`."""
+    end, last = time.monotonic() + HANG_S, None
+    while time.monotonic() < end:
+        try:
+            value = await condition()
+            if value:
+                return value
+        except (OSError, ua.UaError, asyncio.TimeoutError) as error:
+            last = error
+        await asyncio.sleep(POLL_S)
+    raise SystemExit(f"{what} did not happen within {HANG_S} s; last error: {last!r}")
+
+
+class Changes:
+    """The values of a subscription, in their order."""
+
+    def __init__(self):
+        self.values = []
+
+    def datachange_notification(self, _node, value, _data):
+        self.values.append(value)
+
+
+class Station:
+    """A connection without encryption, and the nodes of the station in it."""
+
+    def __init__(self, port, client=None):
+        self.client = client or Client(f"opc.tcp://127.0.0.1:{port}/", timeout=HANG_S)
+
+    async def __aenter__(self):
+        await self.client.connect()
+        self.namespace = await self.client.get_namespace_index(NAMESPACE)
+        return self
+
+    async def __aexit__(self, *_):
+        await self.client.disconnect()
+
+    def node(self, name):
+        return self.client.get_node(ua.NodeId(name, self.namespace))
+
+    async def data(self, name):
+        return await self.node(name).read_data_value(raise_on_bad_status=False)
+
+    async def value(self, name):
+        return (await self.data(name)).Value.Value
+
+    async def status(self, name):
+        return (await self.data(name)).StatusCode.name
+
+    async def property(self, name, wanted):
+        return await (await self.node(name).get_child(f"0:{wanted}")).read_value()
+
+
+async def connected(port):
+    async def connect():
+        station = Station(port)
+        await station.__aenter__()
+        return station
+    return await until("a connection", connect)
+
+
+async def browse(client):
+    """All nodes below Objects; each must answer for its class and, as a variable, for value, type and type definition."""
+    seen, waiting = {}, [client.nodes.objects]
+    while waiting:
+        node = waiting.pop()
+        if node.nodeid in seen:
+            continue
+        seen[node.nodeid] = node_class = await node.read_node_class()
+        if node_class == ua.NodeClass.Variable:
+            await node.read_data_value(raise_on_bad_status=False)
+            data_type = await node.read_data_type()
+            await client.get_node(data_type).read_browse_name()
+            await client.get_node(await node.read_type_definition()).read_browse_name()
+        waiting += await node.get_children(refs=ua.ObjectIds.HierarchicalReferences)
+    return seen
+
+
+def names_of(plant):
+    text = subprocess.run([plant.program, "names", plant.file, "--for", "opcua", "--csv"], check=True, text=True, capture_output=True)
+    return [row["node"].split(";s=", 1)[1] for row in csv.DictReader(io.StringIO(text.stdout))]
+
+
+async def check_nodes(plant, station):
+    nodes = await browse(station.client)
+    own = {node.Identifier for node, kind in nodes.items() if node.NamespaceIndex == station.namespace and kind == ua.NodeClass.Variable}
+    missing = set(names_of(plant)) - own
+    assert not missing, f"named, but not there: {missing}"
+    path = ["2:DeviceSet", "2:chamber", "2:SignalSet", "2:Pressure", "2:AnalogSignal"]
+    found = await station.client.nodes.objects.get_child(path)
+    assert found.nodeid.Identifier == "gauge/chamber/pressure", found
+    return {node.to_string() for node in nodes}
+
+
+async def check_value(station):
+    data = await station.data("gauge/chamber/pressure")
+    age = datetime.datetime.now(datetime.timezone.utc) - data.SourceTimestamp.replace(tzinfo=datetime.timezone.utc)
+    assert data.StatusCode.name == "Good" and 0.08 < data.Value.Value < 0.12, data
+    assert data.Value.VariantType == ua.VariantType.Float, data
+    assert -1 < age.total_seconds() < 60, age
+    unit = await station.property("gauge/chamber/pressure", "EngineeringUnits")
+    assert (unit.UnitId, unit.DisplayName.Text) == (5259596, "Pa"), unit
+    for name in ("EURange", "InstrumentRange"):
+        ends = await station.property("gauge/chamber/pressure", name)
+        assert 0 < ends.Low < 1e-5 and ends.High > 1e4, ends
+    words = await station.property("gauge/chamber/state", "EnumStrings")
+    assert words[await station.value("gauge/chamber/state")].Text == "OK", words
+    assert await station.property("gauge/chamber/pressure", "HighHighLimit") == 10.0
+    assert (await station.value("gauge/load lock/simulated"), await station.value("gauge/chamber/simulated")) == (True, False)
+    health = await station.property("gauge/chamber/device-health", "EnumStrings")
+    assert health[await station.value("gauge/chamber/device-health")].Text == "NORMAL"
+    limits = await station.client.nodes.server.get_child(["0:ServerCapabilities", "0:OperationLimits", "0:MaxNodesPerRead"])
+    assert await limits.read_value() == 2000
+
+
+async def check_subscription(plant, station):
+    changes = Changes()
+    subscription = await station.client.create_subscription(100, changes)
+    await subscription.subscribe_data_change(station.node("gauge/chamber/pressure"))
+    for pa in (0.2, 0.3, 0.4, 0.1):
+        plant.tell(f"pressure {pa} Pa")
+
+        async def arrived(pa=pa):
+            return changes.values and changes.values[-1] is not None and abs(changes.values[-1] / pa - 1) < 0.05
+        await until(f"{pa} Pa in the subscription", arrived)
+    await subscription.delete()
+
+
+async def check_alarm(plant, station):
+    plant.tell("pressure 1 mbar")
+    alarm = "alarm/Chamber high"
+
+    async def is_active():
+        return await station.value(f"{alarm}/alarm-active")
+    await until("the alarm", is_active)
+    words = await station.property(f"{alarm}/priority", "EnumStrings")
+    assert words[await station.value(f"{alarm}/priority")].Text == "high"
+    assert await station.value(f"{alarm}/occurrence") >= 1
+    assert await station.value(f"{alarm}/alarm-acknowledged") is False
+    plant.tell("pressure 1e-3 mbar")
+
+    async def has_returned():
+        return not await is_active()
+    await until("the end of the alarm", has_returned)
+
+
+async def check_unplugged(plant, station):
+    plant.tell("power 5 off")
+
+    async def is_lost():
+        return await station.status("gauge/chamber/pressure") == "BadNoCommunication"
+    await until("Bad_NoCommunication", is_lost)
+    data = await station.data("gauge/chamber/pressure")
+    assert data.Value.Value is None, data
+    words = await station.property("gauge/chamber/state", "EnumStrings")
+    state = await station.data("gauge/chamber/state")
+    assert state.StatusCode.name == "Good" and words[state.Value.Value].Text in ("Stale", "Starting"), state
+    assert await station.status("gauge/load lock/pressure") == "Good"
+    plant.tell("power 5 on")
+
+    async def is_back():
+        return await station.status("gauge/chamber/pressure") == "Good"
+    await until("the gauge to come back", is_back)
+
+
+async def check_history(station):
+    node = station.node("gauge/chamber/pressure")
+
+    async def with_gap():
+        now = datetime.datetime.now(datetime.timezone.utc)
+        values = await node.read_raw_history(now - datetime.timedelta(hours=1), now, return_bounds=False)
+        has_gap = any(not it.StatusCode.is_good() and it.Value.Value is None for it in values)
+        return (now, values) if has_gap else None
+    # The recorder writes a moment after the reading.
+    now, values = await until("the gap in the history", with_gap)
+    times = [value.SourceTimestamp for value in values]
+    assert len(values) >= 5 and times == sorted(times), times
+    assert any(value.StatusCode.name == "Good" and 0.35 < value.Value.Value < 0.45 for value in values), values
+    newest = await node.read_raw_history(times[-1], times[0], numvalues=3, return_bounds=False)
+    assert [value.SourceTimestamp for value in newest][:3] == times[::-1][:3], newest
+
+
+async def check_read_only(plant, station):
+    before = plant.status("opcua")["refused"]
+    for name in ("gauge/chamber/pressure", "station/version"):
+        try:
+            await station.node(name).write_value(ua.Variant(1.0, ua.VariantType.Float))
+            raise SystemExit(f"{name} was written")
+        except ua.UaStatusCodeError as error:
+            assert error.code in (ua.StatusCodes.BadNotWritable, ua.StatusCodes.BadUserAccessDenied), error
+    assert plant.status("opcua")["refused"] > before
+
+
+async def secure(port, folder, user=None, password=None):
+    """A connection with Basic256Sha256, signed and encrypted."""
+    client = Client(f"opc.tcp://127.0.0.1:{port}/", timeout=HANG_S)
+    client.application_uri = "urn:test:client"
+    certificate, key = os.path.join(folder, "client.der"), os.path.join(folder, "client.pem")
+    if not os.path.exists(certificate):
+        await setup_self_signed_certificate(
+            __import__("pathlib").Path(key), __import__("pathlib").Path(certificate), client.application_uri, "localhost",
+            [ExtendedKeyUsageOID.CLIENT_AUTH], {"commonName": "test client", "organizationName": "test"})
+    if user:
+        client.set_user(user)
+        client.set_password(password)
+    await client.set_security(SecurityPolicyBasic256Sha256, certificate, key, mode=ua.MessageSecurityMode.SignAndEncrypt)
+    return Station(port, client)
+
+
+async def is_refused(port, folder, user, password):
+    try:
+        async with await secure(port, folder, user, password):
+            return False
+    except (ua.UaError, OSError, asyncio.TimeoutError):
+        return True
+
+
+async def check_security(plant, port):
+    certificates = os.path.join(plant.folder, "plant.opcua")
+    rejected, trusted = os.path.join(certificates, "rejected"), os.path.join(certificates, "trusted")
+    assert os.stat(os.path.join(certificates, "private/private.pem")).st_mode & 0o077 == 0
+    subprocess.run([plant.program, "user", "add", "scada", "--role", "viewer", plant.file, "--password-stdin"],
+                   input=PASSWORD + "\n", text=True, check=True, capture_output=True)
+    assert await is_refused(port, plant.folder, "scada", PASSWORD), "an unknown certificate was accepted"
+    unknown = os.listdir(rejected)
+    assert len(unknown) == 1, unknown
+    shutil.move(os.path.join(rejected, unknown[0]), trusted)
+    async with await secure(port, plant.folder, "scada", PASSWORD) as station:
+        assert await station.status("gauge/chamber/pressure") == "Good"
+    assert await is_refused(port, plant.folder, "scada", "wrong"), "a wrong password was accepted"
+    assert await is_refused(port, plant.folder, "nobody", PASSWORD), "an unknown user was accepted"
+    assert await is_refused(port, plant.folder, None, None), "a client without a user was accepted"
+
+
+async def check_hostile(plant, port):
+    async with Station(port) as station:
+        with Hostile(port, HOSTILE) as hostile:
+            end = time.monotonic() + 5
+            times = set()
+            while time.monotonic() < end or len(times) < 3:
+                data = await station.data("gauge/chamber/pressure")
+                assert data.StatusCode.name == "Good", data
+                times.add(data.SourceTimestamp)
+                await asyncio.sleep(POLL_S)
+        print(f"{hostile.made / hostile.seconds:.0f} hostile connections a second; another client got {len(times)} readings", flush=True)
+    (await connected(port)).client  # a new client is served afterwards
+    assert plant.station.poll() is None, "the station ended"
+
+
+async def main(program):
+    port = free_port()
+    with Plant(program, f'[opcua]\nlisten = "127.0.0.1:{port}"\n') as plant:
+        station = await connected(port)
+
+        async def has_reading():
+            return await station.status("gauge/chamber/pressure") == "Good"
+        await until("a reading", has_reading)
+        steps = [
+            ("values", lambda: check_value(station)),
+            ("subscription", lambda: check_subscription(plant, station)),
+            ("alarm", lambda: check_alarm(plant, station)),
+            ("unplugged gauge", lambda: check_unplugged(plant, station)),
+            ("history", lambda: check_history(station)),
+            ("read-only", lambda: check_read_only(plant, station)),
+        ]
+        before = await check_nodes(plant, station)
+        for name, step in steps:
+            began = time.monotonic()
+            await step()
+            print(f"{name}: {time.monotonic() - began:.1f} s", flush=True)
+        await station.client.disconnect()
+        plant.restart()
+        station = await connected(port)
+        await until("a reading", has_reading)
+        after = await check_nodes(plant, station)
+        assert before == after, before ^ after
+        await station.client.disconnect()
+        print("restart", flush=True)
+        await check_hostile(plant, port)
+        await check_security(plant, port)
+        print("security", flush=True)
+
+
+if __name__ == "__main__":
+    asyncio.run(main(sys.argv[1]))

@@ -1,0 +1,111 @@
+//! The folder of the certificates: that of the station, and those of clients that are trusted or were rejected.
+//!
+//! ```text
+//! own/cert.der        the certificate of the station, for clients
+//! private/private.pem its key
+//! trusted/            clients that may connect
+//! rejected/           clients that tried; the newest 100
+//! ```
+
+use crate::OpcuaError;
+use opcua_crypto::{CertificateStore, X509Data};
+use std::fs::{self, Permissions};
+use std::os::unix::fs::PermissionsExt;
+use std::path::{Path, PathBuf};
+use std::time::SystemTime;
+
+/// The days for which the certificate of the station is valid: ten years, as nobody renews it on a machine.
+const VALID_DAYS: u32 = 3650;
+
+/// The size of the key in bits, which all offered policies permit.
+const KEY_BITS: u32 = 2048;
+
+/// The most rejected certificates that are kept: clients that nobody knows must not fill the disk.
+const MAX_REJECTED: usize = 100;
+
+/// The certificate of the station, in the folder.
+pub const OWN: &str = "own/cert.der";
+
+/// Its key, in the folder.
+pub const KEY: &str = "private/private.pem";
+
+/// Makes the folder, and in it the key and the certificate of the station if they are absent. A key takes a second.
+///
+/// # Errors
+/// When the folder cannot be written.
+pub fn prepare(folder: &Path, application_uri: &str, host: &str) -> Result<(), OpcuaError> {
+    let failed =
+        |error: std::io::Error| OpcuaError::Certificates { folder: folder.to_owned(), error: error.to_string() };
+    for part in ["own", "private", "trusted", "rejected"] {
+        fs::create_dir_all(folder.join(part)).map_err(failed)?;
+    }
+    fs::set_permissions(folder.join("private"), Permissions::from_mode(0o700)).map_err(failed)?;
+    let (certificate, key) = (folder.join(OWN), folder.join(KEY));
+    if certificate.exists() && key.exists() {
+        return Ok(());
+    }
+    let made = CertificateStore::create_certificate_and_key(&data(application_uri, host), true, &certificate, &key);
+    made.map_err(|error| OpcuaError::Certificates { folder: folder.to_owned(), error })?;
+    fs::set_permissions(&key, Permissions::from_mode(0o600)).map_err(failed)
+}
+
+fn data(application_uri: &str, host: &str) -> X509Data {
+    let host = host.trim_matches(['[', ']']).to_owned();
+    X509Data {
+        key_size: KEY_BITS,
+        common_name: "profivac".to_owned(),
+        organization: "profivac".to_owned(),
+        organizational_unit: "station".to_owned(),
+        // A user-assigned code of ISO 3166: the place of the station is not known.
+        country: "XX".to_owned(),
+        state: "none".to_owned(),
+        // The host of the URLs, localhost and the name of this computer; no addresses, which would ask the network.
+        alt_host_names: X509Data::alt_host_names(application_uri, Some(vec![host]), true, true, false),
+        certificate_duration_days: VALID_DAYS,
+    }
+}
+
+/// Deletes all but the newest rejected certificates.
+pub fn prune(folder: &Path) {
+    let Ok(files) = fs::read_dir(folder.join("rejected")) else { return };
+    let age = |path: &Path| fs::metadata(path).and_then(|it| it.modified()).unwrap_or(SystemTime::UNIX_EPOCH);
+    let mut files: Vec<(SystemTime, PathBuf)> = files.flatten().map(|file| (age(&file.path()), file.path())).collect();
+    files.sort();
+    let old = files.len().saturating_sub(MAX_REJECTED);
+    for (_, file) in files.into_iter().take(old) {
+        // What cannot be deleted now is tried again.
+        fs::remove_file(file).ok();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_the_newest_rejected_certificates_stay() {
+        let folder = tempfile::tempdir().unwrap();
+        let rejected = folder.path().join("rejected");
+        fs::create_dir(&rejected).unwrap();
+        for number in 0..MAX_REJECTED + 20 {
+            let file = fs::File::create(rejected.join(format!("{number:03}.der"))).unwrap();
+            let at = SystemTime::UNIX_EPOCH + std::time::Duration::from_secs(number as u64);
+            file.set_modified(at).unwrap();
+        }
+        prune(folder.path());
+        assert_eq!(fs::read_dir(&rejected).unwrap().count(), MAX_REJECTED);
+        assert!(!rejected.join("019.der").exists() && rejected.join("020.der").exists());
+    }
+
+    #[test]
+    fn the_key_is_readable_by_its_owner_only_and_stays() {
+        let folder = tempfile::tempdir().unwrap();
+        let prepare = || prepare(folder.path(), "urn:profivac:server:hall", "127.0.0.1").unwrap();
+        prepare();
+        let key = folder.path().join(KEY);
+        assert_eq!(fs::metadata(&key).unwrap().permissions().mode() & 0o777, 0o600);
+        let (before, certificate) = (fs::read(&key).unwrap(), fs::read(folder.path().join(OWN)).unwrap());
+        prepare();
+        assert_eq!((fs::read(&key).unwrap(), fs::read(folder.path().join(OWN)).unwrap()), (before, certificate));
+    }
+}

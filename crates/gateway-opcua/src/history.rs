@@ -1,0 +1,220 @@
+//! Reading of raw history (OPC 10000-11) from the record.
+
+use crate::value::{micros, of_sample, time};
+use opcua_types::{DataValue, ReadRawModifiedDetails, StatusCode};
+use profivac_recorder::{DatabaseError, Micros, Reader, Sample};
+
+/// The most samples of an answer; the rest follows with a continuation point.
+pub const MAX_SAMPLES: u32 = 5_000;
+
+/// The width of the first step into the past, in microseconds. free choice: 2,000 samples at the shortest interval of 50 ms.
+const FIRST_STEP: i64 = 100 * Micros::SECOND;
+
+/// What a client asks for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Query {
+    /// From the first time to the second, the oldest first.
+    Forward(Micros, Micros),
+    /// From the first time back to the second, the newest first.
+    Backward(Micros, Micros),
+}
+
+/// An answer.
+#[derive(Debug, Default)]
+pub struct Answer {
+    /// The samples.
+    pub values: Vec<DataValue>,
+    /// What is left for the next request.
+    pub rest: Option<Query>,
+}
+
+/// The query of these details, and the most samples of an answer. OPC 10000-11, 6.5.3: without one of the times, or with the later time
+/// first, the order follows from what is given.
+///
+/// # Errors
+/// The status for the client.
+pub fn query(details: &ReadRawModifiedDetails) -> Result<(Query, u32), StatusCode> {
+    if details.is_read_modified {
+        return Err(StatusCode::BadHistoryOperationUnsupported);
+    }
+    let count = details.num_values_per_node;
+    let limit = if count == 0 { MAX_SAMPLES } else { count.min(MAX_SAMPLES) };
+    let query = match (micros(&details.start_time), micros(&details.end_time)) {
+        (Some(start), Some(end)) if start <= end => Query::Forward(start, end),
+        (Some(start), Some(end)) => Query::Backward(start, end),
+        (Some(start), None) if count > 0 => Query::Forward(start, Micros(i64::MAX)),
+        (None, Some(end)) if count > 0 => Query::Backward(end, Micros(0)),
+        _ => return Err(StatusCode::BadHistoryOperationInvalid),
+    };
+    Ok((query, limit))
+}
+
+/// Reads the answer to a query, at most `limit` samples.
+///
+/// # Errors
+/// When the database cannot be read.
+pub fn read(reader: &Reader, series: &str, query: Query, limit: u32) -> Result<Answer, DatabaseError> {
+    let known = reader.time_range(series)?;
+    let Some((first, last)) = known else { return Ok(Answer::default()) };
+    let (mut samples, is_complete) = match query {
+        Query::Forward(from, to) => page(reader, series, (from, to), limit)?,
+        Query::Backward(from, to) => backward(reader, series, (from.min(last), to.max(first)), limit)?,
+    };
+    let rest = samples.last().filter(|_| !is_complete).map(|last| match query {
+        Query::Forward(_, to) => Query::Forward(Micros(last.at.0.saturating_add(1)), to),
+        Query::Backward(_, to) => Query::Backward(Micros(last.at.0.saturating_sub(1)), to),
+    });
+    Ok(Answer { values: samples.drain(..).map(|sample| of_sample(&sample)).collect(), rest })
+}
+
+/// The first samples of a time, and whether these are all.
+fn page(
+    reader: &Reader,
+    series: &str,
+    (from, to): (Micros, Micros),
+    limit: u32,
+) -> Result<(Vec<Sample>, bool), DatabaseError> {
+    let mut samples = reader.page(series, from, to, limit.saturating_add(1))?;
+    let is_complete = samples.len() <= limit as usize;
+    samples.truncate(limit as usize);
+    Ok((samples, is_complete))
+}
+
+/// The last samples of a time, the newest first, and whether these are all. The record is read in steps into the past, shorter ones
+/// where it has more samples.
+fn backward(
+    reader: &Reader,
+    series: &str,
+    (from, to): (Micros, Micros),
+    limit: u32,
+) -> Result<(Vec<Sample>, bool), DatabaseError> {
+    let (mut samples, mut end, mut step) = (Vec::new(), from, FIRST_STEP);
+    while end >= to && samples.len() <= limit as usize {
+        let start = Micros(end.0.saturating_sub(step)).max(to);
+        let (mut found, is_complete) = page(reader, series, (start, end), MAX_SAMPLES)?;
+        if !is_complete && step > 1 {
+            step /= 2;
+            continue;
+        }
+        step = step.saturating_mul(2);
+        end = Micros(start.0.saturating_sub(1));
+        found.reverse();
+        samples.append(&mut found);
+    }
+    let is_complete = samples.len() <= limit as usize;
+    samples.truncate(limit as usize);
+    Ok((samples, is_complete))
+}
+
+/// The bounds that a client may ask for. The record has no value between its samples: it says so.
+#[must_use]
+pub fn with_bounds(mut values: Vec<DataValue>, query: Query, is_first: bool, is_last: bool) -> Vec<DataValue> {
+    let (Query::Forward(start, end) | Query::Backward(start, end)) = query;
+    let bound = |at: Micros| DataValue {
+        value: None,
+        status: Some(StatusCode::BadBoundNotSupported),
+        source_timestamp: Some(time(at)),
+        source_picoseconds: None,
+        server_timestamp: None,
+        server_picoseconds: None,
+    };
+    let is_at = |value: Option<&DataValue>, at: Micros| value.and_then(|it| it.source_timestamp) == Some(time(at));
+    if is_first && !is_at(values.first(), start) {
+        values.insert(0, bound(start));
+    }
+    if is_last && end < Micros::now() && !is_at(values.last(), end) {
+        values.push(bound(end));
+    }
+    values
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use opcua_types::DateTime;
+    use profivac_recorder::{Deadband, Quality, Recorder, Settings};
+    use std::sync::Arc;
+    use std::time::Duration;
+
+    fn details(start: DateTime, end: DateTime, count: u32) -> ReadRawModifiedDetails {
+        ReadRawModifiedDetails {
+            is_read_modified: false,
+            start_time: start,
+            end_time: end,
+            num_values_per_node: count,
+            return_bounds: false,
+        }
+    }
+
+    #[test]
+    fn the_order_follows_from_the_times() {
+        let (early, late) = (Micros(1_000_000), Micros(2_000_000));
+        let asked = |start, end, count| query(&details(start, end, count));
+        assert_eq!(asked(time(early), time(late), 0).unwrap(), (Query::Forward(early, late), MAX_SAMPLES));
+        assert_eq!(asked(time(late), time(early), 7).unwrap(), (Query::Backward(late, early), 7));
+        assert_eq!(asked(DateTime::null(), time(late), 1).unwrap(), (Query::Backward(late, Micros(0)), 1));
+        assert_eq!(asked(time(early), DateTime::null(), 1).unwrap().0, Query::Forward(early, Micros(i64::MAX)));
+        let invalid = Err(StatusCode::BadHistoryOperationInvalid);
+        assert_eq!(asked(DateTime::null(), time(late), 0), invalid);
+        assert_eq!(asked(DateTime::null(), DateTime::null(), 5), invalid);
+    }
+
+    /// All answers to a query, one after the other, as times in seconds.
+    fn pages(reader: &Reader, query: Query, limit: u32) -> Vec<Vec<i64>> {
+        let second = |value: &DataValue| micros(&value.source_timestamp.unwrap()).unwrap().0 / Micros::SECOND;
+        let (mut pages, mut rest) = (Vec::new(), Some(query));
+        while let Some(query) = rest {
+            let answer = read(reader, "chamber", query, limit).unwrap();
+            pages.push(answer.values.iter().map(second).collect());
+            rest = answer.rest;
+        }
+        pages
+    }
+
+    #[test]
+    fn a_long_history_comes_in_pages_in_both_directions_and_complete() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("plant.db");
+        let settings =
+            Settings { deadband: Deadband { decades: 0.0, max_interval: Duration::ZERO }, ..Settings::default() };
+        let recorder = Recorder::start(&path, settings).unwrap();
+        // Samples in two groups, an hour apart: the steps into the past cross a time without samples.
+        let begin = Micros::now().0 / Micros::SECOND - 4_000;
+        let times: Vec<i64> = (0..5).chain(3_600..3_605).map(|second| begin + second).collect();
+        let gauge: Arc<str> = Arc::from("chamber");
+        for second in &times {
+            recorder.push(&gauge, Sample::new(Micros(second * Micros::SECOND), Some(1.0), Quality::Valid));
+        }
+        assert!(recorder.flush());
+        let reader = Reader::open(&path).unwrap();
+        let (from, to) = (Micros(begin * Micros::SECOND), Micros((begin + 4_000) * Micros::SECOND));
+        let forward = pages(&reader, Query::Forward(from, to), 4);
+        assert_eq!((forward.len(), forward.concat()), (3, times.clone()));
+        let backward = pages(&reader, Query::Backward(to, from), 4);
+        assert_eq!((backward.len(), backward.concat()), (3, times.into_iter().rev().collect()));
+    }
+
+    #[test]
+    fn a_series_without_samples_has_an_empty_history() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("plant.db");
+        drop(Recorder::start(&path, Settings::default()).unwrap());
+        let query = Query::Backward(Micros::now(), Micros(0));
+        assert_eq!(pages(&Reader::open(&path).unwrap(), query, 4), [Vec::<i64>::new()]);
+    }
+
+    #[test]
+    fn modified_values_do_not_exist() {
+        let details =
+            ReadRawModifiedDetails { is_read_modified: true, ..details(DateTime::null(), DateTime::null(), 1) };
+        assert_eq!(query(&details), Err(StatusCode::BadHistoryOperationUnsupported));
+    }
+
+    #[test]
+    fn a_bound_without_a_sample_has_no_value() {
+        let query = Query::Forward(Micros(1_000_000), Micros(3_000_000));
+        let values = with_bounds(Vec::new(), query, true, true);
+        let shown: Vec<_> = values.iter().map(|value| (value.value.is_none(), value.source_timestamp)).collect();
+        assert_eq!(shown, [(true, Some(time(Micros(1_000_000)))), (true, Some(time(Micros(3_000_000))))]);
+    }
+}

@@ -1,0 +1,422 @@
+//! The nodes of a station: their identifiers, browse names and places. A pure function of the points.
+
+use profivac_gateway::{Kind, Limits, Point, Signal, Subject};
+use std::collections::BTreeSet;
+
+/// The namespace of all nodes of the station.
+pub const NAMESPACE: &str = "urn:profivac:station";
+
+/// The words of `DeviceHealth`, by number (`DeviceHealthEnumeration`, OPC 10000-100).
+pub const HEALTH: [&str; 5] = ["NORMAL", "FAILURE", "CHECK_FUNCTION", "OFF_SPEC", "MAINTENANCE_REQUIRED"];
+
+/// What a node hangs on.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Parent {
+    /// The folder `Objects` of the server.
+    Objects,
+    /// The node with this identifier.
+    Node(String),
+}
+
+/// The unit of a variable.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Unit {
+    /// The symbol.
+    pub symbol: &'static str,
+    /// The common code of UNECE Recommendation 20.
+    pub code: [u8; 3],
+    /// The name.
+    pub name: &'static str,
+}
+
+impl Unit {
+    /// The unit with this symbol.
+    #[must_use]
+    pub fn of(symbol: &str) -> Option<Self> {
+        match symbol {
+            "Pa" => Some(Self { symbol: "Pa", code: *b"PAL", name: "pascal" }),
+            "s" => Some(Self { symbol: "s", code: *b"SEC", name: "second [unit of time]" }),
+            _ => None,
+        }
+    }
+
+    /// The number of the unit in OPC UA: the characters of its code as octets of a number (OPC 10000-8, 5.6.4.3).
+    #[must_use]
+    pub fn id(self) -> i32 {
+        self.code.iter().fold(0, |id, octet| (id << 8) | i32::from(*octet))
+    }
+}
+
+/// A property of a variable.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Property {
+    /// The unit.
+    EngineeringUnits(Unit),
+    /// `EURange` or `InstrumentRange`: the ends of the measuring range.
+    Range(&'static str, (f64, f64)),
+    /// The words of an enumeration.
+    EnumStrings(Vec<&'static str>),
+    /// A limit of an alarm in Pa, under its name.
+    Limit(&'static str, f64),
+}
+
+impl Property {
+    /// Its browse name, in the namespace of OPC UA.
+    #[must_use]
+    pub const fn name(&self) -> &'static str {
+        match self {
+            Self::EngineeringUnits(_) => "EngineeringUnits",
+            Self::Range(name, _) | Self::Limit(name, _) => name,
+            Self::EnumStrings(_) => "EnumStrings",
+        }
+    }
+}
+
+/// The type of the value of a variable.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum DataType {
+    /// 32 bit, for pressures as PA-DIM has them.
+    Float,
+    /// 64 bit.
+    Double,
+    /// Signed, 64 bit.
+    Int64,
+    /// Unsigned, 32 bit: the position of a word in `EnumStrings`.
+    UInt32,
+    /// True or false.
+    Boolean,
+    /// A text.
+    String,
+    /// A time.
+    UtcTime,
+}
+
+impl DataType {
+    /// The type for a signal.
+    #[must_use]
+    pub fn of(signal: Signal) -> Self {
+        match signal.kind() {
+            Kind::Float if signal.unit() == Some("Pa") => Self::Float,
+            Kind::Float => Self::Double,
+            Kind::Integer => Self::Int64,
+            Kind::Boolean => Self::Boolean,
+            Kind::Text => Self::String,
+            Kind::Choice(_) => Self::UInt32,
+            Kind::Time => Self::UtcTime,
+        }
+    }
+}
+
+/// What a variable shows.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Source {
+    /// The point at this position.
+    Point(usize),
+    /// The worst health of the readings at these positions.
+    Health(Vec<usize>),
+}
+
+/// What a node is.
+#[derive(Clone, Debug, PartialEq)]
+pub enum NodeKind {
+    /// A folder.
+    Folder,
+    /// An object.
+    Object,
+    /// A variable.
+    Variable {
+        /// What it shows.
+        source: Source,
+        /// The type of its value.
+        data_type: DataType,
+        /// Its properties.
+        properties: Vec<Property>,
+        /// The series of the record that is its history.
+        history: Option<String>,
+    },
+}
+
+/// A node.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Node {
+    /// Its identifier, a string, unique and independent of order.
+    pub id: String,
+    /// What it hangs on.
+    pub parent: Parent,
+    /// Its browse name.
+    pub name: String,
+    /// What it is for.
+    pub description: String,
+    /// What it is.
+    pub kind: NodeKind,
+}
+
+/// The nodes of these points, parents before children.
+#[must_use]
+pub fn nodes(points: &[Point]) -> Vec<Node> {
+    let mut plan = Plan { points, nodes: Vec::new(), objects: BTreeSet::new() };
+    for (index, point) in points.iter().enumerate() {
+        plan.add_point(index, point);
+    }
+    plan.nodes
+}
+
+/// Collects nodes.
+struct Plan<'a> {
+    points: &'a [Point],
+    nodes: Vec<Node>,
+    /// The identifiers of folders and objects that are there.
+    objects: BTreeSet<String>,
+}
+
+impl Plan<'_> {
+    fn add_point(&mut self, index: usize, point: &Point) {
+        let parent = self.object(&point.subject);
+        self.nodes.push(Node {
+            id: identifier(&point.subject, point.signal),
+            parent: Parent::Node(parent),
+            name: browse_name(point.signal),
+            description: point.signal.description().to_owned(),
+            kind: NodeKind::Variable {
+                source: Source::Point(index),
+                data_type: DataType::of(point.signal),
+                properties: properties(point),
+                history: history(point),
+            },
+        });
+    }
+
+    /// The identifier of the object of a subject, which is added with all above it.
+    fn object(&mut self, subject: &Subject) -> String {
+        match subject {
+            Subject::Station => self.add(Parent::Objects, "station".to_owned(), "Station", NodeKind::Object),
+            Subject::Segment(name) => {
+                self.below_station("segments", "Segments", format!("segment/{}", escaped(name)), name)
+            }
+            Subject::Alarm(name) => self.below_station("alarms", "Alarms", format!("alarm/{}", escaped(name)), name),
+            Subject::Gauge(name) => self.gauge(name),
+            Subject::Reading { gauge, channel, .. } => {
+                let device = self.gauge(gauge);
+                let set = format!("{device}/signals");
+                let set = self.add(Parent::Node(device), set, "SignalSet", NodeKind::Object);
+                let name = channel.map_or_else(|| "Pressure".to_owned(), |channel| format!("Pressure{channel}"));
+                self.add(Parent::Node(set), format!("{}/signal", reading(gauge, *channel)), &name, NodeKind::Object)
+            }
+            Subject::Parameter { gauge, target, .. } => {
+                let device = self.gauge(gauge);
+                let set = format!("{device}/parameters");
+                let id = format!("{device}/parameter/{target}");
+                let set = self.add(Parent::Node(device), set, "ParameterSet", NodeKind::Object);
+                self.add(Parent::Node(set), id, target, NodeKind::Object)
+            }
+        }
+    }
+
+    fn gauge(&mut self, gauge: &str) -> String {
+        let set = self.add(Parent::Objects, "devices".to_owned(), "DeviceSet", NodeKind::Folder);
+        let id = format!("gauge/{}", escaped(gauge));
+        if !self.objects.contains(&id) {
+            self.add(Parent::Node(set), id.clone(), gauge, NodeKind::Object);
+            let is_own = |point: &Point| point.signal == Signal::State && point.subject.gauge() == Some(gauge);
+            let readings = self.points.iter().enumerate().filter(|(_, point)| is_own(point)).map(|(index, _)| index);
+            let health = NodeKind::Variable {
+                source: Source::Health(readings.collect()),
+                data_type: DataType::UInt32,
+                properties: vec![Property::EnumStrings(HEALTH.to_vec())],
+                history: None,
+            };
+            self.nodes.push(Node {
+                id: format!("{id}/device-health"),
+                parent: Parent::Node(id.clone()),
+                name: "DeviceHealth".to_owned(),
+                description: "Worst health of the readings, as in NAMUR NE 107".to_owned(),
+                kind: health,
+            });
+        }
+        id
+    }
+
+    fn below_station(&mut self, folder_id: &str, folder: &str, id: String, name: &str) -> String {
+        let station = self.object(&Subject::Station);
+        let folder = self.add(Parent::Node(station), folder_id.to_owned(), folder, NodeKind::Folder);
+        self.add(Parent::Node(folder), id, name, NodeKind::Object)
+    }
+
+    /// Adds an object or a folder, unless it is there, and returns its identifier.
+    fn add(&mut self, parent: Parent, id: String, name: &str, kind: NodeKind) -> String {
+        if self.objects.insert(id.clone()) {
+            let node = Node { id: id.clone(), parent, name: name.to_owned(), description: String::new(), kind };
+            self.nodes.push(node);
+        }
+        id
+    }
+}
+
+/// The beginning of the identifiers of a reading.
+fn reading(gauge: &str, channel: Option<u8>) -> String {
+    let gauge = escaped(gauge);
+    channel.map_or_else(|| format!("gauge/{gauge}"), |channel| format!("gauge/{gauge}/{channel}"))
+}
+
+/// A name as one part of an identifier: the slash separates the parts.
+fn escaped(name: &str) -> String {
+    name.replace('%', "%25").replace('/', "%2F")
+}
+
+/// The identifier of a point.
+#[must_use]
+pub fn identifier(subject: &Subject, signal: Signal) -> String {
+    let key = signal.key();
+    match subject {
+        Subject::Station => format!("station/{key}"),
+        Subject::Segment(name) => format!("segment/{}/{key}", escaped(name)),
+        Subject::Gauge(name) => format!("gauge/{}/{key}", escaped(name)),
+        Subject::Reading { gauge, channel, .. } => format!("{}/{key}", reading(gauge, *channel)),
+        Subject::Parameter { gauge, target, .. } => format!("gauge/{}/parameter/{target}/{key}", escaped(gauge)),
+        Subject::Alarm(name) => format!("alarm/{}/{key}", escaped(name)),
+    }
+}
+
+/// The browse name: those of OPC UA where it has one, otherwise the key in OPC UA's way of writing.
+fn browse_name(signal: Signal) -> String {
+    match signal {
+        Signal::Pressure => "AnalogSignal".to_owned(),
+        Signal::AlarmActive => "ActiveState".to_owned(),
+        Signal::AlarmAcknowledged => "AckedState".to_owned(),
+        Signal::AlarmText => "Text".to_owned(),
+        Signal::AlarmState | Signal::SegmentState => "State".to_owned(),
+        other => other.key().split('-').map(capitalized).collect(),
+    }
+}
+
+fn capitalized(word: &str) -> String {
+    let mut letters = word.chars();
+    letters.next().map(|first| first.to_ascii_uppercase()).into_iter().chain(letters).collect()
+}
+
+fn properties(point: &Point) -> Vec<Property> {
+    let unit = point.signal.unit().and_then(Unit::of).map(Property::EngineeringUnits);
+    let ranges = point
+        .range_pa
+        .into_iter()
+        .flat_map(|range| [Property::Range("EURange", range), Property::Range("InstrumentRange", range)]);
+    let words = match point.signal.kind() {
+        Kind::Choice(words) => Some(Property::EnumStrings(words.to_vec())),
+        _ => None,
+    };
+    let Limits { high_high, high, low, low_low } = point.limits;
+    let limits = [("HighHighLimit", high_high), ("HighLimit", high), ("LowLimit", low), ("LowLowLimit", low_low)];
+    let limits = limits.into_iter().filter_map(|(name, limit)| Some(Property::Limit(name, limit?)));
+    unit.into_iter().chain(ranges).chain(words).chain(limits).collect()
+}
+
+/// The series of the record that holds the history of a point: indicated pressures are recorded.
+fn history(point: &Point) -> Option<String> {
+    (point.signal == Signal::Pressure).then(|| point.subject.name().to_owned())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use profivac_gateway::{Inputs, points};
+    use profivac_station::config::Config;
+    use std::path::Path;
+
+    const PLANT: &str = r#"
+        [[segment]]
+        name = "hall"
+        port = "sim:hall.toml"
+        [[segment.gauge]]
+        name = "chamber"
+        address = 5
+        device = "bcg450"
+        [[segment.gauge]]
+        name = "tpg"
+        address = 6
+        device = "tpg300"
+        [[alarm]]
+        name = "Chamber high"
+        gauge = "chamber"
+        above = "1e-3 mbar"
+        priority = "high"
+    "#;
+
+    fn plan(text: &str) -> Vec<Node> {
+        nodes(&points(&Inputs::planned(&Config::parse(text, Path::new("plant.toml")).unwrap())))
+    }
+
+    fn node<'a>(nodes: &'a [Node], id: &str) -> &'a Node {
+        nodes.iter().find(|node| node.id == id).unwrap_or_else(|| panic!("{id}"))
+    }
+
+    #[test]
+    fn every_node_has_an_identifier_of_its_own_and_a_parent_before_it() {
+        let mut seen = BTreeSet::new();
+        for node in plan(PLANT) {
+            if let Parent::Node(parent) = &node.parent {
+                assert!(seen.contains(parent), "{node:?}");
+            }
+            assert!(seen.insert(node.id.clone()), "{node:?}");
+        }
+    }
+
+    #[test]
+    fn every_point_is_a_variable() {
+        let points = points(&Inputs::planned(&Config::parse(PLANT, Path::new("plant.toml")).unwrap()));
+        let shown: BTreeSet<usize> = nodes(&points)
+            .into_iter()
+            .filter_map(|node| match node.kind {
+                NodeKind::Variable { source: Source::Point(index), .. } => Some(index),
+                _ => None,
+            })
+            .collect();
+        assert_eq!(shown, (0..points.len()).collect());
+    }
+
+    #[test]
+    fn a_pressure_has_unit_ranges_limits_and_history() {
+        let nodes = plan(PLANT);
+        let pressure = node(&nodes, "gauge/chamber/pressure");
+        let NodeKind::Variable { data_type, properties, history, .. } = &pressure.kind else { panic!("{pressure:?}") };
+        assert_eq!((*data_type, history.as_deref()), (DataType::Float, Some("chamber")));
+        let names: Vec<_> = properties.iter().map(Property::name).collect();
+        assert_eq!(names, ["EngineeringUnits", "EURange", "InstrumentRange", "HighHighLimit"]);
+        assert_eq!(pressure.parent, Parent::Node("gauge/chamber/signal".to_owned()));
+        assert_eq!(node(&nodes, "gauge/chamber/signal").parent, Parent::Node("gauge/chamber/signals".to_owned()));
+    }
+
+    /// UNECE Recommendation 20 and OPC 10000-8: pascal is 5259596, second 5457219.
+    #[test]
+    fn the_number_of_a_unit_is_that_of_its_code() {
+        assert_eq!((Unit::of("Pa").unwrap().id(), Unit::of("s").unwrap().id()), (5_259_596, 5_457_219));
+    }
+
+    #[test]
+    fn every_unit_of_a_signal_is_known() {
+        for unit in Signal::ALL.iter().filter_map(|signal| signal.unit()) {
+            assert!(Unit::of(unit).is_some(), "{unit}");
+        }
+    }
+
+    /// Another order of segments and gauges gives the same identifiers.
+    #[test]
+    fn the_order_of_the_file_does_not_change_identifiers() {
+        let swapped =
+            PLANT.replace("\"chamber\"\n        address = 5\n        device = \"bcg450\"", "\"GAUGE\"").replace(
+                "\"tpg\"\n        address = 6\n        device = \"tpg300\"",
+                "\"chamber\"\n        address = 5\n        device = \"bcg450\"",
+            );
+        let swapped = swapped.replace("\"GAUGE\"", "\"tpg\"\n        address = 6\n        device = \"tpg300\"");
+        assert_ne!(swapped, PLANT);
+        let ids = |text: &str| plan(text).into_iter().map(|node| node.id).collect::<BTreeSet<_>>();
+        assert_eq!(ids(&swapped), ids(PLANT));
+    }
+
+    #[test]
+    fn a_channel_is_part_of_the_identifier_of_a_controller() {
+        let nodes = plan(PLANT);
+        assert!(nodes.iter().any(|node| node.id == "gauge/tpg/1/pressure"), "{nodes:#?}");
+        assert_eq!(node(&nodes, "gauge/tpg/device-health").name, "DeviceHealth");
+        assert_eq!(node(&nodes, "alarm/Chamber high/alarm-active").name, "ActiveState");
+    }
+}

@@ -1,0 +1,211 @@
+//! The server: its endpoints, its limits, and the loop that brings new values.
+
+use crate::OpcuaError;
+use crate::certificates::{self, KEY, OWN};
+use crate::manager::{StationNodes, StationNodesBuilder};
+use crate::relay;
+use crate::space::Space;
+use crate::users::Logins;
+use opcua_crypto::SecurityPolicy;
+use opcua_server::{Limits, OperationalLimits, ServerBuilder, ServerEndpoint, ServerHandle, SubscriptionLimits};
+use opcua_types::{BuildInfo, MessageSecurityMode};
+use profivac_gateway::Snapshot;
+use profivac_gateway::thread::Context;
+use profivac_station::config::gateways::opcua::{Policy, Settings};
+use std::net::{Ipv4Addr, SocketAddr};
+use std::sync::Arc;
+use std::sync::atomic::Ordering;
+use std::time::Duration;
+use tokio::net::TcpListener;
+use tokio::time::{MissedTickBehavior, interval, sleep};
+
+/// The time in which a connection must begin: HELLO, then the secure channel.
+const HELLO_TIMEOUT_S: u32 = 5;
+
+/// The time between two looks for expired subscriptions and due notifications, in milliseconds.
+const POLL_MS: u64 = 50;
+
+/// The shortest sampling and publishing interval, in milliseconds: that of the snapshots.
+const MIN_INTERVAL_MS: f64 = 100.0;
+
+/// The time between two looks at the rejected certificates.
+const PRUNE_PERIOD: Duration = Duration::from_secs(10);
+
+/// The pause before the next look whether the library listens.
+const START_PAUSE: Duration = Duration::from_millis(10);
+
+/// The URI of the application, which its certificate holds as well.
+fn application_uri(station: &str) -> String {
+    let letter = |it: char| if it.is_ascii_alphanumeric() || it == '-' { it } else { '-' };
+    format!("urn:profivac:server:{}", station.chars().map(letter).collect::<String>())
+}
+
+/// What one client may take. The worst case is some 100 MB: 32 sessions of 4 subscriptions of 2,000 values, 4 queued for each.
+fn limits() -> Limits {
+    Limits {
+        max_sessions: 32,
+        max_message_size: 4 << 20,
+        max_chunk_count: 64,
+        max_array_length: 20_000,
+        max_string_length: 65_535,
+        max_byte_string_length: 65_535,
+        max_browse_continuation_points: 20,
+        max_history_continuation_points: 20,
+        max_query_continuation_points: 1,
+        subscriptions: SubscriptionLimits {
+            max_subscriptions_per_session: 4,
+            max_monitored_items_per_sub: 2_000,
+            max_monitored_item_queue_size: 4,
+            min_sampling_interval_ms: MIN_INTERVAL_MS,
+            min_publishing_interval_ms: MIN_INTERVAL_MS,
+            ..SubscriptionLimits::default()
+        },
+        operational: OperationalLimits {
+            max_nodes_per_read: 2_000,
+            max_nodes_per_write: 100,
+            max_nodes_per_history_read_data: 10,
+            max_nodes_per_node_management: 1,
+            max_references_per_references_management: 1,
+            ..OperationalLimits::default()
+        },
+        ..Limits::default()
+    }
+}
+
+const fn security_policy(policy: Policy) -> SecurityPolicy {
+    match policy {
+        Policy::Basic256Sha256 => SecurityPolicy::Basic256Sha256,
+        Policy::Aes128Sha256RsaOaep => SecurityPolicy::Aes128Sha256RsaOaep,
+        Policy::Aes256Sha256RsaPss => SecurityPolicy::Aes256Sha256RsaPss,
+    }
+}
+
+fn builder(settings: &Settings, context: &Context) -> ServerBuilder {
+    let station = context.services.name();
+    let uri = application_uri(station);
+    let url = format!("opc.tcp://{}:{}/", settings.host, settings.listen.port());
+    let build = BuildInfo {
+        product_uri: "urn:profivac".into(),
+        manufacturer_name: "profivac".into(),
+        product_name: "profivac".into(),
+        software_version: env!("CARGO_PKG_VERSION").into(),
+        ..BuildInfo::default()
+    };
+    let nodes = StationNodesBuilder { services: Arc::clone(&context.services), status: Arc::clone(&context.status) };
+    let mut builder = ServerBuilder::new()
+        .application_name(format!("profivac {station}"))
+        .application_uri(uri)
+        .product_uri("urn:profivac")
+        .build_info(build)
+        .create_sample_keypair(false)
+        .certificate_path(OWN)
+        .private_key_path(KEY)
+        .pki_dir(&settings.certificates)
+        .trust_client_certs(false)
+        .host(settings.host.clone())
+        .port(settings.listen.port())
+        .hello_timeout(HELLO_TIMEOUT_S)
+        .subscription_poll_interval_ms(POLL_MS)
+        .limits(limits())
+        .discovery_urls(vec![url])
+        .with_authenticator(Arc::new(Logins::new(settings.users.clone(), Arc::clone(&context.status))))
+        .with_node_manager(nodes.into_builder());
+    if settings.is_anonymous {
+        builder = builder.add_endpoint("open", ServerEndpoint::new_none("/", &[]));
+    }
+    for policy in &settings.policies {
+        let policy = security_policy(*policy);
+        let endpoint = ServerEndpoint::new("/", policy, MessageSecurityMode::SignAndEncrypt, &[]);
+        builder = builder.add_endpoint(policy.to_str(), endpoint);
+    }
+    builder
+}
+
+/// Serves until the gateway is told to stop.
+pub async fn serve(settings: Settings, context: Context) -> Result<(), OpcuaError> {
+    let address = settings.listen;
+    let listener = TcpListener::bind(address).await.map_err(|error| OpcuaError::Listen { address, error })?;
+    let address = listener.local_addr().unwrap_or(address);
+    prepare_certificates(&settings, &context).await?;
+    let (server, handle) = builder(&settings, &context).build().map_err(OpcuaError::Server)?;
+    let internal = |error| OpcuaError::Listen { address: (Ipv4Addr::LOCALHOST, 0).into(), error };
+    let library = TcpListener::bind((Ipv4Addr::LOCALHOST, 0)).await.map_err(internal)?;
+    let library_address = library.local_addr().map_err(internal)?;
+    let mut serving = tokio::spawn(server.run_with(library));
+    let mut stop = context.stop.clone();
+    let ended = tokio::select! {
+        ended = &mut serving => Some(ended),
+        () = relay_clients(listener, library_address, &handle, &context) => None,
+        () = bring_values(&handle, &context, address) => None,
+        () = prune_certificates(&settings) => None,
+        () = stop.stopped() => None,
+    };
+    handle.cancel();
+    match ended {
+        None => serving.await.map(drop).or(Ok(())),
+        Some(Ok(Ok(()))) => Ok(()),
+        Some(Ok(Err(error))) => Err(OpcuaError::Server(error)),
+        Some(Err(_)) => Err(OpcuaError::Server("it ended unexpectedly".to_owned())),
+    }
+}
+
+async fn prepare_certificates(settings: &Settings, context: &Context) -> Result<(), OpcuaError> {
+    if settings.policies.is_empty() {
+        return Ok(());
+    }
+    let (folder, host) = (settings.certificates.clone(), settings.host.clone());
+    let uri = application_uri(context.services.name());
+    let prepared = tokio::task::spawn_blocking(move || certificates::prepare(&folder, &uri, &host)).await;
+    prepared.unwrap_or_else(|_| Err(OpcuaError::Server("no certificate could be made".to_owned())))
+}
+
+/// The URLs of the endpoints have the port of the relay. The library sets the port of its own listener once, when it starts.
+async fn set_port(handle: &ServerHandle, port: u16) {
+    let present = &handle.info().port;
+    while present.load(Ordering::Relaxed) == 0 {
+        sleep(START_PAUSE).await;
+    }
+    present.store(port, Ordering::Relaxed);
+}
+
+/// Serves clients as soon as the library listens.
+async fn relay_clients(listener: TcpListener, library: SocketAddr, handle: &ServerHandle, context: &Context) {
+    if let Ok(address) = listener.local_addr() {
+        set_port(handle, address.port()).await;
+    }
+    relay::run(listener, library, Arc::clone(&context.status), context.stop.clone()).await;
+}
+
+async fn prune_certificates(settings: &Settings) {
+    let mut due = interval(PRUNE_PERIOD);
+    due.set_missed_tick_behavior(MissedTickBehavior::Delay);
+    loop {
+        due.tick().await;
+        certificates::prune(&settings.certificates);
+    }
+}
+
+/// Brings every new snapshot into the address space. A subscription that is behind gets the newest values.
+async fn bring_values(handle: &ServerHandle, context: &Context, address: SocketAddr) {
+    let Some(nodes) = handle.node_managers().get_of_type::<StationNodes>() else { return };
+    let mut space = Space::new(nodes.inner().namespace());
+    let mut snapshots = context.model.subscribe();
+    let mut before: Option<Arc<Snapshot>> = None;
+    while snapshots.changed().await.is_ok() {
+        let snapshot = Arc::clone(&snapshots.borrow_and_update());
+        if before.as_ref().is_none_or(|before| !before.has_points_of(&snapshot)) {
+            space.update(&snapshot, &mut nodes.address_space().write());
+            nodes.inner().set_histories(space.histories());
+        }
+        let values: Vec<_> = space.values(&snapshot, before.as_deref()).collect();
+        context.status.sent(values.len() as u64);
+        let values = values.into_iter().map(|(id, value)| (id, None, value));
+        if let Err(status) = nodes.set_values(handle.subscriptions(), values) {
+            context.status.error(&format!("a value could not be shown: {status}"));
+        }
+        if before.is_none() {
+            context.status.runs(address.to_string());
+        }
+        before = Some(snapshot);
+    }
+}

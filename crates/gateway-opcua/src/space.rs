@@ -1,0 +1,234 @@
+//! The nodes of the plan in the address space of the server, and their values.
+
+use crate::plan::{self, DataType, Node, NodeKind, Parent, Property, Source};
+use crate::value;
+use opcua_server::address_space::{AddressSpace, ObjectBuilder, VariableBuilder};
+use opcua_types::{
+    DataTypeId, DataValue, EUInformation, ExtensionObject, LocalizedText, NodeId, ObjectId, ObjectTypeId,
+    QualifiedName, Range, UAString, VariableTypeId, Variant, VariantScalarTypeId,
+};
+use profivac_gateway::Snapshot;
+use std::collections::{BTreeMap, HashMap};
+
+/// The namespace of units (OPC 10000-8).
+const UNITS: &str = "http://www.opcfoundation.org/UA/units/un/cefact";
+
+/// A variable of the address space.
+#[derive(Debug)]
+struct Variable {
+    id: NodeId,
+    source: Source,
+    data_type: DataType,
+}
+
+/// The nodes that the address space has.
+#[derive(Debug, Default)]
+pub struct Space {
+    namespace: u16,
+    nodes: Vec<Node>,
+    variables: Vec<Variable>,
+}
+
+impl Space {
+    /// No nodes yet; they will have this namespace.
+    #[must_use]
+    pub const fn new(namespace: u16) -> Self {
+        Self { namespace, nodes: Vec::new(), variables: Vec::new() }
+    }
+
+    /// Changes the address space so that it has the nodes of these points. Nodes that stay are not touched, so their clients continue.
+    pub fn update(&mut self, snapshot: &Snapshot, space: &mut AddressSpace) {
+        let new = plan::nodes(&snapshot.points);
+        let old: BTreeMap<&str, &Node> = self.nodes.iter().map(|node| (node.id.as_str(), node)).collect();
+        let kept: BTreeMap<&str, &Node> = new.iter().map(|node| (node.id.as_str(), node)).collect();
+        for node in self.nodes.iter().filter(|old| kept.get(old.id.as_str()).is_none_or(|new| !is_same(old, new))) {
+            self.delete(node, space);
+        }
+        for node in new.iter().filter(|new| old.get(new.id.as_str()).is_none_or(|old| !is_same(old, new))) {
+            self.insert(node, space);
+        }
+        self.variables = new.iter().filter_map(|node| self.variable(node)).collect();
+        self.nodes = new;
+    }
+
+    /// The series whose record is the history of a node, by the node.
+    #[must_use]
+    pub fn histories(&self) -> HashMap<NodeId, String> {
+        let history = |node: &Node| match &node.kind {
+            NodeKind::Variable { history: Some(series), .. } => Some((self.id(&node.id), series.clone())),
+            NodeKind::Variable { .. } | NodeKind::Folder | NodeKind::Object => None,
+        };
+        self.nodes.iter().filter_map(history).collect()
+    }
+
+    /// The variables that differ from those of the snapshot before, with their values; all without one.
+    pub fn values<'a>(
+        &'a self,
+        snapshot: &'a Snapshot,
+        before: Option<&'a Snapshot>,
+    ) -> impl Iterator<Item = (&'a NodeId, DataValue)> {
+        let before = before.filter(|before| before.has_points_of(snapshot));
+        let differs = move |index: usize| {
+            let (Some(new), Some(old)) = (snapshot.values.get(index), before.and_then(|it| it.values.get(index)))
+            else {
+                return true;
+            };
+            (new.version, new.at) != (old.version, old.at)
+        };
+        let variables = self.variables.iter().filter(move |variable| match &variable.source {
+            Source::Point(index) => differs(*index),
+            Source::Health(readings) => readings.iter().any(|index| differs(*index)),
+        });
+        variables.filter_map(|it| Some((&it.id, value::data_value(&it.source, it.data_type, snapshot)?)))
+    }
+
+    fn id(&self, id: &str) -> NodeId {
+        NodeId::new(self.namespace, id.to_owned())
+    }
+
+    fn variable(&self, node: &Node) -> Option<Variable> {
+        match &node.kind {
+            NodeKind::Variable { source, data_type, .. } => {
+                Some(Variable { id: self.id(&node.id), source: source.clone(), data_type: *data_type })
+            }
+            NodeKind::Folder | NodeKind::Object => None,
+        }
+    }
+
+    fn delete(&self, node: &Node, space: &mut AddressSpace) {
+        if let NodeKind::Variable { properties, .. } = &node.kind {
+            for property in properties {
+                space.delete(&self.id(&property_id(node, property)), true);
+            }
+        }
+        space.delete(&self.id(&node.id), true);
+    }
+
+    fn insert(&self, node: &Node, space: &mut AddressSpace) {
+        match &node.kind {
+            NodeKind::Folder => self.insert_object(node, ObjectTypeId::FolderType, space),
+            NodeKind::Object => self.insert_object(node, ObjectTypeId::BaseObjectType, space),
+            NodeKind::Variable { data_type, properties, history, .. } => {
+                self.insert_variable(node, *data_type, properties, history.is_some(), space);
+            }
+        }
+    }
+
+    fn insert_object(&self, node: &Node, type_id: ObjectTypeId, space: &mut AddressSpace) {
+        let name = QualifiedName::new(self.namespace, node.name.clone());
+        let object = ObjectBuilder::new(&self.id(&node.id), name, node.name.clone()).has_type_definition(type_id);
+        let object = match &node.parent {
+            Parent::Objects => object.organized_by(ObjectId::ObjectsFolder),
+            Parent::Node(parent) => object.component_of(self.id(parent)),
+        };
+        object.insert(space);
+    }
+
+    fn insert_variable(
+        &self,
+        node: &Node,
+        data_type: DataType,
+        properties: &[Property],
+        has_history: bool,
+        space: &mut AddressSpace,
+    ) {
+        let name = QualifiedName::new(self.namespace, node.name.clone());
+        let variable = VariableBuilder::new(&self.id(&node.id), name, node.name.clone())
+            .description(node.description.clone())
+            .data_type(data_type_id(data_type))
+            .historizing(has_history)
+            .has_type_definition(variable_type(properties));
+        let variable = if has_history { variable.history_readable() } else { variable };
+        let variable = match &node.parent {
+            Parent::Objects => variable.organized_by(ObjectId::ObjectsFolder),
+            Parent::Node(parent) => variable.component_of(self.id(parent)),
+        };
+        variable.insert(space);
+        self.set_unknown(node, space);
+        properties.iter().for_each(|property| self.insert_property(node, property, space));
+    }
+
+    /// Until the first values a variable has none.
+    fn set_unknown(&self, node: &Node, space: &mut AddressSpace) {
+        if let Some(opcua_server::address_space::NodeType::Variable(variable)) = space.find_mut(&self.id(&node.id)) {
+            variable.set_data_value(value::unknown());
+        }
+    }
+
+    fn insert_property(&self, node: &Node, property: &Property, space: &mut AddressSpace) {
+        let (value, data_type, rank) = property_value(property);
+        let name = property.name();
+        VariableBuilder::new(&self.id(&property_id(node, property)), QualifiedName::new(0, name), name)
+            .data_type(data_type)
+            .value_rank(rank)
+            .value(value)
+            .has_type_definition(VariableTypeId::PropertyType)
+            .property_of(self.id(&node.id))
+            .insert(space);
+    }
+}
+
+/// Whether two nodes look the same to clients: the positions of points may differ.
+fn is_same(old: &Node, new: &Node) -> bool {
+    let look = |node: &Node| match &node.kind {
+        NodeKind::Folder => (0, None),
+        NodeKind::Object => (1, None),
+        NodeKind::Variable { data_type, properties, history, .. } => {
+            (2, Some((*data_type, properties.clone(), history.clone())))
+        }
+    };
+    (&old.parent, &old.name, look(old)) == (&new.parent, &new.name, look(new))
+}
+
+fn property_id(node: &Node, property: &Property) -> String {
+    format!("{}/{}", node.id, property.name())
+}
+
+const fn data_type_id(data_type: DataType) -> DataTypeId {
+    match data_type {
+        DataType::Float => DataTypeId::Float,
+        DataType::Double => DataTypeId::Double,
+        DataType::Int64 => DataTypeId::Int64,
+        DataType::UInt32 => DataTypeId::UInt32,
+        DataType::Boolean => DataTypeId::Boolean,
+        DataType::String => DataTypeId::String,
+        DataType::UtcTime => DataTypeId::UtcTime,
+    }
+}
+
+/// The type of a variable with these properties, which its type makes mandatory.
+fn variable_type(properties: &[Property]) -> VariableTypeId {
+    let has = |name: &str| properties.iter().any(|property| property.name() == name);
+    match (has("EngineeringUnits"), has("EURange"), has("EnumStrings")) {
+        (true, true, _) => VariableTypeId::AnalogUnitRangeType,
+        (true, false, _) => VariableTypeId::AnalogUnitType,
+        (false, _, true) => VariableTypeId::MultiStateDiscreteType,
+        (false, _, false) => VariableTypeId::BaseDataVariableType,
+    }
+}
+
+fn property_value(property: &Property) -> (Variant, DataTypeId, i32) {
+    match property {
+        Property::EngineeringUnits(unit) => {
+            let information = EUInformation {
+                namespace_uri: UAString::from(UNITS),
+                unit_id: unit.id(),
+                display_name: LocalizedText::new("", unit.symbol),
+                description: LocalizedText::new("", unit.name),
+            };
+            (Variant::from(ExtensionObject::from_message(information)), DataTypeId::EUInformation, -1)
+        }
+        Property::Range(_, (low, high)) => {
+            let range = Range { low: *low, high: *high };
+            (Variant::from(ExtensionObject::from_message(range)), DataTypeId::Range, -1)
+        }
+        Property::EnumStrings(words) => {
+            let words: Vec<Variant> = words.iter().map(|word| Variant::from(LocalizedText::new("", word))).collect();
+            let array = opcua_types::Array::new(VariantScalarTypeId::LocalizedText, words);
+            // All words have the type of the array.
+            let array = array.map_or(Variant::Empty, |array| Variant::Array(Box::new(array)));
+            (array, DataTypeId::LocalizedText, 1)
+        }
+        Property::Limit(_, limit) => (Variant::Double(*limit), DataTypeId::Double, -1),
+    }
+}

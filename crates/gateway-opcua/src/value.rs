@@ -1,0 +1,187 @@
+//! Values of points as values of OPC UA.
+
+use crate::plan::{DataType, Source};
+use opcua_types::{DataValue, DateTime, StatusCode, UAString, Variant};
+use profivac_devices::reading::Quality;
+use profivac_gateway::{Health, PointValue, Signal, Snapshot, State, Value};
+use profivac_recorder::{Micros, Sample};
+
+/// The microseconds from 1601, where OPC UA counts from, to 1970.
+const MICROS_TO_1970: i64 = 11_644_473_600_000_000;
+
+/// The value of a variable in this snapshot.
+#[must_use]
+pub fn data_value(source: &Source, data_type: DataType, snapshot: &Snapshot) -> Option<DataValue> {
+    match source {
+        Source::Point(index) => {
+            let (point, value) = (snapshot.points.get(*index)?, snapshot.values.get(*index)?);
+            Some(of_point(point.signal, data_type, value))
+        }
+        Source::Health(readings) => Some(health(readings, snapshot)),
+    }
+}
+
+fn of_point(signal: Signal, data_type: DataType, value: &PointValue) -> DataValue {
+    let variant = variant(&value.value, data_type);
+    let status = status(signal, value, variant.is_some());
+    stamped(variant, status, value.at.unwrap_or_else(Micros::now))
+}
+
+/// The status of a value. Words, texts and times about a reading are right also while the reading is not.
+fn status(signal: Signal, value: &PointValue, has_value: bool) -> StatusCode {
+    let of_state = StatusCode::from(value.state.codes().opcua);
+    let is_number = DataType::of(signal) == DataType::Float || DataType::of(signal) == DataType::Double;
+    match (has_value, of_state.is_bad()) {
+        (true, _) if is_number => of_state,
+        (true, _) => StatusCode::Good,
+        (false, true) => of_state,
+        (false, false) => StatusCode::BadNoData,
+    }
+}
+
+/// A value with its status and time. Without a value it holds the empty variant: a variable of the library gives a status only together
+/// with a value, so a gauge that is gone would be shown as good.
+fn stamped(value: Option<Variant>, status: StatusCode, at: Micros) -> DataValue {
+    DataValue {
+        value: Some(value.unwrap_or(Variant::Empty)),
+        status: Some(status),
+        source_timestamp: Some(time(at)),
+        source_picoseconds: None,
+        server_timestamp: Some(DateTime::now()),
+        server_picoseconds: None,
+    }
+}
+
+/// A value that is not known yet.
+#[must_use]
+pub fn unknown() -> DataValue {
+    stamped(None, StatusCode::BadWaitingForInitialData, Micros::now())
+}
+
+#[expect(clippy::cast_possible_truncation, reason = "32 bits are the precision of gauges and of PA-DIM")]
+const fn float(number: f64) -> Variant {
+    Variant::Float(number as f32)
+}
+
+/// A value as a variant of the type of its variable; `None` if there is none.
+fn variant(value: &Value, data_type: DataType) -> Option<Variant> {
+    match value {
+        Value::None => None,
+        Value::Float(number) if data_type == DataType::Float => Some(float(*number)),
+        Value::Float(number) => Some(Variant::Double(*number)),
+        Value::Integer(number) => Some(Variant::Int64(*number)),
+        Value::Boolean(value) => Some(Variant::Boolean(*value)),
+        Value::Text(text) => Some(Variant::String(UAString::from(&**text))),
+        Value::Choice(number) => Some(Variant::UInt32(u32::from(*number))),
+        Value::Time(at) => Some(Variant::from(time(*at))),
+    }
+}
+
+/// A time in OPC UA.
+#[must_use]
+pub fn time(at: Micros) -> DateTime {
+    DateTime::from(at.0.saturating_add(MICROS_TO_1970).saturating_mul(10))
+}
+
+/// A time of OPC UA, in microseconds since 1970; `None` where the client gave none.
+#[must_use]
+pub fn micros(time: &DateTime) -> Option<Micros> {
+    let ticks = time.checked_ticks();
+    (ticks > 0).then(|| Micros((ticks / 10).saturating_sub(MICROS_TO_1970)))
+}
+
+/// The worst health of readings: a failure is worse than a check of the function, and that worse than a value out of specification.
+fn health(readings: &[usize], snapshot: &Snapshot) -> DataValue {
+    let values = readings.iter().filter_map(|index| snapshot.values.get(*index));
+    let rank = |health: Health| match health {
+        Health::Normal => 0,
+        Health::OffSpec => 1,
+        Health::CheckFunction => 2,
+        Health::Failure => 3,
+    };
+    let worst = values.clone().map(|value| value.state.codes().health).max_by_key(|health| rank(*health));
+    let at = values.filter_map(|value| value.at).max();
+    let worst = worst.map(|health| Variant::UInt32(health as u32));
+    let status = if worst.is_some() { StatusCode::Good } else { StatusCode::BadNoData };
+    stamped(worst, status, at.unwrap_or_else(Micros::now))
+}
+
+/// A recorded sample.
+#[must_use]
+pub fn of_sample(sample: &Sample) -> DataValue {
+    let state = match sample.quality {
+        Quality::Valid => State::Ok,
+        Quality::Underrange => State::UnderRange,
+        Quality::Overrange => State::OverRange,
+        Quality::Off => State::Off,
+        Quality::Missing => State::NotPresent,
+        Quality::Stale => State::Stale,
+        Quality::Fault => State::Fault,
+        Quality::Assumed => State::Invalid,
+    };
+    let status = StatusCode::from(state.codes().opcua);
+    stamped(sample.pa.filter(|_| state.codes().has_value).map(float), status, sample.at)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use opcua_server::address_space::Variable;
+    use opcua_types::{DataEncoding, NumericRange, TimestampsToReturn};
+
+    const EMPTY: Option<Variant> = Some(Variant::Empty);
+
+    fn point(value: Value, state: State) -> PointValue {
+        PointValue { value, state, at: Some(Micros(1_000_000)), version: 1 }
+    }
+
+    fn shown(signal: Signal, value: Value, state: State) -> (Option<Variant>, u32) {
+        let value = of_point(signal, DataType::of(signal), &point(value, state));
+        (value.value, value.status.unwrap().bits())
+    }
+
+    #[test]
+    fn a_pressure_has_the_status_of_its_state() {
+        assert_eq!(shown(Signal::Pressure, Value::Float(1.5), State::Ok), (Some(Variant::Float(1.5)), 0));
+        let over = shown(Signal::Pressure, Value::Float(1.5), State::OverRange);
+        assert_eq!(over, (Some(Variant::Float(1.5)), 0x4094_0000));
+        assert_eq!(shown(Signal::Pressure, Value::None, State::Stale), (EMPTY, 0x8031_0000));
+        assert_eq!(shown(Signal::Pressure, Value::None, State::Off), (EMPTY, 0x808D_0000));
+    }
+
+    #[test]
+    fn a_client_reads_the_status_of_a_pressure_that_has_no_value() {
+        let value = of_point(Signal::Pressure, DataType::Float, &point(Value::None, State::Stale));
+        let mut variable = Variable::default();
+        variable.set_data_value(value);
+        let read = variable.value(TimestampsToReturn::Both, &NumericRange::None, &DataEncoding::Binary, 0.0);
+        assert_eq!(read.status, Some(StatusCode::BadNoCommunication));
+    }
+
+    #[test]
+    fn the_state_of_a_silent_gauge_is_a_good_value() {
+        assert_eq!(shown(Signal::State, Value::Choice(7), State::Stale), (Some(Variant::UInt32(7)), 0));
+        assert_eq!(shown(Signal::Usable, Value::Boolean(false), State::Stale), (Some(Variant::Boolean(false)), 0));
+    }
+
+    #[test]
+    fn what_is_not_known_is_no_good_value() {
+        assert_eq!(shown(Signal::CycleTime, Value::None, State::Ok), (EMPTY, StatusCode::BadNoData.bits()));
+        // Over the range there is a bound of the pressure, but no corrected pressure.
+        assert_eq!(shown(Signal::CorrectedPressure, Value::None, State::OverRange).1, StatusCode::BadNoData.bits());
+    }
+
+    #[test]
+    fn the_time_is_that_of_the_reading() {
+        let value = of_point(Signal::Pressure, DataType::Float, &point(Value::Float(1.0), State::Ok));
+        assert_eq!(value.source_timestamp.unwrap().to_rfc3339(), "1970-01-01T00:00:01.000Z");
+        assert_eq!(micros(&time(Micros(1_234_567))), Some(Micros(1_234_567)));
+        assert_eq!(micros(&DateTime::null()), None);
+    }
+
+    #[test]
+    fn a_gap_of_the_record_has_no_value() {
+        let value = of_sample(&Sample::new(Micros(5), None, Quality::Stale));
+        assert_eq!((value.value, value.status.unwrap().bits()), (EMPTY, 0x8031_0000));
+    }
+}
