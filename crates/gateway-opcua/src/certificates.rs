@@ -14,13 +14,13 @@ use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
-/// The days for which the certificate of the station is valid: ten years, as nobody renews it on a machine.
+/// The days for which the certificate of the station is valid: ten years, because no user renews it on a machine.
 const VALID_DAYS: u32 = 3650;
 
 /// The size of the key in bits, which all offered policies permit.
 const KEY_BITS: u32 = 2048;
 
-/// The most rejected certificates that are kept: clients that nobody knows must not fill the disk.
+/// The most rejected certificates that are kept: unknown clients must not fill the disk.
 const MAX_REJECTED: usize = 100;
 
 /// The certificate of the station, in the folder.
@@ -73,7 +73,7 @@ pub fn prune(folder: &Path) {
     files.sort();
     let old = files.len().saturating_sub(MAX_REJECTED);
     for (_, file) in files.into_iter().take(old) {
-        // What cannot be deleted now is tried again.
+        // A file that cannot be deleted now is tried again.
         fs::remove_file(file).ok();
     }
 }

@@ -24,7 +24,7 @@ pub enum Query {
 pub struct Answer {
     /// The samples.
     pub values: Vec<DataValue>,
-    /// What is left for the next request.
+    /// The rest, for the next request.
     pub rest: Option<Query>,
 }
 

@@ -1,4 +1,4 @@
-//! Who may read: programs of this computer without a login if the file permits it, otherwise users of the station's file.
+//! The clients that may read: programs of this computer without a login if the file permits it, otherwise users of the station's file.
 
 use async_trait::async_trait;
 use opcua_server::ServerEndpoint;
@@ -50,7 +50,7 @@ impl Logins {
             Ok(Ok(is_right)) => is_right,
             Ok(Err(error)) => {
                 let error: String = error;
-                self.status.error(&format!("nobody can log in: {error}"));
+                self.status.error(&format!("no user can log in: {error}"));
                 false
             }
             Err(_) => false,

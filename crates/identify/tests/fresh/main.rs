@@ -77,24 +77,16 @@ fn sum(counts: &[[u32; 2]]) -> f64 {
     f64::from(held) / f64::from(all)
 }
 
+/// The table of docs/vacuum.md, in minutes: `PROFIVAC_PLANTS=200 cargo test -p profivac-identify --test fresh -- --nocapture`.
 #[test]
-fn the_intervals_of_sixteen_plants_contain_the_truth() {
-    let (counts, without) = coverage(20_000..20_016);
+fn the_intervals_of_plants_contain_the_truth_as_often_as_they_claim() {
+    let plants = std::env::var("PROFIVAC_PLANTS").ok().and_then(|plants| plants.parse().ok()).unwrap_or(8);
+    let (counts, without) = coverage(20_000..20_000 + plants);
     printed(&counts);
     assert!(without.is_empty(), "{without}");
-    // The numbers of one plant are correlated, so one unlucky plant may miss several.
-    assert!(sum(&counts) >= 0.85, "{counts:?}");
-}
-
-/// Minutes: `cargo test -p profivac-identify --test fresh -- --ignored --nocapture`.
-#[test]
-#[ignore = "takes minutes; prints the table of docs/vacuum.md"]
-fn the_intervals_of_two_hundred_plants_contain_the_truth_as_often_as_they_claim() {
-    let count = std::env::var("PROFIVAC_PLANTS").ok().and_then(|count| count.parse().ok()).unwrap_or(200);
-    let (counts, without) = coverage(30_000..30_000 + count);
-    printed(&counts);
-    println!("{without}");
-    assert!(sum(&counts) >= 0.9, "{counts:?}");
+    // The numbers of one plant are correlated, so one unlucky plant of a few may miss several.
+    let least = if plants < 100 { 0.85 } else { 0.9 };
+    assert!(sum(&counts) >= least, "{counts:?}");
 }
 
 /// The fits of these plants improve a little again and again while their intervals are searched.

@@ -4,11 +4,12 @@ use super::alarms::AlarmToml;
 use super::default_alarms::DefaultAlarmsToml;
 use super::error::{ConfigProblem, Located};
 use super::gateways::GatewaysToml;
-use super::gateways::modbus::{self, ModbusToml};
 use super::gateways::epics::EpicsToml;
+use super::gateways::modbus::{self, ModbusToml};
 use super::gateways::mqtt::MqttToml;
 use super::gateways::opcua::OpcuaToml;
 use super::gateways::prometheus::PrometheusToml;
+use super::names::stem;
 use super::retention::RetentionToml;
 use super::segments::SegmentToml;
 use super::webhooks::WebhookToml;
@@ -128,9 +129,4 @@ fn users_file(named: Option<&Path>, path: &Path) -> UsersFile {
     let default = || path.with_file_name(format!("{}.users.toml", stem(path)));
     let beside = |file: &Path| path.parent().unwrap_or(Path::new("")).join(file);
     UsersFile { named: named.is_some(), path: named.map_or_else(default, beside) }
-}
-
-/// The name of the file at `path` without its extension.
-pub fn stem(path: &Path) -> String {
-    path.file_stem().map_or_else(|| "station".to_owned(), |stem| stem.to_string_lossy().into_owned())
 }

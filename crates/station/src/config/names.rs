@@ -3,6 +3,7 @@
 use super::error::{ConfigProblem, Located, NamedItem};
 use crate::visible_text::{TextProblem, check_line, check_name};
 use std::collections::HashSet;
+use std::path::Path;
 use toml::Spanned;
 
 /// Checks that every name is filled in, visible, no path and unique. A port may be a path.
@@ -29,4 +30,9 @@ pub fn check(item: NamedItem, name: &Spanned<String>) -> Result<(), Located> {
         };
         Located::new(name.span(), problem)
     })
+}
+
+/// The name of the file at `path` without its extension.
+pub fn stem(path: &Path) -> String {
+    path.file_stem().map_or_else(|| "station".to_owned(), |stem| stem.to_string_lossy().into_owned())
 }

@@ -2,16 +2,16 @@
 //! the same file has the same errors everywhere.
 
 pub mod epics;
-pub mod mqtt;
 pub mod modbus;
+pub mod mqtt;
 pub mod opcua;
 pub mod prometheus;
 
 use super::TlsFiles;
 use super::error::Located;
 use epics::EpicsToml;
-use mqtt::MqttToml;
 use modbus::ModbusToml;
+use mqtt::MqttToml;
 use opcua::OpcuaToml;
 use prometheus::PrometheusToml;
 use std::collections::BTreeMap;

@@ -1,7 +1,7 @@
 //! `[opcua]`.
 
 use super::super::error::{ConfigProblem, Located};
-use super::super::file::stem;
+use super::super::names::stem;
 use profivac_host::text_file::Parsed;
 use serde::Deserialize;
 use std::net::{Ipv4Addr, SocketAddr};
@@ -73,7 +73,7 @@ impl OpcuaToml {
         if policies.is_empty() && !is_anonymous {
             return Err(problem(
                 policies_span,
-                "at least one policy, like \"Basic256Sha256\": nobody could connect",
+                "at least one policy, like \"Basic256Sha256\": no client could connect",
                 "[]",
             ));
         }
