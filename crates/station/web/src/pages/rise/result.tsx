@@ -38,7 +38,7 @@ export function Result({ fit, gauge, error }: Props): JSX.Element {
         Intervals contain the true value with a probability of 95 %,{' '}
         {fit.accuracy === null
           ? 'without the uncertainty of the gauge'
-          : `with an accuracy of the gauge of ±${number(fit.accuracy * 100)} %`}
+          : `with an accuracy of the gauge of ±${percent(fit.accuracy)} %`}
         .{' '}
         {gauge === 'none'
           ? 'The rates are as indicated, not corrected for the gas'
@@ -49,6 +49,9 @@ export function Result({ fit, gauge, error }: Props): JSX.Element {
     </section>
   )
 }
+
+/** A fraction in per cent, with the digits that the user typed. */
+const percent = (fraction: number): number => Number((fraction * 100).toPrecision(6))
 
 function Fact({ name, children }: { name: string; children: ComponentChildren }): JSX.Element {
   return (
