@@ -2,6 +2,7 @@
 
 mod address;
 mod advice;
+mod backup;
 mod bus;
 mod completions;
 mod conform;
@@ -11,6 +12,7 @@ mod demo;
 mod diff;
 mod dump;
 mod explanation;
+mod export;
 mod failure;
 mod field_test;
 mod gateways;
@@ -24,6 +26,7 @@ mod monitor;
 mod names;
 mod output;
 mod read;
+mod record;
 mod report;
 mod restore;
 mod run;
@@ -81,6 +84,8 @@ enum Command {
     User(user::Arguments),
     Init(init::Arguments),
     Report(report::Arguments),
+    Export(export::Arguments),
+    Backup(backup::Arguments),
     Identify(identify::Arguments),
     Address(address::Arguments),
     Conform(conform::Arguments),
@@ -125,6 +130,8 @@ fn run(command: Command) -> Result<(), Failure> {
         Command::User(arguments) => user::run(&arguments),
         Command::Init(arguments) => init::run(&arguments),
         Command::Report(arguments) => report::run(&arguments),
+        Command::Export(arguments) => export::run(&arguments),
+        Command::Backup(arguments) => backup::run(&arguments),
         Command::Identify(arguments) => identify::run(&arguments),
         Command::Address(arguments) => address::run(&arguments),
         Command::Conform(arguments) => conform::run(&arguments),

@@ -1,4 +1,4 @@
-//! Samples as CSV, chunk by chunk: a year of samples does not fit into memory, and the recipient may be slow.
+//! Samples as rows, chunk by chunk: a year of samples does not fit into memory, and the recipient may be slow.
 //!
 //! Each chunk is a separate query. No read transaction stays open between chunks, so the recorder can truncate its log, and the
 //! export contains samples that were recorded meanwhile.
@@ -12,28 +12,35 @@ use std::fmt::Write;
 /// Samples in a chunk, about 120 kB of CSV.
 const SAMPLES_PER_CHUNK: u32 = 2_000;
 
-/// An export: time in ISO 8601 (UTC), series, pressure in Pa, quality.
-pub struct Export {
+/// Consecutive samples of one series.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Chunk {
+    /// The name of the series.
+    pub series: String,
+    /// The samples in the order of time; empty when the series has no more.
+    pub samples: Vec<Sample>,
+}
+
+/// The samples of series, one series after the other.
+pub struct Chunks {
     reader: Reader,
     series: VecDeque<String>,
     /// Where the first of `series` continues.
     next: Micros,
     from: Micros,
     to: Micros,
-    has_heading: bool,
 }
 
-impl Export {
+impl Chunks {
     /// The samples of these series from `from` to `to`.
     #[must_use]
     pub fn new(reader: Reader, series: Vec<String>, from: Micros, to: Micros) -> Self {
-        Self { reader, series: series.into(), next: from, from, to, has_heading: false }
+        Self { reader, series: series.into(), next: from, from, to }
     }
 
-    /// The next samples of a series as rows. After its last sample the next series follows.
-    fn rows(&mut self, series: &str) -> Result<String, DatabaseError> {
-        let samples = self.reader.page(series, self.next, self.to, SAMPLES_PER_CHUNK)?;
-        let name = csv_field(series);
+    /// The next samples of a series. After its last sample the next series follows.
+    fn read(&mut self, series: String) -> Result<Chunk, DatabaseError> {
+        let samples = self.reader.page(&series, self.next, self.to, SAMPLES_PER_CHUNK)?;
         match samples.last() {
             Some(last) if samples.len() >= SAMPLES_PER_CHUNK as usize && last.at < self.to => {
                 self.next = Micros(last.at.0.saturating_add(1));
@@ -43,7 +50,35 @@ impl Export {
                 self.next = self.from;
             }
         }
-        Ok(samples.iter().map(|sample| csv_row(&name, sample)).collect())
+        Ok(Chunk { series, samples })
+    }
+}
+
+impl Iterator for Chunks {
+    type Item = Result<Chunk, DatabaseError>;
+
+    /// The next chunk. An error ends the series.
+    fn next(&mut self) -> Option<Self::Item> {
+        let series = self.series.front()?.clone();
+        let chunk = self.read(series);
+        if chunk.is_err() {
+            self.series.clear();
+        }
+        Some(chunk)
+    }
+}
+
+/// An export as CSV: time in ISO 8601 (UTC), series, pressure in Pa, quality.
+pub struct Export {
+    chunks: Chunks,
+    has_heading: bool,
+}
+
+impl Export {
+    /// The samples of these series from `from` to `to`.
+    #[must_use]
+    pub fn new(reader: Reader, series: Vec<String>, from: Micros, to: Micros) -> Self {
+        Self { chunks: Chunks::new(reader, series, from, to), has_heading: false }
     }
 }
 
@@ -55,12 +90,11 @@ impl Iterator for Export {
         if !std::mem::replace(&mut self.has_heading, true) {
             return Some(Ok("time,gauge,pressure_pa,quality\n".to_owned()));
         }
-        let series = self.series.front()?.clone();
-        let rows = self.rows(&series);
-        if rows.is_err() {
-            self.series.clear();
-        }
-        Some(rows)
+        let chunk = self.chunks.next()?;
+        Some(chunk.map(|Chunk { series, samples }| {
+            let name = csv_field(&series);
+            samples.iter().map(|sample| csv_row(&name, sample)).collect()
+        }))
     }
 }
 

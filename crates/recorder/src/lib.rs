@@ -23,7 +23,9 @@
 //! | [`audit`] | the audit trail: rows that are only added |
 //! | [`alarms`] | alarm states, their history, queued notifications |
 //! | [`reader`] | trends, samples, events |
-//! | [`export`] | samples as CSV, chunk by chunk |
+//! | [`export`] | samples as rows and as CSV, chunk by chunk |
+//! | `parquet` | samples as a Parquet file, with the feature of that name |
+//! | [`backup`] | a consistent copy of the database while it is written |
 //! | [`clock`] | the clocks of a recorder, steps of the system clock |
 //! | [`retention`] | recorded time, and which rows are older than their retention |
 //! | [`writer`] | the thread that owns the database |
@@ -40,6 +42,7 @@ struct Readme;
 
 pub mod alarms;
 pub mod audit;
+pub mod backup;
 pub mod clock;
 mod connection;
 pub mod database;
@@ -48,6 +51,8 @@ pub mod error;
 pub mod event;
 pub mod export;
 mod lock;
+#[cfg(feature = "parquet")]
+pub mod parquet;
 pub mod quality;
 pub mod reader;
 pub mod retention;
@@ -64,7 +69,7 @@ pub use database::Retention;
 pub use deadband::Deadband;
 pub use error::{AuditError, DatabaseError};
 pub use event::{Event, EventKind};
-pub use export::Export;
+pub use export::{Chunk, Chunks, Export};
 pub use quality::{Qualities, Quality};
 pub use reader::{Reader, Span};
 pub use sample::{Micros, Sample};

@@ -72,6 +72,17 @@ impl Reader {
         Ok(Self { path: path.to_owned(), connection: open_to_read(path)? })
     }
 
+    /// The file.
+    #[must_use]
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// The connection, for modules that read other tables.
+    pub(super) const fn connection(&self) -> &Connection {
+        &self.connection
+    }
+
     /// The selected rows of the audit trail, the latest first.
     ///
     /// # Errors

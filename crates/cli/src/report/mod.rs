@@ -2,13 +2,13 @@
 
 use crate::failure::Failure;
 use crate::output::{json, notice, out};
+use crate::record::{Record, micros, time};
 use crate::values;
 use clap::Args;
 use jiff::tz::TimeZone;
 use jiff::{Timestamp, Zoned};
 use profivac_client::pressure::Pressure;
-use profivac_client::suggestion::closest;
-use profivac_recorder::{DatabaseError, Micros, Reader};
+use profivac_recorder::{Micros, Reader};
 use profivac_station::config::Config;
 use profivac_station::pumpdown::{PumpDown, TimeRange};
 use profivac_station::report::format::{duration, moment, timestamp, with_unit};
@@ -117,17 +117,9 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
 
 impl Source {
     fn open(arguments: &Arguments, now: &Zoned) -> Result<Self, Failure> {
-        let given = &arguments.source;
-        let is_file = given.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("toml"));
-        let config = is_file.then(|| Config::read(given)).transpose()?;
-        let path = config.as_ref().map_or_else(|| given.clone(), |config| config.database.clone());
-        if !path.exists() {
-            let hint = if is_file { format!("; `profivac run {}` makes it", given.display()) } else { String::new() };
-            return Err(Failure::usage(format!("{} does not exist{hint}", path.display())));
-        }
-        let reader = Reader::open(&path).map_err(|error| not_a_database(error, &path))?;
-        let all = reader.gauges()?;
-        let names = if arguments.gauge.is_empty() { all } else { matching_series(&arguments.gauge, &all, &path)? };
+        let record = Record::open(&arguments.source)?;
+        let names = record.series(&arguments.gauge)?;
+        let Record { reader, path, config } = record;
         Ok(Self { reader, path, config, names, unit: arguments.unit, zone: now.time_zone().clone() })
     }
 
@@ -174,10 +166,7 @@ impl Source {
 
     /// The time range, and the sentence that explains it.
     fn span(&self, arguments: &Arguments, now: &Zoned) -> Result<(TimeRange, String), Failure> {
-        let read = |text: &Option<String>| {
-            text.as_deref().map(|text| crate::time_argument::parse_time(text, now).map(micros)).transpose()
-        };
-        let (from, to) = (read(&arguments.from)?, read(&arguments.to)?);
+        let (from, to) = (time(arguments.from.as_deref(), now)?, time(arguments.to.as_deref(), now)?);
         let known = self.recorded_span()?;
         let span = match (from, to) {
             (Some(start), Some(end)) if start >= end => {
@@ -297,46 +286,6 @@ impl Source {
     }
 }
 
-/// The series that --gauge selects; the name of a controller selects all its channels.
-fn matching_series(asked: &[String], all: &[String], path: &Path) -> Result<Vec<String>, Failure> {
-    let mut chosen: Vec<String> = Vec::new();
-    for name in asked {
-        let is_channel =
-            |series: &&String| series.strip_prefix(name.as_str()).is_some_and(|rest| rest.starts_with('.'));
-        let mut found: Vec<&String> = all.iter().filter(|series| *series == name).collect();
-        if found.is_empty() {
-            found = all.iter().filter(is_channel).collect();
-        }
-        if found.is_empty() {
-            let hint = match closest(name, all.iter().map(String::as_str)) {
-                Some(like) => format!("did you mean {like:?}?"),
-                None => format!("known: {}", all.join(", ")),
-            };
-            return Err(Failure::usage(format!("{} has no gauge {name:?}; {hint}", path.display())));
-        }
-        for name in found {
-            if !chosen.contains(name) {
-                chosen.push(name.clone());
-            }
-        }
-    }
-    Ok(chosen)
-}
-
-/// The failure for a file that is not a station's database.
-fn not_a_database(error: DatabaseError, path: &Path) -> Failure {
-    let is = |what: &str| Failure::usage(format!("{} is not a database of a station: {what}", path.display()));
-    match error {
-        DatabaseError::Version { found: 0, .. } => is("it has none of its tables"),
-        DatabaseError::Sql { error, .. } => is(&error.to_string()),
-        other => other.into(),
-    }
-}
-
-fn micros(at: Timestamp) -> Micros {
-    Micros(at.as_microsecond())
-}
-
 /// Writes the page or the JSON to a file or standard output.
 fn write_report(arguments: &Arguments, report: &Report) -> Result<(), Failure> {
     let text = if arguments.json { json(report) + "\n" } else { page(report) };
@@ -381,10 +330,4 @@ fn write(path: &Path, text: &str, force: bool) -> Result<(), Failure> {
     options.write(true);
     let options = if force { options.create(true).truncate(true) } else { options.create_new(true) };
     options.open(path).and_then(|mut file| file.write_all(text.as_bytes())).map_err(failed)
-}
-
-impl From<DatabaseError> for Failure {
-    fn from(error: DatabaseError) -> Self {
-        Self::usage(error.to_string())
-    }
 }

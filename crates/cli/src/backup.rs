@@ -1,0 +1,96 @@
+//! `profivac backup`: copies the record of a station.
+
+use crate::failure::Failure;
+use crate::output::{Progress, json, notice, out};
+use crate::record::Record;
+use clap::Args;
+use profivac_recorder::backup::{BackupError, Existing};
+use profivac_station::report::series::known;
+use serde::Serialize;
+use std::path::{Path, PathBuf};
+
+/// Copy the record of a station, also while it runs: samples, spans, events, alarms and the audit trail
+///
+/// The copy is one state of the record: everything that was written before it began, nothing later. It is checked, and gets its name
+/// when it is whole, so a failed or interrupted copy leaves the file as it was. To go back to a copy, stop the station and put the copy
+/// where the station's file says `database`; remove the files of the old record with the endings -wal and -shm. The station's file and
+/// its users are separate files: copy them as well.
+#[derive(Args, Debug)]
+#[command(after_help = EXAMPLES)]
+pub struct Arguments {
+    /// A station's file, or its database
+    #[arg(value_name = "STATION.toml|DATABASE.db")]
+    source: PathBuf,
+    /// The copy
+    #[arg(long, value_name = "FILE")]
+    to: PathBuf,
+    /// Replace an existing file
+    #[arg(long)]
+    force: bool,
+    /// Print what was copied as JSON
+    #[arg(long)]
+    json: bool,
+}
+
+const EXAMPLES: &str = "\
+Examples:
+  profivac backup plant.toml --to /backup/plant-monday.db
+  profivac backup plant.toml --to /backup/plant.db --force
+  profivac report /backup/plant-monday.db";
+
+/// What was copied.
+#[derive(Serialize)]
+struct Copied<'p> {
+    database: &'p Path,
+    copy: &'p Path,
+    octets: u64,
+    /// The number of series: one for each gauge, or for each channel of a controller.
+    series: usize,
+    /// The first and the last recorded time (RFC 3339), if anything was recorded.
+    first: Option<String>,
+    last: Option<String>,
+}
+
+/// Copies the record and says what the copy holds.
+pub fn run(arguments: &Arguments) -> Result<(), Failure> {
+    let record = Record::open(&arguments.source)?;
+    let existing = if arguments.force { Existing::Replace } else { Existing::Keep };
+    let mut progress = Progress::of("KiB");
+    let kib = |octets: u64| usize::try_from(octets >> 10).unwrap_or(usize::MAX);
+    record.reader.backup(&arguments.to, existing, |done, all| progress.update(kib(done), kib(all)))?;
+    drop(progress);
+    // The copy is opened as a station or a report would open it.
+    let copy = Record::open_database(&arguments.to)?;
+    let names = copy.series(&[])?;
+    let span = known(&copy.reader, &names)?;
+    let copied = Copied {
+        database: &record.path,
+        copy: &arguments.to,
+        octets: std::fs::metadata(&arguments.to)?.len(),
+        series: names.len(),
+        first: span.map(|span| profivac_recorder::export::iso(span.start)),
+        last: span.map(|span| profivac_recorder::export::iso(span.end)),
+    };
+    if arguments.json {
+        out(&json(&copied));
+    } else {
+        notice(&sentence(&copied));
+    }
+    Ok(())
+}
+
+fn sentence(copied: &Copied<'_>) -> String {
+    let range = match (&copied.first, &copied.last) {
+        (Some(first), Some(last)) => format!("{} series from {first} to {last}", copied.series),
+        _ => "no samples yet".to_owned(),
+    };
+    let [from, to] = [copied.database, copied.copy].map(Path::display);
+    format!("{from} is copied to {to}: {range}, {:.1} MB", copied.octets as f64 / 1e6)
+}
+
+impl From<BackupError> for Failure {
+    fn from(error: BackupError) -> Self {
+        let hint = if matches!(error, BackupError::Exists(_)) { "; add --force to replace it" } else { "" };
+        Self::usage(format!("{error}{hint}"))
+    }
+}

@@ -1,0 +1,140 @@
+//! `profivac export`: writes recorded samples as a table.
+
+use crate::failure::Failure;
+use crate::output::{check, notice, out};
+use crate::record::{Record, time};
+use clap::Args;
+use jiff::Zoned;
+#[cfg(feature = "parquet")]
+use profivac_recorder::Chunks;
+use profivac_recorder::{Export, Micros};
+use std::fs::OpenOptions;
+use std::io::{self, BufWriter, Write};
+use std::path::{Path, PathBuf};
+
+/// Write recorded samples as a table: time (UTC), gauge, pressure in Pa, quality
+///
+/// Without --out the rows are CSV on standard output. The station may continue to record. A row without a pressure has a quality that
+/// says why.
+#[derive(Args, Debug)]
+#[command(after_help = EXAMPLES)]
+pub struct Arguments {
+    /// A station's file, or its database
+    #[arg(value_name = "STATION.toml|DATABASE.db")]
+    source: PathBuf,
+    /// A gauge; may be repeated; the name of a controller selects all its channels. Default: all gauges
+    #[arg(long, value_name = "NAME")]
+    gauge: Vec<String>,
+    /// The beginning: '2026-11-21 14:00', 14:00, yesterday, -2h, or RFC 3339. Default: the first sample
+    #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
+    from: Option<String>,
+    /// The end, in the same form. Default: the last sample
+    #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
+    to: Option<String>,
+    /// Write to this file, or - for standard output
+    #[arg(long, value_name = "FILE")]
+    out: Option<PathBuf>,
+    /// Write Parquet, which pandas, Polars and DuckDB read with its types; needs --out FILE
+    #[cfg(feature = "parquet")]
+    #[arg(long, requires = "out")]
+    parquet: bool,
+    /// Overwrite an existing file
+    #[arg(long, requires = "out")]
+    force: bool,
+}
+
+const EXAMPLES: &str = "\
+Examples:
+  profivac export plant.toml > all.csv
+  profivac export plant.toml --gauge chamber --from yesterday --to today --out chamber.csv
+  profivac export plant.toml --from -7d --parquet --out week.parquet";
+
+/// Writes the selected samples.
+pub fn run(arguments: &Arguments) -> Result<(), Failure> {
+    let now = Zoned::now();
+    let from = time(arguments.from.as_deref(), &now)?.unwrap_or(Micros(i64::MIN));
+    let to = time(arguments.to.as_deref(), &now)?.unwrap_or(Micros(i64::MAX));
+    if from >= to {
+        return Err(Failure::usage("expected a beginning before the end; see --from and --to"));
+    }
+    let record = Record::open(&arguments.source)?;
+    let series = record.series(&arguments.gauge)?;
+    let file = arguments.out.as_deref().filter(|path| path.as_os_str() != "-");
+    #[cfg(feature = "parquet")]
+    if arguments.parquet {
+        let path =
+            file.ok_or_else(|| Failure::usage("expected a file for Parquet, got standard output; give --out FILE"))?;
+        let chunks = Chunks::new(record.reader, series, from, to);
+        return whole_file(path, arguments.force, |to| {
+            profivac_recorder::parquet::write(chunks, to)
+                .map_err(|error| Failure::usage(format!("{}: {error}", path.display())))
+        });
+    }
+    let export = Export::new(record.reader, series, from, to);
+    match file {
+        Some(path) => whole_file(path, arguments.force, |to| csv(export, to, path)),
+        None => printed(export),
+    }
+}
+
+/// Writes CSV to standard output until it ends or its reader has gone.
+fn printed(export: Export) -> Result<(), Failure> {
+    for rows in export {
+        let rows = rows?;
+        if !rows.is_empty() {
+            out(rows.trim_end());
+        }
+        check()?;
+    }
+    Ok(())
+}
+
+/// Writes CSV; returns the number of rows.
+fn csv(export: Export, to: &mut (dyn Write + Send), path: &Path) -> Result<u64, Failure> {
+    let mut lines: usize = 0;
+    for rows in export {
+        let rows = rows?;
+        lines = lines.saturating_add(rows.lines().count());
+        to.write_all(rows.as_bytes()).map_err(|error| not_written(path, &error))?;
+    }
+    Ok(lines.saturating_sub(1) as u64)
+}
+
+/// Writes a file beside its destination, and gives it its name when it is whole.
+fn whole_file(
+    path: &Path,
+    force: bool,
+    write: impl FnOnce(&mut (dyn Write + Send)) -> Result<u64, Failure>,
+) -> Result<(), Failure> {
+    let failed = |error: io::Error| not_written(path, &error);
+    if !force && path.symlink_metadata().is_ok() {
+        return Err(Failure::usage(format!("{} exists; add --force to overwrite it", path.display())));
+    }
+    let mut name = path.file_name().ok_or_else(|| failed(io::ErrorKind::IsADirectory.into()))?.to_owned();
+    name.push(".part");
+    let part = path.with_file_name(name);
+    let made =
+        OpenOptions::new().write(true).create(true).truncate(true).open(&part).map_err(failed).and_then(|file| {
+            let mut to = BufWriter::new(file);
+            let rows = write(&mut to)?;
+            let file = to.into_inner().map_err(|error| failed(error.into_error()))?;
+            file.sync_all().map_err(failed)?;
+            std::fs::rename(&part, path).map_err(failed)?;
+            Ok(rows)
+        });
+    match made {
+        Ok(rows) => {
+            notice(&format_args!("{rows} rows in {}", path.display()));
+            Ok(())
+        }
+        Err(error) => {
+            // The part is ours. The first error is the one to report.
+            let _gone = std::fs::remove_file(&part);
+            Err(error)
+        }
+    }
+}
+
+fn not_written(path: &Path, error: &io::Error) -> Failure {
+    Failure::usage(format!("{}: {error}", path.display()))
+}
