@@ -38,7 +38,7 @@ Examples:
   profivac backup plant.toml --to /backup/plant.db --force
   profivac report /backup/plant-monday.db";
 
-/// What was copied.
+/// The result: the files, and what the copy holds.
 #[derive(Serialize)]
 struct Copied<'p> {
     database: &'p Path,
