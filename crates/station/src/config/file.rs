@@ -105,7 +105,8 @@ impl ConfigToml {
     pub fn into_config(self, path: &Path) -> Config {
         let stem = stem(path);
         let database = self.station.database.or(self.station.record).map(Spanned::into_inner);
-        let beside = |file: PathBuf| path.parent().unwrap_or(Path::new("")).join(file);
+        let folder = path.parent().unwrap_or(Path::new(""));
+        let beside = |file: PathBuf| folder.join(file);
         let users = users_file(self.station.users.as_deref(), path);
         Config {
             listen: self.station.listen.map_or_else(|| SocketAddr::from(LISTEN), |listen| listen.0),
@@ -115,7 +116,7 @@ impl ConfigToml {
             users,
             hosts: self.station.hosts.into_iter().map(Spanned::into_inner).collect(),
             tls: self.tls.map(|tls| tls.files(path)),
-            segments: self.segment.into_iter().map(SegmentToml::into_segment).collect(),
+            segments: self.segment.into_iter().map(|segment| segment.into_segment(folder)).collect(),
             alarms: Vec::new(),
             webhooks: Vec::new(),
             gateways: Vec::new(),

@@ -9,6 +9,7 @@ use profivac_vacuum::Gas;
 use profivac_virtual::device_spec::entry;
 use serde::Deserialize;
 use std::collections::BTreeMap;
+use std::path::Path;
 use std::time::Duration;
 use toml::Spanned;
 
@@ -64,16 +65,25 @@ impl SegmentToml {
         self.master.as_ref().map_or(0, |master| *master.get_ref())
     }
 
-    pub fn into_segment(self) -> Segment {
+    /// The segment of a station's file in `folder`.
+    pub fn into_segment(self, folder: &Path) -> Segment {
         Segment {
             master: self.master_address(),
             name: self.name.into_inner(),
-            port: self.port.into_inner(),
+            port: port_in(folder, self.port.into_inner()),
             detects_baud: self.listen_only && self.baud.is_none(),
             listen_only: self.listen_only,
             baud: self.baud.map_or(usual_baud(), |BaudToml(baud)| baud),
             gauges: self.gauge.into_iter().map(GaugeToml::into_gauge).collect(),
         }
+    }
+}
+
+/// The file of a segment in memory is relative to the folder of the station's file; other ports are as they are.
+fn port_in(folder: &Path, port: String) -> String {
+    match port.strip_prefix("sim:") {
+        Some(file) => format!("sim:{}", folder.join(file).display()),
+        None => port,
     }
 }
 

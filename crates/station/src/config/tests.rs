@@ -53,6 +53,12 @@ fn relative_paths_are_relative_to_the_file() {
     let tls = config.tls.clone().unwrap();
     assert_eq!((tls.certificate.as_path(), tls.key.as_path()), (Path::new("plants/a.pem"), Path::new("/etc/a.key")));
     assert!(config.is_private() && !parse(FILE).unwrap().is_private());
+    let ports = ["sim:hall.toml", "sim:/srv/hall.toml", "/dev/ttyUSB0", "tcp://hall:1234"];
+    let found = ports.map(|port| {
+        let config = parse(&format!("[[segment]]\nname = \"hall\"\nport = \"{port}\"\n")).unwrap();
+        config.segments[0].port.clone()
+    });
+    assert_eq!(found, ["sim:plants/hall.toml", "sim:/srv/hall.toml", "/dev/ttyUSB0", "tcp://hall:1234"]);
 }
 
 #[test]
