@@ -84,6 +84,18 @@ impl Fault {
             _ => None,
         }
     }
+
+    /// The fault of the electronics of an instance.
+    #[must_use]
+    pub const fn of_electronics(instance: u8) -> Option<Self> {
+        match instance {
+            1 => Some(Self::Electronics1),
+            2 => Some(Self::Electronics2),
+            3 => Some(Self::Electronics3),
+            4 => Some(Self::Electronics4),
+            _ => None,
+        }
+    }
 }
 
 /// The faults of a device, made by `faults!`.

@@ -68,7 +68,7 @@ pub struct BlockDevice<B, S> {
     pub(super) address: StationAddress,
     pub(super) powered: bool,
     pub(super) channel: ParameterChannel,
-    configuration: &'static Configuration,
+    pub(super) configuration: &'static Configuration,
 }
 
 impl<B: Behaviour, S: Store> BlockDevice<B, S> {
@@ -122,6 +122,13 @@ impl<B: Behaviour, S: Store> BlockDevice<B, S> {
         let _ = self.store_differences(&before, None, None);
     }
 
+    /// Begins to use a configuration.
+    pub(super) fn adopt_configuration(&mut self, configuration: &'static Configuration) {
+        self.configuration = configuration;
+        self.channel = ParameterChannel::new(self.behaviour.model().channel_rules);
+        self.apply_event(|behaviour| behaviour.configure(configuration));
+    }
+
     fn put_input(&mut self, field: Field, place: &mut [u8]) {
         if let (Field::ParameterChannel, Ok(place)) =
             (field, <&mut [u8; parameter_channel::OCTETS]>::try_from(&mut *place))
@@ -159,9 +166,7 @@ impl<B: Behaviour, S: Store> Device for BlockDevice<B, S> {
         let octets = |octets| u8::try_from(octets).map_err(|_| CfgFault);
         let lengths =
             Lengths { outputs: octets(configuration.output_octets())?, inputs: octets(configuration.input_octets())? };
-        self.configuration = configuration;
-        self.channel = ParameterChannel::new(self.behaviour.model().channel_rules);
-        self.apply_event(|behaviour| behaviour.configure(configuration));
+        self.adopt_configuration(configuration);
         Ok(lengths)
     }
 
@@ -225,7 +230,7 @@ impl<B: Behaviour, S: Store> Device for BlockDevice<B, S> {
 }
 
 /// The access path of a relation.
-const fn path_of(relation: Relation) -> AccessPath {
+pub(super) const fn path_of(relation: Relation) -> AccessPath {
     match relation {
         Relation::Ms1 => AccessPath::Class1,
         Relation::Ms2(_) => AccessPath::Class2,

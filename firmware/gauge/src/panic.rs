@@ -1,0 +1,9 @@
+//! What a panic does. The check of the firmware proves that no image contains one.
+
+use core::panic::PanicInfo;
+
+/// Restarts; a panic must not keep the bus.
+#[panic_handler]
+fn panic(_: &PanicInfo<'_>) -> ! {
+    profivac_board::restart()
+}
