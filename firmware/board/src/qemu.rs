@@ -56,6 +56,8 @@ const BAUD_DIVIDER: usize = 0x10;
 /// The octets that are being sent. The character context reads them, and `send` writes them while nothing is being sent.
 struct Outgoing {
     octets: UnsafeCell<[u8; BUFFER]>,
+    /// The octets that are prepared.
+    length: AtomicU32,
     next: AtomicU32,
     end: AtomicU32,
 }
@@ -63,8 +65,12 @@ struct Outgoing {
 // SAFETY: `send` writes the octets only while `next` equals `end`, and the interrupt reads them only while it does not.
 unsafe impl Sync for Outgoing {}
 
-static OUTGOING: Outgoing =
-    Outgoing { octets: UnsafeCell::new([0; BUFFER]), next: AtomicU32::new(0), end: AtomicU32::new(0) };
+static OUTGOING: Outgoing = Outgoing {
+    octets: UnsafeCell::new([0; BUFFER]),
+    length: AtomicU32::new(0),
+    next: AtomicU32::new(0),
+    end: AtomicU32::new(0),
+};
 
 struct Registered(UnsafeCell<Option<&'static Handlers>>);
 
@@ -131,19 +137,28 @@ pub fn set_alarm(after: u32) {
     write(ALARM, 0b1001);
 }
 
-/// Begins to send. Returns whether the port was free and the octets fit; otherwise it sends nothing.
-pub fn send(octets: &[u8]) -> bool {
-    if OUTGOING.next.load(Ordering::Relaxed) != OUTGOING.end.load(Ordering::Relaxed) || octets.is_empty() {
+/// Copies octets that [`send`] sends. Returns whether nothing is being sent and the octets fit.
+pub fn prepare(octets: &[u8]) -> bool {
+    if OUTGOING.next.load(Ordering::Relaxed) != OUTGOING.end.load(Ordering::Relaxed) {
         return false;
     }
     // SAFETY: nothing is being sent, so the interrupt does not read the octets.
     let Some(place) = (unsafe { &mut *OUTGOING.octets.get() }).get_mut(..octets.len()) else { return false };
     place.copy_from_slice(octets);
-    OUTGOING.next.store(0, Ordering::Relaxed);
-    OUTGOING.end.store(octets.len() as u32, Ordering::Release);
-    write(BUS + CONTROL, 0b1111);
-    send_next();
+    OUTGOING.length.store(octets.len() as u32, Ordering::Release);
     true
+}
+
+/// Begins to send what was prepared, once.
+pub fn send() {
+    let length = OUTGOING.length.load(Ordering::Acquire);
+    OUTGOING.length.store(0, Ordering::Relaxed);
+    if length > 0 {
+        OUTGOING.next.store(0, Ordering::Relaxed);
+        OUTGOING.end.store(length, Ordering::Release);
+        write(BUS + CONTROL, 0b1111);
+        send_next();
+    }
 }
 
 fn send_next() {

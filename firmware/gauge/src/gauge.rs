@@ -24,14 +24,6 @@ static LINE: Exclusive<Line> = Exclusive::new();
 /// What the work context owns.
 static BUS: Exclusive<BusStation<BusSide>> = Exclusive::new();
 
-/// The answer that waits for its time. The work context writes it, the character context sends it.
-static ANSWER: Exclusive<Answer> = Exclusive::new();
-
-struct Answer {
-    length: usize,
-    octets: [u8; MAX_TELEGRAM],
-}
-
 static HANDLERS: Handlers = Handlers { character, alarm, sent, work };
 
 fn character(octet: Result<u8, LineError>) {
@@ -44,10 +36,7 @@ fn character(octet: Result<u8, LineError>) {
 
 /// The first bit may leave.
 fn alarm() {
-    ANSWER.with(|answer| {
-        board::send(answer.octets.get(..answer.length).unwrap_or_default());
-        answer.length = 0;
-    });
+    board::send();
 }
 
 const fn sent() {}
@@ -77,26 +66,22 @@ fn serve(end: BitTime, octets: &[u8]) {
     };
     BUS.with(|bus| match bus.telegram(end, &telegram, board::ticks) {
         Next::Wait => {}
-        Next::Send { after: 0, octets } => {
-            board::send(octets);
-        }
-        Next::Send { after, octets } => send_later(after, octets),
+        Next::Send { after, octets } => send(after, octets),
         Next::SetRate(baud) => set_rate(baud),
     });
 }
 
-fn send_later(after: u32, octets: &[u8]) {
-    board::masked(|| {
-        ANSWER.with(|answer| {
-            if let Some(place) = answer.octets.get_mut(..octets.len()) {
-                place.copy_from_slice(octets);
-                answer.length = octets.len();
-                board::set_alarm(after);
-            }
-        });
-    });
+fn send(after: u32, octets: &[u8]) {
+    if !board::prepare(octets) {
+        return;
+    }
+    match after {
+        0 => board::send(),
+        _ => board::set_alarm(after),
+    }
 }
 
+#[inline(never)]
 fn set_rate(baud: Baud) {
     board::set_rate(baud.bits_per_second());
     board::masked(|| LINE.set(Line::new(&TIMING, baud, board::ticks())));
@@ -109,24 +94,23 @@ pub trait Gauge<B, S> {
 }
 
 /// Runs a gauge. `baud` is the rate of the bus; `None` searches it.
-pub fn run<B: Behaviour, S: Store>(device: BlockDevice<B, S>, gauge: &mut impl Gauge<B, S>, baud: Option<Baud>) -> ! {
+pub fn run<B: Behaviour, S: Store>(
+    device: &mut BlockDevice<B, S>,
+    gauge: &mut impl Gauge<B, S>,
+    baud: Option<Baud>,
+) -> ! {
+    start_bus(device, baud);
     let mut application = Application::new(device);
-    let ticks = board::ticks();
-    let side = BusSide::new(application.device());
-    let address = side.address();
-    BUS.set(match baud {
-        Some(baud) => BusStation::fixed(side, address, &TIMING, baud, ticks),
-        None => BusStation::searching(side, address, &TIMING, ticks),
-    });
-    ANSWER.set(Answer { length: 0, octets: [0; MAX_TELEGRAM] });
-    set_rate(baud.unwrap_or(Baud::B12000000));
     board::start(&HANDLERS);
     let mut last = board::ticks();
     loop {
         let passed = board::ticks().wrapping_sub(last);
         last = last.wrapping_add(passed);
         let seconds = f64::from(passed) * SECONDS_PER_TICK;
-        round(&mut application, gauge, seconds);
+        adopt(&mut application);
+        application.device_mut().advance(seconds);
+        gauge.measure(application.device_mut(), seconds);
+        publish(&mut application);
         board::request_work();
         board::feed_watchdog();
         #[cfg(feature = "diagnostics")]
@@ -135,6 +119,19 @@ pub fn run<B: Behaviour, S: Store>(device: BlockDevice<B, S>, gauge: &mut impl G
             board::wait();
         }
     }
+}
+
+/// A function of its own, so that the slave is on the stack only while it is made.
+#[inline(never)]
+fn start_bus<B: Behaviour, S: Store>(device: &BlockDevice<B, S>, baud: Option<Baud>) {
+    let ticks = board::ticks();
+    let side = BusSide::new(device);
+    let address = side.address();
+    BUS.set(match baud {
+        Some(baud) => BusStation::fixed(side, address, &TIMING, baud, ticks),
+        None => BusStation::searching(side, address, &TIMING, ticks),
+    });
+    set_rate(baud.unwrap_or(Baud::B12000000));
 }
 
 fn with_bus<R>(action: impl FnOnce(&mut BusStation<BusSide>) -> R) -> Option<R> {
@@ -146,16 +143,22 @@ fn has_tasks() -> bool {
     with_bus(|bus| bus.device_mut().has_tasks()).unwrap_or(false)
 }
 
-/// What the main context does again and again.
-fn round<B: Behaviour, S: Store>(application: &mut Application<B, S>, gauge: &mut impl Gauge<B, S>, seconds: f64) {
+/// Does what the bus wants. Tasks and snapshot are in functions of their own, so that they are not on the stack together.
+#[inline(never)]
+fn adopt<B: Behaviour, S: Store>(application: &mut Application<'_, B, S>) {
     if let Some(tasks) = with_bus(|bus| bus.device_mut().take_tasks()) {
         application.adopt(&tasks);
     }
-    application.device_mut().advance(seconds);
-    gauge.measure(application.device_mut(), seconds);
+}
+
+#[inline(never)]
+fn publish<B: Behaviour, S: Store>(application: &mut Application<'_, B, S>) {
     let snapshot = application.snapshot();
-    with_bus(|bus| bus.device_mut().publish(&snapshot));
-    board::set_light(board::Light::Bus, with_bus(|bus| bus.device_mut().is_exchanging()) == Some(true));
+    let is_exchanging = with_bus(|bus| {
+        bus.device_mut().publish(&snapshot);
+        bus.device_mut().is_exchanging()
+    });
+    board::set_light(board::Light::Bus, is_exchanging == Some(true));
 }
 
 /// Numbers for a diagnosis of the bus.

@@ -281,7 +281,10 @@ impl<P: Pages> Store for FlashStore<P> {
     fn load(&self, key: Key, octets: &mut [u8]) -> Option<usize> {
         let page = self.page?;
         let entry = self.entries(page, HEADER, self.end).filter(|entry| entry.key == key.to_u32()).last()?;
-        octets.get_mut(..entry.length)?.copy_from_slice(&self.octets(page, &entry));
+        let place = octets.get_mut(..entry.length)?;
+        for (place, octet) in place.iter_mut().zip(self.octets(page, &entry).iter()) {
+            *place = *octet;
+        }
         Some(entry.length)
     }
 

@@ -32,5 +32,5 @@ fn main() -> ! {
     let mut sensors = PumpDown([0, 1, 2].map(|part| Attached::new(Scenario::new(STEPS), part)));
     let mut gauge = Bcg450::new(store(), Setup::new(address_switch()));
     gauge.advance(1.0);
-    run(gauge, &mut sensors, Some(Baud::B19200))
+    run(&mut gauge, &mut sensors, Some(Baud::B19200))
 }

@@ -8,9 +8,9 @@ use crate::store::Store;
 use profivac_dp::slave::{Device, Outputs};
 
 /// The side of the measurement: a device with its parameters and its memory. It may take its time.
-#[derive(Clone, Debug)]
-pub struct Application<B, S> {
-    device: BlockDevice<B, S>,
+#[derive(Debug)]
+pub struct Application<'a, B, S> {
+    device: &'a mut BlockDevice<B, S>,
     generation: u8,
     done: Option<Done>,
     channel_read: Option<ChannelRead>,
@@ -18,20 +18,20 @@ pub struct Application<B, S> {
     unlocked: bool,
 }
 
-impl<B: Behaviour, S: Store> Application<B, S> {
+impl<'a, B: Behaviour, S: Store> Application<'a, B, S> {
     /// The side of the measurement of this device.
-    pub const fn new(device: BlockDevice<B, S>) -> Self {
+    pub const fn new(device: &'a mut BlockDevice<B, S>) -> Self {
         Self { device, generation: 0, done: None, channel_read: None, unlocked: false }
     }
 
     /// The device.
     pub const fn device(&self) -> &BlockDevice<B, S> {
-        &self.device
+        self.device
     }
 
     /// The device, to change its pressures, faults and time.
     pub const fn device_mut(&mut self) -> &mut BlockDevice<B, S> {
-        &mut self.device
+        self.device
     }
 
     /// Does what the bus wants, and at most one access to a parameter. Returns when its values are durable.

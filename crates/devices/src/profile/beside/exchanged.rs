@@ -3,7 +3,6 @@
 use crate::model::{AccessError, Configuration, Octets, UserPrm};
 use crate::profile::parameter_channel::WriteTask;
 use profivac_dp::slave::Relation;
-use profivac_wire::acyclic::record::MAX_RECORD_LENGTH;
 
 /// The octets of the longest inputs and outputs of a device in this crate.
 pub const MAX_IMAGE: usize = 48;
@@ -69,24 +68,31 @@ pub enum Access {
     },
 }
 
+/// The octets of the longest parameter that a master can write.
+pub const MAX_WRITTEN: usize = 16;
+
 /// The octets of a write. One that is longer than every parameter has only its length.
 #[derive(Clone, Copy, Debug)]
 pub struct Record {
-    length: usize,
-    octets: Octets,
+    length: u8,
+    octets: [u8; MAX_WRITTEN],
 }
 
 impl Record {
     pub fn new(record: &[u8]) -> Self {
-        Self { length: record.len(), octets: Octets::new(record) }
+        let mut octets = [0; MAX_WRITTEN];
+        for (place, octet) in octets.iter_mut().zip(record) {
+            *place = *octet;
+        }
+        Self { length: u8::try_from(record.len()).unwrap_or(u8::MAX), octets }
     }
 
-    /// The octets, as many as there were; zeros for one that is too long.
+    /// The octets; of a record that is too long one more than any parameter has.
     pub fn with<R>(&self, use_octets: impl FnOnce(&[u8]) -> R) -> R {
-        if self.octets.len() == self.length {
-            return use_octets(&self.octets);
+        match self.octets.get(..usize::from(self.length)) {
+            Some(octets) => use_octets(octets),
+            None => use_octets(&[0; MAX_WRITTEN.wrapping_add(1)]),
         }
-        use_octets([0; MAX_RECORD_LENGTH].get(..self.length).unwrap_or(&[0; MAX_RECORD_LENGTH]))
     }
 }
 

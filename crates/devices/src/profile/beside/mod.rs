@@ -21,9 +21,9 @@
 //! use profivac_devices::store::RamStore;
 //! use profivac_dp::slave::{Device, Dpv1Error, Relation};
 //!
-//! let gauge: Bcg450<RamStore> = Bcg450::new(RamStore::default(), Setup::new(5));
-//! let mut application = Application::new(gauge);
-//! let mut bus = BusSide::new(&application.device());
+//! let mut gauge: Bcg450<RamStore> = Bcg450::new(RamStore::default(), Setup::new(5));
+//! let mut bus = BusSide::new(&gauge);
+//! let mut application = Application::new(&mut gauge);
 //! // A master reads Device State; the application finds the value later.
 //! let mut record = [0; 240];
 //! let _ = bus.read(Relation::Ms2(0), 0, 25, &mut record);
@@ -31,7 +31,7 @@
 //!
 //! let tasks = bus.take_tasks();
 //! application.adopt(&tasks);
-//! application.advance(0.5);
+//! application.device_mut().advance(0.5);
 //! bus.publish(&application.snapshot());
 //! assert_eq!(bus.complete(Relation::Ms2(0), &mut record), Ok(1));
 //! assert_eq!(record[0], 2, "IDLE");
