@@ -1,4 +1,4 @@
-//! What a panic does. The check of the firmware proves that no image contains one.
+//! The handler of a panic, which the linker demands. The check of the firmware proves that no image contains a panic.
 
 use core::panic::PanicInfo;
 

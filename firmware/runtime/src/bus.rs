@@ -38,7 +38,7 @@ pub struct Line {
     end: BitTime,
     /// A telegram waits.
     is_complete: bool,
-    /// Telegrams that nobody took before the next character.
+    /// Telegrams that were not taken before the next character.
     lost: u32,
 }
 
@@ -94,7 +94,7 @@ impl Line {
         self.clock.at(ticks);
     }
 
-    /// The number of damaged telegrams, and of those that nobody took in time.
+    /// The number of damaged telegrams, and of those that were not taken in time.
     #[must_use]
     pub const fn errors(&self) -> (u32, u32) {
         (self.receiver.damaged(), self.lost)

@@ -115,6 +115,9 @@ impl<B: Behaviour, S: Store> BlockDevice<B, S> {
 
     /// Changes the device by something other than a write of a master. A memory that fails does not stop the change,
     /// because no master waits for an answer.
+    ///
+    /// Not inlined, so that the copy of the behaviour is on the stack only while it is needed.
+    #[inline(never)]
     pub(super) fn apply_event(&mut self, event: impl FnOnce(&mut B)) {
         let before = self.behaviour.clone();
         event(&mut self.behaviour);

@@ -7,7 +7,7 @@ use std::vec::Vec;
 
 const PAGE: usize = 128;
 
-/// What happens to the operation in which the power fails.
+/// The effect of the operation in which the power fails.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Cut {
     /// Nothing.
