@@ -20,6 +20,35 @@ pub enum Key {
     Internal(u8),
 }
 
+impl Key {
+    /// The key as a number of 32 bits, for a memory that stores it. Each key has its own; the two high bits name the kind.
+    #[must_use]
+    pub const fn to_u32(self) -> u32 {
+        match self {
+            Self::Parameter { slot, instance, index } => u32::from_be_bytes([0, slot, instance, index]),
+            Self::Address => ADDRESS_KEY,
+            Self::Internal(number) => u32::from_be_bytes([INTERNAL_KEY, 0, 0, number]),
+        }
+    }
+
+    /// The key of this number; `None` if no key has it.
+    #[must_use]
+    pub const fn from_u32(number: u32) -> Option<Self> {
+        match number.to_be_bytes() {
+            [0, slot, instance, index] => Some(Self::Parameter { slot, instance, index }),
+            [INTERNAL_KEY, 0, 0, number] => Some(Self::Internal(number)),
+            _ if number == ADDRESS_KEY => Some(Self::Address),
+            _ => None,
+        }
+    }
+}
+
+/// The number of [`Key::Address`].
+const ADDRESS_KEY: u32 = 0x4000_0000;
+
+/// The first octet of the number of a [`Key::Internal`].
+const INTERNAL_KEY: u8 = 0x80;
+
 /// The memory did not store the values. It still has all old values.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct StoreError;
@@ -32,6 +61,9 @@ pub trait Store {
 
     /// Stores all these values, or none of them. `Ok` guarantees that they survive a power cut at any later instant; a cut
     /// before that leaves all the old values or all the new ones.
+    ///
+    /// A memory that takes longer than a slave may take for an answer belongs to an
+    /// [`Application`](crate::profile::beside::Application): the slave answers meanwhile, and the acyclic response waits.
     ///
     /// One write of a master may change many values, a factory reset nearly all. A key may come twice, with the same value.
     ///
@@ -135,6 +167,17 @@ mod tests {
         assert_eq!(store.load(FIRST, &mut octets), Some(2));
         assert_eq!(octets[..2], [4, 5]);
         assert_eq!(store.load(SECOND, &mut octets), Some(1));
+    }
+
+    #[test]
+    fn a_key_and_its_number_convert_both_ways() {
+        let parameter = Key::Parameter { slot: 255, instance: 255, index: 255 };
+        for key in [FIRST, parameter, Key::Address, Key::Internal(0), Key::Internal(255)] {
+            assert_eq!(Key::from_u32(key.to_u32()), Some(key));
+        }
+        for number in [0x0100_0000, 0x4000_0001, 0x8000_0100, 0x8001_0000, u32::MAX] {
+            assert_eq!(Key::from_u32(number), None, "{number:#x}");
+        }
     }
 
     #[test]

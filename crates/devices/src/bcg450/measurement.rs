@@ -1,7 +1,7 @@
 //! The active instance and its value. tira41d1 3.2.1.3, errata-bpg-bcg-tpg 77 to 80.
 
 use super::parts::{BA, CDG, PIRANI};
-use crate::model::{PartSpec, mbar};
+use crate::model::{PartSpec, log, mbar};
 
 /// The measurement of the gauge.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -27,14 +27,14 @@ impl Overlap {
         match pa {
             _ if pa <= self.low_pa => 0.0,
             _ if pa >= self.high_pa => 1.0,
-            _ => libm::log(pa / self.low_pa) / libm::log(self.high_pa / self.low_pa),
+            _ => log::ln(pa / self.low_pa) / log::ln(self.high_pa / self.low_pa),
         }
     }
 }
 
 /// The weighted geometric mean of the readings of two parts.
 fn blend(low_pa: f64, high_pa: f64, weight: f64) -> f64 {
-    libm::pow(low_pa, 1.0 - weight) * libm::pow(high_pa, weight)
+    log::exp(log::ln(low_pa) * (1.0 - weight) + log::ln(high_pa) * weight)
 }
 
 /// Joins the readings of the parts; the Bayard-Alpert part has none while its emission is off.

@@ -175,6 +175,12 @@ impl Configuration {
         octets_of(self.inputs)
     }
 
+    /// Whether it is the telegram of TTR compatibility mode.
+    #[must_use]
+    pub fn is_ttr(&self) -> bool {
+        self.inputs.is_some_and(|telegram| telegram.fields == [Field::TtrValue])
+    }
+
     /// The number type of the Process Value, if the inputs have one.
     #[must_use]
     pub fn number(&self) -> Option<NumberType> {

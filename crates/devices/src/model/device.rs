@@ -65,6 +65,14 @@ impl Model {
         self.configurations.iter().find(|configuration| configuration.octets == octets)
     }
 
+    /// Whether this configuration fits the user parameters: a device with TTR compatibility mode enters it with the string without a
+    /// unit, and exchanges its telegram only then. errata-pxg55x-img400 49.
+    #[must_use]
+    pub fn fits(&self, prm: &UserPrm, configuration: &Configuration) -> bool {
+        !self.configurations.iter().any(Configuration::is_ttr)
+            || configuration.is_ttr() == self.unit(prm.unit_code()).is_none()
+    }
+
     /// The unit with this code.
     #[must_use]
     pub fn unit(&self, code: u16) -> Option<&'static Unit> {

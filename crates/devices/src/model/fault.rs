@@ -84,6 +84,18 @@ impl Fault {
             _ => None,
         }
     }
+
+    /// The fault of the electronics of an instance.
+    #[must_use]
+    pub const fn of_electronics(instance: u8) -> Option<Self> {
+        match instance {
+            1 => Some(Self::Electronics1),
+            2 => Some(Self::Electronics2),
+            3 => Some(Self::Electronics3),
+            4 => Some(Self::Electronics4),
+            _ => None,
+        }
+    }
 }
 
 /// The faults of a device, made by `faults!`.
@@ -118,7 +130,7 @@ macro_rules! faults {
             /// The faults and their effects.
             pub const LIST: $crate::model::FaultList = $crate::model::FaultList {
                 faults: &[$($crate::model::Fault::$fault),+],
-                effects: &[$($effect),+],
+                effects: &[$($crate::model::block_macros::text!($effect)),+],
             };
 
             /// Begins or ends a fault. Has no effect for a fault that is not in the list.

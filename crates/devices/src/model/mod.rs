@@ -12,6 +12,7 @@ pub(crate) mod codes;
 mod cyclic;
 mod device;
 mod fault;
+pub(crate) mod log;
 mod octets;
 mod part_spec;
 mod pressure;

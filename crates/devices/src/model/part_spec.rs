@@ -125,7 +125,7 @@ impl PartSpec {
     pub const fn clip(&self, pa: f64) -> f64 {
         let Limits { under_pa, over_pa, .. } = self.limits;
         match self.clipping {
-            Clipping::Both => pa.clamp(under_pa, over_pa),
+            Clipping::Both => pa.min(over_pa).max(under_pa),
             Clipping::Above => pa.min(over_pa),
             Clipping::Below => pa.max(under_pa),
             Clipping::Never => pa,

@@ -1,5 +1,6 @@
 //! Units, number types, and the numbers that represent a pressure on the wire. Inside a device every pressure is in Pa.
 
+use super::log;
 use super::octets::Octets;
 
 /// A pressure in mbar, converted to Pa.
@@ -77,7 +78,7 @@ impl Counts {
         match self {
             // A pressure of 0 or less has no logarithm.
             Self::Log { .. } if mbar <= 0.0 => 0.0,
-            Self::Log { per_decade, at_1_mbar } => per_decade * libm::log10(mbar) + at_1_mbar,
+            Self::Log { per_decade, at_1_mbar } => per_decade * log::log10(mbar) + at_1_mbar,
             Self::Linear { per_mbar } => per_mbar * mbar,
             Self::Distance { per_decade, at_1_mbar, from_mbar, upwards } => {
                 let scale = Self::Log { per_decade, at_1_mbar };
@@ -89,7 +90,7 @@ impl Counts {
 
     fn mbar_of(self, counts: f64) -> f64 {
         match self {
-            Self::Log { per_decade, at_1_mbar } => libm::exp10((counts - at_1_mbar) / per_decade),
+            Self::Log { per_decade, at_1_mbar } => log::exp10((counts - at_1_mbar) / per_decade),
             Self::Linear { per_mbar } => counts / per_mbar,
             Self::Distance { per_decade, at_1_mbar, from_mbar, upwards } => {
                 let scale = Self::Log { per_decade, at_1_mbar };
@@ -199,7 +200,7 @@ impl PressureFormat {
         match self.number {
             #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "truncated and clamped")]
             NumberType::Integer => {
-                let whole = libm::floor(number + ROUNDING).clamp(0.0, f64::from(self.max_integer));
+                let whole = libm::floor(number + ROUNDING).min(f64::from(self.max_integer)).max(0.0);
                 Octets::new(&(whole as u16).to_be_bytes())
             }
             #[expect(clippy::cast_possible_truncation, reason = "a float has no more digits")]

@@ -1,7 +1,7 @@
 //! The station address: from two switches, or stored by Set_Slave_Add. errata-bpg-bcg-tpg 8, profibus-wire 2.11.
 
 use crate::model::Octets;
-use crate::store::{self, Key, Store};
+use crate::store::{self, Key, Store, StoreError};
 use profivac_wire::address::SetSlaveAdd;
 
 /// The highest address that a switch or Set_Slave_Add can set.
@@ -66,15 +66,26 @@ impl StationAddress {
         !self.is_from_switch()
     }
 
+    /// No_Add_Chg.
+    #[must_use]
+    pub const fn is_locked(&self) -> bool {
+        self.locked
+    }
+
     /// Set_Slave_Add. The new address is stored first; `None` if nothing changed.
     pub fn set(&mut self, store: &mut impl Store, request: &SetSlaveAdd<'_>) -> Option<u8> {
         if !self.is_settable() || self.locked || request.address > HIGHEST {
             return None;
         }
-        let locked = request.no_add_chg != 0;
-        store.save(Key::Address, &[request.address, u8::from(locked)]).ok()?;
-        (self.stored, self.locked) = (request.address, locked);
+        self.put(store, request.address, request.no_add_chg != 0).ok()?;
         Some(request.address)
+    }
+
+    /// Stores the address and then uses it.
+    pub fn put(&mut self, store: &mut impl Store, address: u8, locked: bool) -> Result<(), StoreError> {
+        store.save(Key::Address, &[address, u8::from(locked)])?;
+        (self.stored, self.locked) = (address, locked);
+        Ok(())
     }
 
     /// The address after a factory reset, which lifts No_Add_Chg; `None` if it changes nothing. profibus-wire 2.11.

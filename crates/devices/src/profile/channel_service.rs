@@ -30,7 +30,7 @@ impl<B: Behaviour, S: Store> BlockDevice<B, S> {
     }
 
     /// The octets that a write means: as many as the parameter has, if the AK allows that length.
-    fn octets_of<'a>(&self, write: &'a WriteTask) -> &'a [u8] {
+    pub(super) fn octets_of<'a>(&self, write: &'a WriteTask) -> &'a [u8] {
         let own = self.length(write.slot, write.index).filter(|own| write.lengths.contains(own));
         let length = own.or(write.lengths.first().copied()).unwrap_or_default();
         write.value.split_at_checked(write.value.len().saturating_sub(length)).map_or(&[], |(_, low)| low)

@@ -68,7 +68,7 @@ pub struct BlockDevice<B, S> {
     pub(super) address: StationAddress,
     pub(super) powered: bool,
     pub(super) channel: ParameterChannel,
-    configuration: &'static Configuration,
+    pub(super) configuration: &'static Configuration,
 }
 
 impl<B: Behaviour, S: Store> BlockDevice<B, S> {
@@ -115,11 +115,21 @@ impl<B: Behaviour, S: Store> BlockDevice<B, S> {
 
     /// Changes the device by something other than a write of a master. A memory that fails does not stop the change,
     /// because no master waits for an answer.
+    ///
+    /// Not inlined, so that the copy of the behaviour is on the stack only while it is needed.
+    #[inline(never)]
     pub(super) fn apply_event(&mut self, event: impl FnOnce(&mut B)) {
         let before = self.behaviour.clone();
         event(&mut self.behaviour);
         self.behaviour.update();
         let _ = self.store_differences(&before, None, None);
+    }
+
+    /// Begins to use a configuration.
+    pub(super) fn adopt_configuration(&mut self, configuration: &'static Configuration) {
+        self.configuration = configuration;
+        self.channel = ParameterChannel::new(self.behaviour.model().channel_rules);
+        self.apply_event(|behaviour| behaviour.configure(configuration));
     }
 
     fn put_input(&mut self, field: Field, place: &mut [u8]) {
@@ -159,9 +169,7 @@ impl<B: Behaviour, S: Store> Device for BlockDevice<B, S> {
         let octets = |octets| u8::try_from(octets).map_err(|_| CfgFault);
         let lengths =
             Lengths { outputs: octets(configuration.output_octets())?, inputs: octets(configuration.input_octets())? };
-        self.configuration = configuration;
-        self.channel = ParameterChannel::new(self.behaviour.model().channel_rules);
-        self.apply_event(|behaviour| behaviour.configure(configuration));
+        self.adopt_configuration(configuration);
         Ok(lengths)
     }
 
@@ -225,7 +233,7 @@ impl<B: Behaviour, S: Store> Device for BlockDevice<B, S> {
 }
 
 /// The access path of a relation.
-const fn path_of(relation: Relation) -> AccessPath {
+pub(super) const fn path_of(relation: Relation) -> AccessPath {
     match relation {
         Relation::Ms1 => AccessPath::Class1,
         Relation::Ms2(_) => AccessPath::Class2,

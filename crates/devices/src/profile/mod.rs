@@ -5,6 +5,7 @@
 //! |---|---|
 //! | `behaviour`, `parameter_access` | the interface of a device ([`Behaviour`], [`ParameterAccess`]) |
 //! | `device`, `simulation` | the device on the bus and in a simulation ([`BlockDevice`]) |
+//! | [`beside`] | a device that works beside its slave |
 //! | `parameters` | the access to parameters, and their storage |
 //! | `parameter_channel`, `channel_service` | the eight octets of the parameter channel, and its tasks |
 //! | `device_block`, `analog_input` | the rows that the blocks of several devices share |
@@ -22,6 +23,7 @@
 mod address;
 mod analog_input;
 mod behaviour;
+pub mod beside;
 mod cathode;
 mod channel_service;
 pub mod codes;

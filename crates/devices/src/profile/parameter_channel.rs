@@ -36,11 +36,15 @@ impl Request {
             Some(TaskKind::Write(lengths)) => lengths.iter().copied().max().unwrap_or_default(),
             Some(TaskKind::Read) | None => 0,
         };
-        let mut kept = [0; 4];
-        for (place, octet) in kept.iter_mut().zip(value).rev().take(used) {
-            *place = octet;
-        }
-        Self { ak, slot, index, value: kept }
+        let mask = match used {
+            0 => 0,
+            1 => 0xFF,
+            2 => 0xFFFF,
+            3 => 0xFF_FFFF,
+            _ => u32::MAX,
+        };
+        let kept = u32::from_be_bytes(value) & mask;
+        Self { ak, slot, index, value: kept.to_be_bytes() }
     }
 }
 

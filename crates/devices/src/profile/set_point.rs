@@ -2,7 +2,7 @@
 
 use super::analog_input::InputRow;
 use super::presentation::Presentation;
-use crate::model::{Value, mbar};
+use crate::model::{Value, log, mbar};
 
 /// The scale of the potentiometer of a relay: p = 10^(`per_volt` x U + `at_0_v`) mbar.
 #[derive(Debug, PartialEq)]
@@ -52,7 +52,7 @@ impl RelaySetPoint {
     /// The setting of the potentiometer, in Pa.
     #[must_use]
     pub fn threshold_pa(&self) -> f64 {
-        mbar(libm::exp10(self.scale.per_volt * self.volts + self.scale.at_0_v))
+        mbar(log::exp10(self.scale.per_volt * self.volts + self.scale.at_0_v))
     }
 
     /// Whether the contacts are closed.

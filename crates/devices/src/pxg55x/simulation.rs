@@ -26,8 +26,7 @@ impl Behaviour for Pxg55xBehaviour {
 
     /// TTR compatibility mode allows only telegram 205 (49).
     fn accepts(&self, configuration: &'static Configuration) -> bool {
-        let is_ttr = configuration.inputs.is_some_and(|telegram| telegram.fields == [Field::TtrValue]);
-        is_ttr == self.ttr
+        configuration.is_ttr() == self.ttr
     }
 
     fn configure(&mut self, configuration: &'static Configuration) {

@@ -1,6 +1,6 @@
 //! Telegram 205 of the TTR compatibility mode: tira56e1 4.4.1, errata-pxg55x-img400 50.
 
-use crate::model::mbar;
+use crate::model::{log, mbar};
 
 /// The highest 12-bit value.
 const HIGHEST: f64 = 4095.0;
@@ -13,7 +13,7 @@ const TRIP_POINT_1: u8 = 1 << 6;
 /// The measurement value of a pressure in Pa.
 fn measurement(pa: f64) -> u16 {
     // A pressure of 0 has no logarithm and becomes 0, and so does NaN.
-    let value = libm::round(482.0 * (libm::log10(pa / mbar(1.0)) + 4.778));
+    let value = libm::round(482.0 * (log::log10(pa / mbar(1.0)) + 4.778));
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped")]
     let value = value.clamp(0.0, HIGHEST) as u16;
     value
@@ -34,7 +34,7 @@ mod tests {
         for pressure in [1e-4, 5e-3, 1.0, 12.0, 1013.25] {
             let value = f64::from(measurement(mbar(pressure)));
             for (unit, offset) in [(1.0, 4.778), (1.0 / 1.333_223_69, 4.9029), (100.0, 2.778)] {
-                let decoded = libm::exp10(value / 482.0 - offset);
+                let decoded = log::exp10(value / 482.0 - offset);
                 // Half a step is 0.24 %, and the offsets are rounded.
                 assert!((decoded / (pressure * unit) - 1.0).abs() < 0.003, "{pressure} mbar: {decoded}");
             }

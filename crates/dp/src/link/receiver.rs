@@ -110,6 +110,33 @@ impl Receiver {
         }
     }
 
+    /// As [`octet`](Self::octet), but leaves the octets of a complete telegram in the receiver and returns `true`: for a handler of an
+    /// interrupt, which must be short. The caller takes them with [`take`](Self::take) before the next character ends; otherwise
+    /// the telegram counts as damaged.
+    #[inline]
+    pub fn collect(&mut self, end: BitTime, octet: u8) -> bool {
+        matches!(self.step(end, octet), Step::Complete)
+    }
+
+    /// Copies the octets that [`collect`](Self::collect) has completed to the front of `place` and returns them. They may be damaged:
+    /// the caller reports octets that are no telegram with [`reject`](Self::reject).
+    pub fn take<'a>(&mut self, place: &'a mut [u8; MAX_TELEGRAM]) -> &'a [u8] {
+        let length = usize::from(self.length);
+        self.clear();
+        match (place.get_mut(..length), self.octets.get(..length)) {
+            (Some(place), Some(octets)) => {
+                place.copy_from_slice(octets);
+                place
+            }
+            _ => &[],
+        }
+    }
+
+    /// The octets taken last were no telegram: the receiver waits for an idle line.
+    pub fn reject(&mut self) {
+        self.wait_for_idle();
+    }
+
     /// Characters without error and without gaps between them, the first of which ended at `end`: the same as several calls of
     /// [`octet`](Self::octet), but cheaper. Stops after the character that completes or damages a telegram, and returns the
     /// number of characters consumed.
@@ -318,6 +345,29 @@ mod tests {
             self.now = self.now + CHARACTER_TBIT;
             self.receiver.character_error(self.now);
             self
+        }
+    }
+
+    #[test]
+    fn a_collected_telegram_is_the_one_that_octet_returns_and_a_rejected_one_waits_for_an_idle_line() {
+        let mut receiver = Receiver::new(BitTime(0));
+        let mut place = [0; MAX_TELEGRAM];
+        let mut now = BitTime(100);
+        for telegram in [&FDL_STATUS[..], &SLAVE_DIAG] {
+            let (last, first) = telegram.split_last().unwrap();
+            for octet in first {
+                assert!(!receiver.collect(now, *octet));
+                now = now + CHARACTER_TBIT;
+            }
+            assert!(receiver.collect(now, *last));
+            now = now + CHARACTER_TBIT;
+            assert_eq!(receiver.take(&mut place), telegram);
+        }
+        receiver.reject();
+        assert_eq!(receiver.damaged(), 1);
+        for octet in FDL_STATUS {
+            assert!(!receiver.collect(now, octet), "the line was not idle");
+            now = now + CHARACTER_TBIT;
         }
     }
 

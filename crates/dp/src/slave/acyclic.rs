@@ -1,8 +1,9 @@
 //! The part of the acyclic server that MS1 and every MS2 connection have of their own: the response to one request.
 //! profibus-wire 4.2.
 //!
-//! The slave acknowledges a request and executes it at once; the response then waits here until the master polls for it. The
-//! link layer repeats a fetched response if necessary, so the server is free again as soon as it has handed one over.
+//! The slave acknowledges a request and passes it to the device. Most devices execute it at once; the response then waits here
+//! until the master polls for it. While a device [takes time](Device::is_executing), the server acknowledges the polls. The link
+//! layer repeats a fetched response if necessary, so the server is free again as soon as it has handed one over.
 
 use super::{Device, Dpv1Error, Relation};
 use crate::link::Reply;
@@ -19,31 +20,74 @@ pub(super) struct AcyclicServer {
     length: usize,
     /// The record that a Read from index 255 returns: the last Call selected I&M0.
     im0_selected: bool,
+    /// The request that the device still executes.
+    executing: Option<Executing>,
+}
+
+/// A request that the device executes, with what its response repeats.
+#[derive(Clone, Copy, Debug)]
+enum Executing {
+    Read(Access),
+    Write(Access),
 }
 
 impl AcyclicServer {
-    pub(super) const EMPTY: Self = Self { response: [0; MAX_DU], length: 0, im0_selected: false };
+    pub(super) const EMPTY: Self = Self { response: [0; MAX_DU], length: 0, im0_selected: false, executing: None };
 
     /// Drops the response and the selection.
     pub(super) const fn clear(&mut self) {
         self.length = 0;
         self.im0_selected = false;
+        self.executing = None;
     }
 
-    pub(super) const fn holds_response(&self) -> bool {
-        self.length > 0
+    /// Whether a response waits, or will.
+    pub(super) const fn is_occupied(&self) -> bool {
+        self.length > 0 || self.executing.is_some()
+    }
+
+    /// Whether the device still executes the request: polls are acknowledged.
+    pub(super) const fn is_executing(&self) -> bool {
+        self.executing.is_some()
     }
 
     /// The answer to a poll: the response if one waits, always with low priority.
     #[inline]
-    pub(super) fn fetch(&mut self) -> Reply<'_> {
-        let length = self.take_length();
+    pub(super) fn fetch<D: Device>(&mut self, device: &mut D, via: Relation, scratch: &mut [u8; MAX_DU]) -> Reply<'_> {
+        let length = self.take_length(device, via, scratch);
         self.reply(length)
     }
 
-    /// The length of the response, which counts as fetched from now on.
-    pub(super) const fn take_length(&mut self) -> usize {
+    /// The length of the response, which counts as fetched from now on. 0 if none waits.
+    #[inline]
+    pub(super) fn take_length<D: Device>(
+        &mut self,
+        device: &mut D,
+        via: Relation,
+        scratch: &mut [u8; MAX_DU],
+    ) -> usize {
+        if self.length == 0 {
+            self.complete(device, via, scratch);
+        }
         core::mem::replace(&mut self.length, 0)
+    }
+
+    /// Posts the response to a request that took time, if the device has finished it.
+    fn complete<D: Device>(&mut self, device: &mut D, via: Relation, scratch: &mut [u8; MAX_DU]) {
+        let Some(executing) = self.executing.take_if(|_| !device.is_executing(via)) else { return };
+        let record = scratch.get_mut(..MAX_RECORD_LENGTH).unwrap_or_default();
+        match (device.complete(via, record), executing) {
+            (Ok(whole), Executing::Read(wanted)) => self.post_record(wanted, record.get(..whole).unwrap_or_default()),
+            (Ok(_), Executing::Write(access)) => self.post(&Response::Write(access)),
+            (Err(error), Executing::Read(_)) => self.refuse(Function::Read, error),
+            (Err(error), Executing::Write(_)) => self.refuse(Function::Write, error),
+        }
+    }
+
+    /// Posts a record, cut to the length that the master wants.
+    fn post_record(&mut self, wanted: Access, record: &[u8]) {
+        let data = record.get(..usize::from(wanted.length)).unwrap_or(record);
+        self.post(&Response::Read(Transfer { slot: wanted.slot, index: wanted.index, data }));
     }
 
     /// The response that was fetched with this length; SC if none waited.
@@ -77,17 +121,15 @@ impl AcyclicServer {
         wanted: Access,
         scratch: &mut [u8; MAX_DU],
     ) {
-        let Access { slot, index, length } = wanted;
+        let Access { slot, index, .. } = wanted;
         let record = scratch.get_mut(..MAX_RECORD_LENGTH).unwrap_or_default();
         let read = match index {
             CALL_INDEX => self.read_called(device, slot, record),
             _ => device.read(via, slot, index, record),
         };
         match read {
-            Ok(whole) => {
-                let data = record.get(..whole.min(usize::from(length))).unwrap_or_default();
-                self.post(&Response::Read(Transfer { slot, index, data }));
-            }
+            _ if index != CALL_INDEX && device.is_executing(via) => self.executing = Some(Executing::Read(wanted)),
+            Ok(whole) => self.post_record(wanted, record.get(..whole).unwrap_or_default()),
             Err(error) => self.refuse(Function::Read, error),
         }
     }
@@ -100,6 +142,9 @@ impl AcyclicServer {
             _ => device.write(via, slot, index, data),
         };
         match (written, u8::try_from(data.len())) {
+            (_, Ok(length)) if index != CALL_INDEX && device.is_executing(via) => {
+                self.executing = Some(Executing::Write(Access { slot, index, length }));
+            }
             (Ok(()), Ok(length)) => self.post(&Response::Write(Access { slot, index, length })),
             (Ok(()), Err(_)) => self.refuse(Function::Write, Dpv1Error::TYPE_CONFLICT),
             (Err(error), _) => self.refuse(Function::Write, error),

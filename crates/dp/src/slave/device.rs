@@ -201,6 +201,23 @@ pub trait Device {
         Err(Dpv1Error::INVALID_SLOT)
     }
 
+    /// Whether the device still executes what [`read`](Self::read) or [`write`](Self::write) began for this relation: a store takes
+    /// time, or the values are in another context. Their result counts for nothing then. The slave acknowledges the request and
+    /// every poll until this is `false`, and then calls [`complete`](Self::complete) once, unless the relation has ended.
+    ///
+    /// A new request of the relation may come earlier only after the relation has ended. It replaces the old one.
+    fn is_executing(&self, _via: Relation) -> bool {
+        false
+    }
+
+    /// The result of an access that took time: as [`read`](Self::read), or 0 for a write.
+    ///
+    /// # Errors
+    /// As [`read`](Self::read) and [`write`](Self::write).
+    fn complete(&mut self, _via: Relation, _record: &mut [u8]) -> Result<usize, Dpv1Error> {
+        Err(Dpv1Error::STATE_CONFLICT)
+    }
+
     /// I&M0, which a master reads after a Call to slot 0. `None` refuses index 255. profibus-wire 5.
     fn im0(&self) -> Option<[u8; IM_RECORD_LENGTH]> {
         None

@@ -20,9 +20,9 @@ impl<D: Device, const CONNECTIONS: usize> Server<D, CONNECTIONS> {
             return SERVICE_CLOSED;
         }
         if request.du.is_empty() {
-            return self.ms1.fetch();
+            return self.ms1.fetch(&mut self.device, Relation::Ms1, &mut self.du);
         }
-        if self.ms1.holds_response() {
+        if self.ms1.is_occupied() {
             // profibus-wire 10, point 20
             return NO_RESOURCE;
         }

@@ -59,7 +59,7 @@ impl Peer {
 /// | Phase | poll | other PDU | Abort | deadline |
 /// |---|---|---|---|---|
 /// | Open | SC | execute, then Answered or Aborting | free | Aborting |
-/// | Answered | response, then Open | RR | free | Aborting |
+/// | Answered | SC while the device executes; response, then Open | RR | free | Aborting |
 /// | Refused | response, then free | RR | free | Aborting |
 /// | Aborting | Abort, then free | RR | free | free |
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -159,7 +159,7 @@ impl Connection {
     fn serve<D: Device>(&mut self, requester: Peer, pdu: &[u8], context: &mut ServeContext<'_, D>) -> Reply<'_> {
         let Some(state) = self.state.filter(|state| state.peer == requester) else { return SERVICE_CLOSED };
         if pdu.is_empty() {
-            return self.poll(state, context.now);
+            return self.poll(state, context);
         }
         match (state.phase, Request::parse(pdu)) {
             (_, Ok(Request::Abort(_))) => self.close(),
@@ -170,10 +170,13 @@ impl Connection {
         Reply::ShortAck
     }
 
-    fn poll(&mut self, state: ConnectionState, now: BitTime) -> Reply<'_> {
-        let length = self.server.take_length();
+    fn poll<D: Device>(&mut self, state: ConnectionState, context: &mut ServeContext<'_, D>) -> Reply<'_> {
+        let length = self.server.take_length(context.device, context.via, context.du);
+        let now = context.now;
         match state.phase {
             Phase::Open => {}
+            // Not yet: the response can be fetched until T has passed.
+            Phase::Answered if self.server.is_executing() => {}
             Phase::Answered => {
                 let deadline = now + state.timeout_tbit.saturating_mul(2);
                 self.state = Some(ConnectionState { phase: Phase::Open, deadline, ..state });

@@ -1,0 +1,40 @@
+//! Boards: what a gauge needs of a microcontroller, behind one set of safe functions.
+//!
+//! Three contexts run on one core. Each interrupts those below it and ends before they go on:
+//!
+//! | Context | Runs | Handler |
+//! |---|---|---|
+//! | character | at every character, error or end of sending, and at the alarm | [`Handlers::character`], [`Handlers::sent`], [`Handlers::alarm`] |
+//! | work | after [`request_work`] | [`Handlers::work`] |
+//! | main | else | `main` |
+//!
+//! This crate has the only `unsafe` code of the project: registers, interrupts, the start, and [`Exclusive`].
+#![no_std]
+#![allow(unsafe_code)]
+
+mod exclusive;
+#[cfg(feature = "qemu")]
+mod qemu;
+mod start;
+
+pub use exclusive::Exclusive;
+#[cfg(feature = "qemu")]
+pub use qemu::*;
+pub use start::{free_stack, hold_work, masked};
+
+/// A character that is not valid: parity, stop bit, or lost.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct LineError;
+
+/// What a program does in the contexts above `main`.
+#[derive(Clone, Copy, Debug)]
+pub struct Handlers {
+    /// A character ended, at the present [`ticks`].
+    pub character: fn(Result<u8, LineError>),
+    /// The time of [`set_alarm`] has come.
+    pub alarm: fn(),
+    /// The last bit has left.
+    pub sent: fn(),
+    /// [`request_work`] was called.
+    pub work: fn(),
+}

@@ -1,0 +1,384 @@
+//! The board `mps2-an386` as QEMU emulates it: a Cortex-M4 with CMSDK serial ports and timers.
+//!
+//! The serial port of the emulator has no bit rate, no direction and no defects of characters: octets arrive as fast as the program
+//! takes them. The first port is the bus, the second one a console. Two pages of a RAM that a reset keeps stand for flash: they are
+//! erased in one step and written word by word, ones to zeros only.
+
+use crate::start::{reset, unexpected};
+use crate::{Handlers, LineError};
+use core::cell::UnsafeCell;
+use core::ptr::{read_volatile, write_volatile};
+use core::sync::atomic::{AtomicU32, Ordering};
+
+/// The name of the board.
+pub const NAME: &str = "mps2-an386 in QEMU";
+
+/// The ticks of the timer in a second.
+pub const TICKS_PER_SECOND: u32 = 25_000_000;
+
+/// The idle time of the line that the program can rely on, in microseconds. The emulator delivers a telegram in pieces.
+pub const IDLE_US: u64 = 20_000;
+
+/// The lowest bit rate of the serial port, and the highest.
+pub const RATES: (u32, u32) = (9_600, 12_000_000);
+
+const BUS: usize = 0x4000_4000;
+const CONSOLE: usize = 0x4000_5000;
+/// Counts down from `u32::MAX`: the time.
+const TIME: usize = 0x4000_0000;
+/// Counts down once: the alarm.
+const ALARM: usize = 0x4000_1000;
+const NVIC_ENABLE: usize = 0xE000_E100;
+const NVIC_PRIORITY: usize = 0xE000_E400;
+const SYSTEM_PRIORITY_3: usize = 0xE000_ED20;
+const ICSR: usize = 0xE000_ED04;
+const AIRCR: usize = 0xE000_ED0C;
+
+/// The longest telegram.
+const BUFFER: usize = 256;
+
+fn read(register: usize) -> u32 {
+    // SAFETY: only called with the registers above, which QEMU has and which can be read at any time.
+    unsafe { read_volatile(register as *const u32) }
+}
+
+fn write(register: usize, value: u32) {
+    // SAFETY: as in `read`. No register of these makes the processor write to memory.
+    unsafe { write_volatile(register as *mut u32, value) }
+}
+
+const DATA: usize = 0x0;
+const STATE: usize = 0x4;
+const CONTROL: usize = 0x8;
+const INTERRUPT: usize = 0xC;
+const BAUD_DIVIDER: usize = 0x10;
+
+/// The octets that are being sent. The character context reads them, and `send` writes them while nothing is being sent.
+struct Outgoing {
+    octets: UnsafeCell<[u8; BUFFER]>,
+    /// The octets that are prepared.
+    length: AtomicU32,
+    next: AtomicU32,
+    end: AtomicU32,
+}
+
+// SAFETY: `send` writes the octets only while `next` equals `end`, and the interrupt reads them only while it does not.
+unsafe impl Sync for Outgoing {}
+
+static OUTGOING: Outgoing = Outgoing {
+    octets: UnsafeCell::new([0; BUFFER]),
+    length: AtomicU32::new(0),
+    next: AtomicU32::new(0),
+    end: AtomicU32::new(0),
+};
+
+struct Registered(UnsafeCell<Option<&'static Handlers>>);
+
+// SAFETY: written once, by `start`, before interrupts are enabled.
+unsafe impl Sync for Registered {}
+
+static HANDLERS: Registered = Registered(UnsafeCell::new(None));
+
+#[inline]
+fn handlers() -> Option<&'static Handlers> {
+    // SAFETY: `start` has written it before the first interrupt.
+    unsafe { *HANDLERS.0.get() }
+}
+
+/// Starts the timer, the serial port and the interrupts.
+pub fn start(handlers: &'static Handlers) {
+    // SAFETY: no interrupt is enabled yet, so nothing reads it.
+    unsafe { *HANDLERS.0.get() = Some(handlers) };
+    write(TIME + 0x4, u32::MAX);
+    write(TIME + 0x8, u32::MAX);
+    write(TIME, 1);
+    write(BUS + BAUD_DIVIDER, 16);
+    write(BUS + CONTROL, 0b1011);
+    write(CONSOLE + BAUD_DIVIDER, 16);
+    write(CONSOLE + CONTROL, 0b11);
+    // SysTick only ends a wait, every 10 ms.
+    write(0xE000_E014, 249_999);
+    write(0xE000_E018, 0);
+    write(0xE000_E010, 0b111);
+    // The work has the lowest priority, the port and the alarm the highest.
+    write(SYSTEM_PRIORITY_3, 0xFF << 16);
+    for interrupt in [0, 1, 9] {
+        let register = NVIC_PRIORITY + (interrupt & !3);
+        write(register, read(register) & !(0xFF << (interrupt % 4 * 8)));
+        write(NVIC_ENABLE, 1 << interrupt);
+    }
+}
+
+/// Sets the bit rate. Returns whether the port has it; the emulated one has all and knows none.
+pub fn set_rate(bits_per_second: u32) -> bool {
+    (RATES.0..=RATES.1).contains(&bits_per_second)
+}
+
+/// The time; wraps.
+#[inline]
+#[must_use]
+pub fn ticks() -> u32 {
+    u32::MAX.wrapping_sub(read(TIME + 0x4))
+}
+
+/// Calls [`Handlers::work`] as soon as no character is being handled.
+#[inline]
+pub fn request_work() {
+    write(ICSR, 1 << 28);
+}
+
+/// Calls [`Handlers::alarm`] after this number of ticks, at least one. Replaces the alarm before.
+pub fn set_alarm(after: u32) {
+    write(ALARM, 0);
+    write(ALARM + 0xC, 1);
+    write(ALARM + 0x4, after.max(1));
+    // Counts once: the handler stops it.
+    write(ALARM + 0x8, after.max(1));
+    write(ALARM, 0b1001);
+}
+
+/// Copies octets that [`send`] sends. Returns whether nothing is being sent and the octets fit.
+pub fn prepare(octets: &[u8]) -> bool {
+    if OUTGOING.next.load(Ordering::Relaxed) != OUTGOING.end.load(Ordering::Relaxed) {
+        return false;
+    }
+    // SAFETY: nothing is being sent, so the interrupt does not read the octets.
+    let Some(place) = (unsafe { &mut *OUTGOING.octets.get() }).get_mut(..octets.len()) else { return false };
+    place.copy_from_slice(octets);
+    OUTGOING.length.store(octets.len() as u32, Ordering::Release);
+    true
+}
+
+/// Begins to send what was prepared, once.
+pub fn send() {
+    let length = OUTGOING.length.load(Ordering::Acquire);
+    OUTGOING.length.store(0, Ordering::Relaxed);
+    if length > 0 {
+        OUTGOING.next.store(0, Ordering::Relaxed);
+        OUTGOING.end.store(length, Ordering::Release);
+        write(BUS + CONTROL, 0b1111);
+        send_next();
+    }
+}
+
+fn send_next() {
+    let next = OUTGOING.next.load(Ordering::Relaxed);
+    if next >= OUTGOING.end.load(Ordering::Acquire) {
+        write(BUS + CONTROL, 0b1011);
+        return;
+    }
+    // SAFETY: octets are being sent, so `send` does not write them.
+    if let Some(octet) = unsafe { &*OUTGOING.octets.get() }.get(next as usize) {
+        write(BUS + DATA, u32::from(*octet));
+    }
+    OUTGOING.next.store(next.wrapping_add(1), Ordering::Release);
+}
+
+extern "C" fn on_received() {
+    write(BUS + INTERRUPT, 0b10);
+    let state = read(BUS + STATE);
+    if state & 0b10 == 0 {
+        return;
+    }
+    let octet = read(BUS + DATA) as u8;
+    let overrun = state & 0b1000 != 0;
+    if overrun {
+        write(BUS + STATE, 0b1000);
+    }
+    if let Some(handlers) = handlers() {
+        (handlers.character)(if overrun { Err(LineError) } else { Ok(octet) });
+    }
+}
+
+extern "C" fn on_sent() {
+    write(BUS + INTERRUPT, 0b01);
+    send_next();
+    if OUTGOING.next.load(Ordering::Relaxed) == OUTGOING.end.load(Ordering::Relaxed)
+        && read(BUS + STATE) & 1 == 0
+        && let Some(handlers) = handlers()
+    {
+        (handlers.sent)();
+    }
+}
+
+extern "C" fn on_alarm() {
+    write(ALARM, 0);
+    write(ALARM + 0xC, 1);
+    if let Some(handlers) = handlers() {
+        (handlers.alarm)();
+    }
+}
+
+extern "C" fn on_tick() {}
+
+extern "C" fn on_work() {
+    if let Some(handlers) = handlers() {
+        (handlers.work)();
+    }
+}
+
+/// Waits for an interrupt.
+pub fn wait() {
+    // SAFETY: has no effect on memory.
+    unsafe { core::arch::asm!("wfi") };
+}
+
+/// Tells the watchdog that the program runs; the emulated board has none.
+pub fn feed_watchdog() {}
+
+/// The address switch; above 125 there is none, and the stored address holds.
+#[must_use]
+pub fn address_switch() -> u8 {
+    5
+}
+
+/// A light of the board.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Light {
+    /// Data exchange.
+    Bus,
+    /// A fault.
+    Fault,
+}
+
+/// Switches a light on or off; the emulated board has none.
+pub fn set_light(_light: Light, _on: bool) {}
+
+/// Resets the processor.
+pub fn restart() -> ! {
+    write(AIRCR, 0x05FA_0004);
+    loop {
+        wait();
+    }
+}
+
+/// An octet from the console, if there is one.
+#[must_use]
+pub fn console_octet() -> Option<u8> {
+    (read(CONSOLE + STATE) & 0b10 != 0).then(|| read(CONSOLE + DATA) as u8)
+}
+
+/// Writes to the console and waits until it is sent.
+pub fn print(text: &[u8]) {
+    for octet in text {
+        while read(CONSOLE + STATE) & 1 != 0 {}
+        write(CONSOLE + DATA, u32::from(*octet));
+    }
+}
+
+/// The two pages for nonvolatile values.
+pub mod flash {
+    use super::{AtomicU32, Ordering, read_volatile, restart, write_volatile};
+
+    /// The octets of a page.
+    pub const PAGE: usize = 4096;
+
+    const FIRST: usize = 0x2100_0000;
+
+    /// After this number of operations the power fails; 0 for never.
+    static CUT_AFTER: AtomicU32 = AtomicU32::new(0);
+
+    /// The number of operations since the start.
+    static OPERATIONS: AtomicU32 = AtomicU32::new(0);
+
+    /// The address of a word, inside the pages in any case.
+    fn address(page: usize, offset: usize) -> usize {
+        FIRST + page % 2 * PAGE + (offset & (PAGE - 4))
+    }
+
+    /// The word at `offset` of a page, 0 or 1.
+    #[must_use]
+    pub fn word(page: usize, offset: usize) -> u32 {
+        // SAFETY: the address is inside the pages, a RAM that nothing else uses.
+        unsafe { read_volatile(address(page, offset) as *const u32) }
+    }
+
+    /// Writes a word: bits become 0, none becomes 1.
+    pub fn program(page: usize, offset: usize, value: u32) {
+        operate();
+        // SAFETY: as in `word`.
+        unsafe { write_volatile(address(page, offset) as *mut u32, word(page, offset) & value) }
+    }
+
+    /// Erases a page: all bits become 1.
+    pub fn erase(page: usize) {
+        for offset in (0..PAGE).step_by(4) {
+            // A power cut may leave a page half erased.
+            if offset == PAGE / 2 {
+                operate();
+            }
+            // SAFETY: as in `word`.
+            unsafe { write_volatile(address(page, offset) as *mut u32, u32::MAX) }
+        }
+    }
+
+    /// Lets the power fail before the operation of this number from now on, 1 for the next.
+    pub fn cut_power_after(operations: u32) {
+        OPERATIONS.store(0, Ordering::Relaxed);
+        CUT_AFTER.store(operations, Ordering::Relaxed);
+    }
+
+    /// The number of operations since the start or since [`cut_power_after`].
+    #[must_use]
+    pub fn operations() -> u32 {
+        OPERATIONS.load(Ordering::Relaxed)
+    }
+
+    fn operate() {
+        let count = OPERATIONS.load(Ordering::Relaxed).wrapping_add(1);
+        OPERATIONS.store(count, Ordering::Relaxed);
+        if count == CUT_AFTER.load(Ordering::Relaxed) {
+            restart();
+        }
+    }
+}
+
+#[repr(C)]
+union Vector {
+    handler: extern "C" fn(),
+    reset: unsafe extern "C" fn() -> !,
+    stack: *const u32,
+    reserved: u32,
+}
+
+// SAFETY: never changes.
+unsafe impl Sync for Vector {}
+
+unsafe extern "C" {
+    static __stack_top: u32;
+}
+
+const NONE: Vector = Vector { reserved: 0 };
+const OTHER: Vector = Vector { handler: unexpected };
+
+/// The vector table: stack, reset, exceptions, interrupts 0 to 9.
+#[used]
+#[unsafe(link_section = ".vectors")]
+static VECTORS: [Vector; 26] = [
+    Vector { stack: &raw const __stack_top },
+    Vector { reset },
+    OTHER,
+    OTHER,
+    OTHER,
+    OTHER,
+    OTHER,
+    NONE,
+    NONE,
+    NONE,
+    NONE,
+    OTHER,
+    OTHER,
+    NONE,
+    Vector { handler: on_work },
+    Vector { handler: on_tick },
+    Vector { handler: on_received },
+    Vector { handler: on_sent },
+    OTHER,
+    OTHER,
+    OTHER,
+    OTHER,
+    OTHER,
+    OTHER,
+    OTHER,
+    Vector { handler: on_alarm },
+];

@@ -1,0 +1,136 @@
+//! Start of the processor, and what all Cortex-M have.
+
+use core::arch::asm;
+use core::ptr::{read_volatile, write_volatile};
+
+unsafe extern "C" {
+    static mut __data_start: u32;
+    static mut __data_end: u32;
+    static __data_load: u32;
+    static mut __bss_start: u32;
+    static mut __bss_end: u32;
+    static __stack_top: u32;
+}
+
+unsafe extern "Rust" {
+    /// The program, with `#[unsafe(no_mangle)]`: [`entry`](crate::entry) makes it.
+    safe fn __profivac_main() -> !;
+}
+
+/// The octets with which the free stack is filled at the start.
+const PAINT: u32 = 0x5041_494E;
+
+/// Declares the function where the program begins: `entry!(main)`.
+#[macro_export]
+macro_rules! entry {
+    ($main:path) => {
+        #[doc(hidden)]
+        #[unsafe(no_mangle)]
+        fn __profivac_main() -> ! {
+            $main()
+        }
+    };
+}
+
+/// The first instructions after a reset.
+///
+/// # Safety
+/// Only the processor calls it, with the stack pointer at the top of the stack.
+pub unsafe extern "C" fn reset() -> ! {
+    // SAFETY: nothing else runs yet; the symbols of the linker script enclose these sections and the free stack.
+    unsafe {
+        #[cfg(target_abi = "eabihf")]
+        {
+            // CPACR: the compiler may use the FPU from here on.
+            let cpacr = 0xE000_ED88 as *mut u32;
+            write_volatile(cpacr, read_volatile(cpacr) | 0xF << 20);
+            asm!("dsb", "isb");
+        }
+        let mut from = &raw const __data_load;
+        let mut to = &raw mut __data_start;
+        while to < &raw mut __data_end {
+            write_volatile(to, read_volatile(from));
+            to = to.add(1);
+            from = from.add(1);
+        }
+        let mut to = &raw mut __bss_start;
+        while to < &raw mut __bss_end {
+            write_volatile(to, 0);
+            to = to.add(1);
+        }
+        // The stack of this function lies above.
+        let mut stack: u32;
+        asm!("mov {}, sp", out(reg) stack);
+        let mut to = &raw mut __bss_end;
+        while (to as u32) < stack {
+            write_volatile(to, PAINT);
+            to = to.add(1);
+        }
+    }
+    __profivac_main()
+}
+
+/// The octets of RAM between the data and the deepest use of the stack, and the octets of the stack that were used.
+#[must_use]
+pub fn free_stack() -> (u32, u32) {
+    // SAFETY: reads words between the data and the top of the stack.
+    unsafe {
+        let start = &raw const __bss_end;
+        let top = &raw const __stack_top as u32;
+        let mut at = start;
+        while (at as u32) < top && read_volatile(at) == PAINT {
+            at = at.add(1);
+        }
+        ((at as u32).wrapping_sub(start as u32), top.wrapping_sub(at as u32))
+    }
+}
+
+/// Calls `action` while no other context runs.
+#[inline]
+pub fn masked<R>(action: impl FnOnce() -> R) -> R {
+    let primask: u32;
+    // SAFETY: the register is restored below.
+    unsafe {
+        asm!("mrs {}, PRIMASK", "cpsid i", out(reg) primask);
+    }
+    let result = action();
+    if primask & 1 == 0 {
+        // SAFETY: interrupts were allowed before.
+        unsafe {
+            asm!("cpsie i");
+        }
+    }
+    result
+}
+
+/// Calls `action` while the work context does not run; the character context goes on where the processor allows it.
+#[cfg(target_abi = "eabihf")]
+#[inline]
+pub fn hold_work<R>(action: impl FnOnce() -> R) -> R {
+    // The work context has the lowest priority, so only the main context calls this, with a mask of 0.
+    // SAFETY: the mask is taken away below.
+    unsafe {
+        asm!("msr BASEPRI, {}", in(reg) 0xF0_u32);
+        asm!("isb");
+    }
+    let result = action();
+    // SAFETY: as above.
+    unsafe {
+        asm!("msr BASEPRI, {}", in(reg) 0_u32);
+    }
+    result
+}
+
+/// Calls `action` while the work context does not run: this processor has no mask for priorities, so nothing else runs.
+#[cfg(not(target_abi = "eabihf"))]
+#[inline]
+pub fn hold_work<R>(action: impl FnOnce() -> R) -> R {
+    masked(action)
+}
+
+/// An exception that no program expects: waits for the watchdog.
+pub extern "C" fn unexpected() {
+    loop {
+        core::hint::spin_loop();
+    }
+}

@@ -1,0 +1,50 @@
+//! Commands of one octet on the console of the emulator, for the check.
+//!
+//! | Octet | Effect |
+//! |---|---|
+//! | `s` | prints the free octets of RAM and the deepest stack |
+//! | `c` | prints the counters of the bus |
+//! | `o` | prints the number of operations of the flash |
+//! | 128 + N | lets the power fail before the flash operation N from now |
+
+use crate::counters;
+use profivac_board as board;
+use profivac_board::flash;
+
+/// Executes the commands that have arrived.
+pub fn serve() {
+    while let Some(octet) = board::console_octet() {
+        match octet {
+            b's' => {
+                let (free, used) = board::free_stack();
+                numbers(&[free, used]);
+            }
+            b'c' => {
+                let counters = counters();
+                numbers(&[counters.damaged, counters.lost, counters.late]);
+            }
+            b'o' => numbers(&[flash::operations()]),
+            0x80.. => {
+                flash::cut_power_after(u32::from(octet & 0x7F));
+                numbers(&[]);
+            }
+            _ => {}
+        }
+    }
+}
+
+/// Prints the numbers in hexadecimal digits, and ends the line.
+fn numbers(numbers: &[u32]) {
+    for number in numbers {
+        for shift in (0..u32::BITS).step_by(4).rev() {
+            let digit = (number >> shift & 0xF) as u8;
+            board::print(&[if digit < 10 {
+                b'0'.wrapping_add(digit)
+            } else {
+                b'a'.wrapping_sub(10).wrapping_add(digit)
+            }]);
+        }
+        board::print(b" ");
+    }
+    board::print(b"\n");
+}

@@ -1,0 +1,181 @@
+//! The three contexts of a gauge.
+
+use profivac_board::{self as board, Exclusive, Handlers, LineError};
+use profivac_devices::SimulatedDevice;
+use profivac_devices::profile::beside::{Application, BusSide};
+use profivac_devices::profile::{Behaviour, BlockDevice};
+use profivac_devices::store::Store;
+use profivac_dp::link::{Baud, BitTime};
+use profivac_runtime::bus::{BusStation, Line, Next, Timing};
+use profivac_wire::{MAX_TELEGRAM, Telegram};
+
+const TIMING: Timing = Timing { ticks_per_second: board::TICKS_PER_SECOND, idle_us: board::IDLE_US };
+
+/// How often the application runs, at most, in microseconds.
+const PERIOD_US: u32 = 10_000;
+
+const SECONDS_PER_TICK: f64 = 1.0 / board::TICKS_PER_SECOND as f64;
+
+const TICKS_PER_US: u32 = board::TICKS_PER_SECOND / 1_000_000;
+
+/// What the character context owns.
+static LINE: Exclusive<Line> = Exclusive::new();
+
+/// What the work context owns.
+static BUS: Exclusive<BusStation<BusSide>> = Exclusive::new();
+
+static HANDLERS: Handlers = Handlers { character, alarm, sent, work };
+
+fn character(octet: Result<u8, LineError>) {
+    let ticks = board::ticks();
+    let is_complete = LINE.with(|line| line.character(ticks, octet.ok()));
+    if is_complete == Some(true) {
+        board::request_work();
+    }
+}
+
+/// The first bit may leave.
+fn alarm() {
+    board::send();
+}
+
+const fn sent() {}
+
+/// A telegram is complete, or time has passed.
+fn work() {
+    let mut place = [0; MAX_TELEGRAM];
+    let taken = board::masked(|| LINE.with(|line| line.take(&mut place)));
+    match taken.flatten() {
+        Some((end, octets)) => serve(end, octets),
+        None => poll(),
+    }
+}
+
+fn poll() {
+    let next = BUS.with(|bus| bus.poll(board::ticks()));
+    if let Some(Next::SetRate(baud)) = next {
+        set_rate(baud);
+    }
+    board::masked(|| LINE.with(|line| line.follow(board::ticks())));
+}
+
+fn serve(end: BitTime, octets: &[u8]) {
+    let Ok(telegram) = Telegram::parse(octets) else {
+        board::masked(|| LINE.with(Line::reject));
+        return;
+    };
+    BUS.with(|bus| match bus.telegram(end, &telegram, board::ticks) {
+        Next::Wait => {}
+        Next::Send { after, octets } => send(after, octets),
+        Next::SetRate(baud) => set_rate(baud),
+    });
+}
+
+fn send(after: u32, octets: &[u8]) {
+    if !board::prepare(octets) {
+        return;
+    }
+    match after {
+        0 => board::send(),
+        _ => board::set_alarm(after),
+    }
+}
+
+#[inline(never)]
+fn set_rate(baud: Baud) {
+    board::set_rate(baud.bits_per_second());
+    board::masked(|| LINE.set(Line::new(&TIMING, baud, board::ticks())));
+}
+
+/// What a program adds to a device: its sensors.
+pub trait Gauge<B, S> {
+    /// Measures, and gives the device what was measured. `seconds` have passed since the last call.
+    fn measure(&mut self, device: &mut BlockDevice<B, S>, seconds: f64);
+}
+
+/// Runs a gauge. `baud` is the rate of the bus; `None` searches it.
+pub fn run<B: Behaviour, S: Store>(
+    device: &mut BlockDevice<B, S>,
+    gauge: &mut impl Gauge<B, S>,
+    baud: Option<Baud>,
+) -> ! {
+    start_bus(device, baud);
+    let mut application = Application::new(device);
+    board::start(&HANDLERS);
+    let mut last = board::ticks();
+    loop {
+        let passed = board::ticks().wrapping_sub(last);
+        last = last.wrapping_add(passed);
+        let seconds = f64::from(passed) * SECONDS_PER_TICK;
+        adopt(&mut application);
+        application.device_mut().advance(seconds);
+        gauge.measure(application.device_mut(), seconds);
+        publish(&mut application);
+        board::request_work();
+        board::feed_watchdog();
+        #[cfg(feature = "diagnostics")]
+        crate::diagnostics::serve();
+        while board::ticks().wrapping_sub(last) < PERIOD_US.wrapping_mul(TICKS_PER_US) && !has_tasks() {
+            board::wait();
+        }
+    }
+}
+
+/// A function of its own, so that the slave is on the stack only while it is made.
+#[inline(never)]
+fn start_bus<B: Behaviour, S: Store>(device: &BlockDevice<B, S>, baud: Option<Baud>) {
+    let ticks = board::ticks();
+    let side = BusSide::new(device);
+    let address = side.address();
+    BUS.set(match baud {
+        Some(baud) => BusStation::fixed(side, address, &TIMING, baud, ticks),
+        None => BusStation::searching(side, address, &TIMING, ticks),
+    });
+    set_rate(baud.unwrap_or(Baud::B12000000));
+}
+
+fn with_bus<R>(action: impl FnOnce(&mut BusStation<BusSide>) -> R) -> Option<R> {
+    board::hold_work(|| BUS.with(action))
+}
+
+/// Whether a master wants something.
+fn has_tasks() -> bool {
+    with_bus(|bus| bus.device_mut().has_tasks()).unwrap_or(false)
+}
+
+/// Does what the bus wants. Tasks and snapshot are in functions of their own, so that they are not on the stack together.
+#[inline(never)]
+fn adopt<B: Behaviour, S: Store>(application: &mut Application<'_, B, S>) {
+    if let Some(tasks) = with_bus(|bus| bus.device_mut().take_tasks()) {
+        application.adopt(&tasks);
+    }
+}
+
+#[inline(never)]
+fn publish<B: Behaviour, S: Store>(application: &mut Application<'_, B, S>) {
+    let snapshot = application.snapshot();
+    let is_exchanging = with_bus(|bus| {
+        bus.device_mut().publish(&snapshot);
+        bus.device_mut().is_exchanging()
+    });
+    board::set_light(board::Light::Bus, is_exchanging == Some(true));
+}
+
+/// Numbers for a diagnosis of the bus.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Counters {
+    /// Damaged telegrams, character errors and long gaps.
+    pub damaged: u32,
+    /// Telegrams that the work context did not take in time.
+    pub lost: u32,
+    /// Answers that were too late and not sent.
+    pub late: u32,
+}
+
+/// The counters since the start.
+#[must_use]
+pub fn counters() -> Counters {
+    let errors = board::masked(|| LINE.with(|line| line.errors()));
+    let (damaged, lost) = errors.unwrap_or_default();
+    Counters { damaged, lost, late: with_bus(|bus| bus.late()).unwrap_or_default() }
+}

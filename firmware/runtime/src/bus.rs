@@ -1,0 +1,197 @@
+//! The slave on a line: what the interrupts of a serial port and a timer call.
+//!
+//! | Context | Owns | Calls |
+//! |---|---|---|
+//! | character | [`Line`] | [`Line::character`] |
+//! | work | [`BusStation`] | [`BusStation::telegram`], [`BusStation::poll`] |
+
+use crate::clock::TickClock;
+use profivac_dp::link::{Baud, BitTime, Rate, RateControl, Receiver, Station, T_SYN_TBIT, Transmit};
+use profivac_dp::slave::{Device, Slave};
+use profivac_wire::{MAX_TELEGRAM, Telegram};
+
+/// The timer and the serial port of a board.
+#[derive(Clone, Copy, Debug)]
+pub struct Timing {
+    /// The ticks of the timer in a second.
+    pub ticks_per_second: u32,
+    /// The idle time of the line that the port can measure, in microseconds; 0 for one that measures 33 bit times.
+    pub idle_us: u64,
+}
+
+impl Timing {
+    fn clock(&self, baud: Baud, ticks: u32) -> TickClock {
+        TickClock::new(self.ticks_per_second, baud, ticks)
+    }
+
+    fn idle_tbit(&self, baud: Baud) -> u64 {
+        baud.tbit_of_us(self.idle_us).max(T_SYN_TBIT)
+    }
+}
+
+/// The receiver of the character interrupt.
+#[derive(Clone, Debug)]
+pub struct Line {
+    receiver: Receiver,
+    clock: TickClock,
+    /// The end of the character that completed a telegram.
+    end: BitTime,
+    /// A telegram waits.
+    is_complete: bool,
+    /// Telegrams that were not taken before the next character.
+    lost: u32,
+}
+
+impl Line {
+    /// Begins to listen.
+    #[must_use]
+    pub fn new(timing: &Timing, baud: Baud, ticks: u32) -> Self {
+        Self {
+            receiver: Receiver::with_idle(BitTime(0), timing.idle_tbit(baud)),
+            clock: timing.clock(baud, ticks),
+            end: BitTime(0),
+            is_complete: false,
+            lost: 0,
+        }
+    }
+
+    /// A character ended; `None` for one with an error. Returns whether a telegram may be complete.
+    #[inline]
+    pub fn character(&mut self, ticks: u32, octet: Option<u8>) -> bool {
+        let end = self.clock.at(ticks);
+        if self.is_complete {
+            self.lose();
+        }
+        let Some(octet) = octet else {
+            self.receiver.character_error(end);
+            return false;
+        };
+        if self.receiver.collect(end, octet) {
+            (self.end, self.is_complete) = (end, true);
+        }
+        self.is_complete
+    }
+
+    #[cold]
+    fn lose(&mut self) {
+        self.is_complete = false;
+        self.lost = self.lost.saturating_add(1);
+        self.receiver.reject();
+    }
+
+    /// The octets of the telegram and the time of its end, if one waits. The caller keeps the interrupt away meanwhile.
+    pub fn take<'a>(&mut self, place: &'a mut [u8; MAX_TELEGRAM]) -> Option<(BitTime, &'a [u8])> {
+        core::mem::take(&mut self.is_complete).then(|| (self.end, self.receiver.take(place)))
+    }
+
+    /// The octets taken last were no telegram.
+    pub fn reject(&mut self) {
+        self.receiver.reject();
+    }
+
+    /// Lets the clock follow a timer that wraps. The caller keeps the interrupt away meanwhile.
+    pub fn follow(&mut self, ticks: u32) {
+        self.clock.at(ticks);
+    }
+
+    /// The number of damaged telegrams, and of those that were not taken in time.
+    #[must_use]
+    pub const fn errors(&self) -> (u32, u32) {
+        (self.receiver.damaged(), self.lost)
+    }
+}
+
+/// What the program has to do after a call.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Next<'a> {
+    /// Nothing.
+    Wait,
+    /// Send these octets after this number of ticks.
+    Send {
+        /// From the ticks of the call; 0 for at once.
+        after: u32,
+        /// The telegram.
+        octets: &'a [u8],
+    },
+    /// Set the port to this rate, and begin with a new [`Line`].
+    SetRate(Baud),
+}
+
+/// The slave, its clock and its rate: what the work interrupt owns.
+#[derive(Clone, Debug)]
+pub struct BusStation<D> {
+    slave: Slave<D>,
+    rate: RateControl,
+    clock: TickClock,
+    /// Answers that were not sent, because max T_SDR had passed.
+    late: u32,
+}
+
+impl<D: Device> BusStation<D> {
+    /// A station at a fixed rate.
+    pub fn fixed(device: D, address: u8, timing: &Timing, baud: Baud, ticks: u32) -> Self {
+        Self::new(device, address, timing, RateControl::fixed(baud), ticks)
+    }
+
+    /// A station that searches the rate, from the highest down.
+    pub fn searching(device: D, address: u8, timing: &Timing, ticks: u32) -> Self {
+        Self::new(device, address, timing, RateControl::automatic(BitTime(0)), ticks)
+    }
+
+    fn new(device: D, address: u8, timing: &Timing, rate: RateControl, ticks: u32) -> Self {
+        let baud = rate.rate().baud();
+        Self { slave: Slave::new(device, address, baud), rate, clock: timing.clock(baud, ticks), late: 0 }
+    }
+
+    /// The rate of the port.
+    #[must_use]
+    pub const fn baud(&self) -> Baud {
+        self.rate.rate().baud()
+    }
+
+    /// The slave.
+    pub const fn slave(&self) -> &Slave<D> {
+        &self.slave
+    }
+
+    /// The device, to copy tasks and snapshots.
+    pub const fn device_mut(&mut self) -> &mut D {
+        self.slave.device_mut()
+    }
+
+    /// The number of answers that were not sent, because max T_SDR had passed.
+    #[must_use]
+    pub const fn late(&self) -> u32 {
+        self.late
+    }
+
+    /// A valid telegram ended at `end`. `ticks` is read when the answer is ready: an answer after max T_SDR is dropped, because
+    /// the master has given up then and may be sending.
+    pub fn telegram(&mut self, end: BitTime, telegram: &Telegram<'_>, ticks: impl FnOnce() -> u32) -> Next<'_> {
+        let Self { slave, rate, clock, late } = self;
+        if rate.telegram_received(end, telegram, slave.address()) {
+            slave.rate_found(rate.rate().baud());
+        }
+        let Rate::Found(baud) = rate.rate() else { return Next::Wait };
+        let Some(Transmit { not_before, octets }) = slave.telegram(end, telegram) else { return Next::Wait };
+        let now = clock.at(ticks());
+        if now > end + u64::from(baud.max_tsdr_tbit()) {
+            *late = late.saturating_add(1);
+            return Next::Wait;
+        }
+        let wait_tbit = not_before - now;
+        Next::Send { after: if wait_tbit == 0 { 0 } else { clock.ticks_in(wait_tbit) }, octets }
+    }
+
+    /// Advances the time: watchdog, connections and the search of the rate. To be called at least every 10 ms.
+    pub fn poll(&mut self, ticks: u32) -> Next<'static> {
+        let now = self.clock.at(ticks);
+        self.slave.poll(now);
+        if !self.rate.elapse(now, self.slave.watchdog_is_running()) {
+            return Next::Wait;
+        }
+        let baud = self.baud();
+        self.clock = self.clock.restarted(baud, ticks);
+        Next::SetRate(baud)
+    }
+}
