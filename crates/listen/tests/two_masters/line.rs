@@ -339,6 +339,13 @@ impl Line {
         }
     }
 
+    /// Runs until no telegram is on the line: masters and listeners have counted the same ones.
+    pub fn settle(&mut self, listeners: &mut [&mut Listener]) {
+        while self.held.is_some() {
+            self.run_tbit(2, listeners);
+        }
+    }
+
     /// Adds the damage to the slave of the request that was sent then, or whose answer was due.
     fn attribute_damage(&mut self) {
         let mut left: Vec<(BitTime, Vec<u8>)> = Vec::new();

@@ -238,6 +238,7 @@ fn disturbed(baud: Baud, seconds: u64) {
             equal[1] += if is_late { compare(&line, &after) } else { 0 };
         }
     }
+    line.settle(&mut [&mut before, &mut after]);
     let totals = before.observer.totals();
     println!("{seconds} s at {baud}: {equal:?} pressures equal, {totals:?}");
     // In a ring at 19.2 kbit/s the second master needs its time to enter.
