@@ -84,6 +84,7 @@ impl Observer {
                 if let Some(station) = self.station_mut(slave) {
                     station.knowledge.configure(answer.du);
                 }
+                self.report_contradictions(slave);
             }
             sap if is_acyclic(sap) => self.record_answered(slave, request, answer.du, start),
             _ => {}

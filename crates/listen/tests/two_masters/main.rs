@@ -562,6 +562,43 @@ fn parameters_that_pass_are_shown_with_name_value_and_requester() {
     );
 }
 
+/// The file says mbar and another configuration than the line: an event and a sentence for each, once, and none when they agree again.
+#[test]
+fn a_file_that_contradicts_the_line_is_an_event_and_a_sentence() {
+    let model = model_named("bcg450").unwrap();
+    let [file, line] = [&model.configurations[0], &model.configurations[1]];
+    let (mbar, torr) = (model.unit_named("mbar").unwrap(), model.unit_named("Torr").unwrap());
+    let mut listener = Listener::new(Baud::B19200);
+    listener.observer.declare(9, Declared { model, configuration: Some(file), unit: Some(mbar) });
+    let mut now = 0;
+    let [high, low] = model.ident.to_be_bytes();
+    let mut start = |unit: u16, configuration: &Configuration| {
+        let user = model.user_prm.iter().find(|prm| prm.unit_code() == unit).unwrap().octets;
+        let prm = [&[0x88, 1, 100, 11, high, low, 0][..], user].concat();
+        for octets in [
+            emit(9, 1, Some((61, 62)), 0x6D, &prm),
+            vec![0xE5],
+            emit(9, 1, Some((62, 62)), 0x5D, configuration.octets),
+            vec![0xE5],
+        ] {
+            listener.hear(&Chunk { start: Some(BitTime(now)), octets: octets.clone(), ..Chunk::default() });
+            now += 11 * octets.len() as u64 + 40;
+        }
+        let station = listener.observer.station(9).unwrap();
+        let events = listener.observer.events().iter().map(|event| event.text.clone());
+        (events.filter(|text| text.contains("the file says")).collect::<Vec<_>>(), station.knowledge.unknown())
+    };
+    assert_eq!(start(mbar.code, file), (vec![], vec![]));
+    let (events, sentences) = start(torr.code, line);
+    assert_eq!(events.len(), 2, "{events:?}");
+    assert_eq!(sentences[0], "the file says unit mbar, the line shows Torr: Torr counts, correct the file");
+    assert!(sentences[1].starts_with("the file says configuration "), "{sentences:?}");
+    assert!(events[0].ends_with(&sentences[0]) && events[1].ends_with(&sentences[1]), "{events:?}");
+    assert_eq!(start(torr.code, line).0.len(), 2, "once");
+    let (events, sentences) = start(mbar.code, file);
+    assert_eq!((events.len(), sentences.len()), (2, 0), "{sentences:?}");
+}
+
 /// Any number of masters: one rotation of the token shows all of them, and a master that leaves is missing in the next one.
 #[test]
 fn a_ring_of_any_number_of_masters_is_known_after_one_rotation() {
