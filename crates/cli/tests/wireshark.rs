@@ -7,6 +7,8 @@ mod common;
 
 use common::{Folder, run};
 use profivac_dp::link::{Baud, BitTime};
+use profivac_listen::flight::{FlightLimits, FlightRecorder};
+use profivac_listen::{Chunk, Divider, TimeSource};
 use profivac_sim::Trace;
 use profivac_sim::scenario::hex;
 use profivac_sim::trace::Entry;
@@ -467,6 +469,37 @@ fn a_bare_refusal_names_the_service_and_module_status_has_slot_and_specifier() {
 }
 
 /// A capture file needs times. Those that a source without times does not have are marked, and are none when the file is read again.
+/// The same telegrams through the flight recorder of a segment.
+#[test]
+fn a_capture_of_the_flight_recorder_is_read_by_wireshark_and_by_decode() {
+    let folder = Folder::new();
+    let (mut divider, mut pieces) = (Divider::new(Baud::B19200, TimeSource::Exact), Vec::new());
+    let trace = services();
+    for entry in &trace.entries {
+        let (start, octets) = (Some(entry.start), entry.octets.to_vec());
+        divider.push(&Chunk { start, octets, errors: entry.errors.clone(), is_continued: false }, &mut pieces);
+    }
+    divider.end(&mut pieces);
+    let limits = FlightLimits { before_ms: 3_600_000, ..FlightLimits::default() };
+    let mut flight = FlightRecorder::new(Baud::B19200, limits);
+    pieces.iter().for_each(|piece| flight.add(piece));
+    let end = trace.entries.back().unwrap().start;
+    flight.trigger(end, "a test");
+    let capture = flight.take_capture(end + Baud::B19200.tbit_of_ms(60_000)).unwrap();
+    let path = folder.name("flight.pcapng");
+    std::fs::write(&path, capture.file()).unwrap();
+    let (usual, explained) = captured(&folder);
+    let fields = ["profibus.sd", "profibus.da", "profibus.sa", "profibus.service"];
+    assert_eq!(rows(&path, &fields), rows(&usual, &fields));
+    let output = run(&["decode", &path]);
+    assert_eq!(output.status.code(), Some(0));
+    let without_times = |text: &str| -> Vec<String> {
+        text.lines().map(|line| line.trim_start_matches(|it: char| !it.is_alphabetic()).to_owned()).collect()
+    };
+    let decoded = String::from_utf8(output.stdout).unwrap();
+    assert_eq!(without_times(&decoded), without_times(&explained));
+}
+
 #[test]
 fn invented_times_are_marked_in_the_capture_file() {
     let folder = Folder::new();

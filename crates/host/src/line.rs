@@ -288,6 +288,9 @@ impl<C: Stations> Line<C> {
     fn transmit_next(&mut self, mut first: Outgoing, now: BitTime, out: &mut Vec<u8>) -> Option<Outgoing> {
         let due = self.next_octet(&first);
         if first.started.is_none() {
+            if self.pace == Pace::ByPort {
+                self.receiver.own_telegram();
+            }
             first.started = Some(now);
             first.hits = self.noise.corrupt(&mut first.octets);
             if self.pace != Pace::ByLine {
@@ -472,6 +475,27 @@ mod tests {
         line.advance(BitTime(300), &mut out);
         assert_eq!(notes(&line, 0), [(150, "busy"), (166, "sent"), (190, "busy")]);
         assert_eq!(out, REQUEST);
+    }
+
+    /// A measured pause raised the tolerated one beyond the time that a master waits.
+    #[test]
+    fn what_came_before_an_own_telegram_neither_joins_nor_hides_the_answer_behind_it() {
+        let octets: [&[Character]; 3] =
+            [&[Character::Octet(0x68), Character::Octet(5)], &[Character::Octet(0x00)], &[Character::Error]];
+        for before in octets {
+            let mut line = line(Pace::ByPort, vec![Notebook { wake_at: Some(BitTime(300)), ..Notebook::at(2) }]);
+            for (character, end) in before.iter().zip((200..).step_by(11)) {
+                line.receive(BitTime(end), *character);
+            }
+            line.set_idle(5000);
+            line.advance(BitTime(300), &mut Vec::new());
+            line.advance(BitTime(366), &mut Vec::new());
+            for (octet, end) in ANSWER.iter().zip((400..).step_by(11)) {
+                line.receive(BitTime(end), Character::Octet(*octet));
+            }
+            assert_eq!(notes(&line, 0).last(), Some(&(455, "8 to 2")), "{before:?}");
+            assert_eq!(line.damaged_telegrams(), 1, "{before:?}");
+        }
     }
 
     #[test]

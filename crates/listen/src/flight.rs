@@ -3,7 +3,7 @@
 use profivac_dp::link::{Baud, BitTime};
 use profivac_explain::frame::{Piece, PieceKind};
 use profivac_sim::trace::Entry;
-use profivac_sim::trace::pcapng::{PROFIBUS_DL, Times, file_header, packet};
+use profivac_sim::trace::pcapng::{Times, USER0, file_header, packet};
 use std::collections::VecDeque;
 use std::fs;
 use std::io;
@@ -73,7 +73,7 @@ impl Capture {
     /// The contents of the file, as Wireshark and `profivac decode` read it. Making it takes long for a full memory: a bus thread does not.
     #[must_use]
     pub fn file(&self) -> Vec<u8> {
-        let mut file = file_header(self.baud, PROFIBUS_DL);
+        let mut file = file_header(self.baud, USER0);
         let mut rest = self.octets.as_slice();
         for piece in &self.pieces {
             let (octets, behind) = rest.split_at_checked(usize::from(piece.length)).unwrap_or_default();

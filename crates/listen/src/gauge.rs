@@ -245,10 +245,10 @@ impl Knowledge {
         Some(GaugeReading { facts, values: facts.slave.decode_inputs(&self.inputs), at })
     }
 
-    /// Sentences about what the traffic has not shown about the slave.
+    /// Sentences about what the traffic has not shown about the slave, and about what it shows otherwise than the file.
     #[must_use]
     pub fn unknown(&self) -> Vec<String> {
-        let mut all = Vec::new();
+        let mut all = self.contradictions();
         let Some((model, model_origin)) = self.model() else {
             let why = match self.ident {
                 Some(ident) => format!("the device with ident {ident:04X} is not one that profivac knows"),
@@ -279,6 +279,28 @@ impl Knowledge {
         }
         all.extend(facts.slave.assumption().map(str::to_owned));
         all
+    }
+
+    /// Sentences about what the file says otherwise than the line: the unit and the configuration. The line counts.
+    #[must_use]
+    pub fn contradictions(&self) -> Vec<String> {
+        let Some((model, _)) = self.model() else { return Vec::new() };
+        let Some(declared) = self.declared.filter(|declared| declared.model.name == model.name) else {
+            return Vec::new();
+        };
+        let heard_unit = self.unit_code.and_then(|code| model.unit(code));
+        let unit = declared.unit.zip(heard_unit).filter(|(file, line)| file.code != line.code);
+        let unit = unit.map(|(file, line)| {
+            let (file, line) = (file.name, line.name);
+            format!("the file says unit {file}, the line shows {line}: {line} counts, correct the file")
+        });
+        let heard = Some(&self.configuration).filter(|octets| !octets.is_empty());
+        let configuration = declared.configuration.zip(heard).filter(|(file, line)| file.octets != line.as_slice());
+        let configuration = configuration.map(|(file, line)| {
+            let (file, line) = (Hex(file.octets), Hex(line));
+            format!("the file says configuration {file}, the line shows {line}: the line counts, correct the file")
+        });
+        unit.into_iter().chain(configuration).collect()
     }
 
     fn fits(&self, configuration: &Configuration) -> bool {

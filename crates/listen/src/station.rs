@@ -88,6 +88,8 @@ pub struct Station {
     pub longest_sequence: u32,
     /// The device of a slave.
     pub knowledge: Knowledge,
+    /// The contradictions between file and line that events have reported.
+    pub contradictions: Vec<String>,
     /// The tables of its device.
     pub tables: DeviceTables,
     /// The parameters that passed.
@@ -151,6 +153,7 @@ impl Station {
             counts: CountsOverTime::new(baud),
             longest_sequence: 0,
             knowledge: Knowledge::default(),
+            contradictions: Vec::new(),
             tables: DeviceTables::default(),
             parameters: Parameters::default(),
             interval: Histogram::default(),

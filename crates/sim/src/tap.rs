@@ -80,6 +80,8 @@ pub(crate) struct Tap {
     flip: BitTime,
     line_noise: Option<Noise>,
     pub(crate) own_noise: Option<Noise>,
+    /// The characters with the times of their ends, if they are kept.
+    pub(crate) kept: Option<Vec<(BitTime, Character)>>,
 }
 
 impl Tap {
@@ -96,6 +98,7 @@ impl Tap {
             flip: NEVER,
             line_noise,
             own_noise: None,
+            kept: None,
         };
         tap.find_flip(now);
         tap

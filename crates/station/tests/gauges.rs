@@ -85,11 +85,16 @@ fn gauges_that_are_absent_or_answer_no_class_2_master_do_not_slow_the_others() {
     fixture.exchanging("alone");
     fixture.until_problem("silent", "unit of the slave at address 6 cannot be read");
     fixture.until_problem("gone", "no slave answers");
-    let begin = [fixture.samples("alone"), fixture.samples("chamber")];
-    // Each missing gauge is searched every three seconds, so about twice meanwhile.
-    fixture.until("alone", |_| fixture.samples("alone") >= begin[0] + 300);
-    let during = [fixture.samples("alone") - begin[0], fixture.samples("chamber") - begin[1]];
-    assert!(during[1] * 10 >= during[0] * 9, "samples of alone and chamber: {during:?}");
+    // Each missing gauge is searched every three seconds, so about twice in each try. A delay that the search causes is in every try, one
+    // that the load of the computer causes is not.
+    let is_even = |[alone, chamber]: &[u32; 2]| chamber * 10 >= alone * 9;
+    let mut tries = Vec::new();
+    while tries.len() < 10 && !tries.last().is_some_and(is_even) {
+        let begin = [fixture.samples("alone"), fixture.samples("chamber")];
+        fixture.until("alone", |_| fixture.samples("alone") >= begin[0] + 300);
+        tries.push([fixture.samples("alone") - begin[0], fixture.samples("chamber") - begin[1]]);
+    }
+    assert!(tries.last().is_some_and(is_even), "samples of alone and chamber: {tries:?}");
     fixture.hall.apply(Fault::NoMs2(6, false));
     fixture.exchanging("silent");
     fixture.station.stop();

@@ -1,15 +1,15 @@
 //! `address`, `completions`, and the help texts.
 
-use crate::Line;
 use crate::common::run;
+use crate::{Line, PATIENTLY, without_late_answers};
 
 fn text(octets: Vec<u8>) -> String {
     String::from_utf8(octets).unwrap()
 }
 
 fn address(line: &Line, rest: &[&str]) -> (i32, String, String) {
-    let done = run(&[&["address", "--port", &line.path], rest].concat());
-    (done.status.code().unwrap(), text(done.stdout), text(done.stderr))
+    let done = run(&[&["address", "--port", &line.path, PATIENTLY], rest].concat());
+    (done.status.code().unwrap(), text(done.stdout), without_late_answers(&text(done.stderr)))
 }
 
 #[test]

@@ -170,6 +170,16 @@ impl Receiver {
         Some((total, Telegram::parse(octets.get(..total)?).ok()?))
     }
 
+    /// The station begins to send: nothing that was received before continues behind its telegram. What is left of a telegram counts as
+    /// damaged, and the next telegram may follow the own one at once. For ports whose idle time is longer than the pauses of the line.
+    pub const fn own_telegram(&mut self) {
+        if self.length > 0 {
+            self.damaged = self.damaged.saturating_add(1);
+        }
+        self.clear();
+        self.waiting_for_idle = false;
+    }
+
     /// A character with a parity, framing or overrun error ended at `end`.
     pub fn character_error(&mut self, end: BitTime) {
         self.last = end;
@@ -286,7 +296,7 @@ impl Receiver {
         self.damaged = self.damaged.saturating_add(1);
     }
 
-    fn clear(&mut self) {
+    const fn clear(&mut self) {
         self.length = 0;
         self.buffer_until = 0;
         self.next = Decision::Beginning;

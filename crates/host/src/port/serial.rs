@@ -16,7 +16,8 @@ use rustix::io::Errno;
 use rustix::termios::{
     ControlModes, InputModes, OptionalActions, QueueSelector, Termios, ioctl_tiocexcl, tcflush, tcgetattr, tcsetattr,
 };
-use std::sync::mpsc::channel;
+use std::os::fd::AsRawFd;
+use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::time::{Duration, Instant};
 
 /// The tolerated deviation of the rate is one part in this many: a character of 11 bits is then still sampled correctly.
@@ -27,6 +28,9 @@ const MAX_SENDING_TIME: Duration = Duration::from_millis(600);
 
 /// The time that a driver has to close a device before the program goes on without waiting. free choice.
 const CLOSING_TIME: Duration = Duration::from_millis(100);
+
+/// The longest time that a thread needs to start on a loaded computer. free choice.
+const THREAD_START_TIME: Duration = Duration::from_secs(5);
 
 /// An open serial device.
 #[derive(Debug)]
@@ -115,18 +119,37 @@ impl Drop for Serial {
         std::thread::sleep(self.sending_until.saturating_duration_since(Instant::now()).min(MAX_SENDING_TIME));
         tcflush(&self.device, QueueSelector::OFlush).ok();
         let Ok(last) = self.device.try_clone() else { return };
-        let (closed_here, closed) = channel::<()>();
-        let close = move || {
-            drop(last);
-            drop(closed_here);
-        };
         // This descriptor is closed when `self` is; the clone keeps the device open until then.
         if let Ok(null) = rustix::fs::open("/dev/null", OFlags::RDONLY | OFlags::CLOEXEC, Mode::empty()) {
             self.device = null;
-            std::thread::Builder::new().name("close a port".to_owned()).spawn(close).ok();
-            closed.recv_timeout(CLOSING_TIME).ok();
+            close_in_thread(last);
         }
     }
+}
+
+/// Closes a device in a thread, and returns when it is closed or the kernel waits for its hardware.
+///
+/// A process that ended before the thread has called the kernel would close the device itself, and wait. A descriptor leaves the list of the
+/// process when the kernel begins to close it.
+fn close_in_thread(last: OwnedFd) {
+    let entry = format!("/proc/self/fd/{}", last.as_raw_fd());
+    let device = std::fs::read_link(&entry).ok();
+    let (closed_here, closed) = channel::<()>();
+    let close = move || {
+        drop(last);
+        drop(closed_here);
+    };
+    if std::thread::Builder::new().name("close a port".to_owned()).spawn(close).is_err() {
+        return;
+    }
+    let deadline = Instant::now() + THREAD_START_TIME;
+    let is_open = || device.is_some() && std::fs::read_link(&entry).ok() == device;
+    while is_open() && Instant::now() < deadline {
+        if closed.recv_timeout(Duration::from_millis(1)) == Err(RecvTimeoutError::Disconnected) {
+            return;
+        }
+    }
+    closed.recv_timeout(CLOSING_TIME).ok();
 }
 
 /// Raw, eight data bits, even parity, one stop bit, no handshake.

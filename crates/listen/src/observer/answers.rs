@@ -32,8 +32,10 @@ impl Observer {
         if is_answer && let Some(slave) = self.pending.take() {
             self.finish(slave, Answer { status, du: frame.du }, start);
         } else if self.station(frame.sa).is_some() {
-            // The request was not received: the next one may look like a repetition.
-            self.damage_epoch = self.damage_epoch.saturating_add(1);
+            if self.open != Some(frame.sa) {
+                // The request was not received: the next one may look like a repetition.
+                self.damage_epoch = self.damage_epoch.saturating_add(1);
+            }
             self.heard(frame.sa, start);
         }
     }
@@ -60,6 +62,8 @@ impl Observer {
         let Some(station) = self.station_mut(slave) else { return };
         let Some(mut last) = station.last.take() else { return };
         last.is_answered = true;
+        self.open = self.open.filter(|open| *open != slave);
+        self.attribute_disturbances(slave);
         if is_refusal(&last.request, answer) {
             self.count(slave, |counts| counts.refused = counts.refused.saturating_add(1));
         }
@@ -80,6 +84,7 @@ impl Observer {
                 if let Some(station) = self.station_mut(slave) {
                     station.knowledge.configure(answer.du);
                 }
+                self.report_contradictions(slave);
             }
             sap if is_acyclic(sap) => self.record_answered(slave, request, answer.du, start),
             _ => {}

@@ -127,6 +127,17 @@ impl Observer {
             _ => format!("master {} sets the same parameters of station {slave} again", request.master),
         };
         self.event(Some(slave), EventKind::Configuration, text);
+        self.report_contradictions(slave);
+    }
+
+    /// Reports what the file says otherwise than the line, once until it changes.
+    pub(super) fn report_contradictions(&mut self, slave: u8) {
+        let Some(station) = self.station_mut(slave).filter(|station| station.knowledge.is_declared()) else { return };
+        let now = station.knowledge.contradictions();
+        let before = std::mem::replace(&mut station.contradictions, now.clone());
+        for text in now.into_iter().filter(|text| !before.contains(text)) {
+            self.event(Some(slave), EventKind::Configuration, format!("station {slave}: {text}"));
+        }
     }
 
     pub(super) fn configured(&mut self, slave: u8, master: u8, du: &[u8]) {
@@ -139,6 +150,7 @@ impl Observer {
             let text = format!("master {master} asks station {slave} for {other} configuration {}", Hex(du));
             self.event(Some(slave), EventKind::Configuration, text);
         }
+        self.report_contradictions(slave);
     }
 
     pub(super) fn record_answered(&mut self, slave: u8, request: &Request, du: &[u8], start: BitTime) {
@@ -166,6 +178,7 @@ impl Observer {
             let text = format!("master {} writes {name} = {value} of station {slave} ({way})", passed.requester);
             self.event(Some(slave), EventKind::Parameter, text);
         }
+        self.report_contradictions(slave);
     }
 }
 

@@ -67,6 +67,8 @@ pub struct Observer {
 
     /// The slave whose request has no answer yet.
     pending: Option<u8>,
+    /// The slave of the last request, until it has a valid answer or its master gives it up: it may be repeated.
+    open: Option<u8>,
     /// Master and address of an FDL status request that has no answer yet.
     pending_status: Option<(u8, u8)>,
     /// The end of the last valid telegram.
@@ -80,10 +82,18 @@ pub struct Observer {
     damage_epoch: u64,
     /// The last damaged piece that may be a request, with the pieces that continue it.
     damaged_request: Vec<u8>,
+    /// The last damaged piece is the kept one: octets that follow without a pause continue it.
+    is_last_kept: bool,
+    /// The beginning of damage that is too short for a request so far.
+    damage_begun: Option<Piece>,
+    /// Damaged pieces too short for a request that came while a master waited for an answer.
+    disturbances: u32,
     /// How many pieces of this length came one after the other.
     damaged_requests: u32,
-    /// A character of its header was received with an error, so its addresses may be wrong.
+    /// A character of its header was received with an error.
     header_is_damaged: bool,
+    /// One of its addresses or its frame control was.
+    addresses_are_damaged: bool,
     /// The end of the last damaged piece.
     damage_until: BitTime,
     /// The end of the last piece if it was damaged.
@@ -123,14 +133,19 @@ impl Observer {
             totals: Totals::default(),
             events: Events::default(),
             pending: None,
+            open: None,
             pending_status: None,
             asked_end: BitTime(0),
             slot_tbit: None,
             damage_counts: CountsOverTime::new(baud),
             damage_epoch: 0,
             damaged_request: Vec::with_capacity(MAX_REQUEST),
+            is_last_kept: false,
+            damage_begun: None,
+            disturbances: 0,
             damaged_requests: 0,
             header_is_damaged: false,
+            addresses_are_damaged: false,
             damage_until: BitTime(0),
             damage_end: None,
             burst: Burst::default(),
@@ -289,7 +304,7 @@ impl Observer {
             Telegram::ShortAck => self.short_ack(start),
             Telegram::Token { da, sa } => {
                 self.end_pending(start);
-                self.forget_damaged_request();
+                self.end_cycle();
                 self.token(*sa, *da, start);
             }
             Telegram::Data(frame) => match frame.control() {

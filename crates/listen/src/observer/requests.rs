@@ -9,17 +9,6 @@ use profivac_explain::frame::TimeSource;
 use profivac_wire::control::{FrameCount, Function};
 use profivac_wire::{DataTelegram, Sap};
 
-/// A request beside the one before it to the same slave.
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum Relation {
-    /// It repeats it for this time, damaged repetitions between them not counted.
-    Repetition(u32),
-    /// It is another one, and the one before has an answer, or there was none.
-    New,
-    /// It is another one, and the master gave the one before up.
-    AfterLost,
-}
-
 /// A request that a slave answers, as its master sent it.
 #[derive(Clone, Copy)]
 pub(super) struct Sent<'a> {
@@ -36,12 +25,10 @@ impl Observer {
         self.master_heard(frame.sa, start);
         match function {
             Function::FdlStatus => {
-                self.forget_damaged_request();
+                self.end_cycle();
                 self.pending_status = Some((frame.sa, frame.da));
             }
-            Function::Ident | Function::LsapStatus | Function::SdnLow | Function::SdnHigh => {
-                self.forget_damaged_request();
-            }
+            Function::Ident | Function::LsapStatus | Function::SdnLow | Function::SdnHigh => self.end_cycle(),
             Function::SdaLow | Function::SdaHigh | Function::SrdLow | Function::SrdHigh | Function::Other(_) => {
                 let sap = Sap::from_octet(frame.dsap);
                 self.service_request(&Sent { frame, sap, function, count, start });
@@ -53,30 +40,45 @@ impl Observer {
     fn service_request(&mut self, sent: &Sent<'_>) {
         if usize::from(sent.frame.da) >= ADDRESSES {
             // No station answers a request to all of them.
-            self.forget_damaged_request();
+            self.end_cycle();
             return;
         }
         let damaged = self.take_damaged_requests(sent.frame, sent.start);
-        let relation = self.relation(sent, damaged);
-        let repetitions = relation.repetitions().saturating_add(damaged);
+        let before = self.repeated_before(sent, damaged);
+        if before.is_none() || self.open != Some(sent.frame.da) {
+            self.give_up();
+        }
+        self.attribute_disturbances(sent.frame.da);
+        let repetitions = before.unwrap_or_default().saturating_add(damaged);
         self.keep_request(sent, repetitions);
-        self.count_request(sent.frame.da, relation, damaged);
-        self.pending = Some(sent.frame.da);
+        self.count_request(sent.frame.da, before.is_some(), damaged);
+        (self.pending, self.open) = (Some(sent.frame.da), Some(sent.frame.da));
         self.note_contents(sent, repetitions == 0);
     }
 
-    /// The relation to the request before, with `damaged` damaged ones between them.
-    fn relation(&self, sent: &Sent<'_>, damaged: u32) -> Relation {
-        let last = self.station(sent.frame.da).and_then(|station| station.last.as_ref());
-        let Some(last) = last else { return Relation::New };
+    /// How often the request was received valid before, with `damaged` damaged ones between the last of them and this one. `None` if it is
+    /// another one than the last to its slave.
+    fn repeated_before(&self, sent: &Sent<'_>, damaged: u32) -> Option<u32> {
+        let last = self.station(sent.frame.da).and_then(|station| station.last.as_ref())?;
         let is_next = last.number.saturating_add(1) == self.totals.telegrams;
         let is_equal = sent.is_same(&last.request) && (is_next || sent.count != FrameCount::First);
         let is_certain = last.damage_epoch == self.damage_epoch || damaged > 0 && !last.is_answered;
-        match last.is_answered {
-            _ if is_equal && is_certain => Relation::Repetition(last.repetitions.saturating_add(1)),
-            true => Relation::New,
-            false => Relation::AfterLost,
+        (is_equal && is_certain).then_some(last.repetitions.saturating_add(1))
+    }
+
+    /// The master sends something else than a repetition of its last request.
+    pub(super) fn end_cycle(&mut self) {
+        self.forget_damaged_request();
+        self.give_up();
+    }
+
+    /// The last request had no valid answer, and its master gave it up.
+    pub(super) fn give_up(&mut self) {
+        if let Some(slave) = self.open.take() {
+            self.attribute_disturbances(slave);
+            self.count(slave, |counts| counts.lost = counts.lost.saturating_add(1));
         }
+        self.disturbances = 0;
     }
 
     /// Keeps the request as the last one to its slave.
@@ -94,18 +96,12 @@ impl Observer {
     }
 
     /// Counts a request, and the damaged ones that it repeats.
-    fn count_request(&mut self, slave: u8, relation: Relation, damaged: u32) {
-        let (is_repetition, is_lost) = match relation {
-            Relation::Repetition(_) => (true, false),
-            Relation::New => (false, false),
-            Relation::AfterLost => (false, true),
-        };
+    fn count_request(&mut self, slave: u8, is_repetition: bool, damaged: u32) {
         let damaged = u64::from(damaged);
         self.count(slave, |counts| {
             counts.requests = counts.requests.saturating_add(1).saturating_add(damaged);
             counts.repeated = counts.repeated.saturating_add(u64::from(is_repetition)).saturating_add(damaged);
             counts.damaged = counts.damaged.saturating_add(damaged);
-            counts.lost = counts.lost.saturating_add(u64::from(is_lost));
         });
         self.totals.unattributed = self.totals.unattributed.saturating_sub(damaged);
     }
@@ -138,16 +134,6 @@ impl Observer {
             station.is_reported_lost = true;
             station.is_exchanging = false;
             self.event(Some(address), EventKind::Lost, format!("station {address} does not answer any more"));
-        }
-    }
-}
-
-impl Relation {
-    /// How often the request was sent before.
-    const fn repetitions(self) -> u32 {
-        match self {
-            Self::Repetition(count) => count,
-            Self::New | Self::AfterLost => 0,
         }
     }
 }

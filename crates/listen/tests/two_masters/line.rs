@@ -3,12 +3,13 @@
 use profivac_client::cyclic::{CyclicSlave, ReportedChannels};
 use profivac_client::pressure::Pressure;
 use profivac_dp::link::active::{Active, BusParameters};
-use profivac_dp::link::{Baud, BitTime, CHARACTER_TBIT, Listening, Station, T_SYN_TBIT, Transmit};
+use profivac_dp::link::{Baud, BitTime, CHARACTER_TBIT, Listening, Receiver, Station, T_SYN_TBIT, Transmit};
 use profivac_dp::master::{Mode, Settings};
 use profivac_explain::divider::Divider;
 use profivac_explain::frame::{Chunk, TimeSource};
 use profivac_host::session::BusMaster;
 use profivac_listen::Observer;
+use profivac_sim::character::Character;
 use profivac_sim::{Segment, StationHandle};
 use profivac_vacuum::Gas;
 use profivac_virtual::device::{GasConditions, VirtualDevice};
@@ -34,18 +35,22 @@ pub struct Sent {
     sequence: u64,
 }
 
-/// A master that counts its requests before they reach the line.
+/// A master that counts its requests when they have left.
 pub struct CountingMaster {
     pub master: Box<Active<BusMaster>>,
     pub sent: BTreeMap<u8, Sent>,
     last: Vec<u8>,
+    /// The telegram that is to leave next or is leaving.
+    outgoing: Vec<u8>,
     /// The slave whose request has no valid answer yet.
     pending: Option<u8>,
+    /// The telegrams that have left and that no damage was compared with, with their ends; without octets the end of a message cycle.
+    left: Vec<(BitTime, Vec<u8>)>,
 }
 
 impl CountingMaster {
     /// Counts an answer to the pending request.
-    fn count_answer(&mut self, telegram: &Telegram<'_>) {
+    fn count_answer(&mut self, end: BitTime, telegram: &Telegram<'_>) {
         let Some(slave) = self.pending else { return };
         let status = match telegram {
             Telegram::ShortAck => Status::Ok,
@@ -56,6 +61,7 @@ impl CountingMaster {
             Telegram::Data(_) | Telegram::Token { .. } => return,
         };
         self.pending = None;
+        self.left.push((end, Vec::new()));
         let is_refusal = !matches!(status, Status::Ok | Status::DataLow | Status::DataHigh | Status::NoReply);
         self.sent.entry(slave).or_default().refused += u64::from(is_refusal);
     }
@@ -67,14 +73,14 @@ impl CountingMaster {
         }
     }
 
-    fn count(&mut self, octets: &[u8]) {
-        let is_repetition = self.last == octets;
-        self.last.clear();
-        self.last.extend_from_slice(octets);
+    /// Counts the telegram that has left.
+    fn count(&mut self) {
+        let is_repetition = self.last == self.outgoing;
+        self.last.clone_from(&self.outgoing);
         if !is_repetition {
             self.give_up();
         }
-        let Ok(Telegram::Data(DataTelegram { da, fc, .. })) = Telegram::parse(octets) else { return };
+        let Ok(Telegram::Data(DataTelegram { da, fc, .. })) = Telegram::parse(&self.last) else { return };
         let Control::Request { function, .. } = Control::from_octet(fc) else { return };
         if !matches!(function, Function::SrdLow | Function::SrdHigh) {
             return;
@@ -90,11 +96,10 @@ impl CountingMaster {
 
 impl Station for CountingMaster {
     fn telegram(&mut self, end: BitTime, telegram: &Telegram<'_>) -> Option<Transmit<'_>> {
-        self.count_answer(telegram);
+        self.count_answer(end, telegram);
         let Transmit { not_before, octets } = self.master.telegram(end, telegram)?;
-        let octets = octets.to_vec();
-        self.count(&octets);
-        Some(Transmit { not_before, octets: &self.last })
+        self.outgoing = octets.to_vec();
+        Some(Transmit { not_before, octets: &self.outgoing })
     }
 
     fn activity(&mut self, end: BitTime) {
@@ -102,14 +107,15 @@ impl Station for CountingMaster {
     }
 
     fn sent(&mut self, end: BitTime) {
+        self.count();
+        self.left.push((end, self.last.clone()));
         self.master.sent(end);
     }
 
     fn poll(&mut self, now: BitTime) -> Option<Transmit<'_>> {
         let Transmit { not_before, octets } = self.master.poll(now)?;
-        let octets = octets.to_vec();
-        self.count(&octets);
-        Some(Transmit { not_before, octets: &self.last })
+        self.outgoing = octets.to_vec();
+        Some(Transmit { not_before, octets: &self.outgoing })
     }
 
     fn wake_at(&self) -> Option<BitTime> {
@@ -121,6 +127,54 @@ impl Station for CountingMaster {
     }
 }
 
+/// Receives everything and sends nothing.
+struct Silent;
+
+impl Station for Silent {
+    fn telegram(&mut self, _: BitTime, _: &Telegram<'_>) -> Option<Transmit<'_>> {
+        None
+    }
+
+    fn poll(&mut self, _: BitTime) -> Option<Transmit<'_>> {
+        None
+    }
+
+    fn wake_at(&self) -> Option<BitTime> {
+        None
+    }
+
+    fn listening(&self) -> Listening {
+        Listening::Everything
+    }
+}
+
+/// What a receiver finds damaged: after an error it waits for T_SYN of idle, so what follows without that pause is the same damage.
+struct Damage {
+    receiver: Receiver,
+    is_waiting: bool,
+    last_end: BitTime,
+    /// The start of each damage that is not attributed yet.
+    starts: Vec<BitTime>,
+}
+
+impl Damage {
+    fn hear(&mut self, end: BitTime, character: Character) {
+        let is_idle = end - self.last_end >= T_SYN_TBIT + CHARACTER_TBIT;
+        self.last_end = end;
+        self.is_waiting &= !is_idle;
+        let before = self.receiver.damaged();
+        if character.error {
+            self.receiver.character_error(end);
+        } else {
+            let _ = self.receiver.octet(end, character.octet);
+        }
+        if self.receiver.damaged() > before && !self.is_waiting {
+            self.is_waiting = true;
+            self.starts.push(BitTime(end.0 - CHARACTER_TBIT));
+        }
+    }
+}
+
 /// The line.
 pub struct Line {
     pub baud: Baud,
@@ -128,14 +182,16 @@ pub struct Line {
     pub masters: Vec<StationHandle<CountingMaster>>,
     pub devices: Vec<StationHandle<VirtualDevice>>,
     pub slaves: Vec<CyclicSlave>,
-    /// The start of the next entry of the trace that no listener has got.
-    fed: BitTime,
-    /// Octets on the line.
+    silent: StationHandle<Silent>,
+    /// Characters that follow each other, of which more may come.
+    held: Option<Chunk>,
+    /// Octets that the listeners have got.
     pub octets: u64,
-    /// Transmissions on the line with a character that was received with an error, or that are no telegram. A receiver that has found an
-    /// error waits for T_SYN of idle, so what follows without that pause is the same damage.
+    damage: Damage,
+    /// The damage that a receiver has found.
     pub damaged: u64,
-    damage_end: Option<BitTime>,
+    /// The damage of requests to each slave and of its answers.
+    pub damaged_of: BTreeMap<u8, u64>,
     /// The traffic, if it is to be replayed.
     pub recorded: Option<Vec<Chunk>>,
 }
@@ -176,21 +232,26 @@ impl Line {
             })
             .collect();
         let mut segment = Segment::new(baud);
-        segment.set_trace_length(4096);
         for rule in RULES {
             segment.allow(rule);
         }
         let devices = slaves.iter().map(|slave| segment.attach(device(slave, baud))).collect();
+        let silent = segment.attach(Silent);
+        segment.take_characters(silent.id());
+        let damage =
+            Damage { receiver: Receiver::new(BitTime(0)), is_waiting: false, last_end: BitTime(0), starts: Vec::new() };
         let mut line = Self {
             baud,
             segment,
             masters: Vec::new(),
             devices,
             slaves,
-            fed: BitTime(0),
+            silent,
+            held: None,
             octets: 0,
+            damage,
             damaged: 0,
-            damage_end: None,
+            damaged_of: BTreeMap::new(),
             recorded: None,
         };
         for address in MASTERS {
@@ -213,16 +274,25 @@ impl Line {
             master.user.add(&slave.parameters(self.baud)).unwrap();
         }
         master.user.set_mode(Mode::Operate);
-        CountingMaster { master: Box::new(master), sent: BTreeMap::new(), last: Vec::new(), pending: None }
+        CountingMaster {
+            master: Box::new(master),
+            sent: BTreeMap::new(),
+            last: Vec::new(),
+            outgoing: Vec::new(),
+            pending: None,
+            left: Vec::new(),
+        }
     }
 
     /// A master is replaced by one that has just been switched on. Its counts continue.
     pub fn restart(&mut self, place: usize) {
         let mut new = self.new_master(MASTERS[place]);
         let old = self.segment.station_mut(self.masters[place]);
-        // The answer to its last request may still come.
+        // Its last telegram may still be leaving, and the answer may still come.
         new.pending = old.pending;
+        new.outgoing = std::mem::take(&mut old.outgoing);
         new.sent = std::mem::take(&mut old.sent);
+        new.left = std::mem::take(&mut old.left);
         *old = new;
     }
 
@@ -243,29 +313,74 @@ impl Line {
     pub fn run_tbit(&mut self, tbit: u64, listeners: &mut [&mut Listener]) {
         let end = self.segment.now() + tbit;
         while self.segment.run_until(end).is_err() {}
-        let now = self.segment.now();
-        let entries = self.segment.trace().entries.iter();
-        assert!(
-            self.segment.trace().entries.len() < 4096 || self.segment.trace().entries[0].start < self.fed,
-            "the trace is too short"
-        );
-        let mut fed = self.fed;
-        for entry in entries.filter(|entry| entry.start >= self.fed && entry.end() <= now) {
-            let octets = entry.octets.to_vec();
-            self.octets += octets.len() as u64;
-            let is_damaged = !entry.errors.is_empty() || Telegram::parse(&octets).is_err();
-            let is_same = self.damage_end.is_some_and(|end| entry.start - end < T_SYN_TBIT);
-            self.damaged += u64::from(is_damaged && !is_same);
-            self.damage_end = is_damaged.then_some(entry.start + CHARACTER_TBIT * octets.len() as u64);
-            let chunk = Chunk { start: Some(entry.start), octets, errors: entry.errors.clone(), is_continued: false };
+        let mut chunks = Vec::new();
+        for (end, character) in self.segment.take_characters(self.silent.id()) {
+            self.damage.hear(end, character);
+            let start = BitTime(end.0 - CHARACTER_TBIT);
+            if self.held.as_ref().is_some_and(|held| end_of(held) != start) {
+                chunks.extend(self.held.take());
+            }
+            let held = self.held.get_or_insert_with(|| Chunk { start: Some(start), ..Chunk::default() });
+            if character.error {
+                held.errors.push(held.octets.len());
+            }
+            held.octets.push(character.octet);
+        }
+        if self.held.as_ref().is_some_and(|held| end_of(held) + CHARACTER_TBIT < self.segment.now()) {
+            chunks.extend(self.held.take());
+        }
+        self.attribute_damage();
+        for chunk in chunks {
+            self.octets += chunk.octets.len() as u64;
             listeners.iter_mut().for_each(|listener| listener.hear(&chunk));
             if let Some(recorded) = &mut self.recorded {
                 recorded.push(chunk);
             }
-            fed = entry.start + 1;
         }
-        self.fed = fed;
     }
+
+    /// Runs until no telegram is on the line: masters and listeners have counted the same ones.
+    pub fn settle(&mut self, listeners: &mut [&mut Listener]) {
+        while self.held.is_some() {
+            self.run_tbit(2, listeners);
+        }
+    }
+
+    /// Adds the damage to the slave of the request that was sent then, or whose answer was due.
+    fn attribute_damage(&mut self) {
+        let mut left: Vec<(BitTime, Vec<u8>)> = Vec::new();
+        for master in &self.masters {
+            left.append(&mut self.segment.station_mut(*master).left.clone());
+        }
+        left.sort();
+        let now = self.segment.now();
+        // A telegram that is still leaving is not among them.
+        let longest_tbit = 256 * CHARACTER_TBIT;
+        let is_known = |start: &BitTime| *start + longest_tbit < now;
+        let known: Vec<_> = self.damage.starts.iter().copied().filter(is_known).collect();
+        self.damage.starts.retain(|start| !is_known(start));
+        for start in known {
+            self.damaged += 1;
+            let begin = |(end, octets): &&(BitTime, Vec<u8>)| BitTime(end.0 - CHARACTER_TBIT * octets.len() as u64);
+            // A receiver that has found an error is not ready for a telegram before T_SYN is over.
+            let until = start + CHARACTER_TBIT + T_SYN_TBIT;
+            let Some((_, octets)) = left.iter().rev().find(|sent| begin(sent) < until) else { continue };
+            let Ok(Telegram::Data(DataTelegram { da, fc, .. })) = Telegram::parse(octets) else { continue };
+            if let Control::Request { function: Function::SrdLow | Function::SrdHigh, .. } = Control::from_octet(fc) {
+                *self.damaged_of.entry(da).or_default() += 1;
+            }
+        }
+        let first = self.damage.starts.first().copied().unwrap_or(now);
+        for master in &self.masters {
+            let left = &mut self.segment.station_mut(*master).left;
+            let old = left.iter().rposition(|(end, _)| *end + longest_tbit < first).unwrap_or(0);
+            left.drain(..old);
+        }
+    }
+}
+
+fn end_of(chunk: &Chunk) -> BitTime {
+    chunk.start.unwrap() + CHARACTER_TBIT * chunk.octets.len() as u64
 }
 
 fn device(slave: &CyclicSlave, baud: Baud) -> VirtualDevice {

@@ -81,6 +81,9 @@ impl Segment {
             // The receiver of a station is off while the station sends.
             return;
         }
+        if let Some(kept) = &mut tap.kept {
+            kept.push((end, character));
+        }
         if character.error {
             tap.receiver.character_error(end);
             return self.activity(place, end);

@@ -6,6 +6,7 @@
 mod events;
 mod faults;
 
+use crate::character::Character;
 use crate::driver::Driver;
 use crate::fault::{Fault, OctetErrors};
 use crate::noise::Noise;
@@ -92,6 +93,14 @@ impl Segment {
     /// Connects a station at the beginning of the cable.
     pub fn attach<S: Station + Send + 'static>(&mut self, station: S) -> StationHandle<S> {
         self.attach_at(0, station)
+    }
+
+    /// The characters that a station has received since the last call, also damaged ones and those that noise makes of the idle line, with
+    /// the times of their ends. The first call keeps them from then on. Empty for a station that shares its receiver: one that listens to its own
+    /// address only.
+    pub fn take_characters(&mut self, station: StationId) -> Vec<(BitTime, Character)> {
+        let tap = self.taps.iter_mut().find(|tap| tap.owner == Some(station.0));
+        tap.and_then(|tap| tap.kept.replace(Vec::new())).unwrap_or_default()
     }
 
     /// Connects a station `position` bit times of signal propagation from the beginning of the cable.

@@ -43,7 +43,7 @@ export function GaugePage(): JSX.Element {
 const trendPath = ({ readings }: Gauge): string =>
   `/trends?${new URLSearchParams(readings.map(({ series }) => ['s', series]))}`
 
-/** A gauge of another master: the station sends nothing, and says what it assumes. */
+/** A gauge of another master: the station sends nothing, and says what it does not know. */
 function Listening({ gauge }: { gauge: Gauge }): JSX.Element {
   return (
     <section class="panel" aria-label="Listen only">
@@ -54,7 +54,7 @@ function Listening({ gauge }: { gauge: Gauge }): JSX.Element {
       </p>
       {gauge.assumptions.map((text) => (
         <p class="error" key={text}>
-          Assumed: {text}.
+          {text}.
         </p>
       ))}
     </section>
