@@ -16,6 +16,8 @@ import type {
   ControlAction,
   Gateway,
   Outcome,
+  Plant,
+  PlantQuery,
   PumpDowns,
   Refusal,
   Request,
@@ -46,6 +48,10 @@ export const fetchEvents = (from: number, to: number, limit: number, signal?: Ab
   get('/api/events', { query: { from, to, limit }, signal })
 
 export const fitRise = (query: RiseQuery): Promise<Rise> => get('/api/rise', { query })
+
+/** Takes seconds; ends in the station when the signal aborts it. */
+export const identifyPlant = (query: PlantQuery, signal?: AbortSignal): Promise<Plant> =>
+  get('/api/identify', { query, signal })
 
 /** The pump-downs of a series, compared with the last ten before each, or with the one that begins at `reference`. */
 export const fetchPumpDowns = (

@@ -51,6 +51,11 @@ export type Rise = Schemas['RiseView']
 export type PumpDown = Schemas['PumpDownView']
 export type PumpDownLevel = Schemas['LevelView']
 export type PumpDowns = Schemas['PumpDowns']
+/** A plant identified from the record of one gauge. */
+export type Plant = Schemas['PlantView']
+export type PlantQuery = operations['identify']['parameters']['query']
+/** A value with its 95 % interval; without an upper bound it is `null`. */
+export type Bounds = Schemas['BoundsView']
 export type RiseQuery = operations['rise']['parameters']['query']
 export type Interval = Schemas['IntervalView']
 export type FlowUnits = Schemas['FlowView']

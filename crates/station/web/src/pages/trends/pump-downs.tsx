@@ -67,6 +67,7 @@ export function PumpDowns(): JSX.Element {
           options={[['', 'the last ten'], ...starts.map(([start, text]) => [start, `that of ${text}`] as const)]}
           onChange={(value) => change('reference', value)}
         />
+        <Link to={`/rise/identify?series=${encodeURIComponent(series)}`}>Identify the plant</Link>
         <Link to={`/trends?series=${encodeURIComponent(series)}`}>Trends</Link>
       </div>
       {shown ? (
