@@ -160,6 +160,15 @@ fn interval(found: Interval, one: f64, unit: &str) -> String {
     format!("{mean} {unit} ({low} to {high})").replace("  ", " ")
 }
 
+/// A time, or from when on at the earliest.
+fn hours(found: Interval) -> String {
+    if found.mean.is_finite() {
+        interval(found, 3_600.0, "h")
+    } else {
+        format!("perhaps never, not before {} h", digits(found.low / 3_600.0))
+    }
+}
+
 fn text(arguments: &Arguments, gauge: &str, start: Micros, chosen: &Chosen, plant: &Plant) -> String {
     // In mbar l/s: 0.1 Pa m³/s.
     let flow = |found: Interval| interval(found, 0.1, "mbar l/s");
@@ -203,7 +212,7 @@ fn text(arguments: &Arguments, gauge: &str, start: Micros, chosen: &Chosen, plan
     for target in &arguments.target {
         let found = plant.time_to_pa(target.pa());
         let name = format!("{} mbar is reached after", digits(target.pa() / 100.0));
-        row(&name, found.map_or_else(|| "not within a year".to_owned(), |found| interval(found, 3_600.0, "h")));
+        row(&name, found.map_or_else(|| "not within a year".to_owned(), hours));
     }
     row("what would help most", "pressure after another day, divided by".to_owned());
     for (one, factor) in plant.remedies() {

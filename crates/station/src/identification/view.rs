@@ -57,8 +57,8 @@ pub struct PlantView {
     pub at_end_pa: PartsView,
     /// The pressure after another day of pumping in Pa, as indicated.
     pub after_another_day_pa: BoundsView,
-    /// The time in seconds after the start at which the target is reached; `null` without a target, or if it is not within a year.
-    pub target_s: Option<BoundsView>,
+    /// The time in seconds after the start at which the target is reached; `null` without a target, or if it is certainly not within a year.
+    pub target_s: Option<TimeView>,
     /// What would lower the pressure, the best remedy first.
     pub remedies: Vec<RemedyView>,
     /// Groups of samples beside the fit.
@@ -84,6 +84,17 @@ pub struct BoundsView {
     /// The lower bound.
     pub low: f64,
     /// The upper bound; `null` if there is none.
+    pub high: Option<f64>,
+}
+
+/// A time with its 95 % interval.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, ToSchema)]
+pub struct TimeView {
+    /// The best value in seconds; `null` if the target is more likely never reached.
+    pub mean: Option<f64>,
+    /// The lower bound in seconds.
+    pub low: f64,
+    /// The upper bound in seconds; `null` if the target may never be reached.
     pub high: Option<f64>,
 }
 
@@ -197,6 +208,13 @@ impl From<Interval> for BoundsView {
     }
 }
 
+impl From<Interval> for TimeView {
+    fn from(Interval { mean, low, high }: Interval) -> Self {
+        let finite = |s: f64| Some(s).filter(|s| s.is_finite());
+        Self { mean: finite(mean), low, high: finite(high) }
+    }
+}
+
 impl From<Certainty> for CertaintyView {
     fn from(certainty: Certainty) -> Self {
         match certainty {
@@ -286,7 +304,7 @@ impl PlantView {
             accuracy: asked.accuracy,
             at_end_pa: PartsView { by_leak, by_outgassing, by_pump },
             after_another_day_pa: plant.predicted_pa(plant.end_s() + AHEAD_S).into(),
-            target_s: asked.target_pa.and_then(|pa| plant.time_to_pa(pa)).map(BoundsView::from),
+            target_s: asked.target_pa.and_then(|pa| plant.time_to_pa(pa)).map(TimeView::from),
             remedies: remedies.collect(),
             residuals: residuals.collect(),
             prediction: prediction(plant),

@@ -1693,7 +1693,7 @@ export interface components {
              * @description The start of the record, in milliseconds since 1970.
              */
             start_ms: number;
-            target_s: components["schemas"]["BoundsView"] | null;
+            target_s: components["schemas"]["TimeView"] | null;
             /** @description The ultimate pressure of the pump in Pa, as indicated. */
             ultimate_pa: components["schemas"]["ParameterView"];
             /** @description The volume in m³. */
@@ -2148,6 +2148,24 @@ export interface components {
              * @example the gauge is being replaced
              */
             reason: string;
+        };
+        /** @description A time with its 95 % interval. */
+        TimeView: {
+            /**
+             * Format: double
+             * @description The upper bound in seconds; `null` if the target may never be reached.
+             */
+            high: number | null;
+            /**
+             * Format: double
+             * @description The lower bound in seconds.
+             */
+            low: number;
+            /**
+             * Format: double
+             * @description The best value in seconds; `null` if the target is more likely never reached.
+             */
+            mean: number | null;
         };
         /** @description A trend: each list has one entry for every pixel with samples. */
         Trend: {

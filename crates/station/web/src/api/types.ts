@@ -56,6 +56,8 @@ export type Plant = Schemas['PlantView']
 export type PlantQuery = operations['identify']['parameters']['query']
 /** A value with its 95 % interval; without an upper bound it is `null`. */
 export type Bounds = Schemas['BoundsView']
+/** The time to a target; without a mean it is more likely never reached. */
+export type TargetTime = Schemas['TimeView']
 export type RiseQuery = operations['rise']['parameters']['query']
 export type Interval = Schemas['IntervalView']
 export type FlowUnits = Schemas['FlowView']

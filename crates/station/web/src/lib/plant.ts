@@ -1,6 +1,6 @@
 // An identified plant: its numbers as text, and its chart on logarithmic axes.
 
-import type { Bounds, Plant } from '../api/types.ts'
+import type { Bounds, Plant, TargetTime } from '../api/types.ts'
 import { age, number } from './format.ts'
 import { type Axes, place } from './pump-downs.ts'
 
@@ -11,8 +11,10 @@ export function boundsText({ mean, low, high }: Bounds, unit: number): { value: 
 }
 
 /** `2 h 5 min (1 h 50 min to 2 h 20 min)`. */
-export function timesText({ mean, low, high }: Bounds): string {
-  const [middle, early] = [mean, low].map((s) => age(s * 1000))
+export function timesText({ mean, low, high }: TargetTime): string {
+  const early = age(low * 1000)
+  if (mean === null || mean === undefined) return `perhaps never, not before ${early}`
+  const middle = age(mean * 1000)
   return `${middle} (${early} to ${high === null || high === undefined ? 'perhaps never' : age(high * 1000)})`
 }
 
@@ -27,9 +29,12 @@ export function worth({ is_described, misfit }: Plant): { title: string; sentenc
       }
 }
 
+/** The first time that is drawn, in s: before it a logarithmic axis has decades without samples. */
+export const EARLIEST = 0.1
+
 /** Whole decades around measurement, fit and prediction; `null` without a point. */
 export function axesOf({ residuals, prediction }: Plant): Axes | null {
-  const times = [...residuals, ...prediction].map(({ s }) => s).filter((s) => s > 0)
+  const times = [...residuals, ...prediction].map(({ s }) => s).filter((s) => s >= EARLIEST)
   const pressures = [...residuals.map(({ measured_pa }) => measured_pa), ...prediction.map(({ pa }) => pa.mean)]
   const positive = pressures.filter((pa) => pa > 0)
   if (times.length === 0 || positive.length === 0) return null
@@ -44,7 +49,7 @@ export function axesOf({ residuals, prediction }: Plant): Axes | null {
 export function line(points: { s: number; pa: number }[], axes: Axes, width: number, height: number): string {
   const inside = (part: number): number => Math.min(1, Math.max(0, part))
   return points
-    .filter(({ s, pa }) => s > 0 && pa > 0)
+    .filter(({ s, pa }) => s >= EARLIEST && pa > 0)
     .map(({ s, pa }) => {
       const [x, y] = [inside(place(s, axes.s)) * width, inside(1 - place(pa, axes.pa)) * height]
       return `${x.toFixed(1)},${y.toFixed(1)}`

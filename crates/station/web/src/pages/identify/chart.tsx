@@ -3,14 +3,14 @@
 import type { JSX } from 'preact'
 import type { Plant } from '../../api/types.ts'
 import { decade } from '../../lib/format.ts'
-import { axesOf, line } from '../../lib/plant.ts'
+import { axesOf, EARLIEST, line } from '../../lib/plant.ts'
 import { type Axes, decadesOf, place } from '../../lib/pump-downs.ts'
 import { inUnit, UNITS } from '../../lib/units.ts'
 import { useUnit } from '../../settings.ts'
 
 /** The size of the charts, and of their margins. */
-const [WIDTH, HEIGHT, LEFT, BOTTOM] = [760, 380, 56, 40]
-const RESIDUAL_HEIGHT = 150
+const [WIDTH, HEIGHT, LEFT, RIGHT, TOP, BOTTOM] = [760, 392, 56, 24, 12, 40]
+const RESIDUAL_HEIGHT = 162
 
 /** The largest residual that is drawn, in standard deviations. */
 const FAR = 4
@@ -19,7 +19,7 @@ export function PlantChart({ plant }: { plant: Plant }): JSX.Element | null {
   const unit = useUnit()
   const axes = axesOf(plant)
   if (!axes) return null
-  const [width, height] = [WIDTH - LEFT - 8, HEIGHT - BOTTOM]
+  const [width, height] = [WIDTH - LEFT - RIGHT, HEIGHT - TOP - BOTTOM]
   const [from, to] = axes.pa.map((exponent) => Math.log10(inUnit(10 ** exponent, unit))) as [number, number]
   const marks = decadesOf([Math.ceil(from - 1e-9), Math.floor(to + 1e-9)])
   const { prediction, residuals } = plant
@@ -34,7 +34,7 @@ export function PlantChart({ plant }: { plant: Plant }): JSX.Element | null {
         <span class="predicted">╌ predicted with the valve open, with its 95 % band</span>
       </figcaption>
       <svg viewBox={`0 0 ${WIDTH} ${HEIGHT}`} role="img" aria-label={label}>
-        <g transform={`translate(${LEFT} 4)`}>
+        <g transform={`translate(${LEFT} ${TOP})`}>
           <TimeGrid axes={axes} width={width} height={height} />
           {marks.map((exponent) => {
             const y = (1 - place(UNITS[unit] * 10 ** exponent, axes.pa)) * height
@@ -49,7 +49,7 @@ export function PlantChart({ plant }: { plant: Plant }): JSX.Element | null {
           })}
           <polygon class="band" points={line(band, axes, width, height)} />
           {residuals
-            .filter(({ s }) => s > 0)
+            .filter(({ s }) => s >= EARLIEST)
             .map(({ s, measured_pa }) => (
               <circle
                 key={s}
@@ -78,7 +78,7 @@ export function PlantChart({ plant }: { plant: Plant }): JSX.Element | null {
 export function Residuals({ plant }: { plant: Plant }): JSX.Element | null {
   const axes = axesOf(plant)
   if (!axes) return null
-  const [width, height] = [WIDTH - LEFT - 8, RESIDUAL_HEIGHT - BOTTOM]
+  const [width, height] = [WIDTH - LEFT - RIGHT, RESIDUAL_HEIGHT - TOP - BOTTOM]
   const y = (deviations: number): number => (0.5 - Math.max(-FAR, Math.min(FAR, deviations)) / FAR / 2) * height
   return (
     <figure class="panel">
@@ -88,7 +88,7 @@ export function Residuals({ plant }: { plant: Plant }): JSX.Element | null {
         role="img"
         aria-label={`${plant.residuals.length} residuals in standard deviations over seconds`}
       >
-        <g transform={`translate(${LEFT} 4)`}>
+        <g transform={`translate(${LEFT} ${TOP})`}>
           <TimeGrid axes={axes} width={width} height={height} />
           {[-FAR, -2, 0, 2, FAR].map((deviations) => (
             <g key={deviations}>
@@ -105,7 +105,7 @@ export function Residuals({ plant }: { plant: Plant }): JSX.Element | null {
             </g>
           ))}
           {plant.residuals
-            .filter(({ s }) => s > 0)
+            .filter(({ s }) => s >= EARLIEST)
             .map(({ s, deviations }) => (
               <circle key={s} class="measured" cx={place(s, axes.s) * width} cy={y(deviations)} r={2} />
             ))}
