@@ -340,6 +340,41 @@ fn a_plant_is_identified_from_the_record_of_a_gauge() {
     assert_eq!(dosed, (400, "expected the dose while the valve is closed".to_owned()));
 }
 
+/// The pump-down of `record_plant` is the first one, so there are no usual ones.
+#[test]
+fn a_report_has_the_plant_and_says_that_there_are_no_usual_pump_downs() {
+    let station = TestStation::new();
+    record_plant(&station);
+    let path = format!("/api/report.html?series=chamber&from={NEW_YEAR_MS}&to={}", NEW_YEAR_MS + 8_400_000);
+    let (status, _, page) = station.get(&format!("{path}&volume_m3=0.05&accuracy=0.1&zone=Europe/Berlin"));
+    assert_eq!(status, 200, "{page}");
+    for part in [
+        "<h2>Plant</h2>",
+        "Outgassing after 1 h",
+        "cannot be told from zero",
+        "with an accuracy of the gauge of ±10 %",
+        "What would help most",
+        "<h2>Rises</h2>",
+        "too few pump-downs before it to compare with",
+    ] {
+        assert!(page.contains(part), "{part} is missing in {page}");
+    }
+    let (status, _, page) = station.get(&path);
+    assert!(status == 200 && !page.contains("<h2>Plant</h2>"), "{page}");
+    for (query, sentence) in [
+        ("&unit=bar", "expected a unit out of mbar, Pa, hPa, Torr, micron, got \"bar\""),
+        ("&zone=Atlantis", "expected a time zone such as Europe/Berlin, found \"Atlantis\""),
+        ("&volume_m3=-1", "expected volume_m3 above 0, found -1"),
+        ("&accuracy=2", "expected an accuracy from 0 to 1 (0.15 is 15 %), found 2"),
+    ] {
+        assert_eq!(station.problem(&format!("{path}{query}")), (400, sentence.to_owned()));
+    }
+    let none = path.replace("series=chamber", "series=other");
+    assert_eq!(station.problem(&none), (400, "expected samples of \"other\" in this time, found none".to_owned()));
+    let long = path.replace(&format!("from={NEW_YEAR_MS}"), "from=0");
+    assert_eq!(station.problem(&long), (400, "expected a time range of at most a year".to_owned()));
+}
+
 #[test]
 fn a_plant_without_a_volume_or_a_record_is_refused_with_a_sentence() {
     let station = TestStation::new();
@@ -534,7 +569,7 @@ fn the_description_names_every_path() {
     let description: Value = serde_json::from_str(&description()).unwrap();
     let described = description["paths"].as_object().unwrap();
     let station = TestStation::new();
-    assert_eq!(described.len(), 38);
+    assert_eq!(described.len(), 39);
     for (path, methods) in described.iter().filter(|(path, _)| *path != "/api/live" && !path.contains("blocks")) {
         let (status, _, text) = station.get(&path.replace("{name}", "chamber"));
         let operation = ["get", "post", "delete"].iter().map(|method| &methods[method]).find(|one| one.is_object());

@@ -5,13 +5,14 @@ use super::fits::{Fits, LONGEST};
 use super::history::RiseGauge;
 use super::problem::Problem;
 use super::query::{parsed_query, time_range};
-use crate::identification::record::{Known, KnownVolume, chosen};
+use crate::identification::identified;
+use crate::identification::record::{Known, KnownVolume};
 use crate::identification::view::{Asked, PlantView};
 use crate::pumpdown::TimeRange;
 use axum::Json;
 use axum::extract::rejection::QueryRejection;
 use axum::extract::{Query, State};
-use profivac_identify::plant::{NotIdentified, identify_unless};
+use profivac_identify::plant::NotIdentified;
 use profivac_identify::standard_uncertainty;
 use profivac_recorder::Micros;
 use serde::Deserialize;
@@ -87,15 +88,12 @@ pub async fn identify(
             "expected a record of at most {MAX_SAMPLES} samples, found more; choose a shorter time, or run `profivac identify`"
         )));
     }
-    let found = fit.run(move |stopped| {
-        let chosen = chosen(&samples, &known);
-        let plant = identify_unless(&chosen.record, stopped).map_err(problem)?;
-        Ok(Json(PlantView::new(series, start, &chosen, &plant, &asked)))
-    });
+    let found =
+        fit.run(move |stopped| identified(series, &samples, &known, &asked, stopped).map(Json).map_err(problem));
     found.await?
 }
 
-fn problem(error: NotIdentified) -> Problem {
+pub fn problem(error: NotIdentified) -> Problem {
     match error {
         NotIdentified::Stopped => Problem::unavailable(format!(
             "the fit took longer than {} s and was stopped; choose a shorter time, or run `profivac identify`",

@@ -17,6 +17,7 @@
 //! | `/api/events` | events |
 //! | `/api/rise` | a rise of pressure, separated into a leak and outgassing |
 //! | `/api/identify` | the numbers of a plant from the record of a gauge |
+//! | `/api/report.html` | a report about a pump-down |
 //! | `/api/pump-downs` | pump-downs beside the usual ones |
 //! | `/api/export.csv` | samples as CSV |
 //! | `/api/alarms` | the alarms with their states |
@@ -62,6 +63,7 @@ mod openapi;
 mod problem;
 mod pump_downs;
 mod query;
+mod report;
 mod session;
 mod snapshot;
 
@@ -100,6 +102,7 @@ use utoipa::OpenApi;
         history::events,
         history::rise,
         identify::identify,
+        report::report,
         pump_downs::pump_downs,
         history::export,
         alarms::alarms,
@@ -215,6 +218,7 @@ pub fn router(services: Arc<Services>) -> Router {
         .route("/api/events", get(history::events))
         .route("/api/rise", get(history::rise))
         .route("/api/identify", get(identify::identify))
+        .route("/api/report.html", get(report::report))
         .route("/api/pump-downs", get(pump_downs::pump_downs))
         .route("/api/export.csv", get(history::export))
         .merge(alarm_routes())

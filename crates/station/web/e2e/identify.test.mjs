@@ -1,6 +1,7 @@
 // A plant identified from its record in a browser.
 
 import assert from 'node:assert/strict'
+import { readFile } from 'node:fs/promises'
 import { after, before, test } from 'node:test'
 import { openPage, startBrowser, startPlant } from './setup.mjs'
 
@@ -68,6 +69,12 @@ test('a plant is identified, with intervals, residuals, a prediction with its ba
       assert.match(await page.locator(`svg ${part}`).first().getAttribute('points'), /^[\d.]+,[\d.]+ /)
     }
     assert.ok((await page.locator('svg').nth(1).locator('circle').count()) > 100)
+    const [report] = await Promise.all([
+      page.waitForEvent('download'),
+      page.getByRole('link', { name: 'Report about this pump-down' }).click(),
+    ])
+    assert.match(report.suggestedFilename(), /^pump-down-[\d-]+\.html$/)
+    assert.match(await readFile(await report.path(), 'utf8'), /<h2>Plant<\/h2>/)
     assert.match(await page.locator('.facts').innerText(), /5e-7 mbar is reached after\s+\S+/)
     assert.match(await page.locator('.remedies li').first().innerText(), /: [\d.]+ \([\d.]+ to [\d.]+\)/)
   })

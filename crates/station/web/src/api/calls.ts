@@ -20,6 +20,7 @@ import type {
   PlantQuery,
   PumpDowns,
   Refusal,
+  ReportQuery,
   Request,
   Rise,
   RiseQuery,
@@ -68,6 +69,10 @@ export const fetchPumpDowns = (
 
 export const exportAddress = (series: string[], from: number, to: number): string =>
   addressOf('/api/export.csv', { query: { from, to, series } })
+
+/** The file of a report about a pump-down, in the time zone of the browser. */
+export const reportAddress = (query: ReportQuery): string =>
+  addressOf('/api/report.html', { query: { zone: Intl.DateTimeFormat().resolvedOptions().timeZone, ...query } })
 
 /** Reads all parameters from the gauge. */
 export const readBlocks = (gauge: string): Promise<Block[]> =>

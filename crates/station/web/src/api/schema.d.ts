@@ -537,6 +537,23 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/report.html": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /** A report about a pump-down: curves, times, rises, the numbers of the plant, and the usual times, as one HTML file */
+        get: operations["report"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/rise": {
         parameters: {
             query?: never;
@@ -4896,6 +4913,112 @@ export interface operations {
                 };
             };
             /** @description The database cannot be read */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    report: {
+        parameters: {
+            query: {
+                /**
+                 * @description The name of the series: that of a gauge, or `gauge.N` for channel N of a controller.
+                 * @example chamber
+                 */
+                series: string;
+                /**
+                 * @description The start of the pump-down, in milliseconds since 1970.
+                 * @example 0
+                 */
+                from: number;
+                /**
+                 * @description The end, in milliseconds since 1970; at most a year after the start.
+                 * @example 31000000000
+                 */
+                to: number;
+                /**
+                 * @description The volume in m³. With it the report has pumping speeds, flows and the numbers of the plant.
+                 * @example 0.1
+                 */
+                volume_m3?: number;
+                /**
+                 * @description The accuracy of the gauge as a fraction of the reading: 0.15 for ±15 %.
+                 * @example 0.15
+                 */
+                accuracy?: number;
+                /**
+                 * @description The unit of pressures: mbar, Pa, hPa, Torr or micron; mbar unless given.
+                 * @example mbar
+                 */
+                unit?: string;
+                /** @description The time zone of the page by its IANA name, for example `Europe/Berlin`; UTC unless given. */
+                zone?: string;
+            };
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "text/html": string;
+                };
+            };
+            /** @description A parameter is out of range */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The user has not logged in */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The user has no permission, or the request comes from a foreign page */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request is meant for another computer */
+            421: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The client is above a rate limit; the header Retry-After gives the time to wait in seconds */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The database cannot be read, or another fit runs */
             503: {
                 headers: {
                     [name: string]: unknown;

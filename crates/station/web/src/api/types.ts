@@ -58,6 +58,7 @@ export type PlantQuery = operations['identify']['parameters']['query']
 export type Bounds = Schemas['BoundsView']
 /** The time to a target; without a mean it is more likely never reached. */
 export type TargetTime = Schemas['TimeView']
+export type ReportQuery = operations['report']['parameters']['query']
 export type RiseQuery = operations['rise']['parameters']['query']
 export type Interval = Schemas['IntervalView']
 export type FlowUnits = Schemas['FlowView']

@@ -3,7 +3,7 @@
 import './identify.css'
 import type { JSX } from 'preact'
 import { useState } from 'preact/hooks'
-import { fetchPumpDowns, identifyPlant } from '../../api/calls.ts'
+import { fetchPumpDowns, identifyPlant, reportAddress } from '../../api/calls.ts'
 import type { PlantQuery } from '../../api/types.ts'
 import { useQuery } from '../../components/hooks.ts'
 import { allSeries } from '../../components/use-trends.ts'
@@ -12,7 +12,7 @@ import { Link, setQuery, useLocation } from '../../router.tsx'
 import { useUnit } from '../../settings.ts'
 import { PlantChart, Residuals } from './chart.tsx'
 import { Form } from './form.tsx'
-import { choiceIn, queryOf, textOf } from './request.ts'
+import { choiceIn, queryOf, reported, textOf } from './request.ts'
 import { Result } from './result.tsx'
 
 /** Pump-downs of this time can be chosen. */
@@ -65,6 +65,13 @@ export function Identify(): JSX.Element {
             <PlantChart plant={plant} />
             <Residuals plant={plant} />
             <Result plant={plant} target={choice.target} />
+            {asked?.volume_m3 && (
+              <p>
+                <a href={reportAddress({ ...reported(asked), unit })} download>
+                  Report about this pump-down
+                </a>
+              </p>
+            )}
           </>
         )}
       </div>

@@ -1,6 +1,6 @@
 // What the user chose and knows of a record. The address of the page holds it, so it can be bookmarked.
 
-import type { PlantQuery, PumpDown } from '../../api/types.ts'
+import type { PlantQuery, PumpDown, ReportQuery } from '../../api/types.ts'
 import { momentOf } from '../../lib/format.ts'
 import { UNITS, type Unit } from '../../lib/units.ts'
 import { type GasDependence, gasDependence } from '../rise/measurement.ts'
@@ -71,6 +71,17 @@ export function queryOf(
     ...(choice.target === '' ? {} : { target_pa: Number(choice.target) * UNITS[unit] }),
   }
   return { query, problem: null }
+}
+
+/** The same pump-down for a report. */
+export function reported({ series, from, to, volume_m3, accuracy }: PlantQuery): ReportQuery {
+  return {
+    series,
+    from,
+    to,
+    ...(volume_m3 ? { volume_m3 } : {}),
+    ...(accuracy === undefined || accuracy === null ? {} : { accuracy }),
+  }
 }
 
 function volumeOf({ litres, dose, doseAt }: PlantChoice): Partial<PlantQuery> | null {
