@@ -2,11 +2,12 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
 
-use profivac_identify::plant::{Dose, NotIdentified, Phase, PlantRecord, Remedy, Volume, identify};
+use profivac_identify::plant::{Dose, NotIdentified, Phase, PlantRecord, Remedy, Volume, identify, identify_unless};
 use profivac_vacuum::network::Outside;
 use profivac_vacuum::pump::Roughing;
 use profivac_vacuum::surface::{Material, Surface};
 use profivac_vacuum::{Atmosphere, Conductance, Gas, Mixture, Network};
+use std::cell::Cell;
 
 const HOUR_S: f64 = 3600.0;
 
@@ -189,4 +190,32 @@ fn records_that_cannot_be_fitted_are_refused() {
     assert_eq!(with(&|record| record.volume = Volume::Given(0.0)), NotIdentified::Volume);
     let early = Dose { at_s: 100.0, amount: 1.0 };
     assert_eq!(with(&|record| record.volume = Volume::FromDose(early)), NotIdentified::DoseWhilePumped);
+}
+
+/// A caller that gives up after some evaluations gets that as the reason, long before the fit would end.
+#[test]
+fn a_search_that_is_stopped_ends_with_that_reason() {
+    let pressure = |t: f64| 100.0 * (-t / 20.0).exp() + 1e-2 / (t + 1.0);
+    let record = PlantRecord {
+        samples: (0..3_000).map(|second| (f64::from(second), pressure(f64::from(second)))).collect(),
+        phases: vec![Phase { from_s: 0.0, pumped: true }],
+        volume: Volume::Given(0.1),
+        gauge_uncertainty: 0.0,
+    };
+    let calls = Cell::new(0_u32);
+    let stopped = |after: u32| {
+        calls.set(0);
+        let stop = || {
+            calls.set(calls.get() + 1);
+            calls.get() > after
+        };
+        (identify_unless(&record, &stop).map(drop), calls.get())
+    };
+    let (found, all) = stopped(u32::MAX);
+    assert_eq!(found, Ok(()));
+    for after in [0, 5, all / 2] {
+        let (found, calls) = stopped(after);
+        assert_eq!(found, Err(NotIdentified::Stopped));
+        assert!(calls < after + 200, "{calls} of {all} after {after}");
+    }
 }

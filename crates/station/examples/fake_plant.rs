@@ -7,7 +7,7 @@
 //! For work on the dashboard and for its tests in a browser: three segments, thirteen gauges, a recording of a week. Everything is a
 //! function of the seconds since the start, except that a line `vessel=1e5` on the standard input sets the pressure of that gauge in
 //! Pa. The program ends when its input ends. Further arguments: `hostile` adds a gauge whose name is a script. `large` has 480 gauges.
-//! `pumped` records twelve pump-downs of the series `transfer lock`. `viewer` makes every
+//! `pumped` records twelve pump-downs of the series `transfer lock` and a plant to be identified as `test chamber`. `viewer` makes every
 //! client a viewer instead of an engineer. `users` requires a login as ada (engineer), olga (operator) or vera (viewer), all with the
 //! password `tin whisker plateau`; the path of their file is printed as well.
 
@@ -66,6 +66,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     record_past(&services, fakes.get(..USUAL).unwrap_or(&fakes), start);
     if said("pumped") {
         record_pump_downs(&services, start);
+        record_plant(&services, start);
     }
     show(&services, &fakes, 0.0, &Told::default());
     for segment in ["beam line", "hall"] {
@@ -155,6 +156,26 @@ fn record_pump_downs(services: &Services, start: Micros) {
         }
         let _written = services.recorder().flush();
     }
+}
+
+/// Records two hours of pumping 50 l with 20 l/s and twenty minutes with the valve closed, three hours ago. The leak is 2e-7, the
+/// outgassing after an hour 2e-6 Pa m³/s.
+fn record_plant(services: &Services, start: Micros) {
+    let series = Arc::from("test chamber");
+    let mut random = fastrand::Rng::with_seed(4);
+    let mut pa = 100.0;
+    for second in 0..8_400 {
+        let noise: f64 = (0..12).map(|_| random.f64()).sum::<f64>() - 6.0;
+        let shown = pa * (1.0 + 0.01 * noise);
+        let sample = Sample::new(moment(start, f64::from(second - 10_800)), Some(shown), Quality::Valid);
+        services.recorder().push(&series, sample);
+        for part in 0..100 {
+            let now = f64::from(second) + f64::from(part) / 100.0;
+            let pumped = if now < 7_200.0 { 0.02 * pa } else { 0.0 };
+            pa += (2e-7 + 2e-6 * 3_600.0 / (now + 5.0) - pumped) / 0.05 / 100.0;
+        }
+    }
+    let _written = services.recorder().flush();
 }
 
 /// Records the readings of a gauge.

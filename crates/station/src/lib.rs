@@ -5,6 +5,7 @@
 //! | `host_name` | host names in requests and in the station's file |
 //! | [`visible_text`] | names, reasons and comments that users type |
 //! | [`pumpdown`] | pump-downs in a recording |
+//! | [`identification`] | plants identified from a recording |
 //! | [`web`] | the dashboard, embedded in the program |
 //! | [`recording`] | the recorder as the threads share it |
 //! | [`auth`] | users, roles, sessions |
@@ -33,6 +34,7 @@ pub mod config;
 pub mod control;
 pub mod gateway_status;
 mod host_name;
+pub mod identification;
 pub mod pumpdown;
 pub mod recording;
 pub mod report;

@@ -291,6 +291,110 @@ fn pump_downs_are_compared_with_the_last_ten_or_with_a_chosen_one() {
     assert_eq!(station.json("/api/pump-downs?series=none&from=1&to=2")["runs"], Value::Array(Vec::new()));
 }
 
+/// Two hours of pumping of 50 l with 20 l/s, and twenty minutes with a closed valve: a leak of 2e-7 and an outgassing of 2e-6 Pa m³/s.
+fn record_plant(station: &TestStation) {
+    let mut random = fastrand::Rng::with_seed(4);
+    let mut pa = 100.0;
+    for second in 0..8_400 {
+        let noise: f64 = (0..12).map(|_| random.f64()).sum::<f64>() - 6.0;
+        station.record(second, pa * (1.0 + 0.01 * noise));
+        for part in 0..100 {
+            let now = second as f64 + f64::from(part) / 100.0;
+            let pumped = if now < 7_200.0 { 0.02 * pa } else { 0.0 };
+            pa += (2e-7 + 2e-6 * 3600.0 / (now + 5.0) - pumped) / 0.05 / 100.0;
+        }
+    }
+    assert!(station.plant.recorder().flush());
+}
+
+#[test]
+fn a_plant_is_identified_from_the_record_of_a_gauge() {
+    let station = TestStation::new();
+    record_plant(&station);
+    let path = format!("/api/identify?series=chamber&from={NEW_YEAR_MS}&to={}", NEW_YEAR_MS + 8_400_000);
+    let plant = station.json(&format!("{path}&volume_m3=0.05&target_pa=5e-6"));
+    let holds = |found: &Value, truth: f64| {
+        let [low, high] = ["low", "high"].map(|key| found[key].as_f64().unwrap());
+        assert!(low <= truth && truth <= high, "{truth} is not within {found}");
+    };
+    holds(&plant["leak"]["flow"]["pa_m3_per_s"], 2e-7);
+    holds(&plant["outgassing_1h"]["flow"]["pa_m3_per_s"], 2e-6);
+    holds(&plant["exponent"]["value"], 1.0);
+    let speeds = plant["speeds"].as_array().unwrap();
+    holds(&speeds[speeds.len() / 2]["m3_per_s"]["value"], 0.02);
+    let closed = plant["rise"]["closed_s"].as_f64().unwrap();
+    assert!((closed - 7_200.0).abs() < 3.0, "{closed}");
+    assert_eq!((&plant["is_described"], &plant["is_volume_given"]), (&true.into(), &true.into()));
+    // The pump of this plant has no ultimate pressure, and the record cannot know that.
+    assert_eq!(plant["ultimate_pa"]["certainty"], "upper-bound");
+    assert!(plant["ultimate_pa"]["note"].as_str().unwrap().contains("cannot be told from zero"), "{plant}");
+    assert_eq!(plant["prediction"].as_array().unwrap().len(), 61);
+    assert!(plant["residuals"].as_array().unwrap().len() > 100);
+    assert!(plant["target_s"].is_null() && plant["remedies"][0]["divided_by"]["mean"].as_f64().unwrap() > 1.0);
+    // A gauge that ionises indicates water too high: there is less of it. The accuracy widens.
+    let other = station.json(&format!("{path}&volume_m3=0.05&gauge=ionisation&accuracy=0.15"));
+    let mean = |plant: &Value| plant["outgassing_1h"]["flow"]["pa_m3_per_s"]["mean"].as_f64().unwrap();
+    assert!((mean(&other) / mean(&plant) / profivac_vacuum::Gas::H2o.ion_factor() - 1.0).abs() < 1e-6);
+    assert_eq!(other["accuracy"], 0.15);
+    let dosed = station.problem(&format!("{path}&dose_pa_m3=1&dose_at={}", NEW_YEAR_MS + 5_000_000));
+    assert_eq!(dosed, (400, "expected the dose while the valve is closed".to_owned()));
+}
+
+/// The pump-down of `record_plant` is the first one, so there are no usual ones.
+#[test]
+fn a_report_has_the_plant_and_says_that_there_are_no_usual_pump_downs() {
+    let station = TestStation::new();
+    record_plant(&station);
+    let path = format!("/api/report.html?series=chamber&from={NEW_YEAR_MS}&to={}", NEW_YEAR_MS + 8_400_000);
+    let (status, _, page) = station.get(&format!("{path}&volume_m3=0.05&accuracy=0.1&zone=Europe/Berlin"));
+    assert_eq!(status, 200, "{page}");
+    for part in [
+        "<h2>Plant</h2>",
+        "Outgassing after 1 h",
+        "cannot be told from zero",
+        "with an accuracy of the gauge of ±10 %",
+        "What would help most",
+        "<h2>Rises</h2>",
+        "too few pump-downs before it to compare with",
+    ] {
+        assert!(page.contains(part), "{part} is missing in {page}");
+    }
+    let (status, _, page) = station.get(&path);
+    assert!(status == 200 && !page.contains("<h2>Plant</h2>"), "{page}");
+    for (query, sentence) in [
+        ("&unit=bar", "expected a unit out of mbar, Pa, hPa, Torr, micron, got \"bar\""),
+        ("&zone=Atlantis", "expected a time zone such as Europe/Berlin, found \"Atlantis\""),
+        ("&volume_m3=-1", "expected volume_m3 above 0, found -1"),
+        ("&accuracy=2", "expected an accuracy from 0 to 1 (0.15 is 15 %), found 2"),
+    ] {
+        assert_eq!(station.problem(&format!("{path}{query}")), (400, sentence.to_owned()));
+    }
+    let none = path.replace("series=chamber", "series=other");
+    assert_eq!(station.problem(&none), (400, "expected samples of \"other\" in this time, found none".to_owned()));
+    let long = path.replace(&format!("from={NEW_YEAR_MS}"), "from=0");
+    assert_eq!(station.problem(&long), (400, "expected a time range of at most a year".to_owned()));
+}
+
+#[test]
+fn a_plant_without_a_volume_or_a_record_is_refused_with_a_sentence() {
+    let station = TestStation::new();
+    for (query, sentence) in [
+        ("", "expected either volume_m3, or dose_pa_m3 with dose_at: the record alone has no volume"),
+        (
+            "&volume_m3=1&dose_pa_m3=1&dose_at=1",
+            "expected either volume_m3, or dose_pa_m3 with dose_at: the record alone has no volume",
+        ),
+        ("&volume_m3=0", "expected volume_m3 above 0, found 0"),
+        ("&volume_m3=1&accuracy=15", "expected an accuracy from 0 to 1 (0.15 is 15 %), found 15"),
+        ("&volume_m3=1&closed=3&opened=2", "expected closed to lie before opened, found 3 and 2"),
+        ("&volume_m3=1&target_pa=-1", "expected target_pa above 0, found -1"),
+        ("&volume_m3=1", "expected at least 30 samples, got 0"),
+    ] {
+        let path = format!("/api/identify?series=chamber&from=1&to=9{query}");
+        assert_eq!(station.problem(&path), (400, sentence.to_owned()), "{path}");
+    }
+}
+
 #[test]
 fn a_rise_after_a_recorded_pump_down_knows_the_time_of_pumping() {
     let station = TestStation::new();
@@ -465,7 +569,7 @@ fn the_description_names_every_path() {
     let description: Value = serde_json::from_str(&description()).unwrap();
     let described = description["paths"].as_object().unwrap();
     let station = TestStation::new();
-    assert_eq!(described.len(), 37);
+    assert_eq!(described.len(), 39);
     for (path, methods) in described.iter().filter(|(path, _)| *path != "/api/live" && !path.contains("blocks")) {
         let (status, _, text) = station.get(&path.replace("{name}", "chamber"));
         let operation = ["get", "post", "delete"].iter().map(|method| &methods[method]).find(|one| one.is_object());

@@ -10,10 +10,12 @@ use crate::values;
 use clap::Args;
 use jiff::{Timestamp, Zoned};
 use profivac_client::pressure::Pressure;
-use profivac_identify::plant::{Dose, Phase, Plant, PlantRecord, Remedy, Volume, identify};
+use profivac_identify::plant::{Plant, identify};
 use profivac_identify::{Interval, standard_uncertainty};
-use profivac_recorder::{Micros, Quality, Sample};
-use profivac_station::pumpdown::{TimeRange, Trace, find, pressure_rises};
+use profivac_recorder::{Micros, Sample};
+use profivac_station::identification::record::{Chosen, Known, KnownVolume, chosen};
+use profivac_station::identification::words::{MISFIT, Parameter, note, remedy};
+use profivac_station::pumpdown::{TimeRange, find};
 use profivac_station::report::format::{duration, timestamp};
 use serde_json::{Value, json as object};
 use std::path::PathBuf;
@@ -77,18 +79,12 @@ Examples:
 How to record: start to record, pump down to the base pressure, close the valve to the pump, wait until the pressure has risen at
 least tenfold, open the valve. The longer the pump-down, the better leak and outgassing are told apart.";
 
-/// A record with the words that say how it was chosen.
-struct Chosen {
-    record: PlantRecord,
-    start: Micros,
-    /// The times in s at which the valve was closed and opened.
-    rise: Option<[f64; 2]>,
-}
-
 /// Reads the record, fits and prints.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let source = source::read(&arguments.source, arguments.gauge.as_deref())?;
-    let chosen = chosen(arguments, &source.samples)?;
+    let known = known(arguments, &source.samples)?;
+    let start = known.span.start;
+    let chosen = chosen(&source.samples, &known);
     let plant = identify(&chosen.record).map_err(|error| {
         Failure::usage(format!(
             "{}: {error}; choose the record with --from, --to, --closed and --opened",
@@ -101,9 +97,9 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         notice(&format_args!("drew {}", path.display()));
     }
     out(&if arguments.json {
-        json(&numbers(arguments, &source.gauge, &chosen, &plant))
+        json(&numbers(arguments, &source.gauge, start, &chosen, &plant))
     } else {
-        text(arguments, &source.gauge, &chosen, &plant)
+        text(arguments, &source.gauge, start, &chosen, &plant)
     });
     Ok(())
 }
@@ -113,7 +109,7 @@ fn micros(at: Timestamp) -> Micros {
 }
 
 /// The record between the chosen times, or of the last pump-down and the largest rise.
-fn chosen(arguments: &Arguments, samples: &[Sample]) -> Result<Chosen, Failure> {
+fn known(arguments: &Arguments, samples: &[Sample]) -> Result<Known, Failure> {
     let now = Zoned::now();
     let time = |text: &Option<String>| text.as_deref().map(|text| parse_time(text, &now).map(micros)).transpose();
     let (from, to) = (time(&arguments.from)?, time(&arguments.to)?);
@@ -125,77 +121,23 @@ fn chosen(arguments: &Arguments, samples: &[Sample]) -> Result<Chosen, Failure> 
                 || Failure::usage("expected a pump-down, found no fall by two decades; choose its start with --from"),
             )?,
         };
-    let span = TimeRange { start, end };
-    let trace = Trace::new(samples, span);
-    let seconds = |at: Micros| at.0.saturating_sub(start.0) as f64 / Micros::SECOND as f64;
-    let found = pressure_rises(&trace, &[0.0]).into_iter().filter(|rise| rise.fit.is_some());
-    let found = found.max_by(|one, two| (one.to_pa / one.from_pa).total_cmp(&(two.to_pa / two.from_pa)));
-    let found = found.map(|rise| [rise.from_s, rise.to_s]);
-    let valid = |sample: &&Sample| sample.quality == Quality::Valid && sample.at >= start && sample.at <= end;
-    let inside = samples.iter().filter(valid);
-    let mut kept: Vec<(f64, f64)> = inside.filter_map(|sample| Some((seconds(sample.at), sample.pa?))).collect();
-    kept.dedup_by_key(|(s, _)| s.to_bits());
-    let closed = time(&arguments.closed)?.map(seconds).or_else(|| found.map(|[from, _]| closing(&kept, from)));
-    let opened = time(&arguments.opened)?.map(seconds);
-    // Where the valve was opened between two samples is not known, so the record ends with the rise unless the time is given.
-    if let Some([_, to]) = found.filter(|_| opened.is_none()) {
-        kept.retain(|(s, _)| *s <= to);
-    }
-    let rise = closed.map(|closed| {
-        let ends = found.filter(|[from, to]| *from <= closed && closed < *to).map(|[_, to]| to);
-        [closed, opened.or(ends).unwrap_or_else(|| seconds(end))]
-    });
-    let mut phases = vec![Phase { from_s: 0.0, pumped: true }];
-    if let Some([closed, opened]) = rise {
-        phases.push(Phase { from_s: closed, pumped: false });
-        if opened < seconds(end) {
-            phases.push(Phase { from_s: opened, pumped: true });
-        }
-    }
     let volume = match (arguments.volume, arguments.dose_mbar_l, time(&arguments.dose_at)?) {
-        (Some(m3), ..) => Volume::Given(m3),
+        (Some(m3), ..) => KnownVolume::Given(m3),
         // 1 mbar l is 0.1 Pa m³.
-        (None, Some(mbar_l), Some(at)) => Volume::FromDose(Dose { at_s: seconds(at), amount: mbar_l * 0.1 }),
+        (None, Some(mbar_l), Some(at)) => KnownVolume::Dose { amount: mbar_l * 0.1, at },
         _ => return Err(Failure::usage("expected --volume, or --dose with --dose-at")),
     };
     let accuracy = arguments.accuracy.unwrap_or(0.0);
     if !(0.0..=100.0).contains(&accuracy) {
         return Err(Failure::usage(format!("expected an accuracy from 0 to 100 percent, found {accuracy}")));
     }
-    let gauge_uncertainty = standard_uncertainty(accuracy / 100.0);
-    Ok(Chosen { record: PlantRecord { samples: kept, phases, volume, gauge_uncertainty }, start, rise })
-}
-
-/// The samples before and after the closing of the valve from which its time follows.
-const BEFORE: usize = 20;
-const AFTER: usize = 12;
-
-/// When the valve was closed, near the last sample before the rise: where a straight line through the first samples of the rise
-/// reaches the pressure before it.
-fn closing(samples: &[(f64, f64)], foot_s: f64) -> f64 {
-    let place = samples.partition_point(|(s, _)| *s < foot_s);
-    let before = samples.get(place.saturating_sub(BEFORE)..place).unwrap_or_default();
-    let base = before.iter().map(|(_, pa)| pa.ln()).sum::<f64>() / before.len().max(1) as f64;
-    let base = base.exp();
-    let rising = samples.iter().skip(place).skip_while(|(_, pa)| *pa < 1.3 * base).take(AFTER);
-    let rising: Vec<(f64, f64)> = rising.copied().collect();
-    let count = rising.len().max(1) as f64;
-    let (s, pa) = rising.iter().fold((0.0, 0.0), |(s, pa), one| (s + one.0 / count, pa + one.1 / count));
-    let squares: f64 = rising.iter().map(|one| (one.0 - s).powi(2)).sum();
-    let slope = rising.iter().map(|one| (one.0 - s) * (one.1 - pa)).sum::<f64>() / squares;
-    let closed = s - (pa - base) / slope;
-    let longest = samples.get(place.saturating_sub(BEFORE)).map_or(0.0, |(first, _)| foot_s - first);
-    let is_near = closed.is_finite() && !before.is_empty() && (closed - foot_s).abs() <= longest;
-    if is_near { closed } else { foot_s }
-}
-
-fn remedy(remedy: Remedy) -> &'static str {
-    match remedy {
-        Remedy::CloseLeak => "close the leak",
-        Remedy::Bake => "bake (a hundredth of the outgassing)",
-        Remedy::LargerPump => "a pump of twice the speed",
-        Remedy::BetterPump => "a pump with a tenth of the ultimate pressure",
-    }
+    Ok(Known {
+        span: TimeRange { start, end },
+        closed: time(&arguments.closed)?,
+        opened: time(&arguments.opened)?,
+        volume,
+        gauge_uncertainty: standard_uncertainty(accuracy / 100.0),
+    })
 }
 
 /// Three digits, so that a table stays narrow.
@@ -218,10 +160,16 @@ fn interval(found: Interval, one: f64, unit: &str) -> String {
     format!("{mean} {unit} ({low} to {high})").replace("  ", " ")
 }
 
-/// Above this the fit does not describe the record. free choice
-const MISFIT: f64 = 2.0;
+/// A time, or from when on at the earliest.
+fn hours(found: Interval) -> String {
+    if found.mean.is_finite() {
+        interval(found, 3_600.0, "h")
+    } else {
+        format!("perhaps never, not before {} h", digits(found.low / 3_600.0))
+    }
+}
 
-fn text(arguments: &Arguments, gauge: &str, chosen: &Chosen, plant: &Plant) -> String {
+fn text(arguments: &Arguments, gauge: &str, start: Micros, chosen: &Chosen, plant: &Plant) -> String {
     // In mbar l/s: 0.1 Pa m³/s.
     let flow = |found: Interval| interval(found, 0.1, "mbar l/s");
     let mbar = |found: Interval| interval(found, 100.0, "mbar");
@@ -233,7 +181,7 @@ fn text(arguments: &Arguments, gauge: &str, chosen: &Chosen, plant: &Plant) -> S
     let mut lines = vec![format!(
         "{gauge}: {} samples since {}, {rise}",
         chosen.record.samples.len(),
-        timestamp(chosen.start).to_string()
+        timestamp(start).to_string()
     )];
     let fits = if plant.misfit > MISFIT {
         "the fit does not describe the record: do not rely on these numbers"
@@ -264,14 +212,33 @@ fn text(arguments: &Arguments, gauge: &str, chosen: &Chosen, plant: &Plant) -> S
     for target in &arguments.target {
         let found = plant.time_to_pa(target.pa());
         let name = format!("{} mbar is reached after", digits(target.pa() / 100.0));
-        row(&name, found.map_or_else(|| "not within a year".to_owned(), |found| interval(found, 3_600.0, "h")));
+        row(&name, found.map_or_else(|| "not within a year".to_owned(), hours));
     }
     row("what would help most", "pressure after another day, divided by".to_owned());
     for (one, factor) in plant.remedies() {
         row("", format!("{:>8}  {}", digits(factor.mean), remedy(one)));
     }
+    lines.extend(notes(arguments, plant).into_iter().map(|(name, text)| format!("{name} {text}.")));
     lines.push(accuracy_note(arguments));
     lines.join("\n")
+}
+
+/// What the record does not determine, by the name in the table.
+fn notes(arguments: &Arguments, plant: &Plant) -> Vec<(String, &'static str)> {
+    let speeds = plant
+        .speeds
+        .iter()
+        .map(|(pa, speed)| (format!("The speed at {} mbar", digits(pa / 100.0)), note(Parameter::Speed, *speed)));
+    let volume = note(Parameter::Volume, plant.volume_m3).filter(|_| arguments.volume.is_none());
+    let others = [
+        ("The volume", volume),
+        ("The leak", note(Parameter::Leak, plant.leak)),
+        ("The outgassing", note(Parameter::Outgassing, plant.outgassing_1h)),
+        ("The exponent", note(Parameter::Exponent, plant.exponent)),
+        ("The ultimate pressure", note(Parameter::Ultimate, plant.ultimate_pa)),
+    ];
+    let others = others.map(|(name, note)| (name.to_owned(), note));
+    speeds.chain(others).filter_map(|(name, note)| Some((name, note?))).collect()
 }
 
 fn accuracy_note(arguments: &Arguments) -> String {
@@ -286,11 +253,11 @@ fn view(found: Interval) -> Value {
     object!({ "mean": found.mean, "low": found.low, "high": if found.high.is_finite() { object!(found.high) } else { Value::Null } })
 }
 
-fn numbers(arguments: &Arguments, gauge: &str, chosen: &Chosen, plant: &Plant) -> Value {
+fn numbers(arguments: &Arguments, gauge: &str, start: Micros, chosen: &Chosen, plant: &Plant) -> Value {
     let [leak, walls, pump] = plant.parts_pa(plant.end_s());
     object!({
         "gauge": gauge,
-        "start": timestamp(chosen.start).to_string(),
+        "start": timestamp(start).to_string(),
         "samples": chosen.record.samples.len(),
         "closed_s": chosen.rise.map(|[closed, _]| closed),
         "opened_s": chosen.rise.map(|[_, opened]| opened),
@@ -303,6 +270,7 @@ fn numbers(arguments: &Arguments, gauge: &str, chosen: &Chosen, plant: &Plant) -
         "ultimate_pa": view(plant.ultimate_pa),
         "misfit": plant.misfit,
         "accuracy_percent": arguments.accuracy,
+        "notes": notes(arguments, plant).iter().map(|(name, text)| format!("{name} {text}.")).collect::<Vec<_>>(),
         "at_end_pa": { "by_leak": view(leak), "by_outgassing": view(walls), "by_pump": view(pump) },
         "after_another_day_pa": view(plant.predicted_pa(plant.end_s() + 86_400.0)),
         "targets": arguments.target.iter().map(|target| object!({

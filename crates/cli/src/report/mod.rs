@@ -9,6 +9,7 @@ use jiff::tz::TimeZone;
 use jiff::{Timestamp, Zoned};
 use profivac_client::pressure::Pressure;
 use profivac_recorder::{Micros, Reader};
+use profivac_station::comparison::summary::{PlantPart, complete};
 use profivac_station::config::Config;
 use profivac_station::pumpdown::{PumpDown, TimeRange};
 use profivac_station::report::format::{duration, moment, timestamp, with_unit};
@@ -42,6 +43,12 @@ pub struct Arguments {
     /// The pumped volume: '50 l', '1.2 m3'; adds pumping speeds and leak rates
     #[arg(long, value_name = "VOLUME", value_parser = values::volume)]
     volume: Option<f64>,
+    /// The accuracy of the gauge in percent of the reading, as its manual states it; it widens leak and outgassing of the plant
+    #[arg(long, value_name = "PERCENT", requires = "plant")]
+    accuracy: Option<f64>,
+    /// Add the numbers of the plant, as `identify` finds them; a fit takes seconds, or minutes where the record does not follow its law
+    #[arg(long, requires = "volume")]
+    plant: bool,
     /// A pressure whose time is shown in addition to those of decades and levels; may be repeated
     #[arg(long, value_name = "PRESSURE")]
     to_pressure: Vec<Pressure>,
@@ -71,6 +78,7 @@ Examples:
   profivac report plant.db --list
   profivac report plant.toml --gauge chamber --volume '50 l' --to-pressure '5e-7 mbar' --title 'Acceptance of chamber 7'
   profivac report plant.db --from '2026-11-21 14:00' --to '2026-11-21 18:30' --unit Torr --out report.html
+  profivac report plant.toml --volume '50 l' --plant --accuracy 15
   profivac report plant.db --from -2h --json";
 
 /// The largest number of curves on a page without --gauge.
@@ -110,8 +118,10 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     }
     let (span, why) = source.span(arguments, &now)?;
     notice(&why);
+    let plant = plant(arguments)?;
     let request = source.request(arguments, span, why, now.timestamp())?;
-    let report = Report::make(&source.reader, request)?;
+    let mut report = Report::make(&source.reader, request)?;
+    complete(&source.reader, &mut report, plant, &|| false)?;
     write_report(arguments, &report)
 }
 
@@ -283,6 +293,17 @@ impl Source {
             out(&format!("{begin:<26}{took:<14}{top:>16}{low:>16}  {end:<10}{}", self.name(pump_down)));
         }
         Ok(())
+    }
+}
+
+/// What the report says about the plant.
+fn plant(arguments: &Arguments) -> Result<PlantPart, Failure> {
+    match (arguments.plant, arguments.accuracy) {
+        (_, Some(percent)) if !(0.0..=100.0).contains(&percent) => {
+            Err(Failure::usage(format!("expected an accuracy from 0 to 100 percent, found {percent}")))
+        }
+        (true, percent) => Ok(PlantPart::Identified(percent.map(|percent| percent / 100.0))),
+        (false, _) => Ok(PlantPart::Without),
     }
 }
 

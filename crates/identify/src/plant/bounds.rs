@@ -70,7 +70,7 @@ impl<'a> Fitted<'a> {
         let mut reached = false;
         let mut distance = (SIGMAS * self.deviation(place)).min(outside);
         for _ in 0..STEPS {
-            if outside <= 0.0 {
+            if outside <= 0.0 || (self.problem.stopped)() {
                 break;
             }
             let (sum, problem) = self.profile(place, here + side * distance, &found);

@@ -104,6 +104,8 @@ pub(super) struct Problem<'a> {
     pub values: DVector<f64>,
     /// The unknowns that the fit may change.
     pub free: Vec<usize>,
+    /// Whether the caller wants no result any more.
+    pub stopped: &'a dyn Fn() -> bool,
 }
 
 impl Problem<'_> {
@@ -162,6 +164,9 @@ impl Problem<'_> {
         let permitted = self.free.clone();
         let mut releases = RELEASES;
         loop {
+            if (self.stopped)() {
+                return None;
+            }
             self = LevenbergMarquardt::new().with_tol(tolerance).minimize(self).0;
             let is_negative =
                 |values: &DVector<f64>, place: &usize| NOT_NEGATIVE.contains(place) && values[*place] < 0.0;
@@ -204,7 +209,11 @@ impl LeastSquaresProblem<f64, Dyn, Dyn> for Problem<'_> {
         DVector::from_iterator(self.free.len(), self.free.iter().map(|place| self.values[*place]))
     }
 
+    /// Without residuals the method ends.
     fn residuals(&self) -> Option<DVector<f64>> {
+        if (self.stopped)() {
+            return None;
+        }
         Some(self.misses(&self.values)).filter(|misses| misses.iter().all(|miss| miss.is_finite()))
     }
 
@@ -219,10 +228,11 @@ pub(super) fn best<'a>(
     record: &'a PlantRecord,
     groups: &'a [Group],
     noise: f64,
+    stopped: &'a dyn Fn() -> bool,
 ) -> Result<(f64, Problem<'a>), NotIdentified> {
     let (unknowns, start) = guess(record, groups);
     let free = (0..unknowns.count()).collect();
-    let problem = Problem { record, groups, noise, unknowns, values: start, free };
+    let problem = Problem { record, groups, noise, unknowns, values: start, free, stopped };
     let starts = [(1.0, 1.0, 10.0), (0.1, 0.1, 10.0), (0.3, 0.3, 7.0)];
     let fits = starts.into_iter().filter_map(|(leak, ultimate, returns)| {
         let mut problem = problem.clone();

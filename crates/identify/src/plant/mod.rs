@@ -95,12 +95,26 @@ const BETTER: i32 = 10;
 /// # Errors
 /// [`NotIdentified`] when the record is incomplete, or does not look like a pump-down.
 pub fn identify(record: &PlantRecord) -> Result<Plant, NotIdentified> {
+    identify_unless(record, &|| false)
+}
+
+/// The same, for a caller that may stop the search: `stopped` is called for each evaluation of the fit, about every millisecond.
+///
+/// # Errors
+/// As [`identify`], and [`NotIdentified::Stopped`].
+pub fn identify_unless(record: &PlantRecord, stopped: &dyn Fn() -> bool) -> Result<Plant, NotIdentified> {
+    let found = search(record, stopped);
+    // A search that is stopped ends early with any result.
+    if stopped() { Err(NotIdentified::Stopped) } else { found }
+}
+
+fn search(record: &PlantRecord, stopped: &dyn Fn() -> bool) -> Result<Plant, NotIdentified> {
     record.check()?;
     let mut groups = record.groups();
     let noise = record::noise(&record.samples);
     // The mean of logarithms is below the logarithm of the mean.
     groups.iter_mut().for_each(|group| group.ln_pa += noise * noise / 2.0);
-    let (mut sum, mut problem) = fit::best(record, &groups, noise)?;
+    let (mut sum, mut problem) = fit::best(record, &groups, noise, stopped)?;
     // A flat valley has always a slightly better fit: each search is satisfied with twice the difference.
     for attempt in 0..BETTER {
         let fitted = Fitted::new(sum, problem, 0.05 * f64::from(1 << attempt)).ok_or(NotIdentified::NoMinimum)?;

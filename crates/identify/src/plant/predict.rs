@@ -1,8 +1,8 @@
 //! What follows from the numbers of a plant: pressures and times to come, and what would help most.
 
-use super::Plant;
 use super::fit::bounded;
 use super::model::Numbers;
+use super::{LAW, Plant};
 use crate::interval::{Interval, SIGMAS};
 use nalgebra::DVector;
 
@@ -10,6 +10,10 @@ const HOUR_S: f64 = 3600.0;
 
 /// A time that is not reached within a year is not stated.
 const YEAR_S: f64 = 365.0 * 24.0 * HOUR_S;
+
+/// The standard uncertainty of the exponent of the pumping speed below the lowest pressure of the record, where the fit takes the
+/// speed as constant: 7 % per decade. free choice
+const BELOW: f64 = 0.03;
 
 /// A change that lowers the pressure.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -51,15 +55,39 @@ impl Plant {
     /// start of the pump-down.
     #[must_use]
     pub fn predicted_pa(&self, seconds: f64) -> Interval {
-        self.band(|numbers| self.pressure(numbers, seconds))
+        let found = self.band(|numbers| self.pressure(numbers, seconds));
+        let further = self.beyond(found.mean);
+        let wider = |bound: f64| (bound / found.mean).ln().hypot(further).exp();
+        Interval { low: found.mean / wider(found.low), high: found.mean * wider(found.high), ..found }
+    }
+
+    /// 1.96 standard deviations of the logarithm of a predicted pressure beside those of the unknowns: of the laws, and of the pumping
+    /// speed below the lowest pressure of the record.
+    fn beyond(&self, pa: f64) -> f64 {
+        let lowest = self.unknowns.knots_at.first().copied().unwrap_or(0.0);
+        SIGMAS * LAW.hypot(BELOW * (lowest - pa.ln()).max(0.0))
     }
 
     /// The time in s after the start of the pump-down at which the pressure reaches a target in Pa, with its 95 % band; `None`
-    /// if it does not within a year. The upper bound is infinite if the target may not be reached at all.
+    /// if it certainly does not within a year. The upper bound is infinite if the target may not be reached at all; the mean too, if it
+    /// is more likely not.
     #[must_use]
     pub fn time_to_pa(&self, target_pa: f64) -> Option<Interval> {
         let found = self.band(|numbers| self.time(numbers, target_pa));
-        found.mean.is_finite().then_some(found)
+        // A pressure that may be higher by a part is reached as late as one that is lower by it.
+        let numbers = self.unknowns.numbers(&self.values);
+        let further = self.beyond(target_pa);
+        let [early, late] = [further, -further].map(|part| self.time(&numbers, target_pa * part.exp()));
+        if !found.mean.is_finite() {
+            let low = found.low.min(early);
+            return low.is_finite().then_some(Interval { low, high: f64::INFINITY, ..found });
+        }
+        let wider = |one: f64, other: f64| (one / found.mean).ln().hypot((other / found.mean).ln()).exp();
+        Some(Interval {
+            low: found.mean / wider(found.low, early),
+            high: found.mean * wider(found.high, late),
+            ..found
+        })
     }
 
     /// The pressure after another day of pumping divided by that with each remedy, with its 95 % band, the best remedy first.

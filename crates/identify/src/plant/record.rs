@@ -74,6 +74,9 @@ pub enum NotIdentified {
     /// The method found no minimum.
     #[error("the fit found no minimum: the record does not look like a pump-down")]
     NoMinimum,
+    /// The caller stopped the search.
+    #[error("the search was stopped")]
+    Stopped,
 }
 
 /// The mean of some samples: time in s, logarithm of the pressure in Pa, and their number.

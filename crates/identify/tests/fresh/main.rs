@@ -10,7 +10,7 @@ use profivac_identify::plant::{Plant, identify};
 use std::fmt::Write as _;
 use std::ops::Range;
 
-const NAMES: [&str; 7] = [
+const NAMES: [&str; 8] = [
     "leak",
     "outgassing after 1 h",
     "exponent",
@@ -18,6 +18,7 @@ const NAMES: [&str; 7] = [
     "effective speed",
     "volume, from a dose",
     "pressure after three times the pumping",
+    "time until then",
 ];
 
 /// The places of the names, the true values and their intervals.
@@ -30,8 +31,11 @@ fn compared(truth: &Truth, plant: &Plant) -> Vec<(usize, f64, Interval)> {
         (2, truth.exponent, plant.exponent),
         (3, truth.ultimate_pa, plant.ultimate_pa),
         (4, truth.speed_at(pa), speed),
-        (6, truth.pumped_pa(later), plant.predicted_pa(later)),
     ];
+    let reached = truth.pumped_pa(later);
+    all.push((6, reached, plant.predicted_pa(later)));
+    let never = Interval { mean: f64::INFINITY, low: f64::INFINITY, high: f64::INFINITY };
+    all.push((7, later, plant.time_to_pa(reached).unwrap_or(never)));
     if truth.dosed {
         all.push((5, truth.volume_m3, plant.volume_m3));
     }

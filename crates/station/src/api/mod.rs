@@ -16,6 +16,9 @@
 //! | `/api/trend` | the trend of a series |
 //! | `/api/events` | events |
 //! | `/api/rise` | a rise of pressure, separated into a leak and outgassing |
+//! | `/api/identify` | the numbers of a plant from the record of a gauge |
+//! | `/api/report.html` | a report about a pump-down |
+//! | `/api/pump-downs` | pump-downs beside the usual ones |
 //! | `/api/export.csv` | samples as CSV |
 //! | `/api/alarms` | the alarms with their states |
 //! | `/api/alarms/history` | the history of alarms |
@@ -38,6 +41,7 @@
 //! | `body`, `query` | bodies and query parameters |
 //! | `merge_patch`, `compression` | the changes of the live stream, and their compression |
 //! | `database` | queries on blocking threads |
+//! | `fits` | fits of plants, one at a time |
 //! | the others | the handlers |
 
 mod alarms;
@@ -48,8 +52,10 @@ mod bus;
 mod compression;
 mod control;
 mod database;
+mod fits;
 pub mod headers;
 mod history;
+mod identify;
 mod live;
 mod merge_patch;
 pub mod middleware;
@@ -57,6 +63,7 @@ mod openapi;
 mod problem;
 mod pump_downs;
 mod query;
+mod report;
 mod session;
 mod snapshot;
 
@@ -65,6 +72,7 @@ use axum::Router;
 use axum::extract::FromRef;
 use axum::routing::{delete, get, post};
 use database::DatabaseReaders;
+use fits::Fits;
 use live::SnapshotSource;
 use openapi::CommonResponses;
 pub use problem::Problem;
@@ -93,6 +101,8 @@ use utoipa::OpenApi;
         history::trend,
         history::events,
         history::rise,
+        identify::identify,
+        report::report,
         pump_downs::pump_downs,
         history::export,
         alarms::alarms,
@@ -133,6 +143,7 @@ pub fn description() -> String {
 struct Shared {
     services: Arc<Services>,
     readers: DatabaseReaders,
+    fits: Fits,
     snapshots: Arc<SnapshotSource>,
 }
 
@@ -145,6 +156,12 @@ impl FromRef<Shared> for Arc<Services> {
 impl FromRef<Shared> for DatabaseReaders {
     fn from_ref(shared: &Shared) -> Self {
         shared.readers.clone()
+    }
+}
+
+impl FromRef<Shared> for Fits {
+    fn from_ref(shared: &Shared) -> Self {
+        shared.fits.clone()
     }
 }
 
@@ -200,6 +217,8 @@ pub fn router(services: Arc<Services>) -> Router {
         .route("/api/trend", get(history::trend))
         .route("/api/events", get(history::events))
         .route("/api/rise", get(history::rise))
+        .route("/api/identify", get(identify::identify))
+        .route("/api/report.html", get(report::report))
         .route("/api/pump-downs", get(pump_downs::pump_downs))
         .route("/api/export.csv", get(history::export))
         .merge(alarm_routes())
@@ -220,5 +239,5 @@ pub fn router(services: Arc<Services>) -> Router {
         .method_not_allowed_fallback(method_not_allowed)
         .layer(axum::middleware::from_fn(headers::catch_panic))
         .layer(axum::middleware::from_fn(headers::headers))
-        .with_state(Shared { services, readers, snapshots })
+        .with_state(Shared { services, readers, fits: Fits::new(), snapshots })
 }

@@ -2,6 +2,7 @@
 
 use super::format::{Unit, target_pressure};
 use crate::config::Config;
+use crate::identification::view::PlantView;
 use crate::pumpdown::time_range::seconds;
 use crate::pumpdown::{TimeRange, Trace};
 use crate::view::{IntervalView, RiseCause};
@@ -237,6 +238,34 @@ pub struct Gauge {
     pub trace: Trace,
 }
 
+/// The times of a pump-down beside those of the usual ones.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct UsualTimes {
+    /// The series.
+    pub gauge: String,
+    /// The deviation as a sentence without a full stop, or that there is none.
+    pub text: String,
+    /// What a deviation looks like.
+    pub likeness: Option<String>,
+    /// The times to each decade of mbar, the highest pressure first.
+    pub levels: Vec<UsualTime>,
+}
+
+/// The time to a pressure beside the usual one.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct UsualTime {
+    /// The pressure in Pa.
+    pub pa: f64,
+    /// The time in seconds; `None` if it was not reached or lies in a gap.
+    pub s: Option<f64>,
+    /// The median of the usual times in seconds.
+    pub usual_s: Option<f64>,
+    /// The limits beyond which a time deviates, in seconds.
+    pub limits_s: Option<[f64; 2]>,
+    /// `later` or `earlier`.
+    pub deviation: Option<&'static str>,
+}
+
 /// An event.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct ReportEvent {
@@ -285,6 +314,12 @@ pub struct Report {
     pub targets: Vec<TargetPressure>,
     /// The gauges.
     pub gauges: Vec<Gauge>,
+    /// The plant, identified from the record of the leading gauge; `None` without a volume, or if it cannot be identified.
+    pub plant: Option<PlantView>,
+    /// Why the plant cannot be identified.
+    pub plant_note: Option<String>,
+    /// The times of the leading gauge beside the usual ones.
+    pub usual: Option<UsualTimes>,
     /// The events, the earliest first.
     pub events: Vec<ReportEvent>,
     /// Whether there were more events than the report lists.
@@ -297,6 +332,20 @@ pub struct Report {
     /// The time zone of the page.
     #[serde(skip)]
     pub zone: TimeZone,
+}
+
+impl Report {
+    /// The leading gauge: the one that measured from the beginning, if any, and over the most decades.
+    #[must_use]
+    pub fn lead(&self) -> Option<&Gauge> {
+        let rank = |gauge: &Gauge| {
+            let (first, lowest) = gauge.first.zip(gauge.lowest)?;
+            Some((first.s < 1.0, (first.pa / lowest.pa).log10()))
+        };
+        let ranked = self.gauges.iter().filter_map(|gauge| Some((rank(gauge)?, gauge)));
+        let best = ranked.reduce(|best, one| if one.0 > best.0 { one } else { best });
+        best.map(|(_, gauge)| gauge)
+    }
 }
 
 impl TargetPressure {

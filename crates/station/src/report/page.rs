@@ -2,7 +2,7 @@
 //! from the database or the configuration file passes through [`escape`].
 
 use super::charts::{over_log_time, over_time, speeds};
-use super::figures::{Gauge, Outcome, Report};
+use super::figures::{Outcome, Report};
 use super::format::{duration, escape, moment, number, with_unit};
 use super::plot::lane_swatch;
 use super::tables;
@@ -27,6 +27,8 @@ pub fn page(report: &Report) -> String {
         speed(report),
         section("Slope at the end", &tables::slopes(report)),
         section("Rises", &tables::rises(report)),
+        section("Plant", &tables::plant(report)),
+        section("Beside the usual pump-downs", &tables::usual(report)),
         section("Events", &tables::events(report)),
         section("Data behind the numbers", &tables::coverage(report)),
         section("Methods of calculation", &tables::how(report)),
@@ -60,7 +62,7 @@ fn head(report: &Report) -> String {
 
 /// The four key figures of the leading gauge.
 fn key_figures(report: &Report) -> String {
-    let Some(lead) = lead(report) else { return String::new() };
+    let Some(lead) = report.lead() else { return String::new() };
     let mut figures = String::new();
     let mut put = |what: &str, value: &str, more: &str| {
         let figure = format!("<div><dt>{what}</dt><dd>{value}<small>{more}</small></dd></div>\n");
@@ -90,17 +92,6 @@ fn key_figures(report: &Report) -> String {
         escape(&lead.name)
     );
     format!("<dl class=\"key\">\n{figures}</dl>\n{}", if report.gauges.len() > 1 { note } else { String::new() })
-}
-
-/// The leading gauge: the one that measured from the beginning, if any, and over the most decades.
-fn lead(report: &Report) -> Option<&Gauge> {
-    let rank = |gauge: &Gauge| {
-        let (first, lowest) = gauge.first.zip(gauge.lowest)?;
-        Some((first.s < 1.0, (first.pa / lowest.pa).log10()))
-    };
-    let ranked = report.gauges.iter().filter_map(|gauge| Some((rank(gauge)?, gauge)));
-    let best = ranked.reduce(|best, one| if one.0 > best.0 { one } else { best });
-    best.map(|(_, gauge)| gauge)
 }
 
 fn facts(report: &Report) -> String {

@@ -3,6 +3,7 @@
 use super::figures::{Gauge, Outcome, PressurePoint, Reached, Report, ReportEvent, Rising, Slope};
 use super::format::{Unit, duration, escape, number, pressure, target_pressure, time_of_day, with_unit};
 use super::plot::swatch;
+use crate::identification::view::{BoundsView, ParameterView, PlantFlowView};
 use crate::pumpdown::time_range::seconds;
 use crate::view::{IntervalView, RiseCause};
 use profivac_recorder::{Micros, Quality};
@@ -225,6 +226,85 @@ fn rise_cells(report: &Report, rise: &Rising) -> String {
     [place(rise.from), place(rise.to), duration(rise.to.s - rise.from.s), leak, outgassing, words.to_owned()]
         .map(|text| cell(&text))
         .concat()
+}
+
+/// The numbers of the plant; empty without a volume.
+pub fn plant(report: &Report) -> String {
+    let Some(plant) = &report.plant else {
+        let note = |note: &String| format!("<p class=\"note\">The plant cannot be identified: {}.</p>\n", escape(note));
+        return report.plant_note.as_ref().map_or_else(String::new, note);
+    };
+    let row = |name: &str, unit: &str, found: [f64; 3], note: Option<&String>| {
+        let [mean, low, high] = found.map(|value| if value.is_finite() { number(value) } else { "∞".to_owned() });
+        let note = note.map_or_else(String::new, |note| format!("<small>{}</small>", escape(note)));
+        format!("<th scope=\"row\">{name}{note}</th><td>{mean} {unit}</td><td>{low} to {high}</td>")
+    };
+    let parameter = |name: &str, unit: &str, size: f64, found: &ParameterView| {
+        let BoundsView { mean, low, high } = found.value;
+        let bounds = [mean, low, high.unwrap_or(f64::INFINITY)].map(|value| value / size);
+        row(name, unit, bounds, found.note.as_ref())
+    };
+    let flow = |name: &str, found: &PlantFlowView| {
+        let IntervalView { mean, low, high } = found.flow.mbar_l_per_s;
+        row(name, "mbar\u{a0}l/s", [mean, low, high], found.note.as_ref())
+    };
+    let speeds = plant.speeds.iter().map(|speed| {
+        let name = format!("Effective speed at {}", with_unit(speed.pa, report.unit));
+        parameter(&name, "l/s", 1e-3, &speed.m3_per_s)
+    });
+    let others = [
+        flow("Leak", &plant.leak),
+        flow("Outgassing after 1 h", &plant.outgassing_1h),
+        parameter("Exponent of outgassing", "", 1.0, &plant.exponent),
+        parameter("Ultimate pressure of the pump", report.unit.name(), report.unit.pa(), &plant.ultimate_pa),
+    ];
+    let rows: Vec<String> = speeds.chain(others).collect();
+    let accuracy = plant.accuracy.map_or_else(
+        || "without the uncertainty of the gauge".to_owned(),
+        |accuracy| format!("with an accuracy of the gauge of ±{} %", number(accuracy * 100.0)),
+    );
+    let worth =
+        if plant.is_described { "Near 1 is as good as the noise permits" } else { "Do not rely on these numbers" };
+    let remedies = plant.remedies.iter().map(|remedy| {
+        format!(
+            "<li>{}: the pressure after another day divided by {}</li>\n",
+            remedy.text,
+            number(remedy.divided_by.mean)
+        )
+    });
+    format!(
+        "{}<p class=\"note\">Fitted to the record of {}; the residuals are {} times the noise. {worth}. Intervals of 95 %, {accuracy}, \
+         as indicated: not corrected for the gas.</p>\n<p>What would help most:</p>\n<ol>\n{}</ol>\n",
+        table("", &heads(&["Quantity", "Value", "Interval"]), &rows),
+        escape(&plant.series),
+        number(plant.misfit),
+        remedies.collect::<String>()
+    )
+}
+
+/// The times beside the usual ones; empty if the gauge has no pump-down.
+pub fn usual(report: &Report) -> String {
+    let Some(usual) = &report.usual else { return String::new() };
+    let time = |s: Option<f64>, none: &str| s.map_or_else(|| none.to_owned(), duration);
+    let rows = usual.levels.iter().filter(|level| level.usual_s.is_some()).map(|level| {
+        let limits = level.limits_s.map(|[least, most]| format!("{} to {}", duration(least), duration(most)));
+        format!(
+            "<th scope=\"row\">{}</th><td>{}</td><td>{}</td><td>{}</td><td>{}</td>",
+            with_unit(level.pa, report.unit),
+            time(level.s, "not reached"),
+            time(level.usual_s, ""),
+            limits.unwrap_or_default(),
+            level.deviation.unwrap_or_default()
+        )
+    });
+    let rows: Vec<String> = rows.collect();
+    let likeness = usual.likeness.as_ref().map_or_else(String::new, |likeness| format!(" It is {}.", escape(likeness)));
+    format!(
+        "<p>{}: {}.{likeness}</p>\n{}",
+        escape(&usual.gauge),
+        escape(&usual.text),
+        table("", &heads(&["Pressure", "Time", "Usual time", "Limits", "Deviation"]), &rows)
+    )
 }
 
 /// The events.

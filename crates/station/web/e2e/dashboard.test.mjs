@@ -362,7 +362,15 @@ test('the keys move a chart', async () => {
 })
 
 test('a phone shows every page without scrolling sideways', async () => {
-  for (const path of ['/', '/trends', '/bus', '/gauge/chamber', '/rise?s=vessel', '/events']) {
+  for (const path of [
+    '/',
+    '/trends',
+    '/bus',
+    '/gauge/chamber',
+    '/rise?s=vessel',
+    '/rise/identify?series=vessel',
+    '/events',
+  ]) {
     await visit(
       path,
       async (page) => {

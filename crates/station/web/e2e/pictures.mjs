@@ -102,6 +102,23 @@ const ACTING = [
   ['command', '/gauge/chamber', LIGHT, armedAgain],
 ]
 
+/** Enters the volume and waits for the numbers of the plant. */
+async function identified(page) {
+  await page.getByRole('spinbutton', { name: 'Volume L' }).fill('50')
+  await page.getByRole('button', { name: 'Identify' }).click()
+  await page.getByRole('heading', { name: 'What would help most' }).waitFor()
+}
+
+const PUMPED = [
+  ['identify', '/rise/identify?series=test%20chamber', LIGHT, identified],
+  [
+    'pump-downs',
+    '/trends/pump-downs?series=transfer%20lock',
+    LIGHT,
+    (page) => page.locator('svg polyline.shown').waitFor(),
+  ],
+]
+
 const browser = await startBrowser()
 
 async function login(page, user) {
@@ -133,5 +150,6 @@ async function take(plant, all, user = null) {
 const plant = await startPlant()
 const { started_ms } = await plant.json('/api/station')
 await take(plant, pictures(started_ms))
+await take(await startPlant('127.0.0.1:0', 'pumped'), PUMPED)
 await take(await startActing(), ACTING, 'Erna')
 await browser.close()

@@ -14,6 +14,7 @@ import { BusMap } from './pages/bus.tsx'
 import { Events } from './pages/events.tsx'
 import { Gateways } from './pages/gateways.tsx'
 import { GaugePage } from './pages/gauge/gauge.tsx'
+import { Identify } from './pages/identify/identify.tsx'
 import { Login } from './pages/login.tsx'
 import { Overview } from './pages/overview.tsx'
 import { RateOfRise } from './pages/rise/rise.tsx'
@@ -38,6 +39,7 @@ const COMPONENTS: Record<string, () => JSX.Element> = {
 /** Pages below those of the navigation. */
 const PARTS: Record<string, () => JSX.Element> = {
   '/trends/pump-downs': PumpDowns,
+  '/rise/identify': Identify,
 }
 
 export function App(): JSX.Element {

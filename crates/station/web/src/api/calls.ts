@@ -16,8 +16,11 @@ import type {
   ControlAction,
   Gateway,
   Outcome,
+  Plant,
+  PlantQuery,
   PumpDowns,
   Refusal,
+  ReportQuery,
   Request,
   Rise,
   RiseQuery,
@@ -47,6 +50,10 @@ export const fetchEvents = (from: number, to: number, limit: number, signal?: Ab
 
 export const fitRise = (query: RiseQuery): Promise<Rise> => get('/api/rise', { query })
 
+/** Takes seconds; ends in the station when the signal aborts it. */
+export const identifyPlant = (query: PlantQuery, signal?: AbortSignal): Promise<Plant> =>
+  get('/api/identify', { query, signal })
+
 /** The pump-downs of a series, compared with the last ten before each, or with the one that begins at `reference`. */
 export const fetchPumpDowns = (
   series: string,
@@ -62,6 +69,10 @@ export const fetchPumpDowns = (
 
 export const exportAddress = (series: string[], from: number, to: number): string =>
   addressOf('/api/export.csv', { query: { from, to, series } })
+
+/** The file of a report about a pump-down, in the time zone of the browser. */
+export const reportAddress = (query: ReportQuery): string =>
+  addressOf('/api/report.html', { query: { zone: Intl.DateTimeFormat().resolvedOptions().timeZone, ...query } })
 
 /** Reads all parameters from the gauge. */
 export const readBlocks = (gauge: string): Promise<Block[]> =>

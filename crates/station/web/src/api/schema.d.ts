@@ -421,6 +421,26 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/identify": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * The numbers of a plant from one record of pump-down, base pressure and rise, with 95 % intervals
+         * @description The station fits one plant at a time, and stops when the client disconnects or after two minutes.
+         */
+        get: operations["identify"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/live": {
         parameters: {
             query?: never;
@@ -509,6 +529,23 @@ export interface paths {
         };
         /** The pump-downs of a series beside the usual ones, the latest first */
         get: operations["pump_downs"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/report.html": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /** A report about a pump-down: curves, times, rises, the numbers of the plant, and the usual times, as one HTML file */
+        get: operations["report"];
         put?: never;
         post?: never;
         delete?: never;
@@ -923,6 +960,24 @@ export interface components {
             /** @description Its parameters. */
             parameters: components["schemas"]["Parameter"][];
         };
+        /** @description A value with its 95 % interval. */
+        BoundsView: {
+            /**
+             * Format: double
+             * @description The upper bound; `null` if there is none.
+             */
+            high: number | null;
+            /**
+             * Format: double
+             * @description The lower bound.
+             */
+            low: number;
+            /**
+             * Format: double
+             * @description The best value.
+             */
+            mean: number;
+        };
         /** @description A bucket of durations. */
         Bucket: {
             /**
@@ -1026,6 +1081,19 @@ export interface components {
          *     is `null` here.
          */
         Change: Record<string, never>;
+        /** @description When the valve to the pump was closed. */
+        ClosedView: {
+            /**
+             * Format: double
+             * @description Seconds after the start.
+             */
+            closed_s: number;
+            /**
+             * Format: double
+             * @description When it was opened again, or the record ends: seconds after the start.
+             */
+            opened_s: number;
+        };
         /** @description A command of a gauge. */
         Command: {
             /** @description Why it cannot be executed from the station; `null` if it can. */
@@ -1563,11 +1631,101 @@ export interface components {
             /** @description The value; empty if the slave refused. */
             value: string;
         };
+        /** @description A number of a plant. */
+        ParameterView: {
+            certainty: ("determined" | "upper-bound" | "undetermined") & Record<string, never>;
+            /** @description Why it is not determined and what to record, in words; `null` if it is. */
+            note: string | null;
+            /** @description The value with its 95 % interval. */
+            value: components["schemas"]["BoundsView"];
+        };
+        /** @description The parts of a pressure, in Pa. */
+        PartsView: {
+            /** @description By the leak. */
+            by_leak: components["schemas"]["BoundsView"];
+            /** @description By outgassing. */
+            by_outgassing: components["schemas"]["BoundsView"];
+            /** @description By the ultimate pressure of the pump. */
+            by_pump: components["schemas"]["BoundsView"];
+        };
         /**
          * @description The way of a parameter.
          * @enum {string}
          */
         Path: "parameter-channel" | "ms1" | "ms2";
+        /** @description A gas flow of a plant. */
+        PlantFlowView: {
+            certainty: ("determined" | "upper-bound" | "undetermined") & Record<string, never>;
+            /** @description The flow in three units. */
+            flow: components["schemas"]["FlowView"];
+            /** @description Why it is not determined and what to record, in words; `null` if it is. */
+            note: string | null;
+        };
+        /** @description A plant identified from the record of one gauge. */
+        PlantView: {
+            /**
+             * Format: double
+             * @description The accuracy of the gauge that the intervals contain, as a fraction; `null` if it was not given.
+             */
+            accuracy: number | null;
+            /** @description The pressure after another day of pumping in Pa, as indicated. */
+            after_another_day_pa: components["schemas"]["BoundsView"];
+            /** @description The parts of the pressure at the end of the record with the valve open, in Pa as indicated. */
+            at_end_pa: components["schemas"]["PartsView"];
+            /**
+             * Format: double
+             * @description The seconds after the start at which the record ends.
+             */
+            end_s: number;
+            /** @description The exponent of the outgassing over time: 1 for water on metals, 1/2 for diffusion. */
+            exponent: components["schemas"]["ParameterView"];
+            /** @description Whether the fit describes the record: the misfit is at most 2. If not, the numbers are worth nothing. */
+            is_described: boolean;
+            /** @description Whether the volume was given. */
+            is_volume_given: boolean;
+            /** @description The leak, as air. */
+            leak: components["schemas"]["PlantFlowView"];
+            /**
+             * Format: double
+             * @description The root mean square of the residuals divided by the noise: near 1 for a good fit.
+             */
+            misfit: number;
+            /** @description The outgassing after an hour, as water. */
+            outgassing_1h: components["schemas"]["PlantFlowView"];
+            /** @description The predicted pressure if the pumping goes on from the start until a day after the record, with its band. */
+            prediction: components["schemas"]["PredictionView"][];
+            /** @description What would lower the pressure, the best remedy first. */
+            remedies: components["schemas"]["RemedyView"][];
+            /** @description Groups of samples beside the fit. */
+            residuals: components["schemas"]["ResidualView"][];
+            rise: components["schemas"]["ClosedView"] | null;
+            /** @description The number of fitted samples. */
+            samples: number;
+            /** @description The series. */
+            series: string;
+            /** @description The effective pumping speed, from low to high pressure. */
+            speeds: components["schemas"]["SpeedView"][];
+            /**
+             * Format: int64
+             * @description The start of the record, in milliseconds since 1970.
+             */
+            start_ms: number;
+            target_s: components["schemas"]["TimeView"] | null;
+            /** @description The ultimate pressure of the pump in Pa, as indicated. */
+            ultimate_pa: components["schemas"]["ParameterView"];
+            /** @description The volume in m³. */
+            volume_m3: components["schemas"]["ParameterView"];
+        };
+        /** @description A predicted pressure. */
+        PredictionView: {
+            /** @description The pressure in Pa with its 95 % band. */
+            pa: components["schemas"]["BoundsView"];
+            /**
+             * Format: double
+             * @description Seconds after the start.
+             */
+            s: number;
+        };
         /** @description A pressure that a trend marks with a line. */
         PressureLevel: {
             /** @description The name. */
@@ -1713,6 +1871,37 @@ export interface components {
             name: string;
             /** @description The reason, in a sentence. */
             problem: string;
+        };
+        /** @description The effect of a remedy. */
+        RemedyView: {
+            /** @description The pressure after another day of pumping divided by that with the remedy. */
+            divided_by: components["schemas"]["BoundsView"];
+            remedy: ("close-leak" | "bake" | "larger-pump" | "better-pump") & Record<string, never>;
+            /** @description The remedy in words. */
+            text: string;
+        };
+        /** @description A group of samples beside the fit. */
+        ResidualView: {
+            /**
+             * Format: double
+             * @description The logarithm of measured by fitted pressure, in standard deviations.
+             */
+            deviations: number;
+            /**
+             * Format: double
+             * @description The fitted pressure in Pa.
+             */
+            fitted_pa: number;
+            /**
+             * Format: double
+             * @description The mean measured pressure in Pa.
+             */
+            measured_pa: number;
+            /**
+             * Format: double
+             * @description Seconds after the start.
+             */
+            s: number;
         };
         /**
          * @description The cause of a pressure rise.
@@ -1885,6 +2074,16 @@ export interface components {
             /** @description The station. */
             station: components["schemas"]["Station"];
         };
+        /** @description An effective pumping speed. */
+        SpeedView: {
+            /** @description The speed in m³/s. */
+            m3_per_s: components["schemas"]["ParameterView"];
+            /**
+             * Format: double
+             * @description The pressure in Pa, as indicated.
+             */
+            pa: number;
+        };
         /** @description The station. */
         Station: {
             /** @description The name. */
@@ -1966,6 +2165,24 @@ export interface components {
              * @example the gauge is being replaced
              */
             reason: string;
+        };
+        /** @description A time with its 95 % interval. */
+        TimeView: {
+            /**
+             * Format: double
+             * @description The upper bound in seconds; `null` if the target may never be reached.
+             */
+            high: number | null;
+            /**
+             * Format: double
+             * @description The lower bound in seconds.
+             */
+            low: number;
+            /**
+             * Format: double
+             * @description The best value in seconds; `null` if the target is more likely never reached.
+             */
+            mean: number | null;
         };
         /** @description A trend: each list has one entry for every pixel with samples. */
         Trend: {
@@ -4133,6 +4350,121 @@ export interface operations {
             };
         };
     };
+    identify: {
+        parameters: {
+            query: {
+                /**
+                 * @description The name of the series: that of a gauge, or `gauge.N` for channel N of a controller.
+                 * @example chamber
+                 */
+                series: string;
+                /**
+                 * @description The start of the pump-down, in milliseconds since 1970.
+                 * @example 0
+                 */
+                from: number;
+                /**
+                 * @description The end of the record, in milliseconds since 1970.
+                 * @example 4102444800000
+                 */
+                to: number;
+                /** @description When the valve to the pump was closed, in milliseconds since 1970. Without it the beginning of the largest rise. */
+                closed?: number;
+                /** @description When the valve was opened again, in milliseconds since 1970. Without it the end of that rise. */
+                opened?: number;
+                /**
+                 * @description The volume in m³. Without it a dose is needed.
+                 * @example 0.1
+                 */
+                volume_m3?: number;
+                /** @description A dose of gas in Pa m³, let in while the valve was closed, from which the volume follows. */
+                dose_pa_m3?: number;
+                /** @description When the dose was let in, in milliseconds since 1970. */
+                dose_at?: number;
+                /**
+                 * @description How the indication depends on the gas, `none` unless given. The correction takes outgassing as water and a leak as air.
+                 * @example none
+                 */
+                gauge?: "none" | "ionisation" | "conduction";
+                /**
+                 * @description The accuracy of the gauge as a fraction of the reading, as its manual states it: 0.15 for ±15 %. It widens leak and
+                 *     outgassing, and the volume from a dose.
+                 * @example 0.15
+                 */
+                accuracy?: number;
+                /** @description A pressure in Pa whose time is predicted. */
+                target_pa?: number;
+            };
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["PlantView"];
+                };
+            };
+            /** @description A parameter is out of range, or the record cannot be fitted */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The user has not logged in */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The user has no permission, or the request comes from a foreign page */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request is meant for another computer */
+            421: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The client is above a rate limit; the header Retry-After gives the time to wait in seconds */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The database cannot be read, another fit runs, or the fit takes too long */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
     live: {
         parameters: {
             query?: never;
@@ -4581,6 +4913,112 @@ export interface operations {
                 };
             };
             /** @description The database cannot be read */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    report: {
+        parameters: {
+            query: {
+                /**
+                 * @description The name of the series: that of a gauge, or `gauge.N` for channel N of a controller.
+                 * @example chamber
+                 */
+                series: string;
+                /**
+                 * @description The start of the pump-down, in milliseconds since 1970.
+                 * @example 0
+                 */
+                from: number;
+                /**
+                 * @description The end, in milliseconds since 1970; at most a year after the start.
+                 * @example 31000000000
+                 */
+                to: number;
+                /**
+                 * @description The volume in m³. With it the report has pumping speeds, flows and the numbers of the plant.
+                 * @example 0.1
+                 */
+                volume_m3?: number;
+                /**
+                 * @description The accuracy of the gauge as a fraction of the reading: 0.15 for ±15 %.
+                 * @example 0.15
+                 */
+                accuracy?: number;
+                /**
+                 * @description The unit of pressures: mbar, Pa, hPa, Torr or micron; mbar unless given.
+                 * @example mbar
+                 */
+                unit?: string;
+                /** @description The time zone of the page by its IANA name, for example `Europe/Berlin`; UTC unless given. */
+                zone?: string;
+            };
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "text/html": string;
+                };
+            };
+            /** @description A parameter is out of range */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The user has not logged in */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The user has no permission, or the request comes from a foreign page */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request is meant for another computer */
+            421: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The client is above a rate limit; the header Retry-After gives the time to wait in seconds */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The database cannot be read, or another fit runs */
             503: {
                 headers: {
                     [name: string]: unknown;

@@ -51,6 +51,14 @@ export type Rise = Schemas['RiseView']
 export type PumpDown = Schemas['PumpDownView']
 export type PumpDownLevel = Schemas['LevelView']
 export type PumpDowns = Schemas['PumpDowns']
+/** A plant identified from the record of one gauge. */
+export type Plant = Schemas['PlantView']
+export type PlantQuery = operations['identify']['parameters']['query']
+/** A value with its 95 % interval; without an upper bound it is `null`. */
+export type Bounds = Schemas['BoundsView']
+/** The time to a target; without a mean it is more likely never reached. */
+export type TargetTime = Schemas['TimeView']
+export type ReportQuery = operations['report']['parameters']['query']
 export type RiseQuery = operations['rise']['parameters']['query']
 export type Interval = Schemas['IntervalView']
 export type FlowUnits = Schemas['FlowView']

@@ -25,7 +25,7 @@ export const GAS_DEPENDENCES: [GasDependence, string][] = [
   ['conduction', 'Pirani: a leak of air, outgassing of water'],
 ]
 
-const gasDependence = (text: string | null): GasDependence =>
+export const gasDependence = (text: string | null): GasDependence =>
   GAS_DEPENDENCES.find(([name]) => name === text)?.[0] ?? 'none'
 
 /** The window before start and end are set. */

@@ -6,6 +6,7 @@ import { fitRise } from '../../api/calls.ts'
 import { useQuery } from '../../components/hooks.ts'
 import { allSeries } from '../../components/use-trends.ts'
 import { useLive, useSnapshot } from '../../live.ts'
+import { Link } from '../../router.tsx'
 import { RiseChart } from './chart.tsx'
 import { useMeasurement } from './measurement.ts'
 import { Result } from './result.tsx'
@@ -39,6 +40,10 @@ export function RateOfRise(): JSX.Element {
   return (
     <div class="rise">
       <h1>Rate of rise</h1>
+      <p>
+        <Link to={`/rise/identify?series=${encodeURIComponent(series)}`}>Identify the plant</Link> from a whole record
+        of pump-down and rise.
+      </p>
       <Steps names={names} measurement={measurement} change={change} />
       <RiseChart measurement={measurement} fit={fit} select={(begin, end) => change({ ...measurement, begin, end })} />
       <Result fit={fit} gauge={gauge} error={isReady ? query.error : null} />

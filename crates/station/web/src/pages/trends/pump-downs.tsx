@@ -2,7 +2,7 @@
 
 import './pump-downs.css'
 import type { JSX } from 'preact'
-import { fetchPumpDowns } from '../../api/calls.ts'
+import { fetchPumpDowns, reportAddress } from '../../api/calls.ts'
 import type { PumpDown } from '../../api/types.ts'
 import { Choice, sameText } from '../../components/fields.tsx'
 import { useQuery } from '../../components/hooks.ts'
@@ -34,6 +34,7 @@ export function PumpDowns(): JSX.Element {
   const { query } = useLocation()
   const names = allSeries(useSnapshot().gauges).map(({ series }) => series)
   const series = query.get('series') ?? names[0] ?? ''
+  const unit = useUnit()
   const days = query.get('days') ?? '30'
   const reference = query.get('reference')
   const change = (name: string, value: string): void => {
@@ -67,6 +68,7 @@ export function PumpDowns(): JSX.Element {
           options={[['', 'the last ten'], ...starts.map(([start, text]) => [start, `that of ${text}`] as const)]}
           onChange={(value) => change('reference', value)}
         />
+        <Link to={`/rise/identify?series=${encodeURIComponent(series)}`}>Identify the plant</Link>
         <Link to={`/trends?series=${encodeURIComponent(series)}`}>Trends</Link>
       </div>
       {shown ? (
@@ -76,6 +78,11 @@ export function PumpDowns(): JSX.Element {
             <Overlay runs={runs} shown={shown} />
           </div>
           <Levels run={shown} />
+          <p>
+            <a href={reportAddress({ series, from: shown.start_ms, to: shown.end_ms, unit })} download>
+              Report about this pump-down
+            </a>
+          </p>
           <Runs runs={runs} shown={shown} show={(run) => change('run', String(run.start_ms))} />
         </>
       ) : (
