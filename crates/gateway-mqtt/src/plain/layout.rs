@@ -14,7 +14,7 @@
 use crate::message::{Delivery, Message};
 use crate::topic::{gauge_level, level, levels};
 use jiff::Timestamp;
-use profivac_gateway::{Kind, Limits, Point, PointValue, Signal, Snapshot, State, Subject, Value};
+use profivac_gateway::{Kind, Limits, Point, PointValue, Signal, Snapshot, Subject, Value};
 use profivac_recorder::Micros;
 use serde_json::{Map, Value as Json, json};
 
