@@ -3,7 +3,7 @@
 use crate::database::World;
 use crate::record::{Put, Record};
 use profivac_gateway::command::given;
-use profivac_gateway::{Act, Commander, Signal, Subject, Value};
+use profivac_gateway::{Commander, Signal, Subject, Value, WriteRequest};
 use std::net::IpAddr;
 use std::sync::Arc;
 use tokio::sync::mpsc::{UnboundedReceiver, UnboundedSender, unbounded_channel};
@@ -39,7 +39,7 @@ pub struct Puts<R> {
 }
 
 impl<R: Send + 'static> Puts<R> {
-    /// For a client at this address; without a commander nobody writes.
+    /// For a client at this address; without a commander no client writes.
     #[must_use]
     pub fn new(commander: Option<Arc<Commander>>, peer: IpAddr) -> Self {
         let (results, receiver) = unbounded_channel();
@@ -73,11 +73,11 @@ impl<R: Send + 'static> Puts<R> {
         if self.waiting >= MAX_WAITING {
             return Err(format!("{MAX_WAITING} puts of this client wait already: try again"));
         }
-        let act = act(record, value, world)?;
+        let write = request_of(record, value, world)?;
         self.waiting = self.waiting.saturating_add(1);
         let (results, peer) = (self.results.clone(), self.peer);
         tokio::spawn(async move {
-            let result = commander.act(act, peer).await.map_err(|error| error.to_string());
+            let result = commander.execute(write, peer).await.map_err(|error| error.to_string());
             // A client that is gone needs no result.
             results.send(Finished { request, result }).ok();
         });
@@ -86,19 +86,19 @@ impl<R: Send + 'static> Puts<R> {
 }
 
 /// What a put means.
-fn act(record: &Record, value: &PutValue, world: &World) -> Result<Act, String> {
+fn request_of(record: &Record, value: &PutValue, world: &World) -> Result<WriteRequest, String> {
     let point = world.snapshot.points.get(record.point).ok_or("the record no longer exists")?;
     match (record.put, &point.subject) {
         (Put::Parameter, Subject::Parameter { gauge, target, .. }) => {
             let (gauge, target) = (Arc::clone(gauge), Arc::clone(target));
-            Ok(Act::Parameter { gauge, target, value: parameter_text(record.signal, value, world) })
+            Ok(WriteRequest::Parameter { gauge, target, value: parameter_text(record.signal, value, world) })
         }
         (Put::Command, Subject::Gauge(gauge)) => match value {
-            PutValue::Text(command) => Ok(Act::Command { gauge: Arc::clone(gauge), command: command.clone() }),
+            PutValue::Text(command) => Ok(WriteRequest::Command { gauge: Arc::clone(gauge), command: command.clone() }),
             PutValue::Number(number) => Err(format!("expected a command such as ba.degas-on, found {number}")),
         },
         (Put::Acknowledge, Subject::Alarm(alarm)) => {
-            Ok(Act::Acknowledge { alarm: Arc::clone(alarm), occurrence: occurrence(value)? })
+            Ok(WriteRequest::Acknowledge { alarm: Arc::clone(alarm), occurrence: occurrence(value)? })
         }
         _ => Err("the gateway is read-only for this name".to_owned()),
     }

@@ -28,7 +28,7 @@ const MAX_WAITING: usize = 8;
 
 /// What a client asks for.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Act {
+pub enum WriteRequest {
     /// A new value of a parameter.
     Parameter {
         /// The gauge.
@@ -57,7 +57,7 @@ pub enum Act {
 /// The reason why a request of a client was not done.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
-pub enum ActError {
+pub enum WriteError {
     /// Too many requests wait.
     #[error("{MAX_WAITING} requests to write wait already: try again")]
     Busy,
@@ -81,7 +81,7 @@ pub enum ActError {
     Failed,
 }
 
-impl From<ControlError> for ActError {
+impl From<ControlError> for WriteError {
     fn from(error: ControlError) -> Self {
         Self::Control(Box::new(error))
     }
@@ -110,34 +110,34 @@ impl Commander {
     /// Does what a client asks for. Waits for the gauge and for the disk, up to minutes.
     ///
     /// # Errors
-    /// [`ActError`] says why it was not done.
-    pub async fn act(&self, act: Act, peer: IpAddr) -> Result<(), ActError> {
-        let place = Arc::clone(&self.places).try_acquire_owned().map_err(|_| ActError::Busy)?;
+    /// [`WriteError`] says why it was not done.
+    pub async fn execute(&self, request: WriteRequest, peer: IpAddr) -> Result<(), WriteError> {
+        let place = Arc::clone(&self.places).try_acquire_owned().map_err(|_| WriteError::Busy)?;
         let (services, write) = (Arc::clone(&self.services), self.write.clone());
         let work = move || {
             let _place = place;
-            done(&services, &write, act, peer)
+            done(&services, &write, request, peer)
         };
-        tokio::task::spawn_blocking(work).await.unwrap_or(Err(ActError::Failed))
+        tokio::task::spawn_blocking(work).await.unwrap_or(Err(WriteError::Failed))
     }
 }
 
-fn done(services: &Services, write: &Write, act: Act, peer: IpAddr) -> Result<(), ActError> {
+fn done(services: &Services, write: &Write, request: WriteRequest, peer: IpAddr) -> Result<(), WriteError> {
     // The account may have another role than at the start.
     let users = Users::read(&write.users)?;
-    let account = users.get(&write.user).ok_or_else(|| ActError::UnknownUser(write.user.clone()))?;
+    let account = users.get(&write.user).ok_or_else(|| WriteError::UnknownUser(write.user.clone()))?;
     let actor = Actor { user: account.user(), peer: Some(peer) };
-    match act {
-        Act::Parameter { gauge, target, value } => {
+    match request {
+        WriteRequest::Parameter { gauge, target, value } => {
             let (target, value) = (Some(target.to_string()), Some(GivenValue::Text(value)));
-            let request = OperationRequest { target, value, ..OperationRequest::default() };
-            services.control().act(&actor, &gauge, &request)?;
+            let operation = OperationRequest { target, value, ..OperationRequest::default() };
+            services.control().execute_directly(&actor, &gauge, &operation)?;
         }
-        Act::Command { gauge, command } => {
-            let request = OperationRequest { command: Some(command), ..OperationRequest::default() };
-            services.control().act(&actor, &gauge, &request)?;
+        WriteRequest::Command { gauge, command } => {
+            let operation = OperationRequest { command: Some(command), ..OperationRequest::default() };
+            services.control().execute_directly(&actor, &gauge, &operation)?;
         }
-        Act::Acknowledge { alarm, occurrence } => {
+        WriteRequest::Acknowledge { alarm, occurrence } => {
             actor.user.require(Role::Operator, "acknowledging an alarm")?;
             services.alarms().acknowledge(&alarm, occurrence, &actor)?;
         }

@@ -28,7 +28,7 @@ pub mod signal;
 pub mod state;
 pub mod thread;
 
-pub use command::{Act, ActError, Commander};
+pub use command::{Commander, WriteError, WriteRequest};
 pub use model::{ReadModel, Snapshot, Subscription};
 pub use names::NameTable;
 pub use plant::{Inputs, points};

@@ -3,7 +3,7 @@
 #![allow(clippy::unwrap_used, clippy::panic, clippy::indexing_slicing, reason = "a test")]
 
 use profivac_gateway::command::is_writable;
-use profivac_gateway::{Act, ActError, Commander, ReadModel, Signal, Value};
+use profivac_gateway::{Commander, ReadModel, Signal, Value, WriteError, WriteRequest};
 use profivac_recorder::Micros;
 use profivac_recorder::audit::AuditQuery;
 use profivac_station::auth::password::Hash;
@@ -81,19 +81,22 @@ impl Plant {
         plant
     }
 
-    fn act(&self, act: Act) -> Result<(), ActError> {
-        self.runtime.block_on(self.commander.act(act, PEER))
+    fn execute(&self, request: WriteRequest) -> Result<(), WriteError> {
+        self.runtime.block_on(self.commander.execute(request, PEER))
     }
 
     fn write(&self, value: &str) -> Result<(), String> {
-        let act =
-            Act::Parameter { gauge: Arc::from("fore line"), target: Arc::from(TRIP_POINT), value: value.to_owned() };
-        self.act(act).map_err(|error| error.to_string())
+        let request = WriteRequest::Parameter {
+            gauge: Arc::from("fore line"),
+            target: Arc::from(TRIP_POINT),
+            value: value.to_owned(),
+        };
+        self.execute(request).map_err(|error| error.to_string())
     }
 
     fn command(&self, command: &str) -> Result<(), String> {
-        let act = Act::Command { gauge: Arc::from("chamber"), command: command.to_owned() };
-        self.act(act).map_err(|error| error.to_string())
+        let request = WriteRequest::Command { gauge: Arc::from("chamber"), command: command.to_owned() };
+        self.execute(request).map_err(|error| error.to_string())
     }
 
     /// The rows of the audit trail, the earliest first: action, user, peer, outcome.
@@ -186,7 +189,9 @@ fn the_occurrence_that_a_client_has_seen_is_acknowledged_and_no_other() {
     let alarm = || services.alarms().all().into_iter().find(|alarm| alarm.name == "Chamber high").unwrap();
     let occurrence = until("the alarm", || Some(alarm()).filter(|it| it.state.needs_acknowledgement())).occurrence;
     let acknowledge = |occurrence| {
-        plant.act(Act::Acknowledge { alarm: Arc::from("Chamber high"), occurrence }).map_err(|error| error.to_string())
+        plant
+            .execute(WriteRequest::Acknowledge { alarm: Arc::from("Chamber high"), occurrence })
+            .map_err(|error| error.to_string())
     };
     assert!(acknowledge(occurrence + 1).is_err());
     assert_eq!(acknowledge(occurrence), Ok(()));

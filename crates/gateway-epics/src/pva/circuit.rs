@@ -36,7 +36,7 @@ enum Request {
     Put,
 }
 
-/// What is kept of a put until its result is there.
+/// The part of a put that its answer needs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct PutRequest {
     id: u32,

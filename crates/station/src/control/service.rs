@@ -47,7 +47,7 @@ struct ControlState {
     /// Commands armed since the start, for their ids.
     armed: u64,
     /// The user of a gateway whose request is being done: that user has no session and keeps control meanwhile.
-    acting: Option<Arc<str>>,
+    gateway_user: Option<Arc<str>>,
 }
 
 /// The holder of control, and the armed commands.
@@ -198,10 +198,15 @@ impl ControlService {
     ///
     /// # Errors
     /// As [`arm`](Self::arm) and [`execute`](Self::execute).
-    pub fn act(&self, actor: &Actor, gauge: &str, request: &OperationRequest) -> Result<Executed, ControlError> {
+    pub fn execute_directly(
+        &self,
+        actor: &Actor,
+        gauge: &str,
+        request: &OperationRequest,
+    ) -> Result<Executed, ControlError> {
         let _turn = self.turn.lock().unwrap_or_else(PoisonError::into_inner);
-        let result = self.act_in_turn(actor, gauge, request);
-        self.state_at(Instant::now()).acting = None;
+        let result = self.execute_in_turn(actor, gauge, request);
+        self.state_at(Instant::now()).gateway_user = None;
         if let Err(error) = &result
             && !error.is_in_audit_trail()
         {
@@ -210,7 +215,12 @@ impl ControlService {
         result
     }
 
-    fn act_in_turn(&self, actor: &Actor, gauge: &str, request: &OperationRequest) -> Result<Executed, ControlError> {
+    fn execute_in_turn(
+        &self,
+        actor: &Actor,
+        gauge: &str,
+        request: &OperationRequest,
+    ) -> Result<Executed, ControlError> {
         let user = &actor.user;
         user.require(Role::Operator, "control")?;
         let has_control = match self.holder() {
@@ -219,7 +229,7 @@ impl ControlService {
             }
             holder => holder.is_some(),
         };
-        self.state_at(Instant::now()).acting = Some(Arc::clone(&user.name));
+        self.state_at(Instant::now()).gateway_user = Some(Arc::clone(&user.name));
         if !has_control {
             self.change_authority(actor, AuthorityAction::Request, Instant::now())?;
         }
@@ -240,8 +250,8 @@ impl ControlService {
     /// Frees the control of a user, drops the request of the user, and disarms the commands.
     pub fn release_user(&self, name: &str, reason: ReleaseReason) {
         let mut state = self.state_at(Instant::now());
-        let is_acting = state.acting.as_deref() == Some(name);
-        if is_acting && reason == ReleaseReason::SessionEnded {
+        let is_of_gateway = state.gateway_user.as_deref() == Some(name);
+        if is_of_gateway && reason == ReleaseReason::SessionEnded {
             return;
         }
         if let Some(user) = state.authority.remove_user(name) {

@@ -434,7 +434,7 @@ mod tests {
             users.add("epics", Role::Operator, hash)
         })
         .unwrap();
-        assert!(parse(&write("nobody")).unwrap_err().to_string().contains("nobody, who is not in"));
+        assert!(parse(&write("stranger")).unwrap_err().to_string().contains("stranger, who is not in"));
         assert!(parse(&write("watch")).unwrap_err().to_string().contains("watch, who is viewer in"));
         let config = parse(&write("epics")).unwrap();
         let written = config.gateways[0].writer().unwrap();
