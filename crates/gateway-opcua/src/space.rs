@@ -76,7 +76,8 @@ impl Space {
             (new.version, new.at) != (old.version, old.at)
         };
         let variables = self.variables.iter().filter(move |variable| match &variable.source {
-            Source::Point(index) => differs(*index),
+            Source::Point(index) | Source::Manufacturer(index) => differs(*index),
+            Source::Unknown => before.is_none(),
             Source::Health(readings) => readings.iter().any(|index| differs(*index)),
         });
         variables.filter_map(|it| Some((&it.id, value::data_value(&it.source, it.data_type, snapshot)?)))
