@@ -73,7 +73,7 @@ impl GatewaySettings {
     #[must_use]
     pub fn unencrypted_broker(&self) -> Option<&str> {
         match self {
-            Self::Mqtt(it) => it.broker.is_exposed().then_some(&it.broker.host),
+            Self::Mqtt(it) => it.broker.exposed(),
             Self::Epics(_) | Self::Modbus(_) | Self::Opcua(_) | Self::Prometheus(_) => None,
         }
     }
