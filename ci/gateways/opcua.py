@@ -1,5 +1,8 @@
 #!/usr/bin/env python3
-"""asyncua against the OPC UA gateway: ci/gateways/opcua.py PROGRAM"""
+"""asyncua and node-opcua against the OPC UA gateway: ci/gateways/opcua.py PROGRAM
+
+node-opcua is in ci/gateways/node-opcua, after `npm ci` there.
+"""
 
 import asyncio
 import csv
@@ -266,6 +269,15 @@ async def check_security(plant, port):
     assert await is_refused(port, plant.folder, None, None), "a client without a user was accepted"
 
 
+async def check_node_opcua(plant, port):
+    """A second client, which shares no code with asyncua and with the server."""
+    client = os.path.join(os.path.dirname(os.path.abspath(__file__)), "node-opcua", "client.js")
+    arguments = ["node", client, f"opc.tcp://127.0.0.1:{port}/", "scada", PASSWORD, plant.folder]
+    done = await asyncio.to_thread(subprocess.run, arguments, text=True, capture_output=True, timeout=HANG_S)
+    assert done.returncode == 0, done.stdout + done.stderr
+    print("\n".join(line for line in done.stdout.splitlines() if line.startswith("node-opcua:")), flush=True)
+
+
 async def check_hostile(plant, port):
     async with Station(port) as station:
         with Hostile(port, HOSTILE) as hostile:
@@ -313,6 +325,7 @@ async def main(program):
         await check_hostile(plant, port)
         await check_security(plant, port)
         print("security", flush=True)
+        await check_node_opcua(plant, port)
 
 
 if __name__ == "__main__":

@@ -6,19 +6,22 @@
 import { strict as assert } from 'node:assert'
 import { existsSync, mkdirSync, readdirSync, renameSync } from 'node:fs'
 import path from 'node:path'
-import {
+import certificates from 'node-opcua-certificate-manager'
+import opcua from 'node-opcua-client'
+
+const {
   AttributeIds,
   ClientMonitoredItem,
   ClientSubscription,
+  DataType,
   MessageSecurityMode,
-  OPCUACertificateManager,
   OPCUAClient,
   SecurityPolicy,
   StatusCodes,
   TimestampsToReturn,
   UserTokenType,
-  DataType,
-} from 'node-opcua-client'
+} = opcua
+const { OPCUACertificateManager } = certificates
 
 const [url, user, password, folder] = process.argv.slice(2)
 const NAMESPACE = 'urn:profivac:station'

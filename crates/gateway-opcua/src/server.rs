@@ -40,10 +40,10 @@ fn application_uri(station: &str) -> String {
     format!("urn:profivac:server:{}", station.chars().map(letter).collect::<String>())
 }
 
-/// What one client may take. The worst case is some 100 MB: 32 sessions of 4 subscriptions of 2,000 values, 4 queued for each.
+/// What one client may take. The worst case is some 200 MB: 64 sessions of 4 subscriptions of 2,000 values, 4 queued for each.
 fn limits() -> Limits {
     Limits {
-        max_sessions: 32,
+        max_sessions: 64,
         max_message_size: 4 << 20,
         max_chunk_count: 64,
         max_array_length: 20_000,
