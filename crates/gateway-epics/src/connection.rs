@@ -5,9 +5,8 @@
 //! them the newest, and delays no other.
 
 use crate::database::World;
-use crate::put::{Finished, Puts};
+use crate::put::{Finished, Puts, Writer};
 use crate::socket;
-use profivac_gateway::Commander;
 use profivac_gateway::thread::StopSignal;
 use profivac_station::gateway_status::GatewayStatus;
 use std::collections::HashMap;
@@ -140,7 +139,7 @@ pub struct Shared {
     /// Tells all connections to end.
     pub stop: StopSignal,
     /// Writes what clients put, if the file permits it.
-    pub commander: Option<Arc<Commander>>,
+    pub writer: Option<Arc<Writer>>,
     clients: Arc<Mutex<HashMap<IpAddr, usize>>>,
     slots: Arc<AtomicUsize>,
 }
@@ -152,9 +151,9 @@ impl Shared {
         world: watch::Receiver<Arc<World>>,
         status: Arc<GatewayStatus>,
         stop: StopSignal,
-        commander: Option<Arc<Commander>>,
+        writer: Option<Arc<Writer>>,
     ) -> Self {
-        Self { world, status, stop, commander, clients: Arc::default(), slots: Arc::default() }
+        Self { world, status, stop, writer, clients: Arc::default(), slots: Arc::default() }
     }
 
     /// Places for the channels of one client.

@@ -3,12 +3,12 @@
 use crate::field::{self, Field};
 use crate::names::{self, Entry, NameError};
 use crate::record::{AlarmLimits, Answer, Data, MAX_TEXT, Meta, Put, Record, RecordType, Sample, cut, exponential};
-use profivac_gateway::command::is_writable;
+use profivac_gateway::command::{controlled_devices, is_writable};
 use profivac_gateway::{EpicsSeverity, EpicsStatus, Kind, Point, PointValue, Signal, Snapshot, State, Value};
 use profivac_recorder::Micros;
 use profivac_station::config::gateways::epics::{OnInvalid, ReadingState, Settings, Severity};
 use std::borrow::Cow;
-use std::collections::{HashMap, HashSet};
+use std::collections::HashMap;
 use std::sync::Arc;
 
 /// The words of `bi`.
@@ -57,7 +57,7 @@ impl Database {
     /// A name is too long or is given twice, or the settings name something that does not exist.
     pub fn new(station: &str, snapshot: &Snapshot, settings: &Settings) -> Result<Self, NameError> {
         let rows = names::rows(station, snapshot, settings)?;
-        let devices = devices(snapshot);
+        let devices = controlled_devices(snapshot);
         let record = |row: &names::Row| {
             let point = snapshot.points.get(row.point)?;
             let is_pressure = |it: &Point| it.signal == Signal::Pressure && it.subject == point.subject;
@@ -101,24 +101,6 @@ impl Database {
     pub const fn settings(&self) -> &Settings {
         &self.settings
     }
-}
-
-/// The device of each gauge that this station controls.
-fn devices(snapshot: &Snapshot) -> HashMap<&str, &str> {
-    let with = |signal| snapshot.iter().filter(move |(point, _)| point.signal == signal);
-    let others: HashSet<_> = with(Signal::ListenOnly)
-        .filter(|(_, value)| value.value == Value::Boolean(true))
-        .filter_map(|(point, _)| point.subject.gauge())
-        .collect();
-    let mut devices = HashMap::new();
-    for (point, value) in with(Signal::Device) {
-        if let (Some(gauge), Value::Text(name)) = (point.subject.gauge(), &value.value)
-            && !others.contains(gauge)
-        {
-            devices.insert(gauge, &**name);
-        }
-    }
-    devices
 }
 
 /// What a put to a name does.

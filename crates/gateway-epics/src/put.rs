@@ -4,6 +4,8 @@ use crate::database::World;
 use crate::record::{Put, Record};
 use profivac_gateway::command::given;
 use profivac_gateway::{Commander, Signal, Subject, Value, WriteRequest};
+use profivac_station::config::gateways::write::Write;
+use profivac_station::services::Services;
 use std::net::IpAddr;
 use std::sync::Arc;
 use tokio::sync::mpsc::{UnboundedReceiver, UnboundedSender, unbounded_channel};
@@ -29,9 +31,23 @@ pub struct Finished<R> {
     pub result: Result<(), String>,
 }
 
+/// Writes as the user of the file.
+pub struct Writer {
+    commander: Commander,
+    write: Write,
+}
+
+impl Writer {
+    /// A writer with these settings.
+    #[must_use]
+    pub fn new(services: Arc<Services>, write: Write) -> Self {
+        Self { commander: Commander::new(services, write.users.clone()), write }
+    }
+}
+
 /// The puts of one client.
 pub struct Puts<R> {
-    commander: Option<Arc<Commander>>,
+    writer: Option<Arc<Writer>>,
     peer: IpAddr,
     waiting: usize,
     results: UnboundedSender<Finished<R>>,
@@ -39,18 +55,18 @@ pub struct Puts<R> {
 }
 
 impl<R: Send + 'static> Puts<R> {
-    /// For a client at this address; without a commander no client writes.
+    /// For a client at this address; without a writer no client writes.
     #[must_use]
-    pub fn new(commander: Option<Arc<Commander>>, peer: IpAddr) -> Self {
+    pub fn new(writer: Option<Arc<Writer>>, peer: IpAddr) -> Self {
         let (results, receiver) = unbounded_channel();
-        let commander = commander.filter(|commander| commander.permits(peer));
-        Self { commander, peer, waiting: 0, results, receiver: Some(receiver) }
+        let writer = writer.filter(|writer| writer.write.permits(peer));
+        Self { writer, peer, waiting: 0, results, receiver: Some(receiver) }
     }
 
     /// Whether this client may put a value into a record.
     #[must_use]
     pub fn permits(&self, record: &Record) -> bool {
-        self.commander.is_some() && record.put != Put::Refused
+        self.writer.is_some() && record.put != Put::Refused
     }
 
     /// The results, once; the connection waits for them.
@@ -68,8 +84,8 @@ impl<R: Send + 'static> Puts<R> {
     /// # Errors
     /// Why it does not begin.
     pub fn begin(&mut self, request: R, record: &Record, value: &PutValue, world: &World) -> Result<(), String> {
-        let commander = self.commander.as_ref().filter(|_| record.put != Put::Refused);
-        let commander = Arc::clone(commander.ok_or("the gateway is read-only for this name and this client")?);
+        let writer = self.writer.as_ref().filter(|_| record.put != Put::Refused);
+        let writer = Arc::clone(writer.ok_or("the gateway is read-only for this name and this client")?);
         if self.waiting >= MAX_WAITING {
             return Err(format!("{MAX_WAITING} puts of this client wait already: try again"));
         }
@@ -77,7 +93,8 @@ impl<R: Send + 'static> Puts<R> {
         self.waiting = self.waiting.saturating_add(1);
         let (results, peer) = (self.results.clone(), self.peer);
         tokio::spawn(async move {
-            let result = commander.execute(write, peer).await.map_err(|error| error.to_string());
+            let done = writer.commander.execute(&writer.write.user, write, Some(peer)).await;
+            let result = done.map_err(|error| error.to_string());
             // A client that is gone needs no result.
             results.send(Finished { request, result }).ok();
         });

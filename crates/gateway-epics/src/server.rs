@@ -4,11 +4,11 @@ use crate::ca;
 use crate::connection::{self, Shared};
 use crate::database::{Database, World, held};
 use crate::names::NameError;
-use crate::put::Puts;
+use crate::put::{Puts, Writer};
 use crate::pva;
 use crate::socket::{beacon_address, circuit_listener, search_socket};
 use profivac_gateway::thread::{Context, GatewayThread};
-use profivac_gateway::{Commander, ReadModel, Snapshot, Subscription};
+use profivac_gateway::{ReadModel, Snapshot, Subscription};
 use profivac_recorder::Micros;
 use profivac_station::config::gateways::epics::{Interface, Settings};
 use profivac_station::services::Services;
@@ -52,8 +52,8 @@ async fn serve(settings: Settings, context: Context) -> Result<(), EpicsError> {
     let mut subscription = context.model.subscribe();
     let snapshot = Arc::clone(&subscription.borrow_and_update());
     let (worlds, world) = watch::channel(Arc::new(first_world(&station, snapshot, &settings)?));
-    let commander = settings.write.clone().map(|write| Arc::new(Commander::new(Arc::clone(&context.services), write)));
-    let shared = Shared::new(world, Arc::clone(&context.status), context.stop.clone(), commander);
+    let writer = settings.write.clone().map(|write| Arc::new(Writer::new(Arc::clone(&context.services), write)));
+    let shared = Shared::new(world, Arc::clone(&context.status), context.stop.clone(), writer);
     let mut tasks = JoinSet::new();
     let mut addresses = Vec::new();
     for interface in &settings.interfaces {
@@ -120,7 +120,7 @@ async fn channel_access(
     let to = (beacon_address(interface), beacon_port);
     tasks.spawn(ca::search::beacons(beacons, to, address.port(), shared.clone()));
     let protocol = move |shared: &Shared, host| {
-        let puts = Puts::new(shared.commander.clone(), host);
+        let puts = Puts::new(shared.writer.clone(), host);
         ca::circuit::Circuit::new(host, address.port(), Arc::clone(&shared.status), shared.slots(), puts)
     };
     tasks.spawn(connection::accept(listener, shared.clone(), protocol));
@@ -148,7 +148,7 @@ async fn pv_access(
     let to = (beacon_address(interface), search_port);
     tasks.spawn(pva::search::beacons(beacons, to, guid, address.port(), shared.clone()));
     let protocol = move |shared: &Shared, host| {
-        let puts = Puts::new(shared.commander.clone(), host);
+        let puts = Puts::new(shared.writer.clone(), host);
         pva::circuit::Circuit::new(host, (address.port(), guid), Arc::clone(&shared.status), shared.slots(), puts)
     };
     tasks.spawn(connection::accept(listener, shared.clone(), protocol));

@@ -119,6 +119,25 @@ fn health(readings: &[usize], snapshot: &Snapshot) -> DataValue {
     stamped(worst, status, at.unwrap_or_else(Micros::now))
 }
 
+/// The value that a client writes; `None` for an array or another type than a number, a text, or true and false.
+#[must_use]
+pub fn given(variant: &Variant) -> Option<Value> {
+    Some(match variant {
+        // Through the decimal number, so that 5e-3 as 32 bits stays 5e-3.
+        Variant::Float(number) => Value::Float(number.to_string().parse().ok()?),
+        Variant::Double(number) => Value::Float(*number),
+        Variant::SByte(number) => Value::Float(f64::from(*number)),
+        Variant::Byte(number) => Value::Float(f64::from(*number)),
+        Variant::Int16(number) => Value::Float(f64::from(*number)),
+        Variant::UInt16(number) => Value::Float(f64::from(*number)),
+        Variant::Int32(number) => Value::Float(f64::from(*number)),
+        Variant::UInt32(number) => Value::Float(f64::from(*number)),
+        Variant::Boolean(value) => Value::Boolean(*value),
+        Variant::String(text) => Value::Text(text.as_ref().into()),
+        _ => return None,
+    })
+}
+
 /// A recorded sample.
 #[must_use]
 pub fn of_sample(sample: &Sample) -> DataValue {

@@ -6,6 +6,7 @@
 //!
 //! The steps are those of the HTTP API. A gateway that may write has a [`Commander`]; a refusal comes back as a sentence.
 
+use crate::model::Snapshot;
 use crate::point::{Point, Subject, Value};
 use crate::signal::Signal;
 use profivac_client::names::{ParameterNames, Target};
@@ -14,12 +15,13 @@ use profivac_devices::model::{AccessPath, Direction};
 use profivac_station::alarm::AlarmServiceError;
 use profivac_station::auth::users::{Users, UsersError};
 use profivac_station::auth::{Actor, Forbidden, Role};
-use profivac_station::config::gateways::write::Write;
 use profivac_station::control::ControlError;
 use profivac_station::control::operation::{GivenValue, OperationRequest};
 use profivac_station::control::permissions;
 use profivac_station::services::Services;
+use std::collections::{HashMap, HashSet};
 use std::net::IpAddr;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use tokio::sync::Semaphore;
 
@@ -64,8 +66,8 @@ pub enum WriteError {
     /// The file of the users cannot be read.
     #[error(transparent)]
     Users(#[from] UsersError),
-    /// The user of the gateway does not exist any more.
-    #[error("the user {0} of this gateway is no longer in the file of the users")]
+    /// The user does not exist any more.
+    #[error("{0} is no longer in the file of the users")]
     UnknownUser(String),
     /// The role of the user does not allow it.
     #[error(transparent)]
@@ -87,46 +89,46 @@ impl From<ControlError> for WriteError {
     }
 }
 
-/// Does what clients of one gateway ask for, as the user of its table.
+/// Does what clients of one gateway ask for, as a user of the station.
 pub struct Commander {
     services: Arc<Services>,
-    write: Write,
+    users: PathBuf,
     places: Arc<Semaphore>,
 }
 
 impl Commander {
-    /// A commander for these settings.
+    /// A commander for the users of this file.
     #[must_use]
-    pub fn new(services: Arc<Services>, write: Write) -> Self {
-        Self { services, write, places: Arc::new(Semaphore::new(MAX_WAITING)) }
+    pub fn new(services: Arc<Services>, users: PathBuf) -> Self {
+        Self { services, users, places: Arc::new(Semaphore::new(MAX_WAITING)) }
     }
 
-    /// Whether a computer may write.
-    #[must_use]
-    pub fn permits(&self, peer: IpAddr) -> bool {
-        self.write.permits(peer)
-    }
-
-    /// Does what a client asks for. Waits for the gauge and for the disk, up to minutes.
+    /// Does what a client at this address asks for, as the user of this name. Waits for the gauge and for the disk, up to minutes.
     ///
     /// # Errors
     /// [`WriteError`] says why it was not done.
-    pub async fn execute(&self, request: WriteRequest, peer: IpAddr) -> Result<(), WriteError> {
+    pub async fn execute(&self, user: &str, request: WriteRequest, peer: Option<IpAddr>) -> Result<(), WriteError> {
         let place = Arc::clone(&self.places).try_acquire_owned().map_err(|_| WriteError::Busy)?;
-        let (services, write) = (Arc::clone(&self.services), self.write.clone());
+        let (services, users, user) = (Arc::clone(&self.services), self.users.clone(), user.to_owned());
         let work = move || {
             let _place = place;
-            done(&services, &write, request, peer)
+            done(&services, &users, &user, request, peer)
         };
         tokio::task::spawn_blocking(work).await.unwrap_or(Err(WriteError::Failed))
     }
 }
 
-fn done(services: &Services, write: &Write, request: WriteRequest, peer: IpAddr) -> Result<(), WriteError> {
-    // The account may have another role than at the start.
-    let users = Users::read(&write.users)?;
-    let account = users.get(&write.user).ok_or_else(|| WriteError::UnknownUser(write.user.clone()))?;
-    let actor = Actor { user: account.user(), peer: Some(peer) };
+fn done(
+    services: &Services,
+    users: &Path,
+    user: &str,
+    request: WriteRequest,
+    peer: Option<IpAddr>,
+) -> Result<(), WriteError> {
+    // The account may have another role than at the start or at the login.
+    let users = Users::read(users)?;
+    let account = users.get(user).ok_or_else(|| WriteError::UnknownUser(user.to_owned()))?;
+    let actor = Actor { user: account.user(), peer };
     match request {
         WriteRequest::Parameter { gauge, target, value } => {
             let (target, value) = (Some(target.to_string()), Some(GivenValue::Text(value)));
@@ -143,6 +145,25 @@ fn done(services: &Services, write: &Write, request: WriteRequest, peer: IpAddr)
         }
     }
     Ok(())
+}
+
+/// The device of each gauge that this station controls, by the gauge; gauges of other masters are left out.
+#[must_use]
+pub fn controlled_devices(snapshot: &Snapshot) -> HashMap<&str, &str> {
+    let with = |signal| snapshot.iter().filter(move |(point, _)| point.signal == signal);
+    let others: HashSet<_> = with(Signal::ListenOnly)
+        .filter(|(_, value)| value.value == Value::Boolean(true))
+        .filter_map(|(point, _)| point.subject.gauge())
+        .collect();
+    let mut devices = HashMap::new();
+    for (point, value) in with(Signal::Device) {
+        if let (Some(gauge), Value::Text(name)) = (point.subject.gauge(), &value.value)
+            && !others.contains(gauge)
+        {
+            devices.insert(gauge, &**name);
+        }
+    }
+    devices
 }
 
 /// Whether a point is a parameter that the station writes on this device.

@@ -10,8 +10,6 @@ use profivac_station::auth::password::Hash;
 use profivac_station::auth::users::Users;
 use profivac_station::auth::{Actor, Role, User};
 use profivac_station::config::Config;
-use profivac_station::config::gateways::modbus::Network;
-use profivac_station::config::gateways::write::Write;
 use profivac_station::control::AuthorityAction;
 use profivac_station::station::Station;
 use profivac_station::view::BusStationState;
@@ -69,9 +67,7 @@ impl Plant {
         let users = folder.path().join("plant.users.toml");
         let hash = Hash::of("a password of some length").unwrap();
         Users::change(&users, |users| users.add("epics", role, hash)).unwrap();
-        let clients = vec![Network::of(PEER, 8)];
-        let write = Write { user: "epics".to_owned(), users: users.clone(), clients };
-        let commander = Commander::new(station.services(), write);
+        let commander = Commander::new(station.services(), users.clone());
         let runtime = tokio::runtime::Builder::new_multi_thread().worker_threads(1).enable_all().build().unwrap();
         let plant = Self { station, commander, users, runtime, _folder: folder };
         until("the gauges", || {
@@ -82,7 +78,7 @@ impl Plant {
     }
 
     fn execute(&self, request: WriteRequest) -> Result<(), WriteError> {
-        self.runtime.block_on(self.commander.execute(request, PEER))
+        self.runtime.block_on(self.commander.execute("epics", request, Some(PEER)))
     }
 
     fn write(&self, value: &str) -> Result<(), String> {
