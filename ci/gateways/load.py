@@ -1,18 +1,23 @@
 #!/usr/bin/env python3
 """The processor share of the gateways: ci/gateways/load.py PROGRAM [SECONDS]
 
-A station with 480 virtual gauges at 5 Hz, 50 masters that read all slots over Modbus once a second, and 50 servers that scrape
-Prometheus every 5 s. Prints the processor time of each group of threads in percent of one core, without clients and with them.
-Not part of ./test.
+A station with 480 virtual gauges at 5 Hz and 50 subscribers for each protocol, one protocol after the other: monitors of the time of each
+reading over Channel Access and PV Access, subscribers of a broker, masters that read all slots over Modbus once a second, servers that
+scrape Prometheus every 5 s. The subscribers of OPC UA have each value sampled every 200 ms and published every 5 s, because clients in
+Python cannot decode more. Prints the processor time of each group of threads in percent of one core. PROGRAM has the feature opcua; mosquitto is installed. Not part of ./test.
 """
 
 import asyncio
+import json
 import os
+import selectors
+import socket
 import struct
 import subprocess
 import sys
 import tempfile
 import time
+import urllib.request
 
 from plant import free_port, wait_for
 
@@ -31,6 +36,9 @@ def write_plant(folder, ports):
         lines.append(f'[[segment]]\nname = "s{segment}"\nport = "sim:{path}"\nbaud = 1500000\n')
         for address in range(3, 3 + GAUGES):
             lines.append(f'[[segment.gauge]]\nname = "g{segment}-{address}"\naddress = {address}\ndevice = "bcg450"\npoll = "200ms"\n')
+    ca, pva, opcua, broker = ports[2:]
+    lines.append(f'[epics]\nca-port = {ca}\npva-port = {pva}\npva-search-port = {free_port()}\n\n[opcua]\nlisten = "127.0.0.1:{opcua}"\n')
+    lines.append(f'[mqtt]\nbroker = "mqtt://127.0.0.1:{broker}"\n\n[mqtt.sparkplug]\ngroup = "load"\n')
     lines.append(f'[modbus]\nlisten = "127.0.0.1:{ports[0]}"\n\n[prometheus]\nlisten = "127.0.0.1:{ports[1]}"\n')
     path = os.path.join(folder, "plant.toml")
     with open(path, "w", opener=lambda path, flags: os.open(path, flags, 0o600)) as file:
@@ -45,7 +53,8 @@ def times(pid):
         with open(f"/proc/{pid}/task/{task}/stat") as file:
             text = file.read()
         name = text[text.index("(") + 1:text.rindex(")")]
-        name = name if name in ("modbus", "prometheus", "read model") else "segments, recorder, API"
+        gateways = ("epics", "mqtt", "modbus", "opcua", "prometheus", "read model", "sparkplug")
+        name = name if name in gateways else "segments, recorder, API"
         user, system = text[text.rindex(")") + 2:].split()[11:13]
         found[name] = found.get(name, 0) + (int(user) + int(system)) / tick
     return found
@@ -102,20 +111,149 @@ async def clients(ports, seconds, counts):
 def measured(label, pid, seconds, run):
     before, began = times(pid), time.monotonic()
     run()
-    passed = time.monotonic() - began
-    after = times(pid)
+    report(label, before, times(pid), time.monotonic() - began)
+
+
+GAUGE_NAMES = [f"G{segment}-{address}" for segment in range(SEGMENTS) for address in range(3, 3 + GAUGES)]
+
+
+def ca_circuit(port):
+    """A circuit of Channel Access with a monitor on the time of each reading, as a text with time (type 14)."""
+    def message(command, payload, data_type, count, first, second):
+        payload += bytes(-len(payload) % 8)
+        return struct.pack(">HHHHII", command, len(payload), data_type, count, first, second) + payload
+
+    it = socket.create_connection(("127.0.0.1", port), 30)
+    it.sendall(message(0, b"", 0, 13, 0, 0))
+    for number, name in enumerate(GAUGE_NAMES, 1):
+        # The channels of a circuit have the numbers from 1.
+        it.sendall(message(18, f"{name}:LAST_READING".encode() + b"\0", 0, 0, number, 13))
+        it.sendall(message(1, bytes(12) + struct.pack(">HH", 5, 0), 14, 1, number, number))
+    return it
+
+
+def pva_circuit(port):
+    """A connection of PV Access with the same monitors."""
+    def message(command, payload):
+        return bytes([0xCA, 2, 0, command]) + struct.pack("<I", len(payload)) + payload
+
+    it = socket.create_connection(("127.0.0.1", port), 30)
+    it.sendall(message(1, struct.pack("<IHH", 65536, 32767, 0) + b"\x09anonymous\xff"))
+    for number, name in enumerate(GAUGE_NAMES, 1):
+        name = f"{name}:LAST_READING".encode()
+        it.sendall(message(7, struct.pack("<HI", 1, number) + bytes([len(name)]) + name))
+        it.sendall(message(13, struct.pack("<IIB", number, number, 8)))
+        it.sendall(message(13, struct.pack("<IIB", number, number, 0x44)))
+    return it
+
+
+def mqtt_subscriber(port):
+    """A subscriber of everything, by hand: CONNECT, SUBSCRIBE."""
+    def packet(kind, body):
+        return bytes([kind, len(body)]) + body
+
+    it = socket.create_connection(("127.0.0.1", port), 30)
+    name = f"load{it.getsockname()[1]}".encode()
+    it.sendall(packet(0x10, b"\x00\x04MQTT\x04\x02\x00\x00" + struct.pack(">H", len(name)) + name))
+    it.sendall(packet(0x82, b"\x00\x01\x00\x01#\x00"))
+    return it
+
+
+def drained(sockets, seconds):
+    """Reads and throws away; returns the octets."""
+    selector, octets, end = selectors.DefaultSelector(), 0, time.monotonic() + seconds
+    for it in sockets:
+        it.setblocking(False)
+        selector.register(it, selectors.EVENT_READ)
+    while time.monotonic() < end:
+        for key, _ in selector.select(0.2):
+            chunk = key.fileobj.recv(1 << 20)
+            assert chunk, "the server closed a connection"
+            octets += len(chunk)
+    return octets
+
+
+async def opcua_subscribers(port, count, seconds):
+    """Subscribers with a value for each gauge, sampled every 200 ms."""
+    import logging
+
+    from asyncua import Client, ua
+
+    logging.disable(logging.CRITICAL)
+
+    class Counter:
+        received = 0
+
+        def datachange_notification(self, _node, _value, _data):
+            self.received += 1
+
+    clients, counter = [], Counter()
+    for _ in range(count):
+        client = Client(f"opc.tcp://127.0.0.1:{port}/", timeout=60)
+        await client.connect()
+        clients.append(client)
+        index = await client.get_namespace_index("urn:profivac:station")
+        subscription = await client.create_subscription(5000, counter)
+        nodes = [client.get_node(ua.NodeId(f"gauge/{name.lower()}/last-reading", index)) for name in GAUGE_NAMES]
+        await subscription.subscribe_data_change(nodes, sampling_interval=200)
+    # The first values.
+    await asyncio.sleep(10)
+    yield
+    before = counter.received
+    await asyncio.sleep(seconds)
+    print(f"  asyncua: {(counter.received - before) / seconds:.0f} values/s for {count} subscribers")
+    for client in clients:
+        await client.disconnect()
+    yield
+
+
+def status(url, name):
+    with urllib.request.urlopen(url + "/api/gateways", timeout=30) as answer:
+        return next(it for it in json.load(answer) if it["name"] == name)
+
+
+def counted(url, gateway, seconds, run):
+    """Runs with what the gateway counts meanwhile."""
+    before = status(url, gateway)
+    octets = run()
+    after = status(url, gateway)
+    sent, dropped = (after[key] - before[key] for key in ("sent", "dropped_updates"))
+    text = f"  {gateway}: {sent / seconds:.0f} sent/s, {dropped / seconds:.0f} replaced/s, {after['clients']} clients"
+    print(text + (f", {octets / seconds / 1e6:.1f} MB/s read" if octets else ""))
+
+
+def with_sockets(label, url, gateway, pid, seconds, make):
+    sockets = [make() for _ in range(50)]
+    try:
+        # The first values of all monitors.
+        drained(sockets, 5)
+        measured(label, pid, seconds, lambda: counted(url, gateway, seconds, lambda: drained(sockets, seconds)))
+    finally:
+        for it in sockets:
+            it.close()
+
+
+async def with_opcua(pid, port, seconds):
+    subscribers = opcua_subscribers(port, 50, seconds)
+    await anext(subscribers)
+    before, began = times(pid), time.monotonic()
+    await anext(subscribers)
+    report("OPC UA, 50 subscribers", before, times(pid), time.monotonic() - began)
+
+
+def report(label, before, after, passed):
     shares = {name: 100 * (after[name] - before.get(name, 0)) / passed for name in sorted(after)}
     print(label + ": " + ", ".join(f"{name} {share:.1f} %" for name, share in shares.items()), flush=True)
 
 
 def main():
     program, seconds = os.path.abspath(sys.argv[1]), float(sys.argv[2]) if len(sys.argv) > 2 else 20
-    folder, ports = tempfile.mkdtemp(prefix="profivac-load-"), (free_port(), free_port())
+    folder, ports = tempfile.mkdtemp(prefix="profivac-load-"), [free_port() for _ in range(6)]
+    broker = subprocess.Popen(["mosquitto", "-p", str(ports[5])], stderr=subprocess.DEVNULL)
     plant = write_plant(folder, ports)
     station = subprocess.Popen([program, "run", plant, "--listen", "127.0.0.1:0"], stdout=subprocess.PIPE, text=True)
     try:
-        station.stdout.readline()
-        import urllib.request
+        url = station.stdout.readline().split()[1]
 
         def measuring():
             with urllib.request.urlopen(f"http://127.0.0.1:{ports[1]}/metrics") as answer:
@@ -124,12 +262,18 @@ def main():
         wait_for("480 pressures", measuring)
         counts = {"modbus": 0, "prometheus": 0, "octets": 0, "slowest round": 0.0, "slowest scrape": 0.0}
         measured("without clients", station.pid, seconds, lambda: time.sleep(seconds))
-        measured("with clients", station.pid, seconds, lambda: asyncio.run(clients(ports, seconds, counts)))
-        print(f"Modbus: {counts['modbus'] / seconds:.0f} requests/s, a round of 480 slots at most {counts['slowest round'] * 1e3:.0f} ms")
-        print(f"Prometheus: {counts['prometheus'] / seconds:.1f} scrapes/s of {counts['octets'] / 1e6:.2f} MB, at most {counts['slowest scrape'] * 1e3:.0f} ms")
+        with_sockets("Channel Access, 50 subscribers", url, "epics", station.pid, seconds, lambda: ca_circuit(ports[2]))
+        with_sockets("PV Access, 50 subscribers", url, "epics", station.pid, seconds, lambda: pva_circuit(ports[3]))
+        with_sockets("MQTT, 50 subscribers of the broker", url, "mqtt", station.pid, seconds, lambda: mqtt_subscriber(ports[5]))
+        asyncio.run(with_opcua(station.pid, ports[4], seconds))
+        measured("Modbus and Prometheus, 50 each", station.pid, seconds, lambda: asyncio.run(clients(ports, seconds, counts)))
+        print(f"  Modbus: {counts['modbus'] / seconds:.0f} requests/s, a round of 480 slots at most {counts['slowest round'] * 1e3:.0f} ms")
+        print(f"  Prometheus: {counts['prometheus'] / seconds:.1f} scrapes/s of {counts['octets'] / 1e6:.2f} MB, at most {counts['slowest scrape'] * 1e3:.0f} ms")
     finally:
         station.terminate()
         station.wait()
+        broker.terminate()
+        broker.wait()
         subprocess.run(["rm", "-rf", folder], check=False)
 
 

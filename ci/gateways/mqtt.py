@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""paho-mqtt and pysparkplug over mosquitto against the MQTT gateway: ci/gateways/mqtt.py PROGRAM
+"""paho-mqtt and pysparkplug over mosquitto and over amqtt against the MQTT gateway: ci/gateways/mqtt.py PROGRAM
 
 pysparkplug does not decode the properties of a metric (unit, range, Quality): for these the test uses the protocol buffers that it holds.
 """
@@ -93,7 +93,7 @@ class Host:
         self.lock = threading.Lock()
         self.messages, self.plain, self.births = [], {}, {}
         self.seq, self.faults = None, []
-        self.client = mqtt.Client("host", clean_session=True)
+        self.client = mqtt.Client(f"host-{id(self)}", clean_session=True)
         self.connections = 0
         self.client.on_connect = self.connected
         self.client.on_message = self.receive
@@ -432,6 +432,69 @@ def check_login_and_tls(plant, old):
         wait_for("a refusal without a certificate", lambda: view().get("problem"))
 
 
+class OtherBroker(Broker):
+    """amqtt: a broker in Python that shares no code with mosquitto."""
+
+    def __init__(self, folder, port):
+        self.port = port
+        self.file = os.path.join(folder, f"amqtt-{port}.yaml")
+        with open(self.file, "w") as file:
+            file.write(f"listeners:\n  default:\n    type: tcp\n    bind: 127.0.0.1:{port}\nplugins:\n"
+                       "  amqtt.plugins.authentication.AnonymousAuthPlugin:\n    allow_anonymous: true\n")
+
+    def start(self):
+        program = os.path.join(os.path.dirname(sys.executable), "amqtt")
+        self.process = subprocess.Popen([program, "-c", self.file], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        wait_for("amqtt", lambda: socket.create_connection(("127.0.0.1", self.port), 5).close() or True)
+
+
+def check_failover(plant, former, broker):
+    """The first broker ends: the edge node is born at the second one, and dies there when that one ends; then the first one has it again."""
+    former.client.disconnect()
+    former.client.loop_stop()
+    second = free_port()
+    with open(plant.file) as file:
+        before = file.read()
+    without_host = before.replace('primary-host = "scada"\n', "")
+    plant.write("plant.toml", without_host.replace("[mqtt]\n", f'[mqtt]\nstandby = ["mqtt://127.0.0.1:{second}"]\n'))
+    view = lambda: plant.status("sparkplug")  # noqa: E731
+    broker.stop()
+    with OtherBroker(plant.folder, second) as other:
+        plant.restart()
+        wait_for("the second broker", lambda: view()["is_running"] and str(second) in view()["address"])
+        host = Host(second)
+        host.wait(0, "DDATA", "chamber") if host.since(0, "NBIRTH") else rebirth_at(host)
+        begin = host.count()
+        plant.tell("pressure 2e-3 mbar")
+        host.value(begin, "chamber", "Pressure", lambda pa: pa is not None and abs(pa / 0.2 - 1) < 0.05)
+        wait_for("plain topics there", lambda: b'"pressure":' in host.plain.get("profivac/hall/chamber/state", b""))
+        assert not host.faults, host.faults[:5]
+        host.client.loop_stop()
+        broker.start()
+        first = Host(broker.port)
+        other.stop()
+        birth = first.wait(0, "NBIRTH")
+        first.wait(0, "DBIRTH", "chamber")
+        assert birth.pb.seq == 0 and not first.faults, first.faults[:5]
+        wait_for("the first broker", lambda: str(broker.port) in view()["address"] and view()["is_running"])
+        # The edge node ends with the death of this birth, not of an older one.
+        plant.stop()
+        death = first.wait(0, "NDEATH")
+        assert death.bd_seq() == birth.bd_seq(), (death.bd_seq(), birth.bd_seq())
+        first.client.loop_stop()
+    plant.write("plant.toml", before)
+    plant.start()
+
+
+def rebirth_at(host):
+    """Asks the edge node for its births, as a host does that has come later."""
+    begin = host.count()
+    host.seq = None
+    host.command("NCMD", (rebirth(),))
+    host.wait(begin, "NBIRTH")
+    host.wait(begin, "DBIRTH", "chamber")
+
+
 def main():
     port = free_port()
     with Plant(sys.argv[1], "") as plant:
@@ -446,7 +509,7 @@ def main():
                 (check_rebirth, (plant, host)), (check_refused, (plant, host)), (check_unplugged, (plant, host)),
                 (check_stalled, (plant, host, broker)), (check_broker_restart, (plant, host, broker)),
                 (check_host_offline, (plant, host)), (check_station_restart, (plant, host)),
-                (check_day_of_backlog, (plant, host)), (check_login_and_tls, (plant, broker)),
+                (check_day_of_backlog, (plant, host)), (check_failover, (plant, host, broker)), (check_login_and_tls, (plant, broker)),
             ]
             for step, arguments in steps:
                 began = time.monotonic()

@@ -1,16 +1,21 @@
 #!/usr/bin/env python3
-"""asyncua against the OPC UA gateway: ci/gateways/opcua.py PROGRAM"""
+"""asyncua and node-opcua against the OPC UA gateway: ci/gateways/opcua.py PROGRAM
+
+node-opcua is in ci/gateways/node-opcua, after `npm ci` there.
+"""
 
 import asyncio
 import csv
 import datetime
 import io
+import json
 import logging
 import os
 import shutil
 import subprocess
 import sys
 import time
+import urllib.request
 
 from asyncua import Client, ua
 from asyncua.crypto.cert_gen import setup_self_signed_certificate
@@ -266,6 +271,65 @@ async def check_security(plant, port):
     assert await is_refused(port, plant.folder, None, None), "a client without a user was accepted"
 
 
+async def check_node_opcua(plant, port):
+    """A second client, which shares no code with asyncua and with the server."""
+    client = os.path.join(os.path.dirname(os.path.abspath(__file__)), "node-opcua", "client.js")
+    arguments = ["node", client, f"opc.tcp://127.0.0.1:{port}/", "scada", PASSWORD, plant.folder]
+    done = await asyncio.to_thread(subprocess.run, arguments, text=True, capture_output=True, timeout=HANG_S)
+    assert done.returncode == 0, done.stdout + done.stderr
+    print("\n".join(line for line in done.stdout.splitlines() if line.startswith("node-opcua:")), flush=True)
+
+
+async def refused_with(codes, node, value):
+    try:
+        await node.write_value(ua.Variant(value, ua.VariantType.Float))
+    except ua.UaStatusCodeError as error:
+        assert error.code in codes, error
+        return
+    raise SystemExit(f"{node} took {value}")
+
+
+async def check_writing(plant, port):
+    """With write = true a user who logs in writes a parameter, as far as the role allows, and the audit trail has it."""
+    subprocess.run([plant.program, "user", "add", "ada", "--role", "engineer", plant.file, "--password-stdin"],
+                   input=PASSWORD + "\n", text=True, check=True, capture_output=True)
+    plant.stop()
+    with open(plant.file) as file:
+        text = file.read()
+    plant.write("plant.toml", text.replace("[opcua]\n", "[opcua]\nwrite = true\n"))
+    plant.station = subprocess.Popen([plant.program, "run", plant.file, "--listen", "127.0.0.1:0"], stdout=subprocess.PIPE, text=True)
+    plant.url = plant.station.stdout.readline().split()[1]
+    name = "gauge/load lock/parameter/trip-point.1/high-trip-point/parameter-pressure"
+    station = await connected(port)
+
+    async def is_read():
+        return await station.status(name) == "Good"
+    await until("the trip point", is_read)
+    denied = (ua.StatusCodes.BadUserAccessDenied,)
+    await refused_with(denied, station.node(name), 0.5)
+    await station.client.disconnect()
+    async with await secure(port, plant.folder, "scada", PASSWORD) as viewer:
+        await refused_with(denied, viewer.node(name), 0.5)
+    async with await secure(port, plant.folder, "ada", PASSWORD) as engineer:
+        level = await engineer.node(name).get_access_level()
+        assert ua.AccessLevel.CurrentWrite in level, level
+        await engineer.node(name).write_value(ua.Variant(0.5, ua.VariantType.Float))
+
+        async def arrived():
+            return abs(await engineer.value(name) / 0.5 - 1) < 1e-3
+        await until("the value that was written", arrived)
+        await refused_with((ua.StatusCodes.BadOutOfRange,), engineer.node(name), 1e30)
+        await refused_with((ua.StatusCodes.BadNotWritable,), engineer.node("gauge/chamber/pressure"), 1.0)
+    opener = urllib.request.build_opener(urllib.request.HTTPCookieProcessor())
+    body = json.dumps({"name": "ada", "password": PASSWORD}).encode()
+    opener.open(urllib.request.Request(plant.url + "/api/login", body, {"Content-Type": "application/json"}), timeout=HANG_S).close()
+    with opener.open(plant.url + "/api/audit", timeout=HANG_S) as answer:
+        rows = json.load(answer)
+    assert any(row["action"] == "outcome" and row["user"] == "ada" and row["outcome"] == "done" for row in rows), rows
+    refused = {row["user"] for row in rows if row["action"] == "refused"}
+    assert refused == {"ada", "scada"}, rows
+
+
 async def check_hostile(plant, port):
     async with Station(port) as station:
         with Hostile(port, HOSTILE) as hostile:
@@ -313,6 +377,9 @@ async def main(program):
         await check_hostile(plant, port)
         await check_security(plant, port)
         print("security", flush=True)
+        await check_node_opcua(plant, port)
+        await check_writing(plant, port)
+        print("writing", flush=True)
 
 
 if __name__ == "__main__":

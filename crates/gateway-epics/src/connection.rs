@@ -5,6 +5,7 @@
 //! them the newest, and delays no other.
 
 use crate::database::World;
+use crate::put::{Finished, Puts, Writer};
 use crate::socket;
 use profivac_gateway::thread::StopSignal;
 use profivac_station::gateway_status::GatewayStatus;
@@ -15,6 +16,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 use tokio::net::{TcpListener, TcpStream};
+use tokio::sync::mpsc::UnboundedReceiver;
 use tokio::sync::watch;
 use tokio::time::{Instant, sleep, sleep_until};
 
@@ -71,6 +73,12 @@ pub struct Posted {
 
 /// One side of a conversation.
 pub trait Protocol: Send + 'static {
+    /// What the protocol keeps of a put until its result is there.
+    type Request: Send + 'static;
+    /// The puts of this client.
+    fn puts(&mut self) -> &mut Puts<Self::Request>;
+    /// Tells the client the result of a put.
+    fn finish(&mut self, finished: Finished<Self::Request>, out: &mut Vec<u8>);
     /// What the server says first.
     fn greet(&mut self, out: &mut Vec<u8>);
     /// Handles the message at the beginning of `input`, and returns its octets; 0 if it is not complete.
@@ -130,6 +138,8 @@ pub struct Shared {
     pub status: Arc<GatewayStatus>,
     /// Tells all connections to end.
     pub stop: StopSignal,
+    /// Writes what clients put, if the file permits it.
+    pub writer: Option<Arc<Writer>>,
     clients: Arc<Mutex<HashMap<IpAddr, usize>>>,
     slots: Arc<AtomicUsize>,
 }
@@ -137,8 +147,13 @@ pub struct Shared {
 impl Shared {
     /// Without connections.
     #[must_use]
-    pub fn new(world: watch::Receiver<Arc<World>>, status: Arc<GatewayStatus>, stop: StopSignal) -> Self {
-        Self { world, status, stop, clients: Arc::default(), slots: Arc::default() }
+    pub fn new(
+        world: watch::Receiver<Arc<World>>,
+        status: Arc<GatewayStatus>,
+        stop: StopSignal,
+        writer: Option<Arc<Writer>>,
+    ) -> Self {
+        Self { world, status, stop, writer, clients: Arc::default(), slots: Arc::default() }
     }
 
     /// Places for the channels of one client.
@@ -228,6 +243,14 @@ impl From<Broken> for End {
     }
 }
 
+/// The next result of a put.
+async fn next<R>(results: &mut Option<UnboundedReceiver<Finished<R>>>) -> Option<Finished<R>> {
+    match results {
+        Some(results) => results.recv().await,
+        None => None,
+    }
+}
+
 struct Connection<P> {
     stream: TcpStream,
     protocol: P,
@@ -254,6 +277,7 @@ impl<P: Protocol> Connection<P> {
         socket::keep_alive(&self.stream).ok();
         let (mut worlds, mut stop) = (shared.world.clone(), shared.stop.clone());
         let mut world = Arc::clone(&worlds.borrow_and_update());
+        let mut results = self.protocol.puts().take_results();
         self.protocol.greet(&mut self.out);
         loop {
             self.handle(&world)?;
@@ -269,6 +293,10 @@ impl<P: Protocol> Connection<P> {
                 ready = self.stream.writable(), if !self.out.is_empty() => {
                     ready.map_err(|_| End::Gone)?;
                     self.write()?;
+                }
+                Some(finished) = next(&mut results) => {
+                    self.protocol.puts().finished();
+                    self.protocol.finish(finished, &mut self.out);
                 }
                 changed = worlds.changed() => {
                     changed.map_err(|_| End::Gone)?;

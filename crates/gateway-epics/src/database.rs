@@ -1,8 +1,9 @@
 //! The records of a station, and what they read in a snapshot.
 
 use crate::field::{self, Field};
-use crate::names::{self, NameError};
-use crate::record::{AlarmLimits, Answer, Data, MAX_TEXT, Meta, Record, RecordType, Sample, cut, exponential};
+use crate::names::{self, Entry, NameError};
+use crate::record::{AlarmLimits, Answer, Data, MAX_TEXT, Meta, Put, Record, RecordType, Sample, cut, exponential};
+use profivac_gateway::command::{controlled_devices, is_writable};
 use profivac_gateway::{EpicsSeverity, EpicsStatus, Kind, Point, PointValue, Signal, Snapshot, State, Value};
 use profivac_recorder::Micros;
 use profivac_station::config::gateways::epics::{OnInvalid, ReadingState, Settings, Severity};
@@ -23,6 +24,8 @@ pub struct Target {
     pub record: usize,
     /// The field.
     pub field: Field,
+    /// The text as an array of octets over Channel Access: the name ends with `$`.
+    pub is_long: bool,
 }
 
 /// The records of a station.
@@ -54,18 +57,20 @@ impl Database {
     /// A name is too long or is given twice, or the settings name something that does not exist.
     pub fn new(station: &str, snapshot: &Snapshot, settings: &Settings) -> Result<Self, NameError> {
         let rows = names::rows(station, snapshot, settings)?;
+        let devices = controlled_devices(snapshot);
         let record = |row: &names::Row| {
             let point = snapshot.points.get(row.point)?;
             let is_pressure = |it: &Point| it.signal == Signal::Pressure && it.subject == point.subject;
             let text = point.signal == Signal::StateText;
             Some(Record {
                 name: Arc::from(row.name.as_str()),
-                kind: record_type(point.signal.kind()),
+                kind: record_type(row.entry, point.signal.kind()),
                 signal: point.signal,
                 point: row.point,
                 pressure: if text { snapshot.points.iter().position(is_pressure) } else { None },
                 is_simulated: point.is_simulated,
-                meta: meta(point, settings),
+                put: put(row.entry, point, &devices, settings),
+                meta: meta(row.entry, point, settings),
             })
         };
         let records: Vec<Record> = rows.iter().filter_map(record).collect();
@@ -76,10 +81,19 @@ impl Database {
     /// The field that a name with or without a field stands for.
     #[must_use]
     pub fn find(&self, name: &str) -> Option<Target> {
+        let (name, is_long) = name.strip_suffix('$').map_or((name, false), |name| (name, true));
         let (name, field) = name.split_once('.').unwrap_or((name, "VAL"));
         let record = *self.by_name.get(name)?;
-        let field = Field::named(field, self.records.get(record)?.kind)?;
-        Some(Target { record, field })
+        let kind = self.records.get(record)?.kind;
+        let field = Field::named(field, kind)?;
+        (!is_long || field.is_text(kind)).then_some(Target { record, field, is_long })
+    }
+
+    /// The record of a target if a put to it may be done: its value, not another field.
+    #[must_use]
+    pub fn writable(&self, target: Target) -> Option<&Record> {
+        let record = self.records.get(target.record)?;
+        (target.field == Field::Value && record.put != Put::Refused).then_some(record)
     }
 
     /// The settings.
@@ -89,8 +103,23 @@ impl Database {
     }
 }
 
-const fn record_type(kind: Kind) -> RecordType {
+/// What a put to a name does.
+fn put(entry: Entry, point: &Point, devices: &HashMap<&str, &str>, settings: &Settings) -> Put {
+    if settings.write.is_none() {
+        return Put::Refused;
+    }
+    let device = point.subject.gauge().and_then(|gauge| devices.get(gauge));
+    match (entry, device) {
+        (Entry::Acknowledge, _) => Put::Acknowledge,
+        (Entry::Command, Some(_)) => Put::Command,
+        (Entry::Point | Entry::Alias, Some(device)) if is_writable(point, device) => Put::Parameter,
+        _ => Put::Refused,
+    }
+}
+
+const fn record_type(entry: Entry, kind: Kind) -> RecordType {
     match kind {
+        _ if matches!(entry, Entry::Command) => RecordType::Stringin,
         Kind::Float => RecordType::Ai,
         Kind::Integer => RecordType::Int64in,
         Kind::Boolean => RecordType::Bi,
@@ -99,14 +128,14 @@ const fn record_type(kind: Kind) -> RecordType {
     }
 }
 
-fn meta(point: &Point, settings: &Settings) -> Meta {
+fn meta(entry: Entry, point: &Point, settings: &Settings) -> Meta {
     let is_pressure = point.signal.unit() == Some("Pa");
     let scaled = |pa: f64| pa / settings.unit_pa();
     let limit = |pa: Option<f64>| pa.map_or(f64::NAN, scaled);
     let unit = if is_pressure { settings.unit.clone() } else { point.signal.unit().unwrap_or_default().to_owned() };
     let limits = point.limits;
     Meta {
-        description: description(point, &unit),
+        description: description(entry, point, &unit),
         precision: if point.signal.kind() == Kind::Float { PRECISION } else { 0 },
         display: point.range_pa.map_or((0.0, 0.0), |(low, high)| (scaled(low), scaled(high))),
         limits: AlarmLimits {
@@ -125,8 +154,10 @@ fn meta(point: &Point, settings: &Settings) -> Meta {
 }
 
 /// The subject and what the point says of it, within the 40 octets of `DESC`.
-fn description(point: &Point, unit: &str) -> String {
+fn description(entry: Entry, point: &Point, unit: &str) -> String {
     let what = match point.signal {
+        _ if entry == Entry::Command => "commands".to_owned(),
+        _ if entry == Entry::Acknowledge => "acknowledge this occurrence".to_owned(),
         Signal::Pressure => "pressure".to_owned(),
         Signal::ParameterPressure | Signal::ParameterNumber | Signal::ParameterText => point.subject.name().to_owned(),
         Signal::PressureLog10 => format!("log10 of the pressure {unit}").trim_end().to_owned(),
@@ -183,6 +214,8 @@ impl World {
 
     fn data(&self, record: &Record, value: &PointValue) -> Data {
         match (&value.value, record.kind) {
+            // A record of commands shows no value.
+            (Value::Choice(_), RecordType::Stringin) => Data::Text(Arc::from("")),
             (Value::Float(number), RecordType::Ai) => Data::Double(self.scaled(record, *number)),
             (_, RecordType::Ai) => {
                 let held = self.held.get(record.point).copied().flatten();

@@ -1,6 +1,6 @@
 //! The fields of a record, which clients read as `NAME.FIELD`.
 
-use crate::record::{AlarmLimits, Answer, Data, Meta, Record, RecordType, SEVERITY_WORDS, STATUS_WORDS, Sample};
+use crate::record::{AlarmLimits, Answer, Data, Meta, Put, Record, RecordType, SEVERITY_WORDS, STATUS_WORDS, Sample};
 use profivac_gateway::EpicsSeverity;
 use std::borrow::Cow;
 use std::sync::Arc;
@@ -60,6 +60,16 @@ fields! {
     Undefined "UDF" "The value is undefined.";
     Disabled "DISA" "The record is disabled: no.";
     AccessGroup "ASG" "The access security group.";
+    AlarmMessage "AMSG" "The reason of the alarm in words: none beside the status.";
+    UserTag "UTAG" "The user tag of the time: 0.";
+    Input "INP" "Where the value comes from: what the point says.";
+    ForwardLink "FLNK" "The record that is processed next: none.";
+    Process "PROC" "Processes the record when it is written; here it cannot.";
+    Active "PACT" "The record is being processed: no.";
+    PutDisabled "DISP" "Puts are disabled: where clients only read.";
+    LastAlarm "LALM" "The value of the last alarm: the value.";
+    LastArchived "ALST" "The value that archivers got last: the value.";
+    LastMonitored "MLST" "The value that monitors got last: the value.";
 }
 
 const WORDS: [&str; 16] = [
@@ -97,15 +107,48 @@ impl Field {
             | Self::LowSeverity
             | Self::LowLowSeverity
             | Self::Hysteresis => matches!(kind, RecordType::Ai | RecordType::Int64in),
-            Self::ArchiveDeadband | Self::MonitorDeadband => matches!(kind, RecordType::Ai | RecordType::Int64in),
+            Self::ArchiveDeadband
+            | Self::MonitorDeadband
+            | Self::LastAlarm
+            | Self::LastArchived
+            | Self::LastMonitored => matches!(kind, RecordType::Ai | RecordType::Int64in),
             _ => true,
+        }
+    }
+
+    /// Whether its value is a text.
+    #[must_use]
+    pub const fn is_text(self, kind: RecordType) -> bool {
+        match self {
+            Self::Value => matches!(kind, RecordType::Stringin),
+            Self::Name
+            | Self::Description
+            | Self::Type
+            | Self::DeviceType
+            | Self::Unit
+            | Self::AccessGroup
+            | Self::AlarmMessage
+            | Self::Input
+            | Self::ForwardLink
+            | Self::Word(_) => true,
+            _ => false,
         }
     }
 
     /// Whether its value depends on the sample, not on the record alone.
     #[must_use]
     pub const fn changes(self) -> bool {
-        matches!(self, Self::Value | Self::Severity | Self::Status | Self::Undefined | Self::ArchiveDeadband)
+        matches!(
+            self,
+            Self::Value
+                | Self::Severity
+                | Self::Status
+                | Self::Undefined
+                | Self::ArchiveDeadband
+                | Self::LastAlarm
+                | Self::LastArchived
+                | Self::LastMonitored
+        )
     }
 }
 
@@ -142,7 +185,12 @@ fn data(field: Field, record: &Record, sample: &Sample) -> (Data, &'static [&'st
         Field::Type => text(record.kind.name()),
         Field::DeviceType => text("profivac"),
         Field::Unit => text(&meta.unit),
-        Field::AccessGroup => text("READONLY"),
+        Field::AccessGroup => text(if record.put == Put::Refused { "READONLY" } else { "WRITABLE" }),
+        Field::AlarmMessage | Field::ForwardLink => text(""),
+        Field::Input => text(record.signal.description()),
+        Field::PutDisabled => long(i64::from(record.put == Put::Refused)),
+        Field::UserTag | Field::Process | Field::Active => long(0),
+        Field::LastAlarm | Field::LastArchived | Field::LastMonitored => (sample.data.clone(), [].as_slice()),
         Field::Precision => long(meta.precision.into()),
         Field::HighDisplay => number(meta.display.1),
         Field::LowDisplay => number(meta.display.0),

@@ -12,6 +12,7 @@
 //! | [`database`] | the records of a station, and what they read |
 //! | [`socket`] | sockets |
 //! | [`connection`] | a connection, for both protocols |
+//! | [`put`] | puts of clients, where the file permits them |
 //! | [`ca`] | Channel Access |
 //! | [`pva`] | PV Access |
 //! | [`listing`] | lists for `profivac names`, the Archiver Appliance and Phoebus |
@@ -23,6 +24,7 @@ pub mod database;
 pub mod field;
 pub mod listing;
 pub mod names;
+pub mod put;
 pub mod pva;
 pub mod record;
 pub mod server;

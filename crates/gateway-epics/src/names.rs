@@ -3,7 +3,7 @@
 use profivac_gateway::{Point, Signal, Snapshot, Subject, Value};
 use profivac_station::config::gateways::epics::{MAX_NAME, Preset, Settings};
 use std::collections::BTreeMap;
-use std::collections::btree_map::Entry;
+use std::collections::btree_map;
 
 /// The reason why the names cannot be published. All of them are errors of the station's file.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -68,8 +68,21 @@ pub struct Row {
     pub name: String,
     /// The position of the point in the snapshot.
     pub point: usize,
-    /// Whether the file gives it as an alias.
-    pub is_alias: bool,
+    /// What it stands for.
+    pub entry: Entry,
+}
+
+/// What a name stands for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Entry {
+    /// A point.
+    Point,
+    /// A point, by a name of the file.
+    Alias,
+    /// The commands of the gauge of the point, where clients may write.
+    Command,
+    /// The acknowledgement of the alarm of the point, where clients may write.
+    Acknowledge,
 }
 
 /// The names of all points of a snapshot, in its order, then the aliases.
@@ -82,10 +95,17 @@ pub fn rows(station: &str, snapshot: &Snapshot, settings: &Settings) -> Result<V
     let mut rows = Vec::new();
     let naming = Naming::new(station, snapshot, settings);
     for (point, it) in snapshot.points.iter().enumerate() {
-        rows.push(Row { name: naming.name(it), point, is_alias: false });
+        rows.push(Row { name: naming.name(it), point, entry: Entry::Point });
+    }
+    if settings.write.is_some() {
+        let points = snapshot.points.iter().enumerate();
+        rows.extend(points.filter_map(|(point, it)| {
+            let (name, entry) = naming.for_writing(it)?;
+            Some(Row { name, point, entry })
+        }));
     }
     for (name, target) in &settings.aliases {
-        rows.push(Row { name: name.clone(), point: aliased(snapshot, name, target)?, is_alias: true });
+        rows.push(Row { name: name.clone(), point: aliased(snapshot, name, target)?, entry: Entry::Alias });
     }
     for row in &rows {
         let described = snapshot.points.get(row.point).map(described).unwrap_or_default();
@@ -106,10 +126,10 @@ fn take(taken: &mut BTreeMap<String, String>, name: &str, point: String) -> Resu
         return Err(NameError::TooLong { name: name.to_owned(), point });
     }
     match taken.entry(name.to_owned()) {
-        Entry::Occupied(first) => {
+        btree_map::Entry::Occupied(first) => {
             Err(NameError::Duplicate { name: name.to_owned(), first: first.get().clone(), second: point })
         }
-        Entry::Vacant(place) => {
+        btree_map::Entry::Vacant(place) => {
             place.insert(point);
             Ok(())
         }
@@ -201,6 +221,19 @@ impl<'a> Naming<'a> {
                 let end = if point.signal == Signal::ParameterText { "_STR" } else { "" };
                 self.of_gauge(point, gauge, None, &format!("{name}{end}"))
             }
+        }
+    }
+
+    /// The name that only takes values: the commands of a gauge, the acknowledgement of an alarm.
+    fn for_writing(&self, point: &Point) -> Option<(String, Entry)> {
+        match (&point.subject, point.signal) {
+            (Subject::Gauge(gauge), Signal::GaugeState) => {
+                Some((self.of_gauge(point, gauge, None, "CMD"), Entry::Command))
+            }
+            (Subject::Alarm(name), Signal::Occurrence) => {
+                Some((format!("{}ALARM:{}:ACK", self.settings.prefix, upper(name)), Entry::Acknowledge))
+            }
+            _ => None,
         }
     }
 

@@ -52,8 +52,23 @@ pub struct Record {
     pub pressure: Option<usize>,
     /// Its gauge is virtual.
     pub is_simulated: bool,
+    /// What a put does.
+    pub put: Put,
     /// Units, limits and words.
     pub meta: Meta,
+}
+
+/// What a put to a record does.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Put {
+    /// It is refused.
+    Refused,
+    /// It writes the parameter of the point.
+    Parameter,
+    /// It sends a command to the gauge of the point. The record has no value of its own.
+    Command,
+    /// It acknowledges this occurrence of the alarm of the point.
+    Acknowledge,
 }
 
 /// What a client shows besides the value.

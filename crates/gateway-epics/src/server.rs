@@ -4,6 +4,7 @@ use crate::ca;
 use crate::connection::{self, Shared};
 use crate::database::{Database, World, held};
 use crate::names::NameError;
+use crate::put::{Puts, Writer};
 use crate::pva;
 use crate::socket::{beacon_address, circuit_listener, search_socket};
 use profivac_gateway::thread::{Context, GatewayThread};
@@ -51,7 +52,8 @@ async fn serve(settings: Settings, context: Context) -> Result<(), EpicsError> {
     let mut subscription = context.model.subscribe();
     let snapshot = Arc::clone(&subscription.borrow_and_update());
     let (worlds, world) = watch::channel(Arc::new(first_world(&station, snapshot, &settings)?));
-    let shared = Shared::new(world, Arc::clone(&context.status), context.stop.clone());
+    let writer = settings.write.clone().map(|write| Arc::new(Writer::new(Arc::clone(&context.services), write)));
+    let shared = Shared::new(world, Arc::clone(&context.status), context.stop.clone(), writer);
     let mut tasks = JoinSet::new();
     let mut addresses = Vec::new();
     for interface in &settings.interfaces {
@@ -118,7 +120,8 @@ async fn channel_access(
     let to = (beacon_address(interface), beacon_port);
     tasks.spawn(ca::search::beacons(beacons, to, address.port(), shared.clone()));
     let protocol = move |shared: &Shared, host| {
-        ca::circuit::Circuit::new(host, address.port(), Arc::clone(&shared.status), shared.slots())
+        let puts = Puts::new(shared.writer.clone(), host);
+        ca::circuit::Circuit::new(host, address.port(), Arc::clone(&shared.status), shared.slots(), puts)
     };
     tasks.spawn(connection::accept(listener, shared.clone(), protocol));
     Ok(address)
@@ -145,7 +148,8 @@ async fn pv_access(
     let to = (beacon_address(interface), search_port);
     tasks.spawn(pva::search::beacons(beacons, to, guid, address.port(), shared.clone()));
     let protocol = move |shared: &Shared, host| {
-        pva::circuit::Circuit::new(host, address.port(), guid, Arc::clone(&shared.status), shared.slots())
+        let puts = Puts::new(shared.writer.clone(), host);
+        pva::circuit::Circuit::new(host, (address.port(), guid), Arc::clone(&shared.status), shared.slots(), puts)
     };
     tasks.spawn(connection::accept(listener, shared.clone(), protocol));
     Ok(address)

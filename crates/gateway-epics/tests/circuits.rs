@@ -8,6 +8,7 @@ use common::Plant;
 use profivac_gateway_epics::ca;
 use profivac_gateway_epics::connection::{Broken, MAX_OUT, Protocol, Slots};
 use profivac_gateway_epics::database::World;
+use profivac_gateway_epics::put::Puts;
 use profivac_gateway_epics::pva;
 use profivac_recorder::Quality;
 use profivac_station::gateway_status::{GatewayStatus, GatewayStatuses};
@@ -21,11 +22,11 @@ fn status() -> Arc<GatewayStatus> {
 }
 
 fn ca_circuit(status: &Arc<GatewayStatus>) -> ca::circuit::Circuit {
-    ca::circuit::Circuit::new(HOST, 5064, Arc::clone(status), Slots::default())
+    ca::circuit::Circuit::new(HOST, 5064, Arc::clone(status), Slots::default(), Puts::new(None, HOST))
 }
 
 fn pva_circuit(status: &Arc<GatewayStatus>) -> pva::circuit::Circuit {
-    pva::circuit::Circuit::new(HOST, 5075, [7; 12], Arc::clone(status), Slots::default())
+    pva::circuit::Circuit::new(HOST, (5075, [7; 12]), Arc::clone(status), Slots::default(), Puts::new(None, HOST))
 }
 
 /// A message of Channel Access.
@@ -199,6 +200,22 @@ fn requests_that_cannot_be_done_have_the_code_of_channel_access() {
     assert_eq!(one(&ca(18, 0, 0, 10, 13, b"ABSENT\0")), (26, 10, 0), "no such channel");
     assert_eq!(one(&ca(2, 6, 1, 1, 88, b"")), (11, u32::MAX, 410), "no such monitor");
     assert_eq!(status.view().refused, 2, "the two writes");
+}
+
+/// The Archiver Appliance and Phoebus ask for fields with `$` where 39 octets are too few.
+#[test]
+fn a_long_text_is_a_channel_of_octets_with_as_many_as_there_are() {
+    let (mut plant, status) = (Plant::new(""), status());
+    let world = reading(&mut plant, 100.0);
+    let mut circuit = ca_circuit(&status);
+    let created = tell(&mut circuit, &world, &ca(18, 0, 0, 9, 13, b"CHAMBER:P_STR$\0"));
+    // Behind the rights: DBR_CHAR, 1024 elements.
+    assert_eq!((&created[16..18], &created[20..24]), (&[0, 18][..], &[0, 4, 4, 0][..]), "{created:?}");
+    let answer = ca_messages(&tell(&mut circuit, &world, &ca(15, 4, 0, 1, 5, b"")));
+    assert_eq!(answer[0].3, b"1.00e+00 mbar\0\0\0", "with the padding of a payload");
+    let full = ca_messages(&tell(&mut circuit, &world, &ca(15, 4, 1024, 1, 5, b"")));
+    assert_eq!(full[0].3.len(), 1024);
+    assert!(world.database.find("CHAMBER:P.DESC$").is_some() && world.database.find("CHAMBER:P$").is_none());
 }
 
 #[test]

@@ -346,6 +346,8 @@ impl Rows<'_> {
                     (13, Source::Number, Signal::Recording),
                     (14, Source::Number, Signal::LostSamples),
                     (16, Source::Seconds, Signal::Started),
+                    (19, Source::Number, Signal::LostEvents),
+                    (20, Source::Seconds, Signal::LastWrite),
                 ],
             );
         }
@@ -427,6 +429,8 @@ impl Rows<'_> {
                     (95, Source::Number, Signal::Repetitions),
                     (96, Source::Number, Signal::LostCycles),
                     (97, Source::Number, Signal::DamagedAnswers),
+                    (98, Source::Number, Signal::Refusals),
+                    (99, Source::Number, Signal::LongestSequence),
                 ],
             );
         }
@@ -444,6 +448,9 @@ impl Rows<'_> {
                 (8, Source::LongNumber, Signal::DamagedTelegrams),
                 (10, Source::LongNumber, Signal::SegmentRepetitions),
                 (12, Source::LongNumber, Signal::SegmentLostCycles),
+                (14, Source::Float, Signal::LongestCycle),
+                (16, Source::Float, Signal::LongestRotation),
+                (18, Source::Number, Signal::DamagedLastMinute),
             ],
         );
     }

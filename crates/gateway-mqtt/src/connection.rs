@@ -90,10 +90,12 @@ pub enum MqttError {
     },
 }
 
-/// How to connect: the broker and the certificates that its file names.
+/// How to connect: the brokers and the certificates that the file names.
 #[derive(Clone)]
 pub struct Connector {
     broker: Broker,
+    /// The position of the broker that is used now.
+    position: usize,
     tls: Option<Arc<ClientConfig>>,
 }
 
@@ -104,15 +106,26 @@ impl Connector {
     /// [`MqttError`] when a certificate or key cannot be read.
     pub fn new(broker: Broker) -> Result<Self, MqttError> {
         let tls = broker.tls.as_ref().map(client_config).transpose()?;
-        Ok(Self { broker, tls })
+        Ok(Self { broker, position: 0, tls })
     }
 
-    /// Host and port of the broker, as a URL.
+    /// Host and port of the present broker.
+    fn host_and_port(&self) -> (&str, u16) {
+        self.broker.addresses().nth(self.position).unwrap_or((&self.broker.host, self.broker.port))
+    }
+
+    /// Goes on to the next broker. False when it is the first one again: all were tried.
+    pub fn advance(&mut self) -> bool {
+        self.position = self.position.saturating_add(1) % self.broker.addresses().count();
+        self.position != 0
+    }
+
+    /// Host and port of the present broker, as a URL.
     #[must_use]
     pub fn address(&self) -> String {
-        let Broker { host, port, tls, .. } = &self.broker;
-        let scheme = if tls.is_some() { "mqtts" } else { "mqtt" };
-        let host = if host.contains(':') { format!("[{host}]") } else { host.clone() };
+        let (host, port) = self.host_and_port();
+        let scheme = if self.broker.tls.is_some() { "mqtts" } else { "mqtt" };
+        let host = if host.contains(':') { format!("[{host}]") } else { host.to_owned() };
         format!("{scheme}://{host}:{port}")
     }
 
@@ -127,7 +140,8 @@ impl Connector {
         subscriptions: Vec<String>,
     ) -> Result<Connection, MqttError> {
         // An IPv6 address has no brackets here: the library compares it with the certificate, too.
-        let mut options = MqttOptions::new(client_id, &self.broker.host, self.broker.port);
+        let (host, port) = self.host_and_port();
+        let mut options = MqttOptions::new(client_id, host, port);
         options.set_keep_alive(KEEP_ALIVE).set_clean_session(true).set_max_packet_size(MAX_RECEIVED, MAX_SENT);
         options.set_last_will(LastWill::new(will.topic, will.payload, qos(will.delivery), will.is_retained));
         if let Some(credentials) = &self.broker.credentials {

@@ -1,6 +1,6 @@
 //! Connecting again and again until the gateway is told to stop.
 
-use crate::connection::MqttError;
+use crate::connection::{Connector, MqttError};
 use profivac_gateway::thread::Context;
 use std::time::Duration;
 use tokio::time::sleep;
@@ -29,8 +29,9 @@ impl Retry {
         Self { pause: FIRST_PAUSE }
     }
 
-    /// Reports the end of a session and waits before the next one. False when there is no next one.
-    pub async fn goes_on(&mut self, ended: Ended, context: &mut Context) -> bool {
+    /// Reports the end of a session, goes on to the next broker, and waits once all of them have failed. False when there is no next
+    /// session.
+    pub async fn goes_on(&mut self, ended: Ended, connector: &mut Connector, context: &mut Context) -> bool {
         let error = match ended {
             Ended::Stopped => return false,
             Ended::Lost(error) => {
@@ -39,7 +40,10 @@ impl Retry {
             }
             Ended::Failed(error) => error,
         };
-        context.status.fails(&error.to_string());
+        context.status.fails(&format!("{}: {error}", connector.address()));
+        if connector.advance() {
+            return !context.stop.is_stopped();
+        }
         tokio::select! {
             () = sleep(self.pause) => {}
             () = context.stop.stopped() => return false,

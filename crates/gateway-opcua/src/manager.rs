@@ -1,7 +1,9 @@
-//! The station's part of the server: its namespace, reading of history, and the refusal of writes.
+//! The station's part of the server: its namespace, reading of history, and writes.
 
 use crate::history::{self, Answer, Query};
 use crate::plan::NAMESPACE;
+use crate::space::Parameter;
+use crate::value;
 use async_trait::async_trait;
 use opcua_server::ContinuationPoint;
 use opcua_server::address_space::AddressSpace;
@@ -9,9 +11,14 @@ use opcua_server::diagnostics::NamespaceMetadata;
 use opcua_server::node_manager::memory::{
     InMemoryNodeManager, InMemoryNodeManagerBuilder, InMemoryNodeManagerImpl, InMemoryNodeManagerImplBuilder,
 };
-use opcua_server::node_manager::{HistoryNode, NodeManagerBuilder, RequestContext, ServerContext, WriteNode};
-use opcua_types::{HistoryData, NodeId, ReadRawModifiedDetails, StatusCode, TimestampsToReturn};
+use opcua_server::node_manager::{
+    HistoryNode, NodeManagerBuilder, ParsedWriteValue, RequestContext, ServerContext, WriteNode,
+};
+use opcua_types::{AttributeId, HistoryData, NodeId, ReadRawModifiedDetails, StatusCode, TimestampsToReturn};
 use parking_lot::RwLock;
+use profivac_gateway::command::given;
+use profivac_gateway::{Commander, WriteError, WriteRequest};
+use profivac_station::control::{ControlError, OperationError};
 use profivac_station::gateway_status::GatewayStatus;
 use profivac_station::services::Services;
 use std::collections::HashMap;
@@ -24,6 +31,9 @@ use tokio::time::timeout;
 const MAX_QUERIES: usize = 2;
 const QUERY_TIMEOUT: Duration = Duration::from_secs(10);
 
+/// The library's name of a user who has not logged in; names of users are in lower case.
+const ANONYMOUS_USER_TOKEN_ID: &str = "ANONYMOUS";
+
 /// The node manager of the station.
 pub type StationNodes = InMemoryNodeManager<StationNodesImpl>;
 
@@ -33,6 +43,8 @@ pub struct StationNodesBuilder {
     pub services: Arc<Services>,
     /// Where refused writes are counted.
     pub status: Arc<GatewayStatus>,
+    /// Writes for users who log in, if the file permits it.
+    pub commander: Option<Commander>,
 }
 
 impl StationNodesBuilder {
@@ -53,7 +65,9 @@ impl InMemoryNodeManagerImplBuilder for StationNodesBuilder {
             namespace,
             services: self.services,
             status: self.status,
+            commander: self.commander,
             histories: Mutex::default(),
+            parameters: Mutex::default(),
             slots: Arc::new(Semaphore::new(MAX_QUERIES)),
         }
     }
@@ -64,6 +78,9 @@ pub struct StationNodesImpl {
     namespace: u16,
     services: Arc<Services>,
     status: Arc<GatewayStatus>,
+    commander: Option<Commander>,
+    /// The parameters that users write, by node.
+    parameters: Mutex<HashMap<NodeId, Parameter>>,
     /// The series of the record that is the history of a node.
     histories: Mutex<HashMap<NodeId, String>>,
     slots: Arc<Semaphore>,
@@ -79,6 +96,35 @@ impl StationNodesImpl {
     /// Sets which nodes have a history.
     pub fn set_histories(&self, histories: HashMap<NodeId, String>) {
         *self.histories.lock().unwrap_or_else(PoisonError::into_inner) = histories;
+    }
+
+    /// Whether users who log in may write.
+    #[must_use]
+    pub const fn may_write(&self) -> bool {
+        self.commander.is_some()
+    }
+
+    /// Sets which nodes are parameters that users write.
+    pub fn set_parameters(&self, parameters: HashMap<NodeId, Parameter>) {
+        *self.parameters.lock().unwrap_or_else(PoisonError::into_inner) = parameters;
+    }
+
+    /// Writes one value for the user of a session; the error has the status and why.
+    async fn write_one(&self, user: &str, write: &ParsedWriteValue) -> Result<(), (StatusCode, String)> {
+        let read_only = || (StatusCode::BadNotWritable, "the gateway is read-only for this node".to_owned());
+        let commander = self.commander.as_ref().ok_or_else(read_only)?;
+        if write.attribute_id != AttributeId::Value || write.index_range.has_range() {
+            return Err(read_only());
+        }
+        let parameters = self.parameters.lock().unwrap_or_else(PoisonError::into_inner).get(&write.node_id).cloned();
+        let Parameter { gauge, target, signal } = parameters.ok_or_else(read_only)?;
+        if user == ANONYMOUS_USER_TOKEN_ID {
+            return Err((StatusCode::BadUserAccessDenied, "only users who log in write".to_owned()));
+        }
+        let mismatch = || (StatusCode::BadTypeMismatch, "the value has another type than the node".to_owned());
+        let value = write.value.value.as_ref().and_then(value::given).ok_or_else(mismatch)?;
+        let request = WriteRequest::Parameter { gauge, target, value: given(signal, &value) };
+        commander.execute(user, request, None).await.map_err(|error| (write_status(&error), error.to_string()))
     }
 
     fn series(&self, node: &NodeId) -> Option<String> {
@@ -160,14 +206,48 @@ impl InMemoryNodeManagerImpl for StationNodesImpl {
 
     async fn write(
         &self,
-        _context: &RequestContext,
+        context: &RequestContext,
         _space: &RwLock<AddressSpace>,
         nodes: &mut [&mut WriteNode],
     ) -> Result<(), StatusCode> {
+        let user = context.token.0.clone();
         for node in nodes {
-            self.status.refused("a write: the gateway is read-only");
-            node.set_status(StatusCode::BadNotWritable);
+            let status = match self.write_one(&user, node.value()).await {
+                Ok(()) => StatusCode::Good,
+                Err((status, reason)) => {
+                    self.status.refused(&format!("a write of {user}: {reason}"));
+                    status
+                }
+            };
+            node.set_status(status);
         }
         Ok(())
+    }
+}
+
+/// The status of a write that was not done.
+fn write_status(error: &WriteError) -> StatusCode {
+    let WriteError::Control(error) = error else {
+        return match error {
+            WriteError::Busy => StatusCode::BadTooManyOperations,
+            WriteError::Users(_) | WriteError::UnknownUser(_) | WriteError::Forbidden(_) => {
+                StatusCode::BadUserAccessDenied
+            }
+            _ => StatusCode::BadInternalError,
+        };
+    };
+    match &**error {
+        ControlError::Forbidden(_) => StatusCode::BadUserAccessDenied,
+        ControlError::Request(_) => StatusCode::BadTypeMismatch,
+        ControlError::Audit(_) => StatusCode::BadResourceUnavailable,
+        ControlError::Operation(error) => match error {
+            OperationError::InvalidValue(_) | OperationError::BeyondRange { .. } => StatusCode::BadOutOfRange,
+            OperationError::Unavailable(_) => StatusCode::BadNoCommunication,
+            OperationError::Refused(_) => StatusCode::BadDeviceFailure,
+            OperationError::OutcomeUnknown(_) => StatusCode::UncertainNoCommunicationLastUsableValue,
+            _ => StatusCode::BadInvalidState,
+        },
+        // Control that another user has, conditions that do not hold, and what the station never writes.
+        _ => StatusCode::BadInvalidState,
     }
 }

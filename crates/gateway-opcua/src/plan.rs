@@ -114,6 +114,10 @@ pub enum Source {
     Point(usize),
     /// The worst health of the readings at these positions.
     Health(Vec<usize>),
+    /// The vendor of the device that the point at this position names.
+    Manufacturer(usize),
+    /// What the station does not know, such as the serial number of a device: it has no value.
+    Unknown,
 }
 
 /// What a node is.
@@ -232,8 +236,31 @@ impl Plan<'_> {
                 description: "Worst health of the readings, as in NAMUR NE 107".to_owned(),
                 kind: health,
             });
+            self.identification(&id, gauge);
         }
         id
+    }
+
+    /// `Identification` of a device: what DI (OPC 10000-100, DeviceType) makes mandatory and the station has a place for.
+    fn identification(&mut self, device: &str, gauge: &str) {
+        let is_device = |point: &Point| point.signal == Signal::Device && point.subject.gauge() == Some(gauge);
+        let Some(index) = self.points.iter().position(is_device) else { return };
+        let parent = Parent::Node(device.to_owned());
+        let group = self.add(parent, format!("{device}/identification"), "Identification", NodeKind::Object);
+        let rows = [
+            ("manufacturer", "Manufacturer", "Vendor of the device", Source::Manufacturer(index)),
+            ("model", "Model", "Device model", Source::Point(index)),
+            ("serial-number", "SerialNumber", "Serial number; the station does not read it", Source::Unknown),
+        ];
+        for (key, name, description, source) in rows {
+            self.nodes.push(Node {
+                id: format!("{device}/{key}"),
+                parent: Parent::Node(group.clone()),
+                name: name.to_owned(),
+                description: description.to_owned(),
+                kind: NodeKind::Variable { source, data_type: DataType::String, properties: Vec::new(), history: None },
+            });
+        }
     }
 
     fn below_station(&mut self, folder_id: &str, folder: &str, id: String, name: &str) -> String {

@@ -13,10 +13,10 @@ use tokio::sync::Mutex;
 use tokio::time::{sleep, timeout};
 
 /// The most connections at the same time. free choice: some clients for each control room.
-pub const MAX_CONNECTIONS: usize = 64;
+pub const MAX_CONNECTIONS: usize = 128;
 
 /// The most connections from one address, so that one computer does not take all of them.
-const MAX_OF_ADDRESS: usize = 32;
+const MAX_OF_ADDRESS: usize = 64;
 
 /// A client that has not taken an answer after this time is disconnected.
 const STALL_TIMEOUT: Duration = Duration::from_secs(10);

@@ -9,8 +9,8 @@ use crate::users::Logins;
 use opcua_crypto::SecurityPolicy;
 use opcua_server::{Limits, OperationalLimits, ServerBuilder, ServerEndpoint, ServerHandle, SubscriptionLimits};
 use opcua_types::{BuildInfo, MessageSecurityMode};
-use profivac_gateway::Snapshot;
 use profivac_gateway::thread::Context;
+use profivac_gateway::{Commander, Snapshot};
 use profivac_station::config::gateways::opcua::{Policy, Settings};
 use std::net::{Ipv4Addr, SocketAddr};
 use std::sync::Arc;
@@ -40,10 +40,10 @@ fn application_uri(station: &str) -> String {
     format!("urn:profivac:server:{}", station.chars().map(letter).collect::<String>())
 }
 
-/// What one client may take. The worst case is some 100 MB: 32 sessions of 4 subscriptions of 2,000 values, 4 queued for each.
+/// What one client may take. The worst case is some 200 MB: 64 sessions of 4 subscriptions of 2,000 values, 4 queued for each.
 fn limits() -> Limits {
     Limits {
-        max_sessions: 32,
+        max_sessions: 64,
         max_message_size: 4 << 20,
         max_chunk_count: 64,
         max_array_length: 20_000,
@@ -91,7 +91,9 @@ fn builder(settings: &Settings, context: &Context) -> ServerBuilder {
         software_version: env!("CARGO_PKG_VERSION").into(),
         ..BuildInfo::default()
     };
-    let nodes = StationNodesBuilder { services: Arc::clone(&context.services), status: Arc::clone(&context.status) };
+    let commander = settings.write.then(|| Commander::new(Arc::clone(&context.services), settings.users.clone()));
+    let nodes =
+        StationNodesBuilder { services: Arc::clone(&context.services), status: Arc::clone(&context.status), commander };
     let mut builder = ServerBuilder::new()
         .application_name(format!("profivac {station}"))
         .application_uri(uri)
@@ -188,7 +190,7 @@ async fn prune_certificates(settings: &Settings) {
 /// Brings every new snapshot into the address space. A subscription that is behind gets the newest values.
 async fn bring_values(handle: &ServerHandle, context: &Context, address: SocketAddr) {
     let Some(nodes) = handle.node_managers().get_of_type::<StationNodes>() else { return };
-    let mut space = Space::new(nodes.inner().namespace());
+    let mut space = Space::new(nodes.inner().namespace(), nodes.inner().may_write());
     let mut snapshots = context.model.subscribe();
     let mut before: Option<Arc<Snapshot>> = None;
     while snapshots.changed().await.is_ok() {
@@ -196,6 +198,7 @@ async fn bring_values(handle: &ServerHandle, context: &Context, address: SocketA
         if before.as_ref().is_none_or(|before| !before.has_points_of(&snapshot)) {
             space.update(&snapshot, &mut nodes.address_space().write());
             nodes.inner().set_histories(space.histories());
+            nodes.inner().set_parameters(space.parameters());
         }
         let values: Vec<_> = space.values(&snapshot, before.as_deref()).collect();
         context.status.sent(values.len() as u64);

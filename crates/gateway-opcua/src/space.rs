@@ -7,8 +7,10 @@ use opcua_types::{
     DataTypeId, DataValue, EUInformation, ExtensionObject, LocalizedText, NodeId, ObjectId, ObjectTypeId,
     QualifiedName, Range, UAString, VariableTypeId, Variant, VariantScalarTypeId,
 };
-use profivac_gateway::Snapshot;
+use profivac_gateway::command::{controlled_devices, is_writable};
+use profivac_gateway::{Signal, Snapshot, Subject};
 use std::collections::{BTreeMap, HashMap};
+use std::sync::Arc;
 
 /// The namespace of units (OPC 10000-8).
 const UNITS: &str = "http://www.opcfoundation.org/UA/units/un/cefact";
@@ -21,10 +23,24 @@ struct Variable {
     data_type: DataType,
 }
 
+/// A parameter that users write.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Parameter {
+    /// The gauge.
+    pub gauge: Arc<str>,
+    /// The parameter: `trip-point.1/high-trip-point`.
+    pub target: Arc<str>,
+    /// Whether the node is a pressure, a number or a text.
+    pub signal: Signal,
+}
+
 /// The nodes that the address space has.
 #[derive(Debug, Default)]
 pub struct Space {
     namespace: u16,
+    /// Whether users who log in may write.
+    may_write: bool,
+    parameters: HashMap<NodeId, Parameter>,
     nodes: Vec<Node>,
     variables: Vec<Variable>,
 }
@@ -32,13 +48,33 @@ pub struct Space {
 impl Space {
     /// No nodes yet; they will have this namespace.
     #[must_use]
-    pub const fn new(namespace: u16) -> Self {
-        Self { namespace, nodes: Vec::new(), variables: Vec::new() }
+    pub fn new(namespace: u16, may_write: bool) -> Self {
+        Self { namespace, may_write, ..Self::default() }
+    }
+
+    /// The parameters that users write, by node.
+    #[must_use]
+    pub fn parameters(&self) -> HashMap<NodeId, Parameter> {
+        self.parameters.clone()
+    }
+
+    fn writable(&self, nodes: &[Node], snapshot: &Snapshot) -> HashMap<NodeId, Parameter> {
+        let devices = if self.may_write { controlled_devices(snapshot) } else { HashMap::new() };
+        let parameter = |node: &Node| {
+            let NodeKind::Variable { source: Source::Point(index), .. } = &node.kind else { return None };
+            let point = snapshot.points.get(*index)?;
+            let Subject::Parameter { gauge, target, .. } = &point.subject else { return None };
+            let device = devices.get(&**gauge)?;
+            let parameter = Parameter { gauge: Arc::clone(gauge), target: Arc::clone(target), signal: point.signal };
+            is_writable(point, device).then(|| (self.id(&node.id), parameter))
+        };
+        nodes.iter().filter_map(parameter).collect()
     }
 
     /// Changes the address space so that it has the nodes of these points. Nodes that stay are not touched, so their clients continue.
     pub fn update(&mut self, snapshot: &Snapshot, space: &mut AddressSpace) {
         let new = plan::nodes(&snapshot.points);
+        self.parameters = self.writable(&new, snapshot);
         let old: BTreeMap<&str, &Node> = self.nodes.iter().map(|node| (node.id.as_str(), node)).collect();
         let kept: BTreeMap<&str, &Node> = new.iter().map(|node| (node.id.as_str(), node)).collect();
         for node in self.nodes.iter().filter(|old| kept.get(old.id.as_str()).is_none_or(|new| !is_same(old, new))) {
@@ -76,7 +112,8 @@ impl Space {
             (new.version, new.at) != (old.version, old.at)
         };
         let variables = self.variables.iter().filter(move |variable| match &variable.source {
-            Source::Point(index) => differs(*index),
+            Source::Point(index) | Source::Manufacturer(index) => differs(*index),
+            Source::Unknown => before.is_none(),
             Source::Health(readings) => readings.iter().any(|index| differs(*index)),
         });
         variables.filter_map(|it| Some((&it.id, value::data_value(&it.source, it.data_type, snapshot)?)))
@@ -139,6 +176,8 @@ impl Space {
             .historizing(has_history)
             .has_type_definition(variable_type(properties));
         let variable = if has_history { variable.history_readable() } else { variable };
+        let is_writable = self.parameters.contains_key(&self.id(&node.id));
+        let variable = if is_writable { variable.writable() } else { variable };
         let variable = match &node.parent {
             Parent::Objects => variable.organized_by(ObjectId::ObjectsFolder),
             Parent::Node(parent) => variable.component_of(self.id(parent)),

@@ -2,6 +2,7 @@
 
 use crate::plan::{DataType, Source};
 use opcua_types::{DataValue, DateTime, StatusCode, UAString, Variant};
+use profivac_devices::catalog::model_named;
 use profivac_devices::reading::Quality;
 use profivac_gateway::{Health, PointValue, Signal, Snapshot, State, Value};
 use profivac_recorder::{Micros, Sample};
@@ -18,7 +19,19 @@ pub fn data_value(source: &Source, data_type: DataType, snapshot: &Snapshot) -> 
             Some(of_point(point.signal, data_type, value))
         }
         Source::Health(readings) => Some(health(readings, snapshot)),
+        Source::Manufacturer(index) => Some(manufacturer(snapshot.values.get(*index)?)),
+        Source::Unknown => Some(stamped(None, StatusCode::BadNoData, Micros::now())),
     }
+}
+
+/// The vendor of the device that a value names.
+fn manufacturer(device: &PointValue) -> DataValue {
+    let vendor = match &device.value {
+        Value::Text(name) => model_named(name).map(|model| Variant::String(UAString::from(model.vendor))),
+        _ => None,
+    };
+    let status = if vendor.is_some() { StatusCode::Good } else { StatusCode::BadNoData };
+    stamped(vendor, status, device.at.unwrap_or_else(Micros::now))
 }
 
 fn of_point(signal: Signal, data_type: DataType, value: &PointValue) -> DataValue {
@@ -104,6 +117,25 @@ fn health(readings: &[usize], snapshot: &Snapshot) -> DataValue {
     let worst = worst.map(|health| Variant::UInt32(health as u32));
     let status = if worst.is_some() { StatusCode::Good } else { StatusCode::BadNoData };
     stamped(worst, status, at.unwrap_or_else(Micros::now))
+}
+
+/// The value that a client writes; `None` for an array or another type than a number, a text, or true and false.
+#[must_use]
+pub fn given(variant: &Variant) -> Option<Value> {
+    Some(match variant {
+        // Through the decimal number, so that 5e-3 as 32 bits stays 5e-3.
+        Variant::Float(number) => Value::Float(number.to_string().parse().ok()?),
+        Variant::Double(number) => Value::Float(*number),
+        Variant::SByte(number) => Value::Float(f64::from(*number)),
+        Variant::Byte(number) => Value::Float(f64::from(*number)),
+        Variant::Int16(number) => Value::Float(f64::from(*number)),
+        Variant::UInt16(number) => Value::Float(f64::from(*number)),
+        Variant::Int32(number) => Value::Float(f64::from(*number)),
+        Variant::UInt32(number) => Value::Float(f64::from(*number)),
+        Variant::Boolean(value) => Value::Boolean(*value),
+        Variant::String(text) => Value::Text(text.as_ref().into()),
+        _ => return None,
+    })
 }
 
 /// A recorded sample.

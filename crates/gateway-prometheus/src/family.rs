@@ -83,6 +83,8 @@ fn form(signal: Signal) -> Form {
         | Signal::SegmentRepetitions
         | Signal::SegmentLostCycles
         | Signal::LostSamples
+        | Signal::LostEvents
+        | Signal::Refusals
         | Signal::Occurrence => Form::Counter,
         // What never changes while the file is the same.
         Signal::Device => Form::Label("device"),
@@ -94,11 +96,20 @@ fn form(signal: Signal) -> Form {
         Signal::Priority => Form::Label("priority"),
         // Its pressure would make a new series with every reading; pressure, state, problem and faults say the same.
         Signal::StateText => Form::Absent,
-        Signal::Problem | Signal::SegmentProblem => Form::Text("problem"),
+        // The same text as in the state of the reading, with a pressure where the quality is assumed.
+        Signal::Cause => Form::Absent,
+        Signal::Problem | Signal::SegmentProblem | Signal::RecorderProblem => Form::Text("problem"),
         Signal::Faults => Form::Text("faults"),
         Signal::Warnings => Form::Text("warnings"),
         Signal::Assumptions => Form::Text("assumptions"),
         Signal::AlarmText => Form::Text("text"),
+        Signal::AlarmUnit => Form::Text("unit"),
+        Signal::AcknowledgedBy => Form::Text("user"),
+        Signal::OutOfService => Form::Text("reason"),
+        Signal::Quality => Form::States("quality", &profivac_gateway::signal::QUALITIES),
+        Signal::TokenRing => Form::Text("addresses"),
+        Signal::LineUnit => Form::Text("unit"),
+        Signal::Diagnosis => Form::Text("diagnosis"),
         Signal::AlarmPriority => Form::States("priority", &profivac_gateway::signal::PRIORITIES),
         other => match other.kind() {
             Kind::Float | Kind::Integer | Kind::Boolean | Kind::Time => Form::Gauge,

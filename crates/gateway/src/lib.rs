@@ -15,9 +15,11 @@
 //! | [`point`] | points and their values |
 //! | [`plant`] | the points of a station |
 //! | [`model`] | the snapshots over time |
+//! | [`command`] | writing, through the control of the station |
 //! | [`names`] | what a gateway publishes, as a table |
 //! | [`thread`] | a gateway on a thread of its own |
 
+pub mod command;
 pub mod model;
 pub mod names;
 pub mod plant;
@@ -26,6 +28,7 @@ pub mod signal;
 pub mod state;
 pub mod thread;
 
+pub use command::{Commander, WriteError, WriteRequest};
 pub use model::{ReadModel, Snapshot, Subscription};
 pub use names::NameTable;
 pub use plant::{Inputs, points};

@@ -6,7 +6,9 @@ use crate::state::State;
 use profivac_devices::Principle;
 use profivac_devices::catalog::model_named;
 use profivac_devices::reading::Quality;
-use profivac_listen::report::{BusReport, StationReport};
+use profivac_listen::gauge::Origin;
+use profivac_listen::report::{BusReport, Distribution, StationReport};
+use profivac_listen::station::StationState;
 use profivac_recorder::Micros;
 use profivac_station::alarm::view::AlarmView;
 use profivac_station::alarm::{AlarmState, ConditionKind, Priority};
@@ -291,12 +293,20 @@ fn station(inputs: &Inputs, sink: &mut impl Sink) {
     let down = segments.iter().filter(|segment| segment.state != SegmentState::Running).count();
     plain(sink, Signal::Heartbeat, Raw::Integer(uptime_s));
     plain(sink, Signal::Version, Raw::Text(station.version));
-    plain(sink, Signal::Started, Raw::Time(Micros(station.started_ms.saturating_mul(1000))));
+    plain(sink, Signal::Started, time(station.started_ms));
     plain(sink, Signal::Recording, Raw::Boolean(station.recorder.error.is_none()));
     plain(sink, Signal::LostSamples, Raw::count(station.recorder.lost_samples));
+    plain(sink, Signal::LostEvents, Raw::count(station.recorder.lost_events));
+    plain(sink, Signal::LastWrite, station.recorder.last_write_ms.map_or(Raw::None, time));
+    plain(sink, Signal::RecorderProblem, Raw::Text(station.recorder.error.as_deref().unwrap_or_default()));
     plain(sink, Signal::ActiveAlarms, count(|state| state.is_active()));
     plain(sink, Signal::UnacknowledgedAlarms, count(|state| state.needs_acknowledgement()));
     plain(sink, Signal::SegmentsDown, Raw::count(down as u64));
+}
+
+/// A time in milliseconds since 1970.
+const fn time(ms: i64) -> Raw<'static> {
+    Raw::Time(Micros(ms.saturating_mul(1000)))
 }
 
 fn segment(segment: &Segment, bus: Option<&BusReport>, sink: &mut impl Sink) {
@@ -322,6 +332,21 @@ fn segment(segment: &Segment, bus: Option<&BusReport>, sink: &mut impl Sink) {
     plain(sink, Signal::DamagedTelegrams, Raw::count(damaged));
     plain(sink, Signal::SegmentRepetitions, sum(|station| station.total.repeated));
     plain(sink, Signal::SegmentLostCycles, sum(|station| station.total.lost));
+    let longest =
+        |times: fn(&BusReport) -> &Distribution| Raw::float(bus.and_then(|bus| times(bus).max_us).map(microseconds));
+    plain(sink, Signal::LongestCycle, longest(|bus| &bus.cycle));
+    plain(sink, Signal::LongestRotation, longest(|bus| &bus.rotation));
+    plain(sink, Signal::DamagedLastMinute, Raw::optional_count(bus.map(|bus| bus.damaged_last_minute)));
+    plain(sink, Signal::ObservedTime, Raw::optional_count(bus.map(|bus| bus.observed_ms / 1000)));
+    plain(sink, Signal::TokenRing, Raw::Text(&bus.map(ring_text).unwrap_or_default()));
+    plain(sink, Signal::SegmentListenOnly, Raw::Boolean(segment.listen_only));
+    plain(sink, Signal::Baud, Raw::Integer(segment.baud.into()));
+    plain(sink, Signal::Master, segment.master.map_or(Raw::None, |address| Raw::Integer(address.into())));
+}
+
+/// The addresses of the masters in the order of the token: `1 3`.
+fn ring_text(bus: &BusReport) -> String {
+    bus.ring.iter().map(u8::to_string).collect::<Vec<_>>().join(" ")
 }
 
 /// Microseconds in seconds.
@@ -365,6 +390,33 @@ fn gauge(inputs: &Inputs, gauge: &Gauge, alarms: GaugeAlarms, sink: &mut impl Si
     plain(sink, Signal::Repetitions, Raw::optional_count(counts.map(|counts| counts.repeated)));
     plain(sink, Signal::LostCycles, Raw::optional_count(counts.map(|counts| counts.lost)));
     plain(sink, Signal::DamagedAnswers, Raw::optional_count(counts.map(|counts| counts.damaged)));
+    on_line(bus, sink);
+}
+
+/// What the traffic shows of a gauge beside the counters of its requests.
+fn on_line(bus: Option<&StationReport>, sink: &mut impl Sink) {
+    let is_known = |station: &&StationReport| station.unit_origin.is_some_and(|origin| origin != Origin::Assumed);
+    let unit = bus.filter(is_known).and_then(|station| station.unit.as_deref());
+    let owner = bus.and_then(|station| station.owner);
+    let diagnosis = bus.map(|station| station.diagnosis.join(", ")).unwrap_or_default();
+    plain(sink, Signal::Refusals, Raw::optional_count(bus.map(|station| station.total.refused)));
+    plain(sink, Signal::LongestSequence, Raw::optional_count(bus.map(|station| station.longest_sequence.into())));
+    plain(sink, Signal::LineState, bus.map_or(Raw::None, |station| Raw::Choice(line_state(station.state))));
+    plain(sink, Signal::LineUnit, Raw::Text(unit.unwrap_or_default()));
+    plain(sink, Signal::Owner, owner.map_or(Raw::None, |address| Raw::Integer(address.into())));
+    plain(sink, Signal::Diagnosis, Raw::Text(&diagnosis));
+}
+
+/// The position of a state in [`crate::signal::LINE_STATES`].
+const fn line_state(state: StationState) -> u16 {
+    match state {
+        StationState::Master => 0,
+        StationState::Exchanging => 1,
+        StationState::Missing => 2,
+        StationState::NotConfigured => 3,
+        StationState::NoMaster => 4,
+        StationState::NotAddressed => 5,
+    }
 }
 
 /// The position of a priority in [`crate::signal::PRIORITIES`].
@@ -403,6 +455,13 @@ fn reading(inputs: &Inputs, gauge: &Gauge, reading: &Reading, sink: &mut impl Si
     sink.point(Signal::StateText, Raw::Text(&text), state, at);
     sink.point(Signal::Usable, Raw::Boolean(state.codes().is_measured), state, at);
     sink.point(Signal::LastReading, at.map_or(Raw::None, Raw::Time), state, at);
+    sink.point(Signal::Quality, Raw::Choice(quality(reading, state)), state, at);
+    sink.point(Signal::Cause, Raw::Text(reading.cause.as_deref().unwrap_or_default()), state, at);
+}
+
+/// The position of the quality in [`crate::signal::QUALITIES`]; an old reading is stale, also if its segment does not say so.
+fn quality(reading: &Reading, state: State) -> u16 {
+    if matches!(state, State::Stale | State::Starting) { Quality::Stale as u16 } else { reading.quality as u16 }
 }
 
 fn parameter(inputs: &Inputs, gauge: &Gauge, parameter: &WatchedParameter, sink: &mut impl Sink) {
@@ -491,6 +550,13 @@ fn alarm(alarm: &AlarmView, sink: &mut impl Sink) {
     put(Signal::Priority, Raw::Choice(priority(alarm.priority)));
     put(Signal::Occurrence, Raw::Integer(alarm.occurrence));
     put(Signal::AlarmText, Raw::Text(&alarm.text));
+    let reason = alarm.out_of_service.as_ref().map(|it| it.reason.as_str());
+    put(Signal::AlarmValue, Raw::float(alarm.value));
+    put(Signal::AlarmLimit, Raw::float(alarm.limit));
+    put(Signal::AlarmUnit, Raw::Text(alarm.unit.unwrap_or_default()));
+    put(Signal::AcknowledgedBy, Raw::Text(alarm.acknowledged_by.as_deref().unwrap_or_default()));
+    put(Signal::OutOfService, Raw::Text(reason.unwrap_or_default()));
+    put(Signal::Instruction, Raw::Text(alarm.message.as_deref().unwrap_or_default()));
 }
 
 /// Whether a value has the kind of its signal; a point without a value has every kind.

@@ -1,6 +1,7 @@
 //! What a point says about its subject.
 
 use crate::state::State;
+use profivac_devices::reading::Quality;
 
 /// The kind of a value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -38,6 +39,22 @@ pub enum SubjectKind {
 
 /// The words of a gauge's state on the bus, in the order of `BusStationState`.
 pub const GAUGE_STATES: [&str; 4] = ["data exchange", "fault", "starting", "missing"];
+
+/// The words of the quality of a reading, in the order of `Quality`.
+pub const QUALITIES: [&str; 8] = [
+    Quality::Valid.word(),
+    Quality::Overrange.word(),
+    Quality::Underrange.word(),
+    Quality::Fault.word(),
+    Quality::Stale.word(),
+    Quality::Off.word(),
+    Quality::Missing.word(),
+    Quality::Assumed.word(),
+];
+
+/// The words of a station's state on the line, as the traffic shows it.
+pub const LINE_STATES: [&str; 6] =
+    ["master", "exchanging", "missing", "not configured", "present without a master", "not addressed"];
 
 /// The words of a segment's state.
 pub const SEGMENT_STATES: [&str; 3] = ["waiting", "listening", "running"];
@@ -102,6 +119,8 @@ signals! {
     StateText           "state-text"            Reading Kind::Text,                  None,        "Pressure or state in words, with the cause";
     Usable              "usable"                Reading Kind::Boolean,               None,        "The pressure is measured";
     LastReading         "last-reading"          Reading Kind::Time,                  None,        "Time of the last reading";
+    Quality             "quality"               Reading Kind::Choice(&QUALITIES),    None,        "Quality of the reading";
+    Cause               "cause"                 Reading Kind::Text,                  None,        "Cause of the quality; for an assumed one what the pressure would be";
     GaugeState          "gauge-state"           Gauge   Kind::Choice(&GAUGE_STATES), None,        "State of the gauge on the bus";
     Problem             "problem"               Gauge   Kind::Text,                  None,        "Why the gauge is not in data exchange";
     Faults              "faults"                Gauge   Kind::Text,                  None,        "Defects that the gauge reports";
@@ -118,6 +137,12 @@ signals! {
     Repetitions         "repetitions"           Gauge   Kind::Integer,               None,        "Repeated requests to the gauge";
     LostCycles          "lost-cycles"           Gauge   Kind::Integer,               None,        "Message cycles with the gauge that had no answer";
     DamagedAnswers      "damaged-answers"       Gauge   Kind::Integer,               None,        "Damaged telegrams of message cycles with the gauge";
+    Refusals            "refusals"              Gauge   Kind::Integer,               None,        "Answers of the gauge that refuse a request";
+    LongestSequence     "longest-sequence"      Gauge   Kind::Integer,               None,        "Longest sequence of repetitions of one request to the gauge";
+    LineState           "line-state"            Gauge   Kind::Choice(&LINE_STATES),  None,        "State of the gauge as the traffic on the line shows it";
+    LineUnit            "line-unit"             Gauge   Kind::Text,                  None,        "Unit of the pressures on the line; empty where it is assumed";
+    Owner               "owner"                 Gauge   Kind::Integer,               None,        "Address of the master that owns the gauge, if a diagnosis showed it";
+    Diagnosis           "diagnosis"             Gauge   Kind::Text,                  None,        "What the last diagnosis on the line reports";
     ParameterPressure   "parameter-pressure"    Parameter Kind::Float,               Some("Pa"),  "Value of a parameter that is a pressure";
     ParameterNumber     "parameter-number"      Parameter Kind::Float,               None,        "Value of another parameter: a number or a code";
     ParameterText       "parameter-text"        Parameter Kind::Text,                None,        "Value of the parameter in the words of the manual";
@@ -130,11 +155,22 @@ signals! {
     DamagedTelegrams    "damaged-telegrams"     Segment Kind::Integer,               None,        "Damaged telegrams on the line";
     SegmentRepetitions  "segment-repetitions"   Segment Kind::Integer,               None,        "Repeated requests on the line";
     SegmentLostCycles   "segment-lost-cycles"   Segment Kind::Integer,               None,        "Message cycles on the line that had no answer";
+    LongestCycle        "longest-cycle"         Segment Kind::Float,                 Some("s"),   "Longest cycle on the line";
+    LongestRotation     "longest-rotation"      Segment Kind::Float,                 Some("s"),   "Longest time between two tokens to the same master";
+    DamagedLastMinute   "damaged-last-minute"   Segment Kind::Integer,               None,        "Damaged telegrams on the line in the last minute";
+    ObservedTime        "observed-time"         Segment Kind::Integer,               Some("s"),   "Seconds of the line that were observed";
+    TokenRing           "token-ring"            Segment Kind::Text,                  None,        "Addresses of the masters in the order of the token";
+    SegmentListenOnly   "segment-listen-only"   Segment Kind::Boolean,               None,        "The station only listens on the segment";
+    Baud                "baud"                  Segment Kind::Integer,               None,        "Baud rate in bit/s";
+    Master              "master"                Segment Kind::Integer,               None,        "Address of the master of this station; none if it only listens";
     Heartbeat           "heartbeat"             Station Kind::Integer,               Some("s"),   "Seconds since the station started";
     Version             "version"               Station Kind::Text,                  None,        "Version of the program";
     Started             "started"               Station Kind::Time,                  None,        "Time of the start";
     Recording           "recording"             Station Kind::Boolean,               None,        "The recorder writes";
     LostSamples         "lost-samples"          Station Kind::Integer,               None,        "Samples that the recorder has dropped";
+    LostEvents          "lost-events"           Station Kind::Integer,               None,        "Events that the recorder has dropped";
+    LastWrite           "last-write"            Station Kind::Time,                  None,        "Time of the last write of the recorder";
+    RecorderProblem     "recorder-problem"      Station Kind::Text,                  None,        "Why the recorder does not write";
     ActiveAlarms        "active-alarms"         Station Kind::Integer,               None,        "Active alarms";
     UnacknowledgedAlarms "unacknowledged-alarms" Station Kind::Integer,              None,        "Alarms that wait for an acknowledgement";
     SegmentsDown        "segments-down"         Station Kind::Integer,               None,        "Segments that do not run";
@@ -144,6 +180,12 @@ signals! {
     Priority            "priority"              Alarm   Kind::Choice(&PRIORITIES),   None,        "Priority of the alarm";
     Occurrence          "occurrence"            Alarm   Kind::Integer,               None,        "Number of the last occurrence";
     AlarmText           "alarm-text"            Alarm   Kind::Text,                  None,        "Why the alarm was raised";
+    AlarmValue          "alarm-value"           Alarm   Kind::Float,                 None,        "Present value that the alarm watches, in the unit of its limit";
+    AlarmLimit          "alarm-limit"           Alarm   Kind::Float,                 None,        "Limit of the alarm";
+    AlarmUnit           "alarm-unit"            Alarm   Kind::Text,                  None,        "Unit of value and limit of the alarm";
+    AcknowledgedBy      "acknowledged-by"       Alarm   Kind::Text,                  None,        "User who has acknowledged the alarm";
+    OutOfService        "out-of-service"        Alarm   Kind::Text,                  None,        "Why the alarm is out of service; empty while it is in service";
+    Instruction         "instruction"           Alarm   Kind::Text,                  None,        "Instruction for the operator";
 }
 
 #[cfg(test)]
@@ -155,6 +197,11 @@ mod tests {
     fn the_key_of_a_signal_is_unique() {
         let keys: BTreeSet<_> = Signal::ALL.iter().map(|signal| signal.key()).collect();
         assert_eq!(keys.len(), Signal::ALL.len());
+    }
+
+    #[test]
+    fn the_words_of_the_qualities_are_in_their_order() {
+        assert_eq!(QUALITIES, Quality::ALL.map(Quality::word));
     }
 
     #[test]

@@ -1,11 +1,14 @@
 //! The conversation with one client over TCP.
 
 use crate::ca::dbr::{self, NoEncoding};
-use crate::ca::message::{self, Header, MINOR_VERSION, Message, READ_ONLY, command, put, put_empty, status};
+use crate::ca::message::{
+    self, Header, MINOR_VERSION, Message, READ_ONLY, READ_WRITE, command, put, put_empty, status,
+};
 use crate::ca::search;
 use crate::connection::{Broken, MAX_OUT, MAX_PER_CLIENT, Posted, Protocol, Slots};
 use crate::database::{Target, World};
 use crate::field::{ARCHIVE_DEADBAND, Field};
+use crate::put::{Finished, PutValue, Puts};
 use crate::record::{Data, MAX_TEXT, RecordType, Sample};
 use profivac_gateway::{EpicsSeverity, EpicsStatus};
 use profivac_station::gateway_status::GatewayStatus;
@@ -77,6 +80,7 @@ pub struct Circuit {
     port: u16,
     status: Arc<GatewayStatus>,
     slots: Slots,
+    puts: Puts<Header>,
     channels: HashMap<u32, Channel>,
     next_channel: u32,
     monitors: BTreeMap<u32, Monitor>,
@@ -88,12 +92,13 @@ pub struct Circuit {
 impl Circuit {
     /// A new client.
     #[must_use]
-    pub fn new(host: IpAddr, port: u16, status: Arc<GatewayStatus>, slots: Slots) -> Self {
+    pub fn new(host: IpAddr, port: u16, status: Arc<GatewayStatus>, slots: Slots, puts: Puts<Header>) -> Self {
         Self {
             host,
             port,
             status,
             slots,
+            puts,
             channels: HashMap::new(),
             next_channel: 1,
             monitors: BTreeMap::new(),
@@ -110,12 +115,18 @@ impl Circuit {
             return put_empty(out, command::CREATE_CHANNEL_FAILED, 0, 0, client_id, 0);
         };
         let is_large = target.field == Field::Value;
-        let native = dbr::native(&answer.sample.data, is_large);
+        let (native, count) = match target.is_long {
+            true => (dbr::plain::CHAR, dbr::MAX_LONG_TEXT),
+            false => (dbr::native(&answer.sample.data, is_large), 1),
+        };
+        let count = u32::try_from(count).unwrap_or_default();
+        let may_write = world.database.writable(target).is_some_and(|record| self.puts.permits(record));
+        let rights = if may_write { READ_WRITE } else { READ_ONLY };
         let id = self.next_channel;
         self.next_channel = id.wrapping_add(1);
         self.channels.insert(id, Channel { client_id, target });
-        put_empty(out, command::ACCESS_RIGHTS, 0, 0, client_id, READ_ONLY);
-        put_empty(out, command::CREATE_CHANNEL, native, 1, client_id, id);
+        put_empty(out, command::ACCESS_RIGHTS, 0, 0, client_id, rights);
+        put_empty(out, command::CREATE_CHANNEL, native, count, client_id, id);
     }
 
     fn clear_channel(&mut self, header: Header, out: &mut Vec<u8>) {
@@ -138,9 +149,8 @@ impl Circuit {
         };
         // The old command has the number of the channel where the new one has the status.
         let is_old = header.command == command::READ;
-        let count = header.count.max(1);
-        match value(world, channel.target, header.data_type, count) {
-            Ok(octets) => {
+        match value(world, channel.target, header.data_type, header.count) {
+            Ok((octets, count)) => {
                 let first = if is_old { channel.client_id } else { status::NORMAL };
                 put(out, Header { first, count, payload: 0, ..header }, &octets);
                 self.status.sent(1);
@@ -155,7 +165,7 @@ impl Circuit {
             return fail(out, header, status::BAD_CHANNEL, u32::MAX, "expected the number of a channel, found none");
         };
         let (client_id, target) = (channel.client_id, channel.target);
-        let count = header.count.max(1);
+        let count = header.count;
         if let Err(code) = value(world, target, header.data_type, count) {
             return fail(out, header, code, client_id, "the value cannot be monitored in this form");
         }
@@ -189,33 +199,75 @@ impl Circuit {
         }
     }
 
-    fn refuse_write(&self, header: Header, out: &mut Vec<u8>) {
-        self.status.refused(&format!("the client at {} wants to write; the gateway is read-only", self.host));
+    fn write(&mut self, header: Header, payload: &[u8], world: &World, out: &mut Vec<u8>) {
+        let target = self.channels.get(&header.first).map(|channel| channel.target);
+        let Some(record) = target.and_then(|target| world.database.writable(target)) else {
+            return self.refuse_write(header, status::NO_WRITE_ACCESS, "the gateway is read-only for this name", out);
+        };
+        if !self.puts.permits(record) {
+            return self.refuse_write(header, status::NO_WRITE_ACCESS, "the gateway is read-only for this client", out);
+        }
+        let Some(value) = put_value(header, payload) else {
+            return self.refuse_write(header, status::BAD_TYPE, "the value has no type that can be written", out);
+        };
+        if let Err(reason) = self.puts.begin(header, record, &value, world) {
+            self.refuse_write(header, status::PUT_FAILED, &reason, out);
+        }
+    }
+
+    /// Tells the client that a put was not done. An answer to `WRITE_NOTIFY` has no place for a sentence: the page of the gateways has it.
+    fn refuse_write(&self, header: Header, code: u32, reason: &str, out: &mut Vec<u8>) {
+        self.status.refused(&format!("a put of the client at {}: {reason}", self.host));
         if header.command == command::WRITE_NOTIFY {
             let Header { data_type, count, second, .. } = header;
-            return put_empty(out, command::WRITE_NOTIFY, data_type, count, status::NO_WRITE_ACCESS, second);
+            return put_empty(out, command::WRITE_NOTIFY, data_type, count, code, second);
         }
         let client_id = self.channels.get(&header.first).map_or(u32::MAX, |channel| channel.client_id);
-        fail(out, header, status::NO_WRITE_ACCESS, client_id, "the gateway is read-only");
+        fail(out, header, code, client_id, reason);
     }
 }
 
-/// One value as octets, or the code of the reason why not.
-fn value(world: &World, target: Target, data_type: u16, count: u32) -> Result<Vec<u8>, u32> {
-    if count != 1 {
+/// The value of a put: a number, a text, or a long text as an array of octets.
+fn put_value(header: Header, payload: &[u8]) -> Option<PutValue> {
+    let text = |octets: &[u8]| PutValue::Text(message::text(octets).to_owned());
+    let number = |number: f64| Some(PutValue::Number(number));
+    match (header.data_type, header.count) {
+        (dbr::plain::STRING, 1) => Some(text(payload)),
+        (dbr::plain::CHAR, 2..) => {
+            let count = usize::try_from(header.count).ok()?;
+            Some(text(payload.get(..count)?))
+        }
+        (dbr::plain::CHAR, 1) => number(f64::from(*payload.first()?)),
+        (dbr::plain::SHORT, 1) => number(f64::from(i16::from_be_bytes(*payload.first_chunk()?))),
+        (dbr::plain::ENUM, 1) => number(f64::from(u16::from_be_bytes(*payload.first_chunk()?))),
+        (dbr::plain::LONG, 1) => number(f64::from(i32::from_be_bytes(*payload.first_chunk()?))),
+        (dbr::plain::FLOAT, 1) => number(f64::from(f32::from_be_bytes(*payload.first_chunk()?))),
+        (dbr::plain::DOUBLE, 1) => number(f64::from_be_bytes(*payload.first_chunk()?)),
+        _ => None,
+    }
+}
+
+/// One value as octets with the number of its elements, or the code of the reason why not. A count of 0 asks for as many as there are.
+fn value(world: &World, target: Target, data_type: u16, count: u32) -> Result<(Vec<u8>, u32), u32> {
+    let code = |reason| match reason {
+        NoEncoding::Type => status::BAD_TYPE,
+        NoEncoding::Conversion => status::NO_CONVERSION,
+    };
+    if target.is_long {
+        let answer = world.read(target).ok_or(status::GET_FAILED)?;
+        return dbr::encode_long_text(data_type, &answer, count).map_err(code);
+    }
+    if count > 1 {
         return Err(status::BAD_COUNT);
     }
     if data_type == dbr::CLASS_NAME {
         let kind = world.database.records.get(target.record).map_or(RecordType::Ai, |record| record.kind);
         let mut octets = kind.name().as_bytes().to_vec();
         octets.resize(MAX_TEXT.saturating_add(1), 0);
-        return Ok(octets);
+        return Ok((octets, 1));
     }
     let answer = world.read(target).ok_or(status::GET_FAILED)?;
-    dbr::encode(data_type, &answer).map_err(|reason| match reason {
-        NoEncoding::Type => status::BAD_TYPE,
-        NoEncoding::Conversion => status::NO_CONVERSION,
-    })
+    dbr::encode(data_type, &answer).map(|octets| (octets, 1)).map_err(code)
 }
 
 /// Tells that a request failed: its header and a sentence.
@@ -230,6 +282,23 @@ fn fail(out: &mut Vec<u8>, request: Header, code: u32, client_id: u32, text: &st
 }
 
 impl Protocol for Circuit {
+    type Request = Header;
+
+    fn puts(&mut self) -> &mut Puts<Header> {
+        &mut self.puts
+    }
+
+    fn finish(&mut self, Finished { request, result }: Finished<Header>, out: &mut Vec<u8>) {
+        match result {
+            Ok(()) if request.command == command::WRITE_NOTIFY => {
+                let Header { data_type, count, second, .. } = request;
+                put_empty(out, command::WRITE_NOTIFY, data_type, count, status::NORMAL, second);
+            }
+            Ok(()) => {}
+            Err(reason) => self.refuse_write(request, status::PUT_FAILED, &reason, out),
+        }
+    }
+
     fn greet(&mut self, out: &mut Vec<u8>) {
         put_empty(out, command::VERSION, 0, MINOR_VERSION.into(), 0, 0);
     }
@@ -240,7 +309,7 @@ impl Protocol for Circuit {
             command::EVENT_ADD => self.add_monitor(header, payload, world, out),
             command::EVENT_CANCEL => self.cancel_monitor(header, out),
             command::READ | command::READ_NOTIFY => self.read(header, world, out),
-            command::WRITE | command::WRITE_NOTIFY => self.refuse_write(header, out),
+            command::WRITE | command::WRITE_NOTIFY => self.write(header, payload, world, out),
             command::SEARCH => search::answer_on_circuit(header, payload, world, self.port, out),
             command::EVENTS_OFF => self.wants_no_events = true,
             command::EVENTS_ON => self.wants_no_events = false,
@@ -276,11 +345,11 @@ impl Protocol for Circuit {
                 continue;
             };
             let octets = value(world, monitor.target, monitor.data_type, monitor.count);
-            let (first, octets) = match &octets {
-                Ok(octets) => (status::NORMAL, octets.as_slice()),
-                Err(code) => (*code, [].as_slice()),
+            let (first, octets, count) = match &octets {
+                Ok((octets, count)) => (status::NORMAL, octets.as_slice(), *count),
+                Err(code) => (*code, [].as_slice(), monitor.count),
             };
-            let Monitor { data_type, count, .. } = *monitor;
+            let data_type = monitor.data_type;
             put(out, Header { command: command::EVENT_ADD, payload: 0, data_type, count, first, second: *id }, octets);
             monitor.last = Some((answer.sample.data, answer.sample.severity, answer.sample.status));
             posted.sent = posted.sent.saturating_add(1);

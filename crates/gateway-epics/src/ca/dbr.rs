@@ -45,6 +45,9 @@ const UNIT: usize = 8;
 const WORD: usize = 26;
 const WORDS: usize = 16;
 
+/// The octets of a long text (`NAME$`), with its end mark. free choice: longer than every sentence of the station.
+pub const MAX_LONG_TEXT: usize = 1024;
+
 /// The reason why there is no encoding.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum NoEncoding {
@@ -72,6 +75,36 @@ pub const fn native(data: &Data, is_large: bool) -> u16 {
 /// # Errors
 /// [`NoEncoding`].
 pub fn encode(kind: u16, answer: &Answer) -> Result<Vec<u8>, NoEncoding> {
+    encode_with(kind, answer, |out, plain| value(out, plain, &answer.sample.data, &answer.meta))
+}
+
+/// A long text as an array of one of the types `DBR_*_CHAR`: `count` octets, the last one 0. With a count of 0 as many as the text has.
+/// Returns the octets and the number of elements.
+///
+/// # Errors
+/// [`NoEncoding`].
+pub fn encode_long_text(kind: u16, answer: &Answer, count: u32) -> Result<(Vec<u8>, u32), NoEncoding> {
+    if kind % 7 != plain::CHAR {
+        return encode(kind, answer).map(|octets| (octets, 1));
+    }
+    let content = as_text(&answer.sample.data, &answer.meta);
+    let content = cut(&content, MAX_LONG_TEXT.saturating_sub(1));
+    let size = match usize::try_from(count).unwrap_or(usize::MAX) {
+        0 => content.len().saturating_add(1),
+        given => given.min(MAX_LONG_TEXT),
+    };
+    let octets = encode_with(kind, answer, |out, _| {
+        field(out, content, size);
+        Ok(())
+    })?;
+    Ok((octets, u32::try_from(size).unwrap_or(u32::MAX)))
+}
+
+fn encode_with(
+    kind: u16,
+    answer: &Answer,
+    value: impl FnOnce(&mut Vec<u8>, u16) -> Result<(), NoEncoding>,
+) -> Result<Vec<u8>, NoEncoding> {
     let (sample, meta) = (&answer.sample, &*answer.meta);
     let mut out = Vec::with_capacity(64);
     let family = match kind {
@@ -99,7 +132,7 @@ pub fn encode(kind: u16, answer: &Answer) -> Result<Vec<u8>, NoEncoding> {
         Family::Graphic | Family::Control => metadata(&mut out, plain, meta, family == Family::Control),
     }
     out.resize(out.len().saturating_add(padding(family, plain)), 0);
-    value(&mut out, plain, &sample.data, meta)?;
+    value(&mut out, plain)?;
     Ok(out)
 }
 
@@ -273,6 +306,20 @@ mod tests {
             octets[16..].chunks(8).map(|chunk| f64::from_be_bytes(chunk.try_into().unwrap())).collect();
         assert_eq!((&numbers[..3], &numbers[6..]), (&[3.0, 1.0, 2.5][..], &[3.0, 1.0, 1.5][..]));
         assert!(numbers[3..6].iter().all(|limit| limit.is_nan()));
+    }
+
+    #[test]
+    fn a_long_text_is_an_array_of_octets_with_an_end_mark() {
+        let long = "x".repeat(50);
+        let (octets, count) = encode_long_text(4, &answer(Data::Text(long.as_str().into())), 0).unwrap();
+        assert_eq!((octets, count), ([long.as_bytes(), &[0]].concat(), 51));
+        let (octets, count) = encode_long_text(18, &answer(Data::Text(long.as_str().into())), 60).unwrap();
+        assert_eq!((octets.len(), count, &octets[12..15]), (15 + 60, 60, &[0, 0, 0][..]), "alarm, time and padding");
+        assert_eq!((&octets[15..65], octets[65]), (long.as_bytes(), 0));
+        let (octets, count) = encode_long_text(4, &answer(Data::Text("abc".into())), 2).unwrap();
+        assert_eq!((octets, count), (vec![b'a', 0], 2));
+        assert_eq!(encode_long_text(4, &answer(Data::Text("é".repeat(4000).into())), u32::MAX).unwrap().1, 1024);
+        assert_eq!(encode_long_text(0, &answer(Data::Text("abc".into())), 0).unwrap().1, 1, "as a text it is one");
     }
 
     #[test]

@@ -64,6 +64,8 @@ pub mod status {
     pub const BAD_TYPE: u32 = (14 << 3) | 2;
     /// `ECA_GETFAIL`.
     pub const GET_FAILED: u32 = 19 << 3;
+    /// `ECA_PUTFAIL`: the value was not written.
+    pub const PUT_FAILED: u32 = 20 << 3;
     /// `ECA_BADCOUNT`.
     pub const BAD_COUNT: u32 = 22 << 3;
     /// `ECA_NOWTACCESS`: no right to write.
@@ -76,6 +78,9 @@ pub mod status {
 
 /// The right to read, without that to write.
 pub const READ_ONLY: u32 = 1;
+
+/// The rights to read and to write.
+pub const READ_WRITE: u32 = 3;
 
 /// A header.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

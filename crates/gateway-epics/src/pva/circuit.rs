@@ -2,7 +2,8 @@
 
 use crate::connection::{Broken, MAX_OUT, MAX_PER_CLIENT, Posted, Protocol, Slots};
 use crate::database::{Target, World};
-use crate::pva::normative;
+use crate::put::{Finished, PutValue, Puts};
+use crate::pva::normative::{self, Shape};
 use crate::pva::search::{self, Guid};
 use crate::pva::source::Source;
 use crate::pva::wire::{self, Reader, Writer, command, put};
@@ -31,6 +32,15 @@ enum Request {
     Get,
     /// Sends what changes.
     Monitor(Monitor),
+    /// Writes a value.
+    Put,
+}
+
+/// The part of a put that its answer needs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct PutRequest {
+    id: u32,
+    sub: u8,
 }
 
 struct Monitor {
@@ -54,6 +64,7 @@ pub struct Circuit {
     guid: Guid,
     status: Arc<GatewayStatus>,
     slots: Slots,
+    puts: Puts<PutRequest>,
     channels: HashMap<u32, Source>,
     next_channel: u32,
     operations: BTreeMap<u32, Operation>,
@@ -64,13 +75,20 @@ pub struct Circuit {
 impl Circuit {
     /// A new client.
     #[must_use]
-    pub fn new(host: IpAddr, port: u16, guid: Guid, status: Arc<GatewayStatus>, slots: Slots) -> Self {
+    pub fn new(
+        host: IpAddr,
+        (port, guid): (u16, Guid),
+        status: Arc<GatewayStatus>,
+        slots: Slots,
+        puts: Puts<PutRequest>,
+    ) -> Self {
         Self {
             host,
             port,
             guid,
             status,
             slots,
+            puts,
             channels: HashMap::new(),
             next_channel: 1,
             operations: BTreeMap::new(),
@@ -167,12 +185,14 @@ impl Circuit {
         if !is_free || !self.slots.take() {
             return refuse(out, command, id, sub, "there is no room for another request");
         }
-        let request = if command == command::MONITOR {
-            // The window is the last field, behind the selection of fields, which the server need not follow.
-            let window = (sub & sub::PIPELINE != 0).then(|| last_word(&payload));
-            Request::Monitor(Monitor { is_started: false, window, version: None })
-        } else {
-            Request::Get
+        let request = match command {
+            command::MONITOR => {
+                // The window is the last field, behind the selection of fields, which the server need not follow.
+                let window = (sub & sub::PIPELINE != 0).then(|| last_word(&payload));
+                Request::Monitor(Monitor { is_started: false, window, version: None })
+            }
+            command::PUT => Request::Put,
+            _ => Request::Get,
         };
         self.operations.insert(id, Operation { channel, request });
         let mut answer = Writer::default();
@@ -183,17 +203,54 @@ impl Circuit {
         put(out, command, &answer);
     }
 
+    /// `PUT`: begins the operation, reads the present value, or writes.
+    fn put(&mut self, mut payload: Reader, world: &World, out: &mut Vec<u8>) -> Result<(), Broken> {
+        let (channel, id, sub) = (payload.word()?, payload.word()?, payload.octet()?);
+        let target = match self.channels.get(&channel) {
+            Some(Source::Record(target, shape)) => Some((*target, *shape)),
+            Some(Source::Table) | None => None,
+        };
+        let found = target.and_then(|(target, shape)| Some((world.database.writable(target)?, shape)));
+        let Some((record, shape)) = found.filter(|(record, _)| self.puts.permits(record)) else {
+            return self.refuse_write(command::PUT, id, sub, out);
+        };
+        if sub & sub::INIT != 0 {
+            self.begin(command::PUT, channel, id, sub, payload, out);
+            return Ok(());
+        }
+        if !self.operations.get(&id).is_some_and(|operation| matches!(operation.request, Request::Put)) {
+            refuse(out, command::PUT, id, sub, "there is no such request");
+        } else if sub & sub::GET != 0 {
+            self.answer_with_value(command::PUT, channel, id, sub, world, out);
+        } else {
+            let value = put_value(&mut payload, shape)?;
+            let request = PutRequest { id, sub };
+            let begun = value.map_err(str::to_owned).and_then(|value| self.puts.begin(request, record, &value, world));
+            if let Err(reason) = begun {
+                self.finish(Finished { request, result: Err(reason) }, out);
+            }
+        }
+        if sub & sub::DESTROY != 0 {
+            self.end(id);
+        }
+        Ok(())
+    }
+
     fn get(&self, channel: u32, id: u32, sub: u8, world: &World, out: &mut Vec<u8>) {
+        self.answer_with_value(command::GET, channel, id, sub, world, out);
+    }
+
+    fn answer_with_value(&self, command: u8, channel: u32, id: u32, sub: u8, world: &World, out: &mut Vec<u8>) {
         let mut answer = Writer::default();
         answer.word(id);
         answer.octet(sub);
         answer.ok();
         let is_read = self.channels.get(&channel).is_some_and(|channel| channel.put(world, true, &mut answer));
         if is_read {
-            put(out, command::GET, &answer);
+            put(out, command, &answer);
             self.status.sent(1);
         } else {
-            refuse(out, command::GET, id, sub, "the value cannot be read");
+            refuse(out, command, id, sub, "the value cannot be read");
         }
     }
 
@@ -213,15 +270,32 @@ impl Circuit {
         Ok(())
     }
 
-    /// Everything that writes, calls or processes.
-    fn refuse_write(&self, command: u8, mut payload: Reader, out: &mut Vec<u8>) -> Result<(), Broken> {
-        let (_, id, sub) = (payload.word()?, payload.word()?, payload.octet()?);
+    /// Everything that calls, processes, or writes what cannot be written.
+    fn refuse_write(&self, command: u8, id: u32, sub: u8, out: &mut Vec<u8>) -> Result<(), Broken> {
         if sub & sub::DESTROY == 0 {
             self.status.refused(&format!("the client at {} wants to write; the gateway is read-only", self.host));
             refuse(out, command, id, sub, "the gateway is read-only");
         }
         Ok(())
     }
+}
+
+/// The value of a put: the set of the fields, then the values of these fields. Only the value itself can be written.
+fn put_value(payload: &mut Reader, shape: Shape) -> Result<Result<PutValue, &'static str>, Broken> {
+    let size = payload.size()?;
+    let fields = payload.take(size)?;
+    // The whole structure, the value, and the index of an enumeration: the value comes first in each case.
+    let is_value = fields.first().is_some_and(|first| first & 0b111 != 0);
+    if !is_value {
+        return Ok(Err("expected the field value"));
+    }
+    Ok(Ok(match shape {
+        Shape::Double => PutValue::Number(payload.double()?),
+        Shape::Long => PutValue::Number(payload.long()?),
+        Shape::Enum => PutValue::Number(f64::from(payload.word()?)),
+        Shape::Text => PutValue::Text(payload.text()?.to_owned()),
+        Shape::Table => return Ok(Err("a table cannot be written")),
+    }))
 }
 
 /// The last 32 bits of a message.
@@ -240,6 +314,29 @@ fn refuse(out: &mut Vec<u8>, command: u8, id: u32, sub: u8, reason: &str) {
 }
 
 impl Protocol for Circuit {
+    type Request = PutRequest;
+
+    fn puts(&mut self) -> &mut Puts<PutRequest> {
+        &mut self.puts
+    }
+
+    fn finish(&mut self, Finished { request, result }: Finished<PutRequest>, out: &mut Vec<u8>) {
+        let PutRequest { id, sub } = request;
+        match result {
+            Ok(()) => {
+                let mut answer = Writer::default();
+                answer.word(id);
+                answer.octet(sub);
+                answer.ok();
+                put(out, command::PUT, &answer);
+            }
+            Err(reason) => {
+                self.status.refused(&format!("a put of the client at {}: {reason}", self.host));
+                refuse(out, command::PUT, id, sub, &reason);
+            }
+        }
+    }
+
     fn greet(&mut self, out: &mut Vec<u8>) {
         wire::put_byte_order(out);
         let mut offer = Writer::default();
@@ -268,8 +365,10 @@ impl Protocol for Circuit {
             command::DESTROY_CHANNEL => self.destroy_channel(payload, out)?,
             command::GET | command::MONITOR => self.operate(command, payload, world, out)?,
             command::GET_FIELD => self.get_field(payload, out)?,
-            command::PUT | command::PUT_GET | command::ARRAY | command::PROCESS | command::RPC => {
-                self.refuse_write(command, payload, out)?;
+            command::PUT => self.put(payload, world, out)?,
+            command::PUT_GET | command::ARRAY | command::PROCESS | command::RPC => {
+                let (_, id, sub) = (payload.word()?, payload.word()?, payload.octet()?);
+                self.refuse_write(command, id, sub, out)?;
             }
             command::DESTROY_REQUEST => {
                 let (_, id) = (payload.word()?, payload.word()?);
@@ -330,7 +429,7 @@ impl Protocol for Circuit {
             if !is_same_type {
                 return Err(Broken::RecordGone);
             }
-            *source = Source::Record(Target { field: target.field, ..found }, shape);
+            *source = Source::Record(Target { field: target.field, is_long: target.is_long, ..found }, shape);
         }
         // Limits and ranges may be new.
         for operation in self.operations.values_mut() {

@@ -178,6 +178,25 @@ impl<'a> Reader<'a> {
         Ok(if self.is_big_endian { u32::from_be_bytes(octets) } else { u32::from_le_bytes(octets) })
     }
 
+    /// A floating-point number.
+    ///
+    /// # Errors
+    /// There are fewer than 64 bits.
+    pub fn double(&mut self) -> Result<f64, Broken> {
+        let octets = self.array()?;
+        Ok(if self.is_big_endian { f64::from_be_bytes(octets) } else { f64::from_le_bytes(octets) })
+    }
+
+    /// A whole number of 64 bits, as a floating-point number.
+    ///
+    /// # Errors
+    /// There are fewer.
+    #[expect(clippy::cast_precision_loss, reason = "numbers of the station have fewer than 53 bits")]
+    pub fn long(&mut self) -> Result<f64, Broken> {
+        let octets = self.array()?;
+        Ok(if self.is_big_endian { i64::from_be_bytes(octets) } else { i64::from_le_bytes(octets) } as f64)
+    }
+
     /// A size; 0 where there is none.
     ///
     /// # Errors

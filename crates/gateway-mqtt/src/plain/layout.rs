@@ -14,7 +14,7 @@
 use crate::message::{Delivery, Message};
 use crate::topic::{gauge_level, level, levels};
 use jiff::Timestamp;
-use profivac_gateway::{Kind, Limits, Point, PointValue, Signal, Snapshot, State, Subject, Value};
+use profivac_gateway::{Kind, Limits, Point, PointValue, Signal, Snapshot, Subject, Value};
 use profivac_recorder::Micros;
 use serde_json::{Map, Value as Json, json};
 
@@ -150,20 +150,6 @@ pub fn key(signal: Signal) -> String {
     key.strip_prefix("parameter-").unwrap_or(key).replace('-', "_")
 }
 
-/// The word of the quality of a reading, as in exports and in the API.
-#[must_use]
-pub const fn quality(state: State) -> &'static str {
-    match state {
-        State::Ok => "valid",
-        State::UnderRange => "underrange",
-        State::OverRange => "overrange",
-        State::Off => "off",
-        State::NotPresent => "missing",
-        State::Starting | State::Stale => "stale",
-        State::Invalid | State::Fault => "fault",
-    }
-}
-
 /// The points of one subject as a JSON object.
 fn object(values: &[(&Point, &PointValue)]) -> Json {
     let mut object = Map::new();
@@ -174,7 +160,6 @@ fn object(values: &[(&Point, &PointValue)]) -> Json {
         }
         if point.signal == Signal::Pressure {
             object.insert("unit".to_owned(), json!(point.signal.unit()));
-            object.insert("quality".to_owned(), json!(quality(value.state)));
             object.insert("time".to_owned(), value.at.map_or(Json::Null, time));
             object.insert("simulated".to_owned(), json!(point.is_simulated));
             object.insert("range".to_owned(), json!(point.range_pa.map(|(low, high)| [low, high])));

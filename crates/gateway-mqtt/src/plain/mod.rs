@@ -36,11 +36,11 @@ pub async fn serve(broker: Broker, settings: Plain, mut context: Context) -> Res
     let client_id = broker.client_id.clone().unwrap_or_else(|| format!("profivac-{}", slug(&station)));
     let connector = Connector::new(broker)?;
     let prefix = settings.prefix.unwrap_or_else(|| default_prefix(&station));
-    let publisher = Publisher { connector, client_id, station, prefix, discovery: settings.discovery };
+    let mut publisher = Publisher { connector, client_id, station, prefix, discovery: settings.discovery };
     let mut retry = Retry::new();
     loop {
         let ended = publisher.session(&mut context).await;
-        if !retry.goes_on(ended, &mut context).await {
+        if !retry.goes_on(ended, &mut publisher.connector, &mut context).await {
             return Ok(());
         }
     }

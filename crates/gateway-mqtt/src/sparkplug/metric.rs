@@ -141,12 +141,12 @@ fn metric(position: usize, at: Micros, value: Option<MetricValue>, quality: i32)
     }
 }
 
-/// The property `Quality`: 0, 192 or 500 (tck-id-payloads-propertyset-quality-value-value). State and text of a reading are good also when
-/// they say that there is no pressure.
+/// The property `Quality`: 0, 192 or 500 (tck-id-payloads-propertyset-quality-value-value). State, text, quality and
+/// cause of a reading are good also when they say that there is no pressure.
 #[must_use]
 pub const fn quality(signal: Signal, state: State, has_value: bool) -> i32 {
     match (signal, state.codes().sparkplug) {
-        (Signal::State | Signal::StateText | Signal::Usable, _) if has_value => GOOD,
+        (Signal::State | Signal::StateText | Signal::Usable | Signal::Quality | Signal::Cause, _) if has_value => GOOD,
         (_, GOOD) if !has_value => BAD,
         (_, of_state) => of_state,
     }

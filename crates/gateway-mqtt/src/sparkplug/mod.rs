@@ -71,7 +71,7 @@ pub async fn serve(broker: Broker, settings: Sparkplug, mut context: Context) ->
     let mut retry = Retry::new();
     loop {
         let ended = publisher.session(&mut context).await;
-        if !retry.goes_on(ended, &mut context).await {
+        if !retry.goes_on(ended, &mut publisher.connector, &mut context).await {
             return Ok(());
         }
     }

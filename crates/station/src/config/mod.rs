@@ -254,14 +254,17 @@ impl Config {
         let renamed = self.renamed_keys.iter().cloned().map(ConfigNotice::RenamedKey);
         let empty = self.segments.iter().filter(|segment| segment.gauges.is_empty());
         let empty = empty.map(|segment| ConfigNotice::EmptySegment { segment: segment.name.clone() });
-        let open = self.gateways.iter().filter(|gateway| gateway.is_open_to_network());
-        let open = open.map(|gateway| ConfigNotice::OpenGateway { gateway: gateway.name() });
         let unprotected = self.gateways.iter().filter_map(|gateway| {
             Some(ConfigNotice::UnprotectedGateway { gateway: gateway.name(), listen: gateway.unprotected()? })
         });
+        let writers = self.gateways.iter().filter_map(|gateway| {
+            let write = gateway.writer()?;
+            let clients = write.clients.iter().map(ToString::to_string).collect::<Vec<_>>().join(", ");
+            Some(ConfigNotice::WritableGateway { gateway: gateway.name(), clients, user: write.user.clone() })
+        });
         let brokers = self.gateways.iter().filter_map(GatewaySettings::unencrypted_broker);
         let brokers = brokers.map(|host| ConfigNotice::UnencryptedBroker { host: host.to_owned() });
-        renamed.chain(empty).chain(open).chain(unprotected).chain(brokers).collect()
+        renamed.chain(empty).chain(unprotected).chain(writers).chain(brokers).collect()
     }
 
     /// The settings that differ in `new` and that the station applies only at its next start.

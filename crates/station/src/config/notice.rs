@@ -6,7 +6,6 @@ use super::file::ConfigToml;
 use profivac_host::text_file::line_and_column;
 use profivac_recorder::Retention;
 use std::fmt;
-use std::net::SocketAddr;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -25,14 +24,14 @@ pub enum ConfigNotice {
     },
     /// A gateway whose protocol has neither encryption nor login listens beyond this computer.
     #[error(
-        "[{gateway}] listens on {listen} without encryption and login, because the protocol has none: every program on the allowed \
-         computers reads all values, and the network between can change them"
+        "[{gateway}] listens on {listen} without encryption and login, because the protocol has none: every program on a computer that \
+         reaches it reads all values, and the network between can change them; use a network of the control system"
     )]
     UnprotectedGateway {
         /// The name of its table.
         gateway: &'static str,
-        /// The address.
-        listen: SocketAddr,
+        /// The addresses.
+        listen: String,
     },
     /// A key with a former name.
     #[error(transparent)]
@@ -46,14 +45,18 @@ pub enum ConfigNotice {
         /// The host of the broker.
         host: String,
     },
-    /// Other computers reach a gateway whose protocol has no login.
+    /// Clients of a control system may write.
     #[error(
-        "[{gateway}] listens in the network, and its protocol has neither login nor encryption: every computer there can read all values; \
-         use a network of the control system, or a gateway of the site in front"
+        "[{gateway}] lets programs on {clients} write as the user {user} without a login: they act with the role of that user, and the audit \
+         trail names that user"
     )]
-    OpenGateway {
-        /// Its table.
+    WritableGateway {
+        /// The name of its table.
         gateway: &'static str,
+        /// The computers.
+        clients: String,
+        /// The user.
+        user: String,
     },
 }
 

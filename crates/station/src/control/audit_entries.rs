@@ -2,7 +2,7 @@
 
 use super::armed_commands::ArmedCommand;
 use super::authority::{AuthorityChange, ReleaseReason};
-use super::operation::{Operation, OperationPreview, Readback};
+use super::operation::{Operation, OperationPreview, OperationRequest, Readback};
 use crate::auth::{Actor, User};
 use crate::view::Gauge;
 use profivac_recorder::{AuditAction, AuditEntry, Micros};
@@ -56,6 +56,17 @@ pub fn refused(
 ) -> AuditEntry {
     let entry = about(actor.audit_entry(AuditAction::Refused), gauge);
     AuditEntry { outcome: Some(reason), ..with(entry, operation, preview) }
+}
+
+/// A request of a gateway was not armed.
+pub fn not_armed(actor: &Actor, gauge: &str, request: &OperationRequest, reason: String) -> AuditEntry {
+    AuditEntry {
+        gauge: Some(gauge.to_owned()),
+        target: request.command.clone().or_else(|| request.target.clone()),
+        after: request.value.as_ref().map(ToString::to_string),
+        outcome: Some(reason),
+        ..actor.audit_entry(AuditAction::Refused)
+    }
 }
 
 /// Control authority changed, or was requested.

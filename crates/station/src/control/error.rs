@@ -200,6 +200,32 @@ pub enum OutcomeUnknown {
     NotReadBack(Box<ClientError>),
 }
 
+impl ControlError {
+    /// Whether the audit trail has a row about it already: unmet conditions, and everything that failed after arming.
+    #[must_use]
+    pub const fn is_in_audit_trail(&self) -> bool {
+        match self {
+            Self::Operation(error) => match error {
+                OperationError::ConditionsNotMet(_)
+                | OperationError::Changed(_)
+                | OperationError::Refused(_)
+                | OperationError::OutcomeUnknown(_) => true,
+                OperationError::InvalidValue(_)
+                | OperationError::BeyondRange { .. }
+                | OperationError::Unavailable(_) => false,
+            },
+            Self::UnknownGauge(_)
+            | Self::Device(_)
+            | Self::Request(_)
+            | Self::Forbidden(_)
+            | Self::Blocked { .. }
+            | Self::Authority(_)
+            | Self::Command(_)
+            | Self::Audit(_) => false,
+        }
+    }
+}
+
 impl OperationError {
     /// The sentence for the audit trail: it begins with what happened to the command.
     #[must_use]

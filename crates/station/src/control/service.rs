@@ -46,6 +46,8 @@ struct ControlState {
     armed_commands: ArmedCommands,
     /// Commands armed since the start, for their ids.
     armed: u64,
+    /// The user of a gateway whose request is being done: that user has no session and keeps control meanwhile.
+    gateway_user: Option<Arc<str>>,
 }
 
 /// The holder of control, and the armed commands.
@@ -55,6 +57,8 @@ pub struct ControlService {
     recorder: Arc<RecorderHandle>,
     snapshots: Arc<SnapshotStore>,
     requests: SegmentRequests,
+    /// One request of a gateway at a time.
+    turn: Mutex<()>,
 }
 
 impl ControlService {
@@ -62,7 +66,7 @@ impl ControlService {
     #[must_use]
     pub fn new(recorder: Arc<RecorderHandle>, snapshots: Arc<SnapshotStore>) -> Self {
         let requests = SegmentRequests::new(Arc::clone(&snapshots));
-        Self { state: Mutex::default(), started: Micros::now(), recorder, snapshots, requests }
+        Self { state: Mutex::default(), started: Micros::now(), recorder, snapshots, requests, turn: Mutex::default() }
     }
 
     /// The request queues of the segments.
@@ -189,6 +193,54 @@ impl ControlService {
         Ok(Executed { command, readback: result? })
     }
 
+    /// Arms and executes an operation for the user of a gateway, who has no session. Takes control if it is free and releases it
+    /// afterwards; control that another user has stays there. A refusal is in the audit trail. Waits for the disk and for the gauge.
+    ///
+    /// # Errors
+    /// As [`arm`](Self::arm) and [`execute`](Self::execute).
+    pub fn execute_directly(
+        &self,
+        actor: &Actor,
+        gauge: &str,
+        request: &OperationRequest,
+    ) -> Result<Executed, ControlError> {
+        let _turn = self.turn.lock().unwrap_or_else(PoisonError::into_inner);
+        let result = self.execute_in_turn(actor, gauge, request);
+        self.state_at(Instant::now()).gateway_user = None;
+        if let Err(error) = &result
+            && !error.is_in_audit_trail()
+        {
+            self.recorder.audit(audit_entries::not_armed(actor, gauge, request, error.to_string())).wait();
+        }
+        result
+    }
+
+    fn execute_in_turn(
+        &self,
+        actor: &Actor,
+        gauge: &str,
+        request: &OperationRequest,
+    ) -> Result<Executed, ControlError> {
+        let user = &actor.user;
+        user.require(Role::Operator, "control")?;
+        let has_control = match self.holder() {
+            Some(holder) if holder.name != user.name => {
+                return Err(AuthorityError::HeldByOther(holder.name.to_string()).into());
+            }
+            holder => holder.is_some(),
+        };
+        self.state_at(Instant::now()).gateway_user = Some(Arc::clone(&user.name));
+        if !has_control {
+            self.change_authority(actor, AuthorityAction::Request, Instant::now())?;
+        }
+        let result = self.arm(actor, gauge, request).and_then(|armed| self.execute(actor, &armed.id));
+        if !has_control {
+            // Control that was lost meanwhile needs no release.
+            self.change_authority(actor, AuthorityAction::Release, Instant::now()).ok();
+        }
+        result
+    }
+
     /// The user who has control, with the role at the time of taking it.
     #[must_use]
     pub fn holder(&self) -> Option<User> {
@@ -198,6 +250,10 @@ impl ControlService {
     /// Frees the control of a user, drops the request of the user, and disarms the commands.
     pub fn release_user(&self, name: &str, reason: ReleaseReason) {
         let mut state = self.state_at(Instant::now());
+        let is_of_gateway = state.gateway_user.as_deref() == Some(name);
+        if is_of_gateway && reason == ReleaseReason::SessionEnded {
+            return;
+        }
         if let Some(user) = state.authority.remove_user(name) {
             state.armed_commands.clear();
             self.recorder.audit(audit_entries::authority_released(&user, reason));

@@ -1,6 +1,7 @@
 //! `[epics]`.
 
 use super::super::error::{ConfigProblem, Located};
+use super::write::{Write, WriteToml};
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::net::Ipv4Addr;
@@ -142,6 +143,8 @@ pub struct Settings {
     pub signals: BTreeMap<String, String>,
     /// Further names: what they stand for, as `gauge.signal`, by name.
     pub aliases: BTreeMap<String, String>,
+    /// As which user clients write; `None` if they only read.
+    pub write: Option<Write>,
 }
 
 impl Settings {
@@ -155,6 +158,12 @@ impl Settings {
     #[must_use]
     pub fn is_open_to_network(&self) -> bool {
         self.interfaces.iter().any(|interface| !interface.address.is_loopback())
+    }
+
+    /// The addresses at which it listens.
+    #[must_use]
+    pub fn addresses(&self) -> String {
+        self.interfaces.iter().map(|interface| interface.address.to_string()).collect::<Vec<_>>().join(", ")
     }
 }
 
@@ -184,6 +193,7 @@ pub struct EpicsToml {
     signals: BTreeMap<String, Spanned<String>>,
     #[serde(default)]
     alias: BTreeMap<Spanned<String>, String>,
+    write: Option<WriteToml>,
 }
 
 #[derive(Clone, Copy, Debug, Deserialize)]
@@ -223,8 +233,8 @@ impl SeverityToml {
 }
 
 impl EpicsToml {
-    /// The settings, with the defaults of the keys that are absent.
-    pub fn into_settings(self, _path: &Path) -> Result<Settings, Located> {
+    /// The settings, with the defaults of the keys that are absent. `users` is the file of the users.
+    pub fn into_settings(self, users: &Path) -> Result<Settings, Located> {
         let pva = self.pva.unwrap_or(true);
         if let Some(ca) = self.ca.as_ref().filter(|ca| !ca.get_ref() && !pva) {
             return Err(wrong(
@@ -255,6 +265,7 @@ impl EpicsToml {
             preset: self.preset,
             signals: signals.collect::<Result<_, Located>>()?,
             aliases: aliases.collect::<Result<_, Located>>()?,
+            write: self.write.map(|write| write.into_settings(users)).transpose()?,
         })
     }
 }
@@ -346,6 +357,8 @@ fn checked_template(template: Spanned<String>) -> Result<String, Located> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::auth::Role;
+    use crate::auth::users::Users;
     use crate::config::gateways::GatewaySettings;
     use crate::config::{Config, ConfigError};
 
@@ -396,7 +409,42 @@ mod tests {
         };
         assert!(notices("").is_empty() && notices("interfaces = ['127.0.0.1']").is_empty());
         let open = notices("interfaces = ['0.0.0.0']");
-        assert!(open[0].starts_with("[epics] listens in the network"), "{open:?}");
+        assert!(open[0].starts_with("[epics] listens on 0.0.0.0 without encryption and login"), "{open:?}");
+    }
+
+    #[test]
+    fn writing_needs_a_user_who_may_control() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("plant.toml");
+        let parse = |table: &str| {
+            let text = format!(
+                "[[segment]]\nname = 'hall'\nport = 'x'\n[[segment.gauge]]\nname = 'a'\naddress = 5\ndevice = 'bcg450'\n[epics]\n{table}"
+            );
+            Config::parse(&text, &path)
+        };
+        let write = |user: &str| format!("write = {{ user = '{user}' }}");
+        let error = parse(&write("epics")).unwrap_err().to_string();
+        assert!(
+            error.contains("plant.toml:9:18: expected an operator or engineer") && error.contains("does not exist"),
+            "{error}"
+        );
+        let hash = crate::auth::password::Hash::of("a password of some length").unwrap();
+        Users::change(&folder.path().join("plant.users.toml"), |users| {
+            users.add("watch", Role::Viewer, hash.clone())?;
+            users.add("epics", Role::Operator, hash)
+        })
+        .unwrap();
+        assert!(parse(&write("stranger")).unwrap_err().to_string().contains("stranger, who is not in"));
+        assert!(parse(&write("watch")).unwrap_err().to_string().contains("watch, who is viewer in"));
+        let config = parse(&write("epics")).unwrap();
+        let written = config.gateways[0].writer().unwrap();
+        assert_eq!(written.user, "epics");
+        assert!(written.permits("127.0.0.1".parse().unwrap()) && !written.permits("10.0.0.1".parse().unwrap()));
+        let notices: Vec<_> = config.notices().iter().map(ToString::to_string).collect();
+        assert!(notices[0].starts_with("[epics] lets programs on 127.0.0.1/8 write as the user epics"), "{notices:?}");
+        let config = parse("write = { user = 'epics', clients = ['10.0.0.0/8'] }").unwrap();
+        assert!(config.gateways[0].writer().unwrap().permits("10.0.0.1".parse().unwrap()));
+        assert!(parse("write = { user = 'epics', host = 'x' }").unwrap_err().to_string().contains("unknown field"));
     }
 
     #[test]

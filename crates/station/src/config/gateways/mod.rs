@@ -6,6 +6,7 @@ pub mod modbus;
 pub mod mqtt;
 pub mod opcua;
 pub mod prometheus;
+pub mod write;
 
 use super::TlsFiles;
 use super::error::Located;
@@ -15,8 +16,8 @@ use mqtt::MqttToml;
 use opcua::OpcuaToml;
 use prometheus::PrometheusToml;
 use std::collections::BTreeMap;
-use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
+use write::Write;
 
 /// The tables of the gateways in the file.
 #[derive(Debug, Default)]
@@ -72,26 +73,27 @@ impl GatewaySettings {
     #[must_use]
     pub fn unencrypted_broker(&self) -> Option<&str> {
         match self {
-            Self::Mqtt(it) => it.broker.is_exposed().then_some(&it.broker.host),
+            Self::Mqtt(it) => it.broker.exposed(),
             Self::Epics(_) | Self::Modbus(_) | Self::Opcua(_) | Self::Prometheus(_) => None,
         }
     }
 
-    /// Whether other computers reach the gateway and its protocol has neither login nor encryption.
+    /// Where it listens for other computers without encryption and login, because its protocol has none.
     #[must_use]
-    pub fn is_open_to_network(&self) -> bool {
+    pub fn unprotected(&self) -> Option<String> {
         match self {
-            Self::Epics(settings) => settings.is_open_to_network(),
-            Self::Modbus(_) | Self::Mqtt(_) | Self::Opcua(_) | Self::Prometheus(_) => false,
+            Self::Epics(settings) => settings.is_open_to_network().then(|| settings.addresses()),
+            Self::Modbus(settings) => (!settings.listen.ip().is_loopback()).then(|| settings.listen.to_string()),
+            Self::Mqtt(_) | Self::Opcua(_) | Self::Prometheus(_) => None,
         }
     }
 
-    /// Where it listens for the computers of its list without encryption and login, because its protocol has none.
+    /// As which user its clients write, where they may.
     #[must_use]
-    pub const fn unprotected(&self) -> Option<SocketAddr> {
+    pub fn writer(&self) -> Option<&Write> {
         match self {
-            Self::Modbus(settings) if !settings.listen.ip().is_loopback() => Some(settings.listen),
-            Self::Epics(_) | Self::Modbus(_) | Self::Mqtt(_) | Self::Opcua(_) | Self::Prometheus(_) => None,
+            Self::Epics(settings) => settings.write.as_ref(),
+            Self::Modbus(_) | Self::Mqtt(_) | Self::Opcua(_) | Self::Prometheus(_) => None,
         }
     }
 
@@ -111,7 +113,7 @@ impl GatewaySettings {
 /// The settings of all gateways of the file at `path`.
 pub fn settings(toml: GatewaysToml, path: &Path) -> Result<Vec<GatewaySettings>, Located> {
     let GatewaysToml { epics, modbus, modbus_slots, mqtt, opcua, prometheus, tls, users } = toml;
-    let epics = epics.map(|it| it.into_settings(path)).transpose()?.map(GatewaySettings::Epics);
+    let epics = epics.map(|it| it.into_settings(&users)).transpose()?.map(GatewaySettings::Epics);
     let modbus = modbus.map(|it| it.into_settings(modbus_slots)).transpose()?.map(GatewaySettings::Modbus);
     let mqtt = mqtt.map(|it| it.into_settings(path)).transpose()?.map(|it| GatewaySettings::Mqtt(Box::new(it)));
     let opcua = opcua.map(|it| it.into_settings(path, users)).transpose()?.map(GatewaySettings::Opcua);

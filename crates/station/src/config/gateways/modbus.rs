@@ -87,6 +87,12 @@ pub struct Network {
 }
 
 impl Network {
+    /// The computers whose address begins with the first `prefix` bits of this one.
+    #[must_use]
+    pub const fn of(address: IpAddr, prefix: u8) -> Self {
+        Self { address, prefix }
+    }
+
     /// Whether this computer belongs to it. An IPv4 address that is mapped into IPv6 counts as IPv4.
     #[must_use]
     pub fn contains(self, peer: IpAddr) -> bool {

@@ -71,13 +71,22 @@ pub struct Broker {
     pub credentials: Option<Credentials>,
     /// The client identifier; without it the gateway makes one from the name of the station.
     pub client_id: Option<String>,
+    /// Hosts and ports of further brokers, to which the gateway connects while the ones before cannot be reached. Login and certificates
+    /// are the same.
+    pub standby: Vec<(String, u16)>,
 }
 
 impl Broker {
-    /// Whether the connection leaves this computer without encryption.
+    /// The first host to which the connection leaves this computer without encryption.
     #[must_use]
-    pub fn is_exposed(&self) -> bool {
-        self.tls.is_none() && !is_loopback(&self.host)
+    pub fn exposed(&self) -> Option<&str> {
+        self.addresses().map(|(host, _)| host).find(|host| self.tls.is_none() && !is_loopback(host))
+    }
+
+    /// Hosts and ports of all brokers, the first one first.
+    pub fn addresses(&self) -> impl Iterator<Item = (&str, u16)> {
+        let standby = self.standby.iter().map(|(host, port)| (host.as_str(), *port));
+        std::iter::once((self.host.as_str(), self.port)).chain(standby)
     }
 }
 
@@ -127,6 +136,8 @@ pub struct Sparkplug {
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub struct MqttToml {
     broker: Spanned<Parsed<Uri>>,
+    #[serde(default)]
+    standby: Vec<Spanned<Parsed<Uri>>>,
     unencrypted: Option<Spanned<bool>>,
     credentials: Option<Spanned<PathBuf>>,
     ca_file: Option<Spanned<PathBuf>>,
@@ -165,39 +176,51 @@ impl MqttToml {
     }
 
     fn broker(&self, folder: &Path) -> Result<Broker, Located> {
-        let url = &self.broker.get_ref().0;
-        let wrong = |problem| Err(located(&self.broker, problem));
-        let Some(authority) = url.authority() else { return wrong(MqttProblem::Url("a URL without a host")) };
+        let (host, port) = self.address(&self.broker)?;
+        let scheme = self.broker.get_ref().0.scheme_str();
+        let standby = self.standby.iter().map(|url| match url.get_ref().0.scheme_str() == scheme {
+            true => self.address(url),
+            false => Err(located(url, MqttProblem::Url("another scheme than that of broker"))),
+        });
+        let standby = standby.collect::<Result<_, _>>()?;
+        let tls = match scheme {
+            Some("mqtts") => {
+                let is_permitted = |permitted: &&Spanned<bool>| *permitted.get_ref();
+                if let Some(unencrypted) = self.unencrypted.as_ref().filter(is_permitted) {
+                    return Err(located(unencrypted, MqttProblem::OnlyWithoutTls));
+                }
+                Some(self.tls(folder)?)
+            }
+            _ => self.without_tls().map(|()| None)?,
+        };
+        let client_id = self.client_id.as_ref().map(client_id).transpose()?;
+        let credentials = self.credentials.as_ref().map(|file| credentials(file, folder)).transpose()?;
+        Ok(Broker { host, port, tls, credentials, client_id, standby })
+    }
+
+    /// Host and port of a URL: `mqtts`, or `mqtt` where that is permitted.
+    fn address(&self, url: &Spanned<Parsed<Uri>>) -> Result<(String, u16), Located> {
+        let wrong = |problem| Err(located(url, problem));
+        let uri = &url.get_ref().0;
+        let Some(authority) = uri.authority() else { return wrong(MqttProblem::Url("a URL without a host")) };
         if authority.as_str().contains('@') {
             return wrong(MqttProblem::Url("a URL with a user; use credentials instead"));
         }
-        if !matches!(url.path(), "" | "/") || url.query().is_some() {
+        if !matches!(uri.path(), "" | "/") || uri.query().is_some() {
             return wrong(MqttProblem::Url("a URL with a path"));
         }
         if authority.host().is_empty() {
             return wrong(MqttProblem::Url("a URL without a host"));
         }
-        let is_local = is_loopback(authority.host());
         let is_permitted = self.unencrypted.as_ref().is_some_and(|permitted| *permitted.get_ref());
-        let tls = match url.scheme_str() {
-            Some("mqtts") => {
-                if let Some(unencrypted) = self.unencrypted.as_ref().filter(|_| is_permitted) {
-                    return Err(located(unencrypted, MqttProblem::OnlyWithoutTls));
-                }
-                Some(self.tls(folder)?)
-            }
-            Some("mqtt") if is_local || is_permitted => self.without_tls().map(|()| None)?,
+        let port = match uri.scheme_str() {
+            Some("mqtts") => TLS_PORT,
+            Some("mqtt") if is_loopback(authority.host()) || is_permitted => PORT,
             Some("mqtt") => return wrong(MqttProblem::Unencrypted),
             _ => return wrong(MqttProblem::Url("another scheme")),
         };
-        let client_id = self.client_id.as_ref().map(client_id).transpose()?;
-        Ok(Broker {
-            host: authority.host().trim_start_matches('[').trim_end_matches(']').to_owned(),
-            port: authority.port_u16().unwrap_or(if tls.is_some() { TLS_PORT } else { PORT }),
-            tls,
-            credentials: self.credentials.as_ref().map(|file| credentials(file, folder)).transpose()?,
-            client_id,
-        })
+        let host = authority.host().trim_start_matches('[').trim_end_matches(']').to_owned();
+        Ok((host, authority.port_u16().unwrap_or(port)))
     }
 
     fn without_tls(&self) -> Result<(), Located> {
@@ -381,6 +404,11 @@ mod tests {
                 "plant.toml:5:10: expected a URL like mqtts://broker.example:8883, found another scheme",
             ),
             ("broker = 'mqtt://u:p@localhost'", "found a URL with a user; use credentials instead"),
+            (
+                "broker = 'mqtt://localhost'\nstandby = ['mqtts://localhost']",
+                "6:12: expected a URL like mqtts://broker.example:8883, found another scheme than that of broker",
+            ),
+            ("broker = 'mqtt://localhost'\nstandby = ['mqtt://b.example']", "6:12: expected mqtts://"),
             ("broker = 'mqtt://localhost/x'", "found a URL with a path"),
             ("broker = 'mqtt://broker.example'", "5:10: expected mqtts:// for a broker on another computer"),
             ("broker = 'mqtt://localhost'\nca-file = 'ca.pem'", "6:11: ca-file belongs to mqtts://"),
@@ -412,8 +440,14 @@ mod tests {
             assert!(error.contains(expected), "{table}: {error}");
         }
         let settings = parse("broker = 'mqtt://broker.example'\nunencrypted = true").unwrap();
-        assert!(settings.broker.is_exposed(), "the station says so when it starts");
-        assert!(!parse("broker = 'mqtt://[::1]'").unwrap().broker.is_exposed());
+        assert_eq!(settings.broker.exposed(), Some("broker.example"), "the station says so when it starts");
+        assert_eq!(parse("broker = 'mqtt://[::1]'").unwrap().broker.exposed(), None);
+        let standby = parse(
+            "broker = 'mqtt://127.0.0.1'\nstandby = ['mqtt://b.example:1885', 'mqtt://c.example']\nunencrypted = true",
+        );
+        let broker = standby.unwrap().broker;
+        assert_eq!(broker.addresses().skip(1).collect::<Vec<_>>(), [("b.example", 1885), ("c.example", 1883)]);
+        assert_eq!(broker.exposed(), Some("b.example"));
     }
 
     #[test]

@@ -2,6 +2,7 @@
 
 use super::super::error::{ConfigProblem, Located};
 use super::super::names::stem;
+use crate::auth::users::Users;
 use profivac_host::text_file::Parsed;
 use serde::Deserialize;
 use std::net::{Ipv4Addr, SocketAddr};
@@ -44,6 +45,8 @@ pub struct Settings {
     pub certificates: PathBuf,
     /// The file of the users who may log in.
     pub users: PathBuf,
+    /// Whether users who log in write parameters.
+    pub write: bool,
 }
 
 /// `[opcua]` as TOML.
@@ -55,6 +58,7 @@ pub struct OpcuaToml {
     anonymous: Option<Spanned<bool>>,
     policies: Option<Spanned<Vec<Policy>>>,
     certificates: Option<PathBuf>,
+    write: Option<Spanned<bool>>,
 }
 
 impl OpcuaToml {
@@ -77,6 +81,16 @@ impl OpcuaToml {
                 "[]",
             ));
         }
+        if let Some(write) = self.write.as_ref().filter(|write| *write.get_ref()) {
+            check_users(&users).map_err(|found| {
+                let expected =
+                    "write = true only where users log in; `profivac user add NAME --role engineer FILE.toml` adds one";
+                problem(write.span(), expected, &found)
+            })?;
+            if policies.is_empty() {
+                return Err(problem(policies_span, "at least one policy: with write = true users log in", "[]"));
+            }
+        }
         let folder = path.parent().unwrap_or(Path::new(""));
         let certificates = self.certificates.unwrap_or_else(|| PathBuf::from(format!("{}.opcua", stem(path))));
         Ok(Settings {
@@ -86,7 +100,17 @@ impl OpcuaToml {
             policies,
             certificates: folder.join(certificates),
             users,
+            write: self.write.is_some_and(Spanned::into_inner),
         })
+    }
+}
+
+/// Checks that there are users; the error says what was found.
+fn check_users(users: &Path) -> Result<(), String> {
+    match Users::read(users) {
+        Ok(accounts) if accounts.is_empty() => Err(format!("no user in {}", users.display())),
+        Ok(_) => Ok(()),
+        Err(error) => Err(error.to_string()),
     }
 }
 
@@ -162,6 +186,14 @@ mod tests {
         let listen = "listen = \"0.0.0.0:4840\"\nhost = ";
         assert_eq!(settings(&format!("{listen}\"vacuum.example\"")).unwrap().host, "vacuum.example");
         assert!(settings(&format!("{listen}\"opc.tcp://a\"")).unwrap_err().contains("expected a name or an address"));
+    }
+
+    #[test]
+    fn writing_needs_users() {
+        assert!(!settings("").unwrap().write);
+        let error = settings("write = true").unwrap_err();
+        assert!(error.contains(":5:9: expected write = true only where users log in"), "{error}");
+        assert!(error.contains("hall.users.toml does not exist"), "{error}");
     }
 
     #[test]

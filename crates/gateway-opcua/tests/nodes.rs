@@ -1,0 +1,67 @@
+//! The identifiers of nodes, which never change: a client stores them.
+
+#![allow(clippy::unwrap_used, reason = "a test")]
+
+use profivac_gateway::{Inputs, points};
+use profivac_gateway_opcua::plan::{NodeKind, nodes};
+use profivac_station::config::Config;
+use std::collections::BTreeSet;
+use std::path::Path;
+
+const PLANT: &str = r#"
+[[segment]]
+name = "hall/1"
+port = "sim:hall.toml"
+
+[[segment.gauge]]
+name = "chamber"
+address = 5
+device = "bcg450"
+
+[[segment.gauge]]
+name = "tpg"
+address = 6
+device = "tpg300"
+
+[[alarm]]
+name = "Chamber high"
+gauge = "chamber"
+above = "1e-3 mbar"
+"#;
+
+/// A line for each node: identifier, class, browse name.
+fn lines() -> Vec<String> {
+    let config = Config::parse(PLANT, Path::new("plant.toml")).unwrap();
+    let nodes = nodes(&points(&Inputs::planned(&config)));
+    let class = |kind: &NodeKind| match kind {
+        NodeKind::Folder => "folder",
+        NodeKind::Object => "object",
+        NodeKind::Variable { .. } => "variable",
+    };
+    let mut lines: Vec<_> =
+        nodes.iter().map(|node| format!("{} | {} | {}\n", node.id, class(&node.kind), node.name)).collect();
+    lines.sort();
+    lines
+}
+
+/// `PROFIVAC_BLESS=1` adds the lines of new nodes, and loses none.
+#[test]
+fn identifiers_and_browse_names_never_change() {
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/golden/nodes.txt");
+    let (text, lines) = (std::fs::read_to_string(&file).unwrap_or_default(), lines());
+    let own: BTreeSet<&str> = lines.iter().map(|line| line.trim_end()).collect();
+    let lost: Vec<_> = text.lines().filter(|line| !own.contains(line)).collect();
+    assert!(lost.is_empty(), "clients have stored these nodes, so they stay: {lost:#?}");
+    if std::env::var_os("PROFIVAC_BLESS").is_some() {
+        std::fs::write(&file, lines.concat()).unwrap();
+        return;
+    }
+    assert_eq!(text, lines.concat(), "new nodes: PROFIVAC_BLESS=1 adds them to {}", file.display());
+}
+
+#[test]
+fn no_two_nodes_have_the_same_identifier() {
+    let lines = lines();
+    let ids: BTreeSet<_> = lines.iter().filter_map(|line| line.split(" | ").next()).collect();
+    assert_eq!(ids.len(), lines.len());
+}

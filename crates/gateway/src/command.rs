@@ -1,0 +1,193 @@
+//! Writing: the one path on which a client of a control system changes a gauge or acknowledges an alarm.
+//!
+//! ```text
+//! request of a client ── user of the gateway's table ── role ── control authority ── conditions ── audit trail ── gauge
+//! ```
+//!
+//! The steps are those of the HTTP API. A gateway that may write has a [`Commander`]; a refusal comes back as a sentence.
+
+use crate::model::Snapshot;
+use crate::point::{Point, Subject, Value};
+use crate::signal::Signal;
+use profivac_client::names::{ParameterNames, Target};
+use profivac_devices::catalog::model_named;
+use profivac_devices::model::{AccessPath, Direction};
+use profivac_station::alarm::AlarmServiceError;
+use profivac_station::auth::users::{Users, UsersError};
+use profivac_station::auth::{Actor, Forbidden, Role};
+use profivac_station::control::ControlError;
+use profivac_station::control::operation::{GivenValue, OperationRequest};
+use profivac_station::control::permissions;
+use profivac_station::services::Services;
+use std::collections::{HashMap, HashSet};
+use std::net::IpAddr;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use tokio::sync::Semaphore;
+
+/// Requests of one gateway that wait or are being done. free choice: a gauge takes a tenth of a second, a client waits some seconds.
+const MAX_WAITING: usize = 8;
+
+/// What a client asks for.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum WriteRequest {
+    /// A new value of a parameter.
+    Parameter {
+        /// The gauge.
+        gauge: Arc<str>,
+        /// The parameter: `trip-point.1/high-trip-point`.
+        target: Arc<str>,
+        /// The value with its unit: `1e-3 mbar`, `on`.
+        value: String,
+    },
+    /// A command.
+    Command {
+        /// The gauge.
+        gauge: Arc<str>,
+        /// The command: `ba.degas-on`.
+        command: String,
+    },
+    /// The acknowledgement of an alarm.
+    Acknowledge {
+        /// The alarm.
+        alarm: Arc<str>,
+        /// The occurrence that the client has seen: a later one stays unacknowledged.
+        occurrence: i64,
+    },
+}
+
+/// The reason why a request of a client was not done.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum WriteError {
+    /// Too many requests wait.
+    #[error("{MAX_WAITING} requests to write wait already: try again")]
+    Busy,
+    /// The file of the users cannot be read.
+    #[error(transparent)]
+    Users(#[from] UsersError),
+    /// The user does not exist any more.
+    #[error("{0} is no longer in the file of the users")]
+    UnknownUser(String),
+    /// The role of the user does not allow it.
+    #[error(transparent)]
+    Forbidden(#[from] Forbidden),
+    /// The station, the audit trail or the gauge refuses.
+    #[error(transparent)]
+    Control(Box<ControlError>),
+    /// The alarm cannot be acknowledged.
+    #[error(transparent)]
+    Alarm(#[from] AlarmServiceError),
+    /// The request has failed unexpectedly.
+    #[error("the request has failed unexpectedly")]
+    Failed,
+}
+
+impl From<ControlError> for WriteError {
+    fn from(error: ControlError) -> Self {
+        Self::Control(Box::new(error))
+    }
+}
+
+/// Does what clients of one gateway ask for, as a user of the station.
+pub struct Commander {
+    services: Arc<Services>,
+    users: PathBuf,
+    places: Arc<Semaphore>,
+}
+
+impl Commander {
+    /// A commander for the users of this file.
+    #[must_use]
+    pub fn new(services: Arc<Services>, users: PathBuf) -> Self {
+        Self { services, users, places: Arc::new(Semaphore::new(MAX_WAITING)) }
+    }
+
+    /// Does what a client at this address asks for, as the user of this name. Waits for the gauge and for the disk, up to minutes.
+    ///
+    /// # Errors
+    /// [`WriteError`] says why it was not done.
+    pub async fn execute(&self, user: &str, request: WriteRequest, peer: Option<IpAddr>) -> Result<(), WriteError> {
+        let place = Arc::clone(&self.places).try_acquire_owned().map_err(|_| WriteError::Busy)?;
+        let (services, users, user) = (Arc::clone(&self.services), self.users.clone(), user.to_owned());
+        let work = move || {
+            let _place = place;
+            done(&services, &users, &user, request, peer)
+        };
+        tokio::task::spawn_blocking(work).await.unwrap_or(Err(WriteError::Failed))
+    }
+}
+
+fn done(
+    services: &Services,
+    users: &Path,
+    user: &str,
+    request: WriteRequest,
+    peer: Option<IpAddr>,
+) -> Result<(), WriteError> {
+    // The account may have another role than at the start or at the login.
+    let users = Users::read(users)?;
+    let account = users.get(user).ok_or_else(|| WriteError::UnknownUser(user.to_owned()))?;
+    let actor = Actor { user: account.user(), peer };
+    match request {
+        WriteRequest::Parameter { gauge, target, value } => {
+            let (target, value) = (Some(target.to_string()), Some(GivenValue::Text(value)));
+            let operation = OperationRequest { target, value, ..OperationRequest::default() };
+            services.control().execute_directly(&actor, &gauge, &operation)?;
+        }
+        WriteRequest::Command { gauge, command } => {
+            let operation = OperationRequest { command: Some(command), ..OperationRequest::default() };
+            services.control().execute_directly(&actor, &gauge, &operation)?;
+        }
+        WriteRequest::Acknowledge { alarm, occurrence } => {
+            actor.user.require(Role::Operator, "acknowledging an alarm")?;
+            services.alarms().acknowledge(&alarm, occurrence, &actor)?;
+        }
+    }
+    Ok(())
+}
+
+/// The device of each gauge that this station controls, by the gauge; gauges of other masters are left out.
+#[must_use]
+pub fn controlled_devices(snapshot: &Snapshot) -> HashMap<&str, &str> {
+    let with = |signal| snapshot.iter().filter(move |(point, _)| point.signal == signal);
+    let others: HashSet<_> = with(Signal::ListenOnly)
+        .filter(|(_, value)| value.value == Value::Boolean(true))
+        .filter_map(|(point, _)| point.subject.gauge())
+        .collect();
+    let mut devices = HashMap::new();
+    for (point, value) in with(Signal::Device) {
+        if let (Some(gauge), Value::Text(name)) = (point.subject.gauge(), &value.value)
+            && !others.contains(gauge)
+        {
+            devices.insert(gauge, &**name);
+        }
+    }
+    devices
+}
+
+/// Whether a point is a parameter that the station writes on this device.
+#[must_use]
+pub fn is_writable(point: &Point, device: &str) -> bool {
+    let Subject::Parameter { target, .. } = &point.subject else { return false };
+    let Some(model) = model_named(device) else { return false };
+    let Some(names) = ParameterNames::of_catalog(model) else { return false };
+    let path = if model.features.dpv1 { AccessPath::Class2 } else { AccessPath::ParameterChannel };
+    match names.find(model.name, target) {
+        Ok(Target::Parameter(named)) => {
+            let row = named.parameter.row;
+            row.access.allows(path, Direction::Write) && permissions::blocked_reason(row).is_none()
+        }
+        _ => false,
+    }
+}
+
+/// The value of a parameter as the station reads it: a pressure has its unit, a code its word.
+#[must_use]
+pub fn given(signal: Signal, value: &Value) -> String {
+    match (signal, value) {
+        (Signal::ParameterPressure, Value::Float(pa)) => format!("{pa:e} Pa"),
+        (_, Value::Float(number)) => number.to_string(),
+        (_, other) => other.to_string(),
+    }
+}

@@ -1,0 +1,196 @@
+//! Writing through a gateway: role, control authority, conditions and audit trail are those of the API.
+
+#![allow(clippy::unwrap_used, clippy::panic, clippy::indexing_slicing, reason = "a test")]
+
+use profivac_gateway::command::is_writable;
+use profivac_gateway::{Commander, ReadModel, Signal, Value, WriteError, WriteRequest};
+use profivac_recorder::Micros;
+use profivac_recorder::audit::AuditQuery;
+use profivac_station::auth::password::Hash;
+use profivac_station::auth::users::Users;
+use profivac_station::auth::{Actor, Role, User};
+use profivac_station::config::Config;
+use profivac_station::control::AuthorityAction;
+use profivac_station::station::Station;
+use profivac_station::view::BusStationState;
+use std::net::{IpAddr, Ipv4Addr};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+use tempfile::TempDir;
+
+const SEGMENT: &str = "baud = 1500000\ndevices = [\"bcg450@5\", \"psg550@6\"]\n";
+
+const PLANT: &str = r#"
+[[segment]]
+name = "hall"
+port = "sim:SEGMENT"
+baud = 1500000
+
+[[segment.gauge]]
+name = "chamber"
+address = 5
+device = "bcg450"
+
+[[segment.gauge]]
+name = "fore line"
+address = 6
+device = "psg550"
+
+[[alarm]]
+name = "Chamber high"
+gauge = "chamber"
+above = "1e-6 mbar"
+delay = "0 s"
+"#;
+
+const PEER: IpAddr = IpAddr::V4(Ipv4Addr::LOCALHOST);
+const TRIP_POINT: &str = "trip-point.1/high-trip-point";
+
+struct Plant {
+    station: Station,
+    commander: Commander,
+    users: PathBuf,
+    runtime: tokio::runtime::Runtime,
+    _folder: TempDir,
+}
+
+impl Plant {
+    /// A station whose gauges answer, and a gateway that writes as a user with this role.
+    fn new(role: Role) -> Self {
+        let folder = tempfile::tempdir().unwrap();
+        let segment = folder.path().join("hall.toml");
+        std::fs::write(&segment, SEGMENT).unwrap();
+        let text = PLANT.replace("SEGMENT", &segment.display().to_string());
+        let station =
+            Station::start(Config::parse(&text, Path::new(&folder.path().join("plant.toml"))).unwrap()).unwrap();
+        let users = folder.path().join("plant.users.toml");
+        let hash = Hash::of("a password of some length").unwrap();
+        Users::change(&users, |users| users.add("epics", role, hash)).unwrap();
+        let commander = Commander::new(station.services(), users.clone());
+        let runtime = tokio::runtime::Builder::new_multi_thread().worker_threads(1).enable_all().build().unwrap();
+        let plant = Self { station, commander, users, runtime, _folder: folder };
+        until("the gauges", || {
+            let gauges = plant.station.services().snapshots().gauges();
+            (gauges.len() == 2 && gauges.iter().all(|gauge| gauge.state == BusStationState::DataExchange)).then_some(())
+        });
+        plant
+    }
+
+    fn execute(&self, request: WriteRequest) -> Result<(), WriteError> {
+        self.runtime.block_on(self.commander.execute("epics", request, Some(PEER)))
+    }
+
+    fn write(&self, value: &str) -> Result<(), String> {
+        let request = WriteRequest::Parameter {
+            gauge: Arc::from("fore line"),
+            target: Arc::from(TRIP_POINT),
+            value: value.to_owned(),
+        };
+        self.execute(request).map_err(|error| error.to_string())
+    }
+
+    fn command(&self, command: &str) -> Result<(), String> {
+        let request = WriteRequest::Command { gauge: Arc::from("chamber"), command: command.to_owned() };
+        self.execute(request).map_err(|error| error.to_string())
+    }
+
+    /// The rows of the audit trail, the earliest first: action, user, peer, outcome.
+    fn trail(&self) -> Vec<String> {
+        let services = self.station.services();
+        let query = AuditQuery { from: Micros(0), to: Micros(i64::MAX), gauge: None, user: None, limit: 100 };
+        let mut rows = services.recorder().open_reader().unwrap().audit(&query).unwrap();
+        rows.sort_by_key(|row| row.id);
+        let text = |text: &Option<String>| text.clone().unwrap_or_default();
+        let line = |entry: &profivac_recorder::AuditEntry| {
+            format!("{} {} {}: {}", entry.action.word(), entry.user, text(&entry.peer), text(&entry.outcome))
+        };
+        rows.iter().map(|row| line(&row.entry)).collect()
+    }
+}
+
+fn until<T>(what: &str, mut condition: impl FnMut() -> Option<T>) -> T {
+    let end = Instant::now() + Duration::from_secs(60);
+    loop {
+        if let Some(value) = condition() {
+            return value;
+        }
+        assert!(Instant::now() < end, "no {what}");
+        std::thread::park_timeout(Duration::from_millis(20));
+    }
+}
+
+#[test]
+fn a_write_reaches_the_gauge_and_the_audit_trail_and_leaves_control_free() {
+    let plant = Plant::new(Role::Engineer);
+    assert_eq!(plant.write("5e-3 mbar"), Ok(()));
+    let trail = plant.trail();
+    let end = trail.len() - 4;
+    assert_eq!(
+        trail[end..],
+        [
+            "control-authority epics 127.0.0.1: took control, which was free",
+            "execute epics 127.0.0.1: ",
+            "outcome epics 127.0.0.1: done",
+            "control-authority epics 127.0.0.1: released control",
+        ]
+    );
+    let services = plant.station.services();
+    assert_eq!(services.control().authority(Instant::now()).holder, None);
+    let model = ReadModel::start(Arc::clone(&services)).unwrap();
+    until("the new value", || {
+        let snapshot = model.snapshot();
+        let is_it = |signal| signal == Signal::ParameterPressure;
+        let found = snapshot.iter().find(|(point, _)| point.subject.name() == TRIP_POINT && is_it(point.signal))?;
+        assert!(is_writable(found.0, "psg550"));
+        matches!(found.1.value, Value::Float(pa) if (pa / 0.5 - 1.0).abs() < 1e-3).then_some(())
+    });
+    let snapshot = model.snapshot();
+    let status = snapshot.points.iter().find(|point| point.subject.name() == "ba.degas-status").unwrap();
+    assert!(!is_writable(status, "bcg450"), "a status is not written");
+    plant.station.stop();
+}
+
+#[test]
+fn a_refusal_says_why_and_is_in_the_audit_trail() {
+    let plant = Plant::new(Role::Operator);
+    let forbidden = plant.write("5e-3 mbar").unwrap_err();
+    assert!(forbidden.contains("engineer"), "{forbidden}");
+    let unmet = plant.command("ba.degas-on").unwrap_err();
+    assert!(unmet.contains("7.2e-6 mbar"), "the pressure is too high: {unmet}");
+    let unknown = plant.command("ba.explode").unwrap_err();
+    assert!(unknown.contains("no command") || unknown.contains("ba.explode"), "{unknown}");
+    let ada = Actor { user: User { name: Arc::from("Ada"), role: Role::Operator }, peer: None };
+    let services = plant.station.services();
+    services.control().change_authority(&ada, AuthorityAction::Request, Instant::now()).unwrap();
+    assert_eq!(plant.command("ba.degas-on").unwrap_err(), "Ada has control");
+    assert_eq!(
+        services.control().authority(Instant::now()).holder.as_deref(),
+        Some("Ada"),
+        "control stays where it is"
+    );
+    let refused: Vec<_> = plant.trail().into_iter().filter(|row| row.starts_with("refused epics 127.0.0.1")).collect();
+    assert_eq!(refused.len(), 4, "{refused:#?}");
+    assert!(refused[3].ends_with(": Ada has control"), "{refused:#?}");
+    Users::change(&plant.users, |users| users.remove("epics")).unwrap();
+    let gone = plant.command("ba.degas-on").unwrap_err();
+    assert!(gone.contains("epics") && gone.contains("no longer in the file of the users"), "{gone}");
+    plant.station.stop();
+}
+
+#[test]
+fn the_occurrence_that_a_client_has_seen_is_acknowledged_and_no_other() {
+    let plant = Plant::new(Role::Operator);
+    let services = plant.station.services();
+    let alarm = || services.alarms().all().into_iter().find(|alarm| alarm.name == "Chamber high").unwrap();
+    let occurrence = until("the alarm", || Some(alarm()).filter(|it| it.state.needs_acknowledgement())).occurrence;
+    let acknowledge = |occurrence| {
+        plant
+            .execute(WriteRequest::Acknowledge { alarm: Arc::from("Chamber high"), occurrence })
+            .map_err(|error| error.to_string())
+    };
+    assert!(acknowledge(occurrence + 1).is_err());
+    assert_eq!(acknowledge(occurrence), Ok(()));
+    assert_eq!(alarm().acknowledged_by.as_deref(), Some("epics"));
+    plant.station.stop();
+}
