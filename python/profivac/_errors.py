@@ -1,0 +1,28 @@
+"""The exceptions of the package, after the exit codes of the program ``profivac``."""
+
+
+class ProfivacError(Exception):
+    """The base of all exceptions of this package.
+
+    ``exit_code`` is the one with which the program ``profivac`` ends for the same reason.
+    """
+
+    exit_code: int = 1
+
+
+class Refused(ProfivacError):
+    """The device refused the request, or would refuse it. Exit code 1."""
+
+    exit_code = 1
+
+
+class Usage(ProfivacError, ValueError):
+    """The request is wrong: an unknown name, a value that the device cannot have, a wrong file. Exit code 2."""
+
+    exit_code = 2
+
+
+class Connection(ProfivacError, OSError):
+    """The port is missing, busy or lost, or nobody answers. Exit code 3."""
+
+    exit_code = 3

@@ -1,0 +1,101 @@
+"""Virtual gauges in memory."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from types import TracebackType
+
+from . import _profivac
+from ._bus import Bus
+
+
+class VirtualSegment:
+    """Virtual gauges around one chamber, and a bus to them.
+
+    A device is written as for ``profivac simulate``: ``bcg450@5``, ``psg550@6:unit=torr``. With ``seed`` the sensors are real ones:
+    they lag, drift and are noisy.
+
+    >>> import profivac as pv
+    >>> with pv.VirtualSegment("psg550@5", pressure="2e-2 mbar") as chamber:
+    ...     gauge = chamber.bus[5]
+    ...     change = gauge.command("execute")
+    ...     before = gauge.read(pv.Unit.MBAR).value
+    ...     chamber.pressure = "5 mbar"
+    ...     f"{before:.1e}", f"{gauge.read(pv.Unit.MBAR).value:.1e}"
+    ('2.0e-02', '5.0e+00')
+    """
+
+    def __init__(
+        self,
+        *devices: str,
+        pressure: str = "1e-3 mbar",
+        atmosphere: str = "1013.25 mbar",
+        gas: str = "n2",
+        seed: int | None = None,
+        names: Mapping[str, int] | None = None,
+        via: str = "ms2",
+        master: int = 0,
+        timeout: float = 5.0,
+    ) -> None:
+        self._core = _profivac.Segment(list(devices), pressure, atmosphere, gas, seed)
+        self._values = {"pressure": pressure, "atmosphere": atmosphere, "gas": gas}
+        self.bus = Bus(self._core.bus(master, timeout), names or {}, via)
+        """The bus to the devices."""
+
+    def _set(self, quantity: str, value: str) -> None:
+        self._core.set(quantity, value)
+        self._values[quantity] = value
+
+    @property
+    def pressure(self) -> str:
+        """The true pressure in the chamber, with its unit. The devices react to a new one at once, except real sensors."""
+        return self._values["pressure"]
+
+    @pressure.setter
+    def pressure(self, value: str) -> None:
+        self._set("pressure", value)
+
+    @property
+    def atmosphere(self) -> str:
+        """The pressure outside, with its unit."""
+        return self._values["atmosphere"]
+
+    @atmosphere.setter
+    def atmosphere(self, value: str) -> None:
+        self._set("atmosphere", value)
+
+    @property
+    def gas(self) -> str:
+        """The gas in the chamber, such as ``n2``, ``ar`` or ``he``."""
+        return self._values["gas"]
+
+    @gas.setter
+    def gas(self, value: str) -> None:
+        self._set("gas", value)
+
+    def advance(self, seconds: float) -> None:
+        """Lets time pass for the devices: timers, run hours, degas, ignition."""
+        self._core.advance(seconds)
+
+    def power(self, address: int, on: bool) -> None:
+        """Switches a device on or off. Without power it does not answer."""
+        self._core.power(address, on)
+
+    def fault(self, address: int, name: str) -> None:
+        """Sets a fault: ``eeprom``, ``sensor1``, ``unplugged1`` ... An unknown name raises ``Usage`` with those of the device."""
+        self._core.fault(address, name, True)
+
+    def clear(self, address: int, name: str) -> None:
+        """Clears a fault."""
+        self._core.fault(address, name, False)
+
+    def close(self) -> None:
+        """Ends the bus and the devices."""
+        self.bus.close()
+        self._core.close()
+
+    def __enter__(self) -> VirtualSegment:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
+        self.close()

@@ -1,0 +1,64 @@
+//! Errors with the exit code of the program, and the exceptions they become.
+
+use profivac_client::settings::SettingsFileError;
+use profivac_client::{ClientError, ErrorKind};
+use pyo3::PyErr;
+
+mod exceptions {
+    pyo3::import_exception!(profivac._errors, Connection);
+    pyo3::import_exception!(profivac._errors, Refused);
+    pyo3::import_exception!(profivac._errors, Usage);
+}
+
+/// A request that failed: its class and a sentence.
+#[derive(Clone, Debug)]
+pub struct Failure {
+    kind: ErrorKind,
+    sentence: String,
+}
+
+impl Failure {
+    /// The request makes no sense: exit code 2.
+    pub fn usage(sentence: impl ToString) -> Self {
+        Self { kind: ErrorKind::Usage, sentence: sentence.to_string() }
+    }
+
+    /// The device refuses, or would refuse: exit code 1.
+    pub fn refused(sentence: impl ToString) -> Self {
+        Self { kind: ErrorKind::Refused, sentence: sentence.to_string() }
+    }
+
+    /// No line, or no answer: exit code 3.
+    pub fn line(sentence: impl ToString) -> Self {
+        Self { kind: ErrorKind::Line, sentence: sentence.to_string() }
+    }
+
+    /// The error of a settings file.
+    pub fn of_file(error: &SettingsFileError) -> Self {
+        Self::usage(error)
+    }
+}
+
+impl From<ClientError> for Failure {
+    fn from(error: ClientError) -> Self {
+        let advice = match error {
+            ClientError::NoAnswer(_) => "; Bus.scan() shows the stations of the bus",
+            ClientError::BeyondRange { .. } => "; to write it all the same pass force=True",
+            ClientError::Target(_) => "; Gauge.parameters and Gauge.commands list the names",
+            ClientError::Closed => "; open the bus again",
+            _ => "",
+        };
+        Self { kind: error.kind(), sentence: format!("{error}{advice}") }
+    }
+}
+
+impl From<Failure> for PyErr {
+    fn from(failure: Failure) -> Self {
+        let Failure { kind, sentence } = failure;
+        match kind {
+            ErrorKind::Refused => exceptions::Refused::new_err(sentence),
+            ErrorKind::Usage => exceptions::Usage::new_err(sentence),
+            ErrorKind::Line => exceptions::Connection::new_err(sentence),
+        }
+    }
+}

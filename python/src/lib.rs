@@ -1,0 +1,40 @@
+//! The extension module of the Python package `profivac`. Its classes return tuples; the package makes named types of them.
+//!
+//! | Module | Holds |
+//! |---|---|
+//! | `failure` | errors with the exit code of the program, and the exceptions they become |
+//! | `waiting` | waits without the interpreter lock, which Ctrl-C ends |
+//! | `values` | values of parameters as Python objects, and the tables of a device |
+//! | `settings` | a settings file compared with a gauge and written to it |
+//! | `bus` | a bus and its gauges |
+//! | `segment` | virtual gauges in memory, with their controls |
+//! | `rise` | a rate of rise, separated into leak and outgassing |
+
+mod bus;
+mod failure;
+mod rise;
+mod segment;
+mod settings;
+mod values;
+mod waiting;
+
+use pyo3::prelude::*;
+
+/// The extension module; the package `profivac` is its public face.
+#[pymodule]
+mod _profivac {
+    use super::{Bound, PyModule, PyModuleMethods, PyResult};
+    #[pymodule_export]
+    use crate::bus::{Bus, Gauge};
+    #[pymodule_export]
+    use crate::rise::analyse_rise;
+    #[pymodule_export]
+    use crate::segment::Segment;
+    #[pymodule_export]
+    use crate::values::{convert, parameters_of};
+
+    #[pymodule_init]
+    fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
+        module.add("__version__", env!("CARGO_PKG_VERSION"))
+    }
+}

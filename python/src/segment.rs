@@ -1,0 +1,224 @@
+//! Virtual gauges in memory, with their controls: a chamber for notebooks and tests.
+
+use crate::bus::{Bus, Line};
+use crate::failure::Failure;
+use crate::waiting::Owned;
+use profivac_client::Pressure;
+use profivac_dp::link::Baud;
+use profivac_host::port::{PortError, Stream};
+use profivac_host::readiness::{WakeSource, Waker, waker};
+use profivac_host::segment::Segment as HostSegment;
+use profivac_vacuum::Gas;
+use profivac_virtual::action_text::ActionText;
+use profivac_virtual::device::{GasConditions, VirtualDevice};
+use profivac_virtual::device_spec::{DeviceSpec, check_addresses, parse_address};
+use profivac_virtual::gas_pressure::GasPressure;
+use profivac_virtual::nonvolatile::NonvolatileMemory;
+use pyo3::prelude::*;
+use std::os::unix::net::UnixStream;
+use std::sync::mpsc::{Receiver, Sender, TryRecvError, channel};
+use std::sync::{Mutex, PoisonError};
+use std::thread;
+use std::time::Duration;
+
+/// The baud rate in whose bit times the delays of the devices count.
+const BAUD: Baud = Baud::B19200;
+
+/// The longest `advance`: thirty years.
+const MAX_SECONDS: f64 = 1e9;
+
+/// The longest wait of the thread without a request.
+const IDLE_WAIT: Duration = Duration::from_secs(1);
+
+type Job = Box<dyn FnOnce(&mut Vec<VirtualDevice>) + Send>;
+
+/// The other side of the thread that serves the devices.
+#[derive(Clone)]
+struct Handle {
+    jobs: Sender<Job>,
+    wake: Waker,
+}
+
+/// Virtual gauges on a line in memory.
+#[pyclass(frozen, module = "profivac._profivac")]
+pub struct Segment {
+    handle: Owned<Handle>,
+    conditions: Mutex<GasConditions>,
+    port: Mutex<Option<UnixStream>>,
+}
+
+#[pymethods]
+impl Segment {
+    /// Switches the devices on, in a chamber with one gas.
+    #[new]
+    fn new(devices: Vec<String>, pressure: &str, atmosphere: &str, gas: &str, seed: Option<u64>) -> PyResult<Self> {
+        let conditions =
+            GasConditions { pressure: chamber(pressure)?, atmosphere: chamber(atmosphere)?, gas: gas_named(gas)? };
+        let devices = switched_on(&devices, conditions, seed)?;
+        let (ours, handle) = serve(devices).map_err(Failure::line)?;
+        Ok(Self {
+            handle: Owned::new(handle, "segment"),
+            conditions: Mutex::new(conditions),
+            port: Mutex::new(Some(ours)),
+        })
+    }
+
+    /// Makes this program a master on the line of the devices. The line has one.
+    fn bus(&self, py: Python<'_>, master: u8, timeout: f64) -> PyResult<Bus> {
+        let line = Line::new(BAUD.bits_per_second(), master, timeout)?;
+        let port = self.port.lock().unwrap_or_else(PoisonError::into_inner).take();
+        let port = port.ok_or_else(|| Failure::usage("the segment has a master already; make another segment"))?;
+        Bus::on(py, Box::new(Stream::new("sim".to_owned(), port, Vec::new())), line)
+    }
+
+    /// Sets pressure, atmosphere or gas. The devices settle.
+    fn set(&self, py: Python<'_>, quantity: &str, value: &str) -> PyResult<()> {
+        let conditions = {
+            let mut conditions = self.conditions.lock().unwrap_or_else(PoisonError::into_inner);
+            match quantity {
+                "pressure" => conditions.pressure = chamber(value)?,
+                "atmosphere" => conditions.atmosphere = chamber(value)?,
+                "gas" => conditions.gas = gas_named(value)?,
+                _ => {
+                    return Err(
+                        Failure::usage(format!("expected pressure, atmosphere or gas, got {quantity:?}")).into()
+                    );
+                }
+            }
+            *conditions
+        };
+        self.run(py, move |devices| {
+            devices.iter_mut().for_each(|device| device.settle_in(conditions));
+            Ok(())
+        })
+    }
+
+    /// Lets time pass for the devices: timers, run hours, ignition.
+    fn advance(&self, py: Python<'_>, seconds: f64) -> PyResult<()> {
+        if !(0.0..=MAX_SECONDS).contains(&seconds) {
+            return Err(Failure::usage(format!("expected seconds from 0 to {MAX_SECONDS:e}, got {seconds}")).into());
+        }
+        self.run(py, move |devices| {
+            devices.iter_mut().for_each(|device| device.advance(seconds));
+            Ok(())
+        })
+    }
+
+    /// Switches a device on or off.
+    fn power(&self, py: Python<'_>, address: u8, on: bool) -> PyResult<()> {
+        self.at(py, address, move |device| {
+            device.set_power(on);
+            Ok(())
+        })
+    }
+
+    /// Sets or clears a fault.
+    fn fault(&self, py: Python<'_>, address: u8, name: String, present: bool) -> PyResult<()> {
+        self.at(py, address, move |device| {
+            let device_name = device.device().name();
+            device.operate_text(ActionText::Fault { name: &name, present }).map_err(|unknown| {
+                Failure::usage(format!("{device_name} has no fault {name:?}; it has {}", unknown.expected.join(", ")))
+            })
+        })
+    }
+
+    /// Ends the devices when their line is closed, too.
+    fn close(&self, py: Python<'_>) {
+        self.handle.close(py);
+        drop(self.port.lock().unwrap_or_else(PoisonError::into_inner).take());
+    }
+}
+
+impl Segment {
+    /// Runs `work` in the thread of the devices, without the interpreter lock.
+    fn run(
+        &self,
+        py: Python<'_>,
+        work: impl FnOnce(&mut Vec<VirtualDevice>) -> Result<(), Failure> + Send + 'static,
+    ) -> PyResult<()> {
+        let handle = self.handle.get()?;
+        let (done, result) = channel();
+        // If the thread has ended, the job is dropped with its sender.
+        let job: Job = Box::new(move |devices| {
+            done.send(work(devices)).ok();
+        });
+        handle.jobs.send(job).ok();
+        handle.wake.wake();
+        let result = py.detach(move || result.recv());
+        Ok(result.map_err(|_| Failure::line("the line of the segment is closed; make another segment"))??)
+    }
+
+    fn at(
+        &self,
+        py: Python<'_>,
+        address: u8,
+        work: impl FnOnce(&mut VirtualDevice) -> Result<(), Failure> + Send + 'static,
+    ) -> PyResult<()> {
+        self.run(py, move |devices| {
+            let known: Vec<_> = devices.iter().map(|device| device.switch_address().to_string()).collect();
+            let device = devices.iter_mut().find(|device| device.switch_address() == address);
+            work(device.ok_or_else(|| {
+                Failure::usage(format!("no device at address {address}; known: {}", known.join(", ")))
+            })?)
+        })
+    }
+}
+
+fn chamber(text: &str) -> Result<Pressure, Failure> {
+    Ok(text.parse::<GasPressure>().map_err(Failure::usage)?.0)
+}
+
+fn gas_named(text: &str) -> Result<Gas, Failure> {
+    text.parse().map_err(Failure::usage)
+}
+
+fn switched_on(specs: &[String], around: GasConditions, seed: Option<u64>) -> Result<Vec<VirtualDevice>, Failure> {
+    let parsed: Result<Vec<DeviceSpec>, _> = specs.iter().map(|spec| spec.parse()).collect();
+    let parsed = parsed.map_err(Failure::usage)?;
+    check_addresses(&parsed).map_err(Failure::usage)?;
+    let build = |spec: &DeviceSpec| {
+        parse_address(&spec.address.to_string()).map_err(Failure::usage)?;
+        let unit = spec.build(NonvolatileMemory::volatile(), BAUD).map_err(Failure::usage)?;
+        let device = VirtualDevice::new(unit, spec.address, BAUD, around);
+        Ok(match seed {
+            Some(seed) => device.with_real_sensors(seed),
+            None => device,
+        })
+    };
+    parsed.iter().map(build).collect()
+}
+
+/// Serves the devices in a thread. It ends with the line of the master.
+fn serve(devices: Vec<VirtualDevice>) -> Result<(UnixStream, Handle), PortError> {
+    let failed = |source| PortError::System { name: "sim".to_owned(), source };
+    let (ours, theirs) = UnixStream::pair().map_err(failed)?;
+    for socket in [&ours, &theirs] {
+        socket.set_nonblocking(true).map_err(failed)?;
+    }
+    let (wake, source) = waker().map_err(failed)?;
+    let (jobs, work) = channel();
+    let port = Box::new(Stream::new("sim".to_owned(), theirs, Vec::new()));
+    let segment = HostSegment::new(port, BAUD, false, devices);
+    thread::Builder::new().name("sim".to_owned()).spawn(move || live(segment, &work, source)).map_err(failed)?;
+    Ok((ours, Handle { jobs, wake }))
+}
+
+/// Serves the line and runs the jobs until the line is closed.
+fn live(mut segment: HostSegment<Vec<VirtualDevice>>, work: &Receiver<Job>, mut wake: WakeSource) {
+    let mut has_controls = true;
+    loop {
+        while has_controls {
+            match work.try_recv() {
+                Ok(job) => job(segment.stations_mut()),
+                Err(TryRecvError::Empty) => break,
+                Err(TryRecvError::Disconnected) => has_controls = false,
+            }
+        }
+        let served =
+            if has_controls { segment.serve(&[wake.readiness()], IDLE_WAIT) } else { segment.serve(&[], IDLE_WAIT) };
+        let Ok(readable) = served else { return };
+        if readable.first() == Some(&true) {
+            has_controls = wake.clear();
+        }
+    }
+}
