@@ -132,7 +132,8 @@ fn compare<B: Behaviour, S: Store + Clone>(device: &mut BlockDevice<B, S>, model
                 if random() % 2 == 0 {
                     outputs.iter_mut().for_each(|octet| *octet = random() as u8);
                     if let [first, slot, index, ..] = &mut outputs[..] {
-                        (*first, *slot, *index) = ([0x10, 0x20, 0x30][random() as usize % 3], random() as u8 % 12, random() as u8 % 80);
+                        (*first, *slot, *index) =
+                            ([0x10, 0x20, 0x30][random() as usize % 3], random() as u8 % 12, random() as u8 % 80);
                     }
                     both.exchange(&outputs);
                 }
@@ -287,9 +288,10 @@ fn every_pcg_and_psg_beside_its_slave_answers_like_one_behind_it() {
 
 #[test]
 fn a_bpg400_and_a_hpg400_beside_their_slaves_answer_like_those_behind_them() {
-    for (model, table) in
-        [(Xpg400Model::Bpg, &profivac_devices::xpg400::table::BPG400), (Xpg400Model::Hpg, &profivac_devices::xpg400::table::HPG400)]
-    {
+    for (model, table) in [
+        (Xpg400Model::Bpg, &profivac_devices::xpg400::table::BPG400),
+        (Xpg400Model::Hpg, &profivac_devices::xpg400::table::HPG400),
+    ] {
         let mut device: Xpg400<Ram> = Xpg400::new(RamStore::default(), model, setup());
         compare(&mut device, &table.model);
     }

@@ -16,11 +16,15 @@ mod exclusive;
 #[cfg(feature = "qemu")]
 mod qemu;
 mod start;
+#[cfg(feature = "stm32f4")]
+mod stm32f4;
 
 pub use exclusive::Exclusive;
 #[cfg(feature = "qemu")]
 pub use qemu::*;
 pub use start::{free_stack, hold_work, masked};
+#[cfg(feature = "stm32f4")]
+pub use stm32f4::*;
 
 /// A character that is not valid: parity, stop bit, or lost.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

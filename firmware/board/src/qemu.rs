@@ -89,13 +89,9 @@ fn handlers() -> Option<&'static Handlers> {
 pub fn start(handlers: &'static Handlers) {
     // SAFETY: no interrupt is enabled yet, so nothing reads it.
     unsafe { *HANDLERS.0.get() = Some(handlers) };
-    write(TIME + 0x4, u32::MAX);
-    write(TIME + 0x8, u32::MAX);
-    write(TIME, 1);
-    write(BUS + BAUD_DIVIDER, 16);
     write(BUS + CONTROL, 0b1011);
-    write(CONSOLE + BAUD_DIVIDER, 16);
-    write(CONSOLE + CONTROL, 0b11);
+    // An octet that came before has caused no interrupt, and none would come until it is read.
+    discard();
     // SysTick only ends a wait, every 10 ms.
     write(0xE000_E014, 249_999);
     write(0xE000_E018, 0);
@@ -159,6 +155,37 @@ pub fn send() {
         write(BUS + CONTROL, 0b1111);
         send_next();
     }
+}
+
+/// Drops what was prepared or is being sent, and the alarm.
+pub fn cancel() {
+    write(ALARM, 0);
+    OUTGOING.length.store(0, Ordering::Relaxed);
+    OUTGOING.next.store(OUTGOING.end.load(Ordering::Relaxed), Ordering::Relaxed);
+}
+
+/// Waits for this number of ticks.
+pub fn pause(wanted: u32) {
+    let start = ticks();
+    while ticks().wrapping_sub(start) < wanted {}
+}
+
+/// Drops the octets that have come from the bus.
+pub fn discard() {
+    while read(BUS + STATE) & 0b10 != 0 {
+        read(BUS + DATA);
+    }
+}
+
+/// Starts the timer and both ports, and no interrupt. The first call of a program.
+pub fn start_timer() {
+    write(TIME + 0x4, u32::MAX);
+    write(TIME + 0x8, u32::MAX);
+    write(TIME, 1);
+    write(CONSOLE + BAUD_DIVIDER, 16);
+    write(CONSOLE + CONTROL, 0b11);
+    write(BUS + BAUD_DIVIDER, 16);
+    write(BUS + CONTROL, 0b11);
 }
 
 fn send_next() {
@@ -274,6 +301,8 @@ pub mod flash {
     pub const PAGE: usize = 4096;
 
     const FIRST: usize = 0x2100_0000;
+    const MARK: usize = FIRST + 2 * PAGE;
+    const FAILED: u32 = 0xDEAD_0FF5;
 
     /// After this number of operations the power fails; 0 for never.
     static CUT_AFTER: AtomicU32 = AtomicU32::new(0);
@@ -324,10 +353,23 @@ pub mod flash {
         OPERATIONS.load(Ordering::Relaxed)
     }
 
+    /// Whether the power has failed at an operation; the question clears the mark.
+    #[must_use]
+    pub fn power_has_failed() -> bool {
+        // SAFETY: a word behind the pages, in the same RAM.
+        unsafe {
+            let has_failed = read_volatile(MARK as *const u32) == FAILED;
+            write_volatile(MARK as *mut u32, 0);
+            has_failed
+        }
+    }
+
     fn operate() {
         let count = OPERATIONS.load(Ordering::Relaxed).wrapping_add(1);
         OPERATIONS.store(count, Ordering::Relaxed);
         if count == CUT_AFTER.load(Ordering::Relaxed) {
+            // SAFETY: as in `power_has_failed`.
+            unsafe { write_volatile(MARK as *mut u32, FAILED) };
             restart();
         }
     }

@@ -5,11 +5,25 @@
 //! | `s` | prints the free octets of RAM and the deepest stack |
 //! | `c` | prints the counters of the bus |
 //! | `o` | prints the number of operations of the flash |
+//! | `g` | after a power cut: begins to work |
 //! | 128 + N | lets the power fail before the flash operation N from now |
 
 use crate::counters;
 use profivac_board as board;
 use profivac_board::flash;
+
+/// After a power cut the gauge prints an empty line and stays silent until a `g` comes, so that it executes no request that a
+/// master repeats.
+pub fn wait_after_power_cut() {
+    if !flash::power_has_failed() {
+        return;
+    }
+    numbers(&[]);
+    while board::console_octet() != Some(b'g') {
+        board::discard();
+    }
+    board::discard();
+}
 
 /// Executes the commands that have arrived.
 pub fn serve() {
@@ -34,7 +48,7 @@ pub fn serve() {
 }
 
 /// Prints the numbers in hexadecimal digits, and ends the line.
-fn numbers(numbers: &[u32]) {
+pub fn numbers(numbers: &[u32]) {
     for number in numbers {
         for shift in (0..u32::BITS).step_by(4).rev() {
             let digit = (number >> shift & 0xF) as u8;

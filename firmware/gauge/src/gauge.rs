@@ -26,7 +26,7 @@ static BUS: Exclusive<BusStation<BusSide>> = Exclusive::new();
 
 static HANDLERS: Handlers = Handlers { character, alarm, sent, work };
 
-fn character(octet: Result<u8, LineError>) {
+pub(crate) fn character(octet: Result<u8, LineError>) {
     let ticks = board::ticks();
     let is_complete = LINE.with(|line| line.character(ticks, octet.ok()));
     if is_complete == Some(true) {
@@ -42,7 +42,7 @@ fn alarm() {
 const fn sent() {}
 
 /// A telegram is complete, or time has passed.
-fn work() {
+pub(crate) fn work() {
     let mut place = [0; MAX_TELEGRAM];
     let taken = board::masked(|| LINE.with(|line| line.take(&mut place)));
     match taken.flatten() {
@@ -52,9 +52,10 @@ fn work() {
 }
 
 fn poll() {
-    let next = BUS.with(|bus| bus.poll(board::ticks()));
+    let ticks = board::ticks();
+    let next = BUS.with(|bus| bus.poll(ticks));
     if let Some(Next::SetRate(baud)) = next {
-        set_rate(baud);
+        set_rate(baud, ticks);
     }
     board::masked(|| LINE.with(|line| line.follow(board::ticks())));
 }
@@ -67,7 +68,8 @@ fn serve(end: BitTime, octets: &[u8]) {
     BUS.with(|bus| match bus.telegram(end, &telegram, board::ticks) {
         Next::Wait => {}
         Next::Send { after, octets } => send(after, octets),
-        Next::SetRate(baud) => set_rate(baud),
+        // Only the time changes the rate.
+        Next::SetRate(_) => {}
     });
 }
 
@@ -81,10 +83,11 @@ fn send(after: u32, octets: &[u8]) {
     }
 }
 
+/// Begins to listen at a rate. The clock of the line begins at the same ticks as that of the slave.
 #[inline(never)]
-fn set_rate(baud: Baud) {
+fn set_rate(baud: Baud, ticks: u32) {
     board::set_rate(baud.bits_per_second());
-    board::masked(|| LINE.set(Line::new(&TIMING, baud, board::ticks())));
+    board::masked(|| LINE.set(Line::new(&TIMING, baud, ticks)));
 }
 
 /// What a program adds to a device: its sensors.
@@ -93,12 +96,22 @@ pub trait Gauge<B, S> {
     fn measure(&mut self, device: &mut BlockDevice<B, S>, seconds: f64);
 }
 
+/// Sensors that stay in air.
+#[derive(Clone, Copy, Debug)]
+pub struct NoSensors;
+
+impl<B: Behaviour, S: Store> Gauge<B, S> for NoSensors {
+    fn measure(&mut self, _device: &mut BlockDevice<B, S>, _seconds: f64) {}
+}
+
 /// Runs a gauge. `baud` is the rate of the bus; `None` searches it.
 pub fn run<B: Behaviour, S: Store>(
     device: &mut BlockDevice<B, S>,
     gauge: &mut impl Gauge<B, S>,
     baud: Option<Baud>,
 ) -> ! {
+    #[cfg(feature = "diagnostics")]
+    crate::diagnostics::wait_after_power_cut();
     start_bus(device, baud);
     let mut application = Application::new(device);
     board::start(&HANDLERS);
@@ -123,7 +136,7 @@ pub fn run<B: Behaviour, S: Store>(
 
 /// A function of its own, so that the slave is on the stack only while it is made.
 #[inline(never)]
-fn start_bus<B: Behaviour, S: Store>(device: &BlockDevice<B, S>, baud: Option<Baud>) {
+pub(crate) fn start_bus<B: Behaviour, S: Store>(device: &BlockDevice<B, S>, baud: Option<Baud>) {
     let ticks = board::ticks();
     let side = BusSide::new(device);
     let address = side.address();
@@ -131,7 +144,7 @@ fn start_bus<B: Behaviour, S: Store>(device: &BlockDevice<B, S>, baud: Option<Ba
         Some(baud) => BusStation::fixed(side, address, &TIMING, baud, ticks),
         None => BusStation::searching(side, address, &TIMING, ticks),
     });
-    set_rate(baud.unwrap_or(Baud::B12000000));
+    set_rate(baud.unwrap_or(Baud::B12000000), ticks);
 }
 
 fn with_bus<R>(action: impl FnOnce(&mut BusStation<BusSide>) -> R) -> Option<R> {
@@ -145,14 +158,14 @@ fn has_tasks() -> bool {
 
 /// Does what the bus wants. Tasks and snapshot are in functions of their own, so that they are not on the stack together.
 #[inline(never)]
-fn adopt<B: Behaviour, S: Store>(application: &mut Application<'_, B, S>) {
+pub(crate) fn adopt<B: Behaviour, S: Store>(application: &mut Application<'_, B, S>) {
     if let Some(tasks) = with_bus(|bus| bus.device_mut().take_tasks()) {
         application.adopt(&tasks);
     }
 }
 
 #[inline(never)]
-fn publish<B: Behaviour, S: Store>(application: &mut Application<'_, B, S>) {
+pub(crate) fn publish<B: Behaviour, S: Store>(application: &mut Application<'_, B, S>) {
     let snapshot = application.snapshot();
     let is_exchanging = with_bus(|bus| {
         bus.device_mut().publish(&snapshot);

@@ -11,8 +11,12 @@
 #[cfg(feature = "diagnostics")]
 mod diagnostics;
 mod gauge;
+#[cfg(feature = "diagnostics")]
+mod measure;
 mod pages;
 mod panic;
 
-pub use gauge::{Counters, Gauge, counters, run};
+pub use gauge::{Counters, Gauge, NoSensors, counters, run};
+#[cfg(feature = "diagnostics")]
+pub use measure::{Request, measure};
 pub use pages::{BoardFlash, store};

@@ -2,7 +2,7 @@
 #![no_std]
 #![no_main]
 
-use profivac_board::{address_switch, entry};
+use profivac_board::{address_switch, entry, start_timer};
 use profivac_devices::SimulatedDevice;
 use profivac_devices::bcg450::Bcg450;
 use profivac_devices::profile::{Behaviour, BlockDevice, Setup};
@@ -29,6 +29,7 @@ impl<B: Behaviour, S: Store> Gauge<B, S> for PumpDown {
 entry!(main);
 
 fn main() -> ! {
+    start_timer();
     let mut sensors = PumpDown([0, 1, 2].map(|part| Attached::new(Scenario::new(STEPS), part)));
     let mut gauge = Bcg450::new(store(), Setup::new(address_switch()));
     gauge.advance(1.0);
