@@ -170,7 +170,7 @@ impl Receiver {
         Some((total, Telegram::parse(octets.get(..total)?).ok()?))
     }
 
-    /// The station begins to send: nothing that was received before continues behind its telegram. What is left of a telegram counts as
+    /// The station begins to send: nothing that was received before continues behind its telegram. The rest of a telegram counts as
     /// damaged, and the next telegram may follow the own one at once. For ports whose idle time is longer than the pauses of the line.
     pub const fn own_telegram(&mut self) {
         if self.length > 0 {
