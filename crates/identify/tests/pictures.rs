@@ -2,7 +2,11 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
 
-use profivac_identify::plant::{Phase, PlantRecord, Volume, identify};
+#[path = "fresh/plants.rs"]
+#[allow(dead_code, reason = "the numbers that are compared in another test")]
+mod plants;
+
+use profivac_identify::plant::{Phase, PlantRecord, Residual, Volume, identify};
 use profivac_identify::rise::{Cause, GasDependence, RiseSetup, analyse};
 use profivac_vacuum::Gas;
 use std::fmt::Write;
@@ -12,6 +16,9 @@ const WIDTH: f64 = 720.0;
 const HEIGHT: f64 = 400.0;
 const MARGIN: f64 = 60.0;
 const COLOURS: [&str; 3] = ["#0072b2", "#d55e00", "#009e73"];
+
+/// The seeds of the drawn plants: the first three of a fresh range.
+const PLANTS: [u64; 3] = [50_001, 50_002, 50_003];
 
 /// Axes from `low` to `high`, and pictures of points as dots or lines.
 struct Picture {
@@ -170,4 +177,50 @@ fn a_prediction_is_drawn_beside_the_measurement() {
     picture.line("95 % band, above", &curve(&|interval| interval.high));
     picture.line("95 % band, below", &curve(&|interval| interval.low));
     picture.compare("identified.svg");
+}
+
+/// Three of the random plants, each with its fit; the intervals of leak and outgassing beside the true numbers. The coloured lines are
+/// the fits through the dots of the measurement, with the rise at the end.
+#[test]
+fn three_random_plants_are_drawn_with_their_fits() {
+    let mut picture = Picture::new(
+        "Three random plants: measured, and fitted with the rise at the end",
+        ["seconds", "Pa"],
+        [-1.0, -7.0],
+        [5.0, 3.0],
+    );
+    for decade in -1..=5 {
+        picture.mark([f64::from(decade), -7.0], &format!("1e{decade}"));
+    }
+    for decade in -6..=3 {
+        picture.mark([-1.0, f64::from(decade)], &format!("1e{decade}"));
+    }
+    for seed in PLANTS {
+        let truth = plants::Truth::of(seed);
+        let plant = identify(&truth.record(seed)).unwrap();
+        for (found, true_number) in [
+            (plant.leak, truth.leak),
+            (plant.outgassing_1h, truth.outgassing_1h),
+            (plant.exponent, truth.exponent),
+            (plant.ultimate_pa, truth.ultimate_pa),
+        ] {
+            assert!(found.contains(true_number), "{seed}: {true_number:e} is not within {found:?}");
+        }
+        let shown = || plant.residuals.iter().filter(|one| one.at_s >= 0.1);
+        let points = |pa: fn(&Residual) -> f64| -> Vec<[f64; 2]> {
+            shown().map(|one| [one.at_s.log10(), pa(one).log10()]).collect()
+        };
+        picture.dots(&points(|one| one.measured_pa));
+        let name = format!(
+            "leak {:.1e} to {:.1e} (true {:.1e}), outgassing {:.1e} to {:.1e} (true {:.1e}) Pa m³/s",
+            plant.leak.low,
+            plant.leak.high,
+            truth.leak,
+            plant.outgassing_1h.low,
+            plant.outgassing_1h.high,
+            truth.outgassing_1h
+        );
+        picture.line(&name, &points(|one| one.fitted_pa));
+    }
+    picture.compare("three-plants.svg");
 }

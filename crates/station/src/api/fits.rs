@@ -92,7 +92,7 @@ mod tests {
         let second = fits.begin().await.unwrap();
         // The place is free only after the first one has ended.
         assert!(has_ended.try_recv().is_ok());
-        assert_eq!(second.run(|stopped: &dyn Fn() -> bool| stopped()).await.unwrap(), false);
+        assert!(!second.run(|stopped: &dyn Fn() -> bool| stopped()).await.unwrap());
     }
 
     #[tokio::test]

@@ -4,7 +4,7 @@ use crate::pumpdown::{TimeRange, Trace, pressure_rises};
 use profivac_identify::plant::{Dose, Phase, PlantRecord, Volume};
 use profivac_recorder::{Micros, Quality, Sample};
 
-/// What is known of the volume.
+/// The volume, or the dose from which it follows.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum KnownVolume {
     /// The volume in m³.

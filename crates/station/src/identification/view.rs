@@ -59,7 +59,7 @@ pub struct PlantView {
     pub after_another_day_pa: BoundsView,
     /// The time in seconds after the start at which the target is reached; `null` without a target, or if it is certainly not within a year.
     pub target_s: Option<TimeView>,
-    /// What would lower the pressure, the best remedy first.
+    /// Changes that lower the pressure, the best one first.
     pub remedies: Vec<RemedyView>,
     /// Groups of samples beside the fit.
     pub residuals: Vec<ResidualView>,

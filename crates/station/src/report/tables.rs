@@ -298,9 +298,9 @@ pub fn usual(report: &Report) -> String {
         )
     });
     let rows: Vec<String> = rows.collect();
-    let likeness = usual.likeness.as_ref().map_or_else(String::new, |likeness| format!(" It is {}.", escape(likeness)));
+    let likeness = usual.likeness.as_ref().map_or_else(String::new, |likeness| format!(": {}", escape(likeness)));
     format!(
-        "<p>{}: {}.{likeness}</p>\n{}",
+        "<p>{}: {}{likeness}.</p>\n{}",
         escape(&usual.gauge),
         escape(&usual.text),
         table("", &heads(&["Pressure", "Time", "Usual time", "Limits", "Deviation"]), &rows)

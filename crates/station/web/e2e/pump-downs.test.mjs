@@ -37,7 +37,7 @@ test('a late pump-down lies over the last ten, with its deviation in words and i
     const verdict = await page.locator('.verdict').innerText()
     assert.match(
       verdict,
-      /later to 1e-\d mbar than usual: .*the median of the last 10.*; since \w+day, \d{4}-\d\d-\d\d\./,
+      /later to 1e-\d mbar than usual: .*the median of the last 10.*; since \w+day, \d{4}-\d\d-\d\d: the pressure above/,
     )
     assert.match(verdict, /late at low pressure only|falls as the time/)
     const row = page.locator('tr.deviates', { hasText: '1.00 × 10⁻⁵ mbar' })

@@ -1694,7 +1694,7 @@ export interface components {
             outgassing_1h: components["schemas"]["PlantFlowView"];
             /** @description The predicted pressure if the pumping goes on from the start until a day after the record, with its band. */
             prediction: components["schemas"]["PredictionView"][];
-            /** @description What would lower the pressure, the best remedy first. */
+            /** @description Changes that lower the pressure, the best one first. */
             remedies: components["schemas"]["RemedyView"][];
             /** @description Groups of samples beside the fit. */
             residuals: components["schemas"]["ResidualView"][];

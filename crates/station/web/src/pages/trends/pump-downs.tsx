@@ -28,7 +28,7 @@ const DAYS = [
 const DAY_MS = 86_400_000
 
 /** The size of the chart, and of its margins. */
-const [WIDTH, HEIGHT, LEFT, BOTTOM] = [760, 380, 56, 40]
+const [WIDTH, HEIGHT, LEFT, RIGHT, TOP, BOTTOM] = [760, 392, 56, 24, 12, 40]
 
 export function PumpDowns(): JSX.Element {
   const { query } = useLocation()
@@ -99,7 +99,7 @@ function Verdict({ run: { deviation, levels } }: { run: PumpDown }): JSX.Element
   if (deviation) {
     return (
       <p class="verdict deviates" role="status">
-        <strong>{deviation.text}.</strong> It is {deviation.likeness}.
+        <strong>{deviation.text}</strong>: {deviation.likeness}.
       </p>
     )
   }
@@ -118,14 +118,14 @@ function Overlay({ runs, shown }: { runs: PumpDown[]; shown: PumpDown }): JSX.El
   const unit = useUnit()
   const axes = axesOf(runs)
   if (!axes) return null
-  const [width, height] = [WIDTH - LEFT, HEIGHT - BOTTOM]
+  const [width, height] = [WIDTH - LEFT - RIGHT, HEIGHT - TOP - BOTTOM]
   // The axis has decades of Pa; a unit moves its labels.
   const perUnit = UNITS[unit]
   const [from, to] = axes.pa.map((decade) => Math.log10(inUnit(10 ** decade, unit))) as [number, number]
   const marks = decadesOf([Math.ceil(from - 1e-9), Math.floor(to + 1e-9)])
   return (
     <svg viewBox={`0 0 ${WIDTH} ${HEIGHT}`} role="img" aria-label={`${runs.length} pump-downs in ${unit} over seconds`}>
-      <g transform={`translate(${LEFT} 4)`}>
+      <g transform={`translate(${LEFT} ${TOP})`}>
         {decadesOf(axes.s).map((exponent) => {
           const x = place(10 ** exponent, axes.s) * width
           return (
