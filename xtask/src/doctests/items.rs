@@ -110,7 +110,8 @@ fn open_modules(modules: &[Module]) -> BTreeSet<Vec<String>> {
     loop {
         let before = open.len();
         for module in modules.iter().filter(|module| open.contains(&module.path)).collect::<Vec<_>>() {
-            let children = module.children.iter().map(|child| [module.path.as_slice(), &[child.clone()]].concat());
+            let children =
+                module.children.iter().map(|child| [module.path.as_slice(), std::slice::from_ref(child)].concat());
             let named = exported(module).into_iter().filter(|path| modules.iter().any(|known| known.path == *path));
             open.extend(children.chain(named));
         }
