@@ -1,10 +1,11 @@
-//! `cargo xtask layers|citations|architecture|prose|purity|goldens`: checks of the repository, and its generated files.
+//! `cargo xtask layers|citations|architecture|doctests|prose|purity|goldens`: checks of the repository, and its generated files.
 //!
 //! Each task is a module. A check prints one line if it passes, otherwise all defects.
 
 mod architecture;
 mod circles;
 mod citations;
+mod doctests;
 mod goldens;
 mod layers;
 mod modules;
@@ -19,6 +20,7 @@ const USAGE: &str =
                              with --rows: rows for the modules that have none
        cargo xtask citations every citation names an existing section; with --uncited: the sections that no test cites
        cargo xtask architecture  the walks in ARCHITECTURE.md name files and functions that exist
+       cargo xtask doctests  every public function, method and type of the client has an example
        cargo xtask prose     no retired words and forms; with --count: their number in each crate
        cargo xtask purity    the inner crates and their dependencies need neither std nor alloc
        cargo xtask goldens   write the golden files again, for review with git diff";
@@ -31,6 +33,7 @@ fn main() -> Result<()> {
         ["citations"] => citations::check(),
         ["citations", "--uncited"] => citations::uncited(),
         ["architecture"] => architecture::check(),
+        ["doctests"] => doctests::check(),
         ["prose"] => prose::check(false),
         ["prose", "--count"] => prose::check(true),
         ["purity"] => purity::check(),

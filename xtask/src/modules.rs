@@ -201,7 +201,7 @@ impl Modules {
 }
 
 /// Every Rust file below a folder.
-fn files(folder: &Path) -> Result<Vec<PathBuf>> {
+pub fn files(folder: &Path) -> Result<Vec<PathBuf>> {
     let mut found = Vec::new();
     for entry in std::fs::read_dir(folder).with_context(|| folder.display().to_string())? {
         let path = entry?.path();
@@ -216,7 +216,7 @@ fn files(folder: &Path) -> Result<Vec<PathBuf>> {
 }
 
 /// The module a file holds: `src/link/time.rs` is `["link", "time"]`, `src/link/mod.rs` is `["link"]`, the root is empty.
-fn path_of(source: &Path, file: &Path) -> ModulePath {
+pub fn path_of(source: &Path, file: &Path) -> ModulePath {
     let inside = file.strip_prefix(source).unwrap_or(file).with_extension("");
     let names = inside.iter().map(|name| name.to_string_lossy().into_owned());
     names.filter(|name| !matches!(name.as_str(), "lib" | "main" | "mod")).collect()
@@ -354,7 +354,7 @@ fn defines(word: &str) -> bool {
 }
 
 /// Whether an attribute contains `cfg(test)` or `cfg(all(test, ...))`.
-fn is_for_tests(attribute: TokenStream) -> bool {
+pub fn is_for_tests(attribute: TokenStream) -> bool {
     let text: String = attribute.to_string().chars().filter(|char| !char.is_whitespace()).collect();
     text == "cfg(test)" || text.starts_with("cfg(all(test,")
 }

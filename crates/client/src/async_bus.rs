@@ -72,6 +72,42 @@ pub struct AsyncBus {
 /// Where several instances share a slot, the Channel Instance Selector stays at the instance that was read last, so watching a
 /// gauge does not write this nonvolatile parameter for each reading. Dropping the last clone restores it, and waits for that, at
 /// most for the timeout of the bus; [`restore_selector`](Self::restore_selector) does the same earlier and reports errors.
+///
+/// ```
+/// # use profivac_client::Bus;
+/// # let bus = Bus::on(profivac_virtual::open::devices(&["bcg450@5:unit=mbar"])?).open_async()?;
+/// # let example = async {
+/// let gauge = bus.gauge(5);
+/// gauge.command("execute").await?;
+/// let reading = gauge.pressure().await?;
+/// println!("{:?} mbar", reading.pressure().map(|pressure| pressure.mbar()));
+///
+/// gauge.write("pirani.safe-value", "12.5 Pascal").await?;
+/// assert_eq!(gauge.read("pirani.safe-value").await?.text, "0.125 mbar");
+///
+/// // Several requests that no other request interrupts.
+/// let title = gauge.with(|gauge| gauge.read("device.device-state").map(|_| gauge.model().title)).await?;
+/// assert_eq!(title, "BCG450-SP");
+/// gauge.restore_selector().await?;
+/// # Ok::<(), profivac_client::ClientError>(())
+/// # };
+/// # struct Unpark(std::thread::Thread);
+/// # impl std::task::Wake for Unpark {
+/// #     fn wake(self: std::sync::Arc<Self>) {
+/// #         self.0.unpark();
+/// #     }
+/// # }
+/// # let mut example = std::pin::pin!(example);
+/// # let waker = std::sync::Arc::new(Unpark(std::thread::current())).into();
+/// # let mut context = std::task::Context::from_waker(&waker);
+/// # loop {
+/// #     match example.as_mut().poll(&mut context) {
+/// #         std::task::Poll::Ready(done) => break done?,
+/// #         std::task::Poll::Pending => std::thread::park(),
+/// #     }
+/// # }
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone)]
 pub struct AsyncGauge(Arc<Watcher>);
 
@@ -324,6 +360,16 @@ fn request<T>(
 }
 
 /// The result of a request that runs in the thread of the bus.
+///
+/// ```
+/// use profivac_client::Bus;
+///
+/// let bus = Bus::on(profivac_virtual::open::devices(&["bcg450@5"])?).open_async()?;
+/// let found = bus.submit(|session| profivac_host::scan::probe(session, 5));
+/// // Other work, while the thread of the bus waits for the answer.
+/// assert!(found.wait()??.is_some());
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[must_use = "the error of the request is in it"]
 pub struct Pending<T>(Arc<Shared<T>>);
 

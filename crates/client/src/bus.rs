@@ -183,6 +183,17 @@ impl BusBuilder {
 
     /// Opens the port and makes this program a master on it.
     ///
+    /// ```
+    /// use profivac_client::{Bus, ErrorKind};
+    ///
+    /// let mut bus = Bus::on(profivac_virtual::open::devices(&["bcg450@5"])?).wait_for_ring_entry().open()?;
+    /// assert_eq!(bus.gauge(5)?.address(), 5);
+    ///
+    /// let error = Bus::builder("/dev/no-port").open().err().ok_or("there is such a port")?;
+    /// assert_eq!(error.kind(), ErrorKind::Line);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
     /// # Errors
     /// [`ClientError::Session`] names the port and the reason, or says that the master address is impossible.
     pub fn open(self) -> Result<Bus, ClientError> {
@@ -190,6 +201,16 @@ impl BusBuilder {
     }
 
     /// Opens the port in a thread of its own, for asynchronous programs and for several threads.
+    ///
+    /// ```
+    /// use profivac_client::Bus;
+    /// use profivac_dp::link::Baud;
+    ///
+    /// let bus = Bus::on(profivac_virtual::open::devices(&["bcg450@5"])?).baud(Baud::B500000).open_async()?;
+    /// let baud = bus.submit(|session| session.baud());
+    /// assert_eq!(baud.wait()?, Baud::B500000);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     ///
     /// # Errors
     /// As [`open`](Self::open); [`ClientError::System`] when the system has no thread or socket left.

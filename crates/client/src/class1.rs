@@ -73,6 +73,20 @@ impl<'a> Class1Session<'a> {
 
     /// The same; when `is_cancelled` returns true, the slave is released at once.
     ///
+    /// ```
+    /// # use profivac_client::Bus;
+    /// use profivac_client::class1::Class1Session;
+    /// use profivac_client::cyclic::CyclicSlave;
+    /// use profivac_client::records::{Interruption, RecordError};
+    /// use profivac_devices::model::AccessPath;
+    ///
+    /// # let mut bus = Bus::on(profivac_virtual::open::devices(&["tpg300@7"])?).open()?;
+    /// let slave = CyclicSlave::find(bus.session(), 7, 0)?;
+    /// let opened = Class1Session::open_unless(bus.session(), &slave, AccessPath::ParameterChannel, &|| true);
+    /// assert!(matches!(opened.err(), Some(RecordError::Interrupted(Interruption::Cancelled))));
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
     /// # Errors
     /// As [`open`](Self::open).
     pub fn open_unless(

@@ -474,6 +474,18 @@ pub enum ErrorKind {
 
 impl ClientError {
     /// The class of the error.
+    ///
+    /// ```
+    /// use profivac_client::{Bus, ErrorKind};
+    ///
+    /// let mut bus = Bus::on(profivac_virtual::open::devices(&["bcg450@5"])?).open()?;
+    /// let mut gauge = bus.gauge(5)?;
+    /// let unknown = gauge.read("pirani.proces-value").unwrap_err();
+    /// assert_eq!(unknown.kind(), ErrorKind::Usage);
+    /// let read_only = gauge.write("pirani.process-value", "1 mbar").unwrap_err();
+    /// assert_eq!(read_only.kind(), ErrorKind::Refused);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     #[must_use]
     pub const fn kind(&self) -> ErrorKind {
         match self {

@@ -41,6 +41,45 @@ pub enum Ms2Error {
 }
 
 /// A line with a master that carries MS2 requests: a bus session, or a segment in memory.
+///
+/// ```
+/// use profivac_client::Bus;
+/// use profivac_client::ms2::{self, Ms2Error, Ms2Line};
+/// use profivac_dp::link::Baud;
+/// use profivac_dp::master::{Handle, Operation};
+/// use profivac_host::session::{BusMaster, BusSession};
+///
+/// /// A line that counts its requests.
+/// struct Counted<'a> {
+///     session: &'a mut BusSession,
+///     requests: usize,
+/// }
+///
+/// impl Ms2Line for Counted<'_> {
+///     fn baud(&self) -> Baud {
+///         self.session.baud()
+///     }
+///
+///     fn master(&mut self) -> Option<&mut BusMaster> {
+///         Some(self.session.master())
+///     }
+///
+///     fn wait_for<O: Operation, T>(
+///         &mut self,
+///         handle: Handle<O>,
+///         take: impl FnOnce(O::Outcome<'_>) -> T,
+///     ) -> Result<T, Ms2Error> {
+///         self.requests += 1;
+///         Ok(self.session.wait_for_outcome(handle, take)?)
+///     }
+/// }
+///
+/// # let mut bus = Bus::on(profivac_virtual::open::devices(&["bcg450@5"])?).open()?;
+/// let mut line = Counted { session: bus.session(), requests: 0 };
+/// ms2::read(&mut line, 5, 0, 25)?;
+/// assert!(line.requests >= 2, "the connection and the read");
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub trait Ms2Line {
     /// The baud rate of the line.
     fn baud(&self) -> Baud;

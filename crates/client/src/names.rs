@@ -120,6 +120,17 @@ impl fmt::Display for NamedParameter {
 
 impl NamedParameter {
     /// Whether both parameters have the same slot and instance.
+    ///
+    /// ```
+    /// use profivac_client::names::ParameterNames;
+    /// use profivac_devices::catalog::model_named;
+    ///
+    /// let names = ParameterNames::of(model_named("bcg450").ok_or("no such model")?);
+    /// let pirani = names.at(1, 1, 19).ok_or("no such parameter")?;
+    /// assert!(names.at(1, 1, 39).is_some_and(|named| named.is_same_instance(pirani)));
+    /// assert!(names.at(1, 2, 19).is_some_and(|named| !named.is_same_instance(pirani)));
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     #[must_use]
     pub fn is_same_instance(&self, other: &Self) -> bool {
         let (location, other) = (self.parameter.location, other.parameter.location);
@@ -149,6 +160,16 @@ impl NamedParameter {
 
 impl Parameter {
     /// `1/19`, or `1:2/19` where several instances share the slot.
+    ///
+    /// ```
+    /// use profivac_client::names::ParameterNames;
+    /// use profivac_devices::catalog::model_named;
+    ///
+    /// let names = ParameterNames::of(model_named("bcg450").ok_or("no such model")?);
+    /// let numbers = |slot, instance, index| names.at(slot, instance, index).map(|named| named.parameter.numbers());
+    /// assert_eq!((numbers(0, 0, 25).as_deref(), numbers(1, 2, 19).as_deref()), (Some("0/25"), Some("1:2/19")));
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     #[must_use]
     pub fn numbers(&self) -> String {
         let Location { slot, instance, .. } = self.location;
@@ -187,6 +208,21 @@ impl ParameterNames {
     }
 
     /// The parameters of a model of [`MODELS`], computed once per process.
+    ///
+    /// ```
+    /// use profivac_client::names::ParameterNames;
+    /// use profivac_devices::catalog::model_named;
+    ///
+    /// let names = ParameterNames::of_catalog(model_named("bcg450").ok_or("no such model")?).ok_or("not in the catalogue")?;
+    /// // Slot 1, instance 1, index 19, and the same index of each instance.
+    /// let pirani = names.at(1, 1, 19).ok_or("no such parameter")?;
+    /// assert_eq!((pirani.name.as_str(), pirani.parameter.numbers().as_str()), ("pirani.process-value", "1:1/19"));
+    /// assert_eq!(names.at_index(1, 19).filter(|named| named.is_same_instance(pirani)).count(), 1);
+    /// assert!(names.commands().any(|(_, code)| code.name == "degas-on"));
+    /// // Parameters of a TPG300 belong to sets; those of a BCG450 do not.
+    /// assert!(names.lock_of(pirani).is_none());
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     #[must_use]
     pub fn of_catalog(model: &Model) -> Option<&'static Self> {
         static KNOWN: LazyLock<Vec<ParameterNames>> =

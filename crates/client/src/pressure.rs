@@ -26,6 +26,8 @@ const MBAR_PER_TORR: f64 = 1013.25 / 760.0;
 /// let pressure: Pressure = "1e-3 mbar".parse()?;
 /// assert_eq!(pressure.pa(), 0.1);
 /// assert_eq!(pressure.to_string(), "1e-3 mbar");
+/// assert_eq!(Pressure::from_pa(100.0), Pressure::from_mbar(1.0));
+/// assert_eq!(Pressure::from_torr(1.0).torr(), 1.0);
 /// assert!("1e-3".parse::<Pressure>().is_err(), "a pressure has a unit");
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```

@@ -222,6 +222,7 @@ fn exchange_reason(error: &Option<ExchangeError>) -> String {
 ///
 /// let refused = RefusalCodes { code_1: None, code: RefusalCodes::MODE };
 /// assert_eq!(refused.to_string(), "code 17: instruction not allowed in this state");
+/// assert_eq!(refused.text(), "instruction not allowed in this state");
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct RefusalCodes {

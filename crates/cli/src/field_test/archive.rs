@@ -131,7 +131,7 @@ impl Archive {
         if report.format != FORMAT {
             return Err(wrong(format!("found format {} in place of {FORMAT}", report.format)));
         }
-        report.options.check().map_err(wrong)?;
+        report.options.check().map_err(|error| wrong(error.to_string()))?;
         let capture = capture.ok_or_else(|| wrong(format!("found no {CAPTURE}")))?;
         Ok(Self { report, capture })
     }

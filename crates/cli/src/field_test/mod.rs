@@ -68,9 +68,14 @@ Examples:
 
 The rate of a line is fixed, so an archive has figures for one rate. docs/field-test.md says how to measure others.";
 
-fn cycles(text: &str) -> Result<usize, String> {
+/// A text that is no number of [`CYCLES`].
+#[derive(Debug, thiserror::Error)]
+#[error("expected a number from {least} to {most}, got {0:?}", least = CYCLES.start(), most = CYCLES.end())]
+struct CyclesError(String);
+
+fn cycles(text: &str) -> Result<usize, CyclesError> {
     let number = text.parse().ok().filter(|number| CYCLES.contains(number));
-    number.ok_or_else(|| format!("expected a number from {} to {}, got {text:?}", CYCLES.start(), CYCLES.end()))
+    number.ok_or_else(|| CyclesError(text.to_owned()))
 }
 
 /// Runs a field test, or replays one.

@@ -41,6 +41,11 @@ pub struct Report {
 /// The requests of each service that a run may measure. free choice: the last are ten minutes at 19200 bit/s.
 pub const CYCLES: RangeInclusive<usize> = 1..=100_000;
 
+/// A number of measured requests that no run has.
+#[derive(Clone, Copy, Debug, thiserror::Error)]
+#[error("found {0} cycles in place of {least} to {most}", least = CYCLES.start(), most = CYCLES.end())]
+pub struct ImpossibleCycles(usize);
+
 /// The options of a run.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Options {
@@ -61,11 +66,11 @@ pub struct Options {
 impl Options {
     /// Checks what an archive says about its run: a replay works for as many cycles. The bus parameters are checked like those of a
     /// run.
-    pub fn check(&self) -> Result<(), String> {
-        if !CYCLES.contains(&self.cycles) {
-            return Err(format!("found {} cycles in place of {} to {}", self.cycles, CYCLES.start(), CYCLES.end()));
-        }
-        Ok(())
+    ///
+    /// # Errors
+    /// [`ImpossibleCycles`].
+    pub fn check(&self) -> Result<(), ImpossibleCycles> {
+        if CYCLES.contains(&self.cycles) { Ok(()) } else { Err(ImpossibleCycles(self.cycles)) }
     }
 
     /// The rate.

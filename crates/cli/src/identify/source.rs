@@ -10,6 +10,9 @@ use profivac_station::report::series::{known, series};
 use std::collections::BTreeMap;
 use std::path::Path;
 
+/// The end of the year 9999, in seconds since 1970: no later time is a time of a sample.
+const LAST_SECOND: f64 = 253_402_300_800.0;
+
 /// The samples of a gauge.
 pub struct Source {
     pub gauge: String,
@@ -63,6 +66,34 @@ fn chosen(gauge: Option<&str>, names: &[String], path: &Path) -> Result<String, 
     }
 }
 
+/// Why a CSV file has no samples, and in which line.
+#[derive(Debug, thiserror::Error)]
+#[error("{line}: {problem}")]
+struct CsvError {
+    /// From 1.
+    line: usize,
+    problem: CsvProblem,
+}
+
+/// Why a line of a CSV file has no sample.
+#[derive(Debug, thiserror::Error)]
+enum CsvProblem {
+    #[error("expected a heading, found an empty file")]
+    Empty,
+    /// The beginning of the heading.
+    #[error(
+        "expected the columns of an export (time,gauge,pressure_pa,quality) or of `profivac monitor --csv` \
+         (unix_time,...,address,...,mbar,...,quality), found {0:?}"
+    )]
+    Heading(String),
+    #[error("expected at least {expected} fields, found {found}")]
+    Fields { expected: usize, found: usize },
+    #[error("expected a time, found {0:?}")]
+    Time(String),
+    #[error("expected a pressure above 0, found {0:?}")]
+    Pressure(String),
+}
+
 /// The columns that a file of `monitor --csv` or of an export has.
 struct Columns {
     time: usize,
@@ -75,7 +106,7 @@ struct Columns {
 }
 
 impl Columns {
-    fn of(heading: &str) -> Result<Self, String> {
+    fn of(heading: &str) -> Result<Self, CsvProblem> {
         let names = fields(heading);
         let place = |name: &str| names.iter().position(|column| column == name);
         let export = [place("time"), place("gauge"), place("pressure_pa"), place("quality")];
@@ -88,25 +119,22 @@ impl Columns {
                 let instance = place("instance");
                 Ok(Self { time, is_unix: true, gauge, instance, pressure, pa: 100.0, quality })
             }
-            _ => Err(format!(
-                "1: expected the columns of an export (time,gauge,pressure_pa,quality) or of `profivac monitor --csv` \
-                 (unix_time,...,address,...,mbar,...,quality), found {:?}",
-                heading.chars().take(80).collect::<String>()
-            )),
+            _ => Err(CsvProblem::Heading(heading.chars().take(80).collect())),
         }
     }
 
     /// The gauge and the sample of a row; the reason why it has none. A row without a pressure has no sample.
-    fn row(&self, line: &str) -> Result<Option<(String, Sample)>, String> {
+    fn row(&self, line: &str) -> Result<Option<(String, Sample)>, CsvProblem> {
         let all = fields(line);
         let at = |place: usize| all.get(place).map(String::as_str);
-        let missing = || format!("expected at least {} fields, found {}", self.quality + 1, all.len());
+        let last = self.time.max(self.gauge).max(self.pressure).max(self.quality);
+        let missing = || CsvProblem::Fields { expected: last.saturating_add(1), found: all.len() };
         let (time, gauge) = (at(self.time).ok_or_else(missing)?, at(self.gauge).ok_or_else(missing)?);
         let (pressure, quality) = (at(self.pressure).ok_or_else(missing)?, at(self.quality).ok_or_else(missing)?);
-        let wrong_time = || format!("expected a time, found {time:?}");
+        let wrong_time = || CsvProblem::Time(time.to_owned());
         let at_micros = if self.is_unix {
-            let seconds: f64 = time.parse().map_err(|_| wrong_time())?;
-            (seconds * 1e6) as i64
+            let seconds = time.parse().ok().filter(|seconds| (0.0..LAST_SECOND).contains(seconds));
+            (seconds.ok_or_else(wrong_time)? * 1e6) as i64
         } else {
             time.parse::<Timestamp>().map_err(|_| wrong_time())?.as_microsecond()
         };
@@ -115,21 +143,22 @@ impl Columns {
             return Ok(None);
         }
         let number = pressure.parse::<f64>().ok().filter(|number| number.is_finite() && *number > 0.0);
-        let number = number.ok_or_else(|| format!("expected a pressure above 0, found {pressure:?}"))?;
+        let number = number.ok_or_else(|| CsvProblem::Pressure(pressure.to_owned()))?;
         let instance = self.instance.and_then(at).filter(|instance| !matches!(*instance, "" | "0" | "1"));
         let name = instance.map_or_else(|| gauge.to_owned(), |instance| format!("{gauge}.{instance}"));
         Ok(Some((name, Sample::new(Micros(at_micros), Some(number * self.pa), quality))))
     }
 }
 
-/// The samples of each gauge in the order of time; the line and the reason of the first error.
-fn csv(text: &str) -> Result<BTreeMap<String, Vec<Sample>>, String> {
+/// The samples of each gauge in the order of time; the first error.
+fn csv(text: &str) -> Result<BTreeMap<String, Vec<Sample>>, CsvError> {
     let mut lines = text.lines().enumerate();
-    let (_, heading) = lines.next().ok_or("1: expected a heading, found an empty file")?;
-    let columns = Columns::of(heading.trim_start_matches('\u{feff}'))?;
+    let (_, heading) = lines.next().ok_or(CsvError { line: 1, problem: CsvProblem::Empty })?;
+    let columns = Columns::of(heading.trim_start_matches('\u{feff}'));
+    let columns = columns.map_err(|problem| CsvError { line: 1, problem })?;
     let mut all: BTreeMap<String, Vec<Sample>> = BTreeMap::new();
     for (number, line) in lines.filter(|(_, line)| !line.trim().is_empty()) {
-        let row = columns.row(line).map_err(|wrong| format!("{}: {wrong}", number + 1))?;
+        let row = columns.row(line).map_err(|problem| CsvError { line: number.saturating_add(1), problem })?;
         if let Some((gauge, sample)) = row {
             all.entry(gauge).or_default().push(sample);
         }
@@ -187,8 +216,12 @@ mod tests {
             (format!("{heading}noon,x,1,valid\n"), "2: expected a time, found \"noon\""),
             (format!("{heading}2026-11-22T10:00:00Z,x,-1,valid\n"), "2: expected a pressure above 0, found \"-1\""),
             (format!("{heading}2026-11-22T10:00:00Z,x\n"), "2: expected at least 4 fields, found 2"),
+            ("unix_time,address,mbar,quality\nnan,5,1,valid\n".to_owned(), "2: expected a time, found \"nan\""),
+            ("unix_time,address,mbar,quality\n1e300,5,1,valid\n".to_owned(), "2: expected a time, found \"1e300\""),
+            ("quality,mbar,address,unix_time\nvalid,1,5\n".to_owned(), "2: expected at least 4 fields, found 3"),
         ] {
-            assert!(csv(&text).unwrap_err().starts_with(expected), "{:?}", csv(&text));
+            let error = csv(&text).unwrap_err().to_string();
+            assert!(error.starts_with(expected), "{error}");
         }
     }
 }

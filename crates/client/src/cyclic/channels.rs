@@ -26,12 +26,19 @@ const MAX_CHANNELS: usize = 4;
 ///
 /// ```
 /// use profivac_client::cyclic::{ReportedChannels, open_instances};
+/// use profivac_devices::Principle;
 /// use profivac_devices::catalog::model_named;
+/// use profivac_devices::model::{MeasuringRange, Part};
 ///
 /// let img400 = model_named("img400").ok_or("no such model")?;
 /// assert_eq!(open_instances(img400), [3, 4]);
 /// // Block Type 14: a diaphragm.
-/// assert_ne!(ReportedChannels::from_block_types([(3, &[0, 14, 0, 0][..])]), ReportedChannels::default());
+/// let reported = ReportedChannels::from_block_types([(3, &[0, 14, 0, 0][..])]);
+/// // Its range, 1e-2 Pa to 133 Pa.
+/// let range = MeasuringRange { lowest_pa: 1e-2, highest_pa: 133.0 };
+/// let reported = reported.with_range(3, range);
+/// let part = Part { instance: 3, principle: Principle::Diaphragm };
+/// assert_eq!(ReportedChannels::of_parts(img400, [(part, range)]), reported);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -121,6 +128,15 @@ pub(super) fn whole_range(model: &Model) -> Option<MeasuringRange> {
 }
 
 /// The instances and channels of a model to which different gauges may be connected, so that their range is not in the tables.
+///
+/// ```
+/// use profivac_client::cyclic::unranged_instances;
+/// use profivac_devices::catalog::model_named;
+///
+/// assert_eq!(unranged_instances(model_named("img400").ok_or("no such model")?), [1, 2, 3, 4]);
+/// assert!(unranged_instances(model_named("bcg450").ok_or("no such model")?).is_empty());
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[must_use]
 pub fn unranged_instances(model: &Model) -> Vec<u8> {
     let count = |instance| model.parts.iter().filter(|spec| spec.part.instance == instance).count();

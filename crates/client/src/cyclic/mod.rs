@@ -37,6 +37,8 @@ use quality::{Evidence, Range};
 /// let channel = [&2.5_f32.to_be_bytes()[..], &[0]].concat();
 /// let values = slave.decode_inputs(&[vec![0; 8], channel.repeat(4)].concat()).values;
 /// assert_eq!(values.first().and_then(|value| value.pa), Some(2.5));
+/// // The controller does not report which gauge is connected, and the manual defines its floating point numbers.
+/// assert_eq!((slave.principle(1), slave.assumption()), (None, None));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Copy, Debug)]
@@ -229,6 +231,17 @@ impl<'a> Fields<'a> {
 }
 
 /// The values in the inputs of a slave.
+///
+/// ```
+/// use profivac_client::cyclic::CyclicValues;
+/// use profivac_devices::profile::ExceptionStatus;
+///
+/// let exception = ExceptionStatus::ALARM_DEVICE | ExceptionStatus::WARNING_COMMON;
+/// let values = CyclicValues { exception, ..CyclicValues::default() };
+/// assert_eq!(values.exceptions(), ["device alarm", "common warning"]);
+/// assert_eq!((values.alarms(), values.warnings()), (vec!["device alarm"], vec!["common warning"]));
+/// assert!(values.has_fault());
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct CyclicValues {
     /// The pressures, one for each channel of the configuration.
@@ -238,6 +251,16 @@ pub struct CyclicValues {
 }
 
 /// The reading of a gauge or of a channel.
+///
+/// ```
+/// use profivac_client::cyclic::{Cause, ChannelValue};
+/// use profivac_devices::reading::Quality;
+///
+/// let cause = Some(Cause::GaugeError);
+/// let reading = ChannelValue { instance: 2, quality: Quality::Fault, cause, pa: None, limit_pa: None };
+/// assert_eq!((reading.is_valid(), reading.pressure()), (false, None));
+/// assert_eq!(reading.text(), "fault: the gauge reports an error");
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ChannelValue {
     /// The instance or channel, 0 if the inputs do not contain it.

@@ -27,6 +27,15 @@ const COMMON: [(CommonExceptions, &str); 7] = [
 ];
 
 /// The defects of a gauge by the groups of Exception Status.
+///
+/// ```
+/// use profivac_client::Defects;
+/// use profivac_devices::profile::ExceptionStatus;
+///
+/// let defects = Defects { device: vec!["Pirani: sensor failure".to_owned()], ..Defects::default() };
+/// let exception = ExceptionStatus::ALARM_COMMON | ExceptionStatus::ALARM_DEVICE;
+/// assert_eq!(defects.texts(exception), ["common alarm", "Pirani: sensor failure"]);
+/// ```
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Defects {
     /// Of the common group.

@@ -78,6 +78,15 @@ enum KnownUnit {
 impl<'a> Gauge<Ms2<'a>> {
     /// Finds the gauge at `address` and reads it over MS2. Needs no parameterisation and changes nothing.
     ///
+    /// ```
+    /// use profivac_client::{Bus, Gauge};
+    ///
+    /// # let mut bus = Bus::on(profivac_virtual::open::devices(&["bcg450@5"])?).open()?;
+    /// let mut gauge = Gauge::open(bus.session(), 5)?;
+    /// assert_eq!(gauge.read("device.device-state")?.text, "IDLE");
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
     /// # Errors
     /// [`ClientError::NoAnswer`], [`ClientError::Master`] or [`ClientError::UnknownDevice`].
     pub fn open(session: &'a mut BusSession, address: u8) -> Result<Self, ClientError> {
@@ -105,6 +114,18 @@ impl<R: Records> Gauge<R> {
     }
 
     /// A gauge whose model is known.
+    ///
+    /// ```
+    /// use profivac_client::{Bus, Gauge, ms2::Ms2};
+    /// use profivac_devices::catalog::model_named;
+    ///
+    /// # let mut bus = Bus::on(profivac_virtual::open::devices(&["bcg450@5:unit=torr"])?).open()?;
+    /// let model = model_named("bcg450").ok_or("no such model")?;
+    /// let torr = model.unit_named("Torr").ok_or("no such unit")?;
+    /// let mut gauge = Gauge::with_model(Ms2::new(bus.session(), 5), 5, model).with_unit(torr);
+    /// assert_eq!(gauge.read("pirani.safe-value")?.text, "0 Torr");
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     pub fn with_model(records: R, address: u8, model: &'static Model) -> Self {
         let names = Arc::new(ParameterNames::of(model));
         Self {

@@ -13,6 +13,19 @@ use std::collections::BTreeMap;
 use std::fmt::Write;
 
 /// The values read from a gauge.
+///
+/// ```
+/// use profivac_client::Bus;
+/// use profivac_client::settings::{self, IN_IDLE, ReadResult};
+///
+/// # let mut bus = Bus::on(profivac_virtual::open::devices(&["bcg450@5"])?).open()?;
+/// let dump = settings::dump(&mut bus.gauge(5)?)?;
+/// let is_pirani = |(named, _): &&ReadResult| named.name == "pirani.process-value";
+/// let (pirani, _) = dump.readings.iter().find(is_pirani).ok_or("not read")?;
+/// assert_eq!(dump.invalid_reason(pirani).as_deref(), Some(IN_IDLE));
+/// assert!(dump.to_toml().starts_with("device = \"bcg450\""));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Debug)]
 pub struct Dump {
     /// The device.
@@ -34,7 +47,7 @@ pub const IN_IDLE: &str = "the gauge is in IDLE";
 /// How often an instance is read when another master moves the selector meanwhile.
 const ATTEMPTS: usize = 3;
 
-/// A parameter with its value or the error of reading it.
+/// A parameter with its value or the error of reading it: an entry of [`Dump::readings`].
 pub type ReadResult = (NamedParameter, Result<ParameterReading, ClientError>);
 
 /// The parameters of one instance, and its Process Values with their quality.

@@ -69,6 +69,28 @@ pub fn is_setting(named: &NamedParameter) -> bool {
 
 /// Opens a set of parameters for changes.
 ///
+/// ```
+/// # use profivac_client::Bus;
+/// use profivac_client::Gauge;
+/// use profivac_client::class1::Class1Session;
+/// use profivac_client::cyclic::CyclicSlave;
+/// use profivac_client::settings::{close_set, open_set};
+/// use profivac_devices::catalog::model_named;
+/// use profivac_devices::model::AccessPath;
+///
+/// # let mut bus = Bus::on(profivac_virtual::open::devices(&["tpg300@7"])?).open()?;
+/// // A TPG300 has no MS2: its parameters are read through the parameter channel.
+/// let slave = CyclicSlave::find(bus.session(), 7, 0)?;
+/// let records = Class1Session::open(bus.session(), &slave, AccessPath::ParameterChannel)?;
+/// let mut gauge = Gauge::with_model(records, 7, model_named("tpg300").ok_or("no such model")?);
+/// let named = gauge.find("relay.1/upper-threshold")?;
+/// let lock = gauge.names().lock_of(&named).cloned().ok_or("it belongs to no set")?;
+/// open_set(&mut gauge, &lock)?;
+/// gauge.write(&named.name, "2e-3 mbar")?;
+/// close_set(&mut gauge, &lock)?;
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+///
 /// # Errors
 /// As [`Gauge::write`].
 pub fn open_set<R: Records>(gauge: &mut Gauge<R>, lock: &NamedParameter) -> Result<(), ClientError> {
@@ -76,7 +98,7 @@ pub fn open_set<R: Records>(gauge: &mut Gauge<R>, lock: &NamedParameter) -> Resu
     gauge.execute(write).map(|_| ())
 }
 
-/// Closes a set of parameters, which applies its values.
+/// Closes a set of parameters, which applies its values. An example is at [`open_set`].
 ///
 /// # Errors
 /// As [`Gauge::write`]; the device refuses if the values contradict each other.

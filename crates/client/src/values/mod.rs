@@ -31,6 +31,24 @@ pub enum Value {
 }
 
 /// Formats and parses the values of one parameter of one device.
+///
+/// ```
+/// use profivac_client::names::ParameterNames;
+/// use profivac_client::values::{Value, ValueFormat};
+/// use profivac_devices::catalog::model_named;
+/// use profivac_devices::model::NumberType;
+///
+/// let model = model_named("bcg450").ok_or("no such model")?;
+/// let names = ParameterNames::of(model);
+/// // Safe Value of the Pirani: slot 1, instance 1, index 40. The gauge is set to mbar.
+/// let named = names.at(1, 1, 40).ok_or("no such parameter")?;
+/// let format = ValueFormat { named, model, unit: model.unit_named("mbar") };
+/// assert_eq!(format.format(&Value::Number(0.125)), "0.125 mbar");
+/// assert_eq!(format.parse("0.125 mbar", NumberType::Float)?, 0.125_f32.to_be_bytes());
+/// println!("expected {}", format.expected(NumberType::Float));
+/// assert!(format.beyond_range(&Value::Number(1e6)).is_some());
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Copy, Debug)]
 pub struct ValueFormat<'a> {
     /// The parameter.

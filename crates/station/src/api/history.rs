@@ -2,7 +2,7 @@
 
 use super::database::DatabaseReaders;
 use super::problem::Problem;
-use super::query::{checked_range, moment, parsed_query, time_range};
+use super::query::{MomentError, checked_range, moment, parsed_query, time_range};
 use crate::pumpdown;
 use crate::view::{EventView, RiseFlows, RisePoint, RiseShapes, RiseView, Trend};
 use axum::Json;
@@ -132,10 +132,10 @@ pub struct ExportParameters {
 }
 
 impl TryFrom<Vec<(String, String)>> for ExportParameters {
-    type Error = String;
+    type Error = MomentError;
 
     /// A derived implementation does not accept repeated keys.
-    fn try_from(pairs: Vec<(String, String)>) -> Result<Self, String> {
+    fn try_from(pairs: Vec<(String, String)>) -> Result<Self, MomentError> {
         let (mut series, mut from, mut to) = (Vec::new(), None, None);
         for (name, value) in pairs {
             match name.as_str() {
@@ -145,7 +145,7 @@ impl TryFrom<Vec<(String, String)>> for ExportParameters {
                 _ => {}
             }
         }
-        let missing = |name| format!("expected {name} in milliseconds since 1970, found nothing");
+        let missing = |name| MomentError::Missing { name };
         Ok(Self { series, from: from.ok_or_else(|| missing("from"))?, to: to.ok_or_else(|| missing("to"))? })
     }
 }

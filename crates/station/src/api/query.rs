@@ -10,12 +10,31 @@ pub fn parsed_query<T>(query: Result<Query<T>, QueryRejection>) -> Result<T, Pro
     query.map(|Query(query)| query).map_err(|rejection| Problem::bad_request(rejection.body_text()))
 }
 
+/// A parameter that is no time.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum MomentError {
+    /// The query does not have the parameter.
+    #[error("expected {name} in milliseconds since 1970, found nothing")]
+    Missing {
+        /// The parameter.
+        name: &'static str,
+    },
+    /// The value is no whole number of 64 bits.
+    #[error("expected {name} in milliseconds since 1970, found {found:?}")]
+    NoNumber {
+        /// The parameter.
+        name: &'static str,
+        /// Its value.
+        found: String,
+    },
+}
+
 /// Parses the time of a parameter, in milliseconds since 1970.
 ///
 /// # Errors
-/// A sentence with the name of the parameter.
-pub fn moment(name: &'static str, value: &str) -> Result<i64, String> {
-    value.parse().map_err(|_| format!("expected {name} in milliseconds since 1970, found {value:?}"))
+/// [`MomentError::NoNumber`].
+pub fn moment(name: &'static str, value: &str) -> Result<i64, MomentError> {
+    value.parse().map_err(|_| MomentError::NoNumber { name, found: value.to_owned() })
 }
 
 /// A time range whose end is after its beginning, from milliseconds since 1970.

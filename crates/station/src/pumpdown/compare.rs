@@ -1,7 +1,7 @@
 //! Pump-downs compared with the usual ones: the time to each decade of pressure against the last ten.
 //!
 //! The statistic is robust: the median of the logarithms of the times, and as spread the largest of 1.4826 times the median of the
-//! absolute deviations, the fourth fifth of the absolute deviations over 1.28, and 2 %. A time deviates if its logarithm differs from
+//! absolute deviations, the 80th percentile of the absolute deviations over 1.28, and 2 %. A time deviates if its logarithm differs from
 //! the median by more spreads than `SPREADS` has for the number of pump-downs. With noise of any size one level of one pump-down in
 //! ten thousand deviates by chance (calculated with normal noise).
 

@@ -110,12 +110,16 @@ impl Network {
     }
 }
 
-impl FromStr for Network {
-    type Err = String;
+/// A text that is neither an address nor a network.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("expected an address like 192.168.1.5 or a network like 192.168.1.0/24, found {0:?}")]
+pub struct NetworkError(String);
 
-    fn from_str(text: &str) -> Result<Self, String> {
-        let problem =
-            || format!("expected an address like 192.168.1.5 or a network like 192.168.1.0/24, found {text:?}");
+impl FromStr for Network {
+    type Err = NetworkError;
+
+    fn from_str(text: &str) -> Result<Self, NetworkError> {
+        let problem = || NetworkError(text.to_owned());
         let (address, prefix) = text.split_once('/').map_or((text, None), |(address, prefix)| (address, Some(prefix)));
         let address: IpAddr = address.parse().map_err(|_| problem())?;
         let longest = if address.is_ipv4() { 32 } else { 128 };
