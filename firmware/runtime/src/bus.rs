@@ -218,6 +218,7 @@ impl<D: Device> BusStation<D> {
 }
 
 #[cfg(test)]
+#[allow(clippy::arithmetic_side_effects, clippy::unwrap_used, clippy::panic, reason = "tests")]
 mod tests {
     extern crate std;
     use super::*;
