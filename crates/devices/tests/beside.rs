@@ -121,7 +121,7 @@ fn compare<B: Behaviour, S: Store + Clone>(device: &mut BlockDevice<B, S>, model
     both.advance(1.0, [1.0, 1e-3, 5.0, 1e5]);
     for configuration in model.configurations {
         for prm in model.user_prm {
-            let user = set_prm(model, prm.octets, model.features.ms1 && random() % 2 == 0);
+            let user = set_prm(model, prm.octets, model.features.ms1 && random().is_multiple_of(2));
             both.agree("Set_Prm", Some((61, CYCLIC)), &user);
             both.agree("Chk_Cfg", Some((62, CYCLIC)), configuration.octets);
             both.agree("Slave_Diag", Some((60, CYCLIC)), &[]);
@@ -129,7 +129,7 @@ fn compare<B: Behaviour, S: Store + Clone>(device: &mut BlockDevice<B, S>, model
             for _ in 0..6 {
                 let mut outputs = vec![0; configuration.output_octets()];
                 both.exchange(&outputs);
-                if random() % 2 == 0 {
+                if random().is_multiple_of(2) {
                     outputs.iter_mut().for_each(|octet| *octet = random() as u8);
                     if let [first, slot, index, ..] = &mut outputs[..] {
                         (*first, *slot, *index) =
@@ -163,7 +163,7 @@ fn ms2<B: Behaviour, S: Store + Clone>(both: &mut Both<'_, B, S>, random: &mut i
         for index in 10..90 {
             let response = both.acyclic(48, MS2, &[0x5E, slot, index, 240]);
             answered += u32::from(response.len() > 12);
-            let length = random() % 6 + u32::from(random() % 40 == 0) * 30;
+            let length = random() % 6 + u32::from(random().is_multiple_of(40)) * 30;
             let mut write = vec![0x5F, slot, index, length as u8];
             write.extend((0..length).map(|_| random() as u8 % 6));
             // A reset command restarts both at the same moment.

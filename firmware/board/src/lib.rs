@@ -11,6 +11,8 @@
 //! This crate has the only `unsafe` code of the project: registers, interrupts, the start, and [`Exclusive`].
 #![no_std]
 #![allow(unsafe_code)]
+// Addresses and bits of registers are constants, and no value comes from the line.
+#![allow(clippy::arithmetic_side_effects, clippy::indexing_slicing, clippy::precedence)]
 
 mod exclusive;
 #[cfg(feature = "qemu")]

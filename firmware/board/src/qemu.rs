@@ -19,6 +19,9 @@ pub const TICKS_PER_SECOND: u32 = 25_000_000;
 /// The idle time of the line that the program can rely on, in microseconds. The emulator delivers a telegram in pieces.
 pub const IDLE_US: u64 = 20_000;
 
+/// The emulator may be held up by other programs: how much later than max T_SDR an answer is still sent, in microseconds.
+pub const TOLERANCE_US: u64 = 2_000_000;
+
 /// The lowest bit rate of the serial port, and the highest.
 pub const RATES: (u32, u32) = (9_600, 12_000_000);
 

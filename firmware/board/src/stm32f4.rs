@@ -24,6 +24,9 @@ pub const TICKS_PER_SECOND: u32 = 84_000_000;
 /// The port measures the idle time of PROFIBUS itself.
 pub const IDLE_US: u64 = 0;
 
+/// An answer is never sent after max T_SDR.
+pub const TOLERANCE_US: u64 = 0;
+
 /// The lowest bit rate of the serial port, and the highest: USART1 with 84 MHz and eightfold oversampling.
 pub const RATES: (u32, u32) = (9_600, 6_000_000);
 

@@ -9,7 +9,8 @@ use profivac_dp::link::{Baud, BitTime};
 use profivac_runtime::bus::{BusStation, Line, Next, Timing};
 use profivac_wire::{MAX_TELEGRAM, Telegram};
 
-const TIMING: Timing = Timing { ticks_per_second: board::TICKS_PER_SECOND, idle_us: board::IDLE_US };
+const TIMING: Timing =
+    Timing { ticks_per_second: board::TICKS_PER_SECOND, idle_us: board::IDLE_US, tolerance_us: board::TOLERANCE_US };
 
 /// How often the application runs, at most, in microseconds.
 const PERIOD_US: u32 = 10_000;

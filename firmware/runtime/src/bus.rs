@@ -17,11 +17,19 @@ pub struct Timing {
     pub ticks_per_second: u32,
     /// The idle time of the line that the port can measure, in microseconds; 0 for one that measures 33 bit times.
     pub idle_us: u64,
+    /// How much later than max T_SDR an answer may still be sent, in microseconds: 0 but for an emulator, which other programs
+    /// hold up.
+    pub tolerance_us: u64,
 }
 
 impl Timing {
     fn clock(&self, baud: Baud, ticks: u32) -> TickClock {
         TickClock::new(self.ticks_per_second, baud, ticks)
+    }
+
+    /// The latest start of an answer, from the end of its request.
+    fn latest_tbit(&self, baud: Baud) -> u64 {
+        u64::from(baud.max_tsdr_tbit()).saturating_add(baud.tbit_of_us(self.tolerance_us))
     }
 
     fn idle_tbit(&self, baud: Baud) -> u64 {
@@ -123,6 +131,9 @@ pub struct BusStation<D> {
     slave: Slave<D>,
     rate: RateControl,
     clock: TickClock,
+    timing: Timing,
+    /// The latest start of an answer, from the end of its request.
+    latest_tbit: u64,
     /// Answers that were not sent, because max T_SDR had passed.
     late: u32,
 }
@@ -140,7 +151,14 @@ impl<D: Device> BusStation<D> {
 
     fn new(device: D, address: u8, timing: &Timing, rate: RateControl, ticks: u32) -> Self {
         let baud = rate.rate().baud();
-        Self { slave: Slave::new(device, address, baud), rate, clock: timing.clock(baud, ticks), late: 0 }
+        Self {
+            slave: Slave::new(device, address, baud),
+            rate,
+            clock: timing.clock(baud, ticks),
+            timing: *timing,
+            latest_tbit: timing.latest_tbit(baud),
+            late: 0,
+        }
     }
 
     /// The rate of the port.
@@ -168,14 +186,16 @@ impl<D: Device> BusStation<D> {
     /// A valid telegram ended at `end`. `ticks` is read when the answer is ready: an answer after max T_SDR is dropped, because
     /// the master has given up then and may be sending.
     pub fn telegram(&mut self, end: BitTime, telegram: &Telegram<'_>, ticks: impl FnOnce() -> u32) -> Next<'_> {
-        let Self { slave, rate, clock, late } = self;
+        let Self { slave, rate, clock, latest_tbit, late, .. } = self;
         if rate.telegram_received(end, telegram, slave.address()) {
             slave.rate_found(rate.rate().baud());
         }
-        let Rate::Found(baud) = rate.rate() else { return Next::Wait };
+        if let Rate::Searching(_) = rate.rate() {
+            return Next::Wait;
+        }
         let Some(Transmit { not_before, octets }) = slave.telegram(end, telegram) else { return Next::Wait };
         let now = clock.at(ticks());
-        if now > end + u64::from(baud.max_tsdr_tbit()) {
+        if now > end + *latest_tbit {
             *late = late.saturating_add(1);
             return Next::Wait;
         }
@@ -192,6 +212,108 @@ impl<D: Device> BusStation<D> {
         }
         let baud = self.baud();
         self.clock = self.clock.restarted(baud, ticks);
+        self.latest_tbit = self.timing.latest_tbit(baud);
         Next::SetRate(baud)
+    }
+}
+
+#[cfg(test)]
+#[allow(clippy::arithmetic_side_effects, clippy::unwrap_used, clippy::panic, reason = "tests")]
+mod tests {
+    extern crate std;
+    use super::*;
+    use profivac_devices::bcg450::Bcg450;
+    use profivac_devices::profile::Setup;
+    use profivac_devices::profile::beside::BusSide;
+    use profivac_devices::store::RamStore;
+    use std::vec::Vec;
+
+    /// Ten ticks in a bit at 1.5 Mbit/s.
+    const TIMING: Timing = Timing { ticks_per_second: 15_000_000, idle_us: 0, tolerance_us: 0 };
+    const FDL_STATUS: [u8; 6] = [0x10, 5, 2, 0x49, 0x50, 0x16];
+
+    fn side() -> BusSide {
+        let gauge: Bcg450<RamStore> = Bcg450::new(RamStore::default(), Setup::new(5));
+        BusSide::new(&gauge)
+    }
+
+    /// The characters of a telegram, the first of which ends at `ticks`; the ticks of the last, and whether it completes a telegram.
+    fn receive(line: &mut Line, mut ticks: u32, per_character: u32, octets: &[u8]) -> (u32, bool) {
+        let mut is_complete = false;
+        for (number, octet) in octets.iter().enumerate() {
+            ticks += if number == 0 { 0 } else { per_character };
+            is_complete = line.character(ticks, Some(*octet));
+        }
+        (ticks, is_complete)
+    }
+
+    /// The answer to a request: its delay in ticks, and its octets.
+    fn answer(delay: u32) -> (Option<(u32, Vec<u8>)>, u32) {
+        let mut line = Line::new(&TIMING, Baud::B1500000, 0);
+        let mut bus = BusStation::fixed(side(), 5, &TIMING, Baud::B1500000, 0);
+        let (ticks, is_complete) = receive(&mut line, 5000, 110, &FDL_STATUS);
+        assert!(is_complete);
+        let mut place = [0; MAX_TELEGRAM];
+        let (end, octets) = line.take(&mut place).unwrap();
+        let telegram = Telegram::parse(octets).unwrap();
+        let sent = match bus.telegram(end, &telegram, || ticks + delay) {
+            Next::Send { after, octets } => Some((after, octets.to_vec())),
+            Next::Wait | Next::SetRate(_) => None,
+        };
+        (sent, bus.late())
+    }
+
+    #[test]
+    fn an_answer_leaves_after_min_tsdr_and_never_after_max_tsdr() {
+        let status = std::vec![0x10, 2, 5, 0, 7, 0x16];
+        let (sent, late) = answer(20);
+        let (after, octets) = sent.unwrap();
+        assert!((90..=101).contains(&after) && octets == status && late == 0, "{after}");
+        assert_eq!(answer(110), (Some((0, status.clone())), 0));
+        assert_eq!(answer(1490), (Some((0, status)), 0));
+        assert_eq!(answer(1520), (None, 1), "the master has given up");
+    }
+
+    #[test]
+    fn a_telegram_that_is_not_taken_before_the_next_character_is_lost_and_the_one_after_it_is_received() {
+        let mut line = Line::new(&TIMING, Baud::B1500000, 0);
+        let (ticks, _) = receive(&mut line, 5000, 110, &FDL_STATUS);
+        let (ticks, is_complete) = receive(&mut line, ticks + 110, 110, &FDL_STATUS);
+        assert!(!is_complete && line.errors().1 == 1);
+        let (_, is_complete) = receive(&mut line, ticks + 1000, 110, &FDL_STATUS);
+        assert!(is_complete);
+    }
+
+    /// A line at 500 kbit/s, whose characters look damaged at every other rate.
+    #[test]
+    fn the_search_finds_the_rate_of_the_bus_and_answers_at_it() {
+        const TRUE_RATE: Baud = Baud::B500000;
+        const PERIOD: u32 = 150_000;
+        let mut bus = BusStation::searching(side(), 5, &TIMING, 0);
+        let mut line = Line::new(&TIMING, bus.baud(), 0);
+        let mut ticks = 0;
+        for _ in 0..2000 {
+            ticks += PERIOD;
+            let is_true = bus.baud() == TRUE_RATE;
+            let heard = FDL_STATUS.map(|octet| Some(octet).filter(|_| is_true));
+            let mut end = ticks;
+            let mut is_complete = false;
+            for octet in heard {
+                end += 330;
+                is_complete = line.character(end, octet);
+            }
+            let mut place = [0; MAX_TELEGRAM];
+            if is_complete && let Some((at, octets)) = line.take(&mut place) {
+                let telegram = Telegram::parse(octets).unwrap();
+                assert!(matches!(bus.telegram(at, &telegram, || end + 100), Next::Send { .. }), "at {}", bus.baud());
+                assert_eq!(bus.baud(), TRUE_RATE);
+                return;
+            }
+            let now = end + 5000;
+            if let Next::SetRate(baud) = bus.poll(now) {
+                line = Line::new(&TIMING, baud, now);
+            }
+        }
+        panic!("not found; the rate is {}", bus.baud());
     }
 }

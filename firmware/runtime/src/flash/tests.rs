@@ -1,5 +1,7 @@
 //! Power cuts at every operation, whole and torn.
 
+#![allow(clippy::arithmetic_side_effects, clippy::indexing_slicing, clippy::unwrap_used, reason = "tests")]
+
 extern crate std;
 
 use super::*;

@@ -29,9 +29,9 @@
 //! let _ = bus.read(Relation::Ms2(0), 0, 25, &mut record);
 //! assert!(bus.is_executing(Relation::Ms2(0)));
 //!
+//! application.device_mut().advance(0.5);
 //! let tasks = bus.take_tasks();
 //! application.adopt(&tasks);
-//! application.device_mut().advance(0.5);
 //! bus.publish(&application.snapshot());
 //! assert_eq!(bus.complete(Relation::Ms2(0), &mut record), Ok(1));
 //! assert_eq!(record[0], 2, "IDLE");
