@@ -190,6 +190,8 @@ fn a_wrong_parameter_is_refused_with_a_sentence() {
         ("/api/rise?series=a&from=1&to=2&accuracy=15", "expected an accuracy from 0 to 1 (0.15 is 15 %), found 15"),
         ("/api/rise?series=a&from=1&to=2", "expected at least 12 samples of a rise, got 0"),
         ("/api/export.csv?from=2&to=1", "expected from to lie before to, found 2 and 1"),
+        ("/api/export.csv?from=noon&to=1", "expected from in milliseconds since 1970, found \"noon\""),
+        ("/api/export.csv?from=1", "expected to in milliseconds since 1970, found nothing"),
     ] {
         assert_eq!(station.problem(path), (400, sentence.to_owned()), "{path}");
     }

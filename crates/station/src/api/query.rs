@@ -4,10 +4,14 @@ use super::problem::Problem;
 use axum::extract::Query;
 use axum::extract::rejection::QueryRejection;
 use profivac_recorder::Micros;
+use std::error::Error;
 
 /// The parameters of a query, or a problem that names the parameter.
 pub fn parsed_query<T>(query: Result<Query<T>, QueryRejection>) -> Result<T, Problem> {
-    query.map(|Query(query)| query).map_err(|rejection| Problem::bad_request(rejection.body_text()))
+    // The text of the rejection itself begins with words for programmers.
+    let sentence =
+        |rejection: &QueryRejection| rejection.source().map_or_else(|| rejection.body_text(), ToString::to_string);
+    query.map(|Query(query)| query).map_err(|rejection| Problem::bad_request(sentence(&rejection)))
 }
 
 /// A parameter that is no time.
