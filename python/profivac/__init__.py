@@ -13,7 +13,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from . import _profivac
-from ._bus import Bus, Gauge, tables
+from ._bus import Bus, Exchange, Gauge, tables
 from ._errors import Connection, ProfivacError, Refused, Usage
 from ._profivac import __version__
 from ._types import Change, Command, Difference, Parameter, Reading, Restored, State, Station, Unit, Value
@@ -25,6 +25,7 @@ __all__ = [
     "Command",
     "Connection",
     "Difference",
+    "Exchange",
     "Gauge",
     "Parameter",
     "ProfivacError",
