@@ -57,7 +57,8 @@ class Bus:
         address = self._address(which)
         if address not in self._gauges:
             core = self._core.gauge(address, self._via)
-            self._gauges[address] = Gauge(core, self._core, address, self._name_of(address))
+            # Two threads may ask for the same gauge at the same time.
+            self._gauges.setdefault(address, Gauge(core, self, address, self._name_of(address)))
         return self._gauges[address]
 
     def __getitem__(self, which: int | str) -> Gauge:
@@ -122,11 +123,17 @@ class Bus:
             await asyncio.sleep(max(0.0, due - time.monotonic()))
 
     def close(self) -> None:
-        """Restores the selectors of the gauges and releases the port. May be called twice."""
-        for gauge in self._gauges.values():
+        """Ends exchanges, restores the selectors of the gauges and releases the port. May be called twice."""
+        for gauge in list(self._gauges.values()):
+            for exchange in list(gauge._exchanges):
+                exchange.close()
             gauge._core.close()
         self._core.close()
         _open.discard(self)
+
+    def __del__(self) -> None:
+        if hasattr(self, "_gauges"):
+            self.close()
 
     def __enter__(self) -> Bus:
         return self
@@ -146,9 +153,11 @@ class Gauge:
     0.125 mbar
     """
 
-    def __init__(self, core: _profivac.Gauge, bus: _profivac.Bus, address: int, name: str | None) -> None:
+    def __init__(self, core: _profivac.Gauge, bus: Bus, address: int, name: str | None) -> None:
         self._core = core
+        # The bus stays open while one of its gauges is in use.
         self._bus = bus
+        self._exchanges: weakref.WeakSet[Exchange] = weakref.WeakSet()
         self.address = address
         """The station address."""
         self.name = name
@@ -299,7 +308,9 @@ class Gauge:
         ...     [reading.instance for reading in next(exchange)]
         [1, 2, 3, 4]
         """
-        return Exchange(self._bus.exchange(self.address), unit)
+        exchange = Exchange(self._bus._core.exchange(self.address), self, unit)
+        self._exchanges.add(exchange)
+        return exchange
 
     @contextlib.contextmanager
     def selector_kept(self) -> Iterator[Gauge]:
@@ -313,8 +324,9 @@ class Gauge:
 class Exchange:
     """The cyclic data of a gauge: an iterator, blocking and for asyncio. Use :meth:`Gauge.exchange`."""
 
-    def __init__(self, core: _profivac.Cyclic, unit: Unit) -> None:
+    def __init__(self, core: _profivac.Cyclic, gauge: Gauge, unit: Unit) -> None:
         self._core = core
+        self.gauge = gauge
         self._unit = unit
 
     def __iter__(self) -> Exchange:
