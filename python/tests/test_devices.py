@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import gc
 from datetime import datetime, timedelta, timezone
+from pathlib import Path
 
 import profivac as pv
 import pytest
+
+from conftest import Simulate
 
 MS2 = ["pcg550", "pcg552", "pcg554", "psg550", "psg552", "psg554", "bpg400", "hpg400", "bcg450", "img400"]
 CHANNEL_ONLY = ["tpg300", "tpg500"]
@@ -107,15 +111,32 @@ def test_a_part_is_read_by_its_name() -> None:
         assert chamber.bus[6].read(part="channel.3").instance == 3
 
 
-def test_a_selector_is_restored_when_the_bus_is_closed() -> None:
+@pytest.mark.parametrize("end", ["close", "selector_kept", "forget"])
+def test_a_selector_is_restored(simulate: Simulate, tmp_path: Path, end: str) -> None:
+    """Another bus reads the selector, because a gauge shows the value from before its own move."""
     selector = next(name for name in pv.parameters_of("bcg450") if name.endswith("channel-instance-selector"))
-    with pv.VirtualSegment("bcg450@5") as chamber:
-        gauge = chamber.bus[5]
-        shown = gauge[selector].value
-        gauge.get("ba.process-value")
-        with gauge.selector_kept():
-            gauge.get("ba.process-value")
-        assert gauge[selector].value == shown
+    place = simulate("--pty", tmp_path / "line", "bcg450@5")
+
+    def shown() -> object:
+        with pv.open(place, timeout=300) as bus:
+            return bus[5][selector].value
+
+    before = shown()
+    bus = pv.open(place, timeout=300)
+    parts = ("pirani.process-value", "ba.process-value", "cdg.process-value")
+    if end == "selector_kept":
+        with bus[5].selector_kept() as gauge:
+            for part in parts:
+                gauge.get(part)
+    else:
+        for part in parts:
+            bus[5].get(part)
+    if end == "forget":
+        del bus
+        gc.collect()
+    else:
+        bus.close()
+    assert shown() == before
 
 
 def test_a_fault_is_seen() -> None:
