@@ -17,6 +17,9 @@ use profivac_host::session::BusSession;
 use profivac_virtual::open;
 use profivac_wire::control::StationType;
 use pyo3::prelude::*;
+use std::cell::RefCell;
+use std::sync::mpsc::{Receiver, Sender, channel};
+use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 
 /// Address, kind, ident number, devices, state, owner.
@@ -56,13 +59,21 @@ impl Line {
 
 /// A master on a line, in a thread of its own.
 #[pyclass(frozen, module = "profivac._profivac")]
-pub struct Bus(Owned<AsyncBus>, Line);
+pub struct Bus(Owned<AsyncBus>, Line, Mutex<Receiver<()>>);
+
+thread_local! {
+    /// Dropped at the end of the thread of a bus, after its port.
+    static THREAD_END: RefCell<Option<Sender<()>>> = const { RefCell::new(None) };
+}
 
 impl Bus {
     /// A master on an open port.
     pub fn on(py: Python<'_>, port: Box<dyn profivac_host::port::Port>, line: Line) -> PyResult<Self> {
         let bus = py.detach(|| line.open(BlockingBus::on(port))).map_err(Failure::from)?;
-        Ok(Self(Owned::new(bus, "bus"), line))
+        let (alive, end) = channel();
+        let marked = bus.submit(move |_| THREAD_END.with(|thread| thread.replace(Some(alive))));
+        wait(py, marked)?.map_err(Failure::from)?;
+        Ok(Self(Owned::new(bus, "bus"), line, Mutex::new(end)))
     }
 }
 
@@ -105,9 +116,11 @@ impl Bus {
         Cyclic::begin(py, self.0.get()?, address, self.1.master)
     }
 
-    /// Ends the master; its thread ends with the last gauge.
+    /// Ends the master, and waits until the port is released, at most for the timeout. The gauges are closed first.
     fn close(&self, py: Python<'_>) {
-        self.0.close(py);
+        if self.0.close(py) {
+            py.detach(|| self.2.lock().unwrap_or_else(PoisonError::into_inner).recv_timeout(self.1.timeout).ok());
+        }
     }
 }
 

@@ -286,3 +286,10 @@ def test_the_example_of_the_readme_runs(tmp_path: Path) -> None:
     assert result.returncode == 0, result.stderr
     assert "State.VALID" in result.stdout and "0.125 mbar" in result.stdout, result.stdout
     assert (tmp_path / "gauge.toml").exists()
+
+
+def test_a_closed_bus_has_released_its_port(simulate: Simulate, tmp_path: Path) -> None:
+    place = simulate("--pty", tmp_path / "line", "bcg450@5")
+    for _ in range(20):
+        with pv.open(place, timeout=PATIENT) as bus:
+            bus[5].get("device.device-state")
