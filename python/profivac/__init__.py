@@ -13,11 +13,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from . import _profivac
-from ._bus import Bus, Gauge, tables
+from ._bus import Bus, Exchange, Gauge, tables
 from ._errors import Connection, ProfivacError, Refused, Usage
 from ._profivac import __version__
 from ._types import Change, Command, Difference, Parameter, Reading, Restored, State, Station, Unit, Value
 from ._virtual import VirtualSegment
+from .station import Event, History, RemoteStation
 
 __all__ = [
     "Bus",
@@ -25,11 +26,15 @@ __all__ = [
     "Command",
     "Connection",
     "Difference",
+    "Event",
+    "Exchange",
     "Gauge",
+    "History",
     "Parameter",
     "ProfivacError",
     "Reading",
     "Refused",
+    "RemoteStation",
     "Restored",
     "State",
     "Station",
@@ -38,6 +43,7 @@ __all__ = [
     "Value",
     "VirtualSegment",
     "__version__",
+    "connect",
     "open",
     "parameters_of",
     "pascal",
@@ -69,12 +75,29 @@ def open(
     profivac._errors.Connection: ...
     """
     address = _tcp(port)
+    if address.startswith(("http://", "https://")):
+        raise Usage(f"expected a port, got the address of a station; use profivac.connect({port!r})")
     if address.startswith("sim:") and "@" in address and not address.endswith(".toml"):
         segment = VirtualSegment(
             *address.removeprefix("sim:").split(), names=names, via=via, master=master, timeout=timeout
         )
         return segment.bus
     return Bus(_profivac.Bus.open(address, baud, master, timeout), names or {}, via)
+
+
+def connect(
+    url: str,
+    *,
+    user: str | None = None,
+    password: str | None = None,
+    cafile: str | None = None,
+    timeout: float = 10.0,
+) -> RemoteStation:
+    """A station over HTTP: ``profivac.connect("https://station:8443", user="eva", password="...")``.
+
+    ``cafile`` is the certificate of a station with its own one, ``timeout`` in s.
+    """
+    return RemoteStation(url, user=user, password=password, cafile=cafile, timeout=timeout)
 
 
 def _tcp(port: str) -> str:

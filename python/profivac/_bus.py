@@ -44,6 +44,9 @@ class Bus:
 
     def __init__(self, core: _profivac.Bus, names: Mapping[str, int], via: str) -> None:
         self._core = core
+        if via not in ("ms2", "ms1", "pkw"):
+            core.close()
+            raise Usage(f"expected via out of ms2, ms1, pkw, got {via!r}")
         self._names = dict(names)
         self._via = via
         self._gauges: dict[int, Gauge] = {}
@@ -53,7 +56,9 @@ class Bus:
         """The gauge at an address, or with a name of ``open(..., names={...})``. Sends nothing yet."""
         address = self._address(which)
         if address not in self._gauges:
-            self._gauges[address] = Gauge(self._core.gauge(address, self._via), address, self._name_of(address))
+            core = self._core.gauge(address, self._via)
+            # Two threads may ask for the same gauge at the same time.
+            self._gauges.setdefault(address, Gauge(core, self, address, self._name_of(address)))
         return self._gauges[address]
 
     def __getitem__(self, which: int | str) -> Gauge:
@@ -118,11 +123,17 @@ class Bus:
             await asyncio.sleep(max(0.0, due - time.monotonic()))
 
     def close(self) -> None:
-        """Restores the selectors of the gauges and releases the port. May be called twice."""
-        for gauge in self._gauges.values():
+        """Ends exchanges, restores the selectors of the gauges and releases the port. May be called twice."""
+        for gauge in list(self._gauges.values()):
+            for exchange in list(gauge._exchanges):
+                exchange.close()
             gauge._core.close()
         self._core.close()
         _open.discard(self)
+
+    def __del__(self) -> None:
+        if hasattr(self, "_gauges"):
+            self.close()
 
     def __enter__(self) -> Bus:
         return self
@@ -142,8 +153,11 @@ class Gauge:
     0.125 mbar
     """
 
-    def __init__(self, core: _profivac.Gauge, address: int, name: str | None) -> None:
+    def __init__(self, core: _profivac.Gauge, bus: Bus, address: int, name: str | None) -> None:
         self._core = core
+        # The bus stays open while one of its gauges is in use.
+        self._bus = bus
+        self._exchanges: weakref.WeakSet[Exchange] = weakref.WeakSet()
         self.address = address
         """The station address."""
         self.name = name
@@ -161,7 +175,10 @@ class Gauge:
 
     @property
     def device(self) -> str:
-        """The device by its name in profivac, such as ``bcg450``. Asks the gauge once."""
+        """The device by its name in profivac, such as ``bcg450``. Asks the gauge once.
+
+        A TPG 300 and a TPG 500 cannot be told apart over the parameter channel: ``tpg300 or tpg500``.
+        """
         return self._identity()[0]
 
     @property
@@ -187,12 +204,7 @@ class Gauge:
         (<State.OFF: 'off'>, '1.000e-03 mbar')
         """
         name = None if part is None else f"{part}{'/' if '.' in part else '.'}process-value"
-        pascal, word, cause, limit, instance = self._core.pressure(name)
-        state = State(word)
-        end = None if limit is None else unit.from_pa(limit)
-        bounds = {State.UNDERRANGE: (None, end), State.OVERRANGE: (end, None)}.get(state, (None, None))
-        value = None if pascal is None else unit.from_pa(pascal)
-        return Reading(value, unit, state, datetime.now(timezone.utc), bounds, cause, instance)
+        return _reading(self._core.pressure(name), unit)
 
     def pressure(self, unit: Unit = Unit.PA) -> float:
         """The pressure as a number; not a number (``nan``) unless the reading is valid."""
@@ -285,6 +297,21 @@ class Gauge:
         """
         return [Restored(*row) for row in self._core.restore(_settings(settings), force)]
 
+    def exchange(self, unit: Unit = Unit.PA) -> Exchange:
+        """Takes ownership of the gauge and returns its cyclic data: for each exchange one reading of each channel.
+
+        This sends Set_Prm: a gauge that measures on ownership enters EXECUTING. The unit stays as it is. Refused while another master
+        owns the gauge. The end of the block releases it.
+
+        >>> import profivac as pv
+        >>> with pv.open("sim:tpg500@5") as bus, bus[5].exchange(pv.Unit.MBAR) as exchange:
+        ...     [reading.instance for reading in next(exchange)]
+        [1, 2, 3, 4]
+        """
+        exchange = Exchange(self._bus._core.exchange(self.address), self, unit)
+        self._exchanges.add(exchange)
+        return exchange
+
     @contextlib.contextmanager
     def selector_kept(self) -> Iterator[Gauge]:
         """Restores the Channel Instance Selector at the end of the block, instead of when the bus is closed."""
@@ -292,6 +319,46 @@ class Gauge:
             yield self
         finally:
             self._core.restore_selector()
+
+
+class Exchange:
+    """The cyclic data of a gauge: an iterator, blocking and for asyncio. Use :meth:`Gauge.exchange`."""
+
+    def __init__(self, core: _profivac.Cyclic, gauge: Gauge, unit: Unit) -> None:
+        self._core = core
+        self.gauge = gauge
+        self._unit = unit
+
+    def __iter__(self) -> Exchange:
+        return self
+
+    def __next__(self) -> list[Reading]:
+        return [_reading(row, self._unit) for row in self._core.next()]
+
+    def __aiter__(self) -> Exchange:
+        return self
+
+    async def __anext__(self) -> list[Reading]:
+        return await asyncio.to_thread(self.__next__)
+
+    def close(self) -> None:
+        """Releases the gauge. May be called twice."""
+        self._core.close()
+
+    def __enter__(self) -> Exchange:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
+        self.close()
+
+
+def _reading(row: _profivac._PressureRow, unit: Unit) -> Reading:
+    pascal, word, cause, limit, instance = row
+    state = State(word)
+    end = None if limit is None else unit.from_pa(limit)
+    bounds = {State.UNDERRANGE: (None, end), State.OVERRANGE: (end, None)}.get(state, (None, None))
+    value = None if pascal is None else unit.from_pa(pascal)
+    return Reading(value, unit, state, datetime.now(timezone.utc), bounds, cause, instance)
 
 
 def _value(row: _profivac._ReadingRow) -> Value:

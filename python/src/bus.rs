@@ -1,5 +1,6 @@
 //! A bus and its gauges.
 
+use crate::cyclic::{self, Cyclic};
 use crate::failure::Failure;
 use crate::settings;
 use crate::values::{self, CommandRow, ParameterRow, ReadingRow};
@@ -16,13 +17,16 @@ use profivac_host::session::BusSession;
 use profivac_virtual::open;
 use profivac_wire::control::StationType;
 use pyo3::prelude::*;
+use std::cell::RefCell;
+use std::sync::mpsc::{Receiver, Sender, channel};
+use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 
 /// Address, kind, ident number, devices, state, owner.
 type StationRow = (u8, &'static str, Option<u16>, Vec<&'static str>, Option<String>, Option<u8>);
 
 /// Pascal, quality, cause, end of the range in Pa, instance.
-type PressureRow = (Option<f64>, &'static str, Option<String>, Option<f64>, u8);
+pub type PressureRow = (Option<f64>, &'static str, Option<String>, Option<f64>, u8);
 
 /// Name, the value sent, before, after.
 type WriteRow = (String, String, Option<ReadingRow>, Option<ReadingRow>);
@@ -55,13 +59,21 @@ impl Line {
 
 /// A master on a line, in a thread of its own.
 #[pyclass(frozen, module = "profivac._profivac")]
-pub struct Bus(Owned<AsyncBus>, Line);
+pub struct Bus(Owned<AsyncBus>, Line, Mutex<Receiver<()>>);
+
+thread_local! {
+    /// Dropped at the end of the thread of a bus, after its port.
+    static THREAD_END: RefCell<Option<Sender<()>>> = const { RefCell::new(None) };
+}
 
 impl Bus {
     /// A master on an open port.
     pub fn on(py: Python<'_>, port: Box<dyn profivac_host::port::Port>, line: Line) -> PyResult<Self> {
         let bus = py.detach(|| line.open(BlockingBus::on(port))).map_err(Failure::from)?;
-        Ok(Self(Owned::new(bus, "bus"), line))
+        let (alive, end) = channel();
+        let marked = bus.submit(move |_| THREAD_END.with(|thread| thread.replace(Some(alive))));
+        wait(py, marked)?.map_err(Failure::from)?;
+        Ok(Self(Owned::new(bus, "bus"), line, Mutex::new(end)))
     }
 }
 
@@ -99,9 +111,16 @@ impl Bus {
         Ok(Gauge { access: Owned::new(access, "gauge"), address, master: self.1.master })
     }
 
-    /// Ends the master; its thread ends with the last gauge.
+    /// Takes ownership of the gauge at this address and begins its cyclic data.
+    fn exchange(&self, py: Python<'_>, address: u8) -> PyResult<Cyclic> {
+        Cyclic::begin(py, self.0.get()?, address, self.1.master)
+    }
+
+    /// Ends the master, and waits until the port is released, at most for the timeout. The gauges are closed first.
     fn close(&self, py: Python<'_>) {
-        self.0.close(py);
+        if self.0.close(py) {
+            py.detach(|| self.2.lock().unwrap_or_else(PoisonError::into_inner).recv_timeout(self.1.timeout).ok());
+        }
     }
 }
 
@@ -116,6 +135,12 @@ fn station(found: &FoundStation) -> StationRow {
     let devices = slave.map(|slave| identify::device_names(slave.ident)).unwrap_or_default();
     let (ident, owner) = (slave.map(|slave| slave.ident), slave.and_then(|slave| slave.owner));
     (found.address, kind, ident, devices, slave.map(|slave| slave.state_text()), owner)
+}
+
+/// A reading of one instance or channel.
+pub fn pressure_row(value: &ChannelValue) -> PressureRow {
+    let cause = value.cause.map(|cause| cause.to_string());
+    (value.pa, value.quality.word(), cause, value.limit_pa, value.instance)
 }
 
 /// How a gauge is reached.
@@ -250,6 +275,14 @@ fn owning(
             "address {address} is owned by master {owner}; ms1 and pkw need ownership: use via=\"ms2\", or let the owner go"
         )));
     }
+    if let Request::Pressure(None) = request {
+        // The Process Values of a TPG are in its cyclic data only.
+        let values = cyclic::once(session, address, master)?;
+        let chosen = values.iter().find(|value| value.is_valid()).or(values.first()).copied();
+        return chosen
+            .map(Answer::Pressure)
+            .ok_or_else(|| Failure::refused(format!("address {address} has no channel")));
+    }
     let cyclic = CyclicSlave::find(session, address, master).map_err(Failure::refused)?;
     let records = Class1Session::open_unless(session, &cyclic, path, &|| false).map_err(|error| match error {
         RecordError::Session(error) => Failure::from(ClientError::from(error)),
@@ -279,8 +312,7 @@ impl Gauge {
     /// The pressure of the gauge, or of one Process Value.
     fn pressure(&self, py: Python<'_>, name: Option<String>) -> PyResult<PressureRow> {
         let Answer::Pressure(value) = self.request(py, Request::Pressure(name))? else { return Err(unexpected()) };
-        let cause = value.cause.map(|cause| cause.to_string());
-        Ok((value.pa, value.quality.word(), cause, value.limit_pa, value.instance))
+        Ok(pressure_row(&value))
     }
 
     /// A parameter.

@@ -7,10 +7,12 @@
 //! | `values` | values of parameters as Python objects, and the tables of a device |
 //! | `settings` | a settings file compared with a gauge and written to it |
 //! | `bus` | a bus and its gauges |
+//! | `cyclic` | cyclic data of a gauge that this program owns |
 //! | `segment` | virtual gauges in memory, with their controls |
 //! | `rise` | a rate of rise, separated into leak and outgassing |
 
 mod bus;
+mod cyclic;
 mod failure;
 mod rise;
 mod segment;
@@ -26,6 +28,8 @@ mod _profivac {
     use super::{Bound, PyModule, PyModuleMethods, PyResult};
     #[pymodule_export]
     use crate::bus::{Bus, Gauge};
+    #[pymodule_export]
+    use crate::cyclic::Cyclic;
     #[pymodule_export]
     use crate::rise::analyse_rise;
     #[pymodule_export]

@@ -60,15 +60,19 @@ impl<T> Owned<T> {
         process::id() != self.process
     }
 
-    /// Closes it without the interpreter lock: the end of a gauge may wait for the line. No effect in a forked process.
-    pub fn close(&self, py: Python<'_>)
+    /// Closes it without the interpreter lock: the end of a gauge may wait for the line. Returns whether it was open. No effect in
+    /// a forked process.
+    pub fn close(&self, py: Python<'_>) -> bool
     where
         T: Send,
     {
-        if !self.is_forked() {
-            let inner = self.lock().take();
-            py.detach(|| drop(inner));
+        if self.is_forked() {
+            return false;
         }
+        let inner = self.lock().take();
+        let was_open = inner.is_some();
+        py.detach(|| drop(inner));
+        was_open
     }
 }
 
