@@ -200,7 +200,7 @@ impl PressureFormat {
         match self.number {
             #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "truncated and clamped")]
             NumberType::Integer => {
-                let whole = libm::floor(number + ROUNDING).min(f64::from(self.max_integer)).max(0.0);
+                let whole = libm::floor(number + ROUNDING).max(0.0).min(f64::from(self.max_integer));
                 Octets::new(&(whole as u16).to_be_bytes())
             }
             #[expect(clippy::cast_possible_truncation, reason = "a float has no more digits")]
