@@ -31,6 +31,7 @@ mod scan;
 mod screen;
 mod simulate;
 mod sniff;
+mod st;
 mod time_argument;
 mod user;
 mod values;
@@ -88,6 +89,7 @@ enum Command {
     Sniff(sniff::Arguments),
     Decode(decode::Arguments),
     Gsd(gsd::Arguments),
+    St(st::Arguments),
     Completions(completions::Arguments),
 }
 
@@ -132,6 +134,7 @@ fn run(command: Command) -> Result<(), Failure> {
         Command::Sniff(arguments) => sniff::run(&arguments),
         Command::Decode(arguments) => decode::run(&arguments),
         Command::Gsd(arguments) => gsd::run(&arguments),
+        Command::St(arguments) => st::run(&arguments),
         Command::Completions(arguments) => completions::run(&arguments, Profivac::command()),
     }
 }
