@@ -508,13 +508,13 @@ fn linear(per_mbar: f64) -> String {
     format!("PA := NUMBER * {};", real(100.0 / per_mbar))
 }
 
-/// A float of 32 bits, taken apart. Numbers that no gauge sends (denormalised, from 2^100 on, infinite, no number) are no pressure.
+/// A float of 32 bits, taken apart. Numbers that no gauge sends (denormalised, from 2^104 on, infinite, no number) are no pressure.
 const FLOAT: &str = "\
 B2 := BYTE_TO_INT(OCTETS[AT_OCTET + 2]);
 B3 := BYTE_TO_INT(OCTETS[AT_OCTET + 3]);
 EXPONENT := (B0 MOD 128) * 2 + B1 / 128;
 NUMBER := 8388608.0 + INT_TO_REAL(B1 MOD 128) * 65536.0 + INT_TO_REAL(B2) * 256.0 + INT_TO_REAL(B3);
-IF (EXPONENT = 0) OR (EXPONENT > 226) THEN
+IF (EXPONENT = 0) OR (EXPONENT > 230) THEN
     IS_PRESSURE := FALSE;
     NUMBER := 0.0;
 ELSE
