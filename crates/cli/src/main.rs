@@ -34,6 +34,7 @@ mod scan;
 mod screen;
 mod simulate;
 mod sniff;
+mod st;
 mod time_argument;
 mod user;
 mod values;
@@ -93,6 +94,7 @@ enum Command {
     Sniff(sniff::Arguments),
     Decode(decode::Arguments),
     Gsd(gsd::Arguments),
+    St(st::Arguments),
     Completions(completions::Arguments),
 }
 
@@ -139,6 +141,7 @@ fn run(command: Command) -> Result<(), Failure> {
         Command::Sniff(arguments) => sniff::run(&arguments),
         Command::Decode(arguments) => decode::run(&arguments),
         Command::Gsd(arguments) => gsd::run(&arguments),
+        Command::St(arguments) => st::run(&arguments),
         Command::Completions(arguments) => completions::run(&arguments, Profivac::command()),
     }
 }

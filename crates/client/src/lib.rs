@@ -17,6 +17,7 @@
 //! | [`identify`] | the model of the device at an address |
 //! | [`address`] | a new station address for a slave |
 //! | [`gsd`] | the GSD file of a device |
+//! | [`st`] | function blocks for a PLC, in structured text |
 //! | [`records`] | records of a slave, independent of the service |
 //! | [`ms2`] | records over MS2 |
 //! | [`class1`] | records over MS1 and the parameter channel |
@@ -39,6 +40,7 @@ pub mod pressure;
 pub mod records;
 #[cfg(feature = "settings")]
 pub mod settings;
+pub mod st;
 pub mod suggestion;
 pub mod values;
 

@@ -118,7 +118,7 @@ impl ReportedChannels {
 
 /// The range of a gauge whose telegram does not name the active instance: from the lowest to the highest end of its parts. The sensor of
 /// the atmosphere never delivers the process value.
-pub(super) fn whole_range(model: &Model) -> Option<MeasuringRange> {
+pub(crate) fn whole_range(model: &Model) -> Option<MeasuringRange> {
     let parts = model.parts.iter().filter(|spec| spec.part.principle != Principle::Atmosphere);
     let ranges = parts.map(|spec| MeasuringRange { lowest_pa: spec.limits.under_pa, highest_pa: spec.limits.over_pa });
     ranges.reduce(|one, other| MeasuringRange {

@@ -5,7 +5,7 @@ mod numbers;
 mod quality;
 
 pub(crate) use channels::BLOCK_TYPE;
-use channels::whole_range;
+pub(crate) use channels::whole_range;
 pub use channels::{ReportedChannels, open_instances, unranged_instances};
 pub use numbers::{TtrReading, mantissa_number};
 pub use quality::Cause;

@@ -4,6 +4,10 @@
 //! the modules. A configuration is one module, because the slaves here accept it only as a whole. A device that its manual
 //! calls modular also has the modules of the manual, for projects made with the file of the vendor.
 
+mod bitmap;
+
+pub use bitmap::Bitmap;
+
 use profivac_devices::model::{Configuration, Field, Model, NumberType, Telegram};
 use profivac_dp::link::Baud;
 use profivac_dp::slave::MAX_INITIATE_PDU;
@@ -56,8 +60,33 @@ const WD_BASE_1MS: u8 = 0x04;
 /// ```
 #[must_use]
 pub fn gsd(model: &Model) -> String {
+    text(model, &[])
+}
+
+/// The files for an engineering tool, each with its name: the GSD file, which names the bitmaps, and the bitmaps.
+///
+/// ```
+/// use profivac_client::gsd::files;
+/// use profivac_devices::catalog::model_named;
+///
+/// let files = files(model_named("bcg450").ok_or("no such model")?);
+/// let names: Vec<_> = files.iter().map(|(name, _)| name.as_str()).collect();
+/// assert_eq!(names, ["BCG450.GSD", "BCG450_N.BMP", "BCG450_D.BMP", "BCG450_S.BMP"]);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[must_use]
+pub fn files(model: &Model) -> Vec<(String, Vec<u8>)> {
+    let gsd = (format!("{}.GSD", model.name.to_uppercase()), text(model, &Bitmap::ALL).into_bytes());
+    let bitmaps = Bitmap::ALL.map(|bitmap| (format!("{}.BMP", bitmap.name(model)), bitmap.file(model)));
+    std::iter::once(gsd).chain(bitmaps).collect()
+}
+
+fn text(model: &Model, bitmaps: &[Bitmap]) -> String {
     let mut file = File::default();
     file.head(model);
+    for bitmap in bitmaps {
+        file.quoted(bitmap.keyword(), &bitmap.name(model));
+    }
     file.rates();
     file.services(model);
     file.lengths(model);

@@ -1,0 +1,559 @@
+//! The block that decodes a telegram of the inputs: the rules of [`crate::cyclic`], in structured text.
+
+use super::source::{Source, bit, real};
+use super::{decoder_name, is_pressure};
+use crate::cyclic::unranged_instances;
+use profivac_devices::model::{Counts, Field, Model, NumberType, PartSpec, Principle, Scale, Telegram};
+use profivac_devices::profile::{ExceptionStatus, StatusExtension};
+use profivac_devices::reading::Quality;
+
+/// A number on the wire differs from the pressure by this part at most, as in [`crate::cyclic`].
+const ROUNDING: f64 = 5e-3;
+
+/// The highest pressure that any value may have.
+const HIGHEST_PA: f64 = 1e30;
+
+/// Writes the block.
+pub(super) fn write(source: &mut Source, model: &Model, telegram: &Telegram) {
+    Decoder { model, telegram }.write(source);
+}
+
+/// Where the status of a value is.
+enum Status {
+    /// One octet, at this place.
+    Gauge(usize),
+    /// Half an octet for each channel, from this place.
+    Channels(usize),
+    /// One octet behind each value.
+    Measurement,
+    /// In the value.
+    Ttr,
+    None,
+}
+
+struct Decoder<'a> {
+    model: &'a Model,
+    telegram: &'a Telegram,
+}
+
+impl Decoder<'_> {
+    fn write(&self, source: &mut Source) {
+        let name = decoder_name(self.model, self.telegram);
+        source.begin_block(&name);
+        self.describe(source);
+        self.variables(source);
+        source.begin_statements();
+        self.common(source);
+        let channels = self.pressures().len();
+        if channels > 1 {
+            source.open(&format!("FOR CHANNEL := 1 TO {channels} DO"));
+            self.value(source, "[CHANNEL]");
+            source.close("END_FOR;");
+        } else {
+            self.value(source, "");
+        }
+        source.end_block();
+    }
+
+    /// The place of each pressure, and its field.
+    fn pressures(&self) -> Vec<(usize, Field)> {
+        self.telegram.layout().filter(|(_, field)| is_pressure(*field)).collect()
+    }
+
+    fn place(&self, wanted: impl Fn(Field) -> bool) -> Option<usize> {
+        self.telegram.layout().find(|(_, field)| wanted(*field)).map(|(start, _)| start)
+    }
+
+    fn exception(&self) -> Option<usize> {
+        self.place(|field| field == Field::ExceptionStatus)
+    }
+
+    fn selector(&self) -> Option<usize> {
+        self.place(|field| field == Field::PvSelector)
+    }
+
+    fn relays(&self) -> Option<(usize, u8)> {
+        self.telegram.layout().find_map(|(start, field)| match field {
+            Field::TripRelays(count) => Some((start, count)),
+            _ => None,
+        })
+    }
+
+    fn status(&self) -> Status {
+        let extension = self.place(|field| field == Field::StatusExtension).map(Status::Gauge);
+        let channels = || self.place(|field| field == Field::ChannelStatus).map(Status::Channels);
+        let measurement =
+            || self.place(|field| matches!(field, Field::MeasurementStatus(_))).map(|_| Status::Measurement);
+        let ttr = || self.place(|field| field == Field::TtrValue).map(|_| Status::Ttr);
+        extension.or_else(channels).or_else(measurement).or_else(ttr).unwrap_or(Status::None)
+    }
+
+    /// The TTR compatibility mode has one unit.
+    fn has_unit(&self) -> bool {
+        !matches!(self.status(), Status::Ttr)
+    }
+
+    fn describe(&self, source: &mut Source) {
+        source.line(&format!("(* Decodes these {} octets of inputs:", self.telegram.octets()));
+        for (start, field) in self.telegram.layout() {
+            let last = start.saturating_add(field.octets()).saturating_sub(1);
+            let place = if start == last { start.to_string() } else { format!("{start} to {last}") };
+            let channel = match field {
+                Field::ChannelValue(channel, _)
+                | Field::ChannelMantissa(channel)
+                | Field::MeasurementStatus(channel) => {
+                    format!(" of channel {channel}")
+                }
+                _ => String::new(),
+            };
+            let number = match field {
+                Field::ProcessValue(NumberType::Integer) | Field::ChannelValue(_, NumberType::Integer) => ", a word",
+                Field::ProcessValue(NumberType::Float) | Field::ChannelValue(_, NumberType::Float) => ", a float",
+                Field::ChannelMantissa(_) => ", mantissa and exponent",
+                _ => "",
+            };
+            source.line(&format!("   {place:<8} {}{channel}{number}", field.name()));
+        }
+        if self.has_unit() {
+            source.line("   UNIT is Data Units of the device, as its user parameters select it:");
+            for unit in self.model.units {
+                source.line(&format!("   {:<8} {}", unit.code, unit.name));
+            }
+        }
+        source.line("   QUALITY:");
+        for quality in [
+            Quality::Valid,
+            Quality::Overrange,
+            Quality::Underrange,
+            Quality::Fault,
+            Quality::Stale,
+            Quality::Off,
+            Quality::Missing,
+        ] {
+            source.line(&format!("   {:<8} {}", quality as u8, quality.word()));
+        }
+        source.line("   The pressures are those of SUBSTITUTE_PA unless VALID is TRUE. *)");
+    }
+
+    fn variables(&self, source: &mut Source) {
+        let last = self.telegram.octets().saturating_sub(1);
+        let mut inputs = format!("OCTETS : ARRAY[0..{last}] OF BYTE;\nEXCHANGING : BOOL;\n");
+        if let (true, Some(unit)) =
+            (self.has_unit(), self.model.unit_named("mbar").or_else(|| self.model.units.first()))
+        {
+            inputs += &format!("UNIT : INT := {};\n", unit.code);
+        }
+        inputs += "SUBSTITUTE_PA : REAL := 1.01325E+5;";
+        source.variables("VAR_INPUT", &inputs);
+        let channels = self.pressures().len();
+        let of = |kind: &str| if channels > 1 { format!("ARRAY[1..{channels}] OF {kind}") } else { kind.to_owned() };
+        let mut outputs = format!(
+            "PRESSURE_PA : {real};\nPRESSURE_MBAR : {real};\nVALID : {bool};\nQUALITY : {int};\n",
+            real = of("REAL"),
+            bool = of("BOOL"),
+            int = of("INT")
+        );
+        if self.selector().is_some() {
+            outputs += "INSTANCE : INT;\n";
+        }
+        if self.exception().is_some() {
+            outputs += "EXCEPTION : INT;\nALARM : BOOL;\nWARNING : BOOL;\n";
+        }
+        if let Some((_, count)) = self.relays() {
+            outputs += &format!("RELAY : ARRAY[1..{count}] OF BOOL;\n");
+        }
+        source.variables("VAR_OUTPUT", &outputs);
+        source.variables("VAR", &self.own_variables());
+    }
+
+    fn own_variables(&self) -> String {
+        let float = self.pressures().iter().any(|(_, field)| number_of(*field) == Some(NumberType::Float));
+        let mantissa = self.pressures().iter().any(|(_, field)| matches!(field, Field::ChannelMantissa(_)));
+        let status = match self.status() {
+            Status::Gauge(_) => "STATUS : INT;\nINVALID : BOOL;\n",
+            Status::Channels(_) => "STATUS : INT;\nINVALID : BOOL;\nMEASURES : BOOL;\n",
+            Status::Measurement => "STATUS : INT;\n",
+            Status::Ttr => "ERROR : BOOL;\n",
+            Status::None => "",
+        };
+        let mut own = String::from("AT_OCTET : INT;\nB0 : INT;\nB1 : INT;\n");
+        if float {
+            own += "B2 : INT;\nB3 : INT;\nEXPONENT : INT;\n";
+        }
+        if mantissa {
+            own += "POWER : INT;\n";
+        }
+        own += "NUMBER : REAL;\nIS_PRESSURE : BOOL;\nPA : REAL;\nQ : INT;\n";
+        own += status;
+        if self.pressures().len() > 1 {
+            own += "CHANNEL : INT;\n";
+        }
+        if self.has_counts() {
+            own += "X : REAL;\n";
+        }
+        if self.needs_range() {
+            own += "HAS_RANGE : BOOL;\nLOW : REAL;\nHIGH : REAL;\nPIRANI : BOOL;\n";
+        }
+        if self.relays().is_some() {
+            own += "I : INT;\n";
+        }
+        own
+    }
+
+    /// The statements before those for each value.
+    fn common(&self, source: &mut Source) {
+        if let Some(place) = self.exception() {
+            source.line(&format!("EXCEPTION := BYTE_TO_INT(OCTETS[{place}]);"));
+            source.line(&format!("ALARM := {};", any_bit("EXCEPTION", ExceptionStatus::ALARM)));
+            let warnings = ExceptionStatus::WARNING_COMMON
+                | ExceptionStatus::WARNING_DEVICE
+                | ExceptionStatus::WARNING_MANUFACTURER;
+            source.line(&format!("WARNING := {};", any_bit("EXCEPTION", warnings)));
+        }
+        if let Some(place) = self.selector() {
+            source.line(&format!("INSTANCE := BYTE_TO_INT(OCTETS[{place}]);"));
+        }
+        if let Some((place, count)) = self.relays() {
+            source.open(&format!("FOR I := 1 TO {count} DO"));
+            source.line(&format!("RELAY[I] := BYTE_TO_INT(OCTETS[{} + I]) <> 0;", place.saturating_sub(1)));
+            source.close("END_FOR;");
+        }
+        match self.status() {
+            Status::Gauge(place) => {
+                source.line(&format!("STATUS := BYTE_TO_INT(OCTETS[{place}]);"));
+                source.line(&format!("INVALID := {};", bit("STATUS", StatusExtension::INVALID.bits())));
+            }
+            Status::Channels(place) => {
+                source.line("MEASURES := FALSE;");
+                for octet in [place, place.saturating_add(1)] {
+                    source.line(&format!("STATUS := BYTE_TO_INT(OCTETS[{octet}]);"));
+                    let invalid = StatusExtension::INVALID.bits();
+                    let (low, high) = (bit("STATUS", invalid), bit("STATUS", invalid << 4));
+                    source.lines(&format!("IF NOT ({low}) OR NOT ({high}) THEN\n    MEASURES := TRUE;\nEND_IF;"));
+                }
+            }
+            Status::Measurement | Status::Ttr | Status::None => {}
+        }
+    }
+
+    /// The statements for one value.
+    fn value(&self, source: &mut Source, index: &str) {
+        let pressures = self.pressures();
+        let Some((first, field)) = pressures.first().copied() else { return };
+        let stride = pressures.get(1).map_or(0, |(next, _)| next.saturating_sub(first));
+        match stride {
+            0 => source.line(&format!("AT_OCTET := {first};")),
+            stride => source.line(&format!("AT_OCTET := {first} + (CHANNEL - 1) * {stride};")),
+        }
+        source.line("B0 := BYTE_TO_INT(OCTETS[AT_OCTET]);");
+        source.line("B1 := BYTE_TO_INT(OCTETS[AT_OCTET + 1]);");
+        source.line("IS_PRESSURE := TRUE;");
+        match field {
+            Field::ChannelMantissa(_) => source.lines(MANTISSA),
+            Field::TtrValue => source.lines(TTR),
+            field if number_of(field) == Some(NumberType::Float) => source.lines(FLOAT),
+            _ => source.line("NUMBER := INT_TO_REAL(B0) * 256.0 + INT_TO_REAL(B1);"),
+        }
+        if self.has_unit() {
+            self.to_pascal(source);
+        }
+        source
+            .lines(&format!("IF (PA <= 0.0) OR (PA > {}) THEN\n    IS_PRESSURE := FALSE;\nEND_IF;", real(HIGHEST_PA)));
+        if self.needs_range() {
+            self.range(source);
+        }
+        self.verdict(source, &pressures);
+        source.lines(&format!("QUALITY{index} := Q;\nVALID{index} := Q = 0;"));
+        source.lines(&format!(
+            "IF Q = 0 THEN\n    PRESSURE_PA{index} := PA;\nELSE\n    PRESSURE_PA{index} := SUBSTITUTE_PA;\nEND_IF;\n\
+             PRESSURE_MBAR{index} := PRESSURE_PA{index} / 100.0;"
+        ));
+    }
+
+    /// The variable with the instance or channel of a value, if the tables have its COUNTS.
+    fn instance(&self) -> Option<&'static str> {
+        match (self.pressures().len() > 1, self.selector()) {
+            _ if self.model.parts.is_empty() => None,
+            (true, _) => Some("CHANNEL"),
+            (false, Some(_)) => Some("INSTANCE"),
+            (false, None) => None,
+        }
+    }
+
+    /// The parts, each instance once: the first of an instance has its COUNTS.
+    fn parts(&self) -> Vec<&'static PartSpec> {
+        let mut parts: Vec<&PartSpec> = self.model.parts.to_vec();
+        parts.dedup_by_key(|spec| spec.part.instance);
+        parts
+    }
+
+    fn has_counts(&self) -> bool {
+        let has_log = self.model.parts.iter().any(|spec| matches!(spec.counts, Counts::Log { .. }));
+        self.has_unit() && has_log && self.model.units.iter().any(|unit| unit.scale == Scale::Counts)
+    }
+
+    fn to_pascal(&self, source: &mut Source) {
+        source.line("PA := 0.0;");
+        source.open("CASE UNIT OF");
+        for unit in self.model.units {
+            match unit.scale {
+                Scale::PerMbar(factor) => {
+                    source.line(&format!(
+                        "{}: PA := NUMBER * {}; (* {} *)",
+                        unit.code,
+                        real(100.0 / factor),
+                        unit.name
+                    ));
+                }
+                Scale::Counts => {
+                    source.open(&format!("{}: (* {} *)", unit.code, unit.name));
+                    self.counts(source);
+                    source.close("");
+                }
+            }
+        }
+        source.branch("ELSE");
+        source.line("IS_PRESSURE := FALSE;");
+        source.close("END_CASE;");
+        if let Some(instance) = self.instance().filter(|instance| *instance == "INSTANCE") {
+            let instances = self.parts().into_iter().map(|spec| spec.part.instance);
+            let known: Vec<_> =
+                std::iter::once(0).chain(instances).map(|one| format!("({instance} <> {one})")).collect();
+            source.lines(&format!("IF {} THEN\n    IS_PRESSURE := FALSE;\nEND_IF;", known.join(" AND ")));
+        }
+    }
+
+    fn counts(&self, source: &mut Source) {
+        let parts = self.parts();
+        match (self.instance(), parts.first()) {
+            (_, None) => source.lines(&linear(1.0)),
+            (None, Some(spec)) => source.lines(&counts(spec.counts)),
+            (Some(instance), Some(_)) => {
+                source.open(&format!("CASE {instance} OF"));
+                for (number, spec) in parts.into_iter().enumerate() {
+                    // Without an active instance the master takes the first.
+                    let none = if number == 0 { "0, " } else { "" };
+                    source.open(&format!("{none}{}:", spec.part.instance));
+                    source.lines(&counts(spec.counts));
+                    source.close("");
+                }
+                source.branch("ELSE");
+                source.line("IS_PRESSURE := FALSE;");
+                source.close("END_CASE;");
+            }
+        }
+    }
+
+    /// Only One Of N Status Extension and the TTR compatibility mode need the range of the gauge.
+    fn needs_range(&self) -> bool {
+        matches!(self.status(), Status::Gauge(_) | Status::Ttr)
+    }
+
+    fn range(&self, source: &mut Source) {
+        source.lines("HAS_RANGE := FALSE;\nPIRANI := FALSE;\nLOW := 0.0;\nHIGH := 0.0;");
+        if matches!(self.status(), Status::Ttr) {
+            if let Some(range) = crate::cyclic::whole_range(self.model) {
+                source.lines(&set_range(range.lowest_pa, range.highest_pa));
+            }
+            return;
+        }
+        if self.selector().is_none() {
+            return;
+        }
+        let unranged = unranged_instances(self.model);
+        let has_ion = self.model.parts.iter().any(|spec| spec.part.principle == Principle::HotCathode);
+        source.open("CASE INSTANCE OF");
+        for spec in self.parts().into_iter().filter(|spec| !unranged.contains(&spec.part.instance)) {
+            source.open(&format!("{}: (* {} *)", spec.part.instance, spec.part.principle.part_name()));
+            source.lines(&set_range(spec.limits.under_pa, spec.limits.over_pa));
+            if has_ion && spec.part.principle == Principle::Pirani {
+                source.line("PIRANI := TRUE;");
+            }
+            source.close("");
+        }
+        source.branch("ELSE");
+        source.line("HAS_RANGE := FALSE;");
+        source.close("END_CASE;");
+    }
+
+    fn verdict(&self, source: &mut Source, pressures: &[(usize, Field)]) {
+        if let Status::Channels(place) = self.status() {
+            source.lines(&format!(
+                "STATUS := BYTE_TO_INT(OCTETS[{place} + (CHANNEL - 1) / 2]);\n\
+                 IF CHANNEL MOD 2 = 0 THEN\n    STATUS := STATUS / 16;\nEND_IF;\nINVALID := {};",
+                bit("STATUS", StatusExtension::INVALID.bits())
+            ));
+        }
+        if let (Status::Measurement, Some((first, field))) = (self.status(), pressures.first()) {
+            let place = first.saturating_add(field.octets()).saturating_sub(*first);
+            source.line(&format!("STATUS := BYTE_TO_INT(OCTETS[AT_OCTET + {place}]);"));
+        }
+        if matches!(self.status(), Status::Ttr) {
+            source.line("ERROR := B0 >= 128;");
+        }
+        let mut rules = vec![("NOT EXCHANGING".to_owned(), Quality::Stale)];
+        rules.extend(self.rules());
+        for (number, (condition, quality)) in rules.into_iter().enumerate() {
+            let word = if number == 0 { "IF" } else { "ELSIF" };
+            source.line(&format!("{word} {condition} THEN"));
+            source.line(&format!("    Q := {}; (* {} *)", quality as u8, quality.word()));
+        }
+        source.lines(&format!(
+            "ELSIF IS_PRESSURE THEN\n    Q := {}; (* {} *)\nELSE\n    Q := {}; (* {} *)\nEND_IF;",
+            Quality::Valid as u8,
+            Quality::Valid.word(),
+            Quality::Fault as u8,
+            Quality::Fault.word()
+        ));
+    }
+
+    /// The conditions and their qualities, in order; behind them only the number decides.
+    fn rules(&self) -> Vec<(String, Quality)> {
+        let rule = |condition: &str, quality| (condition.to_owned(), quality);
+        let (under, over) = (bit("STATUS", StatusExtension::UNDER.bits()), bit("STATUS", StatusExtension::OVER.bits()));
+        let by_extension = |alarms: ExceptionStatus| {
+            vec![
+                (format!("INVALID AND ({})", any_bit("EXCEPTION", alarms)), Quality::Fault),
+                (format!("({under}) AND ({over})"), Quality::Fault),
+                (under.clone(), Quality::Underrange),
+                (over.clone(), Quality::Overrange),
+            ]
+        };
+        let within = format!(
+            "HAS_RANGE AND IS_PRESSURE AND (PA > LOW * {}) AND (PA < HIGH * {})",
+            real(1.0 + ROUNDING),
+            real(1.0 - ROUNDING)
+        );
+        let at_low_end = format!("(PA <= LOW * {})", real(1.0 + ROUNDING));
+        match self.status() {
+            Status::Gauge(_) => {
+                let mut rules = by_extension(ExceptionStatus::ALARM);
+                rules.extend([
+                    (format!("INVALID AND PIRANI AND IS_PRESSURE AND {at_low_end}"), Quality::Underrange),
+                    (format!("INVALID AND {within}"), Quality::Fault),
+                    rule("INVALID", Quality::Off),
+                ]);
+                rules
+            }
+            Status::Channels(_) => {
+                let mut rules = by_extension(ExceptionStatus::ALARM_COMMON | ExceptionStatus::ALARM_MANUFACTURER);
+                rules.extend(self.hot_cathodes().map(|condition| (format!("INVALID AND {condition}"), Quality::Off)));
+                rules.extend([rule("INVALID AND MEASURES", Quality::Missing), rule("INVALID", Quality::Off)]);
+                rules
+            }
+            Status::Measurement => vec![
+                rule("STATUS = 1", Quality::Underrange),
+                rule("STATUS = 2", Quality::Overrange),
+                rule("STATUS = 4", Quality::Off),
+                rule("STATUS = 5", Quality::Missing),
+                rule("STATUS <> 0", Quality::Fault),
+            ],
+            Status::Ttr => vec![
+                rule("ERROR", Quality::Fault),
+                (format!("HAS_RANGE AND {at_low_end}"), Quality::Underrange),
+                (format!("HAS_RANGE AND (PA >= HIGH * {})", real(1.0 - ROUNDING)), Quality::Overrange),
+            ],
+            Status::None => vec![
+                rule("ALARM", Quality::Fault),
+                (bit("EXCEPTION", ExceptionStatus::WARNING_DEVICE.bits()), Quality::Fault),
+            ],
+        }
+    }
+
+    /// The condition that the channel has a hot cathode in the tables.
+    fn hot_cathodes(&self) -> Option<String> {
+        let is_hot = |instance: u8| {
+            let mut principles = self.model.parts.iter().filter(|spec| spec.part.instance == instance);
+            principles.all(|spec| spec.part.principle == Principle::HotCathode)
+        };
+        let instances = self.parts().into_iter().map(|spec| spec.part.instance);
+        let hot: Vec<_> = instances.filter(|one| is_hot(*one)).map(|one| format!("(CHANNEL = {one})")).collect();
+        (!hot.is_empty()).then(|| format!("({})", hot.join(" OR ")))
+    }
+}
+
+const fn number_of(field: Field) -> Option<NumberType> {
+    match field {
+        Field::ProcessValue(number) | Field::ChannelValue(_, number) => Some(number),
+        _ => None,
+    }
+}
+
+/// The condition that any of these bits is set.
+fn any_bit(variable: &str, mask: ExceptionStatus) -> String {
+    let bits: Vec<_> = mask.iter().map(|one| format!("({})", bit(variable, one.bits()))).collect();
+    bits.join(" OR ")
+}
+
+fn set_range(low_pa: f64, high_pa: f64) -> String {
+    format!("HAS_RANGE := TRUE;\nLOW := {};\nHIGH := {};", real(low_pa), real(high_pa))
+}
+
+/// The statements that convert COUNTS to Pa.
+fn counts(counts: Counts) -> String {
+    match counts {
+        Counts::Log { per_decade, at_1_mbar } => format!(
+            "X := (NUMBER - {}) / {} * 2.302585093;\n\
+             IF (NUMBER = 0.0) OR (X > 60.0) THEN\n    IS_PRESSURE := FALSE;\nELSIF X < -75.0 THEN\n    PA := 1.0E-30;\nELSE\n    PA := EXP(X) * 100.0;\nEND_IF;",
+            real(at_1_mbar),
+            real(per_decade)
+        ),
+        Counts::Linear { per_mbar } => linear(per_mbar),
+        // A process value is no difference.
+        Counts::Distance { .. } => "IS_PRESSURE := FALSE;".to_owned(),
+    }
+}
+
+fn linear(per_mbar: f64) -> String {
+    format!("PA := NUMBER * {};", real(100.0 / per_mbar))
+}
+
+/// A float of 32 bits, taken apart. Numbers that no gauge sends (denormalised, from 2^104 on, infinite, no number) are no pressure.
+const FLOAT: &str = "\
+B2 := BYTE_TO_INT(OCTETS[AT_OCTET + 2]);
+B3 := BYTE_TO_INT(OCTETS[AT_OCTET + 3]);
+EXPONENT := (B0 MOD 128) * 2 + B1 / 128;
+NUMBER := 8388608.0 + INT_TO_REAL(B1 MOD 128) * 65536.0 + INT_TO_REAL(B2) * 256.0 + INT_TO_REAL(B3);
+IF (EXPONENT = 0) OR (EXPONENT > 230) THEN
+    IS_PRESSURE := FALSE;
+    NUMBER := 0.0;
+ELSE
+    EXPONENT := EXPONENT - 150;
+    WHILE EXPONENT > 0 DO
+        NUMBER := NUMBER * 2.0;
+        EXPONENT := EXPONENT - 1;
+    END_WHILE;
+    WHILE EXPONENT < 0 DO
+        NUMBER := NUMBER * 0.5;
+        EXPONENT := EXPONENT + 1;
+    END_WHILE;
+END_IF;
+IF B0 >= 128 THEN
+    NUMBER := 0.0 - NUMBER;
+END_IF;";
+
+/// The Inficon floating point format, as [`crate::cyclic::mantissa_number`] assumes it.
+const MANTISSA: &str = "\
+NUMBER := INT_TO_REAL(B0) * 256.0 + INT_TO_REAL(B1);
+POWER := BYTE_TO_INT(OCTETS[AT_OCTET + 2]);
+IF POWER >= 128 THEN
+    POWER := POWER - 256;
+END_IF;
+IF (B0 >= 128) OR (POWER > 25) OR (POWER < -30) THEN
+    IS_PRESSURE := FALSE;
+    NUMBER := 0.0;
+    POWER := 0;
+END_IF;
+WHILE POWER > 0 DO
+    NUMBER := NUMBER * 10.0;
+    POWER := POWER - 1;
+END_WHILE;
+WHILE POWER < 0 DO
+    NUMBER := NUMBER / 10.0;
+    POWER := POWER + 1;
+END_WHILE;";
+
+/// Telegram 205, as [`crate::cyclic::TtrReading`] decodes it: the exponent of ten in Pa is value / 482 - 2.778.
+const TTR: &str = "\
+NUMBER := INT_TO_REAL(B0 MOD 16) * 256.0 + INT_TO_REAL(B1);
+PA := EXP((NUMBER / 482.0 - 2.778) * 2.302585093);";
