@@ -48,6 +48,16 @@ const BLUE: Colour = Colour(12);
 const WHITE: Colour = Colour(15);
 
 /// What a bitmap of a device shows.
+///
+/// ```
+/// use profivac_client::gsd::Bitmap;
+/// use profivac_devices::catalog::model_named;
+///
+/// let model = model_named("bcg450").ok_or("no such model")?;
+/// assert_eq!(Bitmap::Device.keyword(), "Bitmap_Device");
+/// assert_eq!(Bitmap::Device.name(model), "BCG450_N");
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Bitmap {
     /// The device (`Bitmap_Device`).
