@@ -97,11 +97,16 @@ fn identify(body: &[u8], identity: &Identity) -> Result<Vec<u8>, Exception> {
     let mut answer = vec![0x2B, 0x0E, code, CONFORMITY, 0, 0, u8::try_from(chosen.len()).unwrap_or_default()];
     for (number, text) in chosen {
         // At most 64 octets each, so that all fit into one answer of 253 octets.
-        let text = text.as_bytes().get(..text.len().min(64)).unwrap_or_default();
+        let text: Vec<u8> = text.chars().take(64).map(ascii).collect();
         answer.extend([number, u8::try_from(text.len()).unwrap_or_default()]);
-        answer.extend_from_slice(text);
+        answer.extend(text);
     }
     Ok(answer)
+}
+
+/// Objects are ASCII (app 6.21); `?` stands for other characters.
+fn ascii(letter: char) -> u8 {
+    u8::try_from(letter).ok().filter(|octet| matches!(octet, b' '..=b'~')).unwrap_or(b'?')
 }
 
 /// The head of a telegram on TCP (tcp 3.1.3).

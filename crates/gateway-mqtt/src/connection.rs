@@ -28,6 +28,9 @@ const QUEUE: usize = 8;
 /// The events that wait for the gateway; further messages of others are dropped.
 const EVENTS: usize = 64;
 
+/// The places among them for what belongs to the connection itself: SUBACK, PINGREQ, PINGRESP.
+const RESERVED: usize = 8;
+
 /// The largest message that is sent: a birth of ten thousand points has two megabytes.
 const MAX_SENT: usize = 64 << 20;
 
@@ -63,7 +66,9 @@ pub enum MqttError {
     #[error("there is no secure connection to the broker: {0}")]
     Tls(TlsError),
     /// The broker has closed the connection.
-    #[error("the broker has closed the connection")]
+    #[error(
+        "the broker has closed the connection; it also does so when another client connects with the same client-id"
+    )]
     Closed,
     /// The broker does not permit a subscription.
     #[error("the broker does not permit to subscribe to {0}: change its access list")]
@@ -262,7 +267,7 @@ pub struct Connection {
     connector: Connector,
     client: AsyncClient,
     events: mpsc::Receiver<Report>,
-    task: JoinHandle<()>,
+    task: JoinHandle<bool>,
     subscriptions: Vec<String>,
     dropped: Arc<AtomicU64>,
 }
@@ -306,11 +311,10 @@ impl Connection {
         self.dropped.swap(0, Ordering::Relaxed)
     }
 
-    /// Sends what waits, and DISCONNECT, so that the broker discards the will.
-    pub async fn close(mut self) {
-        if timeout(CLOSE_TIMEOUT, self.client.disconnect()).await.is_ok_and(|sent| sent.is_ok()) {
-            timeout(CLOSE_TIMEOUT, &mut self.task).await.ok();
-        }
+    /// Sends what waits, and DISCONNECT, so that the broker discards the will. Returns whether the socket has taken all of it.
+    pub async fn close(mut self) -> bool {
+        timeout(CLOSE_TIMEOUT, self.client.disconnect()).await.is_ok_and(|sent| sent.is_ok())
+            && timeout(CLOSE_TIMEOUT, &mut self.task).await.is_ok_and(|ended| ended.is_ok_and(|sent| sent))
     }
 }
 
@@ -320,8 +324,9 @@ impl Drop for Connection {
     }
 }
 
-/// Serves the connection until it ends. It never waits for the gateway: otherwise both could wait for each other.
-async fn receive(mut events: EventLoop, sender: mpsc::Sender<Report>, dropped: Arc<AtomicU64>) {
+/// Serves the connection until it ends, and returns whether DISCONNECT was sent. It never waits for the gateway: otherwise both could
+/// wait for each other. What belongs to the connection itself has places that messages of others cannot take.
+async fn receive(mut events: EventLoop, sender: mpsc::Sender<Report>, dropped: Arc<AtomicU64>) -> bool {
     loop {
         let report = match events.poll().await {
             Ok(rumqttc::Event::Incoming(Incoming::Publish(publish))) => {
@@ -333,16 +338,47 @@ async fn receive(mut events: EventLoop, sender: mpsc::Sender<Report>, dropped: A
             }
             Ok(rumqttc::Event::Outgoing(Outgoing::PingReq)) => Report::Event(Event::Ping),
             Ok(rumqttc::Event::Incoming(Incoming::PingResp)) => Report::Event(Event::Pong),
-            Ok(rumqttc::Event::Outgoing(Outgoing::Disconnect)) => return,
+            Ok(rumqttc::Event::Outgoing(Outgoing::Disconnect)) => return true,
             Ok(_) => continue,
             Err(error) => {
                 // The reason waits for the gateway; the connection is gone anyway.
                 sender.send(Report::Ended(error)).await.ok();
-                return;
+                return false;
             }
         };
-        if sender.try_send(report).is_err() {
-            dropped.fetch_add(1, Ordering::Relaxed);
+        offer(&sender, report, &dropped);
+    }
+}
+
+/// Queues a report, or drops and counts it.
+fn offer(sender: &mpsc::Sender<Report>, report: Report, dropped: &AtomicU64) {
+    let is_message = matches!(report, Report::Event(Event::Message { .. }));
+    if is_message && sender.capacity() <= RESERVED || sender.try_send(report).is_err() {
+        dropped.fetch_add(1, Ordering::Relaxed);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[tokio::test]
+    async fn messages_of_others_leave_room_for_the_answers_of_the_broker() {
+        let (sender, mut reports) = mpsc::channel(EVENTS);
+        let dropped = AtomicU64::new(0);
+        let message = || Report::Event(Event::Message { topic: "other".to_owned(), payload: Vec::new() });
+        (0..2 * EVENTS).for_each(|_| offer(&sender, message(), &dropped));
+        assert_eq!(dropped.load(Ordering::Relaxed), (EVENTS + RESERVED) as u64);
+        offer(&sender, Report::Event(Event::Subscribed), &dropped);
+        offer(&sender, Report::Event(Event::Pong), &dropped);
+        drop(sender);
+        let mut last = Vec::new();
+        while let Some(report) = reports.recv().await {
+            last.push(report);
         }
+        assert!(matches!(
+            last.as_slice(),
+            [.., Report::Event(Event::Subscribed), Report::Event(Event::Pong)] if last.len() == EVENTS - RESERVED + 2
+        ));
     }
 }

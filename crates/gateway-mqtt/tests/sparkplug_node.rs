@@ -278,6 +278,7 @@ fn births_wait_for_the_primary_host_and_its_end_is_the_end_of_the_edge_node() {
         (host, state(true, 99)),
         (host, state(false, 150)),
         (host, b"ONLINE".to_vec()),
+        (host, state(true, u64::MAX)),
         (host, b"{\"online\":true}".to_vec()),
     ] {
         node.message(topic, &payload, NOW);

@@ -29,10 +29,10 @@ pub const OWN: &str = "own/cert.der";
 /// Its key, in the folder.
 pub const KEY: &str = "private/private.pem";
 
-/// Makes the folder, and in it the key and the certificate of the station if they are absent. A key takes a second.
+/// Makes the folder, and in it the key and the certificate of the station if both are absent. A key takes a second.
 ///
 /// # Errors
-/// When the folder cannot be written.
+/// When the folder cannot be written, or one of both files is absent: the other may be one that a site has installed.
 pub fn prepare(folder: &Path, application_uri: &str, host: &str) -> Result<(), OpcuaError> {
     let failed =
         |error: std::io::Error| OpcuaError::Certificates { folder: folder.to_owned(), error: error.to_string() };
@@ -41,8 +41,15 @@ pub fn prepare(folder: &Path, application_uri: &str, host: &str) -> Result<(), O
     }
     fs::set_permissions(folder.join("private"), Permissions::from_mode(0o700)).map_err(failed)?;
     let (certificate, key) = (folder.join(OWN), folder.join(KEY));
-    if certificate.exists() && key.exists() {
-        return Ok(());
+    let missing = match (certificate.exists(), key.exists()) {
+        (true, true) => return Ok(()),
+        (false, false) => None,
+        (false, true) => Some((OWN, KEY)),
+        (true, false) => Some((KEY, OWN)),
+    };
+    if let Some((missing, found)) = missing {
+        let error = format!("{missing} is missing beside {found}: add it, or remove {found} and both are made");
+        return Err(OpcuaError::Certificates { folder: folder.to_owned(), error });
     }
     let made = CertificateStore::create_certificate_and_key(&data(application_uri, host), true, &certificate, &key);
     made.map_err(|error| OpcuaError::Certificates { folder: folder.to_owned(), error })?;
@@ -81,6 +88,16 @@ pub fn prune(folder: &Path) {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_certificate_without_its_key_stays_and_is_an_error() {
+        let folder = tempfile::tempdir().unwrap();
+        fs::create_dir_all(folder.path().join("own")).unwrap();
+        fs::write(folder.path().join(OWN), "of the site").unwrap();
+        let error = prepare(folder.path(), "urn:hall", "localhost").unwrap_err().to_string();
+        assert!(error.contains("private/private.pem is missing beside own/cert.der"), "{error}");
+        assert_eq!(fs::read(folder.path().join(OWN)).unwrap(), b"of the site");
+    }
 
     #[test]
     fn only_the_newest_rejected_certificates_stay() {

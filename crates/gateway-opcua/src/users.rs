@@ -12,7 +12,8 @@ use std::time::Duration;
 use tokio::sync::Semaphore;
 use tokio::time::{sleep, timeout};
 
-/// The pause after a wrong name or password, in which no other login is checked. free choice: a guess a second.
+/// The pause after a wrong name or password. Wrong ones wait for each other, right ones do not wait for them. free choice: a guess a
+/// second.
 const REFUSAL_PAUSE: Duration = Duration::from_secs(1);
 
 /// The longest wait for the check of a login to begin.
@@ -27,13 +28,15 @@ pub struct Logins {
     status: Arc<GatewayStatus>,
     /// One login at a time: each takes a processor for some ten milliseconds.
     slot: Arc<Semaphore>,
+    /// One refusal at a time.
+    refusals: Arc<Semaphore>,
 }
 
 impl Logins {
     /// Logins of the users of this file.
     #[must_use]
     pub fn new(file: PathBuf, status: Arc<GatewayStatus>) -> Self {
-        Self { file, status, slot: Arc::new(Semaphore::new(1)) }
+        Self { file, status, slot: Arc::new(Semaphore::new(1)), refusals: Arc::new(Semaphore::new(1)) }
     }
 
     /// Whether name and password are those of a user.
@@ -79,14 +82,16 @@ impl AuthManager for Logins {
         name: &str,
         password: &Password,
     ) -> Result<UserToken, Error> {
-        let Ok(Ok(_slot)) = timeout(LOGIN_TIMEOUT, self.slot.acquire()).await else {
+        let Ok(Ok(slot)) = timeout(LOGIN_TIMEOUT, self.slot.acquire()).await else {
             return Err(Error::new(StatusCode::BadTooManyOperations, "too many logins at the same time"));
         };
         if self.is_right(name, password.get()).await {
             return Ok(UserToken(name.to_ascii_lowercase()));
         }
+        drop(slot);
         // An unknown name may be a password in the wrong field: it is not repeated.
         self.status.refused("a login with a wrong name or password");
+        let _refusal = self.refusals.acquire().await;
         sleep(REFUSAL_PAUSE).await;
         Err(rejected("wrong name or password"))
     }

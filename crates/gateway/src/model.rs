@@ -153,9 +153,26 @@ fn carried_over(old: &Snapshot, points: &[Point]) -> Arc<[PointValue]> {
     points.iter().map(value).collect()
 }
 
+/// While it lives, the segments read the parameters that gateways show.
+struct ParameterReader(Arc<Services>);
+
+impl ParameterReader {
+    fn new(services: Arc<Services>) -> Self {
+        services.snapshots().add_parameter_reader();
+        Self(services)
+    }
+}
+
+impl Drop for ParameterReader {
+    fn drop(&mut self) {
+        self.0.snapshots().remove_parameter_reader();
+    }
+}
+
 /// The read model of a running station: a thread that publishes a snapshot every [`PERIOD`]. Dropping it ends the thread.
 pub struct ReadModel {
-    snapshots: watch::Sender<Arc<Snapshot>>,
+    /// The thread has the only sender, so its end is seen here.
+    snapshots: Subscription,
     is_stopped: Arc<AtomicBool>,
     thread: Mutex<Option<JoinHandle<()>>>,
 }
@@ -166,18 +183,18 @@ impl ReadModel {
     /// # Errors
     /// When the system gives no thread.
     pub fn start(services: Arc<Services>) -> std::io::Result<Self> {
-        services.snapshots().want_parameters(true);
+        let reader = ParameterReader::new(Arc::clone(&services));
         let mut modeller = Modeller::default();
-        let (snapshots, _) = watch::channel(Arc::new(modeller.next(Inputs::of(&services), Micros::now())));
+        let (sender, snapshots) = watch::channel(Arc::new(modeller.next(Inputs::of(&services), Micros::now())));
         let is_stopped = Arc::new(AtomicBool::new(false));
-        let (own_sender, own_flag) = (snapshots.clone(), Arc::clone(&is_stopped));
+        let own_flag = Arc::clone(&is_stopped);
         let thread = std::thread::Builder::new().name("read model".to_owned()).spawn(move || {
+            let _reader = reader;
             while !own_flag.load(Ordering::Relaxed) {
                 let next = modeller.next(Inputs::of(&services), Micros::now());
-                own_sender.send_replace(Arc::new(next));
+                sender.send_replace(Arc::new(next));
                 std::thread::park_timeout(PERIOD);
             }
-            services.snapshots().want_parameters(false);
         })?;
         Ok(Self { snapshots, is_stopped, thread: Mutex::new(Some(thread)) })
     }
@@ -191,9 +208,15 @@ impl ReadModel {
     /// Waits for new snapshots. The present one counts as not seen yet.
     #[must_use]
     pub fn subscribe(&self) -> Subscription {
-        let mut subscription = self.snapshots.subscribe();
+        let mut subscription = self.snapshots.clone();
         subscription.mark_changed();
         subscription
+    }
+
+    /// Returns when the thread has ended, which before the model is dropped is a defect: no further snapshot comes.
+    pub async fn ended(&self) {
+        let mut subscription = self.snapshots.clone();
+        while subscription.changed().await.is_ok() {}
     }
 }
 

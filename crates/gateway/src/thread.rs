@@ -117,6 +117,12 @@ where
                 }
                 return;
             }
+            // Without new snapshots the gateway would serve the last one for ever as present.
+            () = context.model.ended() => {
+                serving.abort();
+                context.status.fails("the read model has failed unexpectedly: restart the station, and report the defect");
+                return stop.stopped().await;
+            }
         };
         match ended {
             Ok(Ok(())) => pause = FIRST_PAUSE,

@@ -3,7 +3,7 @@
 use crate::bus::BusStore;
 use crate::view::{Gauge, ReadProgress, Segment, SegmentState, duration_ms};
 use std::collections::BTreeMap;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError, RwLock, RwLockReadGuard, RwLockWriteGuard};
 use std::time::{Duration, Instant};
 
@@ -42,7 +42,7 @@ pub struct SnapshotStore {
     read_progress: Mutex<Vec<ReadProgress>>,
     buses: BusStore,
     /// A gateway shows parameters: the segments read them.
-    parameters_wanted: AtomicBool,
+    parameter_readers: AtomicUsize,
 }
 
 impl SnapshotStore {
@@ -63,12 +63,17 @@ impl SnapshotStore {
     /// Whether the segments read the parameters that gateways show.
     #[must_use]
     pub fn are_parameters_wanted(&self) -> bool {
-        self.parameters_wanted.load(Ordering::Relaxed)
+        self.parameter_readers.load(Ordering::Relaxed) > 0
     }
 
-    /// Sets whether the segments read the parameters that gateways show.
-    pub fn want_parameters(&self, wanted: bool) {
-        self.parameters_wanted.store(wanted, Ordering::Relaxed);
+    /// The segments read the parameters that gateways show until [`Self::remove_parameter_reader`] is called as often.
+    pub fn add_parameter_reader(&self) {
+        self.parameter_readers.fetch_add(1, Ordering::Relaxed);
+    }
+
+    /// Takes one [`Self::add_parameter_reader`] back.
+    pub fn remove_parameter_reader(&self) {
+        self.parameter_readers.fetch_sub(1, Ordering::Relaxed);
     }
 
     /// The lines of the segments.

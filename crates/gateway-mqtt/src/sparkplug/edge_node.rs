@@ -35,6 +35,9 @@ pub const REBIRTH: &str = "Node Control/Rebirth";
 /// The metric that connects a birth with its death.
 pub const BD_SEQ: &str = "bdSeq";
 
+/// How far the clock of the primary host may be ahead of that of the station.
+const CLOCK_TOLERANCE: Duration = Duration::from_secs(86_400);
+
 /// The shortest time between two births. free choice: several hosts that ask at the same time get one answer.
 pub const REBIRTH_PAUSE: Duration = Duration::from_secs(2);
 
@@ -263,6 +266,12 @@ impl EdgeNode {
         let Ok(HostState { online, timestamp }) = serde_json::from_slice(payload) else {
             return Reaction::Refused("the state of the primary host is not {\"online\":…,\"timestamp\":…}".to_owned());
         };
+        // A time in the far future would make every later state an earlier one.
+        if timestamp > metric::milliseconds(now.after(CLOCK_TOLERANCE)) {
+            return Reaction::Refused(format!(
+                "the state of the primary host has a time in the future: {timestamp} ms since 1970"
+            ));
+        }
         // tck-id-message-flow-edge-node-birth-publish-phid-wait-timestamp
         if self.host_at.is_some_and(|last| timestamp < last) {
             return Reaction::None;

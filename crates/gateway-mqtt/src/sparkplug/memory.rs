@@ -2,6 +2,8 @@
 
 use profivac_recorder::Micros;
 use serde::{Deserialize, Serialize};
+use std::fs::File;
+use std::io::Write;
 use std::path::{Path, PathBuf};
 
 /// The file, as JSON.
@@ -61,10 +63,12 @@ impl Memory {
         self.write()
     }
 
-    /// Replaces the file as a whole or not at all.
+    /// Replaces the file as a whole or not at all, also at a power cut. It waits for the disk; the gateway has a thread of its own.
     fn write(&self) -> std::io::Result<()> {
         let new = self.path.with_extension("sparkplug.new");
-        std::fs::write(&new, serde_json::to_vec(&self.kept)?)?;
+        let mut file = File::create(&new)?;
+        file.write_all(&serde_json::to_vec(&self.kept)?)?;
+        file.sync_all()?;
         std::fs::rename(new, &self.path)
     }
 }

@@ -91,6 +91,14 @@ struct Progress {
     pinged: Option<Micros>,
 }
 
+/// What ends a session that was not lost.
+struct Last {
+    /// The NDEATH to be published.
+    death: Message,
+    /// The samples up to this time are delivered when the socket has taken everything; `None` if only an answered PINGREQ proves it.
+    sent: Option<Micros>,
+}
+
 struct Publisher {
     connector: Connector,
     client_id: String,
@@ -123,13 +131,14 @@ impl Publisher {
         let ended = self.publish_until_stopped(&mut node, &mut connection, context).await;
         self.host_at = node.host_at();
         match ended {
-            Ok(Some(death)) => {
+            Ok(last) => {
                 // The broker publishes the will if this fails.
-                connection.publish(death).await.ok();
-                connection.close().await;
+                connection.publish(last.death).await.ok();
+                if let (true, Some(sent)) = (connection.close().await, last.sent) {
+                    self.keep(sent, context);
+                }
                 if context.stop.is_stopped() { Ended::Stopped } else { Ended::Lost(MqttError::HostOffline) }
             }
-            Ok(None) => Ended::Stopped,
             Err(MqttError::Closed) => Ended::Lost(connection.end().await),
             Err(error) => Ended::Lost(error),
         }
@@ -146,13 +155,13 @@ impl Publisher {
         }
     }
 
-    /// Publishes until the edge node is told to stop, or the primary host goes offline: then with the NDEATH to be published.
+    /// Publishes until the edge node is told to stop, or the primary host goes offline.
     async fn publish_until_stopped(
         &mut self,
         node: &mut EdgeNode,
         connection: &mut Connection,
         context: &mut Context,
-    ) -> Result<Option<Message>, MqttError> {
+    ) -> Result<Last, MqttError> {
         let mut snapshots = context.model.subscribe();
         let mut tick = interval(TICK);
         tick.set_missed_tick_behavior(MissedTickBehavior::Delay);
@@ -170,12 +179,11 @@ impl Publisher {
             }
             tokio::select! {
                 () = context.stop.stopped() => {
-                    self.keep(progress.sent, context);
-                    return Ok(Some(node.death(Micros::now())));
+                    return Ok(Last { death: node.death(Micros::now()), sent: Some(progress.sent) });
                 }
                 event = connection.event() => {
                     if let Some(death) = self.handle(event?, node, &mut progress, context) {
-                        return Ok(Some(death));
+                        return Ok(Last { death, sent: None });
                     }
                     let dropped = connection.dropped();
                     if dropped > 0 {
@@ -187,7 +195,7 @@ impl Publisher {
                 }
                 changed = snapshots.changed() => {
                     if changed.is_err() {
-                        return Ok(Some(node.death(Micros::now())));
+                        return Ok(Last { death: node.death(Micros::now()), sent: Some(progress.sent) });
                     }
                     let snapshot = Arc::clone(&snapshots.borrow_and_update());
                     let now = Micros::now();
