@@ -289,7 +289,7 @@ impl<C: Stations> Line<C> {
         let due = self.next_octet(&first);
         if first.started.is_none() {
             if self.pace == Pace::ByPort {
-                self.receiver.own_telegram();
+                self.receiver.own_telegram(now);
             }
             first.started = Some(now);
             first.hits = self.noise.corrupt(&mut first.octets);

@@ -116,7 +116,7 @@ fn the_error_for_a_wrong_target_names_alternatives() {
 fn a_missing_slave_and_a_missing_port_are_no_answer() {
     let line = Line::with(&["bcg450@5"]);
     let missing = "no station answers at address 9; `profivac scan` shows the stations of the bus";
-    line.fails("read", 9, &["--timeout", "0.5", "0/25"], 3, missing);
+    line.fails("read", 9, &["--timeout", "10", "0/25"], 3, missing);
     let lost = run(&["read", "--port", "/nowhere", "--address", "5", "0/25"]);
     assert_eq!(lost.status.code(), Some(3));
     assert_eq!(
@@ -132,7 +132,7 @@ fn a_device_without_power_is_no_answer() {
     let mut line = Line::with(&["bcg450@5"]);
     line.tell("power 5 off");
     let missing = "no station answers at address 5; `profivac scan` shows the stations of the bus";
-    line.fails("read", 5, &["--timeout", "0.5", "0/25"], 3, missing);
+    line.fails("read", 5, &["--timeout", "10", "0/25"], 3, missing);
 }
 
 /// The master that owns a gauge reads the selected instance, so a notice reports that the selector was moved.

@@ -170,9 +170,13 @@ impl Receiver {
         Some((total, Telegram::parse(octets.get(..total)?).ok()?))
     }
 
-    /// The station begins to send: nothing that was received before continues behind its telegram. The rest of a telegram counts as
-    /// damaged, and the next telegram may follow the own one at once. For ports whose idle time is longer than the pauses of the line.
-    pub const fn own_telegram(&mut self) {
+    /// The station begins to send at `now`. After an idle line of T_SYN nothing that was received before continues behind its telegram:
+    /// the beginning of a telegram counts as damaged, and the next telegram may follow the own one at once. For ports whose idle time is
+    /// longer than the pauses of the line. Without that pause another station is sending, and its telegram is received to its end.
+    pub fn own_telegram(&mut self, now: BitTime) {
+        if now < self.last + T_SYN_TBIT {
+            return;
+        }
         if self.length > 0 {
             self.damaged = self.damaged.saturating_add(1);
         }
@@ -296,7 +300,7 @@ impl Receiver {
         self.damaged = self.damaged.saturating_add(1);
     }
 
-    const fn clear(&mut self) {
+    fn clear(&mut self) {
         self.length = 0;
         self.buffer_until = 0;
         self.next = Decision::Beginning;
@@ -378,6 +382,27 @@ mod tests {
         for octet in FDL_STATUS {
             assert!(!receiver.collect(now, octet), "the line was not idle");
             now = now + CHARACTER_TBIT;
+        }
+    }
+
+    /// The next telegram of another station arrives while this one begins to send late.
+    #[test]
+    fn an_own_telegram_ends_only_what_an_idle_line_has_ended() {
+        for (pause, rest_is_received) in [(T_SYN_TBIT - 1, true), (T_SYN_TBIT, false)] {
+            let mut receiver = Receiver::with_idle(BitTime(0), 5_000);
+            let mut end = BitTime(6_000);
+            let mut octet = |receiver: &mut Receiver, value: u8| {
+                end = end + CHARACTER_TBIT;
+                (end, matches!(receiver.octet(end, value), Received::Telegram(_)))
+            };
+            let (first, rest) = FDL_STATUS.split_at(3);
+            let mut last = BitTime(0);
+            for value in first {
+                last = octet(&mut receiver, *value).0;
+            }
+            receiver.own_telegram(last + pause);
+            let received = rest.iter().any(|value| octet(&mut receiver, *value).1);
+            assert_eq!((received, receiver.damaged() == 0), (rest_is_received, rest_is_received), "{pause}");
         }
     }
 
