@@ -43,8 +43,9 @@ def recorded(station: pv.RemoteStation, series: str) -> object:
 
 
 def test_a_station_gives_readings(station: pv.RemoteStation) -> None:
-    assert "bcg450 5" in station.gauges()
-    reading = station.read(station.series()[0], pv.Unit.MBAR)
+    assert "bcg450 5" in station.gauges(), "the first request finds the gauges"
+    recorded(station, "bcg450 5")
+    reading = station.read("bcg450 5", pv.Unit.MBAR)
     assert (reading.value is not None) == reading.valid
     assert reading.time <= datetime.now(timezone.utc)
     with pytest.raises(pv.Usage, match="no series 'nowhere'; known: bcg450 5"):

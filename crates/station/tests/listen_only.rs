@@ -175,6 +175,7 @@ fn a_listen_only_segment_records_the_gauges_of_another_master_and_sends_nothing(
     let bus = ForeignBus::begin();
     let station = Station::start(bus.config(folder.path())).unwrap();
     let services = station.services();
+    assert!(services.snapshots().gauge("furnace").is_some(), "the first request finds the gauge");
     let gauge = until("the gauge", || {
         let gauge = services.snapshots().gauge("furnace")?;
         (gauge.state == BusStationState::DataExchange && gauge.assumptions.is_empty()).then_some(gauge)

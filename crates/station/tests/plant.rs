@@ -104,6 +104,22 @@ fn gauges_are_found_sampled_and_recorded() {
 }
 
 #[test]
+fn the_first_request_after_the_start_finds_every_gauge() {
+    let fixture = Fixture::new();
+    fixture.memory_segment("hall", &["bcg450@5"]);
+    fixture.memory_segment("lab", &["psg550@6"]);
+    let segments: &[(&str, &[&str])] = &[("hall", &["chamber bcg450 5"]), ("lab", &["fore psg550 6"])];
+    let mut station = Station::start(fixture.config(segments)).unwrap();
+    let services = station.services();
+    let names = || services.snapshots().gauges().into_iter().map(|gauge| gauge.name).collect::<Vec<_>>();
+    assert_eq!(names(), ["chamber", "fore"]);
+    station.reconfigure(fixture.config(&segments[..1])).unwrap();
+    station.reconfigure(fixture.config(segments)).unwrap();
+    assert_eq!(names(), ["chamber", "fore"], "a segment that is new in the file");
+    station.stop();
+}
+
+#[test]
 fn parameters_are_read_during_data_exchange() {
     let fixture = Fixture::new();
     fixture.memory_segment("hall", &["bcg450@5"]);

@@ -69,11 +69,6 @@ impl Dashboard {
         }
         let recorder = Recorder::start(&file, Settings::default()).map_err(StationError::from)?;
         let services = Arc::new(Services::new(scenario.title.clone(), file, recorder));
-        let server = match options.listen {
-            _ if !options.is_served => None,
-            Some(address) => Some(serve(&services, address)?),
-            None => Some(serve_at_default(&services)?),
-        };
         let names = |address: u8| {
             let spec = scenario.specs().find(|spec| spec.address == address);
             let device = spec.map(|spec| spec.device.clone()).unwrap_or_default();
@@ -84,6 +79,12 @@ impl Dashboard {
         let (snapshots, recorder) = (Arc::clone(services.snapshots()), Arc::clone(services.recorder()));
         let _watcher = AlarmThread::start(Arc::clone(services.alarms()), snapshots, recorder)?;
         let exhibit = DemoSegment::new(services.for_segments(), SEGMENT, segment, master, names);
+        // The gauges are published: the first request finds them.
+        let server = match options.listen {
+            _ if !options.is_served => None,
+            Some(address) => Some(serve(&services, address)?),
+            None => Some(serve_at_default(&services)?),
+        };
         Ok(Self { exhibit, server, _watcher, _folder: folder })
     }
 

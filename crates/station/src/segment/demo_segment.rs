@@ -33,7 +33,7 @@ pub struct DemoSegment {
 }
 
 impl DemoSegment {
-    /// Shows the gauges of `segment` as the segment `name`. `names` gives the name and the device of the gauge at an address.
+    /// Publishes the gauges of `segment` as the segment `name`. `names` gives the name and the device of the gauge at an address.
     #[must_use]
     pub fn new(
         services: SegmentServices,
@@ -49,7 +49,9 @@ impl DemoSegment {
         let gauges = segment.slaves().iter().map(|slave| GaugeSession::with_slave(gauge(slave, &names), *slave));
         let gauges: Vec<_> = gauges.collect();
         gauges.iter().for_each(|gauge| line.declare(std::slice::from_ref(&gauge.config)));
-        Self { name: name.to_owned(), master, services, gauges, inbox, line, publish_at: Instant::now() }
+        let demo = Self { name: name.to_owned(), master, services, gauges, inbox, line, publish_at: Instant::now() };
+        demo.publish(segment);
+        demo
     }
 
     /// Samples and publishes the gauges, and answers one request, or a part of one, if there is one. While it answers, time passes on the bus.

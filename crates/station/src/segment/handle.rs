@@ -42,13 +42,19 @@ impl SegmentHandle {
             is_abandoned: Arc::clone(&is_abandoned),
         };
         let thread = std::thread::Builder::new().name(config.name.clone()).stack_size(STACK);
+        // The gauges are published before the thread runs: a request right after the start finds them.
+        let run: Box<dyn FnOnce() + Send> = if config.listen_only {
+            let mut listener = ListenThread::new(setup);
+            listener.publish(None);
+            Box::new(|| listener.run())
+        } else {
+            let mut master = SegmentThread::new(setup);
+            master.publish(None);
+            Box::new(|| master.run())
+        };
         let thread = thread.spawn(move || {
             let _life: Sender<()> = life;
-            if setup.config.listen_only {
-                ListenThread::new(setup).run();
-            } else {
-                SegmentThread::new(setup).run();
-            }
+            run();
         })?;
         Ok(Self { config, services, commands, alive, is_abandoned, thread })
     }

@@ -119,7 +119,6 @@ impl ListenThread {
 
     /// Runs until the station stops it.
     pub fn run(mut self) {
-        self.publish(None);
         loop {
             match self.open() {
                 Ok(mut tap) => {
@@ -269,7 +268,7 @@ impl ListenThread {
     }
 
     /// Publishes a snapshot; `now` is the bit time while the port is open.
-    fn publish(&mut self, now: Option<BitTime>) {
+    pub fn publish(&mut self, now: Option<BitTime>) {
         self.publish_at = Instant::now() + PUBLISH_INTERVAL;
         if self.is_abandoned.load(Ordering::Relaxed) {
             return;

@@ -134,7 +134,6 @@ impl SegmentThread {
     /// Runs until the station stops it.
     pub fn run(mut self) {
         let mut pause = FIRST_PAUSE;
-        self.publish(None);
         loop {
             let ended = match self.open() {
                 Ok(mut session) => {
@@ -362,7 +361,7 @@ impl SegmentThread {
     }
 
     /// Publishes a snapshot.
-    fn publish(&mut self, session: Option<&mut BusSession>) {
+    pub fn publish(&mut self, session: Option<&mut BusSession>) {
         self.publish_at = Instant::now() + PUBLISH_INTERVAL;
         if self.is_abandoned.load(Ordering::Relaxed) {
             return;
