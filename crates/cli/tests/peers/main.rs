@@ -99,7 +99,7 @@ fn profirust_exchanges_data_again_after_a_restart_of_the_gauge() {
     returns_after_a_restart_of_the_gauge(PROFIRUST);
 }
 
-/// A gauge behind a hub, and the master that loses its answers for 0.7 s.
+/// A gauge behind a hub, and the master that loses its answers for 3 s.
 fn muted(folder: &Folder, master: Master) -> (Program, Program, Watched) {
     let (line, tap) = (folder.name("line"), folder.name("tap"));
     let mut hub = Program::start(&["hub", "--pty", &line, "--pty", &tap]);
@@ -108,7 +108,7 @@ fn muted(folder: &Folder, master: Master) -> (Program, Program, Watched) {
     simulator.ready();
     let master = master(&folder.path("line"), &gauge::slave(USUAL.0, USUAL.1));
     follow(&mut simulator, &master, USUAL, 5e-6);
-    order(&mut hub, &format!("mute {tap} 0.7"));
+    order(&mut hub, &format!("mute {tap} 3"));
     master.until_lost();
     (hub, simulator, master)
 }

@@ -19,8 +19,9 @@ const MASTER: u8 = 2;
 /// A slot time within which a loaded computer answers: 52 ms.
 const SLOT_TBIT: u16 = 1000;
 
-/// Seven requests without an answer take 0.4 s: longer than a pause of the computer, shorter than the muting in the tests.
-const RETRIES: u8 = 6;
+/// Sixteen requests without an answer take 0.8 s: longer than a pause of the computer, shorter than the muting in the tests. After
+/// the last one this master stays offline (see `profirust_stays_offline_after_muted_answers_until_the_gauge_restarts`).
+const RETRIES: u8 = 15;
 
 /// The wait for octets between two looks at the clock: 1 ms.
 const TICK: Timespec = Timespec { tv_sec: 0, tv_nsec: 1_000_000 };
