@@ -371,9 +371,11 @@ def _change(row: _profivac._WriteRow) -> Change:
 
 
 def _words(value: Words) -> str:
-    if isinstance(value, bool):
-        return "true" if value else "false"
-    return value if isinstance(value, str) else repr(value)
+    # A number of numpy prints itself with the name of its type.
+    plain: Words = value.item() if hasattr(value, "item") else value
+    if isinstance(plain, bool):
+        return "true" if plain else "false"
+    return plain if isinstance(plain, str) else repr(plain)
 
 
 def _settings(settings: str | PathLike[str]) -> str:

@@ -82,7 +82,10 @@ class RemoteStation:
             raise Usage(f"expected a URL such as http://127.0.0.1:8080, got {url!r}")
         self._url = url.rstrip("/")
         self._timeout = timeout
-        context = ssl.create_default_context(cafile=cafile)
+        try:
+            context = ssl.create_default_context(cafile=cafile)
+        except OSError as error:
+            raise Usage(f"{cafile} is no certificate that can be read: {error}") from error
         self._opener = urllib.request.build_opener(
             urllib.request.HTTPCookieProcessor(http.cookiejar.CookieJar()),
             urllib.request.HTTPSHandler(context=context),

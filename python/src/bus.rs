@@ -272,7 +272,7 @@ fn owning(
     let slave = identify::wait_for_slave(session, address)?;
     if let Some(owner) = slave.owner.filter(|owner| *owner != master) {
         return Err(Failure::refused(format!(
-            "address {address} is owned by master {owner}; ms1 and pkw need ownership: use via=\"ms2\", or let the owner go"
+            "address {address} is owned by master {owner}; ms1 and pkw need ownership: use via=\"ms2\", or release the gauge in its owner"
         )));
     }
     if let Request::Pressure(None) = request {
@@ -283,7 +283,7 @@ fn owning(
             .map(Answer::Pressure)
             .ok_or_else(|| Failure::refused(format!("address {address} has no channel")));
     }
-    let cyclic = CyclicSlave::find(session, address, master).map_err(Failure::refused)?;
+    let cyclic = CyclicSlave::find(session, address, master)?;
     let records = Class1Session::open_unless(session, &cyclic, path, &|| false).map_err(|error| match error {
         RecordError::Session(error) => Failure::from(ClientError::from(error)),
         RecordError::Interrupted(reason) => Failure::line(format!("address {address}: {reason}")),

@@ -69,7 +69,7 @@ impl Cyclic {
 
 /// Finds the slave, which no other master may own, and parameterises it with its present unit.
 fn begin(session: &mut BusSession, address: u8, master: u8) -> Result<CyclicSlave, Failure> {
-    let slave = CyclicSlave::find(session, address, master).map_err(Failure::refused)?;
+    let slave = CyclicSlave::find(session, address, master)?;
     let parameters = slave.parameters(session.baud());
     add_or_restart(session.master(), &parameters).map_err(Failure::refused)?;
     session.master().set_mode(Mode::Operate);

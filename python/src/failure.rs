@@ -1,6 +1,7 @@
 //! Errors with the exit code of the program, and the exceptions they become.
 
 use profivac_client::settings::SettingsFileError;
+use profivac_client::discover::CyclicError;
 use profivac_client::{ClientError, ErrorKind};
 use pyo3::PyErr;
 
@@ -49,6 +50,17 @@ impl From<ClientError> for Failure {
             _ => "",
         };
         Self { kind: error.kind(), sentence: format!("{error}{advice}") }
+    }
+}
+
+impl From<CyclicError> for Failure {
+    fn from(error: CyclicError) -> Self {
+        match error {
+            CyclicError::Session(error) => ClientError::from(error).into(),
+            CyclicError::NoAnswer(address) => ClientError::NoAnswer(address).into(),
+            CyclicError::Client(error) => error.into(),
+            error => Self { kind: error.kind(), sentence: error.to_string() },
+        }
     }
 }
 

@@ -11,8 +11,10 @@ import threading
 import time
 from pathlib import Path
 
+import numpy
 import profivac as pv
 import pytest
+from profivac._bus import _words
 
 from conftest import Simulate
 
@@ -75,8 +77,19 @@ def test_errors_follow_the_exit_codes() -> None:
             gauge.command("degas on", confirm=True)
         with pytest.raises(pv.Connection, match="no answer|does not answer|no station"):
             chamber.bus[9].read()
+        with pytest.raises(pv.Connection, match="no station answers at address 9"):
+            chamber.bus[9].exchange()
     with pytest.raises(pv.Connection):
         pv.open("/dev/does-not-exist")
+
+
+def test_a_number_of_numpy_is_written_like_one_of_python() -> None:
+    numbers = ((numpy.int64(2), "hold-last-value"), (numpy.float64(2.0).astype(int), "hold-last-value"))
+    with pv.VirtualSegment("bcg450@5") as chamber:
+        for number, word in numbers:
+            change = chamber.bus[5].set("pirani.safe-state", number)
+            assert change.after is not None and change.after.value == word
+    assert [_words(it) for it in (numpy.float64(0.5), numpy.bool_(True), numpy.str_("zero"))] == ["0.5", "true", "zero"]
 
 
 def test_a_forced_pressure_is_written() -> None:

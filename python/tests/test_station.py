@@ -81,3 +81,8 @@ def test_a_wrong_request_is_told(station: pv.RemoteStation) -> None:
             wrong()
     with pytest.raises(pv.Connection, match="gives no answer of a station"):
         pv.connect("http://127.0.0.1:1").gauges()
+
+
+def test_a_certificate_that_cannot_be_read_is_wrong_usage() -> None:
+    with pytest.raises(pv.Usage, match="/does/not/exist.pem is no certificate"):
+        pv.connect("https://127.0.0.1:1", cafile="/does/not/exist.pem")

@@ -2,6 +2,7 @@
 
 use crate::advice;
 use crate::values::ValueError;
+use profivac_client::ErrorKind;
 use profivac_client::discover::CyclicError;
 use profivac_host::port::PortError;
 use profivac_host::session::SessionError;
@@ -91,9 +92,18 @@ impl From<CyclicError> for Failure {
     fn from(error: CyclicError) -> Self {
         match error {
             CyclicError::Session(error) => error.into(),
-            CyclicError::NoAnswer(_) => Self::no_answer(error.to_string()),
             CyclicError::Client(error) => error.into(),
-            _ => Self::refused(error.to_string()),
+            _ => Self { kind: error.kind().into(), sentence: error.to_string() },
+        }
+    }
+}
+
+impl From<ErrorKind> for Kind {
+    fn from(kind: ErrorKind) -> Self {
+        match kind {
+            ErrorKind::Refused => Self::Refused,
+            ErrorKind::Usage => Self::Usage,
+            ErrorKind::Line => Self::Port,
         }
     }
 }
@@ -195,5 +205,21 @@ impl From<Failure> for ExitCode {
 impl fmt::Display for Failure {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(&self.sentence)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use profivac_client::records::{Interruption, RecordError, Unavailable};
+
+    #[test]
+    fn a_unit_that_a_lost_answer_hides_is_no_refusal_of_the_device() {
+        let unreadable = |error: RecordError| Failure::from(CyclicError::UnreadableUnit { address: 5, error });
+        assert_eq!(unreadable(Interruption::NoAnswer.into()).kind, Kind::Port);
+        assert_eq!(unreadable(SessionError::NeverIdle.into()).kind, Kind::Port);
+        assert_eq!(unreadable(Interruption::UnknownUnit.into()).kind, Kind::Refused);
+        assert_eq!(unreadable(Unavailable::NoMs1.into()).kind, Kind::Refused);
+        assert_eq!(Failure::from(CyclicError::NoAnswer(9)).kind, Kind::Port);
     }
 }

@@ -5,7 +5,7 @@ use crate::cyclic::{BLOCK_TYPE, CyclicSlave, ReportedChannels, open_instances, u
 use crate::error::ClientError;
 use crate::identify;
 use crate::ms2::{Ms2, Ms2Error};
-use crate::records::{Interruption, RecordError, read_code};
+use crate::records::{ErrorKind, Interruption, RecordError, read_code};
 use profivac_devices::model::{
     AccessPath, Codes, Configuration, Counts, DataType, Field, MeasuringRange, Model, NumberType, PressureFormat, Role,
     Unit,
@@ -59,8 +59,38 @@ impl From<ClientError> for CyclicError {
     }
 }
 
+impl CyclicError {
+    /// The class of the error.
+    ///
+    /// ```
+    /// # use profivac_client::Bus;
+    /// use profivac_client::ErrorKind;
+    /// use profivac_client::cyclic::CyclicSlave;
+    /// # use std::time::Duration;
+    ///
+    /// # let port = profivac_virtual::open::devices(&["bcg450@5"])?;
+    /// # let mut bus = Bus::on(port).timeout(Duration::from_millis(200)).open()?;
+    /// let absent = CyclicSlave::find(bus.session(), 9, 0).unwrap_err();
+    /// assert_eq!(absent.kind(), ErrorKind::Line);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    #[must_use]
+    pub const fn kind(&self) -> ErrorKind {
+        match self {
+            Self::Session(SessionError::Parameters(_)) => ErrorKind::Usage,
+            Self::Session(_) | Self::NoAnswer(_) => ErrorKind::Line,
+            Self::Client(error) => error.kind(),
+            Self::UnreadableUnit { error, .. } => error.kind(),
+            Self::OwnedByOther { .. } | Self::NoUnit(_) => ErrorKind::Refused,
+        }
+    }
+}
+
 impl CyclicSlave {
-    /// Finds the slave at `address` on behalf of `master`. Changes nothing. Waits at most for the timeout of the session.
+    /// Finds the slave at `address` on behalf of `master`. Waits at most for the timeout of the session.
+    ///
+    /// It changes nothing in a slave with DP-V1. A slave without it (TPG300, TPG500) reports its unit in the parameter channel only:
+    /// this master parameterises it, with Set_Prm, and releases it afterwards.
     ///
     /// ```
     /// # use profivac_client::Bus;

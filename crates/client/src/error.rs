@@ -1,7 +1,7 @@
 //! The errors of a gauge. Each message names address, parameter, slot and index, the reason, and what to do.
 
 use super::names::{NamedParameter, TargetError};
-use super::records::{Interruption, RecordError, RefusalCodes, Unavailable};
+use super::records::{ErrorKind, Interruption, RecordError, RefusalCodes, Unavailable};
 use super::values::{BeyondRange, ValueError, format_number};
 use profivac_devices::model::{AccessPath, Codes, LengthError, Role};
 use profivac_devices::profile::{DeviceState, StateEvent};
@@ -435,7 +435,7 @@ impl fmt::Display for Advice {
             }
             Self::NothingToDo => "nothing needs to be done",
             Self::StopFirst => {
-                "unit and number type change only in IDLE and without cyclic exchange: write stop first, or let the owning master go"
+                "unit and number type change only in IDLE and without cyclic exchange: write stop first, or end the exchange in the owning master"
             }
             Self::CheckMode => "read device.device-state, and the parameter that says who sets this one",
             Self::CheckStateAndPressure => {
@@ -450,26 +450,6 @@ impl fmt::Display for Advice {
 
 fn advice_text(advice: &Option<Advice>) -> String {
     advice.as_ref().map_or_else(String::new, |advice| format!("; {advice}"))
-}
-
-/// The class of an error, as exit codes tell them apart.
-///
-/// ```
-/// # use profivac_client::{Bus, ErrorKind};
-/// # let mut bus = Bus::on(profivac_virtual::open::devices(&["bcg450@5"])?).open()?;
-/// let kind = |error: profivac_client::ClientError| error.kind();
-/// assert_eq!(bus.gauge(5)?.write("pirani.safe-value", "much").map_err(kind).unwrap_err(), ErrorKind::Usage);
-/// assert_eq!(bus.gauge(5)?.command("degas on").map_err(kind).unwrap_err(), ErrorKind::Refused);
-/// # Ok::<(), Box<dyn std::error::Error>>(())
-/// ```
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum ErrorKind {
-    /// The device refused, or would refuse.
-    Refused,
-    /// The request makes no sense for this device.
-    Usage,
-    /// No answer, or no line.
-    Line,
 }
 
 impl ClientError {

@@ -47,9 +47,9 @@ pub mod values;
 pub use async_bus::{AsyncBus, AsyncGauge, Pending};
 pub use bus::{Bus, BusBuilder};
 pub use error::{
-    AccessReason, Advice, ClientError, ErrorKind, FoundPressure, Operation, ParameterContext, PressureLimit,
-    TypedError, Unmet,
+    AccessReason, Advice, ClientError, FoundPressure, Operation, ParameterContext, PressureLimit, TypedError, Unmet,
 };
 pub use gauge::conditions::{self, Condition};
 pub use gauge::{Defects, Gauge, ParameterReading, PreparedWrite, WriteResult};
 pub use pressure::Pressure;
+pub use records::ErrorKind;

@@ -118,6 +118,48 @@ pub enum RecordError {
     Malformed(#[from] LengthError),
 }
 
+/// The class of an error, as exit codes tell them apart.
+///
+/// ```
+/// # use profivac_client::{Bus, ErrorKind};
+/// # let mut bus = Bus::on(profivac_virtual::open::devices(&["bcg450@5"])?).open()?;
+/// let kind = |error: profivac_client::ClientError| error.kind();
+/// assert_eq!(bus.gauge(5)?.write("pirani.safe-value", "much").map_err(kind).unwrap_err(), ErrorKind::Usage);
+/// assert_eq!(bus.gauge(5)?.command("degas on").map_err(kind).unwrap_err(), ErrorKind::Refused);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ErrorKind {
+    /// The device refused, or would refuse.
+    Refused,
+    /// The request makes no sense for this device.
+    Usage,
+    /// No answer, or no line.
+    Line,
+}
+
+impl RecordError {
+    /// The class of the error: [`ErrorKind::Line`] without an answer, [`ErrorKind::Refused`] with one.
+    ///
+    /// ```
+    /// use profivac_client::ErrorKind;
+    /// use profivac_client::records::{Interruption, RecordError, Unavailable};
+    ///
+    /// assert_eq!(RecordError::from(Interruption::NoAnswer).kind(), ErrorKind::Line);
+    /// assert_eq!(RecordError::from(Unavailable::NoMs1).kind(), ErrorKind::Refused);
+    /// ```
+    #[must_use]
+    pub const fn kind(&self) -> ErrorKind {
+        match self {
+            Self::Session(SessionError::Parameters(_)) => ErrorKind::Usage,
+            // The device has answered.
+            Self::Interrupted(Interruption::UnknownUnit) => ErrorKind::Refused,
+            Self::Session(_) | Self::Interrupted(_) => ErrorKind::Line,
+            Self::Refused(_) | Self::Unavailable(_) | Self::Malformed(_) => ErrorKind::Refused,
+        }
+    }
+}
+
 /// Reads a record as a value of this type.
 pub(crate) fn read_value(
     records: &mut impl Records,

@@ -151,7 +151,7 @@ impl FlightRecorder {
     }
 }
 
-/// The captures of all segments in one folder.
+/// The captures of a segment in one folder.
 #[derive(Clone, Debug)]
 pub struct CaptureFolder {
     folder: PathBuf,

@@ -99,7 +99,7 @@ fn the_error_explains_a_wrong_state() {
     line.output("write", 5, &["execute"]);
     let mode = "bcg450 at address 5, pirani.data-units (slot 1, index 22, instance 1): writing was refused with state conflict \
                 (B5), code 17: instruction not allowed in this state; unit and number type change only in IDLE and without \
-                cyclic exchange: write stop first, or let the owning master go";
+                cyclic exchange: write stop first, or end the exchange in the owning master";
     line.fails("write", 5, &["pirani.data-units", "Torr"], 1, mode);
     line.output("write", 5, &["--yes", "stop"]);
     line.output("write", 5, &["pirani.data-units", "Torr"]);

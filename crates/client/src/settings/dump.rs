@@ -2,9 +2,10 @@
 
 use super::is_setting;
 use crate::cyclic::ChannelValue;
-use crate::error::{ClientError, ErrorKind};
+use crate::error::ClientError;
 use crate::gauge::{Gauge, ParameterReading};
 use crate::names::NamedParameter;
+use crate::records::ErrorKind;
 use crate::records::{Records, Unavailable};
 use crate::values::Value;
 use profivac_devices::model::{Direction, Role};

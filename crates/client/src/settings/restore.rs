@@ -1,9 +1,10 @@
 //! Compares the settings of a file with a gauge and writes them.
 
 use super::Setting;
-use crate::error::{ClientError, ErrorKind};
+use crate::error::ClientError;
 use crate::gauge::{Gauge, ParameterReading, PreparedWrite};
 use crate::names::NamedParameter;
+use crate::records::ErrorKind;
 use crate::records::Records;
 use profivac_devices::model::DataType;
 
