@@ -9,6 +9,7 @@ use profivac_devices::reading::Quality;
 use profivac_dp::link::BitTime;
 use profivac_sim::describe::Hex;
 use serde::Serialize;
+use std::fmt;
 
 /// Where a fact about a slave comes from. An earlier one is stronger.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
@@ -64,6 +65,105 @@ impl GaugeFacts {
     #[must_use]
     pub fn origin(&self) -> Origin {
         self.model.max(self.configuration).max(self.unit)
+    }
+}
+
+/// What the file says about a gauge otherwise than the line shows.
+#[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Contradiction {
+    /// The units by name.
+    Unit {
+        /// In the file.
+        file: &'static str,
+        /// On the line.
+        line: &'static str,
+    },
+    /// The octets of the configurations.
+    Configuration {
+        /// In the file.
+        file: &'static [u8],
+        /// On the line.
+        line: Vec<u8>,
+    },
+}
+
+impl fmt::Display for Contradiction {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Unit { file, line } => {
+                write!(f, "the file says unit {file}, the line shows {line}: {line} counts, correct the file")
+            }
+            Self::Configuration { file, line } => {
+                let (file, line) = (Hex(file), Hex(line));
+                write!(
+                    f,
+                    "the file says configuration {file}, the line shows {line}: the line counts, correct the file"
+                )
+            }
+        }
+    }
+}
+
+/// A fact about a slave that the traffic has not shown, or that it shows otherwise than the file.
+#[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Unknown {
+    /// The file contradicts the line.
+    Contradiction(Contradiction),
+    /// The device: no known one has this Ident_Number, or none was heard and the file does not name the device.
+    Device {
+        /// Ident_Number.
+        ident: Option<u16>,
+    },
+    /// Several devices have the Ident_Number; the first that fits is assumed.
+    AssumedDevice {
+        /// The assumed device.
+        device: &'static str,
+        /// Ident_Number.
+        ident: u16,
+    },
+    /// No configuration of the device has the lengths of the exchange.
+    NoConfiguration {
+        /// The device.
+        device: &'static str,
+        /// The octets of the outputs.
+        outputs: usize,
+        /// The octets of the inputs.
+        inputs: usize,
+    },
+    /// The configuration with these octets is assumed.
+    AssumedConfiguration(&'static [u8]),
+    /// The unit of this name is assumed.
+    AssumedUnit(&'static str),
+    /// What is assumed about the numbers of the configuration, as [`CyclicSlave::assumption`] says it.
+    AssumedNumbers(&'static str),
+}
+
+impl fmt::Display for Unknown {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Contradiction(contradiction) => contradiction.fmt(f),
+            Self::Device { ident: Some(ident) } => {
+                write!(f, "the device with ident {ident:04X} is not one that profivac knows")
+            }
+            Self::Device { ident: None } => f.write_str(
+                "the device is not known: neither a diagnosis nor a start-up was heard, and the file does not name it",
+            ),
+            Self::AssumedDevice { device, ident } => {
+                write!(f, "the device is one of {}; {device} is assumed", device_names(*ident).join(", "))
+            }
+            Self::NoConfiguration { device, outputs, inputs } => {
+                write!(f, "no configuration of the {device} has {outputs} octets out and {inputs} in")
+            }
+            Self::AssumedConfiguration(octets) => write!(
+                f,
+                "no Chk_Cfg was heard; the configuration {} is assumed from the lengths and contents",
+                Hex(octets)
+            ),
+            Self::AssumedUnit(unit) => write!(f, "neither Set_Prm nor the file shows the unit; {unit} is assumed"),
+            Self::AssumedNumbers(text) => f.write_str(text),
+        }
     }
 }
 
@@ -245,61 +345,46 @@ impl Knowledge {
         Some(GaugeReading { facts, values: facts.slave.decode_inputs(&self.inputs), at })
     }
 
-    /// Sentences about what the traffic has not shown about the slave, and about what it shows otherwise than the file.
+    /// What the traffic has not shown about the slave, and what it shows otherwise than the file.
     #[must_use]
-    pub fn unknown(&self) -> Vec<String> {
-        let mut all = self.contradictions();
-        let Some((model, model_origin)) = self.model() else {
-            let why = match self.ident {
-                Some(ident) => format!("the device with ident {ident:04X} is not one that profivac knows"),
-                None => "the device is not known: neither a diagnosis nor a start-up was heard, and the file does not name it".to_owned(),
-            };
-            return vec![why];
-        };
+    pub fn unknown(&self) -> Vec<Unknown> {
+        let Some((model, model_origin)) = self.model() else { return vec![Unknown::Device { ident: self.ident }] };
+        let mut all: Vec<Unknown> = self.contradictions().into_iter().map(Unknown::Contradiction).collect();
         if model_origin == Origin::Assumed {
-            let names = device_names(model.ident).join(", ");
-            all.push(format!("the device is one of {names}; {} is assumed", model.name));
+            all.push(Unknown::AssumedDevice { device: model.name, ident: model.ident });
         }
         if self.at.is_none() {
             return all;
         }
         let Some(facts) = self.facts(0) else {
             let (outputs, inputs) = (self.outputs, self.inputs.len());
-            all.push(format!("no configuration of the {} has {outputs} octets out and {inputs} in", model.name));
+            all.push(Unknown::NoConfiguration { device: model.name, outputs, inputs });
             return all;
         };
         if facts.configuration == Origin::Assumed {
-            let octets = Hex(facts.slave.configuration.octets);
-            all.push(format!(
-                "no Chk_Cfg was heard; the configuration {octets} is assumed from the lengths and contents"
-            ));
+            all.push(Unknown::AssumedConfiguration(facts.slave.configuration.octets));
         }
         if facts.unit == Origin::Assumed && has_unit(facts.slave.configuration) {
-            all.push(format!("neither Set_Prm nor the file shows the unit; {} is assumed", facts.slave.unit.name));
+            all.push(Unknown::AssumedUnit(facts.slave.unit.name));
         }
-        all.extend(facts.slave.assumption().map(str::to_owned));
+        all.extend(facts.slave.assumption().map(Unknown::AssumedNumbers));
         all
     }
 
-    /// Sentences about what the file says otherwise than the line: the unit and the configuration. The line counts.
+    /// What the file says otherwise than the line: the unit and the configuration. The line counts.
     #[must_use]
-    pub fn contradictions(&self) -> Vec<String> {
+    pub fn contradictions(&self) -> Vec<Contradiction> {
         let Some((model, _)) = self.model() else { return Vec::new() };
         let Some(declared) = self.declared.filter(|declared| declared.model.name == model.name) else {
             return Vec::new();
         };
         let heard_unit = self.unit_code.and_then(|code| model.unit(code));
         let unit = declared.unit.zip(heard_unit).filter(|(file, line)| file.code != line.code);
-        let unit = unit.map(|(file, line)| {
-            let (file, line) = (file.name, line.name);
-            format!("the file says unit {file}, the line shows {line}: {line} counts, correct the file")
-        });
+        let unit = unit.map(|(file, line)| Contradiction::Unit { file: file.name, line: line.name });
         let heard = Some(&self.configuration).filter(|octets| !octets.is_empty());
         let configuration = declared.configuration.zip(heard).filter(|(file, line)| file.octets != line.as_slice());
-        let configuration = configuration.map(|(file, line)| {
-            let (file, line) = (Hex(file.octets), Hex(line));
-            format!("the file says configuration {file}, the line shows {line}: the line counts, correct the file")
-        });
+        let configuration =
+            configuration.map(|(file, line)| Contradiction::Configuration { file: file.octets, line: line.clone() });
         unit.into_iter().chain(configuration).collect()
     }
 

@@ -58,7 +58,7 @@ impl Listener {
 
     fn is_bounded(&self) {
         assert!(self.observer.events().iter().count() <= MAX_EVENTS);
-        assert!(self.observer.events().iter().all(|event| event.text.len() <= MAX_TEXT));
+        assert!(self.observer.events().iter().all(|event| event.to_string().len() <= MAX_TEXT));
         assert!(self.observer.ring().len() <= 127);
         assert!(self.observer.held_request() <= MAX_TELEGRAM + 1);
         let mut stations = 0;

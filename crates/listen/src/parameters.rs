@@ -14,7 +14,7 @@ pub const MAX_PARAMETERS: usize = 64;
 /// The number of requests of a slave that wait for their response: one on MS1, and one on each MS2 connection.
 const MAX_PENDING: usize = 8;
 
-/// The way of a parameter.
+/// The access path of a parameter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 #[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
@@ -25,6 +25,18 @@ pub enum Path {
     Ms1,
     /// MS2.
     Ms2,
+}
+
+impl Path {
+    /// The words for users.
+    #[must_use]
+    pub const fn text(self) -> &'static str {
+        match self {
+            Self::ParameterChannel => "parameter channel",
+            Self::Ms1 => "MS1",
+            Self::Ms2 => "MS2",
+        }
+    }
 }
 
 /// What a master did with a parameter.
@@ -49,7 +61,7 @@ pub struct Passed {
     pub octets: Vec<u8>,
     /// The master that asked.
     pub requester: u8,
-    /// The way.
+    /// The access path.
     pub path: Path,
     /// The result.
     pub done: Done,

@@ -2,7 +2,7 @@
 
 use crate::counts::Counts;
 use crate::event::EventKind;
-use crate::gauge::Origin;
+use crate::gauge::{Origin, Unknown};
 use crate::histogram::Histogram;
 use crate::observer::Observer;
 use crate::parameters::{Done, Path};
@@ -144,7 +144,7 @@ pub struct ParameterReport {
     pub address: u8,
     /// The master that asked.
     pub requester: u8,
-    /// The way.
+    /// The access path.
     pub path: Path,
     /// The result.
     pub done: Done,
@@ -188,8 +188,8 @@ impl BusReport {
             number: event.number,
             age_ms: age_ms(event.at),
             station: event.station,
-            kind: event.kind,
-            text: event.text.clone(),
+            kind: event.kind(),
+            text: event.to_string(),
         };
         Self {
             baud: baud.bits_per_second(),
@@ -279,9 +279,17 @@ impl StationReport {
             diagnosis,
             diagnosis_history: history.collect(),
             interval: Distribution::of(&station.interval, baud),
-            unknown: if is_slave && station.master_at.is_none() { station.knowledge.unknown() } else { Vec::new() },
+            unknown: if is_slave && station.master_at.is_none() {
+                texts(&station.knowledge.unknown())
+            } else {
+                Vec::new()
+            },
         })
     }
+}
+
+fn texts(unknown: &[Unknown]) -> Vec<String> {
+    unknown.iter().map(ToString::to_string).collect()
 }
 
 fn parameters(observer: &Observer) -> Vec<ParameterReport> {

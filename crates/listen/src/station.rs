@@ -1,7 +1,7 @@
 //! The state of one station as the traffic shows it.
 
 use crate::counts::CountsOverTime;
-use crate::gauge::Knowledge;
+use crate::gauge::{Contradiction, Knowledge};
 use crate::histogram::Histogram;
 use crate::parameters::Parameters;
 use profivac_dp::link::{Baud, BitTime};
@@ -89,7 +89,7 @@ pub struct Station {
     /// The device of a slave.
     pub knowledge: Knowledge,
     /// The contradictions between file and line that events have reported.
-    pub contradictions: Vec<String>,
+    pub contradictions: Vec<Contradiction>,
     /// The tables of its device.
     pub tables: DeviceTables,
     /// The parameters that passed.
@@ -114,9 +114,9 @@ pub struct Station {
     pub owner: Option<u8>,
     /// The octets of the last acknowledged Set_Prm.
     pub set_prm: Vec<u8>,
-    /// The owner lost it, and an event says so.
+    /// An event has said that it does not answer any more.
     pub is_reported_lost: bool,
-    /// The last services that it refused, and whether an event says so.
+    /// It refuses Data_Exchange, and an event has said so.
     pub refuses_exchange: bool,
     /// The number of requests without an answer since the last answer.
     pub unanswered_in_a_row: u32,

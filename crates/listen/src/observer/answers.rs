@@ -1,7 +1,7 @@
 //! Answers, and the stations that they show.
 
 use super::{Observer, is_acyclic};
-use crate::event::EventKind;
+use crate::event::Change;
 use profivac_dp::link::BitTime;
 use profivac_explain::cycle::{Answer, Request};
 use profivac_wire::acyclic::Response;
@@ -47,13 +47,9 @@ impl Observer {
         let unanswered = std::mem::take(&mut station.unanswered_in_a_row);
         let was_lost = std::mem::take(&mut station.is_reported_lost);
         if was_lost {
-            self.event(
-                Some(address),
-                EventKind::Returned,
-                format!("station {address} answers again after {unanswered} unanswered requests"),
-            );
+            self.event(Some(address), Change::Returned { unanswered });
         } else if is_new {
-            self.event(Some(address), EventKind::Returned, format!("station {address} answers"));
+            self.event(Some(address), Change::Appeared);
         }
     }
 

@@ -2,14 +2,13 @@
 
 use super::Observer;
 use super::requests::Sent;
-use crate::event::EventKind;
-use crate::parameters::{Done, Passed, Path};
+use crate::event::{Change, Comparison};
+use crate::parameters::{Done, Passed};
 use crate::station::{Diagnosis, MAX_DIAGNOSES, Station};
 use profivac_dp::link::BitTime;
-use profivac_explain::cycle::{Answer, Request, status_text};
+use profivac_explain::cycle::{Answer, Request};
 use profivac_explain::names::DeviceTables;
 use profivac_explain::slave::diagnosis_reports;
-use profivac_sim::describe::Hex;
 use profivac_wire::Sap;
 use profivac_wire::control::Status;
 use profivac_wire::diag::{NO_MASTER, SlaveDiag};
@@ -46,8 +45,7 @@ impl Observer {
         station.is_exchanging = is_valid;
         if !is_valid {
             if !std::mem::replace(&mut station.refuses_exchange, true) {
-                let text = format!("station {slave} refuses to exchange data: {}", status_text(answer.status));
-                self.event(Some(slave), EventKind::Refused, text);
+                self.event(Some(slave), Change::ExchangeRefused(answer.status));
             }
             return;
         }
@@ -86,21 +84,12 @@ impl Observer {
             station.diagnoses.push_back(Diagnosis { at: now, reports: reports.clone() });
         }
         if owner.is_some_and(|owner| owner != diag.master_add) {
-            self.owner_changed(slave, diag.master_add);
+            let owner = Some(diag.master_add).filter(|owner| *owner != NO_MASTER);
+            self.event(Some(slave), Change::Owner(owner));
         }
         if is_report {
-            let contents = if reports.is_empty() { "nothing".to_owned() } else { reports.join(", ") };
-            let text = format!("the diagnosis of station {slave} reports {contents}");
-            self.event(Some(slave), EventKind::Diagnosis, text);
+            self.event(Some(slave), Change::Diagnosis(reports));
         }
-    }
-
-    fn owner_changed(&mut self, slave: u8, owner: u8) {
-        let text = match owner {
-            NO_MASTER => format!("station {slave} has no owner any more"),
-            owner => format!("station {slave} belongs to master {owner}"),
-        };
-        self.event(Some(slave), EventKind::Owner, text);
     }
 
     pub(super) fn parameterised(&mut self, slave: u8, request: &Request) {
@@ -114,19 +103,14 @@ impl Observer {
             .and_then(|(model, _)| model.user_prm(prm.user))
             .and_then(|known| station.tables.model?.unit(known.unit_code()))
             .or(station.tables.unit);
-        let is_changed = !station.set_prm.is_empty() && station.set_prm != request.du;
-        let is_first = station.set_prm.is_empty();
-        station.set_prm.clone_from(&request.du);
-        let text = match (is_first, is_changed) {
-            (true, _) => format!("master {} sets parameters of station {slave}", request.master),
-            (_, true) => format!(
-                "master {} sets other parameters of station {slave} than before: {}",
-                request.master,
-                Hex(&request.du)
-            ),
-            _ => format!("master {} sets the same parameters of station {slave} again", request.master),
+        let comparison = match &station.set_prm {
+            before if before.is_empty() => Comparison::First,
+            before if *before == request.du => Comparison::Same,
+            _ => Comparison::Other,
         };
-        self.event(Some(slave), EventKind::Configuration, text);
+        station.set_prm.clone_from(&request.du);
+        let (master, octets) = (request.master, request.du.clone());
+        self.event(Some(slave), Change::Parameterised { master, octets, comparison });
         self.report_contradictions(slave);
     }
 
@@ -135,8 +119,8 @@ impl Observer {
         let Some(station) = self.station_mut(slave).filter(|station| station.knowledge.is_declared()) else { return };
         let now = station.knowledge.contradictions();
         let before = std::mem::replace(&mut station.contradictions, now.clone());
-        for text in now.into_iter().filter(|text| !before.contains(text)) {
-            self.event(Some(slave), EventKind::Configuration, format!("station {slave}: {text}"));
+        for new in now.into_iter().filter(|contradiction| !before.contains(contradiction)) {
+            self.event(Some(slave), Change::Contradiction(new));
         }
     }
 
@@ -146,9 +130,7 @@ impl Observer {
         let is_new = station.knowledge.configure(du);
         station.tables.model = station.knowledge.model().map(|(model, _)| model).or(station.tables.model);
         if is_new {
-            let other = if is_first { "the" } else { "another" };
-            let text = format!("master {master} asks station {slave} for {other} configuration {}", Hex(du));
-            self.event(Some(slave), EventKind::Configuration, text);
+            self.event(Some(slave), Change::Configured { master, octets: du.to_vec(), is_first });
         }
         self.report_contradictions(slave);
     }
@@ -174,21 +156,10 @@ impl Observer {
         }
         if passed.done == Done::Written {
             let (name, value) = self.parameter_text(slave, passed);
-            let way = path_text(passed.path);
-            let text = format!("master {} writes {name} = {value} of station {slave} ({way})", passed.requester);
-            self.event(Some(slave), EventKind::Parameter, text);
+            let (master, path) = (passed.requester, passed.path);
+            self.event(Some(slave), Change::Written { master, name, value, path });
         }
         self.report_contradictions(slave);
-    }
-}
-
-/// The words for the way of a parameter.
-#[must_use]
-pub const fn path_text(path: Path) -> &'static str {
-    match path {
-        Path::ParameterChannel => "parameter channel",
-        Path::Ms1 => "MS1",
-        Path::Ms2 => "MS2",
     }
 }
 

@@ -1,7 +1,7 @@
 //! Damaged pieces: the station to which each belongs, and bursts.
 
 use super::{Burst, MAX_REQUEST, Observer};
-use crate::event::EventKind;
+use crate::event::Change;
 use profivac_dp::link::{BitTime, T_SYN_TBIT};
 use profivac_explain::cycle::Request;
 use profivac_explain::frame::Piece;
@@ -219,7 +219,7 @@ impl Observer {
         self.burst.count = self.burst.count.saturating_add(1);
         if self.burst.count == BURST && !self.burst.is_reported {
             self.burst.is_reported = true;
-            self.event(None, EventKind::Burst, format!("{BURST} damaged telegrams within a second"));
+            self.event(None, Change::Burst(BURST));
         }
     }
 

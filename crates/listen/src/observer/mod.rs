@@ -7,7 +7,7 @@
 //! | `contents` | cyclic data, diagnosis, parameters and configuration |
 //! | `ring` | token ring, cycle times |
 //!
-//! It composes no sentence for a telegram: sentences exist for changes, and texts of values are made when they are shown.
+//! It composes no sentences: a change is data, and its text is made when it is shown.
 
 mod answers;
 mod contents;
@@ -15,10 +15,8 @@ mod damage;
 mod requests;
 mod ring;
 
-pub use contents::path_text;
-
 use crate::counts::{Counts, CountsOverTime};
-use crate::event::{Event, EventKind, Events};
+use crate::event::{Change, Event, Events};
 use crate::gauge::{Declared, GaugeReading};
 use crate::histogram::Histogram;
 use crate::parameters::Passed;
@@ -295,8 +293,8 @@ impl Observer {
         }
     }
 
-    fn event(&mut self, station: Option<u8>, kind: EventKind, text: String) {
-        self.events.add(self.now, station, kind, text);
+    fn event(&mut self, station: Option<u8>, change: Change) {
+        self.events.add(self.now, station, change);
     }
 
     fn telegram(&mut self, telegram: &Telegram<'_>, start: BitTime) {

@@ -1,7 +1,7 @@
 //! Requests, their repetitions, and requests without an answer.
 
 use super::{ADDRESSES, Observer};
-use crate::event::EventKind;
+use crate::event::Change;
 use crate::station::{LastRequest, MISSING_AFTER};
 use profivac_dp::link::BitTime;
 use profivac_explain::cycle::Request;
@@ -133,7 +133,7 @@ impl Observer {
         if station.unanswered_in_a_row == MISSING_AFTER && !station.is_reported_lost && is_known {
             station.is_reported_lost = true;
             station.is_exchanging = false;
-            self.event(Some(address), EventKind::Lost, format!("station {address} does not answer any more"));
+            self.event(Some(address), Change::Lost);
         }
     }
 }

@@ -1,7 +1,7 @@
 //! Masters: the ring of the token, and the cycle of each master.
 
 use super::{ADDRESSES, NO_STATION, Observer};
-use crate::event::EventKind;
+use crate::event::Change;
 use crate::station::CycleState;
 use profivac_dp::link::BitTime;
 
@@ -38,11 +38,7 @@ impl Observer {
         if ring == self.ring {
             return;
         }
-        let text = match ring[..] {
-            [alone] => format!("master {alone} is alone in the token ring"),
-            _ => format!("token ring: {}", ring.iter().map(ToString::to_string).collect::<Vec<_>>().join(" -> ")),
-        };
-        self.event(None, EventKind::Ring, text);
+        self.event(None, Change::Ring(ring.clone()));
         let mut next = [NO_STATION; ADDRESSES];
         for address in &ring {
             if let Some(next) = next.get_mut(usize::from(*address)) {

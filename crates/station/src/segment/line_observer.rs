@@ -114,11 +114,11 @@ impl LineObserver {
         let events: Vec<Event> = self.observer.events_since(self.handled).cloned().collect();
         for event in &events {
             self.handled = event.number;
-            if is_trigger(event.kind) {
-                self.trigger(now, &event.text);
+            if is_trigger(event.kind()) {
+                self.trigger(now, &event.to_string());
             }
             if self.records_events && self.allowance.take(Instant::now()) {
-                let text = format!("segment {}: {}", self.segment, event.text);
+                let text = format!("segment {}: {event}", self.segment);
                 services.recorder.event_now(None, EventKind::Bus, text);
             }
         }

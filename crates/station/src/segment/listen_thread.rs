@@ -327,6 +327,7 @@ fn heard(line: &LineObserver, gauge: &config::Gauge, now: BitTime) -> Heard {
     let other = station.and_then(|station| other_device(station, &gauge.device));
     let reading = observer.reading(gauge.address).filter(|_| other.is_none());
     let unknown = station.map(|station| station.knowledge.unknown()).unwrap_or_default();
+    let unknown: Vec<String> = unknown.iter().map(ToString::to_string).collect();
     let is_undecoded = exchanged_at.is_some() && reading.is_none();
     let problem = match (other, observer.state(gauge.address)) {
         (Some(other), _) => other,
