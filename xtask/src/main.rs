@@ -21,7 +21,8 @@ const USAGE: &str =
        cargo xtask citations every citation names an existing section; with --uncited: the sections that no test cites
        cargo xtask architecture  the walks in ARCHITECTURE.md name files and functions that exist
        cargo xtask doctests  every public function, method and type of the client has an example
-       cargo xtask prose     no retired words and forms; with --count: their number in each crate
+       cargo xtask prose     no retired words and forms, no line that is too wide; with --count: their number in each crate;
+                             with --wrap: breaks the wide lines
        cargo xtask purity    the inner crates and their dependencies need neither std nor alloc
        cargo xtask goldens   write the golden files again, for review with git diff";
 
@@ -36,6 +37,7 @@ fn main() -> Result<()> {
         ["doctests"] => doctests::check(),
         ["prose"] => prose::check(false),
         ["prose", "--count"] => prose::check(true),
+        ["prose", "--wrap"] => prose::wrap(),
         ["purity"] => purity::check(),
         ["goldens"] => goldens::bless(),
         _ => {

@@ -1,4 +1,4 @@
-//! One word for each thing: rejects words and forms of sentences that the project does not use.
+//! One word for each thing: rejects words and forms of sentences that the project does not use, and lines that are too wide.
 //!
 //! The words are those of the column "Not" in `docs/glossary.md`, without those that have another meaning as well
 //! ([`words::AMBIGUOUS`]); the forms are [`words::FORMS`]. Rust is read as comments, strings and identifiers; identifiers are
@@ -6,6 +6,7 @@
 
 mod rust;
 mod text;
+mod width;
 mod words;
 
 use crate::root;
@@ -33,9 +34,14 @@ pub fn check(count: bool) -> Result<()> {
     let mut findings = Vec::new();
     let mut used = vec![false; ALLOWED.len()];
     for file in files(root())? {
-        let name = file.strip_prefix(root()).unwrap_or(&file).to_string_lossy().into_owned();
-        let Some(reader) = reader_of(&name) else { continue };
+        let name = name_of(&file);
+        let (reader, width) = (reader_of(&name), width_of(&name));
+        if reader.is_none() && width.is_none() {
+            continue;
+        }
         let text = std::fs::read_to_string(&file).with_context(|| name.clone())?;
+        findings.extend(width.into_iter().flat_map(|(wide, _)| wide(&text)).map(|line| too_wide(&name, line)));
+        let Some(reader) = reader else { continue };
         findings
             .extend(reader(&rules, &text).into_iter().filter_map(|found| finding(&name, found, &ALLOWED, &mut used)));
     }
@@ -54,6 +60,45 @@ pub fn check(count: bool) -> Result<()> {
     }
     println!("prose: ok");
     Ok(())
+}
+
+/// Breaks the lines that are too wide.
+pub fn wrap() -> Result<()> {
+    for file in files(root())? {
+        let name = name_of(&file);
+        let Some((_, wrapped)) = width_of(&name) else { continue };
+        let text = std::fs::read_to_string(&file).with_context(|| name.clone())?;
+        let narrow = wrapped(&text);
+        if narrow != text {
+            std::fs::write(&file, narrow).with_context(|| name.clone())?;
+            println!("{name}");
+        }
+    }
+    Ok(())
+}
+
+/// The name of a file from the root of the repository.
+fn name_of(file: &Path) -> String {
+    file.strip_prefix(root()).unwrap_or(file).to_string_lossy().into_owned()
+}
+
+/// Finds the wide lines of a file, and breaks them.
+type Width = (fn(&str) -> Vec<usize>, fn(&str) -> String);
+
+/// Pages and sources in Rust, without pages that tests print: their tables and texts are those of the devices and rules.
+fn width_of(name: &str) -> Option<Width> {
+    const PRINTED: [&str; 3] = ["docs/devices/", "docs/conform-rules.md", "docs/pyprofibus.md"];
+    match Path::new(name).extension()?.to_str()? {
+        "md" if PRINTED.iter().any(|printed| name.starts_with(printed)) => None,
+        "md" => Some((width::in_page, width::wrap_page)),
+        "rs" => Some((width::in_rust, width::wrap_rust)),
+        _ => None,
+    }
+}
+
+fn too_wide(file: &str, line: usize) -> Finding {
+    let better = "break it, or let `cargo xtask prose --wrap` break it".to_owned();
+    Finding { file: file.to_owned(), line, word: "a line that is too wide".to_owned(), better }
 }
 
 /// A line with the rule that it breaks.
@@ -143,6 +188,16 @@ mod tests {
         }
         for name in ["docs/spec/wire.md", "CHANGELOG.md", "docs/glossary.md", "crates/station/web/e2e/a.ts", "a.toml"] {
             assert!(reader_of(name).is_none(), "{name}");
+        }
+    }
+
+    #[test]
+    fn the_width_of_pages_and_sources_is_checked_and_that_of_printed_pages_is_not() {
+        for name in ["crates/wire/src/lib.rs", "CHANGELOG.md", "docs/spec/profibus-wire/01-fdl.md"] {
+            assert!(width_of(name).is_some(), "{name}");
+        }
+        for name in ["docs/devices/tpg.md", "docs/conform-rules.md", "crates/station/web/src/app.css", "test"] {
+            assert!(width_of(name).is_none(), "{name}");
         }
     }
 
