@@ -82,9 +82,7 @@ fn page_indent(line: &str) -> String {
     let text = line.trim_start();
     let indent = line.len().saturating_sub(text.len());
     let word = text.split(' ').next().unwrap_or_default();
-    let is_number =
-        word.strip_suffix('.').is_some_and(|digits| !digits.is_empty() && digits.bytes().all(|it| it.is_ascii_digit()));
-    let marker = if matches!(word, "-" | "*" | "+" | ">") || is_number { word.len().saturating_add(1) } else { 0 };
+    let marker = if matches!(word, "-" | "*" | "+" | ">") || is_item(text) { word.len().saturating_add(1) } else { 0 };
     if word == ">" { "> ".to_owned() } else { " ".repeat(indent.saturating_add(marker)) }
 }
 
@@ -97,21 +95,41 @@ fn comment_indent(line: &str) -> String {
     format!("{blanks}{slashes} {}", page_indent(text.strip_prefix(' ').unwrap_or(text)))
 }
 
+/// Breaks the lines with these numbers. The rest of a line goes to the next one if that continues its paragraph.
 fn wrap(text: &str, wide: &[usize], most: usize, indent: impl Fn(&str) -> String) -> String {
     let mut wrapped = String::with_capacity(text.len());
-    for (number, line) in (1..).zip(text.lines()) {
-        let mut rest = line.to_owned();
-        while let Some(at) = place(&rest, most).filter(|_| wide.contains(&number)) {
+    let mut lines = (1..).zip(text.lines()).peekable();
+    while let Some((number, line)) = lines.next() {
+        let (mut rest, mut next_indent) = (line.to_owned(), None);
+        while let Some(at) = place(&rest, most).filter(|_| next_indent.is_some() || wide.contains(&number)) {
             let (first, behind) = rest.split_at(at);
             wrapped.push_str(first.trim_end());
             wrapped.push('\n');
-            let next = indent(&rest) + behind.trim_start();
-            rest = next;
+            let indent = next_indent.get_or_insert_with(|| indent(line));
+            rest = format!("{indent}{}", behind.trim_start());
+            while let Some((_, next)) =
+                lines.next_if(|(_, next)| place(&rest, most).is_none() && continues(next, indent))
+            {
+                rest = format!("{rest} {}", next.get(indent.len()..).unwrap_or_default());
+            }
         }
         wrapped.push_str(&rest);
         wrapped.push('\n');
     }
     wrapped
+}
+
+/// Whether a line continues a paragraph whose lines begin with `indent`.
+fn continues(line: &str, indent: &str) -> bool {
+    let text = line.strip_prefix(indent).filter(|text| !text.starts_with([' ', '`', '!', '\\']));
+    text.is_some_and(|text| text.starts_with(|first: char| first.is_ascii_digit() || may_begin(text)) && !is_item(text))
+}
+
+/// Whether a text begins with the number of a list.
+fn is_item(text: &str) -> bool {
+    let word = text.split(' ').next().unwrap_or_default();
+    word.strip_suffix(['.', ')'])
+        .is_some_and(|digits| !digits.is_empty() && digits.bytes().all(|it| it.is_ascii_digit()))
 }
 
 #[cfg(test)]
@@ -145,6 +163,18 @@ mod tests {
         let all = |text: &str| text.split_whitespace().map(str::to_owned).collect::<Vec<_>>();
         assert_eq!(all(&page), all(&format!("{}\n1. {item}{item}", words(400))));
         assert_eq!(wrap_page(&page), page);
+    }
+
+    #[test]
+    fn the_rest_of_a_line_joins_the_next_line_of_its_paragraph() {
+        let wide = format!("{}tail of it", words(155));
+        assert_eq!(wrap_page(&format!("{wide}\nnext line\n")), format!("{}tail\nof it next line\n", words(155)));
+        for other in ["", "- item", "1. item", "| row |", "```", "# Heading", "    code"] {
+            let page = format!("{wide}\n{other}\n");
+            assert_eq!(wrap_page(&page), format!("{}tail\nof it\n{other}\n", words(155)));
+        }
+        let comment = wrap_rust(&format!("/// {}tail\n/// of it\nfn a() {{}}\n", words(135)));
+        assert_eq!(comment, format!("/// {}\n/// tail of it\nfn a() {{}}\n", words(135).trim_end()));
     }
 
     #[test]
