@@ -74,7 +74,7 @@ fn place(line: &str, most: usize) -> Option<usize> {
 /// Whether a line may begin with this text: without becoming something else than a part of its paragraph, and without separating the
 /// number of a citation or a unit from the word before it.
 fn may_begin(rest: &str) -> bool {
-    rest.chars().next().is_some_and(|first| !first.is_ascii_digit() && !"-+*#>|=<".contains(first))
+    rest.chars().next().is_some_and(|first| !first.is_ascii_digit() && !"-+*#>|=<[".contains(first))
 }
 
 /// The text before the second part of a broken line of a page: the indentation of the text in a list.
