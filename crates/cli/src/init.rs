@@ -19,7 +19,8 @@ use std::time::{Duration, Instant};
 
 /// Make a file for `profivac run` from the gauges that answer on a bus.
 ///
-/// The command only reads: like `scan`, and the model of a PCG55x or PSG55x over MS2. The name of a gauge is its device and address; edit the file to change it.
+/// The command only reads: like `scan`, and the model of a PCG55x or PSG55x over MS2. The name of a gauge is its device and address; edit
+/// the file to change it.
 #[derive(Args, Debug)]
 #[command(after_help = EXAMPLES)]
 pub struct Arguments {
@@ -135,7 +136,8 @@ enum Segment {
     ListenOnly,
 }
 
-/// Writes a new file, readable by its owner alone because it may later name secrets. An existing file is an error: a user may have edited it.
+/// Writes a new file, readable by its owner alone because it may later name secrets. An existing file is an error: a user may have edited
+/// it.
 fn write(path: &PathBuf, text: &str) -> Result<(), Failure> {
     let failed = |error: std::io::Error| {
         let name = path.display();

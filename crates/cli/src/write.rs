@@ -15,9 +15,9 @@ use serde::Serialize;
 /// A command needs no value: `execute`, `stop`, `degas on`, `emission off`, `zero-adjust`; if several parts have it, name the
 /// part: `cdg.zero-adjust`, `channel.1/degas on`.
 ///
-/// Before anything is sent, the value is checked against the table and the measuring range, and the conditions of a command against the gauge. The output
-/// shows the value before and after. A command that switches emission or degas, adjusts, or stops the measurement asks for
-/// confirmation on a terminal and needs --yes without one.
+/// Before anything is sent, the value is checked against the table and the measuring range, and the conditions of a command against the
+/// gauge. The output shows the value before and after. A command that switches emission or degas, adjusts, or stops the measurement asks
+/// for confirmation on a terminal and needs --yes without one.
 #[derive(Args, Debug)]
 #[command(after_help = EXAMPLES)]
 pub struct Arguments {

@@ -19,7 +19,8 @@ pub enum Quality {
     Off = 5,
     /// No gauge is connected to the channel.
     Missing = 6,
-    /// A listener has inputs, but their configuration or unit is assumed: no telegram and no user has shown it, so the pressure is not known.
+    /// A listener has inputs, but their configuration or unit is assumed: no telegram and no user has shown it, so the pressure is not
+    /// known.
     Assumed = 7,
 }
 

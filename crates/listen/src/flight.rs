@@ -171,8 +171,9 @@ impl CaptureFolder {
         Self { folder, limits }
     }
 
-    /// Writes the [`file`](Capture::file) of a capture as `NAME.pcapng` after it has removed the oldest ones, so that all stay within the limits. The file appears under
-    /// its name when it is complete. Nothing of a capture that cannot be written stays. One thread at a time may store captures.
+    /// Writes the [`file`](Capture::file) of a capture as `NAME.pcapng` after it has removed the oldest ones, so that all stay within the
+    /// limits. The file appears under its name when it is complete. Nothing of a capture that cannot be written stays. One thread at a time
+    /// may store captures.
     ///
     /// # Errors
     /// The error of the operating system: the disk is full, or the folder may not be written.

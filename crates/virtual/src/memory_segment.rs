@@ -17,8 +17,8 @@ use std::collections::VecDeque;
 /// The number of telegrams in the history.
 const MAX_TELEGRAMS: usize = 32;
 
-/// The most octets of the traffic that wait for [`MemorySegment::take_traffic`]; the oldest are dropped. free choice: minutes of the line of
-/// a demonstration.
+/// The most octets of the traffic that wait for [`MemorySegment::take_traffic`]; the oldest are dropped. free choice: minutes of the line
+/// of a demonstration.
 const MAX_TRAFFIC: usize = 1 << 20;
 
 /// Octets on the line without a pause between them.

@@ -9,8 +9,8 @@
 //! | type | any item, that names it; or a function that returns it and has an example |
 //!
 //! Lines that begin with `# ` do not count: the reader does not see them. Some items need no example: a method that returns a field; a
-//! method of a trait that has a default; an error (a type that derives `Error`) and the types of its data, because a program meets them and does not make them. The methods
-//! of these types do need one.
+//! method of a trait that has a default; an error (a type that derives `Error`) and the types of its data, because a program meets them and
+//! does not make them. The methods of these types do need one.
 
 mod items;
 

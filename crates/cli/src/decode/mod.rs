@@ -16,11 +16,11 @@ use std::io::{self, Read};
 
 /// Explain recorded traffic: start-ups, refusals with their reason, reads and writes.
 ///
-/// The command accepts a capture file (pcapng), a trace of profivac, the octets of a line, or text with hexadecimal octets as programs print
-/// them: dumps of od, xxd and hexdump, logs with times, arrows and words, 0x, commas, colons. No octet is lost: each one is part
-/// of a telegram, of a damaged piece, or left over, with the number of its line. Damaged telegrams never hide valid ones beside
-/// them. Each explanation is printed as soon as its input is read, also from a pipe that never ends. A file that is truncated, or still being written, is
-/// explained up to its end; then a message gives the position, and the exit code is 2.
+/// The command accepts a capture file (pcapng), a trace of profivac, the octets of a line, or text with hexadecimal octets as programs
+/// print them: dumps of od, xxd and hexdump, logs with times, arrows and words, 0x, commas, colons. No octet is lost: each one is part of a
+/// telegram, of a damaged piece, or left over, with the number of its line. Damaged telegrams never hide valid ones beside them. Each
+/// explanation is printed as soon as its input is read, also from a pipe that never ends. A file that is truncated, or still being written,
+/// is explained up to its end; then a message gives the position, and the exit code is 2.
 #[derive(Args, Debug)]
 #[command(after_help = EXAMPLES)]
 pub struct Arguments {

@@ -117,8 +117,8 @@ mod tests {
     const FILAMENT: &str = "bpg400 6: fault";
     const EXTRACTOR: &str = "img400 16: fault";
 
-    /// The alarms that are active at the end of each part of the timeline. In high vacuum nine Piranis and diaphragms are below their range, and before
-    /// 32 s two ion gauges are off: none of these is an alarm.
+    /// The alarms that are active at the end of each part of the timeline. In high vacuum nine Piranis and diaphragms are below their
+    /// range, and before 32 s two ion gauges are off: none of these is an alarm.
     #[test]
     fn each_part_of_the_demonstration_has_the_alarms_that_an_operator_expects_and_the_end_has_none() {
         let parts: [(&str, f64, &[&str]); 15] = [

@@ -26,9 +26,9 @@ use trend::Trend;
 
 /// Show a vacuum plant in memory: gauges and a master on a PROFIBUS segment, without any hardware.
 ///
-/// The output shows the values that the master reads: every octet passes the codec and both state machines. The command serves the dashboard until
-/// q, SIGTERM, Ctrl-C or --for ends it; the plant stays as it is at the end of the scenario. With --headless it ends with the scenario,
-/// and fails if an expectation of the scenario does not hold.
+/// The output shows the values that the master reads: every octet passes the codec and both state machines. The command serves the
+/// dashboard until q, SIGTERM, Ctrl-C or --for ends it; the plant stays as it is at the end of the scenario. With --headless it ends with
+/// the scenario, and fails if an expectation of the scenario does not hold.
 #[derive(Args, Debug)]
 #[command(after_help = format!("{EXAMPLES}\n\n{}", values::included_scenarios()))]
 pub struct Arguments {

@@ -102,7 +102,8 @@ pub fn virtual_device(name: &str) -> (Line<VirtualDevice>, SlaveUnderTest) {
     (Line::new(VirtualDevice::new(built, ADDRESS, BAUD, conditions)), subject)
 }
 
-/// A device with two octets in each direction, unless it has another configuration, and with Sync, Freeze, MS1, MS2 and a status in its diagnosis.
+/// A device with two octets in each direction, unless it has another configuration, and with Sync, Freeze, MS1, MS2 and a status in its
+/// diagnosis.
 pub struct Sample {
     cfg: &'static [u8],
 }

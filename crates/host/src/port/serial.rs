@@ -129,8 +129,8 @@ impl Drop for Serial {
 
 /// Closes a device in a thread, and returns when it is closed or the kernel waits for its hardware.
 ///
-/// A process that ended before the thread has called the kernel would close the device itself, and wait. A descriptor leaves the list of the
-/// process when the kernel begins to close it.
+/// A process that ended before the thread has called the kernel would close the device itself, and wait. A descriptor leaves the list of
+/// the process when the kernel begins to close it.
 fn close_in_thread(last: OwnedFd) {
     let entry = format!("/proc/self/fd/{}", last.as_raw_fd());
     let device = std::fs::read_link(&entry).ok();

@@ -176,8 +176,8 @@ impl Observer {
     }
 
     /// How much the damaged octets are those of this request: the number of equal octets, at least half of them and counted from the
-    /// beginning or from the end; 1 if only the length is the same and the header is damaged, because an inverted start or stop bit shifts all
-    /// bits behind it; otherwise 0.
+    /// beginning or from the end; 1 if only the length is the same and the header is damaged, because an inverted start or stop bit shifts
+    /// all bits behind it; otherwise 0.
     fn likeness(&self, frame: &DataTelegram<'_>) -> usize {
         let mut octets = [0; MAX_REQUEST];
         let length = Telegram::Data(*frame).emit(&mut octets).unwrap_or_default();

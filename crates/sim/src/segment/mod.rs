@@ -96,8 +96,8 @@ impl Segment {
     }
 
     /// The characters that a station has received since the last call, also damaged ones and those that noise makes of the idle line, with
-    /// the times of their ends. The first call keeps them from then on. Empty for a station that shares its receiver: one that listens to its own
-    /// address only.
+    /// the times of their ends. The first call keeps them from then on. Empty for a station that shares its receiver: one that listens to
+    /// its own address only.
     pub fn take_characters(&mut self, station: StationId) -> Vec<(BitTime, Character)> {
         let tap = self.taps.iter_mut().find(|tap| tap.owner == Some(station.0));
         tap.and_then(|tap| tap.kept.replace(Vec::new())).unwrap_or_default()

@@ -1,9 +1,9 @@
 //! Capture files in the pcapng format, as Wireshark reads them.
 //!
-//! A file has a section header, an interface with link type and rate for each source of times ([`Times`]), and one packet for each entry of the trace: the octets
-//! from start to end delimiter. Times are in nanoseconds since the start of the trace; a bit at 12 Mbit/s has 83 ns, so bit
-//! times are restored exactly. A comment and the symbol error flag mark octets with character errors, because a packet has
-//! no field for them.
+//! A file has a section header, an interface with link type and rate for each source of times ([`Times`]), and one packet for each entry of
+//! the trace: the octets from start to end delimiter. Times are in nanoseconds since the start of the trace; a bit at 12 Mbit/s has 83 ns,
+//! so bit times are restored exactly. A comment and the symbol error flag mark octets with character errors, because a packet has no field
+//! for them.
 
 mod reader;
 
