@@ -156,8 +156,7 @@ mod tests {
             format!("- {}[a link of words](a.md) `code of words` {}- 12. {}\n", words(150), words(100), words(150));
         let page = wrap_page(&format!("{}\n1. {item}{item}", words(400)));
         assert_eq!(in_page(&page), [0_usize; 0]);
-        let is_indented = |line: &&str| line.starts_with("  ") && line.trim_start().starts_with("word");
-        assert_eq!(page.lines().filter(is_indented).count(), 2, "{page}");
+        assert!(page.lines().filter(|line| line.starts_with("  ")).count() >= 4, "{page}");
         assert!(page.contains("[a link of words](a.md)") && page.contains("`code of words`"), "{page}");
         assert!(!page.lines().any(|line| line.trim_start().starts_with("12.")), "no new list: {page}");
         let all = |text: &str| text.split_whitespace().map(str::to_owned).collect::<Vec<_>>();
