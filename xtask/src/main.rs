@@ -11,6 +11,7 @@ mod layers;
 mod modules;
 mod prose;
 mod purity;
+mod records;
 
 use anyhow::{Result, bail};
 use std::path::Path;
@@ -19,7 +20,8 @@ const USAGE: &str =
     "usage: cargo xtask layers    arrows between crates and modules point to lower ranks only, without circles;
                              with --rows: rows for the modules that have none
        cargo xtask citations every citation names an existing section; with --uncited: the sections that no test cites
-       cargo xtask architecture  the walks in ARCHITECTURE.md name files and functions that exist
+       cargo xtask architecture  the walks in ARCHITECTURE.md name files and functions that exist; the records in DESIGN.md
+                             have a decision, a reason, alternatives and a cost
        cargo xtask doctests  every public function, method and type of the client has an example
        cargo xtask prose     no retired words and forms, no line that is too wide; with --count: their number in each crate;
                              with --wrap: breaks the wide lines
@@ -33,7 +35,7 @@ fn main() -> Result<()> {
         ["layers", "--rows"] => layers::suggest(),
         ["citations"] => citations::check(),
         ["citations", "--uncited"] => citations::uncited(),
-        ["architecture"] => architecture::check(),
+        ["architecture"] => architecture::check().and_then(|()| records::check()),
         ["doctests"] => doctests::check(),
         ["prose"] => prose::check(false),
         ["prose", "--count"] => prose::check(true),
