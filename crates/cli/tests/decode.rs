@@ -31,9 +31,9 @@ const EXPLANATION: &str = "   12.005000 s    5  is present: bcg450 (ident 08E6),
 
 9 telegrams, 1 damaged piece (10.0 %)
 126 octets: 109 in telegrams, 17 damaged, 0 left over
-ADDR  DEVICE        SENT  REQUESTS  RETRIES  UNANSWERED  EXCHANGES
+ADDR  DEVICE        SENT  REQUESTS  REPEATED  UNANSWERED  EXCHANGES
    2  master           5
-   5  bcg450           4         5        1           1          0
+   5  bcg450           4         5         1           1          0
 ";
 
 /// A TPG with one module 93: its diagnosis, Chk_Cfg, and an exchange with the mantissa 830 and the exponent -5.

@@ -266,8 +266,8 @@ fn slave_rows(explainer: &Explainer) -> Vec<SlaveRow> {
 /// A row for each station with its counters.
 fn table(summary: &Summary, rows: &[SlaveRow]) -> String {
     let mut text = format!(
-        "{:>4}  {:<8}{:>10}{:>10}{:>9}{:>12}{:>11}",
-        "ADDR", "DEVICE", "SENT", "REQUESTS", "RETRIES", "UNANSWERED", "EXCHANGES"
+        "{:>4}  {:<8}{:>10}{:>10}{:>10}{:>12}{:>11}",
+        "ADDR", "DEVICE", "SENT", "REQUESTS", "REPEATED", "UNANSWERED", "EXCHANGES"
     );
     let stations: std::collections::BTreeSet<u8> =
         summary.sent.keys().copied().chain(rows.iter().map(|row| row.address)).collect();
@@ -277,7 +277,7 @@ fn table(summary: &Summary, rows: &[SlaveRow]) -> String {
             Some(SlaveRow { device, requests, retries, unanswered, exchanges, .. }) => {
                 let device = device.unwrap_or("?");
                 format!(
-                    "\n{address:>4}  {device:<8}{sent:>10}{requests:>10}{retries:>9}{unanswered:>12}{exchanges:>11}"
+                    "\n{address:>4}  {device:<8}{sent:>10}{requests:>10}{retries:>10}{unanswered:>12}{exchanges:>11}"
                 )
             }
             None => format!("\n{address:>4}  {:<8}{sent:>10}", role_name(summary.roles.get(&address))),
