@@ -541,6 +541,7 @@ fn alarm(alarm: &AlarmView, sink: &mut impl Sink) {
         AlarmState::Acknowledged => 2,
         AlarmState::Returned => 3,
         AlarmState::OutOfService => 4,
+        AlarmState::Shelved => 5,
     };
     let at = alarm.since_ms.map(|ms| Micros(ms.saturating_mul(1000)));
     let mut put = |signal, value| sink.point(signal, value, State::Ok, at);
@@ -550,7 +551,7 @@ fn alarm(alarm: &AlarmView, sink: &mut impl Sink) {
     put(Signal::Priority, Raw::Choice(priority(alarm.priority)));
     put(Signal::Occurrence, Raw::Integer(alarm.occurrence));
     put(Signal::AlarmText, Raw::Text(&alarm.text));
-    let reason = alarm.out_of_service.as_ref().map(|it| it.reason.as_str());
+    let reason = alarm.out_of_service.as_ref().or(alarm.shelved.as_ref()).map(|it| it.reason.as_str());
     put(Signal::AlarmValue, Raw::float(alarm.value));
     put(Signal::AlarmLimit, Raw::float(alarm.limit));
     put(Signal::AlarmUnit, Raw::Text(alarm.unit.unwrap_or_default()));

@@ -60,7 +60,8 @@ pub const LINE_STATES: [&str; 6] =
 pub const SEGMENT_STATES: [&str; 3] = ["waiting", "listening", "running"];
 
 /// The words of an alarm's state.
-pub const ALARM_STATES: [&str; 5] = ["normal", "unacknowledged", "acknowledged", "returned", "out of service"];
+pub const ALARM_STATES: [&str; 6] =
+    ["normal", "unacknowledged", "acknowledged", "returned", "out of service", "shelved"];
 
 /// The words of a priority; `none` where no alarm is active.
 pub const PRIORITIES: [&str; 4] = ["none", "low", "medium", "high"];
@@ -184,7 +185,7 @@ signals! {
     AlarmLimit          "alarm-limit"           Alarm   Kind::Float,                 None,        "Limit of the alarm";
     AlarmUnit           "alarm-unit"            Alarm   Kind::Text,                  None,        "Unit of value and limit of the alarm";
     AcknowledgedBy      "acknowledged-by"       Alarm   Kind::Text,                  None,        "User who has acknowledged the alarm";
-    OutOfService        "out-of-service"        Alarm   Kind::Text,                  None,        "Why the alarm is out of service; empty while it is in service";
+    OutOfService        "out-of-service"        Alarm   Kind::Text,                  None,        "Why the alarm is shelved or out of service; empty otherwise";
     Instruction         "instruction"           Alarm   Kind::Text,                  None,        "Instruction for the operator";
 }
 

@@ -12,7 +12,7 @@ use profivac_listen::report::{BusReport, Distribution, StationReport};
 use profivac_listen::station::StationState;
 use profivac_recorder::{Micros, Quality};
 use profivac_station::alarm::AlarmState;
-use profivac_station::alarm::view::{AlarmView, OutOfServiceView};
+use profivac_station::alarm::view::{AlarmView, SuppressionView};
 use profivac_station::config::Config;
 use profivac_station::view::{
     self, BusStationState, Gauge, Reading, RecorderView, Segment, SegmentState, WatchedParameter,
@@ -134,7 +134,7 @@ fn inputs() -> Inputs {
         alarm.acknowledged_by = Some("Ada".to_owned());
         "above the limit".clone_into(&mut alarm.text);
         let reason = "maintenance".to_owned();
-        alarm.out_of_service = Some(OutOfServiceView { user: "Ada".to_owned(), at_ms: 1, reason, until_ms: None });
+        alarm.out_of_service = Some(SuppressionView { user: "Ada".to_owned(), at_ms: 1, reason, until_ms: None });
     }
     inputs.buses.insert("plc".to_owned(), line(vec![on_line(12, Origin::Assumed)]));
     inputs.buses.insert("hall".to_owned(), line(vec![on_line(5, Origin::Heard)]));
@@ -361,6 +361,7 @@ fn every_value_of_an_alarm_is_a_point() {
             condition: _,
             gauge: _,
             series: _,
+            several: _,
             segment: _,
             priority,
             state,
@@ -375,6 +376,7 @@ fn every_value_of_an_alarm_is_a_point() {
             unit,
             acknowledged_by,
             acknowledged_ms: _,
+            shelved: _,
             out_of_service,
             message,
         } = alarm;

@@ -25,9 +25,9 @@ pub struct StoredAlarm {
     pub text: String,
     /// The user who acknowledged it, and when.
     pub acknowledged: Option<(String, Micros)>,
-    /// The user who took it out of service, when, and the reason.
+    /// The user who shelved it or took it out of service, when, and the reason.
     pub out_of_service: Option<(String, Micros, String)>,
-    /// When it returns to service by itself.
+    /// When it is unshelved or returns to service by itself.
     pub out_until: Option<Micros>,
 }
 
@@ -260,6 +260,24 @@ impl Reader {
             params![from.0, to.0, alarm, limit],
             history_entry,
         )
+    }
+
+    /// Calls `take` with time, alarm and priority of every raised alarm from `from` to `to`, the earliest first.
+    ///
+    /// # Errors
+    /// [`DatabaseError`] when the database cannot be read.
+    pub fn each_raised_alarm(
+        &self,
+        from: Micros,
+        to: Micros,
+        mut take: impl FnMut(Micros, String, String),
+    ) -> Result<(), DatabaseError> {
+        let sql = "SELECT at_us, alarm, priority FROM alarm_history
+                   WHERE change = 'raised' AND at_us BETWEEN ?1 AND ?2 ORDER BY at_us, id";
+        self.query_each(sql, params![from.0, to.0], |row| {
+            take(Micros(row.get(0)?), row.get(1)?, row.get(2)?);
+            Ok(())
+        })
     }
 
     /// A queued notification, if it still waits.

@@ -22,6 +22,10 @@ pub enum AuditAction {
     ControlAuthority,
     /// The user acknowledged an alarm.
     Acknowledged,
+    /// The user shelved an alarm.
+    Shelved,
+    /// The user unshelved an alarm.
+    Unshelved,
     /// The user took an alarm out of service.
     TakenOutOfService,
     /// The user returned an alarm to service.
@@ -29,13 +33,15 @@ pub enum AuditAction {
 }
 
 impl AuditAction {
-    const ALL: [Self; 8] = [
+    const ALL: [Self; 10] = [
         Self::Execute,
         Self::Outcome,
         Self::Refused,
         Self::Disarmed,
         Self::ControlAuthority,
         Self::Acknowledged,
+        Self::Shelved,
+        Self::Unshelved,
         Self::TakenOutOfService,
         Self::ReturnedToService,
     ];
@@ -50,6 +56,8 @@ impl AuditAction {
             Self::Disarmed => "disarmed",
             Self::ControlAuthority => "control-authority",
             Self::Acknowledged => "acknowledged",
+            Self::Shelved => "shelved",
+            Self::Unshelved => "unshelved",
             Self::TakenOutOfService => "taken-out-of-service",
             Self::ReturnedToService => "returned-to-service",
         }

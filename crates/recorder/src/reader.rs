@@ -217,17 +217,35 @@ impl Reader {
         Ok(if rows < MAX_SORTED { "at_us" } else { "+at_us" })
     }
 
+    /// How much of the time from `from` to `to` the station recorded, at `now`.
+    ///
+    /// # Errors
+    /// [`DatabaseError`] when the database cannot be read.
+    pub fn recorded_time(&self, from: Micros, to: Micros, now: Micros) -> Result<Duration, DatabaseError> {
+        let periods = self.recording_periods_until(now)?;
+        let overlap = |period: &Period| {
+            let length = period.end.0.min(to.0).saturating_sub(period.start.0.max(from.0));
+            Duration::from_micros(u64::try_from(length).unwrap_or(0))
+        };
+        Ok(periods.iter().map(overlap).fold(Duration::ZERO, Duration::saturating_add))
+    }
+
     /// The times that are older than `kept` in recorded time, at `now`.
     ///
     /// # Errors
     /// [`DatabaseError`] when the database cannot be read.
     pub fn expired(&self, kept: Duration, now: Micros) -> Result<Expired, DatabaseError> {
+        Ok(Expired::of(&self.recording_periods_until(now)?, kept))
+    }
+
+    /// The periods in which the station recorded, the last one up to `now` if it goes on.
+    fn recording_periods_until(&self, now: Micros) -> Result<Vec<Period>, DatabaseError> {
         let mut periods = recording_periods(&self.connection).map_err(|error| self.failed(error))?;
         // The recorder extends the last period once a minute.
         if let Some(last) = periods.last_mut().filter(|last| last.continues_at(now)) {
             *last = last.until(now);
         }
-        Ok(Expired::of(&periods, kept))
+        Ok(periods)
     }
 
     fn series_id(&self, series: &str) -> Result<Option<i64>, DatabaseError> {
@@ -299,7 +317,7 @@ impl Reader {
         Ok(rows)
     }
 
-    fn query_each(
+    pub(super) fn query_each(
         &self,
         sql: &str,
         parameters: impl rusqlite::Params,

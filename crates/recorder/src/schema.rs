@@ -73,7 +73,8 @@ pub const TABLES: &str = "
         BEGIN SELECT RAISE(ABORT, 'the audit trail is not changed'); END;
     CREATE TRIGGER audit_is_not_deleted BEFORE DELETE ON audit
         BEGIN SELECT RAISE(ABORT, 'the audit trail is not deleted'); END;
-    -- The state of each alarm that was ever raised or taken out of service.
+    -- The state of each alarm that was ever raised, shelved or taken out of service. The columns out_of_service_... are also those of a shelved
+    -- alarm: who, when, why, until when.
     CREATE TABLE alarm (
         name                    TEXT PRIMARY KEY,
         state                   TEXT NOT NULL,
@@ -89,7 +90,7 @@ pub const TABLES: &str = "
         out_of_service_reason   TEXT,
         out_of_service_until_us INTEGER
     ) WITHOUT ROWID;
-    -- change: raised, returned, acknowledged, taken-out-of-service, returned-to-service, removed.
+    -- change: raised, returned, acknowledged, shelved, unshelved, taken-out-of-service, returned-to-service, removed.
     CREATE TABLE alarm_history (
         id         INTEGER PRIMARY KEY,
         at_us      INTEGER NOT NULL,

@@ -6,7 +6,7 @@ mod support;
 
 use axum::body::{Body, to_bytes};
 use axum::http::Request;
-use profivac_recorder::Quality;
+use profivac_recorder::{Micros, Quality};
 use profivac_station::api::middleware::Peer;
 use profivac_station::api::router;
 use profivac_station::auth::{Role, User};
@@ -208,6 +208,78 @@ fn several_occurrences_are_acknowledged_together_and_no_others() {
     // A name that is also a path.
     let seen = json!({ "occurrence": occurrence("history") });
     assert_eq!(fixture.post("/api/alarms/history/acknowledge", &seen, Role::Operator).0, 200);
+}
+
+#[test]
+fn an_operator_shelves_several_alarms_and_unshelves_them() {
+    let fixture = Fixture::new();
+    fixture.evaluate(5.0);
+    let both = json!({ "alarms": ["too high", "unknown", "history"], "reason": " venting ", "minutes": 30 });
+    let (status, told) = fixture.post("/api/alarms/shelve", &both, Role::Operator);
+    assert_eq!((status, &told["changed"]), (200, &json!(["too high", "history"])));
+    assert_eq!(told["refused"], json!([{ "name": "unknown", "problem": "there is no alarm \"unknown\"" }]));
+    let shelved = fixture.alarm("too high");
+    assert_eq!((&shelved["state"], &shelved["out_of_service"]), (&json!("shelved"), &Value::Null));
+    let why = &shelved["shelved"];
+    assert_eq!((&why["user"], &why["reason"]), (&json!("Ada"), &json!("venting")));
+    assert_eq!(why["until_ms"].as_i64().unwrap() - why["at_ms"].as_i64().unwrap(), 1_800_000);
+    fixture.evaluate(5.0);
+    assert_eq!(fixture.alarm("history")["state"], "shelved");
+    let (status, told) = fixture.post("/api/alarms/unshelve", &json!({ "alarms": ["too high"] }), Role::Operator);
+    assert_eq!((status, &told["changed"]), (200, &json!(["too high"])));
+    fixture.evaluate(5.0);
+    assert_eq!(
+        (fixture.alarm("too high")["state"].as_str(), fixture.alarm("history")["state"].as_str()),
+        (Some("unacknowledged"), Some("shelved"))
+    );
+    let rows = fixture.get("/api/audit");
+    let rows: Vec<_> =
+        rows.as_array().unwrap().iter().map(|row| (row["action"].clone(), row["target"].clone())).collect();
+    let expected = [("unshelved", "too high"), ("shelved", "history"), ("shelved", "too high")];
+    assert_eq!(rows, expected.map(|(action, alarm)| (json!(action), json!(alarm))));
+}
+
+#[test]
+fn alarms_are_shelved_by_an_operator_for_at_most_a_shift() {
+    let fixture = Fixture::new();
+    let body = |minutes: u32| json!({ "alarms": ["too high"], "reason": "so", "minutes": minutes });
+    assert_eq!(fixture.post("/api/alarms/shelve", &body(5), Role::Viewer).0, 403);
+    assert_eq!(fixture.post("/api/alarms/unshelve", &json!({ "alarms": ["too high"] }), Role::Viewer).0, 403);
+    let refused = fixture.post("/api/alarms/shelve", &body(721), Role::Engineer);
+    assert_eq!(problem(&refused), (400, "expected minutes from 1 to 720, found 721"));
+    assert_eq!(fixture.post("/api/alarms/shelve", &body(0), Role::Operator).0, 400);
+    for wrong in
+        [json!({ "alarms": ["too high"], "reason": "so" }), json!({ "alarms": [], "reason": "so", "minutes": 5 })]
+    {
+        assert_eq!(fixture.post("/api/alarms/shelve", &wrong, Role::Operator).0, 400, "{wrong}");
+    }
+    let empty = json!({ "alarms": ["too high"], "reason": " ", "minutes": 5 });
+    let refused = fixture.post("/api/alarms/shelve", &empty, Role::Operator);
+    assert_eq!(problem(&refused), (400, "expected a reason in one line of 1 to 500 characters"));
+    assert_eq!(fixture.alarm("too high")["state"], "normal");
+}
+
+#[test]
+fn the_figures_count_what_was_raised() {
+    let fixture = Fixture::new();
+    for _ in 0..3 {
+        fixture.evaluate(0.5);
+        fixture.evaluate(0.01);
+    }
+    fixture.evaluate(5.0);
+    assert!(fixture.services.recorder().flush());
+    let now = Micros::now().0 / 1000;
+    let figures = fixture.get(&format!("/api/alarms/performance?from={}&to={}", now - 3_600_000, now + 60_000));
+    assert_eq!(
+        (&figures["raised"], &figures["by_priority"]),
+        (&json!(5), &json!({ "high": 4, "medium": 1, "low": 0 }))
+    );
+    assert_eq!(figures["most_frequent"][0], json!({ "alarm": "too high", "raised": 4, "percent": 80.0 }));
+    assert_eq!((&figures["chattering"], &figures["long_active"]), (&json!(["too high"]), &json!([])));
+    assert_eq!(figures["worst_ten_minutes"]["raised"], 5);
+    let (from, to) = (now - 366 * 86_400_000 - 1, now);
+    let refused = fixture.ask("GET", &format!("/api/alarms/performance?from={from}&to={to}"), "", Role::Viewer);
+    assert_eq!(problem(&refused), (400, "expected at most 366 days from from to to"));
 }
 
 #[test]

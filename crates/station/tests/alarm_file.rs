@@ -272,3 +272,48 @@ fn an_error_in_a_webhook_names_its_position_and_no_secret() {
         assert!(!error.contains("s3") && !error.contains("3535"), "{error}");
     }
 }
+
+/// The file, with an alarm about several gauges.
+fn several(keys: &str) -> String {
+    format!("{FILE}\n[[alarm]]\nname = \"hall vented\"\n{keys}\n")
+}
+
+#[test]
+fn an_alarm_about_several_gauges_has_a_condition_for_each() {
+    let rules = rules(&several("gauges = [\"chamber\", \"tpg.1\", \"tpg.3\"]\ncount = 2\nabove = \"1 mbar\""));
+    let Condition::Several { conditions, count } = rule(&rules, "hall vented").condition else { panic!("{rules:?}") };
+    let names: Vec<_> = conditions.iter().filter_map(Condition::series).map(|series| series.name.as_str()).collect();
+    assert_eq!((names, count), (vec!["chamber", "tpg.1", "tpg.3"], 2));
+    assert!(
+        conditions.iter().all(|condition| matches!(condition, Condition::Above { limit: 100.0, .. })),
+        "{conditions:?}"
+    );
+    // Each gauge whose reading does not decide the limit is reported.
+    rule(&rules, "tpg.3: limit not measurable");
+}
+
+#[test]
+fn an_impossible_list_of_gauges_is_an_error_at_its_place() {
+    let cases = [
+        (
+            "gauges = [\"chamber\"]\ncount = 2\nabove = \"1 mbar\"",
+            "expected count from 1 to the number of gauges, which is 1, got 2",
+        ),
+        (
+            "gauges = []\ncount = 0\nabove = \"1 mbar\"",
+            "expected count from 1 to the number of gauges, which is 0, got 0",
+        ),
+        (
+            "gauges = [\"chamber\", \"chamber\"]\ncount = 1\nabove = \"1 mbar\"",
+            "\"chamber\" is twice in the list of gauges",
+        ),
+        ("gauges = [\"chambre\"]\ncount = 1\nabove = \"1 mbar\"", "chambre"),
+        ("gauges = [\"chamber\"]\nabove = \"1 mbar\"", "one of: gauge, or gauges and count,"),
+        ("gauges = [\"chamber\"]\ncount = 1\nlost = 1.0", "one of: gauge, or gauges and count,"),
+        ("gauges = [\"chamber\"]\ncount = 1", "expected one of above, below and rise"),
+    ];
+    for (keys, expected) in cases {
+        let error = parse(&several(keys)).unwrap_err().to_string();
+        assert!(error.starts_with("hall.toml:") && error.contains(expected), "{keys}: {error}");
+    }
+}

@@ -75,13 +75,19 @@ impl Evaluation {
 pub struct Evaluator {
     /// The past of a rate: times with logarithms of pressure, or with numbers of telegrams.
     past: VecDeque<(Micros, f64)>,
+    /// Those of the conditions of [`Condition::Several`].
+    conditions: Vec<Evaluator>,
 }
 
 impl Evaluator {
     /// Evaluates `rule` at `now`, a monotonic time. While the alarm `is_active`, the reset value counts instead of the limit.
     pub fn evaluate(&mut self, rule: &Rule, is_active: bool, inputs: &Inputs, now: Micros) -> Evaluation {
+        self.condition(&rule.condition, is_active, inputs, now)
+    }
+
+    fn condition(&mut self, condition: &Condition, is_active: bool, inputs: &Inputs, now: Micros) -> Evaluation {
         let threshold = |limit: f64, reset: f64| if is_active { reset } else { limit };
-        match &rule.condition {
+        match condition {
             Condition::Above { series, limit, reset } => {
                 let threshold = Threshold { limit: *limit, present: threshold(*limit, *reset) };
                 bounded(inputs, series, Bounds::above, ("above", "not above"), threshold)
@@ -96,6 +102,14 @@ impl Evaluator {
                 let text = rate.map(|rate| format!("{} changes by {rate:.2} decades per minute", series.name));
                 let holds = rate.map(|rate| rate > threshold(*limit, *reset));
                 Evaluation { holds, value: rate, text: text.unwrap_or_default() }
+            }
+            Condition::Several { conditions, count } => {
+                self.conditions.resize_with(conditions.len(), Self::default);
+                let evaluators = self.conditions.iter_mut().zip(conditions);
+                let all: Vec<_> = evaluators
+                    .map(|(evaluator, condition)| evaluator.condition(condition, is_active, inputs, now))
+                    .collect();
+                several(&all, *count)
             }
             Condition::NotMeasurable { series, limits, has_fault_alarm } => {
                 not_measurable(inputs, series, limits, *has_fault_alarm)
@@ -163,6 +177,17 @@ impl Evaluator {
             self.past.pop_front();
         }
     }
+}
+
+/// At least `count` of the conditions are met. Conditions that are not known decide neither.
+fn several(conditions: &[Evaluation], count: usize) -> Evaluation {
+    let met: Vec<_> = conditions.iter().filter(|condition| condition.holds == Some(true)).collect();
+    let possible = conditions.iter().filter(|condition| condition.holds != Some(false)).count();
+    let holds = decided(met.len() >= count, possible < count);
+    let texts: Vec<_> = met.iter().map(|condition| condition.text.as_str()).collect();
+    let text = format!("{} of {}", met.len(), conditions.len());
+    let text = if texts.is_empty() { text } else { format!("{text}: {}", texts.join("; ")) };
+    Evaluation { holds, value: Some(met.len() as f64), text }
 }
 
 /// The part of the requests to a station in percent; unknown without a request in the last minute.

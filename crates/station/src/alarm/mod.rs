@@ -13,10 +13,12 @@
 //! | [`registry`] | all alarms, without clock, thread and disk: times and inputs come in, changes go out |
 //! | [`persistence`] | the rows, events and notifications of a change |
 //! | [`view`] | alarms as the API shows them |
+//! | [`performance`] | figures: how many alarms, how often, which |
 //! | [`service`] | the alarms of a running station, shared by its threads |
 //! | [`thread`] | the thread that evaluates |
 
 pub mod evaluate;
+pub mod performance;
 pub mod persistence;
 pub mod registry;
 pub mod rule;
@@ -28,7 +30,7 @@ pub mod view;
 pub use evaluate::Inputs;
 pub use persistence::NotificationTarget;
 pub use registry::{
-    AlarmChange, AlarmError, AlarmRegistry, AlarmStatus, AlarmTime, Attribution, ChangeKind, OutOfService,
+    AlarmChange, AlarmError, AlarmRegistry, AlarmStatus, AlarmTime, Attribution, ChangeKind, Suppression,
 };
 pub use rule::{BusQuantity, Condition, ConditionKind, Priority, Rule, Series};
 pub use service::{AlarmService, AlarmServiceError};

@@ -1,6 +1,6 @@
 //! The rows, events and notifications of a change.
 
-use super::registry::{AlarmChange, AlarmStatus, Attribution, ChangeKind, OutOfService};
+use super::registry::{AlarmChange, AlarmStatus, Attribution, ChangeKind, Suppression};
 use super::rule::Priority;
 use super::state::AlarmState;
 use crate::auth::Actor;
@@ -11,7 +11,7 @@ use serde_json::json;
 
 impl From<&AlarmStatus> for StoredAlarm {
     fn from(status: &AlarmStatus) -> Self {
-        let AlarmStatus { state, since, occurrence, raised, value, text, acknowledged, out } = status;
+        let AlarmStatus { state, since, occurrence, raised, value, text, acknowledged, suppression } = status;
         Self {
             state: state.word().to_owned(),
             since: *since,
@@ -20,8 +20,8 @@ impl From<&AlarmStatus> for StoredAlarm {
             value: *value,
             text: text.clone(),
             acknowledged: acknowledged.as_ref().map(|by| (by.user.clone(), by.at)),
-            out_of_service: out.as_ref().map(|out| (out.by.user.clone(), out.by.at, out.reason.clone())),
-            out_until: out.as_ref().and_then(|out| out.until),
+            out_of_service: suppression.as_ref().map(|it| (it.by.user.clone(), it.by.at, it.reason.clone())),
+            out_until: suppression.as_ref().and_then(|it| it.until),
         }
     }
 }
@@ -31,9 +31,9 @@ impl From<StoredAlarm> for AlarmStatus {
     fn from(stored: StoredAlarm) -> Self {
         let StoredAlarm { state, since, occurrence, raised_at, value, text, acknowledged, out_of_service, out_until } =
             stored;
-        let out = out_of_service.map(|(user, at, reason)| {
+        let suppression = out_of_service.map(|(user, at, reason)| {
             let by = Attribution { user, at };
-            OutOfService { by, reason, until: out_until }
+            Suppression { by, reason, until: out_until }
         });
         Self {
             state: AlarmState::from_word(&state).unwrap_or(AlarmState::Returned),
@@ -43,7 +43,7 @@ impl From<StoredAlarm> for AlarmStatus {
             value,
             text,
             acknowledged: acknowledged.map(|(user, at)| Attribution { user, at }),
-            out,
+            suppression,
         }
     }
 }
@@ -111,18 +111,21 @@ fn audit_entry(change: &AlarmChange, actor: &Actor) -> Option<AuditEntry> {
     let AlarmChange { at, rule, kind, was, status, .. } = change;
     let action = match kind {
         ChangeKind::Acknowledged => AuditAction::Acknowledged,
+        ChangeKind::Shelved => AuditAction::Shelved,
+        ChangeKind::Unshelved => AuditAction::Unshelved,
         ChangeKind::TakenOutOfService => AuditAction::TakenOutOfService,
         ChangeKind::ReturnedToService => AuditAction::ReturnedToService,
         ChangeKind::Raised | ChangeKind::Returned | ChangeKind::Removed => return None,
     };
-    let out = status.out.as_ref().filter(|_| *kind == ChangeKind::TakenOutOfService);
+    let suppressed = matches!(kind, ChangeKind::Shelved | ChangeKind::TakenOutOfService);
+    let suppression = status.suppression.as_ref().filter(|_| suppressed);
     Some(AuditEntry {
         at: *at,
         gauge: rule.condition.gauge().map(str::to_owned),
         target: Some(rule.name.clone()),
         before: Some(was.word().to_owned()),
         after: Some(status.state.word().to_owned()),
-        outcome: out.map(|out| out.reason.clone()),
+        outcome: suppression.map(|it| it.reason.clone()),
         ..actor.audit_entry(action)
     })
 }

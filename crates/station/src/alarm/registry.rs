@@ -26,14 +26,14 @@ pub struct Attribution {
     pub at: Micros,
 }
 
-/// The reason why an alarm is out of service.
+/// Why an alarm is shelved or out of service.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct OutOfService {
-    /// The user who took it out of service.
+pub struct Suppression {
+    /// The user who shelved it or took it out of service.
     pub by: Attribution,
     /// The reason.
     pub reason: String,
-    /// The wall-clock time at which it returns to service by itself.
+    /// The wall-clock time at which it ends by itself. A shelved alarm has one.
     pub until: Option<Micros>,
 }
 
@@ -55,8 +55,8 @@ pub struct AlarmStatus {
     pub text: String,
     /// The user who acknowledged it.
     pub acknowledged: Option<Attribution>,
-    /// The reason why it is out of service.
-    pub out: Option<OutOfService>,
+    /// Why it is shelved or out of service.
+    pub suppression: Option<Suppression>,
 }
 
 /// The kind of a change.
@@ -68,6 +68,10 @@ pub enum ChangeKind {
     Returned,
     /// A user acknowledged the alarm.
     Acknowledged,
+    /// A user shelved the alarm.
+    Shelved,
+    /// The alarm was unshelved.
+    Unshelved,
     /// A user took the alarm out of service.
     TakenOutOfService,
     /// The alarm was returned to service.
@@ -78,10 +82,12 @@ pub enum ChangeKind {
 
 impl ChangeKind {
     /// All kinds.
-    pub const ALL: [Self; 6] = [
+    pub const ALL: [Self; 8] = [
         Self::Raised,
         Self::Returned,
         Self::Acknowledged,
+        Self::Shelved,
+        Self::Unshelved,
         Self::TakenOutOfService,
         Self::ReturnedToService,
         Self::Removed,
@@ -94,6 +100,8 @@ impl ChangeKind {
             Self::Raised => "raised",
             Self::Returned => "returned",
             Self::Acknowledged => "acknowledged",
+            Self::Shelved => "shelved",
+            Self::Unshelved => "unshelved",
             Self::TakenOutOfService => "taken-out-of-service",
             Self::ReturnedToService => "returned-to-service",
             Self::Removed => "removed",
@@ -163,7 +171,7 @@ pub struct RegisteredAlarm {
     is_active: bool,
     /// Since when the condition is known to differ from `is_active`, in monotonic time.
     differs_since: Option<Micros>,
-    /// When it returns to service, in monotonic time.
+    /// When it is unshelved or returns to service, in monotonic time.
     returns_at: Option<Micros>,
     /// The present value.
     value: Option<f64>,
@@ -172,9 +180,9 @@ pub struct RegisteredAlarm {
 impl RegisteredAlarm {
     fn new(rule: Rule, status: AlarmStatus, now: AlarmTime) -> Self {
         let is_active = status.state.is_active();
-        let until = status.out.as_ref().and_then(|out| out.until);
-        let taken = status.out.as_ref().map_or(now.wall, |out| out.by.at);
-        // A clock that was set back since does not keep it out of service for longer than the user asked for.
+        let until = status.suppression.as_ref().and_then(|it| it.until);
+        let taken = status.suppression.as_ref().map_or(now.wall, |it| it.by.at);
+        // A clock that was set back since does not suppress it for longer than the user asked for.
         let remaining = |until: Micros| until.0.saturating_sub(now.wall.0).min(until.0.saturating_sub(taken.0));
         let returns_at = until.map(|until| Micros(now.monotonic.0.saturating_add(remaining(until))));
         Self { rule, status, evaluator: Evaluator::default(), is_active, differs_since: None, returns_at, value: None }
@@ -212,7 +220,7 @@ impl RegisteredAlarm {
         self.value = evaluation.value;
         self.apply_delays(evaluation.holds, now.monotonic);
         let is_due = self.returns_at.is_some_and(|at| at <= now.monotonic);
-        let returned = is_due.then(|| self.return_to_service(None, now).ok()).flatten();
+        let returned = is_due.then(|| self.end_suppression(None, now).ok()).flatten();
         let input = if self.is_active { Input::ConditionMet } else { Input::ConditionCleared };
         let next = self.status.state.after(input).map(|state| self.raise_or_return(state, evaluation, now));
         returned.into_iter().chain(next).collect()
@@ -265,35 +273,64 @@ impl RegisteredAlarm {
         Ok(self.change(ChangeKind::Acknowledged, next, Some(user), String::new(), now))
     }
 
-    fn take_out_of_service(
+    fn suppress(
         &mut self,
-        user: &str,
-        reason: &str,
+        by: &SuppressedBy<'_>,
         time: Option<Duration>,
         now: AlarmTime,
     ) -> Result<AlarmChange, AlarmError> {
-        let next = self.status.state.after(Input::TakeOutOfService).ok_or_else(|| self.not_applicable())?;
-        let by = Attribution { user: user.to_owned(), at: now.wall };
+        let SuppressedBy { input, user, reason } = by;
+        let next = self.status.state.after(*input).ok_or_else(|| self.not_applicable())?;
+        let by = Attribution { user: (*user).to_owned(), at: now.wall };
         let until = time.map(|time| now.wall.after(time));
         self.returns_at = time.map(|time| now.monotonic.after(time));
         let was = self.status.state.word();
-        self.status.out = Some(OutOfService { by, reason: reason.to_owned(), until });
-        Ok(self.change(ChangeKind::TakenOutOfService, next, Some(user), format!("{reason} (it was {was})"), now))
+        self.status.suppression = Some(Suppression { by, reason: (*reason).to_owned(), until });
+        let kind = if next == AlarmState::Shelved { ChangeKind::Shelved } else { ChangeKind::TakenOutOfService };
+        Ok(self.change(kind, next, Some(user), format!("{reason} (it was {was})"), now))
+    }
+
+    /// Unshelves the alarm, or returns it to service.
+    fn end_suppression(&mut self, user: Option<&str>, now: AlarmTime) -> Result<AlarmChange, AlarmError> {
+        match self.status.state {
+            AlarmState::Shelved => self.unshelve(user, now),
+            _ => self.return_to_service(user, now),
+        }
+    }
+
+    fn unshelve(&mut self, user: Option<&str>, now: AlarmTime) -> Result<AlarmChange, AlarmError> {
+        self.resume(Input::Unshelve, ChangeKind::Unshelved, (user, "its time on the shelf is over"), now)
     }
 
     fn return_to_service(&mut self, user: Option<&str>, now: AlarmTime) -> Result<AlarmChange, AlarmError> {
-        let next = self.status.state.after(Input::ReturnToService).ok_or_else(|| self.not_applicable())?;
+        self.resume(
+            Input::ReturnToService,
+            ChangeKind::ReturnedToService,
+            (user, "its time out of service is over"),
+            now,
+        )
+    }
+
+    /// `over` is the sentence if no user makes the change.
+    fn resume(
+        &mut self,
+        input: Input,
+        kind: ChangeKind,
+        (user, over): (Option<&str>, &str),
+        now: AlarmTime,
+    ) -> Result<AlarmChange, AlarmError> {
+        let next = self.status.state.after(input).ok_or_else(|| self.not_applicable())?;
         self.returns_at = None;
-        self.status.out = None;
-        let text = if user.is_some() { "" } else { "its time out of service is over" };
-        Ok(self.change(ChangeKind::ReturnedToService, next, user, text.to_owned(), now))
+        self.status.suppression = None;
+        let text = if user.is_some() { "" } else { over };
+        Ok(self.change(kind, next, user, text.to_owned(), now))
     }
 
     fn not_applicable(&self) -> AlarmError {
-        let AlarmStatus { state, acknowledged, out, .. } = &self.status;
+        let AlarmStatus { state, acknowledged, suppression, .. } = &self.status;
         let by = match state {
             AlarmState::Acknowledged => acknowledged.as_ref(),
-            AlarmState::OutOfService => out.as_ref().map(|out| &out.by),
+            AlarmState::Shelved | AlarmState::OutOfService => suppression.as_ref().map(|it| &it.by),
             _ => None,
         };
         AlarmError::NotApplicable { name: self.rule.name.clone(), state: *state, by: by.map(|by| by.user.clone()) }
@@ -320,6 +357,14 @@ impl RegisteredAlarm {
             status: self.status.clone(),
         }
     }
+}
+
+/// The user who suppresses an alarm, how and why.
+struct SuppressedBy<'a> {
+    /// [`Input::Shelve`] or [`Input::TakeOutOfService`].
+    input: Input,
+    user: &'a str,
+    reason: &'a str,
 }
 
 /// All alarms, in the order of the station's file.
@@ -397,7 +442,30 @@ impl AlarmRegistry {
         time: Option<Duration>,
         now: AlarmTime,
     ) -> Result<AlarmChange, AlarmError> {
-        self.alarm(name)?.take_out_of_service(user, reason, time, now)
+        self.alarm(name)?.suppress(&SuppressedBy { input: Input::TakeOutOfService, user, reason }, time, now)
+    }
+
+    /// Shelves an alarm for a time.
+    ///
+    /// # Errors
+    /// [`AlarmError`] if there is no such alarm, or if it is shelved or out of service.
+    pub fn shelve(
+        &mut self,
+        name: &str,
+        user: &str,
+        reason: &str,
+        time: Duration,
+        now: AlarmTime,
+    ) -> Result<AlarmChange, AlarmError> {
+        self.alarm(name)?.suppress(&SuppressedBy { input: Input::Shelve, user, reason }, Some(time), now)
+    }
+
+    /// Unshelves an alarm. If its condition is met, the next evaluation raises it.
+    ///
+    /// # Errors
+    /// [`AlarmError`] if there is no such alarm, or if it is not shelved.
+    pub fn unshelve(&mut self, name: &str, user: &str, now: AlarmTime) -> Result<AlarmChange, AlarmError> {
+        self.alarm(name)?.unshelve(Some(user), now)
     }
 
     /// Returns an alarm to service. If its condition is met, the next evaluation raises it.

@@ -56,6 +56,8 @@ pub enum ConditionKind {
     Below,
     /// The pressure rises quickly.
     Rise,
+    /// Several gauges are beyond a limit at the same time.
+    Several,
     /// A fresh gauge does not decide a limit.
     NotMeasurable,
     /// The gauge reports a fault.
@@ -103,6 +105,13 @@ pub enum Condition {
         reset: f64,
         /// The rate is the slope of the line through the readings of this time.
         window: Duration,
+    },
+    /// At least `count` of the conditions are met at the same time.
+    Several {
+        /// Conditions [`Self::Above`], [`Self::Below`] or [`Self::Rise`] of one kind with one limit.
+        conditions: Vec<Condition>,
+        /// How many must be met: 1 to all.
+        count: usize,
     },
     /// A fresh gauge does not show whether limits are exceeded: it shows no pressure, or its range ends before a limit.
     NotMeasurable {
@@ -183,6 +192,7 @@ impl Condition {
             Self::Above { .. } => ConditionKind::Above,
             Self::Below { .. } => ConditionKind::Below,
             Self::Rise { .. } => ConditionKind::Rise,
+            Self::Several { .. } => ConditionKind::Several,
             Self::NotMeasurable { .. } => ConditionKind::NotMeasurable,
             Self::Fault { .. } => ConditionKind::Fault,
             Self::Stale { .. } => ConditionKind::Stale,
@@ -201,12 +211,32 @@ impl Condition {
             | Self::Below { series, .. }
             | Self::Rise { series, .. }
             | Self::NotMeasurable { series, .. } => Some(series),
-            Self::Fault { .. }
+            Self::Several { .. }
+            | Self::Fault { .. }
             | Self::Stale { .. }
             | Self::SegmentDown { .. }
             | Self::DamagedTelegrams { .. }
             | Self::BusRate { .. }
             | Self::NotRecording => None,
+        }
+    }
+
+    /// All measuring parts that the condition is about.
+    #[must_use]
+    pub fn all_series(&self) -> Vec<&Series> {
+        match self {
+            Self::Several { conditions, .. } => conditions.iter().filter_map(Self::series).collect(),
+            other => other.series().into_iter().collect(),
+        }
+    }
+
+    /// The pressure limit in Pa, if the condition, or each of its conditions, has one.
+    #[must_use]
+    pub fn pressure_limit(&self) -> Option<f64> {
+        match self {
+            Self::Above { limit, .. } | Self::Below { limit, .. } => Some(*limit),
+            Self::Several { conditions, .. } => conditions.first().and_then(Self::pressure_limit),
+            _ => None,
         }
     }
 
@@ -245,6 +275,8 @@ impl Condition {
             Self::Rise { .. } => Some("decades/min"),
             Self::DamagedTelegrams { .. } => Some("telegrams/min"),
             Self::BusRate { .. } => Some("%"),
+            // The value is the number of gauges.
+            Self::Several { .. } => Some("gauges"),
             Self::NotMeasurable { .. }
             | Self::Fault { .. }
             | Self::Stale { .. }
@@ -262,6 +294,7 @@ impl Condition {
             | Self::Rise { limit, .. }
             | Self::DamagedTelegrams { limit, .. }
             | Self::BusRate { limit, .. } => Some(*limit),
+            Self::Several { count, .. } => Some(*count as f64),
             Self::NotMeasurable { .. }
             | Self::Fault { .. }
             | Self::Stale { .. }
@@ -276,7 +309,8 @@ impl Condition {
         match self {
             Self::Above { reset, .. } | Self::Below { reset, .. } | Self::Rise { reset, .. } => Some(*reset),
             Self::DamagedTelegrams { limit, .. } | Self::BusRate { limit, .. } => Some(*limit / 2.0),
-            Self::NotMeasurable { .. }
+            Self::Several { .. }
+            | Self::NotMeasurable { .. }
             | Self::Fault { .. }
             | Self::Stale { .. }
             | Self::SegmentDown { .. }

@@ -5,7 +5,9 @@
 
 use super::evaluate::Inputs;
 use super::persistence::{NotificationTarget, rename, rows_and_events};
-use super::registry::{AlarmChange, AlarmError, AlarmRegistry, AlarmStatus, AlarmTime, ChangeKind, removed_text};
+use super::registry::{
+    AlarmChange, AlarmError, AlarmRegistry, AlarmStatus, AlarmTime, ChangeKind, RegisteredAlarm, removed_text,
+};
 use super::rule::Rule;
 use super::state::AlarmState;
 use super::view::{AlarmOverview, AlarmView};
@@ -33,6 +35,9 @@ pub enum AlarmServiceError {
     #[error("the change is made but is not on the disk: it may be lost when the station is restarted")]
     NotStored,
 }
+
+/// The name of an alarm, and whether a request changed it.
+pub type AlarmResult = (String, Result<(), AlarmServiceError>);
 
 /// All alarms of a station.
 pub struct AlarmService {
@@ -120,18 +125,40 @@ impl AlarmService {
     }
 
     /// Acknowledges occurrences of several alarms. Returns the result of each; on the disk together when this returns.
-    pub fn acknowledge_all(
-        &self,
-        occurrences: Vec<(String, i64)>,
-        actor: &Actor,
-    ) -> Vec<(String, Result<(), AlarmServiceError>)> {
+    pub fn acknowledge_all(&self, occurrences: Vec<(String, i64)>, actor: &Actor) -> Vec<AlarmResult> {
         let now = self.now();
+        self.change_all(occurrences.into_iter(), actor, |registry, name, occurrence, user| {
+            registry.acknowledge(name, occurrence, user, now)
+        })
+    }
+
+    /// Shelves several alarms for a time. Returns the result of each; on the disk together when this returns.
+    pub fn shelve_all(&self, names: Vec<String>, actor: &Actor, reason: &str, time: Duration) -> Vec<AlarmResult> {
+        let now = self.now();
+        let names = names.into_iter().map(|name| (name, ()));
+        self.change_all(names, actor, |registry, name, (), user| registry.shelve(name, user, reason, time, now))
+    }
+
+    /// Unshelves several alarms. Returns the result of each; on the disk together when this returns.
+    pub fn unshelve_all(&self, names: Vec<String>, actor: &Actor) -> Vec<AlarmResult> {
+        let now = self.now();
+        let names = names.into_iter().map(|name| (name, ()));
+        self.change_all(names, actor, |registry, name, (), user| registry.unshelve(name, user, now))
+    }
+
+    /// Makes a change of each alarm that allows it. They are on the disk together when this returns.
+    fn change_all<T>(
+        &self,
+        alarms: impl Iterator<Item = (String, T)>,
+        actor: &Actor,
+        change: impl Fn(&mut AlarmRegistry, &str, T, &str) -> Result<AlarmChange, AlarmError>,
+    ) -> Vec<AlarmResult> {
         let mut inner = self.lock();
         let mut changes = Vec::new();
-        let mut results: Vec<(String, Result<(), AlarmServiceError>)> = Vec::new();
-        for (name, occurrence) in occurrences {
-            let acknowledged = inner.registry.acknowledge(&name, occurrence, &actor.user.name, now);
-            results.push((name, acknowledged.map(|change| changes.push(change)).map_err(AlarmServiceError::from)));
+        let mut results: Vec<AlarmResult> = Vec::new();
+        for (name, value) in alarms {
+            let done = change(&mut inner.registry, &name, value, &actor.user.name);
+            results.push((name, done.map(|change| changes.push(change)).map_err(AlarmServiceError::from)));
         }
         let receipt = self.write_with_receipt(&mut inner, &changes, actor);
         drop(inner);
@@ -185,6 +212,15 @@ impl AlarmService {
     #[must_use]
     pub fn all(&self) -> Vec<AlarmView> {
         self.lock().registry.alarms().iter().map(AlarmView::from).collect()
+    }
+
+    /// The names of the alarms that have been active since before `before`, in the order of the station's file.
+    #[must_use]
+    pub fn active_since(&self, before: Micros) -> Vec<String> {
+        let inner = self.lock();
+        let is_old = |alarm: &&RegisteredAlarm| alarm.status().raised.is_some_and(|raised| raised < before);
+        let active = inner.registry.alarms().iter().filter(|alarm| alarm.status().state.is_active());
+        active.filter(is_old).map(|alarm| alarm.rule().name.clone()).collect()
     }
 
     /// The number of alarms by state and priority, and the most urgent ones.

@@ -10,10 +10,12 @@
 //!     │   acknowledged                                      │
 //!     └─────────────────────────────────────────────────────┘
 //!
-//!   from each of them: taken out of service ─► Out of service ─ returned to service ─► Normal
+//!   from each of them: shelved ──────────────► Shelved ──────── unshelved, or its time is over ─► Normal
+//!   from each of them: taken out of service ─► Out of service ─ returned to service ────────────► Normal
 //! ```
 //!
-//! The standard's shelving is out of service with an end. Only a user takes an alarm out of service.
+//! Only a user shelves an alarm or takes it out of service. A shelved alarm can be taken out of service; one that is out of service cannot be
+//! shelved.
 
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
@@ -31,7 +33,9 @@ pub enum AlarmState {
     Acknowledged,
     /// The condition is no longer met, and the alarm is not acknowledged.
     Returned,
-    /// A user took the alarm out of service.
+    /// An operator silenced the alarm for a while.
+    Shelved,
+    /// An engineer took the alarm out of service.
     OutOfService,
 }
 
@@ -44,6 +48,10 @@ pub enum Input {
     ConditionCleared,
     /// A user acknowledges the alarm.
     Acknowledge,
+    /// A user shelves the alarm.
+    Shelve,
+    /// A user unshelves the alarm, or its time is over.
+    Unshelve,
     /// A user takes the alarm out of service.
     TakeOutOfService,
     /// A user returns the alarm to service, or its time out of service is over.
@@ -52,35 +60,45 @@ pub enum Input {
 
 impl AlarmState {
     /// All states.
-    pub const ALL: [Self; 5] =
-        [Self::Normal, Self::Unacknowledged, Self::Acknowledged, Self::Returned, Self::OutOfService];
+    pub const ALL: [Self; 6] =
+        [Self::Normal, Self::Unacknowledged, Self::Acknowledged, Self::Returned, Self::Shelved, Self::OutOfService];
 
     /// The next state; `None` if the input changes nothing.
     #[must_use]
     pub const fn after(self, input: Input) -> Option<Self> {
-        use AlarmState::{Acknowledged, Normal, OutOfService, Returned, Unacknowledged};
-        use Input::{Acknowledge, ConditionCleared, ConditionMet, ReturnToService, TakeOutOfService};
+        use AlarmState::{Acknowledged, Normal, OutOfService, Returned, Shelved, Unacknowledged};
+        use Input::{Acknowledge, ConditionCleared, ConditionMet, ReturnToService, Shelve, TakeOutOfService, Unshelve};
         match (self, input) {
             (Normal, ConditionMet) => Some(Unacknowledged),
+            (Normal, Shelve) => Some(Shelved),
             (Normal, TakeOutOfService) => Some(OutOfService),
-            (Normal, ConditionCleared | Acknowledge | ReturnToService) => None,
+            (Normal, ConditionCleared | Acknowledge | Unshelve | ReturnToService) => None,
 
             (Unacknowledged, ConditionCleared) => Some(Returned),
             (Unacknowledged, Acknowledge) => Some(Acknowledged),
+            (Unacknowledged, Shelve) => Some(Shelved),
             (Unacknowledged, TakeOutOfService) => Some(OutOfService),
-            (Unacknowledged, ConditionMet | ReturnToService) => None,
+            (Unacknowledged, ConditionMet | Unshelve | ReturnToService) => None,
 
             (Acknowledged, ConditionCleared) => Some(Normal),
+            (Acknowledged, Shelve) => Some(Shelved),
             (Acknowledged, TakeOutOfService) => Some(OutOfService),
-            (Acknowledged, ConditionMet | Acknowledge | ReturnToService) => None,
+            (Acknowledged, ConditionMet | Acknowledge | Unshelve | ReturnToService) => None,
 
             (Returned, ConditionMet) => Some(Unacknowledged),
             (Returned, Acknowledge) => Some(Normal),
+            (Returned, Shelve) => Some(Shelved),
             (Returned, TakeOutOfService) => Some(OutOfService),
-            (Returned, ConditionCleared | ReturnToService) => None,
+            (Returned, ConditionCleared | Unshelve | ReturnToService) => None,
+
+            (Shelved, Unshelve) => Some(Normal),
+            (Shelved, TakeOutOfService) => Some(OutOfService),
+            (Shelved, ConditionMet | ConditionCleared | Acknowledge | Shelve | ReturnToService) => None,
 
             (OutOfService, ReturnToService) => Some(Normal),
-            (OutOfService, ConditionMet | ConditionCleared | Acknowledge | TakeOutOfService) => None,
+            (OutOfService, ConditionMet | ConditionCleared | Acknowledge | Shelve | Unshelve | TakeOutOfService) => {
+                None
+            }
         }
     }
 
@@ -104,6 +122,7 @@ impl AlarmState {
             Self::Unacknowledged => "unacknowledged",
             Self::Acknowledged => "acknowledged",
             Self::Returned => "returned",
+            Self::Shelved => "shelved",
             Self::OutOfService => "out-of-service",
         }
     }
@@ -117,26 +136,35 @@ impl AlarmState {
 
 #[cfg(test)]
 mod tests {
-    use super::AlarmState::{Acknowledged, Normal, OutOfService, Returned, Unacknowledged};
-    use super::Input::{Acknowledge, ConditionCleared, ConditionMet, ReturnToService, TakeOutOfService};
+    use super::AlarmState::{Acknowledged, Normal, OutOfService, Returned, Shelved, Unacknowledged};
     use super::*;
 
+    const INPUTS: [Input; 7] = [
+        Input::ConditionMet,
+        Input::ConditionCleared,
+        Input::Acknowledge,
+        Input::Shelve,
+        Input::Unshelve,
+        Input::TakeOutOfService,
+        Input::ReturnToService,
+    ];
+
     /// Row by row: the state, then the next state for each input; the state itself where nothing changes.
-    const TABLE: [(AlarmState, [AlarmState; 5]); 5] = [
-        //                 ConditionMet    Cleared       Acknowledge   TakeOut       Return
-        (Normal, [Unacknowledged, Normal, Normal, OutOfService, Normal]),
-        (Unacknowledged, [Unacknowledged, Returned, Acknowledged, OutOfService, Unacknowledged]),
-        (Acknowledged, [Acknowledged, Normal, Acknowledged, OutOfService, Acknowledged]),
-        (Returned, [Unacknowledged, Returned, Normal, OutOfService, Returned]),
-        (OutOfService, [OutOfService, OutOfService, OutOfService, OutOfService, Normal]),
+    #[rustfmt::skip]
+    const TABLE: [(AlarmState, [AlarmState; 7]); 6] = [
+        //                ConditionMet    Cleared       Acknowledge   Shelve   Unshelve        TakeOut       Return
+        (Normal,         [Unacknowledged, Normal,       Normal,       Shelved, Normal,         OutOfService, Normal]),
+        (Unacknowledged, [Unacknowledged, Returned,     Acknowledged, Shelved, Unacknowledged, OutOfService, Unacknowledged]),
+        (Acknowledged,   [Acknowledged,   Normal,       Acknowledged, Shelved, Acknowledged,   OutOfService, Acknowledged]),
+        (Returned,       [Unacknowledged, Returned,     Normal,       Shelved, Returned,       OutOfService, Returned]),
+        (Shelved,        [Shelved,        Shelved,      Shelved,      Shelved, Normal,         OutOfService, Shelved]),
+        (OutOfService,   [OutOfService,   OutOfService, OutOfService, OutOfService, OutOfService, OutOfService, Normal]),
     ];
 
     #[test]
     fn every_transition_is_as_in_the_table() {
         for (state, row) in TABLE {
-            for (input, next) in
-                [ConditionMet, ConditionCleared, Acknowledge, TakeOutOfService, ReturnToService].into_iter().zip(row)
-            {
+            for (input, next) in INPUTS.into_iter().zip(row) {
                 assert_eq!(state.after(input), (next != state).then_some(next), "{state:?} {input:?}");
             }
         }

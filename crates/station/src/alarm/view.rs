@@ -1,7 +1,7 @@
 //! Alarms as the API and the dashboard show them. Times are milliseconds since 1970.
 
-use super::registry::{AlarmStatus, RegisteredAlarm};
-use super::rule::{ConditionKind, Priority, Rule};
+use super::registry::{AlarmStatus, RegisteredAlarm, Suppression};
+use super::rule::{Condition, ConditionKind, Priority, Rule};
 use super::state::AlarmState;
 use crate::view::unix_ms;
 use profivac_recorder::alarms::AlarmHistoryEntry;
@@ -13,7 +13,7 @@ use utoipa::ToSchema;
 pub struct AlarmView {
     /// The name.
     pub name: String,
-    /// The kind of its condition: `above`, `below`, `rise`, `not-measurable`, `fault`, `stale`, `segment-down`,
+    /// The kind of its condition: `above`, `below`, `rise`, `several`, `not-measurable`, `fault`, `stale`, `segment-down`,
     /// `damaged-telegrams`, `bus-rate`, `not-recording`.
     #[schema(value_type = String)]
     pub condition: ConditionKind,
@@ -21,6 +21,8 @@ pub struct AlarmView {
     pub gauge: Option<String>,
     /// The measuring part, by the name under which it is recorded, if the alarm is about one.
     pub series: Option<String>,
+    /// The gauges, if the alarm is about several.
+    pub several: Option<SeveralView>,
     /// The segment, if the alarm is about one.
     pub segment: Option<String>,
     /// How soon an operator must respond.
@@ -49,22 +51,47 @@ pub struct AlarmView {
     pub acknowledged_by: Option<String>,
     /// When it was acknowledged.
     pub acknowledged_ms: Option<i64>,
-    /// Why it is out of service.
-    pub out_of_service: Option<OutOfServiceView>,
+    /// Why it is shelved; `null` unless it is.
+    pub shelved: Option<SuppressionView>,
+    /// Why it is out of service; `null` unless it is.
+    pub out_of_service: Option<SuppressionView>,
     /// The instruction for the operator, from the station's file.
     pub message: Option<String>,
 }
 
-/// Why an alarm is out of service.
+/// The gauges of an alarm about several, and the condition that `limit` of them must meet.
+#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
+pub struct SeveralView {
+    /// The measuring parts, by the names under which they are recorded.
+    pub series: Vec<String>,
+    /// The condition of each: `above`, `below` or `rise`.
+    #[schema(value_type = String)]
+    pub condition: ConditionKind,
+    /// The limit of each.
+    pub limit: Option<f64>,
+    /// The unit of the limit.
+    pub unit: Option<&'static str>,
+}
+
+impl SeveralView {
+    fn of(condition: &Condition) -> Option<Self> {
+        let Condition::Several { conditions, .. } = condition else { return None };
+        let first = conditions.first()?;
+        let series = condition.all_series().into_iter().map(|series| series.name.clone()).collect();
+        Some(Self { series, condition: first.kind(), limit: first.limit(), unit: first.unit() })
+    }
+}
+
+/// Why an alarm is shelved or out of service.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, ToSchema)]
-pub struct OutOfServiceView {
-    /// The user who took it out of service.
+pub struct SuppressionView {
+    /// The user who shelved it or took it out of service.
     pub user: String,
     /// When.
     pub at_ms: i64,
     /// The reason.
     pub reason: String,
-    /// When it returns to service by itself; `null` if a user must return it.
+    /// When it ends by itself; `null` if a user must return it to service.
     pub until_ms: Option<i64>,
 }
 
@@ -78,12 +105,17 @@ impl AlarmView {
     fn of(rule: &Rule, status: &AlarmStatus, value: Option<f64>) -> Self {
         let condition = &rule.condition;
         let acknowledged = status.acknowledged.as_ref().filter(|_| status.state != AlarmState::Unacknowledged);
+        let suppression_in = |state: AlarmState| {
+            let suppression = status.suppression.as_ref().filter(|_| status.state == state);
+            suppression.map(SuppressionView::from)
+        };
         let has_changed = status.occurrence > 0 || status.state != AlarmState::Normal;
         Self {
             name: rule.name.clone(),
             condition: condition.kind(),
             gauge: condition.gauge().map(str::to_owned),
             series: condition.series().map(|series| series.name.clone()),
+            several: SeveralView::of(condition),
             segment: condition.segment().map(str::to_owned),
             priority: rule.priority,
             state: status.state,
@@ -98,14 +130,17 @@ impl AlarmView {
             unit: condition.unit(),
             acknowledged_by: acknowledged.map(|by| by.user.clone()),
             acknowledged_ms: acknowledged.map(|by| unix_ms(by.at)),
-            out_of_service: status.out.as_ref().map(|out| OutOfServiceView {
-                user: out.by.user.clone(),
-                at_ms: unix_ms(out.by.at),
-                reason: out.reason.clone(),
-                until_ms: out.until.map(unix_ms),
-            }),
+            shelved: suppression_in(AlarmState::Shelved),
+            out_of_service: suppression_in(AlarmState::OutOfService),
             message: rule.message.clone(),
         }
+    }
+}
+
+impl From<&Suppression> for SuppressionView {
+    fn from(Suppression { by, reason, until }: &Suppression) -> Self {
+        let until_ms = until.map(unix_ms);
+        Self { user: by.user.clone(), at_ms: unix_ms(by.at), reason: reason.clone(), until_ms }
     }
 }
 
@@ -135,9 +170,11 @@ pub struct AlarmOverview {
     pub medium: AlarmCount,
     /// Alarms of low priority.
     pub low: AlarmCount,
+    /// The number of shelved alarms.
+    pub shelved: usize,
     /// The number of alarms out of service.
     pub out_of_service: usize,
-    /// Alarms that are neither normal nor out of service, the most urgent first, up to 50.
+    /// Alarms that are neither normal nor shelved nor out of service, the most urgent first, up to 50.
     pub alarms: Vec<AlarmView>,
     /// The number of such alarms beyond the list.
     pub not_listed: usize,
@@ -163,6 +200,7 @@ impl AlarmOverview {
             count.unacknowledged = count.unacknowledged.saturating_add(usize::from(state.needs_acknowledgement()));
             match state {
                 AlarmState::Normal => {}
+                AlarmState::Shelved => overview.shelved = overview.shelved.saturating_add(1),
                 AlarmState::OutOfService => overview.out_of_service = overview.out_of_service.saturating_add(1),
                 AlarmState::Unacknowledged | AlarmState::Acknowledged | AlarmState::Returned => {
                     list.push(AlarmView::from(alarm));
@@ -191,7 +229,7 @@ pub struct AlarmHistoryView {
     pub at_ms: i64,
     /// The alarm.
     pub alarm: String,
-    /// The change: `raised`, `returned`, `acknowledged`, `taken-out-of-service`, `returned-to-service`, `removed`.
+    /// The change: `raised`, `returned`, `acknowledged`, `shelved`, `unshelved`, `taken-out-of-service`, `returned-to-service`, `removed`.
     pub change: String,
     /// The state after the change.
     pub state: String,

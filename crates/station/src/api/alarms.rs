@@ -4,6 +4,9 @@ use super::body::Body;
 use super::database::DatabaseReaders;
 use super::problem::{Problem, task_failed};
 use super::query::{checked_range, parsed_query, time_range};
+use crate::alarm::Priority;
+use crate::alarm::performance::{AlarmPerformance, Counter, LONG_ACTIVE_AFTER, Raised};
+use crate::alarm::service::AlarmResult;
 use crate::alarm::view::{AlarmHistoryView, AlarmView};
 use crate::alarm::{AlarmError, AlarmServiceError};
 use crate::auth::Actor;
@@ -14,6 +17,7 @@ use crate::webhook::WebhookView;
 use axum::Json;
 use axum::extract::rejection::QueryRejection;
 use axum::extract::{Path, Query, State};
+use profivac_recorder::Micros;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 use std::time::Duration;
@@ -28,8 +32,14 @@ const MAX_REASON: usize = 500;
 /// The longest time out of service with an end, in minutes: 31 days.
 const MAX_MINUTES: u32 = 44_640;
 
-/// The most alarms that one request acknowledges.
-const MAX_ACKNOWLEDGED: usize = 1_000;
+/// The longest time on the shelf, in minutes: a shift of twelve hours. free choice; ISA-18.2 demands a limit.
+const MAX_SHELVED_MINUTES: u32 = 720;
+
+/// The most alarms of one request.
+const MAX_ALARMS: usize = 1_000;
+
+/// The longest time range of the figures: 366 days.
+const MAX_PERFORMANCE_RANGE: i64 = 366 * 86_400 * Micros::SECOND;
 
 /// The time range and the alarm of a history.
 #[derive(Debug, Deserialize, IntoParams)]
@@ -46,6 +56,18 @@ pub struct HistoryQuery {
     limit: Option<u32>,
     /// The name of an alarm; without it the history of all alarms.
     alarm: Option<String>,
+}
+
+/// The time range of the figures.
+#[derive(Debug, Deserialize, IntoParams)]
+#[into_params(parameter_in = Query)]
+pub struct PerformanceQuery {
+    /// The beginning, in milliseconds since 1970.
+    #[param(example = 1_767_225_600_000_i64)]
+    from: i64,
+    /// The end, in milliseconds since 1970.
+    #[param(example = 1_767_312_000_000_i64)]
+    to: i64,
 }
 
 /// The occurrence of an alarm that the user has seen.
@@ -90,6 +112,30 @@ pub struct TakeOutOfService {
     minutes: Option<u32>,
 }
 
+/// Which alarms are shelved, why, and for how long.
+#[derive(Debug, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Shelve {
+    /// The names of 1 to 1000 alarms.
+    #[schema(min_items = 1, max_items = 1000, example = json!(["chamber: fault"]))]
+    alarms: Vec<String>,
+    /// The reason, in one line of 1 to 500 characters.
+    #[schema(min_length = 1, max_length = 500, example = "the lock is vented")]
+    reason: String,
+    /// The time in minutes, 1 to 720.
+    #[schema(minimum = 1, maximum = 720)]
+    minutes: u32,
+}
+
+/// The alarms that are unshelved.
+#[derive(Debug, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Unshelve {
+    /// The names of 1 to 1000 alarms.
+    #[schema(min_items = 1, max_items = 1000, example = json!(["chamber: fault"]))]
+    alarms: Vec<String>,
+}
+
 /// The result of acknowledging several alarms.
 #[derive(Debug, Serialize, ToSchema)]
 pub struct AcknowledgeAllResult {
@@ -99,7 +145,16 @@ pub struct AcknowledgeAllResult {
     refused: Vec<RefusedAlarm>,
 }
 
-/// An alarm that was not acknowledged.
+/// The result of shelving or unshelving several alarms.
+#[derive(Debug, Serialize, ToSchema)]
+pub struct ChangedAlarms {
+    /// The names of the changed alarms.
+    changed: Vec<String>,
+    /// The alarms that were not changed.
+    refused: Vec<RefusedAlarm>,
+}
+
+/// An alarm that was not changed.
 #[derive(Debug, Serialize, ToSchema)]
 pub struct RefusedAlarm {
     /// Its name.
@@ -135,6 +190,41 @@ pub async fn history(
     let read = readers.read(move |reader| {
         let entries = reader.alarm_history(from, to, query.alarm.as_deref(), limit)?;
         Ok(Json(entries.into_iter().map(AlarmHistoryView::from).collect()))
+    });
+    read.await
+}
+
+/// Figures of the alarms: how many, how often, which
+///
+/// After ISA-18.2, clause 16. The time range is at most 366 days long.
+#[utoipa::path(
+    get,
+    path = "/api/alarms/performance",
+    params(PerformanceQuery),
+    responses(
+        (status = 200, body = AlarmPerformance),
+        (status = 400, body = Problem, description = "A parameter is missing or out of range"),
+        (status = 503, body = Problem, description = "The database cannot be read")
+    )
+)]
+pub async fn performance(
+    State(services): State<Arc<Services>>,
+    State(readers): State<DatabaseReaders>,
+    query: Result<Query<PerformanceQuery>, QueryRejection>,
+) -> Result<Json<AlarmPerformance>, Problem> {
+    let query = parsed_query(query)?;
+    let (from, to) = time_range(query.from, query.to)?;
+    if to.0.saturating_sub(from.0) > MAX_PERFORMANCE_RANGE {
+        return Err(Problem::bad_request("expected at most 366 days from from to to"));
+    }
+    let read = readers.read(move |reader| {
+        let recorded = reader.recorded_time(from, to, Micros::now())?;
+        let mut counter = Counter::new(from, to, recorded);
+        reader.each_raised_alarm(from, to, |at, alarm, priority| {
+            counter.count(Raised { at, alarm, priority: Priority::from_word(&priority) });
+        })?;
+        let long_active = services.alarms().active_since(Micros::now().before(LONG_ACTIVE_AFTER));
+        Ok(Json(counter.figures(long_active)))
     });
     read.await
 }
@@ -185,22 +275,91 @@ pub async fn acknowledge_all(
     Body(AcknowledgeAll { alarms }): Body<AcknowledgeAll>,
 ) -> Result<Json<AcknowledgeAllResult>, Problem> {
     actor.user.require(Role::Operator, "acknowledging alarms")?;
-    if !(1..=MAX_ACKNOWLEDGED).contains(&alarms.len()) {
-        let detail = format!("expected 1 to {MAX_ACKNOWLEDGED} alarms, found {}", alarms.len());
+    check_number_of_alarms(alarms.len())?;
+    let seen = alarms.into_iter().map(|AcknowledgeOne { name, occurrence }| (name, occurrence)).collect();
+    let ChangedAlarms { changed, refused } =
+        change_all(move || services.alarms().acknowledge_all(seen, &actor)).await?;
+    Ok(Json(AcknowledgeAllResult { acknowledged: changed, refused }))
+}
+
+/// Shelve alarms for a while
+///
+/// A shelved alarm is silent; at its end it is raised at once if its condition holds. Each alarm is shelved or refused on its own.
+#[utoipa::path(
+    post,
+    path = "/api/alarms/shelve",
+    request_body = Shelve,
+    responses(
+        (status = 200, body = ChangedAlarms),
+        (status = 400, body = Problem, description = "The body is malformed, or something in it is out of range"),
+        (status = 403, body = Problem, description = "The role operator is needed")
+    )
+)]
+pub async fn shelve(
+    State(services): State<Arc<Services>>,
+    actor: Actor,
+    Body(Shelve { alarms, reason, minutes }): Body<Shelve>,
+) -> Result<Json<ChangedAlarms>, Problem> {
+    actor.user.require(Role::Operator, "shelving an alarm")?;
+    check_number_of_alarms(alarms.len())?;
+    let reason = checked_reason(&reason)?;
+    let minutes = checked_range("minutes", minutes, MAX_SHELVED_MINUTES)?;
+    let time = Duration::from_secs(u64::from(minutes).saturating_mul(60));
+    change_all(move || services.alarms().shelve_all(alarms, &actor, &reason, time)).await.map(Json)
+}
+
+/// Unshelve alarms
+///
+/// An alarm whose condition holds is raised at once. Each alarm is unshelved or refused on its own.
+#[utoipa::path(
+    post,
+    path = "/api/alarms/unshelve",
+    request_body = Unshelve,
+    responses(
+        (status = 200, body = ChangedAlarms),
+        (status = 400, body = Problem, description = "The body is malformed, or has no or too many alarms"),
+        (status = 403, body = Problem, description = "The role operator is needed")
+    )
+)]
+pub async fn unshelve(
+    State(services): State<Arc<Services>>,
+    actor: Actor,
+    Body(Unshelve { alarms }): Body<Unshelve>,
+) -> Result<Json<ChangedAlarms>, Problem> {
+    actor.user.require(Role::Operator, "unshelving an alarm")?;
+    check_number_of_alarms(alarms.len())?;
+    change_all(move || services.alarms().unshelve_all(alarms, &actor)).await.map(Json)
+}
+
+fn check_number_of_alarms(number: usize) -> Result<(), Problem> {
+    if (1..=MAX_ALARMS).contains(&number) {
+        return Ok(());
+    }
+    Err(Problem::bad_request(format!("expected 1 to {MAX_ALARMS} alarms, found {number}")))
+}
+
+/// The reason without blanks around it.
+fn checked_reason(reason: &str) -> Result<String, Problem> {
+    let reason = reason.trim();
+    if !(1..=MAX_REASON).contains(&reason.chars().count()) {
+        let detail = format!("expected a reason in one line of 1 to {MAX_REASON} characters");
         return Err(Problem::bad_request(detail));
     }
-    let task = tokio::task::spawn_blocking(move || {
-        let mut result = AcknowledgeAllResult { acknowledged: Vec::new(), refused: Vec::new() };
-        let seen = alarms.into_iter().map(|AcknowledgeOne { name, occurrence }| (name, occurrence)).collect();
-        for (name, done) in services.alarms().acknowledge_all(seen, &actor) {
-            match done {
-                Ok(()) => result.acknowledged.push(name),
-                Err(error) => result.refused.push(RefusedAlarm { name, problem: error.to_string() }),
-            }
+    check_line(reason).map_err(|problem| Problem::bad_request(format!("reason: {problem}")))?;
+    Ok(reason.to_owned())
+}
+
+/// Runs `work` on a blocking thread, because it waits for the disk.
+async fn change_all(work: impl FnOnce() -> Vec<AlarmResult> + Send + 'static) -> Result<ChangedAlarms, Problem> {
+    let results = tokio::task::spawn_blocking(work).await.map_err(|error| task_failed(&error))?;
+    let mut all = ChangedAlarms { changed: Vec::new(), refused: Vec::new() };
+    for (name, done) in results {
+        match done {
+            Ok(()) => all.changed.push(name),
+            Err(error) => all.refused.push(RefusedAlarm { name, problem: error.to_string() }),
         }
-        result
-    });
-    task.await.map(Json).map_err(|error| task_failed(&error))
+    }
+    Ok(all)
 }
 
 /// Take an alarm out of service, with a reason, for a time or without an end
@@ -225,13 +384,7 @@ pub async fn out_of_service(
     Body(request): Body<TakeOutOfService>,
 ) -> Result<Json<AlarmView>, Problem> {
     actor.user.require(Role::Engineer, "taking an alarm out of service")?;
-    let reason = request.reason.trim().to_owned();
-    let length = reason.chars().count();
-    if !(1..=MAX_REASON).contains(&length) {
-        let detail = format!("expected a reason in one line of 1 to {MAX_REASON} characters");
-        return Err(Problem::bad_request(detail));
-    }
-    check_line(&reason).map_err(|problem| Problem::bad_request(format!("reason: {problem}")))?;
+    let reason = checked_reason(&request.reason)?;
     let minutes = request.minutes.map(|minutes| checked_range("minutes", minutes, MAX_MINUTES)).transpose()?;
     let time = minutes.map(|minutes| Duration::from_secs(u64::from(minutes).saturating_mul(60)));
     run_blocking(move || services.alarms().take_out_of_service(&name, &actor, &reason, time)).await

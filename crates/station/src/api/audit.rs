@@ -103,6 +103,10 @@ pub enum AuditActionView {
     ControlAuthority,
     /// An alarm was acknowledged.
     Acknowledged,
+    /// An alarm was shelved.
+    Shelved,
+    /// An alarm was unshelved.
+    Unshelved,
     /// An alarm was taken out of service.
     TakenOutOfService,
     /// An alarm was returned to service.
@@ -118,6 +122,8 @@ impl From<AuditAction> for AuditActionView {
             AuditAction::Disarmed => Self::Disarmed,
             AuditAction::ControlAuthority => Self::ControlAuthority,
             AuditAction::Acknowledged => Self::Acknowledged,
+            AuditAction::Shelved => Self::Shelved,
+            AuditAction::Unshelved => Self::Unshelved,
             AuditAction::TakenOutOfService => Self::TakenOutOfService,
             AuditAction::ReturnedToService => Self::ReturnedToService,
         }

@@ -154,9 +154,11 @@ pub struct LiveAlarms {
     medium: AlarmCount,
     /// Alarms of low priority.
     low: AlarmCount,
+    /// The number of shelved alarms.
+    shelved: usize,
     /// The number of alarms out of service.
     out_of_service: usize,
-    /// Alarms that are neither normal nor out of service, by name, up to 50.
+    /// Alarms that are neither normal nor shelved nor out of service, by name, up to 50.
     alarms: BTreeMap<String, AlarmView>,
     /// Their names, the most urgent first.
     order: Vec<String>,
@@ -166,10 +168,10 @@ pub struct LiveAlarms {
 
 impl From<AlarmOverview> for LiveAlarms {
     fn from(overview: AlarmOverview) -> Self {
-        let AlarmOverview { problem, high, medium, low, out_of_service, alarms, not_listed } = overview;
+        let AlarmOverview { problem, high, medium, low, shelved, out_of_service, alarms, not_listed } = overview;
         let order = alarms.iter().map(|alarm| alarm.name.clone()).collect();
         let alarms = alarms.into_iter().map(|alarm| (alarm.name.clone(), alarm)).collect();
-        Self { problem, high, medium, low, out_of_service, alarms, order, not_listed }
+        Self { problem, high, medium, low, shelved, out_of_service, alarms, order, not_listed }
     }
 }
 

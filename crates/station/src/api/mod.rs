@@ -23,6 +23,8 @@
 //! | `/api/alarms` | the alarms with their states |
 //! | `/api/alarms/history` | the history of alarms |
 //! | `/api/alarms/acknowledge`, `/api/alarms/{name}/acknowledge` | acknowledges alarms |
+//! | `/api/alarms/performance` | figures of the alarms: how many, how often, which |
+//! | `/api/alarms/shelve`, `/api/alarms/unshelve` | shelves alarms for a while, and unshelves them |
 //! | `/api/alarms/{name}/out-of-service`, `.../return-to-service` | takes an alarm out of service, and returns it |
 //! | `/api/webhooks` | the webhooks with the status of their deliveries |
 //! | `/api/gateways` | the gateways to control systems with their clients and errors |
@@ -107,8 +109,11 @@ use utoipa::OpenApi;
         history::export,
         alarms::alarms,
         alarms::history,
+        alarms::performance,
         alarms::acknowledge,
         alarms::acknowledge_all,
+        alarms::shelve,
+        alarms::unshelve,
         alarms::out_of_service,
         alarms::return_to_service,
         alarms::webhooks,
@@ -193,8 +198,11 @@ fn alarm_routes() -> Router<Shared> {
     Router::new()
         .route("/api/alarms", get(alarms::alarms))
         .route("/api/alarms/history", get(alarms::history))
+        .route("/api/alarms/performance", get(alarms::performance))
         .route("/api/alarms/acknowledge", post(alarms::acknowledge_all))
         .route("/api/alarms/{name}/acknowledge", post(alarms::acknowledge))
+        .route("/api/alarms/shelve", post(alarms::shelve))
+        .route("/api/alarms/unshelve", post(alarms::unshelve))
         .route("/api/alarms/{name}/out-of-service", post(alarms::out_of_service))
         .route("/api/alarms/{name}/return-to-service", post(alarms::return_to_service))
         .route("/api/webhooks", get(alarms::webhooks))

@@ -47,7 +47,7 @@ impl Modify for CommonResponses {
 }
 
 /// The words of properties whose Rust type is a string.
-const WORDS: [(&str, &str, &[&str]); 7] = [
+const WORDS: [(&str, &str, &[&str]); 8] = [
     (
         "AlarmView",
         "condition",
@@ -55,6 +55,7 @@ const WORDS: [(&str, &str, &[&str]); 7] = [
             "above",
             "below",
             "rise",
+            "several",
             "not-measurable",
             "fault",
             "stale",
@@ -67,9 +68,23 @@ const WORDS: [(&str, &str, &[&str]); 7] = [
     (
         "AlarmHistoryView",
         "change",
-        &["raised", "returned", "acknowledged", "taken-out-of-service", "returned-to-service", "removed"],
+        &[
+            "raised",
+            "returned",
+            "acknowledged",
+            "shelved",
+            "unshelved",
+            "taken-out-of-service",
+            "returned-to-service",
+            "removed",
+        ],
     ),
-    ("AlarmHistoryView", "state", &["normal", "unacknowledged", "acknowledged", "returned", "out-of-service"]),
+    ("SeveralView", "condition", &["above", "below", "rise"]),
+    (
+        "AlarmHistoryView",
+        "state",
+        &["normal", "unacknowledged", "acknowledged", "returned", "shelved", "out-of-service"],
+    ),
     ("AlarmHistoryView", "priority", &["high", "medium", "low"]),
     ("EventView", "kind", &["station", "bus", "gauge", "command", "note", "access", "alarm", "pump-down"]),
     ("Reading", "principle", &["pirani", "hot-cathode", "cold-cathode", "diaphragm", "atmosphere"]),

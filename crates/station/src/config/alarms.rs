@@ -12,6 +12,12 @@
 //! message = "close the valve to the lock"
 //!
 //! [[alarm]]
+//! name = "hall vented"
+//! gauges = ["a", "b", "c"]         # at least `count` of them
+//! count = 2
+//! above = "1e-2 mbar"
+//!
+//! [[alarm]]
 //! name = "repetitions of station 9"
 //! segment = "hall"                 # a station of the line, also of another master
 //! station = 9
@@ -59,6 +65,8 @@ const ROUNDING: f64 = 1e-6;
 pub struct AlarmToml {
     name: Spanned<String>,
     gauge: Option<Spanned<String>>,
+    gauges: Option<Spanned<Vec<Spanned<String>>>>,
+    count: Option<Spanned<usize>>,
     segment: Option<Spanned<String>>,
     station: Option<Spanned<u8>>,
     repetitions: Option<Spanned<f64>>,
@@ -112,17 +120,40 @@ fn rule(alarm: &AlarmToml, segments: &[SegmentToml]) -> Result<Rule, Located> {
 
 /// The condition about a gauge, or about a station of the line.
 fn of_gauge_or_station(alarm: &AlarmToml, segments: &[SegmentToml]) -> Result<Condition, Located> {
-    match (&alarm.gauge, &alarm.segment, &alarm.station) {
-        (Some(gauge), None, None)
-            if [&alarm.repetitions, &alarm.lost, &alarm.damaged].iter().all(|it| it.is_none()) =>
-        {
-            let series = series(gauge, segments)?;
-            check_range(alarm, &series, segments)?;
-            condition(alarm, series)
-        }
-        (None, Some(segment), Some(station)) => bus_rate(alarm, segment, *station.get_ref(), segments),
+    let has_rate = [&alarm.repetitions, &alarm.lost, &alarm.damaged].iter().any(|it| it.is_some());
+    match (&alarm.gauge, &alarm.gauges, &alarm.count, &alarm.segment, &alarm.station) {
+        (Some(gauge), None, None, None, None) if !has_rate => of_gauge(alarm, gauge, segments),
+        (None, Some(gauges), Some(count), None, None) if !has_rate => several(alarm, gauges, count, segments),
+        (None, None, None, Some(segment), Some(station)) => bus_rate(alarm, segment, *station.get_ref(), segments),
         _ => Err(Located::new(alarm.name.span(), ConfigProblem::AlarmSubject(alarm.name.get_ref().clone()))),
     }
+}
+
+/// The condition about the pressure of one gauge.
+fn of_gauge(alarm: &AlarmToml, gauge: &Spanned<String>, segments: &[SegmentToml]) -> Result<Condition, Located> {
+    let series = series(gauge, segments)?;
+    check_range(alarm, &series, segments)?;
+    condition(alarm, series)
+}
+
+/// The condition about several gauges, of which `count` must be beyond the limit.
+fn several(
+    alarm: &AlarmToml,
+    gauges: &Spanned<Vec<Spanned<String>>>,
+    count: &Spanned<usize>,
+    segments: &[SegmentToml],
+) -> Result<Condition, Located> {
+    let (names, wanted) = (gauges.get_ref(), *count.get_ref());
+    let mut seen = HashSet::new();
+    if let Some(again) = names.iter().find(|name| !seen.insert(name.get_ref())) {
+        return Err(Located::new(again.span(), ConfigProblem::RepeatedGauge(again.get_ref().clone())));
+    }
+    if !(1..=names.len()).contains(&wanted) {
+        let problem = ConfigProblem::CountOfGauges { count: wanted, gauges: names.len() };
+        return Err(Located::new(count.span(), problem));
+    }
+    let conditions = names.iter().map(|gauge| of_gauge(alarm, gauge, segments)).collect::<Result<Vec<_>, _>>()?;
+    Ok(Condition::Several { conditions, count: wanted })
 }
 
 /// The condition about the requests to a station of the line.

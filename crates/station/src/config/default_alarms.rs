@@ -208,10 +208,9 @@ impl<'a> Template<'a> {
 fn limits_by_series(rules: &[Rule]) -> Vec<(Series, Vec<f64>)> {
     let mut all: BTreeMap<&str, (Series, Vec<f64>)> = BTreeMap::new();
     for rule in rules {
-        let Some(series) = rule.condition.series() else { continue };
-        let (_, limits) = all.entry(&series.name).or_insert_with(|| (series.clone(), Vec::new()));
-        if rule.condition.unit() == Some("Pa") {
-            limits.extend(rule.condition.limit());
+        for series in rule.condition.all_series() {
+            let (_, limits) = all.entry(&series.name).or_insert_with(|| (series.clone(), Vec::new()));
+            limits.extend(rule.condition.pressure_limit());
         }
     }
     all.into_values().collect()

@@ -157,10 +157,10 @@ pub enum ConfigProblem {
     /// An entry of `hosts` is not a host name.
     #[error("expected a name or an address of this computer without a port, found {0:?}")]
     HostName(String),
-    /// An alarm is neither about a gauge nor about a station of a segment, or has not one condition.
+    /// An alarm is neither about gauges nor about a station of a segment, or has not one condition.
     #[error(
-        "expected for the alarm {0:?} either gauge with above, below or rise, or segment and station with one of repetitions, lost and \
-         damaged"
+        "expected for the alarm {0:?} one of: gauge, or gauges and count, with above, below or rise; segment and station with \
+         repetitions, lost or damaged"
     )]
     AlarmSubject(String),
     /// A segment that only listens has no master.
@@ -239,6 +239,17 @@ pub enum ConfigProblem {
     /// An alarm has no condition, or several.
     #[error("expected one of above, below and rise for the alarm {0:?}")]
     OneCondition(String),
+    /// `count` is 0, or more than the list `gauges` has.
+    #[error("expected count from 1 to the number of gauges, which is {gauges}, got {count}")]
+    CountOfGauges {
+        /// The value of `count`.
+        count: usize,
+        /// The length of the list.
+        gauges: usize,
+    },
+    /// The list `gauges` has a gauge twice.
+    #[error("{0:?} is twice in the list of gauges")]
+    RepeatedGauge(String),
     /// `window` is given without `rise`.
     #[error("window applies to rise only")]
     WindowWithoutRise,

@@ -16,6 +16,41 @@ fn a_gauge_below_its_range_or_off_reports_no_fault() {
     }
 }
 
+/// Inputs with three gauges a, b and c, which show these readings.
+fn three(readings: [(f64, Quality); 3]) -> Inputs {
+    let mut all = inputs(1.0, Quality::Valid);
+    all.gauges.clear();
+    for (name, (pa, quality)) in ["a", "b", "c"].into_iter().zip(readings) {
+        let mut gauge = inputs(pa, quality).gauges.remove(0);
+        name.clone_into(&mut gauge.name);
+        name.clone_into(&mut gauge.readings[0].series);
+        all.gauges.push(gauge);
+    }
+    all
+}
+
+#[test]
+fn two_of_three_gauges_raise_an_alarm_and_one_does_not() {
+    let condition = |name: &str| Condition::Above {
+        series: Series { gauge: name.to_owned(), name: name.to_owned() },
+        limit: 1.0,
+        reset: 0.5,
+    };
+    let conditions = ["a", "b", "c"].map(condition).to_vec();
+    let mut fixture = Fixture::new(vec![rule(Condition::Several { conditions, count: 2 }, 0, 0)]);
+    let (high, between, low) = ((2.0, Quality::Valid), (0.7, Quality::Valid), (0.1, Quality::Valid));
+    let unknown = (2.0, Quality::Fault);
+    assert_eq!(fixture.evaluate(&three([high, low, low])), []);
+    assert_eq!(fixture.evaluate(&three([high, unknown, low])), [], "one more may be above the limit, or not");
+    assert_eq!(fixture.evaluate(&three([high, low, high])), [ChangeKind::Raised]);
+    assert_eq!(fixture.status().value, Some(2.0));
+    let text = "2 of 3: a shows 2.00e-2 mbar, above the limit of 1.00e-2 mbar; c shows 2.00e-2 mbar, above the limit of 1.00e-2 mbar";
+    assert_eq!(fixture.status().text, text);
+    assert_eq!(fixture.evaluate(&three([high, low, between])), [], "the reset value counts");
+    assert_eq!(fixture.evaluate(&three([high, unknown, low])), [], "the second may still be above the reset value");
+    assert_eq!(fixture.evaluate(&three([high, low, low])), [ChangeKind::Returned]);
+}
+
 #[test]
 fn an_invalid_reading_is_not_measurable_and_a_silent_gauge_is_stale() {
     let blind = || Fixture::new(vec![rule(not_measurable(series(), false), 0, 0)]);

@@ -3,6 +3,7 @@
 use super::{Fixture, above, rule, series};
 use crate::support::inputs::inputs;
 use profivac_recorder::Quality;
+use profivac_recorder::alarms::StoredAlarm;
 use profivac_station::alarm::{AlarmError, AlarmState, AlarmStatus, ChangeKind, Condition, Inputs, Priority, Rule};
 use std::time::Duration;
 
@@ -25,6 +26,54 @@ fn an_alarm_is_raised_acknowledged_and_returns() {
     assert_eq!(fixture.state(), AlarmState::Returned, "it is not acknowledged");
     fixture.acknowledge().unwrap();
     assert_eq!(fixture.state(), AlarmState::Normal);
+}
+
+#[test]
+fn a_shelved_alarm_is_silent_until_its_end_and_then_raised_at_once() {
+    let mut fixture = Fixture::new(vec![above(0, 0)]);
+    let high = inputs(2.0, Quality::Valid);
+    fixture.evaluate_for(&high, 250);
+    let now = fixture.now();
+    let shelved = fixture.registry.shelve("it", "Ada", "the lock is vented", Duration::from_secs(60), now).unwrap();
+    assert_eq!((shelved.kind, shelved.user.as_deref()), (ChangeKind::Shelved, Some("Ada")));
+    assert_eq!(shelved.text, "the lock is vented (it was unacknowledged)");
+    let again = fixture.registry.shelve("it", "Eve", "so", Duration::from_secs(60), now).unwrap_err();
+    assert_eq!(again.to_string(), "it is shelved by Ada already");
+    assert_eq!(fixture.acknowledge().unwrap_err().to_string(), "it is shelved by Ada already");
+    assert_eq!(fixture.evaluate_for(&high, 59_999), []);
+    assert_eq!(fixture.evaluate_for(&high, 1), []);
+    assert_eq!(fixture.evaluate(&high), [ChangeKind::Unshelved, ChangeKind::Raised]);
+    assert_eq!((fixture.state(), fixture.status().suppression.as_ref()), (AlarmState::Unacknowledged, None));
+}
+
+#[test]
+fn an_engineer_takes_a_shelved_alarm_out_of_service_and_no_user_shelves_it_then() {
+    let mut fixture = Fixture::new(vec![above(0, 0)]);
+    let now = fixture.now();
+    fixture.registry.shelve("it", "Ada", "so", Duration::from_secs(60), now).unwrap();
+    fixture.registry.take_out_of_service("it", "Eve", "repair", None, now).unwrap();
+    fixture.pass(120_000);
+    assert_eq!(fixture.evaluate(&inputs(2.0, Quality::Valid)), [], "the end of the time on the shelf is forgotten");
+    let now = fixture.now();
+    assert!(fixture.registry.shelve("it", "Ada", "so", Duration::from_secs(60), now).is_err());
+    assert!(fixture.registry.unshelve("it", "Ada", now).is_err());
+    fixture.registry.return_to_service("it", "Eve", now).unwrap();
+    assert_eq!(fixture.evaluate(&inputs(2.0, Quality::Valid)), [ChangeKind::Raised]);
+}
+
+#[test]
+fn a_shelved_alarm_stays_shelved_over_a_restart_and_ends_on_time() {
+    let mut fixture = Fixture::new(vec![above(0, 0)]);
+    let now = fixture.now();
+    fixture.registry.shelve("it", "Ada", "so", Duration::from_secs(3600), now).unwrap();
+    let stored = AlarmStatus::from(StoredAlarm::from(fixture.status()));
+    assert_eq!(stored, *fixture.status());
+    let mut restarted = Fixture::new(Vec::new());
+    restarted.pass(1_800_000);
+    let now = restarted.now();
+    restarted.registry.reconfigure(vec![above(0, 0)], vec![("it".to_owned(), stored)], now);
+    assert_eq!(restarted.evaluate_for(&inputs(2.0, Quality::Valid), 1_800_000), []);
+    assert_eq!(restarted.evaluate(&inputs(2.0, Quality::Valid)), [ChangeKind::Unshelved, ChangeKind::Raised]);
 }
 
 #[test]

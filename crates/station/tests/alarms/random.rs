@@ -42,7 +42,8 @@ fn random_walk(random: &mut fastrand::Rng) -> usize {
                 "an evaluation never removes an unacknowledged alarm"
             );
             let long = holds.is_some_and(|since| fixture.monotonic_ms - since >= delay as i64 * 1000);
-            let is_raised = fixture.state().is_active() || fixture.state() == AlarmState::OutOfService;
+            let is_suppressed = matches!(fixture.state(), AlarmState::Shelved | AlarmState::OutOfService);
+            let is_raised = fixture.state().is_active() || is_suppressed;
             assert!(
                 !(long && quality == Quality::Valid) || is_raised,
                 "the condition is met for longer than the delay and the state is {:?}",
@@ -60,7 +61,7 @@ fn random_walk(random: &mut fastrand::Rng) -> usize {
 /// A random action. Returns whether an alarm was acknowledged.
 fn random_action(random: &mut fastrand::Rng, fixture: &mut Fixture) -> bool {
     let now = fixture.now();
-    match random.usize(0..8) {
+    match random.usize(0..10) {
         0 | 1 => return fixture.acknowledge().is_ok(),
         2 if random.usize(0..8) == 0 => {
             fixture
@@ -70,6 +71,13 @@ fn random_action(random: &mut fastrand::Rng, fixture: &mut Fixture) -> bool {
         }
         3 => {
             fixture.registry.return_to_service("it", "Eve", now).ok();
+        }
+        8 if random.usize(0..8) == 0 => {
+            let time = Duration::from_secs(random.u64(1..20));
+            fixture.registry.shelve("it", "Ada", "so", time, now).ok();
+        }
+        9 => {
+            fixture.registry.unshelve("it", "Ada", now).ok();
         }
         4 => fixture.wall_ms += random.i64(-10_000_000..10_000_000),
         5 => {

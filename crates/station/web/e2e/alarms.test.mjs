@@ -38,7 +38,7 @@ async function as(name, look, options = {}) {
   }
 }
 
-const item = (page, name) => page.locator(`[data-alarm="${name}"]:not(.out-of-service)`)
+const item = (page, name) => page.locator(`[data-alarm="${name}"]:not(.out-of-service):not(.shelved)`)
 const text = (locator) => locator.innerText()
 
 test('an alarm is raised, acknowledged and cleared', async () => {
@@ -144,6 +144,49 @@ test('an engineer takes an alarm out of service with a reason, an operator canno
     await out.getByRole('button', { name: 'Return to service' }).click()
     await gate.waitFor()
     assert.match(await text(gate), /not acknowledged/)
+  })
+})
+
+test('an operator shelves all active alarms together, with a reason and an end', async () => {
+  await as('vera', async (page) => {
+    assert.equal(await page.getByRole('button', { name: /^Shelve/ }).count(), 0, 'a viewer cannot')
+  })
+  await as('olga', async (page) => {
+    const gate = item(page, 'gate 2 not evacuated')
+    const active = page.getByRole('region', { name: 'Active alarms' })
+    const names = await active.locator('[data-alarm]').evaluateAll((items) => items.map((it) => it.dataset.alarm))
+    assert.ok(names.length > 1, `${names}`)
+    await active.getByRole('button', { name: `Shelve all ${names.length} …` }).click()
+    const dialog = page.getByRole('dialog')
+    for (const name of names) assert.ok((await text(dialog)).includes(name), name)
+    assert.equal(await dialog.getByLabel('Duration').locator('option').last().innerText(), '12 hours')
+    await dialog.getByLabel('Reason').fill('The plant is vented.')
+    await dialog.getByRole('button', { name: 'Shelve' }).click()
+    await gate.waitFor({ state: 'detached' })
+    const shelved = page.getByRole('region', { name: 'Shelved' })
+    await page.waitForFunction(
+      (count) => document.querySelectorAll('.alarm-item.shelved').length === count,
+      names.length,
+    )
+    assert.match(await text(shelved), /The plant is vented\.\s+olga, .*, until /)
+    await shelved.getByRole('button', { name: `Unshelve all ${names.length}` }).click()
+    await shelved.waitFor({ state: 'detached' })
+    await gate.waitFor()
+  })
+})
+
+test('the figures name the most frequent alarms beside the targets', async () => {
+  await as('vera', async (page) => {
+    const figures = page.getByRole('region', { name: 'Alarm performance' })
+    await figures.locator('summary').click()
+    await figures.getByRole('table', { name: 'Alarm performance' }).waitFor()
+    const table = await text(figures.getByRole('table', { name: 'Alarm performance' }))
+    assert.match(table, /per hour\s+[\d.]+\s+about 6, at most 12/)
+    assert.match(table, /most in ten minutes\s+\d+, from \d{4}-/)
+    const frequent = await text(figures.getByRole('table', { name: 'Most frequent alarms' }))
+    assert.match(frequent, /gate 2 not evacuated\s+\d+\s+\d+ %/)
+    await figures.getByLabel('Period').selectOption('7')
+    await figures.getByRole('table', { name: 'Alarm performance' }).waitFor()
   })
 })
 

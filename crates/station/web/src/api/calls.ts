@@ -5,11 +5,13 @@ import type {
   AcknowledgedAlarms,
   Alarm,
   AlarmEvent,
+  AlarmPerformance,
   ArmedCommand,
   AuditEntry,
   Block,
   BusReport,
   Capture,
+  ChangedAlarms,
   Command,
   Condition,
   Control,
@@ -109,6 +111,16 @@ export const acknowledge = (name: string, occurrence: number): Promise<Alarm> =>
 /** Each alarm is acknowledged or refused separately. */
 export const acknowledgeAll = (alarms: { name: string; occurrence: number }[]): Promise<AcknowledgedAlarms> =>
   post('/api/alarms/acknowledge', { body: { alarms } })
+
+/** Each alarm is shelved or refused separately. */
+export const shelve = (alarms: string[], reason: string, minutes: number): Promise<ChangedAlarms> =>
+  post('/api/alarms/shelve', { body: { alarms, reason, minutes } })
+
+/** Each alarm is unshelved or refused separately. */
+export const unshelve = (alarms: string[]): Promise<ChangedAlarms> => post('/api/alarms/unshelve', { body: { alarms } })
+
+export const fetchAlarmPerformance = (from: number, to: number, signal?: AbortSignal): Promise<AlarmPerformance> =>
+  get('/api/alarms/performance', { query: { from, to }, signal })
 
 export const takeOutOfService = (name: string, reason: string, minutes: number | null): Promise<Alarm> =>
   post('/api/alarms/{name}/out-of-service', { path: { name }, body: { reason, minutes } })

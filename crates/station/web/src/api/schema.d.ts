@@ -55,6 +55,66 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/alarms/performance": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Figures of the alarms: how many, how often, which
+         * @description After ISA-18.2, clause 16. The time range is at most 366 days long.
+         */
+        get: operations["performance"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/alarms/shelve": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Shelve alarms for a while
+         * @description A shelved alarm is silent; at its end it is raised at once if its condition holds. Each alarm is shelved or refused on its own.
+         */
+        post: operations["shelve"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/alarms/unshelve": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Unshelve alarms
+         * @description An alarm whose condition holds is raised at once. Each alarm is unshelved or refused on its own.
+         */
+        post: operations["unshelve"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/alarms/{name}/acknowledge": {
         parameters: {
             query?: never;
@@ -767,10 +827,10 @@ export interface components {
              */
             at_ms: number;
             /**
-             * @description The change: `raised`, `returned`, `acknowledged`, `taken-out-of-service`, `returned-to-service`, `removed`.
+             * @description The change: `raised`, `returned`, `acknowledged`, `shelved`, `unshelved`, `taken-out-of-service`, `returned-to-service`, `removed`.
              * @enum {string}
              */
-            change: "raised" | "returned" | "acknowledged" | "taken-out-of-service" | "returned-to-service" | "removed";
+            change: "raised" | "returned" | "acknowledged" | "shelved" | "unshelved" | "taken-out-of-service" | "returned-to-service" | "removed";
             /**
              * Format: int64
              * @description The number of the occurrence.
@@ -785,7 +845,7 @@ export interface components {
              * @description The state after the change.
              * @enum {string}
              */
-            state: "normal" | "unacknowledged" | "acknowledged" | "returned" | "out-of-service";
+            state: "normal" | "unacknowledged" | "acknowledged" | "returned" | "shelved" | "out-of-service";
             /** @description The series, gauge or segment. */
             subject: string | null;
             /** @description A sentence. */
@@ -800,11 +860,54 @@ export interface components {
              */
             value: number | null;
         };
+        /** @description Figures about the alarms of a time range. */
+        AlarmPerformance: {
+            /** @description Alarms raised, by priority. */
+            by_priority: components["schemas"]["RaisedByPriority"];
+            /** @description Alarms that were raised three times within a minute at least once, by name. */
+            chattering: string[];
+            /**
+             * Format: double
+             * @description The part of the recorded time, in percent, in periods of ten minutes with more than ten alarms; `null` if the station did not
+             *     record.
+             */
+            flood_percent: number | null;
+            /**
+             * Format: int64
+             * @description The beginning, in milliseconds since 1970.
+             */
+            from_ms: number;
+            /** @description Alarms that are active now, for longer than a day, by name. */
+            long_active: string[];
+            /** @description The alarms that were raised most often, up to ten. */
+            most_frequent: components["schemas"]["FrequentAlarm"][];
+            /**
+             * Format: double
+             * @description Alarms per hour; `null` if the station did not record.
+             */
+            per_hour: number | null;
+            /**
+             * Format: int64
+             * @description Alarms that were raised.
+             */
+            raised: number;
+            /**
+             * Format: double
+             * @description The time in hours in which the station recorded. The rates refer to it.
+             */
+            recorded_hours: number;
+            /**
+             * Format: int64
+             * @description The end, in milliseconds since 1970.
+             */
+            to_ms: number;
+            worst_ten_minutes: components["schemas"]["TenMinutes"] | null;
+        };
         /**
          * @description The state of an alarm.
          * @enum {string}
          */
-        AlarmState: "normal" | "unacknowledged" | "acknowledged" | "returned" | "out-of-service";
+        AlarmState: "normal" | "unacknowledged" | "acknowledged" | "returned" | "shelved" | "out-of-service";
         /** @description An alarm. */
         AlarmView: {
             /** @description The user who acknowledged it. */
@@ -815,11 +918,11 @@ export interface components {
              */
             acknowledged_ms: number | null;
             /**
-             * @description The kind of its condition: `above`, `below`, `rise`, `not-measurable`, `fault`, `stale`, `segment-down`,
+             * @description The kind of its condition: `above`, `below`, `rise`, `several`, `not-measurable`, `fault`, `stale`, `segment-down`,
              *     `damaged-telegrams`, `bus-rate`, `not-recording`.
              * @enum {string}
              */
-            condition: "above" | "below" | "rise" | "not-measurable" | "fault" | "stale" | "segment-down" | "damaged-telegrams" | "bus-rate" | "not-recording";
+            condition: "above" | "below" | "rise" | "several" | "not-measurable" | "fault" | "stale" | "segment-down" | "damaged-telegrams" | "bus-rate" | "not-recording";
             /** @description The gauge, if the alarm is about one. */
             gauge: string | null;
             /**
@@ -836,7 +939,7 @@ export interface components {
              * @description The number of the last occurrence, needed to acknowledge it; 0 if the alarm was never raised.
              */
             occurrence: number;
-            out_of_service: components["schemas"]["OutOfServiceView"] | null;
+            out_of_service: components["schemas"]["SuppressionView"] | null;
             /** @description How soon an operator must respond. */
             priority: components["schemas"]["Priority"];
             /**
@@ -858,6 +961,8 @@ export interface components {
             segment: string | null;
             /** @description The measuring part, by the name under which it is recorded, if the alarm is about one. */
             series: string | null;
+            several: components["schemas"]["SeveralView"] | null;
+            shelved: components["schemas"]["SuppressionView"] | null;
             /**
              * Format: int64
              * @description The time of the last change; `null` if there was none.
@@ -907,7 +1012,7 @@ export interface components {
          * @description The action of an audit entry.
          * @enum {string}
          */
-        AuditActionView: "execute" | "outcome" | "refused" | "disarmed" | "control-authority" | "acknowledged" | "taken-out-of-service" | "returned-to-service";
+        AuditActionView: "execute" | "outcome" | "refused" | "disarmed" | "control-authority" | "acknowledged" | "shelved" | "unshelved" | "taken-out-of-service" | "returned-to-service";
         /** @description An entry of the audit trail. */
         AuditView: {
             /** @description The action. */
@@ -1081,6 +1186,13 @@ export interface components {
          *     is `null` here.
          */
         Change: Record<string, never>;
+        /** @description The result of shelving or unshelving several alarms. */
+        ChangedAlarms: {
+            /** @description The names of the changed alarms. */
+            changed: string[];
+            /** @description The alarms that were not changed. */
+            refused: components["schemas"]["RefusedAlarm"][];
+        };
         /** @description When the valve to the pump was closed. */
         ClosedView: {
             /**
@@ -1319,6 +1431,21 @@ export interface components {
             /** @description In sccm at 0 °C and 1013.25 mbar, from the temperature of the gas. */
             sccm: components["schemas"]["IntervalView"];
         };
+        /** @description An alarm and how often it was raised. */
+        FrequentAlarm: {
+            /** @description Its name. */
+            alarm: string;
+            /**
+             * Format: double
+             * @description That part of all raised alarms, in percent.
+             */
+            percent: number;
+            /**
+             * Format: int64
+             * @description How often it was raised.
+             */
+            raised: number;
+        };
         /** @description The state of a gateway. */
         GatewayView: {
             /** @description Where it listens, or the broker to which it connects. */
@@ -1451,7 +1578,7 @@ export interface components {
         };
         /** @description The alarms at one moment, in the live stream. */
         LiveAlarms: {
-            /** @description Alarms that are neither normal nor out of service, by name, up to 50. */
+            /** @description Alarms that are neither normal nor shelved nor out of service, by name, up to 50. */
             alarms: {
                 [key: string]: components["schemas"]["AlarmView"];
             };
@@ -1469,6 +1596,8 @@ export interface components {
             out_of_service: number;
             /** @description Why this overview may be wrong: the alarms were not evaluated for a while, or cannot be stored. */
             problem: string | null;
+            /** @description The number of shelved alarms. */
+            shelved: number;
         };
         /** @description Data of the live stream. The event `snapshot` comes first and once. */
         LiveEvent: components["schemas"]["Snapshot"] | components["schemas"]["Change"];
@@ -1572,23 +1701,6 @@ export interface components {
          * @enum {string}
          */
         Origin: "heard" | "configured" | "assumed";
-        /** @description Why an alarm is out of service. */
-        OutOfServiceView: {
-            /**
-             * Format: int64
-             * @description When.
-             */
-            at_ms: number;
-            /** @description The reason. */
-            reason: string;
-            /**
-             * Format: int64
-             * @description When it returns to service by itself; `null` if a user must return it.
-             */
-            until_ms: number | null;
-            /** @description The user who took it out of service. */
-            user: string;
-        };
         /** @description A parameter of a gauge. */
         Parameter: {
             /** @description The access that the manual allows: `R`, `R/W`, ... */
@@ -1799,6 +1911,24 @@ export interface components {
             /** @description The series. */
             series: string;
         };
+        /** @description Alarms raised, by priority. */
+        RaisedByPriority: {
+            /**
+             * Format: int64
+             * @description High.
+             */
+            high: number;
+            /**
+             * Format: int64
+             * @description Low.
+             */
+            low: number;
+            /**
+             * Format: int64
+             * @description Medium.
+             */
+            medium: number;
+        };
         /** @description The progress of reading the parameters of a gauge. */
         ReadProgress: {
             /** @description The number of parameters that were read. */
@@ -1865,7 +1995,7 @@ export interface components {
              */
             lost_samples: number;
         };
-        /** @description An alarm that was not acknowledged. */
+        /** @description An alarm that was not changed. */
         RefusedAlarm: {
             /** @description Its name. */
             name: string;
@@ -2053,6 +2183,43 @@ export interface components {
             /** @description The value of the header `x-csrf-token` that every request other than GET and HEAD needs; empty before login. */
             token: string;
         };
+        /** @description The gauges of an alarm about several, and the condition that `limit` of them must meet. */
+        SeveralView: {
+            /**
+             * @description The condition of each: `above`, `below` or `rise`.
+             * @enum {string}
+             */
+            condition: "above" | "below" | "rise";
+            /**
+             * Format: double
+             * @description The limit of each.
+             */
+            limit: number | null;
+            /** @description The measuring parts, by the names under which they are recorded. */
+            series: string[];
+            /** @description The unit of the limit. */
+            unit: string | null;
+        };
+        /** @description Which alarms are shelved, why, and for how long. */
+        Shelve: {
+            /**
+             * @description The names of 1 to 1000 alarms.
+             * @example [
+             *       "chamber: fault"
+             *     ]
+             */
+            alarms: string[];
+            /**
+             * Format: int32
+             * @description The time in minutes, 1 to 720.
+             */
+            minutes: number;
+            /**
+             * @description The reason, in one line of 1 to 500 characters.
+             * @example the lock is vented
+             */
+            reason: string;
+        };
         /** @description The state of the station at one moment. */
         Snapshot: {
             /** @description The active alarms. */
@@ -2153,6 +2320,23 @@ export interface components {
          * @enum {string}
          */
         StationState: "master" | "exchanging" | "missing" | "not-configured" | "no-master" | "not-addressed";
+        /** @description Why an alarm is shelved or out of service. */
+        SuppressionView: {
+            /**
+             * Format: int64
+             * @description When.
+             */
+            at_ms: number;
+            /** @description The reason. */
+            reason: string;
+            /**
+             * Format: int64
+             * @description When it ends by itself; `null` if a user must return it to service.
+             */
+            until_ms: number | null;
+            /** @description The user who shelved it or took it out of service. */
+            user: string;
+        };
         /** @description Why an alarm is taken out of service, and for how long. */
         TakeOutOfService: {
             /**
@@ -2165,6 +2349,19 @@ export interface components {
              * @example the gauge is being replaced
              */
             reason: string;
+        };
+        /** @description A period of ten minutes. */
+        TenMinutes: {
+            /**
+             * Format: int64
+             * @description Its beginning, in milliseconds since 1970.
+             */
+            from_ms: number;
+            /**
+             * Format: int64
+             * @description The alarms that were raised in it.
+             */
+            raised: number;
         };
         /** @description A time with its 95 % interval. */
         TimeView: {
@@ -2201,6 +2398,16 @@ export interface components {
             series: string;
             /** @description The start of each pixel, in milliseconds since 1970, rising. */
             start_ms: number[];
+        };
+        /** @description The alarms that are unshelved. */
+        Unshelve: {
+            /**
+             * @description The names of 1 to 1000 alarms.
+             * @example [
+             *       "chamber: fault"
+             *     ]
+             */
+            alarms: string[];
         };
         /** @description The usual time to a pressure. */
         UsualView: {
@@ -2525,6 +2732,280 @@ export interface operations {
             };
             /** @description The database cannot be read */
             503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    performance: {
+        parameters: {
+            query: {
+                /**
+                 * @description The beginning, in milliseconds since 1970.
+                 * @example 1767225600000
+                 */
+                from: number;
+                /**
+                 * @description The end, in milliseconds since 1970.
+                 * @example 1767312000000
+                 */
+                to: number;
+            };
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["AlarmPerformance"];
+                };
+            };
+            /** @description A parameter is missing or out of range */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The user has not logged in */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The user has no permission, or the request comes from a foreign page */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request is meant for another computer */
+            421: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The client is above a rate limit; the header Retry-After gives the time to wait in seconds */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The database cannot be read */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    shelve: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["Shelve"];
+            };
+        };
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ChangedAlarms"];
+                };
+            };
+            /** @description The body is malformed, or something in it is out of range */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The user has not logged in */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The role operator is needed */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The body does not arrive in time */
+            408: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The body is longer than 64 KiB */
+            413: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The body is not JSON */
+            415: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request is meant for another computer */
+            421: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The client is above a rate limit; the header Retry-After gives the time to wait in seconds */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    unshelve: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["Unshelve"];
+            };
+        };
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ChangedAlarms"];
+                };
+            };
+            /** @description The body is malformed, or has no or too many alarms */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The user has not logged in */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The role operator is needed */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The body does not arrive in time */
+            408: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The body is longer than 64 KiB */
+            413: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The body is not JSON */
+            415: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request is meant for another computer */
+            421: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The client is above a rate limit; the header Retry-After gives the time to wait in seconds */
+            429: {
                 headers: {
                     [name: string]: unknown;
                 };

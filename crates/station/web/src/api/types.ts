@@ -70,6 +70,8 @@ export type ActiveAlarms = Omit<Schemas['LiveAlarms'], 'alarms' | 'order'> & { a
 export type AlarmEvent = Schemas['AlarmHistoryView']
 export type AlarmChange = AlarmEvent['change']
 export type AcknowledgedAlarms = Schemas['AcknowledgeAllResult']
+export type ChangedAlarms = Schemas['ChangedAlarms']
+export type AlarmPerformance = Schemas['AlarmPerformance']
 export type Priority = Schemas['Priority']
 export type Webhook = Schemas['WebhookView']
 

@@ -17,6 +17,10 @@ export const ALARM_STATES: Record<AlarmState, { label: string; sentence: string 
     label: 'cleared, not acknowledged',
     sentence: 'The condition no longer holds; the alarm is not acknowledged.',
   },
+  shelved: {
+    label: 'shelved',
+    sentence: 'An operator has shelved the alarm for a while and given a reason.',
+  },
   'out-of-service': {
     label: 'out of service',
     sentence: 'An engineer has taken the alarm out of service and given a reason.',
@@ -27,6 +31,8 @@ export const ALARM_CHANGES: Record<AlarmChange, string> = {
   raised: 'raised',
   returned: 'cleared',
   acknowledged: 'acknowledged',
+  shelved: 'shelved',
+  unshelved: 'unshelved',
   'taken-out-of-service': 'taken out of service',
   'returned-to-service': 'returned to service',
   removed: 'removed from the file',
@@ -87,7 +93,8 @@ export function quantity(value: number | null, unit: string | null, shown: Unit)
 }
 
 /** The condition of an alarm, in words. */
-export function conditionText({ condition, limit, reset, unit, series, gauge, segment }: Alarm, shown: Unit): string {
+export function conditionText(alarm: Alarm, shown: Unit): string {
+  const { condition, limit, reset, unit, series, gauge, segment } = alarm
   const [place, at] = [series ?? gauge ?? segment ?? 'the station', quantity(limit, unit, shown)]
   const cleared =
     reset === null || reset === limit
@@ -100,6 +107,8 @@ export function conditionText({ condition, limit, reset, unit, series, gauge, se
       return `${place} below ${at}${cleared}`
     case 'rise':
       return `${place} rises faster than ${at}`
+    case 'several':
+      return severalText(alarm, shown)
     case 'not-measurable':
       return `${place} has a limit that its reading does not decide`
     case 'fault':
@@ -115,6 +124,13 @@ export function conditionText({ condition, limit, reset, unit, series, gauge, se
     case 'not-recording':
       return 'the recorder does not write'
   }
+}
+
+function severalText({ several, limit }: Alarm, shown: Unit): string {
+  if (!several) return ''
+  const side = several.condition === 'rise' ? 'rise faster than' : several.condition
+  const list = several.series.join(', ')
+  return `at least ${limit} of ${list} ${side} ${quantity(several.limit ?? null, several.unit ?? null, shown)}`
 }
 
 /** Whether an entry of the history passes the filter. */

@@ -18,6 +18,8 @@ const ACTIONS: Record<AuditAction, string> = {
   disarmed: 'disarmed',
   'control-authority': 'control',
   acknowledged: 'acknowledged',
+  shelved: 'shelved',
+  unshelved: 'unshelved',
   'taken-out-of-service': 'out of service',
   'returned-to-service': 'back in service',
 }

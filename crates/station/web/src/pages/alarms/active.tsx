@@ -9,21 +9,22 @@ import { useLive, useSnapshot } from '../../live.ts'
 import { gaugePath, Link } from '../../router.tsx'
 import { hasRole, useSession } from '../../session.ts'
 import { useUnit } from '../../settings.ts'
-import { AlarmItem, type RunAction, shortTime } from './item.tsx'
+import { AlarmItem, type RunAction, refusals, shortTime } from './item.tsx'
+import type { Suppress } from './suppress-dialog.tsx'
 
 interface Props {
   /** Why the last action failed. */
   error: string | null
   run: RunAction
-  takeOut: (alarm: Alarm) => void
+  suppress: (suppress: Suppress) => void
 }
 
-export function ActiveAlarmList({ error, run, takeOut }: Props): JSX.Element {
+export function ActiveAlarmList({ error, run, suppress }: Props): JSX.Element {
   const { alarms } = useSnapshot()
   const list = [...alarms.alarms].sort(byUrgency)
   return (
     <section class="panel" aria-label="Active alarms">
-      <Head list={list} run={run} />
+      <Head list={list} run={run} suppress={suppress} />
       {error && (
         <p class="error" role="alert">
           {error}
@@ -37,7 +38,7 @@ export function ActiveAlarmList({ error, run, takeOut }: Props): JSX.Element {
       {list.length === 0 && <p class="muted no-alarms">No active alarms.</p>}
       <ul class="alarm-list">
         {list.map((alarm) => (
-          <ActiveAlarm alarm={alarm} run={run} takeOut={takeOut} key={alarm.name} />
+          <ActiveAlarm alarm={alarm} run={run} suppress={suppress} key={alarm.name} />
         ))}
       </ul>
       {alarms.not_listed > 0 && <p class="muted">{alarms.not_listed} more active alarms are under All alarms.</p>}
@@ -45,20 +46,21 @@ export function ActiveAlarmList({ error, run, takeOut }: Props): JSX.Element {
   )
 }
 
-function Head({ list, run }: { list: Alarm[]; run: RunAction }): JSX.Element {
+function Head({ list, run, suppress }: Omit<Props, 'error'> & { list: Alarm[] }): JSX.Element {
   const mayAcknowledge = hasRole(useSession(), 'operator')
   const unacknowledged = list.filter(isUnacknowledged)
   const shown = unacknowledged.map(({ name, occurrence }) => ({ name, occurrence }))
-  const all = async (): Promise<void> => {
-    const { refused } = await acknowledgeAll(shown)
-    if (refused.length > 0) throw new Error(refused.map(({ problem }) => problem).join('; '))
-  }
   return (
     <div class="bar">
       <h1>Alarms</h1>
       {mayAcknowledge && unacknowledged.length > 1 && (
-        <button type="button" onClick={() => run(all)}>
+        <button type="button" onClick={() => run(() => acknowledgeAll(shown).then(refusals))}>
           Acknowledge all {unacknowledged.length}
+        </button>
+      )}
+      {mayAcknowledge && list.length > 1 && (
+        <button type="button" onClick={() => suppress({ kind: 'shelve', alarms: list })}>
+          Shelve all {list.length} …
         </button>
       )}
       {!mayAcknowledge && unacknowledged.length > 0 && <span class="muted">An operator can acknowledge them.</span>}
@@ -66,15 +68,7 @@ function Head({ list, run }: { list: Alarm[]; run: RunAction }): JSX.Element {
   )
 }
 
-function ActiveAlarm({
-  alarm,
-  run,
-  takeOut,
-}: {
-  alarm: Alarm
-  run: RunAction
-  takeOut: (alarm: Alarm) => void
-}): JSX.Element {
+function ActiveAlarm({ alarm, run, suppress }: Omit<Props, 'error'> & { alarm: Alarm }): JSX.Element {
   const session = useSession()
   const { name, occurrence, message } = alarm
   return (
@@ -87,8 +81,13 @@ function ActiveAlarm({
               Acknowledge
             </button>
           )}
+          {hasRole(session, 'operator') && (
+            <button type="button" onClick={() => suppress({ kind: 'shelve', alarms: [alarm] })}>
+              Shelve …
+            </button>
+          )}
           {hasRole(session, 'engineer') && (
-            <button type="button" onClick={() => takeOut(alarm)}>
+            <button type="button" onClick={() => suppress({ kind: 'out-of-service', alarms: [alarm] })}>
               Out of service …
             </button>
           )}

@@ -1,15 +1,16 @@
-// The alarms page: active alarms, alarms out of service, all alarms, their history, and the webhooks that report them.
+// The alarms page: active alarms, shelved ones and those out of service, all alarms, their history, their figures, and the
+// webhooks that report them.
 
 import type { JSX } from 'preact'
 import { useState } from 'preact/hooks'
 import { fetchAlarms } from '../../api/calls.ts'
-import type { Alarm } from '../../api/types.ts'
 import { errorText, useQuery } from '../../components/hooks.ts'
 import { ActiveAlarmList } from './active.tsx'
 import { AllAlarms } from './all.tsx'
 import { AlarmHistory } from './history.tsx'
-import { OutOfServiceList } from './out-of-service.tsx'
-import { OutOfServiceDialog } from './out-of-service-dialog.tsx'
+import { Performance } from './performance.tsx'
+import { type Suppress, SuppressDialog } from './suppress-dialog.tsx'
+import { OutOfServiceList, ShelvedList } from './suppressed.tsx'
 import { Webhooks } from './webhooks.tsx'
 
 /** All alarms are fetched this often; every snapshot has the active ones. */
@@ -19,7 +20,7 @@ export function Alarms(): JSX.Element {
   const [actions, setActions] = useState(0)
   const query = useQuery(`alarms ${actions}`, REFRESH_MS, (signal) => fetchAlarms(signal))
   const [error, setError] = useState<string | null>(null)
-  const [chosen, setChosen] = useState<Alarm | null>(null)
+  const [chosen, setChosen] = useState<Suppress | null>(null)
   /** Runs an action, and fetches the alarms again when it has ended. */
   const run = (action: () => Promise<unknown>): void => {
     setError(null)
@@ -30,12 +31,14 @@ export function Alarms(): JSX.Element {
   const alarms = query.value ?? []
   return (
     <>
-      <ActiveAlarmList error={error} run={run} takeOut={setChosen} />
+      <ActiveAlarmList error={error} run={run} suppress={setChosen} />
+      <ShelvedList alarms={alarms} run={run} />
       <OutOfServiceList alarms={alarms} run={run} />
-      <AllAlarms alarms={alarms} error={query.error} takeOut={setChosen} />
+      <AllAlarms alarms={alarms} error={query.error} suppress={setChosen} />
       <AlarmHistory />
+      <Performance />
       <Webhooks />
-      {chosen && <OutOfServiceDialog alarm={chosen} run={run} close={() => setChosen(null)} />}
+      {chosen && <SuppressDialog suppress={chosen} run={run} close={() => setChosen(null)} />}
     </>
   )
 }

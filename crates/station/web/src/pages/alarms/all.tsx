@@ -9,19 +9,22 @@ import { SearchField } from '../../components/fields.tsx'
 import { conditionText } from '../../lib/alarms.ts'
 import { hasRole, useSession } from '../../session.ts'
 import { useUnit } from '../../settings.ts'
+import type { Suppress } from './suppress-dialog.tsx'
 
 interface Props {
   alarms: Alarm[]
   error: string | null
-  takeOut: (alarm: Alarm) => void
+  suppress: (suppress: Suppress) => void
 }
 
-export function AllAlarms({ alarms, error, takeOut }: Props): JSX.Element {
+export function AllAlarms({ alarms, error, suppress }: Props): JSX.Element {
   const unit = useUnit()
   const [text, setText] = useState('')
   const shown = alarms.filter((alarm) =>
     `${alarm.name} ${conditionText(alarm, unit)}`.toLowerCase().includes(text.toLowerCase()),
   )
+  const mayShelve = hasRole(useSession(), 'operator')
+  const shelvable = shown.filter(mayBeShelved)
   return (
     <section class="panel" aria-label="All alarms">
       <details>
@@ -30,6 +33,11 @@ export function AllAlarms({ alarms, error, takeOut }: Props): JSX.Element {
         </summary>
         <div class="bar">
           <SearchField label="Search alarms" value={text} onInput={setText} />
+          {mayShelve && text !== '' && shelvable.length > 1 && (
+            <button type="button" onClick={() => suppress({ kind: 'shelve', alarms: shelvable })}>
+              Shelve these {shelvable.length} …
+            </button>
+          )}
         </div>
         {error && <p class="error">{error}</p>}
         {alarms.length > 0 && shown.length === 0 && <p class="muted">No alarm matches.</p>}
@@ -46,7 +54,7 @@ export function AllAlarms({ alarms, error, takeOut }: Props): JSX.Element {
           </thead>
           <tbody>
             {shown.map((alarm) => (
-              <Row alarm={alarm} takeOut={takeOut} key={alarm.name} />
+              <Row alarm={alarm} suppress={suppress} key={alarm.name} />
             ))}
           </tbody>
         </table>
@@ -55,10 +63,13 @@ export function AllAlarms({ alarms, error, takeOut }: Props): JSX.Element {
   )
 }
 
-function Row({ alarm, takeOut }: { alarm: Alarm; takeOut: (alarm: Alarm) => void }): JSX.Element {
+const mayBeShelved = ({ state }: Alarm): boolean => state !== 'shelved' && state !== 'out-of-service'
+
+function Row({ alarm, suppress }: { alarm: Alarm; suppress: Props['suppress'] }): JSX.Element {
   const { name, priority, state } = alarm
   const unit = useUnit()
-  const mayTakeOut = hasRole(useSession(), 'engineer') && state !== 'out-of-service'
+  const session = useSession()
+  const mayTakeOut = hasRole(session, 'engineer') && state !== 'out-of-service'
   return (
     <tr>
       <th scope="row">{name}</th>
@@ -70,8 +81,21 @@ function Row({ alarm, takeOut }: { alarm: Alarm; takeOut: (alarm: Alarm) => void
       </td>
       <td>{conditionText(alarm, unit)}</td>
       <td>
+        {hasRole(session, 'operator') && mayBeShelved(alarm) && (
+          <button
+            type="button"
+            aria-label={`Shelve: ${name}`}
+            onClick={() => suppress({ kind: 'shelve', alarms: [alarm] })}
+          >
+            Shelve …
+          </button>
+        )}
         {mayTakeOut && (
-          <button type="button" aria-label={`Out of service: ${name}`} onClick={() => takeOut(alarm)}>
+          <button
+            type="button"
+            aria-label={`Out of service: ${name}`}
+            onClick={() => suppress({ kind: 'out-of-service', alarms: [alarm] })}
+          >
             Out of service …
           </button>
         )}

@@ -2,7 +2,7 @@
 
 import './item.css'
 import type { ComponentChildren, JSX } from 'preact'
-import type { Alarm } from '../../api/types.ts'
+import type { Alarm, ChangedAlarms } from '../../api/types.ts'
 import { AlarmStateMark, PriorityMark } from '../../components/alarm-marks.tsx'
 import { clock, day, moment } from '../../lib/format.ts'
 
@@ -29,6 +29,11 @@ export function AlarmItem({ alarm: { name, priority, state }, buttons, children 
       <div class="actions">{buttons}</div>
     </li>
   )
+}
+
+/** Throws the reasons of the alarms that were not changed. */
+export function refusals({ refused }: Pick<ChangedAlarms, 'refused'>): void {
+  if (refused.length > 0) throw new Error(refused.map(({ problem }) => problem).join('; '))
 }
 
 /** The time; with the day unless it is today. */

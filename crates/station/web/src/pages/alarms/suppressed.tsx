@@ -1,0 +1,92 @@
+// The alarms that are shelved or out of service, with the reason.
+
+import type { JSX } from 'preact'
+import { returnToService, unshelve } from '../../api/calls.ts'
+import type { Alarm } from '../../api/types.ts'
+import { useLive } from '../../live.ts'
+import { hasRole, useSession } from '../../session.ts'
+import { AlarmItem, type RunAction, refusals, shortTime } from './item.tsx'
+
+interface Props {
+  alarms: Alarm[]
+  run: RunAction
+}
+
+export function ShelvedList({ alarms, run }: Props): JSX.Element | null {
+  const mayUnshelve = hasRole(useSession(), 'operator')
+  const shelved = alarms.filter(({ state }) => state === 'shelved')
+  if (shelved.length === 0) return null
+  const end = (names: string[]): void => run(() => unshelve(names).then(refusals))
+  return (
+    <section class="panel" aria-label="Shelved">
+      <div class="bar">
+        <h2>Shelved</h2>
+        {mayUnshelve && shelved.length > 1 && (
+          <button type="button" onClick={() => end(shelved.map(({ name }) => name))}>
+            Unshelve all {shelved.length}
+          </button>
+        )}
+      </div>
+      <ul class="alarm-list">
+        {shelved.map((alarm) => (
+          <AlarmItem
+            alarm={alarm}
+            key={alarm.name}
+            buttons={
+              mayUnshelve && (
+                <button type="button" onClick={() => end([alarm.name])}>
+                  Unshelve
+                </button>
+              )
+            }
+          >
+            <Reason suppression={alarm.shelved} />
+          </AlarmItem>
+        ))}
+      </ul>
+    </section>
+  )
+}
+
+export function OutOfServiceList({ alarms, run }: Props): JSX.Element | null {
+  const mayReturn = hasRole(useSession(), 'engineer')
+  const out = alarms.filter(({ state }) => state === 'out-of-service')
+  if (out.length === 0) return null
+  return (
+    <section class="panel" aria-label="Out of service">
+      <h2>Out of service</h2>
+      <ul class="alarm-list">
+        {out.map((alarm) => (
+          <AlarmItem
+            alarm={alarm}
+            key={alarm.name}
+            buttons={
+              mayReturn && (
+                <button type="button" onClick={() => run(() => returnToService(alarm.name))}>
+                  Return to service
+                </button>
+              )
+            }
+          >
+            <Reason suppression={alarm.out_of_service} />
+          </AlarmItem>
+        ))}
+      </ul>
+    </section>
+  )
+}
+
+function Reason({ suppression }: { suppression: Alarm['shelved'] }): JSX.Element | null {
+  const { now } = useLive()
+  if (!suppression) return null
+  const { user, at_ms, reason, until_ms } = suppression
+  return (
+    <>
+      <p>{reason}</p>
+      <p class="muted">
+        {user}, {shortTime(at_ms, now)},{' '}
+        {until_ms == null ? 'until returned to service' : `until ${shortTime(until_ms, now)}`}
+      </p>
+    </>
+  )
+}
