@@ -1,6 +1,7 @@
 //! The connections of clients. The library accepts any number of connections, and goes on to read requests while a client takes no
 //! answers; so a relay stands before it, which counts connections and stops reading from a client that does not take its answers.
 
+use profivac_gateway::socket::keep_alive;
 use profivac_gateway::thread::StopSignal;
 use profivac_station::gateway_status::GatewayStatus;
 use std::collections::BTreeMap;
@@ -94,7 +95,8 @@ pub async fn run(listener: TcpListener, server: SocketAddr, status: Arc<GatewayS
 
 async fn serve(client: TcpStream, server: SocketAddr) -> std::io::Result<()> {
     let server = TcpStream::connect(server).await?;
-    client.set_nodelay(true)?;
+    // A system without keepalive keeps dead connections until they are written to.
+    keep_alive(&client).ok();
     server.set_nodelay(true)?;
     let (from_client, to_client) = client.into_split();
     let (from_server, to_server) = server.into_split();
