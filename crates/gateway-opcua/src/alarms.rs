@@ -1,7 +1,7 @@
 //! Alarms as conditions (OPC 10000-9): an instance of `AlarmConditionType` for each alarm, an event for each change, `Acknowledge` and
 //! `ConditionRefresh`.
 //!
-//! The library has events with filters, and no conditions. What is here makes one from the points of an alarm:
+//! The library has events with filters, and no conditions. This module makes one from the points of an alarm:
 //!
 //! | State of the alarm | `ActiveState` | `AckedState` | `OutOfServiceState` | `Retain` |
 //! |---|---|---|---|---|
@@ -40,7 +40,7 @@ const SEVERITIES: [u16; 4] = [1, 200, 500, 800];
 const TYPES: [ObjectTypeId; 3] =
     [ObjectTypeId::ConditionType, ObjectTypeId::AcknowledgeableConditionType, ObjectTypeId::AlarmConditionType];
 
-/// What a member of a condition is.
+/// What a field of a condition is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Role {
     /// A property.
@@ -51,8 +51,8 @@ enum Role {
     Timed,
 }
 
-/// The mandatory members of `AlarmConditionType` and `OutOfServiceState`.
-const MEMBERS: [(&str, Role, DataTypeId); 27] = [
+/// The mandatory fields of `AlarmConditionType` and `OutOfServiceState`.
+const FIELDS: [(&str, Role, DataTypeId); 27] = [
     ("EventId", Role::Property, DataTypeId::ByteString),
     ("EventType", Role::Property, DataTypeId::NodeId),
     ("SourceNode", Role::Property, DataTypeId::NodeId),
@@ -83,7 +83,7 @@ const MEMBERS: [(&str, Role, DataTypeId); 27] = [
     ("SupportsFilteredRetain", Role::Property, DataTypeId::Boolean),
 ];
 
-/// The members that an instance has.
+/// The fields that an instance has.
 const ON_INSTANCE: usize = 23;
 
 /// A method of a condition.
@@ -174,8 +174,8 @@ impl Condition {
         (name == self.alarm.as_bytes()).then(|| i64::from_be_bytes(*occurrence))
     }
 
-    /// The value of a member: `["ActiveState"]`, `["ActiveState", "Id"]`.
-    fn member(&self, path: &[&str]) -> Option<Variant> {
+    /// The value of a field: `["ActiveState"]`, `["ActiveState", "Id"]`.
+    fn field(&self, path: &[&str]) -> Option<Variant> {
         let text = |text: &str| Variant::from(LocalizedText::new("", text));
         let two = |is: bool, yes: &str, no: &str| text(if is { yes } else { no });
         let at = || Variant::from(time(self.at));
@@ -210,18 +210,18 @@ impl Condition {
 
     /// The nodes of the instance with their values.
     pub fn values(&self) -> impl Iterator<Item = (NodeId, Variant)> + '_ {
-        let member = |path: &[&str]| {
+        let field = |path: &[&str]| {
             let id = format!("{}/{}", text_of(&self.node), path.join("/"));
-            Some((NodeId::new(self.node.namespace, id), self.member(path)?))
+            Some((NodeId::new(self.node.namespace, id), self.field(path)?))
         };
-        MEMBERS.iter().take(ON_INSTANCE).flat_map(move |(name, role, _)| {
-            let second = second_of(*role).and_then(|second| member(&[name, second]));
-            member(&[name]).into_iter().chain(second)
+        FIELDS.iter().take(ON_INSTANCE).flat_map(move |(name, role, _)| {
+            let second = second_of(*role).and_then(|second| field(&[name, second]));
+            field(&[name]).into_iter().chain(second)
         })
     }
 }
 
-/// The member of a member: what tells the state as a Boolean, or since when it holds.
+/// The field of a field: what tells the state as a Boolean, or since when it holds.
 const fn second_of(role: Role) -> Option<&'static str> {
     match role {
         Role::Property => None,
@@ -246,7 +246,7 @@ impl EventField for Condition {
             return Variant::Empty;
         }
         let path: Vec<&str> = path.iter().map(|part| part.name.as_ref()).collect();
-        let value = self.member(&path).unwrap_or(Variant::Empty);
+        let value = self.field(&path).unwrap_or(Variant::Empty);
         value.range_of_owned(range).unwrap_or(Variant::Empty)
     }
 }
@@ -399,7 +399,7 @@ struct Present {
 }
 
 impl Conditions {
-    /// No conditions yet. Without a commander nobody acknowledges.
+    /// No conditions yet. Without a commander no user acknowledges.
     #[must_use]
     pub fn new(status: Arc<GatewayStatus>, commander: Option<Arc<Commander>>) -> Self {
         Self { status, commander, present: Mutex::default() }
@@ -545,7 +545,7 @@ pub fn register(tree: &mut DefaultTypeTree) {
     for kind in TYPES {
         let kind = NodeId::from(kind);
         tree.add_type_property(&kind, &kind, &[], NodeClass::Object);
-        for (name, role, _) in MEMBERS {
+        for (name, role, _) in FIELDS {
             let first = QualifiedName::new(0, name);
             tree.add_type_property(&kind, &kind, &[&first], NodeClass::Variable);
             if let Some(second) = second_of(role) {
@@ -563,17 +563,15 @@ pub fn insert(source: &NodeId, space: &mut AddressSpace) {
         .component_of(source.clone())
         .reference(source.clone(), ReferenceTypeId::HasCondition, ReferenceDirection::Inverse)
         .insert(space);
-    for (name, role, data_type) in MEMBERS.iter().take(ON_INSTANCE) {
+    for (name, role, data_type) in FIELDS.iter().take(ON_INSTANCE) {
         let id = NodeId::new(own.namespace, format!("{}/{name}", text_of(&own)));
-        let member = VariableBuilder::new(&id, QualifiedName::new(0, *name), *name).data_type(*data_type);
-        let member = match role {
-            Role::Property => member.has_type_definition(VariableTypeId::PropertyType).property_of(own.clone()),
-            Role::TwoState => {
-                member.has_type_definition(VariableTypeId::TwoStateVariableType).component_of(own.clone())
-            }
-            Role::Timed => member.has_type_definition(VariableTypeId::ConditionVariableType).component_of(own.clone()),
+        let field = VariableBuilder::new(&id, QualifiedName::new(0, *name), *name).data_type(*data_type);
+        let field = match role {
+            Role::Property => field.has_type_definition(VariableTypeId::PropertyType).property_of(own.clone()),
+            Role::TwoState => field.has_type_definition(VariableTypeId::TwoStateVariableType).component_of(own.clone()),
+            Role::Timed => field.has_type_definition(VariableTypeId::ConditionVariableType).component_of(own.clone()),
         };
-        member.insert(space);
+        field.insert(space);
         if let Some(second) = second_of(*role) {
             let data_type = if *role == Role::TwoState { DataTypeId::Boolean } else { DataTypeId::UtcTime };
             let second_id = NodeId::new(own.namespace, format!("{}/{second}", text_of(&id)));
@@ -615,7 +613,7 @@ fn insert_method(own: &NodeId, method: Method, name: &str, space: &mut AddressSp
 pub fn delete(source: &NodeId, space: &mut AddressSpace) {
     let own = format!("{}/condition", text_of(source));
     let node = |id: String| NodeId::new(source.namespace, id);
-    for (name, role, _) in MEMBERS.iter().take(ON_INSTANCE) {
+    for (name, role, _) in FIELDS.iter().take(ON_INSTANCE) {
         if let Some(second) = second_of(*role) {
             space.delete(&node(format!("{own}/{name}/{second}")), true);
         }
@@ -676,7 +674,7 @@ mod tests {
     }
 
     fn is(condition: &Condition, path: &[&str]) -> bool {
-        condition.member(path) == Some(Variant::Boolean(true))
+        condition.field(path) == Some(Variant::Boolean(true))
     }
 
     #[test]
@@ -728,10 +726,10 @@ mod tests {
     }
 
     #[test]
-    fn every_member_of_an_instance_has_a_value() {
+    fn every_field_of_an_instance_has_a_value() {
         let condition = condition(AlarmState::Normal, 0);
         let expected: usize =
-            MEMBERS.iter().take(ON_INSTANCE).map(|(_, role, _)| 1 + usize::from(second_of(*role).is_some())).sum();
+            FIELDS.iter().take(ON_INSTANCE).map(|(_, role, _)| 1 + usize::from(second_of(*role).is_some())).sum();
         assert_eq!(condition.values().count(), expected);
     }
 
@@ -744,7 +742,7 @@ mod tests {
         let own = NodeId::new(2, "alarm/x/condition/Acknowledge/InputArguments");
         assert!(space.node_exists(&own));
         delete(&source, &mut space);
-        for (name, _, _) in MEMBERS {
+        for (name, _, _) in FIELDS {
             assert!(!space.node_exists(&NodeId::new(2, format!("alarm/x/condition/{name}"))), "{name}");
         }
         assert!(!space.node_exists(&own) && !space.node_exists(&NodeId::new(2, "alarm/x/condition")));
