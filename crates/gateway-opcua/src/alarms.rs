@@ -29,12 +29,19 @@ use profivac_station::alarm::registry::AlarmError;
 use profivac_station::gateway_status::GatewayStatus;
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::{Arc, Mutex, PoisonError};
+use std::time::{Duration, Instant};
 
 /// The library's name of a user who has not logged in; names of users are in lower case.
 pub const ANONYMOUS: &str = "ANONYMOUS";
 
 /// The severities of the priorities none, low, medium and high. free choice: the middle of the bands that OPC 10000-5 suggests.
 const SEVERITIES: [u16; 4] = [1, 200, 500, 800];
+
+/// The shortest time between two refreshes of a subscription. free choice: as fast as a person can ask.
+const REFRESH_PAUSE: Duration = Duration::from_secs(1);
+
+/// The most refreshes of all clients in that time.
+const MAX_REFRESHES: usize = 16;
 
 /// The types of which a condition is an instance, beside the base type of events.
 const TYPES: [ObjectTypeId; 3] =
@@ -388,6 +395,8 @@ pub struct Conditions {
     status: Arc<GatewayStatus>,
     commander: Option<Arc<Commander>>,
     present: Mutex<Present>,
+    /// When subscriptions got their last refresh.
+    refreshed: Mutex<BTreeMap<u32, Instant>>,
 }
 
 /// The alarms of the last snapshot.
@@ -402,7 +411,7 @@ impl Conditions {
     /// No conditions yet. Without a commander no user acknowledges.
     #[must_use]
     pub fn new(status: Arc<GatewayStatus>, commander: Option<Arc<Commander>>) -> Self {
-        Self { status, commander, present: Mutex::default() }
+        Self { status, commander, present: Mutex::default(), refreshed: Mutex::default() }
     }
 
     /// Takes over the alarms of a snapshot, and returns those that differ from the snapshot before.
@@ -485,8 +494,26 @@ impl Conditions {
         commander.execute(user, request, None).await.map_err(|error| (status_of(&error), error.to_string()))
     }
 
+    fn retained(&self) -> Vec<Arc<Condition>> {
+        let present = self.present.lock().unwrap_or_else(PoisonError::into_inner);
+        present.conditions.values().filter(|it| it.is_retained()).map(Arc::clone).collect()
+    }
+
+    /// Whether the last refresh of a subscription is long enough ago: a client that asks without end takes no processor from others.
+    fn may_refresh(&self, subscription: u32, now: Instant) -> bool {
+        let mut refreshed = self.refreshed.lock().unwrap_or_else(PoisonError::into_inner);
+        refreshed.retain(|_, at| now.saturating_duration_since(*at) < REFRESH_PAUSE);
+        let is_free = refreshed.len() < MAX_REFRESHES && !refreshed.contains_key(&subscription);
+        if is_free {
+            refreshed.insert(subscription, now);
+        }
+        is_free
+    }
+
     /// Sends the conditions that stand to the event items of one subscription of the session.
     fn refresh(&self, context: &RequestContext, subscription: u32, item: Option<u32>) -> Result<(), StatusCode> {
+        let retained = self.retained();
+        let id = subscription;
         let session = context.subscriptions.get_session_subscriptions(context.session_id);
         let session = session.ok_or(StatusCode::BadSubscriptionIdInvalid)?;
         let type_tree = context.type_tree.read();
@@ -503,12 +530,14 @@ impl Conditions {
         if !items.iter().all(is_event) {
             return Err(StatusCode::BadMonitoredItemIdInvalid);
         }
+        if !self.may_refresh(id, Instant::now()) {
+            return Err(StatusCode::BadRefreshInProgress);
+        }
         let now = Micros::now();
         let bracket = |kind: ObjectTypeId| Bracket { event_type: kind.into(), number: now.0, at: time(now) };
         let begin = bracket(ObjectTypeId::RefreshStartEventType);
         let end = bracket(ObjectTypeId::RefreshEndEventType);
-        let present = self.present.lock().unwrap_or_else(PoisonError::into_inner);
-        let retained = present.conditions.values().filter(|it| it.is_retained()).map(|it| &**it as &dyn Event);
+        let retained = retained.iter().map(|it| &**it as &dyn Event);
         let events: Vec<&dyn Event> =
             std::iter::once(&begin as &dyn Event).chain(retained).chain([&end as _]).collect();
         let tree: &dyn TypeTree = &*type_tree;
@@ -723,6 +752,16 @@ mod tests {
         let without = modeller.next(inputs, Micros(4));
         assert_eq!(conditions.update(2, &without, Some(&raised)), []);
         assert!(conditions.find(&node).is_none());
+    }
+
+    #[test]
+    fn a_subscription_is_refreshed_once_a_second_and_all_together_not_without_end() {
+        let (conditions, now) = (conditions(), Instant::now());
+        assert!(conditions.may_refresh(1, now));
+        assert!(!conditions.may_refresh(1, now + REFRESH_PAUSE / 2));
+        assert!(conditions.may_refresh(1, now + REFRESH_PAUSE));
+        let granted = (2..100).filter(|id| conditions.may_refresh(*id, now + REFRESH_PAUSE)).count();
+        assert_eq!(granted, MAX_REFRESHES - 1);
     }
 
     #[test]

@@ -35,8 +35,8 @@ const MIN_INTERVAL_MS: f64 = 100.0;
 /// The time between two looks at the rejected certificates.
 const PRUNE_PERIOD: Duration = Duration::from_secs(10);
 
-/// The longest queue of events: as many alarms as a refresh sends at once. Values have a queue of four.
-const EVENT_QUEUE: usize = 4_000;
+/// The longest queue of events: more alarms than stand at once in a large plant. Values have a queue of four.
+const EVENT_QUEUE: usize = 2_000;
 
 /// The pause before the next look whether the library listens.
 const START_PAUSE: Duration = Duration::from_millis(10);
@@ -47,7 +47,8 @@ fn application_uri(station: &str) -> String {
     format!("urn:profivac:server:{}", station.chars().map(letter).collect::<String>())
 }
 
-/// What one client may take. The worst case is some 200 MB: 64 sessions of 4 subscriptions of 2,000 values, 4 queued for each.
+/// What one client may take. The worst case is some 200 MB: 64 sessions of 4 subscriptions of 2,000 values, 4 queued for each; and two
+/// queues of events for each session, which 2,000 changes of alarms fill.
 fn limits() -> Limits {
     Limits {
         max_sessions: 64,

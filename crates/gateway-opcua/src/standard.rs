@@ -15,10 +15,17 @@ use opcua_server::node_manager::{
     MonitoredItemUpdateRef, NodeManager, NodeManagerBuilder, ReadNode, RegisterNodeItem, RequestContext, ServerContext,
 };
 use opcua_types::{AttributeId, MonitoringMode, NodeId, StatusCode, TimestampsToReturn};
+use std::fmt::{self, Debug, Write};
 use std::sync::Arc;
 
 /// The queue of a value that is not an event.
 pub const VALUE_QUEUE: usize = 4;
+
+/// The most items of events of a session: each has a long queue.
+const MAX_EVENT_ITEMS: usize = 2;
+
+/// The longest description of a filter in octets: some 500 fields.
+const MAX_FILTER: usize = 128 << 10;
 
 /// The manager.
 pub struct Standard {
@@ -99,7 +106,21 @@ impl NodeManager for Standard {
         items: &mut [&mut CreateMonitoredItem],
     ) -> Result<(), StatusCode> {
         limit_queues(items.iter_mut().map(|item| &mut **item));
-        self.inner.create_monitored_items(context, items).await
+        let mut places = MAX_EVENT_ITEMS.saturating_sub(event_items(context));
+        let (mut accepted, mut refused) = (Vec::new(), Vec::new());
+        for item in items {
+            let is_event = item.item_to_monitor().attribute_id == AttributeId::EventNotifier;
+            if is_event && (places == 0 || !is_short(item.filter())) {
+                refused.push(&mut **item);
+            } else {
+                places = places.saturating_sub(usize::from(is_event));
+                accepted.push(&mut **item);
+            }
+        }
+        for item in refused {
+            item.set_status(StatusCode::BadTooManyMonitoredItems);
+        }
+        self.inner.create_monitored_items(context, &mut accepted).await
     }
 
     async fn modify_monitored_items(&self, context: &RequestContext, items: &[&MonitoredItemUpdateRef]) {
@@ -128,9 +149,41 @@ impl NodeManager for Standard {
     }
 }
 
+/// The items of events that a session has.
+fn event_items(context: &RequestContext) -> usize {
+    let Some(session) = context.subscriptions.get_session_subscriptions(context.session_id) else { return 0 };
+    let session = session.lock();
+    let subscriptions = session.subscription_ids().into_iter().filter_map(|id| session.get(id));
+    let items = subscriptions.flat_map(|subscription| subscription.items());
+    items.filter(|item| item.item_to_monitor().attribute_id == AttributeId::EventNotifier).count()
+}
+
+/// Whether a filter has few fields. The library does not tell their number, so this is the length of its description.
+fn is_short(filter: &impl Debug) -> bool {
+    struct Rest(usize);
+    impl Write for Rest {
+        fn write_str(&mut self, text: &str) -> fmt::Result {
+            self.0 = self.0.checked_sub(text.len()).ok_or(fmt::Error)?;
+            Ok(())
+        }
+    }
+    write!(Rest(MAX_FILTER), "{filter:?}").is_ok()
+}
+
 /// Events wait in a long queue, values in a short one: the library has one limit for both.
 pub fn limit_queues<'a>(items: impl Iterator<Item = &'a mut CreateMonitoredItem>) {
     for item in items.filter(|item| item.item_to_monitor().attribute_id != AttributeId::EventNotifier) {
         item.revise_queue_size(VALUE_QUEUE);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_filter_with_thousands_of_fields_is_not_short() {
+        assert!(is_short(&vec!["a field of an event, with its type and its range"; 300]));
+        assert!(!is_short(&vec!["a field of an event, with its type and its range"; 20_000]));
     }
 }
