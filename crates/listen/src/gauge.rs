@@ -136,7 +136,7 @@ pub enum Unknown {
     AssumedConfiguration(&'static [u8]),
     /// The unit of this name is assumed.
     AssumedUnit(&'static str),
-    /// What is assumed about the numbers of the configuration, as [`CyclicSlave::assumption`] says it.
+    /// The assumption about the numbers of the configuration, as [`CyclicSlave::assumption`] says it.
     AssumedNumbers(&'static str),
 }
 

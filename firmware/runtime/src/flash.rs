@@ -4,8 +4,8 @@
 //! complete. Behind them are saves: an entry for each value (a word with kind, length and key, then the octets), a word that ends the
 //! save, and a checksum over all its words. Entries without a valid end were cut off and do not count. The newest entry of a key holds.
 //!
-//! When a save does not fit, or something was cut off behind the last save, the new values and the newest ones of all other keys go to the other
-//! page, as one save. Then that page gets the next number, and only then it counts. The old page stays as it is until the next time.
+//! When a save does not fit, or something was cut off behind the last save, the new values and the newest ones of all other keys go to the
+//! other page, as one save. Then that page gets the next number, and only then it counts. The old page stays as it is until the next time.
 
 use profivac_devices::model::Octets;
 use profivac_devices::store::{Key, MAX_STORED, Store, StoreError};

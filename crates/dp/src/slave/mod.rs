@@ -94,7 +94,8 @@ impl<D: Device, const CONNECTIONS: usize> Slave<D, CONNECTIONS> {
 
     /// The bus was lost and found again, at `baud`: the slave drops frame counts and closes connections, MS0 keeps its state.
     /// A slave whose watchdog runs has lost its master before it could lose the rate. profibus-wire 3.6 and 3.2,
-    /// transition 15. min T_SDR stays too, unless it is longer than `baud` allows. Times after this call are in bit times of `baud` and may start at any value.
+    /// transition 15. min T_SDR stays too, unless it is longer than `baud` allows. Times after this call are in bit times of `baud` and may
+    /// start at any value.
     pub fn rate_found(&mut self, baud: Baud) {
         if self.watchdog_is_running() {
             self.server.enter_wait_prm(Fault::None);

@@ -268,8 +268,8 @@ struct Threshold {
 }
 
 impl Threshold {
-    /// The pressure that decides for a reading, and its name. Beyond the range of a gauge it is the limit in any case: the pressure cannot pass a
-    /// reset value that the gauge does not measure, and the end of the range does not flicker.
+    /// The pressure that decides for a reading, and its name. Beyond the range of a gauge it is the limit in any case: the pressure cannot
+    /// pass a reset value that the gauge does not measure, and the end of the range does not flicker.
     fn for_reading(&self, reading: &Reading) -> (f64, &'static str) {
         let has_reset = self.present != self.limit && reading.quality == Quality::Valid;
         if has_reset { (self.present, "reset value") } else { (self.limit, "limit") }

@@ -94,7 +94,8 @@ pub struct FrequentAlarm {
     pub percent: f64,
 }
 
-/// Counts raised alarms, the earliest first. Its size depends on the number of alarms and on the length of the time, not on how often they were raised.
+/// Counts raised alarms, the earliest first. Its size depends on the number of alarms and on the length of the time, not on how often they
+/// were raised.
 #[derive(Debug)]
 pub struct Counter {
     from: Micros,

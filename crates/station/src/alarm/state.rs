@@ -14,8 +14,8 @@
 //!   from each of them: taken out of service ─► Out of service ─ returned to service ────────────► Normal
 //! ```
 //!
-//! Only a user shelves an alarm or takes it out of service. A shelved alarm can be taken out of service; one that is out of service cannot be
-//! shelved.
+//! Only a user shelves an alarm or takes it out of service. A shelved alarm can be taken out of service; one that is out of service cannot
+//! be shelved.
 
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;

@@ -249,9 +249,9 @@ fn patch_text(old: &Value, new: &Value) -> Arc<str> {
 
 /// The state of the station and its changes, up to four a second
 ///
-/// Server-sent events. The event `snapshot` has the whole state and comes first; each event `change` is a JSON merge patch (RFC 7396) of the
-/// state. A slow client gets fewer events, and misses no change. The stream is compressed for a client that accepts gzip. It ends with the
-/// session of its client.
+/// Server-sent events. The event `snapshot` has the whole state and comes first; each event `change` is a JSON merge patch (RFC 7396) of
+/// the state. A slow client gets fewer events, and misses no change. The stream is compressed for a client that accepts gzip. It ends with
+/// the session of its client.
 #[utoipa::path(get, path = "/api/live", responses((status = 200, content_type = "text/event-stream", body = LiveEvent)))]
 pub async fn live(State(source): State<Arc<SnapshotSource>>, headers: HeaderMap, extensions: Extensions) -> Response {
     let mut ticks = tokio::time::interval(PERIOD);

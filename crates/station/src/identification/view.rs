@@ -57,7 +57,8 @@ pub struct PlantView {
     pub at_end_pa: PartsView,
     /// The pressure after another day of pumping in Pa, as indicated.
     pub after_another_day_pa: BoundsView,
-    /// The time in seconds after the start at which the target is reached; `null` without a target, or if it is certainly not within a year.
+    /// The time in seconds after the start at which the target is reached; `null` without a target, or if it is certainly not within a
+    /// year.
     pub target_s: Option<TimeView>,
     /// Changes that lower the pressure, the best one first.
     pub remedies: Vec<RemedyView>,

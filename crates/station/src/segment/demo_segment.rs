@@ -54,7 +54,8 @@ impl DemoSegment {
         demo
     }
 
-    /// Samples and publishes the gauges, and answers one request, or a part of one, if there is one. While it answers, time passes on the bus.
+    /// Samples and publishes the gauges, and answers one request, or a part of one, if there is one. While it answers, time passes on the
+    /// bus.
     pub fn run_once(&mut self, segment: &mut MemorySegment) {
         self.observe_line(segment);
         self.sample(segment);

@@ -150,7 +150,8 @@ impl LineObserver {
         }
     }
 
-    /// Writes a capture in a thread of its own: a bus thread never waits for the disk. While a disk hangs no second capture waits in memory.
+    /// Writes a capture in a thread of its own: a bus thread never waits for the disk. While a disk hangs no second capture waits in
+    /// memory.
     fn store(&mut self, services: &SegmentServices, capture: Capture) {
         let (captures, recorder, segment) =
             (self.captures.clone(), Arc::clone(&services.recorder), self.segment.clone());

@@ -1,7 +1,7 @@
 //! The thread of a segment on which the station only listens.
 //!
-//! It has a [`Tap`] and no other access to the port. A tap receives and has no function that sends, and it never gives its port away. A serial
-//! device is opened for reading alone, so that the operating system refuses to send as well.
+//! It has a [`Tap`] and no other access to the port. A tap receives and has no function that sends, and it never gives its port away. A
+//! serial device is opened for reading alone, so that the operating system refuses to send as well.
 
 use super::gauge_session::{Assumed, GaugeSession, Heard};
 use super::inbox::Inbox;
