@@ -105,3 +105,73 @@ fn wrong_input_is_refused_with_the_reason() {
         assert!(text.contains(reason), "{arguments:?}: {text}");
     }
 }
+
+/// A file of as many samples, a second apart.
+fn file_of(folder: &Path, name: &str, count: u32, mbar: impl Fn(u32) -> String) -> String {
+    let mut text = String::from("unix_time,address,mbar,quality\n");
+    for second in 0..count {
+        writeln!(text, "{}.000,5,{},valid", 1_795_262_400 + second, mbar(second)).unwrap();
+    }
+    let path = folder.join(name);
+    std::fs::write(&path, text).unwrap();
+    path.to_str().unwrap().to_owned()
+}
+
+#[test]
+fn a_fit_that_takes_longer_than_it_may_ends_with_what_to_do() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = written(folder.path());
+    let output = identify(&[file.to_str().unwrap(), "--volume", "50 l", "--longest", "0.001"]);
+    let text = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(2), "{text}");
+    assert!(output.stdout.is_empty());
+    for part in ["expected a fit within 0.001 s, found none for", "--from and --to", "--longest"] {
+        assert!(text.contains(part), "{part}: {text}");
+    }
+}
+
+#[test]
+fn a_record_that_is_no_pump_down_ends_with_the_reason() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let falling = |second: u32| 1e3 * 0.98_f64.powi(second.cast_signed()) + 1e-6;
+    let constant = file_of(folder, "constant.csv", 500, |_| "1e-3".to_owned());
+    let rising = file_of(folder, "rising.csv", 500, |second| format!("{:e}", falling(500 - second)));
+    let nan = file_of(folder, "nan.csv", 500, |second| if second == 7 { "NaN".to_owned() } else { "1".to_owned() });
+    let few = file_of(folder, "few.csv", 20, |second| format!("{:e}", falling(60 * second)));
+    let impossible =
+        file_of(folder, "impossible.csv", 500, |second| if second < 50 { "1e300" } else { "1e-300" }.to_owned());
+    for (file, reason) in [
+        (constant, "expected a pump-down, found no fall by two decades; choose its start with --from"),
+        (rising, "expected a pump-down, found no fall by two decades; choose its start with --from"),
+        (nan, "nan.csv:9: expected a pressure above 0, found \"NaN\""),
+        (few, "expected at least 30 samples, got 20"),
+        (impossible, "expected rising times and pressures from 1e-15 to 1e9 Pa"),
+    ] {
+        let output = identify(&[&file, "--volume", "50 l"]);
+        let text = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(2), "{file}: {text}");
+        assert!(text.contains(reason), "{file}: {text}");
+    }
+}
+
+/// Without a rise, and with a pump-down of a minute, hardly a number is determined, and each says so.
+#[test]
+fn a_record_that_determines_little_says_so_for_each_number() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut random = fastrand::Rng::with_seed(8);
+    let noise: Vec<f64> = (0..60).map(|_| 1.0 + 0.02 * (random.f64() - 0.5)).collect();
+    let file = file_of(folder.path(), "short.csv", 60, |second| {
+        let pa = 100.0 * 0.8_f64.powi(second.cast_signed()) + 1e-2;
+        format!("{:e}", pa * noise[second as usize])
+    });
+    let output = identify(&[&file, "--volume", "50 l", "--json"]);
+    assert_eq!(output.status.code(), Some(0), "{output:?}");
+    let found: Value = serde_json::from_slice(&output.stdout).unwrap();
+    let notes: Vec<&str> = found["notes"].as_array().unwrap().iter().map(|note| note.as_str().unwrap()).collect();
+    for name in
+        ["The leak cannot be", "The outgassing cannot be", "The exponent cannot be", "The ultimate pressure cannot be"]
+    {
+        assert!(notes.iter().any(|note| note.starts_with(name)), "{name}: {notes:?}");
+    }
+}

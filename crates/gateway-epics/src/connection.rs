@@ -6,7 +6,6 @@
 
 use crate::database::World;
 use crate::put::{Finished, Puts, Writer};
-use crate::socket;
 use profivac_gateway::thread::StopSignal;
 use profivac_station::gateway_status::GatewayStatus;
 use std::collections::HashMap;
@@ -274,7 +273,7 @@ impl<P: Protocol> Connection<P> {
 
     async fn serve(mut self, shared: &Shared) -> Result<(), End> {
         // A system without keepalive keeps dead connections until they are written to.
-        socket::keep_alive(&self.stream).ok();
+        profivac_gateway::socket::keep_alive(&self.stream).ok();
         let (mut worlds, mut stop) = (shared.world.clone(), shared.stop.clone());
         let mut world = Arc::clone(&worlds.borrow_and_update());
         let mut results = self.protocol.puts().take_results();

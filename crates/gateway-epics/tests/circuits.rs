@@ -183,6 +183,27 @@ fn a_client_that_asks_for_no_events_gets_the_newest_when_it_wants_them_again() {
 }
 
 #[test]
+fn the_end_of_a_channel_ends_its_monitors_and_no_others() {
+    let (mut plant, status) = (Plant::new(""), status());
+    let world = reading(&mut plant, 100.0);
+    let mut circuit = ca_channel(&status, &world);
+    let created = ca_messages(&tell(&mut circuit, &world, &ca(18, 0, 0, 2, 13, b"CHAMBER:PLOG\0")));
+    assert_eq!(created.last().map(|(command, client, server, _)| (*command, *client, *server)), Some((18, 2, 2)));
+    for (channel, monitor) in [(1, 11), (2, 21), (1, 12), (2, 22)] {
+        tell(&mut circuit, &world, &ca(1, 6, 1, channel, monitor, &MASK_VALUE_ALARM));
+    }
+    // One monitor is cancelled, then its channel is cleared with the other one.
+    tell(&mut circuit, &world, &ca(2, 6, 1, 1, 11, b""));
+    let cleared = ca_messages(&tell(&mut circuit, &world, &ca(12, 0, 0, 1, 1, b"")));
+    assert_eq!(cleared.len(), 1);
+    let left: Vec<_> = ca_messages(&posted(&mut circuit, &world).0).iter().map(|(_, _, id, _)| *id).collect();
+    assert_eq!(left, [21, 22]);
+    // The numbers of ended monitors are free again.
+    tell(&mut circuit, &world, &ca(1, 6, 1, 2, 11, &MASK_VALUE_ALARM));
+    assert_eq!(ca_messages(&posted(&mut circuit, &world).0).len(), 1);
+}
+
+#[test]
 fn requests_that_cannot_be_done_have_the_code_of_channel_access() {
     let (mut plant, status) = (Plant::new(""), status());
     let world = reading(&mut plant, 100.0);

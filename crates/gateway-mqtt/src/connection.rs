@@ -53,9 +53,15 @@ pub enum MqttError {
     /// The broker wants a user, and the file has none.
     #[error("the broker wants a login: add credentials to [mqtt]")]
     NoLogin,
-    /// The broker refuses the connection.
-    #[error("the broker refuses the connection: {0}")]
-    Refused(&'static str),
+    /// The broker speaks another version of MQTT.
+    #[error("the broker refuses the connection: it does not speak MQTT 3.1.1")]
+    Version,
+    /// The broker does not accept the client identifier.
+    #[error("the broker refuses the connection: it does not accept the client identifier; set client-id")]
+    ClientId,
+    /// The broker has no service at the moment.
+    #[error("the broker refuses the connection: its service is unavailable")]
+    Unavailable,
     /// The broker cannot be reached.
     #[error("the broker cannot be reached: {0}")]
     Unreachable(std::io::Error),
@@ -190,13 +196,9 @@ impl Connector {
                 MqttError::Login { user: credentials.user.clone() }
             }
             (ConnectReturnCode::BadUserNamePassword | ConnectReturnCode::NotAuthorized, None) => MqttError::NoLogin,
-            (ConnectReturnCode::RefusedProtocolVersion, _) => MqttError::Refused("it does not speak MQTT 3.1.1"),
-            (ConnectReturnCode::BadClientId, _) => {
-                MqttError::Refused("it does not accept the client identifier; set client-id")
-            }
-            (ConnectReturnCode::ServiceUnavailable | ConnectReturnCode::Success, _) => {
-                MqttError::Refused("its service is unavailable")
-            }
+            (ConnectReturnCode::RefusedProtocolVersion, _) => MqttError::Version,
+            (ConnectReturnCode::BadClientId, _) => MqttError::ClientId,
+            (ConnectReturnCode::ServiceUnavailable | ConnectReturnCode::Success, _) => MqttError::Unavailable,
         }
     }
 }

@@ -299,7 +299,7 @@ fn put_histogram(
         }
         text.sample(&bucket, &with_label(&labels, "le", "+Inf"), distribution.count);
         text.sample(&format!("{name}_count"), &labels, distribution.count);
-        // The mean is in whole microseconds; a sum made of it could decrease, which Prometheus takes for a restart.
+        text.sample(&format!("{name}_sum"), &labels, Seconds(i64::try_from(distribution.sum_us).unwrap_or(i64::MAX)));
     }
 }
 

@@ -140,6 +140,7 @@ fn a_family_is_described_once_and_its_samples_follow_it() {
 
 fn bus(buckets: Vec<Bucket>) -> BusReport {
     let count = buckets.iter().map(|bucket| bucket.count).sum();
+    let sum_us = buckets.iter().map(|bucket| bucket.end_us * bucket.count).sum();
     BusReport {
         baud: 500_000,
         observed_ms: 0,
@@ -149,7 +150,7 @@ fn bus(buckets: Vec<Bucket>) -> BusReport {
         damaged_last_minute: 0,
         damaged_unattributed: 0,
         ring: Vec::new(),
-        cycle: Distribution { count, buckets, ..Distribution::default() },
+        cycle: Distribution { count, sum_us, buckets, ..Distribution::default() },
         rotation: Distribution::default(),
         masters: Vec::new(),
         stations: Vec::new(),
@@ -172,6 +173,8 @@ fn the_cycles_are_a_histogram_with_the_same_bounds_for_every_segment() {
     assert_eq!(["0.0005", "0.001", "0.0025", "0.005", "10.0", "+Inf"].map(bound), ["0", "3", "3", "5", "5", "5"]);
     assert_eq!(samples(&text, "profivac_segment_cycle_seconds_bucket").len(), 2 * 15);
     assert_eq!(samples(&text, "profivac_segment_cycle_seconds_count").len(), 2);
+    let sums = samples(&text, "profivac_segment_cycle_seconds_sum");
+    assert_eq!((sums.len(), sums[0].ends_with(" 0.007900")), (2, true), "{sums:?}");
 }
 
 #[test]

@@ -25,6 +25,7 @@ pub mod names;
 pub mod plant;
 pub mod point;
 pub mod signal;
+pub mod socket;
 pub mod state;
 pub mod thread;
 

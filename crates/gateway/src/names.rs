@@ -59,7 +59,7 @@ impl NameTable {
     }
 }
 
-/// A cell of a CSV file. An apostrophe before `=`, `+`, `-`, `@` and blanks keeps a spreadsheet from reading the cell as a formula; a
+/// A cell of a CSV file. An apostrophe before `=`, `+`, `-`, `@`, tabulator and carriage return keeps a spreadsheet from reading the cell as a formula; a
 /// number keeps its sign.
 fn csv_cell(cell: &str) -> String {
     let is_formula = cell.starts_with(['=', '+', '-', '@', '\t', '\r']) && cell.parse::<f64>().is_err();

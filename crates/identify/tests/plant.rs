@@ -185,6 +185,9 @@ fn records_that_cannot_be_fitted_are_refused() {
     };
     assert_eq!(with(&|record| record.samples.truncate(5)), NotIdentified::Few(5));
     assert_eq!(with(&|record| record.samples[3].1 = -1.0), NotIdentified::Sample(3));
+    for impossible in [f64::NAN, f64::INFINITY, 0.0, 1e300, 1e-300] {
+        assert_eq!(with(&|record| record.samples[7].1 = impossible), NotIdentified::Sample(7));
+    }
     assert_eq!(with(&|record| record.samples[4].0 = 0.0), NotIdentified::Sample(3));
     assert_eq!(with(&|record| record.phases.clear()), NotIdentified::Phases);
     assert_eq!(with(&|record| record.volume = Volume::Given(0.0)), NotIdentified::Volume);

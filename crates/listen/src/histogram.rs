@@ -46,6 +46,12 @@ impl Histogram {
         self.sum_tbit.checked_div(self.count)
     }
 
+    /// The sum of the durations in bit times. It never decreases.
+    #[must_use]
+    pub const fn sum_tbit(&self) -> u64 {
+        self.sum_tbit
+    }
+
     /// The shortest and the longest duration in bit times; `None` without durations.
     #[must_use]
     pub fn range_tbit(&self) -> Option<(u64, u64)> {

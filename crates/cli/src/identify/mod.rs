@@ -10,7 +10,7 @@ use crate::values;
 use clap::Args;
 use jiff::{Timestamp, Zoned};
 use profivac_client::pressure::Pressure;
-use profivac_identify::plant::{Plant, identify};
+use profivac_identify::plant::{NotIdentified, Plant, PlantRecord, identify_unless};
 use profivac_identify::{Interval, standard_uncertainty};
 use profivac_recorder::{Micros, Sample};
 use profivac_station::identification::record::{Chosen, Known, KnownVolume, chosen};
@@ -19,6 +19,7 @@ use profivac_station::pumpdown::{TimeRange, find};
 use profivac_station::report::format::{duration, timestamp};
 use serde_json::{Value, json as object};
 use std::path::PathBuf;
+use std::time::{Duration, Instant};
 
 /// Find the numbers of a plant from one record: effective pumping speed, leak, outgassing, ultimate pressure, with 95 % intervals.
 ///
@@ -61,6 +62,9 @@ pub struct Arguments {
     /// A pressure whose time is predicted; may be repeated
     #[arg(long, value_name = "PRESSURE")]
     target: Vec<Pressure>,
+    /// The longest time of the fit; a usual one takes seconds
+    #[arg(long, value_name = "SECONDS", value_parser = values::seconds, default_value = "300")]
+    longest: Duration,
     /// Draw measurement, fit, prediction and residuals into this SVG file
     #[arg(long, value_name = "FILE.svg")]
     plot: Option<PathBuf>,
@@ -85,12 +89,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let known = known(arguments, &source.samples)?;
     let start = known.span.start;
     let chosen = chosen(&source.samples, &known);
-    let plant = identify(&chosen.record).map_err(|error| {
-        Failure::usage(format!(
-            "{}: {error}; choose the record with --from, --to, --closed and --opened",
-            arguments.source.display()
-        ))
-    })?;
+    let plant = fitted(&chosen.record, arguments)?;
     if let Some(path) = &arguments.plot {
         std::fs::write(path, picture::svg(&plant, &format!("{}: measured and fitted", source.gauge)))
             .map_err(|error| Failure::usage(format!("{} cannot be written: {error}", path.display())))?;
@@ -102,6 +101,23 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         text(arguments, &source.gauge, start, &chosen, &plant)
     });
     Ok(())
+}
+
+/// The fit, within the time that it may take.
+fn fitted(record: &PlantRecord, arguments: &Arguments) -> Result<Plant, Failure> {
+    let (begun, longest) = (Instant::now(), arguments.longest);
+    identify_unless(record, &|| begun.elapsed() > longest).map_err(|error| {
+        let file = arguments.source.display();
+        Failure::usage(match error {
+            NotIdentified::Stopped => format!(
+                "{file}: expected a fit within {} s, found none for {} samples; choose a shorter record with --from and --to, \
+                 or give the fit more time with --longest",
+                longest.as_secs_f64(),
+                record.samples.len()
+            ),
+            error => format!("{file}: {error}; choose the record with --from, --to, --closed and --opened"),
+        })
+    })
 }
 
 fn micros(at: Timestamp) -> Micros {
@@ -140,12 +156,15 @@ fn known(arguments: &Arguments, samples: &[Sample]) -> Result<Known, Failure> {
     })
 }
 
+/// No pressure, gas flow or speed is as small as this: it is zero.
+const NOTHING: f64 = 1e-25;
+
 /// Three digits, so that a table stays narrow.
 fn digits(value: f64) -> String {
     let size = value.abs();
     if value.is_infinite() {
         "∞".to_owned()
-    } else if value == 0.0 {
+    } else if size < NOTHING {
         "0".to_owned()
     } else if (0.01..1e4).contains(&size) {
         let places = (2 - size.log10().floor() as i32).clamp(0, 4) as usize;

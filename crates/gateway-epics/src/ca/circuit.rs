@@ -12,7 +12,7 @@ use crate::put::{Finished, PutValue, Puts};
 use crate::record::{Data, MAX_TEXT, RecordType, Sample};
 use profivac_gateway::{EpicsSeverity, EpicsStatus};
 use profivac_station::gateway_status::GatewayStatus;
-use std::collections::{BTreeMap, HashMap};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::net::IpAddr;
 use std::ops::Bound;
 use std::sync::Arc;
@@ -32,6 +32,8 @@ struct Channel {
     /// The number that the client has given it.
     client_id: u32,
     target: Target,
+    /// Its monitors. Kept here, so that the end of a channel does not look at all monitors of the client.
+    monitors: BTreeSet<u32>,
 }
 
 struct Monitor {
@@ -110,7 +112,7 @@ impl Circuit {
     fn create_channel(&mut self, header: Header, payload: &[u8], world: &World, out: &mut Vec<u8>) {
         let client_id = header.first;
         let found = world.database.find(message::text(payload)).and_then(|target| Some((target, world.read(target)?)));
-        let is_free = self.channels.len() < MAX_PER_CLIENT && !self.channels.contains_key(&self.next_channel);
+        let is_free = self.channels.len() < MAX_PER_CLIENT;
         let (Some((target, answer)), true) = (found, is_free && self.slots.take()) else {
             return put_empty(out, command::CREATE_CHANNEL_FAILED, 0, 0, client_id, 0);
         };
@@ -122,21 +124,28 @@ impl Circuit {
         let count = u32::try_from(count).unwrap_or_default();
         let may_write = world.database.writable(target).is_some_and(|record| self.puts.permits(record));
         let rights = if may_write { READ_WRITE } else { READ_ONLY };
-        let id = self.next_channel;
-        self.next_channel = id.wrapping_add(1);
-        self.channels.insert(id, Channel { client_id, target });
+        let id = self.free_number();
+        self.channels.insert(id, Channel { client_id, target, monitors: BTreeSet::new() });
         put_empty(out, command::ACCESS_RIGHTS, 0, 0, client_id, rights);
         put_empty(out, command::CREATE_CHANNEL, native, count, client_id, id);
     }
 
-    fn clear_channel(&mut self, header: Header, out: &mut Vec<u8>) {
-        if self.channels.remove(&header.first).is_none() {
-            return fail(out, header, status::BAD_CHANNEL, u32::MAX, "expected the number of a channel, found none");
+    /// The next number without a channel. There are more numbers than channels, so one is free.
+    fn free_number(&mut self) -> u32 {
+        while self.channels.contains_key(&self.next_channel) {
+            self.next_channel = self.next_channel.wrapping_add(1);
         }
+        let id = self.next_channel;
+        self.next_channel = id.wrapping_add(1);
+        id
+    }
+
+    fn clear_channel(&mut self, header: Header, out: &mut Vec<u8>) {
+        let Some(channel) = self.channels.remove(&header.first) else {
+            return fail(out, header, status::BAD_CHANNEL, u32::MAX, "expected the number of a channel, found none");
+        };
         self.slots.give();
-        let ended: Vec<_> =
-            self.monitors.iter().filter(|(_, monitor)| monitor.channel == header.first).map(|(id, _)| *id).collect();
-        for id in ended {
+        for id in channel.monitors {
             self.monitors.remove(&id);
             self.slots.give();
         }
@@ -161,7 +170,7 @@ impl Circuit {
     }
 
     fn add_monitor(&mut self, header: Header, payload: &[u8], world: &World, out: &mut Vec<u8>) {
-        let Some(channel) = self.channels.get(&header.first) else {
+        let Some(channel) = self.channels.get_mut(&header.first) else {
             return fail(out, header, status::BAD_CHANNEL, u32::MAX, "expected the number of a channel, found none");
         };
         let (client_id, target) = (channel.client_id, channel.target);
@@ -184,6 +193,7 @@ impl Circuit {
             version: None,
             last: None,
         };
+        channel.monitors.insert(header.second);
         self.monitors.insert(header.second, monitor);
     }
 
@@ -191,7 +201,10 @@ impl Circuit {
         match self.monitors.remove(&header.second) {
             Some(monitor) => {
                 self.slots.give();
-                let client_id = self.channels.get(&monitor.channel).map_or(u32::MAX, |channel| channel.client_id);
+                let client_id = self.channels.get_mut(&monitor.channel).map_or(u32::MAX, |channel| {
+                    channel.monitors.remove(&header.second);
+                    channel.client_id
+                });
                 // An update without values confirms the end.
                 put_empty(out, command::EVENT_ADD, monitor.data_type, monitor.count, client_id, header.second);
             }

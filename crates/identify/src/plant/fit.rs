@@ -36,6 +36,11 @@ pub(super) const EXACT: f64 = 1e-9;
 /// The change of an unknown for a derivative.
 const CHANGE: f64 = 1e-4;
 
+/// The change for a derivative at a value, into the bounds: beyond them the numbers of a plant do not change.
+fn change(place: usize, value: f64) -> f64 {
+    if value + CHANGE > bounds(place)[1] { -CHANGE } else { CHANGE }
+}
+
 /// The unknowns that are not below zero.
 const NOT_NEGATIVE: [usize; 2] = [LEAK, ULTIMATE];
 
@@ -151,8 +156,9 @@ impl Problem<'_> {
         let mut matrix = DMatrix::zeros(here.len(), places.len());
         for (column, place) in places.iter().enumerate() {
             let mut values = self.values.clone();
-            values[*place] += CHANGE;
-            matrix.set_column(column, &((self.misses(&values) - &here) / CHANGE));
+            let change = change(*place, values[*place]);
+            values[*place] += change;
+            matrix.set_column(column, &((self.misses(&values) - &here) / change));
         }
         matrix
     }
@@ -222,8 +228,37 @@ impl LeastSquaresProblem<f64, Dyn, Dyn> for Problem<'_> {
     }
 }
 
-/// The best of several beginnings: leak and ultimate pressure may begin on the wrong side of a ridge, the water of a wall may
-/// return soon or late.
+/// Where a fit begins: parts of the guessed leak and ultimate pressure, and the logarithm of the time constant in s with which water
+/// returns to the wall.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Beginning {
+    leak: f64,
+    ultimate: f64,
+    returns: f64,
+}
+
+/// Leak, outgassing and ultimate pressure explain the same base pressure, with a ridge between the explanations; the water of a wall
+/// may return within hours or within minutes. One beginning reaches only the explanations on its side. free choice
+const BEGINNINGS: [Beginning; 3] = [
+    // All three explain the base pressure.
+    Beginning { leak: 1.0, ultimate: 1.0, returns: 10.0 },
+    // Outgassing alone does.
+    Beginning { leak: 0.1, ultimate: 0.1, returns: 10.0 },
+    // The water returns within twenty minutes, so that a rise slows down.
+    Beginning { leak: 0.3, ultimate: 0.3, returns: 7.0 },
+];
+
+impl Beginning {
+    fn of<'a>(self, problem: &Problem<'a>) -> Problem<'a> {
+        let mut problem = problem.clone();
+        problem.values[LEAK] *= self.leak;
+        problem.values[ULTIMATE] *= self.ultimate;
+        problem.values[RETURN] = self.returns;
+        problem
+    }
+}
+
+/// The best fit of all beginnings.
 pub(super) fn best<'a>(
     record: &'a PlantRecord,
     groups: &'a [Group],
@@ -233,14 +268,7 @@ pub(super) fn best<'a>(
     let (unknowns, start) = guess(record, groups);
     let free = (0..unknowns.count()).collect();
     let problem = Problem { record, groups, noise, unknowns, values: start, free, stopped };
-    let starts = [(1.0, 1.0, 10.0), (0.1, 0.1, 10.0), (0.3, 0.3, 7.0)];
-    let fits = starts.into_iter().filter_map(|(leak, ultimate, returns)| {
-        let mut problem = problem.clone();
-        problem.values[LEAK] *= leak;
-        problem.values[ULTIMATE] *= ultimate;
-        problem.values[RETURN] = returns;
-        problem.minimised(EXACT)
-    });
+    let fits = BEGINNINGS.into_iter().filter_map(|beginning| beginning.of(&problem).minimised(EXACT));
     fits.min_by(|(one, _), (two, _)| one.total_cmp(two)).ok_or(NotIdentified::NoMinimum)
 }
 
@@ -283,4 +311,44 @@ fn guess(record: &PlantRecord, groups: &[Group]) -> (Unknowns, DVector<f64>) {
         values.push(volume.ln());
     }
     (unknowns, DVector::from_vec(values))
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used, reason = "a test")]
+mod tests {
+    use super::*;
+    use crate::plant::record::Phase;
+
+    /// A pump-down to a base pressure, and a rise.
+    fn record() -> PlantRecord {
+        let pa = |t: f64| 10.0 * (-t / 20.0).exp() + 1e-4 + 1e-2 / (t + 5.0) + 1e-6 * (t - 3000.0).max(0.0);
+        let samples = (0..400).map(|place| f64::from(place) * 10.0).map(|t| (t, pa(t))).collect();
+        let phases = vec![Phase { from_s: 0.0, pumped: true }, Phase { from_s: 3000.0, pumped: false }];
+        PlantRecord { samples, phases, volume: Volume::Given(0.05), gauge_uncertainty: 0.0 }
+    }
+
+    #[test]
+    fn an_unknown_at_its_upper_bound_has_a_derivative() {
+        let record = record();
+        let groups = record.groups();
+        let (unknowns, mut values) = guess(&record, &groups);
+        values[RETURN] = 5.0;
+        for place in [EXPONENT, SHARE, RETURN, OFFSET] {
+            let mut values = values.clone();
+            values[place] = bounds(place)[1];
+            let problem = Problem {
+                record: &record,
+                groups: &groups,
+                noise: 0.01,
+                unknowns: unknowns.clone(),
+                values,
+                free: vec![place],
+                stopped: &|| false,
+            };
+            // Without the last rows, which hold what is usual.
+            let column = problem.derivatives(&[place]);
+            let steepest = column.rows(0, groups.len()).amax();
+            assert!(steepest > 0.0, "unknown {place} at its upper bound: {steepest:e}");
+        }
+    }
 }

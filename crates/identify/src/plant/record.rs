@@ -9,6 +9,10 @@ const GROUPS: f64 = 180.0;
 /// The logarithm of the pressure changes by less than this within a group, so that a straight line describes it.
 const GROUP_CHANGE: f64 = 0.1;
 
+/// The groups of a phase before their time alone ends them: the samples of a gauge with more noise than [`GROUP_CHANGE`] would be a
+/// group each. free choice
+const MOST_GROUPS: usize = 1500;
+
 /// The least noise of a sample, of the logarithm: a record without noise has the four digits of a display. free choice
 const LEAST_NOISE: f64 = 1e-4;
 
@@ -52,6 +56,9 @@ pub struct PlantRecord {
     pub gauge_uncertainty: f64,
 }
 
+/// The pressures of a sample, in Pa: below any vacuum that a gauge can measure, above any pressure of a chamber. free choice
+const POSSIBLE_PA: std::ops::RangeInclusive<f64> = 1e-15..=1e9;
+
 /// The reason why a record cannot be fitted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
@@ -59,8 +66,8 @@ pub enum NotIdentified {
     /// Too few samples.
     #[error("expected at least {LEAST_SAMPLES} samples, got {0}")]
     Few(usize),
-    /// A number is not finite, a pressure not above zero, or the times do not rise.
-    #[error("expected rising times and pressures above zero, got something else in sample {0}")]
+    /// A number is not finite, a pressure not possible, or the times do not rise.
+    #[error("expected rising times and pressures from 1e-15 to 1e9 Pa, got something else in sample {0}")]
     Sample(usize),
     /// The record has no phases, or they are not in order.
     #[error("expected phases in the order of time, the first one with the valve open")]
@@ -100,7 +107,7 @@ impl PlantRecord {
     }
 
     pub(super) fn check(&self) -> Result<(), NotIdentified> {
-        let good = |(t, pa): &(f64, f64)| t.is_finite() && *t >= 0.0 && pa.is_finite() && *pa > 0.0;
+        let good = |(t, pa): &(f64, f64)| t.is_finite() && *t >= 0.0 && POSSIBLE_PA.contains(pa);
         if let Some(place) = self.samples.iter().position(|sample| !good(sample)) {
             return Err(NotIdentified::Sample(place));
         }
@@ -149,8 +156,10 @@ fn grouped(samples: &[(f64, f64)], groups: &mut Vec<Group>) {
     let shortest = ((end - start) / 1e5).max(1e-9);
     let part = |t: f64| (((t - start) / shortest).ln_1p() / 100_001_f64.ln() * GROUPS).floor();
     let mut rest = samples;
+    let before = groups.len();
     while let Some((t, first)) = rest.first() {
-        let inside = |(at, pa): &&(f64, f64)| part(*at) <= part(*t) && (pa / first).ln().abs() < GROUP_CHANGE;
+        let change = if groups.len() - before < MOST_GROUPS { GROUP_CHANGE } else { f64::INFINITY };
+        let inside = |(at, pa): &&(f64, f64)| part(*at) <= part(*t) && (pa / first).ln().abs() < change;
         let size = rest.iter().take_while(inside).count().max(1);
         let (group, others) = rest.split_at(size.min(rest.len()));
         let count = group.len() as f64;
@@ -176,4 +185,21 @@ pub(super) fn noise(samples: &[(f64, f64)]) -> f64 {
     // The median of the squares of normal numbers is 0.4549 of their mean. It ignores the steep start and the steps.
     let median = *squares.select_nth_unstable_by(middle, f64::total_cmp).1;
     (median / 0.4549).sqrt().max(LEAST_NOISE)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_million_samples_of_a_noisy_gauge_are_few_groups() {
+        let mut random = fastrand::Rng::with_seed(6);
+        let samples: Vec<(f64, f64)> =
+            (0..1_000_000).map(|second| (f64::from(second), 10_f64.powf(random.f64()))).collect();
+        let mut groups = Vec::new();
+        grouped(&samples, &mut groups);
+        assert!(groups.len() <= MOST_GROUPS + GROUPS as usize + 1, "{}", groups.len());
+        let all: f64 = groups.iter().map(|group| group.count).sum();
+        assert_eq!(all, 1e6);
+    }
 }

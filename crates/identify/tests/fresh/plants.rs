@@ -9,6 +9,26 @@ pub fn normal(random: &mut fastrand::Rng) -> f64 {
     (-2.0 * (1.0 - random.f64()).ln()).sqrt() * (std::f64::consts::TAU * random.f64()).cos()
 }
 
+/// How a plant differs from the law of the fit.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Imperfection {
+    /// The pumping speed below 1 Pa is larger by this multiple: a turbo that takes over from its backing pump.
+    pub turbo: f64,
+    /// The share of the outgassing after an hour that comes from polymers: exponent ½.
+    pub polymer: f64,
+    /// The share of samples with ten times the noise.
+    pub outliers: f64,
+    /// The standard deviation of a drift of the gauge with a time constant of ten minutes.
+    pub drift: f64,
+    /// The gauge shows two digits.
+    pub two_digits: bool,
+    /// The given volume is too large by this part.
+    pub volume: f64,
+}
+
+/// The time constant of a drift, in s.
+const DRIFT_S: f64 = 600.0;
+
 /// The true numbers of a plant, in Pa, m³, s.
 #[derive(Clone, Debug)]
 pub struct Truth {
@@ -33,6 +53,7 @@ pub struct Truth {
     pub dosed: bool,
     /// The age of the wall at the start of the pump-down, in s.
     pub age_s: f64,
+    pub imperfection: Imperfection,
 }
 
 impl Truth {
@@ -63,11 +84,28 @@ impl Truth {
             share: random.f64(),
             steepness: 0.1 * (random.f64() - 0.5),
             dosed: random.u8(0..4) == 0,
+            imperfection: Imperfection::default(),
         }
     }
 
     pub fn speed_at(&self, pa: f64) -> f64 {
-        self.speed * pa.powf(self.steepness)
+        self.speed * pa.powf(self.steepness) * (1.0 + self.imperfection.turbo / (1.0 + pa * pa))
+    }
+
+    /// The outgassing of a wall of an age in s, in Pa m³/s.
+    fn outgassed(&self, age: f64) -> f64 {
+        let hours = age / HOUR_S;
+        let polymer = self.imperfection.polymer;
+        self.outgassing_1h * ((1.0 - polymer) * hours.powf(-self.exponent) + polymer * hours.powf(-0.5))
+    }
+
+    /// What the gauge indicates for a pressure.
+    fn indicated(&self, pa: f64, drift: f64, random: &mut fastrand::Rng) -> f64 {
+        let Imperfection { outliers, two_digits, .. } = self.imperfection;
+        let wide = if outliers > 0.0 && random.f64() < outliers { 10.0 } else { 1.0 };
+        let shown = pa * (1.0 + drift + wide * self.noise * normal(random)).max(0.01);
+        let last = 10_f64.powf(shown.log10().floor() - 1.0);
+        if two_digits { (shown / last).round() * last } else { shown }
     }
 
     /// The pressures of dry gas and water and the age of the wall after a short step, with the rates in its middle.
@@ -79,7 +117,7 @@ impl Truth {
     /// The state after a step with the rates of another state.
     fn euler(&self, from: [f64; 3], [dry, water, age]: [f64; 3], seconds: f64, pumped: bool) -> [f64; 3] {
         let speed = if pumped { self.speed_at(dry + water) / self.volume_m3 } else { 0.0 };
-        let gas = self.outgassing_1h * (HOUR_S / age).powf(self.exponent) / self.volume_m3;
+        let gas = self.outgassed(age) / self.volume_m3;
         let towards = |value: f64, source: f64, rate: f64| {
             let decay = (-rate * seconds).exp();
             value * decay + if rate > 0.0 { source / rate * (1.0 - decay) } else { source * seconds }
@@ -105,7 +143,7 @@ impl Truth {
 
     /// A step that is short beside the age of the wall, and at first beside the time constant of the chamber.
     fn short(&self, seconds: f64) -> f64 {
-        (0.01 * self.volume_m3 / self.speed).min(0.01).max(2e-4 * seconds)
+        (0.01 * self.volume_m3 / self.speed / (1.0 + self.imperfection.turbo)).min(0.01).max(2e-4 * seconds)
     }
 
     pub fn record(&self, seed: u64) -> PlantRecord {
@@ -114,6 +152,8 @@ impl Truth {
         let dose = Dose { at_s: closed + 0.6 * self.rise_s, amount: 0.0 };
         let (mut state, mut now) = ([self.range[1].min(1e3), 0.0, self.age_s], 0.0);
         let (mut samples, mut next, mut amount) = (Vec::new(), 0.0, None);
+        // The drift of the gauge, and the time of its last change.
+        let mut drift = (0.0, 0.0);
         let end = closed + self.rise_s;
         while now < end {
             let pumped = now < closed;
@@ -123,7 +163,12 @@ impl Truth {
                 amount = Some((now, given));
             }
             if now >= next {
-                let pa = (state[0] + state[1]) * (1.0 + self.noise * normal(&mut random));
+                let since = now - drift.1;
+                let kept = (-since / DRIFT_S).exp();
+                let size = self.imperfection.drift * (1.0 - kept * kept).sqrt();
+                let moved = if size > 0.0 { size * normal(&mut random) } else { 0.0 };
+                drift = (drift.0 * kept + moved, now);
+                let pa = self.indicated(state[0] + state[1], drift.0, &mut random);
                 let [low, high] = self.range;
                 if pa >= low && pa < high {
                     samples.push((now, pa));
@@ -135,9 +180,9 @@ impl Truth {
             state = self.step(state, step, pumped);
             now += step;
         }
-        let volume = amount.map_or(Volume::Given(self.volume_m3), |(at_s, amount)| {
-            Volume::FromDose(Dose { at_s: at_s - 1e-6, amount })
-        });
+        let given = self.volume_m3 * (1.0 + self.imperfection.volume);
+        let volume =
+            amount.map_or(Volume::Given(given), |(at_s, amount)| Volume::FromDose(Dose { at_s: at_s - 1e-6, amount }));
         let phases = vec![Phase { from_s: 0.0, pumped: true }, Phase { from_s: closed, pumped: false }];
         PlantRecord { samples, phases, volume, gauge_uncertainty: 0.0 }
     }

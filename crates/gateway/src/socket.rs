@@ -1,0 +1,41 @@
+//! Sockets of clients.
+
+use rustix::net::sockopt::{set_socket_keepalive, set_tcp_keepcnt, set_tcp_keepidle, set_tcp_keepintvl};
+use std::io;
+use std::time::Duration;
+use tokio::net::TcpStream;
+
+/// When the system asks a silent client whether it still exists, how often, and how long it waits.
+const KEEPALIVE_AFTER: Duration = Duration::from_secs(60);
+const KEEPALIVE_PERIOD: Duration = Duration::from_secs(15);
+const KEEPALIVE_COUNT: u32 = 4;
+
+/// Lets the system find out that a client has disappeared.
+///
+/// # Errors
+/// Of the operating system.
+pub fn keep_alive(stream: &TcpStream) -> io::Result<()> {
+    set_socket_keepalive(stream, true)?;
+    set_tcp_keepidle(stream, KEEPALIVE_AFTER)?;
+    set_tcp_keepintvl(stream, KEEPALIVE_PERIOD)?;
+    set_tcp_keepcnt(stream, KEEPALIVE_COUNT)?;
+    stream.set_nodelay(true)
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used, reason = "a test")]
+mod tests {
+    use super::*;
+    use rustix::net::sockopt::{socket_keepalive, tcp_keepcnt, tcp_keepidle, tcp_keepintvl};
+    use tokio::net::TcpListener;
+
+    #[tokio::test]
+    async fn a_client_that_has_disappeared_is_found_within_two_minutes() {
+        let listener = TcpListener::bind("127.0.0.1:0").await.unwrap();
+        let stream = TcpStream::connect(listener.local_addr().unwrap()).await.unwrap();
+        keep_alive(&stream).unwrap();
+        let probes = tcp_keepintvl(&stream).unwrap() * tcp_keepcnt(&stream).unwrap();
+        assert!(socket_keepalive(&stream).unwrap() && stream.nodelay().unwrap());
+        assert!(tcp_keepidle(&stream).unwrap() + probes <= Duration::from_secs(120));
+    }
+}
