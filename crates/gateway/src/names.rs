@@ -59,8 +59,8 @@ impl NameTable {
     }
 }
 
-/// A cell of a CSV file. An apostrophe before `=`, `+`, `-`, `@`, tabulator and carriage return keeps a spreadsheet from reading the cell as a formula; a
-/// number keeps its sign.
+/// A cell of a CSV file. An apostrophe before `=`, `+`, `-`, `@`, tabulator and carriage return keeps a spreadsheet from reading the cell
+/// as a formula; a number keeps its sign.
 fn csv_cell(cell: &str) -> String {
     let is_formula = cell.starts_with(['=', '+', '-', '@', '\t', '\r']) && cell.parse::<f64>().is_err();
     let cell = if is_formula { format!("'{cell}") } else { cell.to_owned() };
