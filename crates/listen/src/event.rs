@@ -88,7 +88,7 @@ pub enum Change {
         /// The access path.
         path: Path,
     },
-    /// The number of damaged telegrams that came within a second.
+    /// This number of damaged telegrams came within a second.
     Burst(u32),
     /// The masters in the order of the token.
     Ring(Vec<u8>),

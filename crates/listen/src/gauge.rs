@@ -136,7 +136,7 @@ pub enum Unknown {
     AssumedConfiguration(&'static [u8]),
     /// The unit of this name is assumed.
     AssumedUnit(&'static str),
-    /// The assumption about the numbers of the configuration, as [`CyclicSlave::assumption`] says it.
+    /// The numbers of the configuration are assumed, as [`CyclicSlave::assumption`] says it.
     AssumedNumbers(&'static str),
 }
 
