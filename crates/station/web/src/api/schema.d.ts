@@ -1733,7 +1733,7 @@ export interface components {
             done: components["schemas"]["Done"];
             /** @description The name of the parameter with its numbers. */
             name: string;
-            /** @description The way. */
+            /** @description The access path. */
             path: components["schemas"]["Path"];
             /**
              * Format: int32
@@ -1761,7 +1761,7 @@ export interface components {
             by_pump: components["schemas"]["BoundsView"];
         };
         /**
-         * @description The way of a parameter.
+         * @description The access path of a parameter.
          * @enum {string}
          */
         Path: "parameter-channel" | "ms1" | "ms2";
