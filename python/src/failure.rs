@@ -1,7 +1,7 @@
 //! Errors with the exit code of the program, and the exceptions they become.
 
-use profivac_client::settings::SettingsFileError;
 use profivac_client::discover::CyclicError;
+use profivac_client::settings::SettingsFileError;
 use profivac_client::{ClientError, ErrorKind};
 use pyo3::PyErr;
 
