@@ -14,6 +14,7 @@ from collections.abc import Mapping
 
 from . import _profivac
 from ._bus import Bus, Exchange, Gauge, tables
+from ._decode import Note, Telegram, decode
 from ._errors import Connection, ProfivacError, Refused, Usage
 from ._profivac import __version__
 from ._types import Change, Command, Difference, Parameter, Reading, Restored, State, Station, Unit, Value
@@ -30,6 +31,7 @@ __all__ = [
     "Exchange",
     "Gauge",
     "History",
+    "Note",
     "Parameter",
     "ProfivacError",
     "Reading",
@@ -38,12 +40,14 @@ __all__ = [
     "Restored",
     "State",
     "Station",
+    "Telegram",
     "Unit",
     "Usage",
     "Value",
     "VirtualSegment",
     "__version__",
     "connect",
+    "decode",
     "open",
     "parameters_of",
     "pascal",

@@ -2,7 +2,7 @@
 
 from typing import TypeAlias, final
 
-__all__ = ["Bus", "Cyclic", "Gauge", "Segment", "__version__", "analyse_rise", "convert", "parameters_of"]
+__all__ = ["Bus", "Cyclic", "Gauge", "Plant", "Segment", "__version__", "analyse_rise", "convert", "decode", "parameters_of"]
 
 __version__: str
 
@@ -24,6 +24,9 @@ _PressureRow: TypeAlias = tuple[float | None, str, str | None, float | None, int
 _WriteRow: TypeAlias = tuple[str, str, _ReadingRow | None, _ReadingRow | None]
 _SettingRow: TypeAlias = tuple[str, str, str | None, str | None]
 _Interval: TypeAlias = tuple[float, float, float]
+_NoteRow: TypeAlias = tuple[int | None, str, str]
+_PieceRow: TypeAlias = tuple[float | None, bytes, str, str, list[_NoteRow]]
+_PlantRow: TypeAlias = tuple[_Interval, _Interval, _Interval, _Interval, _Interval, list[tuple[float, _Interval]], float]
 
 @final
 class Bus:
@@ -63,6 +66,24 @@ class Segment:
     def fault(self, /, address: int, name: str, present: bool) -> None: ...
     def close(self, /) -> None: ...
 
+@final
+class Plant:
+    def __new__(
+        cls,
+        samples: list[tuple[float, float]],
+        *,
+        phases: list[tuple[float, bool]],
+        volume_m3: float | None,
+        dose: tuple[float, float] | None,
+        gauge_uncertainty: float,
+    ) -> Plant: ...
+    def numbers(self, /) -> _PlantRow: ...
+    def residuals(self, /) -> list[tuple[float, float, float, float]]: ...
+    def predicted(self, /, seconds: float) -> _Interval: ...
+    def time_to(self, /, pascal: float) -> _Interval | None: ...
+    def remedies(self, /) -> list[tuple[str, _Interval]]: ...
+
+def decode(file: bytes, baud: int) -> list[_PieceRow]: ...
 def parameters_of(device: str) -> _Tables: ...
 def convert(text: str) -> float: ...
 def analyse_rise(

@@ -1,11 +1,12 @@
-"""Plants identified from their data: a rate of rise, separated into leak and outgassing."""
+"""Plants identified from their data: a rate of rise, or a whole pump-down."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from . import _profivac
+from ._errors import Usage
 
 
 @dataclass(frozen=True)
@@ -66,3 +67,82 @@ def rise(
         gas_k=gas_k,
     )
     return Rise(Interval(*leak), Interval(*outgassing), Interval(*total), cause, misfit, tuple(fitted), tau_s)
+
+
+@dataclass(frozen=True)
+class Plant:
+    """The result of :func:`plant`. Flows are in Pa m³/s, speeds in m³/s, pressures in Pa."""
+
+    volume_m3: Interval
+    leak: Interval
+    outgassing_1h: Interval
+    """The outgassing an hour after the start of the pump-down."""
+    exponent: Interval
+    """The exponent of the outgassing over time."""
+    ultimate_pa: Interval
+    """The ultimate pressure of the pump."""
+    speeds: tuple[tuple[float, Interval], ...]
+    """The effective pumping speed at pressures in Pa, from low to high pressure."""
+    misfit: float
+    """The scatter divided by the noise: near 1 for a good fit; above 2 the record does not follow the law."""
+    fitted: tuple[tuple[float, float, float, float], ...]
+    """Means of the record: time in s, measured and fitted pressure in Pa, difference in standard deviations."""
+    _core: _profivac.Plant = field(repr=False, compare=False)
+
+    def predicted(self, seconds: float) -> Interval:
+        """The pressure in Pa if the pumping goes on until ``seconds`` after the start of the pump-down."""
+        return Interval(*self._core.predicted(seconds))
+
+    def time_to(self, pascal: float) -> Interval | None:
+        """The time in s at which the pressure reaches ``pascal``; ``None`` if it does not within a year."""
+        found = self._core.time_to(pascal)
+        return None if found is None else Interval(*found)
+
+    def remedies(self) -> dict[str, Interval]:
+        """By which factor each change lowers the pressure after another day of pumping, the best one first."""
+        return {name: Interval(*factor) for name, factor in self._core.remedies()}
+
+
+def plant(
+    seconds: Iterable[float],
+    pascal: Iterable[float],
+    *,
+    volume_m3: float | None = None,
+    dose: tuple[float, float] | None = None,
+    closed_s: float | None = None,
+    opened_s: float | None = None,
+    gauge_uncertainty: float = 0.0,
+) -> Plant:
+    """Finds pumping speed, leak, outgassing and ultimate pressure of a plant from one record of one gauge.
+
+    ``seconds`` since the start of the pump-down and ``pascal`` are lists or numpy arrays of the same length, at least 30 samples.
+    ``closed_s`` and ``opened_s`` are the times at which the valve to the pump was closed and opened again. The volume is
+    ``volume_m3``, or follows from a ``dose``: the time in s and the amount in Pa m³ of gas let in while the valve was closed.
+    ``gauge_uncertainty`` is the standard uncertainty of the gauge's sensitivity as a fraction. A fit takes seconds; Ctrl-C ends it.
+
+    >>> samples = [(float(time), 1e3 * 0.9**time + 1e-3) for time in range(1, 200)]
+    >>> found = plant(*zip(*samples), volume_m3=0.1)
+    >>> found.volume_m3.mean
+    0.1
+    """
+    samples = [(float(time), float(pressure)) for time, pressure in zip(seconds, pascal, strict=True)]
+    if opened_s is not None and closed_s is None:
+        raise Usage("expected closed_s with opened_s: a valve is opened after it was closed")
+    phases = [(0.0, True)]
+    phases += [] if closed_s is None else [(float(closed_s), False)]
+    phases += [] if opened_s is None else [(float(opened_s), True)]
+    core = _profivac.Plant(
+        samples, phases=phases, volume_m3=volume_m3, dose=dose, gauge_uncertainty=gauge_uncertainty
+    )
+    volume, leak, outgassing, exponent, ultimate, speeds, misfit = core.numbers()
+    return Plant(
+        Interval(*volume),
+        Interval(*leak),
+        Interval(*outgassing),
+        Interval(*exponent),
+        Interval(*ultimate),
+        tuple((pressure, Interval(*speed)) for pressure, speed in speeds),
+        misfit,
+        tuple(core.residuals()),
+        core,
+    )

@@ -78,7 +78,13 @@ class _Source:
 class _Backend(SignalBackend[SignalDatatypeT]):
     """One signal of a gauge."""
 
-    def __init__(self, datatype: type[SignalDatatypeT], source: _Source, of: Callable[[Reading], SignalDatatypeT], units: str | None) -> None:
+    def __init__(
+        self,
+        datatype: type[SignalDatatypeT],
+        source: _Source,
+        of: Callable[[Reading], SignalDatatypeT],
+        units: str | None,
+    ) -> None:
         super().__init__(datatype)
         self._type = datatype
         self._source = source

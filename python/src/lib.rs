@@ -9,11 +9,15 @@
 //! | `bus` | a bus and its gauges |
 //! | `cyclic` | cyclic data of a gauge that this program owns |
 //! | `segment` | virtual gauges in memory, with their controls |
+//! | `decode` | recorded traffic, explained |
+//! | `plant` | a plant identified from its record |
 //! | `rise` | a rate of rise, separated into leak and outgassing |
 
 mod bus;
 mod cyclic;
+mod decode;
 mod failure;
+mod plant;
 mod rise;
 mod segment;
 mod settings;
@@ -30,6 +34,10 @@ mod _profivac {
     use crate::bus::{Bus, Gauge};
     #[pymodule_export]
     use crate::cyclic::Cyclic;
+    #[pymodule_export]
+    use crate::decode::decode;
+    #[pymodule_export]
+    use crate::plant::Plant;
     #[pymodule_export]
     use crate::rise::analyse_rise;
     #[pymodule_export]

@@ -6,12 +6,13 @@ use profivac_identify::rise::{self, Cause, GasDependence, RiseSetup};
 use pyo3::prelude::*;
 
 /// Mean and bounds of a 95 % interval.
-type IntervalRow = (f64, f64, f64);
+pub type IntervalRow = (f64, f64, f64);
 
 /// Leak, outgassing, total, cause, misfit, fitted samples, time constant.
 type RiseRow = (IntervalRow, IntervalRow, IntervalRow, &'static str, f64, Vec<(f64, f64)>, Option<f64>);
 
-const fn row(interval: Interval) -> IntervalRow {
+/// An interval as a tuple.
+pub const fn row(interval: Interval) -> IntervalRow {
     (interval.mean, interval.low, interval.high)
 }
 

@@ -1,0 +1,58 @@
+//! Recorded traffic, explained.
+
+use crate::failure::Failure;
+use profivac_dp::link::Baud;
+use profivac_explain::frame::PieceKind;
+use profivac_explain::input::Capture;
+use profivac_explain::note::Note;
+use profivac_explain::{Decoder, ExplainedPiece};
+use profivac_host::clock::duration_of;
+use pyo3::prelude::*;
+use pyo3::types::PyBytes;
+
+/// Station, subject, sentence.
+type NoteRow = (Option<u8>, &'static str, String);
+
+/// Time in s, octets, kind, meaning, notes.
+type PieceRow = (Option<f64>, Py<PyBytes>, &'static str, String, Vec<NoteRow>);
+
+/// Decodes a capture, a trace, a log or the octets of a line.
+#[pyfunction]
+pub fn decode(py: Python<'_>, file: Vec<u8>, baud: u32) -> PyResult<Vec<PieceRow>> {
+    let baud = Baud::from_bits_per_second(baud)
+        .ok_or_else(|| Failure::usage(format!("expected a PROFIBUS rate in bit/s, such as 19200, got {baud}")))?;
+    let (line, explained) = py.detach(|| explain(&file, baud))?;
+    Ok(explained.into_iter().map(|it| piece_row(py, line, it)).collect())
+}
+
+fn explain(file: &[u8], baud: Baud) -> Result<(Baud, Vec<ExplainedPiece>), Failure> {
+    let capture = Capture::read(file, baud).map_err(Failure::usage)?;
+    let line = capture.baud.unwrap_or(baud);
+    let (mut decoder, mut explained) = (Decoder::new(line, capture.times), Vec::new());
+    for chunk in &capture.chunks {
+        decoder.push(chunk, &mut explained);
+    }
+    decoder.end(&mut explained);
+    if decoder.explainer().summary().telegrams == 0 {
+        return Err(Failure::usage(format!(
+            "expected telegrams, none of {} octets belongs to a valid one",
+            capture.octets
+        )));
+    }
+    match capture.damage {
+        Some(damage) => Err(Failure::usage(damage)),
+        None => Ok((line, explained)),
+    }
+}
+
+fn piece_row(py: Python<'_>, baud: Baud, explained: ExplainedPiece) -> PieceRow {
+    let ExplainedPiece { piece, meaning, notes, .. } = explained;
+    let kind = match piece.kind {
+        PieceKind::Valid => "telegram",
+        PieceKind::Doubtful => "doubtful",
+        PieceKind::Damaged => "damaged",
+    };
+    let seconds = piece.start.map(|start| duration_of(baud, start.0).as_secs_f64());
+    let notes = notes.into_iter().map(|Note { station, kind, text, .. }| (station, kind.name(), text)).collect();
+    (seconds, PyBytes::new(py, &piece.octets).unbind(), kind, meaning, notes)
+}
