@@ -79,7 +79,7 @@ pub const ROWS: &[Row] = &[
         minus: None,
         peer: None,
         units: 41,
-        target: Some(12),
+        target: Some(16),
     },
     Row {
         key: "slave-exchange-in-one-piece",
@@ -124,7 +124,7 @@ pub const ROWS: &[Row] = &[
         minus: None,
         peer: None,
         units: 1,
-        target: Some(2000),
+        target: Some(1400),
     },
     Row {
         key: "bcg450-pkw-read",
@@ -133,7 +133,7 @@ pub const ROWS: &[Row] = &[
         minus: None,
         peer: None,
         units: 1,
-        target: Some(2 * 1500),
+        target: Some(2400),
     },
     Row {
         key: "master-exchange-124",
@@ -142,7 +142,7 @@ pub const ROWS: &[Row] = &[
         minus: None,
         peer: Some(master::exchange_peer::<124>),
         units: 1,
-        target: Some(1000),
+        target: Some(900),
     },
     Row {
         key: "master-exchange-32",
@@ -179,7 +179,7 @@ pub const ROWS: &[Row] = &[
         minus: None,
         peer: None,
         units: 1,
-        target: Some(2 * 1000),
+        target: Some(1500),
     },
     Row {
         key: "sensor-reading",

@@ -140,19 +140,28 @@ impl Receiver {
     /// Characters without error and without gaps between them, the first of which ended at `end`: the same as several calls of
     /// [`octet`](Self::octet), but cheaper. Stops after the character that completes or damages a telegram, and returns the
     /// number of characters consumed.
+    #[inline]
     pub fn octets<'a>(&'a mut self, end: BitTime, octets: &'a [u8]) -> (usize, Received<'a>) {
         if let Some((taken, telegram)) = self.whole_telegram(end, octets) {
             self.waiting_for_idle = false;
             self.last = end + characters_tbit(taken.saturating_sub(1));
             return (taken, Received::Telegram(telegram));
         }
-        let mut taken = 0_usize;
+        let taken = self.buffer_front(end, octets);
+        if taken == octets.len() {
+            return (taken, Received::Nothing);
+        }
+        self.octets_one_by_one(end, octets, taken)
+    }
+
+    /// The rest of [`octets`](Self::octets) after the first `taken` characters, with all decisions.
+    fn octets_one_by_one(&mut self, end: BitTime, octets: &[u8], mut taken: usize) -> (usize, Received<'_>) {
         while let Some((octet, rest)) = octets.get(taken..).and_then(<[u8]>::split_first) {
             let at = end + characters_tbit(taken);
             let step = self.step(at, *octet);
             taken = taken.saturating_add(1);
             match step {
-                Step::Stored => taken = taken.saturating_add(self.buffer_plain(at, rest)),
+                Step::Stored => taken = taken.saturating_add(self.buffer_plain(at + CHARACTER_TBIT, rest)),
                 Step::Complete => return (taken, self.complete()),
                 Step::Broken(defect) => return (taken, Received::Damaged(defect)),
             }
@@ -160,14 +169,39 @@ impl Receiver {
         (taken, Received::Nothing)
     }
 
+    /// Whether an octet that ends at `end` may be the first of a telegram.
+    #[inline]
+    fn may_begin(&self, end: BitTime) -> bool {
+        self.length == 0 && (!self.waiting_for_idle || end - self.last >= self.gap_tbit)
+    }
+
     /// A valid telegram at the front of `octets`, parsed in place, if one may begin there.
+    #[inline]
     fn whole_telegram<'a>(&self, end: BitTime, octets: &'a [u8]) -> Option<(usize, Telegram<'a>)> {
-        if self.length > 0 || (self.waiting_for_idle && end - self.last < self.gap_tbit) {
+        if !self.may_begin(end) {
             return None;
         }
         let TelegramLength::Known(total) = TelegramLength::of(octets) else { return None };
         let total = usize::from(total);
         Some((total, Telegram::parse(octets.get(..total)?).ok()?))
+    }
+
+    /// Stores the octets at the front of a piece up to the last one of a telegram, which they continue in time, or begin
+    /// with a valid header. Returns their number. [`step`](Self::step) does the same with each of them.
+    #[inline]
+    fn buffer_front(&mut self, end: BitTime, octets: &[u8]) -> usize {
+        if self.length == 0 {
+            let TelegramLength::Known(total) = TelegramLength::of(octets) else { return 0 };
+            if !self.may_begin(end) {
+                return 0;
+            }
+            self.waiting_for_idle = false;
+            (self.buffer_until, self.next) = (total.saturating_sub(1), Decision::End);
+        } else if end.0.wrapping_sub(self.last.0) >= self.gap_tbit {
+            // Time that runs backwards looks like a long gap, as in `step`.
+            return 0;
+        }
+        self.buffer_plain(end, octets)
     }
 
     /// The station begins to send at `now`. After an idle line of T_SYN nothing that was received before continues behind its telegram:
@@ -222,15 +256,16 @@ impl Receiver {
         self.length = self.length.wrapping_add(1);
     }
 
-    /// Stores the octets at the front of `octets` that need no decision and returns their number. The character before them
-    /// ended at `last`.
-    fn buffer_plain(&mut self, last: BitTime, octets: &[u8]) -> usize {
+    /// Stores the octets at the front of `octets` that need no decision and returns their number. The first of them ended
+    /// at `end`.
+    #[inline]
+    fn buffer_plain(&mut self, end: BitTime, octets: &[u8]) -> usize {
         let count = usize::from(self.buffer_until.saturating_sub(self.length)).min(octets.len());
         let place = self.octets.get_mut(usize::from(self.length)..).and_then(|free| free.get_mut(..count));
-        if let (Some(place), Some(octets), Ok(more)) = (place, octets.get(..count), u8::try_from(count)) {
+        if let (Some(place), Some(octets), Ok(more @ 1..)) = (place, octets.get(..count), u8::try_from(count)) {
             place.copy_from_slice(octets);
             self.length = self.length.wrapping_add(more);
-            self.last = last + characters_tbit(count);
+            self.last = end + characters_tbit(count.saturating_sub(1));
         }
         count
     }
