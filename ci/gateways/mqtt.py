@@ -18,6 +18,7 @@ import time
 
 import paho.mqtt.client as mqtt
 import pysparkplug as spb
+import sparkplug
 from pysparkplug._protobuf import Payload
 from plant import HANG_S, Plant, free_port, wait_for
 
@@ -530,6 +531,8 @@ def main():
                 assert not host.faults, host.faults[:5]
                 print(f"mqtt: {step.__name__.removeprefix('check_').replace('_', ' ')}: ok after {time.monotonic() - began:.1f} s", flush=True)
             host.client.loop_stop()
+            with Broker(plant.folder, free_port()) as other:
+                print(f"mqtt: {sparkplug.run(sys.argv[1], other.port)} statements of Sparkplug 3.0 hold on the wire", flush=True)
 
 
 if __name__ == "__main__":

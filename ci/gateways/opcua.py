@@ -125,7 +125,7 @@ async def check_nodes(plant, station):
     own = {node.Identifier for node, kind in nodes.items() if node.NamespaceIndex == station.namespace and kind == ua.NodeClass.Variable}
     missing = set(names_of(plant)) - own
     assert not missing, f"named, but not there: {missing}"
-    path = ["2:DeviceSet", "2:chamber", "2:SignalSet", "2:Pressure", "2:AnalogSignal"]
+    path = ["3:DeviceSet", "2:chamber", "4:SignalSet", "2:Pressure", "4:AnalogSignal"]
     found = await station.client.nodes.objects.get_child(path)
     assert found.nodeid.Identifier == "gauge/chamber/pressure", found
     return {node.to_string() for node in nodes}
@@ -181,6 +181,139 @@ async def check_alarm(plant, station):
     async def has_returned():
         return not await is_active()
     await until("the end of the alarm", has_returned)
+
+
+CONDITION_FIELDS = ["EventId", "EventType", "SourceName", "Time", "Message", "Severity", "ConditionName", "Retain",
+                    "ActiveState", "ActiveState/Id", "AckedState/Id", "ClientUserId", "SuppressedOrShelved", "OutOfServiceState/Id"]
+
+
+def condition_filter():
+    """A filter as alarm viewers make it: fields of several types, ConditionId, and one field that this server has not."""
+    condition = ua.NodeId(ua.ObjectIds.AlarmConditionType)
+    fields = [ua.SimpleAttributeOperand(TypeDefinitionId=condition, AttributeId=ua.AttributeIds.Value,
+                                        BrowsePath=[ua.QualifiedName(part) for part in name.split("/")]) for name in CONDITION_FIELDS]
+    fields.append(ua.SimpleAttributeOperand(TypeDefinitionId=ua.NodeId(ua.ObjectIds.ConditionType), AttributeId=ua.AttributeIds.NodeId))
+    return ua.EventFilter(SelectClauses=fields)
+
+
+class Alarms:
+    """A subscription of events, as dictionaries by the names of their fields."""
+
+    def __init__(self, station):
+        self.station, self.events = station, []
+
+    async def __aenter__(self):
+        self.subscription = await self.station.client.create_subscription(100, self)
+        await self.subscription.subscribe_alarms_and_conditions(evfilter=condition_filter(), queuesize=1000)
+        return self
+
+    def event_notification(self, event):
+        values = [field.Value for field in event.event_fields]
+        self.events.append(dict(zip(CONDITION_FIELDS + ["ConditionId"], values, strict=True)))
+
+    async def __aexit__(self, *_):
+        await self.subscription.delete()
+
+    async def refresh(self):
+        kind = self.station.client.get_node(ua.ObjectIds.ConditionType)
+        method = ua.NodeId(ua.ObjectIds.ConditionType_ConditionRefresh)
+        await kind.call_method(method, ua.Variant(self.subscription.subscription_id, ua.VariantType.UInt32))
+
+    async def newest(self, name, wanted):
+        """The newest event of an alarm for which `wanted` is true."""
+        async def found():
+            events = [it for it in self.events if it["SourceName"] == name and wanted(it)]
+            return events[-1] if events else None
+        return await until(f"an event of {name}", found)
+
+
+def acknowledge(station, event, event_id=None, by_type=True):
+    """Calls Acknowledge of the condition of an event, by the method of the type or by that of the instance."""
+    condition = station.client.get_node(event["ConditionId"])
+    own = ua.NodeId(f"{event['ConditionId'].Identifier}/Acknowledge", station.namespace)
+    method = ua.NodeId(ua.ObjectIds.AcknowledgeableConditionType_Acknowledge) if by_type else own
+    comment = ua.Variant(ua.LocalizedText("seen"), ua.VariantType.LocalizedText)
+    return condition.call_method(method, ua.Variant(event_id or event["EventId"], ua.VariantType.ByteString), comment)
+
+
+async def refused_call(codes, call):
+    try:
+        await call
+    except ua.UaStatusCodeError as error:
+        assert error.code in codes, error
+        return
+    raise SystemExit("the call was done")
+
+
+async def check_conditions(plant, viewer, engineer):
+    """An alarm as a condition: its events, the refresh, who acknowledges, and which occurrence."""
+    name = "Chamber high"
+    async with Alarms(engineer) as alarms:
+        plant.tell("pressure 1 mbar")
+        raised = await alarms.newest(name, lambda it: it["ActiveState/Id"])
+        assert raised["ActiveState"].Text == "Active" and raised["Severity"] == 800 and raised["Retain"], raised
+        assert raised["EventType"] == ua.NodeId(ua.ObjectIds.AlarmConditionType), raised
+        assert not raised["AckedState/Id"] and not raised["OutOfServiceState/Id"], raised
+        condition = engineer.client.get_node(raised["ConditionId"])
+        assert await (await condition.get_child(["0:ActiveState", "0:Id"])).read_value() is True
+        assert await condition.read_type_definition() == ua.NodeId(ua.ObjectIds.AlarmConditionType)
+        before = len(alarms.events)
+        await alarms.refresh()
+        await until("the end of the refresh", lambda: ended(alarms, before))
+        again = alarms.events[before:]
+        kinds = [it["EventType"].Identifier for it in again]
+        assert kinds[0] == ua.ObjectIds.RefreshStartEventType and kinds[-1] == ua.ObjectIds.RefreshEndEventType, again
+        assert any(it["ConditionId"] == raised["ConditionId"] for it in again[1:-1]), again
+        denied = (ua.StatusCodes.BadUserAccessDenied,)
+        await refused_call(denied, acknowledge(viewer, raised))
+        other = b"\0" * 8 + raised["EventId"][8:]
+        await refused_call((ua.StatusCodes.BadEventIdUnknown,), acknowledge(engineer, raised, other))
+        await refused_call((ua.StatusCodes.BadEventIdUnknown,), acknowledge(engineer, raised, b"x"))
+        disable = ua.NodeId(ua.ObjectIds.ConditionType_Disable)
+        await refused_call(denied, condition.call_method(disable))
+        await acknowledge(engineer, raised)
+        seen = await alarms.newest(name, lambda it: it["AckedState/Id"] and it["ActiveState/Id"])
+        assert seen["ClientUserId"] == "ada", seen
+        await refused_call((ua.StatusCodes.BadConditionBranchAlreadyAcked,), acknowledge(engineer, raised, by_type=False))
+        plant.tell("pressure 1e-3 mbar")
+        ended_event = await alarms.newest(name, lambda it: not it["ActiveState/Id"])
+        assert not ended_event["Retain"], ended_event
+        plant.tell("pressure 1 mbar")
+        second = await alarms.newest(name, lambda it: it["ActiveState/Id"] and it["EventId"][:8] != raised["EventId"][:8])
+        await refused_call((ua.StatusCodes.BadEventIdUnknown,), acknowledge(engineer, raised))
+        await acknowledge(engineer, second, by_type=False)
+        plant.tell("pressure 1e-3 mbar")
+
+
+async def ended(alarms, before):
+    return any(it["EventType"].Identifier == ua.ObjectIds.RefreshEndEventType for it in alarms.events[before:])
+
+
+async def check_types(station):
+    """The types of DI and PA-DIM, by the namespaces and numbers of their specifications."""
+    di = await station.client.get_namespace_index("http://opcfoundation.org/UA/DI/")
+    pa_dim = await station.client.get_namespace_index("http://opcfoundation.org/UA/PADIM/")
+    device_set = station.client.get_node(ua.NodeId(5001, di))
+    devices = {node.nodeid for node in await device_set.get_children()}
+    assert station.node("gauge/chamber").nodeid in devices, devices
+    wanted = {"gauge/chamber": (1002, di), "gauge/chamber/signals": (1021, pa_dim), "gauge/chamber/signal": (1022, pa_dim),
+              "gauge/chamber/pressure": (1121, pa_dim), "gauge/chamber/identification": (1005, di)}
+    for name, (number, namespace) in wanted.items():
+        found = await station.node(name).read_type_definition()
+        assert found == ua.NodeId(number, namespace), (name, found)
+    parents = []
+    kind = station.client.get_node(ua.NodeId(1121, pa_dim))
+    while kind.nodeid != ua.NodeId(ua.ObjectIds.AnalogUnitRangeType):
+        kind = (await kind.get_referenced_nodes(ua.ObjectIds.HasSubtype, ua.BrowseDirection.Inverse))[0]
+        parents.append(kind.nodeid)
+    assert parents[0] == ua.NodeId(1111, pa_dim), parents
+    nameplate = {}
+    for node in await station.node("gauge/chamber").get_properties():
+        nameplate[(await node.read_browse_name()).Name] = await node.read_value()
+    assert nameplate["Manufacturer"].Text and nameplate["Model"].Text == "bcg450", nameplate
+    assert (nameplate["RevisionCounter"], nameplate["SerialNumber"], len(nameplate)) == (-1, "", 8), nameplate
+    health = await station.node("gauge/chamber/device-health").read_data_type()
+    assert health == ua.NodeId(6244, di), health
 
 
 async def check_unplugged(plant, station):
@@ -320,6 +453,8 @@ async def check_writing(plant, port):
         await until("the value that was written", arrived)
         await refused_with((ua.StatusCodes.BadOutOfRange,), engineer.node(name), 1e30)
         await refused_with((ua.StatusCodes.BadNotWritable,), engineer.node("gauge/chamber/pressure"), 1.0)
+        async with await secure(port, plant.folder, "scada", PASSWORD) as viewer:
+            await check_conditions(plant, viewer, engineer)
     opener = urllib.request.build_opener(urllib.request.HTTPCookieProcessor())
     body = json.dumps({"name": "ada", "password": PASSWORD}).encode()
     opener.open(urllib.request.Request(plant.url + "/api/login", body, {"Content-Type": "application/json"}), timeout=HANG_S).close()
@@ -355,6 +490,7 @@ async def main(program):
         await until("a reading", has_reading)
         steps = [
             ("values", lambda: check_value(station)),
+            ("types", lambda: check_types(station)),
             ("subscription", lambda: check_subscription(plant, station)),
             ("alarm", lambda: check_alarm(plant, station)),
             ("unplugged gauge", lambda: check_unplugged(plant, station)),

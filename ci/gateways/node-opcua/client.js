@@ -1,7 +1,7 @@
 // node-opcua against the OPC UA gateway: node client.js URL USER PASSWORD FOLDER
 //
-// The script reads, browses, subscribes, reads history and is refused when it writes; then it connects with Basic256Sha256, as a user. It
-// ends with 1 and a sentence at the first difference.
+// The script reads, browses, subscribes, reads history and is refused when it writes; then it connects with Basic256Sha256, as a user,
+// and lists the alarms. It ends with 1 and a sentence at the first difference.
 
 import { strict as assert } from 'node:assert'
 import { existsSync, mkdirSync, readdirSync, renameSync } from 'node:fs'
@@ -20,6 +20,8 @@ const {
   StatusCodes,
   TimestampsToReturn,
   UserTokenType,
+  installAlarmMonitoring,
+  uninstallAlarmMonitoring,
 } = opcua
 const { OPCUACertificateManager } = certificates
 
@@ -115,6 +117,29 @@ async function open() {
   return nodes
 }
 
+/** The list of alarms that node-opcua makes from events and a refresh; a viewer acknowledges nothing. */
+async function alarms(session) {
+  const list = await installAlarmMonitoring(session)
+  const found = () => list.alarms().find((it) => it.fields.conditionName.value === 'Chamber high')
+  await new Promise((resolve, reject) => {
+    const end = setTimeout(() => reject(new Error('no alarm in the list')), HANG_MS)
+    const poll = setInterval(() => {
+      if (!found()) return
+      clearInterval(poll)
+      clearTimeout(end)
+      resolve()
+    }, 50)
+    poll.unref()
+  })
+  const { fields, conditionId, eventId } = found()
+  assert.equal(fields.ackedState.id.value, false, 'the alarm waits for an acknowledgement')
+  assert.equal(fields.activeState.id.value, false, 'the alarm has ended')
+  assert.equal(fields.severity.value, 800)
+  const status = await session.acknowledgeCondition(conditionId, eventId, 'seen')
+  assert.equal(status, StatusCodes.BadUserAccessDenied)
+  await uninstallAlarmMonitoring(session)
+}
+
 /** A connection with Basic256Sha256 that logs in and reads. */
 async function secured() {
   const rootFolder = path.join(folder, 'node-opcua')
@@ -134,6 +159,7 @@ async function secured() {
     const session = await client.createSession({ type: UserTokenType.UserName, userName: user, password })
     const id = await namespaceOf(session)
     await readValues(session, id)
+    await alarms(session)
     await session.close()
   } finally {
     await client.disconnect()
@@ -153,7 +179,7 @@ async function main() {
   mkdirSync(trusted, { recursive: true })
   renameSync(path.join(rejected, unknown[0]), path.join(trusted, unknown[0]))
   await secured()
-  console.log('node-opcua: Basic256Sha256 with a trusted certificate and a user')
+  console.log('node-opcua: Basic256Sha256 with a trusted certificate and a user, the list of alarms')
 }
 
 main().then(

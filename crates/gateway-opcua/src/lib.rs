@@ -3,6 +3,9 @@
 //! | Module | Holds |
 //! |---|---|
 //! | [`plan`] | the nodes of a station: identifiers, browse names, places |
+//! | [`types`] | the types of DI and PA-DIM |
+//! | [`alarms`] | alarms as conditions: events, acknowledgement, refresh |
+//! | [`standard`] | the methods of conditions, which belong to the namespace of OPC UA |
 //! | [`value`] | values of points as values of OPC UA |
 //! | [`space`] | the nodes in the address space of the library |
 //! | [`history`] | raw history from the record |
@@ -12,17 +15,21 @@
 //! | [`manager`] | the station's part of the server |
 //! | [`server`] | endpoints, limits, the loop that brings new values |
 
+pub mod alarms;
 pub mod certificates;
+
 pub mod history;
 pub mod manager;
 pub mod plan;
 pub mod relay;
 pub mod server;
 pub mod space;
+pub mod standard;
+pub mod types;
 pub mod users;
 pub mod value;
 
-use plan::{DataType, NodeKind, Property, Source};
+use plan::{DataType, NodeKind, Property};
 use profivac_gateway::thread::GatewayThread;
 use profivac_gateway::{NameTable, Point, ReadModel};
 use profivac_station::config::gateways::opcua::Settings;
@@ -51,9 +58,15 @@ pub enum OpcuaError {
         /// The error.
         error: String,
     },
-    /// The server of the library ended.
-    #[error("the server ended: {0}")]
+    /// The library refuses the settings.
+    #[error("the server cannot be made: {0}")]
+    Build(String),
+    /// The server of the library has ended with this error.
+    #[error("the server has ended: {0}")]
     Server(String),
+    /// A task has failed unexpectedly.
+    #[error("{0} has failed unexpectedly")]
+    Task(&'static str),
 }
 
 /// Starts the gateway.
@@ -69,12 +82,12 @@ pub fn start(settings: Settings, model: Arc<ReadModel>, services: Arc<Services>)
 pub fn names(points: &[Point]) -> NameTable {
     let mut table = NameTable::new(&["node", "type", "unit", "history", "description"]);
     for node in plan::nodes(points) {
-        let NodeKind::Variable { source, data_type, properties, history } = &node.kind else { continue };
+        let NodeKind::Variable { data_type, properties, history, .. } = &node.kind else { continue };
         let unit = properties.iter().find_map(|property| match property {
             Property::EngineeringUnits(unit) => Some(unit.symbol),
             _ => None,
         });
-        let has_words = matches!(source, Source::Health(_)) || *data_type == DataType::UInt32;
+        let has_words = *data_type == DataType::UInt32;
         table.push([
             format!("nsu={};s={}", plan::NAMESPACE, node.id),
             if has_words { "UInt32, EnumStrings".to_owned() } else { format!("{data_type:?}") },

@@ -1,18 +1,22 @@
 //! The station's part of the server: its namespace, reading of history, and writes.
 
+use crate::alarms::{ANONYMOUS, Conditions};
 use crate::history::{self, Answer, Query};
 use crate::plan::NAMESPACE;
 use crate::space::Parameter;
+use crate::standard;
+use crate::types::{self, Namespaces};
 use crate::value;
 use async_trait::async_trait;
 use opcua_server::ContinuationPoint;
+use opcua_server::CreateMonitoredItem;
 use opcua_server::address_space::AddressSpace;
 use opcua_server::diagnostics::NamespaceMetadata;
 use opcua_server::node_manager::memory::{
     InMemoryNodeManager, InMemoryNodeManagerBuilder, InMemoryNodeManagerImpl, InMemoryNodeManagerImplBuilder,
 };
 use opcua_server::node_manager::{
-    HistoryNode, NodeManagerBuilder, ParsedWriteValue, RequestContext, ServerContext, WriteNode,
+    HistoryNode, MethodCall, NodeManagerBuilder, ParsedWriteValue, RequestContext, ServerContext, WriteNode,
 };
 use opcua_types::{AttributeId, HistoryData, NodeId, ReadRawModifiedDetails, StatusCode, TimestampsToReturn};
 use parking_lot::RwLock;
@@ -24,15 +28,14 @@ use profivac_station::services::Services;
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
-use tokio::sync::Semaphore;
-use tokio::time::timeout;
+use tokio::sync::{OwnedSemaphorePermit, Semaphore};
+use tokio::time::{Instant, timeout_at};
 
-/// Queries of the record that run at the same time, and the longest wait for one to begin.
+/// Queries of the record that run at the same time.
 const MAX_QUERIES: usize = 2;
-const QUERY_TIMEOUT: Duration = Duration::from_secs(10);
 
-/// The library's name of a user who has not logged in; names of users are in lower case.
-const ANONYMOUS_USER_TOKEN_ID: &str = "ANONYMOUS";
+/// The time for all nodes of one request: what has not begun by then is refused.
+const REQUEST_TIMEOUT: Duration = Duration::from_secs(10);
 
 /// The node manager of the station.
 pub type StationNodes = InMemoryNodeManager<StationNodesImpl>;
@@ -44,7 +47,9 @@ pub struct StationNodesBuilder {
     /// Where refused writes are counted.
     pub status: Arc<GatewayStatus>,
     /// Writes for users who log in, if the file permits it.
-    pub commander: Option<Commander>,
+    pub commander: Option<Arc<Commander>>,
+    /// The alarms as conditions.
+    pub conditions: Arc<Conditions>,
 }
 
 impl StationNodesBuilder {
@@ -59,10 +64,19 @@ impl InMemoryNodeManagerImplBuilder for StationNodesBuilder {
     type Impl = StationNodesImpl;
 
     fn build(self, context: ServerContext, space: &mut AddressSpace) -> StationNodesImpl {
-        let namespace = context.type_tree.write().namespaces_mut().add_namespace(NAMESPACE);
-        space.add_namespace(NAMESPACE, namespace);
+        let mut tree = context.type_tree.write();
+        let mut namespace = |uri| {
+            let index = tree.namespaces_mut().add_namespace(uri);
+            space.add_namespace(uri, index);
+            index
+        };
+        // The station comes first, so that its index does not depend on the specifications that are used.
+        let namespaces =
+            Namespaces { station: namespace(NAMESPACE), di: namespace(types::DI), pa_dim: namespace(types::PA_DIM) };
+        types::insert(namespaces, space);
         StationNodesImpl {
-            namespace,
+            namespaces,
+            conditions: self.conditions,
             services: self.services,
             status: self.status,
             commander: self.commander,
@@ -75,10 +89,11 @@ impl InMemoryNodeManagerImplBuilder for StationNodesBuilder {
 
 /// The station's part of the server.
 pub struct StationNodesImpl {
-    namespace: u16,
+    namespaces: Namespaces,
+    conditions: Arc<Conditions>,
     services: Arc<Services>,
     status: Arc<GatewayStatus>,
-    commander: Option<Commander>,
+    commander: Option<Arc<Commander>>,
     /// The parameters that users write, by node.
     parameters: Mutex<HashMap<NodeId, Parameter>>,
     /// The series of the record that is the history of a node.
@@ -87,10 +102,16 @@ pub struct StationNodesImpl {
 }
 
 impl StationNodesImpl {
-    /// The index of the station's namespace.
+    /// The indexes of the namespaces.
     #[must_use]
-    pub const fn namespace(&self) -> u16 {
-        self.namespace
+    pub const fn namespaces(&self) -> Namespaces {
+        self.namespaces
+    }
+
+    /// The alarms as conditions.
+    #[must_use]
+    pub const fn conditions(&self) -> &Arc<Conditions> {
+        &self.conditions
     }
 
     /// Sets which nodes have a history.
@@ -118,7 +139,7 @@ impl StationNodesImpl {
         }
         let parameters = self.parameters.lock().unwrap_or_else(PoisonError::into_inner).get(&write.node_id).cloned();
         let Parameter { gauge, target, signal } = parameters.ok_or_else(read_only)?;
-        if user == ANONYMOUS_USER_TOKEN_ID {
+        if user == ANONYMOUS {
             return Err((StatusCode::BadUserAccessDenied, "only users who log in write".to_owned()));
         }
         let mismatch = || (StatusCode::BadTypeMismatch, "the value has another type than the node".to_owned());
@@ -132,9 +153,14 @@ impl StationNodesImpl {
     }
 
     /// Reads the record on a blocking thread, as soon as a slot is free.
-    async fn read_record(&self, series: String, query: Query, limit: u32) -> Result<Answer, StatusCode> {
-        let slot = timeout(QUERY_TIMEOUT, Arc::clone(&self.slots).acquire_owned()).await;
-        let Ok(Ok(slot)) = slot else { return Err(StatusCode::BadTooManyOperations) };
+    async fn read_record(
+        &self,
+        series: String,
+        query: Query,
+        limit: u32,
+        deadline: Instant,
+    ) -> Result<Answer, StatusCode> {
+        let slot = slot_before(deadline, &self.slots).await?;
         let services = Arc::clone(&self.services);
         let task = tokio::task::spawn_blocking(move || {
             let _slot = slot;
@@ -151,7 +177,12 @@ impl StationNodesImpl {
         }
     }
 
-    async fn read_history(&self, details: &ReadRawModifiedDetails, node: &mut HistoryNode) -> Result<(), StatusCode> {
+    async fn read_history(
+        &self,
+        details: &ReadRawModifiedDetails,
+        node: &mut HistoryNode,
+        deadline: Instant,
+    ) -> Result<(), StatusCode> {
         let series = self.series(node.node_id()).ok_or(StatusCode::BadHistoryOperationUnsupported)?;
         let (asked, limit) = history::query(details)?;
         let query = match node.continuation_point() {
@@ -159,7 +190,7 @@ impl StationNodesImpl {
             Some(point) => *point.get::<Query>().ok_or(StatusCode::BadContinuationPointInvalid)?,
         };
         let is_first = node.continuation_point().is_none();
-        let Answer { values, rest } = self.read_record(series, query, limit).await?;
+        let Answer { values, rest } = self.read_record(series, query, limit, deadline).await?;
         let values = match details.return_bounds {
             true => history::with_bounds(values, query, is_first, rest.is_none()),
             false => values,
@@ -175,18 +206,52 @@ impl StationNodesImpl {
 impl InMemoryNodeManagerImpl for StationNodesImpl {
     async fn init(&self, _space: &mut AddressSpace, _context: ServerContext) {}
 
+    async fn create_value_monitored_items(
+        &self,
+        context: &RequestContext,
+        space: &RwLock<AddressSpace>,
+        items: &mut [&mut &mut CreateMonitoredItem],
+    ) {
+        standard::limit_queues(items.iter_mut().map(|item| &mut ***item));
+        let space = space.read();
+        for item in items {
+            item.set_initial_value(space.read(context, item.item_to_monitor(), 0.0, TimestampsToReturn::Both));
+            item.set_status(StatusCode::Good);
+        }
+    }
+
+    async fn call(
+        &self,
+        context: &RequestContext,
+        _space: &RwLock<AddressSpace>,
+        calls: &mut [&mut &mut MethodCall],
+    ) -> Result<(), StatusCode> {
+        for call in calls {
+            let done = self.conditions.call(context, call.object_id(), call.method_id(), call.arguments()).await;
+            call.set_status(done.err().unwrap_or(StatusCode::Good));
+        }
+        Ok(())
+    }
+
     fn name(&self) -> &'static str {
         "station"
     }
 
     fn namespaces(&self) -> Vec<NamespaceMetadata> {
-        vec![NamespaceMetadata {
+        let subset = |uri: &str, index| NamespaceMetadata {
+            namespace_uri: uri.to_owned(),
+            namespace_index: index,
+            is_namespace_subset: Some(true),
+            ..Default::default()
+        };
+        let own = NamespaceMetadata {
             namespace_uri: NAMESPACE.to_owned(),
-            namespace_index: self.namespace,
+            namespace_index: self.namespaces.station,
             is_namespace_subset: Some(false),
             namespace_version: Some(env!("CARGO_PKG_VERSION").to_owned()),
             ..Default::default()
-        }]
+        };
+        vec![own, subset(types::DI, self.namespaces.di), subset(types::PA_DIM, self.namespaces.pa_dim)]
     }
 
     async fn history_read_raw_modified(
@@ -196,8 +261,9 @@ impl InMemoryNodeManagerImpl for StationNodesImpl {
         nodes: &mut [&mut &mut HistoryNode],
         _timestamps: TimestampsToReturn,
     ) -> Result<(), StatusCode> {
+        let deadline = Instant::now() + REQUEST_TIMEOUT;
         for node in nodes {
-            if let Err(status) = self.read_history(details, node).await {
+            if let Err(status) = self.read_history(details, node, deadline).await {
                 node.set_status(status);
             }
         }
@@ -225,6 +291,17 @@ impl InMemoryNodeManagerImpl for StationNodesImpl {
     }
 }
 
+/// A slot for a query of the record. After the deadline there is none, also when one is free.
+async fn slot_before(deadline: Instant, slots: &Arc<Semaphore>) -> Result<OwnedSemaphorePermit, StatusCode> {
+    if Instant::now() >= deadline {
+        return Err(StatusCode::BadTooManyOperations);
+    }
+    match timeout_at(deadline, Arc::clone(slots).acquire_owned()).await {
+        Ok(Ok(slot)) => Ok(slot),
+        Ok(Err(_)) | Err(_) => Err(StatusCode::BadTooManyOperations),
+    }
+}
+
 /// The status of a write that was not done.
 fn write_status(error: &WriteError) -> StatusCode {
     let WriteError::Control(error) = error else {
@@ -249,5 +326,20 @@ fn write_status(error: &WriteError) -> StatusCode {
         },
         // Control that another user has, conditions that do not hold, and what the station never writes.
         _ => StatusCode::BadInvalidState,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[tokio::test]
+    async fn after_the_deadline_of_a_request_its_further_nodes_wait_for_no_slot() {
+        let (slots, deadline) = (Arc::new(Semaphore::new(0)), Instant::now() + Duration::from_millis(1));
+        // The first node waits until the deadline, the second one not at all, even though a slot is free then.
+        assert_eq!(slot_before(deadline, &slots).await.unwrap_err(), StatusCode::BadTooManyOperations);
+        slots.add_permits(1);
+        assert_eq!(slot_before(deadline, &slots).await.unwrap_err(), StatusCode::BadTooManyOperations);
+        assert!(slot_before(Instant::now() + REQUEST_TIMEOUT, &slots).await.is_ok());
     }
 }

@@ -1,13 +1,11 @@
 //! The nodes of a station: their identifiers, browse names and places. A pure function of the points.
 
+use crate::types::{HEALTH, NAMEPLATE, ObjectKind, Specification};
 use profivac_gateway::{Kind, Limits, Point, Signal, Subject};
 use std::collections::BTreeSet;
 
 /// The namespace of all nodes of the station.
 pub const NAMESPACE: &str = "urn:profivac:station";
-
-/// The words of `DeviceHealth`, by number (`DeviceHealthEnumeration`, OPC 10000-100).
-pub const HEALTH: [&str; 5] = ["NORMAL", "FAILURE", "CHECK_FUNCTION", "OFF_SPEC", "MAINTENANCE_REQUIRED"];
 
 /// What a node hangs on.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -16,6 +14,10 @@ pub enum Parent {
     Objects,
     /// The node with this identifier.
     Node(String),
+    /// The node with this identifier, of which it is a property.
+    PropertyOf(String),
+    /// `DeviceSet` of DI, and the folder of the station with this identifier.
+    DeviceSet(String),
 }
 
 /// The unit of a variable.
@@ -89,6 +91,12 @@ pub enum DataType {
     String,
     /// A time.
     UtcTime,
+    /// A text that people read.
+    LocalizedText,
+    /// Signed, 32 bit.
+    Int32,
+    /// The health of a device: `DeviceHealthEnumeration` of DI.
+    Health,
 }
 
 impl DataType {
@@ -118,6 +126,10 @@ pub enum Source {
     Manufacturer(usize),
     /// What the station does not know, such as the serial number of a device: it has no value.
     Unknown,
+    /// A property of the nameplate that the station does not know: DI says an empty text, or -1 as the counter of revisions.
+    Blank,
+    /// A text that never changes.
+    Fixed(String),
 }
 
 /// What a node is.
@@ -126,7 +138,7 @@ pub enum NodeKind {
     /// A folder.
     Folder,
     /// An object.
-    Object,
+    Object(ObjectKind),
     /// A variable.
     Variable {
         /// What it shows.
@@ -149,6 +161,8 @@ pub struct Node {
     pub parent: Parent,
     /// Its browse name.
     pub name: String,
+    /// The specification that gives it the browse name.
+    pub named_by: Specification,
     /// What it is for.
     pub description: String,
     /// What it is.
@@ -180,6 +194,10 @@ impl Plan<'_> {
             id: identifier(&point.subject, point.signal),
             parent: Parent::Node(parent),
             name: browse_name(point.signal),
+            named_by: match point.signal {
+                Signal::Pressure => Specification::PaDim,
+                _ => Specification::Station,
+            },
             description: point.signal.description().to_owned(),
             kind: NodeKind::Variable {
                 source: Source::Point(index),
@@ -193,39 +211,46 @@ impl Plan<'_> {
     /// The identifier of the object of a subject, which is added with all above it.
     fn object(&mut self, subject: &Subject) -> String {
         match subject {
-            Subject::Station => self.add(Parent::Objects, "station".to_owned(), "Station", NodeKind::Object),
-            Subject::Segment(name) => {
-                self.below_station("segments", "Segments", format!("segment/{}", escaped(name)), name)
+            Subject::Station => {
+                self.add(Parent::Objects, "station".to_owned(), "Station", NodeKind::Object(ObjectKind::Plain))
             }
-            Subject::Alarm(name) => self.below_station("alarms", "Alarms", format!("alarm/{}", escaped(name)), name),
+            Subject::Segment(name) => self.below_station(
+                ("segments", "Segments"),
+                format!("segment/{}", escaped(name)),
+                name,
+                ObjectKind::Plain,
+            ),
+            Subject::Alarm(name) => {
+                self.below_station(("alarms", "Alarms"), format!("alarm/{}", escaped(name)), name, ObjectKind::Alarm)
+            }
             Subject::Gauge(name) => self.gauge(name),
             Subject::Reading { gauge, channel, .. } => {
                 let device = self.gauge(gauge);
                 let set = format!("{device}/signals");
-                let set = self.add(Parent::Node(device), set, "SignalSet", NodeKind::Object);
-                let name = channel.map_or_else(|| "Pressure".to_owned(), |channel| format!("Pressure{channel}"));
-                self.add(Parent::Node(set), format!("{}/signal", reading(gauge, *channel)), &name, NodeKind::Object)
+                let set = self.add_of(Specification::PaDim, device, set, "SignalSet", ObjectKind::Signals);
+                self.signal(set, gauge, *channel, subject.name())
             }
             Subject::Parameter { gauge, target, .. } => {
                 let device = self.gauge(gauge);
                 let set = format!("{device}/parameters");
                 let id = format!("{device}/parameter/{target}");
-                let set = self.add(Parent::Node(device), set, "ParameterSet", NodeKind::Object);
-                self.add(Parent::Node(set), id, target, NodeKind::Object)
+                let set = self.add_of(Specification::Di, device, set, "ParameterSet", ObjectKind::Plain);
+                self.add(Parent::Node(set), id, target, NodeKind::Object(ObjectKind::Plain))
             }
         }
     }
 
     fn gauge(&mut self, gauge: &str) -> String {
-        let set = self.add(Parent::Objects, "devices".to_owned(), "DeviceSet", NodeKind::Folder);
+        let station = self.object(&Subject::Station);
+        let set = self.add(Parent::Node(station), "devices".to_owned(), "DeviceSet", NodeKind::Folder);
         let id = format!("gauge/{}", escaped(gauge));
         if !self.objects.contains(&id) {
-            self.add(Parent::Node(set), id.clone(), gauge, NodeKind::Object);
+            self.add(Parent::DeviceSet(set), id.clone(), gauge, NodeKind::Object(ObjectKind::Device));
             let is_own = |point: &Point| point.signal == Signal::State && point.subject.gauge() == Some(gauge);
             let readings = self.points.iter().enumerate().filter(|(_, point)| is_own(point)).map(|(index, _)| index);
             let health = NodeKind::Variable {
                 source: Source::Health(readings.collect()),
-                data_type: DataType::UInt32,
+                data_type: DataType::Health,
                 properties: vec![Property::EnumStrings(HEALTH.to_vec())],
                 history: None,
             };
@@ -233,10 +258,12 @@ impl Plan<'_> {
                 id: format!("{id}/device-health"),
                 parent: Parent::Node(id.clone()),
                 name: "DeviceHealth".to_owned(),
+                named_by: Specification::Di,
                 description: "Worst health of the readings, as in NAMUR NE 107".to_owned(),
                 kind: health,
             });
             self.identification(&id, gauge);
+            self.nameplate(&id, gauge);
         }
         id
     }
@@ -245,8 +272,8 @@ impl Plan<'_> {
     fn identification(&mut self, device: &str, gauge: &str) {
         let is_device = |point: &Point| point.signal == Signal::Device && point.subject.gauge() == Some(gauge);
         let Some(index) = self.points.iter().position(is_device) else { return };
-        let parent = Parent::Node(device.to_owned());
-        let group = self.add(parent, format!("{device}/identification"), "Identification", NodeKind::Object);
+        let id = format!("{device}/identification");
+        let group = self.add_of(Specification::Di, device.to_owned(), id, "Identification", ObjectKind::Group);
         let rows = [
             ("manufacturer", "Manufacturer", "Vendor of the device", Source::Manufacturer(index)),
             ("model", "Model", "Device model", Source::Point(index)),
@@ -257,23 +284,79 @@ impl Plan<'_> {
                 id: format!("{device}/{key}"),
                 parent: Parent::Node(group.clone()),
                 name: name.to_owned(),
+                named_by: Specification::Di,
                 description: description.to_owned(),
                 kind: NodeKind::Variable { source, data_type: DataType::String, properties: Vec::new(), history: None },
             });
         }
     }
 
-    fn below_station(&mut self, folder_id: &str, folder: &str, id: String, name: &str) -> String {
+    /// A signal of PA-DIM with its mandatory tag.
+    fn signal(&mut self, set: String, gauge: &str, channel: Option<u8>, tag: &str) -> String {
+        let name = channel.map_or_else(|| "Pressure".to_owned(), |channel| format!("Pressure{channel}"));
+        let id = format!("{}/signal", reading(gauge, channel));
+        if !self.objects.contains(&id) {
+            self.add(Parent::Node(set), id.clone(), &name, NodeKind::Object(ObjectKind::Signal));
+            self.nodes.push(Node {
+                id: format!("{id}/tag"),
+                parent: Parent::PropertyOf(id.clone()),
+                name: "SignalTag".to_owned(),
+                named_by: Specification::PaDim,
+                description: "Name of the signal".to_owned(),
+                kind: NodeKind::Variable {
+                    source: Source::Fixed(tag.to_owned()),
+                    data_type: DataType::String,
+                    properties: Vec::new(),
+                    history: None,
+                },
+            });
+        }
+        id
+    }
+
+    /// The properties that `DeviceType` of DI makes mandatory.
+    fn nameplate(&mut self, device: &str, gauge: &str) {
+        let is_device = |point: &Point| point.signal == Signal::Device && point.subject.gauge() == Some(gauge);
+        let index = self.points.iter().position(is_device);
+        for row in NAMEPLATE {
+            let (source, data_type) = match (row.name, index) {
+                ("Manufacturer", Some(index)) => (Source::Manufacturer(index), DataType::LocalizedText),
+                ("Model", Some(index)) => (Source::Point(index), DataType::LocalizedText),
+                ("Manufacturer" | "Model", None) => (Source::Blank, DataType::LocalizedText),
+                ("RevisionCounter", _) => (Source::Blank, DataType::Int32),
+                _ => (Source::Blank, DataType::String),
+            };
+            self.nodes.push(Node {
+                id: format!("{device}/nameplate/{}", row.name),
+                parent: Parent::PropertyOf(device.to_owned()),
+                name: row.name.to_owned(),
+                named_by: Specification::Di,
+                description: "Nameplate; empty where the station does not read it".to_owned(),
+                kind: NodeKind::Variable { source, data_type, properties: Vec::new(), history: None },
+            });
+        }
+    }
+
+    fn below_station(&mut self, (folder_id, folder): (&str, &str), id: String, name: &str, kind: ObjectKind) -> String {
         let station = self.object(&Subject::Station);
         let folder = self.add(Parent::Node(station), folder_id.to_owned(), folder, NodeKind::Folder);
-        self.add(Parent::Node(folder), id, name, NodeKind::Object)
+        self.add(Parent::Node(folder), id, name, NodeKind::Object(kind))
     }
 
     /// Adds an object or a folder, unless it is there, and returns its identifier.
     fn add(&mut self, parent: Parent, id: String, name: &str, kind: NodeKind) -> String {
+        self.insert(Specification::Station, parent, id, name, kind)
+    }
+
+    /// Adds an object whose name is that of a specification.
+    fn add_of(&mut self, by: Specification, parent: String, id: String, name: &str, kind: ObjectKind) -> String {
+        self.insert(by, Parent::Node(parent), id, name, NodeKind::Object(kind))
+    }
+
+    fn insert(&mut self, by: Specification, parent: Parent, id: String, name: &str, kind: NodeKind) -> String {
         if self.objects.insert(id.clone()) {
-            let node = Node { id: id.clone(), parent, name: name.to_owned(), description: String::new(), kind };
-            self.nodes.push(node);
+            let (name, description) = (name.to_owned(), String::new());
+            self.nodes.push(Node { id: id.clone(), parent, name, named_by: by, description, kind });
         }
         id
     }
@@ -380,7 +463,7 @@ mod tests {
     fn every_node_has_an_identifier_of_its_own_and_a_parent_before_it() {
         let mut seen = BTreeSet::new();
         for node in plan(PLANT) {
-            if let Parent::Node(parent) = &node.parent {
+            if let Parent::Node(parent) | Parent::PropertyOf(parent) | Parent::DeviceSet(parent) = &node.parent {
                 assert!(seen.contains(parent), "{node:?}");
             }
             assert!(seen.insert(node.id.clone()), "{node:?}");

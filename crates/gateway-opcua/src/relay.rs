@@ -1,6 +1,7 @@
 //! The connections of clients. The library accepts any number of connections, and goes on to read requests while a client takes no
 //! answers; so a relay stands before it, which counts connections and stops reading from a client that does not take its answers.
 
+use profivac_gateway::socket::keep_alive;
 use profivac_gateway::thread::StopSignal;
 use profivac_station::gateway_status::GatewayStatus;
 use std::collections::BTreeMap;
@@ -94,7 +95,8 @@ pub async fn run(listener: TcpListener, server: SocketAddr, status: Arc<GatewayS
 
 async fn serve(client: TcpStream, server: SocketAddr) -> std::io::Result<()> {
     let server = TcpStream::connect(server).await?;
-    client.set_nodelay(true)?;
+    // A system without keepalive keeps dead connections until they are written to.
+    keep_alive(&client).ok();
     server.set_nodelay(true)?;
     let (from_client, to_client) = client.into_split();
     let (from_server, to_server) = server.into_split();
@@ -162,25 +164,33 @@ mod tests {
 
     /// A client that takes no answers: after the first that waits, no request reaches the server.
     #[tokio::test]
-    async fn a_client_that_takes_no_answers_gets_no_further_requests_through_and_is_disconnected() {
+    async fn while_an_answer_waits_for_the_client_no_request_passes() {
         let (client_in, mut client_requests) = duplex(CHUNK);
         let (client_out, _client_answers) = duplex(4);
         let (server_in, mut server_answers) = duplex(CHUNK);
         let (server_out, mut server_requests) = duplex(CHUNK);
         let answering = Mutex::new(());
-        let answers = pass_answers(server_in, client_out, &answering, Duration::from_millis(1));
-        let requests = pass_requests(client_in, server_out, &answering);
-        tokio::pin!(answers, requests);
+        let mut answers = Box::pin(pass_answers(server_in, client_out, &answering, Duration::MAX));
+        let mut requests = Box::pin(pass_requests(client_in, server_out, &answering));
         server_answers.write_all(b"more than four").await.unwrap();
-        // Without time a future is polled once: the answer begins, and holds the requests back until it is polled again.
+        // Without time a future is polled and not awaited: the answer begins, and holds the requests back until it ends.
         assert!(timeout(Duration::ZERO, &mut answers).await.is_err(), "the answer waits");
         client_requests.write_all(b"request").await.unwrap();
         assert!(timeout(Duration::ZERO, &mut requests).await.is_err());
         let mut request = [0; 7];
         assert!(timeout(Duration::ZERO, server_requests.read(&mut request)).await.is_err(), "no request passes");
-        assert_eq!(answers.await.unwrap_err().kind(), std::io::ErrorKind::TimedOut);
-        // The connection ends with it; without that end the request would pass now.
+        // Without the answer that waits the request passes.
+        drop(answers);
         assert!(timeout(Duration::ZERO, &mut requests).await.is_err());
         assert_eq!(server_requests.read(&mut request).await.unwrap(), 7);
+    }
+
+    #[tokio::test]
+    async fn a_client_that_takes_no_answers_is_disconnected() {
+        let (client_out, _client_answers) = duplex(4);
+        let (server_in, mut server_answers) = duplex(CHUNK);
+        server_answers.write_all(b"more than four").await.unwrap();
+        let ended = pass_answers(server_in, client_out, &Mutex::new(()), Duration::from_millis(1)).await;
+        assert_eq!(ended.unwrap_err().kind(), std::io::ErrorKind::TimedOut);
     }
 }

@@ -1,14 +1,18 @@
 //! The server: its endpoints, its limits, and the loop that brings new values.
 
 use crate::OpcuaError;
+use crate::alarms::{self, Condition, Conditions};
 use crate::certificates::{self, KEY, OWN};
 use crate::manager::{StationNodes, StationNodesBuilder};
 use crate::relay;
 use crate::space::Space;
+use crate::standard::Standard;
 use crate::users::Logins;
 use opcua_crypto::SecurityPolicy;
+use opcua_server::address_space::Event;
+use opcua_server::diagnostics::DiagnosticsNodeManagerBuilder;
 use opcua_server::{Limits, OperationalLimits, ServerBuilder, ServerEndpoint, ServerHandle, SubscriptionLimits};
-use opcua_types::{BuildInfo, MessageSecurityMode};
+use opcua_types::{BuildInfo, DataValue, MessageSecurityMode, NodeId, ObjectId};
 use profivac_gateway::thread::Context;
 use profivac_gateway::{Commander, Snapshot};
 use profivac_station::config::gateways::opcua::{Policy, Settings};
@@ -31,6 +35,9 @@ const MIN_INTERVAL_MS: f64 = 100.0;
 /// The time between two looks at the rejected certificates.
 const PRUNE_PERIOD: Duration = Duration::from_secs(10);
 
+/// The longest queue of events: more alarms than stand at once in a large plant. Values have a queue of four.
+const EVENT_QUEUE: usize = 2_000;
+
 /// The pause before the next look whether the library listens.
 const START_PAUSE: Duration = Duration::from_millis(10);
 
@@ -40,7 +47,8 @@ fn application_uri(station: &str) -> String {
     format!("urn:profivac:server:{}", station.chars().map(letter).collect::<String>())
 }
 
-/// What one client may take. The worst case is some 200 MB: 64 sessions of 4 subscriptions of 2,000 values, 4 queued for each.
+/// What one client may take. The worst case is some 200 MB: 64 sessions of 4 subscriptions of 2,000 values, 4 queued for each; and two
+/// queues of events for each session, which 2,000 changes of alarms fill.
 fn limits() -> Limits {
     Limits {
         max_sessions: 64,
@@ -55,7 +63,7 @@ fn limits() -> Limits {
         subscriptions: SubscriptionLimits {
             max_subscriptions_per_session: 4,
             max_monitored_items_per_sub: 2_000,
-            max_monitored_item_queue_size: 4,
+            max_monitored_item_queue_size: EVENT_QUEUE,
             min_sampling_interval_ms: MIN_INTERVAL_MS,
             min_publishing_interval_ms: MIN_INTERVAL_MS,
             ..SubscriptionLimits::default()
@@ -91,9 +99,15 @@ fn builder(settings: &Settings, context: &Context) -> ServerBuilder {
         software_version: env!("CARGO_PKG_VERSION").into(),
         ..BuildInfo::default()
     };
-    let commander = settings.write.then(|| Commander::new(Arc::clone(&context.services), settings.users.clone()));
-    let nodes =
-        StationNodesBuilder { services: Arc::clone(&context.services), status: Arc::clone(&context.status), commander };
+    let commander = || Arc::new(Commander::new(Arc::clone(&context.services), settings.users.clone()));
+    let commander = settings.write.then(commander);
+    let conditions = Arc::new(Conditions::new(Arc::clone(&context.status), commander.clone()));
+    let nodes = StationNodesBuilder {
+        services: Arc::clone(&context.services),
+        status: Arc::clone(&context.status),
+        commander,
+        conditions: Arc::clone(&conditions),
+    };
     let mut builder = ServerBuilder::new()
         .application_name(format!("profivac {station}"))
         .application_uri(uri)
@@ -111,6 +125,9 @@ fn builder(settings: &Settings, context: &Context) -> ServerBuilder {
         .limits(limits())
         .discovery_urls(vec![url])
         .with_authenticator(Arc::new(Logins::new(settings.users.clone(), Arc::clone(&context.status))))
+        .without_node_managers()
+        .with_node_manager(Standard::builder(conditions))
+        .with_node_manager(DiagnosticsNodeManagerBuilder)
         .with_node_manager(nodes.into_builder());
     if settings.is_anonymous {
         builder = builder.add_endpoint("open", ServerEndpoint::new_none("/", &[]));
@@ -129,7 +146,7 @@ pub async fn serve(settings: Settings, context: Context) -> Result<(), OpcuaErro
     let listener = TcpListener::bind(address).await.map_err(|error| OpcuaError::Listen { address, error })?;
     let address = listener.local_addr().unwrap_or(address);
     prepare_certificates(&settings, &context).await?;
-    let (server, handle) = builder(&settings, &context).build().map_err(OpcuaError::Server)?;
+    let (server, handle) = builder(&settings, &context).build().map_err(OpcuaError::Build)?;
     let internal = |error| OpcuaError::Listen { address: (Ipv4Addr::LOCALHOST, 0).into(), error };
     let library = TcpListener::bind((Ipv4Addr::LOCALHOST, 0)).await.map_err(internal)?;
     let library_address = library.local_addr().map_err(internal)?;
@@ -147,7 +164,7 @@ pub async fn serve(settings: Settings, context: Context) -> Result<(), OpcuaErro
         None => serving.await.map(drop).or(Ok(())),
         Some(Ok(Ok(()))) => Ok(()),
         Some(Ok(Err(error))) => Err(OpcuaError::Server(error)),
-        Some(Err(_)) => Err(OpcuaError::Server("it ended unexpectedly".to_owned())),
+        Some(Err(_)) => Err(OpcuaError::Task("the server")),
     }
 }
 
@@ -158,7 +175,7 @@ async fn prepare_certificates(settings: &Settings, context: &Context) -> Result<
     let (folder, host) = (settings.certificates.clone(), settings.host.clone());
     let uri = application_uri(context.services.name());
     let prepared = tokio::task::spawn_blocking(move || certificates::prepare(&folder, &uri, &host)).await;
-    prepared.unwrap_or_else(|_| Err(OpcuaError::Server("no certificate could be made".to_owned())))
+    prepared.unwrap_or(Err(OpcuaError::Task("making of the certificate")))
 }
 
 /// The URLs of the endpoints have the port of the relay. The library sets the port of its own listener once, when it starts.
@@ -190,7 +207,9 @@ async fn prune_certificates(settings: &Settings) {
 /// Brings every new snapshot into the address space. A subscription that is behind gets the newest values.
 async fn bring_values(handle: &ServerHandle, context: &Context, address: SocketAddr) {
     let Some(nodes) = handle.node_managers().get_of_type::<StationNodes>() else { return };
-    let mut space = Space::new(nodes.inner().namespace(), nodes.inner().may_write());
+    let namespaces = nodes.inner().namespaces();
+    alarms::register(&mut handle.type_tree().write());
+    let mut space = Space::new(namespaces, nodes.inner().may_write());
     let mut snapshots = context.model.subscribe();
     let mut before: Option<Arc<Snapshot>> = None;
     while snapshots.changed().await.is_ok() {
@@ -206,9 +225,24 @@ async fn bring_values(handle: &ServerHandle, context: &Context, address: SocketA
         if let Err(status) = nodes.set_values(handle.subscriptions(), values) {
             context.status.error(&format!("a value could not be shown: {status}"));
         }
+        let conditions = nodes.inner().conditions().update(namespaces.station, &snapshot, before.as_deref());
+        show_conditions(handle, &nodes, &conditions, before.is_some());
         if before.is_none() {
             context.status.runs(address.to_string());
         }
         before = Some(snapshot);
+    }
+}
+
+/// Shows the conditions that have changed, and tells subscribers of events of them, except at the start, when they ask for a refresh.
+fn show_conditions(handle: &ServerHandle, nodes: &StationNodes, changed: &[Arc<Condition>], is_event: bool) {
+    let shown: Vec<_> = changed.iter().flat_map(|condition| condition.values()).collect();
+    let values = shown.into_iter().map(|(id, value)| (id, DataValue::new_now(value))).collect::<Vec<_>>();
+    // An alarm whose node is gone is shown with the next list of points.
+    nodes.set_values(handle.subscriptions(), values.iter().map(|(id, value)| (id, None, value.clone()))).ok();
+    if is_event {
+        let server = NodeId::from(ObjectId::Server);
+        let events = changed.iter().map(|condition| (&**condition as &dyn Event, &server));
+        handle.subscriptions().notify_events(events);
     }
 }

@@ -1,11 +1,13 @@
 //! The nodes of the plan in the address space of the server, and their values.
 
+use crate::alarms;
 use crate::plan::{self, DataType, Node, NodeKind, Parent, Property, Source};
+use crate::types::{Namespaces, ObjectKind, Specification, texts};
 use crate::value;
 use opcua_server::address_space::{AddressSpace, ObjectBuilder, VariableBuilder};
 use opcua_types::{
     DataTypeId, DataValue, EUInformation, ExtensionObject, LocalizedText, NodeId, ObjectId, ObjectTypeId,
-    QualifiedName, Range, UAString, VariableTypeId, Variant, VariantScalarTypeId,
+    QualifiedName, Range, UAString, VariableTypeId, Variant,
 };
 use profivac_gateway::command::{controlled_devices, is_writable};
 use profivac_gateway::{Signal, Snapshot, Subject};
@@ -37,7 +39,7 @@ pub struct Parameter {
 /// The nodes that the address space has.
 #[derive(Debug, Default)]
 pub struct Space {
-    namespace: u16,
+    namespaces: Namespaces,
     /// Whether users who log in may write.
     may_write: bool,
     parameters: HashMap<NodeId, Parameter>,
@@ -46,10 +48,10 @@ pub struct Space {
 }
 
 impl Space {
-    /// No nodes yet; they will have this namespace.
+    /// No nodes yet; they will have these namespaces.
     #[must_use]
-    pub fn new(namespace: u16, may_write: bool) -> Self {
-        Self { namespace, may_write, ..Self::default() }
+    pub fn new(namespaces: Namespaces, may_write: bool) -> Self {
+        Self { namespaces, may_write, ..Self::default() }
     }
 
     /// The parameters that users write, by node.
@@ -92,7 +94,7 @@ impl Space {
     pub fn histories(&self) -> HashMap<NodeId, String> {
         let history = |node: &Node| match &node.kind {
             NodeKind::Variable { history: Some(series), .. } => Some((self.id(&node.id), series.clone())),
-            NodeKind::Variable { .. } | NodeKind::Folder | NodeKind::Object => None,
+            NodeKind::Variable { .. } | NodeKind::Folder | NodeKind::Object(_) => None,
         };
         self.nodes.iter().filter_map(history).collect()
     }
@@ -113,14 +115,14 @@ impl Space {
         };
         let variables = self.variables.iter().filter(move |variable| match &variable.source {
             Source::Point(index) | Source::Manufacturer(index) => differs(*index),
-            Source::Unknown => before.is_none(),
+            Source::Unknown | Source::Blank | Source::Fixed(_) => before.is_none(),
             Source::Health(readings) => readings.iter().any(|index| differs(*index)),
         });
         variables.filter_map(|it| Some((&it.id, value::data_value(&it.source, it.data_type, snapshot)?)))
     }
 
     fn id(&self, id: &str) -> NodeId {
-        NodeId::new(self.namespace, id.to_owned())
+        NodeId::new(self.namespaces.station, id.to_owned())
     }
 
     fn variable(&self, node: &Node) -> Option<Variable> {
@@ -128,7 +130,7 @@ impl Space {
             NodeKind::Variable { source, data_type, .. } => {
                 Some(Variable { id: self.id(&node.id), source: source.clone(), data_type: *data_type })
             }
-            NodeKind::Folder | NodeKind::Object => None,
+            NodeKind::Folder | NodeKind::Object(_) => None,
         }
     }
 
@@ -138,27 +140,36 @@ impl Space {
                 space.delete(&self.id(&property_id(node, property)), true);
             }
         }
+        if node.kind == NodeKind::Object(ObjectKind::Alarm) {
+            alarms::delete(&self.id(&node.id), space);
+        }
         space.delete(&self.id(&node.id), true);
     }
 
     fn insert(&self, node: &Node, space: &mut AddressSpace) {
         match &node.kind {
-            NodeKind::Folder => self.insert_object(node, ObjectTypeId::FolderType, space),
-            NodeKind::Object => self.insert_object(node, ObjectTypeId::BaseObjectType, space),
+            NodeKind::Folder => self.insert_object(node, ObjectTypeId::FolderType.into(), space),
+            NodeKind::Object(kind) => self.insert_object(node, self.namespaces.object_type(*kind), space),
             NodeKind::Variable { data_type, properties, history, .. } => {
                 self.insert_variable(node, *data_type, properties, history.is_some(), space);
             }
         }
     }
 
-    fn insert_object(&self, node: &Node, type_id: ObjectTypeId, space: &mut AddressSpace) {
-        let name = QualifiedName::new(self.namespace, node.name.clone());
+    fn insert_object(&self, node: &Node, type_id: NodeId, space: &mut AddressSpace) {
+        let name = QualifiedName::new(self.namespaces.index(node.named_by), node.name.clone());
         let object = ObjectBuilder::new(&self.id(&node.id), name, node.name.clone()).has_type_definition(type_id);
         let object = match &node.parent {
             Parent::Objects => object.organized_by(ObjectId::ObjectsFolder),
-            Parent::Node(parent) => object.component_of(self.id(parent)),
+            Parent::Node(parent) | Parent::PropertyOf(parent) => object.component_of(self.id(parent)),
+            Parent::DeviceSet(folder) => {
+                object.component_of(self.namespaces.device_set()).organized_by(self.id(folder))
+            }
         };
         object.insert(space);
+        if node.kind == NodeKind::Object(ObjectKind::Alarm) {
+            alarms::insert(&self.id(&node.id), space);
+        }
     }
 
     fn insert_variable(
@@ -169,18 +180,19 @@ impl Space {
         has_history: bool,
         space: &mut AddressSpace,
     ) {
-        let name = QualifiedName::new(self.namespace, node.name.clone());
+        let name = QualifiedName::new(self.namespaces.index(node.named_by), node.name.clone());
         let variable = VariableBuilder::new(&self.id(&node.id), name, node.name.clone())
             .description(node.description.clone())
-            .data_type(data_type_id(data_type))
+            .data_type(self.data_type_id(data_type))
             .historizing(has_history)
-            .has_type_definition(variable_type(properties));
+            .has_type_definition(self.variable_type(node, data_type, properties));
         let variable = if has_history { variable.history_readable() } else { variable };
         let is_writable = self.parameters.contains_key(&self.id(&node.id));
         let variable = if is_writable { variable.writable() } else { variable };
         let variable = match &node.parent {
             Parent::Objects => variable.organized_by(ObjectId::ObjectsFolder),
-            Parent::Node(parent) => variable.component_of(self.id(parent)),
+            Parent::Node(parent) | Parent::DeviceSet(parent) => variable.component_of(self.id(parent)),
+            Parent::PropertyOf(parent) => variable.property_of(self.id(parent)),
         };
         variable.insert(space);
         self.set_unknown(node, space);
@@ -192,6 +204,38 @@ impl Space {
         if let Some(opcua_server::address_space::NodeType::Variable(variable)) = space.find_mut(&self.id(&node.id)) {
             variable.set_data_value(value::unknown());
         }
+    }
+
+    fn data_type_id(&self, data_type: DataType) -> NodeId {
+        let id = match data_type {
+            DataType::Float => DataTypeId::Float,
+            DataType::Double => DataTypeId::Double,
+            DataType::Int64 => DataTypeId::Int64,
+            DataType::UInt32 => DataTypeId::UInt32,
+            DataType::Boolean => DataTypeId::Boolean,
+            DataType::String => DataTypeId::String,
+            DataType::UtcTime => DataTypeId::UtcTime,
+            DataType::LocalizedText => DataTypeId::LocalizedText,
+            DataType::Int32 => DataTypeId::Int32,
+            DataType::Health => return self.namespaces.health_type(),
+        };
+        id.into()
+    }
+
+    /// The type of a variable with these properties, which its type makes mandatory.
+    fn variable_type(&self, node: &Node, data_type: DataType, properties: &[Property]) -> NodeId {
+        let has = |name: &str| properties.iter().any(|property| property.name() == name);
+        if matches!(node.parent, Parent::PropertyOf(_)) {
+            return VariableTypeId::PropertyType.into();
+        }
+        let id = match (has("EngineeringUnits"), has("EURange"), has("EnumStrings")) {
+            (true, true, _) if node.named_by == Specification::PaDim => return self.namespaces.pressure_type(),
+            (true, true, _) => VariableTypeId::AnalogUnitRangeType,
+            (true, false, _) => VariableTypeId::AnalogUnitType,
+            (false, _, true) if data_type == DataType::UInt32 => VariableTypeId::MultiStateDiscreteType,
+            (false, _, _) => VariableTypeId::BaseDataVariableType,
+        };
+        id.into()
     }
 
     fn insert_property(&self, node: &Node, property: &Property, space: &mut AddressSpace) {
@@ -211,7 +255,7 @@ impl Space {
 fn is_same(old: &Node, new: &Node) -> bool {
     let look = |node: &Node| match &node.kind {
         NodeKind::Folder => (0, None),
-        NodeKind::Object => (1, None),
+        NodeKind::Object(_) => (1, None),
         NodeKind::Variable { data_type, properties, history, .. } => {
             (2, Some((*data_type, properties.clone(), history.clone())))
         }
@@ -221,29 +265,6 @@ fn is_same(old: &Node, new: &Node) -> bool {
 
 fn property_id(node: &Node, property: &Property) -> String {
     format!("{}/{}", node.id, property.name())
-}
-
-const fn data_type_id(data_type: DataType) -> DataTypeId {
-    match data_type {
-        DataType::Float => DataTypeId::Float,
-        DataType::Double => DataTypeId::Double,
-        DataType::Int64 => DataTypeId::Int64,
-        DataType::UInt32 => DataTypeId::UInt32,
-        DataType::Boolean => DataTypeId::Boolean,
-        DataType::String => DataTypeId::String,
-        DataType::UtcTime => DataTypeId::UtcTime,
-    }
-}
-
-/// The type of a variable with these properties, which its type makes mandatory.
-fn variable_type(properties: &[Property]) -> VariableTypeId {
-    let has = |name: &str| properties.iter().any(|property| property.name() == name);
-    match (has("EngineeringUnits"), has("EURange"), has("EnumStrings")) {
-        (true, true, _) => VariableTypeId::AnalogUnitRangeType,
-        (true, false, _) => VariableTypeId::AnalogUnitType,
-        (false, _, true) => VariableTypeId::MultiStateDiscreteType,
-        (false, _, false) => VariableTypeId::BaseDataVariableType,
-    }
 }
 
 fn property_value(property: &Property) -> (Variant, DataTypeId, i32) {
@@ -261,13 +282,7 @@ fn property_value(property: &Property) -> (Variant, DataTypeId, i32) {
             let range = Range { low: *low, high: *high };
             (Variant::from(ExtensionObject::from_message(range)), DataTypeId::Range, -1)
         }
-        Property::EnumStrings(words) => {
-            let words: Vec<Variant> = words.iter().map(|word| Variant::from(LocalizedText::new("", word))).collect();
-            let array = opcua_types::Array::new(VariantScalarTypeId::LocalizedText, words);
-            // All words have the type of the array.
-            let array = array.map_or(Variant::Empty, |array| Variant::Array(Box::new(array)));
-            (array, DataTypeId::LocalizedText, 1)
-        }
+        Property::EnumStrings(words) => (texts(words), DataTypeId::LocalizedText, 1),
         Property::Limit(_, limit) => (Variant::Double(*limit), DataTypeId::Double, -1),
     }
 }

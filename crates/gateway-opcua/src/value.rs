@@ -1,7 +1,7 @@
 //! Values of points as values of OPC UA.
 
 use crate::plan::{DataType, Source};
-use opcua_types::{DataValue, DateTime, StatusCode, UAString, Variant};
+use opcua_types::{DataValue, DateTime, LocalizedText, StatusCode, UAString, Variant};
 use profivac_devices::catalog::model_named;
 use profivac_devices::reading::Quality;
 use profivac_gateway::{Health, PointValue, Signal, Snapshot, State, Value};
@@ -19,15 +19,33 @@ pub fn data_value(source: &Source, data_type: DataType, snapshot: &Snapshot) -> 
             Some(of_point(point.signal, data_type, value))
         }
         Source::Health(readings) => Some(health(readings, snapshot)),
-        Source::Manufacturer(index) => Some(manufacturer(snapshot.values.get(*index)?)),
+        Source::Manufacturer(index) => Some(manufacturer(data_type, snapshot.values.get(*index)?)),
+        Source::Blank => Some(stamped(Some(blank(data_type)), StatusCode::Good, Micros::now())),
+        Source::Fixed(text) => Some(stamped(Some(given_text(data_type, text)), StatusCode::Good, Micros::now())),
         Source::Unknown => Some(stamped(None, StatusCode::BadNoData, Micros::now())),
     }
 }
 
+/// A text as its data type wants it.
+fn given_text(data_type: DataType, text: &str) -> Variant {
+    match data_type {
+        DataType::LocalizedText => Variant::from(LocalizedText::new("", text)),
+        _ => Variant::String(UAString::from(text)),
+    }
+}
+
+/// What DI prescribes for a property that a server does not know.
+fn blank(data_type: DataType) -> Variant {
+    match data_type {
+        DataType::Int32 => Variant::Int32(-1),
+        other => given_text(other, ""),
+    }
+}
+
 /// The vendor of the device that a value names.
-fn manufacturer(device: &PointValue) -> DataValue {
+fn manufacturer(data_type: DataType, device: &PointValue) -> DataValue {
     let vendor = match &device.value {
-        Value::Text(name) => model_named(name).map(|model| Variant::String(UAString::from(model.vendor))),
+        Value::Text(name) => model_named(name).map(|model| given_text(data_type, model.vendor)),
         _ => None,
     };
     let status = if vendor.is_some() { StatusCode::Good } else { StatusCode::BadNoData };
@@ -84,7 +102,7 @@ fn variant(value: &Value, data_type: DataType) -> Option<Variant> {
         Value::Float(number) => Some(Variant::Double(*number)),
         Value::Integer(number) => Some(Variant::Int64(*number)),
         Value::Boolean(value) => Some(Variant::Boolean(*value)),
-        Value::Text(text) => Some(Variant::String(UAString::from(&**text))),
+        Value::Text(text) => Some(given_text(data_type, text)),
         Value::Choice(number) => Some(Variant::UInt32(u32::from(*number))),
         Value::Time(at) => Some(Variant::from(time(*at))),
     }
@@ -114,7 +132,7 @@ fn health(readings: &[usize], snapshot: &Snapshot) -> DataValue {
     };
     let worst = values.clone().map(|value| value.state.codes().health).max_by_key(|health| rank(*health));
     let at = values.filter_map(|value| value.at).max();
-    let worst = worst.map(|health| Variant::UInt32(health as u32));
+    let worst = worst.map(|health| Variant::Int32(health as i32));
     let status = if worst.is_some() { StatusCode::Good } else { StatusCode::BadNoData };
     stamped(worst, status, at.unwrap_or_else(Micros::now))
 }

@@ -35,7 +35,7 @@ fn lines() -> Vec<String> {
     let nodes = nodes(&points(&Inputs::planned(&config)));
     let class = |kind: &NodeKind| match kind {
         NodeKind::Folder => "folder",
-        NodeKind::Object => "object",
+        NodeKind::Object(_) => "object",
         NodeKind::Variable { .. } => "variable",
     };
     let mut lines: Vec<_> =

@@ -185,9 +185,7 @@ fn start_alarm_thread(services: &Services) -> std::io::Result<AlarmThread> {
 }
 
 fn notification_targets(webhooks: &[Webhook]) -> Vec<NotificationTarget> {
-    let target =
-        |webhook: &Webhook| NotificationTarget { webhook: webhook.name.clone(), min_priority: webhook.min_priority };
-    webhooks.iter().map(target).collect()
+    webhooks.iter().map(Webhook::target).collect()
 }
 
 /// Stops segments together, so that a slow one does not take the time of another.

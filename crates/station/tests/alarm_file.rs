@@ -220,12 +220,17 @@ fn a_webhook_has_the_settings_of_the_file_and_hides_its_secret() {
     file_permissions::write(&token, "s3cret\n").unwrap();
     let file = FILE.to_owned()
         + "[[webhook]]\nurl = 'https://alarms.example.org:8443/hook/abc'\ntoken-file = 'ops.token'\npriority = 'medium'\n\
+           quiet = '22:00-06:30'\nunacknowledged-after = '10 min'\n\
            [[webhook]]\nname = 'ours'\nurl = 'http://10.0.0.1/hook'\n";
     let path = folder.path().join("hall.toml");
     let config = Config::parse(&file, &path).unwrap();
     assert!(config.is_private());
     let [first, second] = &config.webhooks[..] else { panic!("{:?}", config.webhooks) };
     assert_eq!((first.name.as_str(), first.min_priority), ("alarms.example.org", Priority::Medium));
+    let target = first.target();
+    let quiet = target.quiet.unwrap();
+    assert_eq!((quiet.from.to_string(), quiet.to.to_string()), ("22:00:00".to_owned(), "06:30:00".to_owned()));
+    assert_eq!(target.unacknowledged_after, Duration::from_secs(600));
     assert_eq!(first.token.as_ref().unwrap().reveal(), "s3cret");
     assert_eq!(first.origin(), "https://alarms.example.org:8443");
     assert_eq!((second.name.as_str(), second.min_priority, &second.token), ("ours", Priority::Low, &None));
@@ -257,6 +262,13 @@ fn an_error_in_a_webhook_names_its_position_and_no_secret() {
             "url = 'https://host/'\ntoken = 's3cret'\ntoken-file = 'x'",
             "38:14: expected token or token-file, found both",
         ),
+        (
+            "url = 'https://host/'\nquiet = '22-6'",
+            "37:9: expected the beginning and the end of the quiet hours such as",
+        ),
+        ("url = 'https://host/'\nquiet = '22:00-22:00'", "37:9: expected the beginning and the end of the quiet hours"),
+        ("url = 'https://host/'\nquiet = '22:00-24:01'", "37:9: expected the beginning and the end of the quiet hours"),
+        ("url = 'https://host/'\nunacknowledged-after = '0 s'", "37:24: expected a time from 1s to 1day, found 0s"),
         ("url = 'https://host/'\ntoken-file = 'no/such'", "37:14: no/such cannot be read: "),
         ("url = 'https://host/'\nca-file = 'no/such'", "37:11: no/such holds no certificates: "),
         ("url = 'https://host/'\npriority = 'off'", "expected a priority out of high, medium, low, found \"off\""),

@@ -38,7 +38,7 @@ fn rule(name: &str, limit: f64) -> Rule {
 fn open(folder: &Path) -> Arc<Services> {
     let services = support::services(folder);
     let rules = vec![rule("chatters", 1.0), rule("stands", 0.5), rule("was", 10.0), rule("away", 1.0)];
-    let all = NotificationTarget { webhook: "ops".to_owned(), min_priority: Priority::Low };
+    let all = NotificationTarget::of_every_change("ops".to_owned(), Priority::Low);
     services.alarms().start(rules, vec![all]).unwrap();
     services
 }

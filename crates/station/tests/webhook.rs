@@ -6,7 +6,6 @@ mod support;
 
 use profivac_recorder::alarms::{AlarmBatch, Notification};
 use profivac_recorder::{Micros, Quality};
-use profivac_station::alarm::NotificationTarget;
 use profivac_station::config::{Config, Webhook};
 use profivac_station::services::Services;
 use profivac_station::webhook::{DeliverySettings, DeliveryThread, WebhookView};
@@ -149,10 +148,7 @@ impl Fixture {
 
 fn open(folder: &Path, hooks: &[&Webhook]) -> Arc<Services> {
     let services = support::services(folder);
-    let targets = hooks
-        .iter()
-        .map(|hook| NotificationTarget { webhook: hook.name.clone(), min_priority: hook.min_priority })
-        .collect();
+    let targets = hooks.iter().map(|hook| hook.target()).collect();
     services.alarms().start(config("").alarms, targets).unwrap();
     services
 }
@@ -391,4 +387,27 @@ fn a_webhook_is_not_notified_below_its_lowest_priority() {
         (2, 0)
     );
     assert_eq!(reader.notifications_for_other_webhooks(&["high".to_owned()]).unwrap().len(), 2);
+}
+
+#[test]
+fn an_alarm_that_waits_too_long_for_its_acknowledgement_is_delivered_as_such() {
+    let (address, came) = receiver(&[Answers("200 OK")]);
+    let mut hook = webhook(&address, "");
+    // The shortest time of the station's file is a second.
+    hook.unacknowledged_after = Duration::from_millis(1);
+    let fixture = Fixture::new(&[&hook]);
+    let _delivery = fixture.start(&hook, QUICK);
+    let deadline = Instant::now() + LONG;
+    let received = loop {
+        fixture.services.alarms().evaluate(&inputs(5.0, Quality::Valid));
+        match came.try_recv() {
+            Ok(received) => break received,
+            Err(_) if Instant::now() > deadline => panic!("nothing came"),
+            Err(_) => std::thread::yield_now(),
+        }
+    };
+    let body = &received.body;
+    assert_eq!((&body["change"], &body["state"]), (&"not-acknowledged".into(), &"unacknowledged".into()));
+    assert_eq!((&body["value"], &body["unit"], &body["user"]), (&5.0.into(), &"Pa".into(), &Value::Null));
+    assert!(body["text"].as_str().unwrap().starts_with("chamber shows 5.00e-2 mbar, above the limit"), "{body}");
 }

@@ -12,12 +12,14 @@
 //! | [`evaluate`] | whether a condition is met |
 //! | [`registry`] | all alarms, without clock, thread and disk: times and inputs come in, changes go out |
 //! | [`persistence`] | the rows, events and notifications of a change |
+//! | [`notify`] | which receiver is told of which change |
 //! | [`view`] | alarms as the API shows them |
 //! | [`performance`] | figures: how many alarms, how often, which |
 //! | [`service`] | the alarms of a running station, shared by its threads |
 //! | [`thread`] | the thread that evaluates |
 
 pub mod evaluate;
+pub mod notify;
 pub mod performance;
 pub mod persistence;
 pub mod registry;
@@ -28,7 +30,7 @@ pub mod thread;
 pub mod view;
 
 pub use evaluate::Inputs;
-pub use persistence::NotificationTarget;
+pub use notify::{NotificationTarget, QuietHours};
 pub use registry::{
     AlarmChange, AlarmError, AlarmRegistry, AlarmStatus, AlarmTime, Attribution, ChangeKind, Suppression,
 };

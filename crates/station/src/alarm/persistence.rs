@@ -1,12 +1,13 @@
 //! The rows, events and notifications of a change.
 
-use super::registry::{AlarmChange, AlarmStatus, Attribution, ChangeKind, Suppression};
-use super::rule::Priority;
+use super::notify::Notifier;
+use super::registry::{AlarmChange, AlarmStatus, Attribution, ChangeKind, RegisteredAlarm, Suppression};
+use super::rule::Rule;
 use super::state::AlarmState;
 use crate::auth::Actor;
 use crate::view::unix_ms;
 use profivac_recorder::alarms::{AlarmBatch, AlarmHistoryEntry, Notification, StoredAlarm};
-use profivac_recorder::{AuditAction, AuditEntry, Event, EventKind};
+use profivac_recorder::{AuditAction, AuditEntry, Event, EventKind, Micros};
 use serde_json::json;
 
 impl From<&AlarmStatus> for StoredAlarm {
@@ -71,22 +72,13 @@ pub fn rename(
     (renamed.collect(), rows)
 }
 
-/// A webhook that gets notifications about alarms.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct NotificationTarget {
-    /// The name of the webhook.
-    pub webhook: String,
-    /// The lowest priority of which it is notified.
-    pub min_priority: Priority,
-}
-
 /// The rows and the events of changes. A change made by a user also gets a row of the audit trail.
 #[must_use]
 pub fn rows_and_events(
     changes: &[AlarmChange],
     by: Option<&Actor>,
     station: &str,
-    targets: &[NotificationTarget],
+    notifier: &mut Notifier,
 ) -> (AlarmBatch, Vec<Event>) {
     let mut batch = AlarmBatch::default();
     for change in changes {
@@ -94,16 +86,28 @@ pub fn rows_and_events(
         let stored = (change.kind != ChangeKind::Removed).then(|| StoredAlarm::from(&change.status));
         batch.alarms.insert(change.rule.name.clone(), stored);
         batch.history.push(history_entry(change));
-        let body = notification_body(change, station);
-        let notified = targets.iter().filter(|target| target.min_priority <= change.rule.priority);
-        batch.notifications.extend(notified.map(|target| Notification {
-            id: 0,
-            webhook: target.webhook.clone(),
-            at: change.at,
-            body: body.clone(),
-        }));
+        let body = notification_body(&Told::from(change), &change.status, station);
+        let told = notifier.told_of(change).into_iter();
+        batch.notifications.extend(told.map(|receiver| notification(receiver, change.at, body.clone())));
     }
     (batch, changes.iter().map(event).collect())
+}
+
+/// The notifications about alarms that still wait for their acknowledgement.
+#[must_use]
+pub fn late_notifications(late: Vec<(String, &RegisteredAlarm)>, station: &str, at: Micros) -> AlarmBatch {
+    let notifications = late.into_iter().map(|(receiver, alarm)| {
+        let status = alarm.status().clone();
+        let text = status.text.clone();
+        let told =
+            Told { at, rule: alarm.rule(), change: NOT_ACKNOWLEDGED, user: None, value: alarm.value(), text: &text };
+        notification(receiver, at, notification_body(&told, &status, station))
+    });
+    AlarmBatch { notifications: notifications.collect(), ..AlarmBatch::default() }
+}
+
+fn notification(receiver: String, at: Micros, body: String) -> Notification {
+    Notification { id: 0, webhook: receiver, at, body }
 }
 
 /// The row of the audit trail; `None` for a change that the station makes itself.
@@ -156,14 +160,33 @@ fn event(change: &AlarmChange) -> Event {
     Event { at: *at, gauge: rule.condition.gauge().map(str::to_owned), kind: EventKind::Alarm, text }
 }
 
+/// The word for an alarm that a receiver is told of because it still waits for its acknowledgement.
+const NOT_ACKNOWLEDGED: &str = "not-acknowledged";
+
+/// What a notification says besides the status of the alarm.
+struct Told<'a> {
+    at: Micros,
+    rule: &'a Rule,
+    change: &'a str,
+    user: Option<&'a str>,
+    value: Option<f64>,
+    text: &'a str,
+}
+
+impl<'a> From<&'a AlarmChange> for Told<'a> {
+    fn from(AlarmChange { at, rule, kind, user, value, text, .. }: &'a AlarmChange) -> Self {
+        Self { at: *at, rule, change: kind.word(), user: user.as_deref(), value: *value, text }
+    }
+}
+
 /// The body of a notification, without the id that it gets in the database.
-fn notification_body(change: &AlarmChange, station: &str) -> String {
-    let AlarmChange { at, rule, kind, user, value, text, status, .. } = change;
+fn notification_body(told: &Told<'_>, status: &AlarmStatus, station: &str) -> String {
+    let Told { at, rule, change, user, value, text } = told;
     let time = humantime::format_rfc3339_millis(at.to_system_time()).to_string();
     let body = json!({
         "station": station,
         "alarm": rule.name,
-        "change": kind.word(),
+        "change": change,
         "state": status.state.word(),
         "priority": rule.priority.word(),
         "condition": rule.condition.kind(),

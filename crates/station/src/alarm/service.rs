@@ -4,7 +4,8 @@
 //! the disk while it holds the lock.
 
 use super::evaluate::Inputs;
-use super::persistence::{NotificationTarget, rename, rows_and_events};
+use super::notify::{NotificationTarget, Notifier};
+use super::persistence::{late_notifications, rename, rows_and_events};
 use super::registry::{
     AlarmChange, AlarmError, AlarmRegistry, AlarmStatus, AlarmTime, ChangeKind, RegisteredAlarm, removed_text,
 };
@@ -50,7 +51,7 @@ pub struct AlarmService {
 #[derive(Default)]
 struct Inner {
     registry: AlarmRegistry,
-    targets: Vec<NotificationTarget>,
+    notifier: Notifier,
     /// When the alarms were last evaluated; `None` while no thread evaluates.
     evaluated_at: Option<Instant>,
     /// Rows and events for which the recorder had no room.
@@ -84,7 +85,7 @@ impl AlarmService {
         let (stored, removed): (Vec<_>, Vec<_>) = stored.partition(|(name, _)| has_rule(name));
         let removals = removal_rows(&reader, removed)?;
         let mut inner = self.lock();
-        inner.targets = targets;
+        inner.notifier.set_targets(targets);
         let changes = inner.registry.reconfigure(rules, stored, self.now());
         inner.evaluated_at = Some(Instant::now());
         inner.unwritten.0.append(renamed, MAX_UNWRITTEN);
@@ -96,7 +97,7 @@ impl AlarmService {
     /// Applies the rules of a changed file. Unchanged alarms keep their state.
     pub fn reconfigure(&self, rules: Vec<Rule>, targets: Vec<NotificationTarget>) {
         let mut inner = self.lock();
-        inner.targets = targets;
+        inner.notifier.set_targets(targets);
         let changes = inner.registry.reconfigure(rules, Vec::new(), self.now());
         self.write(&mut inner, &changes);
     }
@@ -104,9 +105,11 @@ impl AlarmService {
     /// Evaluates all alarms, and returns the rules of those that are raised now.
     pub fn evaluate(&self, inputs: &Inputs) -> Vec<Rule> {
         let mut inner = self.lock();
-        let changes = inner.registry.evaluate(inputs, self.now());
+        let now = self.now();
+        let changes = inner.registry.evaluate(inputs, now);
         inner.evaluated_at = Some(Instant::now());
         self.write(&mut inner, &changes);
+        self.write_late_notifications(&mut inner, now);
         changes.into_iter().filter(|change| change.kind == ChangeKind::Raised).map(|change| change.rule).collect()
     }
 
@@ -247,6 +250,19 @@ impl AlarmService {
         }
     }
 
+    /// Queues the notifications about alarms that still wait for their acknowledgement.
+    fn write_late_notifications(&self, inner: &mut Inner, now: AlarmTime) {
+        let Inner { registry, notifier, unwritten, .. } = inner;
+        let late = notifier.told_late(registry.alarms(), now);
+        if late.is_empty() {
+            return;
+        }
+        let batch = late_notifications(late, &self.station, now.wall);
+        if !self.recorder.record_alarms(batch.clone(), Vec::new()) {
+            let _dropped = unwritten.0.append(batch, MAX_UNWRITTEN);
+        }
+    }
+
     fn write_with_receipt(&self, inner: &mut Inner, changes: &[AlarmChange], actor: &Actor) -> WriteReceipt {
         let (batch, events) = self.pending(inner, changes, Some(actor));
         let receipt = self.recorder.record_alarms_with_receipt(batch.clone(), events.clone());
@@ -258,7 +274,7 @@ impl AlarmService {
 
     fn pending(&self, inner: &mut Inner, changes: &[AlarmChange], by: Option<&Actor>) -> (AlarmBatch, Vec<Event>) {
         let (mut batch, mut events) = std::mem::take(&mut inner.unwritten);
-        let (later, later_events) = rows_and_events(changes, by, &self.station, &inner.targets);
+        let (later, later_events) = rows_and_events(changes, by, &self.station, &mut inner.notifier);
         let _dropped = batch.append(later, MAX_UNWRITTEN);
         events.extend(later_events.into_iter().take(MAX_UNWRITTEN.saturating_sub(events.len())));
         (batch, events)

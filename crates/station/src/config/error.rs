@@ -250,6 +250,12 @@ pub enum ConfigProblem {
     /// The list `gauges` has a gauge twice.
     #[error("{0:?} is twice in the list of gauges")]
     RepeatedGauge(String),
+    /// `unacknowledged-after` is too short or too long.
+    #[error("expected a time from 1s to 1day, found {0}")]
+    UnacknowledgedAfter(humantime::Duration),
+    /// `quiet` is not two times.
+    #[error("expected the beginning and the end of the quiet hours such as 22:00-06:00, found {0:?}")]
+    QuietHours(String),
     /// `window` is given without `rise`.
     #[error("window applies to rise only")]
     WindowWithoutRise,

@@ -1,8 +1,11 @@
-//! Values that several tables have: delays and priorities.
+//! Values that several tables have: delays, priorities, when a receiver is notified.
 
 use super::error::{ConfigProblem, Located};
-use crate::alarm::Priority;
+use crate::alarm::{Priority, QuietHours};
+use jiff::civil::Time;
+use jiff::tz::TimeZone;
 use profivac_host::text_file::Parsed;
+use std::ops::RangeInclusive;
 use std::time::Duration;
 use toml::Spanned;
 
@@ -18,6 +21,28 @@ pub fn delay(given: Option<&Spanned<Parsed<humantime::Duration>>>, default: Dura
         Some(given) => Ok(given.get_ref().0.into()),
         None => Ok(default),
     }
+}
+
+/// The shortest and the longest time after which a receiver is told of an alarm that no user acknowledges. free choice.
+const UNACKNOWLEDGED_RANGE: RangeInclusive<Duration> = Duration::from_secs(1)..=Duration::from_secs(86_400);
+
+/// The time after which a receiver is told of an alarm that no user acknowledges; zero without the key.
+pub fn unacknowledged_after(given: Option<&Spanned<Parsed<humantime::Duration>>>) -> Result<Duration, Located> {
+    let Some(given) = given else { return Ok(Duration::ZERO) };
+    let time = given.get_ref().0;
+    if UNACKNOWLEDGED_RANGE.contains(&*time) {
+        return Ok(time.into());
+    }
+    Err(Located::new(given.span(), ConfigProblem::UnacknowledgedAfter(time)))
+}
+
+/// Quiet hours such as `22:00-06:00`, in the time zone of the computer.
+pub fn quiet_hours(given: &Spanned<String>) -> Result<QuietHours, Located> {
+    let time = |text: &str| Time::strptime("%H:%M", text.trim()).ok();
+    let ends = given.get_ref().split_once('-').and_then(|(from, to)| Some((time(from)?, time(to)?)));
+    let wrong = || Located::new(given.span(), ConfigProblem::QuietHours(given.get_ref().clone()));
+    let (from, to) = ends.filter(|(from, to)| from != to).ok_or_else(wrong)?;
+    Ok(QuietHours { from, to, zone: TimeZone::system() })
 }
 
 /// A priority, or its default.

@@ -7,13 +7,15 @@
 //! token-file = "on-call.token"     # relative to this file; or token = "…"
 //! priority = "medium"              # the lowest priority that is sent; default low
 //! ca-file = "our-ca.pem"           # trusted in addition to the certificates of the system
+//! quiet = "22:00-06:00"            # then alarms of high priority only, in the time zone of the computer
+//! unacknowledged-after = "10 min"  # only alarms that no user has acknowledged for this time
 //! ```
 
 use super::certificates::ca_certificates;
 use super::error::{ConfigProblem, Located, NamedItem, WebhookUrlProblem};
 use super::names;
-use super::values::priority;
-use crate::alarm::Priority;
+use super::values::{priority, quiet_hours, unacknowledged_after};
+use crate::alarm::{NotificationTarget, Priority, QuietHours};
 use crate::auth::file_permissions::{self, PermissionError};
 use hyper::Uri;
 use profivac_host::text_file::Parsed;
@@ -22,6 +24,7 @@ use serde::{Deserialize, Deserializer};
 use std::fmt;
 use std::net::IpAddr;
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 use toml::Spanned;
 
 /// A token or password that the station sends or expects, and never shows.
@@ -62,6 +65,10 @@ pub struct Webhook {
     pub ca_file: Option<PathBuf>,
     /// The lowest priority that is sent.
     pub min_priority: Priority,
+    /// Only alarms that wait for their acknowledgement for this time are sent; zero: all, at once.
+    pub unacknowledged_after: Duration,
+    /// The hours in which only alarms of high priority are sent.
+    pub quiet: Option<QuietHours>,
 }
 
 impl fmt::Debug for Webhook {
@@ -72,6 +79,17 @@ impl fmt::Debug for Webhook {
 }
 
 impl Webhook {
+    /// What it is told of.
+    #[must_use]
+    pub fn target(&self) -> NotificationTarget {
+        NotificationTarget {
+            receiver: self.name.clone(),
+            min_priority: self.min_priority,
+            unacknowledged_after: self.unacknowledged_after,
+            quiet: self.quiet.clone(),
+        }
+    }
+
     /// Scheme and host of the URL: the part that may be shown.
     #[must_use]
     pub fn origin(&self) -> String {
@@ -90,6 +108,8 @@ pub struct WebhookToml {
     token_file: Option<Spanned<PathBuf>>,
     ca_file: Option<Spanned<PathBuf>>,
     priority: Option<Spanned<String>>,
+    quiet: Option<Spanned<String>>,
+    unacknowledged_after: Option<Spanned<Parsed<humantime::Duration>>>,
 }
 
 impl WebhookToml {
@@ -134,7 +154,10 @@ fn webhook(given: &WebhookToml, folder: &Path) -> Result<Webhook, Located> {
         ca_certificates(&path).map_err(wrong).map(|_| path)
     });
     let min_priority = priority(given.priority.as_ref(), Priority::Low)?;
-    Ok(Webhook { name, url, token, ca_file: ca_file.transpose()?, min_priority })
+    let ca_file = ca_file.transpose()?;
+    let unacknowledged_after = unacknowledged_after(given.unacknowledged_after.as_ref())?;
+    let quiet = given.quiet.as_ref().map(quiet_hours).transpose()?;
+    Ok(Webhook { name, url, token, ca_file, min_priority, unacknowledged_after, quiet })
 }
 
 fn token(given: &WebhookToml, folder: &Path) -> Result<Option<Secret>, Located> {

@@ -5,6 +5,7 @@
 //! | `limits` | limits of a pressure, their texts, and ends of ranges |
 //! | `conditions` | all other conditions |
 //! | `lifecycle` | delays, users, changed files, restarts |
+//! | `notify` | which receiver is told of which change |
 //! | `random` | random sequences |
 
 #![allow(clippy::unwrap_used, clippy::panic, clippy::indexing_slicing, reason = "a test")]
@@ -12,6 +13,7 @@
 mod conditions;
 mod lifecycle;
 mod limits;
+mod notify;
 mod random;
 #[path = "../support/mod.rs"]
 mod support;
