@@ -9,8 +9,8 @@ import subprocess
 import sys
 import threading
 import time
-from typing import Any
 from pathlib import Path
+from typing import Any
 
 import numpy
 import profivac as pv
