@@ -18,7 +18,8 @@ const UNITS: [(&str, f64); 8] = [
 
 const MBAR_PER_TORR: f64 = 1013.25 / 760.0;
 
-/// A pressure of 0 or more. Stored in mbar, so that a text in mbar is printed unchanged.
+/// A pressure. Stored in mbar, so that a text in mbar is printed unchanged. A parsed pressure is 0 or more and finite; the
+/// constructors take every number.
 ///
 /// ```
 /// use profivac_client::Pressure;

@@ -1,6 +1,7 @@
 //! The nonvolatile memory of a device: octets under a key.
 
 use crate::model::Octets;
+use core::fmt;
 
 /// The key of a stored value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -52,6 +53,14 @@ const INTERNAL_KEY: u8 = 0x80;
 /// The memory did not store the values. It still has all old values.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct StoreError;
+
+impl fmt::Display for StoreError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("the memory did not store the values")
+    }
+}
+
+impl core::error::Error for StoreError {}
 
 /// Nonvolatile memory.
 pub trait Store {

@@ -278,32 +278,38 @@ impl BusSession {
         of_session.or_else(|| self.segment.next_notice())
     }
 
-    /// Sends a request once and waits for the reply.
+    /// Sends a request and waits for the reply. A request that the loss of the token interrupted is sent again: the station
+    /// may have got it before.
     ///
     /// # Errors
     /// [`SessionError`] when the master does not get the line.
     pub fn request(&mut self, request: &Request<'_>) -> Result<Reply, SessionError> {
         let begun = Instant::now();
-        // The master is busy with a request that was given up; its result comes first.
-        while let Err(Busy) = self.master().submit_request(request) {
-            self.wait(begun)?;
-            self.master().take_confirmation();
-        }
         loop {
-            self.wait(begun)?;
-            let reply = match self.master().take_confirmation() {
-                None => continue,
-                Some(Confirmation::Answer(Answer { station, status, du, .. })) => {
-                    Reply::Answer { station, status, du: du.to_vec() }
-                }
-                Some(Confirmation::Sent) => Reply::NoAnswer(Failure::Silence),
-                Some(Confirmation::Failed(failure)) => Reply::NoAnswer(failure),
-            };
+            // The master is busy with a request that was given up; its result comes first.
+            while let Err(Busy) = self.master().submit_request(request) {
+                self.wait(begun)?;
+                self.master().take_confirmation();
+            }
+            let reply = self.reply(begun)?;
             if reply != Reply::NoAnswer(Failure::Interrupted) {
                 return Ok(reply);
             }
-            // The slot is free, so the request is accepted.
-            let _ = self.master().submit_request(request);
+        }
+    }
+
+    /// Waits for the reply to the submitted request.
+    fn reply(&mut self, begun: Instant) -> Result<Reply, SessionError> {
+        loop {
+            self.wait(begun)?;
+            let Some(confirmation) = self.master().take_confirmation() else { continue };
+            return Ok(match confirmation {
+                Confirmation::Answer(Answer { station, status, du, .. }) => {
+                    Reply::Answer { station, status, du: du.to_vec() }
+                }
+                Confirmation::Sent => Reply::NoAnswer(Failure::Silence),
+                Confirmation::Failed(failure) => Reply::NoAnswer(failure),
+            });
         }
     }
 
