@@ -262,8 +262,8 @@ async def check_conditions(plant, viewer, engineer):
         await until("the end of the refresh", lambda: ended(alarms, before))
         again = alarms.events[before:]
         kinds = [it["EventType"].Identifier for it in again]
-        assert kinds[0] == ua.ObjectIds.RefreshStartEventType and kinds[-1] == ua.ObjectIds.RefreshEndEventType, again
-        assert any(it["ConditionId"] == raised["ConditionId"] for it in again[1:-1]), again
+        begin, end = kinds.index(ua.ObjectIds.RefreshStartEventType), kinds.index(ua.ObjectIds.RefreshEndEventType)
+        assert any(it["ConditionId"] == raised["ConditionId"] for it in again[begin + 1:end]), again
         denied = (ua.StatusCodes.BadUserAccessDenied,)
         await refused_call(denied, acknowledge(viewer, raised))
         other = b"\0" * 8 + raised["EventId"][8:]

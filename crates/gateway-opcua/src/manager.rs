@@ -1,6 +1,6 @@
 //! The station's part of the server: its namespace, reading of history, and writes.
 
-use crate::alarms::{ANONYMOUS, Conditions};
+use crate::alarms::{self, ANONYMOUS, Conditions};
 use crate::history::{self, Answer, Query};
 use crate::plan::NAMESPACE;
 use crate::space::Parameter;
@@ -73,6 +73,9 @@ impl InMemoryNodeManagerImplBuilder for StationNodesBuilder {
         // The station comes first, so that its index does not depend on the specifications that are used.
         let namespaces =
             Namespaces { station: namespace(NAMESPACE), di: namespace(types::DI), pa_dim: namespace(types::PA_DIM) };
+        // Later, with clients, a writer of the tree could wait for a reader that reads it a second time.
+        alarms::register(&mut tree);
+        drop(tree);
         types::insert(namespaces, space);
         StationNodesImpl {
             namespaces,

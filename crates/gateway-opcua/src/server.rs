@@ -1,7 +1,7 @@
 //! The server: its endpoints, its limits, and the loop that brings new values.
 
 use crate::OpcuaError;
-use crate::alarms::{self, Condition, Conditions};
+use crate::alarms::{Condition, Conditions};
 use crate::certificates::{self, KEY, OWN};
 use crate::manager::{StationNodes, StationNodesBuilder};
 use crate::relay;
@@ -208,7 +208,6 @@ async fn prune_certificates(settings: &Settings) {
 async fn bring_values(handle: &ServerHandle, context: &Context, address: SocketAddr) {
     let Some(nodes) = handle.node_managers().get_of_type::<StationNodes>() else { return };
     let namespaces = nodes.inner().namespaces();
-    alarms::register(&mut handle.type_tree().write());
     let mut space = Space::new(namespaces, nodes.inner().may_write());
     let mut snapshots = context.model.subscribe();
     let mut before: Option<Arc<Snapshot>> = None;
