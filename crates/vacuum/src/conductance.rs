@@ -55,7 +55,7 @@ const LAMINAR: f64 = 0.166_167;
 const ENTRANCE: f64 = 0.14;
 const ENTRANCE_LENGTH: f64 = 0.5;
 
-/// In a tube of so many radii half of the molecules that fly far along a long tube reach its wall or end instead.
+/// In a tube of this length in radii half of the molecules that fly far along a long tube reach its wall or end instead.
 const FAR: f64 = 3.56;
 
 /// The flow of air from 1 atm at which half of a leak is viscous, in Pa m^3/s (3e-6 mbar l/s).

@@ -8,7 +8,7 @@ const STEP: f64 = 0.07;
 const CHANGE: f64 = 0.07;
 const LEAST_STEP: f64 = 1e-3;
 
-/// After so many steps of one calculation the age of the wall limits them no more: a wall that returning water keeps young would need
+/// After 20 000 steps of one calculation the age of the wall limits them no more: a wall that returning water keeps young would need
 /// hundreds of millions of them for a gap of months.
 const MOST_STEPS: u32 = 20_000;
 

@@ -5,7 +5,7 @@ use crate::tube::{Tube, WEIGHT_STEP};
 use fastrand::Rng;
 use std::f64::consts::PI;
 
-/// What is simulated, and how finely.
+/// A flow to simulate, and its grid.
 #[derive(Clone, Copy, Debug)]
 pub struct Setting {
     pub length: f64,
@@ -249,7 +249,7 @@ impl State {
         self.molecules = sorted;
     }
 
-    /// Collisions without a time counter (Bird 1994): so many pairs of each cell that the fastest of them always collides.
+    /// Collisions without a time counter (Bird 1994): the pairs of each cell are chosen so that the fastest of them always collides.
     fn collide(&mut self) {
         if self.setting.delta <= 0.0 {
             return;

@@ -39,7 +39,7 @@ pub struct Passed {
 }
 
 impl Tube {
-    /// A tube of this length in radii with about so many cells per radius.
+    /// A tube of this length in radii with about this number of cells per radius.
     pub fn new(length: f64, cells_per_radius: u32, [boxes_before, boxes_behind]: [u32; 2]) -> Self {
         let box_cells = (BOX * f64::from(cells_per_radius) / 2.0).ceil() as u32 * 2;
         let along = (length * f64::from(cells_per_radius)).ceil() as u32;
