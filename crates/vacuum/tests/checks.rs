@@ -114,6 +114,45 @@ fn traced(length: f64) -> f64 {
     passed.count() as f64 / f64::from(molecules)
 }
 
+/// Flows into vacuum relative to A v/4, by the simulation of colliding molecules in `tests/collisions`: gas (argon for hard spheres),
+/// length by radius, δ, W. Their standard deviations are in docs/vacuum.md.
+const COLLIDING: [(Gas, f64, f64, f64); 25] = [
+    (Gas::N2, 0.0, 1.0, 1.128),
+    (Gas::N2, 0.0, 3.0, 1.287),
+    (Gas::N2, 0.0, 10.0, 1.437),
+    (Gas::N2, 0.0, 30.0, 1.493),
+    (Gas::N2, 0.0, 100.0, 1.476),
+    (Gas::N2, 0.2, 10.0, 1.329),
+    (Gas::N2, 1.0, 0.3, 0.702),
+    (Gas::N2, 1.0, 1.0, 0.755),
+    (Gas::N2, 1.0, 3.0, 0.872),
+    (Gas::N2, 1.0, 10.0, 1.044),
+    (Gas::N2, 1.0, 30.0, 1.187),
+    (Gas::N2, 1.0, 100.0, 1.293),
+    (Gas::N2, 2.0, 10.0, 0.846),
+    (Gas::N2, 2.0, 30.0, 1.038),
+    (Gas::N2, 5.0, 1.0, 0.333),
+    (Gas::N2, 5.0, 3.0, 0.388),
+    (Gas::N2, 5.0, 10.0, 0.542),
+    (Gas::N2, 5.0, 30.0, 0.771),
+    (Gas::N2, 5.0, 100.0, 1.005),
+    (Gas::N2, 10.0, 1.0, 0.202),
+    (Gas::N2, 10.0, 10.0, 0.332),
+    (Gas::N2, 10.0, 30.0, 0.551),
+    (Gas::Ar, 0.0, 10.0, 1.462),
+    (Gas::Ar, 1.0, 3.0, 0.871),
+    (Gas::Ar, 1.0, 10.0, 1.059),
+];
+
+/// The flow through a tube with sharp edges into vacuum, relative to its molecular flow through an opening.
+fn into_vacuum(gas: Gas, length: f64, delta: f64) -> f64 {
+    let radius = 0.05;
+    let tube = Conductance::tube_with_discharge(2.0 * radius, length * radius, SHARP_DISCHARGE);
+    let speed = (2.0 * 8.314_463 * ROOM_K / gas.molar_mass_kg_per_mol()).sqrt();
+    let pa = delta * gas.viscosity_pa_s() * speed / radius;
+    conductance(&tube, gas, pa, 0.0) / (PI * radius * radius * mean_speed_m_per_s(gas) / 4.0)
+}
+
 fn openings(table: &mut Table) {
     let clausing = "Clausing 1932";
     for (l, expected) in [(1.0, 0.672), (2.0, 0.514), (4.0, 0.357), (10.0, 0.191), (20.0, 0.109)] {
@@ -161,11 +200,8 @@ fn openings(table: &mut Table) {
     let pa = 18.2e-6 * (2.0 * 8.314_463 * ROOM_K / 28.965e-3).sqrt() / 0.05 * PI.sqrt() / 2.0 / 7.0;
     let found = conductance(&hole, Gas::Air, pa, 0.0) / area;
     table.add("thin opening at Kn = 7, air", 117.0, "m/s", "A v/4, and 1 % more in the transition", found, 0.03);
-    // Argon into vacuum, relative to its molecular flow.
-    let sharp = Conductance::tube_with_discharge(0.1, 0.0, SHARP_DISCHARGE);
     for delta in [0.1, 1.0, 3.0, 10.0, 30.0, 100.0_f64] {
-        let pa = delta * 22.3e-6 * (2.0 * 8.314_463 * ROOM_K / 39.948e-3).sqrt() / 0.05;
-        let found = conductance(&sharp, Gas::Ar, pa, 0.0) / (area * mean_speed_m_per_s(Gas::Ar) / 4.0);
+        let found = into_vacuum(Gas::N2, 0.0, delta);
         let rise = (0.4733 + 0.6005 / delta.sqrt()) / (1.0 + 4.559 / delta + 3.094 / (delta * delta));
         table.add(
             format!("thin sharp opening into vacuum, δ = {delta}, W"),
@@ -175,6 +211,11 @@ fn openings(table: &mut Table) {
             found,
             0.03,
         );
+    }
+    for (gas, length, delta, expected) in COLLIDING {
+        let name = if gas == Gas::Ar { "argon" } else { "nitrogen" };
+        let what = format!("{name} through a sharp tube into vacuum, l/r = {length}, δ = {delta}, W");
+        table.add(what, expected, "", "colliding molecules, see below", into_vacuum(gas, length, delta), 0.03);
     }
     let isentropic = |ratio: f64| {
         let kappa = 1.4_f64;

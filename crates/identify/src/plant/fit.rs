@@ -36,15 +36,15 @@ pub(super) const EXACT: f64 = 1e-9;
 /// The change of an unknown for a derivative.
 const CHANGE: f64 = 1e-4;
 
-/// The change for a derivative at a value, into the bounds: beyond them the numbers of a plant do not change.
+/// The change for a derivative at a value: within the bounds, or away from them where the value is beyond. So a derivative is never
+/// one across a bound, beyond which the numbers of a plant do not change.
 fn change(place: usize, value: f64) -> f64 {
-    if value + CHANGE > bounds(place)[1] { -CHANGE } else { CHANGE }
+    let [low, high] = bounds(place);
+    let is_near_high = value <= high && value + CHANGE > high;
+    if is_near_high || value < low { -CHANGE } else { CHANGE }
 }
 
-/// The unknowns that are not below zero.
-const NOT_NEGATIVE: [usize; 2] = [LEAK, ULTIMATE];
-
-/// How often an unknown is released from zero in one fit.
+/// How often an unknown is released from a bound in one fit.
 const RELEASES: u32 = 3;
 
 /// The values that an unknown can have. Leak and ultimate pressure may not be negative, the exponent is that of a real wall.
@@ -165,7 +165,7 @@ impl Problem<'_> {
 
     /// The least squares over the free unknowns within their bounds, and their sum; `None` without a minimum.
     ///
-    /// Leak and ultimate pressure stay at zero as long as a larger value would not fit better (active set).
+    /// An unknown that leaves its bounds stays at the bound as long as a value within would not fit better (active set).
     pub fn minimised(mut self, tolerance: f64) -> Option<(f64, Self)> {
         let permitted = self.free.clone();
         let mut releases = RELEASES;
@@ -174,19 +174,21 @@ impl Problem<'_> {
                 return None;
             }
             self = LevenbergMarquardt::new().with_tol(tolerance).minimize(self).0;
-            let is_negative =
-                |values: &DVector<f64>, place: &usize| NOT_NEGATIVE.contains(place) && values[*place] < 0.0;
-            if self.free.iter().any(|place| is_negative(&self.values, place)) {
+            let is_outside =
+                |values: &DVector<f64>, place: usize| bounded(place, values[place]).total_cmp(&values[place]).is_ne();
+            if self.free.iter().any(|place| is_outside(&self.values, *place)) {
                 let values = self.values.clone();
-                self.free.retain(|place| !is_negative(&values, place));
-                NOT_NEGATIVE.iter().for_each(|place| self.values[*place] = values[*place].max(0.0));
+                self.free.retain(|place| !is_outside(&values, *place));
+                permitted.iter().for_each(|place| self.values[*place] = bounded(*place, values[*place]));
                 continue;
             }
             let held: Vec<usize> = permitted.iter().copied().filter(|place| !self.free.contains(place)).collect();
             let misses = self.misses(&self.values);
             let slopes = self.derivatives(&held).transpose() * &misses;
-            let better = held.iter().zip(slopes.iter()).find(|(_, slope)| **slope < 0.0).map(|(place, _)| *place);
-            match better.filter(|_| releases > 0) {
+            // Inwards is the direction of the change for the derivative.
+            let is_better = |place: usize, slope: f64| slope * change(place, self.values[place]) < 0.0;
+            let better = held.iter().zip(slopes.iter()).find(|(place, slope)| is_better(**place, **slope));
+            match better.map(|(place, _)| *place).filter(|_| releases > 0) {
                 Some(place) => {
                     releases -= 1;
                     self.free.push(place);

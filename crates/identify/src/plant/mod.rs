@@ -115,9 +115,10 @@ fn search(record: &PlantRecord, stopped: &dyn Fn() -> bool) -> Result<Plant, Not
     // The mean of logarithms is below the logarithm of the mean.
     groups.iter_mut().for_each(|group| group.ln_pa += noise * noise / 2.0);
     let (mut sum, mut problem) = fit::best(record, &groups, noise, stopped)?;
-    // A flat valley has always a slightly better fit: each search is satisfied with twice the difference.
-    for attempt in 0..BETTER {
-        let fitted = Fitted::new(sum, problem, 0.05 * f64::from(1 << attempt)).ok_or(NotIdentified::NoMinimum)?;
+    // A flat valley has always a slightly better fit: each search is satisfied with twice the difference, the last one with any.
+    for attempt in 0..=BETTER {
+        let slack = if attempt < BETTER { 0.05 * f64::from(1 << attempt) } else { f64::INFINITY };
+        let fitted = Fitted::new(sum, problem, slack).ok_or(NotIdentified::NoMinimum)?;
         let places = 0..fitted.problem.unknowns.count();
         match places.map(|place| reported(&fitted, place)).collect::<Result<Vec<_>, _>>() {
             Ok(bounds) => return Ok(plant(&fitted, &bounds, record.gauge_uncertainty)),

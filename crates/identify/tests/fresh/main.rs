@@ -139,10 +139,11 @@ fn plants_of_another_law_have_a_fit_or_a_reason() {
     }
 }
 
-/// The fits of these plants improve a little again and again while their intervals are searched.
+/// The fits of these plants improve a little again and again while their intervals are searched; all the gas of the third one
+/// seems dry, which is a bound.
 #[test]
 fn a_fit_in_a_flat_valley_ends() {
-    for seed in [5_043, 5_053] {
+    for seed in [5_043, 5_053, 70_106] {
         assert!(identify(&Truth::of(seed).record(seed)).is_ok(), "{seed}");
     }
 }
