@@ -74,7 +74,7 @@ pub enum ConfigError {
         line: usize,
         /// The column, from 1.
         column: usize,
-        /// What is wrong.
+        /// The fault.
         message: String,
     },
     /// A value is wrong.
@@ -82,7 +82,7 @@ pub enum ConfigError {
     Value {
         /// The file.
         file: PathBuf,
-        /// What is wrong.
+        /// The fault.
         message: String,
     },
 }

@@ -149,7 +149,7 @@ async fn fetch(config: &Config, consumer: &Consumer<pull::Config>) -> Result<Vec
     while let Some(message) = fetched.next().await {
         match message {
             Ok(message) => messages.push(message),
-            // What has come is stored first.
+            // Messages that have come are stored first.
             Err(_) if !messages.is_empty() => break,
             Err(error) => return Err(failed(&error)),
         }

@@ -78,7 +78,7 @@ struct Accepted<'a> {
     samples: Vec<(String, Vec<Sample>)>,
 }
 
-/// What was done with messages.
+/// The results for messages.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Stored {
     /// Batches.

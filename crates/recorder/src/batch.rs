@@ -178,7 +178,7 @@ pub struct Audit {
     /// The gauge.
     #[prost(string, optional, tag = "8")]
     pub gauge: Option<String>,
-    /// What was written or executed.
+    /// The parameter that was written or executed.
     #[prost(string, optional, tag = "9")]
     pub target: Option<String>,
     /// The value before.
@@ -316,7 +316,10 @@ mod tests {
     #[test]
     fn the_octets_of_a_batch_do_not_change() {
         let octets: String = batch().encode_to_vec().iter().map(|octet| format!("{octet:02x}")).collect();
-        assert_eq!(octets, "GOLD");
+        assert_eq!(
+            octets,
+            "08011a310a076368616d626572120f8080f28183898506c0843dbf8db7011a038004812210fca9f1d24d62203f00000000006af840"
+        );
     }
 
     #[test]

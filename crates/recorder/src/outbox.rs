@@ -1,6 +1,6 @@
 //! The outbox: the rows of each transaction once more, as a numbered batch for the archive, in the same transaction.
 //!
-//! What is in the record is therefore in a batch, and the other way round, after every kill and every power cut. A batch never
+//! A row of the record is therefore in a batch, and the other way round, after every kill and every power cut. A batch never
 //! changes once it has a number, so that it may be sent twice. Numbers have no gaps. Deleting a batch that the archive has is what
 //! moves the cursor.
 
