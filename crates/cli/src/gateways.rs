@@ -57,6 +57,8 @@ pub fn planned(config: &Config) -> Snapshot {
 
 /// The gateways of this program, by the names of their tables.
 const BUILT_IN: &[&str] = &[
+    #[cfg(feature = "archive")]
+    "archive",
     #[cfg(feature = "epics")]
     "epics",
     #[cfg(feature = "modbus")]
@@ -88,6 +90,8 @@ fn start(
     services: Arc<Services>,
 ) -> Result<Vec<GatewayThread>, Failure> {
     match settings {
+        #[cfg(feature = "archive")]
+        GatewaySettings::Archive(it) => Ok(vec![profivac_archive::publisher::start((**it).clone(), model, services)?]),
         #[cfg(feature = "epics")]
         GatewaySettings::Epics(it) => Ok(vec![profivac_gateway_epics::start(it.clone(), model, services)?]),
         #[cfg(feature = "mqtt")]

@@ -2,6 +2,8 @@
 
 mod address;
 mod advice;
+#[cfg(feature = "archive")]
+mod archive;
 mod backup;
 mod bus;
 mod completions;
@@ -81,6 +83,8 @@ enum Command {
     Restore(restore::Arguments),
     Monitor(monitor::Arguments),
     Run(run::Arguments),
+    #[cfg(feature = "archive")]
+    Archive(archive::Arguments),
     Names(names::Arguments),
     User(user::Arguments),
     Init(init::Arguments),
@@ -128,6 +132,8 @@ fn run(command: Command) -> Result<(), Failure> {
         Command::Write(arguments) => write::run(&arguments),
         Command::Monitor(arguments) => monitor::run(&arguments),
         Command::Run(arguments) => run::run(&arguments),
+        #[cfg(feature = "archive")]
+        Command::Archive(arguments) => archive::run(&arguments),
         Command::Names(arguments) => names::run(&arguments),
         Command::User(arguments) => user::run(&arguments),
         Command::Init(arguments) => init::run(&arguments),

@@ -23,6 +23,7 @@ fn station() -> (Folder, String) {
     let settings = Settings {
         deadband: Deadband { decades: 0.0, max_interval: Duration::ZERO },
         full_rate_window: Duration::ZERO,
+        outbox: None,
         retention: Retention { samples: None, ..Retention::default() },
     };
     let recorder = Recorder::start(Path::new(&record), settings).unwrap();

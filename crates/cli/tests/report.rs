@@ -35,7 +35,8 @@ fn station() -> (Folder, String, String) {
     let [file, record] = ["plant.toml", "plant.db"].map(|name| folder.name(name));
     fs::write(&file, STATION).unwrap();
     let retention = Retention { samples: None, ..Retention::default() };
-    let settings = Settings { deadband: Deadband::default(), full_rate_window: Duration::ZERO, retention };
+    let settings =
+        Settings { deadband: Deadband::default(), full_rate_window: Duration::ZERO, retention, outbox: None };
     let recorder = Recorder::start(Path::new(&record), settings).unwrap();
     let gauges: [Arc<str>; 4] = ["chamber", "still", "tpg300 7.1", "tpg300 7.2"].map(Arc::from);
     for day in 0..2_u32 {

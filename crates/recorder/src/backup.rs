@@ -5,6 +5,7 @@
 //! that the destination is either absent, the file that was there before, or whole.
 
 use super::error::DatabaseError;
+use super::outbox::begin_epoch;
 use super::reader::Reader;
 use rusqlite::Connection;
 use rusqlite::backup::{Backup, StepResult};
@@ -98,6 +99,7 @@ impl Reader {
         if found != "ok" {
             return Err(BackupError::Damaged { path: self.path().to_owned(), found });
         }
+        begin_epoch(&copy).map_err(sql)?;
         // One file: without its log the copy can be moved and sent.
         copy.pragma_update(None, "journal_mode", "DELETE").map_err(sql)?;
         copy.close().map_err(|(_, error)| sql(error))?;

@@ -9,6 +9,7 @@ use super::connection::{MAX_WAL_OCTETS, open_to_write};
 use super::error::DatabaseError;
 use super::event::Event;
 use super::lock::{DatabaseLock, sibling_path};
+use super::outbox::{self, Forward, LastForwarded};
 use super::reader::recording_periods;
 use super::retention::{ClockAtStart, Expired, Period};
 use super::sample::{Micros, Sample};
@@ -82,6 +83,11 @@ pub struct Database {
     ids: Vec<i64>,
     /// The row of the present recording period.
     period: Option<i64>,
+    /// Which samples are in the batches of the outbox; `None` without an outbox.
+    forward: Option<Forward>,
+    last_forwarded: LastForwarded,
+    /// The time of the batches.
+    now: Micros,
     /// The file was deleted or replaced, and another one was opened.
     was_replaced: bool,
 }
@@ -102,11 +108,33 @@ impl Database {
             names: Vec::new(),
             ids: Vec::new(),
             period: None,
+            forward: None,
+            last_forwarded: LastForwarded::new(),
+            now,
             was_replaced: false,
         };
         // No other process writes, so the station ended while a command without an outcome was being sent.
         audit::close_unfinished(&database.connection, now).map_err(|error| database.failed(error))?;
         Ok(database)
+    }
+
+    /// Puts the rows of all later transactions into the outbox as well, or no longer.
+    pub fn set_outbox(&mut self, forward: Option<Forward>) {
+        self.forward = forward;
+    }
+
+    /// Sets the time of the batches.
+    pub const fn set_time(&mut self, now: Micros) {
+        self.now = now;
+    }
+
+    /// Deletes the batches of the outbox up to `number`, which the archive has. A record with another epoch keeps its batches.
+    ///
+    /// # Errors
+    /// [`DatabaseError`] when nothing was deleted.
+    pub fn acknowledge_outbox(&mut self, epoch: i64, number: i64) -> Result<(), DatabaseError> {
+        self.reopen_if_replaced()?;
+        outbox::acknowledge(&self.connection, epoch, number).map(drop).map_err(|error| self.failed(error))
     }
 
     /// Adds rows to the audit trail, all or none. Returns their numbers.
@@ -149,20 +177,26 @@ impl Database {
             events.iter().map(|event| event.gauge.as_deref().map(|name| self.series_index(name))).collect();
         let mut ids = self.ids.clone();
         let names = &self.names;
+        let (forward, last_forwarded, now) = (self.forward, &self.last_forwarded, self.now);
         let begun = self.connection.transaction_with_behavior(TransactionBehavior::Immediate);
         let written = begun.and_then(|transaction| {
             for name in names.iter().skip(ids.len()) {
                 ids.push(series_id(&transaction, name)?);
             }
-            let crowded = insert_samples(&transaction, samples, &ids)?;
+            let (crowded, inserted) = insert_samples(&transaction, samples, &ids)?;
             add_spans(&transaction, spans, &ids)?;
             insert_events(&transaction, events, &of_events, &ids)?;
             alarms.write(&transaction)?;
+            let put = |forward| outbox::put(&transaction, forward, last_forwarded, &inserted, spans, &ids, now);
+            let last_forwarded = forward.map(put).transpose()?;
             transaction.commit()?;
-            Ok(crowded)
+            Ok((crowded, last_forwarded))
         });
-        let crowded = written.map_err(|error| self.failed(error))?;
+        let (crowded, last_forwarded) = written.map_err(|error| self.failed(error))?;
         self.ids = ids;
+        if let Some(last_forwarded) = last_forwarded {
+            self.last_forwarded = last_forwarded;
+        }
         Ok(crowded)
     }
 
@@ -228,6 +262,7 @@ impl Database {
         // The old connection closes first: it deletes the log at this path, which must not be the log of the new file.
         self.connection = Connection::open_in_memory().map_err(|error| self.failed(error))?;
         self.ids.clear();
+        self.last_forwarded.clear();
         self.lock = None;
         let mut lock = DatabaseLock::acquire(&self.path)?;
         self.connection = open_to_write(&self.path)?;
@@ -319,27 +354,36 @@ fn id(ids: &[i64], series: usize) -> i64 {
 }
 
 /// Inserts samples. A sample that is stored already stays as it is: the ring buffer returns some twice. A different sample at a taken
-/// time, which a clock that was set back can cause, moves to the next free microsecond. Returns how many found none.
-fn insert_samples(transaction: &Transaction<'_>, samples: &[(usize, Sample)], ids: &[i64]) -> rusqlite::Result<u64> {
+/// time, which a clock that was set back can cause, moves to the next free microsecond. Returns how many found none, and the new rows
+/// by the id of their series.
+fn insert_samples(
+    transaction: &Transaction<'_>,
+    samples: &[(usize, Sample)],
+    ids: &[i64],
+) -> rusqlite::Result<(u64, Vec<(i64, Sample)>)> {
     let mut insert = transaction.prepare_cached(
         "INSERT OR IGNORE INTO sample (series_id, at_us, pressure_pa, quality) VALUES (?1, ?2, ?3, ?4)",
     )?;
     let mut same = transaction
         .prepare_cached("SELECT pressure_pa IS ?3 AND quality = ?4 FROM sample WHERE series_id = ?1 AND at_us = ?2")?;
-    let mut crowded = 0_u64;
+    let (mut crowded, mut inserted) = (0_u64, Vec::new());
     for (series, Sample { at, pa, quality }) in samples {
         let series = id(ids, *series);
         let mut is_kept = false;
         for at in at.0..at.0.saturating_add(MAX_SHIFT_US) {
             let row = params![series, at, pa, *quality as u8];
-            is_kept = insert.execute(row)? == 1 || same.query_row(row, |row| row.get(0))?;
+            let is_new = insert.execute(row)? == 1;
+            is_kept = is_new || same.query_row(row, |row| row.get(0))?;
+            if is_new {
+                inserted.push((series, Sample { at: Micros(at), pa: *pa, quality: *quality }));
+            }
             if is_kept {
                 break;
             }
         }
         crowded = crowded.saturating_add(u64::from(!is_kept));
     }
-    Ok(crowded)
+    Ok((crowded, inserted))
 }
 
 fn add_spans(transaction: &Transaction<'_>, spans: &PendingSpans, ids: &[i64]) -> rusqlite::Result<()> {

@@ -26,6 +26,7 @@
 //! | [`export`] | samples as rows and as CSV, chunk by chunk |
 //! | `parquet` | samples as a Parquet file, with the feature of that name |
 //! | [`backup`] | a consistent copy of the database while it is written |
+//! | [`outbox`], [`batch`] | the rows once more as numbered batches for an archive, and their format |
 //! | [`clock`] | the clocks of a recorder, steps of the system clock |
 //! | [`retention`] | recorded time, and which rows are older than their retention |
 //! | [`writer`] | the thread that owns the database |
@@ -43,6 +44,7 @@ struct Readme;
 pub mod alarms;
 pub mod audit;
 pub mod backup;
+pub mod batch;
 pub mod clock;
 mod connection;
 pub mod database;
@@ -51,6 +53,7 @@ pub mod error;
 pub mod event;
 pub mod export;
 mod lock;
+pub mod outbox;
 #[cfg(feature = "parquet")]
 pub mod parquet;
 pub mod quality;
@@ -70,6 +73,7 @@ pub use deadband::Deadband;
 pub use error::{AuditError, DatabaseError};
 pub use event::{Event, EventKind};
 pub use export::{Chunk, Chunks, Export};
+pub use outbox::Forward;
 pub use quality::{Qualities, Quality};
 pub use reader::{Reader, Span};
 pub use sample::{Micros, Sample};

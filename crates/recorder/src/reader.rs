@@ -334,7 +334,7 @@ impl Reader {
         read().map_err(|error| self.failed(error))
     }
 
-    fn failed(&self, error: rusqlite::Error) -> DatabaseError {
+    pub(super) fn failed(&self, error: rusqlite::Error) -> DatabaseError {
         DatabaseError::Sql { path: self.path.clone(), error }
     }
 }

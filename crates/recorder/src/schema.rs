@@ -6,7 +6,7 @@
 use rusqlite::{Connection, TransactionBehavior};
 
 /// The version of the tables, stored in the database's `user_version`.
-pub const VERSION: i64 = 5;
+pub const VERSION: i64 = 6;
 
 /// The `application_id` of a database since version 5, by which the recorder tells its own files from others: "pfvc" in ASCII.
 pub const APPLICATION_ID: i64 = 0x7066_7663;
@@ -120,10 +120,30 @@ pub const TABLES: &str = "
         start_us INTEGER NOT NULL,
         end_us   INTEGER NOT NULL
     );
+    -- Batches that wait for the archive, numbered without gaps; docs/archive-format.md describes the payload.
+    CREATE TABLE outbox (
+        number  INTEGER PRIMARY KEY AUTOINCREMENT,
+        payload BLOB NOT NULL
+    );
+    -- Spans that have changed since they were in a batch.
+    CREATE TABLE outbox_span (
+        level     INTEGER NOT NULL,
+        series_id INTEGER NOT NULL,
+        start_us  INTEGER NOT NULL,
+        PRIMARY KEY (level, series_id, start_us)
+    ) WITHOUT ROWID;
+    -- One row: the epoch of the batches (0: a copy, which begins its own), and the last rows that are in a batch.
+    CREATE TABLE outbox_state (
+        id       INTEGER PRIMARY KEY CHECK (id = 1),
+        epoch    INTEGER NOT NULL,
+        event_id INTEGER NOT NULL,
+        alarm_id INTEGER NOT NULL,
+        audit_id INTEGER NOT NULL
+    );
 ";
 
 /// The statements that lead from version N + 1 to the next, as older programs ran them. A published migration never changes.
-const MIGRATIONS: [&[&str]; 4] = [FROM_1, FROM_2, FROM_3, FROM_4];
+const MIGRATIONS: [&[&str]; 5] = [FROM_1, FROM_2, FROM_3, FROM_4, FROM_5];
 
 const FROM_1: &[&str] = &[
     "CREATE TABLE audit (
@@ -250,6 +270,27 @@ const FROM_4: &[&str] = &[
          (SELECT max(last) FROM (SELECT (SELECT max(at_us) FROM sample WHERE series_id = series.id) AS last FROM series)))),
          end_us)",
     "PRAGMA application_id = 1885763171",
+];
+
+/// Adds the outbox, empty.
+const FROM_5: &[&str] = &[
+    "CREATE TABLE outbox (
+        number  INTEGER PRIMARY KEY AUTOINCREMENT,
+        payload BLOB NOT NULL
+    )",
+    "CREATE TABLE outbox_span (
+        level     INTEGER NOT NULL,
+        series_id INTEGER NOT NULL,
+        start_us  INTEGER NOT NULL,
+        PRIMARY KEY (level, series_id, start_us)
+    ) WITHOUT ROWID",
+    "CREATE TABLE outbox_state (
+        id       INTEGER PRIMARY KEY CHECK (id = 1),
+        epoch    INTEGER NOT NULL,
+        event_id INTEGER NOT NULL,
+        alarm_id INTEGER NOT NULL,
+        audit_id INTEGER NOT NULL
+    )",
 ];
 
 const NOT_CHANGED: &str = "CREATE TRIGGER audit_is_not_changed BEFORE UPDATE ON audit
@@ -541,7 +582,7 @@ mod tests {
     #[test]
     fn a_kill_during_the_migration_leaves_version_3() {
         let folder = tempfile::tempdir().unwrap();
-        for statement in 0..FROM_3.len() + FROM_4.len() {
+        for statement in 0..FROM_3.len() + FROM_4.len() + FROM_5.len() {
             let path = folder.path().join(format!("{statement}.db"));
             make_version_3(&path);
             kill_before(statement, &path);

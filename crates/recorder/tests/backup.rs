@@ -62,6 +62,7 @@ fn record_into(path: &Path) -> Recorder {
     let settings = Settings {
         deadband: Deadband { decades: 0.0, max_interval: Duration::ZERO },
         full_rate_window: Duration::ZERO,
+        outbox: None,
         retention: Retention { samples: None, ..Retention::default() },
     };
     Recorder::start(path, settings).unwrap()

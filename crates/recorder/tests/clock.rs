@@ -68,7 +68,7 @@ impl Station {
 
     fn start(&mut self) {
         let deadband = Deadband { decades: 0.0, max_interval: Duration::ZERO };
-        let settings = Settings { deadband, full_rate_window: Duration::ZERO, retention: self.retention };
+        let settings = Settings { deadband, full_rate_window: Duration::ZERO, retention: self.retention, outbox: None };
         self.recorder = Some(Recorder::start_with_clock(&self.path, settings, self.clock.clone()).unwrap());
     }
 

@@ -38,6 +38,7 @@ impl Fixture {
         let settings = Settings {
             deadband: Deadband { decades: 0.0, max_interval: Duration::ZERO },
             full_rate_window: Duration::from_secs(5),
+            outbox: None,
             retention: Retention { samples: None, ..Retention::default() },
         };
         Recorder::start(&self.path, settings).unwrap()

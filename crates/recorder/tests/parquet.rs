@@ -16,6 +16,7 @@ fn a_parquet_file_has_each_sample_with_its_types() {
     let settings = Settings {
         deadband: Deadband { decades: 0.0, max_interval: Duration::ZERO },
         full_rate_window: Duration::ZERO,
+        outbox: None,
         retention: Retention { samples: None, ..Retention::default() },
     };
     let recorder = Recorder::start(&path, settings).unwrap();

@@ -39,6 +39,7 @@ fn keep_everything() -> Settings {
     Settings {
         deadband: Deadband { decades: 0.0, max_interval: Duration::ZERO },
         full_rate_window: Duration::from_secs(5),
+        outbox: None,
         retention: Retention { samples: None, ..Retention::default() },
     }
 }
@@ -109,6 +110,7 @@ fn every_sample_around_an_event_is_kept() {
     let fixture = Fixture::new();
     let settings = Settings {
         full_rate_window: Duration::from_secs(5),
+        outbox: None,
         retention: keep_everything().retention,
         ..Settings::default()
     };

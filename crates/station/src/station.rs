@@ -47,7 +47,7 @@ impl Station {
     /// # Errors
     /// [`StationError`] when the database cannot be used, or the system gives no threads.
     pub fn start(config: Config) -> Result<Self, StationError> {
-        let settings = Settings { retention: config.retention, ..Settings::default() };
+        let settings = Settings { retention: config.retention, outbox: config.outbox(), ..Settings::default() };
         let recorder = Recorder::start(&config.database, settings)?;
         let services = Arc::new(Services::new(config.name, config.database, recorder));
         services.recorder().event_now_and_wait(None, EventKind::Station, "the station starts");

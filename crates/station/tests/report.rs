@@ -44,7 +44,7 @@ fn at(s: f64) -> Micros {
 fn settings(decades: f64) -> Settings {
     let band = Deadband { decades, ..Deadband::default() };
     let retention = Retention { samples: None, ..Retention::default() };
-    Settings { deadband: band, full_rate_window: Duration::ZERO, retention }
+    Settings { deadband: band, full_rate_window: Duration::ZERO, retention, outbox: None }
 }
 
 /// A database in a temporary folder.

@@ -14,6 +14,7 @@ use super::database::Retention;
 use super::deadband::Deadband;
 use super::error::AuditError;
 use super::event::Event;
+use super::outbox::Forward;
 use super::sample::{Micros, Sample};
 pub use recorder::{Recorder, WriteReceipt};
 use std::sync::Arc;
@@ -29,6 +30,8 @@ pub struct Settings {
     pub full_rate_window: Duration,
     /// How long rows are kept.
     pub retention: Retention,
+    /// Which samples are also in the batches for an archive; `None` without an archive.
+    pub outbox: Option<Forward>,
 }
 
 impl Default for Settings {
@@ -37,6 +40,7 @@ impl Default for Settings {
             deadband: Deadband::default(),
             full_rate_window: Duration::from_secs(30),
             retention: Retention::default(),
+            outbox: None,
         }
     }
 }
@@ -64,6 +68,8 @@ enum Message {
     Audit(Box<AuditEntry>, Sender<()>),
     /// Changes of alarms with their events, written at once.
     Alarms(AlarmBatch, Vec<Event>, Option<Sender<()>>),
+    /// The archive has the batches of this epoch up to this number.
+    OutboxAcknowledged(i64, i64),
     Flush(Sender<()>),
     /// A flush that includes the samples held by the deadbands.
     Finish(Sender<()>),

@@ -120,6 +120,12 @@ impl Recorder {
         WriteReceipt(self.send(Message::Alarms(batch, events, Some(done))).then_some(wait))
     }
 
+    /// Deletes the batches of the outbox up to `number`, which the archive has, with the next transaction. Never blocks: a call that
+    /// finds no room is made up for by the next one.
+    pub fn acknowledge_outbox(&self, epoch: i64, number: i64) {
+        let _has_room = self.send(Message::OutboxAcknowledged(epoch, number));
+    }
+
     /// Writes everything in the queue. Returns `true` when it is on the disk, `false` after ten seconds.
     #[must_use]
     pub fn flush(&self) -> bool {

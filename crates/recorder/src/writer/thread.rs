@@ -55,6 +55,8 @@ pub(super) struct Writer {
     alarm_states: BTreeMap<String, StoredAlarm>,
     /// Write before the end of the interval.
     is_urgent: bool,
+    /// The batches that the archive has: epoch and number.
+    acknowledged: Option<(i64, i64)>,
     receipts: Vec<Sender<()>>,
     clock: Arc<dyn Clock>,
     monitor: ClockMonitor,
@@ -80,11 +82,12 @@ struct PeriodChange {
 
 impl Writer {
     pub(super) fn new(
-        database: Database,
+        mut database: Database,
         settings: Settings,
         health: Arc<Mutex<Health>>,
         clock: Arc<dyn Clock>,
     ) -> Self {
+        database.set_outbox(settings.outbox);
         let now = Instant::now();
         let clock_time = clock.now();
         Self {
@@ -99,6 +102,7 @@ impl Writer {
             alarms: AlarmBatch::default(),
             alarm_states: BTreeMap::new(),
             is_urgent: false,
+            acknowledged: None,
             receipts: Vec::new(),
             monitor: ClockMonitor::new(clock_time),
             is_recording: false,
@@ -151,6 +155,7 @@ impl Writer {
                 self.receipts.push(done);
             }
             Message::Alarms(batch, events, done) => self.alarms(batch, events, done),
+            Message::OutboxAcknowledged(epoch, number) => self.acknowledged = Some((epoch, number)),
             Message::Flush(done) => self.receipts.push(done),
             Message::Finish(done) => {
                 self.flush_deadbands();
@@ -258,7 +263,8 @@ impl Writer {
         self.write_at = Instant::now() + WRITE_INTERVAL;
         self.is_urgent = false;
         self.check_clock();
-        let written = self.check_database().and_then(|()| self.write_audit());
+        self.database.set_time(self.monitor.last().wall);
+        let written = self.check_database().and_then(|()| self.write_audit()).and_then(|()| self.acknowledge());
         let written =
             written.and_then(|()| self.database.write(&self.samples, &self.spans, &self.events, &self.alarms));
         if let Some(crowded) = self.note_result(written) {
@@ -276,6 +282,14 @@ impl Writer {
             self.prune();
         }
         *self.answered.lock().unwrap_or_else(PoisonError::into_inner) = Instant::now();
+    }
+
+    /// Deletes the batches that the archive has.
+    fn acknowledge(&mut self) -> Result<(), DatabaseError> {
+        if let Some((epoch, number)) = self.acknowledged.take() {
+            self.database.acknowledge_outbox(epoch, number)?;
+        }
+        Ok(())
     }
 
     /// Reports a step of the clock. A large one begins a recording period, and rows are counted against their retention at once.

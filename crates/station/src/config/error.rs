@@ -374,6 +374,42 @@ pub enum ConfigProblem {
     /// `[mqtt]` cannot be used.
     #[error(transparent)]
     Mqtt(MqttProblem),
+    /// `[archive]` cannot be used.
+    #[error(transparent)]
+    Archive(ArchiveProblem),
+}
+
+/// The reason why `[archive]`, or the servers in the file of an archive, cannot be used.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum ArchiveProblem {
+    /// A name that is no part of a subject.
+    #[error("expected 1 to 60 letters, digits, - and _, found {0:?}: the name is a part of a subject of NATS")]
+    Name(String),
+    /// A deadband without sense.
+    #[error("expected 0.1 to 100 percent, found {0}")]
+    Deadband(f64),
+    /// A deadband that has no effect.
+    #[error("deadband-percent belongs to samples = \"deadband\": delete it, or change samples")]
+    DeadbandUnused,
+    /// A limit with which no batch arrives.
+    #[error("expected at least 1000 octets per second, found {0}")]
+    Limit(u32),
+    /// No server.
+    #[error("expected at least one server in servers of the table nats, found none")]
+    NoServer,
+    /// The URL is not that of a server.
+    #[error("expected a URL like tls://nats.example:4222, without a user")]
+    Server,
+    /// Servers with and without TLS.
+    #[error("the first server has tls://, and this one nats://: give all servers the same scheme")]
+    MixedServers,
+    /// The connection to another computer is unencrypted, and the file does not say that this is intended.
+    #[error(
+        "expected tls:// for a server on another computer, found nats://, with which everybody on the way reads the values and the \
+         password: use tls://, or write unencrypted = true if the network is separate"
+    )]
+    Unencrypted,
 }
 
 /// The reason why `[mqtt]` cannot be used.

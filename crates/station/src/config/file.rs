@@ -4,6 +4,7 @@ use super::alarms::AlarmToml;
 use super::default_alarms::DefaultAlarmsToml;
 use super::error::{ConfigProblem, Located};
 use super::gateways::GatewaysToml;
+use super::gateways::archive::ArchiveToml;
 use super::gateways::epics::EpicsToml;
 use super::gateways::modbus::{self, ModbusToml};
 use super::gateways::mqtt::MqttToml;
@@ -42,6 +43,7 @@ pub struct ConfigToml {
     #[serde(default)]
     pub webhook: Vec<WebhookToml>,
     modbus: Option<ModbusToml>,
+    archive: Option<ArchiveToml>,
     epics: Option<EpicsToml>,
     mqtt: Option<MqttToml>,
     opcua: Option<OpcuaToml>,
@@ -92,6 +94,7 @@ impl ConfigToml {
         Ok(GatewaysToml {
             epics: self.epics.take(),
             modbus_slots: modbus::check_slots(slots)?,
+            archive: self.archive.take(),
             modbus: self.modbus.take(),
             mqtt: self.mqtt.take(),
             opcua: self.opcua.take(),

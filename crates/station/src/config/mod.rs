@@ -87,7 +87,7 @@ use profivac_devices::model::{Configuration, Unit};
 use profivac_dp::link::Baud;
 use profivac_host::port::PortError;
 use profivac_host::text_file::{self, line_and_column};
-use profivac_recorder::Retention;
+use profivac_recorder::{Forward, Retention};
 use profivac_vacuum::Gas;
 use profivac_virtual::segment_file::SegmentFile;
 use std::net::SocketAddr;
@@ -271,6 +271,15 @@ impl Config {
     #[must_use]
     pub fn needs_restart(&self, new: &Self) -> Vec<RestartNeeded> {
         notice::needs_restart(self, new)
+    }
+
+    /// Which samples go into the outbox, if the record is sent to an archive.
+    #[must_use]
+    pub fn outbox(&self) -> Option<Forward> {
+        self.gateways.iter().find_map(|gateway| match gateway {
+            GatewaySettings::Archive(settings) => Some(settings.samples),
+            _ => None,
+        })
     }
 
     /// How users authenticate: by the users' file; while there is none, every request is that of an anonymous viewer.

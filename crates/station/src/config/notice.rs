@@ -4,7 +4,7 @@ use super::Config;
 use super::error::{ConfigProblem, Located};
 use super::file::ConfigToml;
 use profivac_host::text_file::line_and_column;
-use profivac_recorder::Retention;
+use profivac_recorder::{Forward, Retention};
 use std::fmt;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -131,6 +131,16 @@ fn retention(retention: &Retention) -> String {
     format!("samples {samples}, spans {spans}, events {events}, alarm-history {history}")
 }
 
+/// The samples for the archive, as one word.
+fn outbox(config: &Config) -> String {
+    match config.outbox() {
+        None => "without an archive".to_owned(),
+        Some(Forward::All) => "all".to_owned(),
+        Some(Forward::Deadband(decades)) => format!("deadband of {:.1} percent", (10_f64.powf(decades) - 1.0) * 100.0),
+        Some(Forward::Off) => "off".to_owned(),
+    }
+}
+
 /// The settings that differ and take effect at the next start.
 pub fn needs_restart(running: &Config, new: &Config) -> Vec<RestartNeeded> {
     let tls =
@@ -144,6 +154,7 @@ pub fn needs_restart(running: &Config, new: &Config) -> Vec<RestartNeeded> {
             ("users", config.users.path.display().to_string()),
             ("hosts", format!("{:?}", config.hosts)),
             ("tls", tls(config)),
+            ("archive.samples", outbox(config)),
         ]
     };
     let both = settings(running).into_iter().zip(settings(new));

@@ -1,6 +1,7 @@
 //! The gateways to control systems: one table of the file for each. A program without a gateway reads its table as well, so that
 //! the same file has the same errors everywhere.
 
+pub mod archive;
 pub mod epics;
 pub mod modbus;
 pub mod mqtt;
@@ -10,6 +11,7 @@ pub mod write;
 
 use super::TlsFiles;
 use super::error::Located;
+use archive::ArchiveToml;
 use epics::EpicsToml;
 use modbus::ModbusToml;
 use mqtt::MqttToml;
@@ -22,6 +24,8 @@ use write::Write;
 /// The tables of the gateways in the file.
 #[derive(Debug, Default)]
 pub struct GatewaysToml {
+    /// `[archive]`.
+    pub archive: Option<ArchiveToml>,
     /// `[epics]`.
     pub epics: Option<EpicsToml>,
     /// `[mqtt]`.
@@ -44,6 +48,8 @@ pub struct GatewaysToml {
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum GatewaySettings {
+    /// `[archive]`.
+    Archive(Box<archive::Settings>),
     /// `[epics]`.
     Epics(epics::Settings),
     /// `[mqtt]`.
@@ -61,6 +67,7 @@ impl GatewaySettings {
     #[must_use]
     pub const fn name(&self) -> &'static str {
         match self {
+            Self::Archive(_) => "archive",
             Self::Epics(_) => "epics",
             Self::Mqtt(_) => "mqtt",
             Self::Modbus(_) => "modbus",
@@ -74,7 +81,7 @@ impl GatewaySettings {
     pub fn unencrypted_broker(&self) -> Option<&str> {
         match self {
             Self::Mqtt(it) => it.broker.exposed(),
-            Self::Epics(_) | Self::Modbus(_) | Self::Opcua(_) | Self::Prometheus(_) => None,
+            Self::Archive(_) | Self::Epics(_) | Self::Modbus(_) | Self::Opcua(_) | Self::Prometheus(_) => None,
         }
     }
 
@@ -84,7 +91,7 @@ impl GatewaySettings {
         match self {
             Self::Epics(settings) => settings.is_open_to_network().then(|| settings.addresses()),
             Self::Modbus(settings) => (!settings.listen.ip().is_loopback()).then(|| settings.listen.to_string()),
-            Self::Mqtt(_) | Self::Opcua(_) | Self::Prometheus(_) => None,
+            Self::Archive(_) | Self::Mqtt(_) | Self::Opcua(_) | Self::Prometheus(_) => None,
         }
     }
 
@@ -93,7 +100,7 @@ impl GatewaySettings {
     pub fn writer(&self) -> Option<&Write> {
         match self {
             Self::Epics(settings) => settings.write.as_ref(),
-            Self::Modbus(_) | Self::Mqtt(_) | Self::Opcua(_) | Self::Prometheus(_) => None,
+            Self::Archive(_) | Self::Modbus(_) | Self::Mqtt(_) | Self::Opcua(_) | Self::Prometheus(_) => None,
         }
     }
 
@@ -101,6 +108,7 @@ impl GatewaySettings {
     #[must_use]
     pub fn is_private(&self) -> bool {
         match self {
+            Self::Archive(it) => it.nats.credentials.is_some(),
             Self::Epics(_) | Self::Modbus(_) | Self::Opcua(_) => false,
             Self::Mqtt(it) => {
                 it.broker.credentials.is_some() || it.broker.tls.as_ref().is_some_and(|tls| tls.client.is_some())
@@ -112,12 +120,14 @@ impl GatewaySettings {
 
 /// The settings of all gateways of the file at `path`.
 pub fn settings(toml: GatewaysToml, path: &Path) -> Result<Vec<GatewaySettings>, Located> {
-    let GatewaysToml { epics, modbus, modbus_slots, mqtt, opcua, prometheus, tls, users } = toml;
+    let GatewaysToml { archive, epics, modbus, modbus_slots, mqtt, opcua, prometheus, tls, users } = toml;
+    let archive = archive.map(|it| it.into_settings(path)).transpose()?;
+    let archive = archive.map(|it| GatewaySettings::Archive(Box::new(it)));
     let epics = epics.map(|it| it.into_settings(&users)).transpose()?.map(GatewaySettings::Epics);
     let modbus = modbus.map(|it| it.into_settings(modbus_slots)).transpose()?.map(GatewaySettings::Modbus);
     let mqtt = mqtt.map(|it| it.into_settings(path)).transpose()?.map(|it| GatewaySettings::Mqtt(Box::new(it)));
     let opcua = opcua.map(|it| it.into_settings(path, users)).transpose()?.map(GatewaySettings::Opcua);
     let prometheus =
         prometheus.map(|it| it.into_settings(path, tls.as_ref())).transpose()?.map(GatewaySettings::Prometheus);
-    Ok(epics.into_iter().chain(modbus).chain(mqtt).chain(opcua).chain(prometheus).collect())
+    Ok(archive.into_iter().chain(epics).chain(modbus).chain(mqtt).chain(opcua).chain(prometheus).collect())
 }

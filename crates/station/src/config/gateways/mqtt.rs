@@ -194,7 +194,7 @@ impl MqttToml {
             _ => self.without_tls().map(|()| None)?,
         };
         let client_id = self.client_id.as_ref().map(client_id).transpose()?;
-        let credentials = self.credentials.as_ref().map(|file| credentials(file, folder)).transpose()?;
+        let credentials = self.credentials.as_ref().map(|file| credentials_file(file, folder)).transpose()?;
         Ok(Broker { host, port, tls, credentials, client_id, standby })
     }
 
@@ -325,7 +325,8 @@ fn checked(value: &Spanned<String>, expected: &'static str, is_usable: fn(&str) 
 }
 
 /// The login in a file that only its owner may read.
-fn credentials(file: &Spanned<PathBuf>, folder: &Path) -> Result<Credentials, Located> {
+/// User and password in a file that only its owner can read.
+pub fn credentials_file(file: &Spanned<PathBuf>, folder: &Path) -> Result<Credentials, Located> {
     let path = private_file(file, folder)?;
     let text = text_file::read(&path);
     let text = text.map_err(|error| located(file, MqttProblem::File { file: path.clone(), error }))?;

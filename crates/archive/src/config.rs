@@ -1,0 +1,240 @@
+//! The file of an archive.
+//!
+//! ```toml
+//! [archive]
+//! samples-days = 730            # how long samples are kept; spans, events, alarms and audit stay
+//! replicas = 3                  # of the stream: the number of servers that hold each batch
+//! stream-octets = 10_000_000_000
+//!
+//! [nats]
+//! servers = ["tls://nats-1.example", "tls://nats-2.example", "tls://nats-3.example"]
+//! credentials = "nats.credentials"
+//!
+//! [postgres]
+//! connection = "host=/run/postgresql user=profivac dbname=profivac"
+//! password-file = "postgres.password"
+//!
+//! [[plant]]
+//! name = "hall"
+//! readers = ["hall_operators"]  # roles of PostgreSQL that may read the stations of this plant
+//! ```
+
+use profivac_host::text_file::{self, line_and_column};
+use profivac_station::auth::file_permissions::{self, PermissionError};
+use profivac_station::config::gateways::archive::{Nats, NatsToml};
+use serde::Deserialize;
+use std::path::{Path, PathBuf};
+use thiserror::Error;
+use tokio_postgres::config::Host;
+
+/// How long samples are kept, unless the file says otherwise.
+const SAMPLES_DAYS: u32 = 730;
+
+/// The most octets of the stream, unless the file says otherwise: 10 GB.
+const STREAM_OCTETS: u64 = 10_000_000_000;
+
+/// The settings of an archive.
+#[derive(Clone, Debug)]
+pub struct Config {
+    /// How many days samples are kept.
+    pub samples_days: u32,
+    /// The number of servers that hold each batch.
+    pub replicas: usize,
+    /// The most octets of the stream: when it is full, batches stay at their stations.
+    pub stream_octets: i64,
+    /// The servers of NATS.
+    pub nats: Nats,
+    /// The database.
+    pub postgres: tokio_postgres::Config,
+    /// Plants, with the roles that may read them.
+    pub plants: Vec<(String, Vec<String>)>,
+}
+
+/// The reason why a file is no file of an archive.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum ConfigError {
+    /// The file cannot be read.
+    #[error("{file} cannot be read: {error}", file = file.display())]
+    Read {
+        /// The file.
+        file: PathBuf,
+        /// The error of the system.
+        error: std::io::Error,
+    },
+    /// A file with a password is open to others.
+    #[error(transparent)]
+    Open(#[from] PermissionError),
+    /// A place of the file is wrong.
+    #[error("{file}:{line}:{column}: {message}", file = file.display())]
+    Place {
+        /// The file.
+        file: PathBuf,
+        /// The line, from 1.
+        line: usize,
+        /// The column, from 1.
+        column: usize,
+        /// The fault.
+        message: String,
+    },
+    /// A value is wrong.
+    #[error("{file}: {message}", file = file.display())]
+    Value {
+        /// The file.
+        file: PathBuf,
+        /// The fault.
+        message: String,
+    },
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Toml {
+    #[serde(default)]
+    archive: ArchiveToml,
+    nats: NatsToml,
+    postgres: PostgresToml,
+    #[serde(default)]
+    plant: Vec<PlantToml>,
+}
+
+#[derive(Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+struct ArchiveToml {
+    samples_days: Option<u32>,
+    replicas: Option<u8>,
+    stream_octets: Option<u64>,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+struct PostgresToml {
+    connection: String,
+    password_file: Option<PathBuf>,
+    #[serde(default)]
+    unencrypted: bool,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct PlantToml {
+    name: String,
+    readers: Vec<String>,
+}
+
+impl Config {
+    /// Reads a file and the files that it names.
+    ///
+    /// # Errors
+    /// [`ConfigError`] with the place and what is expected there.
+    pub fn read(file: &Path) -> Result<Self, ConfigError> {
+        let text = text_file::read(file).map_err(|error| ConfigError::Read { file: file.to_owned(), error })?;
+        let place = |offset: usize, message: String| {
+            let (line, column) = line_and_column(&text, offset);
+            ConfigError::Place { file: file.to_owned(), line, column, message }
+        };
+        let toml: Toml = toml::from_str(&text)
+            .map_err(|error| place(error.span().map_or(0, |span| span.start), error.message().to_owned()))?;
+        let wrong = |message: String| ConfigError::Value { file: file.to_owned(), message };
+        let nats = toml.nats.into_settings(file, 0..0);
+        let nats = nats.map_err(|error| place(error.span.start, error.problem.to_string()))?;
+        let ArchiveToml { samples_days, replicas, stream_octets } = toml.archive;
+        let replicas = replicas.unwrap_or(1);
+        if ![1, 3, 5].contains(&replicas) {
+            return Err(wrong(format!("expected replicas = 1, 3 or 5, found {replicas}")));
+        }
+        let samples_days = samples_days.unwrap_or(SAMPLES_DAYS);
+        if !(1..=36_525).contains(&samples_days) {
+            return Err(wrong(format!("expected samples-days from 1 to 36525, found {samples_days}")));
+        }
+        let stream_octets = stream_octets.unwrap_or(STREAM_OCTETS);
+        let stream_octets = i64::try_from(stream_octets).ok().filter(|octets| *octets >= 10_000_000);
+        let stream_octets =
+            stream_octets.ok_or_else(|| wrong("expected stream-octets of at least 10000000".to_owned()))?;
+        Ok(Self {
+            samples_days,
+            replicas: usize::from(replicas),
+            stream_octets,
+            nats,
+            postgres: postgres(file, &toml.postgres)?,
+            plants: toml.plant.into_iter().map(|plant| (plant.name, plant.readers)).collect(),
+        })
+    }
+}
+
+/// The settings of the connection to the database.
+fn postgres(file: &Path, toml: &PostgresToml) -> Result<tokio_postgres::Config, ConfigError> {
+    let wrong = |message: String| ConfigError::Value { file: file.to_owned(), message };
+    let parsed = toml.connection.parse();
+    let mut config: tokio_postgres::Config = parsed.map_err(|error: tokio_postgres::Error| {
+        wrong(format!(
+            "expected connection = \"host=/run/postgresql user=profivac dbname=profivac\" in [postgres]: {error}"
+        ))
+    })?;
+    if config.get_password().is_some() {
+        return Err(wrong(
+            "connection in [postgres] has a password: put it into a file, and name that in password-file".to_owned(),
+        ));
+    }
+    let is_near = |host: &Host| match host {
+        Host::Unix(_) => true,
+        Host::Tcp(host) => host == "localhost" || host.parse::<std::net::IpAddr>().is_ok_and(|it| it.is_loopback()),
+    };
+    if !toml.unencrypted && !config.get_hosts().iter().all(is_near) {
+        return Err(wrong(
+            "the database is on another computer, and the archive has no TLS to PostgreSQL: run the archive beside the database, use \
+             a tunnel, or write unencrypted = true in [postgres] if the network is separate"
+                .to_owned(),
+        ));
+    }
+    if let Some(password) = &toml.password_file {
+        let path = file.parent().unwrap_or(Path::new("")).join(password);
+        match file_permissions::check(&path) {
+            Err(error @ PermissionError::Open(..)) => return Err(error.into()),
+            // Reading reports why the file cannot be read.
+            Ok(()) | Err(_) => {}
+        }
+        let text = text_file::read(&path).map_err(|error| ConfigError::Read { file: path, error })?;
+        config.password(text.trim());
+    }
+    config.application_name("profivac archive").connect_timeout(std::time::Duration::from_secs(5));
+    Ok(config)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn read(text: &str) -> Result<Config, String> {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("archive.toml");
+        std::fs::write(&path, text).unwrap();
+        Config::read(&path).map_err(|error| error.to_string())
+    }
+
+    const NATS: &str = "[nats]\nservers = [\"nats://127.0.0.1\"]\n";
+    const POSTGRES: &str = "[postgres]\nconnection = \"host=/run/postgresql dbname=p\"\n";
+
+    #[test]
+    fn the_defaults_need_two_tables() {
+        let config = read(&format!("{NATS}{POSTGRES}")).unwrap();
+        assert_eq!((config.samples_days, config.replicas, config.stream_octets), (730, 1, 10_000_000_000));
+    }
+
+    #[test]
+    fn a_wrong_file_says_where_and_what_is_expected() {
+        let cases = [
+            (format!("{NATS}{POSTGRES}[archive]\nreplicas = 2\n"), "expected replicas = 1, 3 or 5, found 2"),
+            (format!("{NATS}{POSTGRES}[archive]\nsamples-days = 0\n"), "expected samples-days from 1"),
+            (format!("{NATS}{POSTGRES}[archive]\nsample-days = 7\n"), "archive.toml:6:1: unknown field"),
+            (format!("{NATS}[postgres]\nconnection = \"host=db.example\"\n"), "the database is on another computer"),
+            (format!("{NATS}[postgres]\nconnection = \"host=/x password=y\"\n"), "put it into a file"),
+            (format!("{NATS}[postgres]\nconnection = \"hostess=/x\"\n"), "expected connection ="),
+            (format!("[nats]\nservers = [\"nats://far\"]\n{POSTGRES}"), "archive.toml:2:12: expected tls://"),
+        ];
+        for (text, expected) in cases {
+            let error = read(&text).unwrap_err();
+            assert!(error.contains(expected), "{error}\nexpected {expected}");
+        }
+    }
+}

@@ -1,0 +1,102 @@
+//! Connections to the servers of NATS, and the names of subjects and messages.
+
+use async_nats::ConnectOptions;
+use async_nats::jetstream::{self, Context};
+use profivac_station::config::gateways::archive::Nats;
+use std::time::Duration;
+use thiserror::Error;
+
+/// The stream of all batches.
+pub const STREAM: &str = "PROFIVAC";
+
+/// What the subjects of all batches match.
+pub const SUBJECTS: &str = "profivac.v1.*.*.batch";
+
+/// The longest wait for an answer.
+const TIMEOUT: Duration = Duration::from_secs(10);
+
+/// Why the servers cannot be used.
+#[derive(Debug, Error)]
+#[error("{servers}: {reason}")]
+pub struct NatsError {
+    /// The URLs of the servers.
+    pub servers: String,
+    /// What failed.
+    pub reason: String,
+}
+
+impl NatsError {
+    /// An error of these servers.
+    pub fn new(nats: &Nats, reason: impl std::fmt::Display) -> Self {
+        Self { servers: nats.servers.join(", "), reason: reason.to_string() }
+    }
+}
+
+/// Connects to the first server that answers.
+///
+/// # Errors
+/// [`NatsError`] when there is none, or it refuses the login.
+pub async fn connect(nats: &Nats, name: &str) -> Result<Context, NatsError> {
+    let mut options = ConnectOptions::new()
+        .name(name)
+        .connection_timeout(Duration::from_secs(5))
+        .request_timeout(Some(TIMEOUT))
+        .require_tls(nats.tls)
+        // The file names the servers: their certificates and a tunnel may fit to no other name.
+        .ignore_discovered_servers()
+        .client_capacity(256);
+    if let Some(credentials) = &nats.credentials {
+        options = options.user_and_password(credentials.user.clone(), credentials.password.reveal().to_owned());
+    }
+    if let Some(file) = &nats.ca_file {
+        options = options.add_root_certificates(file.clone());
+    }
+    let client = options.connect(nats.servers.as_slice()).await.map_err(|error| NatsError::new(nats, error))?;
+    let mut context = jetstream::new(client);
+    context.set_timeout(TIMEOUT);
+    Ok(context)
+}
+
+/// The subject of the batches of a station.
+pub fn subject(plant: &str, station: &str) -> String {
+    format!("profivac.v1.{plant}.{station}.batch")
+}
+
+/// Plant and station of a subject. They come from the subject and not from the message, because the servers let a station publish only
+/// under its own subject.
+pub fn of_subject(subject: &str) -> Option<(&str, &str)> {
+    let mut parts = subject.strip_prefix("profivac.v1.")?.strip_suffix(".batch")?.split('.');
+    match (parts.next(), parts.next(), parts.next()) {
+        (Some(plant), Some(station), None) if !plant.is_empty() && !station.is_empty() => Some((plant, station)),
+        _ => None,
+    }
+}
+
+/// The id of a message: the servers drop a second message with the same id for a while.
+pub fn message_id(station: &str, epoch: i64, number: i64) -> String {
+    format!("{station}/{epoch}/{number}")
+}
+
+/// Epoch and number of a message of this station.
+pub fn of_message_id(id: &str, station: &str) -> Option<(i64, i64)> {
+    let (epoch, number) = id.strip_prefix(station)?.strip_prefix('/')?.split_once('/')?;
+    Some((epoch.parse().ok().filter(|epoch| *epoch > 0)?, number.parse().ok().filter(|number| *number > 0)?))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn subjects_and_ids_are_read_as_they_are_written() {
+        assert_eq!(of_subject(&subject("hall", "hall-1")), Some(("hall", "hall-1")));
+        assert_eq!(of_message_id(&message_id("hall-1", 5, 7), "hall-1"), Some((5, 7)));
+        for wrong in ["profivac.v1.a.batch", "profivac.v1.a.b.c.batch", "profivac.v1..b.batch", "profivac.v2.a.b.batch"]
+        {
+            assert_eq!(of_subject(wrong), None, "{wrong}");
+        }
+        for wrong in ["hall-1/5", "hall-2/5/7", "hall-1/0/7", "hall-1/5/-7", "hall-1/5/7/8", ""] {
+            assert_eq!(of_message_id(wrong, "hall-1"), None, "{wrong}");
+        }
+    }
+}

@@ -1,0 +1,173 @@
+//! The station's part: the batches of the outbox to JetStream.
+//!
+//! The cursor of the record moves when JetStream has acknowledged a batch. Without a network batches wait in the record; the
+//! segments, the recorder and the dashboard do not notice.
+
+use crate::nats::{NatsError, connect, message_id, subject};
+use async_nats::HeaderMap;
+use async_nats::jetstream::Context as JetStream;
+use profivac_gateway::ReadModel;
+use profivac_gateway::thread::{Context, GatewayThread};
+use profivac_recorder::DatabaseError;
+use profivac_recorder::outbox::{Page, Waiting};
+use profivac_station::config::gateways::archive::Settings;
+use profivac_station::services::Services;
+use std::sync::Arc;
+use std::time::Duration;
+use thiserror::Error;
+use tokio::task::JoinError;
+use tokio::time::{Instant, sleep, timeout};
+
+/// The most batches that wait for their acknowledgements at once.
+const MAX_BATCHES: u32 = 128;
+
+/// About the most octets of these.
+const MAX_OCTETS: usize = 2 << 20;
+
+/// The time between two looks at an empty outbox: that between two transactions of the recorder.
+const POLL_INTERVAL: Duration = Duration::from_secs(1);
+
+/// The longest wait for an acknowledgement.
+const ACKNOWLEDGEMENT_TIMEOUT: Duration = Duration::from_secs(10);
+
+/// Why publishing has ended.
+#[derive(Debug, Error)]
+pub enum PublisherError {
+    /// The record cannot be read.
+    #[error(transparent)]
+    Record(#[from] DatabaseError),
+    /// The servers cannot be used.
+    #[error("{0}; batches wait in the record")]
+    Nats(#[from] NatsError),
+    /// A thread has failed.
+    #[error("reading the record has failed unexpectedly: {0}")]
+    Thread(#[from] JoinError),
+}
+
+/// Starts to publish.
+///
+/// # Errors
+/// When the system gives no thread.
+pub fn start(settings: Settings, model: Arc<ReadModel>, services: Arc<Services>) -> std::io::Result<GatewayThread> {
+    GatewayThread::start("archive", model, services, move |context| publish(settings.clone(), context))
+}
+
+/// Publishes until it is told to stop, or something fails.
+async fn publish(settings: Settings, mut context: Context) -> Result<(), PublisherError> {
+    let jetstream = connect(&settings.nats, &settings.station).await?;
+    context.status.runs(settings.nats.servers.join(", "));
+    let mut cursor = (0, 0);
+    loop {
+        let page = read(&context, cursor).await?;
+        if page.epoch != cursor.0 {
+            cursor = (page.epoch, 0);
+        }
+        let is_empty = page.batches.is_empty();
+        if !is_empty {
+            let begun = Instant::now();
+            let (octets, sent) = (octets_of(&page), publish_page(&jetstream, &settings, page, &mut cursor).await);
+            context.status.sent(sent.0);
+            context.services.recorder().acknowledge_outbox(cursor.0, cursor.1);
+            sent.1?;
+            pause(&mut context, pause_after(settings.limit, octets, begun.elapsed())).await;
+        } else {
+            pause(&mut context, POLL_INTERVAL).await;
+        }
+        if context.stop.is_stopped() {
+            return Ok(());
+        }
+    }
+}
+
+/// Reads the batches after the cursor on a thread that may wait for the disk. The record is opened each time: it may be replaced.
+async fn read(context: &Context, (epoch, after): (i64, i64)) -> Result<Page, PublisherError> {
+    let recorder = Arc::clone(context.services.recorder());
+    let page = tokio::task::spawn_blocking(move || {
+        let reader = recorder.open_reader()?;
+        let page = reader.outbox(after, MAX_BATCHES, MAX_OCTETS)?;
+        // Another record counts from one.
+        if page.epoch == epoch { Ok(page) } else { reader.outbox(0, MAX_BATCHES, MAX_OCTETS) }
+    });
+    Ok(page.await??)
+}
+
+fn octets_of(page: &Page) -> usize {
+    page.batches.iter().map(|batch| batch.payload.len()).sum()
+}
+
+/// Publishes batches and moves the cursor past those that are acknowledged without a gap. Returns their number, and what failed.
+async fn publish_page(
+    jetstream: &JetStream,
+    settings: &Settings,
+    page: Page,
+    cursor: &mut (i64, i64),
+) -> (u64, Result<(), PublisherError>) {
+    let subject = subject(&settings.plant, &settings.station);
+    let failed = |reason: String| Err(NatsError::new(&settings.nats, reason).into());
+    let (mut waiting, mut published) = (Vec::new(), Ok(()));
+    for Waiting { number, payload } in page.batches {
+        let mut headers = HeaderMap::new();
+        headers.insert("Nats-Msg-Id", message_id(&settings.station, page.epoch, number).as_str());
+        let sent = jetstream.publish_with_headers(subject.clone(), headers, payload.into());
+        match timeout(ACKNOWLEDGEMENT_TIMEOUT, sent).await {
+            Ok(Ok(acknowledgement)) => waiting.push((number, acknowledgement)),
+            Ok(Err(error)) => published = failed(error.to_string()),
+            Err(_) => published = failed("the server takes no messages".to_owned()),
+        }
+        if published.is_err() {
+            break;
+        }
+    }
+    let mut count = 0;
+    for (number, acknowledgement) in waiting {
+        match timeout(ACKNOWLEDGEMENT_TIMEOUT, acknowledgement.into_future()).await {
+            Ok(Ok(_stored)) => *cursor = (page.epoch, number),
+            Ok(Err(error)) => return (count, failed(explained(&error.to_string()))),
+            Err(_) => return (count, failed("no acknowledgement".to_owned())),
+        }
+        count += 1;
+    }
+    (count, published)
+}
+
+/// The error of an acknowledgement, with what to do.
+fn explained(error: &str) -> String {
+    match error.contains("not found") || error.contains("no responders") {
+        true => format!("no stream takes the batches ({error}): start `profivac archive` once, which creates it"),
+        false => format!("the batch was not stored: {error}"),
+    }
+}
+
+/// The pause that keeps the limit on average.
+fn pause_after(limit: Option<u32>, octets: usize, took: Duration) -> Duration {
+    let Some(limit) = limit.filter(|limit| *limit > 0) else { return Duration::ZERO };
+    Duration::from_secs_f64(octets as f64 / f64::from(limit)).saturating_sub(took)
+}
+
+async fn pause(context: &mut Context, time: Duration) {
+    if !time.is_zero() {
+        tokio::select! {
+            () = sleep(time) => {}
+            () = context.stop.stopped() => {}
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_limit_counts_the_time_that_sending_took() {
+        let second = Duration::from_secs(1);
+        assert_eq!(pause_after(Some(1_000), 3_000, second), second * 2);
+        assert_eq!(pause_after(Some(1_000), 500, second), Duration::ZERO);
+        assert_eq!(pause_after(None, 500, Duration::ZERO), Duration::ZERO);
+    }
+
+    #[test]
+    fn a_missing_stream_says_what_creates_it() {
+        assert!(explained("no responders: stream not found").ends_with("which creates it"));
+        assert_eq!(explained("timed out"), "the batch was not stored: timed out");
+    }
+}

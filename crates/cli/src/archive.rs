@@ -1,0 +1,78 @@
+//! `profivac archive`: the records of many stations in PostgreSQL.
+
+use crate::console::Signals;
+use crate::failure::Failure;
+use crate::output::{notice, out};
+use clap::Args;
+use profivac_archive::config::Config;
+use profivac_archive::service::{self, Report};
+use profivac_host::readiness::{Readiness, wait};
+use signal_hook::consts::{SIGINT, SIGTERM};
+use std::path::PathBuf;
+use std::time::{Duration, Instant};
+
+/// Collect the records of many stations from NATS JetStream into PostgreSQL.
+///
+/// A station sends its record when its file has [archive]. Any number of archives may run with one file, on one computer or on several:
+/// they share the work. A batch is acknowledged after the commit, so that a kill at any moment neither loses nor doubles a row. While a
+/// server or the database is down, batches wait; the archive connects again by itself. docs/archive.md is an introduction.
+#[derive(Args, Debug)]
+#[command(after_help = EXAMPLES)]
+pub struct Arguments {
+    /// The file that names the servers and the database
+    #[arg(value_name = "FILE.toml")]
+    file: PathBuf,
+    /// Only check the file and the files it names
+    #[arg(long)]
+    check: bool,
+}
+
+const EXAMPLES: &str = "\
+Examples:
+  profivac archive archive.toml --check
+  profivac archive archive.toml";
+
+/// The time between two looks at the thread of the archive.
+const CHECK_PERIOD: Duration = Duration::from_secs(1);
+
+/// The time between two lines about what was stored.
+const REPORT_INTERVAL: Duration = Duration::from_secs(60);
+
+/// Runs until SIGINT or SIGTERM.
+pub fn run(arguments: &Arguments) -> Result<(), Failure> {
+    let config = Config::read(&arguments.file).map_err(|error| Failure::usage(error.to_string()))?;
+    if arguments.check {
+        let servers = config.nats.servers.join(", ");
+        out(&format!("{}: {servers}, {} plants with readers", arguments.file.display(), config.plants.len()));
+        return Ok(());
+    }
+    let signals = Signals::of(&[SIGINT, SIGTERM])?;
+    let runtime = tokio::runtime::Builder::new_multi_thread().worker_threads(2).enable_io().enable_time().build()?;
+    let (stop, stopped) = tokio::sync::watch::channel(false);
+    let archive = runtime.spawn(async move {
+        let mut reported = Instant::now();
+        service::run(&config, stopped, |it| report(&it, &mut reported)).await;
+    });
+    while !archive.is_finished() {
+        let readable = wait(&[Readiness::of(&signals)], CHECK_PERIOD)?;
+        if readable.first() == Some(&true) {
+            stop.send_replace(true);
+            break;
+        }
+    }
+    runtime
+        .block_on(archive)
+        .map_err(|_| Failure::no_answer("the archive has failed unexpectedly: start it again, and report the defect"))
+}
+
+fn report(report: &Report<'_>, reported: &mut Instant) {
+    match report {
+        Report::Ready => out("ready"),
+        Report::Failed(error) => notice(&format_args!("{error}; the archive connects again, and batches wait")),
+        Report::Stored(stored) if reported.elapsed() >= REPORT_INTERVAL => {
+            *reported = Instant::now();
+            out(&format!("{} batches, {} samples, {} rejected", stored.batches, stored.samples, stored.rejected));
+        }
+        Report::Stored(_) => {}
+    }
+}

@@ -1,0 +1,355 @@
+//! The format of a batch: the rows of one transaction of a recorder, for an archive elsewhere.
+//!
+//! A batch is a message of Protocol Buffers, compressed with deflate (RFC 1951). `docs/archive-format.md` describes it for other
+//! programs. A field that a reader does not know is skipped; [`FORMAT`] changes only when an older reader would misunderstand a batch.
+
+use super::quality::Quality;
+use super::sample::{Micros, Sample};
+use flate2::Compression;
+use flate2::read::DeflateDecoder;
+use flate2::write::DeflateEncoder;
+use prost::Message;
+use std::io::{Read, Write};
+use thiserror::Error;
+
+/// The present format.
+pub const FORMAT: u32 = 1;
+
+/// The most octets of a batch that is not compressed: a batch from the network must not fill the memory.
+pub const MAX_OCTETS: u64 = 16 << 20;
+
+/// The rows of a batch.
+#[derive(Clone, PartialEq, Message)]
+pub struct Batch {
+    /// [`FORMAT`] of the writer.
+    #[prost(uint32, tag = "1")]
+    pub format: u32,
+    /// When the batch was written, by the clock of the station, in microseconds since 1970 (UTC), like all times in it.
+    #[prost(int64, tag = "2")]
+    pub made_us: i64,
+    /// Samples, by series.
+    #[prost(message, repeated, tag = "3")]
+    pub samples: Vec<Samples>,
+    /// Spans.
+    #[prost(message, repeated, tag = "4")]
+    pub spans: Vec<Span>,
+    /// Events.
+    #[prost(message, repeated, tag = "5")]
+    pub events: Vec<Event>,
+    /// Rows of the alarm history.
+    #[prost(message, repeated, tag = "6")]
+    pub alarms: Vec<AlarmChange>,
+    /// Rows of the audit trail.
+    #[prost(message, repeated, tag = "7")]
+    pub audit: Vec<Audit>,
+}
+
+/// Samples of one series.
+#[derive(Clone, PartialEq, Message)]
+pub struct Samples {
+    /// The name of the series.
+    #[prost(string, tag = "1")]
+    pub series: String,
+    /// For each sample the time since the sample before, for the first one since 1970, in microseconds.
+    #[prost(sint64, repeated, tag = "2")]
+    pub steps_us: Vec<i64>,
+    /// For each sample the number of its quality; 128 is added if it has a pressure.
+    #[prost(bytes = "vec", tag = "3")]
+    pub qualities: Vec<u8>,
+    /// The pressures in Pa, of the samples that have one.
+    #[prost(double, repeated, tag = "4")]
+    pub pressures_pa: Vec<f64>,
+}
+
+/// The summary of a part of a series, as in the table `span`.
+#[derive(Clone, PartialEq, Message)]
+pub struct Span {
+    /// The name of the series.
+    #[prost(string, tag = "1")]
+    pub series: String,
+    /// The level: 2 of two minutes, 3 of half an hour, 4 of six hours.
+    #[prost(uint32, tag = "2")]
+    pub level: u32,
+    /// The start.
+    #[prost(int64, tag = "3")]
+    pub start_us: i64,
+    /// The lowest pressure in Pa.
+    #[prost(double, optional, tag = "4")]
+    pub min_pa: Option<f64>,
+    /// The highest pressure in Pa.
+    #[prost(double, optional, tag = "5")]
+    pub max_pa: Option<f64>,
+    /// The sum of the decimal logarithms of the pressures in Pa.
+    #[prost(double, tag = "6")]
+    pub log10_sum: f64,
+    /// The number of pressures.
+    #[prost(uint32, tag = "7")]
+    pub count: u32,
+    /// The qualities that occurred: bit 0 valid, bit 1 overrange, and so on.
+    #[prost(uint32, tag = "8")]
+    pub qualities: u32,
+}
+
+/// An event.
+#[derive(Clone, PartialEq, Message)]
+pub struct Event {
+    /// Its row in the record.
+    #[prost(int64, tag = "1")]
+    pub id: i64,
+    /// When.
+    #[prost(int64, tag = "2")]
+    pub at_us: i64,
+    /// The name of the gauge.
+    #[prost(string, optional, tag = "3")]
+    pub series: Option<String>,
+    /// The kind, as in the table `event`.
+    #[prost(string, tag = "4")]
+    pub kind: String,
+    /// One sentence.
+    #[prost(string, tag = "5")]
+    pub text: String,
+}
+
+/// A change of an alarm.
+#[derive(Clone, PartialEq, Message)]
+pub struct AlarmChange {
+    /// Its row in the record.
+    #[prost(int64, tag = "1")]
+    pub id: i64,
+    /// When.
+    #[prost(int64, tag = "2")]
+    pub at_us: i64,
+    /// The name of the alarm.
+    #[prost(string, tag = "3")]
+    pub alarm: String,
+    /// The change, as in the table `alarm_history`.
+    #[prost(string, tag = "4")]
+    pub change: String,
+    /// The state after it.
+    #[prost(string, tag = "5")]
+    pub state: String,
+    /// The priority.
+    #[prost(string, tag = "6")]
+    pub priority: String,
+    /// What the alarm is about.
+    #[prost(string, optional, tag = "7")]
+    pub subject: Option<String>,
+    /// How often it was raised.
+    #[prost(int64, tag = "8")]
+    pub occurrence: i64,
+    /// The user who changed it.
+    #[prost(string, optional, tag = "9")]
+    pub user: Option<String>,
+    /// The value that raised it, in `unit`.
+    #[prost(double, optional, tag = "10")]
+    pub value: Option<f64>,
+    /// The unit of `value`.
+    #[prost(string, optional, tag = "11")]
+    pub unit: Option<String>,
+    /// One sentence.
+    #[prost(string, tag = "12")]
+    pub text: String,
+}
+
+/// A row of the audit trail.
+#[derive(Clone, PartialEq, Message)]
+pub struct Audit {
+    /// Its row in the record.
+    #[prost(int64, tag = "1")]
+    pub id: i64,
+    /// When.
+    #[prost(int64, tag = "2")]
+    pub at_us: i64,
+    /// The action, as in the table `audit`.
+    #[prost(string, tag = "3")]
+    pub action: String,
+    /// The row whose outcome this row states.
+    #[prost(int64, optional, tag = "4")]
+    pub refers_to: Option<i64>,
+    /// The user.
+    #[prost(string, tag = "5")]
+    pub user: String,
+    /// The role of the user.
+    #[prost(string, tag = "6")]
+    pub role: String,
+    /// The network address of the user.
+    #[prost(string, optional, tag = "7")]
+    pub peer: Option<String>,
+    /// The gauge.
+    #[prost(string, optional, tag = "8")]
+    pub gauge: Option<String>,
+    /// The parameter that was written or executed.
+    #[prost(string, optional, tag = "9")]
+    pub target: Option<String>,
+    /// The value before.
+    #[prost(string, optional, tag = "10")]
+    pub before: Option<String>,
+    /// The value after.
+    #[prost(string, optional, tag = "11")]
+    pub after: Option<String>,
+    /// The outcome.
+    #[prost(string, optional, tag = "12")]
+    pub outcome: Option<String>,
+}
+
+/// Why octets are no batch.
+#[derive(Debug, Error)]
+pub enum BatchError {
+    /// They cannot be decompressed.
+    #[error("the batch is damaged: {0}")]
+    Damaged(#[from] std::io::Error),
+    /// They are too many.
+    #[error("the batch has more than {MAX_OCTETS} octets after decompression")]
+    TooLong,
+    /// They are no message.
+    #[error("the batch is no message of Protocol Buffers: {0}")]
+    NoMessage(#[from] prost::DecodeError),
+    /// They are of a later format.
+    #[error(
+        "the batch has format {0}, and this program reads formats up to {FORMAT}: update the archive before the stations"
+    )]
+    Format(u32),
+    /// Two lists of a series do not fit together.
+    #[error("the samples of series {0} have {1} times, {2} qualities and {3} pressures, which do not fit together")]
+    Lists(String, usize, usize, usize),
+}
+
+impl Batch {
+    /// The octets of the batch.
+    ///
+    /// # Errors
+    /// Never: the octets are written to memory.
+    pub fn encode_compressed(&self) -> std::io::Result<Vec<u8>> {
+        let mut encoder = DeflateEncoder::new(Vec::new(), Compression::fast());
+        encoder.write_all(&self.encode_to_vec())?;
+        encoder.finish()
+    }
+
+    /// The batch of these octets.
+    ///
+    /// # Errors
+    /// [`BatchError`] when they are no batch that this program understands.
+    pub fn decode_compressed(octets: &[u8]) -> Result<Self, BatchError> {
+        let mut plain = Vec::new();
+        DeflateDecoder::new(octets).take(MAX_OCTETS.saturating_add(1)).read_to_end(&mut plain)?;
+        if plain.len() as u64 > MAX_OCTETS {
+            return Err(BatchError::TooLong);
+        }
+        let batch = Self::decode(&plain[..])?;
+        match batch.format {
+            1..=FORMAT => Ok(batch),
+            other => Err(BatchError::Format(other)),
+        }
+    }
+
+    /// The number of samples.
+    #[must_use]
+    pub fn sample_count(&self) -> usize {
+        self.samples.iter().map(|series| series.steps_us.len()).sum()
+    }
+}
+
+/// Added to the number of a quality whose sample has a pressure.
+const HAS_PRESSURE: u8 = 128;
+
+impl Samples {
+    /// Samples of a series.
+    #[must_use]
+    pub fn new(series: String, samples: &[Sample]) -> Self {
+        let mut packed = Self { series, ..Self::default() };
+        let mut before = 0;
+        for Sample { at, pa, quality } in samples {
+            packed.steps_us.push(at.0.wrapping_sub(before));
+            packed.qualities.push(*quality as u8 | if pa.is_some() { HAS_PRESSURE } else { 0 });
+            packed.pressures_pa.extend(pa);
+            before = at.0;
+        }
+        packed
+    }
+
+    /// The samples. A quality that this program does not know is a fault without a pressure.
+    ///
+    /// # Errors
+    /// [`BatchError::Lists`].
+    pub fn unpack(&self) -> Result<Vec<Sample>, BatchError> {
+        let with_pressure = self.qualities.iter().filter(|quality| *quality & HAS_PRESSURE != 0).count();
+        if self.steps_us.len() != self.qualities.len() || with_pressure != self.pressures_pa.len() {
+            let lengths = (self.steps_us.len(), self.qualities.len(), self.pressures_pa.len());
+            return Err(BatchError::Lists(self.series.clone(), lengths.0, lengths.1, lengths.2));
+        }
+        let mut pressures = self.pressures_pa.iter().copied();
+        let mut at = 0_i64;
+        let samples = self.steps_us.iter().zip(&self.qualities).map(|(step, quality)| {
+            at = at.wrapping_add(*step);
+            let pa = if quality & HAS_PRESSURE == 0 { None } else { pressures.next() };
+            let known = Quality::from_number(i64::from(quality & !HAS_PRESSURE)).unwrap_or(Quality::Fault);
+            Sample::new(Micros(at), pa, known)
+        });
+        Ok(samples.collect())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn samples() -> Vec<Sample> {
+        vec![
+            Sample::new(Micros(1_700_000_000_000_000), Some(1.25e-4), Quality::Valid),
+            Sample::gap(Micros(1_700_000_000_500_000)),
+            Sample::new(Micros(1_699_999_999_000_000), Some(1e5), Quality::Overrange),
+        ]
+    }
+
+    fn batch() -> Batch {
+        Batch { format: FORMAT, samples: vec![Samples::new("chamber".to_owned(), &samples())], ..Batch::default() }
+    }
+
+    #[test]
+    fn a_batch_is_the_same_after_the_network() {
+        let read = Batch::decode_compressed(&batch().encode_compressed().unwrap()).unwrap();
+        assert_eq!(read, batch());
+        assert_eq!(read.samples[0].unpack().unwrap(), samples());
+    }
+
+    /// The format in the record and on the network: an archive reads batches of older stations.
+    #[test]
+    fn the_octets_of_a_batch_do_not_change() {
+        let octets: String = batch().encode_to_vec().iter().map(|octet| format!("{octet:02x}")).collect();
+        assert_eq!(
+            octets,
+            "08011a310a076368616d626572120f8080f28183898506c0843dbf8db7011a038004812210fca9f1d24d62203f00000000006af840"
+        );
+    }
+
+    #[test]
+    fn a_later_format_a_bomb_and_damaged_octets_are_refused() {
+        let later = Batch { format: FORMAT + 1, ..batch() }.encode_compressed().unwrap();
+        assert!(matches!(Batch::decode_compressed(&later), Err(BatchError::Format(2))));
+        let none = Batch { format: 0, ..batch() }.encode_compressed().unwrap();
+        assert!(matches!(Batch::decode_compressed(&none), Err(BatchError::Format(0))));
+        let mut encoder = DeflateEncoder::new(Vec::new(), Compression::fast());
+        encoder.write_all(&vec![0; 17 << 20]).unwrap();
+        assert!(matches!(Batch::decode_compressed(&encoder.finish().unwrap()), Err(BatchError::TooLong)));
+        let octets = batch().encode_compressed().unwrap();
+        for length in 1..octets.len() {
+            // A cut batch never reads as a batch with other samples.
+            assert!(Batch::decode_compressed(&octets[..length]).map_or(true, |read| read == batch()), "{length}");
+        }
+    }
+
+    #[test]
+    fn a_reader_skips_fields_that_it_does_not_know() {
+        let mut octets = batch().encode_to_vec();
+        // Field 200, of type octets, with three of them.
+        octets.extend([0xc2, 0x0c, 3, 1, 2, 3]);
+        assert_eq!(Batch::decode(&octets[..]).unwrap(), batch());
+    }
+
+    #[test]
+    fn lists_of_different_lengths_are_refused() {
+        let mut packed = Samples::new("chamber".to_owned(), &samples());
+        packed.pressures_pa.pop();
+        assert!(matches!(packed.unpack(), Err(BatchError::Lists(..))));
+    }
+}
