@@ -196,10 +196,10 @@ mod tests {
     #[test]
     fn only_parts_of_the_plant_have_states_and_a_new_plant_has_a_new_revision() {
         let store = PlantStore::default();
-        store.set(PlantPicture { volumes: Vec::new(), parts: vec![valve("gate"), valve("bypass")] });
-        store.report([open("gate"), open("another")]);
+        store.set(PlantPicture { volumes: Vec::new(), parts: vec![valve("slide"), valve("bypass")] });
+        store.report([open("slide"), open("another")]);
         let live = store.live();
-        assert_eq!(live.states.keys().collect::<Vec<_>>(), ["gate"]);
+        assert_eq!(live.states.keys().collect::<Vec<_>>(), ["slide"]);
         store.set(store.view());
         assert_eq!(store.live(), live, "the same plant again");
         store.set(PlantPicture { volumes: Vec::new(), parts: vec![valve("bypass")] });

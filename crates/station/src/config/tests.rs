@@ -201,7 +201,7 @@ gauges = ["chamber"]
 name = "fore line"
 
 [[valve]]
-name = "gate"
+name = "slide"
 between = ["target", "fore line"]
 
 [[pump]]
@@ -218,7 +218,7 @@ fn a_file_may_describe_the_plant() {
     assert_eq!(volumes, [("target", Some("hall")), ("fore line", None)]);
     assert_eq!(plant.volumes[0].gauges, ["chamber"]);
     let parts: Vec<_> = plant.parts.iter().map(|part| (part.name.as_str(), part.kind, part.volumes.len())).collect();
-    assert_eq!(parts, [("gate", PlantPartKind::Valve, 2), ("scroll", PlantPartKind::RoughingPump, 1)]);
+    assert_eq!(parts, [("slide", PlantPartKind::Valve, 2), ("scroll", PlantPartKind::RoughingPump, 1)]);
 }
 
 #[test]
@@ -237,7 +237,7 @@ fn a_plant_that_does_not_fit_together_is_refused() {
         wrong("name = \"fore line\"", "name = \"fore line\"\ngauges = [\"chamber\"]"),
         "the gauge \"chamber\" is at the volume \"target\" already; delete one of both"
     );
-    assert_eq!(wrong("\"scroll\"", "\"gate\""), "the pump or valve \"gate\" is defined twice; choose another name");
+    assert_eq!(wrong("\"scroll\"", "\"slide\""), "the pump or valve \"slide\" is defined twice; choose another name");
     assert_eq!(wrong("zone = \"hall\"", "zone = \"\""), "expected a name for the zone, found an empty string");
 }
 
