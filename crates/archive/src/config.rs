@@ -189,10 +189,9 @@ fn postgres(file: &Path, toml: &PostgresToml) -> Result<tokio_postgres::Config, 
     }
     if let Some(password) = &toml.password_file {
         let path = file.parent().unwrap_or(Path::new("")).join(password);
-        match file_permissions::check(&path) {
-            Err(error @ PermissionError::Open(..)) => return Err(error.into()),
-            // Reading reports why the file cannot be read.
-            Ok(()) | Err(_) => {}
+        // Reading reports why the file cannot be read.
+        if let Err(error @ PermissionError::Open(..)) = file_permissions::check(&path) {
+            return Err(error.into());
         }
         let text = text_file::read(&path).map_err(|error| ConfigError::Read { file: path, error })?;
         config.password(text.trim());

@@ -11,6 +11,7 @@
 //! | [`auth`] | users, roles, sessions |
 //! | [`view`] | what the API shows |
 //! | [`bus`] | the state of the lines of all segments, and their captures |
+//! | [`plant`] | the picture of the plant, and the states of its parts |
 //! | [`snapshot`] | the latest snapshot of each segment |
 //! | [`alarm`] | alarms after ISA-18.2 |
 //! | [`config`] | the station's file |
@@ -35,6 +36,7 @@ pub mod control;
 pub mod gateway_status;
 mod host_name;
 pub mod identification;
+pub mod plant;
 pub mod pumpdown;
 pub mod recording;
 pub mod report;

@@ -9,6 +9,7 @@
 use crate::alarm::AlarmService;
 use crate::control::ControlService;
 use crate::gateway_status::GatewayStatuses;
+use crate::plant::PlantStore;
 use crate::recording::RecorderHandle;
 use crate::segment::SegmentServices;
 use crate::snapshot::SnapshotStore;
@@ -28,6 +29,7 @@ pub struct Services {
     alarms: Arc<AlarmService>,
     webhooks: Arc<DeliveryStatus>,
     gateways: Arc<GatewayStatuses>,
+    plant: PlantStore,
 }
 
 impl Services {
@@ -40,7 +42,8 @@ impl Services {
         let alarms = Arc::new(AlarmService::new(name.clone(), Arc::clone(&recorder)));
         let webhooks = Arc::new(DeliveryStatus::default());
         let gateways = Arc::new(GatewayStatuses::default());
-        Self { name, started: Micros::now(), recorder, snapshots, control, alarms, webhooks, gateways }
+        let plant = PlantStore::default();
+        Self { name, started: Micros::now(), recorder, snapshots, control, alarms, webhooks, gateways, plant }
     }
 
     /// The name of the station.
@@ -83,6 +86,12 @@ impl Services {
     #[must_use]
     pub const fn gateways(&self) -> &Arc<GatewayStatuses> {
         &self.gateways
+    }
+
+    /// The plant and the states of its parts.
+    #[must_use]
+    pub const fn plant(&self) -> &PlantStore {
+        &self.plant
     }
 
     /// The parts that a segment needs.

@@ -1,6 +1,6 @@
 //! The dashboard of the demonstration: that of the station, with the services in memory.
 
-use super::alarms;
+use super::{alarms, plant};
 use crate::failure::Failure;
 use crate::output::notice;
 use profivac_recorder::{Recorder, Settings};
@@ -12,7 +12,7 @@ use profivac_station::server::{Limits, Server, ServerError, Setup};
 use profivac_station::services::Services;
 use profivac_station::station::StationError;
 use profivac_virtual::memory_segment::MemorySegment;
-use profivac_virtual::scenario::Scenario;
+use profivac_virtual::scenario::{Run, Scenario};
 use std::net::SocketAddr;
 use std::path::Path;
 use std::sync::Arc;
@@ -31,6 +31,7 @@ const SEGMENT: &str = "demo";
 /// Records the demonstration and serves the dashboard.
 pub struct Dashboard {
     exhibit: DemoSegment,
+    services: Arc<Services>,
     server: Option<Server>,
     _watcher: AlarmThread,
     /// Contains the database unless --record names a file; deleted at the end.
@@ -78,6 +79,7 @@ impl Dashboard {
         services.alarms().start(rules, Vec::new()).map_err(StationError::from)?;
         let (snapshots, recorder) = (Arc::clone(services.snapshots()), Arc::clone(services.recorder()));
         let _watcher = AlarmThread::start(Arc::clone(services.alarms()), snapshots, recorder)?;
+        services.plant().set(plant::view(scenario.schematic(), |address| names(address).0));
         let exhibit = DemoSegment::new(services.for_segments(), SEGMENT, segment, master, names);
         // The gauges are published: the first request finds them.
         let server = match options.listen {
@@ -85,7 +87,7 @@ impl Dashboard {
             Some(address) => Some(serve(&services, address)?),
             None => Some(serve_at_default(&services)?),
         };
-        Ok(Self { exhibit, server, _watcher, _folder: folder })
+        Ok(Self { exhibit, services, server, _watcher, _folder: folder })
     }
 
     /// The address of the dashboard, if it is served.
@@ -93,8 +95,11 @@ impl Dashboard {
         self.server.as_ref().map(|server| format!("http://{}", server.address()))
     }
 
-    /// Takes over the new samples.
-    pub fn update(&mut self, segment: &mut MemorySegment) {
+    /// Takes over the new samples, the states of the parts of the plant, and what the scenario tells.
+    pub fn update(&mut self, segment: &mut MemorySegment, run: &Run) {
+        let plant = self.services.plant();
+        plant.report(plant::states(run));
+        run.message().into_iter().for_each(|message| plant.tell(message));
         self.exhibit.run_once(segment);
     }
 }

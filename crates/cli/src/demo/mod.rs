@@ -3,6 +3,7 @@
 mod alarms;
 mod dashboard;
 mod picture;
+mod plant;
 mod trend;
 
 use crate::console::Signals;
@@ -191,7 +192,7 @@ impl Demo {
         self.advanced_until = now;
         self.advance(lag.as_secs_f64() * self.speed);
         if let Some(dashboard) = &mut self.dashboard {
-            dashboard.update(&mut self.segment);
+            dashboard.update(&mut self.segment, &self.run);
         }
         Ok(readable != [true] && self.end.is_none_or(|end| now < end))
     }

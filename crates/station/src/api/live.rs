@@ -7,6 +7,7 @@ use super::compression::compressed;
 use super::merge_patch::merge_patch;
 use super::middleware::RequestContext;
 use crate::alarm::view::{AlarmCount, AlarmOverview, AlarmView};
+use crate::plant::LivePlant;
 use crate::services::Services;
 use crate::view::{
     BusStationState, ControlAuthorityView, Gauge, PressureLevel, ReadProgress, Reading, Segment, Station,
@@ -70,6 +71,8 @@ pub struct Snapshot {
     read_progress: Vec<ReadProgress>,
     /// The active alarms.
     alarms: LiveAlarms,
+    /// The states of the parts of the plant.
+    plant: LivePlant,
 }
 
 /// A gauge in the live stream.
@@ -237,6 +240,7 @@ impl SnapshotSource {
             control_authority: services.control().authority(Instant::now()),
             read_progress: services.snapshots().read_progress(),
             alarms: services.alarms().overview().into(),
+            plant: services.plant().live(),
         };
         // Numbers, texts and lists always have a JSON form.
         serde_json::to_value(&snapshot).unwrap_or_default()

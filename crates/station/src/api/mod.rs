@@ -13,6 +13,7 @@
 //! | `/api/armed-commands/{id}`, `/api/armed-commands/{id}/execute` | disarms and executes it |
 //! | `/api/control-authority` and below | control authority |
 //! | `/api/audit`, `/api/audit.csv` | the audit trail |
+//! | `/api/plant` | the plant: volumes, valves, pumps |
 //! | `/api/trend` | the trend of a series |
 //! | `/api/events` | events |
 //! | `/api/rise` | a rise of pressure, separated into a leak and outgassing |
@@ -100,6 +101,7 @@ use utoipa::OpenApi;
         snapshot::gauge,
         snapshot::blocks,
         snapshot::gateways,
+        snapshot::plant,
         history::trend,
         history::events,
         history::rise,
@@ -222,6 +224,7 @@ pub fn router(services: Arc<Services>) -> Router {
         .route("/api/gauges/{name}", get(snapshot::gauge))
         .route("/api/gauges/{name}/blocks", get(snapshot::blocks))
         .route("/api/gateways", get(snapshot::gateways))
+        .route("/api/plant", get(snapshot::plant))
         .route("/api/trend", get(history::trend))
         .route("/api/events", get(history::events))
         .route("/api/rise", get(history::rise))

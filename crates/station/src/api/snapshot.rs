@@ -4,6 +4,7 @@ use super::problem::{Problem, task_failed};
 use crate::control::SegmentRequestError;
 use crate::control::error::Unavailable;
 use crate::gateway_status::GatewayView;
+use crate::plant::PlantPicture;
 use crate::services::Services;
 use crate::view::{Block, Gauge, Segment, Station};
 use axum::Json;
@@ -65,6 +66,15 @@ pub async fn blocks(
         Ok(Err(error)) => Err(error.into()),
         Err(error) => Err(task_failed(&error)),
     }
+}
+
+/// The plant: its volumes, and the valves and pumps between them
+///
+/// It changes with the station's file. The states of the parts are in the live stream, which has a new `plant.revision` when this answer
+/// changes.
+#[utoipa::path(get, path = "/api/plant", responses((status = 200, body = PlantPicture)))]
+pub async fn plant(State(services): State<Arc<Services>>) -> Json<PlantPicture> {
+    Json(services.plant().view())
 }
 
 /// The gateways to control systems, with their clients and errors

@@ -195,7 +195,7 @@ fn bus_rate(
 }
 
 /// The gauge of this name, or the gauge and the channel that `gauge.N` names.
-fn series(name: &Spanned<String>, segments: &[SegmentToml]) -> Result<Series, Located> {
+pub fn series(name: &Spanned<String>, segments: &[SegmentToml]) -> Result<Series, Located> {
     let series = name.get_ref();
     let channel = series.rsplit_once('.').filter(|(_, channel)| channel.parse::<u8>().is_ok());
     let found = |wanted: &str| gauge_names(segments).find(|known| *known == wanted);

@@ -56,6 +56,12 @@ pub enum NamedItem {
     Alarm,
     /// `[[webhook]]`.
     Webhook,
+    /// `[[volume]]`.
+    Volume,
+    /// `zone` of a volume.
+    Zone,
+    /// `[[pump]]` or `[[valve]]`.
+    PlantPart,
 }
 
 impl fmt::Display for NamedItem {
@@ -68,6 +74,9 @@ impl fmt::Display for NamedItem {
             Self::Level => "level",
             Self::Alarm => "alarm",
             Self::Webhook => "webhook",
+            Self::Volume => "volume",
+            Self::Zone => "zone",
+            Self::PlantPart => "pump or valve",
         })
     }
 }
@@ -221,6 +230,25 @@ pub enum ConfigProblem {
         name: String,
         /// The most similar name of a gauge.
         suggestion: Option<String>,
+    },
+    /// No volume has this name.
+    #[error("there is no volume {name:?}{}; [[volume]] defines one", hint(.suggestion.as_deref()))]
+    UnknownVolume {
+        /// The name.
+        name: String,
+        /// The most similar name of a volume.
+        suggestion: Option<String>,
+    },
+    /// A part connects a volume with itself.
+    #[error("expected two different volumes, found {0:?} twice")]
+    SameVolume(String),
+    /// A gauge is at two volumes.
+    #[error("the gauge {gauge:?} is at the volume {volume:?} already; delete one of both")]
+    GaugePlacedTwice {
+        /// The gauge.
+        gauge: String,
+        /// The volume that has it.
+        volume: String,
     },
     /// No segment has this name.
     #[error("there is no segment {name:?}{}", hint(.suggestion.as_deref()))]
@@ -487,9 +515,14 @@ fn twice_hint(item: NamedItem) -> &'static str {
     match item {
         NamedItem::Port => "put all its gauges into one segment",
         NamedItem::Webhook => "give each a name of its own",
-        NamedItem::Station | NamedItem::Segment | NamedItem::Gauge | NamedItem::Level | NamedItem::Alarm => {
-            "choose another name"
-        }
+        NamedItem::Station
+        | NamedItem::Segment
+        | NamedItem::Gauge
+        | NamedItem::Level
+        | NamedItem::Alarm
+        | NamedItem::Volume
+        | NamedItem::Zone
+        | NamedItem::PlantPart => "choose another name",
     }
 }
 

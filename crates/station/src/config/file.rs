@@ -11,10 +11,12 @@ use super::gateways::mqtt::MqttToml;
 use super::gateways::opcua::OpcuaToml;
 use super::gateways::prometheus::PrometheusToml;
 use super::names::stem;
+use super::plant::{PumpToml, ValveToml, VolumeToml};
 use super::retention::RetentionToml;
 use super::segments::SegmentToml;
 use super::webhooks::WebhookToml;
 use super::{Config, TlsFiles, UsersFile};
+use crate::plant::PlantPicture;
 use profivac_host::text_file::Parsed;
 use profivac_recorder::Retention;
 use serde::Deserialize;
@@ -42,6 +44,12 @@ pub struct ConfigToml {
     pub alarms: DefaultAlarmsToml,
     #[serde(default)]
     pub webhook: Vec<WebhookToml>,
+    #[serde(default)]
+    pub volume: Vec<VolumeToml>,
+    #[serde(default)]
+    pub pump: Vec<PumpToml>,
+    #[serde(default)]
+    pub valve: Vec<ValveToml>,
     modbus: Option<ModbusToml>,
     archive: Option<ArchiveToml>,
     epics: Option<EpicsToml>,
@@ -104,7 +112,7 @@ impl ConfigToml {
         })
     }
 
-    /// The configuration without alarms, webhooks, retention and gateways.
+    /// The configuration without alarms, webhooks, plant, retention and gateways.
     pub fn into_config(self, path: &Path) -> Config {
         let stem = stem(path);
         let database = self.station.database.or(self.station.record).map(Spanned::into_inner);
@@ -123,6 +131,7 @@ impl ConfigToml {
             alarms: Vec::new(),
             webhooks: Vec::new(),
             gateways: Vec::new(),
+            plant: PlantPicture::default(),
             renamed_keys: Vec::new(),
         }
     }

@@ -40,6 +40,16 @@
 //! device = "psg550"
 //! configuration = "45 84 05 08 05" # octets of Chk_Cfg, until a start-up of the bus was heard
 //! unit = "mbar"                    # the same for the unit
+//!
+//! [[volume]]                       # the picture of the plant
+//! name = "target chamber"
+//! zone = "target"
+//! gauges = ["chamber"]
+//!
+//! [[pump]]
+//! name = "turbo"
+//! kind = "turbo"                   # turbo, roughing, capture
+//! inlet = "target chamber"
 //! ```
 //!
 //! The whole file is checked before anything starts. An error names line and column.
@@ -51,6 +61,7 @@
 //! | `alarms` | `[[alarm]]` |
 //! | `default_alarms` | `[alarms]` |
 //! | `webhooks` | `[[webhook]]` |
+//! | `plant` | `[[volume]]`, `[[pump]]`, `[[valve]]` |
 //! | `retention` | `[retention]` |
 //! | [`gateways`] | `[epics]`, `[mqtt]`, `[prometheus]` and the other gateways to control systems |
 //! | `check` | checks of segments, gauges and host names |
@@ -67,6 +78,7 @@ mod file;
 pub mod gateways;
 mod names;
 mod notice;
+mod plant;
 mod retention;
 mod segments;
 mod values;
@@ -79,6 +91,7 @@ pub use webhooks::{Secret, Webhook};
 
 use crate::alarm::Rule;
 use crate::auth::Access;
+use crate::plant::PlantPicture;
 use error::Located;
 use file::ConfigToml;
 use gateways::GatewaySettings;
@@ -119,6 +132,8 @@ pub struct Config {
     pub webhooks: Vec<Webhook>,
     /// The gateways to control systems.
     pub gateways: Vec<GatewaySettings>,
+    /// The picture of the plant; empty if the file has none.
+    pub plant: PlantPicture,
     /// Keys that are written with a former name.
     pub renamed_keys: Vec<RenamedKey>,
 }
@@ -233,9 +248,10 @@ impl Config {
         let renamed_keys = notice::renamed_keys(&file, text, path).map_err(located)?;
         let alarms = alarms::rules(&file.alarm, &file.alarms, &file.segment).map_err(located)?;
         let webhooks = webhooks::webhooks(&file.webhook, path).map_err(located)?;
+        let plant = plant::plant(&file.volume, &file.pump, &file.valve, &file.segment).map_err(located)?;
         let retention = retention::retention(&file.retention).map_err(located)?;
         let gateways = file.take_gateways(path).and_then(|tables| gateways::settings(tables, path)).map_err(located)?;
-        Ok(Self { alarms, webhooks, retention, renamed_keys, gateways, ..file.into_config(path) })
+        Ok(Self { alarms, webhooks, plant, retention, renamed_keys, gateways, ..file.into_config(path) })
     }
 
     /// Checks the segment files of `sim:` ports. A station does not check them at its start, because these files belong to

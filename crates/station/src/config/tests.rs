@@ -2,6 +2,7 @@
 
 use super::segments::POLL;
 use super::*;
+use crate::plant::PlantPartKind;
 use std::path::Path;
 
 const FILE: &str = r#"
@@ -188,6 +189,56 @@ fn two_gauges_cannot_share_an_address_or_a_name() {
 fn an_error_about_a_missing_file_names_the_file() {
     let error = Config::read(Path::new("no/such/plant.toml")).unwrap_err().to_string();
     assert!(error.starts_with("no/such/plant.toml:1:1: the file cannot be read"), "{error}");
+}
+
+const PLANT: &str = r#"
+[[volume]]
+name = "target"
+zone = "hall"
+gauges = ["chamber"]
+
+[[volume]]
+name = "fore line"
+
+[[valve]]
+name = "slide"
+between = ["target", "fore line"]
+
+[[pump]]
+name = "scroll"
+kind = "roughing"
+inlet = "fore line"
+"#;
+
+#[test]
+fn a_file_may_describe_the_plant() {
+    assert_eq!(parse(FILE).unwrap().plant, PlantPicture::default());
+    let plant = parse(&format!("{FILE}{PLANT}")).unwrap().plant;
+    let volumes: Vec<_> = plant.volumes.iter().map(|volume| (volume.name.as_str(), volume.zone.as_deref())).collect();
+    assert_eq!(volumes, [("target", Some("hall")), ("fore line", None)]);
+    assert_eq!(plant.volumes[0].gauges, ["chamber"]);
+    let parts: Vec<_> = plant.parts.iter().map(|part| (part.name.as_str(), part.kind, part.volumes.len())).collect();
+    assert_eq!(parts, [("slide", PlantPartKind::Valve, 2), ("scroll", PlantPartKind::RoughingPump, 1)]);
+}
+
+#[test]
+fn a_plant_that_does_not_fit_together_is_refused() {
+    let wrong = |from: &str, to: &str| problem(&format!("{FILE}{}", PLANT.replacen(from, to, 1)));
+    assert_eq!(
+        wrong("inlet = \"fore line\"", "inlet = \"for line\""),
+        "there is no volume \"for line\"; did you mean \"fore line\"?; [[volume]] defines one"
+    );
+    assert_eq!(
+        wrong("[\"target\", \"fore", "[\"fore line\", \"fore"),
+        "expected two different volumes, found \"fore line\" twice"
+    );
+    assert_eq!(wrong("[\"chamber\"]", "[\"chambre\"]"), "there is no gauge \"chambre\"; did you mean \"chamber\"?");
+    assert_eq!(
+        wrong("name = \"fore line\"", "name = \"fore line\"\ngauges = [\"chamber\"]"),
+        "the gauge \"chamber\" is at the volume \"target\" already; delete one of both"
+    );
+    assert_eq!(wrong("\"scroll\"", "\"slide\""), "the pump or valve \"slide\" is defined twice; choose another name");
+    assert_eq!(wrong("zone = \"hall\"", "zone = \"\""), "expected a name for the zone, found an empty string");
 }
 
 #[test]

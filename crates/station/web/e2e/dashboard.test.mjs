@@ -19,6 +19,7 @@ after(async () => {
 
 const PAGES = {
   '/': 'Overview',
+  '/plant': 'Plant',
   '/trends': 'Trends',
   '/bus': 'Bus map',
   '/gauge': 'Gauge',

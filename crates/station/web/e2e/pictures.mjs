@@ -1,6 +1,6 @@
 // Takes the pictures of docs/dashboard.md: `node pictures.mjs FOLDER`.
 
-import { drawn, openContext, startActing, startBrowser, startPlant } from './setup.mjs'
+import { drawn, openContext, startActing, startBrowser, startDemo, startPlant } from './setup.mjs'
 
 const folder = process.argv[2]
 if (!folder) throw new Error('expected the folder for the pictures')
@@ -119,6 +119,18 @@ const PUMPED = [
   ],
 ]
 
+/** Waits for the leak of the demonstration and its alarm. */
+async function leaking(page) {
+  await page.locator('[data-part="flange"] .state', { hasText: 'leaks' }).waitFor()
+  await page.locator('[data-volume="chamber"] .words').waitFor()
+}
+
+const DEMO = [
+  ['plant', '/plant', LIGHT, leaking],
+  ['plant-dark', '/plant', DARK, leaking],
+  ['plant-phone', '/plant', { ...LIGHT, ...PHONE }, leaking],
+]
+
 const browser = await startBrowser()
 
 async function login(page, user) {
@@ -152,4 +164,5 @@ const { started_ms } = await plant.json('/api/station')
 await take(plant, pictures(started_ms))
 await take(await startPlant('127.0.0.1:0', 'pumped'), PUMPED)
 await take(await startActing(), ACTING, 'Erna')
+await take(await startDemo(), DEMO)
 await browser.close()

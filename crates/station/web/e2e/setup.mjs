@@ -52,6 +52,9 @@ async function startProgram(program, address, ...more) {
 /** The demo plant with its dashboard, until it is stopped; `cargo build -p profivac-cli` makes it. */
 export const startDemo = (...more) => startProfivac('demo', '--headless', ...more)
 
+/** The same without --headless: it goes on after the end of its scenario. */
+export const startLastingDemo = (...more) => startProfivac('demo', ...more)
+
 /** A station with this file. */
 export const startStation = (file) => startProfivac('run', file)
 

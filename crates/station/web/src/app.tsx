@@ -17,6 +17,7 @@ import { GaugePage } from './pages/gauge/gauge.tsx'
 import { Identify } from './pages/identify/identify.tsx'
 import { Login } from './pages/login.tsx'
 import { Overview } from './pages/overview.tsx'
+import { PlantPage } from './pages/plant.tsx'
 import { RateOfRise } from './pages/rise/rise.tsx'
 import { PumpDowns } from './pages/trends/pump-downs.tsx'
 import { Trends } from './pages/trends/trends.tsx'
@@ -26,6 +27,7 @@ import { useShortcutKeys } from './shortcuts.ts'
 
 const COMPONENTS: Record<string, () => JSX.Element> = {
   '/': Overview,
+  '/plant': PlantPage,
   '/trends': Trends,
   '/bus': BusMap,
   '/gauge': GaugePage,

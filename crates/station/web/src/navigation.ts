@@ -9,6 +9,7 @@ export interface PageEntry {
 
 export const PAGES: PageEntry[] = [
   { path: '/', name: 'Overview', key: '1' },
+  { path: '/plant', name: 'Plant', key: 'p' },
   { path: '/trends', name: 'Trends', key: '2' },
   { path: '/bus', name: 'Bus map', key: '3' },
   { path: '/gauge', name: 'Gauge', key: '4' },

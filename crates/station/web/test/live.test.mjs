@@ -13,6 +13,11 @@ const state = () => ({
   },
   gauge_order: ['b', 'a'],
   alarms: { problem: null, alarms: { late: { name: 'late' }, first: { name: 'first' } }, order: ['first', 'late'] },
+  plant: {
+    revision: 1,
+    states: { gate: { state: 'open', detail: null }, turbo: { state: 'running', detail: '98 %' } },
+    story: [],
+  },
 })
 
 test('a change alters what it names and keeps the rest', () => {
@@ -35,6 +40,11 @@ test('a property without a value is null, and a removed gauge is gone', () => {
     ['b'],
   )
   assert.equal(gauges[0].readings[0].pa, null)
+})
+
+test('a part of the plant that reports no state any more has none', () => {
+  const { plant } = snapshotOf(merged(state(), { plant: { states: { gate: null, turbo: { detail: null } } } }))
+  assert.deepEqual(plant.states, { turbo: { state: 'running', detail: null } })
 })
 
 test('gauges, channels and alarms have the order of the station', () => {

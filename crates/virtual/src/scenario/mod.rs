@@ -33,12 +33,14 @@ mod included;
 mod plant;
 mod quantities;
 mod run;
+mod schematic;
 
 pub use error::ScenarioEntryError;
 pub use event::{Check, DeviceAction, Event, Expectation, ScenarioAction, Subject};
 pub use included::{INCLUDED, Included};
 pub use plant::{Part, Plant};
 pub use run::{FailedExpectation, MasterPresence, Run};
+pub use schematic::{Schematic, SchematicGauge, SchematicKind, SchematicPart};
 
 use crate::device::VirtualDevice;
 use crate::device_spec::{DeviceSpec, SpecError, check_addresses, entry};
@@ -127,6 +129,7 @@ pub struct Scenario {
     has_real_sensors: bool,
     step_s: f64,
     plant: Plant,
+    schematic: Schematic,
     gauges: Vec<Gauge>,
     events: Vec<Event>,
 }
@@ -168,8 +171,16 @@ impl Scenario {
         let reader = EventParser { plant: &plant, specs: &specs, text, step_s, until_s };
         let events = reader.events(&file)?;
         let real = has_real_sensors(&file)?;
+        let schematic = Schematic::new(&file, &plant, &gauges);
         let File { title, seed, .. } = file;
-        Ok(Self { title, until_s, name: name.to_owned(), seed, has_real_sensors: real, step_s, plant, gauges, events })
+        let name = name.to_owned();
+        Ok(Self { title, until_s, name, seed, has_real_sensors: real, step_s, plant, schematic, gauges, events })
+    }
+
+    /// The plant as a drawing needs it.
+    #[must_use]
+    pub const fn schematic(&self) -> &Schematic {
+        &self.schematic
     }
 
     /// The devices of the plant.

@@ -19,6 +19,7 @@ import type {
   Gateway,
   Outcome,
   Plant,
+  PlantPicture,
   PlantQuery,
   PumpDowns,
   Refusal,
@@ -51,6 +52,8 @@ export const fetchEvents = (from: number, to: number, limit: number, signal?: Ab
   get('/api/events', { query: { from, to, limit }, signal })
 
 export const fitRise = (query: RiseQuery): Promise<Rise> => get('/api/rise', { query })
+
+export const fetchPlant = (signal?: AbortSignal): Promise<PlantPicture> => get('/api/plant', { signal })
 
 /** Takes seconds; ends in the station when the signal aborts it. */
 export const identifyPlant = (query: PlantQuery, signal?: AbortSignal): Promise<Plant> =>

@@ -510,9 +510,9 @@ export interface paths {
         };
         /**
          * The state of the station and its changes, up to four a second
-         * @description Server-sent events. The event `snapshot` has the whole state and comes first; each event `change` is a JSON merge patch (RFC 7396) of the
-         *     state. A slow client gets fewer events, and misses no change. The stream is compressed for a client that accepts gzip. It ends with the
-         *     session of its client.
+         * @description Server-sent events. The event `snapshot` has the whole state and comes first; each event `change` is a JSON merge patch (RFC 7396) of
+         *     the state. A slow client gets fewer events, and misses no change. The stream is compressed for a client that accepts gzip. It ends with
+         *     the session of its client.
          */
         get: operations["live"];
         put?: never;
@@ -574,6 +574,27 @@ export interface paths {
          * @description All sessions of the user end, and the answer begins a new one.
          */
         post: operations["password"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/plant": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * The plant: its volumes, and the valves and pumps between them
+         * @description It changes with the station's file. The states of the parts are in the live stream, which has a new `plant.revision` when this answer
+         *     changes.
+         */
+        get: operations["plant"];
+        put?: never;
+        post?: never;
         delete?: never;
         options?: never;
         head?: never;
@@ -1652,6 +1673,20 @@ export interface components {
             /** @description The warnings that it reports, without those that the qualities of its readings explain. */
             warnings: string[];
         };
+        /** @description The plant in the live stream. */
+        LivePlant: {
+            /**
+             * Format: int64
+             * @description Changes when `/api/plant` changes.
+             */
+            revision: number;
+            /** @description The states of the parts, by name. A part without a state reports none. */
+            states: {
+                [key: string]: components["schemas"]["PlantPartStatus"];
+            };
+            /** @description What happens, the latest sentence first. Only a demonstration tells a story. */
+            story: components["schemas"]["StorySentence"][];
+        };
         /** @description Name and password of a user. */
         Login: {
             /**
@@ -1773,6 +1808,39 @@ export interface components {
             /** @description Why it is not determined and what to record, in words; `null` if it is. */
             note: string | null;
         };
+        /** @description A part of the plant: a valve, a tube, a pump or an opening to the outside. */
+        PlantPart: {
+            /** @description Its kind. */
+            kind: components["schemas"]["PlantPartKind"];
+            /** @description Its name. */
+            name: string;
+            /** @description Its volumes. A tube or valve has two, a pump its inlet and perhaps the volume that it pumps into, an opening one. */
+            volumes: string[];
+        };
+        /**
+         * @description The kind of a part.
+         * @enum {string}
+         */
+        PlantPartKind: "tube" | "valve" | "roughing-pump" | "turbo-pump" | "capture-pump" | "leak" | "vent" | "inlet";
+        /**
+         * @description The state of a part.
+         * @enum {string}
+         */
+        PlantPartState: "open" | "closed" | "running" | "stopped";
+        /** @description The reported state of a part. */
+        PlantPartStatus: {
+            /** @description More about it: the speed of a rotor. */
+            detail: string | null;
+            /** @description The state. */
+            state: components["schemas"]["PlantPartState"];
+        };
+        /** @description The plant: what stands between what. */
+        PlantPicture: {
+            /** @description The parts between them. */
+            parts: components["schemas"]["PlantPart"][];
+            /** @description The volumes; empty if nothing describes the plant. */
+            volumes: components["schemas"]["PlantVolume"][];
+        };
         /** @description A plant identified from the record of one gauge. */
         PlantView: {
             /**
@@ -1827,6 +1895,15 @@ export interface components {
             ultimate_pa: components["schemas"]["ParameterView"];
             /** @description The volume in m³. */
             volume_m3: components["schemas"]["ParameterView"];
+        };
+        /** @description A volume of the plant. */
+        PlantVolume: {
+            /** @description Its gauges. The name of a gauge stands for all its readings that no other volume has; `name.N` is the channel N of a controller. */
+            gauges: string[];
+            /** @description Its name. */
+            name: string;
+            /** @description The zone that it belongs to. */
+            zone: string | null;
         };
         /** @description A predicted pressure. */
         PredictionView: {
@@ -2232,6 +2309,8 @@ export interface components {
             gauges: {
                 [key: string]: components["schemas"]["LiveGauge"];
             };
+            /** @description The states of the parts of the plant. */
+            plant: components["schemas"]["LivePlant"];
             /** @description The gauges whose parameters are being read. */
             read_progress: components["schemas"]["ReadProgress"][];
             /** @description Its segments, by name. */
@@ -2320,6 +2399,16 @@ export interface components {
          * @enum {string}
          */
         StationState: "master" | "exchanging" | "missing" | "not-configured" | "no-master" | "not-addressed";
+        /** @description A sentence about something that happens in the plant. */
+        StorySentence: {
+            /**
+             * Format: int64
+             * @description When, in milliseconds since 1970.
+             */
+            at_ms: number;
+            /** @description The sentence. */
+            text: string;
+        };
         /** @description Why an alarm is shelved or out of service. */
         SuppressionView: {
             /**
@@ -5299,6 +5388,61 @@ export interface operations {
             };
             /** @description The password cannot be stored */
             503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    plant: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["PlantPicture"];
+                };
+            };
+            /** @description The user has not logged in */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The user has no permission, or the request comes from a foreign page */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request is meant for another computer */
+            421: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The client is above a rate limit; the header Retry-After gives the time to wait in seconds */
+            429: {
                 headers: {
                     [name: string]: unknown;
                 };

@@ -16,6 +16,7 @@ export interface Snapshot {
   control_authority: Control
   read_progress: Schemas['ReadProgress'][]
   alarms: ActiveAlarms
+  plant: LivePlant
 }
 export type Station = Schemas['Station']
 export type Recorder = Schemas['RecorderView']
@@ -42,6 +43,13 @@ export type Quality = Reading['quality']
 export type Principle = NonNullable<Reading['principle']>
 export type Block = Schemas['Block']
 export type Parameter = Schemas['Parameter']
+
+/** The plant of the station's file: volumes, and what is between them. */
+export type PlantPicture = Schemas['PlantPicture']
+export type PlantVolume = Schemas['PlantVolume']
+export type PlantPart = Schemas['PlantPart']
+export type PlantPartStatus = Schemas['PlantPartStatus']
+export type LivePlant = Schemas['LivePlant']
 
 export type Trend = Schemas['Trend']
 export type StationEvent = Schemas['EventView']

@@ -24,6 +24,11 @@ function present<T>(entries: Record<string, T>): T[] {
   return Object.values(entries).filter((entry) => entry !== null)
 }
 
+/** The same without the entries that were removed. */
+function withoutNull<T>(entries: Record<string, T>): Record<string, T> {
+  return Object.fromEntries(Object.entries(entries).filter(([, entry]) => entry !== null))
+}
+
 /** The gauges that were converted before: a gauge without a change is the same object. */
 const converted = new WeakMap<LiveGauge, Gauge>()
 
@@ -37,12 +42,13 @@ function gaugeOf(gauge: LiveGauge): Gauge {
 }
 
 /** The state with lists instead of objects. */
-export function snapshotOf({ gauges, gauge_order, segments, alarms, ...rest }: LiveState): Snapshot {
+export function snapshotOf({ gauges, gauge_order, segments, alarms, plant, ...rest }: LiveState): Snapshot {
   const { order, alarms: active, ...counts } = alarms
   const inOrder = <T>(names: string[], all: Record<string, T>): T[] =>
     names.flatMap((name) => (Object.hasOwn(all, name) && all[name] ? [all[name]] : []))
   return {
     ...rest,
+    plant: { ...plant, states: withoutNull(plant.states) },
     segments: present(segments),
     gauges: inOrder(gauge_order, gauges).map(gaugeOf),
     alarms: { ...counts, alarms: inOrder(order, active) },

@@ -7,6 +7,7 @@ import type { Alarm, Gauge, Reading, Segment } from '../api/types.ts'
 import { CardAlarms } from '../components/alarm-marks.tsx'
 import { BusStatusMark } from '../components/bus-status.tsx'
 import { SearchField } from '../components/fields.tsx'
+import { Picture, Story, usePlant } from '../components/plant-picture.tsx'
 import { boundOf, Pressure, ReadingDetails, ReadingText } from '../components/pressure.tsx'
 import { Age, Faults } from '../components/reading-state.tsx'
 import { Sparkline } from '../components/sparkline.tsx'
@@ -32,7 +33,8 @@ export function Overview(): JSX.Element {
   const live = useLive()
   const unit = useUnit()
   const [text, setText] = useState('')
-  const { segments, gauges, alarms } = useSnapshot()
+  const { segments, gauges, alarms, plant: now } = useSnapshot()
+  const { plant } = usePlant()
   const isLarge = gauges.length > MOST_CARDS
   const alarmsOf = ({ name }: Gauge): Alarm[] => alarms.alarms.filter(({ gauge }) => gauge === name)
   const shown = gauges
@@ -49,6 +51,12 @@ export function Overview(): JSX.Element {
           </span>
         )}
       </div>
+      {text === '' && plant && plant.volumes.length > 0 && (
+        <section class="overview-plant" aria-label="Plant">
+          <Story now={now} />
+          <Picture plant={plant} />
+        </section>
+      )}
       {isLarge ? (
         <Rows segments={segments} shown={shown} isFiltered={text !== ''} />
       ) : (

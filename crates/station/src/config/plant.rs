@@ -1,0 +1,126 @@
+//! `[[volume]]`, `[[pump]]` and `[[valve]]`: the picture of the plant.
+
+use super::alarms;
+use super::error::{ConfigProblem, Located, NamedItem};
+use super::names::{self, unique};
+use super::segments::SegmentToml;
+use crate::plant::{PlantPart, PlantPartKind, PlantPicture, PlantVolume};
+use profivac_client::suggestion::closest;
+use serde::Deserialize;
+use std::collections::HashMap;
+use toml::Spanned;
+
+/// `[[volume]]`.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct VolumeToml {
+    name: Spanned<String>,
+    zone: Option<Spanned<String>>,
+    #[serde(default)]
+    gauges: Vec<Spanned<String>>,
+}
+
+/// `[[pump]]`.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PumpToml {
+    name: Spanned<String>,
+    kind: PumpKindToml,
+    inlet: Spanned<String>,
+    outlet: Option<Spanned<String>>,
+}
+
+/// `kind` of a pump.
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+enum PumpKindToml {
+    Roughing,
+    Turbo,
+    Capture,
+}
+
+/// `[[valve]]`.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ValveToml {
+    name: Spanned<String>,
+    between: [Spanned<String>; 2],
+}
+
+/// The plant of the file, with the tables in their order.
+pub fn plant(
+    volumes: &[VolumeToml],
+    pumps: &[PumpToml],
+    valves: &[ValveToml],
+    segments: &[SegmentToml],
+) -> Result<PlantPicture, Located> {
+    unique(NamedItem::Volume, volumes.iter().map(|volume| &volume.name))?;
+    let names = pumps.iter().map(|pump| &pump.name).chain(valves.iter().map(|valve| &valve.name));
+    unique(NamedItem::PlantPart, names)?;
+    check_gauges(volumes, segments)?;
+    let valves = valves.iter().map(|valve| {
+        let [one, other] = &valve.between;
+        part(&valve.name, PlantPartKind::Valve, one, Some(other), volumes)
+    });
+    let pumps = pumps.iter().map(|pump| {
+        let kind = match pump.kind {
+            PumpKindToml::Roughing => PlantPartKind::RoughingPump,
+            PumpKindToml::Turbo => PlantPartKind::TurboPump,
+            PumpKindToml::Capture => PlantPartKind::CapturePump,
+        };
+        part(&pump.name, kind, &pump.inlet, pump.outlet.as_ref(), volumes)
+    });
+    let parts = valves.chain(pumps).collect::<Result<_, _>>()?;
+    Ok(PlantPicture { volumes: volumes.iter().map(volume).collect::<Result<_, _>>()?, parts })
+}
+
+fn volume(volume: &VolumeToml) -> Result<PlantVolume, Located> {
+    volume.zone.as_ref().map_or(Ok(()), |zone| names::check(NamedItem::Zone, zone))?;
+    Ok(PlantVolume {
+        name: volume.name.get_ref().clone(),
+        zone: volume.zone.as_ref().map(|zone| zone.get_ref().clone()),
+        gauges: volume.gauges.iter().map(|gauge| gauge.get_ref().clone()).collect(),
+    })
+}
+
+fn part(
+    name: &Spanned<String>,
+    kind: PlantPartKind,
+    one: &Spanned<String>,
+    other: Option<&Spanned<String>>,
+    volumes: &[VolumeToml],
+) -> Result<PlantPart, Located> {
+    let ends: Vec<_> = std::iter::once(one).chain(other).collect();
+    ends.iter().try_for_each(|end| known_volume(end, volumes))?;
+    if let Some(other) = other.filter(|other| other.get_ref() == one.get_ref()) {
+        return Err(Located::new(other.span(), ConfigProblem::SameVolume(other.get_ref().clone())));
+    }
+    let volumes = ends.into_iter().map(|end| end.get_ref().clone()).collect();
+    Ok(PlantPart { name: name.get_ref().clone(), kind, volumes })
+}
+
+fn known_volume(name: &Spanned<String>, volumes: &[VolumeToml]) -> Result<(), Located> {
+    let mut known = volumes.iter().map(|volume| volume.name.get_ref().as_str());
+    if known.any(|known| known == name.get_ref()) {
+        return Ok(());
+    }
+    let known = volumes.iter().map(|volume| volume.name.get_ref().as_str());
+    let suggestion = closest(name.get_ref(), known).map(str::to_owned);
+    Err(Located::new(name.span(), ConfigProblem::UnknownVolume { name: name.get_ref().clone(), suggestion }))
+}
+
+/// Every gauge is one of the file, and stands at one volume.
+fn check_gauges(volumes: &[VolumeToml], segments: &[SegmentToml]) -> Result<(), Located> {
+    let mut places: HashMap<&str, &str> = HashMap::new();
+    for volume in volumes {
+        for gauge in &volume.gauges {
+            alarms::series(gauge, segments)?;
+            if let Some(other) = places.insert(gauge.get_ref(), volume.name.get_ref()) {
+                let problem =
+                    ConfigProblem::GaugePlacedTwice { gauge: gauge.get_ref().clone(), volume: other.to_owned() };
+                return Err(Located::new(gauge.span(), problem));
+            }
+        }
+    }
+    Ok(())
+}

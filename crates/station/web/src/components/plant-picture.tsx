@@ -1,0 +1,390 @@
+// The plant as a picture: volumes with their leading pressure, valves and pumps with their states, zones with their worst alarm.
+
+import './plant-picture.css'
+import type { JSX } from 'preact'
+import { useEffect, useState } from 'preact/hooks'
+import { fetchPlant } from '../api/calls.ts'
+import type { Alarm, Gauge, LivePlant, PlantPart, PlantPicture, PlantVolume, Priority } from '../api/types.ts'
+import { NUMBERS } from '../lib/alarms.ts'
+import { clock, decade, number } from '../lib/format.ts'
+import { QUALITIES } from '../lib/labels.ts'
+import {
+  alarmWords,
+  isTroubled,
+  namesIn,
+  PART_KINDS,
+  type PlacedReading,
+  partNode,
+  passes,
+  SHADES,
+  shade,
+  stateWords,
+  type VolumeState,
+  volumeNode,
+  volumeState,
+  worst,
+} from '../lib/picture.ts'
+import type { Box, Direction, Layout } from '../lib/plant-layout.ts'
+import { currentQuality } from '../lib/stale.ts'
+import { inUnit, UNITS, type Unit } from '../lib/units.ts'
+import { useLive, useSnapshot } from '../live.ts'
+import { gaugePath, go } from '../router.tsx'
+import { useUnit } from '../settings.ts'
+import { errorText, useQuery, useWidth } from './hooks.ts'
+import { boundOf } from './pressure.tsx'
+
+/** A page narrower than this has the plant from top to bottom. */
+const NARROW = 640
+
+/** The plant of the station's file; fetched again when it changes. */
+export function usePlant(): { plant: PlantPicture | null; error: string | null } {
+  const { plant } = useSnapshot()
+  const { value, error } = useQuery(String(plant.revision), null, fetchPlant)
+  return { plant: value, error }
+}
+
+/** The state of every volume, now. */
+export function useVolumes(plant: PlantPicture): { volume: PlantVolume; state: VolumeState }[] {
+  const live = useLive()
+  const { gauges, alarms } = useSnapshot()
+  const named = namesIn(plant)
+  const quality = (gauge: Gauge, reading: Gauge['readings'][number]) => currentQuality(gauge, reading, live.since)
+  return plant.volumes.map((volume) => ({
+    volume,
+    state: volumeState(volume, named, gauges, alarms.alarms, quality),
+  }))
+}
+
+/** A reading as text: a pressure with its unit, `<` and `>` beyond the range, otherwise a word. */
+export function readingWords({ reading, quality }: PlacedReading, unit: Unit): string {
+  const pa = boundOf(reading)
+  if (pa === null || !['valid', 'underrange', 'overrange'].includes(quality)) return QUALITIES[quality]
+  const sign = quality === 'underrange' ? '< ' : quality === 'overrange' ? '> ' : ''
+  return `${sign}${number(inUnit(pa, unit))} ${unit}`
+}
+
+/** The picture, as soon as it is laid out. */
+export function Picture({ plant }: { plant: PlantPicture }): JSX.Element {
+  const [ref, width] = useWidth()
+  const direction = width < NARROW ? 'TB' : 'LR'
+  const { layout, error } = useLayout(plant, width > 0 ? direction : null)
+  return (
+    <div class="plant-picture" ref={ref}>
+      {error && <p class="error">{error}</p>}
+      {layout && <Drawing plant={plant} layout={layout} />}
+    </div>
+  )
+}
+
+function useLayout(plant: PlantPicture, direction: Direction | null): { layout: Layout | null; error: string | null } {
+  const [state, setState] = useState<{ layout: Layout | null; error: string | null }>({ layout: null, error: null })
+  useEffect(() => {
+    if (direction === null) return
+    let isWanted = true
+    import('../lib/plant-layout.ts')
+      .then(({ laidOut }) => isWanted && setState({ layout: laidOut(plant, direction), error: null }))
+      .catch((error: unknown) => isWanted && setState({ layout: null, error: errorText(error) }))
+    return () => {
+      isWanted = false
+    }
+  }, [plant, direction])
+  return state
+}
+
+function Drawing({ plant, layout }: { plant: PlantPicture; layout: Layout }): JSX.Element {
+  const volumes = useVolumes(plant)
+  const { plant: now } = useSnapshot()
+  const boxOf = (id: string): Box | undefined => layout.boxes.get(id)
+  return (
+    // biome-ignore lint/a11y/useSemanticElements: an SVG has no element for a group of links
+    <svg
+      viewBox={`0 0 ${layout.width} ${layout.height}`}
+      width={layout.width}
+      role="group"
+      aria-label="Picture of the plant"
+    >
+      {layout.zones.map(({ name, box }) => (
+        <Zone
+          name={name}
+          box={box}
+          alarms={volumes.filter(({ volume }) => volume.zone === name).flatMap(({ state }) => state.alarms)}
+          key={name}
+        />
+      ))}
+      {layout.lines.map(({ part, points }, index) => (
+        <polyline
+          class={`line ${lineClass(plant, part, now)}`}
+          points={points.map(({ x, y }) => `${x.toFixed(1)},${y.toFixed(1)}`).join(' ')}
+          key={index}
+        />
+      ))}
+      {volumes.map(({ volume, state }) => {
+        const box = boxOf(volumeNode(volume.name))
+        return box && <Volume name={volume.name} state={state} box={box} key={volume.name} />
+      })}
+      {plant.parts.map((part) => {
+        const box = boxOf(partNode(part.name))
+        return box && <Part part={part} now={now} box={box} direction={layout.direction} key={part.name} />
+      })}
+    </svg>
+  )
+}
+
+function lineClass({ parts }: PlantPicture, name: string, now: LivePlant): string {
+  const part = parts.find((part) => part.name === name)
+  if (!part) return ''
+  const passing = passes(part, now.states[name] ?? undefined)
+  // A leak that does not leak is nothing that a user has to see.
+  if (part.kind === 'leak' && passing === false) return 'hidden'
+  return passing === null ? 'unreported' : passing ? 'open' : 'closed'
+}
+
+/** The shape of a priority with its number, as in the list of alarms. */
+function AlarmShape({ priority, x, y }: { priority: Priority; x: number; y: number }): JSX.Element {
+  const shape = {
+    high: <rect x={x - 8} y={y - 8} width="16" height="16" />,
+    medium: <polygon points={`${x},${y - 11} ${x + 11},${y} ${x},${y + 11} ${x - 11},${y}`} />,
+    low: <circle cx={x} cy={y} r="9" />,
+  }[priority]
+  return (
+    <g class={`alarm-shape ${priority}`}>
+      {shape}
+      <text x={x} y={y + 4} text-anchor="middle">
+        {NUMBERS[priority]}
+      </text>
+    </g>
+  )
+}
+
+function Zone({ name, box, alarms }: { name: string; box: Box; alarms: Alarm[] }): JSX.Element {
+  const found = worst(alarms)
+  const [left, top] = [box.x - box.width / 2, box.y - box.height / 2]
+  return (
+    <g class={`zone ${found?.priority ?? ''}`} data-zone={name}>
+      <rect x={left} y={top} width={box.width} height={box.height} rx="10" />
+      <text x={left + 10} y={top + 15}>
+        {name}
+        {found && `: ${alarmWords(found)}`}
+      </text>
+    </g>
+  )
+}
+
+function Volume({ name, state, box }: { name: string; state: VolumeState; box: Box }): JSX.Element {
+  const unit = useUnit()
+  const { leading, readings, silent, alarms } = state
+  const found = worst(alarms)
+  const [left, top] = [box.x - box.width / 2, box.y - box.height / 2]
+  const dark = leading && leading.quality !== 'stale' ? shade(boundOf(leading.reading)) : null
+  const others = readings.length + silent.length - (leading ? 1 : 0)
+  const troubled = silent.length + readings.filter((one) => one !== leading && isTroubled(one)).length
+  const value = leading ? readingWords(leading, unit) : silent.length > 0 ? 'no data' : 'no gauge'
+  const from = leading ? leading.reading.series : ''
+  const more = (others > 0 ? ` and ${others} more` : '') + (troubled > 0 ? `, ${troubled} without a pressure` : '')
+  const label = [`${name}: ${value}`, from && `from ${from}${more}`, found && alarmWords(found)]
+    .filter(Boolean)
+    .join(', ')
+  const shown = (
+    <>
+      <rect class="volume-ground" x={left} y={top} width={box.width} height={box.height} rx="14" />
+      {dark !== null && (
+        <rect
+          class="volume-shade"
+          x={left}
+          y={top}
+          width={box.width}
+          height={box.height}
+          rx="14"
+          fill-opacity={(0.04 + 0.4 * dark).toFixed(2)}
+        />
+      )}
+      <rect
+        class={`volume-edge ${leading?.quality ?? 'stale'}`}
+        x={left}
+        y={top}
+        width={box.width}
+        height={box.height}
+        rx="14"
+      />
+      <text class="name" x={left + 14} y={top + 22}>
+        {name}
+      </text>
+      <text class={`value ${leading?.quality ?? 'stale'}`} x={left + 14} y={top + 48}>
+        {value.replace(` ${unit}`, '')}
+        {value.endsWith(` ${unit}`) && <tspan class="unit"> {unit}</tspan>}
+      </text>
+      {found ? (
+        <>
+          <AlarmShape priority={found.priority} x={left + 24} y={top + 71} />
+          <text class={`words ${found.priority}`} x={left + 40} y={top + 76}>
+            {alarmWords(found)}
+          </text>
+        </>
+      ) : (
+        <text class="from" x={left + 14} y={top + 75}>
+          {from}
+          {more}
+        </text>
+      )}
+    </>
+  )
+  return leading ? (
+    <GaugeLink gauge={leading.gauge.name} label={label} volume={name}>
+      {shown}
+    </GaugeLink>
+  ) : (
+    <g data-volume={name}>{shown}</g>
+  )
+}
+
+function GaugeLink(props: { gauge: string; label: string; volume: string; children: JSX.Element }): JSX.Element {
+  const to = gaugePath(props.gauge)
+  const follow = (event: MouseEvent): void => {
+    if (event.ctrlKey || event.metaKey || event.shiftKey || event.button !== 0) return
+    event.preventDefault()
+    go(to)
+  }
+  return (
+    <a href={to} onClick={follow} aria-label={props.label} data-volume={props.volume}>
+      {props.children}
+    </a>
+  )
+}
+
+/** The half size of a symbol. */
+const R = 15
+
+interface PartProps {
+  part: PlantPart
+  now: LivePlant
+  box: Box
+  direction: Direction
+}
+
+function Part({ part, now, box: { x, y }, direction }: PartProps): JSX.Element | null {
+  const status = now.states[part.name] ?? undefined
+  const passing = passes(part, status)
+  const words = stateWords(part, status)
+  if (part.kind === 'leak' && passing === false) return null
+  const state = passing === null ? 'unreported' : passing ? 'open' : 'closed'
+  const wordsAt =
+    direction === 'LR'
+      ? ({ x, y: y + R + 15, 'text-anchor': 'middle' } as const)
+      : ({ x: x + R + 12, y: y - 3, 'text-anchor': 'start' } as const)
+  return (
+    <g class={`part ${part.kind} ${state}`} data-part={part.name}>
+      <title>{`${PART_KINDS[part.kind]} ${part.name}: ${words}`}</title>
+      <PartSymbol kind={part.kind} x={x} y={y} />
+      <text class="name" {...wordsAt}>
+        {part.name}
+      </text>
+      <text class="state" {...wordsAt} y={wordsAt.y + 16}>
+        {words}
+      </text>
+    </g>
+  )
+}
+
+/** Symbols as on plans of vacuum plants: two triangles for a valve, a circle with two lines for a pump. */
+function PartSymbol({ kind, x, y }: { kind: PlantPart['kind']; x: number; y: number }): JSX.Element {
+  switch (kind) {
+    case 'tube':
+      return <rect x={x - R} y={y - 4} width={2 * R} height="8" rx="4" />
+    case 'valve':
+      return (
+        <path
+          d={`M${x - R - 4},${y - R + 3} L${x},${y} L${x - R - 4},${y + R - 3} Z M${x + R + 4},${y - R + 3} L${x},${y} L${x + R + 4},${y + R - 3} Z`}
+        />
+      )
+    case 'roughing-pump':
+    case 'turbo-pump':
+    case 'capture-pump':
+      return (
+        <>
+          <circle cx={x} cy={y} r={R} />
+          <path class="blades" d={pumpLines(kind, x, y)} />
+        </>
+      )
+    case 'leak':
+      return (
+        <>
+          <polygon points={`${x},${y - R} ${x + R + 2},${y + R - 2} ${x - R - 2},${y + R - 2}`} />
+          <text class="mark" x={x} y={y + R - 6} text-anchor="middle">
+            !
+          </text>
+        </>
+      )
+    case 'vent':
+    case 'inlet':
+      return <path d={`M${x - R},${y - R + 4} L${x + R},${y} L${x - R},${y + R - 4} Z`} />
+  }
+}
+
+function pumpLines(kind: 'roughing-pump' | 'turbo-pump' | 'capture-pump', x: number, y: number): string {
+  switch (kind) {
+    case 'turbo-pump':
+      return `M${x - 9},${y - 7} L${x + 9},${y - 3} M${x - 9},${y} L${x + 9},${y + 4} M${x - 9},${y + 7} L${x + 5},${y + 10}`
+    case 'roughing-pump':
+      return `M${x - 12},${y - 8} L${x + 14},${y - 3} M${x - 12},${y + 8} L${x + 14},${y + 3}`
+    case 'capture-pump':
+      return `M${x},${y - 10} L${x},${y + 10} M${x - 10},${y} L${x + 10},${y}`
+  }
+}
+
+/** The scale of the shades, with its decades. */
+export function ShadeScale(): JSX.Element {
+  const unit = useUnit()
+  const [low, high] = SHADES
+  const steps = [low, -5, -2, 1, high]
+  return (
+    <p class="shade-scale">
+      <span class="muted">Shade of a volume, in {unit}:</span>
+      {steps.map((exponent) => (
+        <span class="shade-step" key={exponent}>
+          <svg viewBox="0 0 28 16" width="28" height="16" aria-hidden="true">
+            <rect
+              class="volume-shade"
+              width="28"
+              height="16"
+              rx="3"
+              fill-opacity={(0.04 + 0.4 * (shade(10 ** exponent) ?? 0)).toFixed(2)}
+            />
+            <rect class="volume-edge valid" x="0.5" y="0.5" width="27" height="15" rx="3" />
+          </svg>
+          {exponent === high ? number(10 ** exponent / UNITS[unit]) : decadeText(exponent, unit)}
+        </span>
+      ))}
+    </p>
+  )
+}
+
+const decadeText = (exponent: number, unit: Unit): string => {
+  const value = 10 ** exponent / UNITS[unit]
+  const isDecade = Math.abs(Math.log10(value) - Math.round(Math.log10(value))) < 1e-6
+  return isDecade ? decade(value) : number(value)
+}
+
+/** What happens in a demonstration, the latest sentence first. */
+export function Story({ now }: { now: LivePlant }): JSX.Element | null {
+  const [latest, ...before] = now.story
+  if (!latest) return null
+  return (
+    <section class="story" aria-label="What happens">
+      <p class="story-latest" role="status">
+        <span class="story-time">{clock(latest.at_ms)}</span> {latest.text}
+      </p>
+      {before.length > 0 && (
+        <details>
+          <summary>Before</summary>
+          <ol>
+            {before.map(({ at_ms, text }) => (
+              <li key={at_ms}>
+                <span class="story-time">{clock(at_ms)}</span> {text}
+              </li>
+            ))}
+          </ol>
+        </details>
+      )}
+    </section>
+  )
+}

@@ -1,0 +1,157 @@
+// The picture of the plant: which reading leads a volume, what is between the volumes, and the scale of its shades.
+
+import type {
+  Alarm,
+  Gauge,
+  PlantPart,
+  PlantPartStatus,
+  PlantPicture,
+  PlantVolume,
+  Priority,
+  Quality,
+  Reading,
+} from '../api/types.ts'
+import { isActive, PRIORITIES } from './alarms.ts'
+
+/** A reading of a volume, with its gauge and its present quality. */
+export interface PlacedReading {
+  gauge: Gauge
+  reading: Reading
+  quality: Quality
+}
+
+/** The gauges of a volume: its readings in the order of the station's file, and the names that have no reading. */
+export interface VolumeState {
+  readings: PlacedReading[]
+  /** The reading that the picture shows: the first valid one, otherwise the first one beyond its range, otherwise the first one. */
+  leading: PlacedReading | null
+  silent: string[]
+  alarms: Alarm[]
+}
+
+/** The readings that a name stands for: a series alone, or a gauge without the series that other volumes name. */
+function readingsNamed(name: string, gauges: Gauge[], named: Set<string>): { gauge: Gauge; reading: Reading }[] {
+  const whole = gauges.find((gauge) => gauge.name === name)
+  if (whole) {
+    return whole.readings
+      .filter(({ series }) => series === name || !named.has(series))
+      .map((reading) => ({ gauge: whole, reading }))
+  }
+  return gauges.flatMap((gauge) =>
+    gauge.readings.filter(({ series }) => series === name).map((reading) => ({ gauge, reading })),
+  )
+}
+
+/** All names that volumes give to gauges and channels. */
+export const namesIn = (plant: PlantPicture): Set<string> => new Set(plant.volumes.flatMap(({ gauges }) => gauges))
+
+export function volumeState(
+  volume: PlantVolume,
+  named: Set<string>,
+  gauges: Gauge[],
+  alarms: Alarm[],
+  qualityOf: (gauge: Gauge, reading: Reading) => Quality,
+): VolumeState {
+  const placed = volume.gauges.map((name) => ({ name, found: readingsNamed(name, gauges, named) }))
+  const readings = placed.flatMap(({ found }) =>
+    found.map(({ gauge, reading }) => ({ gauge, reading, quality: qualityOf(gauge, reading) })),
+  )
+  const beyond = ({ quality }: PlacedReading): boolean => quality === 'underrange' || quality === 'overrange'
+  const leading = readings.find(({ quality }) => quality === 'valid') ?? readings.find(beyond) ?? readings[0] ?? null
+  const series = new Set(readings.map(({ reading }) => reading.series))
+  // An alarm of a channel belongs to the volume of the channel, any other alarm of a gauge to the volume that names the gauge.
+  const isHere = (alarm: Alarm): boolean =>
+    alarm.series && alarm.series !== alarm.gauge ? series.has(alarm.series) : volume.gauges.includes(alarm.gauge ?? '')
+  return {
+    readings,
+    leading,
+    silent: placed.filter(({ found }) => found.length === 0).map(({ name }) => name),
+    alarms: alarms.filter((alarm) => isActive(alarm) && isHere(alarm)),
+  }
+}
+
+/** Whether a reading needs a look without any alarm: the gauge is silent, or reports a fault. */
+export const isTroubled = ({ quality }: PlacedReading): boolean => quality === 'stale' || quality === 'fault'
+
+/** The highest priority of active alarms, and how many have it. */
+export function worst(alarms: Alarm[]): { priority: Priority; count: number } | null {
+  for (const priority of PRIORITIES) {
+    const count = alarms.filter((alarm) => alarm.priority === priority).length
+    if (count > 0) return { priority, count }
+  }
+  return null
+}
+
+/** `2 high alarms`. */
+export const alarmWords = ({ priority, count }: { priority: Priority; count: number }): string =>
+  `${count} ${priority} alarm${count === 1 ? '' : 's'}`
+
+/** The decades of the shades, as powers of ten in Pa: from ultra-high vacuum to the atmosphere. */
+export const SHADES: [number, number] = [-8, 5]
+
+/** How dark a pressure is drawn, 0 to 1 over the decades of the shades. */
+export function shade(pa: number | null): number | null {
+  if (pa === null || !(pa > 0)) return null
+  const part = (Math.log10(pa) - SHADES[0]) / (SHADES[1] - SHADES[0])
+  return Math.min(1, Math.max(0, part))
+}
+
+/** The zones in the order of the station's file. */
+export const zonesOf = ({ volumes }: PlantPicture): string[] => [
+  ...new Set(volumes.flatMap(({ zone }) => (zone === null ? [] : [zone]))),
+]
+
+export const PART_KINDS: Record<PlantPart['kind'], string> = {
+  tube: 'tube',
+  valve: 'valve',
+  'roughing-pump': 'roughing pump',
+  'turbo-pump': 'turbo pump',
+  'capture-pump': 'capture pump',
+  leak: 'leak',
+  vent: 'vent',
+  inlet: 'gas inlet',
+}
+
+/** The state of a part in a word or two: `open`, `runs 98 %`. A tube has no state. */
+export function stateWords({ kind }: PlantPart, status: PlantPartStatus | undefined): string {
+  if (kind === 'tube') return ''
+  if (!status) return 'not reported'
+  const { state, detail } = status
+  switch (state) {
+    case 'open':
+      return kind === 'leak' ? 'leaks' : 'open'
+    case 'closed':
+      return kind === 'leak' ? 'tight' : 'closed'
+    case 'running':
+      return detail ? `runs ${detail}` : 'runs'
+    case 'stopped':
+      return 'stands'
+  }
+}
+
+/** Whether gas passes a part: a closed one is drawn with thin lines. `null` if nothing reports it. */
+export function passes({ kind }: PlantPart, status: PlantPartStatus | undefined): boolean | null {
+  if (kind === 'tube') return true
+  return status ? status.state === 'open' || status.state === 'running' : null
+}
+
+/** A line of the picture, in the direction of the layout: from the outside over the volumes to the pumps. */
+export interface Line {
+  part: string
+  from: string
+  to: string
+}
+
+export const volumeNode = (name: string): string => `volume ${name}`
+export const partNode = (name: string): string => `part ${name}`
+
+/** The lines of a part: two for one between two volumes, otherwise one. */
+export function linesOf({ name, kind, volumes: [first, second] }: PlantPart): Line[] {
+  if (first === undefined) return []
+  const part = partNode(name)
+  const outside = kind === 'leak' || kind === 'vent' || kind === 'inlet'
+  const one = outside
+    ? { part: name, from: part, to: volumeNode(first) }
+    : { part: name, from: volumeNode(first), to: part }
+  return second === undefined ? [one] : [one, { part: name, from: part, to: volumeNode(second) }]
+}

@@ -1,0 +1,116 @@
+// The plant as a picture, and the same as a list.
+
+import type { JSX } from 'preact'
+import type { PlantPicture } from '../api/types.ts'
+import { PriorityMark } from '../components/alarm-marks.tsx'
+import { Picture, readingWords, ShadeScale, Story, usePlant, useVolumes } from '../components/plant-picture.tsx'
+import { PART_KINDS, stateWords, worst } from '../lib/picture.ts'
+import { useSnapshot } from '../live.ts'
+import { gaugePath, Link } from '../router.tsx'
+import { useUnit } from '../settings.ts'
+
+export function PlantPage(): JSX.Element {
+  const { plant, error } = usePlant()
+  const { plant: now } = useSnapshot()
+  return (
+    <>
+      <h1 class="visually-hidden">Plant</h1>
+      {error && (
+        <p class="error" role="alert">
+          {error}
+        </p>
+      )}
+      <Story now={now} />
+      {plant && plant.volumes.length > 0 && (
+        <>
+          <div class="panel">
+            <Picture plant={plant} />
+            <ShadeScale />
+          </div>
+          <Lists plant={plant} />
+        </>
+      )}
+      {plant?.volumes.length === 0 && (
+        <p class="waiting">
+          The station’s file describes no plant. Add a [[volume]] with its gauges, [[valve]] and [[pump]] to see it
+          here.
+        </p>
+      )}
+    </>
+  )
+}
+
+/** All gauges of the volumes, and all valves and pumps: what the picture shows, for a screen reader and for details. */
+function Lists({ plant }: { plant: PlantPicture }): JSX.Element {
+  const unit = useUnit()
+  const volumes = useVolumes(plant)
+  const { plant: now } = useSnapshot()
+  return (
+    <details class="plant-lists">
+      <summary>As a list</summary>
+      <table aria-label="Volumes">
+        <thead>
+          <tr>
+            <th>Volume</th>
+            <th>Zone</th>
+            <th>Alarms</th>
+            <th>Gauges</th>
+          </tr>
+        </thead>
+        <tbody>
+          {volumes.map(({ volume, state }) => {
+            const found = worst(state.alarms)
+            return (
+              <tr key={volume.name} data-list-volume={volume.name}>
+                <th scope="row">{volume.name}</th>
+                <td>{volume.zone}</td>
+                <td>
+                  {found ? (
+                    <>
+                      {found.count} <PriorityMark priority={found.priority} />
+                    </>
+                  ) : (
+                    'none'
+                  )}
+                </td>
+                <td>
+                  <ul>
+                    {state.readings.map((placed) => (
+                      <li key={placed.reading.series}>
+                        <Link to={gaugePath(placed.gauge.name)}>{placed.reading.series}</Link>{' '}
+                        {readingWords(placed, unit)}
+                      </li>
+                    ))}
+                    {state.silent.map((name) => (
+                      <li key={name}>{name} no data</li>
+                    ))}
+                  </ul>
+                </td>
+              </tr>
+            )
+          })}
+        </tbody>
+      </table>
+      <table aria-label="Valves and pumps">
+        <thead>
+          <tr>
+            <th>Part</th>
+            <th>Kind</th>
+            <th>State</th>
+            <th>Volumes</th>
+          </tr>
+        </thead>
+        <tbody>
+          {plant.parts.map((part) => (
+            <tr key={part.name} data-list-part={part.name}>
+              <th scope="row">{part.name}</th>
+              <td>{PART_KINDS[part.kind]}</td>
+              <td>{stateWords(part, now.states[part.name] ?? undefined)}</td>
+              <td>{part.volumes.join(', ')}</td>
+            </tr>
+          ))}
+        </tbody>
+      </table>
+    </details>
+  )
+}

@@ -1,0 +1,114 @@
+import assert from 'node:assert/strict'
+import { test } from 'node:test'
+import {
+  alarmWords,
+  linesOf,
+  namesIn,
+  passes,
+  shade,
+  stateWords,
+  volumeState,
+  worst,
+  zonesOf,
+} from '../dist/test/lib/picture.js'
+import { laidOut } from '../dist/test/lib/plant-layout.js'
+
+const reading = (series, quality, pa = null) => ({ series, quality, pa, limit_pa: null })
+const gauges = [
+  { name: 'ion', readings: [reading('ion', 'off')] },
+  { name: 'tpg', readings: [reading('tpg.1', 'underrange'), reading('tpg.2', 'valid', 1)] },
+]
+const plant = {
+  volumes: [
+    { name: 'chamber', zone: 'target', gauges: ['ion', 'tpg', 'lost'] },
+    { name: 'fore line', zone: null, gauges: ['tpg.2'] },
+  ],
+  parts: [
+    { name: 'gate', kind: 'valve', volumes: ['chamber', 'fore line'] },
+    { name: 'scroll', kind: 'roughing-pump', volumes: ['fore line'] },
+    { name: 'flange', kind: 'leak', volumes: ['chamber'] },
+  ],
+}
+const alarm = (gauge, series, priority, state = 'unacknowledged') => ({ gauge, series, priority, state })
+const stateOf = (volume, alarms = []) =>
+  volumeState(volume, namesIn(plant), gauges, alarms, (_, { quality }) => quality)
+
+test('a channel that another volume names belongs to that volume alone', () => {
+  const [chamber, foreLine] = plant.volumes.map((volume) => stateOf(volume))
+  assert.deepEqual(
+    chamber.readings.map(({ reading }) => reading.series),
+    ['ion', 'tpg.1'],
+  )
+  assert.deepEqual(
+    foreLine.readings.map(({ reading }) => reading.series),
+    ['tpg.2'],
+  )
+  assert.deepEqual(chamber.silent, ['lost'])
+})
+
+test('the leading reading is a valid one, then one beyond its range, then the first', () => {
+  const [chamber, foreLine] = plant.volumes.map((volume) => stateOf(volume))
+  assert.equal(foreLine.leading.reading.series, 'tpg.2')
+  assert.equal(chamber.leading.reading.series, 'tpg.1')
+  const alone = stateOf({ name: 'a', zone: null, gauges: ['ion'] })
+  assert.equal(alone.leading.quality, 'off')
+  assert.equal(stateOf({ name: 'b', zone: null, gauges: ['lost'] }).leading, null)
+})
+
+test('an alarm belongs to the volume of its channel, and one that has cleared to none', () => {
+  const alarms = [
+    alarm('tpg', 'tpg.2', 'high'),
+    alarm('ion', null, 'low'),
+    alarm('ion', 'ion', 'medium', 'returned'),
+    alarm('tpg', null, 'low'),
+  ]
+  const [chamber, foreLine] = plant.volumes.map((volume) => stateOf(volume, alarms))
+  assert.equal(alarmWords(worst(foreLine.alarms)), '1 high alarm')
+  assert.equal(alarmWords(worst(chamber.alarms)), '2 low alarms')
+  assert.equal(worst([]), null)
+})
+
+test('shades run over the decades from 1e-8 Pa to the atmosphere', () => {
+  assert.deepEqual([1e-9, 1e-8, 1e5, 1e6].map(shade), [0, 0, 1, 1])
+  assert.ok(Math.abs(shade(10 ** -1.5) - 0.5) < 1e-9)
+  assert.deepEqual([shade(null), shade(0)], [null, null])
+})
+
+test('a part without a report says so, and never looks open or closed', () => {
+  const [gate, scroll, flange] = plant.parts
+  assert.equal(stateWords(gate, undefined), 'not reported')
+  assert.equal(passes(gate, undefined), null)
+  assert.equal(stateWords(gate, { state: 'closed', detail: null }), 'closed')
+  assert.equal(stateWords(scroll, { state: 'running', detail: '98 %' }), 'runs 98 %')
+  assert.equal(stateWords(flange, { state: 'open', detail: null }), 'leaks')
+  assert.equal(passes(scroll, { state: 'stopped', detail: null }), false)
+})
+
+test('the layout places every volume and part without overlap, in both directions, and lines end at symbols', () => {
+  assert.deepEqual(zonesOf(plant), ['target'])
+  for (const direction of ['LR', 'TB']) {
+    const { boxes, lines, zones, width, height } = laidOut(plant, direction)
+    assert.equal(boxes.size, 5)
+    const all = [...boxes.values()]
+    for (const [index, one] of all.entries()) {
+      assert.ok(one.x - one.width / 2 >= 0 && one.x + one.width / 2 <= width, `${direction} ${index}`)
+      assert.ok(one.y - one.height / 2 >= 0 && one.y + one.height / 2 <= height, `${direction} ${index}`)
+      for (const other of all.slice(index + 1)) {
+        const isApart =
+          Math.abs(one.x - other.x) >= (one.width + other.width) / 2 ||
+          Math.abs(one.y - other.y) >= (one.height + other.height) / 2
+        assert.ok(isApart, direction)
+      }
+    }
+    assert.equal(zones[0].name, 'target')
+    assert.equal(lines.length, plant.parts.flatMap(linesOf).length)
+    const gate = boxes.get('part gate')
+    assert.deepEqual(
+      [lines[0].points.at(-1), lines[1].points[0]].map(({ x, y }) => [x, y]),
+      [
+        [gate.x, gate.y],
+        [gate.x, gate.y],
+      ],
+    )
+  }
+})
