@@ -1,7 +1,7 @@
 //! The tables and views of the database, and how an older one gets them.
 //!
-//! Tables are in the schema `profivac_data`, views for people and Grafana in `profivac`. Each migration runs in one transaction. A published
-//! migration never changes.
+//! Tables are in the schema `profivac_data`, views for people and Grafana in `profivac`. Each migration runs in one transaction. A
+//! published migration never changes.
 
 use tokio_postgres::{Client, Error};
 

@@ -374,7 +374,8 @@ fn accept(message: &Incoming, now: Micros) -> Result<Accepted<'_>, String> {
     Ok(Accepted { plant, station, epoch, number, batch, samples })
 }
 
-/// A batch with times of a wrong clock is put aside whole: its rows would be found nowhere, and its partitions be dropped or wait for years.
+/// A batch with times of a wrong clock is put aside whole: its rows would be found nowhere, and its partitions be dropped or wait for
+/// years.
 fn check_times(batch: &Batch, samples: &[(String, Vec<Sample>)], now: Micros) -> Result<(), String> {
     let of_samples = samples.iter().flat_map(|(_, samples)| samples.iter().map(|sample| sample.at.0));
     let of_lists = batch.events.iter().map(|row| row.at_us).chain(batch.alarms.iter().map(|row| row.at_us));

@@ -434,8 +434,8 @@ impl TubeFlow<'_> {
         2.0 * square / (SLIP + (SLIP * SLIP + 4.0 * LAMINAR * self.delta_per_pa * square).sqrt())
     }
 
-    /// What the flow into the opening needs to pass the tube, less what the pressures give, relative to their sum: 1 to -1. It needs friction
-    /// and inertia, and leaves at the speed of sound at most.
+    /// What the flow into the opening needs to pass the tube, less what the pressures give, relative to their sum: 1 to -1. It needs
+    /// friction and inertia, and leaves at the speed of sound at most.
     fn excess(&self, pa: f64, low_pa: f64, resistance: f64) -> f64 {
         let flow = self.opening(pa);
         // The static pressure of choked flow is the critical part of that before the opening.
