@@ -219,6 +219,8 @@ mod tests {
             .collect();
         let mut existing: Vec<String> =
             Profivac::command().get_subcommands().map(|command| command.get_name().to_owned()).collect();
+        // Its row says that it comes with a feature.
+        named.retain(|name| cfg!(feature = "archive") || *name != "archive");
         named.sort_unstable();
         existing.sort_unstable();
         assert_eq!(named, existing);
