@@ -101,9 +101,7 @@ async fn archive(
             }
             let stored = stored?;
             acknowledge(config, &messages).await?;
-            sum.batches += stored.batches;
-            sum.samples += stored.samples;
-            sum.rejected += stored.rejected;
+            sum.add(stored);
             report(Report::Stored(*sum));
         }
         if Instant::now() >= maintain_at {

@@ -23,6 +23,9 @@ const MAX_AHEAD: i64 = 3_600 * Micros::SECOND;
 /// A former record that still makes batches this time after its successor began is that of another station with the same name.
 const SUCCESSION: i64 = 60 * Micros::SECOND;
 
+/// A transaction takes no further batch once it has this many rows and samples: hostile batches must not fill the memory.
+const MAX_WEIGHT: usize = 200_000;
+
 /// The most names of series in memory.
 const MAX_SERIES: usize = 200_000;
 
@@ -87,6 +90,15 @@ pub struct Stored {
     pub samples: u64,
     /// Batches that were put aside.
     pub rejected: u64,
+}
+
+impl Stored {
+    /// Adds other results.
+    pub const fn add(&mut self, other: Self) {
+        self.batches += other.batches;
+        self.samples += other.samples;
+        self.rejected += other.rejected;
+    }
 }
 
 /// A station as the database knows it.
@@ -175,42 +187,65 @@ impl Store {
         Ok(())
     }
 
-    /// Stores messages in one transaction. Those that cannot be stored are put aside with the reason.
+    /// Stores messages, in one transaction unless they are very large. Those that cannot be stored are put aside with the reason.
     ///
     /// # Errors
-    /// [`StoreError`]; then nothing is stored, and the messages come again.
+    /// [`StoreError`]; then all messages come again, and rows that are stored already stay as they are.
     pub async fn store(&mut self, messages: &[Incoming], now: Micros) -> Result<Stored, StoreError> {
-        match self.store_together(messages, now).await {
-            Err(error) if error.is_of_rows() && messages.len() > 1 => self.store_one_by_one(messages, now).await,
-            Err(error) if error.is_of_rows() => {
-                let [message] = messages else { return Err(error) };
-                let transaction = self.client.transaction().await?;
-                reject(&transaction, message, &error.to_string()).await?;
-                transaction.commit().await?;
-                Ok(Stored { rejected: 1, ..Stored::default() })
-            }
-            stored => stored,
-        }
-    }
-
-    async fn store_one_by_one(&mut self, messages: &[Incoming], now: Micros) -> Result<Stored, StoreError> {
         let mut sum = Stored::default();
-        for message in messages {
-            let stored = Box::pin(self.store(std::slice::from_ref(message), now)).await?;
-            sum.batches += stored.batches;
-            sum.samples += stored.samples;
-            sum.rejected += stored.rejected;
+        let mut rest = messages;
+        while !rest.is_empty() {
+            let (stored, taken) = match self.store_together(rest, now).await {
+                Err(error) if error.is_of_rows() => (self.store_one_by_one(rest, now, &error).await?, rest.len()),
+                stored => stored?,
+            };
+            sum.add(stored);
+            rest = rest.get(taken..).unwrap_or_default();
         }
         Ok(sum)
     }
 
-    async fn store_together(&mut self, messages: &[Incoming], now: Micros) -> Result<Stored, StoreError> {
+    /// Stores each message in a transaction of its own, after `refusal` of all together. A message that is refused alone is put aside.
+    async fn store_one_by_one(
+        &mut self,
+        messages: &[Incoming],
+        now: Micros,
+        refusal: &StoreError,
+    ) -> Result<Stored, StoreError> {
+        let mut sum = Stored::default();
+        for message in messages {
+            let stored = match messages {
+                [_] => self.put_aside(message, refusal).await?,
+                _ => Box::pin(self.store(std::slice::from_ref(message), now)).await?,
+            };
+            sum.add(stored);
+        }
+        Ok(sum)
+    }
+
+    async fn put_aside(&mut self, message: &Incoming, refusal: &StoreError) -> Result<Stored, StoreError> {
+        let transaction = self.client.transaction().await?;
+        reject(&transaction, message, &refusal.to_string()).await?;
+        transaction.commit().await?;
+        Ok(Stored { rejected: 1, ..Stored::default() })
+    }
+
+    /// Stores the first messages in one transaction. Returns how many messages that were.
+    async fn store_together(&mut self, messages: &[Incoming], now: Micros) -> Result<(Stored, usize), StoreError> {
         let (mut accepted, mut rejected) = (Vec::new(), Vec::new());
         let mut stations = HashMap::new();
+        let mut weight = 0_usize;
         for message in messages {
+            if weight >= MAX_WEIGHT {
+                break;
+            }
             match accept(message, now) {
                 Ok(batch) => match self.check_station(&mut stations, &batch).await? {
-                    None => accepted.push(batch),
+                    None => {
+                        weight =
+                            weight.saturating_add(batch.batch.sample_count()).saturating_add(batch.batch.row_count());
+                        accepted.push(batch);
+                    }
                     Some(reason) => rejected.push((message, reason)),
                 },
                 Err(reason) => rejected.push((message, reason)),
@@ -232,7 +267,8 @@ impl Store {
         }
         transaction.commit().await?;
         let samples = accepted.iter().map(|batch| batch.batch.sample_count() as u64).sum();
-        Ok(Stored { batches: accepted.len() as u64, samples, rejected: rejected.len() as u64 })
+        let stored = Stored { batches: accepted.len() as u64, samples, rejected: rejected.len() as u64 };
+        Ok((stored, accepted.len().saturating_add(rejected.len())))
     }
 
     /// Finds or adds the station of a batch. Returns why the batch is not of this station.

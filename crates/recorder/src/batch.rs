@@ -9,14 +9,22 @@ use flate2::Compression;
 use flate2::read::DeflateDecoder;
 use flate2::write::DeflateEncoder;
 use prost::Message;
+use prost::bytes::Buf;
+use prost::encoding::{DecodeContext, decode_key, skip_field};
 use std::io::{Read, Write};
 use thiserror::Error;
 
 /// The present format.
 pub const FORMAT: u32 = 1;
 
-/// The most octets of a batch that is not compressed: a batch from the network must not fill the memory.
-pub const MAX_OCTETS: u64 = 16 << 20;
+/// The most octets of a batch that is not compressed. The three limits keep a batch from the network from filling the memory.
+pub const MAX_OCTETS: u64 = 4 << 20;
+
+/// The most samples of a batch.
+pub const MAX_SAMPLES: usize = 20_000;
+
+/// The most series, spans, events, changes of alarms and rows of the audit trail of a batch, together.
+pub const MAX_ROWS: usize = 30_000;
 
 /// The rows of a batch.
 #[derive(Clone, PartialEq, Message)]
@@ -201,6 +209,12 @@ pub enum BatchError {
     /// They are too many.
     #[error("the batch has more than {MAX_OCTETS} octets after decompression")]
     TooLong,
+    /// The rows are too many.
+    #[error("the batch has more than {MAX_ROWS} series, spans, events, changes of alarms and rows of the audit trail")]
+    TooManyRows,
+    /// The samples are too many.
+    #[error("the batch has {0} samples, and at most {MAX_SAMPLES} are read")]
+    TooManySamples(usize),
     /// They are no message.
     #[error("the batch is no message of Protocol Buffers: {0}")]
     NoMessage(#[from] prost::DecodeError),
@@ -235,10 +249,12 @@ impl Batch {
         if plain.len() as u64 > MAX_OCTETS {
             return Err(BatchError::TooLong);
         }
+        check_rows(&plain)?;
         let batch = Self::decode(&plain[..])?;
-        match batch.format {
-            1..=FORMAT => Ok(batch),
-            other => Err(BatchError::Format(other)),
+        match (batch.format, batch.sample_count()) {
+            (1..=FORMAT, 0..=MAX_SAMPLES) => Ok(batch),
+            (1..=FORMAT, samples) => Err(BatchError::TooManySamples(samples)),
+            (other, _) => Err(BatchError::Format(other)),
         }
     }
 
@@ -247,6 +263,24 @@ impl Batch {
     pub fn sample_count(&self) -> usize {
         self.samples.iter().map(|series| series.steps_us.len()).sum()
     }
+
+    /// The number of series, spans, events, changes of alarms and rows of the audit trail.
+    #[must_use]
+    pub fn row_count(&self) -> usize {
+        [self.samples.len(), self.spans.len(), self.events.len(), self.alarms.len(), self.audit.len()].iter().sum()
+    }
+}
+
+/// Refuses too many rows before memory is taken for them: an empty row has two octets here and some 300 in memory.
+fn check_rows(plain: &[u8]) -> Result<(), BatchError> {
+    let (mut rest, mut rows) = (plain, 0_usize);
+    while rest.has_remaining() {
+        let (tag, wire_type) = decode_key(&mut rest)?;
+        skip_field(wire_type, tag, &mut rest, DecodeContext::default())?;
+        rows = rows.saturating_add(1);
+    }
+    // The two fields that are no rows stand once.
+    if rows > MAX_ROWS.saturating_add(2) { Err(BatchError::TooManyRows) } else { Ok(()) }
 }
 
 /// Added to the number of a quality whose sample has a pressure.
@@ -329,13 +363,25 @@ mod tests {
         let none = Batch { format: 0, ..batch() }.encode_compressed().unwrap();
         assert!(matches!(Batch::decode_compressed(&none), Err(BatchError::Format(0))));
         let mut encoder = DeflateEncoder::new(Vec::new(), Compression::fast());
-        encoder.write_all(&vec![0; 17 << 20]).unwrap();
+        encoder.write_all(&vec![0; 5 << 20]).unwrap();
         assert!(matches!(Batch::decode_compressed(&encoder.finish().unwrap()), Err(BatchError::TooLong)));
         let octets = batch().encode_compressed().unwrap();
         for length in 1..octets.len() {
             // A cut batch never reads as a batch with other samples.
             assert!(Batch::decode_compressed(&octets[..length]).map_or(true, |read| read == batch()), "{length}");
         }
+    }
+
+    #[test]
+    fn rows_and_samples_beyond_the_limits_are_refused_and_those_at_the_limits_read() {
+        let audit = |count| Batch { audit: vec![Audit::default(); count], ..batch() }.encode_compressed().unwrap();
+        assert_eq!(Batch::decode_compressed(&audit(MAX_ROWS - 1)).unwrap().row_count(), MAX_ROWS);
+        assert!(matches!(Batch::decode_compressed(&audit(MAX_ROWS + 1)), Err(BatchError::TooManyRows)));
+        let of_series = |count| Samples::new("chamber".to_owned(), &vec![Sample::gap(Micros(1)); count]);
+        let two =
+            |count| Batch { samples: vec![of_series(count), of_series(1)], ..batch() }.encode_compressed().unwrap();
+        assert_eq!(Batch::decode_compressed(&two(MAX_SAMPLES - 1)).unwrap().sample_count(), MAX_SAMPLES);
+        assert!(matches!(Batch::decode_compressed(&two(MAX_SAMPLES)), Err(BatchError::TooManySamples(20_001))));
     }
 
     #[test]

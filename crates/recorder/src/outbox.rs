@@ -4,7 +4,7 @@
 //! changes once it has a number, so that it may be sent twice. Numbers have no gaps. Deleting a batch that the archive has is what
 //! moves the cursor.
 
-use super::batch::{AlarmChange, Audit, Batch, Event, FORMAT, Samples, Span};
+use super::batch::{AlarmChange, Audit, Batch, Event, FORMAT, MAX_SAMPLES, Samples, Span};
 use super::error::DatabaseError;
 use super::reader::Reader;
 use super::sample::{Micros, Sample};
@@ -33,11 +33,9 @@ const FINEST_LEVEL: u8 = 2;
 /// A span is sent this time after its end. A sample that is later sends it again.
 const SETTLED: i64 = 5 * Micros::SECOND;
 
-/// The most samples of a batch. free choice: some 200 KiB.
-const MAX_SAMPLES: usize = 20_000;
-
-/// The most rows of each other kind in the batch of one transaction.
-const MAX_ROWS: u32 = 1_000;
+/// The most rows of a kind in the batch of one transaction; of spans, of a level. With the series of [`MAX_SAMPLES`] samples they are
+/// fewer than [`MAX_ROWS`](super::batch::MAX_ROWS).
+const MAX_ROWS_OF_KIND: u32 = 1_000;
 
 /// The most batches that wait, 30 days at one a second: then the oldest are deleted.
 const MAX_BATCHES: i64 = 2_592_000;
@@ -195,7 +193,7 @@ fn take_settled_spans(transaction: &Transaction<'_>, now: Micros) -> rusqlite::R
     let mut taken = Vec::new();
     for level in LEVELS.into_iter().filter(|level| level.number >= FINEST_LEVEL) {
         let ended = now.0.saturating_sub(SETTLED).saturating_sub(level.micros());
-        let mut rows = select.query(params![level.number, ended, MAX_ROWS])?;
+        let mut rows = select.query(params![level.number, ended, MAX_ROWS_OF_KIND])?;
         let first = taken.len();
         while let Some(row) = rows.next()? {
             let span = Span {
@@ -225,7 +223,8 @@ fn events(transaction: &Transaction<'_>, state: &mut State) -> rusqlite::Result<
     let event = |row: &Row<'_>| {
         Ok(Event { id: row.get(0)?, at_us: row.get(1)?, series: row.get(2)?, kind: row.get(3)?, text: row.get(4)? })
     };
-    let events = select.query_map(params![state.event, MAX_ROWS], event)?.collect::<rusqlite::Result<Vec<_>>>()?;
+    let events =
+        select.query_map(params![state.event, MAX_ROWS_OF_KIND], event)?.collect::<rusqlite::Result<Vec<_>>>()?;
     state.event = events.last().map_or(state.event, |event| event.id);
     Ok(events)
 }
@@ -251,7 +250,8 @@ fn alarms(transaction: &Transaction<'_>, state: &mut State) -> rusqlite::Result<
             text: row.get(11)?,
         })
     };
-    let alarms = select.query_map(params![state.alarm, MAX_ROWS], change)?.collect::<rusqlite::Result<Vec<_>>>()?;
+    let alarms =
+        select.query_map(params![state.alarm, MAX_ROWS_OF_KIND], change)?.collect::<rusqlite::Result<Vec<_>>>()?;
     state.alarm = alarms.last().map_or(state.alarm, |change| change.id);
     Ok(alarms)
 }
@@ -277,7 +277,8 @@ fn audit(transaction: &Transaction<'_>, state: &mut State) -> rusqlite::Result<V
             outcome: row.get(11)?,
         })
     };
-    let audit = select.query_map(params![state.audit, MAX_ROWS], entry)?.collect::<rusqlite::Result<Vec<_>>>()?;
+    let audit =
+        select.query_map(params![state.audit, MAX_ROWS_OF_KIND], entry)?.collect::<rusqlite::Result<Vec<_>>>()?;
     state.audit = audit.last().map_or(state.audit, |entry| entry.id);
     Ok(audit)
 }
