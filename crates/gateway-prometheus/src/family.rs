@@ -84,8 +84,7 @@ fn form(signal: Signal) -> Form {
         | Signal::SegmentLostCycles
         | Signal::LostSamples
         | Signal::LostEvents
-        | Signal::Refusals
-        | Signal::Occurrence => Form::Counter,
+        | Signal::Refusals => Form::Counter,
         // What never changes while the file is the same.
         Signal::Device => Form::Label("device"),
         Signal::Address => Form::Label("address"),
@@ -148,7 +147,6 @@ pub const fn prefix(subject: SubjectKind) -> &'static str {
 /// The name of a signal without the name of its subject.
 fn stem(signal: Signal) -> String {
     match signal {
-        Signal::Occurrence => return "occurrences".to_owned(),
         // The name ends with its unit: `profivac_reading_timestamp_seconds`.
         Signal::LastReading => return String::new(),
         _ => {}
