@@ -11,21 +11,21 @@
 //! credentials = "nats.credentials"
 //!
 //! [postgres]
-//! connection = "host=/run/postgresql user=profivac dbname=profivac"
+//! connection = "host=db.example user=profivac dbname=profivac"
 //! password-file = "postgres.password"
+//! ca-file = "our-ca.pem"        # trusted in addition to the certificates of the system
 //!
 //! [[plant]]
 //! name = "hall"
 //! readers = ["hall_operators"]  # roles of PostgreSQL that may read the stations of this plant
 //! ```
 
+use crate::database::{Database, DatabaseProblem, PostgresToml};
 use profivac_host::text_file::{self, line_and_column};
-use profivac_station::auth::file_permissions::{self, PermissionError};
 use profivac_station::config::gateways::archive::{Nats, NatsToml};
 use serde::Deserialize;
 use std::path::{Path, PathBuf};
 use thiserror::Error;
-use tokio_postgres::config::Host;
 
 /// How long samples are kept, unless the file says otherwise.
 const SAMPLES_DAYS: u32 = 730;
@@ -45,7 +45,7 @@ pub struct Config {
     /// The servers of NATS.
     pub nats: Nats,
     /// The database.
-    pub postgres: tokio_postgres::Config,
+    pub database: Database,
     /// Plants, with the roles that may read them.
     pub plants: Vec<(String, Vec<String>)>,
 }
@@ -62,9 +62,6 @@ pub enum ConfigError {
         /// The error of the system.
         error: std::io::Error,
     },
-    /// A file with a password is open to others.
-    #[error(transparent)]
-    Open(#[from] PermissionError),
     /// A place of the file is wrong.
     #[error("{file}:{line}:{column}: {message}", file = file.display())]
     Place {
@@ -76,6 +73,14 @@ pub enum ConfigError {
         column: usize,
         /// The fault.
         message: String,
+    },
+    /// `[postgres]` is wrong.
+    #[error("{file}: {problem}", file = file.display())]
+    Database {
+        /// The file.
+        file: PathBuf,
+        /// The fault.
+        problem: DatabaseProblem,
     },
     /// A value is wrong.
     #[error("{file}: {message}", file = file.display())]
@@ -107,15 +112,6 @@ struct ArchiveToml {
 }
 
 #[derive(Debug, Deserialize)]
-#[serde(deny_unknown_fields, rename_all = "kebab-case")]
-struct PostgresToml {
-    connection: String,
-    password_file: Option<PathBuf>,
-    #[serde(default)]
-    unencrypted: bool,
-}
-
-#[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct PlantToml {
     name: String,
@@ -135,6 +131,7 @@ impl Config {
         };
         let toml: Toml = toml::from_str(&text)
             .map_err(|error| place(error.span().map_or(0, |span| span.start), error.message().to_owned()))?;
+        let folder = file.parent().unwrap_or(Path::new(""));
         let wrong = |message: String| ConfigError::Value { file: file.to_owned(), message };
         let nats = toml.nats.into_settings(file, 0..0);
         let nats = nats.map_err(|error| place(error.span.start, error.problem.to_string()))?;
@@ -156,48 +153,11 @@ impl Config {
             replicas: usize::from(replicas),
             stream_octets,
             nats,
-            postgres: postgres(file, &toml.postgres)?,
+            database: Database::new(&toml.postgres, folder)
+                .map_err(|problem| ConfigError::Database { file: file.to_owned(), problem })?,
             plants: toml.plant.into_iter().map(|plant| (plant.name, plant.readers)).collect(),
         })
     }
-}
-
-/// The settings of the connection to the database.
-fn postgres(file: &Path, toml: &PostgresToml) -> Result<tokio_postgres::Config, ConfigError> {
-    let wrong = |message: String| ConfigError::Value { file: file.to_owned(), message };
-    let parsed = toml.connection.parse();
-    let mut config: tokio_postgres::Config = parsed.map_err(|error: tokio_postgres::Error| {
-        wrong(format!(
-            "expected connection = \"host=/run/postgresql user=profivac dbname=profivac\" in [postgres]: {error}"
-        ))
-    })?;
-    if config.get_password().is_some() {
-        return Err(wrong(
-            "connection in [postgres] has a password: put it into a file, and name that in password-file".to_owned(),
-        ));
-    }
-    let is_near = |host: &Host| match host {
-        Host::Unix(_) => true,
-        Host::Tcp(host) => host == "localhost" || host.parse::<std::net::IpAddr>().is_ok_and(|it| it.is_loopback()),
-    };
-    if !toml.unencrypted && !config.get_hosts().iter().all(is_near) {
-        return Err(wrong(
-            "the database is on another computer, and the archive has no TLS to PostgreSQL: run the archive beside the database, use \
-             a tunnel, or write unencrypted = true in [postgres] if the network is separate"
-                .to_owned(),
-        ));
-    }
-    if let Some(password) = &toml.password_file {
-        let path = file.parent().unwrap_or(Path::new("")).join(password);
-        // Reading reports why the file cannot be read.
-        if let Err(error @ PermissionError::Open(..)) = file_permissions::check(&path) {
-            return Err(error.into());
-        }
-        let text = text_file::read(&path).map_err(|error| ConfigError::Read { file: path, error })?;
-        config.password(text.trim());
-    }
-    config.application_name("profivac archive").connect_timeout(std::time::Duration::from_secs(5));
-    Ok(config)
 }
 
 #[cfg(test)]
@@ -226,7 +186,14 @@ mod tests {
             (format!("{NATS}{POSTGRES}[archive]\nreplicas = 2\n"), "expected replicas = 1, 3 or 5, found 2"),
             (format!("{NATS}{POSTGRES}[archive]\nsamples-days = 0\n"), "expected samples-days from 1"),
             (format!("{NATS}{POSTGRES}[archive]\nsample-days = 7\n"), "archive.toml:6:1: unknown field"),
-            (format!("{NATS}[postgres]\nconnection = \"host=db.example\"\n"), "the database is on another computer"),
+            (
+                format!("{NATS}[postgres]\nconnection = \"host=db.example sslmode=disable\"\n"),
+                "the database is on another computer",
+            ),
+            (
+                format!("{NATS}[postgres]\nconnection = \"host=db.example\"\nca-file = \"absent\"\n"),
+                "absent holds no certificates",
+            ),
             (format!("{NATS}[postgres]\nconnection = \"host=/x password=y\"\n"), "put it into a file"),
             (format!("{NATS}[postgres]\nconnection = \"hostess=/x\"\n"), "expected connection ="),
             (format!("[nats]\nservers = [\"nats://far\"]\n{POSTGRES}"), "archive.toml:2:12: expected tls://"),

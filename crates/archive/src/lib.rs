@@ -10,6 +10,7 @@
 //! |---|---|
 //! | [`publisher`] | the station's part: batches to JetStream, acknowledgements to the record |
 //! | [`config`] | the file of an archive |
+//! | [`database`] | the connection to PostgreSQL |
 //! | [`schema`] | tables, views and migrations of PostgreSQL |
 //! | [`store`] | batches to rows, in transactions |
 //! | [`service`] | the loop of an archive: take, store, acknowledge |
@@ -19,6 +20,7 @@
 //! batch replaces that of an earlier one. The acknowledgement follows the commit. Nothing else makes the effect exactly once.
 
 pub mod config;
+pub mod database;
 mod nats;
 pub mod publisher;
 pub mod schema;

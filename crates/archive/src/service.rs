@@ -85,7 +85,7 @@ async fn archive(
     sum: &mut Stored,
     report: &mut impl FnMut(Report<'_>),
 ) -> Result<(), ArchiveError> {
-    let mut store = Store::connect(&config.postgres, config.samples_days).await?;
+    let mut store = Store::connect(&config.database, config.samples_days).await?;
     store.set_readers(&config.plants).await?;
     store.maintain(Micros::now()).await?;
     let jetstream = connect(&config.nats, "profivac archive").await?;

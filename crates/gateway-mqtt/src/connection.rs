@@ -2,11 +2,12 @@
 //! present state, so nothing old is sent late.
 
 use crate::message::{Delivery, Message};
+use profivac_station::client_tls::trusting;
 use profivac_station::config::ca_certificates;
 use profivac_station::config::gateways::mqtt::{Broker, Tls};
+use rumqttc::tokio_rustls::rustls::pki_types::PrivateKeyDer;
 use rumqttc::tokio_rustls::rustls::pki_types::pem::{self, PemObject};
-use rumqttc::tokio_rustls::rustls::pki_types::{CertificateDer, PrivateKeyDer};
-use rumqttc::tokio_rustls::rustls::{self, ClientConfig, RootCertStore, crypto};
+use rumqttc::tokio_rustls::rustls::{self, ClientConfig};
 use rumqttc::{
     AsyncClient, ConnectReturnCode, ConnectionError, EventLoop, Incoming, LastWill, MqttOptions, Outgoing, QoS,
     StateError, SubscribeFilter, SubscribeReasonCode, TlsConfiguration, TlsError, Transport,
@@ -215,13 +216,7 @@ fn closed(error: std::io::Error) -> MqttError {
 }
 
 fn client_config(tls: &Tls) -> Result<Arc<ClientConfig>, MqttError> {
-    let mut roots = RootCertStore::empty();
-    let system: Vec<CertificateDer<'static>> = rustls_native_certs::load_native_certs().certs;
-    let own = tls.ca_file.as_deref().map(ca_certificates).transpose()?.unwrap_or_default();
-    roots.add_parsable_certificates(system.into_iter().chain(own));
-    let provider = Arc::new(crypto::ring::default_provider());
-    let config = ClientConfig::builder_with_provider(provider).with_safe_default_protocol_versions()?;
-    let config = config.with_root_certificates(roots);
+    let config = trusting(tls.ca_file.as_deref().map(ca_certificates).transpose()?.unwrap_or_default())?;
     Ok(Arc::new(match &tls.client {
         None => config.with_no_client_auth(),
         Some((certificate, key)) => {

@@ -2,6 +2,7 @@
 //!
 //! | Module | Holds |
 //! |---|---|
+//! | [`client_tls`] | TLS to servers of others |
 //! | `host_name` | host names in requests and in the station's file |
 //! | [`visible_text`] | names, reasons and comments that users type |
 //! | [`pumpdown`] | pump-downs in a recording |
@@ -30,6 +31,7 @@ pub mod alarm;
 pub mod api;
 pub mod auth;
 pub mod bus;
+pub mod client_tls;
 pub mod comparison;
 pub mod config;
 pub mod control;

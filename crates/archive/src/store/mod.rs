@@ -5,6 +5,7 @@ mod rows;
 
 pub use accept::Incoming;
 
+use crate::database::Database;
 use crate::schema::{LOCK, SchemaError, upgrade};
 use accept::{Accepted, accept, text};
 use profivac_recorder::Micros;
@@ -14,7 +15,8 @@ use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 use thiserror::Error;
 use tokio::task::JoinHandle;
 use tokio_postgres::error::SqlState;
-use tokio_postgres::{Client, Config, NoTls, Transaction};
+use tokio_postgres::{Client, Transaction};
+use tokio_rustls::rustls;
 
 /// A former record that still makes batches this time after its successor began is that of another station with the same name.
 const SUCCESSION: i64 = 60 * Micros::SECOND;
@@ -42,9 +44,18 @@ pub enum StoreError {
 fn described(error: &tokio_postgres::Error) -> String {
     match (error.as_db_error(), std::error::Error::source(error)) {
         (Some(error), _) => error.to_string(),
+        (None, Some(source)) if is_untrusted(source) => {
+            format!("{error}: {source}; name a file with the certificate of its issuer in ca-file of [postgres]")
+        }
         (None, Some(source)) => format!("{error}: {source}"),
         (None, None) => error.to_string(),
     }
+}
+
+/// Whether the certificate of the server is the cause.
+fn is_untrusted(source: &(dyn std::error::Error + 'static)) -> bool {
+    let inner = source.downcast_ref::<std::io::Error>().and_then(std::io::Error::get_ref);
+    matches!(inner.and_then(|inner| inner.downcast_ref()), Some(rustls::Error::InvalidCertificate(_)))
 }
 
 impl StoreError {
@@ -132,10 +143,8 @@ impl Store {
     ///
     /// # Errors
     /// [`StoreError`] when the database cannot be reached, or its tables are of a newer program.
-    pub async fn connect(config: &Config, samples_days: u32) -> Result<Self, StoreError> {
-        let (mut client, connection) = config.connect(NoTls).await?;
-        // Its error is also that of the statement that waits.
-        let connection = tokio::spawn(async { connection.await.unwrap_or_default() });
+    pub async fn connect(database: &Database, samples_days: u32) -> Result<Self, StoreError> {
+        let (mut client, connection) = database.connect().await?;
         upgrade(&mut client).await?;
         client.batch_execute("SET statement_timeout = '120s'").await?;
         prepare::<SampleRow>(&client).await?;

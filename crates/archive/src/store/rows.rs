@@ -18,7 +18,7 @@ pub trait Row {
     const TABLE: &'static str;
     /// The columns with their types.
     const COLUMNS: &'static [(&'static str, Type)];
-    /// What happens with a row whose key is there.
+    /// The action of PostgreSQL for a row whose key is there.
     const ON_CONFLICT: &'static str = "DO NOTHING";
 
     /// Writes the values, in the order of the columns.

@@ -1,5 +1,6 @@
 //! One POST over HTTP or HTTPS. Redirects are not followed: a notification with a token goes to the configured URL and nowhere else.
 
+use crate::client_tls::trusting;
 use axum::body::Body;
 use hyper::client::conn::http1;
 use hyper::header::{AUTHORIZATION, CONTENT_TYPE, HOST, HeaderValue, USER_AGENT};
@@ -10,8 +11,8 @@ use std::sync::Arc;
 use tokio::io::{AsyncRead, AsyncWrite};
 use tokio::net::TcpStream;
 use tokio_rustls::TlsConnector;
+use tokio_rustls::rustls;
 use tokio_rustls::rustls::pki_types::{CertificateDer, InvalidDnsNameError, ServerName};
-use tokio_rustls::rustls::{self, ClientConfig, RootCertStore, crypto};
 
 /// The reason why a client cannot be made.
 #[derive(Debug, thiserror::Error)]
@@ -64,12 +65,7 @@ impl Client {
     /// # Errors
     /// [`ClientSetupError`] when the token is no header value.
     pub fn new(url: Uri, token: Option<&str>, trusted: Vec<CertificateDer<'static>>) -> Result<Self, ClientSetupError> {
-        let mut roots = RootCertStore::empty();
-        let system = rustls_native_certs::load_native_certs().certs;
-        roots.add_parsable_certificates(system.into_iter().chain(trusted));
-        let provider = Arc::new(crypto::ring::default_provider());
-        let config = ClientConfig::builder_with_provider(provider).with_safe_default_protocol_versions()?;
-        let config = config.with_root_certificates(roots).with_no_client_auth();
+        let config = trusting(trusted)?.with_no_client_auth();
         let bearer = token.map(|token| HeaderValue::from_str(&format!("Bearer {token}"))).transpose();
         let mut token = bearer.map_err(ClientSetupError::Token)?;
         if let Some(token) = &mut token {

@@ -1,0 +1,140 @@
+//! The connection to PostgreSQL: unencrypted on this computer, with TLS to others.
+
+use profivac_host::text_file;
+use profivac_station::auth::file_permissions::{self, PermissionError};
+use profivac_station::client_tls::trusting;
+use profivac_station::config::{CertificateError, ca_certificates};
+use serde::Deserialize;
+use std::net::IpAddr;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::time::Duration;
+use thiserror::Error;
+use tokio::task::JoinHandle;
+use tokio_postgres::config::{Host, SslMode};
+use tokio_postgres::{Client, Config, NoTls};
+use tokio_postgres_rustls::MakeRustlsConnect;
+use tokio_rustls::rustls::{self, ClientConfig};
+
+/// The longest wait for the server.
+const CONNECT_TIMEOUT: Duration = Duration::from_secs(5);
+
+/// `[postgres]`.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub struct PostgresToml {
+    connection: String,
+    password_file: Option<PathBuf>,
+    ca_file: Option<PathBuf>,
+    #[serde(default)]
+    unencrypted: bool,
+}
+
+/// Why `[postgres]` is wrong.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum DatabaseProblem {
+    /// The connection cannot be read.
+    #[error("expected connection = \"host=/run/postgresql user=profivac dbname=profivac\" in [postgres]: {0}")]
+    Connection(tokio_postgres::Error),
+    /// The connection has a password.
+    #[error("connection in [postgres] has a password: put it into a file, and name that in password-file")]
+    Password,
+    /// The connection forbids TLS to another computer.
+    #[error(
+        "the database is on another computer, and sslmode=disable sends passwords and data unencrypted: remove it, or write \
+         unencrypted = true in [postgres] if the network is separate"
+    )]
+    Unencrypted,
+    /// A file with a password is open to others.
+    #[error(transparent)]
+    Open(#[from] PermissionError),
+    /// The file with the password cannot be read.
+    #[error("{file} cannot be read: {error}", file = file.display())]
+    Read {
+        /// The file.
+        file: PathBuf,
+        /// The error of the system.
+        error: std::io::Error,
+    },
+    /// The file with certificates cannot be used.
+    #[error(transparent)]
+    Certificates(#[from] CertificateError),
+    /// The TLS library offers no protocol version.
+    #[error(transparent)]
+    Tls(#[from] rustls::Error),
+}
+
+/// How the database is reached.
+#[derive(Clone, Debug)]
+pub struct Database {
+    config: Config,
+    tls: Option<Arc<ClientConfig>>,
+}
+
+impl Database {
+    /// Checks `[postgres]`. Files are in `folder`.
+    ///
+    /// # Errors
+    /// [`DatabaseProblem`] says what to change.
+    pub fn new(toml: &PostgresToml, folder: &Path) -> Result<Self, DatabaseProblem> {
+        let mut config: Config = toml.connection.parse().map_err(DatabaseProblem::Connection)?;
+        if config.get_password().is_some() {
+            return Err(DatabaseProblem::Password);
+        }
+        let is_near = config.get_hosts().iter().all(is_near);
+        let mode = config.get_ssl_mode();
+        if mode == SslMode::Disable && !is_near && !toml.unencrypted {
+            return Err(DatabaseProblem::Unencrypted);
+        }
+        // The default of the library, prefer, is unencrypted when the server wants it so.
+        let uses_tls = mode == SslMode::Require || !(is_near || toml.unencrypted);
+        config.ssl_mode(if uses_tls { SslMode::Require } else { SslMode::Disable });
+        if let Some(file) = &toml.password_file {
+            config.password(password(folder.join(file))?);
+        }
+        config.application_name("profivac archive").connect_timeout(CONNECT_TIMEOUT);
+        Ok(Self { config, tls: if uses_tls { Some(tls(toml, folder)?) } else { None } })
+    }
+
+    /// Connects. The task carries the connection, until the client is dropped.
+    ///
+    /// # Errors
+    /// When the server cannot be reached, has no certificate that is trusted, or refuses the login.
+    pub async fn connect(&self) -> Result<(Client, JoinHandle<()>), tokio_postgres::Error> {
+        // The error of a connection is also that of the statement that waits.
+        match &self.tls {
+            None => {
+                let (client, connection) = self.config.connect(NoTls).await?;
+                Ok((client, tokio::spawn(async { connection.await.unwrap_or_default() })))
+            }
+            Some(tls) => {
+                let tls = MakeRustlsConnect::new(ClientConfig::clone(tls));
+                let (client, connection) = self.config.connect(tls).await?;
+                Ok((client, tokio::spawn(async { connection.await.unwrap_or_default() })))
+            }
+        }
+    }
+}
+
+fn is_near(host: &Host) -> bool {
+    match host {
+        Host::Unix(_) => true,
+        Host::Tcp(host) => host == "localhost" || host.parse::<IpAddr>().is_ok_and(|it| it.is_loopback()),
+    }
+}
+
+fn tls(toml: &PostgresToml, folder: &Path) -> Result<Arc<ClientConfig>, DatabaseProblem> {
+    let file = toml.ca_file.as_ref().map(|file| folder.join(file));
+    let trusted = file.as_deref().map(ca_certificates).transpose()?.unwrap_or_default();
+    Ok(Arc::new(trusting(trusted)?.with_no_client_auth()))
+}
+
+fn password(file: PathBuf) -> Result<String, DatabaseProblem> {
+    // Reading reports why the file cannot be read.
+    if let Err(error @ PermissionError::Open(..)) = file_permissions::check(&file) {
+        return Err(error.into());
+    }
+    let text = text_file::read(&file).map_err(|error| DatabaseProblem::Read { file, error })?;
+    Ok(text.trim().to_owned())
+}
