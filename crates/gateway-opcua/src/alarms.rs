@@ -10,6 +10,9 @@
 //! | acknowledged | Active | Acknowledged | In service | true |
 //! | returned | Inactive | Unacknowledged | In service | true |
 //! | out of service | Inactive | Acknowledged | Out of service | false |
+//! | shelved | Inactive | Acknowledged | In service | false |
+//!
+//! `SuppressedOrShelved` is true in the last two.
 
 use crate::plan::identifier;
 use crate::value::time;
@@ -150,6 +153,7 @@ pub struct Condition {
     is_active: bool,
     is_acknowledged: bool,
     is_out_of_service: bool,
+    is_shelved: bool,
     severity: u16,
     occurrence: i64,
     text: String,
@@ -166,7 +170,8 @@ impl Condition {
 
     /// The identifier of the event: occurrence and time, so that the acknowledgement of an earlier occurrence is refused.
     fn event_id(&self) -> ByteString {
-        let states = [self.is_active, self.is_acknowledged, self.is_out_of_service].map(u8::from);
+        let suppression = u8::from(self.is_out_of_service) | (u8::from(self.is_shelved) << 1);
+        let states = [u8::from(self.is_active), u8::from(self.is_acknowledged), suppression];
         let name = self.alarm.as_bytes();
         let octets = [&self.occurrence.to_be_bytes()[..], &self.at.0.to_be_bytes(), &states, name].concat();
         ByteString::from(octets)
@@ -209,7 +214,8 @@ impl Condition {
             ["ActiveState"] => two(self.is_active, "Active", "Inactive"),
             ["ActiveState", "Id"] => Variant::from(self.is_active),
             ["OutOfServiceState"] => two(self.is_out_of_service, "Out of service", "In service"),
-            ["OutOfServiceState", "Id"] | ["SuppressedOrShelved"] => Variant::from(self.is_out_of_service),
+            ["OutOfServiceState", "Id"] => Variant::from(self.is_out_of_service),
+            ["SuppressedOrShelved"] => Variant::from(self.is_out_of_service || self.is_shelved),
             ["SupportsFilteredRetain"] => Variant::from(false),
             _ => return None,
         })
@@ -367,6 +373,7 @@ impl Row {
             is_active: is(Signal::AlarmActive),
             is_acknowledged: is(Signal::AlarmAcknowledged),
             is_out_of_service: state.value == Value::Choice(OUT_OF_SERVICE),
+            is_shelved: state.value == Value::Choice(SHELVED),
             severity: SEVERITIES.get(priority).copied().unwrap_or(1),
             occurrence,
             text: text(Signal::AlarmText),
@@ -376,8 +383,9 @@ impl Row {
     }
 }
 
-/// The position of "out of service" in the states of an alarm.
+/// The positions of two states in [`ALARM_STATES`](profivac_gateway::signal::ALARM_STATES).
 const OUT_OF_SERVICE: u16 = 4;
+const SHELVED: u16 = 5;
 
 /// The rows of the alarms of a list of points.
 fn rows_of(snapshot: &Snapshot) -> Vec<Row> {
@@ -709,15 +717,21 @@ mod tests {
     #[test]
     fn the_states_of_an_alarm_are_those_of_the_table() {
         for (state, row) in [
-            (AlarmState::Normal, [false, true, false, false]),
-            (AlarmState::Unacknowledged, [true, false, false, true]),
-            (AlarmState::Acknowledged, [true, true, false, true]),
-            (AlarmState::Returned, [false, false, false, true]),
-            (AlarmState::OutOfService, [false, true, true, false]),
+            (AlarmState::Normal, [false, true, false, false, false]),
+            (AlarmState::Unacknowledged, [true, false, false, false, true]),
+            (AlarmState::Acknowledged, [true, true, false, false, true]),
+            (AlarmState::Returned, [false, false, false, false, true]),
+            (AlarmState::OutOfService, [false, true, true, true, false]),
+            (AlarmState::Shelved, [false, true, false, true, false]),
         ] {
             let condition = condition(state, 1);
-            let paths: [&[&str]; 4] =
-                [&["ActiveState", "Id"], &["AckedState", "Id"], &["OutOfServiceState", "Id"], &["Retain"]];
+            let paths: [&[&str]; 5] = [
+                &["ActiveState", "Id"],
+                &["AckedState", "Id"],
+                &["OutOfServiceState", "Id"],
+                &["SuppressedOrShelved"],
+                &["Retain"],
+            ];
             assert_eq!(paths.map(|path| is(&condition, path)), row, "{state:?}");
         }
     }
