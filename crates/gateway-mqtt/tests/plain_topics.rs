@@ -147,6 +147,23 @@ fn home_assistant_gets_pressure_logarithm_and_state_of_each_reading() {
     assert_eq!(ids.len(), sensors.len());
 }
 
+/// The manufacturer of a real gauge is not this program.
+#[test]
+fn only_virtual_gauges_have_a_manufacturer() {
+    let manufacturers = |port: &str| {
+        let config = Config::parse(&FILE.replace("sim:hall.toml", port), Path::new("plant.toml")).unwrap();
+        let snapshot = Modeller::default().next(Inputs::planned(&config), Micros(0));
+        let layout = Layout::new("profivac/target-hall", &snapshot.points);
+        let sensors = discovery::sensors("homeassistant", "profivac/target-hall", "Target hall", &layout);
+        let manufacturer = |message: &Message| {
+            serde_json::from_slice::<Value>(&message.payload).unwrap()["device"]["manufacturer"].clone()
+        };
+        sensors.iter().map(manufacturer).collect::<Vec<_>>()
+    };
+    assert_eq!(manufacturers("sim:hall.toml"), vec![json!("profivac"); 3 * 5]);
+    assert_eq!(manufacturers("/dev/ttyUSB0"), vec![Value::Null; 3 * 5]);
+}
+
 fn object_id(message: &Message) -> String {
     let description: Value = serde_json::from_slice(&message.payload).unwrap();
     description["unique_id"].as_str().unwrap().to_owned()

@@ -87,10 +87,13 @@ fn describe(sensor: &Sensor, topic: &Topic, discovery: &str, prefix: &str, stati
             "identifiers": [format!("profivac_{node}")],
             "name": format!("{station} {}", topic.subject.name()),
             "model": format!("{model} ({gauge})"),
-            "manufacturer": "profivac",
             "sw_version": env!("CARGO_PKG_VERSION"),
         },
     });
+    // The manufacturer of a real gauge is not this program; the topics of the gauge name the device.
+    if let Some(device) = description.get_mut("device").and_then(Json::as_object_mut).filter(|_| topic.is_simulated) {
+        device.insert("manufacturer".to_owned(), json!("profivac"));
+    }
     for (key, value) in
         [("unit_of_measurement", sensor.unit), ("device_class", sensor.class), ("state_class", sensor.state_class)]
     {
