@@ -12,6 +12,7 @@ mod console;
 mod decode;
 mod demo;
 mod diff;
+mod doctor;
 mod dump;
 mod explanation;
 mod export;
@@ -94,6 +95,7 @@ enum Command {
     Identify(identify::Arguments),
     Address(address::Arguments),
     Conform(conform::Arguments),
+    Doctor(doctor::Arguments),
     FieldTest(field_test::Arguments),
     Sniff(sniff::Arguments),
     Decode(decode::Arguments),
@@ -143,6 +145,7 @@ fn run(command: Command) -> Result<(), Failure> {
         Command::Identify(arguments) => identify::run(&arguments),
         Command::Address(arguments) => address::run(&arguments),
         Command::Conform(arguments) => conform::run(&arguments),
+        Command::Doctor(arguments) => doctor::run(&arguments),
         Command::FieldTest(arguments) => field_test::run(&arguments),
         Command::Sniff(arguments) => sniff::run(&arguments),
         Command::Decode(arguments) => decode::run(&arguments),

@@ -72,6 +72,21 @@ impl Reader {
         Ok(Self { path: path.to_owned(), connection: open_to_read(path)? })
     }
 
+    /// The damage of the file in the words of SQLite; empty if there is none. The whole file is read.
+    ///
+    /// # Errors
+    /// [`DatabaseError`] when the file cannot be read.
+    pub fn damage(&self) -> Result<Vec<String>, DatabaseError> {
+        let rows = || {
+            let mut statement = self.connection.prepare("PRAGMA quick_check(10)")?;
+            let rows = statement.query_map([], |row| row.get::<_, String>(0))?;
+            rows.collect::<rusqlite::Result<Vec<_>>>()
+        };
+        let mut rows = rows().map_err(|error| self.failed(error))?;
+        rows.retain(|row| row != "ok");
+        Ok(rows)
+    }
+
     /// The file.
     #[must_use]
     pub fn path(&self) -> &Path {

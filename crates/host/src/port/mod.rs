@@ -44,7 +44,7 @@ pub use recorded::{Direction, Recorded, RecordedChunk, Recording};
 pub use reopening::{Opener, Reopening};
 pub use serial::Serial;
 pub use stream::Stream;
-pub use system::adapter_facts;
+pub use system::{adapter_facts, delivery as delivery_of, open_elsewhere};
 pub use tcp::{TcpClient, TcpServer};
 
 use crate::readiness::Readiness;

@@ -1,0 +1,199 @@
+//! `profivac doctor`: checks this computer, ports, lines and files, and says what to do next.
+
+mod computer;
+mod file;
+mod port;
+mod record;
+mod station;
+
+use crate::failure::Failure;
+use crate::output::{json, out};
+use crate::values::{self, Rate};
+use clap::Args;
+use profivac_host::port::PortError;
+use serde::Serialize;
+use std::path::Path;
+use std::time::Duration;
+
+/// Find out what is wrong with this computer, an adapter, a line or a file, and what to do next.
+///
+/// Without WHAT the command checks the computer and its serial devices, and opens none of them. A port (serial device, pty,
+/// tcp://HOST:PORT, sim:FILE.toml) is opened and listened to; nothing is sent. A file may be the file of a station with everything it
+/// names, a segment or scenario, settings of a gauge, the record of a station, or recorded traffic.
+#[derive(Args, Debug)]
+#[command(after_help = EXAMPLES)]
+pub struct Arguments {
+    /// Ports and files; none: this computer
+    #[arg(value_name = "WHAT")]
+    subjects: Vec<String>,
+    /// Bits per second of a serial device; with auto, it listens at each rate until it receives a telegram
+    #[arg(long, value_name = "RATE|auto", default_value = "auto", value_parser = values::rate)]
+    baud: Rate,
+    /// Listen to a port for this time
+    #[arg(long = "for", value_name = "SECONDS", default_value = "3", value_parser = values::seconds)]
+    time: Duration,
+    /// Print JSON
+    #[arg(long)]
+    json: bool,
+}
+
+const EXAMPLES: &str = "\
+Examples:
+  profivac doctor
+  profivac doctor /dev/ttyUSB0
+  profivac doctor /dev/ttyUSB0 --baud 93750 --for 30
+  profivac doctor plant.toml plant.db capture.pcapng
+
+Exit codes: 0 without a problem, 2 with a problem in a file or argument, 3 with a problem of a port or line. Notes are no problems.";
+
+/// The weight of a finding.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+enum Verdict {
+    /// As it should be.
+    Good,
+    /// It works, and the user should know.
+    Note,
+    /// A file or an argument is wrong.
+    BadFile,
+    /// A port or a line does not work.
+    BadPort,
+}
+
+/// One sentence about a subject, and the next step.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+struct Finding {
+    verdict: Verdict,
+    found: String,
+    /// What to do; `null` if nothing is to be done.
+    next: Option<String>,
+}
+
+impl Finding {
+    fn good(found: impl Into<String>) -> Self {
+        Self { verdict: Verdict::Good, found: found.into(), next: None }
+    }
+
+    fn note(found: impl Into<String>, next: impl Into<String>) -> Self {
+        Self { verdict: Verdict::Note, found: found.into(), next: Some(next.into()) }
+    }
+
+    fn bad_file(found: impl Into<String>, next: impl Into<String>) -> Self {
+        Self { verdict: Verdict::BadFile, found: found.into(), next: Some(next.into()) }
+    }
+
+    fn bad_port(found: impl Into<String>, next: impl Into<String>) -> Self {
+        Self { verdict: Verdict::BadPort, found: found.into(), next: Some(next.into()) }
+    }
+}
+
+/// The findings about one subject.
+#[derive(Debug, Serialize)]
+struct Examination {
+    /// The port or file; `computer` for this computer.
+    subject: String,
+    findings: Vec<Finding>,
+}
+
+/// Checks and prints.
+pub fn run(arguments: &Arguments) -> Result<(), Failure> {
+    let mut examinations = Vec::new();
+    if arguments.subjects.is_empty() {
+        examinations.push(Examination { subject: "computer".to_owned(), findings: computer::check() });
+        examinations.extend(computer::serial_devices().into_iter().map(|name| {
+            let findings = port::check_unopened(&name);
+            Examination { subject: name, findings }
+        }));
+    }
+    for subject in &arguments.subjects {
+        let findings = check(subject, arguments);
+        examinations.push(Examination { subject: subject.clone(), findings });
+    }
+    if arguments.json {
+        out(&json(&examinations));
+    } else {
+        out(&text(&examinations));
+    }
+    outcome(&examinations)
+}
+
+/// Whether the name is one of a port; other names are files.
+fn is_port(subject: &str) -> bool {
+    use std::os::unix::fs::FileTypeExt;
+    subject.contains("://")
+        || subject.starts_with("sim:")
+        || subject.starts_with("/dev/")
+        || Path::new(subject).metadata().is_ok_and(|metadata| metadata.file_type().is_char_device())
+}
+
+fn check(subject: &str, arguments: &Arguments) -> Vec<Finding> {
+    match is_port(subject) {
+        true => port::check(subject, arguments.baud, arguments.time),
+        false => file::check(Path::new(subject)),
+    }
+}
+
+fn text(examinations: &[Examination]) -> String {
+    let mut lines = Vec::new();
+    for Examination { subject, findings } in examinations {
+        lines.push(subject.clone());
+        for Finding { verdict, found, next } in findings {
+            let word = match verdict {
+                Verdict::Good => "ok",
+                Verdict::Note => "note",
+                Verdict::BadFile | Verdict::BadPort => "problem",
+            };
+            lines.push(format!("  {word:<8} {found}"));
+            lines.extend(next.iter().map(|next| format!("  {:<8} next: {next}", "")));
+        }
+    }
+    lines.join("\n")
+}
+
+/// The exit code of the first problem. Its sentence stands in the list already.
+fn outcome(examinations: &[Examination]) -> Result<(), Failure> {
+    let verdicts = examinations.iter().flat_map(|it| &it.findings).map(|finding| finding.verdict);
+    match verdicts.into_iter().find(|verdict| matches!(verdict, Verdict::BadFile | Verdict::BadPort)) {
+        None | Some(Verdict::Good | Verdict::Note) => Ok(()),
+        Some(Verdict::BadFile) => Err(Failure::quiet_usage()),
+        Some(Verdict::BadPort) => Err(Failure::quiet()),
+    }
+}
+
+/// The finding about a port that cannot be used. An error of a port names its next step after a colon.
+fn unusable(error: &PortError) -> Finding {
+    let sentence = error.to_string();
+    match sentence.split_once(": ") {
+        Some((found, next)) if matches!(error, PortError::NotFound(_)) => {
+            Finding::bad_port(found, format!("{next}; {}", computer::present_devices()))
+        }
+        Some((found, next)) => Finding::bad_port(found, next),
+        None => Finding::bad_port(sentence, "correct the name of the port; docs/adapters.md lists what is possible"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn exit_code(findings: Vec<Finding>) -> Option<bool> {
+        let examination = Examination { subject: String::new(), findings };
+        outcome(&[examination]).err().map(|failure| failure.is_port())
+    }
+
+    #[test]
+    fn only_problems_end_with_a_failure_and_the_first_one_decides() {
+        let (good, note) = (Finding::good("a"), Finding::note("b", "c"));
+        assert_eq!(exit_code(vec![good.clone(), note.clone()]), None);
+        let (file, port) = (Finding::bad_file("d", "e"), Finding::bad_port("f", "g"));
+        assert_eq!(exit_code(vec![note, file.clone(), port.clone()]), Some(false));
+        assert_eq!(exit_code(vec![port, file]), Some(true));
+    }
+
+    #[test]
+    fn a_next_step_stands_below_its_finding() {
+        let findings = vec![Finding::good("it runs"), Finding::note("it is slow", "wait")];
+        let text = text(&[Examination { subject: "computer".to_owned(), findings }]);
+        assert_eq!(text, "computer\n  ok       it runs\n  note     it is slow\n           next: wait");
+    }
+}

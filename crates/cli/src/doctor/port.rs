@@ -1,0 +1,183 @@
+//! A port and the line behind it. Nothing is sent.
+
+use super::{Finding, Verdict, unusable};
+use crate::failure::Failure;
+use crate::values::Rate;
+use profivac_dp::link::Baud;
+use profivac_explain::divider::Divider;
+use profivac_explain::frame::TimeSource;
+use profivac_explain::tap::{Tap, TapEvent};
+use profivac_host::port::{self, Notice, Port, PortError, adapter_facts, delivery_of, open_elsewhere};
+use profivac_host::rate;
+use profivac_listen::Observer;
+use profivac_listen::report::BusReport;
+use profivac_listen::station::StationState;
+use profivac_virtual::open;
+use rustix::fs::{Access, access};
+use rustix::io::Errno;
+use std::time::{Duration, Instant};
+
+/// The share of damaged pieces, in percent, above which a line is called disturbed. free choice: a good line has none.
+const DISTURBED_PERCENT: f64 = 0.1;
+
+/// The rate of a port without one, and of a line on which no telegram was received.
+const ANY_RATE: Baud = Baud::B19200;
+
+/// The findings about a serial device that is not opened.
+pub fn check_unopened(name: &str) -> Vec<Finding> {
+    let mut findings = vec![hardware(name)];
+    findings.push(match access(name, Access::READ_OK | Access::WRITE_OK) {
+        Ok(()) => Finding::good(format!("you may open it; `profivac doctor {name}` listens to its line")),
+        Err(Errno::NOENT) => return vec![unusable(&PortError::NotFound(name.to_owned()))],
+        Err(_) => unusable(&PortError::PermissionDenied(name.to_owned())),
+    });
+    findings.extend(open_elsewhere(name).iter().map(noted));
+    findings
+}
+
+/// The driver of a serial device, and how it delivers characters.
+fn hardware(name: &str) -> Finding {
+    let facts = adapter_facts(name);
+    let driver = facts.driver.as_deref().unwrap_or("unknown");
+    let usb = facts.usb_id.map_or(String::new(), |id| format!(", USB {id}"));
+    Finding::good(format!("driver {driver}{usb}: {}", delivery_of(name)))
+}
+
+/// The findings about a port that is opened and listened to.
+pub fn check(name: &str, rate: Rate, time: Duration) -> Vec<Finding> {
+    let opened = match name.strip_prefix("sim:") {
+        Some(_) => open::port(name, rate.initial())
+            .map_err(Failure::from)
+            .map_err(|failure| Finding::bad_file(failure.to_string(), "correct the file, or see docs/scenarios.md")),
+        None => port::open_to_listen(name, rate.initial()).map_err(|error| unusable(&error)),
+    };
+    match opened {
+        Err(finding) => vec![finding],
+        Ok(port) => listen(port, rate, time),
+    }
+}
+
+fn listen(mut port: Box<dyn Port>, rate: Rate, time: Duration) -> Vec<Finding> {
+    let name = port.name().to_owned();
+    let mut findings = Vec::new();
+    let is_timed = port.delivery().is_timed();
+    if is_timed {
+        findings.push(hardware(&name));
+    }
+    let detected = match rate {
+        Rate::Known(baud) => Ok(Some(baud)),
+        Rate::Auto if is_timed => detect(&mut *port),
+        Rate::Auto => Ok(None),
+    };
+    findings.extend(std::iter::from_fn(|| port.next_notice()).map(|notice| noted(&notice)));
+    let baud = match detected {
+        Ok(baud) => baud.unwrap_or(ANY_RATE),
+        Err(error) => {
+            findings.push(unusable(&error));
+            return findings;
+        }
+    };
+    match observe(port, baud, time) {
+        Ok(heard) => findings.extend(heard.findings(&name, is_timed, rate)),
+        Err(error) => findings.push(unusable(&error)),
+    }
+    findings
+}
+
+/// The rate at which telegrams are received; none if there are none at any rate.
+fn detect(port: &mut dyn Port) -> Result<Option<Baud>, PortError> {
+    match rate::detect(port) {
+        Ok(baud) => Ok(Some(baud)),
+        Err(PortError::NoTelegram { .. }) => port.set_baud(ANY_RATE).map(|()| None),
+        Err(error) => Err(error),
+    }
+}
+
+/// What listening has shown.
+struct Heard {
+    octets: u64,
+    report: BusReport,
+}
+
+fn observe(port: Box<dyn Port>, baud: Baud, time: Duration) -> Result<Heard, PortError> {
+    let mut tap = Tap::new(port, baud);
+    let (mut divider, mut observer) =
+        (Divider::new(baud, TimeSource::Platform), Observer::new(baud, TimeSource::Platform));
+    let (mut pieces, mut octets) = (Vec::new(), 0_u64);
+    let begun = Instant::now();
+    while let Some(left) = time.checked_sub(begun.elapsed()) {
+        match tap.receive(&[], left)?.0 {
+            TapEvent::Octets(chunk) => {
+                octets = octets.saturating_add(chunk.octets.len() as u64);
+                divider.push(&chunk, &mut pieces);
+            }
+            TapEvent::Silence => divider.end(&mut pieces),
+            TapEvent::Nothing => {}
+        }
+        pieces.drain(..).for_each(|piece| observer.piece(&piece));
+    }
+    divider.end(&mut pieces);
+    pieces.drain(..).for_each(|piece| observer.piece(&piece));
+    Ok(Heard { octets, report: BusReport::of(&observer) })
+}
+
+impl Heard {
+    fn findings(&self, name: &str, is_timed: bool, rate: Rate) -> Vec<Finding> {
+        let at_rate = if is_timed { " --baud 19200" } else { "" };
+        let tried = if rate == Rate::Auto && is_timed { "at any rate" } else { "among them" };
+        match (self.octets, self.report.telegrams) {
+            (0, _) => vec![Finding::note(
+                "the line is silent: no master sends",
+                format!(
+                    "ask the gauges with `profivac scan --port {name}{at_rate}`; if a PLC should be there, check that it runs, and the cable"
+                ),
+            )],
+            (octets, 0) => vec![Finding::bad_port(
+                format!("{octets} octets and no telegram {tried}"),
+                "exchange the wires A and B, connect the grounds, check the termination at both ends; docs/adapters.md has the pins",
+            )],
+            _ => self.of_telegrams(),
+        }
+    }
+
+    fn of_telegrams(&self) -> Vec<Finding> {
+        let report = &self.report;
+        let ring: Vec<_> = report.ring.iter().map(ToString::to_string).collect();
+        let masters = if ring.is_empty() { "none".to_owned() } else { ring.join(", ") };
+        let mut findings =
+            vec![Finding::good(format!("{} telegrams at {} bit/s; masters: {masters}", report.telegrams, report.baud))];
+        let pieces = report.telegrams.saturating_add(report.damaged);
+        let percent = 100.0 * report.damaged as f64 / pieces as f64;
+        let damaged = format!("{} damaged telegrams ({percent:.2} %)", report.damaged);
+        findings.push(match percent > DISTURBED_PERCENT {
+            true => Finding::bad_port(
+                damaged,
+                "check the termination at both ends, the shield and the distance to drives; `profivac sniff --statistics` shows after whose \
+                 requests they come",
+            ),
+            false => Finding::good(damaged),
+        });
+        findings.extend(report.stations.iter().filter_map(|station| {
+            let address = station.address;
+            match station.state {
+                StationState::Missing => Some(Finding::bad_port(
+                    format!("station {address} is asked and does not answer"),
+                    "check its power, its address switch and its connector",
+                )),
+                StationState::NotConfigured => Some(Finding::note(
+                    format!("slave {address} answers and does not exchange data"),
+                    format!("compare its GSD file and modules with the PLC; `profivac decode` explains a capture of `profivac sniff --out`, and its diagnosis reports: {}", station.diagnosis.join("; ")),
+                )),
+                _ => None,
+            }
+        }));
+        findings
+    }
+}
+
+/// A condition of a port. Its text names the next step after a colon.
+fn noted(notice: &Notice) -> Finding {
+    let text = notice.to_string();
+    let (found, next) = text.split_once(": ").unwrap_or((&text, "see docs/adapters.md"));
+    Finding { verdict: Verdict::Note, ..Finding::note(found, next) }
+}
