@@ -1,4 +1,5 @@
-//! The points of a station as process variables of EPICS, over Channel Access and PV Access. Clients read and monitor; nothing is written.
+//! The points of a station as process variables of EPICS, over Channel Access and PV Access. Clients read and
+//! monitor; where the file permits it they write parameters, send commands and acknowledge alarms.
 //!
 //! ```text
 //! snapshots ── publisher ──▶ world (records, values) ──▶ connections: Channel Access, PV Access

@@ -22,7 +22,7 @@ const MAX_OF_ADDRESS: usize = 64;
 /// A client that has not taken an answer after this time is disconnected.
 const STALL_TIMEOUT: Duration = Duration::from_secs(10);
 
-/// The pause after an error of `accept`, which has no descriptors left.
+/// The pause after the system could not accept a connection, for example because no file descriptor is free.
 const ACCEPT_PAUSE: Duration = Duration::from_millis(100);
 
 /// The octets that are passed on at once: the largest chunk of a message.

@@ -9,7 +9,7 @@ use profivac_station::view::RecorderView;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-/// The upper bounds of the histograms in seconds: a bus cycle takes from below a millisecond to seconds.
+/// The upper bounds of the histograms in microseconds: a bus cycle takes from below a millisecond to seconds.
 const BOUNDS_US: [u64; 14] = [
     500, 1_000, 2_500, 5_000, 10_000, 25_000, 50_000, 100_000, 250_000, 500_000, 1_000_000, 2_500_000, 5_000_000,
     10_000_000,

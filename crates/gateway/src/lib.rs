@@ -17,6 +17,7 @@
 //! | [`model`] | the snapshots over time |
 //! | [`command`] | writing, through the control of the station |
 //! | [`names`] | what a gateway publishes, as a table |
+//! | [`socket`] | keep-alive of the connections of clients |
 //! | [`thread`] | a gateway on a thread of its own |
 
 pub mod command;

@@ -37,7 +37,7 @@ pub enum SubjectKind {
     Alarm,
 }
 
-/// The words of a gauge's state on the bus, in the order of `BusStationState`.
+/// The words of a gauge's state on the bus.
 pub const GAUGE_STATES: [&str; 4] = ["data exchange", "fault", "starting", "missing"];
 
 /// The words of the quality of a reading, in the order of `Quality`.

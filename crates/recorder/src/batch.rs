@@ -101,7 +101,7 @@ pub struct Span {
 /// An event.
 #[derive(Clone, PartialEq, Message)]
 pub struct Event {
-    /// Its row in the record.
+    /// Its row in the database.
     #[prost(int64, tag = "1")]
     pub id: i64,
     /// When.
@@ -121,7 +121,7 @@ pub struct Event {
 /// A change of an alarm.
 #[derive(Clone, PartialEq, Message)]
 pub struct AlarmChange {
-    /// Its row in the record.
+    /// Its row in the database.
     #[prost(int64, tag = "1")]
     pub id: i64,
     /// When.
@@ -142,7 +142,7 @@ pub struct AlarmChange {
     /// What the alarm is about.
     #[prost(string, optional, tag = "7")]
     pub subject: Option<String>,
-    /// How often it was raised.
+    /// The number of the occurrence: the time at which it was raised, in ms since 1970, or one more than the number before.
     #[prost(int64, tag = "8")]
     pub occurrence: i64,
     /// The user who changed it.
@@ -162,7 +162,7 @@ pub struct AlarmChange {
 /// A row of the audit trail.
 #[derive(Clone, PartialEq, Message)]
 pub struct Audit {
-    /// Its row in the record.
+    /// Its row in the database.
     #[prost(int64, tag = "1")]
     pub id: i64,
     /// When.
@@ -202,6 +202,7 @@ pub struct Audit {
 
 /// Why octets are no batch.
 #[derive(Debug, Error)]
+#[non_exhaustive]
 pub enum BatchError {
     /// They cannot be decompressed.
     #[error("the batch is damaged: {0}")]
@@ -224,8 +225,19 @@ pub enum BatchError {
     )]
     Format(u32),
     /// Two lists of a series do not fit together.
-    #[error("the samples of series {0} have {1} times, {2} qualities and {3} pressures, which do not fit together")]
-    Lists(String, usize, usize, usize),
+    #[error(
+        "the samples of series {series} have {times} times, {qualities} qualities and {pressures} pressures, which do not fit together"
+    )]
+    Lists {
+        /// The series.
+        series: String,
+        /// The number of times.
+        times: usize,
+        /// The number of qualities.
+        qualities: usize,
+        /// The number of pressures.
+        pressures: usize,
+    },
 }
 
 impl Batch {
@@ -309,7 +321,12 @@ impl Samples {
         let with_pressure = self.qualities.iter().filter(|quality| *quality & HAS_PRESSURE != 0).count();
         if self.steps_us.len() != self.qualities.len() || with_pressure != self.pressures_pa.len() {
             let lengths = (self.steps_us.len(), self.qualities.len(), self.pressures_pa.len());
-            return Err(BatchError::Lists(self.series.clone(), lengths.0, lengths.1, lengths.2));
+            return Err(BatchError::Lists {
+                series: self.series.clone(),
+                times: lengths.0,
+                qualities: lengths.1,
+                pressures: lengths.2,
+            });
         }
         let mut pressures = self.pressures_pa.iter().copied();
         let mut at = 0_i64;
@@ -396,6 +413,6 @@ mod tests {
     fn lists_of_different_lengths_are_refused() {
         let mut packed = Samples::new("chamber".to_owned(), &samples());
         packed.pressures_pa.pop();
-        assert!(matches!(packed.unpack(), Err(BatchError::Lists(..))));
+        assert!(matches!(packed.unpack(), Err(BatchError::Lists { .. })));
     }
 }

@@ -39,7 +39,7 @@ pub const TABLES: &str = "
         qualities INTEGER NOT NULL,
         PRIMARY KEY (level, series_id, start_us)
     ) WITHOUT ROWID;
-    -- kind: station, bus, gauge, command, note, access, alarm.
+    -- kind: station, bus, gauge, command, note, access, alarm, pump-down.
     CREATE TABLE event (
         id        INTEGER PRIMARY KEY,
         at_us     INTEGER NOT NULL,
@@ -48,7 +48,8 @@ pub const TABLES: &str = "
         text      TEXT NOT NULL
     );
     CREATE INDEX event_at ON event (at_us);
-    -- action: execute, outcome, refused, disarmed, control-authority, acknowledged, taken-out-of-service, returned-to-service.
+    -- action: execute, outcome, refused, disarmed, control-authority, acknowledged, shelved, unshelved, taken-out-of-service,
+    -- returned-to-service.
     -- refers_to: the row whose outcome this row states.
     CREATE TABLE audit (
         id         INTEGER PRIMARY KEY AUTOINCREMENT,

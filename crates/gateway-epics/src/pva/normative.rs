@@ -218,7 +218,7 @@ fn put_number_meta(out: &mut Writer, meta: &Meta) {
     out.int(meta.precision.into());
     out.int(if meta.unit.is_empty() { 0 } else { EXPONENTIAL });
     texts(out, &FORMS);
-    // control: the same range; nothing can be written.
+    // control: the same range, and no smallest step.
     [low, high, 0.0].into_iter().for_each(|number| out.double(number));
     let limits = meta.limits;
     let rows = [

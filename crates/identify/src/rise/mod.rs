@@ -85,7 +85,7 @@ pub struct RiseSetup {
 /// A gas flow with its 95 % interval, in Pa m^3/s.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Flow {
-    /// The mean, and the shortest interval with a probability of 95 %.
+    /// The best value, and the values that the profile likelihood does not exclude with 95 %.
     pub pa_m3_per_s: Interval,
     /// The temperature of the gas, in K.
     pub gas_k: f64,
