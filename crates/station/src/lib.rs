@@ -5,8 +5,8 @@
 //! | [`client_tls`] | TLS to servers of others |
 //! | `host_name` | host names in requests and in the station's file |
 //! | [`visible_text`] | names, reasons and comments that users type |
-//! | [`pumpdown`] | pump-downs in a recording |
-//! | [`identification`] | plants identified from a recording |
+//! | [`pumpdown`] | pump-downs in the recorded pressures |
+//! | [`identification`] | plants identified from recorded pressures |
 //! | [`web`] | the dashboard, embedded in the program |
 //! | [`recording`] | the recorder as the threads share it |
 //! | [`auth`] | users, roles, sessions |

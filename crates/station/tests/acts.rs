@@ -194,7 +194,7 @@ fn a_change_of_control_disarms_all_commands() {
     let (status, authority) = station.post(ENGINEER, "/api/control-authority/take-over", None);
     assert_eq!((status, &authority["holder"]), (200, &json!("Erna")));
     let (status, refused) = station.execute(OPERATOR, &armed);
-    let sentence = "the command was disarmed when control changed hands: arm it again";
+    let sentence = "the command was disarmed when its user lost control: arm it again";
     assert_eq!((status, &refused["detail"]), (409, &json!(sentence)));
     let (status, refused) = station.arm(OPERATOR, &json!({ "command": DEGAS }));
     assert_eq!((status, &refused["detail"]), (409, &json!("Erna has control")));

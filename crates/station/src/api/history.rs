@@ -32,7 +32,7 @@ const MAX_FITTED: u32 = 20_000;
 const PUMPED_WITHIN: Duration = Duration::from_secs(7 * 24 * 3600);
 
 /// The temperature of the gas, in K.
-const GAS_K: f64 = 293.15;
+const GAS_K: f64 = profivac_vacuum::atmosphere::ROOM_K;
 
 /// The series and the time range of a trend.
 #[derive(Debug, Deserialize, IntoParams)]

@@ -57,7 +57,7 @@ impl fmt::Display for Ended {
             Self::Expired => "has expired",
             Self::Executed => "was already executed",
             Self::Disarmed => "was disarmed",
-            Self::ControlChanged => "was disarmed when control changed hands",
+            Self::ControlChanged => "was disarmed when its user lost control",
         })
     }
 }
@@ -93,7 +93,7 @@ impl ArmedCommands {
         self.end(Ended::Expired, |command| command.expires_at <= now);
     }
 
-    /// Ends all commands, because control changed hands.
+    /// Ends all commands, because their user has lost control.
     pub fn clear(&mut self) {
         self.end(Ended::ControlChanged, |_| true);
     }

@@ -119,7 +119,7 @@ impl ControlService {
         Ok(())
     }
 
-    /// Whether a command that was given to its segment may still be sent: control may have changed hands while it waited.
+    /// Whether a command that was given to its segment may still be sent: its user may have lost control while it waited.
     #[must_use]
     pub fn may_send(&self, command: &ArmedCommand) -> bool {
         self.state_at(Instant::now()).authority.holder().is_some_and(|holder| holder.user.name == command.user)

@@ -12,7 +12,7 @@ use serde::Serialize;
 use utoipa::ToSchema;
 
 /// The temperature of the gas, in K.
-const GAS_K: f64 = 293.15;
+const GAS_K: f64 = profivac_vacuum::atmosphere::ROOM_K;
 
 /// The points of a prediction.
 const POINTS: i32 = 60;

@@ -96,7 +96,7 @@ fn parts(points: &[(f64, f64)], from_s: f64, pumped_s: Option<f64>) -> Option<Ri
         gauge: GasDependence::None,
         outgassed: Gas::H2o,
         gauge_uncertainty: 0.0,
-        gas_k: 293.15,
+        gas_k: profivac_vacuum::atmosphere::ROOM_K,
     };
     let rise = analyse(&samples, &setup).ok().filter(|rise| rise.misfit <= MISFIT)?;
     let [leak_pa_per_s, outgassing_pa_per_s] = [rise.leak, rise.outgassing].map(|flow| flow.pa_m3_per_s);

@@ -52,7 +52,7 @@ fn a_user_who_logs_out_everywhere_loses_control_authority_and_armed_commands() {
     assert_eq!(post(&station, &back, "/api/control-authority/request", &json!(null)).status, 200);
     let refused = post(&station, &back, &execute, &json!(null));
     assert_eq!(refused.status, 409, "{refused:?}");
-    assert!(refused.problem().contains("was disarmed when control changed hands"), "{refused:?}");
+    assert!(refused.problem().contains("was disarmed when its user lost control"), "{refused:?}");
     assert!(!gauge.is_degassing());
 }
 

@@ -324,7 +324,6 @@ fn checked(value: &Spanned<String>, expected: &'static str, is_usable: fn(&str) 
     Err(located(value, MqttProblem::Topic { expected, found: text.clone() }))
 }
 
-/// The login in a file that only its owner may read.
 /// User and password in a file that only its owner can read.
 pub fn credentials_file(file: &Spanned<PathBuf>, folder: &Path) -> Result<Credentials, Located> {
     let path = private_file(file, folder)?;
