@@ -18,7 +18,7 @@ from ._decode import Note, Telegram, decode
 from ._errors import Connection, ProfivacError, Refused, Usage
 from ._profivac import __version__
 from ._types import Change, Command, Difference, Parameter, Reading, Restored, State, Station, Unit, Value
-from ._virtual import VirtualSegment
+from ._virtual import PlantSegment, VirtualSegment
 from .station import Event, History, RemoteStation
 
 __all__ = [
@@ -33,6 +33,7 @@ __all__ = [
     "History",
     "Note",
     "Parameter",
+    "PlantSegment",
     "ProfivacError",
     "Reading",
     "Refused",

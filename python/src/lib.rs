@@ -11,6 +11,7 @@
 //! | `segment` | virtual gauges in memory, with their controls |
 //! | `decode` | recorded traffic, explained |
 //! | `plant` | a plant identified from its record |
+//! | `plant_model` | the physics of a plant: volumes, tubes, pumps, leaks, walls, and the gauges on them |
 //! | `rise` | a rate of rise, separated into leak and outgassing |
 
 mod bus;
@@ -18,6 +19,7 @@ mod cyclic;
 mod decode;
 mod failure;
 mod plant;
+mod plant_model;
 mod rise;
 mod segment;
 mod settings;
@@ -38,6 +40,8 @@ mod _profivac {
     use crate::decode::decode;
     #[pymodule_export]
     use crate::plant::Plant;
+    #[pymodule_export]
+    use crate::plant_model::PlantModel;
     #[pymodule_export]
     use crate::rise::analyse_rise;
     #[pymodule_export]

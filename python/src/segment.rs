@@ -2,6 +2,7 @@
 
 use crate::bus::{Bus, Line};
 use crate::failure::Failure;
+use crate::plant_model::{PlantModel, locked};
 use crate::waiting::Owned;
 use profivac_client::Pressure;
 use profivac_dp::link::Baud;
@@ -43,7 +44,8 @@ struct Handle {
 #[pyclass(frozen, module = "profivac._profivac")]
 pub struct Segment {
     handle: Owned<Handle>,
-    conditions: Mutex<GasConditions>,
+    /// One gas for all devices; `None` where a plant has the pressures.
+    conditions: Option<Mutex<GasConditions>>,
     port: Mutex<Option<UnixStream>>,
 }
 
@@ -54,13 +56,33 @@ impl Segment {
     fn new(devices: Vec<String>, pressure: &str, atmosphere: &str, gas: &str, seed: Option<u64>) -> PyResult<Self> {
         let conditions =
             GasConditions { pressure: chamber(pressure)?, atmosphere: chamber(atmosphere)?, gas: gas_named(gas)? };
-        let devices = switched_on(&devices, conditions, seed)?;
-        let (ours, handle) = serve(devices).map_err(Failure::line)?;
-        Ok(Self {
-            handle: Owned::new(handle, "segment"),
-            conditions: Mutex::new(conditions),
-            port: Mutex::new(Some(ours)),
-        })
+        let devices = switched_on(&devices, conditions)?;
+        let real = |device: VirtualDevice| match seed {
+            Some(seed) => device.with_real_sensors(seed),
+            None => device,
+        };
+        Self::of(devices.into_iter().map(real).collect(), Some(conditions))
+    }
+
+    /// Switches devices on in a plant: each with the number of its volume, and those of its other measuring parts by instance.
+    #[staticmethod]
+    fn in_plant(
+        py: Python<'_>,
+        plant: PyRef<'_, PlantModel>,
+        devices: Vec<String>,
+        places: Vec<(usize, Vec<(u8, usize)>)>,
+        seed: Option<u64>,
+    ) -> PyResult<Self> {
+        // The plant gives each device its own surroundings.
+        let any = GasConditions {
+            pressure: Pressure::from_mbar(1000.0),
+            atmosphere: Pressure::from_mbar(1000.0),
+            gas: Gas::N2,
+        };
+        let devices = switched_on(&devices, any)?;
+        let world = plant.shared();
+        let placed = py.detach(|| locked(&world).place(devices, &places, seed))?;
+        Self::of(placed, None)
     }
 
     /// Makes this program a master on the line of the devices. The line has one.
@@ -74,7 +96,9 @@ impl Segment {
     /// Sets pressure, atmosphere or gas. The devices settle.
     fn set(&self, py: Python<'_>, quantity: &str, value: &str) -> PyResult<()> {
         let conditions = {
-            let mut conditions = self.conditions.lock().unwrap_or_else(PoisonError::into_inner);
+            let common = self.conditions.as_ref();
+            let common = common.ok_or_else(|| Failure::usage("the plant has the pressures; change its parts"))?;
+            let mut conditions = common.lock().unwrap_or_else(PoisonError::into_inner);
             match quantity {
                 "pressure" => conditions.pressure = chamber(value)?,
                 "atmosphere" => conditions.atmosphere = chamber(value)?,
@@ -130,12 +154,21 @@ impl Segment {
 }
 
 impl Segment {
+    fn of(devices: Vec<VirtualDevice>, conditions: Option<GasConditions>) -> PyResult<Self> {
+        let (ours, handle) = serve(devices).map_err(Failure::line)?;
+        Ok(Self {
+            handle: Owned::new(handle, "segment"),
+            conditions: conditions.map(Mutex::new),
+            port: Mutex::new(Some(ours)),
+        })
+    }
+
     /// Runs `work` in the thread of the devices, without the interpreter lock.
-    fn run(
+    pub fn run<T: Send + 'static>(
         &self,
         py: Python<'_>,
-        work: impl FnOnce(&mut Vec<VirtualDevice>) -> Result<(), Failure> + Send + 'static,
-    ) -> PyResult<()> {
+        work: impl FnOnce(&mut Vec<VirtualDevice>) -> Result<T, Failure> + Send + 'static,
+    ) -> PyResult<T> {
         let handle = self.handle.get()?;
         let (done, result) = channel();
         // If the thread has ended, the job is dropped with its sender.
@@ -172,18 +205,14 @@ fn gas_named(text: &str) -> Result<Gas, Failure> {
     text.parse().map_err(Failure::usage)
 }
 
-fn switched_on(specs: &[String], around: GasConditions, seed: Option<u64>) -> Result<Vec<VirtualDevice>, Failure> {
+fn switched_on(specs: &[String], around: GasConditions) -> Result<Vec<VirtualDevice>, Failure> {
     let parsed: Result<Vec<DeviceSpec>, _> = specs.iter().map(|spec| spec.parse()).collect();
     let parsed = parsed.map_err(Failure::usage)?;
     check_addresses(&parsed).map_err(Failure::usage)?;
     let build = |spec: &DeviceSpec| {
         parse_address(&spec.address.to_string()).map_err(Failure::usage)?;
         let unit = spec.build(NonvolatileMemory::volatile(), BAUD).map_err(Failure::usage)?;
-        let device = VirtualDevice::new(unit, spec.address, BAUD, around);
-        Ok(match seed {
-            Some(seed) => device.with_real_sensors(seed),
-            None => device,
-        })
+        Ok(VirtualDevice::new(unit, spec.address, BAUD, around))
     };
     parsed.iter().map(build).collect()
 }
