@@ -14,6 +14,7 @@ from collections.abc import Mapping
 
 from . import _profivac
 from ._bus import Bus, Exchange, Gauge, tables
+from ._conform import Conformance, Outcome, Rule, conform
 from ._decode import Note, Telegram, decode
 from ._errors import Connection, ProfivacError, Refused, Usage
 from ._profivac import __version__
@@ -25,6 +26,7 @@ __all__ = [
     "Bus",
     "Change",
     "Command",
+    "Conformance",
     "Connection",
     "Difference",
     "Event",
@@ -32,6 +34,7 @@ __all__ = [
     "Gauge",
     "History",
     "Note",
+    "Outcome",
     "Parameter",
     "PlantSegment",
     "ProfivacError",
@@ -39,6 +42,7 @@ __all__ = [
     "Refused",
     "RemoteStation",
     "Restored",
+    "Rule",
     "State",
     "Station",
     "Telegram",
@@ -47,6 +51,7 @@ __all__ = [
     "Value",
     "VirtualSegment",
     "__version__",
+    "conform",
     "connect",
     "decode",
     "open",

@@ -1,8 +1,9 @@
 """The extension module. Use the package ``profivac`` instead."""
 
+from collections.abc import Callable
 from typing import TypeAlias, final
 
-__all__ = ["Bus", "Cyclic", "Gauge", "Plant", "PlantModel", "Segment", "__version__", "analyse_rise", "convert", "decode", "parameters_of"]
+__all__ = ["Bus", "Cyclic", "Gauge", "Plant", "PlantModel", "Segment", "__version__", "analyse_rise", "conform", "convert", "decode", "parameters_of"]
 
 __version__: str
 
@@ -26,6 +27,9 @@ _SettingRow: TypeAlias = tuple[str, str, str | None, str | None]
 _Interval: TypeAlias = tuple[float, float, float]
 _NoteRow: TypeAlias = tuple[int | None, str, str]
 _PieceRow: TypeAlias = tuple[float | None, bytes, str, str, list[_NoteRow]]
+_RuleRow: TypeAlias = tuple[
+    tuple[str, str, str], str, str | None, str | None, str | None, bool, bytes | None, str | None
+]
 _Gases: TypeAlias = list[tuple[str, float]]
 _PlantRow: TypeAlias = tuple[_Interval, _Interval, _Interval, _Interval, _Interval, list[tuple[float, _Interval]], float]
 
@@ -133,6 +137,16 @@ class Plant:
     def time_to(self, /, pascal: float) -> _Interval | None: ...
     def remedies(self, /) -> list[tuple[str, _Interval]]: ...
 
+def conform(
+    port: str,
+    address: int,
+    cfg: bytes | None,
+    user_prm: bytes | None,
+    baud: int,
+    master: int,
+    timeout: float,
+    report: Callable[[_RuleRow], object],
+) -> None: ...
 def decode(file: bytes, baud: int) -> list[_PieceRow]: ...
 def parameters_of(device: str) -> _Tables: ...
 def convert(text: str) -> float: ...

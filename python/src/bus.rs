@@ -34,9 +34,12 @@ type WriteRow = (String, String, Option<ReadingRow>, Option<ReadingRow>);
 /// How a program is a master on a line.
 #[derive(Clone, Copy)]
 pub struct Line {
-    baud: Baud,
-    master: u8,
-    timeout: Duration,
+    /// The rate.
+    pub baud: Baud,
+    /// The address of this program.
+    pub master: u8,
+    /// How long a request waits for the line and for an answer.
+    pub timeout: Duration,
 }
 
 impl Line {

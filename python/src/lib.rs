@@ -7,6 +7,7 @@
 //! | `values` | values of parameters as Python objects, and the tables of a device |
 //! | `settings` | a settings file compared with a gauge and written to it |
 //! | `bus` | a bus and its gauges |
+//! | `conform` | a slave tested against the rules of PROFIBUS DP |
 //! | `cyclic` | cyclic data of a gauge that this program owns |
 //! | `segment` | virtual gauges in memory, with their controls |
 //! | `decode` | recorded traffic, explained |
@@ -15,6 +16,7 @@
 //! | `rise` | a rate of rise, separated into leak and outgassing |
 
 mod bus;
+mod conform;
 mod cyclic;
 mod decode;
 mod failure;
@@ -34,6 +36,8 @@ mod _profivac {
     use super::{Bound, PyModule, PyModuleMethods, PyResult};
     #[pymodule_export]
     use crate::bus::{Bus, Gauge};
+    #[pymodule_export]
+    use crate::conform::conform;
     #[pymodule_export]
     use crate::cyclic::Cyclic;
     #[pymodule_export]

@@ -73,7 +73,7 @@ impl Segment {
         places: Vec<(usize, Vec<(u8, usize)>)>,
         seed: Option<u64>,
     ) -> PyResult<Self> {
-        // The plant gives each device its own surroundings.
+        // The plant gives each device its own environment.
         let any = GasConditions {
             pressure: Pressure::from_mbar(1000.0),
             atmosphere: Pressure::from_mbar(1000.0),
