@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from typing import TypeAlias, final
 
-__all__ = ["Bus", "Cyclic", "Gauge", "Plant", "PlantModel", "Segment", "__version__", "analyse_rise", "conform", "convert", "decode", "parameters_of"]
+__all__ = ["Bus", "Cyclic", "Gauge", "Plant", "PlantModel", "Segment", "__version__", "analyse_rise", "conform", "convert", "decode", "model_of", "parameters_of"]
 
 __version__: str
 
@@ -148,6 +148,7 @@ def conform(
     report: Callable[[_RuleRow], object],
 ) -> None: ...
 def decode(file: bytes, baud: int) -> list[_PieceRow]: ...
+def model_of(device: str) -> tuple[str, str, str, int]: ...
 def parameters_of(device: str) -> _Tables: ...
 def convert(text: str) -> float: ...
 def analyse_rise(

@@ -51,7 +51,7 @@ mod _profivac {
     #[pymodule_export]
     use crate::segment::Segment;
     #[pymodule_export]
-    use crate::values::{convert, parameters_of};
+    use crate::values::{convert, model_of, parameters_of};
 
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {

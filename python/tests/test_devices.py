@@ -29,6 +29,7 @@ def test_a_device_measures_the_pressure_of_its_chamber(device: str, via: str) ->
         assert reading.state is pv.State.VALID, reading
         assert reading.value == pytest.approx(2e-3, rel=0.1)
         assert reading.unit is pv.Unit.MBAR
+        assert reading.time is not None
         assert before - timedelta(seconds=1) <= reading.time <= datetime.now(timezone.utc)
         assert gauge.pressure() == pytest.approx(0.2, rel=0.1)
 
