@@ -163,6 +163,11 @@ class StationGauge(Gauge):
         """Does nothing: the station keeps the selector."""
         yield self
 
+    @contextlib.contextmanager
+    def connection_kept(self, idle: float = 2.0) -> Iterator[Gauge]:
+        """Does nothing: the station has the connections."""
+        yield self
+
 
 def _value(parameter: Parameter, text: str) -> Value:
     """A value from its text: a word of the manual, a Boolean, a number with its unit, or text."""

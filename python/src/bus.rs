@@ -22,6 +22,10 @@ use std::sync::mpsc::{Receiver, Sender, channel};
 use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 
+/// The shortest and the longest time that an unused connection is kept. free choice.
+const MIN_IDLE: Duration = Duration::from_millis(100);
+const MAX_IDLE: Duration = Duration::from_secs(3600);
+
 /// Address, kind, ident number, devices, state, owner.
 type StationRow = (u8, &'static str, Option<u16>, Vec<&'static str>, Option<String>, Option<u8>);
 
@@ -353,6 +357,27 @@ impl Gauge {
     /// Moves the Channel Instance Selector back.
     fn restore_selector(&self, py: Python<'_>) -> PyResult<()> {
         self.request(py, Request::RestoreSelector).map(|_| ())
+    }
+
+    /// Keeps the MS2 connection open until it was not used for `idle` seconds; closes it without a number.
+    fn keep_connection(&self, py: Python<'_>, idle: Option<f64>) -> PyResult<()> {
+        let idle = idle.map(|seconds| {
+            Duration::try_from_secs_f64(seconds)
+                .ok()
+                .filter(|idle| (MIN_IDLE..=MAX_IDLE).contains(idle))
+                .ok_or_else(|| Failure::usage(format!("expected an idle time from 0.1 s to 3600 s, got {seconds}")))
+        });
+        let idle = idle.transpose()?;
+        match self.access.get()? {
+            Access::Shared(gauge) => {
+                let done = wait(py, gauge.keep_connection(idle));
+                py.detach(|| drop(gauge));
+                Ok(done?.map_err(Failure::from)?)
+            }
+            Access::Owning { .. } => {
+                Err(Failure::usage("only MS2 has connections that can be kept: use via=\"ms2\"").into())
+            }
+        }
     }
 
     /// Restores the selector and ends the gauge.

@@ -230,6 +230,37 @@ def test_cyclic_data_own_the_gauge_until_the_block_ends() -> None:
         assert asyncio.run(first())[0].valid
 
 
+def test_a_connection_is_kept_within_a_block() -> None:
+    with pv.VirtualSegment("bcg450@5", "psg550@6", pressure="1e-2 mbar", timeout=PATIENT) as chamber:
+        gauge = chamber.bus[5]
+        with gauge.connection_kept() as kept:
+            assert kept is gauge
+            gauge.command("execute")
+            assert [gauge.read().state for _ in range(3)] == [pv.State.VALID] * 3
+            # The settings of a gauge and its cyclic data go over the same connection, other gauges over theirs.
+            assert gauge.diff(gauge.dump()) == []
+            with gauge.exchange() as exchange:
+                assert next(exchange)[0].valid
+            assert chamber.bus[6]["device.device-state"].value == "IDLE"
+        # The owner that left has stopped the gauge.
+        assert gauge.read().state is pv.State.OFF
+        for idle in (0.0, -1.0, 1e9, float("nan")):
+            with pytest.raises(pv.Usage, match="expected an idle time"), gauge.connection_kept(idle):
+                pass
+    with pytest.raises(pv.Connection, match="closed"), gauge.connection_kept():
+        pass
+    with pv.VirtualSegment("tpg500@5", via="pkw") as owned, pytest.raises(pv.Usage, match="only MS2"):
+        with owned.bus[5].connection_kept():
+            pass
+
+
+def test_a_bus_is_closed_within_a_block_that_keeps_a_connection() -> None:
+    with pv.VirtualSegment("bcg450@5", timeout=PATIENT) as chamber:
+        with chamber.bus[5].connection_kept(3600):
+            chamber.bus[5].get("device.device-state")
+            chamber.bus.close()
+
+
 INTERRUPTED = """
 import os, signal, sys, threading
 import profivac as pv

@@ -108,6 +108,16 @@ pub trait Ms2Line {
     /// See [`Records::set_restoring`].
     fn set_restoring(&mut self, _is_restoring: bool) {}
 
+    /// Takes the open connection that an earlier client of the slave has left; the default keeps none.
+    fn take_connection(&mut self, _address: u8) -> Option<Handle<Connect>> {
+        None
+    }
+
+    /// Leaves an open connection to the next client of the slave. Returns false if it is to be closed instead.
+    fn leave_connection(&mut self, _address: u8, _connection: Handle<Connect>) -> bool {
+        false
+    }
+
     /// Serves the line once, because the connection is busy with a request that was given up at a cancellation. Returns whether
     /// to try again; the default never waits, for lines without cancellation.
     ///
@@ -147,6 +157,14 @@ impl Ms2Line for BusSession {
         Self::set_restoring(self, is_restoring);
     }
 
+    fn take_connection(&mut self, address: u8) -> Option<Handle<Connect>> {
+        Self::take_connection(self, address)
+    }
+
+    fn leave_connection(&mut self, address: u8, connection: Handle<Connect>) -> bool {
+        Self::leave_connection(self, address, connection)
+    }
+
     fn wait_while_busy(&mut self, begun: Instant) -> Result<bool, Ms2Error> {
         Ok(self.wait_once(begun)?)
     }
@@ -171,7 +189,8 @@ pub fn read(line: &mut impl Ms2Line, address: u8, slot: u8, index: u8) -> Result
 /// An MS2 connection to a slave.
 ///
 /// The first request opens it. If it has ended since, for example because the gauge was switched off and on, the next request opens
-/// it again. Dropping it closes it.
+/// it again. Dropping it closes it, or leaves it to the next client of the slave: see
+/// [`BusSession::set_connection_kept`].
 ///
 /// ```
 /// # use profivac_client::{Bus, ms2::Ms2};
@@ -263,7 +282,9 @@ impl<'a, L: Ms2Line> Ms2<'a, L> {
         self.finish_opening()?;
         self.finish_abandoned()?;
         self.forget_ended_connection();
-        if let Some(connection) = self.connection.take() {
+        if let Some(connection) = self.connection.take()
+            && !self.line.leave_connection(self.address, connection)
+        {
             self.submit(|master| master.ms2_close(connection))?;
             self.line.wait_for(connection, drop)?;
         }
@@ -300,6 +321,9 @@ impl<'a, L: Ms2Line> Ms2<'a, L> {
             Err(error) => return Err(error),
         }
         self.finish_abandoned()?;
+        if self.connection.is_none() {
+            self.connection = self.line.take_connection(self.address);
+        }
         self.forget_ended_connection();
         if let Some(connection) = self.connection {
             match self.request_on(connection, &submit, &take) {
