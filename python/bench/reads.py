@@ -35,7 +35,7 @@ def rate(seconds: float, read: Callable[[], bool]) -> float:
 
 
 def pyprofibus(port: str, seconds: float) -> float:
-    from pyprofibus_master import describe, master_of, open_port, state_of, step
+    from pyprofibus_master import describe, master_of, open_port, state_of, step  # type: ignore[import-not-found]
 
     slave = describe(5, 0x08E6, CONFIGURATION, USER_PRM, 0, 5)
     master = master_of(open_port(port), slave)

@@ -232,7 +232,7 @@ class Gauge:
         >>> import profivac as pv
         >>> with pv.open("sim:bcg450@5") as bus:
         ...     change = bus[5].set("pirani.safe-state", "full-scale")
-        ...     change.before.value, change.after.value
+        ...     str(change.before), str(change.after)
         ('zero', 'full-scale')
         """
         return _change(self._core.write(name, _words(value), force, confirm))
@@ -327,7 +327,9 @@ class Gauge:
         Without it each request asks for the identity of the gauge, opens a connection and closes it, so that other class 2 masters, such
         as an engineering tool, find a free one. A gauge has few connections (the virtual ones have two), and a kept one takes one of
         them: the gauge refuses further masters then. So it is closed after ``idle`` s without a request (0.1 to 3600) and opened again by
-        the next one, and it is closed at the end of the block. It carries an Idle telegram now and then, and takes no ownership.
+        the next one, and it is closed at the end of the block. It carries an Idle telegram every 5 s, and takes no ownership. After a power
+        failure of the gauge the first request raises :class:`profivac.Connection`, because another gauge may be at the address; the next
+        one asks for the identity again.
 
         >>> import profivac as pv
         >>> with pv.open("sim:psg550@5") as bus, bus[5].connection_kept() as gauge:

@@ -254,6 +254,17 @@ def test_a_connection_is_kept_within_a_block() -> None:
             pass
 
 
+def test_a_gauge_that_was_switched_off_fails_once_and_is_identified_again() -> None:
+    """Another gauge may be at the address, so the connection is not opened again without asking for the identity."""
+    with pv.VirtualSegment("bcg450@5", timeout=PATIENT) as chamber, chamber.bus[5].connection_kept(3600) as gauge:
+        gauge.get("device.device-state")
+        chamber.power(5, False)
+        chamber.power(5, True)
+        with pytest.raises(pv.Connection, match="the connection that was kept has ended, .* repeat the request"):
+            gauge.get("device.device-state")
+        assert gauge["device.device-state"].value == "IDLE"
+
+
 def test_a_bus_is_closed_within_a_block_that_keeps_a_connection() -> None:
     with pv.VirtualSegment("bcg450@5", timeout=PATIENT) as chamber:
         with chamber.bus[5].connection_kept(3600):

@@ -274,7 +274,8 @@ impl AsyncGauge {
     /// Dropping the last clone does the same.
     ///
     /// A slave has few connections, and other class 2 masters need one: a kept connection takes one of them all the time. It carries an
-    /// Idle telegram now and then. If it ends, the next request opens another one and identifies the gauge again.
+    /// Idle telegram every 5 s. If the gauge was switched off meanwhile, the first request fails, and the next one opens another connection
+    /// and identifies the gauge again.
     ///
     /// ```
     /// # use profivac_client::Bus;
@@ -408,9 +409,9 @@ fn request<T>(
 ) -> Result<T, ClientError> {
     let (address, kept) = (watcher.address, *watcher.kept());
     let mut gauge = match kept {
-        // Nothing was lost since the last request, so the same gauge is at the address.
+        // The same gauge is behind the same connection.
         KeptModel::Yes(Some(model)) if session.has_kept_connection(address) => {
-            Gauge::with_model(Ms2::new(session, address), address, model)
+            Gauge::with_model(Ms2::new(session, address).without_reopening(), address, model)
         }
         KeptModel::Yes(_) | KeptModel::No => Gauge::open(session, address)?,
     };

@@ -35,6 +35,9 @@ pub enum Ms2Error {
     /// No answer arrived in time.
     #[error("no answer")]
     NoAnswer,
+    /// A kept connection has ended, and its client does not open another one.
+    #[error("the kept connection has ended")]
+    KeptConnectionEnded,
     /// The segment has no master.
     #[error("there is no master")]
     NoMaster,
@@ -210,6 +213,8 @@ pub struct Ms2<'a, L: Ms2Line = BusSession> {
     opening: Option<Handle<Connect>>,
     /// A request that was given up at a cancellation.
     abandoned: Option<TakeOutcome>,
+    /// Whether a connection that has ended is opened again.
+    reopens: bool,
 }
 
 /// Takes the outcome of one request from the master. Returns false while there is none.
@@ -241,7 +246,14 @@ const fn was_closed(end: &ConnectionEnd) -> bool {
 impl<'a, L: Ms2Line> Ms2<'a, L> {
     /// A client of the slave at `address` without a connection. Sends nothing.
     pub const fn new(line: &'a mut L, address: u8) -> Self {
-        Self { line, address, connection: None, opening: None, abandoned: None }
+        Self { line, address, connection: None, opening: None, abandoned: None, reopens: true }
+    }
+
+    /// The same, which never opens a connection again: after its end, requests fail. A client that relies on the identity of the slave
+    /// behind a [kept connection](BusSession::has_kept_connection) must not find another slave behind the next one.
+    pub(crate) const fn without_reopening(mut self) -> Self {
+        self.reopens = false;
+        self
     }
 
     /// The line, for other requests between two records.
@@ -257,9 +269,10 @@ impl<'a, L: Ms2Line> Ms2<'a, L> {
         let wanted = u8::try_from(MAX_RECORD_LENGTH).unwrap_or(u8::MAX);
         let submit =
             |master: &mut BusMaster, connection: Handle<Connect>| master.ms2_read(connection, slot, index, wanted);
+        let attempts = if self.reopens { ATTEMPTS } else { 1 };
         let mut read = || self.request::<ms2::Read, _>(submit, |outcome| outcome.map(<[u8]>::to_vec));
         let mut record = read();
-        for _ in 1..ATTEMPTS {
+        for _ in 1..attempts {
             if !matches!(record, Err(Ms2Error::Ended(_))) {
                 break;
             }
@@ -330,6 +343,9 @@ impl<'a, L: Ms2Line> Ms2<'a, L> {
                 Err(Ms2Error::Ended(end)) if was_closed(&end) => {}
                 result => return result,
             }
+        }
+        if !self.reopens {
+            return Err(Ms2Error::KeptConnectionEnded);
         }
         let connection = self.open()?;
         self.request_on(connection, &submit, &take)
@@ -419,6 +435,7 @@ impl From<Ms2Error> for RecordError {
             Ms2Error::Ended(end) => Interruption::Ended(end).into(),
             Ms2Error::NotSubmitted(error) => Interruption::NotSubmitted(error).into(),
             Ms2Error::NoAnswer => Interruption::NoAnswer.into(),
+            Ms2Error::KeptConnectionEnded => Interruption::KeptConnectionEnded.into(),
             Ms2Error::NoMaster => Interruption::NoMaster.into(),
         }
     }
