@@ -53,7 +53,13 @@ class Bus:
         _open.add(self)
 
     def gauge(self, which: int | str) -> Gauge:
-        """The gauge at an address, or with a name of ``open(..., names={...})``. Sends nothing yet."""
+        """The gauge at an address, or with a name of ``open(..., names={...})``. Sends nothing yet.
+
+        >>> import profivac as pv
+        >>> with pv.open("sim:psg550@5", names={"fore-line": 5}) as bus:
+        ...     bus.gauge("fore-line") is bus[5]
+        True
+        """
         address = self._address(which)
         if address not in self._gauges:
             core = self._core.gauge(address, self._via)
@@ -112,7 +118,18 @@ class Bus:
     async def stream_async(
         self, *gauges: int | str, interval: float = 1.0, unit: Unit = Unit.PA
     ) -> AsyncIterator[tuple[Gauge, Reading]]:
-        """:meth:`stream` for asyncio."""
+        """:meth:`stream` for asyncio.
+
+        >>> import asyncio
+        >>> import profivac as pv
+        >>> async def first() -> int:
+        ...     with pv.open("sim:psg550@5") as bus:
+        ...         async for gauge, reading in bus.stream_async(5):
+        ...             return gauge.address
+        ...     raise AssertionError
+        >>> asyncio.run(first())
+        5
+        """
         watched = [self.gauge(which) for which in gauges]
         if not watched:
             raise Usage("expected the gauges to watch, got none; Bus.scan() shows the stations of the bus")
@@ -203,20 +220,43 @@ class Gauge:
         ...     before, str(bus[5].read(pv.Unit.MBAR))
         (<State.OFF: 'off'>, '1.000e-03 mbar')
         """
+        _check(unit)
         name = None if part is None else f"{part}{'/' if '.' in part else '.'}process-value"
         return _reading(self._core.pressure(name), unit)
 
     def pressure(self, unit: Unit = Unit.PA) -> float:
-        """The pressure as a number; not a number (``nan``) unless the reading is valid."""
+        """The pressure as a number in ``unit``; not a number (``nan``) unless the reading is valid.
+
+        >>> import profivac as pv
+        >>> with pv.open("sim:psg550@5") as bus:
+        ...     off = bus[5].pressure()
+        ...     change = bus[5].command("execute")
+        ...     print(off, f"{bus[5].pressure(pv.Unit.MBAR):.1e}")
+        nan 1.0e-03
+        """
         value = self.read(unit).value
         return float("nan") if value is None else value
 
     async def read_async(self, unit: Unit = Unit.PA, *, part: str | None = None) -> Reading:
-        """:meth:`read` for asyncio. A cancelled request still runs to its end in the thread of the bus."""
+        """:meth:`read` for asyncio. A cancelled request still runs to its end in the thread of the bus.
+
+        >>> import asyncio
+        >>> import profivac as pv
+        >>> with pv.open("sim:psg550@5") as bus:
+        ...     print(asyncio.run(bus[5].read_async()).state)
+        State.OFF
+        """
         return await asyncio.to_thread(self.read, unit, part=part)
 
     def get(self, name: str) -> Value:
-        """Reads a parameter: ``pirani.process-value``, ``trip-point.1/low-trip-point``, or ``1:2/19`` for slot 1, instance 2, index 19."""
+        """Reads a parameter: ``pirani.process-value``, ``trip-point.1/low-trip-point``, or ``1:2/19`` for slot 1, instance 2, index 19.
+
+        >>> import profivac as pv
+        >>> with pv.open("sim:bcg450@5:unit=mbar") as bus:
+        ...     full_scale = bus[5].get("pirani.full-scale")
+        >>> full_scale.value, full_scale.unit, full_scale.pascal
+        (1000.0, 'mbar', 100000.0)
+        """
         return _value(self._core.read(name))
 
     async def get_async(self, name: str) -> Value:
@@ -252,6 +292,15 @@ class Gauge:
 
         The conditions of the manual are checked first. A command that can do damage raises :class:`profivac.Usage` with its risk
         unless ``confirm`` is true.
+
+        >>> import profivac as pv
+        >>> with pv.VirtualSegment("bcg450@5", pressure="1e-7 mbar") as chamber:
+        ...     change = chamber.bus[5].command("execute")
+        ...     try:
+        ...         change = chamber.bus[5].command("degas on")
+        ...     except pv.Usage as error:
+        ...         print("nothing was sent" in str(error))
+        True
         """
         return _change(self._core.command(words, confirm))
 
@@ -261,12 +310,25 @@ class Gauge:
 
     @property
     def parameters(self) -> dict[str, Parameter]:
-        """The parameters of the device by name, from the tables of its manual."""
+        """The parameters of the device by name, from the tables of its manual.
+
+        >>> import profivac as pv
+        >>> with pv.open("sim:bcg450@5") as bus:
+        ...     row = bus[5].parameters["pirani.safe-value"]
+        >>> row.printed, row.slot, row.instance, row.index, row.writable
+        ('Safe Value', 1, 1, 40, True)
+        """
         return self._known()[0]
 
     @property
     def commands(self) -> dict[str, Command]:
-        """The commands of the device by name."""
+        """The commands of the device by name, with the risk of each.
+
+        >>> import profivac as pv
+        >>> with pv.open("sim:psg550@5") as bus:
+        ...     [name for name in bus[5].commands if "execute" in name]
+        ['device.execute']
+        """
         return self._known()[1]
 
     def _known(self) -> tuple[dict[str, Parameter], dict[str, Command]]:
@@ -275,14 +337,28 @@ class Gauge:
         return self._tables
 
     def dump(self, file: str | PathLike[str] | None = None) -> str:
-        """All values of the gauge as a settings file (TOML), and written to ``file`` if one is given."""
+        """All values of the gauge as a settings file (TOML), and written to ``file`` if one is given.
+
+        >>> import profivac as pv
+        >>> with pv.open("sim:psg550@5") as bus:
+        ...     'device = "psg550"' in bus[5].dump()
+        True
+        """
         text = self._core.dump()
         if file is not None:
             Path(file).write_text(text, encoding="utf-8")
         return text
 
     def diff(self, settings: str | PathLike[str]) -> list[Difference]:
-        """The settings that differ from a settings file: its path, or the text that :meth:`dump` returned."""
+        """The settings that differ from a settings file: its path, or the text that :meth:`dump` returned.
+
+        >>> import profivac as pv
+        >>> with pv.open("sim:bcg450@5") as bus:
+        ...     before = bus[5].dump()
+        ...     change = bus[5].set("pirani.safe-state", "full-scale")
+        ...     [(row.name, row.gauge, row.file) for row in bus[5].diff(before)]
+        [('pirani.safe-state', 'full-scale', 'zero')]
+        """
         return [Difference(name, gauge, file or "") for name, gauge, file, _ in self._core.diff(_settings(settings))]
 
     def restore(self, settings: str | PathLike[str], *, force: bool = False) -> list[Restored]:
@@ -308,13 +384,20 @@ class Gauge:
         ...     [reading.instance for reading in next(exchange)]
         [1, 2, 3, 4]
         """
+        _check(unit)
         exchange = Exchange(self._bus._core.exchange(self.address), self, unit)
         self._exchanges.add(exchange)
         return exchange
 
     @contextlib.contextmanager
     def selector_kept(self) -> Iterator[Gauge]:
-        """Restores the Channel Instance Selector at the end of the block, instead of when the bus is closed."""
+        """Restores the Channel Instance Selector at the end of the block, instead of when the bus is closed.
+
+        >>> import profivac as pv
+        >>> with pv.open("sim:bcg450@5") as bus:
+        ...     with bus[5].selector_kept() as gauge:
+        ...         overrange = gauge.get("cdg.overrange")  # The slot shows the diaphragm meanwhile.
+        """
         try:
             yield self
         finally:
@@ -346,7 +429,13 @@ class Gauge:
 
 
 class Exchange:
-    """The cyclic data of a gauge: an iterator, blocking and for asyncio. Use :meth:`Gauge.exchange`."""
+    """The cyclic data of a gauge: an iterator, blocking and for asyncio. Use :meth:`Gauge.exchange`.
+
+    >>> import profivac as pv
+    >>> with pv.VirtualSegment("psg550@5", pressure="2 mbar") as chamber, chamber.bus[5].exchange(pv.Unit.MBAR) as exchange:
+    ...     print(next(exchange)[0])
+    2.000e+00 mbar
+    """
 
     def __init__(self, core: _profivac.Cyclic, gauge: Gauge, unit: Unit) -> None:
         self._core = core
@@ -374,6 +463,12 @@ class Exchange:
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
         self.close()
+
+
+def _check(unit: object) -> None:
+    """A unit as text would be an error only once there is a pressure."""
+    if not isinstance(unit, Unit):
+        raise Usage(f"expected a unit out of {', '.join(map(str, Unit))}, got {unit!r}")
 
 
 def _reading(row: _profivac._PressureRow, unit: Unit) -> Reading:

@@ -125,6 +125,9 @@ def conform(
     takes minutes; Ctrl-C ends it after the present rule, and the slave is released.
 
     >>> import profivac as pv
+    >>> result = pv.conform("/dev/ttyUSB0", 5, confirm=True, report=print)  # doctest: +SKIP
+    >>> [(rule.name, rule.expected, rule.answer) for rule in result.broken]  # doctest: +SKIP
+    []
     >>> pv.conform("sim:bcg450@5", 5)
     Traceback (most recent call last):
     profivac._errors.Usage: conform parameterises the slave at address 5 and releases it, many times; nothing was sent; to do it pass confirm=True

@@ -25,6 +25,11 @@ class StationBus(Bus):
     The gauges have the names of the station; an address is enough where only one of its segments has it. They are read: ``read``,
     ``pressure``, ``get``, ``stream``, ``parameters`` and their forms for asyncio. The station stays the master of its lines, so whatever
     writes, takes ownership or needs the octets of the line raises :class:`profivac.Usage`.
+
+    >>> import profivac as pv
+    >>> with pv.open("http://127.0.0.1:8080") as bus:  # doctest: +SKIP
+    ...     for gauge, reading in bus.stream("chamber", "fore-line", interval=10):
+    ...         print(gauge.name, reading)
     """
 
     def __init__(self, station: RemoteStation, names: Mapping[str, int]) -> None:
@@ -82,7 +87,13 @@ class StationBus(Bus):
 
 
 class StationGauge(Gauge):
-    """A gauge of a station."""
+    """A gauge of a station. Use :class:`StationBus`.
+
+    >>> import profivac as pv
+    >>> with pv.open("http://127.0.0.1:8080") as bus:  # doctest: +SKIP
+    ...     reading = bus["chamber"].read(pv.Unit.MBAR)
+    ...     print(reading, reading.time, bus["chamber"]["device.device-state"])
+    """
 
     def __init__(self, bus: StationBus, row: dict[str, Any]) -> None:
         self._bus: StationBus = bus

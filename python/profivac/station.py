@@ -40,6 +40,14 @@ class History:
     """The recorded pressures of a series in Pa. Each entry is the span from its time to that of the next one.
 
     ``None`` in ``low``, ``high`` and ``mean`` is a span without a valid pressure.
+
+    >>> from datetime import datetime, timezone
+    >>> begin = datetime(2026, 11, 23, tzinfo=timezone.utc)
+    >>> history = History("chamber", (begin,), (1e-4,), (3e-4,), (2e-4,))
+    >>> history.numpy()[1]
+    array([0.0002])
+    >>> list(history.pandas().columns)
+    ['low', 'mean', 'high']
     """
 
     series: str
@@ -66,7 +74,15 @@ class History:
 class RemoteStation:
     """A station over its HTTP API. It is only read.
 
-    A station with users needs ``user`` and ``password``. ``cafile`` is the certificate of a station with its own one.
+    A station with users needs ``user`` and ``password``. ``cafile`` is the certificate of a station with its own one, ``timeout`` in s.
+
+    >>> import profivac as pv
+    >>> station = pv.connect("http://127.0.0.1:8080")  # doctest: +SKIP
+    >>> print(station.read("chamber", pv.Unit.MBAR))  # doctest: +SKIP
+    5.200e-06 mbar
+    >>> times, pascal = station.history("chamber", "-1h").numpy()  # doctest: +SKIP
+    >>> [event.text for event in station.events("-1d")]  # doctest: +SKIP
+    ['valid again']
     """
 
     def __init__(

@@ -46,7 +46,12 @@ class _Part:
 
 
 class Chamber(_Part):
-    """A volume with gas. All gas has room temperature, 20 °C. Made by :meth:`Plant.chamber`."""
+    """A volume with gas. All gas has room temperature, 20 °C. Made by :meth:`Plant.chamber`.
+
+    >>> from profivac.vacuum import Plant
+    >>> Plant().chamber(volume_m3=0.1)
+    <profivac.vacuum.Chamber of 0.1 m3 at 1.013e+05 Pa>
+    """
 
     def __init__(self, plant: Plant, number: int, volume_m3: float) -> None:
         super().__init__(plant, number)
@@ -73,7 +78,20 @@ class Chamber(_Part):
 
 
 class Valve(_Part):
-    """A tube or a valve between two chambers. It is open at first. Made by :meth:`Plant.valve`."""
+    """A tube or a valve between two chambers. It is open at first. Made by :meth:`Plant.valve`.
+
+    >>> from profivac.vacuum import Plant
+    >>> plant = Plant()
+    >>> one, other = (plant.chamber(0.1, pressure_pa=pascal, gas="n2") for pascal in (1, 3))
+    >>> valve = plant.valve(one, other, diameter_m=0.1, length_m=0.3)
+    >>> valve.close()
+    >>> plant.advance(60)
+    >>> closed = one.pressure_pa
+    >>> valve.open()
+    >>> plant.advance(60)
+    >>> print(f"{closed:.1f} Pa, then {one.pressure_pa:.1f} Pa")
+    1.0 Pa, then 2.0 Pa
+    """
 
     @property
     def opening(self) -> float:
@@ -94,7 +112,17 @@ class Valve(_Part):
 
 
 class RoughingPump(_Part):
-    """A roughing pump. It is stopped, and its valve closed, until :meth:`start`. Made by :meth:`Plant.roughing_pump`."""
+    """A roughing pump. It is stopped, and its valve closed, until :meth:`start`. Made by :meth:`Plant.roughing_pump`.
+
+    >>> from profivac.vacuum import Plant
+    >>> plant = Plant()
+    >>> chamber = plant.chamber(0.1)
+    >>> pump = plant.roughing_pump(chamber, speed_m3_s=0.005, ultimate_pa=1, speeds_m3_s={1: 0.001, 100: 0.005, 1e5: 0.004})
+    >>> pump.start()
+    >>> plant.advance(600)
+    >>> print(f"{chamber.pressure_pa:.0f} Pa")
+    1 Pa
+    """
 
     def start(self) -> None:
         """Starts the pump."""
@@ -106,7 +134,18 @@ class RoughingPump(_Part):
 
 
 class TurboPump(_Part):
-    """A turbomolecular pump. Made by :meth:`Plant.turbo_pump`."""
+    """A turbomolecular pump. Made by :meth:`Plant.turbo_pump`.
+
+    >>> from profivac.vacuum import Plant
+    >>> plant = Plant()
+    >>> chamber, fore = (plant.chamber(litres * 1e-3, pressure_pa=1, gas="n2") for litres in (100, 3))
+    >>> turbo = plant.turbo_pump(chamber, fore, speed_m3_s=0.3, compression=1e10)
+    >>> plant.roughing_pump(fore, speed_m3_s=0.005, ultimate_pa=1).start()
+    >>> turbo.start()
+    >>> plant.advance(60)
+    >>> print(f"{turbo.rotor_speed:.1f}")
+    0.5
+    """
 
     def start(self) -> None:
         """Switches the motor on. The rotor needs minutes to its speed."""
@@ -123,7 +162,17 @@ class TurboPump(_Part):
 
 
 class CapturePump(_Part):
-    """An ion pump, a getter or a cryopump: it keeps the gas. Stopped until :meth:`start`. Made by :meth:`Plant.capture_pump`."""
+    """An ion pump, a getter or a cryopump: it keeps the gas. Stopped until :meth:`start`. Made by :meth:`Plant.capture_pump`.
+
+    >>> from profivac.vacuum import Plant
+    >>> plant = Plant(step_s=0.1)
+    >>> chamber = plant.chamber(0.1, pressure_pa=1e-3, gas="n2")
+    >>> pump = plant.capture_pump(chamber, speeds_m3_s={"n2": 0.1, "h2": 0.2}, capacities_pa_m3={"n2": 100})
+    >>> pump.start()
+    >>> plant.advance(60)
+    >>> print(f"{pump.captured_pa_m3['n2']:.1e} Pa m3")
+    1.0e-04 Pa m3
+    """
 
     def start(self) -> None:
         """Starts the pump."""
@@ -148,7 +197,17 @@ class CapturePump(_Part):
 
 
 class Leak(_Part):
-    """A leak or a vent to the outside. Made by :meth:`Plant.leak` and :meth:`Plant.vent`."""
+    """A leak or a vent to the outside. Made by :meth:`Plant.leak` and :meth:`Plant.vent`.
+
+    >>> from profivac.vacuum import Plant
+    >>> plant = Plant()
+    >>> chamber = plant.chamber(0.1, pressure_pa=1e-6, gas="n2")
+    >>> leak = plant.leak(chamber, flow_pa_m3_s=1e-9)
+    >>> leak.spray("he")
+    >>> plant.advance(60)
+    >>> print(f"{chamber.gases_pa['he'] * chamber.volume_m3 / 60:.1e} Pa m3/s of helium")
+    2.7e-09 Pa m3/s of helium
+    """
 
     @property
     def opening(self) -> float:
@@ -173,7 +232,18 @@ class Leak(_Part):
 
 
 class Inlet(_Part):
-    """A gas inlet. It is closed at first. Made by :meth:`Plant.inlet`."""
+    """A gas inlet. It is closed at first. Made by :meth:`Plant.inlet`.
+
+    >>> from profivac.vacuum import Plant
+    >>> plant = Plant()
+    >>> chamber = plant.chamber(0.1, pressure_pa=1e-3, gas="ar")
+    >>> inlet = plant.inlet(chamber, gas="ar")
+    >>> inlet.flow(1e-3)
+    >>> plant.advance(100)
+    >>> inlet.close()
+    >>> print(f"{chamber.pressure_pa:.3f} Pa")
+    1.001 Pa
+    """
 
     def flow(self, flow_pa_m3_s: float) -> None:
         """Lets a constant flow in, in Pa m³/s at room temperature: 1 sccm is 1.81e-3 Pa m³/s."""
@@ -192,7 +262,16 @@ class Inlet(_Part):
 
 
 class Wall(_Part):
-    """A wall that releases gas, and takes up water when it is vented. Made by :meth:`Plant.wall`."""
+    """A wall that releases gas, and takes up water when it is vented. Made by :meth:`Plant.wall`.
+
+    >>> from profivac.vacuum import Plant
+    >>> plant = Plant()
+    >>> wall = plant.wall(plant.chamber(0.1, pressure_pa=1e-3, gas="n2"), material="steel", area_m2=1.5)
+    >>> wall.heat(423.15, seconds=3600)
+    >>> plant.advance(1800)
+    >>> print(f"{wall.temperature_k:.0f} K")
+    358 K
+    """
 
     @property
     def temperature_k(self) -> float:

@@ -5,6 +5,7 @@ use crate::failure::Failure;
 use crate::settings;
 use crate::values::{self, CommandRow, ParameterRow, ReadingRow};
 use crate::waiting::{Owned, wait};
+use crate::whole::Whole;
 use profivac_client::class1::Class1Session;
 use profivac_client::cyclic::{ChannelValue, CyclicSlave};
 use profivac_client::records::{RecordError, Records};
@@ -88,8 +89,8 @@ impl Bus {
 impl Bus {
     /// Opens the port of this name.
     #[staticmethod]
-    fn open(py: Python<'_>, port: &str, baud: u32, master: u8, timeout: f64) -> PyResult<Self> {
-        let line = Line::new(baud, master, timeout)?;
+    fn open(py: Python<'_>, port: &str, baud: Whole<u32>, master: Whole<u8>, timeout: f64) -> PyResult<Self> {
+        let line = Line::new(baud.0, master.0, timeout)?;
         let opened = py.detach(|| open::port(port, line.baud).map_err(|error| Failure::line(&error)));
         Self::on(py, opened?, line)
     }

@@ -2,6 +2,7 @@
 
 use crate::bus::Line;
 use crate::failure::Failure;
+use crate::whole::Whole;
 use profivac_client::cyclic::CyclicSlave;
 use profivac_client::discover::CyclicError;
 use profivac_client::values::hex;
@@ -39,15 +40,16 @@ type RuleRow = (
 pub fn conform(
     py: Python<'_>,
     port: &str,
-    address: u8,
+    address: Whole<u8>,
     cfg: Option<Vec<u8>>,
     user_prm: Option<Vec<u8>>,
-    baud: u32,
-    master: u8,
+    baud: Whole<u32>,
+    master: Whole<u8>,
     timeout: f64,
     report: Py<PyAny>,
 ) -> PyResult<()> {
-    let line = Line::new(baud, master, timeout)?;
+    let (Whole(address), Whole(master)) = (address, master);
+    let line = Line::new(baud.0, master, timeout)?;
     if address > 125 || address == master {
         return Err(Failure::usage(format!(
             "expected the address of a slave from 0 to 125 other than that of this master, {master}; got {address}"

@@ -13,6 +13,7 @@
 //! | `decode` | recorded traffic, explained |
 //! | `plant` | a plant identified from its record |
 //! | `plant_model` | the physics of a plant: volumes, tubes, pumps, leaks, walls, and the gauges on them |
+//! | `whole` | whole numbers of users |
 //! | `rise` | a rate of rise, separated into leak and outgassing |
 
 mod bus;
@@ -27,6 +28,7 @@ mod segment;
 mod settings;
 mod values;
 mod waiting;
+mod whole;
 
 use pyo3::prelude::*;
 

@@ -4,6 +4,7 @@
 
 use crate::failure::Failure;
 use crate::segment::Segment;
+use crate::whole::Whole;
 use profivac_vacuum::conductance::SHARP_DISCHARGE;
 use profivac_vacuum::gas::GAS_COUNT;
 use profivac_vacuum::network::{
@@ -159,7 +160,7 @@ impl World {
     pub fn place(
         &mut self,
         devices: Vec<VirtualDevice>,
-        places: &[(usize, Vec<(u8, usize)>)],
+        places: &[(usize, Vec<(Whole<u8>, usize)>)],
         seed: Option<u64>,
     ) -> Result<Vec<VirtualDevice>, Failure> {
         let mut placed = Vec::new();
@@ -168,7 +169,7 @@ impl World {
             let volume = self.volume(*at)?;
             let instances: Vec<u8> = device.device().parts().iter().map(|part| part.instance).collect();
             let mut elsewhere = Vec::new();
-            for (instance, at) in parts {
+            for (Whole(instance), at) in parts {
                 if !instances.contains(instance) {
                     let known = instances.iter().map(ToString::to_string).collect::<Vec<_>>().join(", ");
                     let name = device.device().name();

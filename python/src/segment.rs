@@ -4,6 +4,7 @@ use crate::bus::{Bus, Line};
 use crate::failure::Failure;
 use crate::plant_model::{PlantModel, locked};
 use crate::waiting::Owned;
+use crate::whole::Whole;
 use profivac_client::Pressure;
 use profivac_dp::link::Baud;
 use profivac_host::port::{PortError, Stream};
@@ -53,12 +54,18 @@ pub struct Segment {
 impl Segment {
     /// Switches the devices on, in a chamber with one gas.
     #[new]
-    fn new(devices: Vec<String>, pressure: &str, atmosphere: &str, gas: &str, seed: Option<u64>) -> PyResult<Self> {
+    fn new(
+        devices: Vec<String>,
+        pressure: &str,
+        atmosphere: &str,
+        gas: &str,
+        seed: Option<Whole<u64>>,
+    ) -> PyResult<Self> {
         let conditions =
             GasConditions { pressure: chamber(pressure)?, atmosphere: chamber(atmosphere)?, gas: gas_named(gas)? };
         let devices = switched_on(&devices, conditions)?;
         let real = |device: VirtualDevice| match seed {
-            Some(seed) => device.with_real_sensors(seed),
+            Some(Whole(seed)) => device.with_real_sensors(seed),
             None => device,
         };
         Self::of(devices.into_iter().map(real).collect(), Some(conditions))
@@ -70,8 +77,8 @@ impl Segment {
         py: Python<'_>,
         plant: PyRef<'_, PlantModel>,
         devices: Vec<String>,
-        places: Vec<(usize, Vec<(u8, usize)>)>,
-        seed: Option<u64>,
+        places: Vec<(usize, Vec<(Whole<u8>, usize)>)>,
+        seed: Option<Whole<u64>>,
     ) -> PyResult<Self> {
         // The plant gives each device its own environment.
         let any = GasConditions {
@@ -81,13 +88,13 @@ impl Segment {
         };
         let devices = switched_on(&devices, any)?;
         let world = plant.shared();
-        let placed = py.detach(|| locked(&world).place(devices, &places, seed))?;
+        let placed = py.detach(|| locked(&world).place(devices, &places, seed.map(|seed| seed.0)))?;
         Self::of(placed, None)
     }
 
     /// Makes this program a master on the line of the devices. The line has one.
-    fn bus(&self, py: Python<'_>, master: u8, timeout: f64) -> PyResult<Bus> {
-        let line = Line::new(BAUD.bits_per_second(), master, timeout)?;
+    fn bus(&self, py: Python<'_>, master: Whole<u8>, timeout: f64) -> PyResult<Bus> {
+        let line = Line::new(BAUD.bits_per_second(), master.0, timeout)?;
         let port = self.port.lock().unwrap_or_else(PoisonError::into_inner).take();
         let port = port.ok_or_else(|| Failure::usage("the segment has a master already; make another segment"))?;
         Bus::on(py, Box::new(Stream::new("sim".to_owned(), port, Vec::new())), line)
@@ -129,16 +136,16 @@ impl Segment {
     }
 
     /// Switches a device on or off.
-    fn power(&self, py: Python<'_>, address: u8, on: bool) -> PyResult<()> {
-        self.at(py, address, move |device| {
+    fn power(&self, py: Python<'_>, address: Whole<u8>, on: bool) -> PyResult<()> {
+        self.at(py, address.0, move |device| {
             device.set_power(on);
             Ok(())
         })
     }
 
     /// Sets or clears a fault.
-    fn fault(&self, py: Python<'_>, address: u8, name: String, present: bool) -> PyResult<()> {
-        self.at(py, address, move |device| {
+    fn fault(&self, py: Python<'_>, address: Whole<u8>, name: String, present: bool) -> PyResult<()> {
+        self.at(py, address.0, move |device| {
             let device_name = device.device().name();
             device.operate_text(ActionText::Fault { name: &name, present }).map_err(|unknown| {
                 Failure::usage(format!("{device_name} has no fault {name:?}; it has {}", unknown.expected.join(", ")))

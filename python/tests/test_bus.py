@@ -71,6 +71,14 @@ def test_errors_follow_the_exit_codes() -> None:
             lambda: pv.open("sim:bcg450@5", via="smoke"),
             lambda: pv.open("/dev/null", baud=115200),
             lambda: pv.pascal("1 psi"),
+            lambda: pv.open("sim:bcg450@5", master=300),
+            lambda: pv.open("/dev/null", baud=10**30),
+            lambda: pv.VirtualSegment("bcg450@5", seed=-1),
+            lambda: pv.decode(b"", baud=-1),
+            lambda: chamber.power(300, True),
+            # The annotations forbid a text, which a program without types may give.
+            lambda: gauge.read("mbar"),  # type: ignore[arg-type]
+            lambda: gauge.exchange("mbar"),  # type: ignore[arg-type]
         ):
             with pytest.raises(pv.Usage):
                 wrong()
