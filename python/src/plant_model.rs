@@ -78,6 +78,9 @@ fn rows(mixture: Mixture) -> Vec<(String, f64)> {
     mixture.iter().filter(|(_, value)| *value > 0.0).map(|(gas, value)| (gas.to_string(), value)).collect()
 }
 
+/// The number of the volume of a gauge, and those of its other measuring parts by instance.
+pub type PlaceRow = (usize, Vec<(Whole<u8>, usize)>);
+
 /// A gauge: the setting of its address switch, its volume, and the volumes of its other measuring parts by instance.
 pub struct Place {
     address: u8,
@@ -160,7 +163,7 @@ impl World {
     pub fn place(
         &mut self,
         devices: Vec<VirtualDevice>,
-        places: &[(usize, Vec<(Whole<u8>, usize)>)],
+        places: &[PlaceRow],
         seed: Option<u64>,
     ) -> Result<Vec<VirtualDevice>, Failure> {
         let mut placed = Vec::new();

@@ -2,7 +2,7 @@
 
 use crate::bus::{Bus, Line};
 use crate::failure::Failure;
-use crate::plant_model::{PlantModel, locked};
+use crate::plant_model::{PlaceRow, PlantModel, locked};
 use crate::waiting::Owned;
 use crate::whole::Whole;
 use profivac_client::Pressure;
@@ -77,7 +77,7 @@ impl Segment {
         py: Python<'_>,
         plant: PyRef<'_, PlantModel>,
         devices: Vec<String>,
-        places: Vec<(usize, Vec<(Whole<u8>, usize)>)>,
+        places: Vec<PlaceRow>,
         seed: Option<Whole<u64>>,
     ) -> PyResult<Self> {
         // The plant gives each device its own environment.
