@@ -50,6 +50,7 @@ class Bus:
         self._names = dict(names)
         self._via = via
         self._gauges: dict[int, Gauge] = {}
+        self._closed = False
         _open.add(self)
 
     def gauge(self, which: int | str) -> Gauge:
@@ -139,8 +140,14 @@ class Bus:
                 yield gauge, await gauge.read_async(unit)
             await asyncio.sleep(max(0.0, due - time.monotonic()))
 
+    @property
+    def closed(self) -> bool:
+        """Whether the bus is closed."""
+        return self._closed
+
     def close(self) -> None:
         """Ends exchanges, restores the selectors of the gauges and releases the port. May be called twice."""
+        self._closed = True
         for gauge in list(self._gauges.values()):
             for exchange in list(gauge._exchanges):
                 exchange.close()
@@ -179,6 +186,7 @@ class Gauge:
         """The station address."""
         self.name = name
         """The name of ``open(..., names={...})``."""
+        self._idle_times: list[float] = []
         self._model: tuple[str, str, str, int] | None = None
         self._tables: tuple[dict[str, Parameter], dict[str, Command]] | None = None
 
@@ -420,12 +428,14 @@ class Gauge:
         ...     readings = [gauge.read() for _ in range(3)]
         """
         self._core.keep_connection(idle)
+        self._idle_times.append(idle)
         try:
             yield self
         finally:
-            # A lost line has no connection to close, and its error is that of the block.
+            self._idle_times.pop()
+            # A block within another one leaves the connection to it. A lost line has none, and its error is that of the block.
             with contextlib.suppress(Connection):
-                self._core.keep_connection(None)
+                self._core.keep_connection(self._idle_times[-1] if self._idle_times else None)
 
 
 class Exchange:

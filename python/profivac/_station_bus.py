@@ -71,7 +71,7 @@ class StationBus(Bus):
         """The gauges of the station at these addresses. Nothing is sent on its lines; what a station does not tell is ``None``."""
         self._check_open()
         rows = [row for row in self.station.rows() if first <= row["address"] <= last]
-        return [Station(row["address"], "slave", None, (row["device"],), row["problem"], None) for row in rows]
+        return [Station(row["address"], "slave", None, (row["device"],), row["state"], None) for row in rows]
 
     def close(self) -> None:
         """Ends the session of a user at the station. May be called twice."""

@@ -20,8 +20,11 @@ class _Segment:
         self._core = core
         self.bus = Bus(core.bus(master, timeout), names, via)
         """The bus to the devices."""
-        self.closed = False
-        """Whether the segment is closed."""
+
+    @property
+    def closed(self) -> bool:
+        """Whether the bus is closed, and with it the devices are gone."""
+        return self.bus.closed
 
     def power(self, address: int, on: bool) -> None:
         """Switches a device on or off. Without power it does not answer."""
@@ -37,7 +40,6 @@ class _Segment:
 
     def close(self) -> None:
         """Ends the bus and the devices. May be called twice."""
-        self.closed = True
         self.bus.close()
         self._core.close()
 

@@ -20,7 +20,6 @@ sources and limits; "free choice" there and here marks a number without a source
 
 from __future__ import annotations
 
-import weakref
 from collections.abc import Mapping
 from dataclasses import dataclass
 
@@ -330,7 +329,7 @@ class Plant:
     def __init__(self, *, air_pa: float = _ATMOSPHERE_PA, humidity: float = 0.5, step_s: float = 1.0) -> None:
         self._core = _profivac.PlantModel(air_pa, humidity, step_s)
         self._gauges: list[PlantGauge] = []
-        self._segment: weakref.ref[PlantSegment] | None = None
+        self._segment: PlantSegment | None = None
 
     def _number(self, chamber: Chamber) -> int:
         if chamber.plant is not self:
@@ -477,8 +476,7 @@ class Plant:
         return gauge
 
     def _present(self) -> PlantSegment | None:
-        segment = None if self._segment is None else self._segment()
-        return segment if segment is not None and not segment.closed else None
+        return self._segment if self._segment is not None and not self._segment.closed else None
 
     def segment(
         self,
@@ -504,14 +502,15 @@ class Plant:
             for gauge in self._gauges
         ]
         core = _profivac.Segment.in_plant(self._core, devices, places, seed)
-        segment = PlantSegment(core, names or {}, via, master, timeout)
-        self._segment = weakref.ref(segment)
-        return segment
+        # The plant keeps the segment: its gauges must not stand still because a program keeps only the bus.
+        self._segment = PlantSegment(core, names or {}, via, master, timeout)
+        return self._segment
 
     def advance(self, seconds: float) -> None:
         """Lets time pass: for the gas, and for the gauges of an open segment. Ctrl-C ends it between two steps.
 
-        A minute of a plant with a gauge takes some milliseconds. Other threads of Python run meanwhile, and the line is served.
+        A day of a plant with two gauges in steps of 1 s takes about a second. Other threads of Python run meanwhile, and the line is served
+        every millisecond; where the computer has other work, a gauge may answer another thread too late, as on a real line.
         """
         segment = self._present()
         self._core.advance(seconds, None if segment is None else segment._core)

@@ -21,9 +21,12 @@ use std::ops::RangeInclusive;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
-/// The longest time without a look at signals and at the line. free choice: a user takes it for at once, and no master of the line
-/// misses an answer for long.
+/// The longest time without a look at signals. free choice: a user takes it for at once.
 const SLICE: Duration = Duration::from_millis(20);
+
+/// The longest time without a look at the line, which a master asks meanwhile. free choice: several of them are shorter than the slot
+/// time of a master on a line in memory.
+const LINE_SLICE: Duration = Duration::from_millis(1);
 
 /// The most volumes of a plant, as in a scenario: a step takes the square of their number.
 const MOST_VOLUMES: usize = 64;
@@ -195,14 +198,14 @@ impl World {
     }
 
     /// Advances plant and devices by at most `seconds`, until a slice of real time has passed. Returns what is left.
-    fn advance(&mut self, seconds: f64, devices: &mut [VirtualDevice]) -> f64 {
+    fn advance(&mut self, seconds: f64, devices: &mut [VirtualDevice], slice: Duration) -> f64 {
         let (begun, mut left) = (Instant::now(), seconds);
         while left > 0.0 {
             // A rest far below a step is the rounding of the subtraction.
             let now = if left < self.step_s * (1.0 + 1e-9) { left } else { self.step_s };
             self.step(now, devices);
             left -= now;
-            if begun.elapsed() >= SLICE {
+            if begun.elapsed() >= slice {
                 break;
             }
         }
@@ -624,8 +627,10 @@ impl PlantModel {
         while left > 0.0 {
             let world = self.shared();
             left = match &segment {
-                Some(segment) => segment.run(py, move |devices| Ok(locked(&world).advance(left, devices)))?,
-                None => py.detach(|| locked(&world).advance(left, &mut [])),
+                Some(segment) => {
+                    segment.run(py, move |devices| Ok(locked(&world).advance(left, devices, LINE_SLICE)))?
+                }
+                None => py.detach(|| locked(&world).advance(left, &mut [], SLICE)),
             };
             py.check_signals()?;
         }

@@ -239,19 +239,23 @@ fn serve(devices: Vec<VirtualDevice>) -> Result<(UnixStream, Handle), PortError>
     Ok((ours, Handle { jobs, wake }))
 }
 
-/// Serves the line and runs the jobs until the line is closed.
+/// Serves the line and runs the jobs until the line is closed. Between two jobs the line is served once: a plant that advances sends one
+/// job after the other.
 fn live(mut segment: HostSegment<Vec<VirtualDevice>>, work: &Receiver<Job>, mut wake: WakeSource) {
     let mut has_controls = true;
     loop {
-        while has_controls {
+        let mut wait = IDLE_WAIT;
+        if has_controls {
             match work.try_recv() {
-                Ok(job) => job(segment.stations_mut()),
-                Err(TryRecvError::Empty) => break,
+                Ok(job) => {
+                    job(segment.stations_mut());
+                    wait = Duration::ZERO;
+                }
+                Err(TryRecvError::Empty) => {}
                 Err(TryRecvError::Disconnected) => has_controls = false,
             }
         }
-        let served =
-            if has_controls { segment.serve(&[wake.readiness()], IDLE_WAIT) } else { segment.serve(&[], IDLE_WAIT) };
+        let served = if has_controls { segment.serve(&[wake.readiness()], wait) } else { segment.serve(&[], wait) };
         let Ok(readable) = served else { return };
         if readable.first() == Some(&true) {
             has_controls = wake.clear();

@@ -245,6 +245,9 @@ def test_a_connection_is_kept_within_a_block() -> None:
             assert kept is gauge
             gauge.command("execute")
             assert [gauge.read().state for _ in range(3)] == [pv.State.VALID] * 3
+            with gauge.connection_kept(10):
+                assert gauge.read().valid
+            assert gauge.read().valid
             # The settings of a gauge and its cyclic data go over the same connection, other gauges over theirs.
             assert gauge.diff(gauge.dump()) == []
             with gauge.exchange() as exchange:

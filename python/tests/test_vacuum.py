@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
 import os
 import subprocess
@@ -194,6 +195,31 @@ def test_gauges_show_the_pressures_of_their_chambers() -> None:
         assert again.bus[5].device == "bcg450"
 
 
+@pytest.mark.parametrize("device", "pcg550 pcg552 pcg554 psg550 psg552 psg554 bpg400 hpg400 bcg450 img400".split())
+def test_every_device_measures_a_plant(device: str) -> None:
+    plant = Plant()
+    chamber = plant.chamber(0.1, pressure_pa=0.2, gas="n2")
+    plant.gauge(f"{device}@5", chamber)
+    # The program keeps the bus alone.
+    bus = plant.segment().bus
+    bus[5].command("execute")
+    plant.advance(300)
+    reading = bus[5].read()
+    assert reading.value == pytest.approx(0.2, rel=0.1), reading
+    bus.close()
+    plant.advance(1)
+
+
+@pytest.mark.parametrize("device", ["tpg300", "tpg500"])
+def test_a_controller_without_ms2_measures_a_plant(device: str) -> None:
+    plant = Plant()
+    chamber = plant.chamber(0.1, pressure_pa=0.2, gas="n2")
+    plant.gauge(f"{device}@5", chamber)
+    with plant.segment(via="pkw") as segment:
+        plant.advance(300)
+        assert segment.bus[5].read().value == pytest.approx(0.2, rel=0.1)
+
+
 def test_the_channels_of_a_controller_are_in_several_chambers() -> None:
     plant, chamber, fore = pumped()
     plant.gauge("img400@5", chamber, parts={3: fore})
@@ -310,7 +336,11 @@ def test_a_gauge_is_read_while_time_passes_in_another_thread() -> None:
             before = plant.seconds
             while plant.seconds == before:
                 time.sleep(0)
-            assert segment.bus[5].read().valid
+            # On a loaded computer the answer may come too late.
+            while True:
+                with contextlib.suppress(pv.Connection):
+                    assert segment.bus[5].read().valid
+                    break
         finally:
             stop.set()
             thread.join()
