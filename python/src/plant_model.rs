@@ -18,7 +18,9 @@ use profivac_vacuum::{Atmosphere, Conductance, Gas, Mixture};
 use profivac_virtual::device::VirtualDevice;
 use pyo3::prelude::*;
 use std::ops::RangeInclusive;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::process;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError, TryLockError};
+use std::thread;
 use std::time::{Duration, Instant};
 
 /// The longest time without a look at signals. free choice: a user takes it for at once.
@@ -27,6 +29,9 @@ const SLICE: Duration = Duration::from_millis(20);
 /// The longest time without a look at the line, which a master asks meanwhile. free choice: several of them are shorter than the slot
 /// time of a master on a line in memory.
 const LINE_SLICE: Duration = Duration::from_millis(1);
+
+/// The longest wait of a forked process for the plant. free choice: some slices.
+const FORK_WAIT: Duration = Duration::from_secs(1);
 
 /// The most volumes of a plant, as in a scenario: a step takes the square of their number.
 const MOST_VOLUMES: usize = 64;
@@ -248,23 +253,51 @@ impl World {
 
 /// A plant that Python and the thread of its devices share.
 #[pyclass(frozen, module = "profivac._profivac")]
-pub struct PlantModel(Arc<Mutex<World>>);
+pub struct PlantModel {
+    world: Arc<Mutex<World>>,
+    process: u32,
+}
 
 impl PlantModel {
     /// The plant, for the thread of its devices.
-    pub fn shared(&self) -> Arc<Mutex<World>> {
-        Arc::clone(&self.0)
+    fn shared(&self) -> Arc<Mutex<World>> {
+        Arc::clone(&self.world)
     }
 
     /// Does something with the plant, without the interpreter lock while another thread advances it.
-    fn with<T: Send>(&self, py: Python<'_>, work: impl FnOnce(&mut World) -> Result<T, Failure> + Send) -> PyResult<T> {
-        Ok(py.detach(|| work(&mut locked(&self.0)))?)
+    pub fn with<T: Send>(
+        &self,
+        py: Python<'_>,
+        work: impl FnOnce(&mut World) -> Result<T, Failure> + Send,
+    ) -> PyResult<T> {
+        let is_forked = process::id() != self.process;
+        Ok(py.detach(|| {
+            let mut world = if is_forked { locked_after_fork(&self.world)? } else { locked(&self.world) };
+            work(&mut world)
+        })?)
     }
 }
 
 /// The plant. A poisoned lock is usable: after a panic the program has the error, and the numbers are still numbers.
-pub fn locked(world: &Mutex<World>) -> MutexGuard<'_, World> {
+fn locked(world: &Mutex<World>) -> MutexGuard<'_, World> {
     world.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// The plant in a forked process: another thread may have advanced it at the fork, and then no thread ends the step.
+fn locked_after_fork(world: &Mutex<World>) -> Result<MutexGuard<'_, World>, Failure> {
+    let begun = Instant::now();
+    loop {
+        match world.try_lock() {
+            Ok(world) => return Ok(world),
+            Err(TryLockError::Poisoned(error)) => return Ok(error.into_inner()),
+            Err(TryLockError::WouldBlock) if begun.elapsed() < FORK_WAIT => thread::sleep(SLICE),
+            Err(TryLockError::WouldBlock) => {
+                return Err(Failure::usage(
+                    "another thread advanced this plant when the process was forked; make another plant in this process",
+                ));
+            }
+        }
+    }
 }
 
 #[pymethods]
@@ -276,7 +309,7 @@ impl PlantModel {
             pressure_pa: within("air_pa", air_pa, bounds::PRESSURE_PA)?,
             humidity: within("humidity", humidity, bounds::FRACTION)?,
         };
-        Ok(Self(Arc::new(Mutex::new(World {
+        let world = World {
             network: Network::new(atmosphere),
             step_s: within("step_s", step_s, bounds::STEP_S)?,
             seconds: 0.0,
@@ -289,7 +322,8 @@ impl PlantModel {
             capture_pumps: Vec::new(),
             walls: Vec::new(),
             gauges: Vec::new(),
-        }))))
+        };
+        Ok(Self { world: Arc::new(Mutex::new(world)), process: process::id() })
     }
 
     /// A volume, filled with air or a gas.
@@ -630,7 +664,7 @@ impl PlantModel {
                 Some(segment) => {
                     segment.run(py, move |devices| Ok(locked(&world).advance(left, devices, LINE_SLICE)))?
                 }
-                None => py.detach(|| locked(&world).advance(left, &mut [], SLICE)),
+                None => self.with(py, |world| Ok(world.advance(left, &mut [], SLICE)))?,
             };
             py.check_signals()?;
         }

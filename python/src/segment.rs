@@ -2,7 +2,7 @@
 
 use crate::bus::{Bus, Line};
 use crate::failure::Failure;
-use crate::plant_model::{PlaceRow, PlantModel, locked};
+use crate::plant_model::{PlaceRow, PlantModel};
 use crate::waiting::Owned;
 use crate::whole::Whole;
 use profivac_client::Pressure;
@@ -87,8 +87,7 @@ impl Segment {
             gas: Gas::N2,
         };
         let devices = switched_on(&devices, any)?;
-        let world = plant.shared();
-        let placed = py.detach(|| locked(&world).place(devices, &places, seed.map(|seed| seed.0)))?;
+        let placed = plant.with(py, |world| world.place(devices, &places, seed.map(|seed| seed.0)))?;
         Self::of(placed, None)
     }
 

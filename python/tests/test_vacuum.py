@@ -368,3 +368,45 @@ def test_ctrl_c_ends_the_passing_of_time(tmp_path: Path) -> None:
     command = [sys.executable, "-c", INTERRUPTED]
     result = subprocess.run(command, capture_output=True, text=True, cwd=tmp_path, env=dict(os.environ), timeout=300)
     assert (result.returncode, result.stdout) == (0, "interrupted\n"), result.stderr
+
+
+FORKED = """
+import os, threading, time
+import profivac as pv
+from profivac.vacuum import Plant
+
+idle, busy = Plant(), Plant()
+chambers = [plant.chamber(0.1, pressure_pa=1, gas="n2") for plant in (idle, busy)]
+idle.gauge("bcg450@5", chambers[0])
+segment = idle.segment()
+threading.Thread(target=lambda: [busy.advance(1e6) for _ in iter(int, 1)], daemon=True).start()
+while busy.seconds == 0:
+    time.sleep(0)
+child = os.fork()
+if child == 0:
+    # A plant is memory; its gauges belong to the thread of the parent.
+    assert abs(chambers[0].pressure_pa - 1) < 1e-9
+    try:
+        segment.bus[5].read()
+    except pv.Usage as error:
+        assert "a fork does not copy its thread" in str(error), error
+    try:
+        busy.seconds
+    except pv.Usage as error:
+        assert "when the process was forked" in str(error), error
+    own = Plant()
+    own.chamber(0.1)
+    own.advance(10)
+    os._exit(0)
+_, status = os.waitpid(child, 0)
+assert os.waitstatus_to_exitcode(status) == 0, status
+segment.close()
+os._exit(0)
+"""
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="the system has no fork")
+def test_a_plant_is_no_trap_after_a_fork(tmp_path: Path) -> None:
+    command = [sys.executable, "-c", FORKED]
+    result = subprocess.run(command, capture_output=True, text=True, cwd=tmp_path, timeout=300)
+    assert result.returncode == 0, result.stderr
