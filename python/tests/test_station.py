@@ -78,6 +78,15 @@ def test_a_station_gives_its_history_as_arrays(station: pv.RemoteStation) -> Non
     assert all(isinstance(event, pv.Event) for event in station.events())
 
 
+def parameter(gauge: pv.Gauge, name: str) -> pv.Value:
+    """On a loaded computer the station may be busy, or the gauge may answer it too late."""
+    while True:
+        try:
+            return gauge[name]
+        except pv.Connection:
+            time.sleep(0.5)
+
+
 def test_open_takes_the_address_of_a_station(station: pv.RemoteStation) -> None:
     """Names, addresses, streams and parameters are those of a bus; what writes is refused."""
     recorded(station, "bcg450 5")
@@ -91,12 +100,12 @@ def test_open_takes_the_address_of_a_station(station: pv.RemoteStation) -> None:
         _, reading = next(bus.stream("chamber", unit=pv.Unit.MBAR))
         assert reading.unit is pv.Unit.MBAR and reading.time is not None
         assert asyncio.run(gauge.read_async()).time is not None
-        state = gauge["device.device-state"]
+        state = parameter(gauge, "device.device-state")
         assert (state.value, state.octets) == ("EXECUTING", b"")
-        full_scale = gauge["pirani.full-scale"]
+        full_scale = parameter(gauge, "pirani.full-scale")
         assert (full_scale.value, full_scale.unit, full_scale.pascal) == (1000, "mbar", 1e5)
-        assert gauge["ba.reading-valid"].value in (True, False)
-        assert isinstance(gauge["device.block-type"].value, str)
+        assert parameter(gauge, "ba.reading-valid").value in (True, False)
+        assert isinstance(parameter(gauge, "device.block-type").value, str)
         assert len(bus.station.history("bcg450 5").time) > 1
         refused: tuple[Callable[[], object], ...] = (
             lambda: gauge.set("pirani.safe-value", "1 Pa"),
