@@ -14,7 +14,7 @@ from pathlib import Path
 from types import TracebackType
 
 from . import _profivac
-from ._errors import Connection, Usage
+from ._errors import ProfivacError, Usage
 from ._types import Change, Command, Difference, Parameter, Reading, Restored, State, Station, Unit, Value
 
 Words = str | bool | int | float
@@ -433,8 +433,8 @@ class Gauge:
             yield self
         finally:
             self._idle_times.pop()
-            # A block within another one leaves the connection to it. A lost line has none, and its error is that of the block.
-            with contextlib.suppress(Connection):
+            # A block within another one leaves the connection to it. A lost line and a forked process have none to close.
+            with contextlib.suppress(ProfivacError):
                 self._core.keep_connection(self._idle_times[-1] if self._idle_times else None)
 
 

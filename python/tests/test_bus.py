@@ -319,7 +319,9 @@ import gc, os, profivac as pv
 chamber = pv.VirtualSegment("bcg450@5", names={"chamber": 5})
 gauge = chamber.bus["chamber"]
 gauge.get("ba.process-value")
-child = os.fork()
+with gauge.connection_kept():
+    gauge.get("device.device-state")
+    child = os.fork()
 if child == 0:
     for use in (gauge.read, chamber.bus.scan, lambda: chamber.advance(1)):
         try:
