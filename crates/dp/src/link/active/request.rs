@@ -126,7 +126,7 @@ pub struct Answer<'a> {
     /// The data unit; empty if the answer has none.
     pub du: &'a [u8],
     /// How often the request was repeated.
-    pub retries: u8,
+    pub repetitions: u8,
 }
 
 /// The reason why a request has no answer.

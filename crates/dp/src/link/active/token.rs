@@ -23,7 +23,7 @@ use profivac_wire::control::{Control, Function, StationType, Status};
 use profivac_wire::{BROADCAST, DataTelegram, Telegram};
 
 /// How often a token that is not taken is sent again. profibus-wire 1.13.
-const TOKEN_RETRIES: u8 = 2;
+const TOKEN_REPETITIONS: u8 = 2;
 
 /// This many telegrams with the own address are not noise.
 const DUPLICATE_LIMIT: u8 = 2;
@@ -262,7 +262,7 @@ impl<R: FdlUser> Active<R> {
         if da != self.bus.address {
             return self.send_token(
                 da,
-                Unconfirmed::Pass(Pass { da, retries_left: TOKEN_RETRIES, heard: false }),
+                Unconfirmed::Pass(Pass { da, repetitions_left: TOKEN_REPETITIONS, heard: false }),
                 not_before,
             );
         }
@@ -287,9 +287,9 @@ impl<R: FdlUser> Active<R> {
             self.enter_idle();
             return None;
         }
-        if let Some(retries_left) = pass.retries_left.checked_sub(1) {
+        if let Some(repetitions_left) = pass.repetitions_left.checked_sub(1) {
             increment(&mut self.counters.repeated);
-            return self.send_token(pass.da, Unconfirmed::Pass(Pass { retries_left, ..pass }), due);
+            return self.send_token(pass.da, Unconfirmed::Pass(Pass { repetitions_left, ..pass }), due);
         }
         increment(&mut self.counters.lost_successors);
         self.las.remove(pass.da);
