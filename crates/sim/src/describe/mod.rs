@@ -266,7 +266,7 @@ fn listed<'a>(words: impl Iterator<Item = &'a str>) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scenario::hex;
+    use crate::dialogue::hex;
 
     #[test]
     fn the_telegrams_of_the_specification_are_described() {
