@@ -140,7 +140,7 @@ impl Img400Behaviour {
     fn get_input(&self, slot: u8, channel: &GaugeChannel, row: AnalogInput) -> Value {
         let part = &channel.part;
         match row {
-            // (130)
+            // A command has no value: zeros are read (130).
             AnalogInput::BlockAdjustCommand => Value::octets(&[0, 0]),
             AnalogInput::BlockType => block_type(&AnalogInput::BLOCK),
             AnalogInput::ProcessValue => Value::Pressure(self.process_value_pa(slot)),
