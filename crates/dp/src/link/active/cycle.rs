@@ -94,7 +94,7 @@ impl<R: FdlUser> Active<R> {
         }
         let failure = match cycle.mismatch {
             Some(mismatch) => Failure::Mismatch(mismatch),
-            None if cycle.sent_at.is_some_and(|left| left < self.busy_until) => Failure::Damaged,
+            None if cycle.sent_at.is_some_and(|sent| sent < self.busy_until) => Failure::Damaged,
             None => Failure::Silence,
         };
         self.state = FdlState::Holding { idle_tbit, answered: None };

@@ -159,7 +159,7 @@ pub enum Mismatch {
     AccessPoint,
     /// This function code does not answer the request.
     Function(u8),
-    /// SC or data where the request allows neither.
+    /// It is a token, SC where the request allows none, or has access points or data where its status allows none.
     Form,
 }
 

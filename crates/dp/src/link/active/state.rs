@@ -4,7 +4,7 @@ use super::request::{Mismatch, OpenRequest};
 use crate::link::time::{BitTime, T_SYN_TBIT};
 use core::fmt;
 
-/// The state of an active station. In brackets the names of the standard.
+/// The state of an active station. Brackets contain the names of the standard.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum FdlState {
     /// The station has left the ring [Offline].
