@@ -11,7 +11,7 @@ use profivac_devices::catalog::{MODELS, model_with_ident};
 use profivac_devices::model::Model;
 use profivac_dp::link::{Baud, BitTime};
 use profivac_host::scan::SlaveStatus;
-use profivac_sim::describe::Hex;
+use profivac_sim::describe::{Hex, set_prm_with_watchdog};
 use profivac_wire::Sap;
 use profivac_wire::address::SetSlaveAdd;
 use profivac_wire::control::Status;
@@ -58,7 +58,7 @@ pub struct Counters {
     /// Requests, with repetitions.
     pub requests: u64,
     /// Repetitions.
-    pub retries: u64,
+    pub repetitions: u64,
     /// Requests without an answer.
     pub unanswered: u64,
     /// Data_Exchange cycles with data or an acknowledgement.
@@ -129,9 +129,9 @@ impl Slave {
     }
 
     /// Records a request. Returns its meaning from the tables of the device.
-    pub(super) fn request(&mut self, request: &Request, is_retry: bool) -> String {
+    pub(super) fn request(&mut self, request: &Request, is_repetition: bool) -> String {
         self.counters.requests = self.counters.requests.saturating_add(1);
-        self.counters.retries = self.counters.retries.saturating_add(u64::from(is_retry));
+        self.counters.repetitions = self.counters.repetitions.saturating_add(u64::from(is_repetition));
         let owner = self.diagnosis.as_ref().is_none_or(|diagnosis| diagnosis.owner == request.master);
         if let (true, Some(now)) = (owner, request.at) {
             let pause = self.last_owner_request.map_or(0, |before| now - before);
@@ -231,10 +231,8 @@ impl Slave {
         let unit = unit.and_then(|code| self.tables.model?.unit(code));
         self.tables.unit = unit.or(self.tables.unit);
         self.prm = Parameters { octets: request.du.clone(), watchdog_ms, is_new: !releases(&prm) };
-        let [first, second] = prm.wd_fact;
-        let watchdog = watchdog_ms.map(|ms| format!("watchdog {ms} ms")).unwrap_or_default();
-        let contents =
-            profivac_sim::describe::set_prm(&prm).replace(&format!("watchdog {first} x {second}"), &watchdog);
+        let watchdog = watchdog_ms.map(|ms| format!("{ms} ms")).unwrap_or_default();
+        let contents = set_prm_with_watchdog(&prm, &watchdog);
         let unit = unit.map(|unit| format!(" (unit {})", unit.name)).unwrap_or_default();
         let text = format!("master {} sets its parameters:{contents}{unit}", request.master);
         notes.about(self.address, Kind::StartUp, text);

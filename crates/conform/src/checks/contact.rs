@@ -1,7 +1,7 @@
 //! The first answers of a slave (profibus-wire 1.11, 2.3 and 1.9).
 
 use super::Check;
-use crate::dialogue::{CheckOutcome, Dialogue, Step, StepError, StepResult, octets, parse_answer, require};
+use crate::dialogue::{CheckOutcome, Dialogue, FDL_STATUS, Step, StepError, StepResult, octets, parse_answer, require};
 use crate::expected::Expected;
 use crate::probe::Received;
 use profivac_wire::control::{Control, FrameCount, Status};
@@ -19,8 +19,6 @@ pub const CHECKS: &[Check] = &[
     Check::new("layer2.access-points", "1.3", "data have the access points of the request, swapped", access_points)
         .after(&["diagnosis.answer"]),
 ];
-
-const FDL_STATUS: u8 = 0x49;
 
 /// The telegram FDL status.
 pub fn fdl_status_telegram(da: u8, sa: u8) -> Vec<u8> {

@@ -23,7 +23,7 @@ pub(super) fn matched<'a>(request: &OpenRequest, address: u8, telegram: &Telegra
 
 /// SC does not name its sender.
 const fn short(status: Status) -> Answer<'static> {
-    Answer { station: StationType::Slave, status, du: &[], retries: 0 }
+    Answer { station: StationType::Slave, status, du: &[], repetitions: 0 }
 }
 
 fn framed<'a>(request: &OpenRequest, address: u8, frame: &DataTelegram<'a>) -> Result<Answer<'a>, Mismatch> {
@@ -39,7 +39,7 @@ fn framed<'a>(request: &OpenRequest, address: u8, frame: &DataTelegram<'a>) -> R
     let swapped = frame.dsap == request.ssap && frame.ssap == request.dsap;
     match (carries_data, bare, swapped) {
         // An SD1 never has access points.
-        (_, true, _) | (true, _, true) => Ok(Answer { station, status, du: frame.du, retries: 0 }),
+        (_, true, _) | (true, _, true) => Ok(Answer { station, status, du: frame.du, repetitions: 0 }),
         (true, false, false) => Err(Mismatch::AccessPoint),
         (false, false, _) => Err(Mismatch::Form),
     }

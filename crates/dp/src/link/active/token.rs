@@ -23,7 +23,7 @@ use profivac_wire::control::{Control, Function, StationType, Status};
 use profivac_wire::{BROADCAST, DataTelegram, Telegram};
 
 /// How often a token that is not taken is sent again. profibus-wire 1.13.
-const TOKEN_RETRIES: u8 = 2;
+const TOKEN_REPETITIONS: u8 = 2;
 
 /// This many telegrams with the own address are not noise.
 const DUPLICATE_LIMIT: u8 = 2;
@@ -94,9 +94,9 @@ impl<R: FdlUser> Active<R> {
         &mut self,
         end: BitTime,
         telegram: &Telegram<'_>,
-        word: ForeignTelegram,
+        foreign: ForeignTelegram,
     ) -> Option<Transmit<'_>> {
-        if word == ForeignTelegram::Noise {
+        if foreign == ForeignTelegram::Noise {
             self.handle_answer(end, telegram);
             return None;
         }
@@ -104,9 +104,9 @@ impl<R: FdlUser> Active<R> {
             return None;
         }
         self.give_up_token(end);
-        self.other = word.master().or(self.other);
+        self.other = foreign.master().or(self.other);
         let complete = self.las.is_complete();
-        match (&self.state, word) {
+        match (&self.state, foreign) {
             (FdlState::Offline, _) | (_, ForeignTelegram::Noise) => None,
             (_, ForeignTelegram::OwnAddress) => self.own_address_heard(),
             (FdlState::Listening, ForeignTelegram::TokenToUs { sa }) if !complete => self.learn(self.bus.address, sa),
@@ -210,7 +210,7 @@ impl<R: FdlUser> Active<R> {
             return false;
         }
         match &mut self.state {
-            FdlState::Waiting(cycle) => cycle.sent_at = cycle.sent_at.map(|left| left.max(end)),
+            FdlState::Waiting(cycle) => cycle.sent_at = cycle.sent_at.map(|sent| sent.max(end)),
             FdlState::Passing(pass) => pass.heard = false,
             _ => {}
         }
@@ -262,7 +262,7 @@ impl<R: FdlUser> Active<R> {
         if da != self.bus.address {
             return self.send_token(
                 da,
-                Unconfirmed::Pass(Pass { da, retries_left: TOKEN_RETRIES, heard: false }),
+                Unconfirmed::Pass(Pass { da, repetitions_left: TOKEN_REPETITIONS, heard: false }),
                 not_before,
             );
         }
@@ -273,10 +273,10 @@ impl<R: FdlUser> Active<R> {
         self.send_token(da, Unconfirmed::Token, not_before)
     }
 
-    pub(super) fn send_token(&mut self, da: u8, departure: Unconfirmed, not_before: BitTime) -> Option<Transmit<'_>> {
+    pub(super) fn send_token(&mut self, da: u8, unconfirmed: Unconfirmed, not_before: BitTime) -> Option<Transmit<'_>> {
         let token = Telegram::Token { da, sa: self.bus.address };
         let length = token.emit(&mut self.telegram).ok()?;
-        self.state = FdlState::Sending(departure);
+        self.state = FdlState::Sending(unconfirmed);
         self.transmit(length, not_before)
     }
 
@@ -287,9 +287,9 @@ impl<R: FdlUser> Active<R> {
             self.enter_idle();
             return None;
         }
-        if let Some(retries_left) = pass.retries_left.checked_sub(1) {
+        if let Some(repetitions_left) = pass.repetitions_left.checked_sub(1) {
             increment(&mut self.counters.repeated);
-            return self.send_token(pass.da, Unconfirmed::Pass(Pass { retries_left, ..pass }), due);
+            return self.send_token(pass.da, Unconfirmed::Pass(Pass { repetitions_left, ..pass }), due);
         }
         increment(&mut self.counters.lost_successors);
         self.las.remove(pass.da);
