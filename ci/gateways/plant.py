@@ -133,8 +133,8 @@ class Line:
 
     def __exit__(self, kind, *_):
         if kind is None:
-            telegrams, faults = self.counts()
-            assert telegrams > self.telegrams, "the segment has stopped"
+            # The report is made anew about once a second.
+            _, faults = wait_for("a telegram of the segment", lambda: (lambda it: it[0] > self.telegrams and it)(self.counts()))
             assert faults == self.faults, f"lost, repeated, damaged: {self.faults} before, {faults} after"
 
 
