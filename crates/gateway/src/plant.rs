@@ -552,17 +552,16 @@ fn alarm(alarm: &AlarmView, sink: &mut impl Sink) {
     put(Signal::Occurrence, Raw::Integer(alarm.occurrence));
     put(Signal::AlarmText, Raw::Text(&alarm.text));
     let suppression = alarm.out_of_service.as_ref().or(alarm.shelved.as_ref());
-    let time = |ms: Option<i64>| ms.map_or(Raw::None, |ms| Raw::Time(Micros(ms.saturating_mul(1000))));
     put(Signal::AlarmValue, Raw::float(alarm.value));
     put(Signal::AlarmLimit, Raw::float(alarm.limit));
     put(Signal::AlarmUnit, Raw::Text(alarm.unit.unwrap_or_default()));
     put(Signal::AcknowledgedBy, Raw::Text(alarm.acknowledged_by.as_deref().unwrap_or_default()));
-    put(Signal::AcknowledgedAt, time(alarm.acknowledged_ms));
-    put(Signal::Raised, time(alarm.raised_ms));
+    put(Signal::AcknowledgedAt, alarm.acknowledged_ms.map_or(Raw::None, time));
+    put(Signal::Raised, alarm.raised_ms.map_or(Raw::None, time));
     put(Signal::RaisedValue, Raw::float(alarm.raised_value));
     put(Signal::OutOfService, Raw::Text(suppression.map_or("", |it| &it.reason)));
     put(Signal::SuppressedBy, Raw::Text(suppression.map_or("", |it| &it.user)));
-    put(Signal::SuppressedUntil, time(suppression.and_then(|it| it.until_ms)));
+    put(Signal::SuppressedUntil, suppression.and_then(|it| it.until_ms).map_or(Raw::None, time));
     put(Signal::Instruction, Raw::Text(alarm.message.as_deref().unwrap_or_default()));
 }
 
