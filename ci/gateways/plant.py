@@ -115,6 +115,29 @@ class Plant:
         return next(it for it in self.api("/api/gateways") if it["name"] == gateway)
 
 
+class Line:
+    """A segment in memory while something else happens: its messages go on, and none is lost or repeated until the `with` ends."""
+
+    def __init__(self, url, segment="lab"):
+        self.url = f"{url}/api/segments/{segment}/bus"
+
+    def counts(self):
+        with urllib.request.urlopen(self.url, timeout=HANG_S) as answer:
+            report = json.load(answer)
+        totals = [station["total"] for station in report["stations"]]
+        return report["telegrams"], [sum(it[name] for it in totals) for name in ("lost", "repeated", "damaged")]
+
+    def __enter__(self):
+        self.telegrams, self.faults = self.counts()
+        return self
+
+    def __exit__(self, kind, *_):
+        if kind is None:
+            # The report is made anew about once a second.
+            _, faults = wait_for("a telegram of the segment", lambda: (lambda it: it[0] > self.telegrams and it)(self.counts()))
+            assert faults == self.faults, f"lost, repeated, damaged: {self.faults} before, {faults} after"
+
+
 class Hostile:
     """Clients that misbehave at a port, from another loopback address, until the `with` ends: half-open connections, random octets,
     the given requests, and up to 1,000 connections a second."""
