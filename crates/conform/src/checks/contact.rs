@@ -41,11 +41,11 @@ pub fn fdl_status(dialogue: &mut Dialogue<'_>) -> StepResult {
 fn fdl_status_head(dialogue: &mut Dialogue<'_>) -> StepResult<Head> {
     let received = dialogue.send(&fdl_status_telegram(dialogue.slave.address, dialogue.own_address()))?;
     if let Received::Telegram(octets) = received
-        && let Ok(Telegram::Data(frame)) = Telegram::parse(&octets)
-        && let Control::Response { status: Status::Ok, .. } = frame.control()
-        && frame.du.is_empty()
+        && let Ok(Telegram::Data(data)) = Telegram::parse(&octets)
+        && let Control::Response { status: Status::Ok, .. } = data.control()
+        && data.du.is_empty()
     {
-        return Ok(Head { da: frame.da, sa: frame.sa, fc: frame.fc });
+        return Ok(Head { da: data.da, sa: data.sa, fc: data.fc });
     }
     Err(StepError::Unexpected(Expected::FdlStatus))
 }
@@ -82,7 +82,7 @@ fn access_points(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
 fn access_points_of(received: &Received) -> Option<(Option<u8>, Option<u8>)> {
     let Received::Telegram(octets) = received else { return None };
     match Telegram::parse(octets) {
-        Ok(Telegram::Data(frame)) => Some((frame.dsap, frame.ssap)),
+        Ok(Telegram::Data(data)) => Some((data.dsap, data.ssap)),
         Ok(Telegram::ShortAck | Telegram::Token { .. }) | Err(_) => None,
     }
 }

@@ -155,7 +155,7 @@ fn other_master(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
 fn destination(received: &Received) -> Option<u8> {
     let Received::Telegram(octets) = received else { return None };
     match Telegram::parse(octets) {
-        Ok(Telegram::Data(frame)) => Some(frame.da),
+        Ok(Telegram::Data(data)) => Some(data.da),
         Ok(Telegram::ShortAck | Telegram::Token { .. }) | Err(_) => None,
     }
 }

@@ -103,8 +103,8 @@ pub fn parse_answer(received: &Received) -> StepResult<Answer> {
     let Received::Telegram(octets) = received else { return Err(invalid()) };
     match Telegram::parse(octets) {
         Ok(Telegram::ShortAck) => Ok(Answer { status: Status::NoReply, du: Vec::new() }),
-        Ok(Telegram::Data(frame)) => match frame.control() {
-            Control::Response { status, .. } => Ok(Answer { status, du: frame.du.to_vec() }),
+        Ok(Telegram::Data(data)) => match data.control() {
+            Control::Response { status, .. } => Ok(Answer { status, du: data.du.to_vec() }),
             Control::Request { .. } => Err(invalid()),
         },
         Ok(Telegram::Token { .. }) | Err(_) => Err(invalid()),

@@ -38,7 +38,7 @@ impl<R: FdlUser> Active<R> {
     fn stray(&mut self, now: BitTime, answered: Option<u8>, telegram: &Telegram<'_>) {
         let sender = match telegram {
             Telegram::ShortAck => answered,
-            Telegram::Data(frame) => (frame.da == self.bus.address).then_some(frame.sa),
+            Telegram::Data(data) => (data.da == self.bus.address).then_some(data.sa),
             Telegram::Token { .. } => None,
         };
         if let Some(sender) = sender {

@@ -53,10 +53,10 @@ impl ForeignTelegram {
     pub(super) fn of(telegram: &Telegram<'_>, own: u8) -> Option<Self> {
         match telegram {
             Telegram::ShortAck => None,
-            Telegram::Data(frame) if frame.sa == own => Some(Self::OwnAddress),
-            Telegram::Data(frame) => match frame.control() {
+            Telegram::Data(data) if data.sa == own => Some(Self::OwnAddress),
+            Telegram::Data(data) => match data.control() {
                 Control::Response { .. } => None,
-                Control::Request { function, .. } => Some(Self::of_request(frame, function, own)),
+                Control::Request { function, .. } => Some(Self::of_request(data, function, own)),
             },
             &Telegram::Token { da, sa } if !las::is_token(da, sa) => Some(Self::Noise),
             Telegram::Token { sa, .. } if *sa == own => Some(Self::OwnAddress),
@@ -65,11 +65,11 @@ impl ForeignTelegram {
         }
     }
 
-    fn of_request(frame: &DataTelegram<'_>, function: Function, own: u8) -> Self {
-        let sa = frame.sa;
+    fn of_request(data: &DataTelegram<'_>, function: Function, own: u8) -> Self {
+        let sa = data.sa;
         match function {
             _ if sa >= BROADCAST => Self::Noise,
-            _ if frame.da != own => Self::Request { sa },
+            _ if data.da != own => Self::Request { sa },
             Function::FdlStatus => Self::FdlStatus { sa },
             Function::SrdLow | Function::SrdHigh | Function::SdaLow | Function::SdaHigh => Self::Service { sa },
             Function::Ident | Function::LsapStatus => Self::Service { sa },
@@ -220,12 +220,12 @@ impl<R: FdlUser> Active<R> {
     /// Whether the station that should answer has sent the function code of a request. A slave that does so has no token: its
     /// answer is wrong. A master may answer FDL status with an FDL status request because it has a token of its own.
     fn is_answer_with_request_code(&mut self, telegram: &Telegram<'_>) -> bool {
-        let (FdlState::Waiting(cycle), Telegram::Data(frame)) = (&mut self.state, telegram) else { return false };
-        let status = matches!(frame.control(), Control::Request { function: Function::FdlStatus, .. });
+        let (FdlState::Waiting(cycle), Telegram::Data(data)) = (&mut self.state, telegram) else { return false };
+        let status = matches!(data.control(), Control::Request { function: Function::FdlStatus, .. });
         let asks_too = status && cycle.request.kind == Kind::FdlStatus;
-        let is_spoilt = (frame.da, frame.sa) == (self.bus.address, cycle.request.da) && !asks_too;
+        let is_spoilt = (data.da, data.sa) == (self.bus.address, cycle.request.da) && !asks_too;
         if is_spoilt {
-            cycle.mismatch = Some(Mismatch::Function(frame.fc));
+            cycle.mismatch = Some(Mismatch::Function(data.fc));
         }
         is_spoilt
     }
