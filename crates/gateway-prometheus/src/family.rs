@@ -146,10 +146,9 @@ pub const fn prefix(subject: SubjectKind) -> &'static str {
 
 /// The name of a signal without the name of its subject.
 fn stem(signal: Signal) -> String {
-    match signal {
+    if signal == Signal::LastReading {
         // The name ends with its unit: `profivac_reading_timestamp_seconds`.
-        Signal::LastReading => return String::new(),
-        _ => {}
+        return String::new();
     }
     let own = match signal.subject() {
         SubjectKind::Station => "station-",

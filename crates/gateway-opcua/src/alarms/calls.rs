@@ -87,7 +87,7 @@ enum Change {
     Shelve(Duration, String),
     /// The end of shelving.
     Unshelve,
-    /// What the gateway does for nobody.
+    /// What the gateway refuses every user.
     Refused(StatusCode, &'static str),
 }
 
@@ -168,7 +168,7 @@ mod tests {
     fn a_call_has_the_arguments_of_its_method() {
         let (minute, reason) = (Variant::Double(60_000.0), Variant::from(LocalizedText::new("", "the lock is vented")));
         let shelve = |reason: &str| Change::Shelve(Duration::from_secs(60), reason.to_owned());
-        assert_eq!(change_of(Method::TimedShelve, &[minute.clone()]), Ok(shelve(NO_REASON)));
+        assert_eq!(change_of(Method::TimedShelve, std::slice::from_ref(&minute)), Ok(shelve(NO_REASON)));
         assert_eq!(change_of(Method::TimedShelve2, &[minute.clone(), reason]), Ok(shelve("the lock is vented")));
         let none = Variant::from(LocalizedText::null());
         assert_eq!(change_of(Method::TimedShelve2, &[minute.clone(), none]), Ok(shelve(NO_REASON)));
