@@ -61,7 +61,7 @@ pub enum WriteRequest {
         alarm: Arc<str>,
         /// Why.
         reason: String,
-        /// For how long; the station allows [`SHELVED`](profivac_station::alarm::SHELVED).
+        /// For how long; the station allows [`SHELVED`].
         time: Duration,
     },
     /// The end of the shelving of an alarm.

@@ -87,7 +87,7 @@ enum Change {
     Shelve(Duration, String),
     /// The end of shelving.
     Unshelve,
-    /// What the gateway does for nobody.
+    /// What the gateway refuses every user.
     Refused(StatusCode, &'static str),
 }
 

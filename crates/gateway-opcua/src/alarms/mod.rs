@@ -16,13 +16,13 @@
 //!
 //! | Module | Holds |
 //! |---|---|
-//! | [`fields`] | the fields of a condition |
-//! | [`condition`] | an alarm as a condition and as an event |
-//! | [`rows`] | which points are an alarm's |
-//! | [`nodes`] | the instance in the address space |
-//! | [`method`] | the methods of a condition |
-//! | [`conditions`] | all conditions of the station, and their refresh |
-//! | [`calls`] | what a call of a method does, and for whom |
+//! | `fields` | the fields of a condition |
+//! | `condition` | an alarm as a condition and as an event |
+//! | `rows` | which points are an alarm's |
+//! | `nodes` | the instance in the address space |
+//! | `method` | the methods of a condition |
+//! | `conditions` | all conditions of the station, and their refresh |
+//! | `calls` | what a call of a method does, and for whom |
 
 mod calls;
 mod condition;

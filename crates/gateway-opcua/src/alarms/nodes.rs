@@ -113,6 +113,23 @@ mod tests {
     use super::*;
     use std::collections::BTreeSet;
 
+    /// The paths of the nodes below a condition. Clients store them, so a line of the file never changes or goes.
+    #[test]
+    fn the_nodes_of_a_condition_never_change() {
+        let mut paths: Vec<String> = Vec::new();
+        for (path, role, _) in fields::of_instance() {
+            paths.push((*path).to_owned());
+            paths.extend(role.second().map(|(second, _)| format!("{path}/{second}")));
+        }
+        for (method, path) in Method::ON_INSTANCE {
+            paths.push(path.to_owned());
+            paths.extend((!method.arguments().is_empty()).then(|| format!("{path}/InputArguments")));
+        }
+        paths.push(SHELVING.to_owned());
+        paths.sort_unstable();
+        assert_eq!(paths, include_str!("../../tests/golden/condition.txt").lines().collect::<Vec<_>>());
+    }
+
     #[test]
     fn what_is_inserted_is_deleted_whole() {
         let mut space = AddressSpace::new();

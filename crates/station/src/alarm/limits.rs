@@ -14,7 +14,7 @@ pub const MAX_SHELVED_MINUTES: u32 = 720;
 pub const SHELVED: RangeInclusive<Duration> =
     Duration::from_secs(60)..=Duration::from_secs(MAX_SHELVED_MINUTES as u64 * 60);
 
-/// What is wrong with a reason.
+/// The fault of a reason.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ReasonError {
