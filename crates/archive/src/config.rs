@@ -192,7 +192,7 @@ mod tests {
             ),
             (
                 format!("{NATS}[postgres]\nconnection = \"host=db.example\"\nca-file = \"absent\"\n"),
-                "absent holds no certificates",
+                "absent cannot be read",
             ),
             (format!("{NATS}[postgres]\nconnection = \"host=/x password=y\"\n"), "put it into a file"),
             (format!("{NATS}[postgres]\nconnection = \"hostess=/x\"\n"), "expected connection ="),

@@ -185,7 +185,8 @@ pub struct Octets(pub Vec<u8>);
 pub fn octets(text: &str) -> Result<Octets, ValueError> {
     let digits: String = text.chars().filter(|letter| !letter.is_whitespace()).collect();
     let wrong = || Expected::Octets.but_found(text);
-    if !digits.is_ascii() || !digits.len().is_multiple_of(2) {
+    // from_str_radix accepts a sign.
+    if !digits.chars().all(|digit| digit.is_ascii_hexdigit()) || !digits.len().is_multiple_of(2) {
         return Err(wrong());
     }
     let pairs = digits.as_bytes().chunks(2).map(|pair| std::str::from_utf8(pair).unwrap_or_default());
@@ -200,7 +201,7 @@ mod tests {
     fn octets_are_parsed_with_and_without_spaces() {
         assert_eq!(octets("11 21").unwrap().0, [0x11, 0x21]);
         assert_eq!(octets("c6878E").unwrap().0, [0xC6, 0x87, 0x8E]);
-        for bad in ["1", "0x11", "zz", "1é"] {
+        for bad in ["1", "0x11", "zz", "1é", "+1", "11 -1"] {
             assert_eq!(
                 octets(bad).unwrap_err().to_string(),
                 format!("expected octets in hex like '11 21', got {bad:?}")

@@ -19,10 +19,12 @@ impl Micros {
         Self(i64::try_from(since.as_micros()).unwrap_or(i64::MAX))
     }
 
-    /// The same time as a system time; 1970 for earlier times.
+    /// The same time as a system time; the beginning of 1970 for earlier times, the end of 9999 for later ones, which only a damaged database
+    /// has: ISO 8601 writes the times between with four digits for the year.
     #[must_use]
     pub fn to_system_time(self) -> SystemTime {
-        SystemTime::UNIX_EPOCH + Duration::from_micros(u64::try_from(self.0).unwrap_or_default())
+        const LAST_US: u64 = 253_402_300_799_999_999;
+        SystemTime::UNIX_EPOCH + Duration::from_micros(u64::try_from(self.0).unwrap_or_default().min(LAST_US))
     }
 
     /// The time `time` later, saturating.

@@ -375,6 +375,32 @@ fn over_https_only_a_trusted_receiver_is_notified() {
 }
 
 #[test]
+fn a_file_with_certificates_that_appears_later_is_read_then() {
+    let folder = tempfile::tempdir().unwrap();
+    let (address, came) = secure(folder.path());
+    let late = folder.path().join("late.pem");
+    let url = format!("https://{address}/hook").parse().unwrap();
+    let hook = Webhook { url, ca_file: Some(late.clone()), ..webhook(&address, "") };
+    let fixture = Fixture::new(&[&hook]);
+    fixture.chatter();
+    let delivery = fixture.start(&hook, QUICK);
+    let view = fixture.until("ops", |view| view.problem.is_some());
+    assert!(view.problem.unwrap().contains("late.pem"));
+    assert!(!delivery.has_ended(), "it tries again");
+    fs::copy(folder.path().join("ca.pem"), &late).unwrap();
+    came.recv_timeout(LONG).unwrap();
+    fixture.until("ops", |view| view.delivered == 2);
+    let events = fixture.events();
+    assert!(events[0].contains("late.pem cannot be read"), "{events:?}");
+    assert_eq!(
+        events.iter().filter(|event| event.contains("late.pem")).count(),
+        1,
+        "once, not at each attempt: {events:?}"
+    );
+    assert_eq!(events[1], "webhook \"ops\" accepts notifications again");
+}
+
+#[test]
 fn a_webhook_is_not_notified_below_its_lowest_priority() {
     let (address, _came) = receiver(&[Answers("200 OK")]);
     let (all, high) = (webhook(&address, ""), webhook(&address, "priority = 'high'"));

@@ -14,7 +14,7 @@ use jiff::Timestamp;
 use jiff::civil::Time;
 use jiff::tz::TimeZone;
 use profivac_recorder::Micros;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::time::Duration;
 
 /// A part of each day in which only alarms of high priority are told.
@@ -94,6 +94,12 @@ impl Notifier {
     pub fn set_targets(&mut self, targets: Vec<NotificationTarget>) {
         self.told.retain(|(receiver, _), _| targets.iter().any(|target| target.receiver == *receiver));
         self.targets = targets;
+    }
+
+    /// Forgets who was told of alarms that are no longer registered.
+    pub fn forget_removed(&mut self, registered: &[RegisteredAlarm]) {
+        let names: BTreeSet<&str> = registered.iter().map(|alarm| alarm.rule().name.as_str()).collect();
+        self.told.retain(|(_, alarm), _| names.contains(alarm.as_str()));
     }
 
     /// The receivers that are told of a change when it happens.

@@ -100,6 +100,9 @@ impl AlarmService {
         inner.notifier.set_targets(targets);
         let changes = inner.registry.reconfigure(rules, Vec::new(), self.now());
         self.write(&mut inner, &changes);
+        // After the last notifications about removed alarms.
+        let Inner { notifier, registry, .. } = &mut *inner;
+        notifier.forget_removed(registry.alarms());
     }
 
     /// Evaluates all alarms, and returns the rules of those that are raised now.

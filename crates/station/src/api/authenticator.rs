@@ -51,6 +51,9 @@ pub enum AuthError {
     /// The users' file cannot be changed.
     #[error("the password cannot be stored: {0}")]
     Users(#[from] UsersError),
+    /// The work for a login has panicked.
+    #[error("a defect of the program; the station continues to run")]
+    Defect,
     /// The operating system supplies no random numbers.
     #[error("no session can begin: {0}")]
     Random(std::io::Error),
@@ -313,7 +316,7 @@ impl Authenticator {
             let _slot = slot;
             work()
         });
-        task.await.map_err(|_| AuthError::Busy)
+        task.await.map_err(|_| AuthError::Defect)
     }
 }
 

@@ -304,6 +304,7 @@ impl From<AuthError> for Problem {
             AuthError::WrongPassword => Self::forbidden(detail),
             AuthError::TooOften(wait) => Self::too_many_requests(wait),
             AuthError::NewPassword(_) => Self::bad_request(detail),
+            AuthError::Defect => Self::defect(),
             AuthError::Busy | AuthError::Users(_) | AuthError::Random(_) => Self::unavailable(detail),
         }
     }

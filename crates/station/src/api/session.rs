@@ -152,6 +152,7 @@ fn session_response(
     (cookie, Json(Session::new(authenticated, LoginState::LoggedIn)))
 }
 
+/// The context that the middleware gives every request.
 fn context(extensions: &Extensions) -> Result<&RequestContext, Problem> {
-    extensions.get().ok_or_else(|| Problem::from(super::authenticator::AuthError::NoUsers))
+    extensions.get().ok_or_else(Problem::defect)
 }

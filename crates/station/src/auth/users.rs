@@ -197,7 +197,8 @@ impl Users {
     /// [`UsersError`] of the file, or the error of `change`. The file stays unchanged then.
     pub fn change<T>(file: &Path, change: impl FnOnce(&mut Self) -> Result<T, AccountError>) -> Result<T, UsersError> {
         let system = |error| UsersError::System(file.to_owned(), error);
-        let lock_path = PathBuf::from(format!("{}-lock", file.display()));
+        let mut lock_path = file.as_os_str().to_owned();
+        lock_path.push("-lock");
         // Another user who could open the lock file could hold the lock for ever.
         let lock = File::options().create(true).append(true).mode(0o600).open(lock_path).map_err(system)?;
         lock.set_permissions(fs::Permissions::from_mode(0o600)).map_err(system)?;

@@ -1,4 +1,4 @@
-//! Certificates that a webhook trusts in addition to those of the system.
+//! Certificates that are trusted for webhooks, brokers and archives in addition to those of the system.
 
 use std::path::{Path, PathBuf};
 use tokio_rustls::rustls::pki_types::CertificateDer;
@@ -6,7 +6,7 @@ use tokio_rustls::rustls::pki_types::pem::{self, PemObject};
 
 /// A file without usable certificates.
 #[derive(Debug, thiserror::Error)]
-#[error("{file} holds no certificates: {}", pem_problem(.error), file = file.display())]
+#[error("{}", sentence(.file, .error))]
 pub struct CertificateError {
     /// The file.
     pub file: PathBuf,
@@ -14,10 +14,12 @@ pub struct CertificateError {
     pub error: pem::Error,
 }
 
-fn pem_problem(error: &pem::Error) -> String {
+fn sentence(file: &Path, error: &pem::Error) -> String {
+    let file = file.display();
     match error {
-        pem::Error::NoItemsFound => "expected at least one in PEM".to_owned(),
-        other => other.to_string(),
+        pem::Error::Io(error) => format!("{file} cannot be read: {error}"),
+        pem::Error::NoItemsFound => format!("{file} holds no certificates: expected at least one in PEM"),
+        other => format!("{file} holds no certificates: {other}"),
     }
 }
 

@@ -281,8 +281,10 @@ impl Config {
             let clients = write.clients.iter().map(ToString::to_string).collect::<Vec<_>>().join(", ");
             Some(ConfigNotice::WritableGateway { gateway: gateway.name(), clients, user: write.user.clone() })
         });
-        let brokers = self.gateways.iter().filter_map(GatewaySettings::unencrypted_broker);
-        let brokers = brokers.map(|host| ConfigNotice::UnencryptedBroker { host: host.to_owned() });
+        let brokers = self.gateways.iter().filter_map(|gateway| {
+            let host = gateway.unencrypted_broker()?.to_owned();
+            Some(ConfigNotice::UnencryptedBroker { gateway: gateway.name(), host })
+        });
         renamed.chain(empty).chain(unprotected).chain(writers).chain(brokers).collect()
     }
 

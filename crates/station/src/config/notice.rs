@@ -36,13 +36,15 @@ pub enum ConfigNotice {
     /// A key with a former name.
     #[error(transparent)]
     RenamedKey(RenamedKey),
-    /// The connection to a broker on another computer has no encryption.
+    /// The connection of a gateway to a broker or server on another computer has no encryption.
     #[error(
-        "[mqtt] connects to {host} without encryption (unencrypted = true): everybody on the way reads the values and the password, and \
-         can change them"
+        "[{gateway}] connects to {host} without encryption (unencrypted = true): everybody on the way reads the values and the password, \
+         and can change them"
     )]
     UnencryptedBroker {
-        /// The host of the broker.
+        /// The name of its table.
+        gateway: &'static str,
+        /// The host of the broker or server.
         host: String,
     },
     /// Clients of a control system may write.
@@ -143,8 +145,10 @@ fn outbox(config: &Config) -> String {
 
 /// The settings that differ and take effect at the next start.
 pub fn needs_restart(running: &Config, new: &Config) -> Vec<RestartNeeded> {
-    let tls =
-        |config: &Config| config.tls.as_ref().map_or_else(|| "off".to_owned(), |tls| tls.key.display().to_string());
+    let tls = |config: &Config| match &config.tls {
+        None => "off".to_owned(),
+        Some(tls) => format!("{} with {}", tls.certificate.display(), tls.key.display()),
+    };
     let settings = |config: &Config| {
         [
             ("listen", config.listen.to_string()),

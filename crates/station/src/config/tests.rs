@@ -169,6 +169,18 @@ fn changes_that_need_a_restart_are_listed() {
 }
 
 #[test]
+fn another_certificate_with_the_same_key_needs_a_restart() {
+    let tls = |certificate| parse(&format!("{FILE}\n[tls]\ncertificate = \"{certificate}\"\nkey = \"a.key\"")).unwrap();
+    let needed = tls("a.pem").needs_restart(&tls("b.pem"));
+    assert_eq!(
+        needed.iter().map(ToString::to_string).collect::<Vec<_>>(),
+        [
+            "tls stays plants/a.pem with plants/a.key until the station is restarted, then it becomes plants/b.pem with plants/a.key"
+        ]
+    );
+}
+
+#[test]
 fn a_segment_without_gauges_gives_a_notice() {
     assert_eq!(parse(FILE).unwrap().notices(), []);
     let empty = parse("[[segment]]\nname = 'a'\nport = 'b'").unwrap();

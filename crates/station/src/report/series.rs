@@ -89,7 +89,8 @@ fn older(reader: &Reader, gauge: &str, from: Micros, to: Micros) -> Result<Vec<S
 
 /// The length of spans, in microseconds. Spans begin at pixels, so the nearest length of a stored level is meant.
 fn width(bins: &[Span]) -> Option<i64> {
-    let least = bins.windows(2).filter_map(|pair| Some(pair.last()?.start.0 - pair.first()?.start.0)).min()?;
+    let least =
+        bins.windows(2).filter_map(|pair| Some(pair.last()?.start.0.saturating_sub(pair.first()?.start.0))).min()?;
     let is_near = |level: &i64| level.abs_diff(least) < level.unsigned_abs() / 4;
     Some(LEVELS.into_iter().map(Level::micros).find(is_near).unwrap_or(least))
 }
@@ -112,15 +113,16 @@ fn quality(bin: &Span) -> Quality {
 pub fn pump_downs(reader: &Reader, gauges: &[String], is_all: bool) -> Result<Vec<PumpDown>, DatabaseError> {
     let Some(known) = known(reader, gauges)? else { return Ok(Vec::new()) };
     for (back, width) in LOOKS {
-        let is_last = back == i64::MAX || known.end.0 - back.saturating_mul(Micros::SECOND) <= known.start.0;
+        let from = Micros(known.end.0.saturating_sub(back.saturating_mul(Micros::SECOND)));
+        let is_last = back == i64::MAX || from <= known.start;
         if is_all && !is_last {
             continue;
         }
-        let start = if is_last { known.start } else { Micros(known.end.0 - back * Micros::SECOND) };
+        let start = if is_last { known.start } else { from };
         let looked = TimeRange { start, end: known.end };
         let found = within(reader, gauges, looked, width)?;
         // A pump-down at the beginning of the search range may have begun before it.
-        let begun = |one: &PumpDown| one.span.start.0 > start.0 + 60 * Micros::SECOND;
+        let begun = |one: &PumpDown| one.span.start > start.after(Duration::from_secs(60));
         if is_last || found.last().is_some_and(begun) {
             return sharp(reader, gauges, &found, width);
         }

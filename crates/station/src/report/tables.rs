@@ -418,7 +418,7 @@ fn units(unit: Unit) -> String {
 /// A table cell with a duration, and the time of day below it.
 fn reached(report: &Report, gauge: &Gauge, reached: &Reached) -> String {
     let at = |s: f64| {
-        let at = Micros(report.span.start.0 + (s * 1e6) as i64);
+        let at = Micros(report.span.start.0.saturating_add((s * 1e6) as i64));
         time_of_day(at, report.span.start, &report.zone)
     };
     let lowest = || {

@@ -149,20 +149,19 @@ struct Delivery {
 impl Delivery {
     /// Delivers without end.
     async fn run(mut self) {
-        let client = match self.client() {
-            Ok(client) => client,
-            Err(error) => return self.report_failure(&error),
-        };
         let mut pause = self.settings.first_pause;
+        let client = loop {
+            match self.client() {
+                Ok(client) => break client,
+                Err(error) => self.pause_after(&error, &mut pause).await,
+            }
+        };
+        pause = self.settings.first_pause;
         loop {
             match self.next() {
                 Ok(Some(notification)) => match self.deliver(&client, &notification).await {
                     Ok(()) => pause = self.settings.first_pause,
-                    Err(error) => {
-                        self.report_failure(&error);
-                        sleep(pause).await;
-                        pause = pause.saturating_mul(2).min(self.settings.longest_pause);
-                    }
+                    Err(error) => self.pause_after(&error, &mut pause).await,
                 },
                 Ok(None) => sleep(self.settings.poll_interval).await,
                 Err(error) => {
@@ -173,6 +172,14 @@ impl Delivery {
         }
     }
 
+    /// Reports a failure and waits; the next pause is twice as long.
+    async fn pause_after(&self, error: &DeliveryError, pause: &mut Duration) {
+        self.report_failure(error);
+        sleep(*pause).await;
+        *pause = pause.saturating_mul(2).min(self.settings.longest_pause);
+    }
+
+    /// The client with the certificates that the file holds now.
     fn client(&self) -> Result<Client, DeliveryError> {
         let trusted = self.webhook.ca_file.as_deref().map(ca_certificates).transpose()?.unwrap_or_default();
         Ok(Client::new(self.webhook.url.clone(), self.webhook.token.as_ref().map(Secret::reveal), trusted)?)

@@ -79,6 +79,18 @@ fn the_boss_is_told_only_of_an_alarm_that_is_not_acknowledged_in_time() {
 }
 
 #[test]
+fn who_was_told_of_a_removed_alarm_is_forgotten() {
+    for (is_removed, told_of_the_end) in [(false, vec!["boss"]), (true, vec![])] {
+        let mut told_who = Told::new(Priority::Medium, vec![after_ten_minutes("boss")]);
+        assert_eq!(told_who.after(0, HIGH), []);
+        assert_eq!(told_who.after(600, HIGH), told(&["boss"], "late"));
+        let registered = if is_removed { &[] } else { told_who.fixture.registry.alarms() };
+        told_who.notifier.forget_removed(registered);
+        assert_eq!(told_who.acknowledge(), told_of_the_end);
+    }
+}
+
+#[test]
 fn an_alarm_that_cleared_without_an_acknowledgement_is_told_too() {
     let mut told_who = Told::new(Priority::Low, vec![after_ten_minutes("boss")]);
     assert_eq!(told_who.after(0, HIGH), []);

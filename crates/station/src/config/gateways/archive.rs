@@ -61,6 +61,15 @@ pub struct Nats {
     pub ca_file: Option<PathBuf>,
 }
 
+impl Nats {
+    /// The first host to which the connection leaves this computer without encryption.
+    #[must_use]
+    pub fn exposed(&self) -> Option<&str> {
+        let hosts = self.servers.iter().filter_map(|url| url.strip_prefix("nats://")?.rsplit_once(':'));
+        hosts.map(|(host, _port)| host).find(|host| !is_loopback(host))
+    }
+}
+
 /// `[archive]` as TOML.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
@@ -197,6 +206,23 @@ mod tests {
         assert_eq!(settings.nats.servers, ["nats://127.0.0.1:4222"]);
         assert_eq!(config.outbox(), Some(settings.samples));
         assert_eq!(read("").unwrap().outbox(), None);
+    }
+
+    #[test]
+    fn a_server_on_another_computer_without_encryption_gives_a_notice() {
+        let notices = |servers: &str| {
+            let nats = format!("[archive.nats]\nservers = [{servers}]\nunencrypted = true");
+            let config = read(&format!("[archive]\nplant = \"hall\"\nstation = \"hall-1\"\n{nats}")).unwrap();
+            config.notices().iter().map(ToString::to_string).filter(|notice| !notice.contains("segment")).collect()
+        };
+        let near: Vec<String> = notices("\"nats://127.0.0.1\", \"nats://[::1]:4223\"");
+        assert_eq!(near, [] as [String; 0]);
+        let far: Vec<String> = notices("\"nats://127.0.0.1\", \"nats://far.example:4223\"");
+        let [notice] = &far[..] else { panic!("{far:?}") };
+        assert!(
+            notice.starts_with("[archive] connects to far.example without encryption (unencrypted = true): "),
+            "{notice}"
+        );
     }
 
     #[test]

@@ -76,12 +76,13 @@ impl GatewaySettings {
         }
     }
 
-    /// The broker on another computer to which it connects without encryption.
+    /// The broker or server on another computer to which it connects without encryption.
     #[must_use]
     pub fn unencrypted_broker(&self) -> Option<&str> {
         match self {
+            Self::Archive(it) => it.nats.exposed(),
             Self::Mqtt(it) => it.broker.exposed(),
-            Self::Archive(_) | Self::Epics(_) | Self::Modbus(_) | Self::Opcua(_) | Self::Prometheus(_) => None,
+            Self::Epics(_) | Self::Modbus(_) | Self::Opcua(_) | Self::Prometheus(_) => None,
         }
     }
 
