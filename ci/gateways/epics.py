@@ -22,6 +22,8 @@ import time
 import urllib.request
 from pathlib import Path
 
+from plant import Hostile, Line
+
 BOUND = 60  # seconds; only a hang takes so long
 
 
@@ -534,57 +536,124 @@ def ten_thousand_monitors(plant):
     return f"10,000 monitors and a stopped client: {grown} KiB more, five updates in {took:.1f} s beside it"
 
 
-def hostile(plant):
-    """Random octets, half messages, large sizes and many connections at every port, beside a client that reads."""
-    seed = int(os.environ.get("PROFIVAC_SEED", random.randrange(1 << 32)))
-    print(f"seed {seed}", flush=True)
-    generator = random.Random(seed)
-    stop, connects = threading.Event(), [0]
+def pva_message(command, payload, flags=0, size=None):
+    return bytes([0xCA, 2, flags, command]) + struct.pack("<I", len(payload) if size is None else size) + payload
 
-    def attack():
-        while not stop.is_set():
-            port = generator.choice([CA, PVA])
-            with contextlib.suppress(OSError), socket.create_connection(("127.0.0.1", port), 5) as it:
-                connects[0] += 1
-                kind = generator.randrange(5)
-                octets = generator.randbytes(generator.randrange(1, 600))
-                if kind == 0:
-                    it.sendall(octets)
-                elif kind == 1:
-                    it.sendall(bytes([0xCA, 2, 0, generator.randrange(24)]) + struct.pack("<I", len(octets)) + octets)
-                elif kind == 2:
-                    it.sendall(struct.pack(">HHHHII", generator.randrange(28), len(octets) & 0xFFF8, 6, 1, 1, 1) + octets)
-                elif kind == 3:
-                    it.sendall(b"\xca\x02\x00\x07\xff\xff\xff\x7f")
-            with contextlib.suppress(OSError), socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as it:
-                it.sendto(generator.randbytes(generator.randrange(1, 1400)), ("127.0.0.1", generator.choice([CA, PVA_SEARCH])))
 
-    half_open = [socket.create_connection(("127.0.0.1", port), 5) for port in (CA, PVA) for _ in range(20)]
-    before = plant.memory_kb()
-    threads = [threading.Thread(target=attack) for _ in range(4)]
+# What a hostile client sends over TCP: sizes and counts that are not so, names without an end, messages of many parts without a last one.
+HOSTILE_CA = [
+    struct.pack(">HHHHIIII", 1, 0xFFFF, 6, 0, 1, 1, 0xFFFFFFFF, 0xFFFFFFFF) + bytes(1000),
+    raw_circuit.message(18, b"V" * 60_000, 0, 0, 1, 13),
+    raw_circuit.message(1, bytes(16), 6, 0xFFFF, 0xFFFFFFFF, 1),
+    raw_circuit.message(4, bytes(60_000), 6, 0xFFFF, 1, 1),
+    struct.pack(">HHHHII", 0xFFFF, 8, 0xFFFF, 0xFFFF, 0xFFFFFFFF, 0xFFFFFFFF) + bytes(8),
+]
+HOSTILE_PVA = [
+    pva_message(7, b"", size=0x7FFFFFFF),
+    pva_message(7, struct.pack("<HI", 1, 1) + b"\xfe\xff\xff\xff\x7f" + bytes(100)),
+    pva_message(7, struct.pack("<H", 0xFFFF) + bytes(60_000)),
+    pva_message(1, struct.pack("<IHH", 1, 1, 0) + b"\xfe\xff\xff\xff\xff"),
+    b"".join(pva_message(10, bytes(1000), flags) for flags in [0x10] + [0x30] * 200),
+    pva_message(10, struct.pack("<IIB", 1, 1, 8) + b"\xfd" * 500),
+]
+HOSTILE_UDP = [
+    struct.pack(">HHHHIIII", 6, 0xFFFF, 5, 0, 1, 1, 0xFFFFFFFF, 0xFFFFFFFF),
+    raw_circuit.message(6, b"V" * 60_000, 5, 13, 1, 1),
+    raw_circuit.message(6, b"VAC:HEARTBEAT\0", 5, 13, 1, 1) * 2000,
+    pva_message(3, struct.pack("<IB3x16sHB", 1, 0, bytes(16), 1, 1) + b"\xfe\xff\xff\xff\x7f"),
+    pva_message(3, struct.pack("<IB3x16sHB", 1, 0, bytes(16), 1, 1) + b"\x03tcp" + struct.pack("<H", 0xFFFF)),
+    pva_message(3, b"", size=0x7FFFFFFF),
+    b"",
+]
+
+
+class HostileUdp:
+    """1,000 datagrams a second to a port until the `with` ends: random octets and hostile requests."""
+
+    def __init__(self, port, generator):
+        self.port, self.generator, self.made = port, generator, 0
+        self.ended = threading.Event()
+        self.thread = threading.Thread(target=self.send)
+
+    def send(self):
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as it:
+            it.bind(("127.0.0.9", 0))
+            while not self.ended.wait(0.02):
+                for _ in range(20):
+                    octets = self.generator.choice([*HOSTILE_UDP, self.generator.randbytes(self.generator.randrange(1, 1400))])
+                    with contextlib.suppress(OSError):
+                        it.sendto(octets, ("127.0.0.1", self.port))
+                        self.made += 1
+
+    def __enter__(self):
+        self.thread.start()
+        return self
+
+    def __exit__(self, *_):
+        self.ended.set()
+        self.thread.join()
+
+
+def ca_works():
+    """A client with a monitor gets five updates, and a new one finds a channel and reads it."""
     with raw_circuit() as circuit:
         sid = circuit.create("VAC:HEARTBEAT")
         circuit.send(1, bytes(12) + struct.pack(">HH", 5, 0), 20, 1, sid, 1)
-        circuit.receive(1)
-        begin = time.monotonic()
-        for thread in threads:
-            thread.start()
-        try:
-            values = [struct.unpack(">d", circuit.receive(1)[1][16:24])[0] for _ in range(5)]
-        finally:
-            stop.set()
-            for thread in threads:
-                thread.join()
-        took = time.monotonic() - begin
-    for it in half_open:
-        it.close()
+        values = [struct.unpack(">d", circuit.receive(1)[1][16:24])[0] for _ in range(5)]
     check(values, sorted(set(values)), "the values of the client that reads")
+
+
+def ca_search_works():
+    """A client gets the answers to five searches over UDP; it repeats a search, as datagrams are lost when a socket is full."""
+    request = raw_circuit.message(0, b"", 0, 13, 0, 0) + raw_circuit.message(6, b"VAC:HEARTBEAT\0", 5, 13, 42, 42)
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as client:
+        client.settimeout(0.2)
+        for _ in range(5):
+            def answered():
+                client.sendto(request, ("127.0.0.1", CA))
+                with contextlib.suppress(TimeoutError):
+                    return client.recvfrom(4096)[0]
+            wait("the answer to a search over UDP", answered)
+
+
+def pva_works(context):
+    """A client with a monitor gets five updates."""
+    values, enough = [], threading.Event()
+
+    def received(value):
+        values.append(int(raw_of(value)["value"]))
+        if len(values) >= 5:
+            enough.set()
+
+    subscription = context.monitor("VAC:HEARTBEAT", received)
+    assert enough.wait(BOUND), f"five updates, only {values} came"
+    subscription.close()
+    check(values, sorted(set(values)), "the values of the client that reads")
+
+
+def hostile(plant, pva_context):
+    """Random octets, half-open connections, large sizes and 1,000 connections or datagrams a second at each port, beside a client that works."""
+    seed = int(os.environ.get("PROFIVAC_SEED", random.randrange(1 << 32)))
+    print(f"seed {seed}", flush=True)
+    generator, before, rates = random.Random(seed), plant.memory_kb(), []
+    for name, attack, works in [
+        ("CA", Hostile(CA, HOSTILE_CA), ca_works),
+        ("PVA", Hostile(PVA, HOSTILE_PVA), lambda: pva_works(pva_context)),
+        ("CA search", HostileUdp(CA, generator), ca_search_works),
+        ("PVA search", HostileUdp(PVA_SEARCH, generator), pva_search_over_udp),
+    ]:
+        begin = time.monotonic()
+        with Line(plant.url, "hall"), attack:
+            works()
+            while attack.made < 1000:
+                works()
+        rates.append(f"{name} {attack.made / (time.monotonic() - begin):.0f}/s")
     view = gateway(plant)
     assert view["is_running"] and view["refused"] > 50 and view["last_error"], view
     check(plant.station.poll(), None, "the exit of the station")
     grown = plant.memory_kb() - before
     assert grown < 64 * 1024, f"the station has grown by {grown} KiB"
-    return f"{connects[0] / took:.0f} hostile connections a second, five updates in {took:.1f} s beside them, {grown} KiB more"
+    return f"{', '.join(rates)}, {grown} KiB more"
 
 
 def gateway(plant):
@@ -613,7 +682,7 @@ def main():
                 ("writing", lambda: written(plant, pva_context)),
                 ("unplugged, restarted", lambda: unplugged_and_restarted(plant, ca_context, pva_context)),
                 ("monitors", lambda: ten_thousand_monitors(plant)),
-                ("hostile", lambda: hostile(plant)),
+                ("hostile", lambda: hostile(plant, pva_context)),
             ]:
                 begin = time.monotonic()
                 measured = test()

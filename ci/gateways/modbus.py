@@ -13,7 +13,7 @@ import time
 
 from pymodbus import ModbusException
 from pymodbus.client import ModbusTcpClient
-from plant import HANG_S, Hostile, Plant, free_port, wait_for
+from plant import HANG_S, Hostile, Line, Plant, free_port, wait_for
 
 logging.getLogger("pymodbus").setLevel(logging.CRITICAL)
 TYPES = {"float32": (2, ModbusTcpClient.DATATYPE.FLOAT32), "uint32": (2, ModbusTcpClient.DATATYPE.UINT32),
@@ -160,7 +160,7 @@ def check_hostile(plant, port, rows):
     except BlockingIOError:
         pass
     keeps, slowest, polls = Master(port, rows), 0.0, 0
-    with Hostile(port, requests) as hostile:
+    with Line(plant.url), Hostile(port, requests) as hostile:
         end = time.monotonic() + 5
         while time.monotonic() < end:
             began = time.monotonic()

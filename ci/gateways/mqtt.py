@@ -20,7 +20,7 @@ import paho.mqtt.client as mqtt
 import pysparkplug as spb
 import sparkplug
 from pysparkplug._protobuf import Payload
-from plant import HANG_S, Plant, free_port, wait_for
+from plant import HANG_S, Line, Plant, free_port, wait_for
 
 MOSQUITTO = shutil.which("mosquitto") or "/usr/sbin/mosquitto"
 GROUP, NODE, HOST = "TargetHall", "station-1", "scada"
@@ -94,6 +94,7 @@ class Host:
         self.lock = threading.Lock()
         self.messages, self.plain, self.births = [], {}, {}
         self.seq, self.faults = None, []
+        self.port = port
         self.client = mqtt.Client(f"host-{id(self)}", clean_session=True)
         self.connections, self.is_subscribed = 0, False
         self.client.on_subscribe = self.subscribed
@@ -255,6 +256,113 @@ def check_refused(plant, host):
     plant.tell("pressure 1e-3 mbar")
     host.value(begin, "chamber", "Pressure", lambda pa: pa and pa < 0.15)
     assert plant.status("sparkplug")["is_running"]
+
+
+def check_hostile_publisher(plant, host):
+    """Another client of the broker sends what no host application sends, and 5,000 commands at once: data goes on."""
+    prefix = f"spBv1.0/{GROUP}"
+    write = spb.Metric(timestamp=None, name="x" * 60_000, datatype=spb.DataType.FLOAT, value=float("nan"))
+    endless = b"\x12" + b"\xff" * 9 + b"\x01" + bytes(100)
+    hostile = [
+        (f"{prefix}/NCMD/{NODE}", endless),
+        (f"{prefix}/NCMD/{NODE}", spb.NCmd(timestamp=1, metrics=(write,)).encode(include_dtypes=True)),
+        (f"{prefix}/NCMD/{NODE}", b"\x12\x00" * 100_000),
+        (f"{prefix}/DCMD/{NODE}/" + "y" * 60_000, b"\xff"),
+        (f"{prefix}/DCMD/{NODE}/", b"\x00"),
+        (f"{prefix}/DCMD/{NODE}/no\u202esuch/device", b""),
+        (f"spBv1.0/STATE/{HOST}", b"[" * 100_000),
+        (f"spBv1.0/STATE/{HOST}", b'{"online": true, "timestamp": 1e999}'),
+        (f"spBv1.0/STATE/{HOST}", b'{"online": "no", "timestamp": -1}'),
+        (f"spBv1.0/STATE/{HOST}", b"\xff" * (1 << 20)),
+    ]
+    client = mqtt.Client("hostile", clean_session=True)
+    client.connect("127.0.0.1", host.port)
+    client.loop_start()
+    refused = plant.status("sparkplug")["refused"]
+    with Line(plant.url):
+        for topic, octets in hostile:
+            client.publish(topic, octets, qos=1).wait_for_publish(HANG_S)
+        flood = [client.publish(f"{prefix}/NCMD/{NODE}", os.urandom(200), qos=1) for _ in range(5_000)]
+        for pressure, low, high in (("2e-2", 1, 3), ("1e-3", 0, 0.15)):
+            begin = host.count()
+            plant.tell(f"pressure {pressure} mbar")
+            host.value(begin, "chamber", "Pressure", lambda pa, low=low, high=high: pa and low < pa < high)
+        flood[-1].wait_for_publish(HANG_S)
+        wait_for("refused commands", lambda: plant.status("sparkplug")["refused"] > refused)
+    client.disconnect()
+    client.loop_stop()
+    assert plant.status("sparkplug")["is_running"] and plant.status("mqtt")["is_running"]
+
+
+ACCEPTED = b"\x20\x02\x00\x00"
+
+# What brokers do that are none: nothing for ever, half an answer, random octets, sizes and topics that are not so.
+HOSTILE_BROKERS = [
+    None,
+    b"",
+    b"\x20\x02",
+    b"\x20\x02\x00\xff",
+    os.urandom(5_000),
+    ACCEPTED + b"\x30\xff\xff\xff\x7f" + bytes(100_000),
+    ACCEPTED + b"\x30\xff\xff\xff\xff\xff",
+    ACCEPTED + b"\x30\x05\x00\xff\xff\xfe\xfd",
+    ACCEPTED + b"\x90\x03\xff\xff\x80" * 1000,
+]
+
+
+class HostileBroker:
+    """Answers each connection with the same octets, and holds it open if there are none or half of an answer."""
+
+    def __init__(self, octets):
+        self.octets, self.held = octets, []
+        self.listener = socket.create_server(("127.0.0.1", 0))
+        self.port = self.listener.getsockname()[1]
+        threading.Thread(target=self.serve, daemon=True).start()
+
+    def serve(self):
+        while True:
+            try:
+                connection, _ = self.listener.accept()
+                connection.sendall(self.octets or b"")
+            except OSError:
+                if self.listener.fileno() < 0:
+                    return
+                continue
+            if self.octets is None or self.octets == ACCEPTED[:2]:
+                self.held.append(connection)
+            else:
+                connection.close()
+
+    def close(self):
+        self.listener.close()
+        for connection in self.held:
+            connection.close()
+
+
+def check_hostile_brokers(plant, host):
+    """The station tries brokers that are none, and reaches the one behind them; its segment goes on meanwhile."""
+    with open(plant.file) as file:
+        before = file.read()
+    brokers = [HostileBroker(octets) for octets in HOSTILE_BROKERS]
+    first, *others = [f"mqtt://127.0.0.1:{it.port}" for it in brokers]
+    real = f"mqtt://127.0.0.1:{host.port}"
+    plant.write("plant.toml", before.replace(f'broker = "{real}"', f'broker = "{first}"\nstandby = {json.dumps([*others, real])}'))
+    begin = host.count()
+    plant.restart()
+    with Line(plant.url):
+        host.wait(begin, "NBIRTH")
+        wait_for("plain topics", lambda: plant.status("mqtt")["is_running"] and str(host.port) in plant.status("mqtt")["address"])
+        plant.tell("pressure 2e-2 mbar")
+        host.value(begin, "chamber", "Pressure", lambda pa: pa and 1 < pa < 3)
+    assert all(it.octets is not None or it.held for it in brokers), "the silent broker was not tried"
+    plant.write("plant.toml", before)
+    begin = host.count()
+    plant.restart()
+    host.wait(begin, "NBIRTH")
+    plant.tell("pressure 1e-3 mbar")
+    host.value(begin, "chamber", "Pressure", lambda pa: pa and pa < 0.15)
+    for it in brokers:
+        it.close()
 
 
 def check_unplugged(plant, host):
@@ -515,7 +623,8 @@ def main():
             plant.start()
             steps = [
                 (check_births, (plant, host)), (check_data_and_alarm, (plant, host)), (check_plain, (plant, host)),
-                (check_rebirth, (plant, host)), (check_refused, (plant, host)), (check_unplugged, (plant, host)),
+                (check_rebirth, (plant, host)), (check_refused, (plant, host)), (check_hostile_publisher, (plant, host)),
+                (check_hostile_brokers, (plant, host)), (check_unplugged, (plant, host)),
                 (check_stalled, (plant, host, broker)), (check_broker_restart, (plant, host, broker)),
                 (check_host_offline, (plant, host)), (check_station_restart, (plant, host)),
                 (check_day_of_backlog, (plant, host)), (check_failover, (plant, host, broker)), (check_login_and_tls, (plant, broker)),

@@ -21,7 +21,7 @@ from asyncua import Client, ua
 from asyncua.crypto.cert_gen import setup_self_signed_certificate
 from asyncua.crypto.security_policies import SecurityPolicyBasic256Sha256
 from cryptography.x509.oid import ExtendedKeyUsageOID
-from plant import HANG_S, POLL_S, Hostile, Plant, free_port
+from plant import HANG_S, POLL_S, Hostile, Line, Plant, free_port
 
 logging.disable(logging.CRITICAL)
 NAMESPACE = "urn:profivac:station"
@@ -184,7 +184,8 @@ async def check_alarm(plant, station):
 
 
 CONDITION_FIELDS = ["EventId", "EventType", "SourceName", "Time", "Message", "Severity", "ConditionName", "Retain",
-                    "ActiveState", "ActiveState/Id", "AckedState/Id", "ClientUserId", "SuppressedOrShelved", "OutOfServiceState/Id"]
+                    "ActiveState", "ActiveState/Id", "AckedState/Id", "ClientUserId", "SuppressedOrShelved", "OutOfServiceState/Id",
+                    "ShelvingState/CurrentState/Id", "ShelvingState/UnshelveTime", "Comment"]
 
 
 def condition_filter():
@@ -283,6 +284,49 @@ async def check_conditions(plant, viewer, engineer):
         await refused_call((ua.StatusCodes.BadEventIdUnknown,), acknowledge(engineer, raised))
         await acknowledge(engineer, second, by_type=False)
         plant.tell("pressure 1e-3 mbar")
+
+
+async def check_shelving(plant, viewer, engineer):
+    """An operator shelves an active alarm for a time and unshelves it, by the methods of the type and by those of the instance."""
+    name, codes = "Chamber high", ua.StatusCodes
+    condition = engineer.node("alarm/Chamber high/condition")
+    shelving = await condition.get_child(["0:ShelvingState"])
+    assert await shelving.read_type_definition() == ua.NodeId(ua.ObjectIds.ShelvedStateMachineType)
+    limit = await (await condition.get_child(["0:MaxTimeShelved"])).read_value()
+    hour = ua.Variant(3_600_000.0, ua.VariantType.Double)
+    of_type = {it: ua.NodeId(getattr(ua.ObjectIds, f"AlarmConditionType_ShelvingState_{it}")) for it in ("TimedShelve", "OneShotShelve", "Unshelve")}
+    async with Alarms(engineer) as alarms:
+        plant.tell("pressure 1 mbar")
+        raised = await alarms.newest(name, lambda it: it["ActiveState/Id"])
+        assert raised["ShelvingState/CurrentState/Id"].Identifier == ua.ObjectIds.ShelvedStateMachineType_Unshelved, raised
+        await refused_call((codes.BadUserAccessDenied,), viewer.client.get_node(shelving.nodeid).call_method("0:TimedShelve", hour))
+        await refused_call((codes.BadConditionNotShelved,), shelving.call_method("0:Unshelve"))
+        for wrong in (0.0, -1.0, float("nan"), limit + 1.0):
+            time_of = ua.Variant(wrong, ua.VariantType.Double)
+            await refused_call((codes.BadShelvingTimeOutOfRange,), shelving.call_method("0:TimedShelve", time_of))
+        await refused_call((codes.BadNotExecutable,), shelving.call_method(of_type["OneShotShelve"]))
+        await refused_call((codes.BadUserAccessDenied,), shelving.call_method("0:OneShotShelve"))
+        await shelving.call_method(of_type["TimedShelve"], hour)
+        shelved = await alarms.newest(name, lambda it: it["SuppressedOrShelved"])
+        assert shelved["ShelvingState/CurrentState/Id"].Identifier == ua.ObjectIds.ShelvedStateMachineType_TimedShelved, shelved
+        assert not shelved["ActiveState/Id"] and shelved["Retain"] and shelved["ClientUserId"] == "ada", shelved
+        assert 3_000_000 < shelved["ShelvingState/UnshelveTime"] <= 3_600_000, shelved
+        rest = await shelving.get_child(["0:UnshelveTime"])
+
+        async def passes():
+            return await rest.read_value() < shelved["ShelvingState/UnshelveTime"] - 1000
+        await until("the time to pass", passes)
+        await refused_call((codes.BadConditionAlreadyShelved,), shelving.call_method("0:TimedShelve", hour))
+        await shelving.call_method("0:Unshelve")
+        # The condition still holds, so the alarm is raised again.
+        again = await alarms.newest(name, lambda it: it["ActiveState/Id"] and it["EventId"][:8] != raised["EventId"][:8])
+        reason = ua.Variant(ua.LocalizedText("the lock is vented"), ua.VariantType.LocalizedText)
+        await shelving.call_method("0:TimedShelve2", hour, reason)
+        told = await alarms.newest(name, lambda it: it["Comment"].Text == "the lock is vented")
+        assert told["SuppressedOrShelved"], told
+        plant.tell("pressure 1e-3 mbar")
+        await condition.call_method(of_type["Unshelve"])
+        await alarms.newest(name, lambda it: not it["SuppressedOrShelved"] and not it["Retain"] and it["EventId"][:8] == again["EventId"][:8])
 
 
 async def ended(alarms, before):
@@ -455,6 +499,7 @@ async def check_writing(plant, port):
         await refused_with((ua.StatusCodes.BadNotWritable,), engineer.node("gauge/chamber/pressure"), 1.0)
         async with await secure(port, plant.folder, "scada", PASSWORD) as viewer:
             await check_conditions(plant, viewer, engineer)
+            await check_shelving(plant, viewer, engineer)
     opener = urllib.request.build_opener(urllib.request.HTTPCookieProcessor())
     body = json.dumps({"name": "ada", "password": PASSWORD}).encode()
     opener.open(urllib.request.Request(plant.url + "/api/login", body, {"Content-Type": "application/json"}), timeout=HANG_S).close()
@@ -467,7 +512,7 @@ async def check_writing(plant, port):
 
 async def check_hostile(plant, port):
     async with Station(port) as station:
-        with Hostile(port, HOSTILE) as hostile:
+        with Line(plant.url), Hostile(port, HOSTILE) as hostile:
             end = time.monotonic() + 5
             times = set()
             while time.monotonic() < end or len(times) < 3:

@@ -13,7 +13,7 @@ import time
 import urllib.parse
 import urllib.request
 
-from plant import HANG_S, Hostile, Plant, free_port, wait_for
+from plant import HANG_S, Hostile, Line, Plant, free_port, wait_for
 
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 RULES = os.path.join(ROOT, "contrib/prometheus/rules.yml")
@@ -139,7 +139,7 @@ def check_hostile(plant, port):
     ]
     keeps = http.client.HTTPConnection("127.0.0.1", port, timeout=HANG_S)
     slowest, scrapes = 0.0, 0
-    with Hostile(port, requests) as hostile:
+    with Line(plant.url), Hostile(port, requests) as hostile:
         end = time.monotonic() + 5
         while time.monotonic() < end:
             began = time.monotonic()

@@ -14,17 +14,21 @@ from collections.abc import Mapping
 
 from . import _profivac
 from ._bus import Bus, Exchange, Gauge, tables
+from ._conform import Conformance, Outcome, Rule, conform
 from ._decode import Note, Telegram, decode
 from ._errors import Connection, ProfivacError, Refused, Usage
+from ._ports import is_devices, is_station, plain_port
 from ._profivac import __version__
+from ._station_bus import StationBus, StationGauge
 from ._types import Change, Command, Difference, Parameter, Reading, Restored, State, Station, Unit, Value
-from ._virtual import VirtualSegment
+from ._virtual import PlantSegment, VirtualSegment
 from .station import Event, History, RemoteStation
 
 __all__ = [
     "Bus",
     "Change",
     "Command",
+    "Conformance",
     "Connection",
     "Difference",
     "Event",
@@ -32,20 +36,26 @@ __all__ = [
     "Gauge",
     "History",
     "Note",
+    "Outcome",
     "Parameter",
+    "PlantSegment",
     "ProfivacError",
     "Reading",
     "Refused",
     "RemoteStation",
     "Restored",
+    "Rule",
     "State",
     "Station",
+    "StationBus",
+    "StationGauge",
     "Telegram",
     "Unit",
     "Usage",
     "Value",
     "VirtualSegment",
     "__version__",
+    "conform",
     "connect",
     "decode",
     "open",
@@ -62,12 +72,18 @@ def open(
     master: int = 0,
     timeout: float = 5.0,
     via: str = "ms2",
+    user: str | None = None,
+    password: str | None = None,
+    cafile: str | None = None,
 ) -> Bus:
-    """Opens a port and makes this program a master on its line.
+    """Opens a port and makes this program a master on its line, or opens a station.
 
-    ``port`` is a serial device or pty (``/dev/ttyUSB0``), ``tcp://host:port``, ``sim:FILE.toml`` for a segment file, or ``sim:`` and
-    virtual devices: ``sim:bcg450@5 pcg550@6``. ``names`` gives addresses a name. ``baud`` is in bit/s, ``master`` the address of this
-    program, ``timeout`` in s.
+    ``port`` is a serial device or pty (``/dev/ttyUSB0``), ``tcp://host:port``, ``sim:FILE.toml`` for a segment file, ``sim:`` and virtual
+    devices: ``sim:bcg450@5 pcg550@6``, or the address of a station: ``http://127.0.0.1:8080``, ``https://station:8443``. ``names`` gives
+    addresses a name. ``baud`` is in bit/s, ``master`` the address of this program, ``timeout`` in s.
+
+    The bus of a station is a :class:`StationBus`: its gauges are read over HTTP, and ``.station`` has history and events. ``user``,
+    ``password`` and ``cafile`` are for a station, as with :func:`connect`; ``baud``, ``master`` and ``via`` are not.
 
     ``via`` is the way to the parameters. ``ms2`` takes no ownership: a PLC that owns a gauge stays its owner. ``pkw`` (the parameter
     channel, the only way to a TPG 300 or TPG 500) and ``ms1`` take ownership of a gauge for each request, and are refused while another
@@ -78,15 +94,14 @@ def open(
     Traceback (most recent call last):
     profivac._errors.Connection: ...
     """
-    address = _tcp(port)
-    if address.startswith(("http://", "https://")):
-        raise Usage(f"expected a port, got the address of a station; use profivac.connect({port!r})")
-    if address.startswith("sim:") and "@" in address and not address.endswith(".toml"):
-        segment = VirtualSegment(
-            *address.removeprefix("sim:").split(), names=names, via=via, master=master, timeout=timeout
-        )
+    if is_station(port):
+        return StationBus(connect(port, user=user, password=password, cafile=cafile, timeout=timeout), names or {})
+    if (user, password, cafile) != (None, None, None):
+        raise Usage(f"user, password and cafile are for the address of a station, and {port!r} is a port")
+    if is_devices(port):
+        segment = VirtualSegment(*port.removeprefix("sim:").split(), names=names, via=via, master=master, timeout=timeout)
         return segment.bus
-    return Bus(_profivac.Bus.open(address, baud, master, timeout), names or {}, via)
+    return Bus(_profivac.Bus.open(plain_port(port), baud, master, timeout), names or {}, via)
 
 
 def connect(
@@ -102,13 +117,6 @@ def connect(
     ``cafile`` is the certificate of a station with its own one, ``timeout`` in s.
     """
     return RemoteStation(url, user=user, password=password, cafile=cafile, timeout=timeout)
-
-
-def _tcp(port: str) -> str:
-    """``tcp:host:port`` as ``tcp://host:port``."""
-    if port.startswith("tcp:") and not port.startswith("tcp://"):
-        return "tcp://" + port.removeprefix("tcp:")
-    return port
 
 
 def parameters_of(device: str) -> dict[str, Parameter]:

@@ -14,7 +14,7 @@ from pathlib import Path
 from types import TracebackType
 
 from . import _profivac
-from ._errors import Usage
+from ._errors import ProfivacError, Usage
 from ._types import Change, Command, Difference, Parameter, Reading, Restored, State, Station, Unit, Value
 
 Words = str | bool | int | float
@@ -50,10 +50,17 @@ class Bus:
         self._names = dict(names)
         self._via = via
         self._gauges: dict[int, Gauge] = {}
+        self._closed = False
         _open.add(self)
 
     def gauge(self, which: int | str) -> Gauge:
-        """The gauge at an address, or with a name of ``open(..., names={...})``. Sends nothing yet."""
+        """The gauge at an address, or with a name of ``open(..., names={...})``. Sends nothing yet.
+
+        >>> import profivac as pv
+        >>> with pv.open("sim:psg550@5", names={"fore-line": 5}) as bus:
+        ...     bus.gauge("fore-line") is bus[5]
+        True
+        """
         address = self._address(which)
         if address not in self._gauges:
             core = self._core.gauge(address, self._via)
@@ -112,7 +119,18 @@ class Bus:
     async def stream_async(
         self, *gauges: int | str, interval: float = 1.0, unit: Unit = Unit.PA
     ) -> AsyncIterator[tuple[Gauge, Reading]]:
-        """:meth:`stream` for asyncio."""
+        """:meth:`stream` for asyncio.
+
+        >>> import asyncio
+        >>> import profivac as pv
+        >>> async def first() -> int:
+        ...     with pv.open("sim:psg550@5") as bus:
+        ...         async for gauge, reading in bus.stream_async(5):
+        ...             return gauge.address
+        ...     raise AssertionError
+        >>> asyncio.run(first())
+        5
+        """
         watched = [self.gauge(which) for which in gauges]
         if not watched:
             raise Usage("expected the gauges to watch, got none; Bus.scan() shows the stations of the bus")
@@ -122,8 +140,14 @@ class Bus:
                 yield gauge, await gauge.read_async(unit)
             await asyncio.sleep(max(0.0, due - time.monotonic()))
 
+    @property
+    def closed(self) -> bool:
+        """Whether the bus is closed."""
+        return self._closed
+
     def close(self) -> None:
         """Ends exchanges, restores the selectors of the gauges and releases the port. May be called twice."""
+        self._closed = True
         for gauge in list(self._gauges.values()):
             for exchange in list(gauge._exchanges):
                 exchange.close()
@@ -162,6 +186,7 @@ class Gauge:
         """The station address."""
         self.name = name
         """The name of ``open(..., names={...})``."""
+        self._idle_times: list[float] = []
         self._model: tuple[str, str, str, int] | None = None
         self._tables: tuple[dict[str, Parameter], dict[str, Command]] | None = None
 
@@ -203,20 +228,43 @@ class Gauge:
         ...     before, str(bus[5].read(pv.Unit.MBAR))
         (<State.OFF: 'off'>, '1.000e-03 mbar')
         """
+        _check(unit)
         name = None if part is None else f"{part}{'/' if '.' in part else '.'}process-value"
         return _reading(self._core.pressure(name), unit)
 
     def pressure(self, unit: Unit = Unit.PA) -> float:
-        """The pressure as a number; not a number (``nan``) unless the reading is valid."""
+        """The pressure as a number in ``unit``; not a number (``nan``) unless the reading is valid.
+
+        >>> import profivac as pv
+        >>> with pv.open("sim:psg550@5") as bus:
+        ...     off = bus[5].pressure()
+        ...     change = bus[5].command("execute")
+        ...     print(off, f"{bus[5].pressure(pv.Unit.MBAR):.1e}")
+        nan 1.0e-03
+        """
         value = self.read(unit).value
         return float("nan") if value is None else value
 
     async def read_async(self, unit: Unit = Unit.PA, *, part: str | None = None) -> Reading:
-        """:meth:`read` for asyncio. A cancelled request still runs to its end in the thread of the bus."""
+        """:meth:`read` for asyncio. A cancelled request still runs to its end in the thread of the bus.
+
+        >>> import asyncio
+        >>> import profivac as pv
+        >>> with pv.open("sim:psg550@5") as bus:
+        ...     print(asyncio.run(bus[5].read_async()).state)
+        State.OFF
+        """
         return await asyncio.to_thread(self.read, unit, part=part)
 
     def get(self, name: str) -> Value:
-        """Reads a parameter: ``pirani.process-value``, ``trip-point.1/low-trip-point``, or ``1:2/19`` for slot 1, instance 2, index 19."""
+        """Reads a parameter: ``pirani.process-value``, ``trip-point.1/low-trip-point``, or ``1:2/19`` for slot 1, instance 2, index 19.
+
+        >>> import profivac as pv
+        >>> with pv.open("sim:bcg450@5:unit=mbar") as bus:
+        ...     full_scale = bus[5].get("pirani.full-scale")
+        >>> full_scale.value, full_scale.unit, full_scale.pascal
+        (1000.0, 'mbar', 100000.0)
+        """
         return _value(self._core.read(name))
 
     async def get_async(self, name: str) -> Value:
@@ -232,7 +280,7 @@ class Gauge:
         >>> import profivac as pv
         >>> with pv.open("sim:bcg450@5") as bus:
         ...     change = bus[5].set("pirani.safe-state", "full-scale")
-        ...     change.before.value, change.after.value
+        ...     str(change.before), str(change.after)
         ('zero', 'full-scale')
         """
         return _change(self._core.write(name, _words(value), force, confirm))
@@ -252,6 +300,15 @@ class Gauge:
 
         The conditions of the manual are checked first. A command that can do damage raises :class:`profivac.Usage` with its risk
         unless ``confirm`` is true.
+
+        >>> import profivac as pv
+        >>> with pv.VirtualSegment("bcg450@5", pressure="1e-7 mbar") as chamber:
+        ...     change = chamber.bus[5].command("execute")
+        ...     try:
+        ...         change = chamber.bus[5].command("degas on")
+        ...     except pv.Usage as error:
+        ...         print("nothing was sent" in str(error))
+        True
         """
         return _change(self._core.command(words, confirm))
 
@@ -261,12 +318,25 @@ class Gauge:
 
     @property
     def parameters(self) -> dict[str, Parameter]:
-        """The parameters of the device by name, from the tables of its manual."""
+        """The parameters of the device by name, from the tables of its manual.
+
+        >>> import profivac as pv
+        >>> with pv.open("sim:bcg450@5") as bus:
+        ...     row = bus[5].parameters["pirani.safe-value"]
+        >>> row.printed, row.slot, row.instance, row.index, row.writable
+        ('Safe Value', 1, 1, 40, True)
+        """
         return self._known()[0]
 
     @property
     def commands(self) -> dict[str, Command]:
-        """The commands of the device by name."""
+        """The commands of the device by name, with the risk of each.
+
+        >>> import profivac as pv
+        >>> with pv.open("sim:psg550@5") as bus:
+        ...     [name for name in bus[5].commands if "execute" in name]
+        ['device.execute']
+        """
         return self._known()[1]
 
     def _known(self) -> tuple[dict[str, Parameter], dict[str, Command]]:
@@ -275,14 +345,28 @@ class Gauge:
         return self._tables
 
     def dump(self, file: str | PathLike[str] | None = None) -> str:
-        """All values of the gauge as a settings file (TOML), and written to ``file`` if one is given."""
+        """All values of the gauge as a settings file (TOML), and written to ``file`` if one is given.
+
+        >>> import profivac as pv
+        >>> with pv.open("sim:psg550@5") as bus:
+        ...     'device = "psg550"' in bus[5].dump()
+        True
+        """
         text = self._core.dump()
         if file is not None:
             Path(file).write_text(text, encoding="utf-8")
         return text
 
     def diff(self, settings: str | PathLike[str]) -> list[Difference]:
-        """The settings that differ from a settings file: its path, or the text that :meth:`dump` returned."""
+        """The settings that differ from a settings file: its path, or the text that :meth:`dump` returned.
+
+        >>> import profivac as pv
+        >>> with pv.open("sim:bcg450@5") as bus:
+        ...     before = bus[5].dump()
+        ...     change = bus[5].set("pirani.safe-state", "full-scale")
+        ...     [(row.name, row.gauge, row.file) for row in bus[5].diff(before)]
+        [('pirani.safe-state', 'full-scale', 'zero')]
+        """
         return [Difference(name, gauge, file or "") for name, gauge, file, _ in self._core.diff(_settings(settings))]
 
     def restore(self, settings: str | PathLike[str], *, force: bool = False) -> list[Restored]:
@@ -308,21 +392,60 @@ class Gauge:
         ...     [reading.instance for reading in next(exchange)]
         [1, 2, 3, 4]
         """
+        _check(unit)
         exchange = Exchange(self._bus._core.exchange(self.address), self, unit)
         self._exchanges.add(exchange)
         return exchange
 
     @contextlib.contextmanager
     def selector_kept(self) -> Iterator[Gauge]:
-        """Restores the Channel Instance Selector at the end of the block, instead of when the bus is closed."""
+        """Restores the Channel Instance Selector at the end of the block, instead of when the bus is closed.
+
+        >>> import profivac as pv
+        >>> with pv.open("sim:bcg450@5") as bus:
+        ...     with bus[5].selector_kept() as gauge:
+        ...         overrange = gauge.get("cdg.overrange")  # The slot shows the diaphragm meanwhile.
+        """
         try:
             yield self
         finally:
             self._core.restore_selector()
 
+    @contextlib.contextmanager
+    def connection_kept(self, idle: float = 2.0) -> Iterator[Gauge]:
+        """Keeps the MS2 connection open within the block: several times as many readings per second.
+
+        Without it each request asks for the identity of the gauge, opens a connection and closes it, so that other class 2 masters, such
+        as an engineering tool, find a free one. A gauge has few connections (the virtual ones have two), and a kept one takes one of
+        them: the gauge refuses further masters then. So it is closed after ``idle`` s without a request (0.1 to 3600) and opened again by
+        the next one, and it is closed at the end of the block. It carries an Idle telegram every 5 s, and takes no ownership. After a power
+        failure of the gauge the first request raises :class:`profivac.Connection`, because another gauge may be at the address; the next
+        one asks for the identity again.
+
+        >>> import profivac as pv
+        >>> with pv.open("sim:psg550@5") as bus, bus[5].connection_kept() as gauge:
+        ...     change = gauge.command("execute")
+        ...     readings = [gauge.read() for _ in range(3)]
+        """
+        self._core.keep_connection(idle)
+        self._idle_times.append(idle)
+        try:
+            yield self
+        finally:
+            self._idle_times.pop()
+            # A block within another one leaves the connection to it. A lost line and a forked process have none to close.
+            with contextlib.suppress(ProfivacError):
+                self._core.keep_connection(self._idle_times[-1] if self._idle_times else None)
+
 
 class Exchange:
-    """The cyclic data of a gauge: an iterator, blocking and for asyncio. Use :meth:`Gauge.exchange`."""
+    """The cyclic data of a gauge: an iterator, blocking and for asyncio. Use :meth:`Gauge.exchange`.
+
+    >>> import profivac as pv
+    >>> with pv.VirtualSegment("psg550@5", pressure="2 mbar") as chamber, chamber.bus[5].exchange(pv.Unit.MBAR) as exchange:
+    ...     print(next(exchange)[0])
+    2.000e+00 mbar
+    """
 
     def __init__(self, core: _profivac.Cyclic, gauge: Gauge, unit: Unit) -> None:
         self._core = core
@@ -350,6 +473,12 @@ class Exchange:
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
         self.close()
+
+
+def _check(unit: object) -> None:
+    """A unit as text would be an error only once there is a pressure."""
+    if not isinstance(unit, Unit):
+        raise Usage(f"expected a unit out of {', '.join(map(str, Unit))}, got {unit!r}")
 
 
 def _reading(row: _profivac._PressureRow, unit: Unit) -> Reading:

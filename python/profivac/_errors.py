@@ -5,6 +5,13 @@ class ProfivacError(Exception):
     """The base of all exceptions of this package.
 
     ``exit_code`` is the one with which the program ``profivac`` ends for the same reason.
+
+    >>> import profivac as pv
+    >>> try:
+    ...     pv.open("sim:bcg451@5")
+    ... except pv.ProfivacError as error:
+    ...     print(type(error).__name__, error.exit_code)
+    Usage 2
     """
 
     exit_code: int = 1

@@ -90,8 +90,8 @@ class Reading:
     value: float | None
     unit: Unit
     state: State
-    time: datetime
-    """When the answer arrived, in UTC."""
+    time: datetime | None
+    """When the answer arrived, in UTC; over a station, when the gauge gave the reading. ``None`` of a gauge that never gave one."""
     bounds: tuple[float | None, float | None] = (None, None)
     """What is known without a value, in ``unit``: ``(None, x)`` below x, ``(x, None)`` above x."""
     cause: str | None = None

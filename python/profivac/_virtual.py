@@ -4,12 +4,60 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from types import TracebackType
+from typing import TYPE_CHECKING
 
 from . import _profivac
 from ._bus import Bus
 
+if TYPE_CHECKING:
+    from typing_extensions import Self
 
-class VirtualSegment:
+
+class _Segment:
+    """Virtual gauges on a line in memory, with a bus to them."""
+
+    def __init__(self, core: _profivac.Segment, names: Mapping[str, int], via: str, master: int, timeout: float) -> None:
+        self._core = core
+        self.bus = Bus(core.bus(master, timeout), names, via)
+        """The bus to the devices."""
+
+    @property
+    def closed(self) -> bool:
+        """Whether the bus is closed, and with it the devices are gone."""
+        return self.bus.closed
+
+    def power(self, address: int, on: bool) -> None:
+        """Switches a device on or off. Without power it does not answer."""
+        self._core.power(address, on)
+
+    def fault(self, address: int, name: str) -> None:
+        """Sets a fault: ``eeprom``, ``sensor1``, ``unplugged1`` ... An unknown name raises ``Usage`` with those of the device."""
+        self._core.fault(address, name, True)
+
+    def clear(self, address: int, name: str) -> None:
+        """Clears a fault."""
+        self._core.fault(address, name, False)
+
+    def close(self) -> None:
+        """Ends the bus and the devices. May be called twice."""
+        self.bus.close()
+        self._core.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
+        self.close()
+
+
+class PlantSegment(_Segment):
+    """The virtual gauges of a plant, and a bus to them. Use :meth:`profivac.vacuum.Plant.segment`.
+
+    Time passes only in :meth:`profivac.vacuum.Plant.advance`.
+    """
+
+
+class VirtualSegment(_Segment):
     """Virtual gauges around one chamber, and a bus to them.
 
     A device is written as for ``profivac simulate``: ``bcg450@5``, ``psg550@6:unit=torr``. With ``seed`` the sensors are real ones:
@@ -37,10 +85,9 @@ class VirtualSegment:
         master: int = 0,
         timeout: float = 5.0,
     ) -> None:
-        self._core = _profivac.Segment(list(devices), pressure, atmosphere, gas, seed)
+        core = _profivac.Segment(list(devices), pressure, atmosphere, gas, seed)
         self._values = {"pressure": pressure, "atmosphere": atmosphere, "gas": gas}
-        self.bus = Bus(self._core.bus(master, timeout), names or {}, via)
-        """The bus to the devices."""
+        super().__init__(core, names or {}, via, master, timeout)
 
     def _set(self, quantity: str, value: str) -> None:
         self._core.set(quantity, value)
@@ -76,26 +123,3 @@ class VirtualSegment:
     def advance(self, seconds: float) -> None:
         """Lets time pass for the devices: timers, run hours, degas, ignition."""
         self._core.advance(seconds)
-
-    def power(self, address: int, on: bool) -> None:
-        """Switches a device on or off. Without power it does not answer."""
-        self._core.power(address, on)
-
-    def fault(self, address: int, name: str) -> None:
-        """Sets a fault: ``eeprom``, ``sensor1``, ``unplugged1`` ... An unknown name raises ``Usage`` with those of the device."""
-        self._core.fault(address, name, True)
-
-    def clear(self, address: int, name: str) -> None:
-        """Clears a fault."""
-        self._core.fault(address, name, False)
-
-    def close(self) -> None:
-        """Ends the bus and the devices."""
-        self.bus.close()
-        self._core.close()
-
-    def __enter__(self) -> VirtualSegment:
-        return self
-
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
-        self.close()

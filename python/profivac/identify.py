@@ -120,10 +120,11 @@ def plant(
     ``volume_m3``, or follows from a ``dose``: the time in s and the amount in Pa m³ of gas let in while the valve was closed.
     ``gauge_uncertainty`` is the standard uncertainty of the gauge's sensitivity as a fraction. A fit takes seconds; Ctrl-C ends it.
 
-    >>> samples = [(float(time), 1e3 * 0.9**time + 1e-3) for time in range(1, 200)]
-    >>> found = plant(*zip(*samples), volume_m3=0.1)
-    >>> found.volume_m3.mean
-    0.1
+    >>> import math
+    >>> times = [10.0 * 1.2**step for step in range(40)]
+    >>> found = plant(times, [1e3 * math.exp(-0.2 * time) + 1 / time for time in times], volume_m3=0.1)
+    >>> print(f"{found.speeds[-1][1].mean:.3f} m3/s")
+    0.020 m3/s
     """
     samples = [(float(time), float(pressure)) for time, pressure in zip(seconds, pascal, strict=True)]
     if opened_s is not None and closed_s is None:

@@ -18,6 +18,7 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import time
 from collections.abc import Callable
 
 from bluesky.protocols import Reading as Row
@@ -114,7 +115,8 @@ class _Backend(SignalBackend[SignalDatatypeT]):
         # Bluesky counts 0 as no alarm and 3 as a value that is not valid.
         return {
             "value": self._of(reading),
-            "timestamp": reading.time.timestamp(),
+            # Bluesky demands a time; a gauge of a station that never gave a reading has none.
+            "timestamp": time.time() if reading.time is None else reading.time.timestamp(),
             "alarm_severity": 0 if reading.valid else 3,
         }
 

@@ -40,6 +40,14 @@ class History:
     """The recorded pressures of a series in Pa. Each entry is the span from its time to that of the next one.
 
     ``None`` in ``low``, ``high`` and ``mean`` is a span without a valid pressure.
+
+    >>> from datetime import datetime, timezone
+    >>> begin = datetime(2026, 11, 23, tzinfo=timezone.utc)
+    >>> history = History("chamber", (begin,), (1e-4,), (3e-4,), (2e-4,))
+    >>> history.numpy()[1]
+    array([0.0002])
+    >>> list(history.pandas().columns)
+    ['low', 'mean', 'high']
     """
 
     series: str
@@ -66,7 +74,15 @@ class History:
 class RemoteStation:
     """A station over its HTTP API. It is only read.
 
-    A station with users needs ``user`` and ``password``. ``cafile`` is the certificate of a station with its own one.
+    A station with users needs ``user`` and ``password``. ``cafile`` is the certificate of a station with its own one, ``timeout`` in s.
+
+    >>> import profivac as pv
+    >>> station = pv.connect("http://127.0.0.1:8080")  # doctest: +SKIP
+    >>> print(station.read("chamber", pv.Unit.MBAR))  # doctest: +SKIP
+    5.200e-06 mbar
+    >>> times, pascal = station.history("chamber", "-1h").numpy()  # doctest: +SKIP
+    >>> [event.text for event in station.events("-1d")]  # doctest: +SKIP
+    ['valid again']
     """
 
     def __init__(
@@ -90,35 +106,71 @@ class RemoteStation:
             urllib.request.HTTPCookieProcessor(http.cookiejar.CookieJar()),
             urllib.request.HTTPSHandler(context=context),
         )
+        self._user = user
+        self._token = ""
         if user is not None:
-            self._request("/api/login", body={"name": user, "password": password or ""})
+            session = self._request("/api/login", body={"name": user, "password": password or ""})
+            self._token = session["token"]
 
     def _request(self, path: str, body: object = None, **query: str | int) -> Any:
         url = f"{self._url}{path}" + (f"?{urllib.parse.urlencode(query)}" if query else "")
         data = None if body is None else json.dumps(body).encode()
-        request = urllib.request.Request(url, data, {"content-type": "application/json"} if data else {})
+        headers = {} if data is None else {"content-type": "application/json", "x-csrf-token": self._token}
+        request = urllib.request.Request(url, data, headers)
         try:
             with self._opener.open(request, timeout=self._timeout) as answer:
-                return json.loads(answer.read())
+                text = answer.read()
+                return json.loads(text) if text else None
         except urllib.error.HTTPError as error:
             raise _problem(error) from error
         except (OSError, ValueError) as error:
             raise Connection(f"{self._url} gives no answer of a station: {error}") from error
 
+    @property
+    def url(self) -> str:
+        """The address of the station."""
+        return self._url
+
+    def rows(self) -> list[dict[str, Any]]:
+        """The gauges as the HTTP API describes them (``/api/gauges``)."""
+        rows: list[dict[str, Any]] = self._request("/api/gauges")
+        return rows
+
+    def row(self, gauge: str) -> dict[str, Any]:
+        """One gauge as the HTTP API describes it (``/api/gauges/{name}``)."""
+        row: dict[str, Any] = self._request(f"/api/gauges/{urllib.parse.quote(gauge, safe='')}")
+        return row
+
+    def blocks(self, gauge: str) -> list[dict[str, Any]]:
+        """The blocks of a gauge with their parameters, read from it now (``/api/gauges/{name}/blocks``)."""
+        rows: list[dict[str, Any]] = self._request(f"/api/gauges/{urllib.parse.quote(gauge, safe='')}/blocks")
+        return rows
+
+    def log_out(self) -> None:
+        """Ends the session of the user. Does nothing without one."""
+        if self._user is not None:
+            self._user = None
+            self._request("/api/logout", body={})
+
     def gauges(self) -> list[str]:
         """The names of the gauges."""
-        return [gauge["name"] for gauge in self._request("/api/gauges")]
+        return [gauge["name"] for gauge in self.rows()]
 
     def series(self) -> list[str]:
         """The names of the recorded series: a gauge, or ``gauge.N`` for channel N of a controller."""
-        return [reading["series"] for gauge in self._request("/api/gauges") for reading in gauge["readings"]]
+        return [reading["series"] for gauge in self.rows() for reading in gauge["readings"]]
 
     def read(self, series: str, unit: Unit = Unit.PA) -> Reading:
-        """The latest reading of a series, with the time at which the station read it."""
-        for gauge in self._request("/api/gauges"):
+        """The latest reading of a series, with the time at which the gauge gave it.
+
+        Of a gauge that never gave one, the state is ``State.STALE`` and the time ``None``.
+        """
+        for gauge in self.rows():
+            if not gauge["readings"] and gauge["name"] in (series, series.rpartition(".")[0]):
+                return never_read(gauge, unit)
             for row in gauge["readings"]:
                 if row["series"] == series:
-                    return _reading(row, gauge["read_ms"], unit)
+                    return reading_of(row, gauge["read_ms"], unit)
         raise Usage(f"{self._url} has no series {series!r}; known: {', '.join(self.series())}")
 
     def history(
@@ -142,12 +194,18 @@ class RemoteStation:
         return [Event(_time(row["at_ms"]), row.get("gauge"), row["kind"], row["text"]) for row in rows]
 
 
-def _reading(row: dict[str, Any], read_ms: int | None, unit: Unit) -> Reading:
+def never_read(gauge: dict[str, Any], unit: Unit) -> Reading:
+    """The reading of a gauge that never gave one to the station."""
+    return Reading(None, unit, State.STALE, None, cause=gauge["problem"] or "the station has no reading of it yet")
+
+
+def reading_of(row: dict[str, Any], read_ms: int | None, unit: Unit) -> Reading:
+    """A reading of the HTTP API. ``read_ms`` is ``None`` if the gauge never gave one."""
     state = State(row["quality"])
     end = None if row["limit_pa"] is None else unit.from_pa(row["limit_pa"])
     bounds = {State.UNDERRANGE: (None, end), State.OVERRANGE: (end, None)}.get(state, (None, None))
     value = None if row["pa"] is None else unit.from_pa(row["pa"])
-    time = datetime.now(timezone.utc) if read_ms is None else _time(read_ms)
+    time = None if read_ms is None else _time(read_ms)
     return Reading(value, unit, state, time, bounds, row["cause"], row["instance"])
 
 
@@ -179,4 +237,5 @@ def _problem(error: urllib.error.HTTPError) -> Exception:
         sentence = f"{error.code} {error.reason}"
     if error.code in (401, 403):
         return Refused(f"{sentence}; pass user and password")
-    return Connection(sentence) if error.code >= 500 else Usage(sentence)
+    # 408 late, 409 the gauge does not answer, 429 too many requests: another time the same request is right.
+    return Connection(sentence) if error.code >= 500 or error.code in (408, 409, 429) else Usage(sentence)

@@ -5,6 +5,7 @@ use crate::failure::Failure;
 use crate::settings;
 use crate::values::{self, CommandRow, ParameterRow, ReadingRow};
 use crate::waiting::{Owned, wait};
+use crate::whole::Whole;
 use profivac_client::class1::Class1Session;
 use profivac_client::cyclic::{ChannelValue, CyclicSlave};
 use profivac_client::records::{RecordError, Records};
@@ -22,6 +23,10 @@ use std::sync::mpsc::{Receiver, Sender, channel};
 use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 
+/// The shortest and the longest time that an unused connection is kept. free choice.
+const MIN_IDLE: Duration = Duration::from_millis(100);
+const MAX_IDLE: Duration = Duration::from_secs(3600);
+
 /// Address, kind, ident number, devices, state, owner.
 type StationRow = (u8, &'static str, Option<u16>, Vec<&'static str>, Option<String>, Option<u8>);
 
@@ -34,9 +39,12 @@ type WriteRow = (String, String, Option<ReadingRow>, Option<ReadingRow>);
 /// How a program is a master on a line.
 #[derive(Clone, Copy)]
 pub struct Line {
-    baud: Baud,
-    master: u8,
-    timeout: Duration,
+    /// The rate.
+    pub baud: Baud,
+    /// The address of this program.
+    pub master: u8,
+    /// How long a request waits for the line and for an answer.
+    pub timeout: Duration,
 }
 
 impl Line {
@@ -81,8 +89,8 @@ impl Bus {
 impl Bus {
     /// Opens the port of this name.
     #[staticmethod]
-    fn open(py: Python<'_>, port: &str, baud: u32, master: u8, timeout: f64) -> PyResult<Self> {
-        let line = Line::new(baud, master, timeout)?;
+    fn open(py: Python<'_>, port: &str, baud: Whole<u32>, master: Whole<u8>, timeout: f64) -> PyResult<Self> {
+        let line = Line::new(baud.0, master.0, timeout)?;
         let opened = py.detach(|| open::port(port, line.baud).map_err(|error| Failure::line(&error)));
         Self::on(py, opened?, line)
     }
@@ -350,6 +358,27 @@ impl Gauge {
     /// Moves the Channel Instance Selector back.
     fn restore_selector(&self, py: Python<'_>) -> PyResult<()> {
         self.request(py, Request::RestoreSelector).map(|_| ())
+    }
+
+    /// Keeps the MS2 connection open until it was not used for `idle` seconds; closes it without a number.
+    fn keep_connection(&self, py: Python<'_>, idle: Option<f64>) -> PyResult<()> {
+        let idle = idle.map(|seconds| {
+            Duration::try_from_secs_f64(seconds)
+                .ok()
+                .filter(|idle| (MIN_IDLE..=MAX_IDLE).contains(idle))
+                .ok_or_else(|| Failure::usage(format!("expected an idle time from 0.1 s to 3600 s, got {seconds}")))
+        });
+        let idle = idle.transpose()?;
+        match self.access.get()? {
+            Access::Shared(gauge) => {
+                let done = wait(py, gauge.keep_connection(idle));
+                py.detach(|| drop(gauge));
+                Ok(done?.map_err(Failure::from)?)
+            }
+            Access::Owning { .. } => {
+                Err(Failure::usage("only MS2 has connections that can be kept: use via=\"ms2\"").into())
+            }
+        }
     }
 
     /// Restores the selector and ends the gauge.

@@ -1,6 +1,7 @@
 //! Recorded traffic, explained.
 
 use crate::failure::Failure;
+use crate::whole::Whole;
 use profivac_dp::link::Baud;
 use profivac_explain::frame::PieceKind;
 use profivac_explain::input::Capture;
@@ -18,7 +19,8 @@ type PieceRow = (Option<f64>, Py<PyBytes>, &'static str, String, Vec<NoteRow>);
 
 /// Decodes a capture, a trace, a log or the octets of a line.
 #[pyfunction]
-pub fn decode(py: Python<'_>, file: Vec<u8>, baud: u32) -> PyResult<Vec<PieceRow>> {
+pub fn decode(py: Python<'_>, file: Vec<u8>, baud: Whole<u32>) -> PyResult<Vec<PieceRow>> {
+    let Whole(baud) = baud;
     let baud = Baud::from_bits_per_second(baud)
         .ok_or_else(|| Failure::usage(format!("expected a PROFIBUS rate in bit/s, such as 19200, got {baud}")))?;
     let (line, explained) = py.detach(|| explain(&file, baud))?;

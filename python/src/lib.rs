@@ -7,22 +7,28 @@
 //! | `values` | values of parameters as Python objects, and the tables of a device |
 //! | `settings` | a settings file compared with a gauge and written to it |
 //! | `bus` | a bus and its gauges |
+//! | `conform` | a slave tested against the rules of PROFIBUS DP |
 //! | `cyclic` | cyclic data of a gauge that this program owns |
 //! | `segment` | virtual gauges in memory, with their controls |
 //! | `decode` | recorded traffic, explained |
 //! | `plant` | a plant identified from its record |
+//! | `plant_model` | the physics of a plant: volumes, tubes, pumps, leaks, walls, and the gauges on them |
+//! | `whole` | whole numbers of users |
 //! | `rise` | a rate of rise, separated into leak and outgassing |
 
 mod bus;
+mod conform;
 mod cyclic;
 mod decode;
 mod failure;
 mod plant;
+mod plant_model;
 mod rise;
 mod segment;
 mod settings;
 mod values;
 mod waiting;
+mod whole;
 
 use pyo3::prelude::*;
 
@@ -33,17 +39,21 @@ mod _profivac {
     #[pymodule_export]
     use crate::bus::{Bus, Gauge};
     #[pymodule_export]
+    use crate::conform::conform;
+    #[pymodule_export]
     use crate::cyclic::Cyclic;
     #[pymodule_export]
     use crate::decode::decode;
     #[pymodule_export]
     use crate::plant::Plant;
     #[pymodule_export]
+    use crate::plant_model::PlantModel;
+    #[pymodule_export]
     use crate::rise::analyse_rise;
     #[pymodule_export]
     use crate::segment::Segment;
     #[pymodule_export]
-    use crate::values::{convert, parameters_of};
+    use crate::values::{convert, model_of, parameters_of};
 
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {

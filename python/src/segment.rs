@@ -2,7 +2,9 @@
 
 use crate::bus::{Bus, Line};
 use crate::failure::Failure;
+use crate::plant_model::{PlaceRow, PlantModel};
 use crate::waiting::Owned;
+use crate::whole::Whole;
 use profivac_client::Pressure;
 use profivac_dp::link::Baud;
 use profivac_host::port::{PortError, Stream};
@@ -43,7 +45,8 @@ struct Handle {
 #[pyclass(frozen, module = "profivac._profivac")]
 pub struct Segment {
     handle: Owned<Handle>,
-    conditions: Mutex<GasConditions>,
+    /// One gas for all devices; `None` where a plant has the pressures.
+    conditions: Option<Mutex<GasConditions>>,
     port: Mutex<Option<UnixStream>>,
 }
 
@@ -51,21 +54,46 @@ pub struct Segment {
 impl Segment {
     /// Switches the devices on, in a chamber with one gas.
     #[new]
-    fn new(devices: Vec<String>, pressure: &str, atmosphere: &str, gas: &str, seed: Option<u64>) -> PyResult<Self> {
+    fn new(
+        devices: Vec<String>,
+        pressure: &str,
+        atmosphere: &str,
+        gas: &str,
+        seed: Option<Whole<u64>>,
+    ) -> PyResult<Self> {
         let conditions =
             GasConditions { pressure: chamber(pressure)?, atmosphere: chamber(atmosphere)?, gas: gas_named(gas)? };
-        let devices = switched_on(&devices, conditions, seed)?;
-        let (ours, handle) = serve(devices).map_err(Failure::line)?;
-        Ok(Self {
-            handle: Owned::new(handle, "segment"),
-            conditions: Mutex::new(conditions),
-            port: Mutex::new(Some(ours)),
-        })
+        let devices = switched_on(&devices, conditions)?;
+        let real = |device: VirtualDevice| match seed {
+            Some(Whole(seed)) => device.with_real_sensors(seed),
+            None => device,
+        };
+        Self::of(devices.into_iter().map(real).collect(), Some(conditions))
+    }
+
+    /// Switches devices on in a plant: each with the number of its volume, and those of its other measuring parts by instance.
+    #[staticmethod]
+    fn in_plant(
+        py: Python<'_>,
+        plant: PyRef<'_, PlantModel>,
+        devices: Vec<String>,
+        places: Vec<PlaceRow>,
+        seed: Option<Whole<u64>>,
+    ) -> PyResult<Self> {
+        // The plant gives each device its own environment.
+        let any = GasConditions {
+            pressure: Pressure::from_mbar(1000.0),
+            atmosphere: Pressure::from_mbar(1000.0),
+            gas: Gas::N2,
+        };
+        let devices = switched_on(&devices, any)?;
+        let placed = plant.with(py, |world| world.place(devices, &places, seed.map(|seed| seed.0)))?;
+        Self::of(placed, None)
     }
 
     /// Makes this program a master on the line of the devices. The line has one.
-    fn bus(&self, py: Python<'_>, master: u8, timeout: f64) -> PyResult<Bus> {
-        let line = Line::new(BAUD.bits_per_second(), master, timeout)?;
+    fn bus(&self, py: Python<'_>, master: Whole<u8>, timeout: f64) -> PyResult<Bus> {
+        let line = Line::new(BAUD.bits_per_second(), master.0, timeout)?;
         let port = self.port.lock().unwrap_or_else(PoisonError::into_inner).take();
         let port = port.ok_or_else(|| Failure::usage("the segment has a master already; make another segment"))?;
         Bus::on(py, Box::new(Stream::new("sim".to_owned(), port, Vec::new())), line)
@@ -74,7 +102,9 @@ impl Segment {
     /// Sets pressure, atmosphere or gas. The devices settle.
     fn set(&self, py: Python<'_>, quantity: &str, value: &str) -> PyResult<()> {
         let conditions = {
-            let mut conditions = self.conditions.lock().unwrap_or_else(PoisonError::into_inner);
+            let common = self.conditions.as_ref();
+            let common = common.ok_or_else(|| Failure::usage("the plant has the pressures; change its parts"))?;
+            let mut conditions = common.lock().unwrap_or_else(PoisonError::into_inner);
             match quantity {
                 "pressure" => conditions.pressure = chamber(value)?,
                 "atmosphere" => conditions.atmosphere = chamber(value)?,
@@ -105,16 +135,16 @@ impl Segment {
     }
 
     /// Switches a device on or off.
-    fn power(&self, py: Python<'_>, address: u8, on: bool) -> PyResult<()> {
-        self.at(py, address, move |device| {
+    fn power(&self, py: Python<'_>, address: Whole<u8>, on: bool) -> PyResult<()> {
+        self.at(py, address.0, move |device| {
             device.set_power(on);
             Ok(())
         })
     }
 
     /// Sets or clears a fault.
-    fn fault(&self, py: Python<'_>, address: u8, name: String, present: bool) -> PyResult<()> {
-        self.at(py, address, move |device| {
+    fn fault(&self, py: Python<'_>, address: Whole<u8>, name: String, present: bool) -> PyResult<()> {
+        self.at(py, address.0, move |device| {
             let device_name = device.device().name();
             device.operate_text(ActionText::Fault { name: &name, present }).map_err(|unknown| {
                 Failure::usage(format!("{device_name} has no fault {name:?}; it has {}", unknown.expected.join(", ")))
@@ -130,12 +160,21 @@ impl Segment {
 }
 
 impl Segment {
+    fn of(devices: Vec<VirtualDevice>, conditions: Option<GasConditions>) -> PyResult<Self> {
+        let (ours, handle) = serve(devices).map_err(Failure::line)?;
+        Ok(Self {
+            handle: Owned::new(handle, "segment"),
+            conditions: conditions.map(Mutex::new),
+            port: Mutex::new(Some(ours)),
+        })
+    }
+
     /// Runs `work` in the thread of the devices, without the interpreter lock.
-    fn run(
+    pub fn run<T: Send + 'static>(
         &self,
         py: Python<'_>,
-        work: impl FnOnce(&mut Vec<VirtualDevice>) -> Result<(), Failure> + Send + 'static,
-    ) -> PyResult<()> {
+        work: impl FnOnce(&mut Vec<VirtualDevice>) -> Result<T, Failure> + Send + 'static,
+    ) -> PyResult<T> {
         let handle = self.handle.get()?;
         let (done, result) = channel();
         // If the thread has ended, the job is dropped with its sender.
@@ -172,18 +211,14 @@ fn gas_named(text: &str) -> Result<Gas, Failure> {
     text.parse().map_err(Failure::usage)
 }
 
-fn switched_on(specs: &[String], around: GasConditions, seed: Option<u64>) -> Result<Vec<VirtualDevice>, Failure> {
+fn switched_on(specs: &[String], around: GasConditions) -> Result<Vec<VirtualDevice>, Failure> {
     let parsed: Result<Vec<DeviceSpec>, _> = specs.iter().map(|spec| spec.parse()).collect();
     let parsed = parsed.map_err(Failure::usage)?;
     check_addresses(&parsed).map_err(Failure::usage)?;
     let build = |spec: &DeviceSpec| {
         parse_address(&spec.address.to_string()).map_err(Failure::usage)?;
         let unit = spec.build(NonvolatileMemory::volatile(), BAUD).map_err(Failure::usage)?;
-        let device = VirtualDevice::new(unit, spec.address, BAUD, around);
-        Ok(match seed {
-            Some(seed) => device.with_real_sensors(seed),
-            None => device,
-        })
+        Ok(VirtualDevice::new(unit, spec.address, BAUD, around))
     };
     parsed.iter().map(build).collect()
 }
@@ -203,19 +238,23 @@ fn serve(devices: Vec<VirtualDevice>) -> Result<(UnixStream, Handle), PortError>
     Ok((ours, Handle { jobs, wake }))
 }
 
-/// Serves the line and runs the jobs until the line is closed.
+/// Serves the line and runs the jobs until the line is closed. Between two jobs the line is served once: a plant that advances sends one
+/// job after the other.
 fn live(mut segment: HostSegment<Vec<VirtualDevice>>, work: &Receiver<Job>, mut wake: WakeSource) {
     let mut has_controls = true;
     loop {
-        while has_controls {
+        let mut wait = IDLE_WAIT;
+        if has_controls {
             match work.try_recv() {
-                Ok(job) => job(segment.stations_mut()),
-                Err(TryRecvError::Empty) => break,
+                Ok(job) => {
+                    job(segment.stations_mut());
+                    wait = Duration::ZERO;
+                }
+                Err(TryRecvError::Empty) => {}
                 Err(TryRecvError::Disconnected) => has_controls = false,
             }
         }
-        let served =
-            if has_controls { segment.serve(&[wake.readiness()], IDLE_WAIT) } else { segment.serve(&[], IDLE_WAIT) };
+        let served = if has_controls { segment.serve(&[wake.readiness()], wait) } else { segment.serve(&[], wait) };
         let Ok(readable) = served else { return };
         if readable.first() == Some(&true) {
             has_controls = wake.clear();

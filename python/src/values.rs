@@ -102,6 +102,13 @@ pub fn tables(model: &'static Model) -> (Vec<ParameterRow>, Vec<CommandRow>) {
     (parameters.collect(), commands.collect())
 }
 
+/// Name, title, manual and ident number of a device by its name.
+#[pyfunction]
+pub fn model_of(device: &str) -> PyResult<(&'static str, &'static str, &'static str, u16)> {
+    let model = entry(device).map_err(Failure::usage)?.model;
+    Ok((model.name, model.title, model.manual, model.ident))
+}
+
 /// The parameters and commands of a device by its name, without a bus.
 #[pyfunction]
 pub fn parameters_of(device: &str) -> PyResult<(Vec<ParameterRow>, Vec<CommandRow>)> {

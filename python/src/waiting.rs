@@ -94,9 +94,11 @@ impl<T: Clone> Owned<T> {
 }
 
 impl<T> Drop for Owned<T> {
+    /// Without the lock: another thread may have held it when the process was forked, and no thread gives it back.
     fn drop(&mut self) {
-        let inner = self.lock().take();
-        if self.is_forked() {
+        let is_forked = self.is_forked();
+        let inner = self.inner.get_mut().unwrap_or_else(PoisonError::into_inner).take();
+        if is_forked {
             mem::forget(inner);
         }
     }

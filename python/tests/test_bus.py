@@ -71,6 +71,14 @@ def test_errors_follow_the_exit_codes() -> None:
             lambda: pv.open("sim:bcg450@5", via="smoke"),
             lambda: pv.open("/dev/null", baud=115200),
             lambda: pv.pascal("1 psi"),
+            lambda: pv.open("sim:bcg450@5", master=300),
+            lambda: pv.open("/dev/null", baud=10**30),
+            lambda: pv.VirtualSegment("bcg450@5", seed=-1),
+            lambda: pv.decode(b"", baud=-1),
+            lambda: chamber.power(300, True),
+            # The annotations forbid a text, which a program without types may give.
+            lambda: gauge.read("mbar"),  # type: ignore[arg-type]
+            lambda: gauge.exchange("mbar"),  # type: ignore[arg-type]
         ):
             with pytest.raises(pv.Usage):
                 wrong()
@@ -230,6 +238,51 @@ def test_cyclic_data_own_the_gauge_until_the_block_ends() -> None:
         assert asyncio.run(first())[0].valid
 
 
+def test_a_connection_is_kept_within_a_block() -> None:
+    with pv.VirtualSegment("bcg450@5", "psg550@6", pressure="1e-2 mbar", timeout=PATIENT) as chamber:
+        gauge = chamber.bus[5]
+        with gauge.connection_kept() as kept:
+            assert kept is gauge
+            gauge.command("execute")
+            assert [gauge.read().state for _ in range(3)] == [pv.State.VALID] * 3
+            with gauge.connection_kept(10):
+                assert gauge.read().valid
+            assert gauge.read().valid
+            # The settings of a gauge and its cyclic data go over the same connection, other gauges over theirs.
+            assert gauge.diff(gauge.dump()) == []
+            with gauge.exchange() as exchange:
+                assert next(exchange)[0].valid
+            assert chamber.bus[6]["device.device-state"].value == "IDLE"
+        # The owner that left has stopped the gauge.
+        assert gauge.read().state is pv.State.OFF
+        for idle in (0.0, -1.0, 1e9, float("nan")):
+            with pytest.raises(pv.Usage, match="expected an idle time"), gauge.connection_kept(idle):
+                pass
+    with pytest.raises(pv.Connection, match="closed"), gauge.connection_kept():
+        pass
+    with pv.VirtualSegment("tpg500@5", via="pkw") as owned, pytest.raises(pv.Usage, match="only MS2"):
+        with owned.bus[5].connection_kept():
+            pass
+
+
+def test_a_gauge_that_was_switched_off_fails_once_and_is_identified_again() -> None:
+    """Another gauge may be at the address, so the connection is not opened again without asking for the identity."""
+    with pv.VirtualSegment("bcg450@5", timeout=PATIENT) as chamber, chamber.bus[5].connection_kept(3600) as gauge:
+        gauge.get("device.device-state")
+        chamber.power(5, False)
+        chamber.power(5, True)
+        with pytest.raises(pv.Connection, match="the connection that was kept has ended, .* repeat the request"):
+            gauge.get("device.device-state")
+        assert gauge["device.device-state"].value == "IDLE"
+
+
+def test_a_bus_is_closed_within_a_block_that_keeps_a_connection() -> None:
+    with pv.VirtualSegment("bcg450@5", timeout=PATIENT) as chamber:
+        with chamber.bus[5].connection_kept(3600):
+            chamber.bus[5].get("device.device-state")
+            chamber.bus.close()
+
+
 INTERRUPTED = """
 import os, signal, sys, threading
 import profivac as pv
@@ -266,7 +319,9 @@ import gc, os, profivac as pv
 chamber = pv.VirtualSegment("bcg450@5", names={"chamber": 5})
 gauge = chamber.bus["chamber"]
 gauge.get("ba.process-value")
-child = os.fork()
+with gauge.connection_kept():
+    gauge.get("device.device-state")
+    child = os.fork()
 if child == 0:
     for use in (gauge.read, chamber.bus.scan, lambda: chamber.advance(1)):
         try:
@@ -295,12 +350,16 @@ def test_a_fork_is_told_apart(tmp_path: Path) -> None:
     assert result.returncode == 0, result.stderr
 
 
-def test_the_example_of_the_readme_runs(tmp_path: Path) -> None:
+def test_the_examples_of_the_readme_run(tmp_path: Path) -> None:
     readme = (Path(__file__).parent.parent / "README.md").read_text(encoding="utf-8")
-    example = readme.split("```python\n")[1].split("```")[0]
-    result = subprocess.run([sys.executable, "-c", example], capture_output=True, text=True, cwd=tmp_path, timeout=300)
-    assert result.returncode == 0, result.stderr
-    assert "State.VALID" in result.stdout and "0.125 mbar" in result.stdout, result.stdout
+    examples = [part.split("```")[0] for part in readme.split("```python\n")[1:]]
+    shown = [("State.VALID", "0.125 mbar"), ("Pa after roughing, the gauge shows", "Pa after a day, mostly h2o")]
+    assert len(examples) == len(shown)
+    for example, words in zip(examples, shown):
+        command = [sys.executable, "-c", example]
+        result = subprocess.run(command, capture_output=True, text=True, cwd=tmp_path, timeout=300)
+        assert result.returncode == 0, result.stderr
+        assert all(word in result.stdout for word in words), result.stdout
     assert (tmp_path / "gauge.toml").exists()
 
 

@@ -29,8 +29,25 @@ def test_a_device_measures_the_pressure_of_its_chamber(device: str, via: str) ->
         assert reading.state is pv.State.VALID, reading
         assert reading.value == pytest.approx(2e-3, rel=0.1)
         assert reading.unit is pv.Unit.MBAR
+        assert reading.time is not None
         assert before - timedelta(seconds=1) <= reading.time <= datetime.now(timezone.utc)
         assert gauge.pressure() == pytest.approx(0.2, rel=0.1)
+
+
+@pytest.mark.parametrize(("device", "via"), DEVICES)
+def test_a_device_gives_cyclic_data_and_parameters(device: str, via: str) -> None:
+    """Its parameters are read and written over the service that it has."""
+    with pv.VirtualSegment(f"{device}@5", pressure="2e-3 mbar", via=via) as chamber:
+        gauge = chamber.bus[5]
+        rows = [row for row in gauge.parameters.values() if row.readable and row.slot <= 1]
+        values = [gauge[row.name] for row in rows[:5] if via in ("ms2", "pkw")]
+        assert values and all(value.text for value in values)
+        with gauge.exchange(pv.Unit.MBAR) as exchange:
+            for readings in exchange:
+                if any(reading.valid for reading in readings):
+                    break
+        valid = next(reading for reading in readings if reading.valid)
+        assert valid.value == pytest.approx(2e-3, rel=0.1)
 
 
 @pytest.mark.parametrize(("device", "via"), DEVICES)

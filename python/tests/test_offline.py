@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+import enum
+import inspect
 import math
 import os
 import subprocess
 import sys
 from collections.abc import Callable
+from dataclasses import is_dataclass
 from pathlib import Path
 
 import profivac as pv
 import pytest
-from profivac import identify
+from profivac import identify, ophyd, pymeasure, qcodes, vacuum
 
 GLOBAL_CONTROL = "TX 68 07 07 68 FF 82 46 3A 3E 02 00 41 16\n"
 
@@ -33,6 +36,35 @@ def record(noise: float = 0.0) -> tuple[list[float], list[float]]:
         times.append(seconds)
         pressures.append(base + gas / VOLUME)
     return times, [pascal * (1 + noise * (-1) ** place) for place, pascal in enumerate(pressures)]
+
+
+def public(owner: object) -> dict[str, object]:
+    """The functions, classes, methods and properties that a user sees."""
+    names = getattr(owner, "__all__", None) or [name for name in vars(owner) if not name.startswith("_")]
+    found = {name: getattr(owner, name) for name in names}
+    return {
+        name: it
+        for name, it in found.items()
+        if isinstance(it, property) or getattr(it, "__module__", "").startswith("profivac")
+    }
+
+
+def test_everything_has_a_docstring_and_every_class_with_methods_an_example() -> None:
+    shown = 0
+    for module in (pv, identify, vacuum, ophyd, pymeasure, qcodes):
+        for name, it in public(module).items():
+            assert inspect.getdoc(it), name
+            if not inspect.isclass(it) or issubclass(it, enum.Enum):
+                continue
+            members = public(it)
+            texts = [inspect.getdoc(member) or "" for member in members.values()]
+            assert all(texts), (name, [other for other, text in zip(members, texts) if not text])
+            # A class of values is shown where it is returned.
+            if any(inspect.isfunction(member) for member in members.values()) and not is_dataclass(it):
+                place = sys.modules[it.__module__].__doc__ if module in (ophyd, pymeasure, qcodes) else ""
+                assert any(">>>" in text for text in (inspect.getdoc(it), place, *texts) if text), name
+                shown += 1
+    assert shown > 15
 
 
 def test_a_recording_is_explained(tmp_path: Path) -> None:

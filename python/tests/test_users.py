@@ -55,3 +55,14 @@ def test_a_station_with_users_demands_a_password(url: str) -> None:
     station = pv.connect(url, user="eva", password=PASSWORD, timeout=300)
     assert station.gauges() == ["chamber"]
     assert isinstance(station.events(), list)
+
+
+def test_open_logs_in_and_out(url: str) -> None:
+    with pytest.raises(pv.Refused, match="pass user and password"):
+        pv.open(url, timeout=300)
+    with pv.open(url, user="eva", password=PASSWORD, timeout=300) as bus:
+        assert isinstance(bus, pv.StationBus)
+        assert bus.station.gauges() == ["chamber"]
+    with pytest.raises(pv.Refused):
+        bus.station.gauges()
+    bus.close()

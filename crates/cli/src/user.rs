@@ -134,7 +134,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
 }
 
 fn users(station: &Path) -> Result<PathBuf, Failure> {
-    Ok(Config::read(station)?.users.path)
+    Ok(Config::read_users_file(station)?)
 }
 
 /// The present users, to check a name before the password is asked for.

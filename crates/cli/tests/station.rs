@@ -4,7 +4,7 @@
 
 mod common;
 
-use common::{Folder, Program, run, run_with};
+use common::{Folder, Program, get, run, run_with, until};
 use std::fs;
 use std::io::{Read, Write};
 use std::net::{TcpListener, TcpStream};
@@ -26,28 +26,6 @@ fn private(file: &str, text: &str) {
     use std::os::unix::fs::OpenOptionsExt;
     let mut file = fs::OpenOptions::new().write(true).create_new(true).mode(0o600).open(file).unwrap();
     file.write_all(text.as_bytes()).unwrap();
-}
-
-/// The answer to a GET of `path`.
-fn get(address: &str, path: &str) -> String {
-    let mut stream = TcpStream::connect(address).unwrap();
-    write!(stream, "GET {path} HTTP/1.1\r\nHost: {address}\r\nConnection: close\r\n\r\n").unwrap();
-    let mut answer = String::new();
-    stream.read_to_string(&mut answer).unwrap();
-    answer
-}
-
-/// Repeats a GET until the answer contains `wanted`.
-fn until(address: &str, path: &str, wanted: &str) -> String {
-    let end = Instant::now() + TIMEOUT;
-    loop {
-        let answer = get(address, path);
-        if answer.contains(wanted) {
-            return answer;
-        }
-        assert!(Instant::now() < end, "{path} never has {wanted}: {answer}");
-        std::thread::yield_now();
-    }
 }
 
 #[test]

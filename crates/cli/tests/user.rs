@@ -60,6 +60,18 @@ fn users_are_added_changed_and_removed() {
 }
 
 #[test]
+fn a_user_is_added_whom_the_file_names_already() {
+    for table in ["[epics.write]\nuser = \"ada\"\n", "[opcua]\nwrite = true\n"] {
+        let (_folder, file) = memory_segment();
+        let text = fs::read_to_string(&file).unwrap();
+        fs::write(&file, format!("{text}{table}")).unwrap();
+        let added = add("ada", "operator", &file, PASSWORD);
+        assert!(added.status.success(), "{}", stderr_of(&added));
+        assert_eq!(list(&file), "ada  operator\n");
+    }
+}
+
+#[test]
 fn a_refused_change_is_explained_and_changes_nothing() {
     let (folder, file) = memory_segment();
     let users = folder.path("plant.users.toml");

@@ -10,7 +10,7 @@ use profivac_dp::link::{Baud, BitTime};
 use profivac_listen::flight::{FlightLimits, FlightRecorder};
 use profivac_listen::{Chunk, Divider, TimeSource};
 use profivac_sim::Trace;
-use profivac_sim::scenario::hex;
+use profivac_sim::dialogue::hex;
 use profivac_sim::trace::Entry;
 use profivac_wire::acyclic::{Request, Response};
 use profivac_wire::control::{Control, FrameCount, Function};

@@ -8,7 +8,7 @@ use crate::error::ClientError;
 use crate::gauge::{Gauge, HeldSelector, ParameterReading, WriteResult};
 use crate::ms2::Ms2;
 use crate::records::RecordError;
-use profivac_devices::model::{Location, TypedParameter};
+use profivac_devices::model::{Location, Model, TypedParameter};
 use profivac_devices::profile::DeviceState;
 use profivac_host::readiness::{self, WakeSource};
 use profivac_host::session::BusSession;
@@ -111,17 +111,39 @@ pub struct AsyncBus {
 #[derive(Clone)]
 pub struct AsyncGauge(Arc<Watcher>);
 
-/// The address of a gauge, and the selector as the last request left it.
+/// The address of a gauge, the selector as the last request left it, and the model while the connection is kept.
 struct Watcher {
     bus: AsyncBus,
     address: u8,
     held: Mutex<Option<HeldSelector>>,
+    kept: Mutex<KeptModel>,
+}
+
+/// Whether the connection is kept, and the model behind it.
+#[derive(Clone, Copy)]
+enum KeptModel {
+    /// The connection is closed after each request.
+    No,
+    /// It is kept. The model is known after the first request.
+    Yes(Option<&'static Model>),
 }
 
 impl Watcher {
     /// A panic cannot leave the selector half changed, so a poisoned lock is usable.
     fn held(&self) -> MutexGuard<'_, Option<HeldSelector>> {
         self.held.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// As [`held`](Self::held).
+    fn kept(&self) -> MutexGuard<'_, KeptModel> {
+        self.kept.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Keeps the connection from now on, or closes it.
+    fn keep_connection(&self, idle: Option<Duration>) -> Pending<()> {
+        *self.kept() = idle.map_or(KeptModel::No, |_| KeptModel::Yes(None));
+        let address = self.address;
+        self.bus.submit(move |session| session.set_connection_kept(address, idle))
     }
 
     /// Restores the selector if a request has moved it.
@@ -135,8 +157,13 @@ impl Watcher {
 impl Drop for Watcher {
     /// A program may end right after this, so it waits, except in the thread of the bus itself.
     fn drop(&mut self) {
-        if let Some(restored) = self.restore().filter(|_| thread::current().id() != self.bus.thread) {
+        let is_outside = thread::current().id() != self.bus.thread;
+        if let Some(restored) = self.restore().filter(|_| is_outside) {
             restored.wait().ok();
+        }
+        let keeps = !matches!(*self.kept(), KeptModel::No);
+        if let Some(closed) = keeps.then(|| self.keep_connection(None)).filter(|_| is_outside) {
+            closed.wait().ok();
         }
     }
 }
@@ -192,7 +219,12 @@ impl AsyncBus {
     /// The gauge at `address`. Sends nothing yet. To watch a gauge, keep the [`AsyncGauge`].
     #[must_use]
     pub fn gauge(&self, address: u8) -> AsyncGauge {
-        AsyncGauge(Arc::new(Watcher { bus: self.clone(), address, held: Mutex::new(None) }))
+        AsyncGauge(Arc::new(Watcher {
+            bus: self.clone(),
+            address,
+            held: Mutex::new(None),
+            kept: Mutex::new(KeptModel::No),
+        }))
     }
 }
 
@@ -203,12 +235,13 @@ fn serve(mut session: BusSession, work: &Receiver<Job>, mut wake: WakeSource) {
             match work.try_recv() {
                 Ok(job) => job(&mut session),
                 Err(TryRecvError::Empty) => break,
-                Err(TryRecvError::Disconnected) => return,
+                Err(TryRecvError::Disconnected) => return session.close_kept_connections(),
             }
         }
-        let Ok(readable) = session.serve(&[wake.readiness()], IDLE_WAIT) else { return };
+        let wait = session.close_idle_connections().map_or(IDLE_WAIT, |next| next.min(IDLE_WAIT));
+        let Ok(readable) = session.serve(&[wake.readiness()], wait) else { return };
         if readable.first() == Some(&true) && !wake.clear() {
-            return;
+            return session.close_kept_connections();
         }
     }
 }
@@ -234,6 +267,31 @@ impl AsyncGauge {
     /// The selector cannot be written. If the line is the reason, the next gauge at this address restores it.
     pub async fn restore_selector(&self) -> Result<(), ClientError> {
         self.with(|gauge| gauge.restore_selector()).await
+    }
+
+    /// Keeps the MS2 connection open between requests, until no request has come for `idle`, and does not ask for the identity of the
+    /// gauge again while it is open: several times as many requests per second. `None` closes it after each request again, and now.
+    /// Dropping the last clone does the same.
+    ///
+    /// A slave has few connections, and other class 2 masters need one: a kept connection takes one of them all the time. It carries an
+    /// Idle telegram every 5 s. If the gauge was switched off meanwhile, the first request fails, and the next one opens another connection
+    /// and identifies the gauge again.
+    ///
+    /// ```
+    /// # use profivac_client::Bus;
+    /// use std::time::Duration;
+    ///
+    /// # let bus = Bus::on(profivac_virtual::open::devices(&["bcg450@5"])?).open_async()?;
+    /// let gauge = bus.gauge(5);
+    /// gauge.keep_connection(Some(Duration::from_secs(60))).wait()?;
+    /// bus.submit(|session| profivac_client::ms2::read(session, 5, 0, 25)).wait()??;
+    /// assert!(bus.submit(|session| session.has_kept_connection(5)).wait()?);
+    /// gauge.keep_connection(None).wait()?;
+    /// assert!(!bus.submit(|session| session.has_kept_connection(5)).wait()?);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn keep_connection(&self, idle: Option<Duration>) -> Pending<()> {
+        self.0.keep_connection(idle)
     }
 
     /// See [`Gauge::pressure`].
@@ -349,7 +407,17 @@ fn request<T>(
     watcher: &Watcher,
     work: impl FnOnce(&mut Gauge<Ms2<'_>>) -> Result<T, ClientError>,
 ) -> Result<T, ClientError> {
-    let mut gauge = Gauge::open(session, watcher.address)?;
+    let (address, kept) = (watcher.address, *watcher.kept());
+    let mut gauge = match kept {
+        // The same gauge is behind the same connection.
+        KeptModel::Yes(Some(model)) if session.has_kept_connection(address) => {
+            Gauge::with_model(Ms2::new(session, address).without_reopening(), address, model)
+        }
+        KeptModel::Yes(_) | KeptModel::No => Gauge::open(session, address)?,
+    };
+    if let KeptModel::Yes(model) = &mut *watcher.kept() {
+        *model = Some(gauge.model());
+    }
     // Requests of one watcher run one after the other in this thread.
     if let Some(held) = watcher.held().take() {
         gauge.resume_selector(held);

@@ -35,6 +35,9 @@ pub enum Ms2Error {
     /// No answer arrived in time.
     #[error("no answer")]
     NoAnswer,
+    /// A kept connection has ended, and its client does not open another one.
+    #[error("the kept connection has ended")]
+    KeptConnectionEnded,
     /// The segment has no master.
     #[error("there is no master")]
     NoMaster,
@@ -108,6 +111,16 @@ pub trait Ms2Line {
     /// See [`Records::set_restoring`].
     fn set_restoring(&mut self, _is_restoring: bool) {}
 
+    /// Takes the open connection that an earlier client of the slave has left; the default keeps none.
+    fn take_connection(&mut self, _address: u8) -> Option<Handle<Connect>> {
+        None
+    }
+
+    /// Leaves an open connection to the next client of the slave. Returns false if it is to be closed instead.
+    fn leave_connection(&mut self, _address: u8, _connection: Handle<Connect>) -> bool {
+        false
+    }
+
     /// Serves the line once, because the connection is busy with a request that was given up at a cancellation. Returns whether
     /// to try again; the default never waits, for lines without cancellation.
     ///
@@ -147,6 +160,14 @@ impl Ms2Line for BusSession {
         Self::set_restoring(self, is_restoring);
     }
 
+    fn take_connection(&mut self, address: u8) -> Option<Handle<Connect>> {
+        Self::take_connection(self, address)
+    }
+
+    fn leave_connection(&mut self, address: u8, connection: Handle<Connect>) -> bool {
+        Self::leave_connection(self, address, connection)
+    }
+
     fn wait_while_busy(&mut self, begun: Instant) -> Result<bool, Ms2Error> {
         Ok(self.wait_once(begun)?)
     }
@@ -171,7 +192,8 @@ pub fn read(line: &mut impl Ms2Line, address: u8, slot: u8, index: u8) -> Result
 /// An MS2 connection to a slave.
 ///
 /// The first request opens it. If it has ended since, for example because the gauge was switched off and on, the next request opens
-/// it again. Dropping it closes it.
+/// it again. Dropping it closes it, or leaves it to the next client of the slave: see
+/// [`BusSession::set_connection_kept`].
 ///
 /// ```
 /// # use profivac_client::{Bus, ms2::Ms2};
@@ -191,6 +213,8 @@ pub struct Ms2<'a, L: Ms2Line = BusSession> {
     opening: Option<Handle<Connect>>,
     /// A request that was given up at a cancellation.
     abandoned: Option<TakeOutcome>,
+    /// Whether a connection that has ended is opened again.
+    reopens: bool,
 }
 
 /// Takes the outcome of one request from the master. Returns false while there is none.
@@ -222,7 +246,14 @@ const fn was_closed(end: &ConnectionEnd) -> bool {
 impl<'a, L: Ms2Line> Ms2<'a, L> {
     /// A client of the slave at `address` without a connection. Sends nothing.
     pub const fn new(line: &'a mut L, address: u8) -> Self {
-        Self { line, address, connection: None, opening: None, abandoned: None }
+        Self { line, address, connection: None, opening: None, abandoned: None, reopens: true }
+    }
+
+    /// The same, which never opens a connection again: after its end, requests fail. A client that relies on the identity of the slave
+    /// behind a [kept connection](BusSession::has_kept_connection) must not find another slave behind the next one.
+    pub(crate) const fn without_reopening(mut self) -> Self {
+        self.reopens = false;
+        self
     }
 
     /// The line, for other requests between two records.
@@ -238,9 +269,10 @@ impl<'a, L: Ms2Line> Ms2<'a, L> {
         let wanted = u8::try_from(MAX_RECORD_LENGTH).unwrap_or(u8::MAX);
         let submit =
             |master: &mut BusMaster, connection: Handle<Connect>| master.ms2_read(connection, slot, index, wanted);
+        let attempts = if self.reopens { ATTEMPTS } else { 1 };
         let mut read = || self.request::<ms2::Read, _>(submit, |outcome| outcome.map(<[u8]>::to_vec));
         let mut record = read();
-        for _ in 1..ATTEMPTS {
+        for _ in 1..attempts {
             if !matches!(record, Err(Ms2Error::Ended(_))) {
                 break;
             }
@@ -263,7 +295,9 @@ impl<'a, L: Ms2Line> Ms2<'a, L> {
         self.finish_opening()?;
         self.finish_abandoned()?;
         self.forget_ended_connection();
-        if let Some(connection) = self.connection.take() {
+        if let Some(connection) = self.connection.take()
+            && !self.line.leave_connection(self.address, connection)
+        {
             self.submit(|master| master.ms2_close(connection))?;
             self.line.wait_for(connection, drop)?;
         }
@@ -300,12 +334,18 @@ impl<'a, L: Ms2Line> Ms2<'a, L> {
             Err(error) => return Err(error),
         }
         self.finish_abandoned()?;
+        if self.connection.is_none() {
+            self.connection = self.line.take_connection(self.address);
+        }
         self.forget_ended_connection();
         if let Some(connection) = self.connection {
             match self.request_on(connection, &submit, &take) {
                 Err(Ms2Error::Ended(end)) if was_closed(&end) => {}
                 result => return result,
             }
+        }
+        if !self.reopens {
+            return Err(Ms2Error::KeptConnectionEnded);
         }
         let connection = self.open()?;
         self.request_on(connection, &submit, &take)
@@ -395,6 +435,7 @@ impl From<Ms2Error> for RecordError {
             Ms2Error::Ended(end) => Interruption::Ended(end).into(),
             Ms2Error::NotSubmitted(error) => Interruption::NotSubmitted(error).into(),
             Ms2Error::NoAnswer => Interruption::NoAnswer.into(),
+            Ms2Error::KeptConnectionEnded => Interruption::KeptConnectionEnded.into(),
             Ms2Error::NoMaster => Interruption::NoMaster.into(),
         }
     }

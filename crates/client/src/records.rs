@@ -239,6 +239,9 @@ pub enum Interruption {
     /// No answer arrived in time.
     #[error("no answer")]
     NoAnswer,
+    /// The connection that was kept between requests has ended.
+    #[error("the connection that was kept has ended, as after a power failure of the gauge; repeat the request")]
+    KeptConnectionEnded,
     /// The segment has no master.
     #[error("there is no master")]
     NoMaster,

@@ -12,7 +12,8 @@ use changing_port::{Change, ChangingPort};
 use profivac_client::{Bus, ms2};
 use profivac_host::port::Port;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::time::Duration;
 use watch::block_on;
 
 /// An MS2 write of one octet to the Channel Instance Selector of a BCG450: function, slot, index, length. profibus-wire 4.6
@@ -102,4 +103,94 @@ fn a_gauge_that_is_dropped_in_the_thread_of_the_bus_restores_the_selector() {
     bus.submit(move |_| drop(gauge)).wait().unwrap();
     assert_eq!(bus.submit(|session| ms2::read(session, 5, 1, 46).unwrap()).wait().unwrap(), [1]);
     assert_eq!(writes.load(Ordering::SeqCst), 2);
+}
+
+/// Initiate and Abort of MS2, after the access points of the resource manager and of the master. profibus-wire 4.6.1
+const INITIATE: [u8; 3] = [49, 50, 0x57];
+const ABORT: [u8; 2] = [50, 0x58];
+
+/// The connections that a program opened and closed, and whether its telegrams are lost.
+#[derive(Default)]
+struct Connections {
+    opened: AtomicUsize,
+    closed: AtomicUsize,
+    is_cut: AtomicBool,
+}
+
+impl Connections {
+    fn counts(&self) -> (usize, usize) {
+        (self.opened.load(Ordering::SeqCst), self.closed.load(Ordering::SeqCst))
+    }
+}
+
+fn counted_port() -> (Box<dyn Port>, Arc<Connections>) {
+    let connections = Arc::new(Connections::default());
+    let counter = Arc::clone(&connections);
+    let change: Change = Box::new(move |octets| {
+        let count = |part: &[u8]| octets.windows(part.len()).filter(|window| *window == part).count();
+        counter.opened.fetch_add(count(&INITIATE), Ordering::SeqCst);
+        counter.closed.fetch_add(count(&ABORT), Ordering::SeqCst);
+        (!counter.is_cut.load(Ordering::SeqCst)).then(|| octets.to_vec())
+    });
+    let port = profivac_virtual::open::devices(&["bcg450@5"]).unwrap();
+    (Box::new(ChangingPort { port, change }), connections)
+}
+
+#[test]
+fn a_kept_connection_serves_all_requests_and_is_closed_at_the_end() {
+    let (port, connections) = counted_port();
+    let bus = Bus::on(port).open_async().unwrap();
+    let gauge = bus.gauge(5);
+    for _ in 0..3 {
+        block_on(gauge.device_state()).unwrap();
+    }
+    assert_eq!(connections.counts(), (3, 3), "a connection for each request");
+    gauge.keep_connection(Some(Duration::from_secs(3600))).wait().unwrap();
+    for _ in 0..3 {
+        block_on(gauge.device_state()).unwrap();
+    }
+    // Moves the selector, which the end of the gauge restores over the same connection.
+    block_on(gauge.read(OTHER_INSTANCE)).unwrap();
+    bus.submit(|session| ms2::read(session, 5, 0, 25)).wait().unwrap().unwrap();
+    assert_eq!(connections.counts(), (4, 3), "one for all, that of another client included");
+    gauge.keep_connection(None).wait().unwrap();
+    assert_eq!(connections.counts(), (4, 4));
+    gauge.keep_connection(Some(Duration::from_secs(3600))).wait().unwrap();
+    block_on(gauge.device_state()).unwrap();
+    drop(gauge);
+    assert_eq!(connections.counts(), (5, 5));
+    assert_eq!(bus.submit(|session| ms2::read(session, 5, 1, 46).unwrap()).wait().unwrap(), [1]);
+}
+
+#[test]
+fn a_kept_connection_is_closed_when_no_request_comes() {
+    let (port, connections) = counted_port();
+    let bus = Bus::on(port).open_async().unwrap();
+    let gauge = bus.gauge(5);
+    gauge.keep_connection(Some(Duration::from_millis(100))).wait().unwrap();
+    block_on(gauge.device_state()).unwrap();
+    // No request: only the thread of the bus closes it.
+    let is_open = |(opened, closed): (usize, usize)| opened != closed;
+    while is_open(connections.counts()) {
+        std::thread::yield_now();
+    }
+    let before = connections.counts().0;
+    block_on(gauge.device_state()).unwrap();
+    assert_eq!(connections.counts().0, before + 1, "the next request opens another one");
+}
+
+#[test]
+fn a_kept_connection_that_was_lost_is_opened_again_after_the_gauge_is_identified() {
+    let (port, connections) = counted_port();
+    let bus = Bus::on(port).timeout(Duration::from_secs(60)).open_async().unwrap();
+    let gauge = bus.gauge(5);
+    gauge.keep_connection(Some(Duration::from_secs(3600))).wait().unwrap();
+    block_on(gauge.device_state()).unwrap();
+    connections.is_cut.store(true, Ordering::SeqCst);
+    block_on(gauge.device_state()).unwrap_err();
+    assert!(!bus.submit(|session| session.has_kept_connection(5)).wait().unwrap());
+    connections.is_cut.store(false, Ordering::SeqCst);
+    let before = connections.counts().0;
+    block_on(gauge.device_state()).unwrap();
+    assert_eq!(connections.counts().0, before + 1);
 }

@@ -33,8 +33,6 @@ pub enum Expected {
     Acknowledgement,
     /// RS, for this reason.
     Closed(Closed),
-    /// Data of any length.
-    Data,
     /// Data of low priority.
     DataLow,
     /// As many octets.
@@ -223,7 +221,6 @@ impl fmt::Display for Expected {
             }
             Self::Acknowledgement => f.write_str("SC"),
             Self::Closed(reason) => write!(f, "RS: {reason}"),
-            Self::Data => f.write_str("DL or DH with data"),
             Self::DataLow => f.write_str("DL: responses of DP-V1 have low priority"),
             Self::Octets(0) => f.write_str("no data: SC, or DH without data"),
             Self::Octets(count) => write!(f, "DL or DH with {count} octets"),

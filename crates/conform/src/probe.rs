@@ -172,7 +172,7 @@ impl Station for Probe {
 fn sending_master(telegram: &Telegram<'_>) -> Option<u8> {
     match telegram {
         Telegram::Token { da, sa } if *da < BROADCAST && *sa < BROADCAST => Some(*sa),
-        Telegram::Data(frame) if matches!(frame.control(), Control::Request { .. }) => Some(frame.sa),
+        Telegram::Data(data) if matches!(data.control(), Control::Request { .. }) => Some(data.sa),
         Telegram::Token { .. } | Telegram::Data(_) | Telegram::ShortAck => None,
     }
 }

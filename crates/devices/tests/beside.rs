@@ -13,7 +13,8 @@ use profivac_devices::store::{RamStore, Store};
 use profivac_devices::tpg::{Tpg, table};
 use profivac_devices::xpg400::{Xpg400, Xpg400Model};
 use profivac_dp::link::{Baud, BitTime, Station};
-use profivac_dp::slave::Slave;
+use profivac_dp::slave::{Device as _, Dpv1Error, Relation, Slave};
+use profivac_wire::acyclic::ErrorCode;
 use profivac_wire::control::{Control, FrameCount, Function};
 use profivac_wire::{DataTelegram, Telegram};
 
@@ -46,7 +47,7 @@ impl<'a, B: Behaviour, S: Store + Clone> Both<'a, B, S> {
         }
     }
 
-    /// The application takes what the bus wants, and publishes.
+    /// The application takes the requests of masters, and publishes its results.
     fn work(&mut self) {
         let tasks = self.beside.device_mut().take_tasks();
         self.application.adopt(&tasks);
@@ -206,6 +207,18 @@ fn polls_are_acknowledged_until_the_application_has_run() {
         let [_, response] = both.send(Some((48, MS2)), &[]);
         assert!(response.is_some_and(|answer| answer.len() > 11), "the response, once");
     }
+}
+
+/// MS1 and two connections of MS2 have a place for an access. A further one is refused, and nothing waits for it.
+#[test]
+fn an_access_without_a_place_is_refused() {
+    let device: Bcg450<Ram> = Bcg450::new(RamStore::default(), setup());
+    let mut bus = BusSide::new(&device);
+    let refusal = Dpv1Error::new(ErrorCode::RESOURCE_UNAVAILABLE.0);
+    let third = Relation::Ms2(2);
+    assert_eq!(bus.read(third, 0, 25, &mut [0; 240]), Err(refusal));
+    assert_eq!(bus.write(third, 0, 15, &[4]), Err(refusal));
+    assert!(!bus.is_executing(third) && !bus.has_tasks());
 }
 
 /// Chk_Cfg is answered at once, and the inputs of the new configuration come with the application: until then the diagnosis has

@@ -71,7 +71,7 @@ fn check(line: &Bus) {
 }
 
 #[test]
-fn commands_in_any_order_and_at_any_time() {
+fn commands_in_any_order_and_at_any_time_leave_counts_and_images_consistent() {
     let mut random = Random::new(0x0DD5_0DD5);
     let settings = Settings { control_cycles: 10, ..Settings::new(Baud::B1500000) };
     let mut line = Line::new(Master::on(bus().check().unwrap(), settings, BitTime(0)));

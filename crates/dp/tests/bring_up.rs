@@ -130,7 +130,7 @@ fn one_three_and_thirty_two_slaves_come_into_data_exchange() {
             assert_eq!(line.master.user.inputs(address), Some(&[address, !address][..]));
             assert_eq!(remote.device().outputs, Some(vec![0x40, address]));
             let counters = line.master.user.counters(address).unwrap();
-            assert_eq!((counters.lost, counters.retries, counters.starts), (0, 0, 1));
+            assert_eq!((counters.lost, counters.repetitions, counters.starts), (0, 0, 1));
         }
         assert_eq!(line.master.user.exchanging(), usize::from(count));
         assert!(!line.master.user.take_overflow() || count == 32, "64 events do for a few slaves");

@@ -225,6 +225,7 @@ fn a_group_is_kept_in_clear_while_the_others_operate() {
     put(&mut line, [9, 9]);
     line.run_for(3_000);
     line.master.user.set_cleared_groups(2);
+    assert_eq!(line.master.user.cleared_groups(), 2);
     let first = line.trace.len();
     for _ in 0..30 {
         line.run_for(2_000);

@@ -344,7 +344,7 @@ fn a_repeated_request_is_counted_and_executed_once() {
     assert_eq!(messages[0], messages[2], "the same request: {messages:?}");
     assert_eq!(messages[1], messages[3], "the same answer: {messages:?}");
     let after = line.master.user.counters(8).unwrap();
-    assert_eq!((after.retries - before.retries, after.lost - before.lost), (1, 0));
+    assert_eq!((after.repetitions - before.repetitions, after.lost - before.lost), (1, 0));
 }
 
 #[test]
@@ -406,7 +406,7 @@ fn flipped_bits_cause_repetitions_and_never_a_wrong_value() {
     line.telegram_fault = None;
     for address in addresses {
         let counters = line.master.user.counters(address).unwrap();
-        assert!(counters.exchanges > 3_000 && counters.retries > 20, "{counters:?}");
+        assert!(counters.exchanges > 3_000 && counters.repetitions > 20, "{counters:?}");
         assert_eq!(counters.starts, 1, "no slave was restarted");
     }
 }

@@ -195,7 +195,7 @@ impl Believer {
         Self { slave, dice: Dice(seed), count: FIRST, after_loss, held, acyclic, losses: 0 }
     }
 
-    /// A request and its retry. `None` if both were lost.
+    /// A request and its repetition. `None` if both were lost.
     fn ask(&mut self, sap: Option<(u8, u8)>, du: &[u8]) -> Option<Vec<u8>> {
         let fc = Control::Request { function: Function::SrdLow, count: self.count }.to_octet();
         let (dsap, ssap) = sap.unzip();

@@ -212,7 +212,7 @@ fn telegram_at(slave: &mut Slave<Gauge>, end: BitTime, telegram: &Telegram<'_>) 
 }
 
 #[test]
-fn ten_million_random_and_mutated_octets() {
+fn a_slave_answers_the_requests_among_ten_million_octets_and_nothing_else() {
     let seed = 0x5EED_0001;
     println!("seed {seed:#X}");
     let mut rng = Rng::with_seed(seed);
@@ -292,7 +292,7 @@ fn classify(octets: &[u8]) -> Answer {
 }
 
 #[test]
-fn services_of_three_masters_in_any_order_and_at_any_time() {
+fn services_of_three_masters_in_any_order_and_at_any_time_get_allowed_answers_only() {
     for seed in 0..20 {
         let mut rng = Rng::with_seed(seed);
         let mut line = Line::new();

@@ -133,7 +133,7 @@ fn fault(rig: &mut Rig) -> &'static str {
 
 /// profibus-wire 3.1
 #[test]
-fn every_service_in_every_state() {
+fn every_service_is_answered_in_every_state_as_in_the_golden() {
     let head = std::iter::once("service").chain(COLUMNS.iter().map(|(name, ..)| *name)).map(str::to_owned).collect();
     let rows = SERVICES.iter().map(|service| {
         let cells = COLUMNS.iter().map(|(_, state, sa)| ask(service, state, *sa));
@@ -217,7 +217,7 @@ fn step(phase: &str, input: Input) -> String {
 }
 
 #[test]
-fn every_request_in_every_phase_of_a_connection() {
+fn every_request_is_answered_in_every_phase_of_a_connection_as_in_the_golden() {
     let head = std::iter::once("input").chain(PHASES).map(str::to_owned).collect();
     let more = [("2 T pass", Input::Passes(2)), ("3 T pass", Input::Passes(3))];
     let rows = INPUTS.iter().chain(&more).map(|(name, input)| {

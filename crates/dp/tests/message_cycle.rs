@@ -44,7 +44,9 @@ impl FdlUser for List {
         assert!(self.sent.take().is_some(), "no message is to be confirmed");
         self.reported.push(match confirmation {
             Confirmation::Sent => Told::Sent,
-            Confirmation::Answer(Answer { status, du, retries, .. }) => Told::Answer(status, du.to_vec(), retries),
+            Confirmation::Answer(Answer { status, du, repetitions, .. }) => {
+                Told::Answer(status, du.to_vec(), repetitions)
+            }
             Confirmation::Failed(failure) => Told::Failed(failure),
         });
     }
@@ -224,7 +226,7 @@ fn the_wait_for_an_answer_that_has_begun_is_limited() {
 }
 
 #[test]
-fn after_giving_up_the_next_request_is_a_first_contact_without_a_retry() {
+fn after_giving_up_the_next_request_is_a_first_contact_without_a_repetition() {
     let mut rig = rig(&[EXCHANGE; 5]);
     assert_eq!(rig.next_request().octets[6], 0x6D);
     // The station is not operational for the master yet, so the master sends the request once.
@@ -232,7 +234,7 @@ fn after_giving_up_the_next_request_is_a_first_contact_without_a_retry() {
     rig.receive("E5");
     assert_eq!(rig.next_telegram().octets[6], 0x5D);
     assert_eq!(rig.next_telegram().octets[6], 0x5D);
-    assert_eq!(rig.next_telegram().octets[6], 0x6D, "one retry, then the first contact again");
+    assert_eq!(rig.next_telegram().octets[6], 0x6D, "one repetition, then the first contact again");
     rig.receive("E5");
     assert_eq!(rig.next_telegram().octets[6], 0x5D);
     rig.receive("E5");

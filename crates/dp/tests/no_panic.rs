@@ -104,7 +104,7 @@ fn receive(station: &mut Any, receiver: &mut Receiver, now: BitTime, octet: u8) 
 }
 
 #[test]
-fn random_octets_at_random_times() {
+fn random_octets_at_random_times_leave_the_station_working() {
     let mut random = Random::new(0x000C_7E75);
     for _ in 0..20 {
         let mut station = station();
@@ -131,7 +131,7 @@ fn random_octets_at_random_times() {
 }
 
 #[test]
-fn every_kind_of_wrong_answer_to_every_request() {
+fn every_kind_of_wrong_answer_leaves_the_station_working() {
     let mut random = Random::new(0x000A_57E4);
     for _ in 0..20 {
         let mut station = station();

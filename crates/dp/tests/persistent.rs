@@ -228,7 +228,12 @@ fn a_faulty_slave_is_reported_retried_slowly_and_costs_the_others_at_most_one_me
         assert!((least..=most).contains(&asked), "{}: {asked} messages", fault.name);
         for (address, before) in OTHERS.into_iter().zip(before) {
             let after = line.master.user.counters(address).unwrap();
-            assert_eq!((after.lost, after.retries, after.starts), (before.lost, before.retries, 1), "{}", fault.name);
+            assert_eq!(
+                (after.lost, after.repetitions, after.starts),
+                (before.lost, before.repetitions, 1),
+                "{}",
+                fault.name
+            );
             let missed = (after.exchanges - before.exchanges).abs_diff(line.master.user.cycles() - cycles);
             assert!(missed <= 1, "{}: {address} is exchanged with in every cycle", fault.name);
         }
@@ -306,6 +311,6 @@ fn a_slave_that_leaves_exchange_every_time_is_started_four_times_a_second_at_mos
     assert!(longest <= GOOD_CYCLE + WORST_MESSAGE + CONTROL, "{longest}");
     for address in OTHERS {
         let counters = line.master.user.counters(address).unwrap();
-        assert_eq!((counters.lost, counters.retries, counters.starts), (0, 0, 1));
+        assert_eq!((counters.lost, counters.repetitions, counters.starts), (0, 0, 1));
     }
 }

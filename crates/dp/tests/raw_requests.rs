@@ -132,7 +132,7 @@ fn the_frame_count_of_a_station_is_one_for_exchange_diagnosis_and_single_request
         assert_eq!(pair[0] ^ pair[1], 0x20, "FCV stays, FCB toggles: {counted:02X?}");
     }
     let counters = line.master.user.counters(8).unwrap();
-    assert_eq!((counters.lost, counters.retries), (0, 0));
+    assert_eq!((counters.lost, counters.repetitions), (0, 0));
 }
 
 #[test]
@@ -166,7 +166,7 @@ fn the_slot_is_busy_until_the_result_is_taken() {
     assert_eq!(line.master.user.take_confirmation(), None);
     line.run_for(5_000);
     assert_eq!(line.master.user.submit_request(&services::get_cfg(8)), Err(Busy));
-    let answer = Answer { station: StationType::Slave, status: Status::DataLow, du: &CFG, retries: 0 };
+    let answer = Answer { station: StationType::Slave, status: Status::DataLow, du: &CFG, repetitions: 0 };
     assert_eq!(line.master.user.take_confirmation(), Some(Confirmation::Answer(answer)));
     assert_eq!(line.master.user.submit_request(&services::get_cfg(8)), Ok(()));
 }

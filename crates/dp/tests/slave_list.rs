@@ -167,7 +167,7 @@ fn new_parameters_reach_one_slave_while_the_others_exchange() {
     }
     for address in [3, 5] {
         let counters = line.master.user.counters(address).unwrap();
-        assert_eq!((counters.starts, counters.lost, counters.retries), (1, 0, 0));
+        assert_eq!((counters.starts, counters.lost, counters.repetitions), (1, 0, 0));
         let gap = longest_gap(&line, first, address);
         assert!(gap < 1_500, "{gap}");
     }

@@ -57,15 +57,15 @@ impl Answer<'_> {
 }
 
 impl Request {
-    /// The request in `frame`; `None` for an answer and for SDN, which is never answered.
+    /// The request in `data`; `None` for an answer and for SDN, which is never answered.
     #[must_use]
-    pub fn of(frame: &DataTelegram<'_>, at: Option<BitTime>) -> Option<Self> {
-        let Control::Request { function, count } = frame.control() else { return None };
+    pub fn of(data: &DataTelegram<'_>, at: Option<BitTime>) -> Option<Self> {
+        let Control::Request { function, count } = data.control() else { return None };
         if matches!(function, Function::SdnLow | Function::SdnHigh) {
             return None;
         }
-        let (sap, saps) = (Sap::from_octet(frame.dsap), [frame.dsap, frame.ssap]);
-        Some(Self { master: frame.sa, slave: frame.da, sap, function, count, saps, du: frame.du.to_vec(), at })
+        let (sap, saps) = (Sap::from_octet(data.dsap), [data.dsap, data.ssap]);
+        Some(Self { master: data.sa, slave: data.da, sap, function, count, saps, du: data.du.to_vec(), at })
     }
 
     /// The service that the request asks for.
@@ -85,12 +85,12 @@ impl Request {
         }
     }
 
-    /// Whether `frame` is the answer: its addresses and access points are those of the request, swapped.
+    /// Whether `data` is the answer: its addresses and access points are those of the request, swapped.
     #[must_use]
-    pub fn is_answered_by(&self, frame: &DataTelegram<'_>) -> bool {
-        let stations = frame.sa == self.slave && frame.da == self.master;
-        let plain = frame.dsap.is_none() && frame.ssap.is_none();
-        stations && (plain || [frame.ssap, frame.dsap] == self.saps || self.is_initiate_answered(frame))
+    pub fn is_answered_by(&self, data: &DataTelegram<'_>) -> bool {
+        let stations = data.sa == self.slave && data.da == self.master;
+        let plain = data.dsap.is_none() && data.ssap.is_none();
+        stations && (plain || [data.ssap, data.dsap] == self.saps || self.is_initiate_answered(data))
     }
 
     /// Whether `other` is a repetition: an equal request with an equal, counted frame count bit.
@@ -100,9 +100,9 @@ impl Request {
             && Self { at: None, ..self.clone() } == Self { at: None, ..other.clone() }
     }
 
-    /// Whether `frame` answers Initiate: the answer comes from the access point of the new connection.
-    fn is_initiate_answered(&self, frame: &DataTelegram<'_>) -> bool {
-        matches!(self.sap, Sap::ResourceManager | Sap::Ms2(_)) && frame.dsap == self.saps[1]
+    /// Whether `data` answers Initiate: the answer comes from the access point of the new connection.
+    fn is_initiate_answered(&self, data: &DataTelegram<'_>) -> bool {
+        matches!(self.sap, Sap::ResourceManager | Sap::Ms2(_)) && data.dsap == self.saps[1]
     }
 }
 

@@ -3,8 +3,8 @@
 use super::cycle::{Answer, Request};
 use super::names::DeviceTables;
 use super::note::{Kind, Notes, octets};
-use super::refusal::channel_code;
 use profivac_client::cyclic::{TtrReading, exception_texts, extension_texts, mantissa_number};
+use profivac_client::records::RefusalCodes;
 use profivac_devices::model::{Configuration, Field, TaskKind, Telegram};
 use profivac_devices::profile::{ExceptionStatus, StatusExtension};
 use profivac_sim::describe::Hex;
@@ -139,7 +139,7 @@ impl Cyclic {
         // An answer with other numbers belongs to the task before.
         let ak = Some(pke >> 4).filter(|ak| *ak != NOTHING && (*slot, *index) == (task_slot, task_index))?;
         let result = match (ak, tables.model, value) {
-            (REFUSED, Some(model), [.., code]) => format!(" is refused: {} (code {code})", channel_code(model, *code)),
+            (REFUSED, Some(_), [.., code]) => format!(" is refused: {}", RefusalCodes { code_1: None, code: *code }),
             (REFUSED, None, [.., code]) => format!(" is refused: code {code}"),
             _ if !reads => " is done".to_owned(),
             (BYTE, _, [.., low]) => format!(" = {}", tables.value(*slot, *index, &[*low])),

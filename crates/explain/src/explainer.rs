@@ -168,15 +168,15 @@ impl Explainer {
                 self.ring.token(*sa, *da, notes);
                 String::new()
             }
-            Telegram::Data(frame) => {
-                let role = match frame.control() {
+            Telegram::Data(data) => {
+                let role = match data.control() {
                     Control::Response { station: StationType::Slave, .. } => Role::Slave,
                     Control::Request { .. } | Control::Response { .. } => Role::Master,
                 };
-                self.count(frame.sa, role);
-                match frame.control() {
-                    Control::Request { function, .. } => self.request(frame, function, piece, notes),
-                    Control::Response { station, status } => self.response(frame, station, status, notes),
+                self.count(data.sa, role);
+                match data.control() {
+                    Control::Request { function, .. } => self.request(data, function, piece, notes),
+                    Control::Response { station, status } => self.response(data, station, status, notes),
                 }
             }
         }
@@ -197,16 +197,10 @@ impl Explainer {
         self.finish(&request, Answer { status: Status::Ok, du: &[] }, notes)
     }
 
-    fn request(
-        &mut self,
-        frame: &DataTelegram<'_>,
-        function: Function,
-        piece: &Piece,
-        notes: &mut Notes<'_>,
-    ) -> String {
+    fn request(&mut self, data: &DataTelegram<'_>, function: Function, piece: &Piece, notes: &mut Notes<'_>) -> String {
         self.end_pending(notes);
-        let Some(request) = Request::of(frame, piece.start) else {
-            self.global_control(frame, notes);
+        let Some(request) = Request::of(data, piece.start) else {
+            self.global_control(data, notes);
             return String::new();
         };
         if matches!(function, Function::FdlStatus | Function::Ident | Function::LsapStatus) {
@@ -249,29 +243,29 @@ impl Explainer {
 
     fn response(
         &mut self,
-        frame: &DataTelegram<'_>,
+        data: &DataTelegram<'_>,
         station: StationType,
         status: Status,
         notes: &mut Notes<'_>,
     ) -> String {
-        let Some(request) = self.pending.take_if(|request| request.is_answered_by(frame)) else {
-            if (Answer { status, du: frame.du }).is_refusal() {
+        let Some(request) = self.pending.take_if(|request| request.is_answered_by(data)) else {
+            if (Answer { status, du: data.du }).is_refusal() {
                 let text =
-                    format!("refuses a request of master {} that was not received: {}", frame.da, status_text(status));
-                notes.about(frame.sa, Kind::Refused, text);
+                    format!("refuses a request of master {} that was not received: {}", data.da, status_text(status));
+                notes.about(data.sa, Kind::Refused, text);
             }
             return String::new();
         };
         if is_counted(request.function) {
-            return self.finish(&request, Answer { status, du: frame.du }, notes);
+            return self.finish(&request, Answer { status, du: data.du }, notes);
         }
-        if station != StationType::Slave && self.masters.insert(frame.sa, station) != Some(station) {
+        if station != StationType::Slave && self.masters.insert(data.sa, station) != Some(station) {
             let state = match station {
                 StationType::MasterInRing => "is a master in the token ring",
                 StationType::MasterReady => "is a master that is ready for the token ring",
                 StationType::MasterNotReady | StationType::Slave => "is a master that is not ready for the token ring",
             };
-            notes.about(frame.sa, Kind::Presence, state);
+            notes.about(data.sa, Kind::Presence, state);
         }
         String::new()
     }
@@ -285,15 +279,15 @@ impl Explainer {
     }
 
     /// Adds a note about a Global_Control, which has no answer, if it differs from the last one of the master.
-    fn global_control(&mut self, frame: &DataTelegram<'_>, notes: &mut Notes<'_>) {
-        let (Sap::GlobalControl, Ok(control)) = (Sap::from_octet(frame.dsap), GlobalControl::parse(frame.du)) else {
+    fn global_control(&mut self, data: &DataTelegram<'_>, notes: &mut Notes<'_>) {
+        let (Sap::GlobalControl, Ok(control)) = (Sap::from_octet(data.dsap), GlobalControl::parse(data.du)) else {
             return;
         };
         let control = global_control(control);
-        if self.global_controls.get(&frame.sa) != Some(&control) {
-            let target = if frame.da == profivac_wire::BROADCAST { "all".to_owned() } else { frame.da.to_string() };
-            notes.add(None, Kind::Control, format!("master {} sends Global_Control{control} to {target}", frame.sa));
-            self.global_controls.insert(frame.sa, control);
+        if self.global_controls.get(&data.sa) != Some(&control) {
+            let target = if data.da == profivac_wire::BROADCAST { "all".to_owned() } else { data.da.to_string() };
+            notes.add(None, Kind::Control, format!("master {} sends Global_Control{control} to {target}", data.sa));
+            self.global_controls.insert(data.sa, control);
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use profivac_client::names::{NamedParameter, ParameterNames};
 use profivac_client::values::{Value, ValueFormat};
-use profivac_devices::model::{Codes, DataType, Model, Unit};
+use profivac_devices::model::{Codes, DataType, Model, Role, Unit};
 use profivac_sim::describe::Hex;
 
 /// The tables of a device, with the parameters that change the meaning of others.
@@ -15,9 +15,6 @@ pub struct DeviceTables {
     /// The instance that the selector of a slot with several instances has selected, if a telegram has shown it.
     pub instance: Option<u8>,
 }
-
-/// The parameters that select the instance of a slot.
-const SELECTORS: [&str; 2] = ["Channel Instance Selector", "Analog Input Sensor Function Block Instance"];
 
 impl DeviceTables {
     /// The name of a parameter as in [`ParameterNames`], with its numbers. The name lists all instances that share the slot:
@@ -59,7 +56,7 @@ impl DeviceTables {
         match row.data_type {
             DataType::ByType => return self.pressure(octets),
             DataType::Visible(_) => return Some(format!("{:?}", std::str::from_utf8(octets).ok()?.trim_end())),
-            _ if row.name == "Block Type" => return self.block(octets),
+            _ if row.role == Some(Role::BlockType) => return self.block(octets),
             DataType::Boolean if !matches!(octets, [0 | 1]) => return None,
             _ => {}
         }
@@ -87,17 +84,21 @@ impl DeviceTables {
     /// Records a value that was read or written: the unit and the selector change the meaning of other parameters.
     pub fn learn(&mut self, slot: u8, index: u8, octets: &[u8]) {
         let Some(row) = self.named(slot, index).next().map(|named| named.parameter.row) else { return };
-        if row.name == DATA_UNITS {
+        if row.codes == Codes::Units {
             self.unit = self.unit_of(octets).or(self.unit);
         }
-        if let (true, [instance]) = (SELECTORS.contains(&row.name), octets) {
+        if let (Some(Role::InstanceSelector), [instance]) = (row.role, octets) {
             self.instance = Some(*instance);
         }
     }
 
-    /// The unit with this code.
+    /// The unit with this code of one or two octets.
     fn unit_of(&self, octets: &[u8]) -> Option<&'static Unit> {
-        self.model?.unit(u16::from_be_bytes(octets.try_into().ok()?))
+        let code = match octets {
+            [code] => u16::from(*code),
+            _ => u16::from_be_bytes(octets.try_into().ok()?),
+        };
+        self.model?.unit(code)
     }
 
     /// The name of a block by its number.
@@ -120,8 +121,6 @@ impl DeviceTables {
         Some(format!("{number} {unit}"))
     }
 }
-
-const DATA_UNITS: &str = "Data Units";
 
 /// A number with at most four decimals and no trailing zeros; with an exponent below 0.01 and from 10000.
 #[must_use]
@@ -169,6 +168,42 @@ mod tests {
         assert_eq!(selected.name(1, 201), "setpoint-b.setpoint-function (slot 1 index 201)");
         assert_eq!(tables().name(7, 7), "slot 7 index 7");
         assert_eq!(DeviceTables::default().name(1, 19), "slot 1 index 19");
+    }
+
+    /// Each manual has its own word for the unit parameter: `Data Units`, `Data Unit`, `Pressure unit`.
+    #[test]
+    fn the_unit_parameter_of_every_model_sets_the_unit() {
+        for model in MODELS {
+            let names = ParameterNames::of(model);
+            let rows = names.all().iter().map(|named| named.parameter);
+            for Parameter { location, row, .. } in rows.filter(|parameter| parameter.row.codes == Codes::Units) {
+                let unit = &model.units[0];
+                let octets = match row.data_type {
+                    DataType::Uint8 => unit.code.to_be_bytes()[1..].to_vec(),
+                    _ => unit.code.to_be_bytes().to_vec(),
+                };
+                let mut tables = DeviceTables { model: Some(model), unit: None, instance: Some(location.instance) };
+                tables.learn(location.slot, row.index, &octets);
+                assert_eq!(tables.unit, Some(unit), "{} {}", model.name, row.name);
+            }
+        }
+    }
+
+    /// The block type has several names in the manuals: `Block Type`, `Block Type ID`, `Block-Type`.
+    #[test]
+    fn the_block_type_of_every_model_has_the_name_of_its_block() {
+        for model in MODELS {
+            let mut numbers = model.blocks.iter().filter_map(|placed| placed.block.block_type);
+            let Some(number) = numbers.next() else { continue };
+            let octets = [number.to_be_bytes(), [0, 0]].concat();
+            let names = ParameterNames::of(model);
+            let rows = names.all().iter().map(|named| named.parameter);
+            for Parameter { location, row, .. } in rows.filter(|found| found.row.role == Some(Role::BlockType)) {
+                let tables = DeviceTables { model: Some(model), unit: None, instance: Some(location.instance) };
+                let text = tables.value(location.slot, row.index, &octets);
+                assert!(text.ends_with(&format!("({})", Hex(&octets))), "{} {}: {text}", model.name, row.name);
+            }
+        }
     }
 
     #[test]

@@ -1,8 +1,7 @@
-//! Reasons why a slave refused Set_Prm, Chk_Cfg or a task of its parameter channel, from the telegrams and the tables of the
-//! device.
+//! Reasons why a slave refused Set_Prm or Chk_Cfg, from the telegrams and the tables of the device.
 
 use super::note::octets;
-use profivac_devices::model::{AccessError, Configuration, Model};
+use profivac_devices::model::{Configuration, Model};
 use profivac_sim::describe::Hex;
 use profivac_wire::cfg::lengths;
 use profivac_wire::prm::{PrmStatus, SetPrm};
@@ -108,26 +107,4 @@ fn difference(near: &[u8], requested: &[u8]) -> String {
         }
         _ => octet,
     }
-}
-
-/// The error codes of the parameter channel as text.
-const CHANNEL: [(AccessError, &str); 12] = [
-    (AccessError::UnknownSlot, "there is no such slot"),
-    (AccessError::UnknownIndex, "there is no such index"),
-    (AccessError::NotWritable, "it cannot be written"),
-    (AccessError::OutOfRange, "the value is out of range"),
-    (AccessError::WrongLength, "the length is wrong"),
-    (AccessError::NotInChannel, "the parameter channel cannot carry text"),
-    (AccessError::WrongMode, "not in this operating mode"),
-    (AccessError::AlreadyInState, "already in that state"),
-    (AccessError::StateConflict, "not in this state"),
-    (AccessError::NotReadable, "it cannot be read, or another error"),
-    (AccessError::StorageFailed, "the memory has failed"),
-    (AccessError::UnknownTask, "there is no such task"),
-];
-
-/// The meaning of an error code in the parameter channel of a device.
-pub(super) fn channel_code(model: &Model, code: u8) -> &'static str {
-    let known = CHANNEL.iter().find(|(refusal, _)| model.channel_rules.error_code(*refusal) == code);
-    known.map_or("an unknown error", |(_, text)| *text)
 }

@@ -251,7 +251,7 @@ fn the_explainer_counts_repetitions_and_reports_a_silent_slave_once() {
     let (mut decoder, mut explained) = (Decoder::new(BAUD, capture.times), Vec::new());
     capture.chunks.iter().for_each(|chunk| decoder.push(chunk, &mut explained));
     let counters = decoder.explainer().counters(5);
-    assert_eq!((counters.requests, counters.retries, counters.unanswered), (6, 3, 4));
+    assert_eq!((counters.requests, counters.repetitions, counters.unanswered), (6, 3, 4));
     let texts = sentences(&log);
     let expected = [
         "master 2 repeats Slave_Diag: no answer came",
@@ -341,7 +341,7 @@ fn an_equal_frame_count_bit_behind_a_damaged_stretch_is_no_repetition() {
     capture.chunks.iter().for_each(|chunk| decoder.push(chunk, &mut explained));
     decoder.end(&mut explained);
     assert_eq!(decoder.explainer().summary().damaged, 1);
-    assert_eq!(decoder.explainer().counters(5).retries, 0);
+    assert_eq!(decoder.explainer().counters(5).repetitions, 0);
 }
 
 #[test]

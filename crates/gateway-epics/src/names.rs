@@ -11,7 +11,7 @@ use std::collections::btree_map;
 pub enum NameError {
     /// A name is too long.
     #[error(
-        "[epics]: the name {name} of {point} has {} characters, EPICS allows {MAX_NAME}: shorten name or prefix, or give the signal a shorter \
+        "[epics]: the name {name} of {point} has {} octets, EPICS allows {MAX_NAME}: shorten name or prefix, or give the signal a shorter \
          name in signals",
         name.len()
     )]
@@ -344,7 +344,7 @@ const fn usual_name(signal: Signal) -> Option<&'static str> {
         Signal::Unacknowledged => "UNACK",
         Signal::SegmentUp => "SEG_OK",
         Signal::CycleTime => "CYCLE",
-        Signal::SegmentRepetitions => "RETRY_CNT",
+        Signal::SegmentRepetitions => "REPETITIONS",
         _ => return None,
     })
 }

@@ -63,7 +63,7 @@ fn every_point_has_a_record_and_the_names_are_those_of_the_documentation() {
         "VAC:CHAMBER:SP_A_ATM_P_REACHED_STR",
         "VAC:HALL:SEG_OK",
         "VAC:HALL:CYCLE",
-        "VAC:HALL:RETRY_CNT",
+        "VAC:HALL:REPETITIONS",
         "VAC:HEARTBEAT",
         "VAC:VERSION",
         "VAC:TABLE",

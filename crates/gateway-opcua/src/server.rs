@@ -12,9 +12,10 @@ use opcua_crypto::SecurityPolicy;
 use opcua_server::address_space::Event;
 use opcua_server::diagnostics::DiagnosticsNodeManagerBuilder;
 use opcua_server::{Limits, OperationalLimits, ServerBuilder, ServerEndpoint, ServerHandle, SubscriptionLimits};
-use opcua_types::{BuildInfo, DataValue, MessageSecurityMode, NodeId, ObjectId};
+use opcua_types::{BuildInfo, DataValue, MessageSecurityMode, NodeId, ObjectId, Variant};
 use profivac_gateway::thread::Context;
 use profivac_gateway::{Commander, Snapshot};
+use profivac_recorder::Micros;
 use profivac_station::config::gateways::opcua::{Policy, Settings};
 use std::net::{Ipv4Addr, SocketAddr};
 use std::sync::Arc;
@@ -211,6 +212,7 @@ async fn bring_values(handle: &ServerHandle, context: &Context, address: SocketA
     let mut space = Space::new(namespaces, nodes.inner().may_write());
     let mut snapshots = context.model.subscribe();
     let mut before: Option<Arc<Snapshot>> = None;
+    let mut second = 0;
     while snapshots.changed().await.is_ok() {
         let snapshot = Arc::clone(&snapshots.borrow_and_update());
         if before.as_ref().is_none_or(|before| !before.has_points_of(&snapshot)) {
@@ -226,6 +228,11 @@ async fn bring_values(handle: &ServerHandle, context: &Context, address: SocketA
         }
         let conditions = nodes.inner().conditions().update(namespaces.station, &snapshot, before.as_deref());
         show_conditions(handle, &nodes, &conditions, before.is_some());
+        let now = Micros::now();
+        if now.0 / Micros::SECOND != second {
+            second = now.0 / Micros::SECOND;
+            show(handle, &nodes, nodes.inner().conditions().countdowns(now));
+        }
         if before.is_none() {
             context.status.runs(address.to_string());
         }
@@ -235,13 +242,17 @@ async fn bring_values(handle: &ServerHandle, context: &Context, address: SocketA
 
 /// Shows the conditions that have changed, and tells subscribers of events of them, except at the start, when they ask for a refresh.
 fn show_conditions(handle: &ServerHandle, nodes: &StationNodes, changed: &[Arc<Condition>], is_event: bool) {
-    let shown: Vec<_> = changed.iter().flat_map(|condition| condition.values()).collect();
-    let values = shown.into_iter().map(|(id, value)| (id, DataValue::new_now(value))).collect::<Vec<_>>();
-    // An alarm whose node is gone is shown with the next list of points.
-    nodes.set_values(handle.subscriptions(), values.iter().map(|(id, value)| (id, None, value.clone()))).ok();
+    show(handle, nodes, changed.iter().flat_map(|condition| condition.values()).collect());
     if is_event {
         let server = NodeId::from(ObjectId::Server);
         let events = changed.iter().map(|condition| (&**condition as &dyn Event, &server));
         handle.subscriptions().notify_events(events);
     }
+}
+
+/// Sets nodes of conditions.
+fn show(handle: &ServerHandle, nodes: &StationNodes, values: Vec<(NodeId, Variant)>) {
+    let values: Vec<_> = values.into_iter().map(|(id, value)| (id, DataValue::new_now(value))).collect();
+    // An alarm whose node is gone is shown with the next list of points.
+    nodes.set_values(handle.subscriptions(), values.iter().map(|(id, value)| (id, None, value.clone()))).ok();
 }

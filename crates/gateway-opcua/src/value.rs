@@ -3,7 +3,6 @@
 use crate::plan::{DataType, Source};
 use opcua_types::{DataValue, DateTime, LocalizedText, StatusCode, UAString, Variant};
 use profivac_devices::catalog::model_named;
-use profivac_devices::reading::Quality;
 use profivac_gateway::{Health, PointValue, Signal, Snapshot, State, Value};
 use profivac_recorder::{Micros, Sample};
 
@@ -159,16 +158,7 @@ pub fn given(variant: &Variant) -> Option<Value> {
 /// A recorded sample.
 #[must_use]
 pub fn of_sample(sample: &Sample) -> DataValue {
-    let state = match sample.quality {
-        Quality::Valid => State::Ok,
-        Quality::Underrange => State::UnderRange,
-        Quality::Overrange => State::OverRange,
-        Quality::Off => State::Off,
-        Quality::Missing => State::NotPresent,
-        Quality::Stale => State::Stale,
-        Quality::Fault => State::Fault,
-        Quality::Assumed => State::Invalid,
-    };
+    let state = State::recorded(sample.quality);
     let status = StatusCode::from(state.codes().opcua);
     stamped(sample.pa.filter(|_| state.codes().has_value).map(float), status, sample.at)
 }
@@ -178,6 +168,7 @@ mod tests {
     use super::*;
     use opcua_server::address_space::Variable;
     use opcua_types::{DataEncoding, NumericRange, TimestampsToReturn};
+    use profivac_devices::reading::Quality;
 
     const EMPTY: Option<Variant> = Some(Variant::Empty);
 

@@ -21,11 +21,63 @@ impl Format {
         }
     }
 
-    /// The format for a client with this `Accept` header.
+    /// The format for a client with this `Accept` header: the one with the greater weight, and OpenMetrics if both have the same. A client
+    /// that names neither gets the older one, which is text for every program.
     #[must_use]
     pub fn accepted(accept: &str) -> Self {
-        if accept.contains("application/openmetrics-text") { Self::OpenMetrics } else { Self::Prometheus }
+        let [open, old] = [("application", "openmetrics-text", "1.0.0"), ("text", "plain", "0.0.4")]
+            .map(|media| accept.split(',').filter_map(|range| weight(range, media)).max().unwrap_or_default());
+        let is_named = open.specificity == Specificity::Named;
+        if open.thousandths > old.thousandths
+            || (is_named && open.thousandths > 0 && open.thousandths == old.thousandths)
+        {
+            Self::OpenMetrics
+        } else {
+            Self::Prometheus
+        }
     }
+}
+
+/// How a range of media names one of them. A later one decides over an earlier one (RFC 9110, 12.5.1).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+enum Specificity {
+    /// `*/*`, or not at all.
+    #[default]
+    Any,
+    /// `text/*`.
+    Kind,
+    /// `text/plain`.
+    Named,
+}
+
+/// What a client gives a format.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+struct Weight {
+    specificity: Specificity,
+    thousandths: u16,
+}
+
+/// What a range of an `Accept` header gives a format; `None` for a range of others, another version, or a text that is no range.
+fn weight(range: &str, (kind, name, version): (&str, &str, &str)) -> Option<Weight> {
+    let mut parts = range.split(';').map(str::trim);
+    let (own_kind, own_name) = parts.next()?.split_once('/')?;
+    let is = |own: &str, name: &str| own.eq_ignore_ascii_case(name);
+    let specificity = match (own_kind, own_name) {
+        ("*", "*") => Specificity::Any,
+        (own, "*") if is(own, kind) => Specificity::Kind,
+        (own_kind, own_name) if is(own_kind, kind) && is(own_name, name) => Specificity::Named,
+        _ => return None,
+    };
+    let mut thousandths = 1000;
+    for (key, value) in parts.filter_map(|part| part.split_once('=')) {
+        if is(key, "q") {
+            let weight: f32 = value.parse().ok().filter(|weight| (0.0..=1.0).contains(weight))?;
+            thousandths = (weight * 1000.0) as u16;
+        } else if is(key, "version") && value.trim_matches('"') != version {
+            return None;
+        }
+    }
+    Some(Weight { specificity, thousandths })
 }
 
 /// The type of a metric.
@@ -175,6 +227,25 @@ mod tests {
         let prometheus = "application/openmetrics-text;version=1.0.0,text/plain;version=0.0.4;q=0.5,*/*;q=0.1";
         assert_eq!(Format::accepted(prometheus), Format::OpenMetrics);
         assert_eq!(Format::accepted("*/*"), Format::Prometheus);
+        for (accept, format) in [
+            ("", Format::Prometheus),
+            ("application/openmetrics-text", Format::OpenMetrics),
+            (
+                "Application/OpenMetrics-Text; version=\"1.0.0\"; escaping=allow-utf-8; q=0.6, text/plain; q=0.3",
+                Format::OpenMetrics,
+            ),
+            ("text/plain, application/openmetrics-text", Format::OpenMetrics),
+            ("text/plain;q=0.9, application/openmetrics-text;q=0.2", Format::Prometheus),
+            ("application/openmetrics-text;q=0", Format::Prometheus),
+            ("application/openmetrics-text;q=0, */*", Format::Prometheus),
+            ("application/openmetrics-text;version=0.0.1, text/plain;q=0.1", Format::Prometheus),
+            ("application/openmetrics-text;q=much", Format::Prometheus),
+            ("text/html, application/*;q=0.9", Format::OpenMetrics),
+            ("text/*;q=0.9, application/*;q=0.9", Format::Prometheus),
+            (";;,,=/q=", Format::Prometheus),
+        ] {
+            assert_eq!(Format::accepted(accept), format, "{accept}");
+        }
     }
 
     #[test]

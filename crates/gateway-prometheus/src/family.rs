@@ -103,7 +103,7 @@ fn form(signal: Signal) -> Form {
         Signal::Assumptions => Form::Text("assumptions"),
         Signal::AlarmText => Form::Text("text"),
         Signal::AlarmUnit => Form::Text("unit"),
-        Signal::AcknowledgedBy => Form::Text("user"),
+        Signal::AcknowledgedBy | Signal::SuppressedBy => Form::Text("user"),
         Signal::OutOfService => Form::Text("reason"),
         Signal::Quality => Form::States("quality", &profivac_gateway::signal::QUALITIES),
         Signal::TokenRing => Form::Text("addresses"),

@@ -12,7 +12,7 @@ use crate::signal::Signal;
 use profivac_client::names::{ParameterNames, Target};
 use profivac_devices::catalog::model_named;
 use profivac_devices::model::{AccessPath, Direction};
-use profivac_station::alarm::AlarmServiceError;
+use profivac_station::alarm::{AlarmResult, AlarmServiceError, ReasonError, SHELVED, checked_reason};
 use profivac_station::auth::users::{Users, UsersError};
 use profivac_station::auth::{Actor, Forbidden, Role};
 use profivac_station::control::ControlError;
@@ -23,6 +23,7 @@ use std::collections::{HashMap, HashSet};
 use std::net::IpAddr;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use std::time::Duration;
 use tokio::sync::Semaphore;
 
 /// Requests of one gateway that wait or are being done. free choice: a gauge takes a tenth of a second, a client waits some seconds.
@@ -54,6 +55,20 @@ pub enum WriteRequest {
         /// The occurrence that the client has seen: a later one stays unacknowledged.
         occurrence: i64,
     },
+    /// The shelving of an alarm for a time.
+    Shelve {
+        /// The alarm.
+        alarm: Arc<str>,
+        /// Why.
+        reason: String,
+        /// For how long; the station allows [`SHELVED`].
+        time: Duration,
+    },
+    /// The end of the shelving of an alarm.
+    Unshelve {
+        /// The alarm.
+        alarm: Arc<str>,
+    },
 }
 
 /// The reason why a request of a client was not done.
@@ -75,9 +90,15 @@ pub enum WriteError {
     /// The station, the audit trail or the gauge refuses.
     #[error(transparent)]
     Control(Box<ControlError>),
-    /// The alarm cannot be acknowledged.
+    /// The state of the alarm does not allow it.
     #[error(transparent)]
     Alarm(#[from] AlarmServiceError),
+    /// The reason of a shelving is none.
+    #[error(transparent)]
+    Reason(#[from] ReasonError),
+    /// An alarm is not shelved for this time.
+    #[error("expected a time from {} to {} min, found {:.1} min", SHELVED.start().as_secs() / 60, SHELVED.end().as_secs() / 60, .0.as_secs_f64() / 60.0)]
+    ShelvingTime(Duration),
     /// The request has failed unexpectedly.
     #[error("the request has failed unexpectedly")]
     Failed,
@@ -143,8 +164,25 @@ fn done(
             actor.user.require(Role::Operator, "acknowledging an alarm")?;
             services.alarms().acknowledge(&alarm, occurrence, &actor)?;
         }
+        WriteRequest::Shelve { alarm, reason, time } => {
+            actor.user.require(Role::Operator, "shelving an alarm")?;
+            let reason = checked_reason(&reason)?;
+            if !SHELVED.contains(&time) {
+                return Err(WriteError::ShelvingTime(time));
+            }
+            first(services.alarms().shelve_all(vec![alarm.to_string()], &actor, &reason, time))?;
+        }
+        WriteRequest::Unshelve { alarm } => {
+            actor.user.require(Role::Operator, "unshelving an alarm")?;
+            first(services.alarms().unshelve_all(vec![alarm.to_string()], &actor))?;
+        }
     }
     Ok(())
+}
+
+/// The result of a change of one alarm.
+fn first(results: Vec<AlarmResult>) -> Result<(), WriteError> {
+    results.into_iter().try_for_each(|(_, done)| Ok(done?))
 }
 
 /// The device of each gauge that this station controls, by the gauge; gauges of other masters are left out.

@@ -551,12 +551,17 @@ fn alarm(alarm: &AlarmView, sink: &mut impl Sink) {
     put(Signal::Priority, Raw::Choice(priority(alarm.priority)));
     put(Signal::Occurrence, Raw::Integer(alarm.occurrence));
     put(Signal::AlarmText, Raw::Text(&alarm.text));
-    let reason = alarm.out_of_service.as_ref().or(alarm.shelved.as_ref()).map(|it| it.reason.as_str());
+    let suppression = alarm.out_of_service.as_ref().or(alarm.shelved.as_ref());
     put(Signal::AlarmValue, Raw::float(alarm.value));
     put(Signal::AlarmLimit, Raw::float(alarm.limit));
     put(Signal::AlarmUnit, Raw::Text(alarm.unit.unwrap_or_default()));
     put(Signal::AcknowledgedBy, Raw::Text(alarm.acknowledged_by.as_deref().unwrap_or_default()));
-    put(Signal::OutOfService, Raw::Text(reason.unwrap_or_default()));
+    put(Signal::AcknowledgedAt, alarm.acknowledged_ms.map_or(Raw::None, time));
+    put(Signal::Raised, alarm.raised_ms.map_or(Raw::None, time));
+    put(Signal::RaisedValue, Raw::float(alarm.raised_value));
+    put(Signal::OutOfService, Raw::Text(suppression.map_or("", |it| &it.reason)));
+    put(Signal::SuppressedBy, Raw::Text(suppression.map_or("", |it| &it.user)));
+    put(Signal::SuppressedUntil, suppression.and_then(|it| it.until_ms).map_or(Raw::None, time));
     put(Signal::Instruction, Raw::Text(alarm.message.as_deref().unwrap_or_default()));
 }
 

@@ -185,7 +185,12 @@ signals! {
     AlarmLimit          "alarm-limit"           Alarm   Kind::Float,                 None,        "Limit of the alarm";
     AlarmUnit           "alarm-unit"            Alarm   Kind::Text,                  None,        "Unit of value and limit of the alarm";
     AcknowledgedBy      "acknowledged-by"       Alarm   Kind::Text,                  None,        "User who has acknowledged the alarm";
+    AcknowledgedAt      "acknowledged-at"       Alarm   Kind::Time,                  None,        "Time of the acknowledgement";
+    Raised              "raised"                Alarm   Kind::Time,                  None,        "Time when the alarm was raised last";
+    RaisedValue         "raised-value"          Alarm   Kind::Float,                 None,        "Value that raised the alarm, in the unit of its limit";
     OutOfService        "out-of-service"        Alarm   Kind::Text,                  None,        "Why the alarm is shelved or out of service; empty otherwise";
+    SuppressedBy        "suppressed-by"         Alarm   Kind::Text,                  None,        "User who has shelved the alarm or taken it out of service";
+    SuppressedUntil     "suppressed-until"      Alarm   Kind::Time,                  None,        "When the alarm is unshelved or returns to service by itself";
     Instruction         "instruction"           Alarm   Kind::Text,                  None,        "Instruction for the operator";
 }
 

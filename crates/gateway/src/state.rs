@@ -157,16 +157,24 @@ impl State {
         let is_fresh = gauge.age_ms.is_some_and(|age| age <= gauge.stale_after_ms);
         match reading.quality {
             _ if gauge.state == BusStationState::Starting => Self::Starting,
-            Quality::Stale => Self::Stale,
             _ if !is_fresh => Self::Stale,
+            Quality::Fault if gauge.exceptions.is_empty() => Self::Invalid,
+            quality => Self::recorded(quality),
+        }
+    }
+
+    /// The state of a recorded sample with this quality.
+    #[must_use]
+    pub const fn recorded(quality: Quality) -> Self {
+        match quality {
             Quality::Valid => Self::Ok,
             Quality::Underrange => Self::UnderRange,
             Quality::Overrange => Self::OverRange,
             Quality::Off => Self::Off,
             Quality::Missing => Self::NotPresent,
+            Quality::Stale => Self::Stale,
             // A pressure in an assumed unit may be false: its text says what it would be.
             Quality::Assumed => Self::Invalid,
-            Quality::Fault if gauge.exceptions.is_empty() => Self::Invalid,
             Quality::Fault => Self::Fault,
         }
     }

@@ -6,6 +6,7 @@ use profivac_gateway::command::is_writable;
 use profivac_gateway::{Commander, ReadModel, Signal, Value, WriteError, WriteRequest};
 use profivac_recorder::Micros;
 use profivac_recorder::audit::AuditQuery;
+use profivac_station::alarm::{AlarmError, AlarmServiceError};
 use profivac_station::auth::password::Hash;
 use profivac_station::auth::users::Users;
 use profivac_station::auth::{Actor, Role, User};
@@ -192,5 +193,38 @@ fn the_occurrence_that_a_client_has_seen_is_acknowledged_and_no_other() {
     assert!(acknowledge(occurrence + 1).is_err());
     assert_eq!(acknowledge(occurrence), Ok(()));
     assert_eq!(alarm().acknowledged_by.as_deref(), Some("epics"));
+    plant.station.stop();
+}
+
+#[test]
+fn an_operator_shelves_an_alarm_for_a_time_with_a_reason() {
+    let plant = Plant::new(Role::Operator);
+    let services = plant.station.services();
+    let alarm = || services.alarms().all().into_iter().find(|alarm| alarm.name == "chamber: fault").unwrap();
+    let shelve = |reason: &str, seconds: u64| {
+        let (alarm, reason) = (Arc::from("chamber: fault"), reason.to_owned());
+        plant.execute(WriteRequest::Shelve { alarm, reason, time: Duration::from_secs(seconds) })
+    };
+    let unshelve = || plant.execute(WriteRequest::Unshelve { alarm: Arc::from("chamber: fault") });
+    let not_applicable = |done: Result<(), WriteError>| {
+        matches!(done, Err(WriteError::Alarm(AlarmServiceError::Refused(AlarmError::NotApplicable { .. }))))
+    };
+    for seconds in [0, 59, 12 * 3600 + 1] {
+        assert!(matches!(shelve("vented", seconds), Err(WriteError::ShelvingTime(_))), "{seconds}");
+    }
+    for reason in ["", " ", "two\nlines", &"x".repeat(501)] {
+        assert!(matches!(shelve(reason, 60), Err(WriteError::Reason(_))), "{reason:?}");
+    }
+    assert!(not_applicable(unshelve()));
+    shelve(" the lock is vented ", 60).unwrap();
+    let shelved = alarm().shelved.unwrap();
+    assert_eq!((shelved.user.as_str(), shelved.reason.as_str()), ("epics", "the lock is vented"));
+    assert_eq!(shelved.until_ms, Some(shelved.at_ms + 60_000));
+    assert!(not_applicable(shelve("again", 60)));
+    unshelve().unwrap();
+    assert_eq!(alarm().shelved, None);
+    Users::change(&plant.users, |users| users.get_mut("epics").map(|user| user.role = Role::Viewer)).unwrap();
+    assert!(matches!(shelve("vented", 60), Err(WriteError::Forbidden(_))));
+    assert!(matches!(unshelve(), Err(WriteError::Forbidden(_))));
     plant.station.stop();
 }

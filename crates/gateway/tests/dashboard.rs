@@ -131,10 +131,11 @@ fn inputs() -> Inputs {
         alarm.since_ms = Some(3);
         alarm.occurrence = 4;
         alarm.value = Some(0.5);
-        alarm.acknowledged_by = Some("Ada".to_owned());
+        (alarm.acknowledged_by, alarm.acknowledged_ms) = (Some("Ada".to_owned()), Some(5));
+        (alarm.raised_ms, alarm.raised_value) = (Some(2), Some(0.4));
         "above the limit".clone_into(&mut alarm.text);
         let reason = "maintenance".to_owned();
-        alarm.out_of_service = Some(SuppressionView { user: "Ada".to_owned(), at_ms: 1, reason, until_ms: None });
+        alarm.out_of_service = Some(SuppressionView { user: "Bo".to_owned(), at_ms: 3, reason, until_ms: Some(9) });
     }
     inputs.buses.insert("plc".to_owned(), line(vec![on_line(12, Origin::Assumed)]));
     inputs.buses.insert("hall".to_owned(), line(vec![on_line(5, Origin::Heard)]));
@@ -355,7 +356,7 @@ fn on_the_line(snapshot: &Snapshot, gauge: &str, station: StationReport) {
 fn every_value_of_an_alarm_is_a_point() {
     let (inputs, snapshot) = shown();
     for alarm in inputs.alarms {
-        // Condition and subject are settings; the time of the last change is that of the point, earlier ones are in the history.
+        // Condition and subject are settings; the time of the last change, also of a suppression, is that of the point.
         let AlarmView {
             name,
             condition: _,
@@ -367,20 +368,23 @@ fn every_value_of_an_alarm_is_a_point() {
             state,
             since_ms,
             occurrence,
-            raised_ms: _,
-            raised_value: _,
+            raised_ms,
+            raised_value,
             text: why,
             value: number,
             limit,
             reset: _,
             unit,
             acknowledged_by,
-            acknowledged_ms: _,
-            shelved: _,
+            acknowledged_ms,
+            shelved,
             out_of_service,
             message,
         } = alarm;
         let priority = format!("{priority:?}").to_lowercase();
+        let SuppressionView { user, at_ms, reason, until_ms } = out_of_service.or(shelved).unwrap();
+        assert_eq!(since_ms, Some(at_ms));
+        let time = |ms: Option<i64>| Value::Time(Micros(ms.unwrap() * 1000));
         let expected = vec![
             (Signal::Priority, word(&PRIORITIES, &priority)),
             (Signal::AlarmState, word(&ALARM_STATES, "out of service")),
@@ -392,7 +396,12 @@ fn every_value_of_an_alarm_is_a_point() {
             (Signal::AlarmLimit, limit.map_or(Value::None, Value::Float)),
             (Signal::AlarmUnit, text(unit.unwrap_or_default())),
             (Signal::AcknowledgedBy, text(acknowledged_by.unwrap())),
-            (Signal::OutOfService, text(out_of_service.unwrap().reason)),
+            (Signal::AcknowledgedAt, time(acknowledged_ms)),
+            (Signal::Raised, time(raised_ms)),
+            (Signal::RaisedValue, raised_value.map_or(Value::None, Value::Float)),
+            (Signal::OutOfService, text(reason)),
+            (Signal::SuppressedBy, text(user)),
+            (Signal::SuppressedUntil, time(until_ms)),
             (Signal::Instruction, text(message.unwrap_or_default())),
         ];
         expect(&snapshot, &name, expected);

@@ -28,7 +28,7 @@
 //! | [`Rule`], [`Violation`], [`Limits`] | the rules of the referee, a violation, the limits from the bus parameters |
 //! | [`Fault`], [`TelegramFault`], [`Noise`], [`OctetErrors`] | inverted bits, lost and inserted octets, a cut cable, an echo, no power |
 //! | [`stations`] | a tester, a mock station for wrong behaviour, a babbling station |
-//! | [`scenario`] | scripted dialogues for tests |
+//! | [`dialogue`] | scripted dialogues for tests |
 //! | [`Trace`], [`trace::pcapng`] | the telegrams of the line: as text, as a capture file, and back |
 //! | [`describe`] | telegrams in English |
 //! | [`character`] | characters of eleven bits and their receiver |
@@ -38,13 +38,13 @@
 
 pub mod character;
 pub mod describe;
+pub mod dialogue;
 mod driver;
 mod fault;
 mod noise;
 mod random;
 mod referee;
 mod rule;
-pub mod scenario;
 mod scheduler;
 mod segment;
 mod signal;

@@ -3,7 +3,7 @@
 //! The referee uses the telegrams as sent, so noise, lost octets and cut cables violate no rule. It measures each time where
 //! the rule applies: T_SDR at the responder, idle times at the sender, the slot time at the requester.
 
-use crate::rule::{Rule, Verdict, at_least, at_most};
+use crate::rule::{Rule, Verdict, Violated, at_least, at_most, violates};
 use crate::station_id::StationId;
 use crate::token::{Token, TokenUse};
 use profivac_dp::link::active::BusParameters;
@@ -24,13 +24,13 @@ const REMEMBERED: usize = 4;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Limits {
     /// Idle time before a request after an answer, an acknowledgement or a token.
-    pub t_id1: u64,
+    pub id1_tbit: u64,
     /// Idle time before a request after a request without answer.
-    pub t_id2: u64,
+    pub id2_tbit: u64,
     /// The latest start of an answer.
-    pub max_tsdr: u64,
+    pub max_tsdr_tbit: u64,
     /// T_SL, from the end of a request to the end of the first character of its answer.
-    pub slot: u64,
+    pub slot_tbit: u64,
 }
 
 impl Limits {
@@ -38,17 +38,17 @@ impl Limits {
     #[must_use]
     pub fn of(baud: Baud) -> Self {
         let bus = BusParameters::new(0, baud);
-        Self { max_tsdr: u64::from(baud.max_tsdr_tbit()), ..Self::of_bus(&bus) }
+        Self { max_tsdr_tbit: u64::from(baud.max_tsdr_tbit()), ..Self::of_bus(&bus) }
     }
 
     /// The limits of a master with these bus parameters.
     #[must_use]
     pub fn of_bus(bus: &BusParameters) -> Self {
         Self {
-            t_id1: bus.id1_tbit(),
-            t_id2: bus.id2_tbit(),
-            max_tsdr: u64::from(bus.max_tsdr_tbit),
-            slot: u64::from(bus.slot_tbit),
+            id1_tbit: bus.id1_tbit(),
+            id2_tbit: bus.id2_tbit(),
+            max_tsdr_tbit: u64::from(bus.max_tsdr_tbit),
+            slot_tbit: u64::from(bus.slot_tbit),
         }
     }
 }
@@ -199,7 +199,7 @@ impl Referee {
         }
         self.recent.push_back(transmission);
         match verdict {
-            Err((rule, ..)) if exempt || self.allowed.contains(&rule) => Ok(()),
+            Err(Violated { rule, .. }) if exempt || self.allowed.contains(&rule) => Ok(()),
             verdict => verdict,
         }
     }
@@ -221,14 +221,14 @@ impl Referee {
                     self.request(transmission, next).and(token)
                 }
             },
-            None => Err((Rule::NoTelegram, 0, 0)),
+            None => violates(Rule::NoTelegram),
         };
         if collides {
             self.token.forget();
-            return Err((Rule::Collision, 0, 0));
+            return violates(Rule::Collision);
         }
         if transmission.paused {
-            return Err((Rule::Gap, 0, 0));
+            return violates(Rule::Gap);
         }
         timing
     }
@@ -236,7 +236,7 @@ impl Referee {
     /// Checks a transmission that only the holder of the token may begin.
     fn check_token(&mut self, transmission: &Transmission, sa: u8, token_to: Option<u8>) -> Verdict {
         let idle_tbit = self.idle_since(transmission).map(|since| transmission.begin - since);
-        self.token.check(TokenUse { sa, token_to, at: transmission.begin, idle_tbit }, self.limits.slot)
+        self.token.check(TokenUse { sa, token_to, at: transmission.begin, idle_tbit }, self.limits.slot_tbit)
     }
 
     /// The end of the last telegram at the position of this one.
@@ -254,17 +254,17 @@ impl Referee {
         match before {
             Expected::FirstRequest | Expected::Anything => Ok(()),
             Expected::Answer(_) if disturbed => Ok(()),
-            Expected::Answer(_) => at_least(Rule::BeforeSlotTime, idle, self.limits.slot),
-            Expected::AfterAnswer(_) => at_least(Rule::Id1, idle, self.limits.t_id1),
+            Expected::Answer(_) => at_least(Rule::BeforeSlotTime, idle, self.limits.slot_tbit),
+            Expected::AfterAnswer(_) => at_least(Rule::Id1, idle, self.limits.id1_tbit),
             // A station that passes the token to itself both sends and receives it; T_ID1 applies: profibus-wire 8.2.
-            Expected::AfterToken => at_least(Rule::Id1, idle, self.limits.t_id1),
-            Expected::AfterUnconfirmed => at_least(Rule::Id2, idle, self.limits.t_id2),
+            Expected::AfterToken => at_least(Rule::Id1, idle, self.limits.id1_tbit),
+            Expected::AfterUnconfirmed => at_least(Rule::Id2, idle, self.limits.id2_tbit),
         }
     }
 
     /// Checks an answer; `None` is SC, which has no addresses.
     fn answer(&mut self, transmission: &Transmission, data: Option<&DataTelegram<'_>>) -> Verdict {
-        let unasked = Err((Rule::Unrequested, 0, 0));
+        let unasked = violates(Rule::Unrequested);
         let asked = match &self.next {
             Expected::Answer(asked) | Expected::AfterAnswer(asked) => asked.clone(),
             Expected::Anything => return Ok(()),
@@ -274,7 +274,7 @@ impl Referee {
             return unasked;
         }
         if matches!(self.next, Expected::AfterAnswer(_)) {
-            return Err((Rule::SecondAnswer, 0, 0));
+            return violates(Rule::SecondAnswer);
         }
         let min_tsdr = u64::from(self.min_tsdr[usize::from(asked.da)]);
         self.answered_by[usize::from(asked.da)] = Some(transmission.station);
@@ -283,9 +283,9 @@ impl Referee {
         let away = asked.transmission.distance(transmission);
         let tsdr = transmission.begin - (asked.transmission.end + away);
         at_least(Rule::Early, tsdr, min_tsdr)?;
-        at_most(Rule::Late, tsdr, self.limits.max_tsdr)?;
+        at_most(Rule::Late, tsdr, self.limits.max_tsdr_tbit)?;
         let first_character = transmission.begin + away + CHARACTER_TBIT;
-        at_most(Rule::Slot, first_character - asked.transmission.end, self.limits.slot)
+        at_most(Rule::Slot, first_character - asked.transmission.end, self.limits.slot_tbit)
     }
 
     /// Tracks min T_SDR. A diagnosis that names the master confirms that the slave accepted its Set_Prm; until then both values

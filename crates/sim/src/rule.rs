@@ -98,15 +98,28 @@ impl fmt::Debug for Violation {
 
 impl std::error::Error for Violation {}
 
-/// The violated rule with the measured time and the limit.
-pub(crate) type Verdict = Result<(), (Rule, u64, u64)>;
-
-/// Checks a minimum in bit times.
-pub(crate) const fn at_least(rule: Rule, measured: u64, limit: u64) -> Verdict {
-    if measured < limit { Err((rule, measured, limit)) } else { Ok(()) }
+/// A violated rule, with the measured time and its limit; both are 0 if the rule has no time.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Violated {
+    pub(crate) rule: Rule,
+    pub(crate) measured_tbit: u64,
+    pub(crate) limit_tbit: u64,
 }
 
-/// Checks a maximum in bit times.
-pub(crate) const fn at_most(rule: Rule, measured: u64, limit: u64) -> Verdict {
-    if measured > limit { Err((rule, measured, limit)) } else { Ok(()) }
+/// The judgement of the referee about one telegram.
+pub(crate) type Verdict = Result<(), Violated>;
+
+/// A rule without a time is violated.
+pub(crate) const fn violates(rule: Rule) -> Verdict {
+    Err(Violated { rule, measured_tbit: 0, limit_tbit: 0 })
+}
+
+/// Checks a minimum.
+pub(crate) const fn at_least(rule: Rule, measured_tbit: u64, limit_tbit: u64) -> Verdict {
+    if measured_tbit < limit_tbit { Err(Violated { rule, measured_tbit, limit_tbit }) } else { Ok(()) }
+}
+
+/// Checks a maximum.
+pub(crate) const fn at_most(rule: Rule, measured_tbit: u64, limit_tbit: u64) -> Verdict {
+    if measured_tbit > limit_tbit { Err(Violated { rule, measured_tbit, limit_tbit }) } else { Ok(()) }
 }

@@ -24,7 +24,7 @@ pub enum TelegramFault {
 pub(crate) struct Signal {
     octets: Arc<[u8]>,
     /// Whether the octets are one telegram.
-    telegram: bool,
+    is_telegram: bool,
     damage: Option<Arc<Damage>>,
 }
 
@@ -38,9 +38,9 @@ struct Damage {
 }
 
 impl Signal {
-    /// An undamaged signal; `telegram` if the octets are one telegram.
-    pub(crate) const fn plain(octets: Arc<[u8]>, telegram: bool) -> Self {
-        Self { octets, telegram, damage: None }
+    /// An undamaged signal; `is_telegram` if the octets are one telegram.
+    pub(crate) const fn plain(octets: Arc<[u8]>, is_telegram: bool) -> Self {
+        Self { octets, is_telegram, damage: None }
     }
 
     /// `octets` with faults, applied in order.
@@ -59,12 +59,12 @@ impl Signal {
                 TelegramFault::Pause(place, tbit) => damage.pauses.push((*place, *tbit)),
             }
         }
-        Self { octets: octets.into(), telegram: false, damage: Some(Arc::new(damage)) }
+        Self { octets: octets.into(), is_telegram: false, damage: Some(Arc::new(damage)) }
     }
 
     /// Whether an undisturbed receiver gets one telegram, complete with the last octet.
     pub(crate) const fn is_telegram(&self) -> bool {
-        self.telegram
+        self.is_telegram
     }
 
     /// The octets, if the signal has neither gaps nor errors.

@@ -4,7 +4,7 @@
 //! station to which it passed the token was silent for T_SL, or if the line was silent for its T_TO. After a disturbance the
 //! holder is unknown until the next telegram.
 
-use crate::rule::{Rule, Verdict};
+use crate::rule::{Rule, Verdict, violates};
 use profivac_dp::link::BitTime;
 
 /// A telegram that only the holder of the token may send.
@@ -57,8 +57,8 @@ impl Token {
         };
         match token_use.token_to {
             _ if entitled => self.check_ring(token_use),
-            Some(_) => Err((Rule::SecondToken, 0, 0)),
-            None => Err((Rule::NoToken, 0, 0)),
+            Some(_) => violates(Rule::SecondToken),
+            None => violates(Rule::NoToken),
         }
     }
 
@@ -76,6 +76,6 @@ impl Token {
         if token_use.at < *from || ring.contains(&token_use.sa) && successor == Some(&da) {
             return Ok(());
         }
-        Err((Rule::Ring, 0, 0))
+        violates(Rule::Ring)
     }
 }

@@ -13,7 +13,7 @@ use profivac_dp::link::{BitTime, CHARACTER_TBIT, Received, Receiver};
 use profivac_sim::Random;
 use profivac_sim::character::{self, Uart};
 use profivac_sim::describe::Hex;
-use profivac_sim::scenario::hex;
+use profivac_sim::dialogue::hex;
 use profivac_wire::{MAX_TELEGRAM, Telegram};
 use std::fmt::Write as _;
 

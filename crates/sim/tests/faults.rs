@@ -48,8 +48,8 @@ fn exchanges(segment: &Segment, master: StationHandle<Class1>) -> [u32; 3] {
     [10, 11, 12].map(|address| segment.station(master).user.counters(address).unwrap().exchanges)
 }
 
-fn retries(segment: &Segment, master: StationHandle<Class1>) -> [u32; 3] {
-    [10, 11, 12].map(|address| segment.station(master).user.counters(address).unwrap().retries)
+fn repetitions(segment: &Segment, master: StationHandle<Class1>) -> [u32; 3] {
+    [10, 11, 12].map(|address| segment.station(master).user.counters(address).unwrap().repetitions)
 }
 
 #[test]
@@ -192,14 +192,14 @@ fn noise_at_one_station_affects_no_other() {
     let (mut segment, master, slaves) = exchanging();
     segment.inject(Fault::NoiseAt(slaves[1].id(), Some(Noise::new(5, 1e-3))));
     segment.run_for(SECOND).unwrap();
-    let [first, second, third] = retries(&segment, master);
+    let [first, second, third] = repetitions(&segment, master);
     assert_eq!((first, third), (0, 0));
-    assert!(second > 100, "{second} retries");
+    assert!(second > 100, "{second} repetitions");
     segment.inject(Fault::NoiseAt(slaves[1].id(), None));
     segment.run_for(SECOND / 100).unwrap();
-    let quiet = retries(&segment, master)[1];
+    let quiet = repetitions(&segment, master)[1];
     segment.run_for(SECOND).unwrap();
-    assert_eq!(retries(&segment, master)[1], quiet);
+    assert_eq!(repetitions(&segment, master)[1], quiet);
 }
 
 #[test]
@@ -247,7 +247,7 @@ fn one_damaged_telegram_costs_one_repetition() {
         // The next telegram of a slave in data exchange is the answer to Data_Exchange.
         segment.inject(Fault::Telegram(slaves[2].id(), fault.clone()));
         segment.run_for(SECOND).unwrap();
-        assert_eq!(retries(&segment, master), [0, 0, 1], "{fault:?}");
+        assert_eq!(repetitions(&segment, master), [0, 0, 1], "{fault:?}");
     }
 }
 
@@ -257,7 +257,11 @@ fn data_exchange_survives_lost_and_inserted_octets() {
     let before = exchanges(&segment, master);
     segment.inject(Fault::OctetErrors(Some(OctetErrors { seed: 6, loss: 0.002, insertion: 0.002 })));
     segment.run_for(2 * SECOND).unwrap();
-    assert!(retries(&segment, master).iter().all(|retries| *retries > 10), "{:?}", retries(&segment, master));
+    assert!(
+        repetitions(&segment, master).iter().all(|repetitions| *repetitions > 10),
+        "{:?}",
+        repetitions(&segment, master)
+    );
     assert!(exchanges(&segment, master).iter().zip(before).all(|(now, before)| *now > before + 1000));
     segment.inject(Fault::OctetErrors(None));
     segment.run_for(SECOND).unwrap();

@@ -238,7 +238,7 @@ fn an_answer_after_the_slot_time_is_found() {
     // Max T_SDR does not limit here; the first character must end within 300 bit times.
     for (tsdr, expected) in [(289, Ok(())), (290, Err(Rule::Slot))] {
         let mut segment = segment_with(&[(100, &ASK)]);
-        segment.set_limits(Limits { max_tsdr: 1000, ..Limits::of(BAUD) });
+        segment.set_limits(Limits { max_tsdr_tbit: 1000, ..Limits::of(BAUD) });
         segment.attach(answering(tsdr, &ANSWER));
         assert_eq!(outcome(&mut segment), expected, "{tsdr}");
     }

@@ -12,7 +12,7 @@ use profivac_dp::link::active::BusParameters;
 use profivac_dp::link::{Baud, BitTime};
 use profivac_dp::master::{Master, Mode, Settings, SlaveParameters};
 use profivac_dp::slave::{Features, Slave};
-use profivac_sim::scenario::Dialogue;
+use profivac_sim::dialogue::Dialogue;
 use profivac_sim::stations::Tester;
 use profivac_sim::trace::{Entry, pcapng};
 use profivac_sim::{Fault, Noise, OctetErrors, Rule, Segment, TelegramFault, Trace};

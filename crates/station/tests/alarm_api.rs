@@ -182,7 +182,7 @@ fn an_acknowledgement_of_an_earlier_occurrence_is_refused() {
     fixture.evaluate(0.5);
     let (status, sentence) = fixture.post("/api/alarms/too%20high/acknowledge", &seen, Role::Operator);
     assert_eq!(status, 409);
-    assert!(sentence["detail"].as_str().unwrap().starts_with("too high was raised again"), "{sentence}");
+    assert!(sentence["detail"].as_str().unwrap().starts_with("too high has another occurrence"), "{sentence}");
     let unknown = fixture.post("/api/alarms/unknown/acknowledge", &seen, Role::Operator);
     assert_eq!(problem(&unknown), (404, "there is no alarm \"unknown\""));
     let now = json!({ "occurrence": fixture.alarm("too high")["occurrence"] });

@@ -363,7 +363,7 @@ mod tests {
             }
             let counters = *segment.master().unwrap().counters(6).unwrap();
             assert!(counters.exchanges > 20, "{counters:?} at {baud}");
-            assert_eq!((counters.lost, counters.retries, counters.starts), (0, 0, 1), "at {baud}");
+            assert_eq!((counters.lost, counters.repetitions, counters.starts), (0, 0, 1), "at {baud}");
             assert!((segment.seconds() - 4.0).abs() < 1e-3);
         }
     }
@@ -395,11 +395,11 @@ mod tests {
             }
         }
         let disturbed = *segment.master().unwrap().counters(5).unwrap();
-        assert!(disturbed.retries > 10, "{disturbed:?}");
+        assert!(disturbed.repetitions > 10, "{disturbed:?}");
         segment.set_noise(0.0);
         segment.run(5.0);
         let quiet = *segment.master().unwrap().counters(5).unwrap();
-        assert!(quiet.exchanges > disturbed.exchanges + 100 && quiet.retries == disturbed.retries, "{quiet:?}");
+        assert!(quiet.exchanges > disturbed.exchanges + 100 && quiet.repetitions == disturbed.repetitions, "{quiet:?}");
     }
 
     #[test]

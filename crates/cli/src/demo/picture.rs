@@ -262,9 +262,9 @@ fn bus(frame: &mut Frame<'_>, area: Rect, segment: &MemorySegment, roomy: bool) 
     let sum = |number: fn(Counters) -> u32| -> u32 {
         segment.slaves().iter().map(|watched| number(counters(watched))).fold(0, u32::saturating_add)
     };
-    let (exchanges, lost, retries) = (sum(|c| c.exchanges), sum(|c| c.lost), sum(|c| c.retries));
+    let (exchanges, lost, repetitions) = (sum(|c| c.exchanges), sum(|c| c.lost), sum(|c| c.repetitions));
     let cycle = duration_of(segment.baud(), master.cycle_tbit()).as_secs_f64() * 1e3;
-    let counted = format!("cycle {cycle:.1} ms  exchanges {exchanges}  lost {lost}  repeated {retries}");
+    let counted = format!("cycle {cycle:.1} ms  exchanges {exchanges}  lost {lost}  repeated {repetitions}");
     let mode = Span::from(format!(" {}  ", master.mode())).bold();
     if !roomy {
         let rate = Span::from(format!(" PROFIBUS {}", segment.baud())).gray();

@@ -255,7 +255,7 @@ fn slave_rows(explainer: &Explainer) -> Vec<SlaveRow> {
             address,
             device: slave.tables.model.map(|model| model.name),
             requests: counters.requests,
-            retries: counters.retries,
+            retries: counters.repetitions,
             unanswered: counters.unanswered,
             exchanges: counters.exchanges,
         }

@@ -24,6 +24,28 @@ const HANG: Duration = Duration::from_secs(1800);
 /// The time after which a master repeats a request without answer.
 const SLOT_TIME: Duration = Duration::from_millis(200);
 
+/// The answer to a GET of `path`.
+pub fn get(address: &str, path: &str) -> String {
+    let mut stream = TcpStream::connect(address).unwrap();
+    write!(stream, "GET {path} HTTP/1.1\r\nHost: {address}\r\nConnection: close\r\n\r\n").unwrap();
+    let mut answer = String::new();
+    stream.read_to_string(&mut answer).unwrap();
+    answer
+}
+
+/// Repeats a GET until the answer contains `wanted`.
+pub fn until(address: &str, path: &str, wanted: &str) -> String {
+    let end = std::time::Instant::now() + DEADLINE;
+    loop {
+        let answer = get(address, path);
+        if answer.contains(wanted) {
+            return answer;
+        }
+        assert!(std::time::Instant::now() < end, "{path} never has {wanted}: {answer}");
+        std::thread::yield_now();
+    }
+}
+
 /// A separate folder for every test.
 pub struct Folder(TempDir);
 

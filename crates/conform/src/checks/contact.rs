@@ -1,7 +1,7 @@
 //! The first answers of a slave (profibus-wire 1.11, 2.3 and 1.9).
 
 use super::Check;
-use crate::dialogue::{CheckOutcome, Dialogue, Step, StepError, StepResult, octets, parse_answer, require};
+use crate::dialogue::{CheckOutcome, Dialogue, FDL_STATUS, Step, StepError, StepResult, octets, parse_answer, require};
 use crate::expected::Expected;
 use crate::probe::Received;
 use profivac_wire::control::{Control, FrameCount, Status};
@@ -19,8 +19,6 @@ pub const CHECKS: &[Check] = &[
     Check::new("layer2.access-points", "1.3", "data have the access points of the request, swapped", access_points)
         .after(&["diagnosis.answer"]),
 ];
-
-const FDL_STATUS: u8 = 0x49;
 
 /// The telegram FDL status.
 pub fn fdl_status_telegram(da: u8, sa: u8) -> Vec<u8> {
@@ -43,11 +41,11 @@ pub fn fdl_status(dialogue: &mut Dialogue<'_>) -> StepResult {
 fn fdl_status_head(dialogue: &mut Dialogue<'_>) -> StepResult<Head> {
     let received = dialogue.send(&fdl_status_telegram(dialogue.slave.address, dialogue.own_address()))?;
     if let Received::Telegram(octets) = received
-        && let Ok(Telegram::Data(frame)) = Telegram::parse(&octets)
-        && let Control::Response { status: Status::Ok, .. } = frame.control()
-        && frame.du.is_empty()
+        && let Ok(Telegram::Data(data)) = Telegram::parse(&octets)
+        && let Control::Response { status: Status::Ok, .. } = data.control()
+        && data.du.is_empty()
     {
-        return Ok(Head { da: frame.da, sa: frame.sa, fc: frame.fc });
+        return Ok(Head { da: data.da, sa: data.sa, fc: data.fc });
     }
     Err(StepError::Unexpected(Expected::FdlStatus))
 }
@@ -84,7 +82,7 @@ fn access_points(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
 fn access_points_of(received: &Received) -> Option<(Option<u8>, Option<u8>)> {
     let Received::Telegram(octets) = received else { return None };
     match Telegram::parse(octets) {
-        Ok(Telegram::Data(frame)) => Some((frame.dsap, frame.ssap)),
+        Ok(Telegram::Data(data)) => Some((data.dsap, data.ssap)),
         Ok(Telegram::ShortAck | Telegram::Token { .. }) | Err(_) => None,
     }
 }

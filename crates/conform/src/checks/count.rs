@@ -2,15 +2,16 @@
 //! them, with frame count bits of its own. A repetition carries other data than the request that it seems to repeat: the slave
 //! may look at its source and its bit only.
 
-use super::Check;
 use super::contact::fdl_status_telegram;
+use super::{Check, NO_SERVICE};
 use crate::dialogue::{
-    CheckOutcome, Dialogue, Step, StepError, octets, parse_answer, require, require_same, set_prm_octets,
+    self, CheckOutcome, Dialogue, Step, StepError, parse_answer, require, require_same, set_prm_octets,
 };
 use crate::expected::{Expected, Unanswered};
 use crate::probe::Received;
 use profivac_wire::control::FrameCount::{Counted, First, Uncounted};
 use profivac_wire::diag::SlaveDiag;
+use profivac_wire::global::ControlCommand;
 use profivac_wire::{BROADCAST, Sap, Telegram};
 
 const NEW: &str = "count.new";
@@ -119,8 +120,6 @@ fn answer(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
 }
 
 fn refusal(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
-    /// The reserved access point of profibus-wire 2.1.
-    const NO_SERVICE: u8 = 52;
     dialogue.counted(First, Sap::SlaveDiag, &[])?;
     let before = answered(dialogue.counted(Counted(false), Sap::Other(NO_SERVICE), &[])?)?;
     let received = dialogue.counted(Counted(false), Sap::SlaveDiag, &[])?;
@@ -156,7 +155,7 @@ fn other_master(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
 fn destination(received: &Received) -> Option<u8> {
     let Received::Telegram(octets) = received else { return None };
     match Telegram::parse(octets) {
-        Ok(Telegram::Data(frame)) => Some(frame.da),
+        Ok(Telegram::Data(data)) => Some(data.da),
         Ok(Telegram::ShortAck | Telegram::Token { .. }) | Err(_) => None,
     }
 }
@@ -176,9 +175,8 @@ fn fdl_status(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
 }
 
 fn global_control(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
-    const SDN_HIGH: u8 = 0x46;
-    const OPERATE: [u8; 2] = [0, 0];
-    let between = octets(BROADCAST, dialogue.own_address(), Sap::GlobalControl, SDN_HIGH, &OPERATE);
+    let operate = ControlCommand::empty();
+    let between = dialogue::global_control(BROADCAST, dialogue.own_address(), operate, 0);
     undisturbed_by(dialogue, &between)
 }
 

@@ -2,7 +2,7 @@
 
 use super::Check;
 use super::contact::{fdl_status, fdl_status_telegram};
-use crate::dialogue::{CheckOutcome, Dialogue, Step, octets};
+use crate::dialogue::{CheckOutcome, Dialogue, SRD_HIGH_FIRST, Step, octets};
 use crate::expected::Unanswered;
 use profivac_wire::Sap;
 
@@ -34,7 +34,7 @@ fn sd1(dialogue: &Dialogue<'_>) -> Vec<u8> {
 }
 
 fn sd2(dialogue: &Dialogue<'_>) -> Vec<u8> {
-    octets(dialogue.slave.address, dialogue.own_address(), Sap::SlaveDiag, 0x6D, &[])
+    octets(dialogue.slave.address, dialogue.own_address(), Sap::SlaveDiag, SRD_HIGH_FIRST, &[])
 }
 
 /// Sends `telegram` with one altered octet, which the slave may not answer.

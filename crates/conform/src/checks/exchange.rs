@@ -3,10 +3,11 @@
 
 use super::Check;
 use super::contact;
-use crate::dialogue::{Answer, CheckError, CheckOutcome, Dialogue, Step, StepError, octets, require, without};
+use crate::dialogue::{Answer, CheckError, CheckOutcome, Dialogue, Step, StepError, global_control, require, without};
 use crate::expected::{Closed, Expected, Reason, Service, Unanswered};
 use profivac_wire::control::Status;
 use profivac_wire::diag::StationStatus;
+use profivac_wire::global::ControlCommand;
 use profivac_wire::prm::{PrmStatus, SetPrm};
 use profivac_wire::{BROADCAST, Sap};
 
@@ -190,15 +191,6 @@ fn outputs_image(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
     require(answer.du == outputs, Expected::Image(outputs)).tested()
 }
 
-const SDN_HIGH: u8 = 0x46;
-
-/// Control_Command of Global_Control.
-const CLEAR: u8 = 0x02;
-const UNFREEZE: u8 = 0x04;
-const FREEZE: u8 = 0x08;
-const UNSYNC: u8 = 0x10;
-const SYNC_COMMAND: u8 = 0x20;
-
 /// Group_Select of all slaves.
 const ALL_GROUPS: u8 = 0;
 
@@ -206,27 +198,27 @@ const ALL_GROUPS: u8 = 0;
 const OWN_GROUP: u8 = 0x01;
 const OTHER_GROUP: u8 = 0x02;
 
-fn control(dialogue: &mut Dialogue<'_>, sa: u8, command: u8, group: u8) -> CheckOutcome {
-    dialogue.send(&octets(BROADCAST, sa, Sap::GlobalControl, SDN_HIGH, &[command, group]))?;
+fn control(dialogue: &mut Dialogue<'_>, sa: u8, command: ControlCommand, group: u8) -> CheckOutcome {
+    dialogue.send(&global_control(BROADCAST, sa, command, group))?;
     Ok(())
 }
 
 fn control_broadcast(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
     dialogue.start().prepared()?;
-    let command = octets(BROADCAST, dialogue.own_address(), Sap::GlobalControl, SDN_HIGH, &[CLEAR, ALL_GROUPS]);
+    let command = global_control(BROADCAST, dialogue.own_address(), ControlCommand::CLEAR_DATA, ALL_GROUPS);
     dialogue.send_unanswered(&command, Unanswered::Unconfirmed).tested()
 }
 
 fn control_single(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
     dialogue.start().prepared()?;
     let (da, sa) = (dialogue.slave.address, dialogue.own_address());
-    let command = octets(da, sa, Sap::GlobalControl, SDN_HIGH, &[CLEAR, ALL_GROUPS]);
+    let command = global_control(da, sa, ControlCommand::CLEAR_DATA, ALL_GROUPS);
     dialogue.send_unanswered(&command, Unanswered::Unconfirmed).tested()
 }
 
 fn control_clear(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
     dialogue.start().prepared()?;
-    control(dialogue, dialogue.own_address(), CLEAR, ALL_GROUPS)?;
+    control(dialogue, dialogue.own_address(), ControlCommand::CLEAR_DATA, ALL_GROUPS)?;
     dialogue.expect_exchange().tested()
 }
 
@@ -240,38 +232,38 @@ fn start_with(dialogue: &mut Dialogue<'_>, feature: PrmStatus, service: Service)
 
 fn sync(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
     start_with(dialogue, PrmStatus::SYNC_REQ, Service::Sync)?;
-    control(dialogue, dialogue.own_address(), SYNC_COMMAND, ALL_GROUPS)?;
+    control(dialogue, dialogue.own_address(), ControlCommand::SYNC, ALL_GROUPS)?;
     dialogue.diagnosis().prepared()?.require_set(StationStatus::SYNC_MODE).tested()
 }
 
 fn unsync(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
     start_with(dialogue, PrmStatus::SYNC_REQ, Service::Sync)?;
-    control(dialogue, dialogue.own_address(), SYNC_COMMAND, ALL_GROUPS)?;
-    control(dialogue, dialogue.own_address(), UNSYNC, ALL_GROUPS)?;
+    control(dialogue, dialogue.own_address(), ControlCommand::SYNC, ALL_GROUPS)?;
+    control(dialogue, dialogue.own_address(), ControlCommand::UNSYNC, ALL_GROUPS)?;
     dialogue.diagnosis().prepared()?.require_clear(StationStatus::SYNC_MODE).tested()
 }
 
 fn control_owner(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
     start_with(dialogue, PrmStatus::SYNC_REQ, Service::Sync)?;
-    control(dialogue, dialogue.other_master_address(), SYNC_COMMAND, ALL_GROUPS)?;
+    control(dialogue, dialogue.other_master_address(), ControlCommand::SYNC, ALL_GROUPS)?;
     dialogue.diagnosis().prepared()?.require_clear(StationStatus::SYNC_MODE).tested()
 }
 
 fn control_group(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
     start_with(dialogue, PrmStatus::SYNC_REQ, Service::Sync)?;
-    control(dialogue, dialogue.own_address(), SYNC_COMMAND, OTHER_GROUP)?;
+    control(dialogue, dialogue.own_address(), ControlCommand::SYNC, OTHER_GROUP)?;
     dialogue.diagnosis().prepared()?.require_clear(StationStatus::SYNC_MODE).tested()
 }
 
 fn freeze(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
     start_with(dialogue, PrmStatus::FREEZE_REQ, Service::Freeze)?;
-    control(dialogue, dialogue.own_address(), FREEZE, ALL_GROUPS)?;
+    control(dialogue, dialogue.own_address(), ControlCommand::FREEZE, ALL_GROUPS)?;
     dialogue.diagnosis().prepared()?.require_set(StationStatus::FREEZE_MODE).tested()
 }
 
 fn unfreeze(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
     start_with(dialogue, PrmStatus::FREEZE_REQ, Service::Freeze)?;
-    control(dialogue, dialogue.own_address(), FREEZE, ALL_GROUPS)?;
-    control(dialogue, dialogue.own_address(), UNFREEZE, ALL_GROUPS)?;
+    control(dialogue, dialogue.own_address(), ControlCommand::FREEZE, ALL_GROUPS)?;
+    control(dialogue, dialogue.own_address(), ControlCommand::UNFREEZE, ALL_GROUPS)?;
     dialogue.diagnosis().prepared()?.require_clear(StationStatus::FREEZE_MODE).tested()
 }

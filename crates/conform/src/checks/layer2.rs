@@ -1,10 +1,10 @@
 //! Layer 2: the telegrams that a slave answers (profibus-wire 1.2 to 1.8).
 
-use super::Check;
 use super::contact::fdl_status_telegram;
-use crate::dialogue::{CheckOutcome, Dialogue, Step, octets, require};
+use super::{Check, NO_SERVICE};
+use crate::dialogue::{CheckOutcome, Dialogue, SRD_HIGH_FIRST, Step, octets, require};
 use crate::expected::{Closed, Expected, Unanswered};
-use profivac_wire::control::{Control, Function};
+use profivac_wire::control::{Control, Function, Status};
 use profivac_wire::{BROADCAST, Sap};
 
 pub const CHECKS: &[Check] = &[
@@ -22,12 +22,6 @@ pub const CHECKS: &[Check] = &[
     Check::new("layer2.short-ack", "1.8", "SC is not answered", short_ack),
     Check::new("layer2.response", "1.8", "a response is not answered", response),
 ];
-
-/// Slave_Diag with FCV 0 and FCB 1.
-const SRD_HIGH_FIRST: u8 = 0x6D;
-
-/// The reserved access point of profibus-wire 2.1.
-const NO_SERVICE: u8 = 52;
 
 fn low(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
     let own = dialogue.own_address();
@@ -91,7 +85,7 @@ fn short_ack(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
 }
 
 fn response(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
-    const DATA_LOW: u8 = 0x08;
-    let telegram = octets(dialogue.slave.address, dialogue.own_address(), Sap::SlaveDiag, DATA_LOW, &[0; 6]);
+    let fc = Control::slave(Status::DataLow).to_octet();
+    let telegram = octets(dialogue.slave.address, dialogue.own_address(), Sap::SlaveDiag, fc, &[0; 6]);
     dialogue.send_unanswered(&telegram, Unanswered::Response).tested()
 }

@@ -16,6 +16,9 @@ mod watchdog;
 
 use super::dialogue::{CheckOutcome, Dialogue};
 
+/// The reserved access point of profibus-wire 2.1, where no slave has a service.
+const NO_SERVICE: u8 = 52;
+
 /// A rule, and the function that tests it.
 #[derive(Debug)]
 pub struct Check {

@@ -3,8 +3,8 @@
 use super::Check;
 use super::ms1::{READ_NOTHING, read_refusal, require_dpv1_error};
 use crate::dialogue::{
-    Answer, CheckError, CheckOutcome, Dialogue, Step, StepError, StepResult, frame_octets, parse_answer,
-    request_octets, require, require_same, response, without,
+    Answer, CheckError, CheckOutcome, Dialogue, Step, StepError, StepResult, parse_answer, request_octets, require,
+    require_same, response, telegram_octets, without,
 };
 use crate::expected::{Closed, Expected, Pdu, Reason, Service};
 use profivac_wire::acyclic::initiate::{AddAddr, Capabilities};
@@ -243,7 +243,7 @@ fn foreign_sap(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
     with_connection(dialogue, |dialogue, sap| {
         let (da, sa) = (dialogue.slave.address, dialogue.own_address());
         let fc = Control::Request { function: Function::SrdLow, count: dialogue.next_count(sa) }.to_octet();
-        let telegram = frame_octets(DataTelegram { da, sa, dsap: sap.to_octet(), ssap: Some(OTHER), fc, du: &[] });
+        let telegram = telegram_octets(DataTelegram { da, sa, dsap: sap.to_octet(), ssap: Some(OTHER), fc, du: &[] });
         let answer = dialogue.transmit(sa, &telegram).tested()?;
         require(answer.is_closed(), Expected::Closed(Closed::OtherAccessPoint)).tested()
     })

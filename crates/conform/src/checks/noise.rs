@@ -1,7 +1,7 @@
 //! Random damage does not change the state of a slave (profibus-wire 1.8).
 
 use super::Check;
-use crate::dialogue::{CheckOutcome, Dialogue, Step, octets};
+use crate::dialogue::{CheckOutcome, Dialogue, SRD_HIGH_FIRST, Step, octets};
 use crate::expected::Unanswered;
 use profivac_wire::Sap;
 
@@ -50,7 +50,7 @@ fn state(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
 fn damaged_telegram(dialogue: &Dialogue<'_>, random: &mut fastrand::Rng) -> Vec<u8> {
     let sap = random.choice([Sap::SetPrm, Sap::ChkCfg, Sap::Default, Sap::SetSlaveAdd]).unwrap_or(Sap::SetPrm);
     let du: Vec<_> = (0..random.usize(1..24)).map(|_| random.u8(..)).collect();
-    let mut telegram = octets(dialogue.slave.address, dialogue.own_address(), sap, 0x6D, &du);
+    let mut telegram = octets(dialogue.slave.address, dialogue.own_address(), sap, SRD_HIGH_FIRST, &du);
     // The check octet, the length octets or the delimiters show every single altered bit.
     let place = random.usize(..telegram.len());
     telegram.get_mut(place).into_iter().for_each(|octet| *octet ^= 1 << random.u8(..8));

@@ -1,15 +1,18 @@
 //! Requests of a check to the slave, and its answers.
 //!
-//! Every step fails with a [`StepError`]. A check decides what that means: [`Step::tested`] makes it a broken rule,
-//! [`Step::prepared`] makes the rule one that was not tested.
+//! Every step fails with a `StepError`. A check decides what that means: `Step::tested` makes it a broken rule, `Step::prepared`
+//! makes the rule one that was not tested. Only checks take steps: from outside, a [`Dialogue`] is made and given to a check.
 
 mod services;
 mod step;
 mod telegrams;
 
-pub use services::Diagnosis;
-pub use step::{CheckError, CheckOutcome, Step, StepError, StepResult, require, require_same, without};
-pub use telegrams::{Answer, frame_octets, octets, parse_answer, request_octets, response, set_prm_octets, ssap_of};
+pub use step::{CheckError, CheckOutcome};
+pub(crate) use step::{Step, StepError, StepResult, require, require_same, without};
+pub(crate) use telegrams::{
+    Answer, FDL_STATUS, SRD_HIGH_FIRST, global_control, parse_answer, request_octets, response, set_prm_octets,
+};
+pub use telegrams::{octets, telegram_octets};
 
 use super::expected::{Expected, Unanswered};
 use super::probe::Received;
@@ -72,7 +75,7 @@ pub struct LoggedCycle {
 
 /// The frame count bits of the requests (profibus-wire 1.10).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum CountMode {
+pub(crate) enum CountMode {
     /// Every request is a first one, which a slave executes whatever it remembers.
     First,
     /// The bit alternates, as that of a master.
@@ -112,43 +115,43 @@ impl<'a> Dialogue<'a> {
     }
 
     /// Changes the frame count bits of all further requests.
-    pub fn set_count_mode(&mut self, mode: CountMode) {
+    pub(crate) fn set_count_mode(&mut self, mode: CountMode) {
         self.mode = mode;
     }
 
     /// The address of the testing master.
-    pub fn own_address(&self) -> u8 {
+    pub(crate) fn own_address(&self) -> u8 {
         self.link.address()
     }
 
     /// The address of a second master, which the testing master uses too.
-    pub fn other_master_address(&self) -> u8 {
+    pub(crate) fn other_master_address(&self) -> u8 {
         if self.own_address() == 3 { 4 } else { 3 }
     }
 
     /// Returns the last message cycle since the last call.
-    pub const fn take_last(&mut self) -> Option<LoggedCycle> {
+    pub(crate) const fn take_last(&mut self) -> Option<LoggedCycle> {
         self.last.take()
     }
 
     /// Keeps `cycle` as the last message cycle: the one that a broken rule is shown with.
-    pub fn show(&mut self, cycle: Option<LoggedCycle>) {
+    pub(crate) fn show(&mut self, cycle: Option<LoggedCycle>) {
         self.last = cycle;
     }
 
     /// Whether the link has withheld a request since the last call.
-    pub const fn take_withheld(&mut self) -> bool {
+    pub(crate) const fn take_withheld(&mut self) -> bool {
         std::mem::replace(&mut self.has_withheld, false)
     }
 
     /// Whether the line has delivered something since the last call that it may have damaged or delayed itself.
-    pub fn take_disturbed(&mut self) -> bool {
+    pub(crate) fn take_disturbed(&mut self) -> bool {
         std::mem::replace(&mut self.has_damaged, false) | self.link.take_disturbed()
     }
 
     /// Sends nothing for this time.
-    pub fn wait(&mut self, time: Duration) -> CheckOutcome {
-        // The check is not tested any more.
+    pub(crate) fn wait(&mut self, time: Duration) -> CheckOutcome {
+        // A request was withheld: the rule ends as not tested, and the time is spared.
         if !self.has_withheld {
             self.link.wait(time)?;
         }
@@ -156,7 +159,7 @@ impl<'a> Dialogue<'a> {
     }
 
     /// Sends octets unchanged. Returns the answer.
-    pub fn send(&mut self, octets: &[u8]) -> Result<Received, PortError> {
+    pub(crate) fn send(&mut self, octets: &[u8]) -> Result<Received, PortError> {
         if !self.link.permits(octets) {
             self.has_withheld = true;
             return Ok(Received::Nothing);
@@ -168,19 +171,19 @@ impl<'a> Dialogue<'a> {
     }
 
     /// Sends octets that no slave may answer.
-    pub fn send_unanswered(&mut self, octets: &[u8], reason: Unanswered) -> StepResult {
+    pub(crate) fn send_unanswered(&mut self, octets: &[u8], reason: Unanswered) -> StepResult {
         let received = self.send(octets)?;
         require(received == Received::Nothing, Expected::Silence(reason))
     }
 
     /// Sends a request. Repeats it once if no valid answer comes. Returns the answer.
-    pub fn request_from(&mut self, sa: u8, sap: Sap, du: &[u8]) -> StepResult<Answer> {
+    pub(crate) fn request_from(&mut self, sa: u8, sap: Sap, du: &[u8]) -> StepResult<Answer> {
         let telegram = self.next_telegram(sa, sap, du);
         self.transmit(sa, &telegram)
     }
 
     /// As [`request_from`](Self::request_from) with the telegram itself, made by [`next_telegram`](Self::next_telegram).
-    pub fn transmit(&mut self, sa: u8, telegram: &[u8]) -> StepResult<Answer> {
+    pub(crate) fn transmit(&mut self, sa: u8, telegram: &[u8]) -> StepResult<Answer> {
         let mut received = self.send(telegram)?;
         if !matches!(received, Received::Telegram(_)) {
             received = self.send(telegram)?;
@@ -204,12 +207,12 @@ impl<'a> Dialogue<'a> {
     }
 
     /// Sends a request from the testing master. Returns the answer.
-    pub fn request(&mut self, sap: Sap, du: &[u8]) -> StepResult<Answer> {
+    pub(crate) fn request(&mut self, sap: Sap, du: &[u8]) -> StepResult<Answer> {
         self.request_from(self.own_address(), sap, du)
     }
 
     /// Sends a request whose answer does not matter.
-    pub fn tell_from(&mut self, sa: u8, sap: Sap, du: &[u8]) -> Result<(), PortError> {
+    pub(crate) fn tell_from(&mut self, sa: u8, sap: Sap, du: &[u8]) -> Result<(), PortError> {
         match self.request_from(sa, sap, du) {
             Ok(_) | Err(StepError::Unexpected(_)) => Ok(()),
             Err(StepError::Port(error)) => Err(error),
@@ -217,18 +220,18 @@ impl<'a> Dialogue<'a> {
     }
 
     /// Sends a request from the testing master whose answer does not matter.
-    pub fn tell(&mut self, sap: Sap, du: &[u8]) -> Result<(), PortError> {
+    pub(crate) fn tell(&mut self, sap: Sap, du: &[u8]) -> Result<(), PortError> {
         self.tell_from(self.own_address(), sap, du)
     }
 
     /// The telegram that [`request_from`](Self::request_from) sends next.
-    pub fn next_telegram(&mut self, sa: u8, sap: Sap, du: &[u8]) -> Vec<u8> {
+    pub(crate) fn next_telegram(&mut self, sa: u8, sap: Sap, du: &[u8]) -> Vec<u8> {
         self.has_initiated |= sap == Sap::ResourceManager;
         self.telegram(sa, sap, self.next_count(sa), du)
     }
 
     /// The frame count of the next request of `sa`.
-    pub fn next_count(&self, sa: u8) -> FrameCount {
+    pub(crate) fn next_count(&self, sa: u8) -> FrameCount {
         let next = self.counts.get(usize::from(sa)).copied().flatten();
         match self.mode {
             CountMode::First => FrameCount::First,
@@ -237,13 +240,13 @@ impl<'a> Dialogue<'a> {
     }
 
     /// The telegram of a request with this frame count.
-    pub fn telegram(&self, sa: u8, sap: Sap, count: FrameCount, du: &[u8]) -> Vec<u8> {
+    pub(crate) fn telegram(&self, sa: u8, sap: Sap, count: FrameCount, du: &[u8]) -> Vec<u8> {
         let function = if is_acyclic(sap) { Function::SrdLow } else { Function::SrdHigh };
         octets(self.slave.address, sa, sap, Control::Request { function, count }.to_octet(), du)
     }
 
     /// Sends a request with this frame count, from the testing master. Returns the whole answer.
-    pub fn counted(&mut self, count: FrameCount, sap: Sap, du: &[u8]) -> Result<Received, PortError> {
+    pub(crate) fn counted(&mut self, count: FrameCount, sap: Sap, du: &[u8]) -> Result<Received, PortError> {
         let own = self.own_address();
         let telegram = self.telegram(own, sap, count, du);
         let received = self.send(&telegram)?;

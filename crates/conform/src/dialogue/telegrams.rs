@@ -4,7 +4,8 @@ use super::step::{StepError, StepResult};
 use crate::expected::{Expected, Pdu};
 use crate::probe::Received;
 use profivac_wire::acyclic::{self, Response};
-use profivac_wire::control::{Control, Status};
+use profivac_wire::control::{Control, FrameCount, Function, Status};
+use profivac_wire::global::ControlCommand;
 use profivac_wire::prm::SetPrm;
 use profivac_wire::sap::{MASTER_MS0, MASTER_MS1, MASTER_MS2};
 use profivac_wire::{DataTelegram, MAX_DU, MAX_TELEGRAM, Sap, Telegram};
@@ -40,8 +41,7 @@ impl Answer {
 }
 
 /// The access point of the master for an access point of the slave (profibus-wire 2.1).
-#[must_use]
-pub const fn ssap_of(sap: Sap) -> Option<u8> {
+const fn ssap_of(sap: Sap) -> Option<u8> {
     match sap {
         Sap::Default => None,
         Sap::Ms1 => Some(MASTER_MS1),
@@ -50,15 +50,33 @@ pub const fn ssap_of(sap: Sap) -> Option<u8> {
     }
 }
 
+/// FC of FDL status.
+pub const FDL_STATUS: u8 = request(Function::FdlStatus, FrameCount::Uncounted);
+
+/// FC of a first request with data, high priority.
+pub const SRD_HIGH_FIRST: u8 = request(Function::SrdHigh, FrameCount::First);
+
+/// FC of Global_Control: data without an acknowledgement, high priority.
+const SDN_HIGH: u8 = request(Function::SdnHigh, FrameCount::Uncounted);
+
+const fn request(function: Function, count: FrameCount) -> u8 {
+    Control::Request { function, count }.to_octet()
+}
+
+/// The octets of Global_Control with a command for the slaves of a group; group 0 is all slaves.
+pub fn global_control(da: u8, sa: u8, command: ControlCommand, group: u8) -> Vec<u8> {
+    octets(da, sa, Sap::GlobalControl, SDN_HIGH, &[command.bits(), group])
+}
+
 /// The octets of a telegram.
 pub fn octets(da: u8, sa: u8, sap: Sap, fc: u8, du: &[u8]) -> Vec<u8> {
-    frame_octets(DataTelegram { da, sa, dsap: sap.to_octet(), ssap: ssap_of(sap), fc, du })
+    telegram_octets(DataTelegram { da, sa, dsap: sap.to_octet(), ssap: ssap_of(sap), fc, du })
 }
 
 /// The octets of a data telegram.
-pub fn frame_octets(frame: DataTelegram<'_>) -> Vec<u8> {
+pub fn telegram_octets(telegram: DataTelegram<'_>) -> Vec<u8> {
     let mut out = [0; MAX_TELEGRAM];
-    let length = Telegram::Data(frame).emit(&mut out).unwrap_or_default();
+    let length = Telegram::Data(telegram).emit(&mut out).unwrap_or_default();
     out.get(..length).unwrap_or_default().to_vec()
 }
 
@@ -85,8 +103,8 @@ pub fn parse_answer(received: &Received) -> StepResult<Answer> {
     let Received::Telegram(octets) = received else { return Err(invalid()) };
     match Telegram::parse(octets) {
         Ok(Telegram::ShortAck) => Ok(Answer { status: Status::NoReply, du: Vec::new() }),
-        Ok(Telegram::Data(frame)) => match frame.control() {
-            Control::Response { status, .. } => Ok(Answer { status, du: frame.du.to_vec() }),
+        Ok(Telegram::Data(data)) => match data.control() {
+            Control::Response { status, .. } => Ok(Answer { status, du: data.du.to_vec() }),
             Control::Request { .. } => Err(invalid()),
         },
         Ok(Telegram::Token { .. }) | Err(_) => Err(invalid()),

@@ -2,7 +2,7 @@
 
 use super::counting::{Counting, Memory};
 use super::slave::{ADDRESS, Line, MASTER, SampleSlave};
-use profivac_conform::dialogue::{Link, frame_octets};
+use profivac_conform::dialogue::{Link, telegram_octets};
 use profivac_conform::probe::Received;
 use profivac_dp::slave::SlaveState;
 use profivac_host::port::PortError;
@@ -38,7 +38,7 @@ impl Frame {
 
     pub fn octets(&self) -> Vec<u8> {
         let Self { da, sa, dsap, ssap, fc, du } = self;
-        frame_octets(DataTelegram { da: *da, sa: *sa, dsap: *dsap, ssap: *ssap, fc: *fc, du })
+        telegram_octets(DataTelegram { da: *da, sa: *sa, dsap: *dsap, ssap: *ssap, fc: *fc, du })
     }
 
     /// The function code of a request.

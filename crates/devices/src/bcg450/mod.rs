@@ -2,10 +2,10 @@
 //!
 //! [`table`] has the manual's tables, [`parts`] the ranges, [`codes`] the code tables. `measurement` joins the three parts,
 //! `relay` has the two functions of the contacts, `parameters` reads and writes every row, `simulation` has cyclic data
-//! and front panel.
+//! and front panel. Numbers in brackets are those of errata-bpg-bcg-tpg.
 
 pub mod codes;
-pub mod faults;
+mod faults;
 mod measurement;
 mod parameters;
 pub mod parts;

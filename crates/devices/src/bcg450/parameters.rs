@@ -1,4 +1,4 @@
-//! The value of every row of the tables, and the effect of writing it.
+//! The value of every row of the tables, and the effect of writing it. Numbers in brackets are those of errata-bpg-bcg-tpg.
 
 use super::codes::{AtmosphereCommand, DegasStatus, HotCathodeCommand};
 use super::parts::{self, INSTANCES};
@@ -36,7 +36,9 @@ impl ParameterAccess for Bcg450Behaviour {
             },
             Parameter::OneOfNTransducer(OneOfNTransducer::StatusExtension) => self.one_of_n.bits().into(),
             Parameter::Input(row) => self.part(at.instance()).map_or(Value::NONE, |part| self.get_input(part, row)),
-            Parameter::SetPoint(row) => self.relay(at.instance()).map_or(Value::NONE, |it| self.get_set_point(it, row)),
+            Parameter::SetPoint(row) => {
+                self.relay(at.instance()).map_or(Value::NONE, |relay| self.get_set_point(relay, row))
+            }
             Parameter::HeatTransfer(row) => match row {
                 HeatTransfer::BlockType => Value::octets(&HeatTransfer::BLOCK.type_octets()),
                 HeatTransfer::StatusExtension => self.pirani.status_extension(&self.condition).bits().into(),
@@ -223,7 +225,8 @@ impl Bcg450Behaviour {
 
     fn select(&mut self, instance: u8) -> Result<(), AccessError> {
         let (first, last) = INSTANCES;
-        self.selector = Some(instance).filter(|it| (first..=last).contains(it)).ok_or(AccessError::OutOfRange)?;
+        self.selector =
+            Some(instance).filter(|chosen| (first..=last).contains(chosen)).ok_or(AccessError::OutOfRange)?;
         Ok(())
     }
 

@@ -43,7 +43,7 @@ pub const ATMOSPHERE: MeasuringRange = MeasuringRange { lowest_pa: mbar(300.0), 
 /// 3.3.1.1: the whole gauge (58).
 pub const GAUGE: Limits = Limits { under_pa: mbar(5e-10), over_pa: mbar(1500.0), full_scale_pa: mbar(1500.0) };
 
-/// 3.3.3.9. free choice: the operating current changes at the Degas On Limit, as on the sister gauges.
+/// 3.3.3.9. free choice: the operating current changes at the Degas On Limit, as on the BPG400-SP.
 pub static CATHODE: Thresholds = Thresholds { off_pa: mbar(3.2e-2), on_pa: mbar(2.4e-2), degas_pa: mbar(7.2e-6) };
 
 /// 3.2.5.1; the manual has no limit above which the relays do not work (107).

@@ -51,7 +51,7 @@ impl Relay {
     pub fn set_percentage(&mut self, percentage: u16) -> Result<(), AccessError> {
         let (lowest, highest) = PERCENTAGE;
         self.percentage =
-            Some(percentage).filter(|it| (lowest..=highest).contains(it)).ok_or(AccessError::OutOfRange)?;
+            Some(percentage).filter(|tenths| (lowest..=highest).contains(tenths)).ok_or(AccessError::OutOfRange)?;
         Ok(())
     }
 

@@ -1,4 +1,4 @@
-//! Cyclic data, sensors and front panel of the BCG450-SP.
+//! Cyclic data, sensors and front panel of the BCG450-SP. Numbers in brackets are those of errata-bpg-bcg-tpg.
 
 use super::Bcg450Behaviour;
 use super::parts::{self, PARTS};

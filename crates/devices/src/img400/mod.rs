@@ -2,7 +2,7 @@
 //!
 //! [`table`] has the manual's tables, [`codes`] the code tables. `parts` has the ranges, `gauges` the gauges that can be plugged in,
 //! `ion` the cathodes, `trip` the relays, `errors` the failed supplies; `parameters` reads and writes every row,
-//! `simulation` has cyclic data and front panel.
+//! `simulation` has cyclic data and front panel. Numbers in brackets are those of errata-pxg55x-img400.
 
 pub mod codes;
 mod errors;
@@ -48,7 +48,7 @@ struct GaugeChannel {
     gauge: Option<&'static PartSpec>,
     /// The gauge that the controller assumes if it finds none (156).
     place_holder: &'static PartSpec,
-    /// Whether it was found at start-up, which fixes the block for good (154).
+    /// Whether it was found at start-up, which fixes the block of the slot until the next one (154).
     identified: bool,
     /// Whether it answers now.
     connected: bool,

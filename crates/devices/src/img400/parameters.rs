@@ -27,7 +27,9 @@ impl ParameterAccess for Img400Behaviour {
         let slot = at.location.slot;
         match at.parameter {
             Parameter::Device(row) => self.get_device(row),
-            Parameter::Input(row) => self.channel(slot).map_or(Value::NONE, |it| self.get_input(slot, it, row)),
+            Parameter::Input(row) => {
+                self.channel(slot).map_or(Value::NONE, |channel| self.get_input(slot, channel, row))
+            }
             Parameter::Trip(row) => self.get_trip(slot, row),
             Parameter::HotCathode(row) => self.get_hot_cathode(slot, row),
             Parameter::HeatTransfer(HeatTransfer::BlockType) | Parameter::Diaphragm(Diaphragm::BlockType) => {
@@ -140,7 +142,7 @@ impl Img400Behaviour {
     fn get_input(&self, slot: u8, channel: &GaugeChannel, row: AnalogInput) -> Value {
         let part = &channel.part;
         match row {
-            // (130)
+            // A command has no value: zeros are read (130).
             AnalogInput::BlockAdjustCommand => Value::octets(&[0, 0]),
             AnalogInput::BlockType => block_type(&AnalogInput::BLOCK),
             AnalogInput::ProcessValue => Value::Pressure(self.process_value_pa(slot)),

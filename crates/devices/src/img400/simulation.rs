@@ -1,4 +1,4 @@
-//! Cyclic data, sensors and front panel of the IMG 400.
+//! Cyclic data, sensors and front panel of the IMG 400. Numbers in brackets are those of errata-pxg55x-img400.
 
 use super::codes::KeyLock;
 use super::ion::IonCathode;

@@ -25,7 +25,7 @@ bitflags::bitflags! {
     }
 }
 
-/// The way on which an access reaches the device.
+/// The channel through which an access reaches the device.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum AccessPath {
     /// MS1, the class 1 master that owns the slave.

@@ -81,7 +81,7 @@ impl Model {
 
     /// The row of this model that `P` names at `location`; `None` if the model has no such parameter there.
     ///
-    /// A row of a sister gauge is found as well if index, name, data type and codes are the same.
+    /// A row of another device is found as well if index, name, data type and codes are the same.
     #[must_use]
     pub fn typed_row<P: TypedParameter>(&self, location: &Location) -> Option<&'static Row> {
         let blocks = self.blocks.iter().filter(|placed| placed.locations.iter().any(|own| own.is_at(location)));

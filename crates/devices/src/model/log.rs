@@ -72,7 +72,7 @@ fn scaled_exp(x: f64, power: f64) -> f64 {
     if power > 1024.0 {
         return f64::INFINITY;
     }
-    // Smaller ones become 0: no pressure is.
+    // Smaller results become 0; no pressure is so small.
     if power < -1021.0 {
         return 0.0;
     }

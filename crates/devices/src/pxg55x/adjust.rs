@@ -1,5 +1,5 @@
 //! Zero and gain adjust, auto zero, run hours: the stored values without an index. tira56e1 8.1.1, 8.1.11, 8.2.1,
-//! 8.3.1, 7.1.14 and 7.1.23.
+//! 8.3.1, 7.1.14 and 7.1.23. Numbers in brackets are those of errata-pxg55x-img400.
 
 use super::Pxg55xBehaviour;
 use super::parts::{CDG_ZERO_PA, LOWEST_AIR_PA};
@@ -157,9 +157,9 @@ impl Pxg55xBehaviour {
     /// (91).
     pub(super) fn advance_adjustments(&mut self, seconds: f64) {
         let due = self.stored.advance(seconds);
-        let void = self.pirani.reading_pa.is_some_and(|pa| pa <= CDG_ZERO_PA) && !self.pirani.failed;
+        let below_range = self.pirani.reading_pa.is_some_and(|pa| pa <= CDG_ZERO_PA) && !self.pirani.failed;
         let able = self.machine.is_executing() && self.cdg.as_ref().is_some_and(|cdg| !cdg.failed);
-        if due && self.auto_zero && void && able {
+        if due && self.auto_zero && below_range && able {
             self.zero_cdg();
         }
     }

@@ -219,7 +219,8 @@ impl Pxg55xBehaviour {
     /// Exception Detail Alarm: instances 1 and 2, on a PSG55x only 1. The atmosphere sensor is not reported (74).
     fn alarm<const N: usize>(&self) -> ExceptionDetails<N> {
         let mut device = [0; N];
-        let alarms = (1..=2).filter(|instance| self.part(*instance).is_some()).flat_map(|it| self.sensor_alarm(it));
+        let alarms =
+            (1..=2).filter(|instance| self.part(*instance).is_some()).flat_map(|instance| self.sensor_alarm(instance));
         device.iter_mut().zip(alarms).for_each(|(place, octet)| *place = octet);
         ExceptionDetails { common: self.common(), device, manufacturer: self.manufacturer() }
     }

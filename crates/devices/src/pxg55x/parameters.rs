@@ -1,4 +1,4 @@
-//! The value of every row of the tables, and the effect of writing it.
+//! The value of every row of the tables, and the effect of writing it. Numbers in brackets are those of errata-pxg55x-img400.
 
 use super::codes::SetpointMode;
 use super::table::{

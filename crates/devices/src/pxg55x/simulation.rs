@@ -1,4 +1,4 @@
-//! Cyclic data, sensors and front panel of the series.
+//! Cyclic data, sensors and front panel of the series. Numbers in brackets are those of errata-pxg55x-img400.
 
 use super::trip::TripPoint;
 use super::{Pxg55xBehaviour, parts, table, ttr};

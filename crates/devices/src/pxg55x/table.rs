@@ -565,7 +565,7 @@ const fn variant(
 
 /// The whole series, a gauge with an atmosphere sensor before the same without.
 ///
-/// The filament tells the models apart: tungsten, nickel, and ceramic coated, which has no abbreviation in 7.1.9.
+/// The models differ in the filament: tungsten, nickel, and ceramic coated, which has no abbreviation in 7.1.9.
 /// Connector, relays and analog output are those of the example there, and the part numbers stand for them.
 pub static VARIANTS: [&Variant; 9] =
     [&PCG550_WITH_ATM, &PCG552_WITH_ATM, &PCG554_WITH_ATM, &PCG550, &PCG552, &PCG554, &PSG550, &PSG552, &PSG554];

@@ -31,7 +31,7 @@ impl ParameterAccess for TpgBehaviour {
         value.or_else(|| self.shown().get(at)).unwrap_or(Value::NONE)
     }
 
-    /// A set of thresholds is locked while it is valid (138), the access code 9919 for ever (132), and every parameter
+    /// A set of thresholds is locked while it is valid (138), the access code 9919 always (132), and every parameter
     /// while the link to the controller is lost (156).
     fn check_mode(&self, at: &ParameterRef<Parameter>) -> Result<(), AccessError> {
         use ThresholdControl::{LowerThreshold, Source, UpperThreshold};
@@ -133,7 +133,7 @@ impl TpgBehaviour {
                 *active = prepared;
                 threshold.open = None;
             }
-            // 137
+            // The lower threshold is above the upper one (137).
             (Validation::Valid, Some(_)) => return Err(AccessError::OutOfRange),
             (Validation::OpenForChanges, Some(_)) | (Validation::Valid, None) => {}
         }

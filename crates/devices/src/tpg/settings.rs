@@ -4,7 +4,7 @@
 use super::CHANNELS;
 use super::channel::TpgGauge;
 use super::codes::{Filter, UnderrangeControl};
-use super::table::{AnalogInput, DeviceBlock, MBAR, Parameter, ThresholdControl, UNITS};
+use super::table::{AnalogInput, DeviceBlock, MBAR, Parameter, UNITS};
 use super::threshold::ThresholdSet;
 use crate::model::{AccessError, Unit, Value, mbar};
 use crate::profile::ParameterRef;
@@ -106,33 +106,6 @@ impl Settings {
     /// Whether the access code can be changed.
     pub const fn access_code_is_fixed(&self) -> bool {
         self.access_code == FIXED_ACCESS_CODE
-    }
-}
-
-impl ThresholdSet {
-    /// The value of a parameter of the set.
-    fn get(&self, parameter: ThresholdControl) -> Option<Value> {
-        Some(match parameter {
-            ThresholdControl::UpperThreshold => Value::Pressure(self.upper_pa),
-            ThresholdControl::LowerThreshold => Value::Pressure(self.lower_pa),
-            ThresholdControl::Source => self.source.into(),
-            ThresholdControl::Validation | ThresholdControl::SetpointStatus => return None,
-        })
-    }
-
-    /// Sets a parameter of the set. Neither threshold is zero (137), the source is the slot of a channel (140).
-    pub fn set(&mut self, parameter: ThresholdControl, value: &Value) -> Result<(), AccessError> {
-        let positive = |pa: f64| if pa > 0.0 { Ok(pa) } else { Err(AccessError::OutOfRange) };
-        match parameter {
-            ThresholdControl::UpperThreshold => self.upper_pa = positive(value.pressure()?)?,
-            ThresholdControl::LowerThreshold => self.lower_pa = positive(value.pressure()?)?,
-            ThresholdControl::Source => match value.integer()? {
-                source @ 1..=4 => self.source = source,
-                _ => return Err(AccessError::OutOfRange),
-            },
-            ThresholdControl::Validation | ThresholdControl::SetpointStatus => return Err(AccessError::NotWritable),
-        }
-        Ok(())
     }
 }
 

@@ -1,7 +1,7 @@
 //! The tables of the manual of the interface boards IF300P and IF301P for TPG300 and TPG500 (i9973ber/a).
 //!
-//! errata-bpg-bcg-tpg part G settles what the manual leaves open; the comment at a row that departs from the print has
-//! the number of its entry.
+//! Where a row departs from the print, a comment says why. Numbers in brackets are those of errata-bpg-bcg-tpg, whose part G
+//! settles what the manual leaves open.
 
 use super::codes::{
     AccessCode, Filter, MeasurementStatus, ProgramVersion, SetpointStatus, Source, UnderrangeControl, Validation,
@@ -20,12 +20,12 @@ block! {
     /// The controller as a whole.
     pub DeviceBlock in device_block = "Device Block";
     // Index  parameter            name as printed                  data type  access        store  section
-    // INT8 in print, but four fields of two bits: 128
+    // INT8 in print, but four fields of two bits (128).
     20 SensorOnOff                 "Sensor On_Off"                  UINT8      [c_w, ac_r]   V      "3.2.3.2";
-    // 1 byte in print: 129
+    // 1 byte in print (129).
     21 ProgramVersion              "Program version"                INT32      [ac_r]        -      "3.2.3.2" ProgramVersion;
     24 AccessCode                  "Authorized access code"         INT16      [ac_r, ac_w]  R      "3.2.3.2" AccessCode;
-    // OSTRING1 in print: 145
+    // OSTRING1 in print (145).
     25 UnderrangeControl           "Pressure under-range control"   UINT8      [ac_r, ac_w]  R      "3.2.3.2" UnderrangeControl;
     26 Volatility                  "Volatility"                     UINT8      [ac_r, ac_w]  V      "3.2.3.2" Volatility;
 }
@@ -37,7 +37,7 @@ block! {
     20 MeasuredValue               "Measured value"                 BY_TYPE    [c_r]         D      "3.2.4.1";
     21 MeasurementStatus           "Measurement status"             UINT8      [c_r]         D      "3.2.4.1" MeasurementStatus;
     22 PressureUnit                "Pressure unit"                  UINT8      [ac_r, ac_w]  R      "3.2.4.1" UnitCode;
-    // OSTRING1 in print: 145
+    // OSTRING1 in print (145).
     23 FilterTimeConstant          "Filter time constant"           UINT8      [ac_r, ac_w]  R      "3.2.4.1" Filter;
 }
 
@@ -46,7 +46,7 @@ block! {
     pub ThresholdControl in threshold_control = "Threshold Control Function Block";
     // Index  parameter            name as printed                  data type  access        store  section
     20 Validation                  "Threshold validation"           INT8       [ac_r, ac_w]  V      "3.2.4.2" Validation;
-    // 1 byte in print: 130
+    // 1 byte in print (130).
     21 UpperThreshold              "Upper threshold"                BY_TYPE    [ac_r, ac_w]  R      "3.2.4.2";
     22 LowerThreshold              "Lower threshold"                BY_TYPE    [ac_r, ac_w]  R      "3.2.4.2";
     23 Source                      "Threshold source"               UINT8      [ac_r, ac_w]  R      "3.2.4.2" Source;
@@ -196,12 +196,12 @@ const fn model(name: &'static str, title: &'static str, software: &'static str) 
         vendor: "INFICON AG",
         manual: "i9973ber/a",
         ident: 0x05D9,
-        // 150: no acyclic services
+        // No acyclic services (150).
         features: Features { sync: false, freeze: false, dpv1: false, ms1: false },
         configurations: &CONFIGURATIONS,
         default_configuration: &ALL_CHANNELS,
         units: UNITS,
-        // 151: no user parameters; the three octets that a DP-V1 master adds are tolerated.
+        // No user parameters; the three octets that a DP-V1 master adds are tolerated (151).
         user_prm: &[UserPrm { name: "none", octets: &[] }, UserPrm { name: "DPV1_Status", octets: &[0, 0, 0] }],
         dpv1_status: 0,
         blocks: Parameter::BLOCKS,

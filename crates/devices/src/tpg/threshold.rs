@@ -1,6 +1,9 @@
 //! A threshold control block: a pair of thresholds with a source. IF300P/IF301P manual 3.2.4.2,
 //! errata-bpg-bcg-tpg 137 to 142.
 
+use super::table::ThresholdControl;
+use crate::model::{AccessError, Value};
+
 /// The thresholds and the source of a block, which become valid together.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct ThresholdSet {
@@ -13,6 +16,31 @@ pub(super) struct ThresholdSet {
 }
 
 impl ThresholdSet {
+    /// The value of a parameter of the set.
+    pub fn get(&self, parameter: ThresholdControl) -> Option<Value> {
+        Some(match parameter {
+            ThresholdControl::UpperThreshold => Value::Pressure(self.upper_pa),
+            ThresholdControl::LowerThreshold => Value::Pressure(self.lower_pa),
+            ThresholdControl::Source => self.source.into(),
+            ThresholdControl::Validation | ThresholdControl::SetpointStatus => return None,
+        })
+    }
+
+    /// Sets a parameter of the set. Neither threshold is zero (137), the source is the slot of a channel (140).
+    pub fn set(&mut self, parameter: ThresholdControl, value: &Value) -> Result<(), AccessError> {
+        let positive = |pa: f64| if pa > 0.0 { Ok(pa) } else { Err(AccessError::OutOfRange) };
+        match parameter {
+            ThresholdControl::UpperThreshold => self.upper_pa = positive(value.pressure()?)?,
+            ThresholdControl::LowerThreshold => self.lower_pa = positive(value.pressure()?)?,
+            ThresholdControl::Source => match value.integer()? {
+                source @ 1..=4 => self.source = source,
+                _ => return Err(AccessError::OutOfRange),
+            },
+            ThresholdControl::Validation | ThresholdControl::SetpointStatus => return Err(AccessError::NotWritable),
+        }
+        Ok(())
+    }
+
     /// Whether the lower threshold is not above the upper one: errata-bpg-bcg-tpg 137.
     pub fn are_in_order(&self) -> bool {
         self.lower_pa <= self.upper_pa

@@ -266,7 +266,7 @@ impl Xpg400Behaviour {
         self.cathode.update_current(self.active().indicated_pa());
     }
 
-    /// free choice: as on the sister gauge, only in EXECUTING and not with any sensor alarm (112).
+    /// free choice: as on the BCG450-SP, only in EXECUTING and not with any sensor alarm (112).
     fn update_set_points(&mut self) {
         let allowed = self.machine.is_executing() && !self.pirani.failed && !self.ion.failed;
         let pa = self.active().indicated_pa();

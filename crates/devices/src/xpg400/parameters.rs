@@ -1,4 +1,4 @@
-//! The value of every row of the tables, and the effect of writing it.
+//! The value of every row of the tables, and the effect of writing it. Numbers in brackets are those of errata-bpg-bcg-tpg.
 
 use super::codes::{DegasStatus, HotCathodeCommand};
 use super::parts::INSTANCES;
@@ -217,7 +217,8 @@ impl Xpg400Behaviour {
 
     fn select(&mut self, instance: u8) -> Result<(), AccessError> {
         let (first, last) = INSTANCES;
-        self.selector = Some(instance).filter(|it| (first..=last).contains(it)).ok_or(AccessError::OutOfRange)?;
+        self.selector =
+            Some(instance).filter(|chosen| (first..=last).contains(chosen)).ok_or(AccessError::OutOfRange)?;
         Ok(())
     }
 

@@ -75,7 +75,7 @@ pub struct Switchover {
     pub emission: Thresholds,
 }
 
-/// free choice: the manual has no thresholds of the emission, these are those of the sister gauges. The operating
+/// free choice: the manual has no thresholds of the emission, these are those of the BCG450-SP. The operating
 /// current changes at the limit of degas.
 pub static BPG_SWITCHOVER: Switchover = Switchover {
     pa: mbar(5.5e-3),
@@ -84,7 +84,7 @@ pub static BPG_SWITCHOVER: Switchover = Switchover {
 
 /// The emission of the HPG400-SP switches on at the switchover (82).
 ///
-/// free choice: it goes off a third above it, as far as on the sister gauges. There is one current and no degas.
+/// free choice: it goes off a third above it, as far as on the BCG450-SP. There is one current and no degas.
 const fn switchover(at_mbar: f64) -> Switchover {
     let pa = mbar(at_mbar);
     Switchover { pa, emission: Thresholds { off_pa: pa * 4.0 / 3.0, on_pa: pa, degas_pa: 0.0 } }

@@ -115,7 +115,7 @@ impl Baud {
     }
 
     /// max T_SDR, the latest start of an answer that a slave of this project declares, in bit times. profibus-wire 1.12; for
-    /// 45.45 kbit/s the choice of profibus-wire 10, point 27.
+    /// 45.45 kbit/s one of the values of profibus-wire 10, point 27.
     #[must_use]
     pub const fn max_tsdr_tbit(self) -> u16 {
         match self {

@@ -137,7 +137,7 @@ pub(super) struct Events<const EVENTS: usize> {
     overflow: bool,
 }
 
-/// The end of the queue that takes events, independent of its capacity.
+/// The queue without its capacity in the type, for functions that only add events.
 pub(super) struct Sink<'a> {
     queue: &'a mut DequeView<Event>,
     overflow: &'a mut bool,

@@ -32,7 +32,7 @@ enum Stage {
     Free,
     Waiting(Header),
     Sent,
-    Answered { station: StationType, status: Status, retries: u8 },
+    Answered { station: StationType, status: Status, repetitions: u8 },
     Unconfirmed,
     Failed(Failure),
 }
@@ -80,9 +80,9 @@ impl RawRequest {
         self.stage = match confirmation {
             Confirmation::Sent => Stage::Unconfirmed,
             Confirmation::Failed(failure) => Stage::Failed(failure),
-            Confirmation::Answer(Answer { station, status, du, retries }) => {
+            Confirmation::Answer(Answer { station, status, du, repetitions }) => {
                 self.store(du);
-                Stage::Answered { station, status, retries }
+                Stage::Answered { station, status, repetitions }
             }
         };
     }
@@ -94,8 +94,8 @@ impl RawRequest {
                 self.stage = stage;
                 None
             }
-            Stage::Answered { station, status, retries } => {
-                Some(Confirmation::Answer(Answer { station, status, du: self.du(), retries }))
+            Stage::Answered { station, status, repetitions } => {
+                Some(Confirmation::Answer(Answer { station, status, du: self.du(), repetitions }))
             }
             Stage::Unconfirmed => Some(Confirmation::Sent),
             Stage::Failed(failure) => Some(Confirmation::Failed(failure)),
@@ -127,7 +127,7 @@ mod tests {
         assert_eq!(request.take(), None);
         assert_eq!(request.start(), Some(services::slave_diag(8)));
         assert_eq!(request.start(), None);
-        let answer = Answer { station: StationType::Slave, status: Status::DataLow, du: &[1, 2, 3], retries: 1 };
+        let answer = Answer { station: StationType::Slave, status: Status::DataLow, du: &[1, 2, 3], repetitions: 1 };
         request.finish(Confirmation::Answer(answer));
         assert_eq!(request.submit(&services::get_cfg(8)), Err(Busy));
         assert_eq!(request.take(), Some(Confirmation::Answer(answer)));

@@ -198,7 +198,7 @@ mod tests {
     use std::string::ToString;
 
     fn answer(status: Status, du: &[u8]) -> Confirmation<'_> {
-        Confirmation::Answer(Answer { station: StationType::Slave, status, du, retries: 0 })
+        Confirmation::Answer(Answer { station: StationType::Slave, status, du, repetitions: 0 })
     }
 
     #[test]

@@ -90,7 +90,7 @@ pub struct Counters {
     /// Message cycles without a valid answer, after all repetitions. FDL status to an absent slave does not count.
     pub lost: u32,
     /// Repetitions of requests.
-    pub retries: u32,
+    pub repetitions: u32,
     /// Answers without a request: late ones, or those of a second station with the same address.
     pub strays: u32,
     /// Diagnoses fetched.

@@ -4,7 +4,7 @@
 
 use super::*;
 use profivac_sim::Random;
-use profivac_sim::scenario::hex;
+use profivac_sim::dialogue::hex;
 use profivac_wire::{DataTelegram, Telegram};
 
 fn chunk(octets: &[u8]) -> Chunk {

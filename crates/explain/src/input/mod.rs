@@ -107,7 +107,7 @@ mod tests {
     use super::*;
     use profivac_dp::link::BitTime;
     use profivac_sim::Trace;
-    use profivac_sim::scenario::hex;
+    use profivac_sim::dialogue::hex;
     use profivac_sim::trace::pcapng;
 
     fn read(file: &[u8]) -> Result<Capture, String> {

@@ -3,7 +3,7 @@
 use super::payload::{Metric, MetricValue, Property, PropertySet, datatype};
 use crate::topic::{level, levels};
 use profivac_gateway::{Kind, Point, PointValue, Signal, State, Subject, Value};
-use profivac_recorder::{Micros, Quality, Sample};
+use profivac_recorder::{Micros, Sample};
 
 /// The property that says whether a value can be used.
 const QUALITY: &str = "Quality";
@@ -169,25 +169,10 @@ fn metric_value(value: &Value) -> Option<MetricValue> {
     })
 }
 
-/// The state of a sample.
-#[must_use]
-pub const fn state_of(quality: Quality) -> State {
-    match quality {
-        Quality::Valid => State::Ok,
-        Quality::Assumed => State::Invalid,
-        Quality::Overrange => State::OverRange,
-        Quality::Underrange => State::UnderRange,
-        Quality::Fault => State::Fault,
-        Quality::Stale => State::Stale,
-        Quality::Off => State::Off,
-        Quality::Missing => State::NotPresent,
-    }
-}
-
 /// The value and the quality of a signal in a sample; `None` for signals that are not recorded.
 #[must_use]
 pub fn of_sample(signal: Signal, sample: &Sample) -> Option<(Option<MetricValue>, i32)> {
-    let state = state_of(sample.quality);
+    let state = State::recorded(sample.quality);
     let value = match signal {
         Signal::Pressure => metric_value(&sample.pa.map_or(Value::None, Value::Float)),
         Signal::PressureLog10 => metric_value(&sample.decades().map_or(Value::None, Value::Float)),

@@ -5,6 +5,7 @@
 
 #[cfg(test)]
 mod hostile;
+mod kept;
 mod parameters;
 mod readers;
 mod reply;
@@ -21,6 +22,7 @@ pub use unrestored::UnrestoredRecord;
 use crate::port::{Notice, Opener, Port, PortError};
 use crate::readiness::Readiness;
 use crate::segment::Segment;
+use kept::KeptConnection;
 use profivac_dp::link::Baud;
 use profivac_dp::link::active::{
     Active, Answer, BusParameters, Confirmation, Failure, Request, RingCounters, RingState,
@@ -51,6 +53,8 @@ pub struct BusSession {
     /// A guard restores what the program has changed.
     is_restoring: bool,
     unrestored: BTreeMap<u8, UnrestoredRecord>,
+    /// By address.
+    kept: BTreeMap<u8, KeptConnection>,
     /// Whether a measured turnaround may raise the slot time.
     adapts_slot_time: bool,
     /// The longest turnaround that a notice has reported, in bit times.
@@ -107,6 +111,7 @@ impl BusSession {
             cancellation: None,
             is_restoring: false,
             unrestored: BTreeMap::new(),
+            kept: BTreeMap::new(),
             adapts_slot_time: true,
             reported_tbit: 0,
             late_answer: None,

@@ -51,7 +51,7 @@ fn abort(abort: &Abort<'_>) -> String {
 #[cfg(test)]
 mod tests {
     use crate::describe::Description;
-    use crate::scenario::hex;
+    use crate::dialogue::hex;
     use profivac_wire::Telegram;
 
     /// The telegrams of profibus-wire 4.4 and 4.6.6 with their descriptions after the addresses.

@@ -152,13 +152,19 @@ fn data(du: &[u8]) -> String {
     if du.is_empty() { String::new() } else { format!(" {}", Hex(du)) }
 }
 
-/// Describes the data unit of Set_Prm.
+/// Describes the data unit of Set_Prm: the watchdog as its two factors.
 #[must_use]
 pub fn set_prm(prm: &SetPrm<'_>) -> String {
     let [first, second] = prm.wd_fact;
+    set_prm_with_watchdog(prm, &format!("{first} x {second}"))
+}
+
+/// Describes the data unit of Set_Prm with this text as its watchdog time. A request without the watchdog does not show it.
+#[must_use]
+pub fn set_prm_with_watchdog(prm: &SetPrm<'_>, watchdog: &str) -> String {
     let mut words = listed(PRM_WORDS.iter().filter(|(bit, _)| prm.status.intersects(*bit)).map(|(_, word)| *word));
     if prm.status.contains(PrmStatus::WD_ON) {
-        words += &format!(", watchdog {first} x {second}");
+        words += &format!(", watchdog {watchdog}");
     }
     if prm.min_tsdr != 0 {
         words += &format!(", min T_SDR {}", prm.min_tsdr);
@@ -260,7 +266,7 @@ fn listed<'a>(words: impl Iterator<Item = &'a str>) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scenario::hex;
+    use crate::dialogue::hex;
 
     #[test]
     fn the_telegrams_of_the_specification_are_described() {

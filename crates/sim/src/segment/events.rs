@@ -4,7 +4,7 @@ use super::{SHOWN, Segment, connected};
 use crate::character::Character;
 use crate::driver::{Driver, DriverAction};
 use crate::referee::Transmission;
-use crate::rule::Violation;
+use crate::rule::{Violated, Violation};
 use crate::scheduler::NEVER;
 use crate::signal::{Signal, TelegramFault};
 use crate::station_id::StationId;
@@ -206,7 +206,7 @@ impl Segment {
         if disturbed || self.noisy {
             self.referees[side].disturb();
         }
-        if let Err((rule, measured_tbit, limit_tbit)) = verdict {
+        if let Err(Violated { rule, measured_tbit, limit_tbit }) = verdict {
             let (station, at) = (transmission.station, transmission.begin);
             self.violation =
                 Some(Box::new(Violation { rule, station, at, measured_tbit, limit_tbit, trace: self.last_lines() }));

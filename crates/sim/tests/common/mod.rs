@@ -6,7 +6,7 @@ use profivac_dp::link::Baud;
 use profivac_dp::slave::{
     CfgFault, Device, Diagnosis, Dpv1Error, Features, Outputs, PrmFault, Relation, Slave, SlaveState,
 };
-use profivac_sim::scenario::Dialogue;
+use profivac_sim::dialogue::Dialogue;
 use profivac_wire::address::SetSlaveAdd;
 use profivac_wire::cfg::{self, Lengths};
 use profivac_wire::{DataTelegram, MAX_TELEGRAM, Telegram};

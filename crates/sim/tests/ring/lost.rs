@@ -14,13 +14,12 @@ const ADDRESSES: [u8; 3] = [2, 5, 9];
 /// Longer than one rotation without and one with polls of the GAP.
 const SWEEP_TBIT: u64 = 2_500;
 
-/// A power failure of any master at any bit time of a rotation: the others form a ring again in time, and the master joins it
-/// again when its power returns.
+/// At each bit time of a rotation the holder of the token loses power, or each master in turn where none holds it: the others
+/// form a ring again in time.
 #[test]
-fn power_is_lost_at_every_bit_time_of_a_rotation() {
+fn the_others_form_a_ring_again_after_a_power_failure_at_every_bit_time() {
     let mut holders = [0; 3];
     for after in 0..SWEEP_TBIT {
-        // Each master in turn.
         let mut line = Line::just_complete(&ADDRESSES);
         line.segment.run_for(after).unwrap();
         let victim = line.holder().unwrap_or(ADDRESSES[(after % 3) as usize]);
@@ -34,7 +33,7 @@ fn power_is_lost_at_every_bit_time_of_a_rotation() {
 }
 
 #[test]
-fn power_of_all_other_masters_is_lost_at_every_third_bit_time() {
+fn one_master_is_a_ring_after_the_others_lost_power_at_every_third_bit_time() {
     for after in (0..SWEEP_TBIT).step_by(3) {
         for survivor in ADDRESSES {
             let mut line = Line::just_complete(&ADDRESSES);
@@ -68,7 +67,7 @@ fn the_ring_is_complete_again_after_power_returns_at_once_or_later() {
 
 /// Five masters, two of which lose power at the same time, at times of a rotation without a common divisor.
 #[test]
-fn two_of_five_lose_power_at_once() {
+fn three_of_five_form_a_ring_again_after_two_lost_power_at_once() {
     const ALL: [u8; 5] = [1, 4, 7, 10, 13];
     for after in (0..5_000).step_by(17) {
         for victims in [[1, 4], [4, 10], [13, 1]] {

@@ -15,10 +15,12 @@
 //! | [`notify`] | which receiver is told of which change |
 //! | [`view`] | alarms as the API shows them |
 //! | [`performance`] | figures: how many alarms, how often, which |
+//! | [`limits`] | the reasons and times that the station accepts |
 //! | [`service`] | the alarms of a running station, shared by its threads |
 //! | [`thread`] | the thread that evaluates |
 
 pub mod evaluate;
+pub mod limits;
 pub mod notify;
 pub mod performance;
 pub mod persistence;
@@ -30,11 +32,12 @@ pub mod thread;
 pub mod view;
 
 pub use evaluate::Inputs;
+pub use limits::{MAX_SHELVED_MINUTES, ReasonError, SHELVED, checked_reason};
 pub use notify::{NotificationTarget, QuietHours};
 pub use registry::{
     AlarmChange, AlarmError, AlarmRegistry, AlarmStatus, AlarmTime, Attribution, ChangeKind, Suppression,
 };
 pub use rule::{BusQuantity, Condition, ConditionKind, Priority, Rule, Series};
-pub use service::{AlarmService, AlarmServiceError};
+pub use service::{AlarmResult, AlarmService, AlarmServiceError};
 pub use state::AlarmState;
 pub use thread::AlarmThread;

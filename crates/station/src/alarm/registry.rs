@@ -139,7 +139,7 @@ pub enum AlarmError {
     Unknown(String),
     /// The alarm was raised again since the user saw it.
     #[error(
-        "{name} was raised again: expected occurrence {occurrence}, got {got}; look at the alarm before you acknowledge it"
+        "{name} has another occurrence: expected {occurrence}, got {got}; look at the alarm before you acknowledge it"
     )]
     OccurrenceChanged {
         /// The alarm.

@@ -8,11 +8,10 @@ use crate::alarm::Priority;
 use crate::alarm::performance::{AlarmPerformance, Counter, LONG_ACTIVE_AFTER, Raised};
 use crate::alarm::service::AlarmResult;
 use crate::alarm::view::{AlarmHistoryView, AlarmView};
-use crate::alarm::{AlarmError, AlarmServiceError};
+use crate::alarm::{AlarmError, AlarmServiceError, MAX_SHELVED_MINUTES, ReasonError, checked_reason};
 use crate::auth::Actor;
 use crate::auth::Role;
 use crate::services::Services;
-use crate::visible_text::check_line;
 use crate::webhook::WebhookView;
 use axum::Json;
 use axum::extract::rejection::QueryRejection;
@@ -26,14 +25,8 @@ use utoipa::{IntoParams, ToSchema};
 /// The most entries of an answer.
 const MAX_ENTRIES: u32 = 10_000;
 
-/// The longest reason, in characters.
-const MAX_REASON: usize = 500;
-
 /// The longest time out of service with an end, in minutes: 31 days.
 const MAX_MINUTES: u32 = 44_640;
-
-/// The longest time on the shelf, in minutes: a shift of twelve hours. free choice; ISA-18.2 demands a limit.
-const MAX_SHELVED_MINUTES: u32 = 720;
 
 /// The most alarms of one request.
 const MAX_ALARMS: usize = 1_000;
@@ -338,17 +331,6 @@ fn check_number_of_alarms(number: usize) -> Result<(), Problem> {
     Err(Problem::bad_request(format!("expected 1 to {MAX_ALARMS} alarms, found {number}")))
 }
 
-/// The reason without blanks around it.
-fn checked_reason(reason: &str) -> Result<String, Problem> {
-    let reason = reason.trim();
-    if !(1..=MAX_REASON).contains(&reason.chars().count()) {
-        let detail = format!("expected a reason in one line of 1 to {MAX_REASON} characters");
-        return Err(Problem::bad_request(detail));
-    }
-    check_line(reason).map_err(|problem| Problem::bad_request(format!("reason: {problem}")))?;
-    Ok(reason.to_owned())
-}
-
 /// Runs `work` on a blocking thread, because it waits for the disk.
 async fn change_all(work: impl FnOnce() -> Vec<AlarmResult> + Send + 'static) -> Result<ChangedAlarms, Problem> {
     let results = tokio::task::spawn_blocking(work).await.map_err(|error| task_failed(&error))?;
@@ -436,6 +418,12 @@ async fn run_blocking(
 ) -> Result<Json<AlarmView>, Problem> {
     let done = tokio::task::spawn_blocking(work).await.map_err(|error| task_failed(&error))?;
     done.map(Json).map_err(Problem::from)
+}
+
+impl From<ReasonError> for Problem {
+    fn from(error: ReasonError) -> Self {
+        Self::bad_request(error.to_string())
+    }
 }
 
 impl From<AlarmServiceError> for Problem {

@@ -225,13 +225,19 @@ impl Config {
     /// # Errors
     /// [`ConfigError`] with the position and the problem.
     pub fn read(path: &Path) -> Result<Self, ConfigError> {
-        let unreadable = |error: std::io::Error| ConfigError {
-            file: path.to_owned(),
-            line: 1,
-            column: 1,
-            problem: Box::new(ConfigProblem::Unreadable(error)),
-        };
-        Self::parse(&text_file::read(path).map_err(unreadable)?, path)
+        Self::parse(&text_of(path)?, path)
+    }
+
+    /// The file of the users of the station with the file at `path`. The tables of gateways are not checked: they may name a user who is
+    /// about to be added.
+    ///
+    /// # Errors
+    /// [`ConfigError`] if the file cannot be read, or with the position and the problem.
+    pub fn read_users_file(path: &Path) -> Result<PathBuf, ConfigError> {
+        let text = text_of(path)?;
+        let checked = ConfigToml::parse(&text).and_then(|file| check::check(&file).map(|()| file));
+        let file = checked.map_err(|error| in_file(error, &text, path))?;
+        Ok(file.into_config(path).users.path)
     }
 
     /// Parses `text` as the contents of the file at `path`. Relative paths in the text are relative to the folder of `path`.
@@ -239,10 +245,7 @@ impl Config {
     /// # Errors
     /// [`ConfigError`] with the position and the problem.
     pub fn parse(text: &str, path: &Path) -> Result<Self, ConfigError> {
-        let located = |Located { span, problem }: Located| {
-            let (line, column) = line_and_column(text, span.start);
-            ConfigError { file: path.to_owned(), line, column, problem: Box::new(problem) }
-        };
+        let located = |error: Located| in_file(error, text, path);
         let mut file = ConfigToml::parse(text).map_err(located)?;
         check::check(&file).map_err(located)?;
         let renamed_keys = notice::renamed_keys(&file, text, path).map_err(located)?;
@@ -314,6 +317,21 @@ impl Config {
         let has_secrets = self.gateways.iter().any(GatewaySettings::is_private);
         self.users.named || self.tls.is_some() || !self.webhooks.is_empty() || has_secrets
     }
+}
+
+/// The text of the file at `path`.
+fn text_of(path: &Path) -> Result<String, ConfigError> {
+    let unreadable = |error| {
+        let problem = Box::new(ConfigProblem::Unreadable(error));
+        ConfigError { file: path.to_owned(), line: 1, column: 1, problem }
+    };
+    text_file::read(path).map_err(unreadable)
+}
+
+/// The error with its line and column in the text of the file at `path`.
+fn in_file(Located { span, problem }: Located, text: &str, path: &Path) -> ConfigError {
+    let (line, column) = line_and_column(text, span.start);
+    ConfigError { file: path.to_owned(), line, column, problem: Box::new(problem) }
 }
 
 #[cfg(test)]

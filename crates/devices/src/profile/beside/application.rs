@@ -1,4 +1,4 @@
-//! The side of the measurement.
+//! The measurement, the parameters and the nonvolatile memory of a device beside its slave.
 
 use super::exchanged::{Access, ChannelRead, Commands, Done, Job, MAX_IMAGE, Snapshot, Tasks};
 use crate::model::{AccessError, AccessPath, Octets};
@@ -7,7 +7,7 @@ use crate::profile::{Behaviour, BlockDevice};
 use crate::store::Store;
 use profivac_dp::slave::{Device, Outputs};
 
-/// The side of the measurement: a device with its parameters and its memory. It may take its time.
+/// A device with its measurement, parameters and memory. No answer on the bus waits for it.
 #[derive(Debug)]
 pub struct Application<'a, B, S> {
     device: &'a mut BlockDevice<B, S>,
@@ -19,7 +19,7 @@ pub struct Application<'a, B, S> {
 }
 
 impl<'a, B: Behaviour, S: Store> Application<'a, B, S> {
-    /// The side of the measurement of this device.
+    /// The application of this device.
     pub const fn new(device: &'a mut BlockDevice<B, S>) -> Self {
         Self { device, generation: 0, done: None, channel_read: None, unlocked: false }
     }
@@ -34,7 +34,7 @@ impl<'a, B: Behaviour, S: Store> Application<'a, B, S> {
         self.device
     }
 
-    /// Does what the bus wants, and at most one access to a parameter. Returns when its values are durable.
+    /// Does what masters have requested, with at most one access to a parameter. Returns when its values are durable.
     pub fn adopt(&mut self, tasks: &Tasks) {
         self.generation = tasks.generation;
         self.channel_read = tasks.channel_read;
@@ -57,7 +57,7 @@ impl<'a, B: Behaviour, S: Store> Application<'a, B, S> {
         self.unlocked = was_locked && !self.device.address.is_locked();
     }
 
-    /// Where the device is now. The result of an access is in the first snapshot after it.
+    /// The inputs and results of the device at this moment. The result of an access is in the first snapshot after it.
     pub fn snapshot(&mut self) -> Snapshot {
         let mut inputs = [0; MAX_IMAGE];
         if let Some(image) = inputs.get_mut(..self.device.configuration.input_octets()) {

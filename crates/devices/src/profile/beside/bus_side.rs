@@ -1,4 +1,4 @@
-//! The side of the slave.
+//! The device as its slave sees it: tables, a copy of the inputs, and the requests of masters.
 
 use super::exchanged::{
     Access, ChannelRead, Commands, Done, Job, MAX_CHANGES, MAX_IMAGE, Record, Snapshot, Tasks, Via,
@@ -9,6 +9,7 @@ use crate::profile::device::BlockDevice;
 use crate::profile::parameter_channel::{self, ParameterChannel, Task};
 use crate::store::Store;
 use profivac_dp::slave::{CfgFault, Device, Diagnosis, Dpv1Error, Features, Outputs, PrmFault, Relation};
+use profivac_wire::acyclic::ErrorCode;
 use profivac_wire::acyclic::call::IM_RECORD_LENGTH;
 use profivac_wire::address::SetSlaveAdd;
 use profivac_wire::cfg::Lengths;
@@ -16,7 +17,10 @@ use profivac_wire::cfg::Lengths;
 /// MS1, two connections of MS2, the parameter channel, and Set_Slave_Add.
 const JOBS: usize = 5;
 
-/// The side of the slave: tables, the last inputs, and what masters want. It computes nothing.
+/// The answer to an access through a connection beyond the second.
+const NO_PLACE: Dpv1Error = Dpv1Error::new(ErrorCode::RESOURCE_UNAVAILABLE.0);
+
+/// The device of the slave: tables, the last inputs, and the requests of masters. It computes nothing.
 #[derive(Clone, Debug)]
 pub struct BusSide {
     model: &'static Model,
@@ -60,7 +64,7 @@ impl Place {
 }
 
 impl BusSide {
-    /// The side of the slave for this device, which has just been switched on.
+    /// The bus side of this device, which has just been switched on.
     #[must_use]
     pub fn new<B: Behaviour, S: Store>(device: &BlockDevice<B, S>) -> Self {
         let model = device.behaviour.model();
@@ -109,7 +113,7 @@ impl BusSide {
         self.exchanging
     }
 
-    /// Whether a master wants something that [`take_tasks`](Self::take_tasks) has not returned yet.
+    /// Whether a master has requested something that [`take_tasks`](Self::take_tasks) has not returned yet.
     #[must_use]
     pub fn has_tasks(&self) -> bool {
         let Tasks { ended, begun, user_prm, configuration, changes: [change, ..], .. } = &self.tasks;
@@ -118,7 +122,7 @@ impl BusSide {
         *ended || *begun || user_prm.is_some() || configuration.is_some() || change.is_some() || has_job
     }
 
-    /// What masters want since the last call. The caller holds the slave back meanwhile.
+    /// What masters have requested since the last call. The slave must not run during the call.
     #[must_use]
     pub fn take_tasks(&mut self) -> Tasks {
         self.tasks.channel_read = self.channel_read();
@@ -133,7 +137,7 @@ impl BusSide {
         tasks
     }
 
-    /// Takes over the results of the application. The caller holds the slave back meanwhile.
+    /// Takes over the results of the application. The slave must not run during the call.
     pub fn publish(&mut self, snapshot: &Snapshot) {
         if snapshot.generation == self.tasks.generation {
             self.inputs = snapshot.inputs;
@@ -198,6 +202,14 @@ impl BusSide {
         if let Some(place) = position_of(via).and_then(|position| self.places.get_mut(position)) {
             *place = Place::Waiting(Job { via, number: self.number, access });
         }
+    }
+
+    /// An access through a relation.
+    fn add_access(&mut self, relation: Relation, access: Access) -> Result<(), Dpv1Error> {
+        let via = Via::Relation(relation);
+        position_of(via).ok_or(NO_PLACE)?;
+        self.add_job(via, access);
+        Ok(())
     }
 
     fn place(&self, via: Via) -> Place {
@@ -349,13 +361,12 @@ impl Device for BusSide {
     }
 
     fn read(&mut self, via: Relation, slot: u8, index: u8, _record: &mut [u8]) -> Result<usize, Dpv1Error> {
-        self.add_job(Via::Relation(via), Access::Read { via, slot, index });
+        self.add_access(via, Access::Read { via, slot, index })?;
         Ok(0)
     }
 
     fn write(&mut self, via: Relation, slot: u8, index: u8, record: &[u8]) -> Result<(), Dpv1Error> {
-        self.add_job(Via::Relation(via), Access::Write { via, slot, index, record: Record::new(record) });
-        Ok(())
+        self.add_access(via, Access::Write { via, slot, index, record: Record::new(record) })
     }
 
     fn is_executing(&self, via: Relation) -> bool {

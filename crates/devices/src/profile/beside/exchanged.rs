@@ -1,4 +1,4 @@
-//! What the two sides copy to each other.
+//! The data that bus side and application copy to each other.
 
 use crate::model::{AccessError, Configuration, Octets, UserPrm};
 use crate::profile::parameter_channel::WriteTask;
@@ -107,7 +107,7 @@ pub struct Job {
 /// A parameter that the parameter channel reads in every cycle.
 pub type ChannelRead = (u8, u8);
 
-/// What the bus wants from the application since the last copy.
+/// The requests of masters since the last copy, from the bus side to the application.
 #[derive(Clone, Debug)]
 pub struct Tasks {
     /// Counts the parameterisations. Inputs are valid for the present one only.
@@ -126,7 +126,7 @@ pub struct Tasks {
     pub(super) channel_read: Option<ChannelRead>,
 }
 
-/// What the application has found out since the last copy.
+/// The inputs and results since the last copy, from the application to the bus side.
 #[derive(Clone, Debug)]
 pub struct Snapshot {
     pub(super) generation: u8,

@@ -1,6 +1,6 @@
 //! A device that works beside its slave, for a microcontroller: no computation and no memory delays an answer on the bus.
 //!
-//! [`BusSide`] is the device of the slave. It answers from the tables and from its copy of the inputs, and notes what a master wants.
+//! [`BusSide`] is the device of the slave. It answers from the tables and from its copy of the inputs, and notes the requests of masters.
 //! [`Application`] has the measurement, the parameters and the nonvolatile memory. Each has a context of its own: the slave an
 //! interrupt, the application the main loop. Two short copies join them, the only moments in which one must not interrupt the other:
 //!

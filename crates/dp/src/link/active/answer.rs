@@ -11,7 +11,7 @@ use profivac_wire::{DataTelegram, Telegram};
 #[inline]
 pub(super) fn matched<'a>(request: &OpenRequest, address: u8, telegram: &Telegram<'a>) -> Result<Answer<'a>, Mismatch> {
     match telegram {
-        Telegram::Data(frame) => framed(request, address, frame),
+        Telegram::Data(data) => matched_data(request, address, data),
         Telegram::ShortAck => match request.kind {
             Kind::Reply => Ok(short(Status::NoReply)),
             Kind::Acknowledge => Ok(short(Status::Ok)),
@@ -23,23 +23,23 @@ pub(super) fn matched<'a>(request: &OpenRequest, address: u8, telegram: &Telegra
 
 /// SC does not name its sender.
 const fn short(status: Status) -> Answer<'static> {
-    Answer { station: StationType::Slave, status, du: &[], retries: 0 }
+    Answer { station: StationType::Slave, status, du: &[], repetitions: 0 }
 }
 
-fn framed<'a>(request: &OpenRequest, address: u8, frame: &DataTelegram<'a>) -> Result<Answer<'a>, Mismatch> {
-    let Control::Response { station, status } = frame.control() else { return Err(Mismatch::Function(frame.fc)) };
-    if frame.da != address {
-        return Err(Mismatch::Destination(frame.da));
+fn matched_data<'a>(request: &OpenRequest, address: u8, data: &DataTelegram<'a>) -> Result<Answer<'a>, Mismatch> {
+    let Control::Response { station, status } = data.control() else { return Err(Mismatch::Function(data.fc)) };
+    if data.da != address {
+        return Err(Mismatch::Destination(data.da));
     }
-    if frame.sa != request.da {
-        return Err(Mismatch::Source(frame.sa));
+    if data.sa != request.da {
+        return Err(Mismatch::Source(data.sa));
     }
-    let carries_data = carries_data(request.kind, status).ok_or(Mismatch::Function(frame.fc))?;
-    let bare = frame.dsap.is_none() && frame.ssap.is_none() && frame.du.is_empty();
-    let swapped = frame.dsap == request.ssap && frame.ssap == request.dsap;
+    let carries_data = carries_data(request.kind, status).ok_or(Mismatch::Function(data.fc))?;
+    let bare = data.dsap.is_none() && data.ssap.is_none() && data.du.is_empty();
+    let swapped = data.dsap == request.ssap && data.ssap == request.dsap;
     match (carries_data, bare, swapped) {
         // An SD1 never has access points.
-        (_, true, _) | (true, _, true) => Ok(Answer { station, status, du: frame.du, retries: 0 }),
+        (_, true, _) | (true, _, true) => Ok(Answer { station, status, du: data.du, repetitions: 0 }),
         (true, false, false) => Err(Mismatch::AccessPoint),
         (false, false, _) => Err(Mismatch::Form),
     }

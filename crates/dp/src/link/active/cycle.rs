@@ -38,7 +38,7 @@ impl<R: FdlUser> Active<R> {
     fn stray(&mut self, now: BitTime, answered: Option<u8>, telegram: &Telegram<'_>) {
         let sender = match telegram {
             Telegram::ShortAck => answered,
-            Telegram::Data(frame) => (frame.da == self.bus.address).then_some(frame.sa),
+            Telegram::Data(data) => (data.da == self.bus.address).then_some(data.sa),
             Telegram::Token { .. } => None,
         };
         if let Some(sender) = sender {
@@ -55,13 +55,13 @@ impl<R: FdlUser> Active<R> {
         }
         // A repeated request may be answered twice, and the first answer may have been a late one. Both look alike, so the
         // second must not fall into the next message cycle: it comes within two slot times.
-        let idle_tbit = match cycle.retries {
+        let idle_tbit = match cycle.repetitions {
             0 => self.bus.id1_tbit(),
             _ => self.slot_tbit().saturating_mul(2),
         };
         self.state = FdlState::Holding { idle_tbit, answered: Some(cycle.request.da) };
         if cycle.from_user {
-            self.user.confirm(end, Confirmation::Answer(Answer { retries: cycle.retries, ..answer }));
+            self.user.confirm(end, Confirmation::Answer(Answer { repetitions: cycle.repetitions, ..answer }));
         }
     }
 
@@ -84,9 +84,9 @@ impl<R: FdlUser> Active<R> {
         // T_SL is longer than T_ID1: BusParameters::check.
         let idle_tbit = self.slot_tbit();
         let not_before = self.busy_until + idle_tbit;
-        if cycle.retries_left > 0 {
-            cycle.retries_left = cycle.retries_left.saturating_sub(1);
-            cycle.retries = cycle.retries.saturating_add(1);
+        if cycle.repetitions_left > 0 {
+            cycle.repetitions_left = cycle.repetitions_left.saturating_sub(1);
+            cycle.repetitions = cycle.repetitions.saturating_add(1);
             cycle.sent_at = None;
             cycle.mismatch = None;
             self.state = FdlState::Waiting(cycle);
@@ -94,7 +94,7 @@ impl<R: FdlUser> Active<R> {
         }
         let failure = match cycle.mismatch {
             Some(mismatch) => Failure::Mismatch(mismatch),
-            None if cycle.sent_at.is_some_and(|left| left < self.busy_until) => Failure::Damaged,
+            None if cycle.sent_at.is_some_and(|sent| sent < self.busy_until) => Failure::Damaged,
             None => Failure::Silence,
         };
         self.state = FdlState::Holding { idle_tbit, answered: None };

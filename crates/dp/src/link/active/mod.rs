@@ -130,7 +130,7 @@ impl<R: FdlUser> Active<R> {
     pub const fn has_token(&self) -> bool {
         match self.state {
             FdlState::Holding { .. } | FdlState::Waiting(_) => true,
-            FdlState::Sending(departure) => !matches!(departure, Unconfirmed::Claim),
+            FdlState::Sending(unconfirmed) => !matches!(unconfirmed, Unconfirmed::Claim),
             FdlState::Offline | FdlState::Listening | FdlState::Idle | FdlState::Claiming | FdlState::Passing(_) => {
                 false
             }
@@ -218,7 +218,7 @@ impl<R: FdlUser> Station for Active<R> {
         self.busy_until = self.busy_until.max(end);
         self.silent_visits.count = 0;
         match ForeignTelegram::of(telegram, self.bus.address) {
-            Some(word) => self.handle_foreign(end, telegram, word),
+            Some(foreign) => self.handle_foreign(end, telegram, foreign),
             None => {
                 self.handle_answer(end, telegram);
                 None

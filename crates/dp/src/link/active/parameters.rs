@@ -239,7 +239,7 @@ mod tests {
 
     #[test]
     fn the_default_set_is_that_of_the_reference() {
-        for (baud, [slot, max_tsdr, setup, quiet, retries, gap, rotation]) in [
+        for (baud, [slot, max_tsdr, setup, quiet, repetitions, gap, rotation]) in [
             (Baud::B9600, [100, 60, 1, 0, 1, 1, 50_000]),
             (Baud::B19200, [100, 60, 1, 0, 1, 1, 50_000]),
             (Baud::B45450, [640, 400, 95, 0, 1, 1, 50_000]),
@@ -255,7 +255,7 @@ mod tests {
             let times = [bus.slot_tbit, bus.max_tsdr_tbit.into(), bus.setup_tbit.into(), bus.quiet_tbit.into()];
             assert_eq!(times, [slot, max_tsdr, setup, quiet], "{baud}");
             let counts = [bus.retry_limit.into(), bus.gap_factor.into(), bus.rotation_tbit];
-            assert_eq!(counts, [retries, gap, rotation], "{baud}");
+            assert_eq!(counts, [repetitions, gap, rotation], "{baud}");
             assert_eq!((bus.min_tsdr_tbit, bus.hsa), (11, 126), "{baud}");
             assert_eq!(bus.gap_pause_tbit(), u64::from(gap.saturating_mul(rotation)), "{baud}");
         }

@@ -126,7 +126,7 @@ pub struct Answer<'a> {
     /// The data unit; empty if the answer has none.
     pub du: &'a [u8],
     /// How often the request was repeated.
-    pub retries: u8,
+    pub repetitions: u8,
 }
 
 /// The reason why a request has no answer.
@@ -159,7 +159,7 @@ pub enum Mismatch {
     AccessPoint,
     /// This function code does not answer the request.
     Function(u8),
-    /// SC or data where the request allows neither.
+    /// It is a token, SC where the request allows none, or has access points or data where its status allows none.
     Form,
 }
 

@@ -4,7 +4,7 @@ use super::request::{Mismatch, OpenRequest};
 use crate::link::time::{BitTime, T_SYN_TBIT};
 use core::fmt;
 
-/// The state of an active station. In brackets the names of the standard.
+/// The state of an active station. Brackets contain the names of the standard.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum FdlState {
     /// The station has left the ring [Offline].
@@ -45,7 +45,7 @@ pub(super) struct Pass {
     /// The successor.
     pub(super) da: u8,
     /// How often the token may be sent again.
-    pub(super) retries_left: u8,
+    pub(super) repetitions_left: u8,
     /// Characters were received since, but no telegram yet.
     pub(super) heard: bool,
 }
@@ -56,8 +56,8 @@ pub(super) struct MessageCycle {
     pub(super) request: OpenRequest,
     /// The request comes from the FDL user, not from the GAP.
     pub(super) from_user: bool,
-    pub(super) retries: u8,
-    pub(super) retries_left: u8,
+    pub(super) repetitions: u8,
+    pub(super) repetitions_left: u8,
     /// When the last bit of the request was sent.
     pub(super) sent_at: Option<BitTime>,
     /// The mismatch of a telegram received since.
@@ -65,8 +65,8 @@ pub(super) struct MessageCycle {
 }
 
 impl MessageCycle {
-    pub(super) const fn new(request: OpenRequest, retries_left: u8) -> Self {
-        Self { request, from_user: true, retries: 0, retries_left, sent_at: None, mismatch: None }
+    pub(super) const fn new(request: OpenRequest, repetitions_left: u8) -> Self {
+        Self { request, from_user: true, repetitions: 0, repetitions_left, sent_at: None, mismatch: None }
     }
 }
 

@@ -23,7 +23,7 @@ use profivac_wire::control::{Control, Function, StationType, Status};
 use profivac_wire::{BROADCAST, DataTelegram, Telegram};
 
 /// How often a token that is not taken is sent again. profibus-wire 1.13.
-const TOKEN_RETRIES: u8 = 2;
+const TOKEN_REPETITIONS: u8 = 2;
 
 /// This many telegrams with the own address are not noise.
 const DUPLICATE_LIMIT: u8 = 2;
@@ -53,10 +53,10 @@ impl ForeignTelegram {
     pub(super) fn of(telegram: &Telegram<'_>, own: u8) -> Option<Self> {
         match telegram {
             Telegram::ShortAck => None,
-            Telegram::Data(frame) if frame.sa == own => Some(Self::OwnAddress),
-            Telegram::Data(frame) => match frame.control() {
+            Telegram::Data(data) if data.sa == own => Some(Self::OwnAddress),
+            Telegram::Data(data) => match data.control() {
                 Control::Response { .. } => None,
-                Control::Request { function, .. } => Some(Self::of_request(frame, function, own)),
+                Control::Request { function, .. } => Some(Self::of_request(data, function, own)),
             },
             &Telegram::Token { da, sa } if !las::is_token(da, sa) => Some(Self::Noise),
             Telegram::Token { sa, .. } if *sa == own => Some(Self::OwnAddress),
@@ -65,11 +65,11 @@ impl ForeignTelegram {
         }
     }
 
-    fn of_request(frame: &DataTelegram<'_>, function: Function, own: u8) -> Self {
-        let sa = frame.sa;
+    fn of_request(data: &DataTelegram<'_>, function: Function, own: u8) -> Self {
+        let sa = data.sa;
         match function {
             _ if sa >= BROADCAST => Self::Noise,
-            _ if frame.da != own => Self::Request { sa },
+            _ if data.da != own => Self::Request { sa },
             Function::FdlStatus => Self::FdlStatus { sa },
             Function::SrdLow | Function::SrdHigh | Function::SdaLow | Function::SdaHigh => Self::Service { sa },
             Function::Ident | Function::LsapStatus => Self::Service { sa },
@@ -94,9 +94,9 @@ impl<R: FdlUser> Active<R> {
         &mut self,
         end: BitTime,
         telegram: &Telegram<'_>,
-        word: ForeignTelegram,
+        foreign: ForeignTelegram,
     ) -> Option<Transmit<'_>> {
-        if word == ForeignTelegram::Noise {
+        if foreign == ForeignTelegram::Noise {
             self.handle_answer(end, telegram);
             return None;
         }
@@ -104,9 +104,9 @@ impl<R: FdlUser> Active<R> {
             return None;
         }
         self.give_up_token(end);
-        self.other = word.master().or(self.other);
+        self.other = foreign.master().or(self.other);
         let complete = self.las.is_complete();
-        match (&self.state, word) {
+        match (&self.state, foreign) {
             (FdlState::Offline, _) | (_, ForeignTelegram::Noise) => None,
             (_, ForeignTelegram::OwnAddress) => self.own_address_heard(),
             (FdlState::Listening, ForeignTelegram::TokenToUs { sa }) if !complete => self.learn(self.bus.address, sa),
@@ -210,7 +210,7 @@ impl<R: FdlUser> Active<R> {
             return false;
         }
         match &mut self.state {
-            FdlState::Waiting(cycle) => cycle.sent_at = cycle.sent_at.map(|left| left.max(end)),
+            FdlState::Waiting(cycle) => cycle.sent_at = cycle.sent_at.map(|sent| sent.max(end)),
             FdlState::Passing(pass) => pass.heard = false,
             _ => {}
         }
@@ -220,12 +220,12 @@ impl<R: FdlUser> Active<R> {
     /// Whether the station that should answer has sent the function code of a request. A slave that does so has no token: its
     /// answer is wrong. A master may answer FDL status with an FDL status request because it has a token of its own.
     fn is_answer_with_request_code(&mut self, telegram: &Telegram<'_>) -> bool {
-        let (FdlState::Waiting(cycle), Telegram::Data(frame)) = (&mut self.state, telegram) else { return false };
-        let status = matches!(frame.control(), Control::Request { function: Function::FdlStatus, .. });
+        let (FdlState::Waiting(cycle), Telegram::Data(data)) = (&mut self.state, telegram) else { return false };
+        let status = matches!(data.control(), Control::Request { function: Function::FdlStatus, .. });
         let asks_too = status && cycle.request.kind == Kind::FdlStatus;
-        let is_spoilt = (frame.da, frame.sa) == (self.bus.address, cycle.request.da) && !asks_too;
+        let is_spoilt = (data.da, data.sa) == (self.bus.address, cycle.request.da) && !asks_too;
         if is_spoilt {
-            cycle.mismatch = Some(Mismatch::Function(frame.fc));
+            cycle.mismatch = Some(Mismatch::Function(data.fc));
         }
         is_spoilt
     }
@@ -262,7 +262,7 @@ impl<R: FdlUser> Active<R> {
         if da != self.bus.address {
             return self.send_token(
                 da,
-                Unconfirmed::Pass(Pass { da, retries_left: TOKEN_RETRIES, heard: false }),
+                Unconfirmed::Pass(Pass { da, repetitions_left: TOKEN_REPETITIONS, heard: false }),
                 not_before,
             );
         }
@@ -273,10 +273,10 @@ impl<R: FdlUser> Active<R> {
         self.send_token(da, Unconfirmed::Token, not_before)
     }
 
-    pub(super) fn send_token(&mut self, da: u8, departure: Unconfirmed, not_before: BitTime) -> Option<Transmit<'_>> {
+    pub(super) fn send_token(&mut self, da: u8, unconfirmed: Unconfirmed, not_before: BitTime) -> Option<Transmit<'_>> {
         let token = Telegram::Token { da, sa: self.bus.address };
         let length = token.emit(&mut self.telegram).ok()?;
-        self.state = FdlState::Sending(departure);
+        self.state = FdlState::Sending(unconfirmed);
         self.transmit(length, not_before)
     }
 
@@ -287,9 +287,9 @@ impl<R: FdlUser> Active<R> {
             self.enter_idle();
             return None;
         }
-        if let Some(retries_left) = pass.retries_left.checked_sub(1) {
+        if let Some(repetitions_left) = pass.repetitions_left.checked_sub(1) {
             increment(&mut self.counters.repeated);
-            return self.send_token(pass.da, Unconfirmed::Pass(Pass { retries_left, ..pass }), due);
+            return self.send_token(pass.da, Unconfirmed::Pass(Pass { repetitions_left, ..pass }), due);
         }
         increment(&mut self.counters.lost_successors);
         self.las.remove(pass.da);

@@ -13,8 +13,8 @@ impl<R: FdlUser> Active<R> {
     /// The token came at `now`. The hold time is T_TR less the duration of the last rotation.
     pub(super) fn begin_visit(&mut self, now: BitTime, idle_tbit: u64) {
         let hold_until = self.visit.began + u64::from(self.bus.rotation_tbit);
-        let part = if self.leaving_ring { VisitPhase::Over } else { VisitPhase::First };
-        self.visit = Visit { began: now, hold_until, phase: part };
+        let phase = if self.leaving_ring { VisitPhase::Over } else { VisitPhase::First };
+        self.visit = Visit { began: now, hold_until, phase };
         self.state = FdlState::Holding { idle_tbit, answered: None };
         self.suspect = None;
         if !core::mem::take(&mut self.duplicate.heard_since_visit) {
@@ -28,13 +28,13 @@ impl<R: FdlUser> Active<R> {
     /// Sends the next telegram of a station that has the token.
     #[inline]
     pub(super) fn use_token(&mut self, now: BitTime, not_before: BitTime) -> Option<Transmit<'_>> {
-        let part = self.visit.phase;
-        let on_time = part != VisitPhase::Over && now < self.visit.hold_until;
-        if part == VisitPhase::First {
+        let phase = self.visit.phase;
+        let on_time = phase != VisitPhase::Over && now < self.visit.hold_until;
+        if phase == VisitPhase::First {
             self.visit.phase = VisitPhase::Messages;
         }
         let mut request = None;
-        if on_time || part == VisitPhase::First {
+        if on_time || phase == VisitPhase::First {
             request = self.user.next_request(Priority::High, now);
         }
         if on_time && request.is_none() {

@@ -35,7 +35,7 @@ impl<const OCTETS: usize> Handler<OCTETS> {
 
     /// An answer to Slave_Diag.
     pub(super) fn diagnosed(&mut self, answer: &Answer<'_>, context: &mut Context<'_>) {
-        self.count_retries(answer);
+        self.count_repetitions(answer);
         if !matches!(answer.status, Status::DataLow | Status::DataHigh) {
             return self.restart(ExchangeError::Refused(answer.status), context);
         }

@@ -329,7 +329,7 @@ impl<const OCTETS: usize> Handler<OCTETS> {
             return false;
         }
         image.copy_from_slice(answer.du);
-        self.count_retries(answer);
+        self.count_repetitions(answer);
         self.exchange_succeeded(diag, at);
         self.enforce_min_interval(requested_at);
         true
@@ -337,7 +337,7 @@ impl<const OCTETS: usize> Handler<OCTETS> {
 
     /// profibus-wire 2.8, master rules; without the usual case, [`accept_inputs`](Self::accept_inputs).
     fn exchanged(&mut self, answer: &Answer<'_>, context: &mut Context<'_>) {
-        self.count_retries(answer);
+        self.count_repetitions(answer);
         match answer.status {
             Status::DataLow | Status::DataHigh | Status::NoReply => {
                 let (expected, received) = (usize::from(self.lengths.inputs), answer.du.len());
@@ -386,7 +386,7 @@ impl<const OCTETS: usize> Handler<OCTETS> {
 
     /// A slave answers Set_Prm and Chk_Cfg with SC, right or wrong; the diagnosis shows the result.
     fn acknowledged(&mut self, answer: &Answer<'_>, next: HandlerState, context: &mut Context<'_>) {
-        self.count_retries(answer);
+        self.count_repetitions(answer);
         match answer.status {
             Status::NoReply => self.enter(next, context),
             status => self.restart(ExchangeError::Refused(status), context),
@@ -400,8 +400,8 @@ impl<const OCTETS: usize> Handler<OCTETS> {
         self.back_off.failed(context.now, context.settings);
     }
 
-    pub(super) fn count_retries(&mut self, answer: &Answer<'_>) {
-        self.counters.retries = self.counters.retries.wrapping_add(answer.retries.into());
+    pub(super) fn count_repetitions(&mut self, answer: &Answer<'_>) {
+        self.counters.repetitions = self.counters.repetitions.wrapping_add(answer.repetitions.into());
     }
 
     pub(super) fn report(&mut self, error: ExchangeError, context: &mut Context<'_>) {

@@ -115,12 +115,26 @@ impl Pooled for PkwTask {
 }
 
 impl PkwTask {
-    pub(super) fn read(relation: (u8, u32), (slot, index): (u8, u8), width: Option<usize>, it: &PkwParameters) -> Self {
-        Self::new(relation, Instruction { slot, index, write: None, width, byte_ak: it.byte_ak }, it)
+    pub(super) fn read(
+        relation: (u8, u32),
+        (slot, index): (u8, u8),
+        width: Option<usize>,
+        parameters: &PkwParameters,
+    ) -> Self {
+        Self::new(relation, Instruction { slot, index, write: None, width, byte_ak: parameters.byte_ak }, parameters)
     }
 
-    pub(super) fn write(relation: (u8, u32), (slot, index): (u8, u8), value: Value, it: &PkwParameters) -> Self {
-        Self::new(relation, Instruction { slot, index, write: Some(value), width: None, byte_ak: it.byte_ak }, it)
+    pub(super) fn write(
+        relation: (u8, u32),
+        (slot, index): (u8, u8),
+        value: Value,
+        parameters: &PkwParameters,
+    ) -> Self {
+        Self::new(
+            relation,
+            Instruction { slot, index, write: Some(value), width: None, byte_ak: parameters.byte_ak },
+            parameters,
+        )
     }
 
     const fn new((address, starts): (u8, u32), instruction: Instruction, parameters: &PkwParameters) -> Self {

@@ -152,8 +152,10 @@ fn block(file: &mut Vec<u8>, kind: u32, parts: &[&[u8]]) {
     file.extend(length.to_le_bytes());
 }
 
+/// An option with a value of at most 65535 octets, the longest that an option has; further ones are dropped.
 fn option(code: u16, value: &[u8]) -> Vec<u8> {
-    let length = value.len() as u16;
+    let length = u16::try_from(value.len()).unwrap_or(u16::MAX);
+    let value = value.get(..usize::from(length)).unwrap_or(value);
     [&code.to_le_bytes()[..], &length.to_le_bytes(), &padded(value)].concat()
 }
 
@@ -182,7 +184,7 @@ pub fn read(file: &[u8], default_baud: Baud) -> Result<Trace, CaptureError> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scenario::hex;
+    use crate::dialogue::hex;
     use profivac_dp::link::BitTime;
 
     /// Octets before the first packet.
@@ -205,6 +207,16 @@ mod tests {
                 let trace = trace(baud);
                 assert_eq!(read(&write(&trace, link_type), Baud::B9600), Ok(trace), "{baud}");
             }
+        }
+    }
+
+    /// The length of an option has two octets. A longer comment would make the file unreadable from there on.
+    #[test]
+    fn an_option_has_at_most_65535_octets() {
+        for (octets, length) in [(3, 3), (65_535, 65_535), (65_536, 65_535), (70_000, 65_535)] {
+            let option = option(1, &vec![b'a'; octets]);
+            assert_eq!(option[2..4], u16::to_le_bytes(length));
+            assert_eq!(option.len(), 4 + usize::from(length).next_multiple_of(4));
         }
     }
 

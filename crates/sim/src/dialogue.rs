@@ -2,7 +2,7 @@
 //!
 //! ```
 //! use profivac_dp::link::Baud;
-//! use profivac_sim::scenario::Dialogue;
+//! use profivac_sim::dialogue::Dialogue;
 //! use profivac_sim::stations::MockStation;
 //!
 //! // A station that answers each telegram with SC, 11 bit times later.

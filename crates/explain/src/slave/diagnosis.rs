@@ -1,0 +1,170 @@
+//! The notes about a diagnosis: the result of a start-up, the owner, lost parameters, and what the device reports.
+
+use super::{Slave, releases};
+use crate::note::{Kind, Notes};
+use crate::refusal::{RefusedConfiguration, chk_cfg_reason, set_prm_reason};
+use profivac_client::identify::device_names;
+use profivac_dp::link::Baud;
+use profivac_host::scan::SlaveStatus;
+use profivac_sim::describe::Hex;
+use profivac_wire::diag::{NO_MASTER, SlaveDiag, StationStatus};
+use profivac_wire::ext_diag::{Block, Blocks, MessageKind};
+use profivac_wire::prm::SetPrm;
+
+/// The contents of the last Slave_Diag.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct Diagnosis {
+    pub(super) status: StationStatus,
+    pub(super) owner: u8,
+    pub(super) ext_diag: Vec<u8>,
+}
+
+/// The status bits of the start-up; all others are diagnosis.
+const PROGRESS: StationStatus = StationStatus::STATION_NOT_READY
+    .union(StationStatus::PRM_REQ)
+    .union(StationStatus::CFG_FAULT)
+    .union(StationStatus::PRM_FAULT);
+
+/// The status bits that a working slave may have and that report no condition.
+const ORDINARY: StationStatus = StationStatus::ALWAYS_ONE
+    .union(StationStatus::WD_ON)
+    .union(StationStatus::FREEZE_MODE)
+    .union(StationStatus::SYNC_MODE);
+
+impl Slave {
+    pub(super) fn diagnosed(&mut self, du: &[u8], baud: Baud, notes: &mut Notes<'_>) {
+        let (Ok(diag), Some(parsed)) = (SlaveDiag::parse(du), SlaveStatus::parse(du)) else { return };
+        let before = self.diagnosis.replace(Diagnosis {
+            status: diag.status,
+            owner: diag.master_add,
+            ext_diag: diag.ext_diag.to_vec(),
+        });
+        let refused = self.start_up_result(&diag, notes);
+        self.identify(diag.ident);
+        let Some(before) = before else {
+            let owner =
+                parsed.owner.map_or_else(|| "has no owner".to_owned(), |owner| format!("belongs to master {owner}"));
+            let devices = device_names(parsed.ident).join(", ");
+            let devices = if devices.is_empty() { "an unknown device" } else { &devices };
+            let text = format!("is present: {devices} (ident {:04X}), {owner}, {}", diag.ident, parsed.state_text());
+            notes.about(self.address, Kind::Presence, text);
+            return self.report_diagnosis(&diag, notes);
+        };
+        if !refused {
+            self.report_lost_parameters(&before, &diag, baud, notes);
+        }
+        if before.owner != diag.master_add {
+            notes.about(self.address, Kind::Owner, owner_change(before.owner, diag.master_add));
+        }
+        let contents = |diagnosis: &Diagnosis| (diagnosis.status - PROGRESS - ORDINARY, diagnosis.ext_diag.clone());
+        if self.diagnosis.as_ref().map(contents) != Some(contents(&before)) {
+            self.report_diagnosis(&diag, notes);
+        }
+        let is_ready = !diag.status.intersects(PROGRESS);
+        if is_ready && before.status.intersects(PROGRESS) {
+            notes.about(self.address, Kind::StartUp, "has taken parameters and configuration: ready for data exchange");
+        }
+    }
+
+    /// Adds a note if the slave refused Set_Prm or Chk_Cfg. Returns whether it did.
+    fn start_up_result(&mut self, diag: &SlaveDiag<'_>, notes: &mut Notes<'_>) -> bool {
+        let (prm, cfg) = (self.prm.is_new, self.cfg_is_new);
+        (self.prm.is_new, self.cfg_is_new) = (false, false);
+        let text = if prm && diag.status.contains(StationStatus::PRM_FAULT) {
+            self.identify(diag.ident);
+            format!("Set_Prm refused: {}", set_prm_reason(&self.prm.octets, self.tables.model, diag.ident))
+        } else if cfg && diag.status.contains(StationStatus::CFG_FAULT) {
+            let refused = RefusedConfiguration {
+                slave: &self.name(),
+                model: self.tables.model,
+                offered: self.offered_cfg.as_deref(),
+                requested: &self.requested_cfg,
+            };
+            format!("Chk_Cfg refused: {}", chk_cfg_reason(&refused))
+        } else {
+            return false;
+        };
+        notes.about(self.address, Kind::Refused, text);
+        self.cyclic.end();
+        true
+    }
+
+    /// Adds a note when a slave in data exchange requires parameters again: its master has released it, its watchdog has
+    /// expired, or it was restarted.
+    fn report_lost_parameters(&mut self, before: &Diagnosis, diag: &SlaveDiag<'_>, baud: Baud, notes: &mut Notes<'_>) {
+        let was_ready = !before.status.intersects(PROGRESS);
+        if !was_ready || !diag.status.contains(StationStatus::PRM_REQ) {
+            return;
+        }
+        let pause_ms = self.pause_tbit.saturating_mul(1000) / u64::from(baud.bits_per_second());
+        let released = SetPrm::parse(&self.prm.octets).is_ok_and(|prm| releases(&prm));
+        let text = match self.prm.watchdog_ms {
+            _ if released => "was released".to_owned(),
+            Some(limit) if pause_ms > u64::from(limit) => {
+                format!("its watchdog has expired: its owner sent no request for {pause_ms} ms, {limit} ms are allowed")
+            }
+            Some(limit) if self.last_owner_request.is_none() => {
+                format!("has lost its parameters: its watchdog of {limit} ms has expired, or it was restarted")
+            }
+            _ => "has lost its parameters: it was restarted".to_owned(),
+        };
+        notes.about(self.address, Kind::Watchdog, text);
+        self.cyclic.end();
+        self.pause_tbit = 0;
+    }
+
+    /// Adds a note about the contents of a diagnosis beyond the start-up.
+    fn report_diagnosis(&self, diag: &SlaveDiag<'_>, notes: &mut Notes<'_>) {
+        let reports = diagnosis_reports(diag);
+        let is_empty = self.diagnosis.is_some() && reports.is_empty();
+        let text = if is_empty {
+            "its diagnosis reports nothing".to_owned()
+        } else {
+            format!("its diagnosis: {}", reports.join(", "))
+        };
+        let is_initial = reports.is_empty() && self.counters.exchanges == 0;
+        if !is_initial {
+            notes.about(self.address, Kind::Diagnosis, text);
+        }
+    }
+}
+
+/// The text of the note about a change of the owner.
+fn owner_change(before: u8, now: u8) -> String {
+    match (before, now) {
+        (NO_MASTER, now) => format!("belongs to master {now} now"),
+        (before, NO_MASTER) => format!("has no owner any more, before it belonged to master {before}"),
+        (before, now) => format!("belongs to master {now} now, before it belonged to master {before}"),
+    }
+}
+
+/// What a diagnosis reports beyond the start-up: the status bits and the blocks of the extended diagnosis, each as text.
+#[must_use]
+pub fn diagnosis_reports(diag: &SlaveDiag<'_>) -> Vec<String> {
+    let status = (diag.status - PROGRESS - ORDINARY).names().map(str::to_owned);
+    let blocks =
+        Blocks::new(diag.ext_diag).map(|block| block.map_or_else(|_| "a damaged block".to_owned(), block_text));
+    status.chain(blocks).collect()
+}
+
+/// A block of an extended diagnosis as text.
+fn block_text(block: Block<'_>) -> String {
+    match block {
+        Block::Device(content) => match profivac_wire::ext_diag::Message::parse(content) {
+            Ok(message) if matches!(message.kind, MessageKind::Alarm(1..=6) | MessageKind::Status(1..=3)) => {
+                message.to_string()
+            }
+            _ => format!("device {}", Hex(content)),
+        },
+        Block::Identifier(content) => {
+            let modules: Vec<String> =
+                profivac_wire::ext_diag::identifiers_with_diagnosis(content).map(|number| number.to_string()).collect();
+            if modules.is_empty() { "no module".to_owned() } else { format!("modules {}", modules.join(" ")) }
+        }
+        Block::Channel(channel) => {
+            let error = profivac_wire::ext_diag::channel_error(channel.error);
+            format!("module {} channel {}: {error}", channel.identifier, channel.number)
+        }
+        Block::Revision(revision) => format!("revision {revision}"),
+    }
+}
