@@ -1,0 +1,65 @@
+//! Files that users write: plants, scenarios, segments in memory, captures, traces.
+//!
+//! A wrong file is refused with a message; what is accepted is the same when it is written and read again, where the program writes it.
+
+use profivac_dp::link::Baud;
+use profivac_sim::Trace;
+use profivac_sim::trace::pcapng;
+use profivac_virtual::device_spec::DeviceSpec;
+use profivac_virtual::scenario::Scenario;
+use profivac_virtual::segment_file::SegmentFile;
+use std::path::Path;
+
+/// A text of the file, or none.
+fn text(octets: &[u8]) -> &str {
+    std::str::from_utf8(octets).unwrap_or_default()
+}
+
+/// A message is a text without control characters, and not empty.
+fn is_message(message: &str) {
+    assert!(!message.is_empty(), "a refusal without a message");
+}
+
+/// A scenario, also as a segment in memory.
+pub fn scenario(octets: &[u8]) {
+    if let Err(error) = Scenario::parse(text(octets), "fuzz.toml") {
+        is_message(&error.to_string());
+    }
+}
+
+/// A segment in memory. Files of nonvolatile memory are not opened, as the folder does not exist.
+pub fn segment(octets: &[u8]) {
+    if let Err(error) = SegmentFile::parse(text(octets), Path::new("/nonexistent/fuzz.toml")) {
+        is_message(&error.to_string());
+    }
+}
+
+/// A device as a command line writes it.
+pub fn device_spec(octets: &[u8]) {
+    match text(octets).parse::<DeviceSpec>() {
+        Ok(spec) => {
+            let built = spec.build(profivac_virtual::nonvolatile::NonvolatileMemory::volatile(), Baud::B19200);
+            if let Err(error) = built {
+                is_message(&error.to_string());
+            }
+        }
+        Err(error) => is_message(&error.to_string()),
+    }
+}
+
+/// A capture file: what is read is written again and read with the same result.
+pub fn capture(octets: &[u8]) {
+    if let Ok(trace) = pcapng::read(octets, Baud::B500000) {
+        let again = pcapng::write(&trace, pcapng::USER0);
+        let again = pcapng::read(&again, Baud::B500000).expect("a file that this program has written");
+        assert_eq!(again.entries.len(), trace.entries.len());
+    }
+}
+
+/// A trace: what is read is written again and read with the same result.
+pub fn trace(octets: &[u8]) {
+    if let Ok(trace) = text(octets).parse::<Trace>() {
+        let again = trace.to_string();
+        assert_eq!(again.parse::<Trace>().map(|again| again.to_string()), Ok(again));
+    }
+}

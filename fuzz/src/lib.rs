@@ -1,0 +1,26 @@
+//! Targets for coverage-guided fuzzing: each takes any octets, and panics if the program does something that it must never do.
+//!
+//! `ci/fuzz` runs them under libFuzzer; `tests/replay.rs` runs each over its corpus in `corpus/`, without other tools. The octets
+//! of a target are choices ([`script::Script`]) where their structure matters, and a file or a telegram where it does not.
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    reason = "a target panics when the program does something wrong"
+)]
+
+#[cfg(feature = "station")]
+pub mod api;
+#[cfg(feature = "recorder")]
+pub mod batch;
+pub mod decode;
+pub mod files;
+#[cfg(feature = "station")]
+pub mod gateways;
+pub mod master;
+#[cfg(feature = "station")]
+pub mod plant;
+pub mod receiver;
+pub mod ring;
+pub mod script;
+pub mod slave;

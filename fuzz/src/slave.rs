@@ -1,0 +1,287 @@
+//! A slave of each device: telegrams with right check octets, damaged ones, any octets, pauses, and events at the device.
+//!
+//! The slave never speaks unasked, answers only requests that have an answer, every answer is a telegram to the asking station, and
+//! after all timers have expired the slave still answers a request for its diagnosis.
+
+use crate::script::Script;
+use profivac_devices::{Action, Potentiometer, Switch};
+use profivac_dp::link::{Baud, BitTime, CHARACTER_TBIT, Received, Receiver};
+use profivac_virtual::device::GaugeSlave;
+use profivac_virtual::device_spec::{DEVICES, DeviceSpec};
+use profivac_virtual::nonvolatile::NonvolatileMemory;
+use profivac_wire::control::{Control, FrameCount, Function};
+use profivac_wire::{BROADCAST, DataTelegram, MAX_DU, MAX_TELEGRAM, Telegram};
+
+const BAUD: Baud = Baud::B1500000;
+const ADDRESS: u8 = 5;
+/// The shortest time between a request and its answer.
+const MIN_TSDR_TBIT: u64 = 11;
+
+/// A slave on a line.
+struct Line {
+    receiver: Receiver,
+    slave: Box<dyn GaugeSlave>,
+    now: BitTime,
+    /// The last telegram of a master.
+    last: Vec<u8>,
+    /// The frame count bit of the next request of each of four masters; `None` before the first.
+    count: [Option<bool>; 4],
+    /// The access point of the last MS2 connection.
+    connection: u8,
+}
+
+/// The octets of a telegram.
+fn emit(frame: DataTelegram<'_>) -> Vec<u8> {
+    let mut octets = [0; MAX_TELEGRAM];
+    let length = Telegram::Data(frame).emit(&mut octets).unwrap_or_default();
+    octets[..length].to_vec()
+}
+
+/// Whether a station at `address` must answer.
+fn expects_answer(telegram: &Telegram<'_>, address: u8) -> bool {
+    let Telegram::Data(frame) = telegram else { return false };
+    let Control::Request { function, .. } = frame.control() else { return false };
+    let answered = !matches!(function, Function::SdnLow | Function::SdnHigh | Function::Other(_));
+    answered && frame.da == address && frame.sa != address && frame.sa != BROADCAST
+}
+
+/// Passes a telegram to the slave and checks its answer.
+fn answer(slave: &mut dyn GaugeSlave, end: BitTime, telegram: &Telegram<'_>) -> Option<Vec<u8>> {
+    let owed = expects_answer(telegram, slave.station_address());
+    let Some(transmit) = slave.telegram(end, telegram) else {
+        assert!(!owed, "no answer to {telegram:?}");
+        return None;
+    };
+    assert!(owed, "{telegram:?} was answered by {:02X?}", transmit.octets);
+    assert!(transmit.not_before >= end + MIN_TSDR_TBIT, "an early answer to {telegram:?}");
+    let answer = Telegram::parse(transmit.octets);
+    let fits = match (telegram, answer) {
+        (_, Ok(Telegram::ShortAck)) => true,
+        (Telegram::Data(request), Ok(Telegram::Data(answer))) => (answer.da, answer.fc & 0xF0) == (request.sa, 0),
+        _ => false,
+    };
+    assert!(fits, "{telegram:?} was answered by {answer:?}");
+    Some(transmit.octets.to_vec())
+}
+
+impl Line {
+    fn new(device: u8) -> Self {
+        let name = DEVICES[usize::from(device) % DEVICES.len()].model.name;
+        let spec = DeviceSpec { device: name.to_owned(), address: ADDRESS, keys: Vec::new() };
+        let slave = spec.build(NonvolatileMemory::volatile(), BAUD).expect("a device without keys");
+        let receiver = Receiver::new(BitTime(0));
+        Self { receiver, slave, now: BitTime(0), last: Vec::new(), count: [None; 4], connection: 48 }
+    }
+
+    fn passes(&mut self, tbit: u64) {
+        self.now = self.now + tbit;
+        assert_eq!(self.slave.poll(self.now), None, "a slave never speaks unasked");
+        assert!(self.slave.wake_at().is_none_or(|wake| wake > self.now), "an expired timer does not expire again");
+    }
+
+    /// Characters without a gap.
+    fn receive(&mut self, octets: &[u8]) {
+        let mut sent = 0;
+        for octet in octets {
+            self.now = self.now + CHARACTER_TBIT;
+            if let Received::Telegram(telegram) = self.receiver.octet(self.now, *octet)
+                && let Some(answer) = answer(&mut *self.slave, self.now, &telegram)
+            {
+                sent += answer.len() as u64;
+                // The access point that an MS2 connection has got.
+                if let [_, _, _, _, _, _, _, _, 49, 0x56, sap, ..] = answer[..] {
+                    self.connection = sap;
+                }
+            }
+        }
+        self.now = self.now + CHARACTER_TBIT * sent;
+    }
+
+    /// A request with a right check octet. `variant` changes what is usual.
+    fn request(&mut self, variant: u8, dsap: Option<u8>, du: &[u8]) {
+        let master = usize::from(variant & 3);
+        let count = match (self.count[master], variant & 0x10 != 0) {
+            _ if variant & 0xC0 == 0xC0 => FrameCount::Uncounted,
+            // A repetition.
+            (Some(next), true) => FrameCount::Counted(!next),
+            (Some(next), false) => {
+                self.count[master] = Some(!next);
+                FrameCount::Counted(next)
+            }
+            (None, _) => {
+                self.count[master] = Some(true);
+                FrameCount::First
+            }
+        };
+        let function = match (dsap, variant & 0x20 != 0) {
+            (Some(58), false) => Function::SdnHigh,
+            (_, true) => Function::SrdLow,
+            _ => Function::SrdHigh,
+        };
+        let ssap = dsap.map(|dsap| match dsap {
+            51 => 51,
+            ..=50 => 50,
+            _ => 62,
+        });
+        let da = if dsap == Some(58) { BROADCAST } else { self.slave.station_address() };
+        let fc = Control::Request { function, count }.to_octet();
+        let du = &du[..du.len().min(MAX_DU - 2)];
+        self.last = emit(DataTelegram { da, sa: 2 + master as u8, dsap, ssap, fc, du });
+        self.now = self.now + 33;
+        let last = std::mem::take(&mut self.last);
+        self.receive(&last);
+        self.last = last;
+    }
+
+    /// Something happens at the device.
+    fn device_event(&mut self, script: &mut Script<'_>) {
+        let (kind, which) = (script.choice(), script.choice());
+        let device = self.slave.device_mut();
+        let faults = profivac_devices::model::Fault::ALL;
+        let action = match kind % 8 {
+            0 => Action::Fault { fault: faults[usize::from(which >> 1) % faults.len()], active: which & 1 == 1 },
+            1 => Action::Button(which & 3),
+            2 => Action::Switch(match which & 3 {
+                0 => Switch::Degas(which & 4 != 0),
+                1 => Switch::LowHigh(which >> 4),
+                _ => Switch::CalAdj(which >> 4),
+            }),
+            3 => {
+                let potentiometer = if which & 1 == 0 { Potentiometer::A } else { Potentiometer::B };
+                Action::Potentiometer { potentiometer, volts: f64::from(which) / 16.0 }
+            }
+            4 => {
+                let part = usize::from(which) % device.parts().len().max(1);
+                let exponent = f64::from(script.choice()) / 16.0 - 10.0;
+                return if part < device.parts().len() {
+                    device.sense(part, 10.0_f64.powf(exponent))
+                };
+            }
+            5 => return device.advance(f64::from(which) * f64::from(which) / 64.0),
+            6 => return device.settle(),
+            _ => {
+                device.set_power(false);
+                device.set_power(true);
+                self.count = [None; 4];
+                return self.slave.power_up();
+            }
+        };
+        // Not every device has everything.
+        let _ = device.operate(action);
+    }
+
+    /// One step of the script.
+    fn step(&mut self, kind: u8, script: &mut Script<'_>) {
+        let variant = script.choice();
+        let ident = self.slave.device().ident_number().to_be_bytes();
+        match kind % 20 {
+            0 => {
+                let [status, factor, tsdr, group] =
+                    [script.choice(), script.choice(), script.choice(), script.choice()];
+                let mut du = vec![status | 0x80, factor, 1, tsdr, ident[0], ident[1], group];
+                du.extend(script.piece(40));
+                self.request(variant, Some(61), &du);
+            }
+            // As an owner usually starts it, with DPV1 if the variant says so.
+            1 => {
+                let du = [if variant & 4 == 0 { 0x80 } else { 0x88 }, 1, 1, 11, ident[0], ident[1], 0, 0x80, 0, 0];
+                let length = if variant & 8 == 0 { 10 } else { 7 };
+                self.request(variant, Some(61), &du[..length]);
+            }
+            2 => {
+                let mut cfg = self.slave.device().get_cfg().to_vec();
+                if variant & 4 != 0 {
+                    cfg = script.piece(20).to_vec();
+                }
+                self.request(variant, Some(62), &cfg);
+            }
+            3..6 => {
+                let du = script.piece(64);
+                self.request(variant, None, du);
+            }
+            6 => self.request(variant, Some(60), &[]),
+            7 => self.request(variant, Some(script.one_of(&[59, 56, 57, 60])), &[]),
+            8 => {
+                let du = script.take(2);
+                self.request(variant, Some(58), du);
+            }
+            9 => {
+                let [address, locked] = [script.choice(), script.choice()];
+                let mut du = vec![address, ident[0], ident[1], locked];
+                du.extend(script.piece(8));
+                self.request(variant, Some(55), &du);
+            }
+            10 => {
+                let du = script.piece(244);
+                self.request(variant, Some(51), du);
+            }
+            11 => self.request(variant, Some(51), &[]),
+            12 => {
+                let mut du = vec![0x57, 0, 0, 0, script.choice(), 1, 0, 0, 0, 2, 0, 0, 0, 0, 0, 0];
+                if variant & 4 != 0 {
+                    du.extend(script.piece(20));
+                }
+                self.request(variant, Some(49), &du);
+            }
+            13 => {
+                let du = script.piece(244);
+                self.request(variant, Some(self.connection), du);
+            }
+            14 => self.request(variant, Some(self.connection), &[]),
+            15 => {
+                let (dsap, du) = (script.choice(), script.piece(244));
+                self.request(variant, Some(dsap & 0x3F), du);
+            }
+            16 => {
+                let octets = script.piece(255);
+                self.receive(octets);
+            }
+            17 => {
+                let mut octets = self.last.clone();
+                let place = usize::from(script.choice()) % octets.len().max(1);
+                match variant % 3 {
+                    0 => octets.truncate(place),
+                    1 => octets.iter_mut().skip(place).take(1).for_each(|octet| *octet ^= variant | 1),
+                    _ => octets.insert(place, variant),
+                }
+                self.passes(33);
+                self.receive(&octets);
+            }
+            18 => {
+                let tbit = script.pause_tbit();
+                self.passes(tbit);
+                if variant & 0xF0 == 0xF0 {
+                    self.receiver.character_error(self.now);
+                }
+            }
+            _ => self.device_event(script),
+        }
+    }
+
+    /// A request for the diagnosis, from a new master, after all timers have expired.
+    fn still_answers(&mut self) {
+        self.passes(BAUD.tbit_of_ms(700_000));
+        let address = self.slave.station_address();
+        let fc = Control::Request { function: Function::SrdLow, count: FrameCount::First }.to_octet();
+        let request = DataTelegram { da: address, sa: 100, dsap: Some(60), ssap: Some(62), fc, du: &[] };
+        if address == request.sa {
+            return;
+        }
+        let answer = answer(&mut *self.slave, self.now, &Telegram::Data(request));
+        let found = answer.as_deref().map(Telegram::parse);
+        let Some(Ok(Telegram::Data(frame))) = found else { panic!("no diagnosis: {found:?}") };
+        assert_eq!((frame.dsap, frame.ssap), (Some(62), Some(60)));
+        assert!(frame.du.len() >= 6, "a diagnosis of {} octets", frame.du.len());
+    }
+}
+
+/// Runs the target. The first octet chooses the device.
+pub fn run(octets: &[u8]) {
+    let mut script = Script::new(octets);
+    let mut line = Line::new(script.choice());
+    line.passes(33);
+    while let Some(kind) = script.octet() {
+        line.step(kind, &mut script);
+    }
+    line.still_answers();
+}

@@ -1,0 +1,99 @@
+//! The corpora of the targets and their finds, without libFuzzer: nothing panics any more.
+
+#![allow(clippy::unwrap_used, clippy::panic, clippy::indexing_slicing, reason = "a test")]
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::panic::catch_unwind;
+use std::path::{Path, PathBuf};
+
+/// A target: its name, and what takes the octets.
+type Target = (&'static str, fn(&[u8]));
+
+const TARGETS: [Target; 19] = [
+    ("api", fuzz::api::run),
+    ("batch", fuzz::batch::run),
+    ("capture", fuzz::files::capture),
+    ("channel_access", fuzz::gateways::channel_access),
+    ("decode_file", fuzz::decode::file),
+    ("decode_line", fuzz::decode::line),
+    ("decode_text", fuzz::decode::known_kind),
+    ("device_spec", fuzz::files::device_spec),
+    ("master", fuzz::master::run),
+    ("modbus", fuzz::gateways::modbus),
+    ("plant", fuzz::plant::run),
+    ("pv_access", fuzz::gateways::pv_access),
+    ("receiver", fuzz::receiver::run),
+    ("ring", fuzz::ring::run),
+    ("scenario", fuzz::files::scenario),
+    ("segment", fuzz::files::segment),
+    ("slave", fuzz::slave::run),
+    ("sparkplug", fuzz::gateways::sparkplug),
+    ("trace", fuzz::files::trace),
+];
+
+fn folder() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+}
+
+/// The inputs of a corpus: each behind its number of octets in 32 bits.
+fn inputs(packed: &[u8]) -> Vec<&[u8]> {
+    let (mut inputs, mut rest) = (Vec::new(), packed);
+    while let Some((length, behind)) = rest.split_first_chunk() {
+        let (input, behind) = behind.split_at(u32::from_le_bytes(*length) as usize);
+        inputs.push(input);
+        rest = behind;
+    }
+    assert!(rest.is_empty(), "a corpus ends with a whole input");
+    inputs
+}
+
+/// The names of the files in a folder, without their ends.
+fn names(folder: PathBuf) -> BTreeSet<String> {
+    let files = fs::read_dir(folder).unwrap();
+    files.map(|file| file.unwrap().path().file_stem().unwrap().to_str().unwrap().to_owned()).collect()
+}
+
+fn replay(name: &str, run: fn(&[u8]), inputs: &[&[u8]]) {
+    for (number, input) in inputs.iter().enumerate() {
+        if catch_unwind(|| run(input)).is_err() {
+            panic!("{name}: input {number} fails: {input:02x?}");
+        }
+    }
+}
+
+#[test]
+fn every_input_of_every_corpus_passes() {
+    for (name, run) in TARGETS {
+        let packed = fs::read(folder().join(format!("corpus/{name}.bin"))).unwrap();
+        let inputs = inputs(&packed);
+        assert!(!inputs.is_empty(), "{name} has no corpus");
+        replay(name, run, &inputs);
+        println!("{name}: {} inputs", inputs.len());
+    }
+}
+
+#[test]
+fn every_find_passes() {
+    for (name, run) in TARGETS {
+        let Ok(finds) = fs::read_dir(folder().join("finds").join(name)) else { continue };
+        for find in finds {
+            let find = find.unwrap().path();
+            println!("{}", find.display());
+            run(&fs::read(&find).unwrap());
+        }
+    }
+}
+
+#[test]
+fn every_target_has_a_program_and_is_in_the_document() {
+    let targets: BTreeSet<String> = TARGETS.iter().map(|(name, _)| (*name).to_owned()).collect();
+    assert_eq!(names(folder().join("libfuzzer/src/bin")), targets);
+    assert_eq!(names(folder().join("corpus")), targets);
+    let document = fs::read_to_string(folder().join("../docs/fuzzing.md")).unwrap();
+    let script = fs::read_to_string(folder().join("../ci/fuzz")).unwrap();
+    for target in targets {
+        assert!(document.contains(&format!("| `{target}` |")), "docs/fuzzing.md has no row for {target}");
+        assert!(script.contains(&format!("\"{target}\": ")), "ci/fuzz does not know {target}");
+    }
+}
