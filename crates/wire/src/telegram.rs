@@ -23,6 +23,9 @@ const SD4: u8 = 0xDC;
 const SC: u8 = 0xE5;
 const ED: u8 = 0x16;
 
+/// The octets of an SD2 that LE does not count: SD2, LE, LEr, SD2, FCS and ED.
+const FRAME: usize = 6;
+
 /// Bit 7 of DA and SA: an extension octet for this address follows FC.
 const EXT: u8 = 0x80;
 
@@ -288,12 +291,20 @@ impl<'a> DataTelegram<'a> {
 fn emit_sd2<const HEAD: usize>(out: &mut [u8], head: [u8; HEAD], du: &[u8]) -> Result<usize, TooLong> {
     let le = HEAD.saturating_add(du.len());
     let le = u8::try_from(le).ok().filter(|le| *le <= 249).ok_or(TooLong)?;
-    let mut writer = Writer::new(out);
-    writer.octets(&[SD2, le, le, SD2])?;
-    writer.octets(&head)?;
-    writer.octets(du)?;
-    writer.octets(&[sum(&head).wrapping_add(sum(du)), ED])?;
-    Ok(writer.written())
+    // One check of the bounds for the whole telegram: the compiler knows the lengths of the parts then.
+    let length = usize::from(le).saturating_add(FRAME);
+    let out = out.get_mut(..length).ok_or(TooLong)?;
+    let (start, rest) = out.split_first_chunk_mut().ok_or(TooLong)?;
+    let (head_place, rest) = rest.split_first_chunk_mut().ok_or(TooLong)?;
+    let (du_place, end) = rest.split_last_chunk_mut().ok_or(TooLong)?;
+    *start = [SD2, le, le, SD2];
+    *head_place = head;
+    *end = [sum(&head).wrapping_add(sum(du)), ED];
+    if du_place.len() != du.len() {
+        return Err(TooLong);
+    }
+    du_place.copy_from_slice(du);
+    Ok(length)
 }
 
 /// Splits off the extension octet that the EXT bit of `address` announces.

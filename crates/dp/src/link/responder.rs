@@ -258,3 +258,45 @@ fn indication<'a>(frame: &DataTelegram<'a>) -> Indication<'a> {
     };
     Indication { sa: frame.sa, sap, ssap: frame.ssap, du: frame.du }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const ADDRESS: u8 = 8;
+
+    /// Everything that a responder remembers, without the octets of the answers, which accepting does not change.
+    fn memory(responder: &Responder) -> (u8, u8, bool, bool, usize) {
+        let Responder { address, requester, fcb, is_counted, length, answer: _, uncounted: _ } = responder;
+        (*address, *requester, *fcb, *is_counted, *length)
+    }
+
+    /// `accept` has a short way for the next request of a data exchange. In every state and for every FC, address and access
+    /// point that makes a difference it decides and remembers what the rules alone do.
+    #[test]
+    fn the_short_way_to_the_next_request_decides_and_remembers_as_the_rules_do() {
+        let mut by_rules = Responder::new(ADDRESS);
+        let mut by_short_way = Responder::new(ADDRESS);
+        let mut taken = 0;
+        for state in 0..24_u8 {
+            let requester = [2, 3, NO_STATION][usize::from(state % 3)];
+            let (fcb, is_counted, length) = (state & 1 == 0, (state / 6) & 1 == 0, usize::from((state / 12) & 1) * 9);
+            for (da, sa) in [8, 9, BROADCAST].into_iter().flat_map(|da| [2, 3, 8, BROADCAST].map(|sa| (da, sa))) {
+                for (dsap, ssap) in [(None, None), (Some(60), Some(62)), (Some(51), None), (None, Some(63))] {
+                    for fc in 0..=u8::MAX {
+                        for responder in [&mut by_rules, &mut by_short_way] {
+                            (responder.requester, responder.fcb) = (requester, fcb);
+                            (responder.is_counted, responder.length) = (is_counted, length);
+                        }
+                        let frame = DataTelegram { da, sa, dsap, ssap, fc, du: &[1, 2] };
+                        taken += u32::from(by_short_way.is_next(&frame));
+                        assert_eq!(by_short_way.accept(&frame), by_rules.accept_any(&frame), "{frame:?} in {state}");
+                        assert_eq!(memory(&by_short_way), memory(&by_rules), "{frame:?} in {state}");
+                    }
+                }
+            }
+        }
+        // One FC, one source and one destination in each of the 16 states with a requester, with four pairs of access points.
+        assert_eq!(taken, 64);
+    }
+}
