@@ -19,8 +19,8 @@ impl Micros {
         Self(i64::try_from(since.as_micros()).unwrap_or(i64::MAX))
     }
 
-    /// The same time as a system time; the beginning of 1970 for earlier times, the end of 9999 for later ones, which only a damaged database
-    /// has: ISO 8601 writes the times between with four digits for the year.
+    /// The same time as a system time; the beginning of 1970 for earlier times, the end of 9999 for later ones, which only a damaged
+    /// database has: ISO 8601 writes the times between with four digits for the year.
     #[must_use]
     pub fn to_system_time(self) -> SystemTime {
         const LAST_US: u64 = 253_402_300_799_999_999;
