@@ -284,6 +284,7 @@ async def check_conditions(plant, viewer, engineer):
         await refused_call((ua.StatusCodes.BadEventIdUnknown,), acknowledge(engineer, raised))
         await acknowledge(engineer, second, by_type=False)
         plant.tell("pressure 1e-3 mbar")
+        await alarms.newest(name, lambda it: not it["ActiveState/Id"] and it["EventId"][:8] == second["EventId"][:8])
 
 
 async def check_shelving(plant, viewer, engineer):
