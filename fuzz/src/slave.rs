@@ -109,7 +109,7 @@ impl Line {
                 FrameCount::Counted(next)
             }
             (None, _) => {
-                self.count[master] = Some(true);
+                self.count[master] = Some(false);
                 FrameCount::First
             }
         };
