@@ -207,7 +207,7 @@ test('a change of control disarms commands', async () => {
       await mark.getByText('You have control').waitFor()
     })
     await dialog(otto).getByRole('button', { name: 'Send' }).click()
-    await dialog(otto).locator('.error', { hasText: 'was disarmed when control changed hands' }).waitFor()
+    await dialog(otto).locator('.error', { hasText: 'was disarmed when its user lost control' }).waitFor()
     await dialog(otto).getByRole('button', { name: 'Close' }).click()
     await otto.locator('.control', { hasText: 'Erna has control' }).waitFor()
   })
