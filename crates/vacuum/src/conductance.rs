@@ -58,7 +58,7 @@ const ENTRANCE_LENGTH: f64 = 0.5;
 /// In a tube of this length in radii half of the molecules that fly far along a long tube reach its wall or end instead.
 const FAR: f64 = 3.56;
 
-/// The flow of air from 1 atm at which half of a leak is viscous, in Pa m^3/s (3e-6 mbar l/s).
+/// The flow of air from 1 atm at which half of a leak is viscous, in Pa m³/s (3e-6 mbar l/s).
 ///
 /// Leaks are molecular below 1e-7 mbar l/s, laminar above 1e-4 mbar l/s and between them in transition (Leakage Testing Handbook
 /// of the Jet Propulsion Laboratory, after leakdetection-technology.com, "The flow of gases in leaks"). This is the middle.
@@ -222,15 +222,15 @@ static WEIGHTS: std::sync::LazyLock<[Weights; GAS_COUNT]> = std::sync::LazyLock:
 /// A conductance: gas flow per pressure difference.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Conductance {
-    /// A molecular conductance at every pressure, in m^3/s for nitrogen.
+    /// A molecular conductance at every pressure, in m³/s for nitrogen.
     Fixed(f64),
-    /// A conductance for all gases alike at every pressure, in m^3/s.
+    /// A conductance for all gases alike at every pressure, in m³/s.
     Viscous(f64),
-    /// A leak: `molecular` in m^3/s for nitrogen, and `laminar` in m^3/s per Pa of mean pressure for the viscosity of air.
+    /// A leak: `molecular` in m³/s for nitrogen, and `laminar` in m³/s per Pa of mean pressure for the viscosity of air.
     Leak {
-        /// The molecular conductance for nitrogen, in m^3/s.
+        /// The molecular conductance for nitrogen, in m³/s.
         molecular: f64,
-        /// The laminar conductance per mean pressure, for air, in m^3/s per Pa.
+        /// The laminar conductance per mean pressure, for air, in m³/s per Pa.
         laminar: f64,
     },
     /// A round tube with its opening.
@@ -250,23 +250,23 @@ pub struct Tube {
     discharge: f64,
 }
 
-/// The molecular part (for nitrogen) and the viscous part (for all gases alike) of a conductance, both in m^3/s.
+/// The molecular part (for nitrogen) and the viscous part (for all gases alike) of a conductance, both in m³/s.
 pub type Parts = (f64, f64);
 
 impl Conductance {
-    /// A molecular conductance at every pressure, in m^3/s for nitrogen.
+    /// A molecular conductance at every pressure, in m³/s for nitrogen.
     #[must_use]
     pub const fn fixed(m3_per_s: f64) -> Self {
         Self::Fixed(m3_per_s)
     }
 
-    /// A conductance of the same size for all gases at every pressure, in m^3/s.
+    /// A conductance of the same size for all gases at every pressure, in m³/s.
     #[must_use]
     pub const fn viscous(m3_per_s: f64) -> Self {
         Self::Viscous(m3_per_s)
     }
 
-    /// A leak with this flow of dry air from 1 atm into vacuum, in Pa m^3/s. Small leaks are molecular, large ones laminar.
+    /// A leak with this flow of dry air from 1 atm into vacuum, in Pa m³/s. Small leaks are molecular, large ones laminar.
     #[must_use]
     pub fn leak(flow: f64) -> Self {
         let viscous = flow / (flow + HALF_VISCOUS);
@@ -291,7 +291,7 @@ impl Conductance {
         Self::Tube(Tube { radius, area: PI * radius * radius, transmission: transmission(length), length, discharge })
     }
 
-    /// The molecular conductance for nitrogen, in m^3/s.
+    /// The molecular conductance for nitrogen, in m³/s.
     #[must_use]
     pub fn molecular(&self) -> f64 {
         match self {
@@ -460,7 +460,7 @@ mod tests {
         Bulk::of_mixture(&Mixture::pure(Gas::Air, pa))
     }
 
-    /// The conductance of a tube for air, in m^3/s.
+    /// The conductance of a tube for air, in m³/s.
     fn of_air(tube: &Conductance, high_pa: f64, low_pa: f64) -> f64 {
         let (molecular, viscous) = tube.parts(&air(high_pa), &air(low_pa));
         molecular * (Gas::N2.molar_mass_kg_per_mol() / Gas::Air.molar_mass_kg_per_mol()).sqrt() + viscous
@@ -468,10 +468,10 @@ mod tests {
 
     #[test]
     fn conductances_of_air_match_the_textbook() {
-        // 11.6 l/s per cm^2 = 116 m/s; 12.1 d^3/l (cm, l/s) = 121 d^3/l (m, m^3/s).
+        // 11.6 l/s per cm^2 = 116 m/s; 12.1 d^3/l (cm, l/s) = 121 d^3/l (m, m³/s).
         near(mean_speed_m_per_s(Gas::Air) / 4.0, 116.0, 0.005);
         near(PI / 12.0 * mean_speed_m_per_s(Gas::Air), 121.0, 0.005);
-        // 135 d^4/l p (cm, mbar, l/s) = 1350 d^4/l p (m, Pa, m^3/s).
+        // 135 d^4/l p (cm, mbar, l/s) = 1350 d^4/l p (m, Pa, m³/s).
         near(PI / (128.0 * Gas::Air.viscosity_pa_s()), 1350.0, 0.005);
     }
 

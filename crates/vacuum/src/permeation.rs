@@ -9,13 +9,13 @@ use std::f64::consts::PI;
 /// A seal between the chamber and the air.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Seal {
-    /// The conductance K A / d of each gas, in m^3/s.
+    /// The conductance K A / d of each gas, in m³/s.
     conductances: [f64; GAS_COUNT],
 }
 
 impl Seal {
-    /// A seal of an area in m^2 and a thickness in m, with the permeability K of some gases in m^2/s (Pa m^3/s of gas per m of
-    /// thickness, m^2 of area and Pa).
+    /// A seal of an area in m² and a thickness in m, with the permeability K of some gases in m²/s (Pa m³/s of gas per m of
+    /// thickness, m² of area and Pa).
     #[must_use]
     pub fn new(area_m2: f64, thickness_m: f64, permeabilities: &[(Gas, f64)]) -> Self {
         let mut conductances = [0.0; GAS_COUNT];
@@ -27,12 +27,12 @@ impl Seal {
         Self { conductances }
     }
 
-    /// The conductance of each gas, in m^3/s.
+    /// The conductance of each gas, in m³/s.
     pub(crate) const fn conductances(&self) -> &[f64; GAS_COUNT] {
         &self.conductances
     }
 
-    /// The steady flow from a gas outside into vacuum, gas by gas in Pa m^3/s.
+    /// The steady flow from a gas outside into vacuum, gas by gas in Pa m³/s.
     #[must_use]
     pub fn flow(&self, outside: &Mixture) -> Mixture {
         let mut flow = *outside.as_array();
@@ -41,7 +41,7 @@ impl Seal {
     }
 }
 
-/// The time lag in s of a seal of a thickness in m, for a diffusion coefficient in m^2/s.
+/// The time lag in s of a seal of a thickness in m, for a diffusion coefficient in m²/s.
 #[must_use]
 pub fn time_lag_s(thickness_m: f64, diffusion_m2_per_s: f64) -> f64 {
     thickness_m * thickness_m / (6.0 * diffusion_m2_per_s)

@@ -73,7 +73,7 @@ pub enum WrongCurve {
 /// A roughing pump: its flow is `S(p) (p - p_ult)`, which is 0 at its ultimate pressure.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Roughing {
-    /// Pumping speed S, in m^3/s.
+    /// Pumping speed S, in m³/s.
     pub speed: f64,
     /// The speed over the inlet pressure.
     pub curve: SpeedCurve,
@@ -84,7 +84,7 @@ pub struct Roughing {
 }
 
 impl Roughing {
-    /// A dry pump with a pumping speed in m^3/s. free choice: a tenth of its residual gas is water, the rest nitrogen.
+    /// A dry pump with a pumping speed in m³/s. free choice: a tenth of its residual gas is water, the rest nitrogen.
     #[must_use]
     pub fn dry(speed: f64, ultimate_pa: f64) -> Self {
         let mut ultimate = Mixture::pure(Gas::N2, 0.9 * ultimate_pa);
@@ -98,20 +98,20 @@ impl Roughing {
 /// Its speed for a gas is `S (1 - captured / capacity)`. free choice: the linear fall to the capacity.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Capture {
-    /// Pumping speed of each gas, in m^3/s (not pressures).
+    /// Pumping speed of each gas, in m³/s (not pressures).
     pub speeds: Mixture,
-    /// Capacity for each gas, in Pa m^3.
+    /// Capacity for each gas, in Pa m³.
     pub capacities: Mixture,
     /// The total pressure above which it does not pump, in Pa.
     pub highest_pa: f64,
     /// Whether it runs. A stopped pump keeps its gas.
     pub running: bool,
-    /// The captured gas, in Pa m^3.
+    /// The captured gas, in Pa m³.
     pub captured: Mixture,
 }
 
 impl Capture {
-    /// The present speed for each gas in m^3/s, at a total pressure in Pa.
+    /// The present speed for each gas in m³/s, at a total pressure in Pa.
     pub(crate) fn passes(&self, pa: f64) -> [f64; GAS_COUNT] {
         let mut passes = [0.0; GAS_COUNT];
         if !self.running || pa > self.highest_pa {
@@ -132,7 +132,7 @@ impl Capture {
 /// the critical backing pressure. A stopped or braked rotor acts as an opening.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Turbo {
-    /// Pumping speed for nitrogen, in m^3/s.
+    /// Pumping speed for nitrogen, in m³/s.
     pub speed: f64,
     /// The speed for each gas relative to nitrogen.
     pub speed_factors: [f64; GAS_COUNT],
@@ -160,7 +160,7 @@ pub struct Turbo {
 const FELT_S: f64 = 0.5;
 
 impl Turbo {
-    /// A typical pump with a pumping speed in m^3/s, at standstill.
+    /// A typical pump with a pumping speed in m³/s, at standstill.
     ///
     /// free choice: the same speed for every gas; compression 1e9 for nitrogen, which by sqrt(M) is 2500 for helium and 260 for
     /// hydrogen, critical backing pressure 10 mbar, brake 0.1 mbar, two minutes to full speed.
@@ -181,7 +181,7 @@ impl Turbo {
         }
     }
 
-    /// Sets the pumping speed of a gas, in m^3/s.
+    /// Sets the pumping speed of a gas, in m³/s.
     #[must_use]
     pub fn with_speed(mut self, gas: Gas, speed: f64) -> Self {
         self.speed_factors[gas as usize] = speed / self.speed;
@@ -206,7 +206,7 @@ impl Turbo {
         }
     }
 
-    /// Forward and backward conductance of each gas, in m^3/s. `relative` is sqrt(28/M) of each gas.
+    /// Forward and backward conductance of each gas, in m³/s. `relative` is sqrt(28/M) of each gas.
     pub(crate) fn passes(&self, inlet: &Bulk, fore: &Bulk, relative: &[f64; GAS_COUNT]) -> [[f64; GAS_COUNT]; 2] {
         // The opening of a rotor with nearly all of its speed does not matter, and its calculation takes time.
         let still = if self.rotor > 0.999 { 0.0 } else { 1.0 - self.rotor };
@@ -229,14 +229,14 @@ pub(crate) fn mass_roots() -> [f64; GAS_COUNT] {
     crate::conductance::relative_speeds().map(f64::recip)
 }
 
-/// Converts a flow in standard cubic centimetres per minute (at 0 °C and 1013.25 mbar) to Pa m^3/s at room temperature, the
+/// Converts a flow in standard cubic centimetres per minute (at 0 °C and 1013.25 mbar) to Pa m³/s at room temperature, the
 /// temperature of all gas in this crate.
 #[must_use]
 pub fn flow_of_sccm(sccm: f64) -> f64 {
     sccm * crate::atmosphere::STANDARD_PA * 1e-6 / 60.0 * ROOM_K / 273.15
 }
 
-/// Converts a flow in Pa m^3/s of gas at a temperature in K to standard cubic centimetres per minute (at 0 °C and
+/// Converts a flow in Pa m³/s of gas at a temperature in K to standard cubic centimetres per minute (at 0 °C and
 /// 1013.25 mbar).
 #[must_use]
 pub fn sccm_of_flow(flow: f64, kelvin: f64) -> f64 {

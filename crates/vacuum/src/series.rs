@@ -1,6 +1,6 @@
 //! The exact step of a network of volumes with constant rates.
 //!
-//! Amounts of gas n (in Pa m^3) follow n' = A n + q. With L not less than the rate at which any volume empties, P = 1 + A/L has no
+//! Amounts of gas n (in Pa m³) follow n' = A n + q. With L not less than the rate at which any volume empties, P = 1 + A/L has no
 //! negative entry, and
 //!
 //! ```text
@@ -46,7 +46,7 @@ pub struct Rates {
     pub edges: Vec<Edge>,
     /// Flow out of the network, as a fraction of each volume in 1/s.
     pub out: Vec<PerGas>,
-    /// Sources of each volume, in Pa m^3/s.
+    /// Sources of each volume, in Pa m³/s.
     pub source: Vec<PerGas>,
 }
 
@@ -244,7 +244,7 @@ impl Rates {
         std::mem::swap(term, next);
     }
 
-    /// Writes the net growth of all gas in each volume to `net`, in Pa m^3/s, and stores the fraction that leaves, in 1/s.
+    /// Writes the net growth of all gas in each volume to `net`, in Pa m³/s, and stores the fraction that leaves, in 1/s.
     pub fn net(&self, amounts: &[PerGas], net: &mut [f64]) {
         for ((net, amount), (out, source)) in net.iter_mut().zip(amounts).zip(self.out.iter().zip(&self.source)) {
             *net = sum(source) - product(amount, out);

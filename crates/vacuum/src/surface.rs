@@ -40,7 +40,7 @@ const FRESH_S: f64 = 1.0;
 /// The age at which adsorbed gas ends, in s: 25 factors of e, or about seven monolayers of water on steel. free choice
 pub const EMPTY_S: f64 = 7e10;
 
-/// The diffusion coefficient of hydrogen in austenitic steel at a temperature in K, in m^2/s (Outlaw and Peterson, Metall.
+/// The diffusion coefficient of hydrogen in austenitic steel at a temperature in K, in m²/s (Outlaw and Peterson, Metall.
 /// Trans. A 14 (1983) 1869).
 #[must_use]
 pub fn hydrogen_diffusion_m2_per_s(kelvin: f64) -> f64 {
@@ -81,7 +81,7 @@ impl Law {
 pub struct Desorption {
     /// The gas.
     pub gas: Gas,
-    /// Outgassing rate per area after one hour at room temperature, in Pa m/s (Pa m^3/s per m^2).
+    /// Outgassing rate per area after one hour at room temperature, in Pa m/s (Pa m³/s per m²).
     pub q1: f64,
     /// The law of the rate.
     pub law: Law,
@@ -189,7 +189,7 @@ struct Ramp {
 /// A wall of one material.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Surface {
-    /// Its area, in m^2.
+    /// Its area, in m².
     pub area_m2: f64,
     /// Its temperature, in K.
     pub temperature_k: f64,
@@ -202,14 +202,14 @@ pub struct Surface {
 /// The exchange of a wall with the gas during a step.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Exchange {
-    /// By how much the outgassing at the end of the step differs from its mean, in Pa m^3/s.
+    /// By how much the outgassing at the end of the step differs from its mean, in Pa m³/s.
     pub slack: f64,
-    /// The water that returns to the wall, as a conductance in m^3/s.
+    /// The water that returns to the wall, as a conductance in m³/s.
     pub returning: f64,
 }
 
 impl Surface {
-    /// A freshly vented wall with an area in m^2, at room temperature. Only the first eight gases of the material count.
+    /// A freshly vented wall with an area in m², at room temperature. Only the first eight gases of the material count.
     #[must_use]
     pub fn fresh(area: f64, material: &Material) -> Self {
         Self { area_m2: area, temperature_k: ROOM_K, ramp: None, gases: material.gases, clocks: [FRESH_S; MAX_GASES] }
@@ -247,7 +247,7 @@ impl Surface {
         })
     }
 
-    /// Adds the mean outgassing of the next `seconds` to `flow`, gas by gas in Pa m^3/s, with a partial pressure of water of
+    /// Adds the mean outgassing of the next `seconds` to `flow`, gas by gas in Pa m³/s, with a partial pressure of water of
     /// `water_pa` in the chamber.
     pub(crate) fn outgas(&self, seconds: f64, water_pa: f64, flow: &mut [f64; GAS_COUNT]) -> Exchange {
         let mut exchange = Exchange::default();
@@ -281,7 +281,7 @@ impl Surface {
         }
     }
 
-    /// The present outgassing, gas by gas in Pa m^3/s, without the water that returns.
+    /// The present outgassing, gas by gas in Pa m³/s, without the water that returns.
     #[must_use]
     pub fn flow(&self) -> Mixture {
         let mut flow = Mixture::default();

@@ -74,7 +74,7 @@ fn bulk(gas: Gas, pa: f64) -> Bulk {
     Bulk::of_mixture(&Mixture::pure(gas, pa))
 }
 
-/// The conductance for a pure gas, in m^3/s.
+/// The conductance for a pure gas, in m³/s.
 fn conductance(of: &Conductance, gas: Gas, high_pa: f64, low_pa: f64) -> f64 {
     let (molecular, viscous) = of.parts(&bulk(gas, high_pa), &bulk(gas, low_pa));
     molecular * mean_speed_m_per_s(gas) / mean_speed_m_per_s(Gas::N2) + viscous

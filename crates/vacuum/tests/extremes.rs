@@ -7,8 +7,8 @@ use profivac_vacuum::pump::{Roughing, Turbo};
 use profivac_vacuum::surface::{Material, Surface};
 use profivac_vacuum::{Atmosphere, Conductance, Gas, Mixture, Network};
 
-/// Calculates a day of a plant with a chamber, a throat and a fore line of these volumes in m^3, tubes of this diameter in m,
-/// pumps of this speed in m^3/s, a vent and a regulated inlet.
+/// Calculates a day of a plant with a chamber, a throat and a fore line of these volumes in m³, tubes of this diameter in m,
+/// pumps of this speed in m³/s, a vent and a regulated inlet.
 fn day(volumes: [f64; 3], width: f64, speed: f64, step: f64, steps: u32) {
     // A tube is not wider than its volumes.
     let width = volumes.iter().fold(width, |width, m3| width.min(m3.cbrt()));

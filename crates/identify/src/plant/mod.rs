@@ -53,13 +53,13 @@ pub struct Residual {
 /// A plant with its uncertainties.
 #[derive(Clone, Debug)]
 pub struct Plant {
-    /// The volume, in m^3.
+    /// The volume, in m³.
     pub volume_m3: Interval,
-    /// The effective pumping speed in m^3/s at pressures in Pa, from low to high pressure.
+    /// The effective pumping speed in m³/s at pressures in Pa, from low to high pressure.
     pub speeds: Vec<(f64, Interval)>,
-    /// The leak, in Pa m^3/s.
+    /// The leak, in Pa m³/s.
     pub leak: Interval,
-    /// The outgassing after an hour, in Pa m^3/s.
+    /// The outgassing after an hour, in Pa m³/s.
     pub outgassing_1h: Interval,
     /// The exponent of the outgassing.
     pub exponent: Interval,

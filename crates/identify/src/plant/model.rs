@@ -18,10 +18,15 @@ const YOUNGEST_S: f64 = 0.01;
 /// The numbers of a plant.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Numbers {
+    /// In m³.
     pub volume: f64,
+    /// The flow of the leak, in Pa m³/s.
     pub leak: f64,
+    /// The outgassing after an hour, in Pa m³/s.
     pub outgassing: f64,
+    /// The exponent of time with which the outgassing falls.
     pub exponent: f64,
+    /// The lowest pressure of the pump, in Pa.
     pub ultimate: f64,
     /// The share of outgassing that does not return to the wall.
     pub share: f64,
@@ -31,7 +36,7 @@ pub(super) struct Numbers {
     pub first: f64,
     /// The age of the wall at the start of the pump-down, in s.
     pub offset_s: f64,
-    /// Logarithms of pressure and speed.
+    /// Natural logarithms of a pressure in Pa and of the speed there in m³/s.
     pub knots: Vec<(f64, f64)>,
 }
 
@@ -61,7 +66,7 @@ impl Numbers {
         }
     }
 
-    /// The outgassing of a wall of an age in s, in Pa m^3/s.
+    /// The outgassing of a wall of an age in s, in Pa m³/s.
     pub fn outgassed(&self, age: f64) -> f64 {
         self.outgassing * (HOUR_S / age.max(YOUNGEST_S)).powf(self.exponent)
     }

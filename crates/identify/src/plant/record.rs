@@ -30,14 +30,14 @@ pub struct Phase {
 pub struct Dose {
     /// The time, in s.
     pub at_s: f64,
-    /// The amount, in Pa m^3.
+    /// The amount, in Pa m³.
     pub amount: f64,
 }
 
 /// The volume of the chamber.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Volume {
-    /// It is known, in m^3.
+    /// It is known, in m³.
     Given(f64),
     /// It follows from a dose.
     FromDose(Dose),

@@ -68,7 +68,7 @@ impl GasDependence {
 /// The known quantities of a rise beside its samples.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RiseSetup {
-    /// The volume, in m^3.
+    /// The volume, in m³.
     pub volume_m3: f64,
     /// The time of pumping before the valve was closed, in s, if known.
     pub pumped_s: Option<f64>,
@@ -82,7 +82,7 @@ pub struct RiseSetup {
     pub gas_k: f64,
 }
 
-/// A gas flow with its 95 % interval, in Pa m^3/s.
+/// A gas flow with its 95 % interval, in Pa m³/s.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Flow {
     /// The best value, and the values that the profile likelihood does not exclude with 95 %.

@@ -11,7 +11,8 @@ use crate::series::{PerGas, add};
 use crate::surface::Surface;
 use step::Step;
 
-/// A volume of a [`Network`].
+/// A volume of a [`Network`]. Like the other handles it belongs to the network that made it: another network takes it for a part of its
+/// own, or panics if it has fewer parts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Volume(usize);
 
@@ -57,18 +58,18 @@ pub enum Outside {
 pub enum Supply {
     /// Closed.
     Closed,
-    /// A constant flow, in Pa m^3/s.
+    /// A constant flow, in Pa m³/s.
     Flow(f64),
     /// A regulator that keeps the pressure.
     Pressure {
         /// The set point of the total pressure, in Pa.
         pa: f64,
-        /// The flow of the open valve, in Pa m^3/s.
+        /// The flow of the open valve, in Pa m³/s.
         max_flow: f64,
     },
 }
 
-/// The balance of each gas, in Pa m^3. The entered gas is the sum of the other two.
+/// The balance of each gas, in Pa m³. The entered gas is the sum of the other two.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Balance {
     /// The initial gas and all gas that has entered since.
@@ -105,7 +106,7 @@ struct InletState {
 #[derive(Clone, Debug, Default)]
 pub struct Network {
     atmosphere: Atmosphere,
-    /// In m^3.
+    /// In m³.
     volumes: Vec<f64>,
     joints: Vec<JointState>,
     turbo_pumps: Vec<Turbo>,
@@ -115,11 +116,11 @@ pub struct Network {
     inlets: Vec<InletState>,
     seals: Vec<(usize, Seal)>,
     surfaces: Vec<(usize, Surface)>,
-    /// Further gas sources of each volume, such as gauges, in Pa m^3/s.
+    /// Further gas sources of each volume, such as gauges, in Pa m³/s.
     loads: Vec<PerGas>,
-    /// The pumping speed of the gauges of each volume, in m^3/s.
+    /// The pumping speed of the gauges of each volume, in m³/s.
     gauge_speeds: Vec<f64>,
-    /// The gas in each volume, in Pa m^3.
+    /// The gas in each volume, in Pa m³.
     amounts: Vec<PerGas>,
     entered: PerGas,
     left: PerGas,
@@ -135,7 +136,7 @@ impl Network {
         Self { atmosphere, ..Self::default() }
     }
 
-    /// Adds a volume in m^3, filled with `gas`.
+    /// Adds a volume in m³, filled with `gas`.
     pub fn add_volume(&mut self, m3: f64, gas: Mixture) -> Volume {
         let mut amount = [0.0; GAS_COUNT];
         add(&mut amount, gas.as_array(), m3);
@@ -263,12 +264,12 @@ impl Network {
         self.surfaces[wall.0].1.heat(kelvin, seconds);
     }
 
-    /// Sets the further gas sources of a volume, such as gauges, in Pa m^3/s.
+    /// Sets the further gas sources of a volume, such as gauges, in Pa m³/s.
     pub fn set_load(&mut self, volume: Volume, flow: &Mixture) {
         self.loads[volume.0] = *flow.as_array();
     }
 
-    /// Sets the pumping speed of the gauges of a volume, in m^3/s. Changes of less than 5 % have no effect, because each one costs
+    /// Sets the pumping speed of the gauges of a volume, in m³/s. Changes of less than 5 % have no effect, because each one costs
     /// a calculation of all rates.
     pub fn set_gauge_speed(&mut self, volume: Volume, m3_per_s: f64) {
         if (self.gauge_speeds[volume.0] - m3_per_s).abs() > 0.05 * m3_per_s {

@@ -38,9 +38,9 @@ pub(super) struct Step {
     then: Rates,
     used: Rates,
     walls: Vec<PerGas>,
-    /// The difference of outgassing at the end of a step from its mean, in Pa m^3/s.
+    /// The difference of outgassing at the end of a step from its mean, in Pa m³/s.
     slack: Vec<f64>,
-    /// The water that returns to the walls, as a conductance in m^3/s.
+    /// The water that returns to the walls, as a conductance in m³/s.
     returning: Vec<f64>,
     /// The mean properties of the gas of each volume.
     bulks: Vec<Bulk>,
@@ -239,7 +239,7 @@ impl Network {
         self.inlets.iter().for_each(|feed| self.fed(feed, amounts, rates));
     }
 
-    /// Converts conductances in m^3/s to rates in 1/s.
+    /// Converts conductances in m³/s to rates in 1/s.
     fn between(&self, edge: &mut Edge, forward: &PerGas, back: &PerGas) {
         let (from, to) = (self.volumes[edge.from].recip(), self.volumes[edge.to].recip());
         edge.forward = forward.map(|conductance| conductance * from);
@@ -305,7 +305,7 @@ impl Network {
     }
 }
 
-/// The conductance of each gas through an element with the given opening, in m^3/s.
+/// The conductance of each gas through an element with the given opening, in m³/s.
 fn passes(conductance: &Conductance, ends: [&Bulk; 2], opening: f64, relative_speeds: &PerGas) -> PerGas {
     if opening == 0.0 {
         return [0.0; GAS_COUNT];

@@ -13,7 +13,7 @@ const EXPONENT: f64 = 1.1;
 const KNEE_PA: f64 = 1.33e-7;
 const EXPONENT_BELOW: f64 = 1.4;
 
-/// The largest pumping speed of an inverted magnetron, in m^3/s, and the pressure in Pa at which it is half of that.
+/// The largest pumping speed of an inverted magnetron, in m³/s, and the pressure in Pa at which it is half of that.
 ///
 /// Mukugi et al., Vacuum 44 (1993) 591: at most 0.1 l/s, negligible in ultra-high vacuum. free choice: the pressure.
 const MOST_PUMPED: f64 = 1e-4;

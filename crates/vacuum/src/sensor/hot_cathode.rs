@@ -31,14 +31,14 @@ const WARM_S: f64 = 3_600.0;
 const FILLED_S: f64 = 100.0;
 const FILLED_PA: f64 = 100.0;
 
-/// The pumping speed per emission current and its limit, in m^3/s per mA and m^3/s.
+/// The pumping speed per emission current and its limit, in m³/s per mA and m³/s.
 ///
 /// "Electrical clean-up of gases in an ionization gauge" (J. Appl. Phys. 27 (1956) 926): 0.1 l/s for nitrogen at most, by ions
 /// that the walls of the gauge keep. free choice: proportional to the emission up to that.
 const PUMPED_PER_MA: f64 = 1e-5;
 const MOST_PUMPED: f64 = 1e-4;
 
-/// The gas from saturated filament and grid in Pa m^3/s: during degas (1e-5 mbar l/s), and in operation (1e-9 mbar l/s).
+/// The gas from saturated filament and grid in Pa m³/s: during degas (1e-5 mbar l/s), and in operation (1e-9 mbar l/s).
 /// free choice
 const DEGAS_FLOW: f64 = 1e-6;
 const WARM_FLOW: f64 = 1e-10;

@@ -83,9 +83,9 @@ pub enum Drive {
 /// The effect of a gauge on the gas of its chamber.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct GasExchange {
-    /// The released gas, mainly carbon monoxide, in Pa m^3/s.
+    /// The released gas, mainly carbon monoxide, in Pa m³/s.
     pub outgassing: f64,
-    /// Its pumping speed, in m^3/s.
+    /// Its pumping speed, in m³/s.
     pub speed: f64,
 }
 

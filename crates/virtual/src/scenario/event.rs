@@ -15,7 +15,7 @@ use profivac_vacuum::network::{
 use profivac_vacuum::{Atmosphere, Gas, Mixture};
 use toml::Spanned;
 
-/// The flow of a regulated inlet that is fully open, in Pa m^3/s: 200 sccm. free choice
+/// The flow of a regulated inlet that is fully open, in Pa m³/s: 200 sccm. free choice
 const MAX_INLET_FLOW: f64 = 0.36;
 
 /// The time in which a wall is heated or cooled if the file does not say it, in s. free choice: an hour

@@ -31,7 +31,7 @@ pub const TIME: Quantity = Quantity {
     bounds: [("1 ms", 1e-3), ("36500 d", 3.1536e9)],
 };
 
-/// A volume, in m^3.
+/// A volume, in m³.
 pub const VOLUME: Quantity = Quantity {
     name: "a volume",
     example: "100 l",
@@ -47,7 +47,7 @@ pub const LENGTH: Quantity = Quantity {
     bounds: [("0.001 mm", 1e-6), ("1000 m", 1e3)],
 };
 
-/// An area, in m^2.
+/// An area, in m².
 pub const AREA: Quantity = Quantity {
     name: "an area",
     example: "1.5 m2",
@@ -55,7 +55,7 @@ pub const AREA: Quantity = Quantity {
     bounds: [("0.01 cm2", 1e-6), ("1e6 m2", 1e6)],
 };
 
-/// A pumping speed or a conductance, in m^3/s.
+/// A pumping speed or a conductance, in m³/s.
 pub const SPEED: Quantity = Quantity {
     name: "a pumping speed",
     example: "300 l/s",
@@ -63,7 +63,7 @@ pub const SPEED: Quantity = Quantity {
     bounds: [("1e-15 l/s", 1e-18), ("1e6 m3/s", 1e6)],
 };
 
-/// An amount of gas, in Pa m^3.
+/// An amount of gas, in Pa m³.
 pub const AMOUNT: Quantity = Quantity {
     name: "an amount of gas",
     example: "100 mbar l",
@@ -71,7 +71,7 @@ pub const AMOUNT: Quantity = Quantity {
     bounds: [("1e-9 mbar l", 1e-10), ("1e9 mbar l", 1e8)],
 };
 
-/// A permeability, in m^2/s: Pa m^3/s of gas per m of thickness, m^2 of area and Pa.
+/// A permeability, in m²/s: Pa m³/s of gas per m of thickness, m² of area and Pa.
 pub const PERMEABILITY: Quantity = Quantity {
     name: "a permeability",
     example: "1e-11 m2/s",
@@ -83,7 +83,7 @@ pub const PERMEABILITY: Quantity = Quantity {
 pub const PART: Quantity =
     Quantity { name: "a percentage", example: "50 %", units: &[("%", 0.01)], bounds: [("0 %", 0.0), ("100 %", 1.0)] };
 
-/// A gas flow, in Pa m^3/s. A flow in sccm is converted at room temperature, not by a factor.
+/// A gas flow, in Pa m³/s. A flow in sccm is converted at room temperature, not by a factor.
 const FLOW: Quantity = Quantity {
     name: "a gas flow",
     example: "1e-5 mbar l/s",
@@ -124,7 +124,7 @@ impl Quantity {
     }
 }
 
-/// A gas flow, in Pa m^3/s.
+/// A gas flow, in Pa m³/s.
 pub fn flow(text: &Text) -> Result<f64, TextError> {
     FLOW.parse(text)
 }
