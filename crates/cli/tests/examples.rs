@@ -12,7 +12,7 @@ mod read_all;
 mod watch;
 
 use common::{Folder, Program};
-use profivac_client::Bus;
+use profivac_client::{Bus, BusBuilder};
 use std::ops::ControlFlow;
 
 fn simulate(path: &str, pressure: &str, devices: &[&str]) -> Program {
@@ -21,12 +21,17 @@ fn simulate(path: &str, pressure: &str, devices: &[&str]) -> Program {
     simulation
 }
 
+/// A master that waits for an answer longer than usual: a loaded computer delays the devices.
+fn patient(path: &str) -> BusBuilder {
+    Bus::builder(path).slot_time(4000)
+}
+
 #[test]
 fn read_all_reads_every_gauge_that_answers() {
     let folder = Folder::new();
     let path = folder.name("line");
     let _simulation = simulate(&path, "5e-4 mbar", &["bcg450@5", "hpg400@6", "psg550@7", "img400@8"]);
-    let mut bus = Bus::builder(&path).open().unwrap();
+    let mut bus = patient(&path).open().unwrap();
     for address in 5..9 {
         let mut gauge = bus.gauge(address).unwrap();
         if gauge.read("device.device-state").unwrap().text == "IDLE" {
@@ -56,7 +61,7 @@ fn watch_starts_the_gauges_and_reports_their_pressures_in_turn() {
     let folder = Folder::new();
     let path = folder.name("line");
     let _simulation = simulate(&path, "5e-6 mbar", &["bcg450@5", "hpg400@6"]);
-    let bus = Bus::builder(&path).open_async().unwrap();
+    let bus = patient(&path).open_async().unwrap();
     let mut readings = Vec::new();
     let watched = watch::watch(&bus, &[5, 6], |address, reading| {
         readings.push((address, reading.pressure().map(|pressure| format!("{:.3e}", pressure.mbar()))));
@@ -72,7 +77,7 @@ fn clone_settings_copies_what_differs_to_the_replacement() {
     let folder = Folder::new();
     let path = folder.name("line");
     let _simulation = simulate(&path, "1 mbar", &["bcg450@5:unit=torr", "bcg450@6:unit=mbar"]);
-    let mut bus = Bus::builder(&path).open().unwrap();
+    let mut bus = patient(&path).open().unwrap();
     bus.gauge(5).unwrap().write("pirani.safe-state", "hold-last-value").unwrap();
     let changes = clone_settings::clone_settings(&mut bus, 5, 6).unwrap();
     let unit = changes.iter().find(|change| change.name == "pirani.data-units").unwrap();

@@ -102,7 +102,8 @@ enum PortSource {
     Open(Box<dyn Port>),
 }
 
-/// The description of a bus. Without further calls: 19.2 kbit/s, master address 0, 5 s timeout.
+/// The description of a bus. Without further calls: 19.2 kbit/s, master address 0, 5 s timeout, and a slot time that follows from
+/// the port.
 ///
 /// ```
 /// use profivac_client::Bus;
@@ -117,17 +118,19 @@ pub struct BusBuilder {
     baud: Baud,
     master: u8,
     timeout: Duration,
+    slot_tbit: Option<u32>,
     waits_for_ring_entry: bool,
 }
 
 impl fmt::Debug for BusBuilder {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { baud, master, timeout, waits_for_ring_entry, .. } = self;
+        let Self { baud, master, timeout, slot_tbit, waits_for_ring_entry, .. } = self;
         f.debug_struct("BusBuilder")
             .field("port", &self.port_name())
             .field("baud", baud)
             .field("master", master)
             .field("timeout", timeout)
+            .field("slot_tbit", slot_tbit)
             .field("waits_for_ring_entry", waits_for_ring_entry)
             .finish()
     }
@@ -135,7 +138,14 @@ impl fmt::Debug for BusBuilder {
 
 impl BusBuilder {
     const fn new(port: PortSource) -> Self {
-        Self { port, baud: Baud::B19200, master: 0, timeout: Duration::from_secs(5), waits_for_ring_entry: false }
+        Self {
+            port,
+            baud: Baud::B19200,
+            master: 0,
+            timeout: Duration::from_secs(5),
+            slot_tbit: None,
+            waits_for_ring_entry: false,
+        }
     }
 
     /// Sets the baud rate of the line.
@@ -156,6 +166,27 @@ impl BusBuilder {
     #[must_use]
     pub const fn timeout(mut self, timeout: Duration) -> Self {
         self.timeout = timeout;
+        self
+    }
+
+    /// Sets the slot time in bit times: how long this master waits for the first character of an answer. All masters of a bus have
+    /// the same one, at most 16,383 (profibus-wire 1.12). The session does not change it; without this call it follows from the port,
+    /// and a late answer raises it.
+    ///
+    /// ```
+    /// use profivac_client::Bus;
+    ///
+    /// let line = profivac_virtual::open::devices(&["bcg450@5"])?;
+    /// assert_eq!(Bus::on(line).slot_time(4000).open()?.gauge(5)?.address(), 5);
+    ///
+    /// let line = profivac_virtual::open::devices(&["bcg450@5"])?;
+    /// let error = Bus::on(line).slot_time(20).open().err().ok_or("this slot time is too short")?;
+    /// assert!(error.to_string().contains("the slot time"), "{error}");
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    #[must_use]
+    pub const fn slot_time(mut self, slot_tbit: u32) -> Self {
+        self.slot_tbit = Some(slot_tbit);
         self
     }
 
@@ -195,7 +226,7 @@ impl BusBuilder {
     /// ```
     ///
     /// # Errors
-    /// [`ClientError::Session`] names the port and the reason, or says that the master address is impossible.
+    /// [`ClientError::Session`] names the port and the reason, or says that the master address or the slot time is impossible.
     pub fn open(self) -> Result<Bus, ClientError> {
         Ok(Bus { session: self.open_session()? })
     }
@@ -223,8 +254,14 @@ impl BusBuilder {
             PortSource::Name(name) => port::open(&name, self.baud).map_err(SessionError::from)?,
             PortSource::Open(port) => port,
         };
-        let bus = bus_parameters(self.master, self.baud, port.delivery());
-        let session = BusSession::new(port, self.baud, bus, self.timeout)?;
+        let mut bus = bus_parameters(self.master, self.baud, port.delivery());
+        if let Some(slot_tbit) = self.slot_tbit {
+            bus.slot_tbit = slot_tbit;
+        }
+        let mut session = BusSession::new(port, self.baud, bus, self.timeout)?;
+        if self.slot_tbit.is_some() {
+            session = session.with_fixed_slot_time();
+        }
         Ok(if self.waits_for_ring_entry { session.wait_for_ring_entry() } else { session })
     }
 }
