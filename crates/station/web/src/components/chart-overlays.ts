@@ -1,4 +1,4 @@
-// Overlays of a chart: bands outside the range, levels, events.
+// Overlays of a chart: bands outside the range, levels, named times.
 
 import type uPlot from 'uplot'
 import type { Stretch } from '../lib/series.ts'
@@ -19,12 +19,10 @@ export interface Level {
   value: number
 }
 
-/** A vertical line: an event, or the start and end of a rise. */
+/** A vertical line with its name: a reference, or the start and end of a rise. */
 export interface TimeMark {
   at: number
   name: string
-  /** Drawn as a solid line with its name. */
-  strong?: boolean
 }
 
 /** The height of the bar without a pressure, in CSS pixels. */
@@ -149,33 +147,17 @@ function drawMark(chart: uPlot, mark: TimeMark): void {
   const { bbox } = chart
   const x = Math.round(chart.valToPos(mark.at, 'x', true)) + 0.5
   if (x < bbox.left || x > bbox.left + bbox.width) return
-  if (mark.strong) drawNamedMark(chart, mark.name, x)
-  else drawEventMark(chart, x)
-}
-
-function drawNamedMark(chart: uPlot, name: string, x: number): void {
-  const { ctx, bbox } = chart
+  const { ctx } = chart
   const dpr = devicePixelRatio
   ctx.strokeStyle = tokenColour('accent')
   ctx.lineWidth = 2 * dpr
   ctx.setLineDash([])
   stroke(ctx, x, bbox.top, x, bbox.top + bbox.height)
   ctx.font = `${11 * dpr}px system-ui, sans-serif`
-  const width = ctx.measureText(name).width + 6 * dpr
+  const width = ctx.measureText(mark.name).width + 6 * dpr
   // To the right of the line, or to the left where there is no room.
   const left = x + width > bbox.left + bbox.width ? x - width : x + 6 * dpr
-  label(chart, name, left, bbox.top + 6 * dpr, width, tokenColour('accent'))
-}
-
-/**
- * A short bar at the bottom: lines over the whole height would hide the curves when much happens, and a triangle would look like a
- * direction of the pressure.
- */
-function drawEventMark(chart: uPlot, x: number): void {
-  const { ctx, bbox } = chart
-  const dpr = devicePixelRatio
-  ctx.fillStyle = tokenColour('muted')
-  ctx.fillRect(x - 1.5 * dpr, bbox.top + bbox.height - 9 * dpr, 3 * dpr, 9 * dpr)
+  label(chart, mark.name, left, bbox.top + 6 * dpr, width, tokenColour('accent'))
 }
 
 function stroke(ctx: CanvasRenderingContext2D, fromX: number, fromY: number, toX: number, toY: number): void {

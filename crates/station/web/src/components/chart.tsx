@@ -1,4 +1,4 @@
-// Curves over time with uPlot: logarithmic or linear, with bands, levels, events and a cursor. The page gives it the data and
+// Curves over time with uPlot: logarithmic or linear, with bands, levels, named times and a cursor. The page gives it the data and
 // reacts to zoom, selection, cursor and keys.
 
 import './chart.css'
@@ -31,6 +31,8 @@ export interface ChartProps {
   onZoom?: (at: number, factor: number) => void
   /** The position of the cursor, 0 at the left edge to 1 at the right: the time under it moves on. */
   onCursor?: (position: number | null) => void
+  /** A press without a drag at this time. */
+  onPress?: (at: number) => void
   /** Whether the page uses the key. */
   onKey?: (key: string) => boolean
 }
@@ -38,6 +40,9 @@ export interface ChartProps {
 /** The width of the pressure axis, and the margin at the other edge. */
 const AXIS_PX = { log: 58, linear: 84 }
 const EDGE_PX = 24
+
+/** Where the plot area of a logarithmic chart begins and ends, in pixels from its edges. */
+export const PLOT_EDGES = { left: AXIS_PX.log, right: EDGE_PX }
 
 /** The width of the plot area in pixels. */
 export function timePixels(width: number, log: boolean): number {
@@ -59,6 +64,12 @@ export function Chart(props: ChartProps): JSX.Element {
     plot.current = chart
     const wheel = (event: WheelEvent): void => zoomed(event, chart, latest.current)
     chart.over.addEventListener('wheel', wheel, { passive: false })
+    // The chart stops the click that ends a drag.
+    chart.over.addEventListener('click', (event) =>
+      latest.current.onPress?.(
+        Math.round(chart.posToVal(event.clientX - chart.over.getBoundingClientRect().left, 'x')),
+      ),
+    )
     return () => {
       chart.destroy()
       plot.current = null
@@ -74,6 +85,12 @@ export function Chart(props: ChartProps): JSX.Element {
     })
   })
   const onKeyDown = (event: KeyboardEvent): void => {
+    const step = CURSOR_STEPS[event.key]
+    if (event.shiftKey && step && plot.current) {
+      event.preventDefault()
+      stepCursor(plot.current, step)
+      return
+    }
     if (!event.ctrlKey && !event.metaKey && !event.altKey && props.onKey?.(event.key)) event.preventDefault()
   }
   return (
@@ -92,6 +109,17 @@ export function Chart(props: ChartProps): JSX.Element {
       onKeyDown={onKeyDown}
     />
   )
+}
+
+/** Keys that move the cursor together with Shift, as parts of the width. */
+const CURSOR_STEPS: Record<string, number> = { ArrowLeft: -0.01, ArrowRight: 0.01 }
+
+/** Moves the cursor; the first step begins at the middle. */
+function stepCursor(chart: uPlot, part: number): void {
+  const { clientWidth: width, clientHeight: height } = chart.over
+  const { left = -1 } = chart.cursor
+  const from = left < 0 ? width / 2 : left
+  chart.setCursor({ left: Math.max(0, Math.min(width - 1, from + part * width)), top: height / 2 })
 }
 
 function zoomed(event: WheelEvent, chart: uPlot, props: ChartProps): void {

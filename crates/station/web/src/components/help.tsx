@@ -25,6 +25,8 @@ const OTHER_KEYS: [string, string][] = [
   ['← →', 'earlier and later, in a chart'],
   ['+ −', 'zoom in and out, in a chart'],
   ['Home', 'back to the present, in a chart'],
+  ['Shift ← →', 'moves the cursor, in the chart of trends'],
+  ['r', 'sets the reference, in the chart of trends'],
   ['Esc', 'close a dialog; disarm a command'],
 ]
 

@@ -5,6 +5,7 @@ import './series-list.css'
 import type { JSX } from 'preact'
 import { useState } from 'preact/hooks'
 import type { Gauge, Quality, StationEvent } from '../api/types.ts'
+import { type Difference, differenceText } from '../lib/difference.ts'
 import { moment } from '../lib/format.ts'
 import { matchesWords } from '../lib/search.ts'
 import { qualityOf, type Sample } from '../lib/series.ts'
@@ -25,6 +26,8 @@ export interface SeriesListProps {
   sampleOf: (series: string, at: number) => Sample | null
   /** The events at the cursor. */
   events: StationEvent[]
+  /** What the shown value of a series is beside the reference; `null` without both values. */
+  differenceOf: (series: string) => Difference | null
 }
 
 /** Above this number of series the list has a search, and shows as many series beside those that are drawn. */
@@ -58,10 +61,11 @@ export function SeriesList(props: SeriesListProps): JSX.Element {
 }
 
 function Item(props: SeriesListProps & { series: string; gauge: Gauge }): JSX.Element {
-  const { series, chosen, colourOf, toggle, unit, at } = props
+  const { series, chosen, colourOf, toggle, unit, at, differenceOf } = props
   const drawn = chosen.includes(series)
   const [pa, quality] = useValue(props, drawn)
   const colour = colourOf(series)
+  const difference = drawn ? differenceOf(series) : null
   return (
     <li class={drawn ? '' : 'off'}>
       <label>
@@ -70,6 +74,7 @@ function Item(props: SeriesListProps & { series: string; gauge: Gauge }): JSX.El
         <span class="name">{series}</span>
         <span class="value">{(at === null || drawn) && <ReadingText pa={pa} quality={quality} unit={unit} />}</span>
       </label>
+      {difference && <p class="difference">{differenceText(difference, unit)}</p>}
     </li>
   )
 }

@@ -17,6 +17,9 @@ export const ASSUMED = 1 << 7
  */
 const LONGEST_MS = 150_000
 
+/** The sample that holds at a time is at most this much earlier. */
+export const BEFORE_MS = LONGEST_MS
+
 /** `null` is a gap; `undefined` is no sample at this time, and the line goes on. */
 export type Value = number | null | undefined
 

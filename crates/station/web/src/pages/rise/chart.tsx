@@ -126,8 +126,8 @@ function withFit(
 
 function marksOf({ begin, end }: Measurement): TimeMark[] {
   return [
-    ...(begin === null ? [] : [{ at: begin, name: 'valve closed', strong: true }]),
-    ...(end === null ? [] : [{ at: end, name: 'end', strong: true }]),
+    ...(begin === null ? [] : [{ at: begin, name: 'valve closed' }]),
+    ...(end === null ? [] : [{ at: end, name: 'end' }]),
   ]
 }
 

@@ -1,7 +1,7 @@
 // The chart of the trends page: curves, trip levels, alarm limits and events.
 
 import type { JSX } from 'preact'
-import type { Gauge, Priority, StationEvent } from '../../api/types.ts'
+import type { Gauge, Priority } from '../../api/types.ts'
 import { Chart, timePixels } from '../../components/chart.tsx'
 import type { Level } from '../../components/chart-overlays.ts'
 import { tokenColour } from '../../components/palette.ts'
@@ -19,31 +19,39 @@ interface Props {
   all: { series: string; gauge: Gauge }[]
   choice: TrendChoice
   data: ChartData
-  events: StationEvent[]
   limits: PressureLimit[]
   width: number
   colourOf: (series: string) => string
   setRange: (range: Range) => void
   setCursor: (position: number | null) => void
+  /** Sets the reference; `null` sets it at the cursor. */
+  setReference: (at: number | null) => void
 }
+
+const KEYS =
+  'The arrow keys move the window, with Shift the cursor; plus and minus zoom, Home shows the present, R sets the reference.'
 
 export const trendPixels = (width: number): number => timePixels(width, true)
 
 export function TrendChart(props: Props): JSX.Element {
-  const { all, choice, data, events, limits, width, colourOf, setRange, setCursor } = props
+  const { all, choice, data, limits, width, colourOf, setRange, setCursor, setReference } = props
   const { now } = useLive()
   const unit = useUnit()
   const dark = useDark()
   const window = windowOf(choice.range, now)
   const levels = [...tripLevels(all, data, colourOf, unit), ...limits.map((limit) => limitLevel(limit, unit))]
   const handleKey = (key: string): boolean => {
+    if (key.toLowerCase() === 'r') {
+      setReference(null)
+      return true
+    }
     const next = rangeAfterKey(key, choice.range, now, DEFAULT_RANGE)
     if (next) setRange(next)
     return next !== null
   }
   return (
     <Chart
-      label={`Pressures in ${unit} over time. The arrow keys move, plus and minus zoom, Home shows the present.`}
+      label={`Pressures in ${unit} over time. ${KEYS}`}
       times={data.times}
       curves={data.curves}
       lines={data.trends.map(({ series }, index) => ({
@@ -56,13 +64,14 @@ export function TrendChart(props: Props): JSX.Element {
       log={true}
       unit={unit}
       levels={levels}
-      marks={events.map(({ at_ms, text }) => ({ at: at_ms, name: text }))}
+      marks={choice.reference === null ? [] : [{ at: choice.reference, name: 'reference' }]}
       width={width}
       height={heightOf(width)}
       dark={dark}
       onSelect={(from, to) => setRange({ from, to: Math.max(to, from + SHORTEST_MS) })}
       onZoom={(at, factor) => setRange(zoomed(window, at, factor))}
       onCursor={setCursor}
+      onPress={setReference}
       onKey={handleKey}
     />
   )

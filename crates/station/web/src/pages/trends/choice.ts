@@ -11,6 +11,8 @@ export interface TrendChoice {
   range: Range
   /** Whether the pressure axis has all decades. */
   isAllDecades: boolean
+  /** The time with which the values are compared. */
+  reference: number | null
 }
 
 /** The number of series that are shown before the user has chosen. */
@@ -25,16 +27,23 @@ export function useTrendChoice(names: string[]): [TrendChoice, (change: Partial<
     series: query.has('s') || query.has('none') ? named : names.slice(0, FIRST_SERIES),
     range: rangeOf(query, usual),
     isAllDecades: query.has('whole'),
+    reference: momentIn(query.get('reference')),
   }
   const change = (changed: Partial<TrendChoice>): void => {
-    const { series, range, isAllDecades } = { ...choice, ...changed }
+    const { series, range, isAllDecades, reference } = { ...choice, ...changed }
     const next = new URLSearchParams(rangeText(range))
     for (const name of series) next.append('s', name)
     if (series.length === 0) next.set('none', '')
     if (isAllDecades) next.set('whole', '')
+    if (reference !== null) next.set('reference', String(reference))
     setQuery(next)
   }
   return [choice, change]
+}
+
+/** A time in the address, in milliseconds. */
+function momentIn(text: string | null): number | null {
+  return text !== null && /^\d{1,15}$/.test(text) ? Number(text) : null
 }
 
 /** The beginning of a recording is searched this often: a recording that has just begun grows out of the range. */

@@ -2,7 +2,7 @@
 
 import './trends.css'
 import type { JSX } from 'preact'
-import { useState } from 'preact/hooks'
+import { useRef, useState } from 'preact/hooks'
 import { exportAddress, fetchAlarms } from '../../api/calls.ts'
 import type { Alarm, StationEvent } from '../../api/types.ts'
 import { ChartTable } from '../../components/chart-table.tsx'
@@ -12,13 +12,18 @@ import { SampleText } from '../../components/pressure.tsx'
 import { SeriesList } from '../../components/series-list.tsx'
 import { allSeries, seriesAt, useChartData, useTrends } from '../../components/use-trends.ts'
 import { limitsOf } from '../../lib/alarms.ts'
+import { type Difference, differenceOf, differenceText } from '../../lib/difference.ts'
+import { day, moment } from '../../lib/format.ts'
 import { isLive, type Range, windowOf } from '../../lib/range.ts'
 import { useLive, useSnapshot } from '../../live.ts'
 import { Link } from '../../router.tsx'
 import { useDark, useUnit } from '../../settings.ts'
 import { TrendChart, trendPixels } from './chart.tsx'
 import { useTrendChoice } from './choice.ts'
+import { EventLane } from './event-lane.tsx'
 import { AlarmLimits } from './limits.tsx'
+import { type PictureText, savePng } from './png.ts'
+import { Reference, useReferenceSamples } from './reference.tsx'
 import { CustomWindow, Toolbar } from './toolbar.tsx'
 
 /** Alarms are fetched this often; their limits change only with the station's file. */
@@ -27,11 +32,13 @@ const LIMITS_MS = 10_000
 export function Trends(): JSX.Element {
   const { now } = useLive()
   const unit = useUnit()
-  const all = allSeries(useSnapshot().gauges)
+  const { gauges, station } = useSnapshot()
+  const all = allSeries(gauges)
   const names = all.map(({ series }) => series)
   const [choice, change] = useTrendChoice(names)
-  const { series: chosen, range } = choice
+  const { series: chosen, range, reference } = choice
   const [box, width] = useWidth()
+  const panel = useRef<HTMLDivElement>(null)
   /** The position of the cursor, 0 to 1. */
   const [cursor, setCursor] = useState<number | null>(null)
   const query = useTrends(chosen, range, trendPixels(width))
@@ -43,25 +50,45 @@ export function Trends(): JSX.Element {
   const colourOf = (series: string): string => colours.get(series) ?? 'gray'
   const limits = limitsOf(useAlarms(), chosen)
   const setRange = (range: Range): void => change({ range })
+  const setReference = (at: number | null): void => change({ reference: at === null ? null : Math.round(at) })
   const toggle = (series: string): void =>
     change({ series: names.filter((name) => chosen.includes(name) !== (name === series)) })
+  const referenceSample = useReferenceSamples(chosen, reference)
+  // Without a cursor the list has the present values, which a fixed window need not contain.
+  const comparedAt = at ?? (isLive(range) ? now : null)
+  const differenceAt = (series: string): Difference | null =>
+    reference === null || comparedAt === null
+      ? null
+      : differenceOf(referenceSample(series), seriesAt(data, series, comparedAt), comparedAt - reference)
+  const picture = (): PictureText => ({
+    title: `${station.name}, ${moment(window[0])} to ${moment(window[1])}`,
+    curves: chosen.map((name) => {
+      const difference = differenceAt(name)
+      return { name, colour: colourOf(name), text: difference ? differenceText(difference, unit) : '' }
+    }),
+    notes: reference !== null && comparedAt !== null ? [`${moment(comparedAt)} beside ${moment(reference)}`] : [],
+  })
   return (
     <div class="trends">
       <h1 class="visually-hidden">Trends</h1>
       <Toolbar choice={choice} change={change} />
-      <div class="trend-chart panel" ref={box}>
-        <TrendChart
-          all={all}
-          choice={choice}
-          data={data}
-          events={events}
-          limits={limits}
-          width={width}
-          colourOf={colourOf}
-          setRange={setRange}
-          setCursor={setCursor}
-        />
+      <div class="trend-chart panel" ref={panel}>
+        <div ref={box}>
+          <TrendChart
+            all={all}
+            choice={choice}
+            data={data}
+            limits={limits}
+            width={width}
+            colourOf={colourOf}
+            setRange={setRange}
+            setCursor={setCursor}
+            setReference={(pressed) => setReference(pressed ?? at ?? (window[0] + window[1]) / 2)}
+          />
+          <EventLane events={events} window={window} width={width} />
+        </div>
       </div>
+      <Reference reference={reference} at={comparedAt} set={setReference} />
       <SeriesList
         all={all}
         chosen={chosen}
@@ -71,6 +98,7 @@ export function Trends(): JSX.Element {
         at={at}
         sampleOf={(series, at) => seriesAt(data, series, at)}
         events={eventsNear(events, at, window, width)}
+        differenceOf={differenceAt}
       />
       <AlarmLimits limits={limits} unit={unit} />
       <p class="load-error" role="status">
@@ -85,6 +113,13 @@ export function Trends(): JSX.Element {
         >
           Save as CSV
         </a>
+        <button
+          type="button"
+          disabled={chosen.length === 0}
+          onClick={() => savePng(panel.current, `pressures ${day(window[1])}.png`, picture())}
+        >
+          Save as PNG
+        </button>
         <Link to={`/trends/pump-downs${chosen[0] ? `?series=${encodeURIComponent(chosen[0])}` : ''}`}>
           Compare pump-downs
         </Link>

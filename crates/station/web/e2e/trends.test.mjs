@@ -1,0 +1,139 @@
+// Trends in a browser: values beside a reference, the lane of events, the picture as a file.
+
+import assert from 'node:assert/strict'
+import { readFile } from 'node:fs/promises'
+import { after, before, test } from 'node:test'
+import { drawn, openPage, startBrowser, startPlant } from './setup.mjs'
+
+let browser
+let plant
+let window
+
+before(async () => {
+  ;[browser, plant] = await Promise.all([startBrowser(), startPlant()])
+  const { started_ms } = await plant.json('/api/station')
+  window = `from=${started_ms - 900_000}&to=${started_ms}`
+})
+
+after(async () => {
+  await browser?.close()
+  await plant?.stop()
+})
+
+/** Opens the trends of two series that are recorded for a quarter of an hour. */
+async function visit(look, query = '', options = {}) {
+  const { page, complaints, close } = await openPage(
+    browser,
+    `${plant.url}/trends?s=detector&s=turbo+outlet&${window}${query}`,
+    options,
+  )
+  try {
+    await drawn(page)
+    await look(page)
+    assert.deepEqual(complaints, [])
+  } finally {
+    await close()
+  }
+}
+
+const differenceOf = (page, series) => page.locator('.series-list li', { hasText: series }).locator('.difference')
+
+test('a press in the chart sets a reference, and the list compares the cursor with it', async () => {
+  await visit(async (page) => {
+    await page.getByText('Press in the chart to set a reference').waitFor()
+    const over = await page.locator('.chart .u-over').boundingBox()
+    const at = (part) => [over.x + over.width * part, over.y + over.height / 2]
+    await page.mouse.click(...at(0.1))
+    await page.locator('.reference strong', { hasText: /^Reference \d{4}-/ }).waitFor()
+    await page.mouse.move(...at(0.9))
+    // Its pressure does not change.
+    await differenceOf(page, 'turbo outlet').filter({ hasText: '× 1, 0 mbar, 0 decades/d' }).waitFor()
+    await page.getByText(/the values are 1[12] min( \d+ s)? after it/).waitFor()
+    const { searchParams } = new URL(page.url())
+    assert.ok(Number(searchParams.get('reference')) > Number(searchParams.get('from')))
+    await page.reload()
+    await page.locator('.reference strong', { hasText: /^Reference \d{4}-/ }).waitFor()
+    await page.getByRole('button', { name: 'Remove reference' }).click()
+    await page.getByText('Press in the chart to set a reference').waitFor()
+    assert.equal(new URL(page.url()).searchParams.has('reference'), false)
+  })
+})
+
+test('a drag chooses a window and sets no reference', async () => {
+  await visit(async (page) => {
+    const over = await page.locator('.chart .u-over').boundingBox()
+    const before = page.url()
+    await page.mouse.move(over.x + over.width * 0.3, over.y + 60)
+    await page.mouse.down()
+    await page.mouse.move(over.x + over.width * 0.6, over.y + 70, { steps: 4 })
+    await page.mouse.up()
+    await page.waitForURL((url) => url.href !== before)
+    assert.equal(new URL(page.url()).searchParams.has('reference'), false)
+  })
+})
+
+test('the keyboard moves the cursor and sets the reference', async () => {
+  await visit(async (page) => {
+    await page.locator('.chart').focus()
+    await page.keyboard.press('Shift+ArrowLeft')
+    await page.locator('.cursor-time strong', { hasText: ':' }).waitFor()
+    await page.keyboard.press('r')
+    await page.locator('.reference strong', { hasText: /^Reference \d{4}-/ }).waitFor()
+    for (let step = 0; step < 5; step += 1) await page.keyboard.press('Shift+ArrowRight')
+    await page.getByText(/the values are (\d+ s|1 min( \d+ s)?) after it/).waitFor()
+    await differenceOf(page, 'turbo outlet').filter({ hasText: '× 1' }).waitFor()
+  })
+})
+
+test('a reference outside the window is still compared', async () => {
+  const to = Number(new URLSearchParams(window).get('to'))
+  await visit(
+    async (page) => {
+      const over = await page.locator('.chart .u-over').boundingBox()
+      await page.mouse.move(over.x + over.width / 2, over.y + 50)
+      await page.getByText(/before it$/).waitFor()
+      await differenceOf(page, 'turbo outlet').filter({ hasText: '× 1' }).waitFor()
+    },
+    `&reference=${to + 1_000}`,
+  )
+})
+
+test('events lie in one lane below the chart, and a mark lists its events', async () => {
+  await visit(async (page) => {
+    const lane = page.getByRole('region', { name: 'Events in this window' })
+    const mark = lane.getByRole('button').first()
+    await mark.click()
+    await lane.locator('li').first().waitFor()
+    assert.match(await lane.locator('li').first().innerText(), /^\d{4}-\d\d-\d\d \d\d:\d\d:\d\d \S/)
+    const [marks, chart] = await Promise.all([mark.boundingBox(), page.locator('.chart').boundingBox()])
+    assert.ok(marks.y >= chart.y + chart.height - 1, 'the lane is below the chart')
+    await mark.click()
+    await lane.locator('li').first().waitFor({ state: 'detached' })
+  })
+})
+
+test('the chart is saved as a picture', async () => {
+  await visit(async (page) => {
+    const [download] = await Promise.all([
+      page.waitForEvent('download'),
+      page.getByRole('button', { name: 'Save as PNG' }).click(),
+    ])
+    assert.match(download.suggestedFilename(), /^pressures \d{4}-\d\d-\d\d\.png$/)
+    const octets = await readFile(await download.path())
+    assert.equal(octets.subarray(1, 4).toString(), 'PNG')
+    const [width, height] = [octets.readUInt32BE(16), octets.readUInt32BE(20)]
+    const chart = await page.locator('.chart canvas').evaluate(({ width, height }) => ({ width, height }))
+    assert.ok(width > chart.width && height > chart.height + 60, 'the picture has the chart, a title and the curves')
+  })
+})
+
+test('the page fits on a phone', async () => {
+  await visit(
+    async (page) => {
+      await page.getByText('Press in the chart to set a reference').waitFor()
+      assert.ok((await page.evaluate(() => document.documentElement.scrollWidth - innerWidth)) <= 0)
+    },
+    '',
+    { viewport: { width: 360, height: 740 }, isMobile: true, hasTouch: true },
+  )
+})
