@@ -472,3 +472,45 @@ fn requests_have_their_places_in_the_queue_until_they_are_answered() {
         drop(arm);
     });
 }
+
+#[test]
+fn an_operator_makes_a_note_about_a_time_and_a_gauge() {
+    let station = MemoryStation::new(1e-6);
+    let note = json!({ "text": " the trap is filled ", "at_ms": 1_767_225_600_000_i64, "gauge": "chamber" });
+    let (status, made) = station.post(OPERATOR, "/api/notes", Some(&note));
+    let expected = json!({
+        "at_ms": 1_767_225_600_000_i64, "gauge": "chamber", "kind": "note",
+        "text": format!("{} noted: the trap is filled", OPERATOR.0)
+    });
+    assert_eq!((status, &made), (200, &expected));
+    let (_, events) = station.get(VIEWER, "/api/events?from=1767225600000&to=1767225600001");
+    assert_eq!(events, json!([expected]));
+    let (status, made) = station.post(OPERATOR, "/api/notes", Some(&json!({ "text": "now" })));
+    assert_eq!((status, &made["gauge"]), (200, &Value::Null));
+    let at = made["at_ms"].as_i64().unwrap();
+    let (_, events) = station.get(VIEWER, &format!("/api/events?from={at}&to={}", at + 1));
+    assert!(events.as_array().unwrap().contains(&made), "{events}");
+}
+
+#[test]
+fn a_note_that_is_refused_is_no_event() {
+    let station = MemoryStation::new(1e-6);
+    let refused = |user, note: Value| {
+        let (status, problem) = station.post(user, "/api/notes", Some(&note));
+        (status, problem["detail"].as_str().unwrap_or_default().to_owned())
+    };
+    assert_eq!(refused(VIEWER, json!({ "text": "a" })).0, 403);
+    let unknown = refused(OPERATOR, json!({ "text": "a", "gauge": "attic" }));
+    assert_eq!(unknown, (404, "there is no gauge \"attic\"".to_owned()));
+    for (note, detail) in [
+        (json!({ "text": " " }), "expected a note in one line of 1 to 500 characters"),
+        (json!({ "text": "a", "at_ms": 4_102_444_800_000_i64 }), "at_ms: expected a time since 1970 that has passed"),
+        (json!({ "text": "a\nb" }), "text: "),
+        (json!({}), "expected a JSON body"),
+    ] {
+        let (status, text) = refused(OPERATOR, note.clone());
+        assert!(status == 400 && text.contains(detail), "{note}: {status} {text}");
+    }
+    let (_, events) = station.get(VIEWER, "/api/events?from=0&to=4102444800000");
+    assert!(events.as_array().unwrap().iter().all(|event| event["kind"] != "note"), "{events}");
+}

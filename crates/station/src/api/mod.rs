@@ -16,6 +16,7 @@
 //! | `/api/plant` | the plant: volumes, valves, pumps |
 //! | `/api/trend` | the trend of a series |
 //! | `/api/events` | events |
+//! | `/api/notes` | makes a note, which is an event |
 //! | `/api/rise` | a rise of pressure, separated into a leak and outgassing |
 //! | `/api/identify` | the numbers of a plant from the record of a gauge |
 //! | `/api/report.html` | a report about a pump-down |
@@ -62,6 +63,7 @@ mod identify;
 mod live;
 mod merge_patch;
 pub mod middleware;
+mod notes;
 mod openapi;
 mod problem;
 mod pump_downs;
@@ -104,6 +106,7 @@ use utoipa::OpenApi;
         snapshot::plant,
         history::trend,
         history::events,
+        notes::make,
         history::rise,
         identify::identify,
         report::report,
@@ -227,6 +230,7 @@ pub fn router(services: Arc<Services>) -> Router {
         .route("/api/plant", get(snapshot::plant))
         .route("/api/trend", get(history::trend))
         .route("/api/events", get(history::events))
+        .route("/api/notes", post(notes::make))
         .route("/api/rise", get(history::rise))
         .route("/api/identify", get(identify::identify))
         .route("/api/report.html", get(report::report))

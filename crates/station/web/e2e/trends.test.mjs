@@ -137,3 +137,20 @@ test('the page fits on a phone', async () => {
     { viewport: { width: 360, height: 740 }, isMobile: true, hasTouch: true },
   )
 })
+
+test('an operator makes a note about the reference, and it is an event of the chart and of the list', async () => {
+  await visit(async (page) => {
+    const over = await page.locator('.chart .u-over').boundingBox()
+    await page.mouse.click(over.x + over.width * 0.97, over.y + over.height / 2)
+    await page.getByRole('button', { name: 'Make a note' }).click()
+    const dialog = page.getByRole('dialog', { name: 'Make a note' })
+    await dialog.getByLabel('Text').fill('the trap is filled')
+    await dialog.getByRole('button', { name: 'Make the note' }).click()
+    await dialog.waitFor({ state: 'detached' })
+    const mark = page.getByRole('region', { name: 'Events in this window' }).getByRole('button', { name: /the trap/ })
+    await mark.waitFor()
+    await page.getByRole('link', { name: 'Events' }).click()
+    const row = page.locator('.events tbody tr', { hasText: 'noted: the trap is filled' })
+    await row.locator('.kind.note').waitFor()
+  })
+})

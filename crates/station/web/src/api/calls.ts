@@ -92,6 +92,10 @@ export const fetchCaptures = (segment: string, signal?: AbortSignal): Promise<Ca
 export const makeCapture = (segment: string): Promise<undefined> =>
   post('/api/segments/{name}/captures', { path: { name: segment } })
 
+/** Makes a note about a time, or about the present. */
+export const makeNote = (text: string, at: number | null): Promise<StationEvent> =>
+  post('/api/notes', { body: { text, at_ms: at } })
+
 export const captureAddress = (segment: string, file: string): string =>
   addressOf('/api/segments/{name}/captures/{file}', { path: { name: segment, file } })
 

@@ -43,8 +43,9 @@ function useSettled<T>(value: T, key: string): T {
   return settled
 }
 
-export function useTrends(names: string[], range: Range, pixels: number): Query<FetchedTrends> {
-  const settled = useSettled({ names, range, pixels }, JSON.stringify([names, range, pixels]))
+/** Fetches again when `notes`, the number of notes that this page made, changes. */
+export function useTrends(names: string[], range: Range, pixels: number, notes = 0): Query<FetchedTrends> {
+  const settled = useSettled({ names, range, pixels, notes }, JSON.stringify([names, range, pixels, notes]))
   const live = useLive()
   const period = isLive(range) ? Math.max(REFRESH_MS, range.last / Math.max(1, pixels)) : null
   return useQuery(JSON.stringify(settled), period, async (signal) => {

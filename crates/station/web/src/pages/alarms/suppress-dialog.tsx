@@ -68,7 +68,7 @@ export function SuppressDialog({ suppress: { kind, alarms }, run, close }: Props
     close()
   }
   return (
-    <dialog ref={dialog} onClose={close} aria-label={label} class="suppress-dialog">
+    <dialog ref={dialog} onClose={close} aria-label={label} class="form-dialog suppress-dialog">
       <h2>
         {kind === 'shelve' ? 'Shelve' : 'Take out of service'}: {title}
       </h2>

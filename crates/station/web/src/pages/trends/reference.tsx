@@ -2,20 +2,27 @@
 
 import './reference.css'
 import type { JSX } from 'preact'
+import { useState } from 'preact/hooks'
 import { fetchTrend } from '../../api/calls.ts'
 import type { Trend } from '../../api/types.ts'
 import { useQuery } from '../../components/hooks.ts'
+import { NoteDialog } from '../../components/note-dialog.tsx'
 import { age, moment } from '../../lib/format.ts'
 import { BEFORE_MS, type Sample, sampleAt } from '../../lib/series.ts'
+import { hasRole, useSession } from '../../session.ts'
 
 interface Props {
   reference: number | null
   /** The time of the values that are compared; `null` if there are none. */
   at: number | null
   set: (at: number | null) => void
+  /** Called after a note about the reference was made. */
+  noted: () => void
 }
 
-export function Reference({ reference, at, set }: Props): JSX.Element {
+export function Reference({ reference, at, set, noted }: Props): JSX.Element {
+  const [isNoting, setNoting] = useState(false)
+  const mayNote = hasRole(useSession(), 'operator')
   if (reference === null) {
     return (
       <p class="reference muted">
@@ -24,13 +31,19 @@ export function Reference({ reference, at, set }: Props): JSX.Element {
     )
   }
   return (
-    <p class="reference">
+    <div class="reference">
       <strong>Reference {moment(reference)}</strong>
       <span class="muted">{at === null ? '' : distance(at - reference)}</span>
       <button type="button" onClick={() => set(null)}>
         Remove reference
       </button>
-    </p>
+      {mayNote && (
+        <button type="button" onClick={() => setNoting(true)}>
+          Make a note
+        </button>
+      )}
+      {isNoting && <NoteDialog at={reference} made={noted} close={() => setNoting(false)} />}
+    </div>
   )
 }
 

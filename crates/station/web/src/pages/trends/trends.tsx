@@ -41,7 +41,8 @@ export function Trends(): JSX.Element {
   const panel = useRef<HTMLDivElement>(null)
   /** The position of the cursor, 0 to 1. */
   const [cursor, setCursor] = useState<number | null>(null)
-  const query = useTrends(chosen, range, trendPixels(width))
+  const [notes, setNotes] = useState(0)
+  const query = useTrends(chosen, range, trendPixels(width), notes)
   const data = useChartData(query.value, range, unit, now)
   const events = query.value?.events ?? []
   const window = windowOf(range, now)
@@ -50,7 +51,8 @@ export function Trends(): JSX.Element {
   const colourOf = (series: string): string => colours.get(series) ?? 'gray'
   const limits = limitsOf(useAlarms(), chosen)
   const setRange = (range: Range): void => change({ range })
-  const setReference = (at: number | null): void => change({ reference: at === null ? null : Math.round(at) })
+  const setReference = (at: number | null): void =>
+    change({ reference: at === null ? null : Math.round(Math.min(at, now)) })
   const toggle = (series: string): void =>
     change({ series: names.filter((name) => chosen.includes(name) !== (name === series)) })
   const referenceSample = useReferenceSamples(chosen, reference)
@@ -88,7 +90,7 @@ export function Trends(): JSX.Element {
           <EventLane events={events} window={window} width={width} />
         </div>
       </div>
-      <Reference reference={reference} at={comparedAt} set={setReference} />
+      <Reference reference={reference} at={comparedAt} set={setReference} noted={() => setNotes(notes + 1)} />
       <SeriesList
         all={all}
         chosen={chosen}
