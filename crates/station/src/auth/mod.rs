@@ -3,7 +3,7 @@
 //! | Role | Permissions |
 //! |---|---|
 //! | viewer | read everything |
-//! | operator | as viewer; acknowledge alarms, execute commands of a gauge |
+//! | operator | as viewer; acknowledge alarms, execute commands of a gauge, make notes |
 //! | engineer | as operator; write parameters, take alarms out of service, take over control authority |
 //!
 //! | Module | Holds |
