@@ -1,4 +1,4 @@
-//! A plant identified from the record of one gauge.
+//! A plant identified from the samples of one gauge.
 
 use super::database::DatabaseReaders;
 use super::fits::{Fits, LONGEST};
@@ -18,10 +18,10 @@ use profivac_recorder::Micros;
 use serde::Deserialize;
 use utoipa::IntoParams;
 
-/// The most samples of a record: two days at two samples per second, in 16 MB.
+/// The most samples of a fit: two days at two samples per second, in 16 MB.
 const MAX_SAMPLES: u32 = 400_000;
 
-/// The record of a plant, and what is known of it.
+/// The time range of a fit, and what is known of the plant.
 #[derive(Debug, Deserialize, IntoParams)]
 #[into_params(parameter_in = Query)]
 pub struct IdentifyParameters {
@@ -31,7 +31,7 @@ pub struct IdentifyParameters {
     /// The start of the pump-down, in milliseconds since 1970.
     #[param(example = 0)]
     from: i64,
-    /// The end of the record, in milliseconds since 1970.
+    /// The end of the time range, in milliseconds since 1970.
     #[param(example = 4_102_444_800_000_i64)]
     to: i64,
     /// When the valve to the pump was closed, in milliseconds since 1970. Without it the beginning of the largest rise.
@@ -56,7 +56,7 @@ pub struct IdentifyParameters {
     target_pa: Option<f64>,
 }
 
-/// The numbers of a plant from one record of pump-down, base pressure and rise, with 95 % intervals
+/// The numbers of a plant from the samples of one pump-down, base pressure and rise, with 95 % intervals
 ///
 /// The station fits one plant at a time, and stops when the client disconnects or after two minutes.
 #[utoipa::path(
@@ -65,7 +65,7 @@ pub struct IdentifyParameters {
     params(IdentifyParameters),
     responses(
         (status = 200, body = PlantView),
-        (status = 400, body = Problem, description = "A parameter is out of range, or the record cannot be fitted"),
+        (status = 400, body = Problem, description = "A parameter is out of range, or the samples cannot be fitted"),
         (status = 503, body = Problem, description = "The database cannot be read, another fit runs, or the fit takes too long")
     )
 )]

@@ -57,7 +57,7 @@ pub struct Login {
     password: String,
 }
 
-/// A change of the own password.
+/// A user's change of the password.
 #[derive(Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct NewPassword {
@@ -117,7 +117,7 @@ pub async fn logout(extensions: Extensions) -> Result<impl IntoResponse, Problem
     Ok((StatusCode::NO_CONTENT, AppendHeaders([(SET_COOKIE, context.cookie(None))])))
 }
 
-/// Change the own password
+/// Change the password of the user
 ///
 /// All sessions of the user end, and the answer begins a new one.
 #[utoipa::path(
