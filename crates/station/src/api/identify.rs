@@ -4,7 +4,7 @@ use super::database::DatabaseReaders;
 use super::fits::{Fits, LONGEST};
 use super::history::RiseGauge;
 use super::problem::Problem;
-use super::query::{parsed_query, time_range};
+use super::query::{checked_accuracy, parsed_query, positive, time_range};
 use crate::identification::identified;
 use crate::identification::record::{Known, KnownVolume};
 use crate::identification::view::{Asked, PlantView};
@@ -107,13 +107,6 @@ impl IdentifyParameters {
     fn checked(&self) -> Result<(Known, Asked), Problem> {
         let (start, end) = time_range(self.from, self.to)?;
         let micros = |ms: i64| Micros(ms.saturating_mul(1000));
-        let positive = |name: &str, number: f64| {
-            if number.is_finite() && number > 0.0 {
-                Ok(number)
-            } else {
-                Err(Problem::bad_request(format!("expected {name} above 0, found {number}")))
-            }
-        };
         let volume = match (self.volume_m3, self.dose_pa_m3, self.dose_at) {
             (Some(m3), None, None) => KnownVolume::Given(positive("volume_m3", m3)?),
             (None, Some(amount), Some(at)) => {
@@ -125,11 +118,7 @@ impl IdentifyParameters {
                 ));
             }
         };
-        if let Some(accuracy) = self.accuracy.filter(|accuracy| !(0.0..=1.0).contains(accuracy)) {
-            return Err(Problem::bad_request(format!(
-                "expected an accuracy from 0 to 1 (0.15 is 15 %), found {accuracy}"
-            )));
-        }
+        let accuracy = checked_accuracy(self.accuracy)?;
         if let Some([closed, opened]) = self.closed.zip(self.opened).map(<[i64; 2]>::from).filter(|[a, b]| a >= b) {
             return Err(Problem::bad_request(format!(
                 "expected closed to lie before opened, found {closed} and {opened}"
@@ -141,10 +130,10 @@ impl IdentifyParameters {
             closed: self.closed.map(micros),
             opened: self.opened.map(micros),
             volume,
-            gauge_uncertainty: self.accuracy.map_or(0.0, standard_uncertainty),
+            gauge_uncertainty: accuracy.map_or(0.0, standard_uncertainty),
         };
         let gauge = self.gauge.unwrap_or(RiseGauge::None).into();
         let is_volume_given = self.volume_m3.is_some();
-        Ok((known, Asked { gauge, accuracy: self.accuracy, target_pa, is_volume_given }))
+        Ok((known, Asked { gauge, accuracy, target_pa, is_volume_given }))
     }
 }
