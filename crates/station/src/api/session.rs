@@ -3,7 +3,7 @@
 use super::body::Body;
 use super::middleware::RequestContext;
 use super::problem::Problem;
-use crate::auth::secret::Secret;
+use crate::auth::secret::RandomSecret;
 use crate::auth::sessions::AuthenticatedUser;
 use crate::auth::{Role, User};
 use axum::Json;
@@ -146,7 +146,7 @@ pub async fn password(
 
 fn session_response(
     context: &RequestContext,
-    (session, authenticated): &(Secret, AuthenticatedUser),
+    (session, authenticated): &(RandomSecret, AuthenticatedUser),
 ) -> impl IntoResponse + use<> {
     let cookie = AppendHeaders([(SET_COOKIE, context.cookie(Some(session)))]);
     (cookie, Json(Session::new(authenticated, LoginState::LoggedIn)))
