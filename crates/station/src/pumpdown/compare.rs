@@ -9,6 +9,7 @@ use super::find::PumpDown;
 use super::trace::Trace;
 use super::{Crossing, crossing};
 use profivac_recorder::Micros;
+use serde::Serialize;
 use std::collections::VecDeque;
 
 /// The levels, as decades of mbar.
@@ -155,12 +156,24 @@ fn median(values: &mut [f64]) -> f64 {
 }
 
 /// The direction of a deviation.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
 pub enum Direction {
     /// Later than usual, or not yet reached after the longest usual time.
     Later,
     /// Earlier than usual.
     Earlier,
+}
+
+impl Direction {
+    /// Its word.
+    #[must_use]
+    pub const fn word(self) -> &'static str {
+        match self {
+            Self::Later => "later",
+            Self::Earlier => "earlier",
+        }
+    }
 }
 
 /// One level of a pump-down beside the usual time.
