@@ -12,7 +12,7 @@ use profivac_listen::station::StationState;
 use profivac_recorder::Micros;
 use profivac_station::alarm::view::AlarmView;
 use profivac_station::alarm::{AlarmState, ConditionKind, Priority};
-use profivac_station::config::{self, Config};
+use profivac_station::config::{self, Config, is_virtual};
 use profivac_station::segment::{planned_gauge, planned_parameters, planned_readings};
 use profivac_station::services::Services;
 use profivac_station::view::{self, BusStationState, Gauge, Reading, Segment, SegmentState, WatchedParameter};
@@ -107,11 +107,6 @@ fn planned_segment(config: &config::Segment) -> Segment {
         damaged_telegrams: 0,
         stations: Vec::new(),
     }
-}
-
-/// Whether a port leads to gauges in memory.
-fn is_virtual(port: &str) -> bool {
-    port.starts_with("sim:") || port == "in memory"
 }
 
 /// The readings of a gauge of which nothing was heard yet.

@@ -85,8 +85,13 @@ mod values;
 mod webhooks;
 
 pub use certificates::{CertificateError, ca_certificates};
-pub use error::{AddressUser, ConfigError, ConfigProblem, MqttProblem, NamedItem, WebhookUrlProblem};
+pub use error::{
+    AddressUser, ArchiveProblem, BrokerUrlProblem, ConfigError, ConfigProblem, CredentialsProblem, MqttProblem,
+    NamedItem, WebhookUrlProblem,
+};
 pub use notice::{ConfigNotice, RenamedKey, RestartNeeded};
+pub use segments::{MEMORY_PORT, is_virtual};
+pub use values::NumberRange;
 pub use webhooks::{Secret, Webhook};
 
 use crate::alarm::Rule;

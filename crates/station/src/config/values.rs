@@ -5,9 +5,51 @@ use crate::alarm::{Priority, QuietHours};
 use jiff::civil::Time;
 use jiff::tz::TimeZone;
 use profivac_host::text_file::Parsed;
+use std::fmt;
 use std::ops::RangeInclusive;
 use std::time::Duration;
 use toml::Spanned;
+
+/// The numbers that a key accepts.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum NumberRange {
+    /// From the first to the second number.
+    Between(f64, f64),
+    /// Above 0, and at most this number.
+    AboveZero(f64),
+}
+
+impl NumberRange {
+    fn contains(self, number: f64) -> bool {
+        match self {
+            Self::Between(least, most) => (least..=most).contains(&number),
+            Self::AboveZero(most) => number > 0.0 && number <= most,
+        }
+    }
+}
+
+impl fmt::Display for NumberRange {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Between(least, most) => write!(formatter, "from {least} to {most}"),
+            Self::AboveZero(most) => write!(formatter, "above 0 to {most}"),
+        }
+    }
+}
+
+/// The number `found` of a quantity, if it is in its range.
+pub fn number(
+    found: f64,
+    span: std::ops::Range<usize>,
+    quantity: &'static str,
+    range: NumberRange,
+) -> Result<f64, Located> {
+    if range.contains(found) {
+        Ok(found)
+    } else {
+        Err(Located::new(span, ConfigProblem::OutOfRange { quantity, range, found }))
+    }
+}
 
 /// The longest delay. free choice.
 const MAX_DELAY: Duration = Duration::from_secs(3600);

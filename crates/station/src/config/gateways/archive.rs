@@ -15,8 +15,8 @@
 //! ```
 
 use super::super::error::{ArchiveProblem, ConfigProblem, Located};
-use super::super::webhooks::is_loopback;
 use super::mqtt::{Credentials, credentials_file};
+use crate::host_name::is_loopback;
 use hyper::Uri;
 use profivac_host::text_file::Parsed;
 use profivac_recorder::Forward;
