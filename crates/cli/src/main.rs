@@ -41,6 +41,7 @@ mod st;
 mod time_argument;
 mod user;
 mod values;
+mod whole_file;
 mod write;
 
 use clap::{CommandFactory, Parser, Subcommand};

@@ -85,7 +85,9 @@ fn the_last_pump_down_becomes_a_page_that_is_never_overwritten() {
     let again = run(&["report", &file, "--out", &page]);
     assert_eq!(again.status.code(), Some(2));
     assert!(
-        stderr_of(&again).contains("page.html: File exists (os error 17); add --force to overwrite it"),
+        stderr_of(&again).contains(
+            "page.html exists already and was not changed; choose another name, or add --force to overwrite it"
+        ),
         "{}",
         stderr_of(&again)
     );

@@ -7,6 +7,7 @@ use crate::failure::Failure;
 use crate::output::{json, notice, out};
 use crate::time_argument::parse_time;
 use crate::values;
+use crate::whole_file::write_text;
 use clap::Args;
 use jiff::{Timestamp, Zoned};
 use profivac_client::pressure::Pressure;
@@ -91,8 +92,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let chosen = chosen(&source.samples, &known);
     let plant = fitted(&chosen.record, arguments)?;
     if let Some(path) = &arguments.plot {
-        std::fs::write(path, picture::svg(&plant, &format!("{}: measured and fitted", source.gauge)))
-            .map_err(|error| Failure::usage(format!("{} cannot be written: {error}", path.display())))?;
+        write_text(path, &picture::svg(&plant, &format!("{}: measured and fitted", source.gauge)))?;
         notice(&format_args!("drew {}", path.display()));
     }
     out(&if arguments.json {
