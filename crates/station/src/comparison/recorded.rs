@@ -1,6 +1,7 @@
 //! The pump-downs of a series, with their samples.
 
-use crate::pumpdown::compare::{Comparison, Excess, Pattern, Run, USUAL_RUNS, excess};
+use crate::pumpdown::compare::{Comparison, Pattern, Run, USUAL_RUNS};
+use crate::pumpdown::excess::{Excess, excess};
 use crate::pumpdown::final_slope::pressure;
 use crate::pumpdown::{PumpDown, TimeRange, Trace};
 use crate::report::series::{pump_downs_in, series};

@@ -2,7 +2,8 @@
 
 use super::recorded::{Recorded, excess_of, usual_before};
 use super::words::{likeness, sentence};
-use crate::pumpdown::compare::{Comparison, Direction, Excess, Level, Pattern};
+use crate::pumpdown::compare::{Comparison, Direction, Level, Pattern};
+use crate::pumpdown::excess::Excess;
 use crate::view::{RisePoint, unix_ms};
 use jiff::tz::TimeZone;
 use serde::Serialize;
