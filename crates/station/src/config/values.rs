@@ -1,4 +1,4 @@
-//! Values that several tables have: delays, priorities, when a receiver is notified.
+//! Values that several tables have: delays, priorities, when a webhook is notified.
 
 use super::error::{ConfigProblem, Located};
 use crate::alarm::{Priority, QuietHours};
@@ -65,10 +65,10 @@ pub fn delay(given: Option<&Spanned<Parsed<humantime::Duration>>>, default: Dura
     }
 }
 
-/// The shortest and the longest time after which a receiver is told of an alarm that no user acknowledges. free choice.
+/// The shortest and the longest time after which a webhook is told of an alarm that no user acknowledges. free choice.
 const UNACKNOWLEDGED_RANGE: RangeInclusive<Duration> = Duration::from_secs(1)..=Duration::from_secs(86_400);
 
-/// The time after which a receiver is told of an alarm that no user acknowledges; zero without the key.
+/// The time after which a webhook is told of an alarm that no user acknowledges; zero without the key.
 pub fn unacknowledged_after(given: Option<&Spanned<Parsed<humantime::Duration>>>) -> Result<Duration, Located> {
     let Some(given) = given else { return Ok(Duration::ZERO) };
     let time = given.get_ref().0;

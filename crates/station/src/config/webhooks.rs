@@ -52,7 +52,7 @@ impl fmt::Debug for Secret {
     }
 }
 
-/// A receiver of alarm notifications.
+/// A webhook that gets alarm notifications.
 #[derive(Clone, PartialEq, Eq)]
 pub struct Webhook {
     /// Its name, unique among the webhooks.
@@ -83,7 +83,7 @@ impl Webhook {
     #[must_use]
     pub fn target(&self) -> NotificationTarget {
         NotificationTarget {
-            receiver: self.name.clone(),
+            webhook: self.name.clone(),
             min_priority: self.min_priority,
             unacknowledged_after: self.unacknowledged_after,
             quiet: self.quiet.clone(),
