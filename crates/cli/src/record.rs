@@ -35,7 +35,7 @@ impl Record {
 
     /// The series that `--gauge` selects, or all of them.
     pub fn series(&self, asked: &[String]) -> Result<Vec<String>, Failure> {
-        let all = self.reader.gauges()?;
+        let all = self.reader.series_names()?;
         if asked.is_empty() { Ok(all) } else { matching_series(asked, &all, &self.path) }
     }
 }

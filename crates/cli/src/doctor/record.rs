@@ -28,7 +28,7 @@ pub fn check(path: &Path) -> Vec<Finding> {
 }
 
 fn contents(reader: &Reader) -> Finding {
-    let Ok(series) = reader.gauges() else { return Finding::good("a record") };
+    let Ok(series) = reader.series_names() else { return Finding::good("a record") };
     let last = series.iter().filter_map(|series| reader.time_range(series).ok().flatten()).map(|(_, to)| to).max();
     let Some(last) = last else {
         return Finding::note("a record without samples", "start the station: `profivac run`");

@@ -269,7 +269,7 @@ pub async fn export(
     let headers =
         [(CONTENT_TYPE, "text/csv; charset=utf-8"), (CONTENT_DISPOSITION, "attachment; filename=\"pressures.csv\"")];
     let export = readers.read(move |reader| {
-        let series = selected(&parameters.series, reader.gauges()?);
+        let series = selected(&parameters.series, reader.series_names()?);
         Ok(profivac_recorder::Export::new(reader, series, from, to))
     });
     let export = export.await?;
