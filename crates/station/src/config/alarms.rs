@@ -27,8 +27,9 @@
 use super::default_alarms::{DefaultAlarmsToml, default_alarms};
 use super::error::{ConfigProblem, Located, NamedItem};
 use super::names::unique;
+use super::number_range::NumberRange;
 use super::segments::{SegmentToml, gauge_names};
-use super::values::{NumberRange, delay, number, priority};
+use super::values::{delay, number, priority};
 use crate::alarm::{BusQuantity, Condition, Priority, Rule, Series};
 use crate::visible_text::check_lines;
 use profivac_client::cyclic::open_instances;

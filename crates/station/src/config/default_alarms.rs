@@ -8,8 +8,9 @@
 //! ```
 
 use super::error::{ConfigProblem, Located};
+use super::number_range::NumberRange;
 use super::segments::{SegmentToml, gauge_names};
-use super::values::{NumberRange, delay, number, priority_or_off};
+use super::values::{delay, number, priority_or_off};
 use crate::alarm::{Condition, Priority, Rule, Series};
 use profivac_client::suggestion::closest;
 use profivac_host::text_file::Parsed;

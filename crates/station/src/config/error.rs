@@ -1,7 +1,7 @@
 //! Errors in the configuration file.
 
 use super::certificates::CertificateError;
-use super::values::NumberRange;
+use super::number_range::NumberRange;
 use crate::alarm::Priority;
 use crate::auth::file_permissions::PermissionError;
 use crate::visible_text::TextProblem;

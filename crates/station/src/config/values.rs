@@ -1,41 +1,14 @@
 //! Values that several tables have: delays, priorities, when a webhook is notified.
 
 use super::error::{ConfigProblem, Located};
+use super::number_range::NumberRange;
 use crate::alarm::{Priority, QuietHours};
 use jiff::civil::Time;
 use jiff::tz::TimeZone;
 use profivac_host::text_file::Parsed;
-use std::fmt;
 use std::ops::RangeInclusive;
 use std::time::Duration;
 use toml::Spanned;
-
-/// The numbers that a key accepts.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum NumberRange {
-    /// From the first to the second number.
-    Between(f64, f64),
-    /// Above 0, and at most this number.
-    AboveZero(f64),
-}
-
-impl NumberRange {
-    fn contains(self, number: f64) -> bool {
-        match self {
-            Self::Between(least, most) => (least..=most).contains(&number),
-            Self::AboveZero(most) => number > 0.0 && number <= most,
-        }
-    }
-}
-
-impl fmt::Display for NumberRange {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Between(least, most) => write!(formatter, "from {least} to {most}"),
-            Self::AboveZero(most) => write!(formatter, "above 0 to {most}"),
-        }
-    }
-}
 
 /// The number `found` of a quantity, if it is in its range.
 pub fn number(

@@ -1,4 +1,4 @@
-//! `[archive]`: a NATS server to which the station sends its record, for an archive of many stations.
+//! `[archive]`: a NATS server to which the station sends what it records, for an archive of many stations.
 //!
 //! ```toml
 //! [archive]

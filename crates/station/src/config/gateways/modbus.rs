@@ -1,7 +1,8 @@
 //! `[modbus]`, and the key `modbus` of a gauge.
 
 use super::super::error::{ConfigProblem, Located};
-use super::super::values::{NumberRange, number};
+use super::super::number_range::NumberRange;
+use super::super::values::number;
 use profivac_client::pressure::Pressure;
 use profivac_host::text_file::Parsed;
 use serde::Deserialize;
