@@ -1,8 +1,8 @@
 //! `profivac export`: writes recorded samples as a table.
 
+use crate::database::{Database, time};
 use crate::failure::Failure;
 use crate::output::{check, notice, out};
-use crate::record::{Record, time};
 use crate::whole_file::{self, check_absent, not_written};
 use clap::Args;
 use jiff::Zoned;
@@ -57,20 +57,20 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     if from >= to {
         return Err(Failure::usage("expected a beginning before the end; see --from and --to"));
     }
-    let record = Record::open(&arguments.source)?;
-    let series = record.series(&arguments.gauge)?;
+    let database = Database::open(&arguments.source)?;
+    let series = database.series(&arguments.gauge)?;
     let file = arguments.out.as_deref().filter(|path| path.as_os_str() != "-");
     #[cfg(feature = "parquet")]
     if arguments.parquet {
         let path =
             file.ok_or_else(|| Failure::usage("expected a file for Parquet, got standard output; give --out FILE"))?;
-        let chunks = Chunks::new(record.reader, series, from, to);
+        let chunks = Chunks::new(database.reader, series, from, to);
         return write_rows(path, arguments.force, |to| {
             profivac_recorder::parquet::write(chunks, to)
                 .map_err(|error| Failure::usage(format!("{}: {error}", path.display())))
         });
     }
-    let export = Export::new(record.reader, series, from, to);
+    let export = Export::new(database.reader, series, from, to);
     match file {
         Some(path) => write_rows(path, arguments.force, |to| csv(export, to, path)),
         None => printed(export),

@@ -88,7 +88,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Checks that every gateway of the file has a name for each point. An archive gets the names of the record.
+/// Checks that every gateway of the file has a name for each point. An archive gets the names of the database.
 pub fn check(config: &Config) -> Result<(), Failure> {
     let mut gateways = config.gateways.iter().filter(|settings| !matches!(settings, GatewaySettings::Archive(_)));
     gateways.try_for_each(|settings| names(settings, config).map(drop))

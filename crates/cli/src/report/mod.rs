@@ -1,8 +1,8 @@
 //! `profivac report`: writes a page about a pump-down.
 
+use crate::database::{Database, micros, time};
 use crate::failure::Failure;
 use crate::output::{json, notice, out};
-use crate::record::{Record, micros, time};
 use crate::values;
 use crate::whole_file::{check_absent, write_text};
 use clap::Args;
@@ -126,9 +126,9 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
 
 impl Source {
     fn open(arguments: &Arguments, now: &Zoned) -> Result<Self, Failure> {
-        let record = Record::open(&arguments.source)?;
-        let names = record.series(&arguments.gauge)?;
-        let Record { reader, path, config } = record;
+        let database = Database::open(&arguments.source)?;
+        let names = database.series(&arguments.gauge)?;
+        let Database { reader, path, config } = database;
         Ok(Self { reader, path, config, names, unit: arguments.unit, zone: now.time_zone().clone() })
     }
 
