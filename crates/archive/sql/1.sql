@@ -1,10 +1,10 @@
--- Version 1 of the tables of an archive. Times have a zone, pressures are in Pa and end in _pa, as in the record of a station.
+-- Version 1 of the tables of an archive. Times have a zone, pressures are in Pa and end in _pa, as in the database of a station.
 
 CREATE TABLE profivac_data.station (
     id    integer GENERATED ALWAYS AS IDENTITY PRIMARY KEY,
     plant text    NOT NULL,
     name  text    NOT NULL UNIQUE,
-    -- The newest record of the station, by the microsecond at which it began.
+    -- The newest database of the station, by the microsecond at which it began.
     epoch bigint  NOT NULL
 );
 
@@ -37,7 +37,7 @@ CREATE TABLE profivac_data.sample (
     PRIMARY KEY (series, at)
 ) PARTITION BY RANGE (at);
 
--- The summaries of the station, never added to here. A later batch of the same record replaces a span.
+-- The summaries of the station, never added to here. A later batch of the same database replaces a span.
 CREATE TABLE profivac_data.span (
     series    integer     NOT NULL,
     level     smallint    NOT NULL,
@@ -194,7 +194,7 @@ CREATE VIEW profivac.audit WITH (security_barrier) AS
         audit.gauge, audit.target, audit.before, audit.after, audit.outcome, audit.epoch, audit.id
     FROM profivac_data.audit JOIN profivac_data.readable AS station ON station.id = audit.station;
 
--- missing: numbers between the first and the last batch of the present record that have not come (yet).
+-- missing: numbers between the first and the last batch of the present database that have not come (yet).
 CREATE VIEW profivac.station WITH (security_barrier) AS
     SELECT plant, name AS station, epoch, last_batch, made AS last_made, stored AS last_stored, stored - made AS delay, missing
     FROM profivac_data.readable AS station

@@ -1,14 +1,14 @@
-//! The records of many stations in PostgreSQL: the station sends the batches of its outbox to JetStream, the archive takes them from
+//! What many stations record, in PostgreSQL: the station sends the batches of its outbox to JetStream, the archive takes them from
 //! there.
 //!
 //! ```text
-//! record ── outbox ── publisher ──▶ JetStream ──▶ archive ── transaction ──▶ PostgreSQL
+//! database ── outbox ── publisher ──▶ JetStream ──▶ archive ── transaction ──▶ PostgreSQL
 //!   station                          servers      any number of them
 //! ```
 //!
 //! | Module | Holds |
 //! |---|---|
-//! | [`publisher`] | the station's part: batches to JetStream, acknowledgements to the record |
+//! | [`publisher`] | the station's part: batches to JetStream, acknowledgements to the database |
 //! | [`config`] | the file of an archive |
 //! | [`database`] | the connection to PostgreSQL |
 //! | [`schema`] | tables, views and migrations of PostgreSQL |

@@ -1,6 +1,6 @@
 //! The station's part: the batches of the outbox to JetStream.
 //!
-//! The cursor of the record moves when JetStream has acknowledged a batch. Without a network batches wait in the record; the
+//! The cursor of the database moves when JetStream has acknowledged a batch. Without a network batches wait in the database; the
 //! segments, the recorder and the dashboard do not notice.
 
 use crate::nats::{NatsError, connect, message_id, subject};
@@ -33,14 +33,14 @@ const ACKNOWLEDGEMENT_TIMEOUT: Duration = Duration::from_secs(10);
 /// Why publishing has ended.
 #[derive(Debug, Error)]
 pub enum PublisherError {
-    /// The record cannot be read.
+    /// The database cannot be read.
     #[error(transparent)]
-    Record(#[from] DatabaseError),
+    Database(#[from] DatabaseError),
     /// The servers cannot be used.
-    #[error("{0}; batches wait in the record")]
+    #[error("{0}; batches wait in the database")]
     Nats(#[from] NatsError),
     /// A thread has failed.
-    #[error("reading the record has failed unexpectedly: {0}")]
+    #[error("reading the database has failed unexpectedly: {0}")]
     Thread(#[from] JoinError),
 }
 
@@ -79,13 +79,13 @@ async fn publish(settings: Settings, mut context: Context) -> Result<(), Publish
     }
 }
 
-/// Reads the batches after the cursor on a thread that may wait for the disk. The record is opened each time: it may be replaced.
+/// Reads the batches after the cursor on a thread that may wait for the disk. The database is opened each time: it may be replaced.
 async fn read(context: &Context, (epoch, after): (i64, i64)) -> Result<Page, PublisherError> {
     let recorder = Arc::clone(context.services.recorder());
     let page = tokio::task::spawn_blocking(move || {
         let reader = recorder.open_reader()?;
         let page = reader.outbox(after, MAX_BATCHES, MAX_OCTETS)?;
-        // Another record counts from one.
+        // Another database counts from one.
         if page.epoch == epoch { Ok(page) } else { reader.outbox(0, MAX_BATCHES, MAX_OCTETS) }
     });
     Ok(page.await??)

@@ -1,4 +1,4 @@
-//! `profivac archive`: the records of many stations in PostgreSQL.
+//! `profivac archive`: what many stations record, in PostgreSQL.
 
 use crate::console::Signals;
 use crate::failure::Failure;
@@ -11,11 +11,11 @@ use signal_hook::consts::{SIGINT, SIGTERM};
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
-/// Collect the records of many stations from NATS JetStream into PostgreSQL.
+/// Collect what many stations record from NATS JetStream into PostgreSQL.
 ///
-/// A station sends its record when its file has [archive]. Any number of archives may run with one file, on one computer or on several:
-/// they share the work. A batch is acknowledged after the commit, so that a kill at any moment neither loses nor doubles a row. While a
-/// server or the database is down, batches wait; the archive connects again by itself. docs/archive.md is an introduction.
+/// A station sends what it records when its file has [archive]. Any number of archives may run with one file, on one computer or on
+/// several: they share the work. A batch is acknowledged after the commit, so that a kill at any moment neither loses nor doubles a row.
+/// While a server or the database is down, batches wait; the archive connects again by itself. docs/archive.md is an introduction.
 #[derive(Args, Debug)]
 #[command(after_help = EXAMPLES)]
 pub struct Arguments {

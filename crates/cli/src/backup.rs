@@ -1,19 +1,19 @@
-//! `profivac backup`: copies the record of a station.
+//! `profivac backup`: copies the database of a station.
 
+use crate::database::Database;
 use crate::failure::Failure;
 use crate::output::{Progress, json, notice, out};
-use crate::record::Record;
 use clap::Args;
 use profivac_recorder::backup::{BackupError, Existing};
 use profivac_station::report::series::known;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 
-/// Copy the record of a station, also while it runs: samples, spans, events, alarms and the audit trail
+/// Copy the database of a station, also while it runs: samples, spans, events, alarms and the audit trail
 ///
-/// The copy is one state of the record: everything that was written before it began, nothing later. It is checked, and gets its name
+/// The copy is one state of the database: everything that was written before it began, nothing later. It is checked, and gets its name
 /// when it is whole, so a failed or interrupted copy leaves the file as it was. To go back to a copy, stop the station and put the copy
-/// where the station's file says `database`; remove the files of the old record with the endings -wal and -shm. The station's file and
+/// where the station's file says `database`; remove the files of the old database with the endings -wal and -shm. The station's file and
 /// its users are separate files: copy them as well.
 #[derive(Args, Debug)]
 #[command(after_help = EXAMPLES)]
@@ -51,20 +51,20 @@ struct Copied<'p> {
     last: Option<String>,
 }
 
-/// Copies the record and says what the copy holds.
+/// Copies the database and says what the copy holds.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
-    let record = Record::open(&arguments.source)?;
+    let database = Database::open(&arguments.source)?;
     let existing = if arguments.force { Existing::Replace } else { Existing::Keep };
     let mut progress = Progress::of("KiB");
     let kib = |octets: u64| usize::try_from(octets >> 10).unwrap_or(usize::MAX);
-    record.reader.backup(&arguments.to, existing, |done, all| progress.update(kib(done), kib(all)))?;
+    database.reader.backup(&arguments.to, existing, |done, all| progress.update(kib(done), kib(all)))?;
     drop(progress);
     // The copy is opened as a station or a report would open it.
-    let copy = Record::open_database(&arguments.to)?;
+    let copy = Database::open_database(&arguments.to)?;
     let names = copy.series(&[])?;
     let span = known(&copy.reader, &names)?;
     let copied = Copied {
-        database: &record.path,
+        database: &database.path,
         copy: &arguments.to,
         octets: std::fs::metadata(&arguments.to)?.len(),
         series: names.len(),

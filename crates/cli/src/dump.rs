@@ -6,15 +6,14 @@ use crate::gauge::GaugeOptions;
 use crate::list::{matches_target, tree};
 use crate::output::{Progress, json, notice, out};
 use crate::read::Row;
+use crate::whole_file::{check_absent, write_text};
 use clap::Args;
 use profivac_client::ParameterReading;
 use profivac_client::cyclic::ChannelValue;
 use profivac_client::names::NamedParameter;
 use profivac_client::settings::{Dump, dump_with_progress, is_setting};
 use serde::Serialize;
-use std::fs;
-use std::io;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 /// Read every readable parameter of a gauge; with --out, into a file.
 ///
@@ -69,7 +68,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         Ok(dump_with_progress(gauge, |done, all| progress.update(done, all))?)
     })?;
     if let Some(path) = &arguments.out {
-        write_whole(path, &dump.to_toml())?;
+        write_text(path, &dump.to_toml())?;
         let settings = dump.readings.iter().filter(|(named, _)| is_setting(named)).count();
         notice(&format_args!(
             "{settings} settings and {} readings in {}",
@@ -108,32 +107,4 @@ fn print(arguments: &Arguments, dump: &Dump) {
 fn row(dump: &Dump, named: &NamedParameter, reading: &ParameterReading) -> Row {
     let valid = dump.pressures.get(&named.name).map(ChannelValue::is_valid);
     Row { valid, reason: dump.invalid_reason(named), ..Row::of(reading) }
-}
-
-/// An existing file may be the only memory of a gauge that was replaced. A device or a pipe is no such file.
-fn check_absent(path: &Path, force: bool) -> Result<(), Failure> {
-    if !force && fs::metadata(path).is_ok_and(|existing| existing.is_file()) {
-        let name = path.display();
-        return Err(Failure::usage(format!(
-            "{name} exists already and was not changed; choose another name, or add --force to overwrite it"
-        )));
-    }
-    Ok(())
-}
-
-/// Writes a file completely or not at all. A device or a pipe is written directly.
-fn write_whole(path: &Path, text: &str) -> Result<(), Failure> {
-    let wrong = |error: io::Error| Failure::usage(format!("{} cannot be written: {error}", path.display()));
-    if fs::metadata(path).is_ok_and(|existing| !existing.is_file()) {
-        return fs::write(path, text).map_err(wrong);
-    }
-    let mut partial = path.as_os_str().to_owned();
-    partial.push(".part");
-    let partial = PathBuf::from(partial);
-    let written = fs::write(&partial, text).and_then(|()| fs::rename(&partial, path));
-    if written.is_err() {
-        // Remove the partial file; the error of the write is reported.
-        fs::remove_file(&partial).ok();
-    }
-    written.map_err(wrong)
 }

@@ -1,15 +1,15 @@
 //! `profivac export`: writes recorded samples as a table.
 
+use crate::database::{Database, time};
 use crate::failure::Failure;
 use crate::output::{check, notice, out};
-use crate::record::{Record, time};
+use crate::whole_file::{self, check_absent, not_written};
 use clap::Args;
 use jiff::Zoned;
 #[cfg(feature = "parquet")]
 use profivac_recorder::Chunks;
 use profivac_recorder::{Export, Micros};
-use std::fs::OpenOptions;
-use std::io::{self, BufWriter, Write};
+use std::io::Write;
 use std::path::{Path, PathBuf};
 
 /// Write recorded samples as a table: time (UTC), gauge, pressure in Pa, quality
@@ -57,22 +57,22 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     if from >= to {
         return Err(Failure::usage("expected a beginning before the end; see --from and --to"));
     }
-    let record = Record::open(&arguments.source)?;
-    let series = record.series(&arguments.gauge)?;
+    let database = Database::open(&arguments.source)?;
+    let series = database.series(&arguments.gauge)?;
     let file = arguments.out.as_deref().filter(|path| path.as_os_str() != "-");
     #[cfg(feature = "parquet")]
     if arguments.parquet {
         let path =
             file.ok_or_else(|| Failure::usage("expected a file for Parquet, got standard output; give --out FILE"))?;
-        let chunks = Chunks::new(record.reader, series, from, to);
-        return whole_file(path, arguments.force, |to| {
+        let chunks = Chunks::new(database.reader, series, from, to);
+        return write_rows(path, arguments.force, |to| {
             profivac_recorder::parquet::write(chunks, to)
                 .map_err(|error| Failure::usage(format!("{}: {error}", path.display())))
         });
     }
-    let export = Export::new(record.reader, series, from, to);
+    let export = Export::new(database.reader, series, from, to);
     match file {
-        Some(path) => whole_file(path, arguments.force, |to| csv(export, to, path)),
+        Some(path) => write_rows(path, arguments.force, |to| csv(export, to, path)),
         None => printed(export),
     }
 }
@@ -100,41 +100,14 @@ fn csv(export: Export, to: &mut (dyn Write + Send), path: &Path) -> Result<u64, 
     Ok(lines.saturating_sub(1) as u64)
 }
 
-/// Writes a file beside its destination, and gives it its name when it is whole.
-fn whole_file(
+/// Writes a whole file, and tells the number of its rows.
+fn write_rows(
     path: &Path,
     force: bool,
     write: impl FnOnce(&mut (dyn Write + Send)) -> Result<u64, Failure>,
 ) -> Result<(), Failure> {
-    let failed = |error: io::Error| not_written(path, &error);
-    if !force && path.symlink_metadata().is_ok() {
-        return Err(Failure::usage(format!("{} exists; add --force to overwrite it", path.display())));
-    }
-    let mut name = path.file_name().ok_or_else(|| failed(io::ErrorKind::IsADirectory.into()))?.to_owned();
-    name.push(".part");
-    let part = path.with_file_name(name);
-    let made =
-        OpenOptions::new().write(true).create(true).truncate(true).open(&part).map_err(failed).and_then(|file| {
-            let mut to = BufWriter::new(file);
-            let rows = write(&mut to)?;
-            let file = to.into_inner().map_err(|error| failed(error.into_error()))?;
-            file.sync_all().map_err(failed)?;
-            std::fs::rename(&part, path).map_err(failed)?;
-            Ok(rows)
-        });
-    match made {
-        Ok(rows) => {
-            notice(&format_args!("{rows} rows in {}", path.display()));
-            Ok(())
-        }
-        Err(error) => {
-            // The part is ours. The first error is the one to report.
-            let _gone = std::fs::remove_file(&part);
-            Err(error)
-        }
-    }
-}
-
-fn not_written(path: &Path, error: &io::Error) -> Failure {
-    Failure::usage(format!("{}: {error}", path.display()))
+    check_absent(path, force)?;
+    let rows = whole_file::write(path, write)?;
+    notice(&format_args!("{rows} rows in {}", path.display()));
+    Ok(())
 }

@@ -2,6 +2,7 @@
 
 use crate::failure::Failure;
 use crate::output::out;
+use crate::whole_file::{self, not_written};
 use clap::Args;
 use profivac_devices::catalog::MODELS;
 use profivac_devices::model::Model;
@@ -44,13 +45,13 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
 }
 
 fn write(folder: &Path, models: &[&Model]) -> Result<(), Failure> {
-    let failed = |path: &Path, error: std::io::Error| {
-        Failure::usage(format!("{} cannot be written: {error}; choose another folder with --out", path.display()))
+    let failed = |error: std::io::Error| {
+        Failure::usage(format!("{} cannot be written: {error}; choose another folder with --out", folder.display()))
     };
-    std::fs::create_dir_all(folder).map_err(|error| failed(folder, error))?;
+    std::fs::create_dir_all(folder).map_err(failed)?;
     for (name, octets) in models.iter().flat_map(|model| profivac_client::gsd::files(model)) {
         let path = folder.join(name);
-        std::fs::write(&path, octets).map_err(|error| failed(&path, error))?;
+        whole_file::write(&path, |to| to.write_all(&octets).map_err(|error| not_written(&path, &error)))?;
         out(&path.display().to_string());
     }
     Ok(())

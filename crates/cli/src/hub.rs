@@ -141,9 +141,9 @@ struct Pace {
 
 impl Hub {
     fn open(arguments: &Arguments) -> Result<Self, PortError> {
-        let mut taps = Vec::new();
+        let mut ports = Vec::new();
         for path in &arguments.ptys {
-            taps.push(HubPort { pty: Pty::create(path)?, muted_until: None });
+            ports.push(HubPort { pty: Pty::create(path)?, muted_until: None });
         }
         let pace = arguments.pace.map(|baud| Pace {
             clock: Clock::starting_at(BitTime(0), baud),
@@ -151,7 +151,7 @@ impl Hub {
             queue: VecDeque::new(),
         });
         let noise = Noise::new(arguments.flip, arguments.drop, arguments.seed);
-        Ok(Self { ports: taps, noise, pace, received: Vec::new() })
+        Ok(Self { ports, noise, pace, received: Vec::new() })
     }
 
     fn names(&self) -> Vec<&str> {

@@ -88,7 +88,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Checks that every gateway of the file has a name for each point. An archive gets the names of the record.
+/// Checks that every gateway of the file has a name for each point. An archive gets the names of the database.
 pub fn check(config: &Config) -> Result<(), Failure> {
     let mut gateways = config.gateways.iter().filter(|settings| !matches!(settings, GatewaySettings::Archive(_)));
     gateways.try_for_each(|settings| names(settings, config).map(drop))
@@ -125,14 +125,15 @@ fn write_lists(arguments: &Arguments, config: &Config, settings: &GatewaySetting
         _ if archiver.is_none() && bob.is_none() => Ok(()),
         #[cfg(feature = "epics")]
         GatewaySettings::Epics(it) => {
+            use crate::whole_file::write_text;
             use profivac_gateway_epics::listing;
             let snapshot = gateways::planned(config);
             let usage = |error: profivac_gateway_epics::NameError| Failure::usage(error.to_string());
             if let Some(path) = archiver {
-                write_file(path, &listing::archiver(&config.name, &snapshot, it).map_err(usage)?)?;
+                write_text(path, &listing::archiver(&config.name, &snapshot, it).map_err(usage)?)?;
             }
             if let Some(path) = bob {
-                write_file(path, &listing::bob(&config.name, &snapshot, it).map_err(usage)?)?;
+                write_text(path, &listing::bob(&config.name, &snapshot, it).map_err(usage)?)?;
             }
             Ok(())
         }
@@ -140,9 +141,4 @@ fn write_lists(arguments: &Arguments, config: &Config, settings: &GatewaySetting
             "--archiver and --bob belong to --for epics: delete them, or list the names of EPICS".to_owned(),
         )),
     }
-}
-
-#[cfg(feature = "epics")]
-fn write_file(path: &std::path::Path, text: &str) -> Result<(), Failure> {
-    std::fs::write(path, text).map_err(|error| Failure::usage(format!("{} cannot be written: {error}", path.display())))
 }

@@ -104,10 +104,10 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
 /// Fails if a file with secrets, or with the names of such files, is readable by others. Any other file and the database, which
 /// contains the audit trail, only cause a notice: some sites let others read them on purpose.
 fn check_private(file: &Path, config: &Config) -> Result<(), Failure> {
-    if let Err(PermissionError::Open(record, _)) = file_permissions::check(&config.database) {
+    if let Err(PermissionError::Open(database, _)) = file_permissions::check(&config.database) {
         notice(&format_args!(
-            "other users can read the database {record}; run chmod 600 {record}",
-            record = record.display()
+            "other users can read the database {database}; run chmod 600 {database}",
+            database = database.display()
         ));
     }
     match file_permissions::check(file) {

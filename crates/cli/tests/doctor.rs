@@ -123,7 +123,7 @@ fn the_file_of_a_station_is_checked_with_its_ports_its_record_and_its_address() 
     let (found, code) = doctor(&[&file]);
     assert_eq!(code, 0, "{found:?}");
     assert_finds(&found, "good", "the file of a station: 1 segments, 1 gauges");
-    assert_finds(&found, "good", "the record will be");
+    assert_finds(&found, "good", "the database will be");
     assert_finds(&found, "good", "the address of the dashboard");
     fs::write(&file, STATION.replace("PORT", "/dev/no-such-device")).unwrap();
     let (found, code) = doctor(&[&file]);
@@ -145,11 +145,11 @@ fn a_record_is_checked_whole_and_a_damaged_one_is_a_problem() {
     station.ready();
     station.terminate();
     assert_eq!(station.exit_code(), 0);
-    let record = folder.name("plant.db");
-    let (found, code) = doctor(&[&record]);
+    let database = folder.name("plant.db");
+    let (found, code) = doctor(&[&database]);
     assert_eq!(code, 0, "{found:?}");
     assert_finds(&found, "good", "the database is not damaged");
-    let mut octets = fs::read(&record).unwrap();
+    let mut octets = fs::read(&database).unwrap();
     // Pages after the first one, which holds the list of tables.
     let page = 4096;
     octets[page..3 * page].fill(0xA5);

@@ -83,7 +83,15 @@ fn a_file_is_whole_and_is_overwritten_only_on_request() {
     assert_eq!(fs::read_to_string(&to).unwrap().lines().count(), 10);
     fs::write(&to, "mine").unwrap();
     let (code, _, notice) = outcome(&["export", &file, "--out", &to]);
-    assert_eq!((code, notice), (2, format!("profivac: {to} exists; add --force to overwrite it\n")));
+    assert_eq!(
+        (code, notice),
+        (
+            2,
+            format!(
+                "profivac: {to} exists already and was not changed; choose another name, or add --force to overwrite it\n"
+            )
+        )
+    );
     assert_eq!(fs::read_to_string(&to).unwrap(), "mine");
     assert_eq!(outcome(&["export", &file, "--out", &to, "--force"]).0, 0);
     assert_eq!(fs::read_to_string(&to).unwrap().lines().count(), 10);

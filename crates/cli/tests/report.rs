@@ -85,7 +85,9 @@ fn the_last_pump_down_becomes_a_page_that_is_never_overwritten() {
     let again = run(&["report", &file, "--out", &page]);
     assert_eq!(again.status.code(), Some(2));
     assert!(
-        stderr_of(&again).contains("page.html: File exists (os error 17); add --force to overwrite it"),
+        stderr_of(&again).contains(
+            "page.html exists already and was not changed; choose another name, or add --force to overwrite it"
+        ),
         "{}",
         stderr_of(&again)
     );
@@ -178,7 +180,10 @@ fn every_error_is_one_sentence() {
         (vec![&record, "--to", "2020-01-01"], "found no pump-down in "),
         (vec![&record, "--volume", "50"], "expected a volume like '50 l' or '1.2 m3', got \"50\""),
         (vec![&record, "--unit", "psi"], "expected a unit out of mbar, Pa, hPa, Torr, micron, got \"psi\""),
-        (vec![&file, "--out", "/no/such/folder/page.html"], "/no/such/folder/page.html: No such file or directory"),
+        (
+            vec![&file, "--out", "/no/such/folder/page.html"],
+            "/no/such/folder/page.html cannot be written: No such file or directory",
+        ),
     ] {
         let stderr = run(&[vec!["report"], arguments.clone()].concat());
         assert_eq!(stderr.status.code(), Some(2), "{arguments:?}: {}", stderr_of(&stderr));

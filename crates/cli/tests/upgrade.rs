@@ -1,6 +1,6 @@
-//! A station of version 0.1: its file and its record, as that version wrote them in `data/station_0_1`, go on with this program.
+//! A station of version 0.1: its file and its database, as that version wrote them in `data/station_0_1`, go on with this program.
 //!
-//! The record is of 20 s with a BCG450 and a TPG300 in memory: 467 samples of five series, four events, one alarm.
+//! The database is of 20 s with a BCG450 and a TPG300 in memory: 467 samples of five series, four events, one alarm.
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
 
@@ -11,7 +11,7 @@ use std::fs;
 use std::os::unix::fs::PermissionsExt;
 use std::path::Path;
 
-/// The rows of the record of version 0.1, by series.
+/// The rows of the database of version 0.1, by series.
 const SAMPLES: [(&str, usize); 5] = [("chamber", 95), ("tpg.1", 93), ("tpg.2", 93), ("tpg.3", 93), ("tpg.4", 93)];
 
 /// The station's files in a folder of their own. Returns the path of the station's file.
@@ -24,7 +24,7 @@ fn station(folder: &Folder) -> String {
     folder.name("plant.toml")
 }
 
-/// The number of exported samples of each series, from the first one to that of the record's end.
+/// The number of exported samples of each series, from the first one to that of the database's end.
 fn exported(file: &str) -> Vec<(String, usize)> {
     let output = run(&["export", file, "--to", "2026-11-23T06:01:49Z"]);
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
@@ -70,5 +70,5 @@ fn a_station_of_version_0_1_goes_on_with_its_file_its_record_and_its_alarm() {
     assert_eq!(exported(&file), expected(), "the rows of version 0.1");
     let all = run(&["export", &file]);
     let rows = String::from_utf8(all.stdout).unwrap().lines().count() - 1;
-    assert!(rows > SAMPLES.iter().map(|(_, count)| count).sum(), "{rows}: the record goes on");
+    assert!(rows > SAMPLES.iter().map(|(_, count)| count).sum(), "{rows}: the station goes on");
 }

@@ -4,6 +4,7 @@ use crate::field::{self, Field};
 use crate::names::{self, Entry, NameError};
 use crate::record::{AlarmLimits, Answer, Data, MAX_TEXT, Meta, Put, Record, RecordType, Sample, cut, exponential};
 use profivac_gateway::command::{controlled_devices, is_writable};
+use profivac_gateway::signal::{gauge_state, priority};
 use profivac_gateway::{EpicsSeverity, EpicsStatus, Kind, Point, PointValue, Signal, Snapshot, State, Value};
 use profivac_recorder::Micros;
 use profivac_station::config::gateways::epics::{OnInvalid, ReadingState, Settings, Severity};
@@ -307,11 +308,11 @@ fn configured(state: State, settings: &Settings) -> Option<EpicsSeverity> {
 const fn alarm_of_value(signal: Signal, value: &Value) -> Option<(EpicsSeverity, EpicsStatus)> {
     let severity = match (signal, value) {
         // The priorities none, low, medium, high.
-        (Signal::AlarmPriority, Value::Choice(1 | 2)) => EpicsSeverity::Minor,
-        (Signal::AlarmPriority, Value::Choice(3)) => EpicsSeverity::Major,
+        (Signal::AlarmPriority, Value::Choice(priority::LOW | priority::MEDIUM)) => EpicsSeverity::Minor,
+        (Signal::AlarmPriority, Value::Choice(priority::HIGH)) => EpicsSeverity::Major,
         // The states data exchange, fault, starting, missing.
-        (Signal::GaugeState, Value::Choice(1 | 3)) => EpicsSeverity::Major,
-        (Signal::GaugeState, Value::Choice(2)) => EpicsSeverity::Minor,
+        (Signal::GaugeState, Value::Choice(gauge_state::FAULT | gauge_state::MISSING)) => EpicsSeverity::Major,
+        (Signal::GaugeState, Value::Choice(gauge_state::STARTING)) => EpicsSeverity::Minor,
         (Signal::SegmentUp | Signal::Recording, Value::Boolean(false)) => EpicsSeverity::Major,
         _ => return None,
     };

@@ -1,6 +1,7 @@
 //! The contents of all registers at one moment.
 
 use crate::map::{Gauge, Map, Source};
+use profivac_gateway::signal::{gauge_state, priority};
 use profivac_gateway::{Point, PointValue, Snapshot, State, Value};
 use profivac_recorder::Micros;
 use profivac_station::config::gateways::modbus::{Settings, WordOrder};
@@ -195,20 +196,20 @@ fn bits(point: &Point, value: &PointValue, gauge: &Gauge, snapshot: &Snapshot) -
         let value = index.and_then(|index| snapshot.values.get(index)).map(|it| &it.value);
         matches!(value, Some(Value::Text(text)) if text.eq_ignore_ascii_case("on"))
     };
-    let priority = number(gauge.alarm_priority);
+    let has_priority = |priority: u16| number(gauge.alarm_priority) == Some(priority.into());
     let flags = [
         matches!(value.state, State::Stale | State::Starting),
         value.state == State::Fault,
         is_on(gauge.emission),
         is_on(gauge.degas),
-        priority == Some(3),
-        priority == Some(2),
-        priority == Some(1),
+        has_priority(priority::HIGH),
+        has_priority(priority::MEDIUM),
+        has_priority(priority::LOW),
         number(gauge.unacknowledged) == Some(1),
         point.is_simulated,
         number(gauge.listen_only) == Some(1),
         value.state.codes().is_measured,
-        number(gauge.bus_state) == Some(0),
+        number(gauge.bus_state) == Some(gauge_state::DATA_EXCHANGE.into()),
     ];
     let flags = flags.into_iter().enumerate().filter(|(_, is_set)| *is_set).fold(0, |bits, (bit, _)| bits | (1 << bit));
     flags | (value.state.number() << 12)

@@ -129,8 +129,8 @@ fn a_wrong_table_has_an_error_with_its_place() {
         exposed.contains(":10:10: [modbus] listens beyond loopback on 0.0.0.0:1502, which needs allow"),
         "{exposed}"
     );
-    assert!(problem(&one, "idle = \"1ms\"").contains("expected 1s to 1h, found 1ms"));
-    assert!(problem(&one, "connections = 0").contains("expected 1 to 1000 connections, found 0"));
+    assert!(problem(&one, "idle = \"1ms\"").contains("expected an idle time from 1s to 1h, found 1ms"));
+    assert!(problem(&one, "connections = 0").contains("expected connections from 1 to 1000, found 0"));
     assert!(problem(&one, "allow = [\"10.0.0.0/40\"]").contains("expected an address like 192.168.1.5"));
     assert!(problem(&one, "wordorder = \"x\"").contains("unknown field"));
     let slots = [gauge("a", 5, "bcg450", "modbus = 2"), gauge("b", 6, "bcg450", "modbus = 2")];

@@ -5,6 +5,7 @@ use crate::message::{Delivery, Message};
 use profivac_station::client_tls::trusting;
 use profivac_station::config::ca_certificates;
 use profivac_station::config::gateways::mqtt::{Broker, Tls};
+use profivac_station::gateway_status::GatewayStatus;
 use rumqttc::tokio_rustls::rustls::pki_types::PrivateKeyDer;
 use rumqttc::tokio_rustls::rustls::pki_types::pem::{self, PemObject};
 use rumqttc::tokio_rustls::rustls::{self, ClientConfig};
@@ -277,6 +278,19 @@ impl Connection {
     pub async fn publish(&self, message: Message) -> Result<(), MqttError> {
         let Message { topic, payload, delivery, is_retained } = message;
         self.client.publish(topic, qos(delivery), is_retained, payload).await.map_err(|_| MqttError::Closed)
+    }
+
+    /// Publishes messages one after the other and counts them.
+    ///
+    /// # Errors
+    /// As [`Self::publish`]; then none of the messages is counted.
+    pub async fn publish_all(&self, messages: Vec<Message>, status: &GatewayStatus) -> Result<(), MqttError> {
+        let count = messages.len();
+        for message in messages {
+            self.publish(message).await?;
+        }
+        status.sent(count as u64);
+        Ok(())
     }
 
     /// The next event. Cancelling it loses nothing.

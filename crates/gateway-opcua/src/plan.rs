@@ -1,6 +1,7 @@
 //! The nodes of a station: their identifiers, browse names and places. A pure function of the points.
 
 use crate::types::{HEALTH, NAMEPLATE, ObjectKind, Specification};
+use profivac_gateway::names::capitalized;
 use profivac_gateway::{Kind, Limits, Point, Signal, Subject};
 use std::collections::BTreeSet;
 
@@ -395,13 +396,8 @@ fn browse_name(signal: Signal) -> String {
         Signal::AlarmAcknowledged => "AckedState".to_owned(),
         Signal::AlarmText => "Text".to_owned(),
         Signal::AlarmState | Signal::SegmentState => "State".to_owned(),
-        other => other.key().split('-').map(capitalized).collect(),
+        other => capitalized(other.key()),
     }
-}
-
-fn capitalized(word: &str) -> String {
-    let mut letters = word.chars();
-    letters.next().map(|first| first.to_ascii_uppercase()).into_iter().chain(letters).collect()
 }
 
 fn properties(point: &Point) -> Vec<Property> {

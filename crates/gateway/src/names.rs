@@ -59,6 +59,16 @@ impl NameTable {
     }
 }
 
+/// The key of a signal in capitalized words without hyphens: `last-reading` as `LastReading`.
+#[must_use]
+pub fn capitalized(key: &str) -> String {
+    let capital = |word: &str| {
+        let mut letters = word.chars();
+        letters.next().map(|first| first.to_ascii_uppercase()).into_iter().chain(letters).collect::<String>()
+    };
+    key.split('-').map(capital).collect()
+}
+
 /// A cell of a CSV file. An apostrophe before `=`, `+`, `-`, `@`, tabulator and carriage return keeps a spreadsheet from reading the cell
 /// as a formula; a number keeps its sign.
 fn csv_cell(cell: &str) -> String {
@@ -97,6 +107,13 @@ mod tests {
         table.push(["VAC:P".to_owned(), "a \"pressure\", in Pa".to_owned()]);
         table.push(["-5".to_owned(), "=1+1".to_owned()]);
         table
+    }
+
+    #[test]
+    fn a_capitalized_key_has_no_hyphens() {
+        assert_eq!(capitalized("last-reading"), "LastReading");
+        assert_eq!(capitalized("pressure"), "Pressure");
+        assert_eq!(capitalized("pressure-log10"), "PressureLog10");
     }
 
     #[test]

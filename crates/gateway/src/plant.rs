@@ -1,7 +1,7 @@
 //! The points of a station: one walk over segments, gauges and alarms, which gives the points and their values in the same order.
 
 use crate::point::{Limits, Point, Subject};
-use crate::signal::{Kind, Signal};
+use crate::signal::{Kind, Signal, alarm_state, gauge_state, line_state, priority, segment_state};
 use crate::state::State;
 use profivac_devices::Principle;
 use profivac_devices::catalog::model_named;
@@ -12,7 +12,7 @@ use profivac_listen::station::StationState;
 use profivac_recorder::Micros;
 use profivac_station::alarm::view::AlarmView;
 use profivac_station::alarm::{AlarmState, ConditionKind, Priority};
-use profivac_station::config::{self, Config};
+use profivac_station::config::{self, Config, is_virtual};
 use profivac_station::segment::{planned_gauge, planned_parameters, planned_readings};
 use profivac_station::services::Services;
 use profivac_station::view::{self, BusStationState, Gauge, Reading, Segment, SegmentState, WatchedParameter};
@@ -107,11 +107,6 @@ fn planned_segment(config: &config::Segment) -> Segment {
         damaged_telegrams: 0,
         stations: Vec::new(),
     }
-}
-
-/// Whether a port leads to gauges in memory.
-fn is_virtual(port: &str) -> bool {
-    port.starts_with("sim:") || port == "in memory"
 }
 
 /// The readings of a gauge of which nothing was heard yet.
@@ -270,7 +265,7 @@ impl GaugeAlarms {
             let Some(gauge) = &alarm.gauge else { continue };
             let own = all.entry(gauge).or_default();
             if alarm.state.is_active() {
-                own.priority = own.priority.max(priority(alarm.priority));
+                own.priority = own.priority.max(priority_position(alarm.priority));
             }
             own.is_unacknowledged |= alarm.state.needs_acknowledgement();
         }
@@ -313,9 +308,9 @@ fn segment(segment: &Segment, bus: Option<&BusReport>, sink: &mut impl Sink) {
     let name: Arc<str> = Arc::from(segment.name.as_str());
     sink.subject(|| PointOf::plain(Subject::Segment(Arc::clone(&name)), Some(name), is_virtual(&segment.port)));
     let state = match segment.state {
-        SegmentState::Waiting => 0,
-        SegmentState::Listening => 1,
-        SegmentState::Running => 2,
+        SegmentState::Waiting => segment_state::WAITING,
+        SegmentState::Listening => segment_state::LISTENING,
+        SegmentState::Running => segment_state::RUNNING,
     };
     let cycle_s = segment.cycle_ms.map(|ms| ms / 1e3);
     let rotation_s = bus.and_then(|bus| bus.rotation.mean_us).map(microseconds);
@@ -365,13 +360,13 @@ fn gauge(inputs: &Inputs, gauge: &Gauge, alarms: GaugeAlarms, sink: &mut impl Si
         PointOf::plain(subject, Some(Arc::from(gauge.segment.as_str())), is_simulated)
     });
     let state = match gauge.state {
-        BusStationState::DataExchange => 0,
-        BusStationState::Fault => 1,
-        BusStationState::Starting => 2,
+        BusStationState::DataExchange => gauge_state::DATA_EXCHANGE,
+        BusStationState::Fault => gauge_state::FAULT,
+        BusStationState::Starting => gauge_state::STARTING,
         BusStationState::Missing
         | BusStationState::OwnMaster
         | BusStationState::OtherMaster
-        | BusStationState::Unconfigured => 3,
+        | BusStationState::Unconfigured => gauge_state::MISSING,
     };
     let counts = bus.map(|bus| bus.total);
     plain(sink, Signal::GaugeState, Raw::Choice(state));
@@ -401,30 +396,30 @@ fn on_line(bus: Option<&StationReport>, sink: &mut impl Sink) {
     let diagnosis = bus.map(|station| station.diagnosis.join(", ")).unwrap_or_default();
     plain(sink, Signal::Refusals, Raw::optional_count(bus.map(|station| station.total.refused)));
     plain(sink, Signal::LongestSequence, Raw::optional_count(bus.map(|station| station.longest_sequence.into())));
-    plain(sink, Signal::LineState, bus.map_or(Raw::None, |station| Raw::Choice(line_state(station.state))));
+    plain(sink, Signal::LineState, bus.map_or(Raw::None, |station| Raw::Choice(line_position(station.state))));
     plain(sink, Signal::LineUnit, Raw::Text(unit.unwrap_or_default()));
     plain(sink, Signal::Owner, owner.map_or(Raw::None, |address| Raw::Integer(address.into())));
     plain(sink, Signal::Diagnosis, Raw::Text(&diagnosis));
 }
 
 /// The position of a state in [`crate::signal::LINE_STATES`].
-const fn line_state(state: StationState) -> u16 {
+const fn line_position(state: StationState) -> u16 {
     match state {
-        StationState::Master => 0,
-        StationState::Exchanging => 1,
-        StationState::Missing => 2,
-        StationState::NotConfigured => 3,
-        StationState::NoMaster => 4,
-        StationState::NotAddressed => 5,
+        StationState::Master => line_state::MASTER,
+        StationState::Exchanging => line_state::EXCHANGING,
+        StationState::Missing => line_state::MISSING,
+        StationState::NotConfigured => line_state::NOT_CONFIGURED,
+        StationState::NoMaster => line_state::NO_MASTER,
+        StationState::NotAddressed => line_state::NOT_ADDRESSED,
     }
 }
 
 /// The position of a priority in [`crate::signal::PRIORITIES`].
-const fn priority(priority: Priority) -> u16 {
+const fn priority_position(priority: Priority) -> u16 {
     match priority {
-        Priority::Low => 1,
-        Priority::Medium => 2,
-        Priority::High => 3,
+        Priority::Low => priority::LOW,
+        Priority::Medium => priority::MEDIUM,
+        Priority::High => priority::HIGH,
     }
 }
 
@@ -536,19 +531,19 @@ fn alarm(alarm: &AlarmView, sink: &mut impl Sink) {
         PointOf::plain(Subject::Alarm(Arc::from(alarm.name.as_str())), segment, false)
     });
     let state = match alarm.state {
-        AlarmState::Normal => 0,
-        AlarmState::Unacknowledged => 1,
-        AlarmState::Acknowledged => 2,
-        AlarmState::Returned => 3,
-        AlarmState::OutOfService => 4,
-        AlarmState::Shelved => 5,
+        AlarmState::Normal => alarm_state::NORMAL,
+        AlarmState::Unacknowledged => alarm_state::UNACKNOWLEDGED,
+        AlarmState::Acknowledged => alarm_state::ACKNOWLEDGED,
+        AlarmState::Returned => alarm_state::RETURNED,
+        AlarmState::OutOfService => alarm_state::OUT_OF_SERVICE,
+        AlarmState::Shelved => alarm_state::SHELVED,
     };
     let at = alarm.since_ms.map(|ms| Micros(ms.saturating_mul(1000)));
     let mut put = |signal, value| sink.point(signal, value, State::Ok, at);
     put(Signal::AlarmState, Raw::Choice(state));
     put(Signal::AlarmActive, Raw::Boolean(alarm.state.is_active()));
     put(Signal::AlarmAcknowledged, Raw::Boolean(!alarm.state.needs_acknowledgement()));
-    put(Signal::Priority, Raw::Choice(priority(alarm.priority)));
+    put(Signal::Priority, Raw::Choice(priority_position(alarm.priority)));
     put(Signal::Occurrence, Raw::Integer(alarm.occurrence));
     put(Signal::AlarmText, Raw::Text(&alarm.text));
     let suppression = alarm.out_of_service.as_ref().or(alarm.shelved.as_ref());

@@ -37,8 +37,30 @@ pub enum SubjectKind {
     Alarm,
 }
 
-/// The words of a gauge's state on the bus.
-pub const GAUGE_STATES: [&str; 4] = ["data exchange", "fault", "starting", "missing"];
+/// The words of a choice, and a module with the position of each.
+macro_rules! choice {
+    ($text:literal $words:ident $positions:ident { $($position:ident $word:literal)+ }) => {
+        #[doc = $text]
+        pub const $words: [&str; [$($word),+].len()] = [$($word),+];
+
+        #[doc = concat!("The positions of the words in [`", stringify!($words), "`](super::", stringify!($words), ").")]
+        pub mod $positions {
+            #[allow(non_camel_case_types, clippy::upper_case_acronyms, reason = "the names of the constants")]
+            enum Position { $($position),+ }
+            $(#[doc = concat!("The position of `", $word, "`.")] pub const $position: u16 = Position::$position as u16;)+
+        }
+    };
+}
+
+choice! {
+    "The words of a gauge's state on the bus."
+    GAUGE_STATES gauge_state {
+        DATA_EXCHANGE "data exchange"
+        FAULT "fault"
+        STARTING "starting"
+        MISSING "missing"
+    }
+}
 
 /// The words of the quality of a reading, in the order of `Quality`.
 pub const QUALITIES: [&str; 8] = [
@@ -52,19 +74,48 @@ pub const QUALITIES: [&str; 8] = [
     Quality::Assumed.word(),
 ];
 
-/// The words of a station's state on the line, as the traffic shows it.
-pub const LINE_STATES: [&str; 6] =
-    ["master", "exchanging", "missing", "not configured", "present without a master", "not addressed"];
+choice! {
+    "The words of a station's state on the line, as the traffic shows it."
+    LINE_STATES line_state {
+        MASTER "master"
+        EXCHANGING "exchanging"
+        MISSING "missing"
+        NOT_CONFIGURED "not configured"
+        NO_MASTER "present without a master"
+        NOT_ADDRESSED "not addressed"
+    }
+}
 
-/// The words of a segment's state.
-pub const SEGMENT_STATES: [&str; 3] = ["waiting", "listening", "running"];
+choice! {
+    "The words of a segment's state."
+    SEGMENT_STATES segment_state {
+        WAITING "waiting"
+        LISTENING "listening"
+        RUNNING "running"
+    }
+}
 
-/// The words of an alarm's state.
-pub const ALARM_STATES: [&str; 6] =
-    ["normal", "unacknowledged", "acknowledged", "returned", "out of service", "shelved"];
+choice! {
+    "The words of an alarm's state."
+    ALARM_STATES alarm_state {
+        NORMAL "normal"
+        UNACKNOWLEDGED "unacknowledged"
+        ACKNOWLEDGED "acknowledged"
+        RETURNED "returned"
+        OUT_OF_SERVICE "out of service"
+        SHELVED "shelved"
+    }
+}
 
-/// The words of a priority; `none` where no alarm is active.
-pub const PRIORITIES: [&str; 4] = ["none", "low", "medium", "high"];
+choice! {
+    "The words of a priority; `none` where no alarm is active."
+    PRIORITIES priority {
+        NONE "none"
+        LOW "low"
+        MEDIUM "medium"
+        HIGH "high"
+    }
+}
 
 macro_rules! signals {
     ($($signal:ident $key:literal $subject:ident $kind:expr, $unit:expr, $text:literal;)+) => {
@@ -203,6 +254,15 @@ mod tests {
     fn the_key_of_a_signal_is_unique() {
         let keys: BTreeSet<_> = Signal::ALL.iter().map(|signal| signal.key()).collect();
         assert_eq!(keys.len(), Signal::ALL.len());
+    }
+
+    #[test]
+    fn a_position_is_that_of_its_word() {
+        assert_eq!(GAUGE_STATES[usize::from(gauge_state::STARTING)], "starting");
+        assert_eq!(LINE_STATES[usize::from(line_state::NOT_ADDRESSED)], "not addressed");
+        assert_eq!(SEGMENT_STATES[usize::from(segment_state::RUNNING)], "running");
+        assert_eq!(ALARM_STATES[usize::from(alarm_state::SHELVED)], "shelved");
+        assert_eq!(PRIORITIES[usize::from(priority::HIGH)], "high");
     }
 
     #[test]

@@ -363,7 +363,7 @@ mod tests {
         assert_eq!(read.samples[0].unpack().unwrap(), samples());
     }
 
-    /// The format in the record and on the network: an archive reads batches of older stations.
+    /// The format in the database and on the network: an archive reads batches of older stations.
     #[test]
     fn the_octets_of_a_batch_do_not_change() {
         let octets: String = batch().encode_to_vec().iter().map(|octet| format!("{octet:02x}")).collect();

@@ -1,6 +1,6 @@
 //! The clocks of a recorder, and steps of the system clock.
 //!
-//! Samples carry the time that the clock showed: correcting it afterwards would falsify the record. A step is recorded as an event,
+//! Samples carry the time that the clock showed: correcting it afterwards would falsify the database. A step is recorded as an event,
 //! and the samples of times that occur twice are all kept.
 
 use super::sample::Micros;
@@ -89,7 +89,7 @@ impl ClockMonitor {
         Self(now)
     }
 
-    /// The times at the last check. Whatever is measured against the record uses these: the clock may be set at any moment after the
+    /// The times at the last check. Whatever is measured against the database uses these: the clock may be set at any moment after the
     /// check, and the next check finds that.
     pub const fn last(&self) -> ClockTime {
         self.0

@@ -128,7 +128,7 @@ impl Database {
         self.now = now;
     }
 
-    /// Deletes the batches of the outbox up to `number`, which the archive has. A record with another epoch keeps its batches.
+    /// Deletes the batches of the outbox up to `number`, which the archive has. A database with another epoch keeps its batches.
     ///
     /// # Errors
     /// [`DatabaseError`] when nothing was deleted.

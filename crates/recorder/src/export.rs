@@ -107,12 +107,20 @@ fn csv_row(name: &str, sample: &Sample) -> String {
     row + "," + sample.quality.word() + "\n"
 }
 
-/// A name as a CSV field (RFC 4180). A name that a spreadsheet would take for a formula gets an apostrophe before it.
+/// A name as a CSV field (RFC 4180), in quotes where it needs them.
 fn csv_field(name: &str) -> String {
-    if name.starts_with(['=', '+', '-', '@', '\t', '\r']) {
-        return format!("\"'{}\"", name.replace('"', "\"\""));
-    }
-    if name.contains([',', '"', '\n', '\r']) { format!("\"{}\"", name.replace('"', "\"\"")) } else { name.to_owned() }
+    if is_formula(name) || name.contains([',', '"', '\n', '\r']) { quoted(name) } else { name.to_owned() }
+}
+
+/// A text as a CSV field in quotes (RFC 4180). A text that a spreadsheet would take for a formula gets an apostrophe before it.
+#[must_use]
+pub fn quoted(text: &str) -> String {
+    let guard = if is_formula(text) { "'" } else { "" };
+    format!("\"{guard}{}\"", text.replace('"', "\"\""))
+}
+
+fn is_formula(text: &str) -> bool {
+    text.starts_with(['=', '+', '-', '@', '\t', '\r'])
 }
 
 /// A time in ISO 8601, in UTC with microseconds.
@@ -124,6 +132,13 @@ pub fn iso(at: Micros) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_field_is_quoted_where_needed_and_no_formula() {
+        let fields = ["chamber", "a,b", "the \"old\" one", "=1+2", "-a\"b"].map(csv_field);
+        assert_eq!(fields, ["chamber", "\"a,b\"", "\"the \"\"old\"\" one\"", "\"'=1+2\"", "\"'-a\"\"b\""]);
+        assert_eq!(["chamber", "@x"].map(quoted), ["\"chamber\"", "\"'@x\""]);
+    }
 
     #[test]
     fn a_time_after_the_year_9999_is_written_as_the_end_of_that_year() {

@@ -1,6 +1,6 @@
 //! The outbox: the rows of each transaction once more, as a numbered batch for the archive, in the same transaction.
 //!
-//! A row of the record is therefore in a batch, and the other way round, after every kill and every power cut. A batch never
+//! A row of the database is therefore in a batch, and the other way round, after every kill and every power cut. A batch never
 //! changes once it has a number, so that it may be sent twice. Numbers have no gaps. Deleting a batch that the archive has is what
 //! moves the cursor.
 
@@ -16,7 +16,7 @@ use std::time::Duration;
 /// Which samples are in the batches. Spans, events, alarms and the audit trail always are.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Forward {
-    /// Every sample of the record.
+    /// Every sample of the database.
     All,
     /// Those that differ from the last one by a factor: its decimal logarithm. Also each change of quality, and one in ten minutes.
     Deadband(f64),
@@ -55,13 +55,13 @@ pub struct Waiting {
 /// What waits in the outbox.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Page {
-    /// The epoch of the record: it differs after the record was replaced.
+    /// The epoch of the database: it differs after the database was replaced.
     pub epoch: i64,
     /// The first batches, in the order of their numbers.
     pub batches: Vec<Waiting>,
 }
 
-/// The state in the record.
+/// The state in the database.
 struct State {
     epoch: i64,
     event: i64,
@@ -118,18 +118,18 @@ pub fn acknowledge(connection: &rusqlite::Connection, epoch: i64, number: i64) -
     connection.prepare_cached(sql)?.execute([epoch, number])
 }
 
-/// Makes a copy of a record another record: its batches go on under an epoch of their own.
+/// Makes a copy of a database another database: its batches go on under an epoch of their own.
 pub fn begin_epoch(connection: &rusqlite::Connection) -> rusqlite::Result<()> {
     let sql = "SELECT count(*) FROM sqlite_schema WHERE name = 'outbox_state'";
     let tables: i64 = connection.query_row(sql, [], |row| row.get(0))?;
-    // A record of an older version has no outbox.
+    // A database of an older version has no outbox.
     if tables > 0 {
         connection.execute("UPDATE outbox_state SET epoch = 0", [])?;
     }
     Ok(())
 }
 
-/// The state; a new record, and a copy, begins its epoch now.
+/// The state; a new database, and a copy, begins its epoch now.
 fn state(transaction: &Transaction<'_>, now: Micros) -> rusqlite::Result<State> {
     let row =
         |row: &Row<'_>| Ok(State { epoch: row.get(0)?, event: row.get(1)?, alarm: row.get(2)?, audit: row.get(3)? });
@@ -404,7 +404,7 @@ mod tests {
         assert_eq!(numbers(), [1, 2, 3]);
         let epoch = page(&path).epoch;
         database.acknowledge_outbox(epoch + 1, 3).unwrap();
-        assert_eq!(numbers(), [1, 2, 3], "of another record");
+        assert_eq!(numbers(), [1, 2, 3], "of another database");
         database.acknowledge_outbox(epoch, 3).unwrap();
         drop(database);
         write(&mut open(&path, Forward::All), DAY, &[valid(DAY + 9, 1.0)]);

@@ -110,7 +110,7 @@ impl Reader {
     ///
     /// # Errors
     /// [`DatabaseError`] when the database cannot be read.
-    pub fn gauges(&self) -> Result<Vec<String>, DatabaseError> {
+    pub fn series_names(&self) -> Result<Vec<String>, DatabaseError> {
         self.query_all("SELECT name FROM series ORDER BY id", [], |row| row.get(0))
     }
 

@@ -58,7 +58,7 @@ pub fn ends_period(step: &ClockStep) -> bool {
     step.by > largest
 }
 
-/// How the clock at a start differs from the end of the record.
+/// How the clock at a start differs from the end of the database.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ClockAtStart {
     now: Micros,
@@ -80,10 +80,10 @@ impl fmt::Display for ClockAtStart {
         let show = |at: Micros| humantime::format_rfc3339_seconds(at.to_system_time());
         let (now, last) = (show(self.now), show(self.last));
         if self.now < self.last {
-            write!(formatter, "the clock shows {now}, {by} before the end of the record ({last}): ")?;
+            write!(formatter, "the clock shows {now}, {by} before the end of the database ({last}): ")?;
             write!(formatter, "it was set back, or was ahead before; ")?;
         } else {
-            write!(formatter, "the clock shows {now}, {by} after the end of the record ({last}): ")?;
+            write!(formatter, "the clock shows {now}, {by} after the end of the database ({last}): ")?;
             write!(formatter, "the station did not run meanwhile, or the clock was set forward; ")?;
         }
         formatter.write_str("nothing is deleted because of this")
@@ -195,7 +195,7 @@ mod tests {
         assert_eq!(expired(&forward, &[0, 90, 2_000]), [false, false, false]);
         let back = [days(2_000, 2_090), days(0, 1)];
         assert_eq!(expired(&back, &[0, 1, 2_000]), [false, false, false]);
-        // With a full record the oldest rows of the record go, never those that were recorded last.
+        // With a full database the oldest rows of the database go, never those that were recorded last.
         let full = [days(2_000, 2_150), days(0, 1), days(2_150, 2_151)];
         assert_eq!(
             expired(&full, &[-1, 0, 1, 2, 2_000, 2_051, 2_052, 2_150]),
@@ -227,11 +227,13 @@ mod tests {
         assert_eq!(
             text(2_000).as_deref(),
             Some(
-                "the clock shows 1975-06-24T00:00:00Z, 1000.0 days after the end of the record (1972-09-27T00:00:00Z): the \
+                "the clock shows 1975-06-24T00:00:00Z, 1000.0 days after the end of the database (1972-09-27T00:00:00Z): the \
                  station did not run meanwhile, or the clock was set forward; nothing is deleted because of this"
             )
         );
-        assert!(text(0).unwrap().contains(" before the end of the record (1972-09-27T00:00:00Z): it was set back, or"));
+        assert!(
+            text(0).unwrap().contains(" before the end of the database (1972-09-27T00:00:00Z): it was set back, or")
+        );
     }
 
     #[test]

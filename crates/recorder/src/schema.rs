@@ -429,7 +429,7 @@ mod tests {
     /// Checks every row of the fixture through the reader.
     fn assert_all_rows(reader: &Reader) {
         let (from, to) = (Micros(0), Micros(i64::MAX));
-        assert_eq!(reader.gauges().unwrap(), ["chamber", "tpg.2", "tpg"]);
+        assert_eq!(reader.series_names().unwrap(), ["chamber", "tpg.2", "tpg"]);
         let samples = reader.samples("chamber", from, to).unwrap();
         let last: Vec<_> = samples[11..].iter().map(|sample| (sample.pa, sample.quality)).collect();
         let expected = [
@@ -537,7 +537,7 @@ mod tests {
         let without =
             "DROP TABLE audit; DROP TABLE alarm; DROP TABLE alarm_history; DROP TABLE letter; PRAGMA user_version = 1";
         Connection::open(&old).unwrap().execute_batch(without).unwrap();
-        assert_eq!(Reader::open(&old).unwrap().gauges().unwrap(), ["chamber", "tpg.2", "tpg"]);
+        assert_eq!(Reader::open(&old).unwrap().series_names().unwrap(), ["chamber", "tpg.2", "tpg"]);
         let (migrated, fresh) = (open_to_write(&old).unwrap(), open_to_write(&new).unwrap());
         assert_eq!(columns(&migrated), columns(&fresh));
         assert_eq!(helpers(&migrated), helpers(&fresh));

@@ -199,7 +199,7 @@ fn rows_are_deleted_after_their_retention_of_recorded_time() {
 
 #[test]
 fn a_clock_that_is_years_wrong_at_a_start_deletes_nothing_and_is_told() {
-    for (days, words) in [(3 * YEAR, "after the end of the record"), (-3 * YEAR, "before the end of the record")] {
+    for (days, words) in [(3 * YEAR, "after the end of the database"), (-3 * YEAR, "before the end of the database")] {
         let mut station = Station::new();
         station.record("first");
         station.stop();

@@ -33,7 +33,7 @@ fn a_parquet_file_has_each_sample_with_its_types() {
     assert!(recorder.finish());
 
     let reader = Reader::open(&path).unwrap();
-    let names = reader.gauges().unwrap();
+    let names = reader.series_names().unwrap();
     let to = folder.path().join("all.parquet");
     let chunks = Chunks::new(reader, names, Micros(0), Micros(i64::MAX));
     assert_eq!(profivac_recorder::parquet::write(chunks, File::create(&to).unwrap()).unwrap(), 240_000);

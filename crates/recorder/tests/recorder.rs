@@ -90,7 +90,7 @@ fn a_sample_is_read_back_with_its_quality() {
     samples.iter().for_each(|sample| recorder.push(&gauge(), *sample));
     assert!(recorder.flush());
     assert_eq!(fixture.reader().samples("chamber", at(0), at(10)).unwrap(), samples);
-    assert_eq!(fixture.reader().gauges().unwrap(), ["chamber"]);
+    assert_eq!(fixture.reader().series_names().unwrap(), ["chamber"]);
     assert_eq!(fixture.reader().samples("unknown", at(0), at(10)).unwrap(), []);
 }
 
@@ -189,7 +189,7 @@ fn an_export_is_csv() {
     recorder.push(&odd, valid(0, 1.5e-6));
     recorder.push(&odd, Sample::gap(at(1)));
     assert!(recorder.flush());
-    let gauges = fixture.reader().gauges().unwrap();
+    let gauges = fixture.reader().series_names().unwrap();
     let csv = Export::new(fixture.reader(), gauges, at(0), at(10)).collect::<Result<String, _>>().unwrap();
     let expected = "\
 time,gauge,pressure_pa,quality

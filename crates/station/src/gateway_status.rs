@@ -10,7 +10,7 @@ use utoipa::ToSchema;
 /// The state of a gateway.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, ToSchema)]
 pub struct GatewayView {
-    /// Its name: `epics`, `opcua`, `mqtt`, `sparkplug`, `modbus`, `prometheus`.
+    /// Its name: `archive`, `epics`, `opcua`, `mqtt`, `sparkplug`, `modbus`, `prometheus`.
     pub name: String,
     /// Whether it serves its clients, or is connected to its broker.
     pub is_running: bool,

@@ -1,4 +1,4 @@
-//! Host names as they occur in a `Host` header and in the configuration file.
+//! Host names as they occur in a `Host` header, in URLs and in the configuration file.
 
 use axum::http::uri::Authority;
 use std::net::IpAddr;
@@ -15,7 +15,9 @@ pub fn host(text: &str) -> Option<String> {
 #[must_use]
 pub fn is_loopback(text: &str) -> bool {
     let is_loopback_address = |host: &str| host.parse::<IpAddr>().is_ok_and(|address| address.is_loopback());
-    host(text).is_some_and(|host| host.eq_ignore_ascii_case("localhost") || is_loopback_address(&host))
+    // An IPv6 address without brackets is no host of a URL.
+    is_loopback_address(text)
+        || host(text).is_some_and(|host| host.eq_ignore_ascii_case("localhost") || is_loopback_address(&host))
 }
 
 #[cfg(test)]
@@ -24,7 +26,8 @@ mod tests {
 
     #[test]
     fn only_localhost_and_loopback_addresses_are_loopback() {
-        for name in ["localhost", "LOCALHOST:8080", "127.0.0.1:8080", "127.1.2.3", "[::1]:8080", "[::1]", "localhost."]
+        for name in
+            ["localhost", "LOCALHOST:8080", "127.0.0.1:8080", "127.1.2.3", "[::1]:8080", "[::1]", "::1", "localhost."]
         {
             assert!(is_loopback(name), "{name}");
         }

@@ -265,7 +265,7 @@ pub struct Trend {
     /// The geometric mean in Pa.
     pub mean: Vec<Option<f64>>,
     /// The qualities that occurred: bit 0 valid, 1 overrange, 2 underrange, 3 fault, 4 stale, 5 off, 6
-    /// missing.
+    /// missing, 7 assumed.
     pub qualities: Vec<u8>,
 }
 

@@ -186,7 +186,7 @@ fn a_wrong_parameter_is_refused_with_a_sentence() {
         ("/api/trend?series=a&from=2&to=1", "expected from to lie before to, found 2 and 1"),
         ("/api/trend?series=a&from=1&to=2&pixels=0", "expected pixels from 1 to 20000, found 0"),
         ("/api/events?from=1&to=2&limit=99999", "expected limit from 1 to 10000, found 99999"),
-        ("/api/rise?series=a&from=1&to=2&volume_m3=-1", "expected a volume in m³ above 0, found -1"),
+        ("/api/rise?series=a&from=1&to=2&volume_m3=-1", "expected volume_m3 above 0, found -1"),
         ("/api/rise?series=a&from=1&to=2&accuracy=15", "expected an accuracy from 0 to 1 (0.15 is 15 %), found 15"),
         ("/api/rise?series=a&from=1&to=2", "expected at least 12 samples of a rise, got 0"),
         ("/api/export.csv?from=2&to=1", "expected from to lie before to, found 2 and 1"),

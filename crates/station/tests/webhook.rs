@@ -1,4 +1,4 @@
-//! Deliveries to receivers that fail, hang, redirect, refuse, and accept at last.
+//! Deliveries to servers that fail, hang, redirect, refuse, and accept at last.
 
 #![allow(clippy::unwrap_used, clippy::panic, clippy::indexing_slicing, reason = "a test")]
 
@@ -35,7 +35,7 @@ const QUICK: DeliverySettings = DeliverySettings {
     max_queued: 10_000,
 };
 
-/// What a receiver does with a request.
+/// What a server does with a request.
 #[derive(Clone, Copy)]
 enum Reaction {
     Answers(&'static str),

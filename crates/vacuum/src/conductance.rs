@@ -468,7 +468,7 @@ mod tests {
 
     #[test]
     fn conductances_of_air_match_the_textbook() {
-        // 11.6 l/s per cm^2 = 116 m/s; 12.1 d^3/l (cm, l/s) = 121 d^3/l (m, m³/s).
+        // 11.6 l/s per cm² = 116 m/s; 12.1 d^3/l (cm, l/s) = 121 d^3/l (m, m³/s).
         near(mean_speed_m_per_s(Gas::Air) / 4.0, 116.0, 0.005);
         near(PI / 12.0 * mean_speed_m_per_s(Gas::Air), 121.0, 0.005);
         // 135 d^4/l p (cm, mbar, l/s) = 1350 d^4/l p (m, Pa, m³/s).

@@ -294,7 +294,7 @@ mod tests {
 
     #[test]
     fn a_standard_cubic_centimetre_a_minute_is_counted_at_room_temperature() {
-        // By definition: 1 cm^3 at 1013.25 mbar and 0 °C per minute is 0.01689 mbar l/s.
+        // By definition: 1 cm³ at 1013.25 mbar and 0 °C per minute is 0.01689 mbar l/s.
         assert!((flow_of_sccm(1.0) * 273.15 / ROOM_K / 1.689e-3 - 1.0).abs() < 1e-3);
     }
 

@@ -114,11 +114,11 @@ const fn rubber(gas: Gas, q1: f64, energy: f64) -> Desorption {
     Desorption { gas, q1, law: Law::Diffusion, energy, returns: true, ends_s: SEAL_S }
 }
 
-/// All materials. 1e-9 mbar l/s per cm^2 is 1e-6 Pa m/s.
+/// All materials. 1e-9 mbar l/s per cm² is 1e-6 Pa m/s.
 ///
-/// Unbaked steel has 1e-9 to 1e-8 mbar l/s per cm^2 after an hour, mostly water (general knowledge). Hydrogen: with the
-/// diffusion of Outlaw and Peterson, 24 h at 150 °C leave 2e-12 mbar l/s per cm^2; 20 h at 100 °C of steel that was baked before
-/// leave 1.3e-12 (Messer and Treitz 1977, 1e-12 Torr l/s per cm^2). Viton: 1.14e-6 mbar l/s per cm^2 after an hour (table of
+/// Unbaked steel has 1e-9 to 1e-8 mbar l/s per cm² after an hour, mostly water (general knowledge). Hydrogen: with the
+/// diffusion of Outlaw and Peterson, 24 h at 150 °C leave 2e-12 mbar l/s per cm²; 20 h at 100 °C of steel that was baked before
+/// leave 1.3e-12 (Messer and Treitz 1977, 1e-12 Torr l/s per cm²). Viton: 1.14e-6 mbar l/s per cm^2 after an hour (table of
 /// pspglobal.com, "Outgassing and weight loss of elastomers"). free choice: the fractions of the other gases, 80 kJ/mol for
 /// water.
 pub const MATERIALS: [Material; 6] = [
@@ -409,7 +409,7 @@ mod tests {
         baked.set_temperature(ROOM_K);
         let after = baked.flow();
         assert!(after[Gas::H2o] < 1e-4 * before[Gas::H2o], "{:e}", after[Gas::H2o]);
-        // 2e-12 mbar l/s per cm^2 is 2e-9 Pa m/s.
+        // 2e-12 mbar l/s per cm² is 2e-9 Pa m/s.
         assert!((1.3e-9..2.7e-9).contains(&after[Gas::H2]), "{:e}", after[Gas::H2]);
     }
 

@@ -310,7 +310,7 @@ fn sealed(days: &[f64]) -> Vec<[f64; 2]> {
 }
 
 fn walls(table: &mut Table) {
-    // 1e-10 mbar l/s per cm^2 is 1e-7 Pa m/s.
+    // 1e-10 mbar l/s per cm² is 1e-7 Pa m/s.
     let rate = |wall: Surface, gas: Gas| wall.flow()[gas] * 1e-3;
     table.add(
         "steel, water after 10 h",

@@ -68,7 +68,7 @@ fn a_plant_of_any_size_is_calculated_with_steps_of_any_length() {
         for width in [1e-4, 0.1, 5.0] {
             for speed in [1e-9, 0.3, 1000.0] {
                 for step in [1e-3, 1.0, 1e4] {
-                    // A volume of 1 mm^3 that takes a day to empty needs short steps.
+                    // A volume of 1 mm³ that takes a day to empty needs short steps.
                     let slow = speed < volumes[0] * 1e3 && step > 1.0;
                     day(volumes, width, speed, if slow { 100.0 } else { step }, 6);
                 }

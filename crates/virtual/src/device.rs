@@ -110,12 +110,12 @@ pub struct VirtualDevice {
 impl VirtualDevice {
     /// A device in its environment, settled. `address` is the setting of its address switch.
     #[must_use]
-    pub fn new(unit: Box<dyn GaugeSlave>, address: u8, baud: Baud, around: impl Into<Environment>) -> Self {
+    pub fn new(slave: Box<dyn GaugeSlave>, address: u8, baud: Baud, around: impl Into<Environment>) -> Self {
         let around = around.into();
-        let sensors = sensors(unit.device(), Sensor::ideal);
+        let sensors = sensors(slave.device(), Sensor::ideal);
         let mut device = Self {
             switch_address: address,
-            slave: unit,
+            slave,
             powered: true,
             sensors,
             has_real_sensors: false,
@@ -135,8 +135,8 @@ impl VirtualDevice {
     #[must_use]
     pub fn with_real_sensors(mut self, seed: u64) -> Self {
         let mut seeds = (0..).map(|part: u64| seed ^ part << 40 ^ u64::from(self.switch_address) << 32);
-        let bought = |principle, range| Sensor::real(principle, range, seeds.next().unwrap_or_default());
-        self.sensors = sensors(self.slave.device(), bought);
+        let real = |principle, range| Sensor::real(principle, range, seeds.next().unwrap_or_default());
+        self.sensors = sensors(self.slave.device(), real);
         self.has_real_sensors = true;
         self.sense(0.0);
         self
@@ -160,8 +160,8 @@ impl VirtualDevice {
     }
 
     /// Connects the device to the bus or disconnects it.
-    pub fn set_connected(&mut self, plugged: bool) {
-        self.connected = plugged;
+    pub fn set_connected(&mut self, connected: bool) {
+        self.connected = connected;
     }
 
     /// Whether the device has power and is connected to the bus.

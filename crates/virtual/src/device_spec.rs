@@ -367,17 +367,18 @@ mod tests {
     fn every_device_is_built_by_its_name() {
         for entry in &DEVICES {
             let name = entry.model.name;
-            let unit = parse(&format!("{name}@9")).unwrap().build(NonvolatileMemory::volatile(), Baud::B19200).unwrap();
-            assert_eq!((unit.device().name(), unit.station_address()), (name, 9));
-            assert_eq!(unit.device().ident_number(), entry.model.ident);
+            let slave =
+                parse(&format!("{name}@9")).unwrap().build(NonvolatileMemory::volatile(), Baud::B19200).unwrap();
+            assert_eq!((slave.device().name(), slave.station_address()), (name, 9));
+            assert_eq!(slave.device().ident_number(), entry.model.ident);
         }
     }
 
     #[test]
     fn an_atmosphere_sensor_is_fitted_unless_a_key_removes_it() {
         let parts = |text: &str| {
-            let unit = parse(text).unwrap().build(NonvolatileMemory::volatile(), Baud::B19200).unwrap();
-            unit.device().parts().len()
+            let slave = parse(text).unwrap().build(NonvolatileMemory::volatile(), Baud::B19200).unwrap();
+            slave.device().parts().len()
         };
         assert_eq!([parts("pcg550@5"), parts("pcg550@5:atm=on"), parts("pcg550@5:atm=off")], [3, 3, 2]);
         assert_eq!(parts("psg550@5"), 1);

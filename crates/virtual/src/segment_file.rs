@@ -162,8 +162,8 @@ impl SegmentFile {
         let mut file = Self { name: format!("sim:{}", path.display()), baud, devices: Vec::new(), notices: Vec::new() };
         for (span, spec) in described.specs()? {
             let memory = file.memory(&described, path, &spec)?;
-            let unit = spec.build(memory, baud).map_err(|error| Positioned::at(&span, error))?;
-            file.devices.push(VirtualDevice::new(unit, spec.address, baud, conditions));
+            let slave = spec.build(memory, baud).map_err(|error| Positioned::at(&span, error))?;
+            file.devices.push(VirtualDevice::new(slave, spec.address, baud, conditions));
         }
         Ok(file)
     }

@@ -97,7 +97,7 @@ struct Station {
 }
 
 impl Station {
-    /// Why a batch is not of this station. A later epoch is that of its new record.
+    /// Why a batch is not of this station. A later epoch is that of its new database.
     fn refusal(&mut self, batch: &Accepted<'_>) -> Option<String> {
         if self.plant != batch.plant {
             let plant = &self.plant;
@@ -108,7 +108,7 @@ impl Station {
         }
         if batch.epoch < self.epoch && batch.batch.made_us > self.epoch.saturating_add(SUCCESSION) {
             return Some(format!(
-                "two records send as station {}: one that began at {}, and this one of {}, both in microseconds since 1970; give each \
+                "two databases send as station {}: one that began at {}, and this one of {}, both in microseconds since 1970; give each \
                  station a name of its own",
                 batch.station, self.epoch, batch.epoch
             ));

@@ -82,7 +82,7 @@ impl Row for SampleRow {
     }
 }
 
-/// A span of a series, of a batch of a record.
+/// A span of a series, of a batch of a database.
 pub struct SpanRow {
     pub series: i32,
     pub epoch: i64,
@@ -121,7 +121,7 @@ impl Row for SpanRow {
     }
 }
 
-/// A row of a record of a station.
+/// A row of the database of a station.
 pub struct RecordRow<T> {
     pub station: i32,
     pub epoch: i64,

@@ -2,7 +2,7 @@
 
 use crate::failure::Failure;
 use profivac_station::alarm::Rule;
-use profivac_station::config::Config;
+use profivac_station::config::{Config, MEMORY_PORT};
 use profivac_virtual::scenario::Scenario;
 use std::fmt::Write;
 use std::path::Path;
@@ -36,7 +36,7 @@ fault = { delay = \"1 s\" }
 /// The alarms of `scenario`, whose gauges are shown on one segment under these names.
 pub fn rules(scenario: &Scenario, segment: &str, names: impl Fn(u8) -> (String, String)) -> Result<Vec<Rule>, Failure> {
     let master = free_address(scenario);
-    let mut text = format!("[[segment]]\nname = {segment:?}\nport = \"in memory\"\nmaster = {master}\n");
+    let mut text = format!("[[segment]]\nname = {segment:?}\nport = {MEMORY_PORT:?}\nmaster = {master}\n");
     let mut has_chamber = false;
     for spec in scenario.specs() {
         let (name, device) = names(spec.address);

@@ -30,7 +30,7 @@ const SEGMENT: &str = "demo";
 
 /// Records the demonstration and serves the dashboard.
 pub struct Dashboard {
-    exhibit: DemoSegment,
+    shown: DemoSegment,
     services: Arc<Services>,
     server: Option<Server>,
     _watcher: AlarmThread,
@@ -80,14 +80,14 @@ impl Dashboard {
         let (snapshots, recorder) = (Arc::clone(services.snapshots()), Arc::clone(services.recorder()));
         let _watcher = AlarmThread::start(Arc::clone(services.alarms()), snapshots, recorder)?;
         services.plant().set(plant::view(scenario.schematic(), |address| names(address).0));
-        let exhibit = DemoSegment::new(services.for_segments(), SEGMENT, segment, master, names);
+        let shown = DemoSegment::new(services.for_segments(), SEGMENT, segment, master, names);
         // The gauges are published: the first request finds them.
         let server = match options.listen {
             _ if !options.is_served => None,
             Some(address) => Some(serve(&services, address)?),
             None => Some(serve_at_default(&services)?),
         };
-        Ok(Self { exhibit, services, server, _watcher, _folder: folder })
+        Ok(Self { shown, services, server, _watcher, _folder: folder })
     }
 
     /// The address of the dashboard, if it is served.
@@ -100,7 +100,7 @@ impl Dashboard {
         let plant = self.services.plant();
         plant.report(plant::states(run));
         run.message().into_iter().for_each(|message| plant.tell(message));
-        self.exhibit.run_once(segment);
+        self.shown.run_once(segment);
     }
 }
 

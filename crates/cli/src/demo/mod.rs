@@ -166,8 +166,8 @@ impl Demo {
         let options = DashboardOptions { is_served: !headless || listen.is_some(), listen, record };
         let is_wanted = options.is_served || record.is_some();
         let dashboard = is_wanted.then(|| Dashboard::open(&scenario, &mut segment, MASTER, &options)).transpose()?;
-        let lived = Instant::now();
-        let end = arguments.time.and_then(|time| lived.checked_add(time));
+        let started = Instant::now();
+        let end = arguments.time.and_then(|time| started.checked_add(time));
         let signals = Signals::catch()?;
         Ok(Self {
             title: scenario.title,
@@ -177,7 +177,7 @@ impl Demo {
             speed: arguments.speed,
             signals,
             end,
-            advanced_until: lived,
+            advanced_until: started,
             pending_s: 0.0,
             missed_absent: 0,
         })

@@ -1,6 +1,7 @@
 //! The screen of the demo: the plant, its pressures over time, the gauges, the bus.
 
 use super::Demo;
+use super::plant::LEAST_ROTOR_SPEED;
 use super::trend::Trend;
 use profivac_client::cyclic::{ChannelValue, CyclicSlave};
 use profivac_devices::reading::Quality;
@@ -9,12 +10,16 @@ use profivac_dp::master::Counters;
 use profivac_host::clock::duration_of;
 use profivac_virtual::device::VirtualDevice;
 use profivac_virtual::memory_segment::MemorySegment;
+use profivac_virtual::scenario::PartState;
 use ratatui::Frame;
 use ratatui::layout::{Constraint, Layout, Rect};
 use ratatui::style::{Color, Style, Stylize};
 use ratatui::symbols::Marker;
 use ratatui::text::{Line, Span};
 use ratatui::widgets::{Axis, Block, Cell, Chart, Dataset, GraphType, Paragraph, Row, Table, Wrap};
+
+/// A rotor from this fraction of its rated speed on is shown as `100 %`.
+const FULL_ROTOR_SPEED: f64 = 0.995;
 
 /// The decades of curve and bars, as powers of ten of mbar.
 const DECADES: [f64; 2] = [-10.0, 4.0];
@@ -94,14 +99,14 @@ fn plant(frame: &mut Frame<'_>, area: Rect, demo: &Demo) {
         lines.extend(states.iter().map(|(name, state)| {
             Line::from(vec![
                 Span::from(format!(" {name:<14}")).gray(),
-                Span::from(state.clone()).fg(state_colour(state)),
+                Span::from(state.to_string()).fg(state_colour(*state)),
             ])
         }));
         frame.render_widget(Paragraph::new(lines).block(block), area);
         return;
     }
     let words = states.iter().flat_map(|(name, state)| {
-        [Span::from(format!(" {name} ")).gray(), Span::from(format!("{state} ")).fg(state_colour(state))]
+        [Span::from(format!(" {name} ")).gray(), Span::from(format!("{state} ")).fg(state_colour(*state))]
     });
     lines.push(Line::from(words.collect::<Vec<_>>()));
     frame.render_widget(Paragraph::new(lines).wrap(Wrap { trim: false }).block(block), area);
@@ -119,11 +124,13 @@ fn level(name: &str, mbar: f64, colour: Color) -> Line<'static> {
 }
 
 /// The colour of the state of a part.
-fn state_colour(state: &str) -> Color {
+fn state_colour(state: PartState) -> Color {
     match state {
-        "open" | "runs" | "100 %" => Color::Green,
-        "closed" | "stands" | "0 %" => Color::DarkGray,
-        _ => Color::Cyan,
+        PartState::Open | PartState::Running => Color::Green,
+        PartState::Closed | PartState::Stopped => Color::DarkGray,
+        PartState::RotorSpeed(fraction) if fraction >= FULL_ROTOR_SPEED => Color::Green,
+        PartState::RotorSpeed(fraction) if fraction < LEAST_ROTOR_SPEED => Color::DarkGray,
+        PartState::RotorSpeed(_) | PartState::Temperature(_) => Color::Cyan,
     }
 }
 

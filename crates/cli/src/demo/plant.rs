@@ -1,7 +1,10 @@
 //! The plant of a scenario in the dashboard: its picture, and the states of its valves and pumps.
 
 use profivac_station::plant::{PlantPart, PlantPartKind, PlantPartState, PlantPartStatus, PlantPicture, PlantVolume};
-use profivac_virtual::scenario::{Run, Schematic, SchematicKind};
+use profivac_virtual::scenario::{PartState, Run, Schematic, SchematicKind};
+
+/// A rotor below this fraction of its rated speed is shown as `0 %`: its pump is stopped.
+pub const LEAST_ROTOR_SPEED: f64 = 0.005;
 
 /// The picture of a plant. `name` gives the name of the gauge at an address.
 pub fn view(schematic: &Schematic, name: impl Fn(u8) -> String) -> PlantPicture {
@@ -37,20 +40,21 @@ const fn kind(kind: SchematicKind) -> PlantPartKind {
 
 /// The states of the parts of a plant.
 pub fn states(run: &Run) -> impl Iterator<Item = (String, PlantPartStatus)> {
-    run.states().into_iter().filter_map(|(name, text)| Some((name.to_owned(), status(&text)?)))
+    run.states().into_iter().filter_map(|(name, state)| Some((name.to_owned(), status(state)?)))
 }
 
-/// The state behind the words of a run; `None` for a part without one, like the temperature of a wall.
-fn status(text: &str) -> Option<PlantPartStatus> {
-    let state = match text {
-        "open" => PlantPartState::Open,
-        "closed" => PlantPartState::Closed,
-        "runs" => PlantPartState::Running,
-        "stands" | "0 %" => PlantPartState::Stopped,
-        speed if speed.ends_with(" %") => PlantPartState::Running,
-        _ => return None,
+/// The state of a part; `None` for the temperature of a wall.
+fn status(state: PartState) -> Option<PlantPartStatus> {
+    let shown = match state {
+        PartState::Open => PlantPartState::Open,
+        PartState::Closed => PlantPartState::Closed,
+        PartState::Running => PlantPartState::Running,
+        PartState::Stopped => PlantPartState::Stopped,
+        PartState::RotorSpeed(fraction) if fraction < LEAST_ROTOR_SPEED => PlantPartState::Stopped,
+        PartState::RotorSpeed(_) => PlantPartState::Running,
+        PartState::Temperature(_) => return None,
     };
-    Some(PlantPartStatus { state, detail: text.ends_with(" %").then(|| text.to_owned()) })
+    Some(PlantPartStatus { state: shown, detail: matches!(state, PartState::RotorSpeed(_)).then(|| state.to_string()) })
 }
 
 #[cfg(test)]

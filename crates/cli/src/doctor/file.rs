@@ -1,6 +1,6 @@
-//! A file: of a station, a segment, a gauge, a record, recorded traffic.
+//! A file: of a station, a segment, a gauge, a database, recorded traffic.
 
-use super::{Finding, record, station};
+use super::{Finding, database, station};
 use profivac_client::settings::SettingsFile;
 use profivac_dp::link::Baud;
 use profivac_explain::divider::Divider;
@@ -26,7 +26,7 @@ pub fn check(path: &Path) -> Vec<Finding> {
     let read = File::open(path).and_then(|mut file| file.read(&mut first));
     match read {
         Err(error) => vec![unreadable(path, &error)],
-        Ok(_) if first == SQLITE => record::check(path),
+        Ok(_) if first == SQLITE => database::check(path),
         Ok(_) if path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("toml")) => toml(path),
         Ok(_) => traffic(path),
     }

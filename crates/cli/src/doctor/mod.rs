@@ -1,9 +1,9 @@
 //! `profivac doctor`: checks this computer, ports, lines and files, and says what to do next.
 
 mod computer;
+mod database;
 mod file;
 mod port;
-mod record;
 mod station;
 
 use crate::failure::Failure;
@@ -19,7 +19,7 @@ use std::time::Duration;
 ///
 /// Without WHAT the command checks the computer and its serial devices, and opens none of them. A port (serial device, pty,
 /// tcp://HOST:PORT, sim:FILE.toml) is opened and listened to; nothing is sent. A file may be the file of a station with everything it
-/// names, a segment or scenario, settings of a gauge, the record of a station, or recorded traffic.
+/// names, a segment or scenario, settings of a gauge, the database of a station, or recorded traffic.
 #[derive(Args, Debug)]
 #[command(after_help = EXAMPLES)]
 pub struct Arguments {

@@ -1,6 +1,6 @@
 //! The file of a station, and everything that it names.
 
-use super::{Finding, port, record};
+use super::{Finding, database, port};
 use crate::{gateways, names};
 use profivac_station::auth::file_permissions::{self, PermissionError};
 use profivac_station::config::{Config, Segment};
@@ -9,7 +9,7 @@ use std::io::ErrorKind;
 use std::net::TcpListener;
 use std::path::Path;
 
-/// Below this free space, in octets, a record is in danger. free choice: some weeks of ten gauges.
+/// Below this free space, in octets, a database is in danger. free choice: some weeks of ten gauges.
 const LITTLE_SPACE: u64 = 1 << 30;
 
 /// The findings about a station's file.
@@ -59,16 +59,16 @@ fn permissions(path: &Path, config: &Config) -> Option<Finding> {
     Some(if config.is_private() { Finding::bad_file(found, next) } else { Finding::note(found, next) })
 }
 
-/// The record, or the folder in which it will be.
+/// The database, or the folder in which it will be.
 fn database(config: &Config) -> Vec<Finding> {
     let path = &config.database;
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let mut findings = match path.exists() {
-        true => record::check(path),
+        true => database::check(path),
         false => vec![match access(folder, Access::WRITE_OK | Access::EXEC_OK) {
-            Ok(()) => Finding::good(format!("the record will be {}", path.display())),
+            Ok(()) => Finding::good(format!("the database will be {}", path.display())),
             Err(_) => Finding::bad_file(
-                format!("the record cannot be made in {}", folder.display()),
+                format!("the database cannot be made in {}", folder.display()),
                 "make the folder and give the user of the station the right to write there, or change `database`",
             ),
         }],
@@ -80,10 +80,10 @@ fn database(config: &Config) -> Vec<Finding> {
 fn free_space(folder: &Path) -> Option<Finding> {
     let system = statvfs(folder).ok()?;
     let free = system.f_bavail.saturating_mul(system.f_frsize);
-    let found = format!("{:.1} GB are free for the record", free as f64 / 1e9);
+    let found = format!("{:.1} GB are free for the database", free as f64 / 1e9);
     Some(match free >= LITTLE_SPACE {
         true => Finding::good(found),
-        false => Finding::note(found, "free some space, move the record, or shorten `samples-days` in [retention]"),
+        false => Finding::note(found, "free some space, move the database, or shorten `samples-days` in [retention]"),
     })
 }
 

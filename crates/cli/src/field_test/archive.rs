@@ -3,6 +3,7 @@
 use super::report::{FORMAT, Report};
 use crate::failure::Failure;
 use crate::output::json;
+use crate::whole_file::not_written;
 use profivac_dp::link::Baud;
 use std::io::{Read, Write};
 use std::path::{Path, PathBuf};
@@ -47,7 +48,7 @@ impl Output {
             return Err(Failure::usage(format!("{shown} exists already: give another name with --out")));
         }
         let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-        let file = NamedTempFile::with_prefix_in(".field-test-", folder).map_err(|error| unwritable(path, &error))?;
+        let file = NamedTempFile::with_prefix_in(".field-test-", folder).map_err(|error| not_written(path, &error))?;
         Ok(Self { path: path.to_owned(), file })
     }
 
@@ -56,16 +57,12 @@ impl Output {
     /// # Errors
     /// A usage error if the disk is full, or the file exists by now.
     pub fn write(mut self, files: &[(&str, &[u8])]) -> Result<(), Failure> {
-        let failed = |error: &std::io::Error| unwritable(&self.path, error);
+        let failed = |error: &std::io::Error| not_written(&self.path, error);
         let octets = tar_of(files).map_err(|error| failed(&error))?;
         self.file.write_all(&octets).and_then(|()| self.file.as_file().sync_all()).map_err(|error| failed(&error))?;
-        self.file.persist_noclobber(&self.path).map_err(|error| unwritable(&self.path, &error.error))?;
+        self.file.persist_noclobber(&self.path).map_err(|error| not_written(&self.path, &error.error))?;
         Ok(())
     }
-}
-
-fn unwritable(path: &Path, error: &std::io::Error) -> Failure {
-    Failure::usage(format!("{} cannot be written: {error}", path.display()))
 }
 
 /// The files as a tar file. Owner and time of each are 0.

@@ -7,6 +7,7 @@ use crate::failure::Failure;
 use crate::output::{json, notice, out};
 use crate::time_argument::parse_time;
 use crate::values;
+use crate::whole_file::write_text;
 use clap::Args;
 use jiff::{Timestamp, Zoned};
 use profivac_client::pressure::Pressure;
@@ -91,8 +92,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let chosen = chosen(&source.samples, &known);
     let plant = fitted(&chosen.record, arguments)?;
     if let Some(path) = &arguments.plot {
-        std::fs::write(path, picture::svg(&plant, &format!("{}: measured and fitted", source.gauge)))
-            .map_err(|error| Failure::usage(format!("{} cannot be written: {error}", path.display())))?;
+        write_text(path, &picture::svg(&plant, &format!("{}: measured and fitted", source.gauge)))?;
         notice(&format_args!("drew {}", path.display()));
     }
     out(&if arguments.json {
@@ -189,9 +189,6 @@ fn hours(found: Interval) -> String {
 }
 
 fn text(arguments: &Arguments, gauge: &str, start: Micros, chosen: &Chosen, plant: &Plant) -> String {
-    // In mbar l/s: 0.1 Pa m³/s.
-    let flow = |found: Interval| interval(found, 0.1, "mbar l/s");
-    let mbar = |found: Interval| interval(found, 100.0, "mbar");
     let rise = chosen.rise.map_or_else(
         || "no rise with a closed valve: leak and speed follow from the curve alone".to_owned(),
         |[closed, opened]| format!("valve closed from {} to {}", duration(closed), duration(opened)),
@@ -202,44 +199,70 @@ fn text(arguments: &Arguments, gauge: &str, start: Micros, chosen: &Chosen, plan
         chosen.record.samples.len(),
         timestamp(start).to_string()
     )];
+    let rows = plant_rows(arguments, plant).into_iter().chain(prediction_rows(arguments, plant));
+    lines.extend(rows.map(|(name, value)| format!("  {name:<32} {value}")));
+    lines.extend(notes(arguments, plant).into_iter().map(|(name, text)| format!("{name} {text}.")));
+    lines.push(accuracy_note(arguments));
+    lines.join("\n")
+}
+
+/// A flow in mbar l/s: 0.1 Pa m³/s.
+fn flow(found: Interval) -> String {
+    interval(found, 0.1, "mbar l/s")
+}
+
+fn mbar(found: Interval) -> String {
+    interval(found, 100.0, "mbar")
+}
+
+/// The numbers of the plant, and how well they fit.
+fn plant_rows(arguments: &Arguments, plant: &Plant) -> Vec<(String, String)> {
     let fits = if plant.misfit > MISFIT {
         "the fit does not describe the record: do not rely on these numbers"
     } else {
         "a good fit is near 1"
     };
-    let given = if arguments.volume.is_some() {
+    let volume = if arguments.volume.is_some() {
         format!("{} l, as given", digits(plant.volume_m3.mean * 1e3))
     } else {
         interval(plant.volume_m3, 1e-3, "l")
     };
-    let mut row = |name: &str, value: String| lines.push(format!("  {name:<32} {value}"));
-    row("volume", given);
-    for (pa, speed) in &plant.speeds {
-        row(&format!("speed at {} mbar", digits(pa / 100.0)), interval(*speed, 1e-3, "l/s"));
-    }
-    row("leak", flow(plant.leak));
-    row("outgassing after 1 h", flow(plant.outgassing_1h));
-    row("exponent of outgassing", interval(plant.exponent, 1.0, ""));
-    row("ultimate pressure of pump", mbar(plant.ultimate_pa));
-    row("misfit", format!("{} ({fits})", digits(plant.misfit)));
-    row("residuals", picture::residual_line(&plant.residuals));
+    let speed = |(pa, speed): &(f64, Interval)| {
+        (format!("speed at {} mbar", digits(pa / 100.0)), interval(*speed, 1e-3, "l/s"))
+    };
+    let mut rows = vec![("volume".to_owned(), volume)];
+    rows.extend(plant.speeds.iter().map(speed));
+    let others = [
+        ("leak", flow(plant.leak)),
+        ("outgassing after 1 h", flow(plant.outgassing_1h)),
+        ("exponent of outgassing", interval(plant.exponent, 1.0, "")),
+        ("ultimate pressure of pump", mbar(plant.ultimate_pa)),
+        ("misfit", format!("{} ({fits})", digits(plant.misfit))),
+        ("residuals", picture::residual_line(&plant.residuals)),
+    ];
+    rows.extend(others.map(|(name, value)| (name.to_owned(), value)));
+    rows
+}
+
+/// The parts of the pressure at the end, what comes, and what would help.
+fn prediction_rows(arguments: &Arguments, plant: &Plant) -> Vec<(String, String)> {
     let [leak, walls, pump] = plant.parts_pa(plant.end_s());
-    row("pressure at the end by leak", mbar(leak));
-    row("  by outgassing", mbar(walls));
-    row("  by the pump", mbar(pump));
-    row("with the valve open: + 1 d", mbar(plant.predicted_pa(plant.end_s() + 86_400.0)));
-    for target in &arguments.target {
+    let parts = [
+        ("pressure at the end by leak", mbar(leak)),
+        ("  by outgassing", mbar(walls)),
+        ("  by the pump", mbar(pump)),
+        ("with the valve open: + 1 d", mbar(plant.predicted_pa(plant.end_s() + 86_400.0))),
+    ];
+    let mut rows: Vec<_> = parts.into_iter().map(|(name, value)| (name.to_owned(), value)).collect();
+    rows.extend(arguments.target.iter().map(|target| {
         let found = plant.time_to_pa(target.pa());
         let name = format!("{} mbar is reached after", digits(target.pa() / 100.0));
-        row(&name, found.map_or_else(|| "not within a year".to_owned(), hours));
-    }
-    row("what would help most", "pressure after another day, divided by".to_owned());
-    for (one, factor) in plant.remedies() {
-        row("", format!("{:>8}  {}", digits(factor.mean), remedy(one)));
-    }
-    lines.extend(notes(arguments, plant).into_iter().map(|(name, text)| format!("{name} {text}.")));
-    lines.push(accuracy_note(arguments));
-    lines.join("\n")
+        (name, found.map_or_else(|| "not within a year".to_owned(), hours))
+    }));
+    rows.push(("what would help most".to_owned(), "pressure after another day, divided by".to_owned()));
+    let remedies = plant.remedies().into_iter();
+    rows.extend(remedies.map(|(one, factor)| (String::new(), format!("{:>8}  {}", digits(factor.mean), remedy(one)))));
+    rows
 }
 
 /// What the record does not determine, by the name in the table.

@@ -41,7 +41,7 @@ pub fn read(path: &Path, gauge: Option<&str>) -> Result<Source, Failure> {
     }
     let reader = Reader::open(&database)
         .map_err(|error| Failure::usage(format!("{} is no database of a station: {error}", database.display())))?;
-    let name = chosen(gauge, &reader.gauges()?, &database)?;
+    let name = chosen(gauge, &reader.series_names()?, &database)?;
     let span = known(&reader, std::slice::from_ref(&name))?;
     let span = span.ok_or_else(|| Failure::usage(format!("{} contains no samples yet", database.display())))?;
     let samples = series(&reader, &name, TimeRange { ..span })?.samples;

@@ -1,9 +1,10 @@
 //! `profivac report`: writes a page about a pump-down.
 
+use crate::database::{Database, micros, time};
 use crate::failure::Failure;
 use crate::output::{json, notice, out};
-use crate::record::{Record, micros, time};
 use crate::values;
+use crate::whole_file::{check_absent, write_text};
 use clap::Args;
 use jiff::tz::TimeZone;
 use jiff::{Timestamp, Zoned};
@@ -17,9 +18,7 @@ use profivac_station::report::series::{known, moved, pump_downs};
 use profivac_station::report::{GaugeInfo, Report, ReportRequest, Unit, page::page};
 use serde::Serialize;
 use std::ffi::OsStr;
-use std::fs::OpenOptions;
-use std::io::{self, Write};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 /// Write a page about a pump-down: curves, times to pressure, pumping speed and events in one HTML file.
 ///
@@ -127,9 +126,9 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
 
 impl Source {
     fn open(arguments: &Arguments, now: &Zoned) -> Result<Self, Failure> {
-        let record = Record::open(&arguments.source)?;
-        let names = record.series(&arguments.gauge)?;
-        let Record { reader, path, config } = record;
+        let database = Database::open(&arguments.source)?;
+        let names = database.series(&arguments.gauge)?;
+        let Database { reader, path, config } = database;
         Ok(Self { reader, path, config, names, unit: arguments.unit, zone: now.time_zone().clone() })
     }
 
@@ -319,7 +318,8 @@ fn write_report(arguments: &Arguments, report: &Report) -> Result<(), Failure> {
     match path {
         None => out(text.trim_end()),
         Some(path) => {
-            write(&path, &text, arguments.force)?;
+            check_absent(&path, arguments.force)?;
+            write_text(&path, &text)?;
             notice(&format_args!(
                 "{} gauges, {} events in {}",
                 report.gauges.len(),
@@ -339,16 +339,4 @@ fn default_file_name(report: &Report) -> PathBuf {
     let name = if name.is_empty() { "pump-down".to_owned() } else { name };
     let begin = report.begin.to_zoned(report.zone.clone());
     PathBuf::from(format!("{name}-{}.html", begin.strftime("%Y-%m-%d-%H%M")))
-}
-
-/// Writes a file; an existing file is an error without `force`.
-fn write(path: &Path, text: &str, force: bool) -> Result<(), Failure> {
-    let failed = |error: io::Error| {
-        let hint = if error.kind() == io::ErrorKind::AlreadyExists { "; add --force to overwrite it" } else { "" };
-        Failure::usage(format!("{}: {error}{hint}", path.display()))
-    };
-    let mut options = OpenOptions::new();
-    options.write(true);
-    let options = if force { options.create(true).truncate(true) } else { options.create_new(true) };
-    options.open(path).and_then(|mut file| file.write_all(text.as_bytes())).map_err(failed)
 }

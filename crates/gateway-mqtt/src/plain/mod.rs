@@ -84,7 +84,7 @@ impl Publisher {
     }
 
     async fn publish_until_stopped(&self, connection: &mut Connection, context: &mut Context) -> Result<(), MqttError> {
-        send(connection, context, vec![layout::status(&self.prefix, true)]).await?;
+        connection.publish_all(vec![layout::status(&self.prefix, true)], &context.status).await?;
         let mut snapshots = context.model.subscribe();
         let mut published: Option<(Layout, Tracker)> = None;
         loop {
@@ -95,7 +95,7 @@ impl Publisher {
                         && payload == b"online"
                         && let Some((layout, _)) = &published
                     {
-                        send(connection, context, self.sensors(layout)).await?;
+                        connection.publish_all(self.sensors(layout), &context.status).await?;
                     }
                 }
                 changed = snapshots.changed() => {
@@ -104,7 +104,7 @@ impl Publisher {
                     }
                     let snapshot = Arc::clone(&snapshots.borrow_and_update());
                     let messages = self.messages(&mut published, &snapshot, context);
-                    send(connection, context, messages).await?;
+                    connection.publish_all(messages, &context.status).await?;
                 }
             }
         }
@@ -141,13 +141,4 @@ impl Publisher {
         let Some(discovery) = &self.discovery else { return Vec::new() };
         discovery::sensors(discovery, &self.prefix, &self.station, layout)
     }
-}
-
-async fn send(connection: &Connection, context: &Context, messages: Vec<Message>) -> Result<(), MqttError> {
-    let count = messages.len();
-    for message in messages {
-        connection.publish(message).await?;
-    }
-    context.status.sent(count as u64);
-    Ok(())
 }

@@ -6,7 +6,7 @@
 //! | Waiting | the primary host is online | | Ready |
 //! | Ready | births are asked for | NBIRTH, DBIRTH of each device | Backlog |
 //! | Backlog | samples of the outage | DDATA, historical | Backlog |
-//! | Backlog | the record has no more | DDATA, NDATA of the last seconds | Live |
+//! | Backlog | the database has no more | DDATA, NDATA of the last seconds | Live |
 //! | Live | a new snapshot | DDATA, NDATA, DBIRTH, DDEATH | Live |
 //! | Backlog, Live | a rebirth is due | NBIRTH, DBIRTH of each device | the same |
 //! | Ready, Backlog, Live | the primary host is offline | NDEATH | Ended |
@@ -18,6 +18,7 @@ use super::payload::{Metric, MetricValue, Payload, datatype};
 use crate::message::{Delivery, Message};
 use crate::topic::level;
 use crate::tracker::Tracker;
+use profivac_gateway::signal::gauge_state;
 use profivac_gateway::{Point, PointValue, Signal, Snapshot, Subject, Value};
 use profivac_recorder::{Micros, Sample};
 use prost::Message as _;
@@ -41,14 +42,8 @@ const CLOCK_TOLERANCE: Duration = Duration::from_secs(86_400);
 /// The shortest time between two births. free choice: several hosts that ask at the same time get one answer.
 pub const REBIRTH_PAUSE: Duration = Duration::from_secs(2);
 
-/// The snapshots that are kept until the end of the backlog: four seconds, more than the record is late.
+/// The snapshots that are kept until the end of the backlog: four seconds, more than the database is late.
 const RECENT: usize = 40;
-
-/// The position of `missing` in the words of [`Signal::GaugeState`].
-const MISSING: u16 = 3;
-
-/// The position of `starting` in the words of [`Signal::GaugeState`].
-const STARTING: u16 = 2;
 
 /// The names of the edge node.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -500,8 +495,8 @@ fn at(snapshot: &Snapshot, position: usize) -> Option<(&Point, &PointValue)> {
 fn is_present(device: &Device, snapshot: &Snapshot) -> Option<bool> {
     let state = device.state.and_then(|position| snapshot.values.get(position));
     match state.map(|state| &state.value) {
-        Some(Value::Choice(STARTING)) => None,
-        Some(Value::Choice(MISSING)) | None => Some(false),
+        Some(Value::Choice(gauge_state::STARTING)) => None,
+        Some(Value::Choice(gauge_state::MISSING)) | None => Some(false),
         Some(_) => Some(true),
     }
 }

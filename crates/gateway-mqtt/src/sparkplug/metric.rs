@@ -2,6 +2,7 @@
 
 use super::payload::{Metric, MetricValue, Property, PropertySet, datatype};
 use crate::topic::{level, levels};
+use profivac_gateway::names::capitalized;
 use profivac_gateway::{Kind, Point, PointValue, Signal, State, Subject, Value};
 use profivac_recorder::{Micros, Sample};
 
@@ -32,7 +33,7 @@ pub fn name(point: &Point) -> String {
     let signal = match point.signal {
         Signal::AlarmPriority => "Alarm/Priority".to_owned(),
         Signal::Unacknowledged => "Alarm/Unacknowledged".to_owned(),
-        other => capitalised(other.key(), prefix(&point.subject)),
+        other => capitalized(other.key().strip_prefix(prefix(&point.subject)).unwrap_or(other.key())),
     };
     match &point.subject {
         Subject::Station | Subject::Gauge(_) | Subject::Reading { channel: None, .. } => signal,
@@ -51,16 +52,6 @@ const fn prefix(subject: &Subject) -> &'static str {
         Subject::Parameter { .. } => "parameter-",
         Subject::Station | Subject::Gauge(_) | Subject::Reading { .. } => "",
     }
-}
-
-/// `last-reading` as `LastReading`.
-fn capitalised(key: &str, prefix: &str) -> String {
-    let words = key.strip_prefix(prefix).unwrap_or(key).split('-');
-    let capital = |word: &str| {
-        let mut characters = word.chars();
-        characters.next().map(|first| first.to_uppercase().chain(characters).collect::<String>()).unwrap_or_default()
-    };
-    words.map(capital).collect()
 }
 
 /// The data type of a signal.

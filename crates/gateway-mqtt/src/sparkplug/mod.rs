@@ -174,7 +174,7 @@ impl Publisher {
                 reading = self.begin(node, connection, context).await?;
                 if reading.is_none() {
                     let messages = node.caught_up(Micros::now(), Micros::now());
-                    send(connection, context, messages).await?;
+                    connection.publish_all(messages, &context.status).await?;
                 }
             }
             tokio::select! {
@@ -201,7 +201,7 @@ impl Publisher {
                     let now = Micros::now();
                     let (messages, missed) = node.snapshot(&snapshot, now);
                     context.status.dropped_updates(missed);
-                    send(connection, context, messages).await?;
+                    connection.publish_all(messages, &context.status).await?;
                     if node.phase() == Phase::Live {
                         progress.sent = now;
                     }
@@ -211,7 +211,7 @@ impl Publisher {
                     if node.is_rebirth_due(now) {
                         let snapshot = context.model.snapshot();
                         let messages = node.births(&snapshot, &BTreeSet::new(), now);
-                        send(connection, context, messages).await?;
+                        connection.publish_all(messages, &context.status).await?;
                     }
                 }
             }
@@ -281,7 +281,7 @@ impl Publisher {
             self.keep(now, context);
         }
         let messages = node.births(&snapshot, &with_samples, now);
-        send(connection, context, messages).await?;
+        connection.publish_all(messages, &context.status).await?;
         Ok(backlog.map(read_next))
     }
 
@@ -299,7 +299,7 @@ impl Publisher {
             Ok(read) => read,
             Err(error) => {
                 context.status.error(&unread(&error));
-                send(connection, context, node.caught_up(now, now)).await?;
+                connection.publish_all(node.caught_up(now, now), &context.status).await?;
                 return Ok(None);
             }
         };
@@ -318,7 +318,7 @@ impl Publisher {
                 (node.caught_up(now, now), false)
             }
         };
-        send(connection, context, messages).await?;
+        connection.publish_all(messages, &context.status).await?;
         Ok(goes_on.then(|| read_next(backlog)))
     }
 
@@ -356,13 +356,4 @@ fn series_of(snapshot: &Snapshot) -> BTreeSet<Arc<str>> {
         _ => None,
     });
     readings.collect()
-}
-
-async fn send(connection: &Connection, context: &Context, messages: Vec<Message>) -> Result<(), MqttError> {
-    let count = messages.len();
-    for message in messages {
-        connection.publish(message).await?;
-    }
-    context.status.sent(count as u64);
-    Ok(())
 }

@@ -4,6 +4,7 @@ use super::SEVERITIES;
 use super::condition::Condition;
 use crate::plan::identifier;
 use opcua_types::NodeId;
+use profivac_gateway::signal::alarm_state;
 use profivac_gateway::{Signal, Snapshot, Subject, Value};
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -63,8 +64,8 @@ impl Row {
             source: NodeId::new(namespace, self.source()),
             is_active: is(Signal::AlarmActive),
             is_acknowledged: is(Signal::AlarmAcknowledged),
-            is_out_of_service: state.value == Value::Choice(OUT_OF_SERVICE),
-            is_shelved: state.value == Value::Choice(SHELVED),
+            is_out_of_service: state.value == Value::Choice(alarm_state::OUT_OF_SERVICE),
+            is_shelved: state.value == Value::Choice(alarm_state::SHELVED),
             until,
             reason: text(Signal::OutOfService),
             severity: SEVERITIES.get(priority).copied().unwrap_or(1),
@@ -75,10 +76,6 @@ impl Row {
         })
     }
 }
-
-/// The positions of two states in [`ALARM_STATES`](profivac_gateway::signal::ALARM_STATES).
-const OUT_OF_SERVICE: u16 = 4;
-const SHELVED: u16 = 5;
 
 /// The rows of the alarms of a list of points.
 pub fn rows_of(snapshot: &Snapshot) -> Vec<Row> {

@@ -136,6 +136,16 @@ fn reported<'a>(fitted: &Fitted<'a>, place: usize) -> Result<Option<Bounds>, Bet
     is_reported.then(|| fitted.bounds(place)).transpose()
 }
 
+fn residuals(problem: &Problem<'_>, states: &[State]) -> Vec<Residual> {
+    let residual = |(group, fitted): (&record::Group, &State)| Residual {
+        at_s: group.at_s,
+        measured_pa: group.ln_pa.exp(),
+        fitted_pa: fitted.pa(),
+        deviations: (group.ln_pa - fitted.pa().ln()) * group.count.sqrt() / problem.noise,
+    };
+    problem.groups.iter().zip(states).map(residual).collect()
+}
+
 fn plant(fitted: &Fitted<'_>, bounds: &[Option<Bounds>], gauge_uncertainty: f64) -> Plant {
     let problem: &Problem<'_> = &fitted.problem;
     let unknowns = problem.unknowns.clone();
@@ -160,12 +170,6 @@ fn plant(fitted: &Fitted<'_>, bounds: &[Option<Bounds>], gauge_uncertainty: f64)
     let given = unknowns.given_volume.map(|m3| Interval { mean: m3, low: m3, high: m3 });
     let volume_m3 = given.unwrap_or_else(|| by_dose(logarithmic(unknowns.count() - 1)));
     let states = problem.states(&values);
-    let residuals = problem.groups.iter().zip(&states).map(|(group, fitted)| Residual {
-        at_s: group.at_s,
-        measured_pa: group.ln_pa.exp(),
-        fitted_pa: fitted.pa(),
-        deviations: (group.ln_pa - fitted.pa().ln()) * group.count.sqrt() / problem.noise,
-    });
     let first = problem.groups.first().zip(states.first());
     let start = first.map_or((0.0, State { dry: 1.0, water: 0.0, age: 1.0 }), |(group, state)| (group.at_s, *state));
     let misfit = fitted.variance.sqrt();
@@ -176,7 +180,7 @@ fn plant(fitted: &Fitted<'_>, bounds: &[Option<Bounds>], gauge_uncertainty: f64)
         outgassing_1h: gas(logarithmic(OUTGASSING)),
         exponent: interval(EXPONENT),
         ultimate_pa: gas(interval(ULTIMATE).scaled(unknowns.ultimate_size)),
-        residuals: residuals.collect(),
+        residuals: residuals(problem, &states),
         scatter: misfit * problem.noise,
         misfit,
         gauge_uncertainty,

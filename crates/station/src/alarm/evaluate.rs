@@ -68,6 +68,11 @@ impl Evaluation {
     fn without_value(holds: Option<bool>, text: String) -> Self {
         Self { holds, value: None, text: if holds == Some(true) { text } else { String::new() } }
     }
+
+    /// An evaluation of a number, which holds above `threshold`; unknown without the number.
+    fn above(value: Option<f64>, threshold: f64, text: impl FnOnce(f64) -> String) -> Self {
+        Self { holds: value.map(|value| value > threshold), value, text: value.map(text).unwrap_or_default() }
+    }
 }
 
 /// Evaluates one rule.
@@ -98,10 +103,9 @@ impl Evaluator {
             }
             Condition::Rise { series, limit, reset, window } => {
                 let point = inputs.fresh_gauge(&series.gauge).and_then(|gauge| point(gauge, &series.name, now));
-                let rate = self.rate(point, *window, now);
-                let text = rate.map(|rate| format!("{} changes by {rate:.2} decades per minute", series.name));
-                let holds = rate.map(|rate| rate > threshold(*limit, *reset));
-                Evaluation { holds, value: rate, text: text.unwrap_or_default() }
+                Evaluation::above(self.rate(point, *window, now), threshold(*limit, *reset), |rate| {
+                    format!("{} changes by {rate:.2} decades per minute", series.name)
+                })
             }
             Condition::Several { conditions, count } => {
                 self.conditions.resize_with(conditions.len(), Self::default);
@@ -119,19 +123,18 @@ impl Evaluator {
             Condition::SegmentDown { segment } => segment_down(inputs, segment),
             Condition::DamagedTelegrams { segment, limit } => {
                 let count = self.damaged(inputs.segment(segment), now);
-                let text = count
-                    .map(|count| format!("{count} telegrams of segment {segment} arrived damaged in the last minute"));
-                let holds = count.map(|count| count > threshold(*limit, *limit / 2.0));
-                Evaluation { holds, value: count, text: text.unwrap_or_default() }
+                Evaluation::above(count, threshold(*limit, *limit / 2.0), |count| {
+                    format!("{count} telegrams of segment {segment} arrived damaged in the last minute")
+                })
             }
             Condition::BusRate { segment, station, quantity, limit } => {
                 let percent = bus_rate(inputs, segment, *station, *quantity);
-                let text = percent.map(|percent| {
+                Evaluation::above(percent, threshold(*limit, *limit / 2.0), |percent| {
                     let what = quantity.text();
-                    format!("{what} of station {station} on segment {segment}: {percent:.2} % of its requests in the last minute")
-                });
-                let holds = percent.map(|percent| percent > threshold(*limit, *limit / 2.0));
-                Evaluation { holds, value: percent, text: text.unwrap_or_default() }
+                    format!(
+                        "{what} of station {station} on segment {segment}: {percent:.2} % of its requests in the last minute"
+                    )
+                })
             }
             Condition::NotRecording => {
                 let text = inputs.recorder_error.as_ref().map(|error| format!("the recorder does not write: {error}"));

@@ -12,7 +12,7 @@
 //! | [`evaluate`] | whether a condition is met |
 //! | [`registry`] | all alarms, without clock, thread and disk: times and inputs come in, changes go out |
 //! | [`persistence`] | the rows, events and notifications of a change |
-//! | [`notify`] | which receiver is told of which change |
+//! | [`notify`] | which notification target is told of which change |
 //! | [`view`] | alarms as the API shows them |
 //! | [`performance`] | figures: how many alarms, how often, which |
 //! | [`limits`] | the reasons and times that the station accepts |

@@ -1,12 +1,12 @@
-//! Which receiver is told of which change: priorities, quiet hours, and alarms that no user acknowledges.
+//! Which notification target is told of which change: priorities, quiet hours, and alarms that no user acknowledges.
 //!
-//! | Receiver | Is told of |
+//! | Target | Is told of |
 //! |---|---|
 //! | without further keys | every change, in the transaction of its history |
 //! | with `unacknowledged-after` | an alarm that waits for its acknowledgement for this time, and then the changes of this occurrence |
 //! | with `quiet` | in the quiet hours alarms of high priority only; at their end what still waits for an acknowledgement |
 //!
-//! What a receiver was told is forgotten at the end of the station: after a start it is told again of alarms that still wait.
+//! What a target was told is forgotten at the end of the station: after a start it is told again of alarms that still wait.
 
 use super::registry::{AlarmChange, AlarmTime, ChangeKind, RegisteredAlarm};
 use super::rule::Priority;
@@ -38,11 +38,11 @@ impl QuietHours {
     }
 }
 
-/// A receiver of notifications.
+/// A webhook, and of what it is notified.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct NotificationTarget {
-    /// Its name.
-    pub receiver: String,
+    /// The name of the webhook.
+    pub webhook: String,
     /// The lowest priority of which it is notified.
     pub min_priority: Priority,
     /// It is told only of alarms that wait for their acknowledgement for this time; zero: of all, at once.
@@ -52,10 +52,10 @@ pub struct NotificationTarget {
 }
 
 impl NotificationTarget {
-    /// A receiver that is told of every change from a priority on.
+    /// A target that is told of every change from a priority on.
     #[must_use]
-    pub const fn of_every_change(receiver: String, min_priority: Priority) -> Self {
-        Self { receiver, min_priority, unacknowledged_after: Duration::ZERO, quiet: None }
+    pub const fn of_every_change(webhook: String, min_priority: Priority) -> Self {
+        Self { webhook, min_priority, unacknowledged_after: Duration::ZERO, quiet: None }
     }
 
     const fn is_told_at_once(&self) -> bool {
@@ -79,20 +79,20 @@ struct Waiting {
     since: Micros,
 }
 
-/// Decides which receiver is told of what.
+/// Decides which target is told of what.
 #[derive(Clone, Debug, Default)]
 pub struct Notifier {
     targets: Vec<NotificationTarget>,
-    /// The last occurrence of an alarm that a receiver was told of, by receiver and alarm.
+    /// The last occurrence of an alarm that a target was told of, by webhook and alarm.
     told: BTreeMap<(String, String), i64>,
     /// The alarms that wait for their acknowledgement.
     waiting: BTreeMap<String, Waiting>,
 }
 
 impl Notifier {
-    /// Applies the receivers of a file.
+    /// Applies the targets of a file.
     pub fn set_targets(&mut self, targets: Vec<NotificationTarget>) {
-        self.told.retain(|(receiver, _), _| targets.iter().any(|target| target.receiver == *receiver));
+        self.told.retain(|(webhook, _), _| targets.iter().any(|target| target.webhook == *webhook));
         self.targets = targets;
     }
 
@@ -102,7 +102,7 @@ impl Notifier {
         self.told.retain(|(_, alarm), _| names.contains(alarm.as_str()));
     }
 
-    /// The receivers that are told of a change when it happens.
+    /// The webhooks that are told of a change when it happens.
     pub fn told_of(&mut self, change: &AlarmChange) -> Vec<String> {
         let AlarmChange { at, rule, kind, status, .. } = change;
         let told = &mut self.told;
@@ -110,7 +110,7 @@ impl Notifier {
             if target.is_told_of_everything() {
                 return true;
             }
-            let key = (target.receiver.clone(), rule.name.clone());
+            let key = (target.webhook.clone(), rule.name.clone());
             let is_quiet = target.is_quiet(rule.priority, *at);
             if *kind != ChangeKind::Raised {
                 return !is_quiet && told.get(&key) == Some(&status.occurrence);
@@ -122,10 +122,10 @@ impl Notifier {
             is_told
         };
         let targets = self.targets.iter().filter(|target| target.min_priority <= rule.priority);
-        targets.filter(&mut is_told).map(|target| target.receiver.clone()).collect()
+        targets.filter(&mut is_told).map(|target| target.webhook.clone()).collect()
     }
 
-    /// The receivers that are told now of alarms that still wait for their acknowledgement, with these alarms.
+    /// The webhooks that are told now of alarms that still wait for their acknowledgement, with these alarms.
     pub fn told_late<'a>(
         &mut self,
         alarms: &'a [RegisteredAlarm],
@@ -144,9 +144,9 @@ impl Notifier {
                 if !is_due || priority < target.min_priority || target.is_quiet(priority, now.wall) {
                     continue;
                 }
-                let key = (target.receiver.clone(), name.clone());
+                let key = (target.webhook.clone(), name.clone());
                 if self.told.insert(key, waiting.occurrence) != Some(waiting.occurrence) {
-                    late.push((target.receiver.clone(), alarm));
+                    late.push((target.webhook.clone(), alarm));
                 }
             }
         }

@@ -88,7 +88,7 @@ pub fn rows_and_events(
         batch.history.push(history_entry(change));
         let body = notification_body(&Told::from(change), &change.status, station);
         let told = notifier.told_of(change).into_iter();
-        batch.notifications.extend(told.map(|receiver| notification(receiver, change.at, body.clone())));
+        batch.notifications.extend(told.map(|webhook| notification(webhook, change.at, body.clone())));
     }
     (batch, changes.iter().map(event).collect())
 }
@@ -96,18 +96,18 @@ pub fn rows_and_events(
 /// The notifications about alarms that still wait for their acknowledgement.
 #[must_use]
 pub fn late_notifications(late: Vec<(String, &RegisteredAlarm)>, station: &str, at: Micros) -> AlarmBatch {
-    let notifications = late.into_iter().map(|(receiver, alarm)| {
+    let notifications = late.into_iter().map(|(webhook, alarm)| {
         let status = alarm.status().clone();
         let text = status.text.clone();
         let told =
             Told { at, rule: alarm.rule(), change: NOT_ACKNOWLEDGED, user: None, value: alarm.value(), text: &text };
-        notification(receiver, at, notification_body(&told, &status, station))
+        notification(webhook, at, notification_body(&told, &status, station))
     });
     AlarmBatch { notifications: notifications.collect(), ..AlarmBatch::default() }
 }
 
-fn notification(receiver: String, at: Micros, body: String) -> Notification {
-    Notification { id: 0, webhook: receiver, at, body }
+fn notification(webhook: String, at: Micros, body: String) -> Notification {
+    Notification { id: 0, webhook, at, body }
 }
 
 /// The row of the audit trail; `None` for a change that the station makes itself.
@@ -160,7 +160,7 @@ fn event(change: &AlarmChange) -> Event {
     Event { at: *at, gauge: rule.condition.gauge().map(str::to_owned), kind: EventKind::Alarm, text }
 }
 
-/// The word for an alarm that a receiver is told of because it still waits for its acknowledgement.
+/// The word for an alarm that a webhook is told of because it still waits for its acknowledgement.
 const NOT_ACKNOWLEDGED: &str = "not-acknowledged";
 
 /// What a notification says besides the status of the alarm.

@@ -37,7 +37,7 @@ const MAX_PERFORMANCE_RANGE: i64 = 366 * 86_400 * Micros::SECOND;
 /// The time range and the alarm of a history.
 #[derive(Debug, Deserialize, IntoParams)]
 #[into_params(parameter_in = Query)]
-pub struct HistoryQuery {
+pub struct HistoryParameters {
     /// The beginning, in milliseconds since 1970.
     #[param(example = 0)]
     from: i64,
@@ -166,7 +166,7 @@ pub async fn alarms(State(services): State<Arc<Services>>) -> Json<Vec<AlarmView
 #[utoipa::path(
     get,
     path = "/api/alarms/history",
-    params(HistoryQuery),
+    params(HistoryParameters),
     responses(
         (status = 200, body = [AlarmHistoryView]),
         (status = 400, body = Problem, description = "A parameter is missing or out of range"),
@@ -175,7 +175,7 @@ pub async fn alarms(State(services): State<Arc<Services>>) -> Json<Vec<AlarmView
 )]
 pub async fn history(
     State(readers): State<DatabaseReaders>,
-    query: Result<Query<HistoryQuery>, QueryRejection>,
+    query: Result<Query<HistoryParameters>, QueryRejection>,
 ) -> Result<Json<Vec<AlarmHistoryView>>, Problem> {
     let query = parsed_query(query)?;
     let (from, to) = time_range(query.from, query.to)?;

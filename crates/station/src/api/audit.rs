@@ -11,7 +11,7 @@ use axum::extract::{Query, State};
 use axum::http::header::{CONTENT_DISPOSITION, CONTENT_TYPE};
 use axum::response::IntoResponse;
 use profivac_recorder::audit::{AuditQuery, AuditRow};
-use profivac_recorder::export::iso;
+use profivac_recorder::export::{iso, quoted};
 use profivac_recorder::{AuditAction, Micros};
 use serde::{Deserialize, Serialize};
 use utoipa::{IntoParams, ToSchema};
@@ -220,10 +220,4 @@ fn csv_line(row: &AuditRow) -> String {
         text(&entry.command_id),
     ];
     cells.join(",") + "\n"
-}
-
-/// A quoted cell. An apostrophe before `=`, `+`, `-`, `@` and blanks keeps a spreadsheet from reading the cell as a formula.
-fn quoted(text: &str) -> String {
-    let guard = if text.starts_with(['=', '+', '-', '@', '\t', '\r']) { "'" } else { "" };
-    format!("\"{guard}{}\"", text.replace('"', "\"\""))
 }

@@ -3,7 +3,7 @@
 
 use crate::auth::password::{self, Hash, PasswordError};
 use crate::auth::rate_limit::{RateLimiters, RateLimits};
-use crate::auth::secret::Secret;
+use crate::auth::secret::RandomSecret;
 use crate::auth::sessions::{AuthenticatedUser, Sessions};
 use crate::auth::users::{Account, Users, UsersError};
 use crate::auth::{Access, User};
@@ -91,7 +91,7 @@ impl Authenticator {
     /// # Errors
     /// [`UsersError`] when the file cannot be read.
     pub fn new(services: Arc<Services>, access: Access, limits: RateLimits) -> Result<Self, UsersError> {
-        let token = Secret::new().map_err(|error| UsersError::System(PathBuf::from("/dev/urandom"), error))?;
+        let token = RandomSecret::new().map_err(|error| UsersError::System(PathBuf::from("/dev/urandom"), error))?;
         let (user, directory, awaited) = match access {
             Access::Anonymous(user) => (user, None, None),
             Access::Users(file) => (User::anonymous(), Some(UserDirectory::open(file)?), None),
@@ -131,7 +131,7 @@ impl Authenticator {
     }
 
     /// The user of a session.
-    pub fn authenticate(&self, session: Option<&Secret>) -> Option<AuthenticatedUser> {
+    pub fn authenticate(&self, session: Option<&RandomSecret>) -> Option<AuthenticatedUser> {
         match self.directory() {
             None => Some(self.anonymous.clone()),
             Some(directory) => directory.sessions().resume(session?, &directory.users(), Instant::now()),
@@ -146,9 +146,9 @@ impl Authenticator {
         &self,
         name: &str,
         password: String,
-        before: Option<&Secret>,
+        before: Option<&RandomSecret>,
         peer: IpAddr,
-    ) -> Result<(Secret, AuthenticatedUser), AuthError> {
+    ) -> Result<(RandomSecret, AuthenticatedUser), AuthError> {
         let Some(directory) = self.directory() else { return Err(AuthError::NoUsers) };
         self.check_login_rate(peer, name)?;
         let account = directory.users().get(name).cloned();
@@ -178,9 +178,9 @@ impl Authenticator {
         &self,
         name: &str,
         (current, new): (String, String),
-        before: Option<&Secret>,
+        before: Option<&RandomSecret>,
         peer: IpAddr,
-    ) -> Result<(Secret, AuthenticatedUser), AuthError> {
+    ) -> Result<(RandomSecret, AuthenticatedUser), AuthError> {
         let Some(directory) = self.directory() else { return Err(AuthError::NoUsers) };
         self.check_login_rate(peer, name)?;
         let old = directory.users().get(name).cloned().ok_or(AuthError::WrongCredentials)?;
@@ -206,7 +206,7 @@ impl Authenticator {
     }
 
     /// Ends a session.
-    pub fn logout(&self, session: Option<&Secret>, peer: IpAddr) {
+    pub fn logout(&self, session: Option<&RandomSecret>, peer: IpAddr) {
         if let (Some(directory), Some(id)) = (self.directory(), session) {
             let authenticated = self.authenticate(session);
             directory.sessions().end(id);
@@ -325,7 +325,7 @@ impl UserDirectory {
         let stamp = stamp(&file);
         let users = Users::read(&file)?;
         let system = |error| UsersError::System(file.clone(), error);
-        let unknown = Secret::new().map_err(system)?;
+        let unknown = RandomSecret::new().map_err(system)?;
         let dummy = Hash::of(unknown.reveal()).map_err(|error| system(std::io::Error::other(error)))?;
         Ok(Self {
             users: RwLock::new(Arc::new(users)),
@@ -348,7 +348,11 @@ impl UserDirectory {
         self.sessions.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    fn begin(&self, account: &Account, before: Option<&Secret>) -> Result<(Secret, AuthenticatedUser), AuthError> {
+    fn begin(
+        &self,
+        account: &Account,
+        before: Option<&RandomSecret>,
+    ) -> Result<(RandomSecret, AuthenticatedUser), AuthError> {
         let mut sessions = self.sessions();
         if let Some(before) = before {
             sessions.end(before);

@@ -85,7 +85,7 @@ pub async fn capture(
     Ok(([(CONTENT_TYPE, "application/x-pcapng")], octets))
 }
 
-/// Makes a capture of the last minute and the next five seconds
+/// Make a capture of the last minute and the next five seconds
 #[utoipa::path(
     post,
     path = "/api/segments/{name}/captures",

@@ -227,7 +227,7 @@ pub async fn commands(
 /// Arm a command or a write
 ///
 /// The first step. The station reads the conditions and the present value from the gauge. If all conditions are met, the command
-/// is armed for 30 seconds. Needs control authority.
+/// is armed for 30 seconds. The user needs control authority.
 #[utoipa::path(
     post,
     path = "/api/gauges/{name}/arm",
@@ -253,8 +253,8 @@ pub async fn arm(
 
 /// Execute an armed command
 ///
-/// The second step. The station checks the conditions and the present value again, and sends the command once. Needs control
-/// authority.
+/// The second step. The station checks the conditions and the present value again, and sends the command once. The
+/// user needs control authority.
 #[utoipa::path(
     post,
     path = "/api/armed-commands/{id}/execute",

@@ -2,7 +2,7 @@
 
 use super::database::DatabaseReaders;
 use super::problem::Problem;
-use super::query::{MomentError, checked_range, moment, parsed_query, time_range};
+use super::query::{MomentError, checked_accuracy, checked_range, moment, parsed_query, positive, time_range};
 use crate::pumpdown;
 use crate::view::{EventView, RiseFlows, RisePoint, RiseShapes, RiseView, Trend};
 use axum::Json;
@@ -230,12 +230,8 @@ pub async fn rise(
 ) -> Result<Json<RiseView>, Problem> {
     let RiseParameters { series, from, to, volume_m3, gauge, accuracy } = parsed_query(parameters)?;
     let (from, to) = time_range(from, to)?;
-    if let Some(volume) = volume_m3.filter(|volume| !(volume.is_finite() && *volume > 0.0)) {
-        return Err(Problem::bad_request(format!("expected a volume in m³ above 0, found {volume}")));
-    }
-    if let Some(accuracy) = accuracy.filter(|accuracy| !(0.0..=1.0).contains(accuracy)) {
-        return Err(Problem::bad_request(format!("expected an accuracy from 0 to 1 (0.15 is 15 %), found {accuracy}")));
-    }
+    let volume_m3 = volume_m3.map(|m3| positive("volume_m3", m3)).transpose()?;
+    let accuracy = checked_accuracy(accuracy)?;
     let read = readers.read(move |reader| {
         let samples = pressures(&reader, &series, from, to)?;
         let setup = RiseSetup {
@@ -273,7 +269,7 @@ pub async fn export(
     let headers =
         [(CONTENT_TYPE, "text/csv; charset=utf-8"), (CONTENT_DISPOSITION, "attachment; filename=\"pressures.csv\"")];
     let export = readers.read(move |reader| {
-        let series = selected(&parameters.series, reader.gauges()?);
+        let series = selected(&parameters.series, reader.series_names()?);
         Ok(profivac_recorder::Export::new(reader, series, from, to))
     });
     let export = export.await?;

@@ -1,10 +1,10 @@
-//! A plant identified from the record of one gauge.
+//! A plant identified from the samples of one gauge.
 
 use super::database::DatabaseReaders;
 use super::fits::{Fits, LONGEST};
 use super::history::RiseGauge;
 use super::problem::Problem;
-use super::query::{parsed_query, time_range};
+use super::query::{checked_accuracy, parsed_query, positive, time_range};
 use crate::identification::identified;
 use crate::identification::record::{Known, KnownVolume};
 use crate::identification::view::{Asked, PlantView};
@@ -18,10 +18,10 @@ use profivac_recorder::Micros;
 use serde::Deserialize;
 use utoipa::IntoParams;
 
-/// The most samples of a record: two days at two samples per second, in 16 MB.
+/// The most samples of a fit: two days at two samples per second, in 16 MB.
 const MAX_SAMPLES: u32 = 400_000;
 
-/// The record of a plant, and what is known of it.
+/// The time range of a fit, and what is known of the plant.
 #[derive(Debug, Deserialize, IntoParams)]
 #[into_params(parameter_in = Query)]
 pub struct IdentifyParameters {
@@ -31,7 +31,7 @@ pub struct IdentifyParameters {
     /// The start of the pump-down, in milliseconds since 1970.
     #[param(example = 0)]
     from: i64,
-    /// The end of the record, in milliseconds since 1970.
+    /// The end of the time range, in milliseconds since 1970.
     #[param(example = 4_102_444_800_000_i64)]
     to: i64,
     /// When the valve to the pump was closed, in milliseconds since 1970. Without it the beginning of the largest rise.
@@ -56,7 +56,7 @@ pub struct IdentifyParameters {
     target_pa: Option<f64>,
 }
 
-/// The numbers of a plant from one record of pump-down, base pressure and rise, with 95 % intervals
+/// The numbers of a plant from the samples of one pump-down, base pressure and rise, with 95 % intervals
 ///
 /// The station fits one plant at a time, and stops when the client disconnects or after two minutes.
 #[utoipa::path(
@@ -65,7 +65,7 @@ pub struct IdentifyParameters {
     params(IdentifyParameters),
     responses(
         (status = 200, body = PlantView),
-        (status = 400, body = Problem, description = "A parameter is out of range, or the record cannot be fitted"),
+        (status = 400, body = Problem, description = "A parameter is out of range, or the samples cannot be fitted"),
         (status = 503, body = Problem, description = "The database cannot be read, another fit runs, or the fit takes too long")
     )
 )]
@@ -107,13 +107,6 @@ impl IdentifyParameters {
     fn checked(&self) -> Result<(Known, Asked), Problem> {
         let (start, end) = time_range(self.from, self.to)?;
         let micros = |ms: i64| Micros(ms.saturating_mul(1000));
-        let positive = |name: &str, number: f64| {
-            if number.is_finite() && number > 0.0 {
-                Ok(number)
-            } else {
-                Err(Problem::bad_request(format!("expected {name} above 0, found {number}")))
-            }
-        };
         let volume = match (self.volume_m3, self.dose_pa_m3, self.dose_at) {
             (Some(m3), None, None) => KnownVolume::Given(positive("volume_m3", m3)?),
             (None, Some(amount), Some(at)) => {
@@ -125,11 +118,7 @@ impl IdentifyParameters {
                 ));
             }
         };
-        if let Some(accuracy) = self.accuracy.filter(|accuracy| !(0.0..=1.0).contains(accuracy)) {
-            return Err(Problem::bad_request(format!(
-                "expected an accuracy from 0 to 1 (0.15 is 15 %), found {accuracy}"
-            )));
-        }
+        let accuracy = checked_accuracy(self.accuracy)?;
         if let Some([closed, opened]) = self.closed.zip(self.opened).map(<[i64; 2]>::from).filter(|[a, b]| a >= b) {
             return Err(Problem::bad_request(format!(
                 "expected closed to lie before opened, found {closed} and {opened}"
@@ -141,10 +130,10 @@ impl IdentifyParameters {
             closed: self.closed.map(micros),
             opened: self.opened.map(micros),
             volume,
-            gauge_uncertainty: self.accuracy.map_or(0.0, standard_uncertainty),
+            gauge_uncertainty: accuracy.map_or(0.0, standard_uncertainty),
         };
         let gauge = self.gauge.unwrap_or(RiseGauge::None).into();
         let is_volume_given = self.volume_m3.is_some();
-        Ok((known, Asked { gauge, accuracy: self.accuracy, target_pa, is_volume_given }))
+        Ok((known, Asked { gauge, accuracy, target_pa, is_volume_given }))
     }
 }

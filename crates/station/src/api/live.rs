@@ -179,14 +179,14 @@ impl From<AlarmOverview> for LiveAlarms {
 }
 
 /// The state that clients have, as JSON.
-type Frame = Arc<Value>;
+type StateJson = Arc<Value>;
 
 /// The latest state, and how it differs from the one before.
 struct Latest {
     made: Instant,
-    frame: Frame,
-    before: Option<Frame>,
-    /// The patch from `before` to `frame`, as text.
+    state: StateJson,
+    before: Option<StateJson>,
+    /// The patch from `before` to `state`, as text.
     patch: Arc<str>,
 }
 
@@ -206,26 +206,26 @@ impl SnapshotSource {
     }
 
     /// The event that brings a client with the state `has` to the state at `now`, which is younger than [`SHARED`].
-    fn event(&self, has: &mut Option<Frame>, now: Instant) -> NamedEvent {
+    fn event(&self, has: &mut Option<StateJson>, now: Instant) -> NamedEvent {
         let mut latest = self.latest.lock().unwrap_or_else(PoisonError::into_inner);
         let present = match latest.take() {
             Some(present) if now < present.made + SHARED => present,
-            old => self.next(old.map(|old| old.frame), now),
+            old => self.next(old.map(|old| old.state), now),
         };
-        let (frame, before, patch) = (Arc::clone(&present.frame), present.before.clone(), Arc::clone(&present.patch));
+        let (state, before, patch) = (Arc::clone(&present.state), present.before.clone(), Arc::clone(&present.patch));
         *latest = Some(present);
         drop(latest);
-        match has.replace(Arc::clone(&frame)) {
-            None => ("snapshot", frame.to_string().into()),
+        match has.replace(Arc::clone(&state)) {
+            None => ("snapshot", state.to_string().into()),
             Some(has) if before.is_some_and(|before| Arc::ptr_eq(&before, &has)) => ("change", patch),
-            Some(has) => ("change", patch_text(&has, &frame)),
+            Some(has) => ("change", patch_text(&has, &state)),
         }
     }
 
-    fn next(&self, before: Option<Frame>, now: Instant) -> Latest {
-        let frame = Arc::new(self.state());
-        let patch = before.as_ref().map_or_else(|| Arc::from(""), |before| patch_text(before, &frame));
-        Latest { made: now, frame, before, patch }
+    fn next(&self, before: Option<StateJson>, now: Instant) -> Latest {
+        let state = Arc::new(self.state());
+        let patch = before.as_ref().map_or_else(|| Arc::from(""), |before| patch_text(before, &state));
+        Latest { made: now, state, before, patch }
     }
 
     fn state(&self) -> Value {

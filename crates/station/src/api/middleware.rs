@@ -14,7 +14,7 @@ use super::problem::Problem;
 use crate::auth::Actor;
 use crate::auth::User;
 use crate::auth::connections::{Place, StreamClient, StreamPlace, StreamPlaces};
-use crate::auth::secret::Secret;
+use crate::auth::secret::RandomSecret;
 use crate::auth::sessions::AuthenticatedUser;
 use crate::host_name::is_loopback;
 use axum::body::{Body, to_bytes};
@@ -67,7 +67,7 @@ pub struct RequestGuard {
 #[derive(Clone)]
 pub struct RequestContext {
     guard: Arc<RequestGuard>,
-    session: Option<Secret>,
+    session: Option<RandomSecret>,
     authenticated: Option<AuthenticatedUser>,
     peer: IpAddr,
     is_secure: bool,
@@ -88,7 +88,7 @@ impl RequestContext {
 
     /// The identifier of the session, as the cookie names it.
     #[must_use]
-    pub const fn session(&self) -> Option<&Secret> {
+    pub const fn session(&self) -> Option<&RandomSecret> {
         self.session.as_ref()
     }
 
@@ -106,7 +106,7 @@ impl RequestContext {
 
     /// The cookie that sets this session, or that deletes the session of the browser.
     #[must_use]
-    pub fn cookie(&self, session: Option<&Secret>) -> HeaderValue {
+    pub fn cookie(&self, session: Option<&RandomSecret>) -> HeaderValue {
         let name = self.guard.cookie_name(self.is_secure);
         let secure = if self.is_secure { "; Secure" } else { "" };
         let (value, age) = session.map_or(("", "; Max-Age=0"), |session| (session.reveal(), ""));
@@ -266,11 +266,11 @@ fn is_json(headers: &HeaderMap) -> bool {
 }
 
 /// The session in the cookie of this name; `None` if there are two such cookies.
-fn session(headers: &HeaderMap, name: &str) -> Option<Secret> {
+fn session(headers: &HeaderMap, name: &str) -> Option<RandomSecret> {
     let all = headers.get_all(COOKIE).iter().filter_map(|line| line.to_str().ok()).flat_map(|line| line.split(';'));
     let mut values = all.filter_map(|cookie| cookie.trim().split_once('=')).filter(|(other, _)| *other == name);
     match (values.next(), values.next()) {
-        (Some((_, value)), None) => Secret::parse(value),
+        (Some((_, value)), None) => RandomSecret::parse(value),
         _ => None,
     }
 }

@@ -49,6 +49,25 @@ pub fn time_range(from: i64, to: i64) -> Result<(Micros, Micros), Problem> {
     Ok((Micros(from.saturating_mul(1000)), Micros(to.saturating_mul(1000))))
 }
 
+/// A finite number above 0.
+pub fn positive(name: &'static str, given: f64) -> Result<f64, Problem> {
+    if given.is_finite() && given > 0.0 {
+        Ok(given)
+    } else {
+        Err(Problem::bad_request(format!("expected {name} above 0, found {given}")))
+    }
+}
+
+/// The accuracy of a gauge as a fraction of the reading, if it is given.
+pub fn checked_accuracy(given: Option<f64>) -> Result<Option<f64>, Problem> {
+    match given {
+        Some(accuracy) if !(0.0..=1.0).contains(&accuracy) => {
+            Err(Problem::bad_request(format!("expected an accuracy from 0 to 1 (0.15 is 15 %), found {accuracy}")))
+        }
+        given => Ok(given),
+    }
+}
+
 /// A number from 1 to `max`.
 pub fn checked_range(name: &'static str, given: u32, max: u32) -> Result<u32, Problem> {
     if (1..=max).contains(&given) {

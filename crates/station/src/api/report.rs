@@ -3,7 +3,7 @@
 use super::database::DatabaseReaders;
 use super::fits::Fits;
 use super::problem::Problem;
-use super::query::{parsed_query, time_range};
+use super::query::{checked_accuracy, parsed_query, positive, time_range};
 use crate::comparison::summary::{PlantPart, complete};
 use crate::pumpdown::TimeRange;
 use crate::report::page::page;
@@ -67,7 +67,7 @@ pub async fn report(
     parameters: Result<Query<ReportParameters>, QueryRejection>,
 ) -> Result<impl IntoResponse, Problem> {
     let parameters = parsed_query(parameters)?;
-    let accuracy = parameters.accuracy;
+    let accuracy = checked_accuracy(parameters.accuracy)?;
     let series = parameters.series.clone();
     let request = parameters.request(services.name().to_owned())?;
     let fit = fits.begin().await?;
@@ -92,14 +92,7 @@ impl ReportParameters {
         if end > start.after(LONGEST) {
             return Err(Problem::bad_request("expected a time range of at most a year"));
         }
-        if let Some(volume) = self.volume_m3.filter(|volume| !(volume.is_finite() && *volume > 0.0)) {
-            return Err(Problem::bad_request(format!("expected volume_m3 above 0, found {volume}")));
-        }
-        if let Some(accuracy) = self.accuracy.filter(|accuracy| !(0.0..=1.0).contains(accuracy)) {
-            return Err(Problem::bad_request(format!(
-                "expected an accuracy from 0 to 1 (0.15 is 15 %), found {accuracy}"
-            )));
-        }
+        let volume_m3 = self.volume_m3.map(|m3| positive("volume_m3", m3)).transpose()?;
         let unit = self.unit.map(|unit| unit.parse::<Unit>()).transpose();
         let unit = unit.map_err(|error| Problem::bad_request(error.to_string()))?.unwrap_or_default();
         let zone = self.zone.map(|zone| {
@@ -114,7 +107,7 @@ impl ReportParameters {
             span: TimeRange { start, end },
             why: "as requested in the dashboard".to_owned(),
             gauges: vec![(self.series, GaugeInfo::default())],
-            volume_m3: self.volume_m3,
+            volume_m3,
             pressures: Vec::new(),
             unit,
             zone: zone.transpose()?.unwrap_or(TimeZone::UTC),

@@ -3,7 +3,7 @@
 use super::body::Body;
 use super::middleware::RequestContext;
 use super::problem::Problem;
-use crate::auth::secret::Secret;
+use crate::auth::secret::RandomSecret;
 use crate::auth::sessions::AuthenticatedUser;
 use crate::auth::{Role, User};
 use axum::Json;
@@ -57,7 +57,7 @@ pub struct Login {
     password: String,
 }
 
-/// A change of the own password.
+/// A user's change of the password.
 #[derive(Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct NewPassword {
@@ -117,7 +117,7 @@ pub async fn logout(extensions: Extensions) -> Result<impl IntoResponse, Problem
     Ok((StatusCode::NO_CONTENT, AppendHeaders([(SET_COOKIE, context.cookie(None))])))
 }
 
-/// Change the own password
+/// Change the password of the user
 ///
 /// All sessions of the user end, and the answer begins a new one.
 #[utoipa::path(
@@ -146,7 +146,7 @@ pub async fn password(
 
 fn session_response(
     context: &RequestContext,
-    (session, authenticated): &(Secret, AuthenticatedUser),
+    (session, authenticated): &(RandomSecret, AuthenticatedUser),
 ) -> impl IntoResponse + use<> {
     let cookie = AppendHeaders([(SET_COOKIE, context.cookie(Some(session)))]);
     (cookie, Json(Session::new(authenticated, LoginState::LoggedIn)))

@@ -15,7 +15,7 @@
 //! All clients of a proxy on this computer have a loopback address, so loopback has no bound of its own.
 
 use super::rate_limit::network;
-use super::secret::Secret;
+use super::secret::RandomSecret;
 use std::collections::{BTreeMap, HashMap};
 use std::net::IpAddr;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -152,7 +152,7 @@ pub struct StreamClient {
     /// Its user.
     pub user: Arc<str>,
     /// Its session; `None` where users do not log in.
-    pub session: Option<Secret>,
+    pub session: Option<RandomSecret>,
 }
 
 /// The bound that a further live stream would exceed.
@@ -317,12 +317,12 @@ mod tests {
     #[test]
     fn live_streams_are_bounded_per_session_user_address_and_in_all() {
         let places = StreamPlaces::new(256);
-        let client = |peer: &str, user: &str, session: &Option<Secret>| StreamClient {
+        let client = |peer: &str, user: &str, session: &Option<RandomSecret>| StreamClient {
             peer: address(peer),
             user: Arc::from(user),
             session: session.clone(),
         };
-        let take_all = |peer: &str, user: &str, session: &Option<Secret>| {
+        let take_all = |peer: &str, user: &str, session: &Option<RandomSecret>| {
             let mut taken = Vec::new();
             loop {
                 match places.take(client(peer, user, session)) {
@@ -331,7 +331,7 @@ mod tests {
                 }
             }
         };
-        let new = || Some(Secret::new().unwrap());
+        let new = || Some(RandomSecret::new().unwrap());
         let (one, limit) = take_all("127.0.0.1", "vera", &new());
         assert_eq!((one.len(), limit), (8, StreamLimit::Session(8)));
         let more: Vec<_> = (0..4).map(|_| take_all("127.0.0.1", "vera", &new())).collect();

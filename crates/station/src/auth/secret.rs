@@ -8,9 +8,9 @@ const OCTETS: usize = 32;
 
 /// A random number of 256 bits as 64 hexadecimal digits: a session identifier, or the token of a session.
 #[derive(Clone, PartialEq, Eq, Hash)]
-pub struct Secret(String);
+pub struct RandomSecret(String);
 
-impl Secret {
+impl RandomSecret {
     /// A new random number.
     ///
     /// # Errors
@@ -42,9 +42,9 @@ impl Secret {
 }
 
 /// Hides the digits, so that no log contains them.
-impl fmt::Debug for Secret {
+impl fmt::Debug for RandomSecret {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        formatter.write_str("Secret")
+        formatter.write_str("RandomSecret")
     }
 }
 
@@ -54,18 +54,18 @@ mod tests {
 
     #[test]
     fn two_secrets_differ_and_debug_output_hides_them() {
-        let (one, other) = (Secret::new().unwrap(), Secret::new().unwrap());
+        let (one, other) = (RandomSecret::new().unwrap(), RandomSecret::new().unwrap());
         assert_ne!(one.reveal(), other.reveal());
         assert!(one.matches(one.reveal().as_bytes()) && !one.matches(other.reveal().as_bytes()) && !one.matches(b""));
-        assert_eq!(format!("{one:?}"), "Secret");
+        assert_eq!(format!("{one:?}"), "RandomSecret");
     }
 
     #[test]
     fn only_64_lower_case_hexadecimal_digits_are_a_secret() {
-        let secret = Secret::new().unwrap();
-        assert_eq!(Secret::parse(secret.reveal()), Some(secret.clone()));
+        let secret = RandomSecret::new().unwrap();
+        assert_eq!(RandomSecret::parse(secret.reveal()), Some(secret.clone()));
         for wrong in ["", "ab", &"g".repeat(64), &"A".repeat(64), &"a".repeat(65), &"ä".repeat(32)] {
-            assert_eq!(Secret::parse(wrong), None, "{wrong}");
+            assert_eq!(RandomSecret::parse(wrong), None, "{wrong}");
         }
     }
 }

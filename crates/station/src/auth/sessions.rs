@@ -5,7 +5,7 @@
 //! control room stays logged in until the maximum age.
 
 use super::password::Hash;
-use super::secret::Secret;
+use super::secret::RandomSecret;
 use super::users::{Account, Users};
 use super::{Role, User};
 use std::collections::HashMap;
@@ -33,7 +33,7 @@ struct Session {
     name: Arc<str>,
     /// The password hash at login. A new password ends the session.
     password: Hash,
-    token: Secret,
+    token: RandomSecret,
     begun: Instant,
     used: Instant,
 }
@@ -55,12 +55,12 @@ pub struct AuthenticatedUser {
     /// The user.
     pub user: User,
     /// The token that the page sends with every change (see `x-csrf-token`).
-    pub token: Secret,
+    pub token: RandomSecret,
 }
 
 /// All sessions by their identifiers.
 #[derive(Debug, Default)]
-pub struct Sessions(HashMap<Secret, Session>);
+pub struct Sessions(HashMap<RandomSecret, Session>);
 
 impl Sessions {
     /// Begins a session with a new identifier and a new token, and removes the sessions that have ended.
@@ -72,7 +72,7 @@ impl Sessions {
         account: &Account,
         users: &Users,
         now: Instant,
-    ) -> std::io::Result<(Secret, AuthenticatedUser)> {
+    ) -> std::io::Result<(RandomSecret, AuthenticatedUser)> {
         self.0.retain(|_, session| session.account(users, now).is_some());
         while self.0.values().filter(|session| session.name == account.name).count() >= MAX_PER_USER {
             self.remove_oldest(|session| session.name == account.name);
@@ -80,7 +80,7 @@ impl Sessions {
         while self.0.len() >= MAX_SESSIONS {
             self.remove_oldest(|_| true);
         }
-        let (id, token) = (Secret::new()?, Secret::new()?);
+        let (id, token) = (RandomSecret::new()?, RandomSecret::new()?);
         let authenticated = AuthenticatedUser { user: account.user(), token: token.clone() };
         let (name, password) = (Arc::clone(&account.name), account.password.clone());
         self.0.insert(id.clone(), Session { name, password, token, begun: now, used: now });
@@ -88,7 +88,7 @@ impl Sessions {
     }
 
     /// The user of a session. Counts as a use of the session.
-    pub fn resume(&mut self, id: &Secret, users: &Users, now: Instant) -> Option<AuthenticatedUser> {
+    pub fn resume(&mut self, id: &RandomSecret, users: &Users, now: Instant) -> Option<AuthenticatedUser> {
         let session = self.0.get_mut(id)?;
         let Some(account) = session.account(users, now) else {
             self.0.remove(id);
@@ -105,7 +105,7 @@ impl Sessions {
     }
 
     /// Ends a session.
-    pub fn end(&mut self, id: &Secret) {
+    pub fn end(&mut self, id: &RandomSecret) {
         self.0.remove(id);
     }
 
@@ -130,7 +130,7 @@ mod tests {
         users
     }
 
-    fn begin(sessions: &mut Sessions, users: &Users, name: &str, now: Instant) -> Secret {
+    fn begin(sessions: &mut Sessions, users: &Users, name: &str, now: Instant) -> RandomSecret {
         sessions.begin(users.get(name).unwrap(), users, now).unwrap().0
     }
 
@@ -141,7 +141,7 @@ mod tests {
         let (id, begun) = sessions.begin(users.get("ada").unwrap(), &users, now).unwrap();
         assert_eq!(sessions.resume(&id, &users, now), Some(begun.clone()));
         assert_eq!((&*begun.user.name, begun.user.role), ("ada", Role::Engineer));
-        assert_eq!(sessions.resume(&Secret::new().unwrap(), &users, now), None);
+        assert_eq!(sessions.resume(&RandomSecret::new().unwrap(), &users, now), None);
         sessions.end(&id);
         assert_eq!(sessions.resume(&id, &users, now), None);
     }

@@ -1,6 +1,7 @@
 //! The pump-downs of a series, with their samples.
 
-use crate::pumpdown::compare::{Comparison, Excess, Pattern, Run, excess};
+use crate::pumpdown::compare::{Comparison, Pattern, Run, USUAL_RUNS};
+use crate::pumpdown::excess::{Excess, excess};
 use crate::pumpdown::final_slope::pressure;
 use crate::pumpdown::{PumpDown, TimeRange, Trace};
 use crate::report::series::{pump_downs_in, series};
@@ -55,6 +56,14 @@ pub fn recorded(reader: &Reader, gauge: &str, range: TimeRange) -> Result<Vec<Re
     let width = WIDTHS.into_iter().find(|(most, _)| days <= *most).map_or(120, |(_, width)| width);
     let found = pump_downs_in(reader, &[gauge.to_owned()], range, width)?;
     found.iter().map(|one| Recorded::read(reader, gauge, one)).collect()
+}
+
+/// The last usual pump-downs before the one at `place`, the latest first.
+#[must_use]
+pub fn usual_before<'a>(runs: &'a [Recorded], compared: &[Comparison], place: usize) -> Vec<&'a Recorded> {
+    let before = runs.iter().zip(compared).take(place).rev();
+    let usual = before.filter(|(_, comparison)| comparison.first().is_none()).map(|(run, _)| run);
+    usual.take(USUAL_RUNS).collect()
 }
 
 /// The shape of the pressure above the median of the usual curves, where a pump-down is late at low pressure.

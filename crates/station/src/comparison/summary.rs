@@ -1,12 +1,12 @@
 //! The figures of a report that need more than its own pump-down: the numbers of the plant, and the usual times.
 
-use super::recorded::{Recorded, excess_of, recorded};
+use super::recorded::{Recorded, excess_of, recorded, usual_before};
 use super::words::{likeness, sentence};
 use crate::identification::identified;
 use crate::identification::record::{Known, KnownVolume};
 use crate::identification::view::Asked;
 use crate::pumpdown::TimeRange;
-use crate::pumpdown::compare::{Comparison, Direction, Run, USUAL_RUNS, compare};
+use crate::pumpdown::compare::{Comparison, Run, compare};
 use crate::report::figures::{UsualTime, UsualTimes};
 use crate::report::{Report, series::series};
 use profivac_identify::rise::GasDependence;
@@ -62,11 +62,7 @@ fn usual(reader: &Reader, name: &str, report: &Report) -> Result<Option<UsualTim
     let runs: Vec<Run> = all.iter().take(place.saturating_add(1)).map(|one| one.run.clone()).collect();
     let compared = compare(&runs);
     let found = compared.last().zip(all.get(place));
-    Ok(found.map(|(comparison, own)| {
-        let before = all.iter().zip(&compared).take(place).rev();
-        let usual = before.filter(|(_, other)| other.first().is_none()).map(|(run, _)| run);
-        times(name, comparison, own, &usual.take(USUAL_RUNS).collect::<Vec<_>>(), report)
-    }))
+    Ok(found.map(|(comparison, own)| times(name, comparison, own, &usual_before(&all, &compared, place), report)))
 }
 
 fn times(name: &str, comparison: &Comparison, own: &Recorded, usual: &[&Recorded], report: &Report) -> UsualTimes {
@@ -75,10 +71,7 @@ fn times(name: &str, comparison: &Comparison, own: &Recorded, usual: &[&Recorded
         s: level.s,
         usual_s: level.usual.map(|usual| usual.s),
         limits_s: level.usual.map(|usual| [usual.least_s, usual.most_s]),
-        deviation: level.deviation.map(|direction| match direction {
-            Direction::Later => "later",
-            Direction::Earlier => "earlier",
-        }),
+        deviation: level.deviation,
     });
     let levels: Vec<UsualTime> = levels.collect();
     let deviation = sentence(comparison, &report.zone);

@@ -1,8 +1,9 @@
 //! Compared pump-downs as the API shows them.
 
-use super::recorded::{Recorded, excess_of};
+use super::recorded::{Recorded, excess_of, usual_before};
 use super::words::{likeness, sentence};
-use crate::pumpdown::compare::{Comparison, Direction, Excess, Level, Pattern, USUAL_RUNS};
+use crate::pumpdown::compare::{Comparison, Direction, Level, Pattern};
+use crate::pumpdown::excess::Excess;
 use crate::view::{RisePoint, unix_ms};
 use jiff::tz::TimeZone;
 use serde::Serialize;
@@ -126,11 +127,10 @@ impl PumpDowns {
     #[must_use]
     pub fn new(series: String, runs: &[Recorded], compared: &[Comparison], limit: usize) -> Self {
         let first = compared.len().saturating_sub(limit);
-        let views = compared.iter().zip(runs).enumerate().skip(first).map(|(place, (comparison, own))| {
-            let before = runs.iter().zip(compared).take(place).rev();
-            let usual = before.filter(|(_, other)| other.first().is_none()).map(|(run, _)| run);
-            PumpDownView::new(comparison, own, &usual.take(USUAL_RUNS).collect::<Vec<_>>())
-        });
+        let views =
+            compared.iter().zip(runs).enumerate().skip(first).map(|(place, (comparison, own))| {
+                PumpDownView::new(comparison, own, &usual_before(runs, compared, place))
+            });
         let mut views: Vec<PumpDownView> = views.collect();
         views.reverse();
         Self { series, runs: views, found: runs.len() }

@@ -58,7 +58,7 @@ pub struct Watch {
 
 /// A deviation to report.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Report {
+pub struct Deviation {
     /// The series.
     pub series: String,
     /// A sentence.
@@ -70,14 +70,14 @@ impl Watch {
     ///
     /// # Errors
     /// [`DatabaseError`] when the database cannot be read.
-    pub fn look(&mut self, reader: &Reader, now: Micros, zone: &TimeZone) -> Result<Vec<Report>, DatabaseError> {
-        let mut reports = Vec::new();
-        for series in reader.gauges()? {
+    pub fn look(&mut self, reader: &Reader, now: Micros, zone: &TimeZone) -> Result<Vec<Deviation>, DatabaseError> {
+        let mut deviations = Vec::new();
+        for series in reader.series_names()? {
             if let Some(text) = self.look_at(reader, &series, now, zone)? {
-                reports.push(Report { series, text });
+                deviations.push(Deviation { series, text });
             }
         }
-        Ok(reports)
+        Ok(deviations)
     }
 
     fn look_at(
@@ -198,7 +198,7 @@ fn run(recorder: &RecorderHandle, stopped: &Receiver<()>) {
     while stopped.recv_timeout(PERIOD) == Err(RecvTimeoutError::Timeout) {
         // A database that cannot be read now is tried again; the recorder's health reports it.
         let look = recorder.open_reader().and_then(|reader| watch.look(&reader, Micros::now(), &TimeZone::system()));
-        for Report { series, text } in look.unwrap_or_default() {
+        for Deviation { series, text } in look.unwrap_or_default() {
             recorder.event_now(Some(&series), EventKind::PumpDown, text);
         }
     }
@@ -247,7 +247,7 @@ mod tests {
             assert!(self.recorder.flush());
         }
 
-        fn look(&self, watch: &mut Watch, now: Micros) -> Vec<Report> {
+        fn look(&self, watch: &mut Watch, now: Micros) -> Vec<Deviation> {
             let reader = Reader::open(&self.folder.path().join("plant.db")).unwrap();
             watch.look(&reader, now, &TimeZone::UTC).unwrap()
         }
@@ -264,7 +264,7 @@ mod tests {
         // Twice the outgassing: 1e-5 mbar after 720 s instead of 410 s.
         plant.pump(10, -30..600, 2e-4);
         let early = plant.look(&mut watch, at(10, 600));
-        let [Report { series, text }] = early.as_slice() else { unreachable!("{early:?}") };
+        let [Deviation { series, text }] = early.as_slice() else { unreachable!("{early:?}") };
         assert_eq!(series, "lock");
         assert!(text.contains("1e-5 mbar not reached after 9 min") && text.contains("usual 6 min 50 s"), "{text}");
         assert!(text.contains("late at low pressure only"), "{text}");

@@ -1,6 +1,7 @@
 //! A deviation as a sentence, and what it looks like.
 
-use crate::pumpdown::compare::{Comparison, Direction, Excess, Level, Pattern};
+use crate::pumpdown::compare::{Comparison, Direction, Level, Pattern};
+use crate::pumpdown::excess::Excess;
 use crate::report::format::{duration, timestamp};
 use jiff::tz::TimeZone;
 use profivac_recorder::Micros;

@@ -27,8 +27,9 @@
 use super::default_alarms::{DefaultAlarmsToml, default_alarms};
 use super::error::{ConfigProblem, Located, NamedItem};
 use super::names::unique;
+use super::number_range::NumberRange;
 use super::segments::{SegmentToml, gauge_names};
-use super::values::{delay, priority};
+use super::values::{delay, number, priority};
 use crate::alarm::{BusQuantity, Condition, Priority, Rule, Series};
 use crate::visible_text::check_lines;
 use profivac_client::cyclic::open_instances;
@@ -51,10 +52,11 @@ const WINDOW: Duration = Duration::from_secs(30);
 /// The range of windows over which a rise is fitted.
 const WINDOW_RANGE: RangeInclusive<Duration> = Duration::from_secs(5)..=Duration::from_secs(600);
 
-/// The largest hysteresis in decades, and the largest rise in decades per minute. [`RANGE_FROM_ZERO`] repeats it.
+/// The largest hysteresis in decades, and the largest rise in decades per minute.
 const MAX_DECADES: f64 = 10.0;
-const RANGE_FROM_ZERO: &str = "from 0 to 10";
-const RANGE_ABOVE_ZERO: &str = "above 0 to 10";
+
+/// A hysteresis may be 0.
+const HYSTERESIS_RANGE: NumberRange = NumberRange::Between(0.0, MAX_DECADES);
 
 /// The rounding of a pressure that is converted to another unit.
 const ROUNDING: f64 = 1e-6;
@@ -186,12 +188,8 @@ fn bus_rate(
     let ([(limit, quantity)], false) = (&given[..], others.contains(&true)) else {
         return Err(Located::new(alarm.name.span(), ConfigProblem::AlarmSubject(alarm.name.get_ref().clone())));
     };
-    let found = *limit.get_ref();
-    if !(f64::MIN_POSITIVE..=100.0).contains(&found) {
-        let (quantity, range) = ("percent of the requests", "above 0 to 100");
-        return Err(Located::new(limit.span(), ConfigProblem::OutOfRange { quantity, range, found }));
-    }
-    Ok(Condition::BusRate { segment: name.clone(), station, quantity: *quantity, limit: found })
+    let limit = number(*limit.get_ref(), limit.span(), "percent of the requests", NumberRange::AboveZero(100.0))?;
+    Ok(Condition::BusRate { segment: name.clone(), station, quantity: *quantity, limit })
 }
 
 /// The gauge of this name, or the gauge and the channel that `gauge.N` names.
@@ -281,7 +279,7 @@ fn limit_reset(
         }
         (None, decades) => {
             let quantity = "a hysteresis in decades";
-            let decades = decades.map_or(Ok(HYSTERESIS), |given| number(given, quantity, RANGE_FROM_ZERO))?;
+            let decades = decades.map_or(Ok(HYSTERESIS), |given| in_range(given, quantity, HYSTERESIS_RANGE))?;
             Ok(limit.pa() * 10_f64.powf(side * decades))
         }
     }
@@ -297,10 +295,10 @@ fn rising(
     if let Some(reset) = reset {
         return Err(Located::new(reset.span(), ConfigProblem::ResetWithRise));
     }
-    let rate = number(limit, "decades per minute", RANGE_ABOVE_ZERO)?;
+    let rate = in_range(limit, "decades per minute", NumberRange::AboveZero(MAX_DECADES))?;
     let quantity = "a hysteresis in decades per minute";
     // free choice: by default the alarm returns to normal at half the rate.
-    let hysteresis = hysteresis.map_or(Ok(rate / 2.0), |given| number(given, quantity, RANGE_FROM_ZERO))?;
+    let hysteresis = hysteresis.map_or(Ok(rate / 2.0), |given| in_range(given, quantity, HYSTERESIS_RANGE))?;
     let window = match window {
         Some(given) if !WINDOW_RANGE.contains(&*given.get_ref().0) => {
             return Err(Located::new(given.span(), ConfigProblem::Window(given.get_ref().0)));
@@ -311,12 +309,6 @@ fn rising(
     Ok(Condition::Rise { series, limit: rate, reset: rate - hysteresis, window })
 }
 
-fn number(given: &Spanned<f64>, quantity: &'static str, range: &'static str) -> Result<f64, Located> {
-    let found = *given.get_ref();
-    let min = if range == RANGE_ABOVE_ZERO { f64::MIN_POSITIVE } else { 0.0 };
-    if (min..=MAX_DECADES).contains(&found) {
-        Ok(found)
-    } else {
-        Err(Located::new(given.span(), ConfigProblem::OutOfRange { quantity, range, found }))
-    }
+fn in_range(given: &Spanned<f64>, quantity: &'static str, range: NumberRange) -> Result<f64, Located> {
+    number(*given.get_ref(), given.span(), quantity, range)
 }

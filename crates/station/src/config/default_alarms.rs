@@ -8,8 +8,9 @@
 //! ```
 
 use super::error::{ConfigProblem, Located};
+use super::number_range::NumberRange;
 use super::segments::{SegmentToml, gauge_names};
-use super::values::{delay, priority_or_off};
+use super::values::{delay, number, priority_or_off};
 use crate::alarm::{Condition, Priority, Rule, Series};
 use profivac_client::suggestion::closest;
 use profivac_host::text_file::Parsed;
@@ -218,10 +219,5 @@ fn limits_by_series(rules: &[Rule]) -> Vec<(Series, Vec<f64>)> {
 
 fn max_damaged(damage: &DefaultAlarmToml) -> Result<f64, Located> {
     let Some(limit) = &damage.limit else { return Ok(MAX_DAMAGED) };
-    let found = *limit.get_ref();
-    if (1.0..=1e6).contains(&found) {
-        return Ok(found);
-    }
-    let (quantity, range) = ("telegrams per minute", "from 1 to 1000000");
-    Err(Located::new(limit.span(), ConfigProblem::OutOfRange { quantity, range, found }))
+    number(*limit.get_ref(), limit.span(), "telegrams per minute", NumberRange::Between(1.0, 1e6))
 }

@@ -1,6 +1,7 @@
 //! Errors in the configuration file.
 
 use super::certificates::CertificateError;
+use super::number_range::NumberRange;
 use crate::alarm::Priority;
 use crate::auth::file_permissions::PermissionError;
 use crate::visible_text::TextProblem;
@@ -327,7 +328,7 @@ pub enum ConfigProblem {
         /// The quantity with its unit.
         quantity: &'static str,
         /// The permitted range.
-        range: &'static str,
+        range: NumberRange,
         /// The number.
         found: f64,
     },
@@ -368,14 +369,9 @@ pub enum ConfigProblem {
         /// The error of the operating system.
         error: io::Error,
     },
-    /// A number or a duration is outside its range.
-    #[error("expected {expected}, found {found}")]
-    OutsideRange {
-        /// The value.
-        found: String,
-        /// The range.
-        expected: String,
-    },
+    /// The time after which a gateway closes an idle connection is out of range.
+    #[error("expected an idle time from 1s to 1h, found {0}")]
+    Idle(humantime::Duration),
     /// Two gauges have the same slot.
     #[error(
         "the slot {slot} belongs to the gauge {gauge:?}; choose another number, or delete the key for the next free slot"
@@ -399,6 +395,9 @@ pub enum ConfigProblem {
     /// The certificates of a webhook cannot be read.
     #[error(transparent)]
     Certificates(CertificateError),
+    /// The file with user and password for a broker or server cannot be used.
+    #[error(transparent)]
+    Credentials(CredentialsProblem),
     /// `[mqtt]` cannot be used.
     #[error(transparent)]
     Mqtt(MqttProblem),
@@ -440,13 +439,59 @@ pub enum ArchiveProblem {
     Unencrypted,
 }
 
+/// The reason why a URL cannot be that of a broker.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum BrokerUrlProblem {
+    /// The URL has no host.
+    #[error("a URL without a host")]
+    NoHost,
+    /// The URL contains a user name.
+    #[error("a URL with a user; use credentials instead")]
+    User,
+    /// The URL contains a path.
+    #[error("a URL with a path")]
+    Path,
+    /// The scheme is neither `mqtts` nor `mqtt`.
+    #[error("another scheme")]
+    Scheme,
+    /// A standby broker has another scheme than the first one.
+    #[error("another scheme than that of broker")]
+    OtherScheme,
+}
+
+/// The reason why a file with user and password cannot be used.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum CredentialsProblem {
+    /// The file is not TOML of that form.
+    #[error("expected user = \"…\" and password = \"…\" in {file}: {message}", file = file.display())]
+    Content {
+        /// The file.
+        file: PathBuf,
+        /// The message of the parser.
+        message: String,
+    },
+    /// The file cannot be read.
+    #[error("{file} cannot be read: {error}", file = file.display())]
+    File {
+        /// The file.
+        file: PathBuf,
+        /// The error of the operating system.
+        error: io::Error,
+    },
+    /// The file is open to others.
+    #[error(transparent)]
+    Open(PermissionError),
+}
+
 /// The reason why `[mqtt]` cannot be used.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum MqttProblem {
     /// The URL is not that of a broker.
     #[error("expected a URL like mqtts://broker.example:8883, found {0}")]
-    Url(&'static str),
+    Url(BrokerUrlProblem),
     /// The connection to another computer is unencrypted, and the file does not say that this is intended.
     #[error(
         "expected mqtts:// for a broker on another computer, found mqtt://, with which everybody on the way reads the values and the \
@@ -462,22 +507,6 @@ pub enum MqttProblem {
     /// A certificate without its key, or a key without its certificate.
     #[error("expected certificate and key together, found {0} alone")]
     HalfCertificate(&'static str),
-    /// The file with user and password is not TOML of that form.
-    #[error("expected user = \"…\" and password = \"…\" in {file}: {message}", file = file.display())]
-    Credentials {
-        /// The file.
-        file: PathBuf,
-        /// The message of the parser.
-        message: String,
-    },
-    /// The file cannot be read.
-    #[error("{file} cannot be read: {error}", file = file.display())]
-    File {
-        /// The file.
-        file: PathBuf,
-        /// The error of the operating system.
-        error: io::Error,
-    },
     /// The file holds no private key.
     #[error("expected a private key in PEM in {file}: {error}", file = file.display())]
     Key {
@@ -486,7 +515,7 @@ pub enum MqttProblem {
         /// The error of the parser.
         error: pem::Error,
     },
-    /// A file with a secret is open to others.
+    /// The file of the private key is open to others.
     #[error(transparent)]
     Open(PermissionError),
     /// A file holds no certificates.

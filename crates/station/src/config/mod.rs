@@ -65,7 +65,7 @@
 //! | `retention` | `[retention]` |
 //! | [`gateways`] | `[epics]`, `[mqtt]`, `[prometheus]` and the other gateways to control systems |
 //! | `check` | checks of segments, gauges and host names |
-//! | `names`, `values`, `certificates` | rules for names; delays and priorities; certificates |
+//! | `names`, `number_range`, `values`, `certificates` | rules for names; ranges of numbers; delays and priorities; certificates |
 //! | `error` | errors with their positions |
 //! | `notice` | notices about a valid file, and about changes that need a restart |
 
@@ -78,6 +78,7 @@ mod file;
 pub mod gateways;
 mod names;
 mod notice;
+mod number_range;
 mod plant;
 mod retention;
 mod segments;
@@ -85,8 +86,14 @@ mod values;
 mod webhooks;
 
 pub use certificates::{CertificateError, ca_certificates};
-pub use error::{AddressUser, ConfigError, ConfigProblem, MqttProblem, NamedItem, WebhookUrlProblem};
+pub use error::{
+    AddressUser, ArchiveProblem, BrokerUrlProblem, ConfigError, ConfigProblem, CredentialsProblem, MqttProblem,
+    NamedItem, WebhookUrlProblem,
+};
 pub use notice::{ConfigNotice, RenamedKey, RestartNeeded};
+pub use number_range::NumberRange;
+pub use segments::{MEMORY_PORT, is_virtual};
+
 pub use webhooks::{Secret, Webhook};
 
 use crate::alarm::Rule;

@@ -79,6 +79,15 @@ impl SegmentToml {
     }
 }
 
+/// The port of a segment in memory without a file.
+pub const MEMORY_PORT: &str = "in memory";
+
+/// Whether a port leads to devices in memory.
+#[must_use]
+pub fn is_virtual(port: &str) -> bool {
+    port.starts_with("sim:") || port == MEMORY_PORT
+}
+
 /// The file of a segment in memory is relative to the folder of the station's file; other ports are as they are.
 fn port_in(folder: &Path, port: String) -> String {
     match port.strip_prefix("sim:") {

@@ -1,6 +1,7 @@
-//! Values that several tables have: delays, priorities, when a receiver is notified.
+//! Values that several tables have: delays, priorities, when a webhook is notified.
 
 use super::error::{ConfigProblem, Located};
+use super::number_range::NumberRange;
 use crate::alarm::{Priority, QuietHours};
 use jiff::civil::Time;
 use jiff::tz::TimeZone;
@@ -8,6 +9,20 @@ use profivac_host::text_file::Parsed;
 use std::ops::RangeInclusive;
 use std::time::Duration;
 use toml::Spanned;
+
+/// The number `found` of a quantity, if it is in its range.
+pub fn number(
+    found: f64,
+    span: std::ops::Range<usize>,
+    quantity: &'static str,
+    range: NumberRange,
+) -> Result<f64, Located> {
+    if range.contains(found) {
+        Ok(found)
+    } else {
+        Err(Located::new(span, ConfigProblem::OutOfRange { quantity, range, found }))
+    }
+}
 
 /// The longest delay. free choice.
 const MAX_DELAY: Duration = Duration::from_secs(3600);
@@ -23,10 +38,10 @@ pub fn delay(given: Option<&Spanned<Parsed<humantime::Duration>>>, default: Dura
     }
 }
 
-/// The shortest and the longest time after which a receiver is told of an alarm that no user acknowledges. free choice.
+/// The shortest and the longest time after which a webhook is told of an alarm that no user acknowledges. free choice.
 const UNACKNOWLEDGED_RANGE: RangeInclusive<Duration> = Duration::from_secs(1)..=Duration::from_secs(86_400);
 
-/// The time after which a receiver is told of an alarm that no user acknowledges; zero without the key.
+/// The time after which a webhook is told of an alarm that no user acknowledges; zero without the key.
 pub fn unacknowledged_after(given: Option<&Spanned<Parsed<humantime::Duration>>>) -> Result<Duration, Located> {
     let Some(given) = given else { return Ok(Duration::ZERO) };
     let time = given.get_ref().0;

@@ -17,12 +17,12 @@ use super::names;
 use super::values::{priority, quiet_hours, unacknowledged_after};
 use crate::alarm::{NotificationTarget, Priority, QuietHours};
 use crate::auth::file_permissions::{self, PermissionError};
+use crate::host_name::is_loopback;
 use hyper::Uri;
 use profivac_host::text_file::Parsed;
 use serde::de::Error;
 use serde::{Deserialize, Deserializer};
 use std::fmt;
-use std::net::IpAddr;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 use toml::Spanned;
@@ -52,7 +52,7 @@ impl fmt::Debug for Secret {
     }
 }
 
-/// A receiver of alarm notifications.
+/// A webhook that gets alarm notifications.
 #[derive(Clone, PartialEq, Eq)]
 pub struct Webhook {
     /// Its name, unique among the webhooks.
@@ -83,7 +83,7 @@ impl Webhook {
     #[must_use]
     pub fn target(&self) -> NotificationTarget {
         NotificationTarget {
-            receiver: self.name.clone(),
+            webhook: self.name.clone(),
             min_priority: self.min_priority,
             unacknowledged_after: self.unacknowledged_after,
             quiet: self.quiet.clone(),
@@ -193,10 +193,4 @@ fn token_of_file(file: &Spanned<PathBuf>, folder: &Path) -> Result<String, Locat
     let text = std::fs::read_to_string(&path);
     let text = text.map_err(|error| Located::new(file.span(), ConfigProblem::TokenFile { file: path, error }))?;
     Ok(text.trim().to_owned())
-}
-
-/// Whether a host of a URL is this computer.
-pub fn is_loopback(host: &str) -> bool {
-    let address = host.trim_start_matches('[').trim_end_matches(']').parse::<IpAddr>();
-    host == "localhost" || address.is_ok_and(|address| address.is_loopback())
 }

@@ -69,16 +69,17 @@ pub fn not_armed(actor: &Actor, gauge: &str, request: &OperationRequest, reason:
     }
 }
 
-/// Control authority changed, or was requested.
-pub fn authority_changed(actor: &Actor, change: &AuthorityChange) -> AuditEntry {
+/// Control authority changed, or was requested; `None` if the user had it already.
+pub fn authority_changed(actor: &Actor, change: &AuthorityChange) -> Option<AuditEntry> {
     let sentence = match change {
-        AuthorityChange::Taken | AuthorityChange::Kept => "took control, which was free".to_owned(),
+        AuthorityChange::Kept => return None,
+        AuthorityChange::Taken => "took control, which was free".to_owned(),
         AuthorityChange::Requested => "requested control".to_owned(),
         AuthorityChange::Released => "released control".to_owned(),
         AuthorityChange::Granted(name) => format!("granted control to {name}"),
         AuthorityChange::TakenOver(name) => format!("took control over from {name}"),
     };
-    AuditEntry { outcome: Some(sentence), ..actor.audit_entry(AuditAction::ControlAuthority) }
+    Some(AuditEntry { outcome: Some(sentence), ..actor.audit_entry(AuditAction::ControlAuthority) })
 }
 
 /// The holder did not use control for too long.

@@ -2,7 +2,7 @@
 
 use super::armed_commands::{ARMED_FOR, ArmedCommand, ArmedCommands};
 use super::audit_entries;
-use super::authority::{AuthorityChange, AuthorityError, ControlAuthority, ReleaseReason};
+use super::authority::{AuthorityError, ControlAuthority, ReleaseReason};
 use super::error::{ControlError, OperationError, SegmentRequestError};
 use super::operation::{Operation, OperationRequest, Readback};
 use super::requests::SegmentRequests;
@@ -112,8 +112,7 @@ impl ControlService {
             state.armed_commands.clear();
         }
         // The row is queued while the state is locked, so rows are in the order of the changes.
-        let receipt = (change != AuthorityChange::Kept)
-            .then(|| self.recorder.audit(audit_entries::authority_changed(actor, &change)));
+        let receipt = audit_entries::authority_changed(actor, &change).map(|entry| self.recorder.audit(entry));
         drop(state);
         receipt.map(WriteReceipt::wait);
         Ok(())

@@ -17,21 +17,21 @@ const GAS_K: f64 = profivac_vacuum::atmosphere::ROOM_K;
 /// The points of a prediction.
 const POINTS: i32 = 60;
 
-/// How far a prediction goes beyond the record, in s.
+/// How far a prediction goes beyond the samples, in s.
 const AHEAD_S: f64 = 86_400.0;
 
-/// A plant identified from the record of one gauge.
+/// A plant identified from the samples of one gauge.
 #[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
 pub struct PlantView {
     /// The series.
     pub series: String,
-    /// The start of the record, in milliseconds since 1970.
+    /// The start of the samples, in milliseconds since 1970.
     pub start_ms: i64,
-    /// The seconds after the start at which the record ends.
+    /// The seconds after the start at which the samples end.
     pub end_s: f64,
     /// The number of fitted samples.
     pub samples: usize,
-    /// When the valve to the pump was closed; `null` if the record has no rise.
+    /// When the valve to the pump was closed; `null` if the samples have no rise.
     pub rise: Option<ClosedView>,
     /// The volume in m³.
     pub volume_m3: ParameterView,
@@ -49,11 +49,11 @@ pub struct PlantView {
     pub ultimate_pa: ParameterView,
     /// The root mean square of the residuals divided by the noise: near 1 for a good fit.
     pub misfit: f64,
-    /// Whether the fit describes the record: the misfit is at most 2. If not, the numbers are worth nothing.
+    /// Whether the fit describes the samples: the misfit is at most 2. If not, the numbers are worth nothing.
     pub is_described: bool,
     /// The accuracy of the gauge that the intervals contain, as a fraction; `null` if it was not given.
     pub accuracy: Option<f64>,
-    /// The parts of the pressure at the end of the record with the valve open, in Pa as indicated.
+    /// The parts of the pressure at the end of the samples with the valve open, in Pa as indicated.
     pub at_end_pa: PartsView,
     /// The pressure after another day of pumping in Pa, as indicated.
     pub after_another_day_pa: BoundsView,
@@ -64,7 +64,7 @@ pub struct PlantView {
     pub remedies: Vec<RemedyView>,
     /// Groups of samples beside the fit.
     pub residuals: Vec<ResidualView>,
-    /// The predicted pressure if the pumping goes on from the start until a day after the record, with its band.
+    /// The predicted pressure if the pumping goes on from the start until a day after the last sample, with its band.
     pub prediction: Vec<PredictionView>,
 }
 
@@ -73,7 +73,7 @@ pub struct PlantView {
 pub struct ClosedView {
     /// Seconds after the start.
     pub closed_s: f64,
-    /// When it was opened again, or the record ends: seconds after the start.
+    /// When it was opened again, or the samples end: seconds after the start.
     pub opened_s: f64,
 }
 
@@ -99,7 +99,7 @@ pub struct TimeView {
     pub high: Option<f64>,
 }
 
-/// How well a record determines a number.
+/// How well the samples determine a number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, ToSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum CertaintyView {
@@ -116,7 +116,7 @@ pub enum CertaintyView {
 pub struct ParameterView {
     /// The value with its 95 % interval.
     pub value: BoundsView,
-    /// How well the record determines it.
+    /// How well the samples determine it.
     #[schema(inline)]
     pub certainty: CertaintyView,
     /// Why it is not determined and what to record, in words; `null` if it is.
@@ -137,7 +137,7 @@ pub struct SpeedView {
 pub struct PlantFlowView {
     /// The flow in three units.
     pub flow: FlowView,
-    /// How well the record determines it.
+    /// How well the samples determine it.
     #[schema(inline)]
     pub certainty: CertaintyView,
     /// Why it is not determined and what to record, in words; `null` if it is.
@@ -253,7 +253,7 @@ impl PlantFlowView {
     }
 }
 
-/// What a plant was identified from, beside the record.
+/// What a plant was identified from, beside the samples.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Asked {
     /// How the indication depends on the gas.

@@ -12,9 +12,11 @@
 //! | [`mod@final_slope`] | the slope at the end |
 //! | [`mod@rises`] | rises within a pump-down |
 //! | [`mod@compare`] | pump-downs beside the usual ones |
+//! | [`mod@excess`] | the pressure above the usual one |
 
 pub mod compare;
 pub mod crossing;
+pub mod excess;
 pub mod final_slope;
 pub mod find;
 pub mod rises;

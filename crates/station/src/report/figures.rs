@@ -3,15 +3,16 @@
 use super::format::{Unit, target_pressure};
 use crate::config::Config;
 use crate::identification::view::PlantView;
+use crate::pumpdown::compare::Direction;
 use crate::pumpdown::time_range::seconds;
 use crate::pumpdown::{TimeRange, Trace};
 use crate::view::{IntervalView, RiseCause};
 use jiff::Timestamp;
 use jiff::tz::TimeZone;
-use profivac_recorder::Micros;
+use profivac_recorder::{EventKind, Micros};
 use profivac_vacuum::Gas;
 use profivac_virtual::device_spec::entry;
-use serde::Serialize;
+use serde::{Serialize, Serializer};
 
 /// The entry of a gauge in the station's configuration file.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
@@ -262,8 +263,8 @@ pub struct UsualTime {
     pub usual_s: Option<f64>,
     /// The limits beyond which a time deviates, in seconds.
     pub limits_s: Option<[f64; 2]>,
-    /// `later` or `earlier`.
-    pub deviation: Option<&'static str>,
+    /// The direction of a deviation.
+    pub deviation: Option<Direction>,
 }
 
 /// An event.
@@ -276,12 +277,18 @@ pub struct ReportEvent {
     /// The gauge that it is about.
     pub gauge: Option<String>,
     /// The kind of event.
-    pub kind: &'static str,
+    #[serde(serialize_with = "kind")]
+    pub kind: EventKind,
     /// The event in a sentence.
     pub text: String,
     /// Its time, to the microsecond.
     #[serde(skip)]
     pub moment: Micros,
+}
+
+/// The word of a kind of event.
+fn kind<S: Serializer>(kind: &EventKind, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.serialize_str(kind.word())
 }
 
 /// A report.

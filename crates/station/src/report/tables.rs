@@ -4,6 +4,7 @@ use super::figures::{Gauge, Outcome, PressurePoint, Reached, Report, ReportEvent
 use super::format::{Unit, duration, escape, number, pressure, target_pressure, time_of_day, with_unit};
 use super::plot::swatch;
 use crate::identification::view::{BoundsView, ParameterView, PlantFlowView};
+use crate::pumpdown::compare::Direction;
 use crate::pumpdown::time_range::seconds;
 use crate::view::{IntervalView, RiseCause};
 use profivac_recorder::{Micros, Quality};
@@ -135,7 +136,7 @@ pub fn speeds(report: &Report) -> String {
     let head = format!("{}{speed}{}", heads(&["Gauge", "Shortest time constant"]), heads(&["Near", "After"]));
     let note = match report.volume_m3 {
         Some(_) => "",
-        None => "<p class=\"note\">With the volume (--volume) this would be a pumping speed: S = V / τ.</p>\n",
+        None => "<p class=\"note\">With the volume this would be a pumping speed: S = V / τ.</p>\n",
     };
     let table = table("", &head, &rows);
     if table.is_empty() { table } else { table + note }
@@ -294,7 +295,7 @@ pub fn usual(report: &Report) -> String {
             time(level.s, "not reached"),
             time(level.usual_s, ""),
             limits.unwrap_or_default(),
-            level.deviation.unwrap_or_default()
+            level.deviation.map(Direction::word).unwrap_or_default()
         )
     });
     let rows: Vec<String> = rows.collect();
@@ -401,7 +402,7 @@ pub fn how(report: &Report) -> String {
     parts.extend([
         ("Slope at the end", "A straight line by least squares through <span class=\"formula\">log p</span> over <span class=\"formula\">log t</span> in the last decade of time, at 40 places evenly over log t; ± is its standard error."),
         ("Rises", "Threefold or more, for 20 s or more. A leak <span class=\"formula\">dp/dt = a</span> and outgassing <span class=\"formula\">b (1 + t/t₀)^−α</span>, or outgassing that returns to the wall, are fitted together; t₀ is the time of pumping before. An interval holds every value with which one of them fits. Not given where none does."),
-        ("Digits", "Gauges of these kinds are accurate to some per cent at best, and often to 15 to 50 %. Numbers have two digits; --json gives the data with all digits."),
+        ("Digits", "Gauges of these kinds are accurate to some per cent at best, and often to 15 to 50 %. Numbers have two digits; profivac report --json gives the data with all digits."),
     ]);
     let parts: String =
         parts.iter().map(|(term, words)| format!("<div><dt>{term}</dt><dd>{words}</dd></div>\n")).collect();

@@ -7,7 +7,7 @@ use super::line_observer::LineObserver;
 use super::records::{defects_of, records_of};
 use super::services::SegmentServices;
 use crate::alarm::Inputs;
-use crate::config;
+use crate::config::{self, MEMORY_PORT};
 use crate::control::error::Unavailable;
 use crate::snapshot::SegmentSnapshot;
 use crate::view::{Gauge, Segment, SegmentState, duration_ms};
@@ -131,7 +131,7 @@ fn view(name: &str, master: u8, segment: &MemorySegment, gauges: &[GaugeSession]
     let baud = segment.baud();
     Segment {
         name: name.to_owned(),
-        port: "in memory".to_owned(),
+        port: MEMORY_PORT.to_owned(),
         baud: baud.bits_per_second(),
         master: Some(master),
         listen_only: false,

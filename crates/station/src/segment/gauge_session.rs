@@ -1,29 +1,21 @@
-//! A gauge of a segment: the station searches for it, brings it into data exchange, samples it and shows it.
+//! A gauge of a segment: the station brings it into data exchange, samples it and shows it.
 
+use super::find::FindError;
+use super::readings::{Assumed, reading, state_of};
 use super::watched::{self, WatchedParameters};
 use crate::config;
 use crate::recording::RecorderHandle;
 use crate::view::{self, BusStationState};
-use profivac_client::cyclic::{ChannelValue, CyclicSlave, CyclicValues};
-use profivac_client::discover::CyclicError;
-use profivac_client::identify;
-use profivac_client::ms2::Ms2;
+use profivac_client::Defects;
+use profivac_client::cyclic::{CyclicSlave, CyclicValues};
 use profivac_client::names::NamedParameter;
-use profivac_client::pressure::Pressure;
-use profivac_client::records::{RecordError, Unavailable};
-use profivac_client::{ClientError, Defects};
-use profivac_devices::Principle;
-use profivac_devices::model::Model;
 use profivac_devices::profile::ExceptionStatus;
 use profivac_dp::link::{Baud, BitTime};
-use profivac_dp::master::{HandlerState, SlaveListError};
-use profivac_host::port::PortError;
-use profivac_host::scan;
-use profivac_host::session::{BusMaster, BusSession, SessionError};
+use profivac_dp::master::HandlerState;
+use profivac_host::session::{BusMaster, BusSession};
 use profivac_recorder::validity::{self, MAX_SILENCE};
 use profivac_recorder::{EventKind, Micros, Quality, Sample};
-use profivac_vacuum::Gas;
-use profivac_virtual::device_spec::{SpecError, entry};
+use profivac_virtual::device_spec::entry;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -41,72 +33,6 @@ const SEARCH_AFTER: Duration = Duration::from_secs(5);
 
 /// The longest inputs of a slave: a Data_Exchange answer has up to 244 octets (profibus-wire 2.1).
 const MAX_INPUTS: usize = 244;
-
-/// The gas factors of a Pirani hold from 1 to 100 Pa: BCG450 manual, page 54.
-const PIRANI_PA: (f64, f64) = (1.0, 100.0);
-
-/// The gas factors of an ion gauge hold below 0.1 Pa: BCG450 manual, page 54.
-const ION_PA: f64 = 0.1;
-
-/// The reason why a gauge cannot be brought into data exchange.
-#[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
-pub enum FindError {
-    /// The port was lost.
-    #[error(transparent)]
-    Port(PortError),
-    /// No slave answers at its address.
-    #[error("no slave answers")]
-    NoAnswer,
-    /// The bus does not allow requests.
-    #[error(transparent)]
-    Session(SessionError),
-    /// The slave cannot exchange data with this station.
-    #[error(transparent)]
-    Slave(CyclicError),
-    /// All MS2 connections of the slave are in use, so its unit cannot be read.
-    #[error(
-        "waiting for an MS2 connection left by an earlier connection, for example of a station that was killed: its unit is read over \
-         MS2, and the gauge closes an abandoned connection within 15 s"
-    )]
-    NoConnection,
-    /// The station's file names a device that this program does not know.
-    #[error(transparent)]
-    UnknownDevice(#[from] SpecError),
-    /// Another device has the address.
-    #[error("it is a {found}, the station's file says {configured}")]
-    OtherDevice {
-        /// The device on the bus.
-        found: &'static str,
-        /// The device in the file.
-        configured: String,
-    },
-    /// The master does not take it.
-    #[error(transparent)]
-    Rejected(#[from] SlaveListError),
-}
-
-impl From<SessionError> for FindError {
-    fn from(error: SessionError) -> Self {
-        match error {
-            SessionError::Port(error) => Self::Port(error),
-            error => Self::Session(error),
-        }
-    }
-}
-
-impl From<CyclicError> for FindError {
-    fn from(error: CyclicError) -> Self {
-        match error {
-            CyclicError::Session(error) => error.into(),
-            CyclicError::Client(ClientError::Unavailable { reason: Unavailable::NoConnection, .. })
-            | CyclicError::UnreadableUnit { error: RecordError::Unavailable(Unavailable::NoConnection), .. } => {
-                Self::NoConnection
-            }
-            error => Self::Slave(error),
-        }
-    }
-}
 
 /// A gauge.
 pub struct GaugeSession {
@@ -153,15 +79,6 @@ pub struct Heard {
     pub assumed: Option<Assumed>,
     /// The state on the line, for a gauge that does not exchange data.
     pub problem: String,
-}
-
-/// An assumption on which the pressures of a gauge depend.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Assumed {
-    /// The unit: a status is that of the gauge, a number is not.
-    Unit,
-    /// The configuration, which divides the inputs into fields: nothing in them is certain.
-    Configuration,
 }
 
 impl GaugeSession {
@@ -543,134 +460,8 @@ pub fn planned_readings(config: &config::Gauge) -> Vec<view::Reading> {
     session.readings
 }
 
-/// Searches for a gauge at its address: a slave that answers, that no other master owns, and that is the configured device.
-pub fn find_gauge(session: &mut BusSession, gauge: &config::Gauge, master: u8) -> Result<CyclicSlave, FindError> {
-    // A probe takes less time than waiting for a slave that is absent.
-    let probed = scan::probe(session, gauge.address)?;
-    if probed.is_none_or(|station| station.slave.is_none()) {
-        return Err(FindError::NoAnswer);
-    }
-    let found = CyclicSlave::find(session, gauge.address, master)?;
-    let configured = entry(&gauge.device)?.model;
-    // A model that the search only assumes is no reason to doubt the file: the model is read again.
-    let reported = if configured.ident == found.model.ident && configured.name != found.model.name {
-        identify::reported_model(found.model.ident, &mut Ms2::new(session, gauge.address))
-    } else {
-        None
-    };
-    as_configured(found, reported, configured, &gauge.device)
-}
-
-/// The found slave as the configured device. Devices that share an ident number differ in the model that they report; TPG300
-/// and TPG500 report none.
-fn as_configured(
-    found: CyclicSlave,
-    reported: Option<&'static Model>,
-    model: &'static Model,
-    device: &str,
-) -> Result<CyclicSlave, FindError> {
-    let is_other = |other: &Model| other.name != model.name;
-    let other =
-        if model.ident == found.model.ident { reported.filter(|other| is_other(other)) } else { Some(found.model) };
-    if let Some(other) = other {
-        return Err(FindError::OtherDevice { found: other.name, configured: device.to_owned() });
-    }
-    let configuration = model.configuration(found.configuration.octets).unwrap_or(found.configuration);
-    Ok(CyclicSlave { model, configuration, unit: model.unit(found.unit.code).unwrap_or(found.unit), ..found })
-}
-
 /// The time of the system clock `silence` ago.
 fn before_now(silence: Duration) -> Micros {
     let micros = i64::try_from(silence.as_micros()).unwrap_or(i64::MAX);
     Micros(Micros::now().0.saturating_sub(micros))
-}
-
-impl Assumed {
-    /// Whether a reading with this quality may be false.
-    const fn concerns(self, quality: Quality) -> bool {
-        match self {
-            Self::Unit => quality.has_pressure(),
-            Self::Configuration => !matches!(quality, Quality::Stale),
-        }
-    }
-
-    /// What the reading would be if the assumption is right.
-    fn cause(self, reading: &view::Reading, unit: &str) -> String {
-        let sign = match reading.quality {
-            Quality::Overrange => "> ",
-            Quality::Underrange => "< ",
-            _ => "",
-        };
-        let value = reading.bound_pa().map(|pa| format!("{sign}{:.1e} mbar", Pressure::from_pa(pa).mbar()));
-        let value = value.unwrap_or_else(|| reading.quality.label().to_owned());
-        match self {
-            Self::Unit => format!("{value} if the unit is {unit}"),
-            Self::Configuration => format!("{value} if configuration and unit are the assumed ones"),
-        }
-    }
-}
-
-/// The state of a gauge that exchanges data.
-fn state_of(values: &CyclicValues) -> BusStationState {
-    if values.has_fault() { BusStationState::Fault } else { BusStationState::DataExchange }
-}
-
-fn reading(
-    gauge: &config::Gauge,
-    slave: &CyclicSlave,
-    value: &ChannelValue,
-    is_only: bool,
-    silence: Duration,
-) -> view::Reading {
-    // A TPG300 or TPG500 does not report which gauges its channels have.
-    let principle = slave.principle(value.instance);
-    let name = &gauge.name;
-    let quality = validity::quality_after(value.quality, silence);
-    let is_fresh = quality == value.quality;
-    view::Reading {
-        series: if is_only { name.clone() } else { format!("{name}.{}", value.instance) },
-        instance: value.instance,
-        principle,
-        pa: value.pa.filter(|_| is_fresh),
-        limit_pa: value.limit_pa.filter(|_| is_fresh),
-        corrected_pa: value.pa.filter(|_| is_fresh).and_then(|pa| corrected(pa, principle?, gauge.gas)),
-        quality,
-        cause: value.cause.filter(|_| is_fresh).map(|cause| cause.to_string()),
-    }
-}
-
-/// The pressure of a gas at which a sensor that was calibrated for nitrogen indicates `pa`, where the factors hold.
-#[must_use]
-pub fn corrected(pa: f64, principle: Principle, gas: Gas) -> Option<f64> {
-    match principle {
-        Principle::Diaphragm | Principle::Atmosphere => Some(pa),
-        _ if gas == Gas::N2 => Some(pa),
-        Principle::Pirani => (PIRANI_PA.0..=PIRANI_PA.1).contains(&pa).then(|| pa * gas.pirani_factor()),
-        Principle::HotCathode | Principle::ColdCathode => (pa < ION_PA).then(|| pa * gas.ion_factor()),
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn gas_factors_are_used_only_where_they_hold() {
-        assert_eq!(corrected(10.0, Principle::Pirani, Gas::Ar), Some(17.0));
-        assert_eq!(corrected(1e4, Principle::Pirani, Gas::Ar), None);
-        assert_eq!(corrected(1e4, Principle::Pirani, Gas::N2), Some(1e4));
-        assert_eq!(corrected(1e4, Principle::Diaphragm, Gas::Ar), Some(1e4));
-        assert_eq!(corrected(1.0, Principle::HotCathode, Gas::He), None);
-        let helium = corrected(1e-4, Principle::HotCathode, Gas::He).unwrap();
-        assert!((helium / 5.9e-4 - 1.0).abs() < 1e-12);
-    }
-
-    #[test]
-    fn a_gauge_whose_connections_are_in_use_is_told_as_waiting_for_them() {
-        let unreadable = |error: RecordError| FindError::from(CyclicError::UnreadableUnit { address: 5, error });
-        let waiting = unreadable(Unavailable::NoConnection.into()).to_string();
-        assert!(waiting.starts_with("waiting for an MS2 connection left by an earlier connection"), "{waiting}");
-        let other = unreadable(Unavailable::NoMs1.into()).to_string();
-        assert!(other.starts_with("the unit of the slave at address 5 cannot be read: "), "{other}");
-    }
 }

@@ -11,7 +11,7 @@
 //! | execution | refused: the operator expects it now | answered |
 
 use super::execute;
-use super::requests::{self, Reading, ReadingEnd, has_no_connection};
+use super::requests::{self, BlockReading, BlockReadingEnd, has_no_connection};
 use super::services::SegmentServices;
 use crate::control::error::{ChangedSinceArmed, OperationError, Unavailable};
 use crate::control::operation::{Operation, OperationPreview};
@@ -59,7 +59,7 @@ struct Preview {
 /// A reading of all blocks of a gauge.
 struct Read {
     gauge: String,
-    reading: Reading,
+    reading: BlockReading,
     answer: Answer<Result<Vec<Block>, Unavailable>>,
     wait: Wait,
 }
@@ -101,7 +101,7 @@ impl Inbox {
             let wait = Wait::default();
             match request {
                 SegmentRequest::Blocks(gauge, answer) => {
-                    self.reads.push_back(Read { gauge, reading: Reading::default(), answer, wait });
+                    self.reads.push_back(Read { gauge, reading: BlockReading::default(), answer, wait });
                 }
                 SegmentRequest::Preview(gauge, operation, answer) => {
                     self.commands.push_back(Command::Preview(Preview { gauge, operation, answer, wait }));
@@ -185,7 +185,7 @@ impl Inbox {
         records: impl FnOnce(&CyclicSlave) -> R,
         clock: impl Fn() -> Instant,
     ) -> Result<(), PortLost> {
-        let end = slave(&read.gauge).map_or_else(ReadingEnd::Failed, |slave| {
+        let end = slave(&read.gauge).map_or_else(BlockReadingEnd::Failed, |slave| {
             let Read { gauge, reading, answer, .. } = &mut read;
             let is_interrupted = || {
                 self.fill();
@@ -194,18 +194,18 @@ impl Inbox {
             };
             reading.read_on(&services.snapshots, gauge, &slave, records(&slave), is_interrupted)
         });
-        let is_full = matches!(&end, ReadingEnd::Failed(Unavailable::Client(error)) if has_no_connection(error));
+        let is_full = matches!(&end, BlockReadingEnd::Failed(Unavailable::Client(error)) if has_no_connection(error));
         if read.wait.continues(services, &read.gauge, is_full, clock()) {
             self.reads.push_back(read);
             return Ok(());
         }
         let (answer, is_lost) = match end {
-            ReadingEnd::Interrupted => {
+            BlockReadingEnd::Interrupted => {
                 self.reads.push_front(read);
                 return Ok(());
             }
-            ReadingEnd::Complete => (Ok(std::mem::take(&mut read.reading).into_blocks()), false),
-            ReadingEnd::Failed(error) => {
+            BlockReadingEnd::Complete => (Ok(std::mem::take(&mut read.reading).into_blocks()), false),
+            BlockReadingEnd::Failed(error) => {
                 let is_lost = matches!(error, Unavailable::PortLost);
                 (Err(error), is_lost)
             }

@@ -3,9 +3,10 @@
 //! It has a [`Tap`] and no other access to the port. A tap receives and has no function that sends, and it never gives its port away. A
 //! serial device is opened for reading alone, so that the operating system refuses to send as well.
 
-use super::gauge_session::{Assumed, GaugeSession, Heard};
+use super::gauge_session::{GaugeSession, Heard};
 use super::inbox::Inbox;
 use super::line_observer::LineObserver;
+use super::readings::Assumed;
 use super::services::SegmentServices;
 use super::thread::{SegmentCommand, ThreadSetup};
 use crate::config;

@@ -9,7 +9,9 @@
 //!
 //! | Module | Holds |
 //! |---|---|
-//! | `gauge_session` | a gauge: search, data exchange, samples |
+//! | `find` | the search for a gauge at its address |
+//! | `gauge_session` | a gauge: data exchange, samples |
+//! | `readings` | the readings of a gauge, from the values in its inputs |
 //! | `execute` | preview and execution of an operation |
 //! | `records` | the access to the records of a slave: MS2 or the parameter channel |
 //! | `requests` | reading the parameters of a gauge |
@@ -25,11 +27,13 @@
 mod bus_map;
 pub mod demo_segment;
 mod execute;
+mod find;
 mod gauge_session;
 pub mod handle;
 mod inbox;
 mod line_observer;
 mod listen_thread;
+mod readings;
 mod records;
 mod requests;
 mod services;
@@ -37,6 +41,7 @@ mod thread;
 mod watched;
 
 pub use demo_segment::DemoSegment;
-pub use gauge_session::{corrected, planned_gauge, planned_parameters, planned_readings};
+pub use gauge_session::{planned_gauge, planned_parameters, planned_readings};
 pub use handle::SegmentHandle;
+pub use readings::corrected;
 pub use services::SegmentServices;

@@ -14,7 +14,7 @@ use profivac_host::session::SessionError;
 
 /// How far the parameters of a gauge are read.
 #[derive(Default)]
-pub struct Reading {
+pub struct BlockReading {
     /// The model whose parameters are read.
     model: Option<&'static Model>,
     blocks: Vec<Block>,
@@ -23,7 +23,7 @@ pub struct Reading {
 }
 
 /// Why a reading paused or ended.
-pub enum ReadingEnd {
+pub enum BlockReadingEnd {
     /// All parameters are read.
     Complete,
     /// A command comes first. The reading continues after it.
@@ -32,7 +32,7 @@ pub enum ReadingEnd {
     Failed(Unavailable),
 }
 
-impl Reading {
+impl BlockReading {
     /// The blocks that were read.
     pub fn into_blocks(self) -> Vec<Block> {
         self.blocks
@@ -47,7 +47,7 @@ impl Reading {
         slave: &CyclicSlave,
         records: R,
         mut is_interrupted: impl FnMut() -> bool,
-    ) -> ReadingEnd {
+    ) -> BlockReadingEnd {
         if !self.model.is_some_and(|model| std::ptr::eq(model, slave.model)) {
             *self = Self { model: Some(slave.model), ..Self::default() };
         }
@@ -55,14 +55,14 @@ impl Reading {
         let names = gauge.names();
         let total = names.all().len();
         let end = loop {
-            let Some(named) = names.all().get(self.done) else { break ReadingEnd::Complete };
+            let Some(named) = names.all().get(self.done) else { break BlockReadingEnd::Complete };
             snapshots.set_read_progress(name, self.done, total);
             if let Err(error) = self.add(&mut gauge, named, slave.unit) {
-                break ReadingEnd::Failed(error);
+                break BlockReadingEnd::Failed(error);
             }
             self.done = self.done.saturating_add(1);
             if self.done < total && is_interrupted() {
-                break ReadingEnd::Interrupted;
+                break BlockReadingEnd::Interrupted;
             }
         };
         // A gauge that no longer answers keeps the selector where it is.

@@ -1,7 +1,8 @@
 //! The thread of a segment.
 
 use super::bus_map::{BusState, own_master};
-use super::gauge_session::{FindError, GaugeSession, find_gauge};
+use super::find::{FindError, find_gauge};
+use super::gauge_session::GaugeSession;
 use super::inbox::{Inbox, PortLost};
 use super::line_observer::LineObserver;
 use super::records::{defects_of, records_of};

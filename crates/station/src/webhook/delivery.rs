@@ -33,7 +33,7 @@ pub struct DeliverySettings {
 }
 
 impl Default for DeliverySettings {
-    /// free choice: delivered within a second, resumed soon after an interruption, no load on a failing receiver, and a
+    /// free choice: delivered within a second, resumed soon after an interruption, no load on a failing server, and a
     /// notification of yesterday is no news.
     fn default() -> Self {
         Self {
@@ -47,7 +47,7 @@ impl Default for DeliverySettings {
     }
 }
 
-/// With these statuses the receiver refuses the notification itself, and would refuse it again.
+/// With these statuses the server refuses the notification itself, and would refuse it again.
 const PERMANENT_REFUSALS: [u16; 3] = [400, 413, 422];
 
 /// The reason why a notification was not delivered.
@@ -249,7 +249,7 @@ impl Delivery {
     }
 }
 
-/// The body of a notification with its id, by which a receiver recognises a repeated delivery.
+/// The body of a notification with its id, by which the server recognises a repeated delivery.
 fn with_id(notification: &Notification) -> String {
     let id = format!("{}-{}", notification.at.0, notification.id);
     // The station has written the body, so it is an object.

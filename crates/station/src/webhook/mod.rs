@@ -7,7 +7,7 @@
 //! ```
 //!
 //! The queue is a table of the database: a notification is sent when it is on the disk, and stays there until it is accepted, also
-//! when the station is killed. Each webhook has a thread of its own, so that a stalled receiver does not delay the others.
+//! when the station is killed. Each webhook has a thread of its own, so that a stalled server does not delay the others.
 //!
 //! | Module | Holds |
 //! |---|---|

@@ -5,7 +5,7 @@
 //! | `limits` | limits of a pressure, their texts, and ends of ranges |
 //! | `conditions` | all other conditions |
 //! | `lifecycle` | delays, users, changed files, restarts |
-//! | `notify` | which receiver is told of which change |
+//! | `notify` | which notification target is told of which change |
 //! | `random` | random sequences |
 
 #![allow(clippy::unwrap_used, clippy::panic, clippy::indexing_slicing, reason = "a test")]

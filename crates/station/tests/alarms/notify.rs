@@ -1,4 +1,4 @@
-//! Which receiver is told of which change.
+//! Which notification target is told of which change.
 
 use super::{Fixture, above};
 use crate::support::inputs::inputs;
@@ -9,7 +9,7 @@ use profivac_station::alarm::notify::Notifier;
 use profivac_station::alarm::{ChangeKind, NotificationTarget, Priority, QuietHours, Rule};
 use std::time::Duration;
 
-/// A registry and the receivers of its changes.
+/// A registry and the notification targets of its changes.
 struct Told {
     fixture: Fixture,
     notifier: Notifier,
@@ -29,10 +29,10 @@ impl Told {
         let changes = self.fixture.registry.evaluate(&inputs(pa, Quality::Valid), now);
         let mut told = Vec::new();
         for change in &changes {
-            told.extend(self.notifier.told_of(change).into_iter().map(|receiver| (receiver, change.kind.word())));
+            told.extend(self.notifier.told_of(change).into_iter().map(|webhook| (webhook, change.kind.word())));
         }
         let late = self.notifier.told_late(self.fixture.registry.alarms(), now);
-        told.extend(late.into_iter().map(|(receiver, _)| (receiver, "late")));
+        told.extend(late.into_iter().map(|(webhook, _)| (webhook, "late")));
         told
     }
 
@@ -60,8 +60,8 @@ fn quiet_at_night(name: &str) -> NotificationTarget {
 const HIGH: f64 = 2.0;
 const LOW: f64 = 0.1;
 
-fn told(receivers: &[&str], what: &'static str) -> Vec<(String, &'static str)> {
-    receivers.iter().map(|receiver| ((*receiver).to_owned(), what)).collect()
+fn told(webhooks: &[&str], what: &'static str) -> Vec<(String, &'static str)> {
+    webhooks.iter().map(|webhook| ((*webhook).to_owned(), what)).collect()
 }
 
 #[test]
@@ -119,7 +119,7 @@ fn alarms_of_high_priority_are_told_in_quiet_hours() {
 }
 
 #[test]
-fn a_receiver_is_not_told_late_of_an_alarm_below_its_lowest_priority() {
+fn a_target_is_not_told_late_of_an_alarm_below_its_lowest_priority() {
     let high_only = NotificationTarget { min_priority: Priority::High, ..after_ten_minutes("boss") };
     let mut told_who = Told::new(Priority::Medium, vec![high_only]);
     assert_eq!(told_who.after(0, HIGH), []);

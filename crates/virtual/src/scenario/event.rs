@@ -1,7 +1,7 @@
 //! The timeline of a scenario, with every name resolved.
 
 use super::error::{ScenarioEntryError, TextError};
-use super::file::{Entry, Expect, File, Flow};
+use super::file::{Entry, Expect, File, Flow, Heat, Spray};
 use super::plant::{Part, Plant, air};
 use super::quantities::{PART, TIME, Text, flow, gas_pressure, parsed, pressure, temperature, unknown};
 use crate::action_text::ActionText;
@@ -77,7 +77,7 @@ pub enum DeviceAction {
     /// Switches the power.
     Power(bool),
     /// Connects or disconnects the bus connector.
-    Plug(bool),
+    Connector(bool),
     /// Presses a button.
     Button(u8),
     /// Sets a switch.
@@ -97,7 +97,7 @@ impl DeviceAction {
             Self::Button(number) => Some(ActionText::Button(*number)),
             Self::Switch(name, value) => Some(ActionText::Switch { name, value }),
             Self::Pot(which, volts) => Some(ActionText::Pot { which: *which, volts: *volts }),
-            Self::Power(_) | Self::Plug(_) | Self::Write(..) => None,
+            Self::Power(_) | Self::Connector(_) | Self::Write(..) => None,
         }
     }
 }
@@ -188,6 +188,26 @@ impl EventParser<'_> {
     }
 
     fn plant_actions(&self, entry: &Entry) -> Result<Vec<ScenarioAction>, TextError> {
+        let mut actions = self.valves_and_pumps(entry)?;
+        for flow in &entry.flow {
+            actions.push(self.feed(flow)?);
+        }
+        for heat in &entry.heat {
+            actions.push(self.heat(heat)?);
+        }
+        for spray in &entry.spray {
+            actions.push(self.spray(spray)?);
+        }
+        for name in &entry.regenerate {
+            actions.push(self.plant.part("a capture pump", name, |part| match part {
+                Part::Capture(pump) => Some(ScenarioAction::Regenerate(pump)),
+                _ => None,
+            })?);
+        }
+        Ok(actions)
+    }
+
+    fn valves_and_pumps(&self, entry: &Entry) -> Result<Vec<ScenarioAction>, TextError> {
         let mut actions = Vec::new();
         let opened = entry.open.iter().map(|name| (name, 1.0)).chain(entry.close.iter().map(|name| (name, 0.0)));
         for (name, how_far) in opened {
@@ -206,34 +226,27 @@ impl EventParser<'_> {
                 _ => None,
             })?);
         }
-        for flow in &entry.flow {
-            actions.push(self.feed(flow)?);
-        }
-        for heat in &entry.heat {
-            let kelvin = temperature(&heat.to)?;
-            let seconds = heat.over.as_ref().map_or(Ok(HEATING_S), |over| TIME.parse(over))?;
-            actions.push(self.plant.part("a wall", &heat.wall, |part| match part {
-                Part::Wall(wall) => Some(ScenarioAction::Heat(wall, kelvin, seconds)),
-                _ => None,
-            })?);
-        }
-        for spray in &entry.spray {
-            let outside = match parsed(&spray.gas)? {
-                Gas::Air => Outside::Air,
-                gas => Outside::Gas(Mixture::pure(gas, self.plant.network.atmosphere().pressure_pa)),
-            };
-            actions.push(self.plant.part("a leak or vent", &spray.leak, |part| match part {
-                Part::Opening(opening) => Some(ScenarioAction::Spray(opening, outside)),
-                _ => None,
-            })?);
-        }
-        for name in &entry.regenerate {
-            actions.push(self.plant.part("a capture pump", name, |part| match part {
-                Part::Capture(pump) => Some(ScenarioAction::Regenerate(pump)),
-                _ => None,
-            })?);
-        }
         Ok(actions)
+    }
+
+    fn heat(&self, heat: &Heat) -> Result<ScenarioAction, TextError> {
+        let kelvin = temperature(&heat.to)?;
+        let seconds = heat.over.as_ref().map_or(Ok(HEATING_S), |over| TIME.parse(over))?;
+        self.plant.part("a wall", &heat.wall, |part| match part {
+            Part::Wall(wall) => Some(ScenarioAction::Heat(wall, kelvin, seconds)),
+            _ => None,
+        })
+    }
+
+    fn spray(&self, spray: &Spray) -> Result<ScenarioAction, TextError> {
+        let outside = match parsed(&spray.gas)? {
+            Gas::Air => Outside::Air,
+            gas => Outside::Gas(Mixture::pure(gas, self.plant.network.atmosphere().pressure_pa)),
+        };
+        self.plant.part("a leak or vent", &spray.leak, |part| match part {
+            Part::Opening(opening) => Some(ScenarioAction::Spray(opening, outside)),
+            _ => None,
+        })
     }
 
     fn feed(&self, set: &Flow) -> Result<ScenarioAction, TextError> {
@@ -267,7 +280,7 @@ impl EventParser<'_> {
             addresses.iter().try_for_each(|address| add(address, address.span(), DeviceAction::Power(on)))?;
         }
         for (addresses, on) in [(&entry.unplug, false), (&entry.plug, true)] {
-            addresses.iter().try_for_each(|address| add(address, address.span(), DeviceAction::Plug(on)))?;
+            addresses.iter().try_for_each(|address| add(address, address.span(), DeviceAction::Connector(on)))?;
         }
         for button in &entry.button {
             add(&button.device, button.number.span(), DeviceAction::Button(*button.number.get_ref()))?;
@@ -300,15 +313,16 @@ impl EventParser<'_> {
     ) -> Result<u8, TextError> {
         let spec = self.spec(device)?;
         let Some(text) = action.action() else { return Ok(spec.address) };
-        let unit = spec.build(NonvolatileMemory::volatile(), Baud::B19200).map_err(|error| TextError::at(at, error))?;
-        let device = unit.device().name();
-        text.resolve(unit.device()).map_err(|unknown| {
+        let slave =
+            spec.build(NonvolatileMemory::volatile(), Baud::B19200).map_err(|error| TextError::at(at, error))?;
+        let device = slave.device().name();
+        text.resolve(slave.device()).map_err(|unknown| {
             let found = match action {
                 DeviceAction::Fault(fault, _) => fault.clone(),
                 DeviceAction::Switch(name, value) => format!("{name} = {value}"),
                 DeviceAction::Button(number) => number.to_string(),
                 DeviceAction::Pot(which, _) => which.to_string(),
-                DeviceAction::Power(_) | DeviceAction::Plug(_) | DeviceAction::Write(..) => String::new(),
+                DeviceAction::Power(_) | DeviceAction::Connector(_) | DeviceAction::Write(..) => String::new(),
             };
             TextError::at(at, ScenarioEntryError::UnknownPart { device, found, known: unknown.expected })
         })?;

@@ -39,7 +39,7 @@ pub use error::ScenarioEntryError;
 pub use event::{Check, DeviceAction, Event, Expectation, ScenarioAction, Subject};
 pub use included::{INCLUDED, Included};
 pub use plant::{Part, Plant};
-pub use run::{FailedExpectation, MasterPresence, Run};
+pub use run::{FailedExpectation, MasterPresence, PartState, Run};
 pub use schematic::{Schematic, SchematicGauge, SchematicKind, SchematicPart};
 
 use crate::device::VirtualDevice;
@@ -198,8 +198,8 @@ impl Scenario {
         memory: impl Fn(&DeviceSpec) -> Result<NonvolatileMemory, E>,
     ) -> Result<Vec<VirtualDevice>, E> {
         let device = |Gauge { spec, volume, channel_volumes: elsewhere }: &Gauge| {
-            let unit = spec.build(memory(spec)?, baud)?;
-            let mut device = VirtualDevice::new(unit, spec.address, baud, environment(&self.plant, *volume));
+            let slave = spec.build(memory(spec)?, baud)?;
+            let mut device = VirtualDevice::new(slave, spec.address, baud, environment(&self.plant, *volume));
             for (instance, volume) in elsewhere {
                 device.set_part_environment(*instance, environment(&self.plant, *volume));
             }
@@ -312,9 +312,9 @@ fn channels(file: &File, plant: &Plant, gauges: &mut [Gauge]) -> Result<(), Text
         let wrong = || unknown("the address of a gauge", address, addresses.iter().map(String::as_str));
         let at = addresses.iter().position(|known| known == address.get_ref()).ok_or_else(wrong)?;
         let Some(gauge) = gauges.get_mut(at) else { continue };
-        let unit = gauge.spec.build(NonvolatileMemory::volatile(), Baud::B19200);
-        let unit = unit.map_err(|error| TextError::at(&address.span(), error))?;
-        let instances: Vec<String> = unit.device().parts().iter().map(|part| part.instance.to_string()).collect();
+        let slave = gauge.spec.build(NonvolatileMemory::volatile(), Baud::B19200);
+        let slave = slave.map_err(|error| TextError::at(&address.span(), error))?;
+        let instances: Vec<String> = slave.device().parts().iter().map(|part| part.instance.to_string()).collect();
         for (instance, volume) in channels {
             let wrong = || unknown("an instance of a sensor", instance, instances.iter().map(String::as_str));
             let known =

@@ -25,8 +25,8 @@ pub enum MasterPresence {
 pub struct FailedExpectation {
     /// The file.
     pub file: String,
-    /// The line of the expectation; 0 for a refused record.
-    pub line: usize,
+    /// The line of the expectation; `None` for an action that a device refused.
+    pub line: Option<usize>,
     /// The time in s.
     pub seconds: f64,
     /// The expected and the found state.
@@ -35,8 +35,51 @@ pub struct FailedExpectation {
 
 impl fmt::Display for FailedExpectation {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { file, line, seconds, description: what } = self;
-        write!(f, "{file}:{line}: after {seconds} s: {what}")
+        let Self { file, line, seconds, description } = self;
+        match line {
+            Some(line) => write!(f, "{file}:{line}: after {seconds} s: {description}"),
+            None => write!(f, "{file}: after {seconds} s: {description}"),
+        }
+    }
+}
+
+/// The state of a part of a plant.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum PartState {
+    /// A tube, valve, leak, vent or inlet is open.
+    Open,
+    /// It is closed.
+    Closed,
+    /// A pump runs.
+    Running,
+    /// A pump does not run.
+    Stopped,
+    /// The speed of a rotor as a fraction of its rated speed.
+    RotorSpeed(f64),
+    /// The temperature of a wall, in K.
+    Temperature(f64),
+}
+
+impl PartState {
+    const fn open(is_open: bool) -> Self {
+        if is_open { Self::Open } else { Self::Closed }
+    }
+
+    const fn running(is_running: bool) -> Self {
+        if is_running { Self::Running } else { Self::Stopped }
+    }
+}
+
+impl fmt::Display for PartState {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Open => f.write_str("open"),
+            Self::Closed => f.write_str("closed"),
+            Self::Running => f.write_str("runs"),
+            Self::Stopped => f.write_str("stands"),
+            Self::RotorSpeed(fraction) => write!(f, "{:.0} %", fraction * 100.0),
+            Self::Temperature(kelvin) => write!(f, "{:.0} C", kelvin - 273.15),
+        }
     }
 }
 
@@ -129,7 +172,7 @@ impl Run {
         while self.events.last().is_some_and(|event| event.step <= self.steps)
             && let Some(event) = self.events.pop()
         {
-            self.happen(event, &mut devices);
+            self.execute(event, &mut devices);
         }
         self.exchange_gas(&devices);
         self.plant.network.advance(self.step_s);
@@ -178,23 +221,20 @@ impl Run {
         }
     }
 
-    fn happen(&mut self, event: Event, devices: &mut [&mut VirtualDevice]) {
+    /// Checks the expectations of an event, then executes its actions.
+    fn execute(&mut self, event: Event, devices: &mut [&mut VirtualDevice]) {
         for expectation in &event.expectations {
             let failed = expectation.checks.iter().filter_map(|check| self.failed(expectation, check, devices));
             let failed: Vec<_> = failed.collect();
-            failed.into_iter().for_each(|what| self.find(expectation.line, what));
+            failed.into_iter().for_each(|what| self.fail(Some(expectation.line), what));
         }
         self.message = event.message.or(self.message.take());
         event.actions.into_iter().for_each(|action| self.action(action, devices));
     }
 
-    fn find(&mut self, line: usize, what: String) {
-        self.failures.push(FailedExpectation {
-            file: self.file.clone(),
-            line,
-            seconds: self.seconds(),
-            description: what,
-        });
+    fn fail(&mut self, line: Option<usize>, description: String) {
+        let (file, seconds) = (self.file.clone(), self.seconds());
+        self.failures.push(FailedExpectation { file, line, seconds, description });
     }
 
     fn action(&mut self, action: ScenarioAction, devices: &mut [&mut VirtualDevice]) {
@@ -214,7 +254,7 @@ impl Run {
             ScenarioAction::Device(address, action) => {
                 let device = devices.iter_mut().find(|device| device.switch_address() == address);
                 let refused = device.and_then(|device| self.operate(device, &action));
-                refused.into_iter().for_each(|what| self.find(0, what));
+                refused.into_iter().for_each(|what| self.fail(None, what));
             }
         }
     }
@@ -228,7 +268,7 @@ impl Run {
                     device.device_mut().set_exchanging(true);
                 }
             }
-            DeviceAction::Plug(plugged) => device.set_connected(*plugged),
+            DeviceAction::Connector(connected) => device.set_connected(*connected),
             DeviceAction::Write(slot, index, octets) => {
                 let written = device.device_mut().write(Relation::Ms2(0), *slot, *index, octets);
                 let name = title(device);
@@ -258,24 +298,20 @@ impl Run {
         }
     }
 
-    /// The state of the parts of the plant, as text.
+    /// The states of the parts of the plant, with their names.
     #[must_use]
-    pub fn states(&self) -> Vec<(&str, String)> {
+    pub fn states(&self) -> Vec<(&str, PartState)> {
         let network = &self.plant.network;
-        let open = |opening: f64| if opening > 0.0 { "open" } else { "closed" }.to_owned();
         let state = |part: &Part| match part {
-            Part::Joint(joint) => Some(open(network.joint_opening(*joint))),
-            Part::Opening(opening) => Some(open(network.vent_opening(*opening))),
-            Part::Roughing(pump) => {
-                Some(if network.is_roughing_pump_running(*pump) { "runs" } else { "stands" }.to_owned())
-            }
-            Part::Turbo(pump) => Some(format!("{:.0} %", network.rotor_speed(*pump) * 100.0)),
-            Part::Capture(pump) => Some(if network.capture_pump(*pump).running { "runs" } else { "stands" }.to_owned()),
-            Part::Inlet(inlet) => Some(if network.is_inlet_open(*inlet) { "open" } else { "closed" }.to_owned()),
-            Part::Wall(wall) => Some(format!("{:.0} C", network.wall_temperature_k(*wall) - 273.15)),
+            Part::Joint(joint) => PartState::open(network.joint_opening(*joint) > 0.0),
+            Part::Opening(opening) => PartState::open(network.vent_opening(*opening) > 0.0),
+            Part::Roughing(pump) => PartState::running(network.is_roughing_pump_running(*pump)),
+            Part::Turbo(pump) => PartState::RotorSpeed(network.rotor_speed(*pump)),
+            Part::Capture(pump) => PartState::running(network.capture_pump(*pump).running),
+            Part::Inlet(inlet) => PartState::open(network.is_inlet_open(*inlet)),
+            Part::Wall(wall) => PartState::Temperature(network.wall_temperature_k(*wall)),
         };
-        let states = self.plant.parts.iter().filter_map(|(name, part)| Some((name.as_str(), state(part)?)));
-        states.collect()
+        self.plant.parts.iter().map(|(name, part)| (name.as_str(), state(part))).collect()
     }
 
     /// The true pressures of the volumes, in Pa.

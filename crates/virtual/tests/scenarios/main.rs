@@ -207,7 +207,7 @@ spray = [{ leak = "leak", gas = "air" }]
     let findings: Vec<_> = run.failures().iter().map(ToString::to_string).collect();
     assert!(findings.is_empty(), "{}", findings.join("\n"));
     let warm = run.states().into_iter().find(|(name, _)| *name == "wall").unwrap().1;
-    assert_eq!(warm, "61 C", "half of the way after five minutes and six seconds");
+    assert_eq!(warm.to_string(), "61 C", "half of the way after five minutes and six seconds");
     while !run.is_over() {
         run.step(&mut devices);
     }

@@ -1,4 +1,4 @@
-//! `[archive]`: a NATS server to which the station sends its record, for an archive of many stations.
+//! `[archive]`: a NATS server to which the station sends what it records, for an archive of many stations.
 //!
 //! ```toml
 //! [archive]
@@ -15,8 +15,8 @@
 //! ```
 
 use super::super::error::{ArchiveProblem, ConfigProblem, Located};
-use super::super::webhooks::is_loopback;
 use super::mqtt::{Credentials, credentials_file};
+use crate::host_name::is_loopback;
 use hyper::Uri;
 use profivac_host::text_file::Parsed;
 use profivac_recorder::Forward;

@@ -1,6 +1,8 @@
 //! `[modbus]`, and the key `modbus` of a gauge.
 
 use super::super::error::{ConfigProblem, Located};
+use super::super::number_range::NumberRange;
+use super::super::values::number;
 use profivac_client::pressure::Pressure;
 use profivac_host::text_file::Parsed;
 use serde::Deserialize;
@@ -18,9 +20,9 @@ const LISTEN: (Ipv4Addr, u16) = (Ipv4Addr::LOCALHOST, 1502);
 /// The number of slots of the map, see docs/gateways.md.
 pub const SLOTS: u16 = 495;
 
-/// The default and the range of `connections`. free choice.
+/// The default and the largest number of `connections`. free choice.
 const CONNECTIONS: usize = 64;
-const CONNECTIONS_RANGE: RangeInclusive<usize> = 1..=1000;
+const MAX_CONNECTIONS: f64 = 1000.0;
 
 /// The default and the range of `idle`. free choice: masters poll every few seconds.
 const IDLE: Duration = Duration::from_secs(60);
@@ -178,18 +180,13 @@ impl ModbusToml {
             let needs = "allow, a list of the computers that may read, because Modbus has neither encryption nor login";
             return Err(Located::new(span, ConfigProblem::GatewayExposed { gateway: "modbus", listen, needs }));
         }
-        let outside = |span, found: String, expected: String| {
-            Err(Located::new(span, ConfigProblem::OutsideRange { found, expected }))
-        };
-        let connections = match self.connections {
-            Some(given) if !CONNECTIONS_RANGE.contains(given.get_ref()) => {
-                return outside(given.span(), given.get_ref().to_string(), "1 to 1000 connections".to_owned());
-            }
-            given => given.map_or(CONNECTIONS, Spanned::into_inner),
-        };
+        if let Some(given) = &self.connections {
+            let range = NumberRange::Between(1.0, MAX_CONNECTIONS);
+            number(*given.get_ref() as f64, given.span(), "connections", range)?;
+        }
         let idle = match self.idle {
             Some(given) if !IDLE_RANGE.contains(&*given.get_ref().0) => {
-                return outside(given.span(), given.get_ref().0.to_string(), "1s to 1h".to_owned());
+                return Err(Located::new(given.span(), ConfigProblem::Idle(given.get_ref().0)));
             }
             given => given.map_or(IDLE, |given| given.into_inner().0.into()),
         };
@@ -198,7 +195,7 @@ impl ModbusToml {
             word_order: self.word_order,
             unit: self.unit.unwrap_or(MapUnit::Mbar),
             allow: self.allow.into_iter().map(|network| network.0).collect(),
-            connections,
+            connections: self.connections.map_or(CONNECTIONS, Spanned::into_inner),
             idle,
             slots,
         })
@@ -211,16 +208,14 @@ pub fn check_slots<'a>(
 ) -> Result<BTreeMap<String, u16>, Located> {
     let mut slots: BTreeMap<String, u16> = BTreeMap::new();
     for (gauge, slot) in given {
-        let number = *slot.get_ref();
-        if number >= SLOTS {
-            let expected = format!("a slot from 0 to {}", SLOTS - 1);
-            return Err(Located::new(slot.span(), ConfigProblem::OutsideRange { found: number.to_string(), expected }));
-        }
-        if let Some((other, _)) = slots.iter().find(|(_, taken)| **taken == number) {
-            let problem = ConfigProblem::SlotInUse { slot: number, gauge: other.clone() };
+        let wanted = *slot.get_ref();
+        let range = NumberRange::Between(0.0, f64::from(SLOTS - 1));
+        number(wanted.into(), slot.span(), "a slot", range)?;
+        if let Some((other, _)) = slots.iter().find(|(_, taken)| **taken == wanted) {
+            let problem = ConfigProblem::SlotInUse { slot: wanted, gauge: other.clone() };
             return Err(Located::new(slot.span(), problem));
         }
-        slots.insert(gauge.to_owned(), number);
+        slots.insert(gauge.to_owned(), wanted);
     }
     Ok(slots)
 }

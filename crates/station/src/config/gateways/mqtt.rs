@@ -20,9 +20,10 @@
 //! ```
 
 use super::super::certificates::ca_certificates;
-use super::super::error::{ConfigProblem, Located, MqttProblem};
-use super::super::webhooks::{Secret, is_loopback};
+use super::super::error::{BrokerUrlProblem, ConfigProblem, CredentialsProblem, Located, MqttProblem};
+use super::super::webhooks::Secret;
 use crate::auth::file_permissions::{self, PermissionError};
+use crate::host_name::is_loopback;
 use hyper::Uri;
 use profivac_host::text_file::{self, Parsed};
 use serde::Deserialize;
@@ -180,7 +181,7 @@ impl MqttToml {
         let scheme = self.broker.get_ref().0.scheme_str();
         let standby = self.standby.iter().map(|url| match url.get_ref().0.scheme_str() == scheme {
             true => self.address(url),
-            false => Err(located(url, MqttProblem::Url("another scheme than that of broker"))),
+            false => Err(located(url, MqttProblem::Url(BrokerUrlProblem::OtherScheme))),
         });
         let standby = standby.collect::<Result<_, _>>()?;
         let tls = match scheme {
@@ -202,22 +203,22 @@ impl MqttToml {
     fn address(&self, url: &Spanned<Parsed<Uri>>) -> Result<(String, u16), Located> {
         let wrong = |problem| Err(located(url, problem));
         let uri = &url.get_ref().0;
-        let Some(authority) = uri.authority() else { return wrong(MqttProblem::Url("a URL without a host")) };
+        let Some(authority) = uri.authority() else { return wrong(MqttProblem::Url(BrokerUrlProblem::NoHost)) };
         if authority.as_str().contains('@') {
-            return wrong(MqttProblem::Url("a URL with a user; use credentials instead"));
+            return wrong(MqttProblem::Url(BrokerUrlProblem::User));
         }
         if !matches!(uri.path(), "" | "/") || uri.query().is_some() {
-            return wrong(MqttProblem::Url("a URL with a path"));
+            return wrong(MqttProblem::Url(BrokerUrlProblem::Path));
         }
         if authority.host().is_empty() {
-            return wrong(MqttProblem::Url("a URL without a host"));
+            return wrong(MqttProblem::Url(BrokerUrlProblem::NoHost));
         }
         let is_permitted = self.unencrypted.as_ref().is_some_and(|permitted| *permitted.get_ref());
         let port = match uri.scheme_str() {
             Some("mqtts") => TLS_PORT,
             Some("mqtt") if is_loopback(authority.host()) || is_permitted => PORT,
             Some("mqtt") => return wrong(MqttProblem::Unencrypted),
-            _ => return wrong(MqttProblem::Url("another scheme")),
+            _ => return wrong(MqttProblem::Url(BrokerUrlProblem::Scheme)),
         };
         let host = authority.host().trim_start_matches('[').trim_end_matches(']').to_owned();
         Ok((host, authority.port_u16().unwrap_or(port)))
@@ -326,26 +327,28 @@ fn checked(value: &Spanned<String>, expected: &'static str, is_usable: fn(&str) 
 
 /// User and password in a file that only its owner can read.
 pub fn credentials_file(file: &Spanned<PathBuf>, folder: &Path) -> Result<Credentials, Located> {
-    let path = private_file(file, folder)?;
+    let wrong = |problem| Located::new(file.span(), ConfigProblem::Credentials(problem));
+    let path = private_file(file, folder).map_err(|error| wrong(CredentialsProblem::Open(error)))?;
     let text = text_file::read(&path);
-    let text = text.map_err(|error| located(file, MqttProblem::File { file: path.clone(), error }))?;
+    let text = text.map_err(|error| wrong(CredentialsProblem::File { file: path.clone(), error }))?;
     // The message of the parser has no part of the file.
     let parsed = toml::from_str(&text).map_err(|error| error.message().to_owned());
-    parsed.map_err(|message| located(file, MqttProblem::Credentials { file: path, message }))
+    parsed.map_err(|message| wrong(CredentialsProblem::Content { file: path, message }))
 }
 
 fn private_key(file: &Spanned<PathBuf>, folder: &Path) -> Result<PathBuf, Located> {
-    let path = private_file(file, folder)?;
+    let path = private_file(file, folder).map_err(|error| located(file, MqttProblem::Open(error)))?;
     match PrivateKeyDer::from_pem_file(&path) {
         Ok(_) => Ok(path),
         Err(error) => Err(located(file, MqttProblem::Key { file: path, error })),
     }
 }
 
-fn private_file(file: &Spanned<PathBuf>, folder: &Path) -> Result<PathBuf, Located> {
+/// The path of a file that only its owner can read.
+fn private_file(file: &Spanned<PathBuf>, folder: &Path) -> Result<PathBuf, PermissionError> {
     let path = folder.join(file.get_ref());
     match file_permissions::check(&path) {
-        Err(error @ PermissionError::Open(..)) => Err(located(file, MqttProblem::Open(error))),
+        Err(error @ PermissionError::Open(..)) => Err(error),
         // Reading reports why the file cannot be read.
         Ok(()) | Err(PermissionError::System(..)) => Ok(path),
     }

@@ -200,8 +200,8 @@ export interface paths {
         put?: never;
         /**
          * Execute an armed command
-         * @description The second step. The station checks the conditions and the present value again, and sends the command once. Needs control
-         *     authority.
+         * @description The second step. The station checks the conditions and the present value again, and sends the command once. The
+         *     user needs control authority.
          */
         post: operations["execute"];
         delete?: never;
@@ -432,7 +432,7 @@ export interface paths {
         /**
          * Arm a command or a write
          * @description The first step. The station reads the conditions and the present value from the gauge. If all conditions are met, the command
-         *     is armed for 30 seconds. Needs control authority.
+         *     is armed for 30 seconds. The user needs control authority.
          */
         post: operations["arm"];
         delete?: never;
@@ -489,7 +489,7 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * The numbers of a plant from one record of pump-down, base pressure and rise, with 95 % intervals
+         * The numbers of a plant from the samples of one pump-down, base pressure and rise, with 95 % intervals
          * @description The station fits one plant at a time, and stops when the client disconnects or after two minutes.
          */
         get: operations["identify"];
@@ -590,7 +590,7 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Change the own password
+         * Change the password of the user
          * @description All sessions of the user end, and the answer begins a new one.
          */
         post: operations["password"];
@@ -719,7 +719,7 @@ export interface paths {
         /** The captures of a segment, oldest first */
         get: operations["captures"];
         put?: never;
-        /** Makes a capture of the last minute and the next five seconds */
+        /** Make a capture of the last minute and the next five seconds */
         post: operations["trigger"];
         delete?: never;
         options?: never;
@@ -1243,7 +1243,7 @@ export interface components {
             closed_s: number;
             /**
              * Format: double
-             * @description When it was opened again, or the record ends: seconds after the start.
+             * @description When it was opened again, or the samples end: seconds after the start.
              */
             opened_s: number;
         };
@@ -1510,7 +1510,7 @@ export interface components {
              * @description When it occurred, in milliseconds since 1970.
              */
             last_error_ms: number | null;
-            /** @description Its name: `epics`, `opcua`, `mqtt`, `sparkplug`, `modbus`, `prometheus`. */
+            /** @description Its name: `archive`, `epics`, `opcua`, `mqtt`, `sparkplug`, `modbus`, `prometheus`. */
             name: string;
             /** @description Why it does not run; it tries again. */
             problem: string | null;
@@ -1753,7 +1753,7 @@ export interface components {
              */
             text: string;
         };
-        /** @description A change of the own password. */
+        /** @description A user's change of the password. */
         NewPassword: {
             /** @description The current password. */
             current: string;
@@ -1880,7 +1880,7 @@ export interface components {
             /** @description The volumes; empty if nothing describes the plant. */
             volumes: components["schemas"]["PlantVolume"][];
         };
-        /** @description A plant identified from the record of one gauge. */
+        /** @description A plant identified from the samples of one gauge. */
         PlantView: {
             /**
              * Format: double
@@ -1889,16 +1889,16 @@ export interface components {
             accuracy: number | null;
             /** @description The pressure after another day of pumping in Pa, as indicated. */
             after_another_day_pa: components["schemas"]["BoundsView"];
-            /** @description The parts of the pressure at the end of the record with the valve open, in Pa as indicated. */
+            /** @description The parts of the pressure at the end of the samples with the valve open, in Pa as indicated. */
             at_end_pa: components["schemas"]["PartsView"];
             /**
              * Format: double
-             * @description The seconds after the start at which the record ends.
+             * @description The seconds after the start at which the samples end.
              */
             end_s: number;
             /** @description The exponent of the outgassing over time: 1 for water on metals, 1/2 for diffusion. */
             exponent: components["schemas"]["ParameterView"];
-            /** @description Whether the fit describes the record: the misfit is at most 2. If not, the numbers are worth nothing. */
+            /** @description Whether the fit describes the samples: the misfit is at most 2. If not, the numbers are worth nothing. */
             is_described: boolean;
             /** @description Whether the volume was given. */
             is_volume_given: boolean;
@@ -1911,7 +1911,7 @@ export interface components {
             misfit: number;
             /** @description The outgassing after an hour, as water. */
             outgassing_1h: components["schemas"]["PlantFlowView"];
-            /** @description The predicted pressure if the pumping goes on from the start until a day after the record, with its band. */
+            /** @description The predicted pressure if the pumping goes on from the start until a day after the last sample, with its band. */
             prediction: components["schemas"]["PredictionView"][];
             /** @description Changes that lower the pressure, the best one first. */
             remedies: components["schemas"]["RemedyView"][];
@@ -1926,7 +1926,7 @@ export interface components {
             speeds: components["schemas"]["SpeedView"][];
             /**
              * Format: int64
-             * @description The start of the record, in milliseconds since 1970.
+             * @description The start of the samples, in milliseconds since 1970.
              */
             start_ms: number;
             target_s: components["schemas"]["TimeView"] | null;
@@ -2519,7 +2519,7 @@ export interface components {
             mean: (number | null)[];
             /**
              * @description The qualities that occurred: bit 0 valid, 1 overrange, 2 underrange, 3 fault, 4 stale, 5 off, 6
-             *     missing.
+             *     missing, 7 assumed.
              */
             qualities: number[];
             /** @description The name of the series. */
@@ -4973,7 +4973,7 @@ export interface operations {
                  */
                 from: number;
                 /**
-                 * @description The end of the record, in milliseconds since 1970.
+                 * @description The end of the time range, in milliseconds since 1970.
                  * @example 4102444800000
                  */
                 to: number;
@@ -5018,7 +5018,7 @@ export interface operations {
                     "application/json": components["schemas"]["PlantView"];
                 };
             };
-            /** @description A parameter is out of range, or the record cannot be fitted */
+            /** @description A parameter is out of range, or the samples cannot be fitted */
             400: {
                 headers: {
                     [name: string]: unknown;

@@ -1,4 +1,4 @@
-//! The record of a station on the command line: a database, or the station's file that names it.
+//! The database of a station on the command line: its file, or the station's file that names it.
 
 use crate::failure::Failure;
 use jiff::{Timestamp, Zoned};
@@ -8,13 +8,13 @@ use profivac_station::config::Config;
 use std::path::{Path, PathBuf};
 
 /// An open database, and the station's file if it was given.
-pub struct Record {
+pub struct Database {
     pub reader: Reader,
     pub path: PathBuf,
     pub config: Option<Config>,
 }
 
-impl Record {
+impl Database {
     /// Opens the database of a station for reading. The station may continue to record.
     pub fn open(given: &Path) -> Result<Self, Failure> {
         let is_file = given.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("toml"));
@@ -35,7 +35,7 @@ impl Record {
 
     /// The series that `--gauge` selects, or all of them.
     pub fn series(&self, asked: &[String]) -> Result<Vec<String>, Failure> {
-        let all = self.reader.gauges()?;
+        let all = self.reader.series_names()?;
         if asked.is_empty() { Ok(all) } else { matching_series(asked, &all, &self.path) }
     }
 }
@@ -81,7 +81,7 @@ pub fn time(text: Option<&str>, now: &Zoned) -> Result<Option<Micros>, Failure> 
     Ok(text.map(|text| crate::time_argument::parse_time(text, now)).transpose()?.map(micros))
 }
 
-/// A time of the record.
+/// A time in the database.
 pub fn micros(at: Timestamp) -> Micros {
     Micros(at.as_microsecond())
 }

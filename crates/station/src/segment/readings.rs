@@ -1,0 +1,107 @@
+//! The readings of a gauge, from the values in its inputs.
+
+use crate::config;
+use crate::view::{self, BusStationState};
+use profivac_client::cyclic::{ChannelValue, CyclicSlave, CyclicValues};
+use profivac_client::pressure::Pressure;
+use profivac_devices::Principle;
+use profivac_recorder::{Quality, validity};
+use profivac_vacuum::Gas;
+use std::time::Duration;
+
+/// The gas factors of a Pirani hold from 1 to 100 Pa: BCG450 manual, page 54.
+const PIRANI_PA: (f64, f64) = (1.0, 100.0);
+
+/// The gas factors of an ion gauge hold below 0.1 Pa: BCG450 manual, page 54.
+const ION_PA: f64 = 0.1;
+
+/// An assumption on which the pressures of a gauge depend.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Assumed {
+    /// The unit: a status is that of the gauge, a number is not.
+    Unit,
+    /// The configuration, which divides the inputs into fields: nothing in them is certain.
+    Configuration,
+}
+
+impl Assumed {
+    /// Whether a reading with this quality may be false.
+    pub const fn concerns(self, quality: Quality) -> bool {
+        match self {
+            Self::Unit => quality.has_pressure(),
+            Self::Configuration => !matches!(quality, Quality::Stale),
+        }
+    }
+
+    /// What the reading would be if the assumption is right.
+    pub fn cause(self, reading: &view::Reading, unit: &str) -> String {
+        let sign = match reading.quality {
+            Quality::Overrange => "> ",
+            Quality::Underrange => "< ",
+            _ => "",
+        };
+        let value = reading.bound_pa().map(|pa| format!("{sign}{:.1e} mbar", Pressure::from_pa(pa).mbar()));
+        let value = value.unwrap_or_else(|| reading.quality.label().to_owned());
+        match self {
+            Self::Unit => format!("{value} if the unit is {unit}"),
+            Self::Configuration => format!("{value} if configuration and unit are the assumed ones"),
+        }
+    }
+}
+
+/// The state of a gauge that exchanges data.
+pub fn state_of(values: &CyclicValues) -> BusStationState {
+    if values.has_fault() { BusStationState::Fault } else { BusStationState::DataExchange }
+}
+
+/// A reading of a gauge whose last data exchange was `silence` ago. The only reading of a gauge has its name.
+pub fn reading(
+    gauge: &config::Gauge,
+    slave: &CyclicSlave,
+    value: &ChannelValue,
+    is_only: bool,
+    silence: Duration,
+) -> view::Reading {
+    // A TPG300 or TPG500 does not report which gauges its channels have.
+    let principle = slave.principle(value.instance);
+    let name = &gauge.name;
+    let quality = validity::quality_after(value.quality, silence);
+    let is_fresh = quality == value.quality;
+    view::Reading {
+        series: if is_only { name.clone() } else { format!("{name}.{}", value.instance) },
+        instance: value.instance,
+        principle,
+        pa: value.pa.filter(|_| is_fresh),
+        limit_pa: value.limit_pa.filter(|_| is_fresh),
+        corrected_pa: value.pa.filter(|_| is_fresh).and_then(|pa| corrected(pa, principle?, gauge.gas)),
+        quality,
+        cause: value.cause.filter(|_| is_fresh).map(|cause| cause.to_string()),
+    }
+}
+
+/// The pressure of a gas at which a sensor that was calibrated for nitrogen indicates `pa`, where the factors hold.
+#[must_use]
+pub fn corrected(pa: f64, principle: Principle, gas: Gas) -> Option<f64> {
+    match principle {
+        Principle::Diaphragm | Principle::Atmosphere => Some(pa),
+        _ if gas == Gas::N2 => Some(pa),
+        Principle::Pirani => (PIRANI_PA.0..=PIRANI_PA.1).contains(&pa).then(|| pa * gas.pirani_factor()),
+        Principle::HotCathode | Principle::ColdCathode => (pa < ION_PA).then(|| pa * gas.ion_factor()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn gas_factors_are_used_only_where_they_hold() {
+        assert_eq!(corrected(10.0, Principle::Pirani, Gas::Ar), Some(17.0));
+        assert_eq!(corrected(1e4, Principle::Pirani, Gas::Ar), None);
+        assert_eq!(corrected(1e4, Principle::Pirani, Gas::N2), Some(1e4));
+        assert_eq!(corrected(1e4, Principle::Diaphragm, Gas::Ar), Some(1e4));
+        assert_eq!(corrected(1.0, Principle::HotCathode, Gas::He), None);
+        let helium = corrected(1e-4, Principle::HotCathode, Gas::He).unwrap();
+        assert!((helium / 5.9e-4 - 1.0).abs() < 1e-12);
+    }
+}
