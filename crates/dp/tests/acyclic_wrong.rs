@@ -39,9 +39,9 @@ impl Relation {
     }
 }
 
-fn octets(frame: DataTelegram<'_>) -> Vec<u8> {
+fn octets(data: DataTelegram<'_>) -> Vec<u8> {
     let mut octets = [0; 255];
-    let length = Telegram::Data(frame).emit(&mut octets).unwrap();
+    let length = Telegram::Data(data).emit(&mut octets).unwrap();
     octets[..length].to_vec()
 }
 

@@ -27,8 +27,8 @@ fn configured(cfg: &str, inputs: &str) -> Rig {
 /// Global_Control as an SDN with this FC, to this station or to all stations (127).
 fn control(rig: &mut Rig, sa: u8, da: u8, fc: u8, du: &str) {
     let du = hex(du);
-    let frame = DataTelegram { da, sa, dsap: Some(58), ssap: Some(62), fc, du: &du };
-    assert_eq!(rig.raw(&emit(&Telegram::Data(frame))), None, "an SDN is never answered");
+    let data = DataTelegram { da, sa, dsap: Some(58), ssap: Some(62), fc, du: &du };
+    assert_eq!(rig.raw(&emit(&Telegram::Data(data))), None, "an SDN is never answered");
 }
 
 fn all_stations(rig: &mut Rig, du: &str) {

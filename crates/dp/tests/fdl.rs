@@ -8,7 +8,7 @@ use profivac_wire::control::{Control, FrameCount, Function};
 use profivac_wire::{DataTelegram, Telegram};
 use rig::{Answer, Gauge, MASTER, RS, Rig, SLAVE, Seen, emit, hex, low, print};
 
-fn frame(da: u8, sa: u8, fc: u8) -> Vec<u8> {
+fn telegram(da: u8, sa: u8, fc: u8) -> Vec<u8> {
     emit(&Telegram::Data(DataTelegram { da, sa, dsap: None, ssap: None, fc, du: &[] }))
 }
 
@@ -42,7 +42,7 @@ fn a_device_without_ident_strings_closes_ident_and_lsap_status_is_always_closed(
 fn sda_is_closed() {
     for fc in [0x73, 0x75, 0x43, 0x65] {
         let mut rig = Rig::new(Gauge::default());
-        assert_eq!(rig.raw(&frame(SLAVE, MASTER, fc)), Some(hex("10 02 08 03 0D 16")), "{fc:02X}");
+        assert_eq!(rig.raw(&telegram(SLAVE, MASTER, fc)), Some(hex("10 02 08 03 0D 16")), "{fc:02X}");
     }
 }
 
@@ -55,21 +55,21 @@ fn a_telegram_for_another_station_is_not_answered() {
         hex("DC 08 02"),
         hex("DC 08 08"),
         // another station, a response, our own address and 127 as the source
-        frame(9, MASTER, 0x49),
-        frame(SLAVE, 9, 0x08),
-        frame(SLAVE, 9, 0x00),
-        frame(SLAVE, SLAVE, 0x49),
-        frame(SLAVE, 127, 0x49),
-        frame(SLAVE, 127, 0x6D),
+        telegram(9, MASTER, 0x49),
+        telegram(SLAVE, 9, 0x08),
+        telegram(SLAVE, 9, 0x00),
+        telegram(SLAVE, SLAVE, 0x49),
+        telegram(SLAVE, 127, 0x49),
+        telegram(SLAVE, 127, 0x6D),
         // all stations
-        frame(127, MASTER, 0x49),
-        frame(127, MASTER, 0x4E),
-        frame(127, MASTER, 0x4F),
-        frame(127, MASTER, 0x6D),
-        frame(127, MASTER, 0x75),
+        telegram(127, MASTER, 0x49),
+        telegram(127, MASTER, 0x4E),
+        telegram(127, MASTER, 0x4F),
+        telegram(127, MASTER, 0x6D),
+        telegram(127, MASTER, 0x75),
         // SDN without a service
-        frame(SLAVE, MASTER, 0x46),
-        frame(SLAVE, MASTER, 0x44),
+        telegram(SLAVE, MASTER, 0x46),
+        telegram(SLAVE, MASTER, 0x44),
     ] {
         assert_eq!(rig.raw(&octets), None, "{}", print(&octets));
     }
@@ -80,7 +80,7 @@ fn reserved_and_alternative_function_codes_are_ignored() {
     for fc in 0x40..=0xFFu8 {
         let Control::Request { function, .. } = Control::from_octet(fc) else { continue };
         let ignored = matches!(function, Function::Other(_) | Function::SdnLow | Function::SdnHigh);
-        let answer = Rig::new(Gauge::default()).raw(&frame(SLAVE, MASTER, fc));
+        let answer = Rig::new(Gauge::default()).raw(&telegram(SLAVE, MASTER, fc));
         assert_eq!(answer.is_none(), ignored, "{fc:02X}");
     }
 }
@@ -91,9 +91,9 @@ fn priority_makes_no_difference() {
         let answers = [Function::SrdLow, Function::SrdHigh].map(|function| {
             let fc = Control::Request { function, count: FrameCount::First }.to_octet();
             let du = hex(du);
-            let frame = DataTelegram { da: SLAVE, sa: MASTER, dsap: Some(sap), ssap: Some(62), fc, du: &du };
+            let data = DataTelegram { da: SLAVE, sa: MASTER, dsap: Some(sap), ssap: Some(62), fc, du: &du };
             let mut rig = Rig::exchanging(Gauge::default());
-            rig.raw(&emit(&Telegram::Data(frame)))
+            rig.raw(&emit(&Telegram::Data(data)))
         });
         assert_eq!(answers[0], answers[1], "SAP {sap}");
     }

@@ -28,8 +28,8 @@ impl Counted {
     fn srd(&mut self, sa: u8, count: FrameCount, sap: Option<u8>, du: &[u8]) -> String {
         let fc = Control::Request { function: Function::SrdHigh, count }.to_octet();
         let ssap = sap.map(|_| 62);
-        let frame = DataTelegram { da: SLAVE, sa, dsap: sap, ssap, fc, du };
-        self.rig.raw(&emit(&Telegram::Data(frame))).map(|answer| print(&answer)).unwrap_or_default()
+        let data = DataTelegram { da: SLAVE, sa, dsap: sap, ssap, fc, du };
+        self.rig.raw(&emit(&Telegram::Data(data))).map(|answer| print(&answer)).unwrap_or_default()
     }
 
     fn dx(&mut self, sa: u8, count: FrameCount, outputs: &[u8]) -> String {

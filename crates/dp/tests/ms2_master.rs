@@ -30,10 +30,10 @@ fn opening() -> (Class2Rig, Handle<Connect>) {
 }
 
 /// A response of slave 8 from `ssap`, with the function code of `fc`.
-fn frame(fc: u8, ssap: u8, du: &[u8]) -> Vec<u8> {
-    let frame = DataTelegram { da: 2, sa: 8, dsap: Some(50), ssap: Some(ssap), fc, du };
+fn telegram(fc: u8, ssap: u8, du: &[u8]) -> Vec<u8> {
+    let data = DataTelegram { da: 2, sa: 8, dsap: Some(50), ssap: Some(ssap), fc, du };
     let mut octets = [0; 255];
-    let length = Telegram::Data(frame).emit(&mut octets).unwrap();
+    let length = Telegram::Data(data).emit(&mut octets).unwrap();
     octets[..length].to_vec()
 }
 
@@ -45,10 +45,10 @@ fn answer(rig: &mut Class2Rig, ssap: u8, what: &str) {
         _ if what == "RR" => rig.receive("10 02 08 02 0C 16"),
         _ if what == "UE" => rig.receive("10 02 08 01 0B 16"),
         _ if what == "silence" => {}
-        Some(("DH", pdu)) => rig.receive_octets(11, &frame(0x0A, ssap, &hex(pdu))),
-        Some(("RDL", pdu)) => rig.receive_octets(11, &frame(0x0C, ssap, &hex(pdu))),
-        Some(("RDH", pdu)) => rig.receive_octets(11, &frame(0x0D, ssap, &hex(pdu))),
-        _ => rig.receive_octets(11, &frame(0x08, ssap, &hex(what))),
+        Some(("DH", pdu)) => rig.receive_octets(11, &telegram(0x0A, ssap, &hex(pdu))),
+        Some(("RDL", pdu)) => rig.receive_octets(11, &telegram(0x0C, ssap, &hex(pdu))),
+        Some(("RDH", pdu)) => rig.receive_octets(11, &telegram(0x0D, ssap, &hex(pdu))),
+        _ => rig.receive_octets(11, &telegram(0x08, ssap, &hex(what))),
     }
 }
 

@@ -28,9 +28,9 @@ fn outputs(octets: &[u8]) -> Vec<u8> {
 /// Slave 8 answers the exchange with these inputs: the channel, and an octet that is something else.
 fn hear(rig: &mut Station, channel: &[u8]) {
     let du = [channel, &[0x77]].concat();
-    let frame = DataTelegram { da: 2, sa: 8, dsap: None, ssap: None, fc: 0x08, du: &du };
+    let data = DataTelegram { da: 2, sa: 8, dsap: None, ssap: None, fc: 0x08, du: &du };
     let mut octets = [0; 255];
-    let length = Telegram::Data(frame).emit(&mut octets).unwrap();
+    let length = Telegram::Data(data).emit(&mut octets).unwrap();
     rig.receive_octets(11, &octets[..length]);
 }
 

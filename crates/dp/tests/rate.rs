@@ -81,8 +81,8 @@ fn port_in_data_exchange(prm: &str) -> Port {
     port.receive(&hex(STATUS_OF_9));
     for (sap, du, fc) in [(61, prm, 0x6D), (62, "11 21", 0x5D)] {
         let du = hex(du);
-        let frame = DataTelegram { da: SLAVE, sa: MASTER, dsap: Some(sap), ssap: Some(62), fc, du: &du };
-        assert_eq!(port.receive(&emit(&Telegram::Data(frame))), Some(vec![0xE5]));
+        let data = DataTelegram { da: SLAVE, sa: MASTER, dsap: Some(sap), ssap: Some(62), fc, du: &du };
+        assert_eq!(port.receive(&emit(&Telegram::Data(data))), Some(vec![0xE5]));
     }
     assert!(matches!(port.rig.slave.state(), SlaveState::DataExch(..)));
     port

@@ -346,8 +346,8 @@ impl Watch {
         let length = telegram.and_then(|telegram| telegram.emit(&mut octets).ok()).unwrap_or_default();
         let speaks = match telegram {
             Some(Telegram::Token { da, sa }) => *da <= 125 && *sa <= 125,
-            Some(Telegram::Data(frame)) => {
-                frame.sa == own || matches!(frame.control(), Control::Request { .. }) && frame.sa < 127
+            Some(Telegram::Data(data)) => {
+                data.sa == own || matches!(data.control(), Control::Request { .. }) && data.sa < 127
             }
             Some(Telegram::ShortAck) | None => false,
         };
@@ -356,15 +356,15 @@ impl Watch {
         }
         match telegram {
             Some(Telegram::Token { da, sa }) if *da <= 125 && *sa <= 125 => self.theirs = *da != own || *sa == own,
-            Some(Telegram::Data(frame)) if frame.sa < 127 && matches!(frame.control(), Control::Request { .. }) => {
-                let status = frame.fc & 0x4F == 0x49;
-                if frame.da == own && self.asking.is_some_and(|(da, asked)| da == frame.sa && !(asked && status)) {
+            Some(Telegram::Data(data)) if data.sa < 127 && matches!(data.control(), Control::Request { .. }) => {
+                let status = data.fc & 0x4F == 0x49;
+                if data.da == own && self.asking.is_some_and(|(da, asked)| da == data.sa && !(asked && status)) {
                     // A damaged answer, or a request if the answer came before: the station may take it for either.
                     self.asked = true;
                     return;
                 }
                 self.theirs = true;
-                self.asked = frame.da == own && frame.sa != own;
+                self.asked = data.da == own && data.sa != own;
             }
             _ => {}
         }
@@ -373,7 +373,7 @@ impl Watch {
     /// The station is about to send.
     fn sends(&mut self, bus: &BusParameters, start: BitTime, octets: &[u8]) {
         let telegram = Telegram::parse(octets).expect("a station sends telegrams");
-        let answers = matches!(&telegram, Telegram::Data(frame) if matches!(frame.control(), Control::Response { .. }));
+        let answers = matches!(&telegram, Telegram::Data(data) if matches!(data.control(), Control::Response { .. }));
         let idle = start - self.busy;
         if answers {
             assert!(self.asked && idle == 11, "an answer without a request: {}", text(octets));
@@ -385,7 +385,7 @@ impl Watch {
         self.asked = false;
         self.sent = octets.to_vec();
         self.asking = match &telegram {
-            Telegram::Data(frame) if !answers => Some((frame.da, frame.fc & 0x4F == 0x49)),
+            Telegram::Data(data) if !answers => Some((data.da, data.fc & 0x4F == 0x49)),
             _ => None,
         };
     }

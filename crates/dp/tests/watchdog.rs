@@ -89,25 +89,25 @@ fn a_late_request_does_not_restart_an_expired_watchdog() {
 /// Point 16 of section 10: every request of the owner to the slave, and an accepted Global_Control.
 #[test]
 fn every_request_of_the_owner_restarts_the_watchdog() {
-    let frame = |da, dsap, fc, du| DataTelegram { da, sa: MASTER, dsap, ssap: dsap.map(|_| 62), fc, du };
+    let request = |da, dsap, fc, du| DataTelegram { da, sa: MASTER, dsap, ssap: dsap.map(|_| 62), fc, du };
     let initiate = hex(INITIATE);
-    for frame in [
-        frame(8, None, 0x6D, &[1, 2][..]),
-        frame(8, Some(60), 0x6D, &[]),
-        frame(8, Some(59), 0x6D, &[]),
-        frame(8, Some(56), 0x6D, &[]),
-        frame(8, Some(51), 0x6C, &[]),
-        frame(8, Some(49), 0x6C, &initiate),
-        frame(8, Some(20), 0x6C, &[]),
-        frame(8, None, 0x49, &[]),
-        frame(127, Some(58), 0x46, &[0, 0]),
+    for data in [
+        request(8, None, 0x6D, &[1, 2][..]),
+        request(8, Some(60), 0x6D, &[]),
+        request(8, Some(59), 0x6D, &[]),
+        request(8, Some(56), 0x6D, &[]),
+        request(8, Some(51), 0x6C, &[]),
+        request(8, Some(49), 0x6C, &initiate),
+        request(8, Some(20), 0x6C, &[]),
+        request(8, None, 0x49, &[]),
+        request(127, Some(58), 0x46, &[0, 0]),
     ] {
         let mut rig = ten_ms();
         pass_until(&mut rig, T / 2);
-        rig.raw(&emit(&Telegram::Data(frame)));
+        rig.raw(&emit(&Telegram::Data(data)));
         let restarted = rig.asked + T;
         let watchdog = rig.slave.state().owner().and_then(|owner| owner.watchdog);
-        assert_eq!(watchdog.map(|watchdog| watchdog.deadline), Some(restarted), "{frame:?}");
+        assert_eq!(watchdog.map(|watchdog| watchdog.deadline), Some(restarted), "{data:?}");
     }
     let mut rig = ten_ms();
     rig.dx(MASTER, &[1, 2]);

@@ -198,18 +198,18 @@ fn sentences(log: &str) -> Vec<String> {
 
 /// A request of `master` to the slave at address 5, as SD2 with access points.
 fn request(master: u8, sap: u8, fc: u8, du: &[u8]) -> String {
-    frame(5, master, sap, 62, fc, du)
+    telegram(5, master, sap, 62, fc, du)
 }
 
 /// An answer of the slave at address 5, as SD2 with access points.
 fn answer(master: u8, sap: u8, du: &[u8]) -> String {
-    frame(master, 5, 62, sap, 0x08, du)
+    telegram(master, 5, 62, sap, 0x08, du)
 }
 
-fn frame(da: u8, sa: u8, dsap: u8, ssap: u8, fc: u8, du: &[u8]) -> String {
-    let frame = profivac_wire::DataTelegram { da, sa, dsap: Some(dsap), ssap: Some(ssap), fc, du };
+fn telegram(da: u8, sa: u8, dsap: u8, ssap: u8, fc: u8, du: &[u8]) -> String {
+    let data = profivac_wire::DataTelegram { da, sa, dsap: Some(dsap), ssap: Some(ssap), fc, du };
     let mut out = [0; profivac_wire::MAX_TELEGRAM];
-    let length = profivac_wire::Telegram::Data(frame).emit(&mut out).unwrap();
+    let length = profivac_wire::Telegram::Data(data).emit(&mut out).unwrap();
     format!("{}\n", profivac_sim::describe::Hex(&out[..length]))
 }
 
@@ -219,7 +219,7 @@ fn the_notes_show_a_new_owner_and_a_master_that_is_refused() {
     let log = [
         diag(0x6D, 0, 2),
         diag(0x5D, 0, 3),
-        request(3, 61, 0x7D, &[0x88, 10, 10, 11, 0x08, 0xE6, 0]) + &frame(3, 5, 62, 61, 0x03, &[0]),
+        request(3, 61, 0x7D, &[0x88, 10, 10, 11, 0x08, 0xE6, 0]) + &telegram(3, 5, 62, 61, 0x03, &[0]),
     ];
     assert_eq!(
         sentences(&log.concat()),
@@ -263,9 +263,9 @@ fn the_explainer_counts_repetitions_and_reports_a_silent_slave_once() {
 
 /// An answer of the slave at address 5 without data, as SD1.
 fn bare(master: u8, status: u8) -> String {
-    let frame = profivac_wire::DataTelegram { da: master, sa: 5, dsap: None, ssap: None, fc: status, du: &[] };
+    let data = profivac_wire::DataTelegram { da: master, sa: 5, dsap: None, ssap: None, fc: status, du: &[] };
     let mut out = [0; profivac_wire::MAX_TELEGRAM];
-    let length = profivac_wire::Telegram::Data(frame).emit(&mut out).unwrap();
+    let length = profivac_wire::Telegram::Data(data).emit(&mut out).unwrap();
     format!("{}\n", profivac_sim::describe::Hex(&out[..length]))
 }
 

@@ -359,7 +359,7 @@ fn deliver<S: Station>(
 const fn is_delivered_to(telegram: &Telegram<'_>, listening: Listening) -> bool {
     match (listening, telegram) {
         (Listening::Everything, _) => true,
-        (Listening::Own(address), Telegram::Data(frame)) => frame.da == address || frame.da == BROADCAST,
+        (Listening::Own(address), Telegram::Data(data)) => data.da == address || data.da == BROADCAST,
         (Listening::Own(_), Telegram::ShortAck | Telegram::Token { .. }) => false,
     }
 }
@@ -409,9 +409,9 @@ mod tests {
 
     impl Station for Notebook {
         fn telegram(&mut self, end: BitTime, telegram: &Telegram<'_>) -> Option<Transmit<'_>> {
-            let Telegram::Data(frame) = telegram else { return None };
-            self.note(end, format!("{} to {}", frame.sa, frame.da));
-            if frame.da != self.address || frame.fc != 0x49 {
+            let Telegram::Data(data) = telegram else { return None };
+            self.note(end, format!("{} to {}", data.sa, data.da));
+            if data.da != self.address || data.fc != 0x49 {
                 return None;
             }
             self.octets = ANSWER.to_vec();

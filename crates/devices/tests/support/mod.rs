@@ -63,8 +63,8 @@ impl<D: SimulatedDevice> Tester<D> {
     pub fn ask(&mut self, sap: Sap, ssap: u8, du: &[u8]) -> Option<(u8, Vec<u8>)> {
         self.now = self.now + 1000u64;
         let dsap = sap.to_octet();
-        let frame = DataTelegram { da: SLAVE, sa: MASTER, dsap, ssap: dsap.map(|_| ssap), fc: SRD, du };
-        let transmit = self.slave.telegram(self.now, &Telegram::Data(frame))?;
+        let data = DataTelegram { da: SLAVE, sa: MASTER, dsap, ssap: dsap.map(|_| ssap), fc: SRD, du };
+        let transmit = self.slave.telegram(self.now, &Telegram::Data(data))?;
         match Telegram::parse(transmit.octets).expect("a slave sends valid telegrams") {
             Telegram::ShortAck => Some((0xE5, Vec::new())),
             Telegram::Data(answer) => Some((answer.fc, answer.du.to_vec())),
@@ -75,9 +75,9 @@ impl<D: SimulatedDevice> Tester<D> {
     /// Global_Control to this slave.
     pub fn request_sdn(&mut self, du: &[u8]) {
         self.now = self.now + 1000u64;
-        let frame =
+        let data =
             DataTelegram { da: SLAVE, sa: MASTER, dsap: Sap::GlobalControl.to_octet(), ssap: Some(62), fc: SDN, du };
-        assert!(self.slave.telegram(self.now, &Telegram::Data(frame)).is_none());
+        assert!(self.slave.telegram(self.now, &Telegram::Data(data)).is_none());
     }
 
     /// Slave_Diag: the three octets of Station_Status.

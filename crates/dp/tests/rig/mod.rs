@@ -113,9 +113,9 @@ impl<const CONNECTIONS: usize> Rig<CONNECTIONS> {
     /// the reference would print it.
     pub fn say(&mut self, text: &str) -> String {
         let octets = hex(text);
-        let Ok(Telegram::Data(frame)) = Telegram::parse(&octets) else { panic!("no telegram: {text}") };
-        let counts = matches!(frame.control(), Control::Request { function: Function::SrdLow | Function::SrdHigh, .. });
-        let answer = if counts { self.counted(frame) } else { self.raw(&octets) };
+        let Ok(Telegram::Data(data)) = Telegram::parse(&octets) else { panic!("no telegram: {text}") };
+        let counts = matches!(data.control(), Control::Request { function: Function::SrdLow | Function::SrdHigh, .. });
+        let answer = if counts { self.counted(data) } else { self.raw(&octets) };
         answer.map_or_else(|| "silence".to_owned(), |answer| print(&answer))
     }
 
@@ -136,9 +136,9 @@ impl<const CONNECTIONS: usize> Rig<CONNECTIONS> {
     /// A counted request.
     pub fn srd(&mut self, sa: u8, dsap: Option<u8>, ssap: Option<u8>, du: &[u8]) -> Answer {
         let fc = Control::Request { function: Function::SrdLow, count: FrameCount::Uncounted }.to_octet();
-        let frame = DataTelegram { da: self.slave.address(), sa, dsap, ssap, fc, du };
-        let answer = self.counted(frame);
-        read(&frame, answer.as_deref())
+        let data = DataTelegram { da: self.slave.address(), sa, dsap, ssap, fc, du };
+        let answer = self.counted(data);
+        read(&data, answer.as_deref())
     }
 
     /// A service of DP-V0, with the source access point of a class 1 master.
@@ -182,13 +182,13 @@ impl<const CONNECTIONS: usize> Rig<CONNECTIONS> {
         answer.server_sap
     }
 
-    /// The frame with the count this master has reached.
-    fn counted(&mut self, frame: DataTelegram<'_>) -> Option<Vec<u8>> {
-        let Control::Request { function, .. } = frame.control() else { panic!("no request") };
-        let count = self.counts.get(&frame.sa).copied().unwrap_or(FrameCount::First);
-        self.counts.insert(frame.sa, FrameCount::Counted(count == FrameCount::Counted(false)));
-        let frame = DataTelegram { fc: Control::Request { function, count }.to_octet(), ..frame };
-        self.raw(&emit(&Telegram::Data(frame)))
+    /// The telegram with the count that this master has reached.
+    fn counted(&mut self, data: DataTelegram<'_>) -> Option<Vec<u8>> {
+        let Control::Request { function, .. } = data.control() else { panic!("no request") };
+        let count = self.counts.get(&data.sa).copied().unwrap_or(FrameCount::First);
+        self.counts.insert(data.sa, FrameCount::Counted(count == FrameCount::Counted(false)));
+        let data = DataTelegram { fc: Control::Request { function, count }.to_octet(), ..data };
+        self.raw(&emit(&Telegram::Data(data)))
     }
 }
 
@@ -201,19 +201,19 @@ pub fn emit(telegram: &Telegram<'_>) -> Vec<u8> {
 /// The answer to `request`, which swaps addresses and access points.
 pub fn read(request: &DataTelegram<'_>, answer: Option<&[u8]>) -> Answer {
     let Some(octets) = answer else { return Answer::Silence };
-    let frame = match Telegram::parse(octets).expect("a slave sends telegrams") {
+    let data = match Telegram::parse(octets).expect("a slave sends telegrams") {
         Telegram::ShortAck => return Answer::Ack,
         Telegram::Token { .. } => panic!("a slave has no token"),
-        Telegram::Data(frame) => frame,
+        Telegram::Data(data) => data,
     };
-    assert_eq!((frame.da, frame.sa), (request.sa, request.da));
-    let Control::Response { status, .. } = frame.control() else { panic!("a slave never asks") };
+    assert_eq!((data.da, data.sa), (request.sa, request.da));
+    let Control::Response { status, .. } = data.control() else { panic!("a slave never asks") };
     if !matches!(status, Status::DataLow | Status::DataHigh) {
-        assert_eq!((frame.dsap, frame.ssap, frame.du), (None, None, &[][..]));
+        assert_eq!((data.dsap, data.ssap, data.du), (None, None, &[][..]));
         return Answer::Status(status);
     }
-    assert_eq!((frame.dsap, frame.ssap), (request.ssap, request.dsap));
-    let du = frame.du.to_vec();
+    assert_eq!((data.dsap, data.ssap), (request.ssap, request.dsap));
+    let du = data.du.to_vec();
     if status == Status::DataLow { Answer::Low(du) } else { Answer::High(du) }
 }
 
