@@ -43,7 +43,7 @@ fn is_exchanging(rig: &Rig) -> bool {
     matches!(rig.slave.state(), SlaveState::DataExch(..))
 }
 
-/// 2.8
+/// profibus-wire 2.8
 #[test]
 fn the_printed_exchanges() {
     let mut rig = exchanging();
@@ -114,7 +114,7 @@ fn the_longest_exchange_has_244_octets_each_way() {
     assert_eq!(outputs(&mut rig), Answer::Low(vec![7; 244]));
 }
 
-/// 2.10
+/// profibus-wire 2.10
 #[test]
 fn the_printed_reads_of_another_master() {
     let mut rig = exchanging();
@@ -128,7 +128,7 @@ fn the_printed_reads_of_another_master() {
     assert_eq!(configured("11", "01 02").ms0(OTHER, RD_OUTP, &[]), Answer::Ack);
 }
 
-/// 3.3
+/// profibus-wire 3.3
 /// profibus-wire 9.3, point 25
 #[test]
 fn a_changed_diagnosis_is_announced_until_the_owner_has_read_it() {
@@ -180,7 +180,7 @@ fn a_repeated_request_for_the_diagnosis_gets_the_same_answer() {
     assert_eq!(rig.diag(MASTER), "08 04 00 02");
 }
 
-/// 2.9
+/// profibus-wire 2.9
 #[test]
 fn sync_holds_the_outputs_until_the_next_sync() {
     let mut rig = exchanging();
@@ -286,7 +286,7 @@ fn a_slave_without_sync_and_freeze_accepts_unsync_and_unfreeze() {
     }
 }
 
-/// Point 14 of section 10 for the reserved bits.
+/// profibus-wire 10, point 14 for the reserved bits.
 #[test]
 fn an_unsupported_command_sets_not_supported() {
     let features = Features { sync: false, freeze: false, ..Gauge::default().features };

@@ -99,7 +99,7 @@ fn priority_makes_no_difference() {
     }
 }
 
-/// Point 3 of section 10.
+/// profibus-wire 10, point 3.
 #[test]
 fn a_single_access_point_or_an_invalid_one_is_closed() {
     let mut rig = Rig::exchanging(Gauge::default());

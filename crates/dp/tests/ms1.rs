@@ -9,7 +9,7 @@ fn waits_for_prm(rig: &Rig) -> bool {
     matches!(rig.slave.state(), SlaveState::WaitPrm(_))
 }
 
-/// 4.4 without the early poll: this slave always has its response ready.
+/// profibus-wire 4.4 without the early poll: this slave always has its response ready.
 #[test]
 fn the_printed_dialogue() {
     let mut rig = Rig::exchanging(Gauge::default());
@@ -144,7 +144,7 @@ fn malformed_requests_are_refused_by_name() {
     }
 }
 
-/// Point 19 of section 10: also for the functions only MS2 has, for negative numbers, and for any Alarm_Ack, since no
+/// profibus-wire 10, point 19: also for the functions only MS2 has, for negative numbers, and for any Alarm_Ack, since no
 /// alarm is ever pending.
 #[test]
 fn an_unknown_function_makes_the_slave_leave() {

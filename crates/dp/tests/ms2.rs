@@ -13,7 +13,7 @@ fn new() -> Rig {
     Rig::new(Gauge::default())
 }
 
-/// 4.6.6 without the early poll.
+/// profibus-wire 4.6.6 without the early poll.
 #[test]
 fn the_printed_dialogue() {
     let mut rig = new();
@@ -104,7 +104,7 @@ fn an_initiate_that_does_not_fit_is_answered_on_the_announced_access_point() {
     }
 }
 
-/// 4.6.1: "RR: request too long"; nothing is reserved then. The GSD files declare the limit.
+/// profibus-wire 4.6.1: "RR: request too long"; nothing is reserved then. The GSD files declare the limit.
 #[test]
 fn an_initiate_longer_than_declared_is_refused() {
     for (length, answer) in [(52, low("56 30 00 64")), (53, RR), (244, RR)] {

@@ -355,7 +355,7 @@ fn a_silent_slave_is_polled_for_t() {
     assert_eq!(rig.station.user.outcome(connection), Some(Err(end)));
 }
 
-/// 4.2: polls are a Min_Slave_Interval apart, also from the request.
+/// profibus-wire 4.2: polls are a Min_Slave_Interval apart, also from the request.
 #[test]
 fn messages_to_a_slave_keep_the_minimum_interval() {
     let (mut rig, connection) = open();

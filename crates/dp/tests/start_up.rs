@@ -34,7 +34,7 @@ fn exchanging() -> Rig {
     rig
 }
 
-/// 2.13, the first trace: its Set_Prm and Chk_Cfg answered by SC, and ready in the diagnosis after them.
+/// profibus-wire 2.13, the first trace: its Set_Prm and Chk_Cfg answered by SC, and ready in the diagnosis after them.
 #[test]
 fn the_start_of_a_real_master() {
     let mut rig = new();
@@ -65,7 +65,7 @@ fn the_diagnosis_reports_the_state() {
     assert_eq!(rig.diag(MASTER), "02 05 00 FF");
 }
 
-/// 2.4, the order of evaluation: acknowledged, and reported in the diagnosis.
+/// profibus-wire 2.4, the order of evaluation: acknowledged, and reported in the diagnosis.
 /// profibus-wire 9.3, point 19
 #[test]
 fn a_faulty_set_prm_is_prm_fault_from_every_state() {
@@ -96,7 +96,7 @@ fn a_faulty_set_prm_is_prm_fault_from_every_state() {
     }
 }
 
-/// 2.4 refuses reserved bits only. The device gets all octets and may refuse them.
+/// profibus-wire 2.4 refuses reserved bits only. The device gets all octets and may refuse them.
 #[test]
 fn bits_of_services_that_the_slave_does_not_have_are_accepted() {
     for user in [
@@ -178,7 +178,7 @@ fn a_second_set_prm_of_the_owner_leads_back_to_wait_cfg() {
     let [.., Seen::Safe, Seen::Exchanging(false)] = rig.device().seen[..] else { panic!("outputs are safe") };
 }
 
-/// Points 6, 7 and 12 of section 10.
+/// profibus-wire 10, points 6, 7 and 12.
 #[test]
 fn a_foreign_master_changes_nothing_while_the_slave_is_locked() {
     let foreign = 3;
@@ -243,7 +243,7 @@ fn chk_cfg_during_data_exchange_restarts_or_ends_it() {
     assert!(matches!(rig.slave.state(), SlaveState::DataExch(..)));
 }
 
-/// 2.7
+/// profibus-wire 2.7
 #[test]
 fn get_cfg_is_open_to_every_master_in_every_state() {
     for mut rig in [new(), wait_cfg(), exchanging()] {

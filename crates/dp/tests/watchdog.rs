@@ -86,7 +86,7 @@ fn a_late_request_does_not_restart_an_expired_watchdog() {
     assert_eq!(answer.octets, hex("10 02 08 03 0D 16"));
 }
 
-/// Point 16 of section 10: every request of the owner to the slave, and an accepted Global_Control.
+/// profibus-wire 10, point 16: every request of the owner to the slave, and an accepted Global_Control.
 #[test]
 fn every_request_of_the_owner_restarts_the_watchdog() {
     let request = |da, dsap, fc, du| DataTelegram { da, sa: MASTER, dsap, ssap: dsap.map(|_| 62), fc, du };
