@@ -48,15 +48,15 @@ fn is_exchanging(rig: &Rig) -> bool {
 fn the_printed_exchanges() {
     let mut rig = exchanging();
     let request = "68 05 05 68 08 02 7D AA 55 86 16";
-    assert_eq!(rig.say(request), "68 05 05 68 02 08 08 01 02 15 16");
+    assert_eq!(rig.dialogue(request), "68 05 05 68 02 08 08 01 02 15 16");
     rig.device().changed = true;
-    assert_eq!(rig.say(request), "68 05 05 68 02 08 0A 01 02 17 16");
+    assert_eq!(rig.dialogue(request), "68 05 05 68 02 08 0A 01 02 17 16");
     let mut no_inputs = configured("21", "");
-    assert_eq!(no_inputs.say(request), "E5");
+    assert_eq!(no_inputs.dialogue(request), "E5");
     no_inputs.device().changed = true;
-    assert_eq!(no_inputs.say(request), "10 02 08 0A 14 16");
+    assert_eq!(no_inputs.dialogue(request), "10 02 08 0A 14 16");
     let mut no_outputs = configured("11", "01 02");
-    assert_eq!(no_outputs.say("10 08 02 5D 67 16"), "68 05 05 68 02 08 08 01 02 15 16");
+    assert_eq!(no_outputs.dialogue("10 08 02 5D 67 16"), "68 05 05 68 02 08 08 01 02 15 16");
 }
 
 #[test]
@@ -119,8 +119,8 @@ fn the_longest_exchange_has_244_octets_each_way() {
 fn the_printed_reads_of_another_master() {
     let mut rig = exchanging();
     rig.dx(MASTER, &[0xAA, 0x55]);
-    assert_eq!(rig.say("68 05 05 68 88 83 6D 38 3E EE 16"), "68 07 07 68 83 88 08 3E 38 01 02 8C 16");
-    assert_eq!(rig.say("68 05 05 68 88 83 5D 39 3E DF 16"), "68 07 07 68 83 88 08 3E 39 AA 55 89 16");
+    assert_eq!(rig.dialogue("68 05 05 68 88 83 6D 38 3E EE 16"), "68 07 07 68 83 88 08 3E 38 01 02 8C 16");
+    assert_eq!(rig.dialogue("68 05 05 68 88 83 5D 39 3E DF 16"), "68 07 07 68 83 88 08 3E 39 AA 55 89 16");
     for sap in [RD_INP, RD_OUTP] {
         assert_eq!(rig.ms0(OTHER, sap, &[0]), RR);
     }
@@ -173,7 +173,7 @@ fn an_event_comes_with_its_blocks_and_is_announced_from_the_start() {
 #[test]
 fn a_repeated_request_for_the_diagnosis_gets_the_same_answer() {
     let mut rig = exchanging();
-    let first = rig.say("68 05 05 68 88 82 5D 3C 3E E1 16");
+    let first = rig.dialogue("68 05 05 68 88 82 5D 3C 3E E1 16");
     rig.device().event = true;
     rig.device().changed = true;
     assert_eq!(rig.again(), first);

@@ -6,7 +6,7 @@ use profivac_dp::link::Station;
 use profivac_dp::slave::SlaveState;
 use profivac_wire::control::{Control, FrameCount, Function};
 use profivac_wire::{DataTelegram, Telegram};
-use rig::{Answer, Gauge, MASTER, RS, Rig, SLAVE, Seen, emit, hex, low, print};
+use rig::{Answer, Gauge, MASTER, RS, Rig, SLAVE, Seen, emit, hex, low, text};
 
 fn telegram(da: u8, sa: u8, fc: u8) -> Vec<u8> {
     emit(&Telegram::Data(DataTelegram { da, sa, dsap: None, ssap: None, fc, du: &[] }))
@@ -15,7 +15,7 @@ fn telegram(da: u8, sa: u8, fc: u8) -> Vec<u8> {
 #[test]
 fn fdl_status_is_answered_in_every_state() {
     let mut rig = Rig::new(Gauge::default());
-    let ask = |rig: &mut Rig| assert_eq!(rig.say("10 08 02 49 53 16"), "10 02 08 00 0A 16");
+    let ask = |rig: &mut Rig| assert_eq!(rig.dialogue("10 08 02 49 53 16"), "10 02 08 00 0A 16");
     ask(&mut rig);
     rig.ms0(MASTER, 61, &hex("80 01 01 00 12 34 00"));
     ask(&mut rig);
@@ -28,14 +28,14 @@ fn fdl_status_is_answered_in_every_state() {
 fn ident_returns_vendor_controller_hardware_and_software() {
     let mut rig = Rig::new(Gauge::default());
     let answer = "68 0D 0D 68 02 08 08 02 03 01 00 41 42 43 44 45 46 AD 16";
-    assert_eq!(rig.say("10 08 02 4E 58 16"), answer);
+    assert_eq!(rig.dialogue("10 08 02 4E 58 16"), answer);
 }
 
 #[test]
 fn a_device_without_ident_strings_closes_ident_and_lsap_status_is_always_closed() {
     let mut rig = Rig::new(Gauge { ident: false, ..Gauge::default() });
-    assert_eq!(rig.say("10 08 02 4E 58 16"), "10 02 08 03 0D 16");
-    assert_eq!(rig.say("10 08 02 4F 59 16"), "10 02 08 03 0D 16");
+    assert_eq!(rig.dialogue("10 08 02 4E 58 16"), "10 02 08 03 0D 16");
+    assert_eq!(rig.dialogue("10 08 02 4F 59 16"), "10 02 08 03 0D 16");
 }
 
 #[test]
@@ -48,7 +48,7 @@ fn sda_is_closed() {
 
 /// profibus-wire 9.1, point 7
 #[test]
-fn a_telegram_for_another_station_is_not_answered() {
+fn telegrams_for_others_and_those_without_a_reply_are_not_answered() {
     let mut rig = Rig::exchanging(Gauge::default());
     for octets in [
         hex("E5"),
@@ -71,7 +71,7 @@ fn a_telegram_for_another_station_is_not_answered() {
         telegram(SLAVE, MASTER, 0x46),
         telegram(SLAVE, MASTER, 0x44),
     ] {
-        assert_eq!(rig.raw(&octets), None, "{}", print(&octets));
+        assert_eq!(rig.raw(&octets), None, "{}", text(&octets));
     }
 }
 
@@ -135,7 +135,7 @@ fn sd3_is_understood() {
     let mut rig = Rig::new(gauge);
     rig.ms0(MASTER, 61, &hex("80 01 01 00 12 34 00"));
     rig.ms0(MASTER, 62, &hex("17 27"));
-    let answer = rig.say("A2 08 02 7D 01 02 03 04 05 06 07 08 AB 16");
+    let answer = rig.dialogue("A2 08 02 7D 01 02 03 04 05 06 07 08 AB 16");
     assert_eq!(answer, "68 0B 0B 68 02 08 08 01 02 03 04 05 06 07 08 36 16");
     assert_eq!(rig.device().seen.last(), Some(&Seen::Outputs((1..=8).collect())));
 }

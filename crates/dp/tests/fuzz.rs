@@ -10,7 +10,7 @@ use profivac_dp::link::{Baud, BitTime, CHARACTER_TBIT, Received, Receiver, Stati
 use profivac_dp::slave::{Slave, SlaveState};
 use profivac_wire::control::{Control, FrameCount, Function, Status};
 use profivac_wire::{BROADCAST, DataTelegram, MAX_DU, Telegram};
-use rig::{Gauge, INITIATE, SLAVE, emit, hex, print};
+use rig::{Gauge, INITIATE, SLAVE, emit, hex, text};
 
 /// The factor for the length of the runs.
 fn times() -> usize {
@@ -199,7 +199,7 @@ fn telegram_at(slave: &mut Slave<Gauge>, end: BitTime, telegram: &Telegram<'_>) 
         assert!(!owed, "no answer to {telegram:?}");
         return None;
     };
-    assert!(owed, "{telegram:?} was answered by {}", print(transmit.octets));
+    assert!(owed, "{telegram:?} was answered by {}", text(transmit.octets));
     assert_eq!(transmit.not_before, earliest, "{telegram:?}");
     let answer = Telegram::parse(transmit.octets);
     let fits = match (telegram, answer) {
@@ -307,7 +307,7 @@ fn services_of_three_masters_in_any_order_and_at_any_time_get_allowed_answers_on
             let answers = line.receive(&request.octets());
             if let ([answer], false) = (&answers[..], repeated) {
                 let context = format!("seed {seed}, step {step}: {:?} in {before:?}", request.data);
-                assert!(is_allowed(&before, &request.data, &classify(answer)), "{context}: {}", print(answer));
+                assert!(is_allowed(&before, &request.data, &classify(answer)), "{context}: {}", text(answer));
             }
             if rng.u8(..50) == 0 {
                 line.receive(&request.octets());

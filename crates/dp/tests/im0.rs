@@ -30,7 +30,7 @@ fn the_printed_dialogue() {
              02 03 00 00 00 00 00 00 01 01 00 00 6E 16",
         ),
     ] {
-        assert_eq!(rig.say(request), answer, "{request}");
+        assert_eq!(rig.dialogue(request), answer, "{request}");
     }
 }
 

@@ -7,7 +7,7 @@ use profivac_dp::slave::SlaveState;
 use profivac_wire::control::{Control, FrameCount, Function, Status};
 use profivac_wire::{DataTelegram, Telegram};
 use rig::golden::{compare, table};
-use rig::{Answer, Gauge, INITIATE, MASTER, Rig, SLAVE, emit, hex, low, print};
+use rig::{Answer, Gauge, INITIATE, MASTER, Rig, SLAVE, emit, hex, low, text};
 
 const OTHER: u8 = 3;
 
@@ -196,7 +196,7 @@ const INPUTS: [(&str, Input); 12] = [
 
 fn full(answer: &Answer) -> String {
     match answer {
-        Answer::Low(pdu) => format!("DL {}", print(&pdu[..pdu.len().min(4)])),
+        Answer::Low(pdu) => format!("DL {}", text(&pdu[..pdu.len().min(4)])),
         other => short(other),
     }
 }

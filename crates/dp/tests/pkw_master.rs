@@ -56,10 +56,10 @@ fn exchanging() -> Station {
 
 /// One exchange: returns the channel in the outputs; the slave answers `answer`.
 fn exchange(rig: &mut Station, answer: &[u8]) -> String {
-    let said = outputs(&rig.next_request().octets);
-    assert_eq!(said[8], 0x55, "the rest of the outputs is the user's");
+    let sent = outputs(&rig.next_request().octets);
+    assert_eq!(sent[8], 0x55, "the rest of the outputs is the user's");
     hear(rig, answer);
-    text(&said[..8])
+    text(&sent[..8])
 }
 
 /// The octets of the task after AK 0, and its outcome when the slave answers `answer`.

@@ -125,7 +125,7 @@ fn times_follow_the_rate_that_was_found() {
     let mut rig = Rig::new(Gauge::default());
     rig.slave.rate_found(Baud::B19200);
     rig.ms0(MASTER, 61, &hex("88 0A 0A 00 12 34 00"));
-    assert_eq!(rig.slave.wake_at(), Some(rig.asked + 19_200));
+    assert_eq!(rig.slave.wake_at(), Some(rig.request_end + 19_200));
     rig.slave.rate_found(Baud::B12000000);
     assert!(matches!(rig.slave.state(), SlaveState::WaitPrm(_)), "the watchdog's time was in other bits");
 }

@@ -3,12 +3,15 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "this is test code")]
 
 pub mod golden;
+#[path = "../../../../tests/support/octets.rs"]
+mod octets;
 pub mod off;
 pub mod random;
 pub mod rows;
 pub mod selftest;
 pub mod walk;
 
+pub use octets::hex;
 use profivac_devices::model::Fault;
 use profivac_devices::{Action, Principle, SimulatedDevice, StateReport};
 use profivac_dp::link::{Baud, BitTime, Station};
@@ -24,11 +27,6 @@ const SRD: u8 = 0x6D;
 
 /// SDN high.
 const SDN: u8 = 0x46;
-
-/// The octets of `text`, two hexadecimal digits each.
-pub fn hex(text: &str) -> Vec<u8> {
-    text.split_whitespace().map(|octet| u8::from_str_radix(octet, 16).unwrap()).collect()
-}
 
 /// A slave with its master.
 pub struct Tester<D> {
