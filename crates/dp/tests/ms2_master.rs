@@ -1,6 +1,8 @@
 //! MS2 at the master: every state against every answer, and the timers. profibus-wire 4.6 to 4.11.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "helpers of tests are tests")]
 
+#[path = "../../../tests/support/golden.rs"]
+mod golden;
 mod support;
 
 use profivac_dp::link::{Baud, BitTime};
@@ -9,7 +11,6 @@ use profivac_dp::master::{Cause, ConnectionEnd, Handle, Master, Ms2Parameters, P
 use profivac_wire::acyclic::AbortReason;
 use profivac_wire::{DataTelegram, Telegram};
 use std::fmt::Write as _;
-use std::path::Path;
 use support::rig::MasterRig;
 use support::{bus, hex};
 
@@ -224,7 +225,7 @@ fn every_answer_in_every_state_is_as_in_the_golden() {
             writeln!(text, "  {what:<50}{}", after(at, what)).unwrap();
         }
     }
-    golden("ms2_master.txt", &text);
+    golden::compare("tests/golden/master/ms2_master.txt", &text);
 }
 
 /// Answers every message with `what` until the connection ends; returns when and how it ended.
@@ -476,20 +477,6 @@ fn a_connection_that_is_closed_while_it_opens_is_aborted_at_its_access_point() {
     answer(&mut rig, 48, "SC");
     let end = ConnectionEnd::Closed(AbortReason::User(0));
     assert_eq!(rig.station.user.outcome(connection), Some(Err(end)));
-}
-
-/// Compares with `tests/golden/master/NAME` of the workspace. `PROFIVAC_BLESS=1` writes it instead.
-fn golden(name: &str, text: &str) {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/golden/master").join(name);
-    if std::env::var("PROFIVAC_BLESS").is_ok_and(|bless| bless == "1") {
-        std::fs::create_dir_all(path.parent().unwrap()).unwrap();
-        std::fs::write(&path, text).unwrap();
-    }
-    let golden = std::fs::read_to_string(&path).unwrap_or_default();
-    for (number, (expected, now)) in (1..).zip(golden.lines().zip(text.lines())) {
-        assert_eq!(expected, now, "{name}, line {number}");
-    }
-    assert_eq!(golden.lines().count(), text.lines().count(), "{name}: the number of lines");
 }
 
 /// Master 3 asks another station for its FDL status.

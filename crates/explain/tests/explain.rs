@@ -3,6 +3,9 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
 
+#[path = "../../../tests/support/golden.rs"]
+mod golden;
+
 use profivac_client::pressure::Pressure;
 use profivac_devices::model::Model;
 use profivac_dp::link::active::{Active, BusParameters};
@@ -64,8 +67,8 @@ impl TestSegment {
     fn golden(self, name: &str) {
         let trace: Trace = self.segment.trace().clone();
         let text = trace.to_string();
-        golden(&format!("{name}.trace"), &text);
-        golden(&format!("{name}.txt"), &notes_text(&text));
+        note_golden(&format!("{name}.trace"), &text);
+        note_golden(&format!("{name}.txt"), &notes_text(&text));
     }
 }
 
@@ -85,19 +88,9 @@ fn notes_text(trace: &str) -> String {
     lines.collect()
 }
 
-/// Compares with a golden, or writes it when `PROFIVAC_BLESS` is 1.
-fn golden(name: &str, text: &str) {
-    let path = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("tests/golden/notes").join(name);
-    if std::env::var("PROFIVAC_BLESS").is_ok_and(|bless| bless == "1") {
-        fs::create_dir_all(path.parent().unwrap()).unwrap();
-        fs::write(&path, text).unwrap();
-        return;
-    }
-    let expected = fs::read_to_string(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
-    for (number, (line, expected)) in (1..).zip(text.lines().zip(expected.lines())) {
-        assert_eq!(line, expected, "{name}, line {number}");
-    }
-    assert_eq!(text.len(), expected.len(), "{name}");
+/// Compares with a golden.
+fn note_golden(name: &str, text: &str) {
+    golden::compare(&format!("crates/explain/tests/golden/notes/{name}"), text);
 }
 
 /// Parameters with the default configuration and the first user parameters of the device.
