@@ -2,6 +2,7 @@
 #![allow(dead_code, reason = "every test file uses its own part of this")]
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "this is test code")]
 
+pub mod counting_store;
 pub mod golden;
 #[path = "../../../../tests/support/octets.rs"]
 mod octets;
