@@ -1,5 +1,7 @@
 //! Texts that tests compare with files of the repository. `cargo xtask goldens` writes the files; the difference is part of a review.
 
+#![allow(clippy::expect_used, reason = "a test")]
+
 use std::{env, fs, path::Path};
 
 /// Compares `text` with the file at `path` from the root of the repository, or writes the file if `PROFIVAC_BLESS` is 1.
