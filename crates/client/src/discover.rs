@@ -188,8 +188,9 @@ fn present_configuration(
         Reply::Answer { du, .. } => model.configuration(du),
         Reply::NoAnswer(_) => None,
     };
-    let quiet = || model.configurations.iter().filter(|configuration| configuration.outputs.is_none());
-    let best = || quiet().filter(|configuration| has_validity(configuration)).max_by_key(|best| best.input_octets());
+    let without_outputs = || model.configurations.iter().filter(|configuration| configuration.outputs.is_none());
+    let best =
+        || without_outputs().filter(|configuration| has_validity(configuration)).max_by_key(|best| best.input_octets());
     Ok(present.filter(|present| has_validity(present)).or_else(best).unwrap_or(model.default_configuration))
 }
 
@@ -239,10 +240,10 @@ mod tests {
     #[test]
     fn every_device_has_a_configuration_that_declares_validity_and_dpv1_devices_one_without_outputs() {
         for model in MODELS {
-            let telling = || model.configurations.iter().filter(|configuration| has_validity(configuration));
-            assert!(telling().count() > 0, "{}", model.name);
-            let quiet = telling().any(|configuration| configuration.outputs.is_none());
-            assert_eq!(quiet, model.features.dpv1, "{}", model.name);
+            let with_validity = || model.configurations.iter().filter(|configuration| has_validity(configuration));
+            assert!(with_validity().count() > 0, "{}", model.name);
+            let without_outputs = with_validity().any(|configuration| configuration.outputs.is_none());
+            assert_eq!(without_outputs, model.features.dpv1, "{}", model.name);
         }
     }
 }

@@ -224,13 +224,13 @@ fn spoilt(request: &Telegram<'_>, answer: Option<Vec<u8>>, random: &mut Random) 
     let has_data = matches!(status, Status::DataLow | Status::DataHigh);
     let (dsap, ssap) = if has_data { (asked.ssap, asked.dsap) } else { (None, None) };
     let du = if has_data { &du[..] } else { &[] };
-    let frame = DataTelegram { da: asked.sa, sa: asked.da, dsap, ssap, fc, du };
+    let data = DataTelegram { da: asked.sa, sa: asked.da, dsap, ssap, fc, du };
     match kind {
         2 => None,
         3 => Some(vec![0xE5]),
         _ => {
             let mut octets = [0; 255];
-            let length = Telegram::Data(frame).emit(&mut octets).unwrap();
+            let length = Telegram::Data(data).emit(&mut octets).unwrap();
             Some(octets[..length].to_vec())
         }
     }

@@ -154,7 +154,7 @@ fn connections_take_turns() {
     }
 }
 
-/// 4.9: Idle keeps a connection open without requests.
+/// profibus-wire 4.9: Idle keeps a connection open without requests.
 #[test]
 fn an_open_connection_stays_open() {
     let mut line = line(&[8]);

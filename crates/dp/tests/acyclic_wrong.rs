@@ -39,9 +39,9 @@ impl Relation {
     }
 }
 
-fn octets(frame: DataTelegram<'_>) -> Vec<u8> {
+fn octets(data: DataTelegram<'_>) -> Vec<u8> {
     let mut octets = [0; 255];
-    let length = Telegram::Data(frame).emit(&mut octets).unwrap();
+    let length = Telegram::Data(data).emit(&mut octets).unwrap();
     octets[..length].to_vec()
 }
 
@@ -121,10 +121,10 @@ fn cause(relation: Relation, wrong: &[u8]) -> Result<Vec<u8>, Cause> {
                 Some(Err(None)) => panic!("refused or closed"),
                 None => {}
             }
-            let said = rig.next_telegram();
-            match said.text() {
+            let sent = rig.next_telegram();
+            match sent.text() {
                 text if text.contains(" 58 00 ") => rig.receive("E5"),
-                _ if said.is_token() => {}
+                _ if sent.is_token() => {}
                 _ => break,
             }
         }
@@ -202,8 +202,8 @@ fn no_altered_octet_with_a_right_check_octet_becomes_a_value() {
                 for _ in 0..3 {
                     let reported = handle.outcome(&mut rig);
                     assert!(!matches!(reported, Some(Ok(_))), "{relation:?} {wrong:02X?}: {reported:?}");
-                    let Some(said) = rig.next_request_within(40_000) else { break };
-                    if !said.is_token() {
+                    let Some(sent) = rig.next_request_within(40_000) else { break };
+                    if !sent.is_token() {
                         rig.receive("E5");
                     }
                 }
@@ -274,8 +274,8 @@ fn a_late_answer_is_ignored() {
             if let Some(outcome) = handle.outcome(&mut rig) {
                 break format!("{outcome:?}");
             }
-            let said = rig.next_telegram();
-            if !said.is_token() {
+            let sent = rig.next_telegram();
+            if !sent.is_token() {
                 rig.receive("E5");
             }
         };

@@ -17,18 +17,18 @@ fn delivered() -> Rig {
 #[test]
 fn the_printed_dialogue() {
     let mut rig = delivered();
-    assert_eq!(rig.say("68 09 09 68 FE 82 6D 37 3E 08 12 34 00 B0 16"), "E5");
-    assert_eq!(rig.say("10 08 02 49 53 16"), "10 02 08 00 0A 16");
-    assert_eq!(rig.say("10 7E 02 49 C9 16"), "silence", "no station has the old address");
+    assert_eq!(rig.dialogue("68 09 09 68 FE 82 6D 37 3E 08 12 34 00 B0 16"), "E5");
+    assert_eq!(rig.dialogue("10 08 02 49 53 16"), "10 02 08 00 0A 16");
+    assert_eq!(rig.dialogue("10 7E 02 49 C9 16"), "silence", "no station has the old address");
 }
 
 #[test]
 fn a_slave_at_126_can_be_diagnosed() {
     let mut rig = delivered();
-    assert_eq!(rig.say("10 7E 02 49 C9 16"), "10 02 7E 00 80 16");
+    assert_eq!(rig.dialogue("10 7E 02 49 C9 16"), "10 02 7E 00 80 16");
     assert_eq!(rig.ms0(MASTER, 60, &[]), low("02 05 00 FF 12 34"));
     assert_eq!(rig.ms0(MASTER, 59, &[]), low("11 21"));
-    // Point 32 of section 10.
+    // profibus-wire 10, point 32.
     assert_eq!(rig.ms0(MASTER, 61, &hex("80 01 01 00 12 34 00")), Answer::Ack);
     assert_eq!(rig.diag(MASTER), "02 04 00 02");
 }
@@ -49,7 +49,7 @@ fn a_device_with_an_address_switch_closes_set_slave_add() {
     assert_eq!(rig.ms0(MASTER, SET_SLAVE_ADD, &hex(TO_9)), RS);
 }
 
-/// Point 15 of section 10.
+/// profibus-wire 10, point 15.
 #[test]
 fn a_request_that_does_not_fit_is_acknowledged_and_changes_nothing() {
     for request in ["", "09 12 34", "09 12 35 00", "7E 12 34 00", "7F 12 34 00", "FF 12 34 00"] {

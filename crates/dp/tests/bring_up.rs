@@ -164,9 +164,9 @@ fn a_slave_of_another_master_is_left_alone_until_it_is_free() {
     rig.receive(&locked);
     let mut asked = Vec::new();
     for _ in 0..10 {
-        let said = rig.next_request();
-        assert_eq!(said.octets[7], 0x3C, "nothing but Slave_Diag: {}", said.text());
-        asked.push(said.start);
+        let sent = rig.next_request();
+        assert_eq!(sent.octets[7], 0x3C, "nothing but Slave_Diag: {}", sent.text());
+        asked.push(sent.start);
         rig.receive(&locked);
     }
     assert_eq!(rig.station.user.exchange_error(8), Some(ExchangeError::Owned { master: 5 }));

@@ -1,5 +1,6 @@
-//! The tests that `docs/conformance.md` names as proofs exist.
+//! The tests that `docs/conformance.md` names as proofs exist, and the telegrams that the reference prints are valid.
 
+use profivac_wire::Telegram;
 use std::collections::BTreeSet;
 use std::path::Path;
 
@@ -16,4 +17,31 @@ fn every_test_that_is_named_as_a_proof_exists() {
         let indented = format!("#[test]\n    fn {name}()");
         assert!(source.contains(&test) || source.contains(&indented), "there is no test {name} in crates/{file}.rs");
     }
+}
+
+/// Two upper-case hexadecimal digits.
+fn octet(word: &str) -> Option<u8> {
+    let is_octet = word.len() == 2 && word.bytes().all(|digit| matches!(digit, b'0'..=b'9' | b'A'..=b'F'));
+    is_octet.then(|| u8::from_str_radix(word, 16).ok()).flatten()
+}
+
+/// Length octets, check octet and end delimiter, as the page of the reference promises.
+#[test]
+fn every_telegram_that_the_reference_prints_is_valid() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/spec/profibus-wire");
+    let mut telegrams = 0;
+    for file in std::fs::read_dir(folder).expect("the reference") {
+        let page = std::fs::read_to_string(file.expect("a page").path()).expect("a text");
+        for line in page.lines() {
+            let words: Vec<Option<u8>> = line.split([' ', '`', '|']).map(octet).collect();
+            for octets in words.split(Option::is_none) {
+                let octets: Vec<u8> = octets.iter().copied().flatten().collect();
+                if let [0x68, _, _, 0x68, ..] | [0x10, _, _, _, _, _] | [0xA2, _, _, _, _, ..] = octets[..] {
+                    assert!(Telegram::parse(&octets).is_ok(), "{line}");
+                    telegrams += 1;
+                }
+            }
+        }
+    }
+    assert!(telegrams >= 87, "only {telegrams} telegrams");
 }

@@ -295,7 +295,7 @@ fn a_silent_slave_is_lost_after_the_miss_limit() {
          M 68 05 05 68 08 02 5D 00 00 67 16 | once more
          M {first_contact}                  | then first contacts, one try each
          M {first_contact}
-         M 10 08 02 49 53 16                | lost: who is there?"
+         M 10 08 02 49 53 16                | lost: FDL status"
     ));
     assert_eq!(rig.station.user.state(8), Some(HandlerState::Offline));
     assert_eq!(rig.station.user.exchange_error(8), Some(ExchangeError::NoAnswer(Failure::Silence)));
@@ -329,7 +329,7 @@ fn a_slave_that_answers_again_in_time_stays_in_data_exchange() {
 }
 
 #[test]
-fn a_repeated_request_is_counted_and_executed_once() {
+fn a_request_whose_answer_is_lost_is_repeated_and_counted_once() {
     let mut line = line(settings(), &[8]);
     // From the end of a cycle.
     line.run_until(10_000, |line| line.trace.last().is_some_and(|entry| entry.octets[0] == 0xDC));
@@ -395,12 +395,11 @@ fn flipped_bits_cause_repetitions_and_never_a_wrong_value() {
         line.run_for(2_000);
         for (address, slave) in addresses.iter().zip(&line.slaves) {
             assert!(line.master.user.inputs(*address).is_none_or(|inputs| inputs == [1, *address]));
-            let known = slave
-                .device()
-                .outputs
-                .as_ref()
-                .is_none_or(|outputs| u16::from_be_bytes([outputs[0], outputs[1]]) <= round as u16);
-            assert!(known, "{:?}", slave.device().outputs);
+            // Repetitions may delay the outputs by a few rounds.
+            let recent = (round.saturating_sub(8) as u16)..=(round as u16);
+            let outputs = slave.device().outputs.as_ref();
+            let is_recent = outputs.is_none_or(|octets| recent.contains(&u16::from_be_bytes([octets[0], octets[1]])));
+            assert!(is_recent, "{outputs:?} in round {round}");
         }
     }
     line.telegram_fault = None;

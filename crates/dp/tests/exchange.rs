@@ -27,8 +27,8 @@ fn configured(cfg: &str, inputs: &str) -> Rig {
 /// Global_Control as an SDN with this FC, to this station or to all stations (127).
 fn control(rig: &mut Rig, sa: u8, da: u8, fc: u8, du: &str) {
     let du = hex(du);
-    let frame = DataTelegram { da, sa, dsap: Some(58), ssap: Some(62), fc, du: &du };
-    assert_eq!(rig.raw(&emit(&Telegram::Data(frame))), None, "an SDN is never answered");
+    let data = DataTelegram { da, sa, dsap: Some(58), ssap: Some(62), fc, du: &du };
+    assert_eq!(rig.raw(&emit(&Telegram::Data(data))), None, "an SDN is never answered");
 }
 
 fn all_stations(rig: &mut Rig, du: &str) {
@@ -43,20 +43,20 @@ fn is_exchanging(rig: &Rig) -> bool {
     matches!(rig.slave.state(), SlaveState::DataExch(..))
 }
 
-/// 2.8
+/// profibus-wire 2.8
 #[test]
 fn the_printed_exchanges() {
     let mut rig = exchanging();
     let request = "68 05 05 68 08 02 7D AA 55 86 16";
-    assert_eq!(rig.say(request), "68 05 05 68 02 08 08 01 02 15 16");
+    assert_eq!(rig.dialogue(request), "68 05 05 68 02 08 08 01 02 15 16");
     rig.device().changed = true;
-    assert_eq!(rig.say(request), "68 05 05 68 02 08 0A 01 02 17 16");
+    assert_eq!(rig.dialogue(request), "68 05 05 68 02 08 0A 01 02 17 16");
     let mut no_inputs = configured("21", "");
-    assert_eq!(no_inputs.say(request), "E5");
+    assert_eq!(no_inputs.dialogue(request), "E5");
     no_inputs.device().changed = true;
-    assert_eq!(no_inputs.say(request), "10 02 08 0A 14 16");
+    assert_eq!(no_inputs.dialogue(request), "10 02 08 0A 14 16");
     let mut no_outputs = configured("11", "01 02");
-    assert_eq!(no_outputs.say("10 08 02 5D 67 16"), "68 05 05 68 02 08 08 01 02 15 16");
+    assert_eq!(no_outputs.dialogue("10 08 02 5D 67 16"), "68 05 05 68 02 08 08 01 02 15 16");
 }
 
 #[test]
@@ -114,13 +114,13 @@ fn the_longest_exchange_has_244_octets_each_way() {
     assert_eq!(outputs(&mut rig), Answer::Low(vec![7; 244]));
 }
 
-/// 2.10
+/// profibus-wire 2.10
 #[test]
 fn the_printed_reads_of_another_master() {
     let mut rig = exchanging();
     rig.dx(MASTER, &[0xAA, 0x55]);
-    assert_eq!(rig.say("68 05 05 68 88 83 6D 38 3E EE 16"), "68 07 07 68 83 88 08 3E 38 01 02 8C 16");
-    assert_eq!(rig.say("68 05 05 68 88 83 5D 39 3E DF 16"), "68 07 07 68 83 88 08 3E 39 AA 55 89 16");
+    assert_eq!(rig.dialogue("68 05 05 68 88 83 6D 38 3E EE 16"), "68 07 07 68 83 88 08 3E 38 01 02 8C 16");
+    assert_eq!(rig.dialogue("68 05 05 68 88 83 5D 39 3E DF 16"), "68 07 07 68 83 88 08 3E 39 AA 55 89 16");
     for sap in [RD_INP, RD_OUTP] {
         assert_eq!(rig.ms0(OTHER, sap, &[0]), RR);
     }
@@ -128,7 +128,7 @@ fn the_printed_reads_of_another_master() {
     assert_eq!(configured("11", "01 02").ms0(OTHER, RD_OUTP, &[]), Answer::Ack);
 }
 
-/// 3.3
+/// profibus-wire 3.3
 /// profibus-wire 9.3, point 25
 #[test]
 fn a_changed_diagnosis_is_announced_until_the_owner_has_read_it() {
@@ -173,14 +173,14 @@ fn an_event_comes_with_its_blocks_and_is_announced_from_the_start() {
 #[test]
 fn a_repeated_request_for_the_diagnosis_gets_the_same_answer() {
     let mut rig = exchanging();
-    let first = rig.say("68 05 05 68 88 82 5D 3C 3E E1 16");
+    let first = rig.dialogue("68 05 05 68 88 82 5D 3C 3E E1 16");
     rig.device().event = true;
     rig.device().changed = true;
     assert_eq!(rig.again(), first);
     assert_eq!(rig.diag(MASTER), "08 04 00 02");
 }
 
-/// 2.9
+/// profibus-wire 2.9
 #[test]
 fn sync_holds_the_outputs_until_the_next_sync() {
     let mut rig = exchanging();
@@ -286,7 +286,7 @@ fn a_slave_without_sync_and_freeze_accepts_unsync_and_unfreeze() {
     }
 }
 
-/// Point 14 of section 10 for the reserved bits.
+/// profibus-wire 10, point 14 for the reserved bits.
 #[test]
 fn an_unsupported_command_sets_not_supported() {
     let features = Features { sync: false, freeze: false, ..Gauge::default().features };

@@ -6,16 +6,16 @@ use profivac_dp::link::Station;
 use profivac_dp::slave::SlaveState;
 use profivac_wire::control::{Control, FrameCount, Function};
 use profivac_wire::{DataTelegram, Telegram};
-use rig::{Answer, Gauge, MASTER, RS, Rig, SLAVE, Seen, emit, hex, low, print};
+use rig::{Answer, Gauge, MASTER, RS, Rig, SLAVE, Seen, emit, hex, low, text};
 
-fn frame(da: u8, sa: u8, fc: u8) -> Vec<u8> {
+fn telegram(da: u8, sa: u8, fc: u8) -> Vec<u8> {
     emit(&Telegram::Data(DataTelegram { da, sa, dsap: None, ssap: None, fc, du: &[] }))
 }
 
 #[test]
 fn fdl_status_is_answered_in_every_state() {
     let mut rig = Rig::new(Gauge::default());
-    let ask = |rig: &mut Rig| assert_eq!(rig.say("10 08 02 49 53 16"), "10 02 08 00 0A 16");
+    let ask = |rig: &mut Rig| assert_eq!(rig.dialogue("10 08 02 49 53 16"), "10 02 08 00 0A 16");
     ask(&mut rig);
     rig.ms0(MASTER, 61, &hex("80 01 01 00 12 34 00"));
     ask(&mut rig);
@@ -28,50 +28,50 @@ fn fdl_status_is_answered_in_every_state() {
 fn ident_returns_vendor_controller_hardware_and_software() {
     let mut rig = Rig::new(Gauge::default());
     let answer = "68 0D 0D 68 02 08 08 02 03 01 00 41 42 43 44 45 46 AD 16";
-    assert_eq!(rig.say("10 08 02 4E 58 16"), answer);
+    assert_eq!(rig.dialogue("10 08 02 4E 58 16"), answer);
 }
 
 #[test]
 fn a_device_without_ident_strings_closes_ident_and_lsap_status_is_always_closed() {
     let mut rig = Rig::new(Gauge { ident: false, ..Gauge::default() });
-    assert_eq!(rig.say("10 08 02 4E 58 16"), "10 02 08 03 0D 16");
-    assert_eq!(rig.say("10 08 02 4F 59 16"), "10 02 08 03 0D 16");
+    assert_eq!(rig.dialogue("10 08 02 4E 58 16"), "10 02 08 03 0D 16");
+    assert_eq!(rig.dialogue("10 08 02 4F 59 16"), "10 02 08 03 0D 16");
 }
 
 #[test]
 fn sda_is_closed() {
     for fc in [0x73, 0x75, 0x43, 0x65] {
         let mut rig = Rig::new(Gauge::default());
-        assert_eq!(rig.raw(&frame(SLAVE, MASTER, fc)), Some(hex("10 02 08 03 0D 16")), "{fc:02X}");
+        assert_eq!(rig.raw(&telegram(SLAVE, MASTER, fc)), Some(hex("10 02 08 03 0D 16")), "{fc:02X}");
     }
 }
 
 /// profibus-wire 9.1, point 7
 #[test]
-fn a_telegram_for_another_station_is_not_answered() {
+fn telegrams_for_others_and_those_without_a_reply_are_not_answered() {
     let mut rig = Rig::exchanging(Gauge::default());
     for octets in [
         hex("E5"),
         hex("DC 08 02"),
         hex("DC 08 08"),
         // another station, a response, our own address and 127 as the source
-        frame(9, MASTER, 0x49),
-        frame(SLAVE, 9, 0x08),
-        frame(SLAVE, 9, 0x00),
-        frame(SLAVE, SLAVE, 0x49),
-        frame(SLAVE, 127, 0x49),
-        frame(SLAVE, 127, 0x6D),
+        telegram(9, MASTER, 0x49),
+        telegram(SLAVE, 9, 0x08),
+        telegram(SLAVE, 9, 0x00),
+        telegram(SLAVE, SLAVE, 0x49),
+        telegram(SLAVE, 127, 0x49),
+        telegram(SLAVE, 127, 0x6D),
         // all stations
-        frame(127, MASTER, 0x49),
-        frame(127, MASTER, 0x4E),
-        frame(127, MASTER, 0x4F),
-        frame(127, MASTER, 0x6D),
-        frame(127, MASTER, 0x75),
+        telegram(127, MASTER, 0x49),
+        telegram(127, MASTER, 0x4E),
+        telegram(127, MASTER, 0x4F),
+        telegram(127, MASTER, 0x6D),
+        telegram(127, MASTER, 0x75),
         // SDN without a service
-        frame(SLAVE, MASTER, 0x46),
-        frame(SLAVE, MASTER, 0x44),
+        telegram(SLAVE, MASTER, 0x46),
+        telegram(SLAVE, MASTER, 0x44),
     ] {
-        assert_eq!(rig.raw(&octets), None, "{}", print(&octets));
+        assert_eq!(rig.raw(&octets), None, "{}", text(&octets));
     }
 }
 
@@ -80,7 +80,7 @@ fn reserved_and_alternative_function_codes_are_ignored() {
     for fc in 0x40..=0xFFu8 {
         let Control::Request { function, .. } = Control::from_octet(fc) else { continue };
         let ignored = matches!(function, Function::Other(_) | Function::SdnLow | Function::SdnHigh);
-        let answer = Rig::new(Gauge::default()).raw(&frame(SLAVE, MASTER, fc));
+        let answer = Rig::new(Gauge::default()).raw(&telegram(SLAVE, MASTER, fc));
         assert_eq!(answer.is_none(), ignored, "{fc:02X}");
     }
 }
@@ -91,15 +91,15 @@ fn priority_makes_no_difference() {
         let answers = [Function::SrdLow, Function::SrdHigh].map(|function| {
             let fc = Control::Request { function, count: FrameCount::First }.to_octet();
             let du = hex(du);
-            let frame = DataTelegram { da: SLAVE, sa: MASTER, dsap: Some(sap), ssap: Some(62), fc, du: &du };
+            let data = DataTelegram { da: SLAVE, sa: MASTER, dsap: Some(sap), ssap: Some(62), fc, du: &du };
             let mut rig = Rig::exchanging(Gauge::default());
-            rig.raw(&emit(&Telegram::Data(frame)))
+            rig.raw(&emit(&Telegram::Data(data)))
         });
         assert_eq!(answers[0], answers[1], "SAP {sap}");
     }
 }
 
-/// Point 3 of section 10.
+/// profibus-wire 10, point 3.
 #[test]
 fn a_single_access_point_or_an_invalid_one_is_closed() {
     let mut rig = Rig::exchanging(Gauge::default());
@@ -135,7 +135,7 @@ fn sd3_is_understood() {
     let mut rig = Rig::new(gauge);
     rig.ms0(MASTER, 61, &hex("80 01 01 00 12 34 00"));
     rig.ms0(MASTER, 62, &hex("17 27"));
-    let answer = rig.say("A2 08 02 7D 01 02 03 04 05 06 07 08 AB 16");
+    let answer = rig.dialogue("A2 08 02 7D 01 02 03 04 05 06 07 08 AB 16");
     assert_eq!(answer, "68 0B 0B 68 02 08 08 01 02 03 04 05 06 07 08 36 16");
     assert_eq!(rig.device().seen.last(), Some(&Seen::Outputs((1..=8).collect())));
 }

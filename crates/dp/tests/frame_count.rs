@@ -2,9 +2,10 @@
 
 mod rig;
 
+use fastrand::Rng;
 use profivac_wire::control::{Control, FrameCount, Function};
 use profivac_wire::{DataTelegram, Telegram};
-use rig::{Answer, Gauge, MASTER, Rig, SLAVE, Seen, emit, hex, low, print};
+use rig::{Answer, Gauge, MASTER, Rig, SLAVE, Seen, emit, hex, low, text};
 
 const FIRST: FrameCount = FrameCount::First;
 const UNCOUNTED: FrameCount = FrameCount::Uncounted;
@@ -28,8 +29,8 @@ impl Counted {
     fn srd(&mut self, sa: u8, count: FrameCount, sap: Option<u8>, du: &[u8]) -> String {
         let fc = Control::Request { function: Function::SrdHigh, count }.to_octet();
         let ssap = sap.map(|_| 62);
-        let frame = DataTelegram { da: SLAVE, sa, dsap: sap, ssap, fc, du };
-        self.rig.raw(&emit(&Telegram::Data(frame))).map(|answer| print(&answer)).unwrap_or_default()
+        let data = DataTelegram { da: SLAVE, sa, dsap: sap, ssap, fc, du };
+        self.rig.raw(&emit(&Telegram::Data(data))).map(|answer| text(&answer)).unwrap_or_default()
     }
 
     fn dx(&mut self, sa: u8, count: FrameCount, outputs: &[u8]) -> String {
@@ -147,17 +148,9 @@ fn without_a_held_answer_nothing_is_a_repetition() {
     assert_eq!(slave.executed(), 2);
 }
 
-/// Reproducible pseudo-random numbers.
-struct Dice(u64);
-
-impl Dice {
-    /// True once in `n` calls on average.
-    fn once_in(&mut self, n: u64) -> bool {
-        self.0 ^= self.0 << 13;
-        self.0 ^= self.0 >> 7;
-        self.0 ^= self.0 << 17;
-        self.0.is_multiple_of(n)
-    }
+/// True once in `n` calls on average.
+fn once_in(random: &mut Rng, n: u32) -> bool {
+    random.u32(..n) == 0
 }
 
 /// The next step of a master after a request and its repetition were lost.
@@ -165,7 +158,7 @@ impl Dice {
 enum AfterLoss {
     /// With a first request, as profibus-wire 1.10 asks for.
     BeginAnew,
-    /// With the same count and another service: a known fault of a common master.
+    /// With the same count and another service: a known fault of a master in wide use.
     KeepCount,
 }
 
@@ -177,9 +170,9 @@ enum Held {
 }
 
 /// A master with one frame count bit that accepts any answer, on a line that loses telegrams both ways.
-struct Believer {
+struct MasterWithoutChecks {
     slave: Rig,
-    dice: Dice,
+    random: Rng,
     count: FrameCount,
     after_loss: AfterLoss,
     held: Held,
@@ -188,27 +181,27 @@ struct Believer {
     losses: u32,
 }
 
-impl Believer {
+impl MasterWithoutChecks {
     fn new(seed: u64, after_loss: AfterLoss, held: Held, acyclic: (u8, u8)) -> Self {
         let mut slave = Rig::exchanging(Gauge::default());
         assert_eq!(slave.connect(MASTER), MS2.0);
-        Self { slave, dice: Dice(seed), count: FIRST, after_loss, held, acyclic, losses: 0 }
+        Self { slave, random: Rng::with_seed(seed), count: FIRST, after_loss, held, acyclic, losses: 0 }
     }
 
     /// A request and its repetition. `None` if both were lost.
-    fn ask(&mut self, sap: Option<(u8, u8)>, du: &[u8]) -> Option<Vec<u8>> {
+    fn request(&mut self, sap: Option<(u8, u8)>, du: &[u8]) -> Option<Vec<u8>> {
         let fc = Control::Request { function: Function::SrdLow, count: self.count }.to_octet();
         let (dsap, ssap) = sap.unzip();
         let octets = emit(&Telegram::Data(DataTelegram { da: SLAVE, sa: MASTER, dsap, ssap, fc, du }));
         for _ in 0..2 {
-            if self.held == Held::Dropped && self.dice.once_in(3) {
+            if self.held == Held::Dropped && once_in(&mut self.random, 3) {
                 self.slave.slave.forget_answer();
             }
-            if self.dice.once_in(5) {
+            if once_in(&mut self.random, 5) {
                 continue;
             }
             let answer = self.slave.raw(&octets);
-            if !self.dice.once_in(5) {
+            if !once_in(&mut self.random, 5) {
                 self.count = if self.count == ZERO { ONE } else { ZERO };
                 return answer;
             }
@@ -224,7 +217,7 @@ impl Believer {
     /// answer that belongs to the other service.
     fn run(&mut self, rounds: usize) -> Result<usize, String> {
         let mut reads = 0;
-        let mut asked = false;
+        let mut is_requested = false;
         let response = DataTelegram {
             da: MASTER,
             sa: SLAVE,
@@ -233,21 +226,21 @@ impl Believer {
             fc: 0x08,
             du: &hex("5E 01 10 04 11 22 33 44"),
         };
-        let response = print(&emit(&Telegram::Data(response)));
+        let response = text(&emit(&Telegram::Data(response)));
         for _ in 0..rounds {
-            if let Some(answer) = self.ask(None, &[5, 6])
-                && print(&answer) != "68 05 05 68 02 08 08 01 02 15 16"
+            if let Some(answer) = self.request(None, &[5, 6])
+                && text(&answer) != "68 05 05 68 02 08 08 01 02 15 16"
             {
-                return Err(format!("to Data_Exchange came {}", print(&answer)));
+                return Err(format!("to Data_Exchange came {}", text(&answer)));
             }
-            let pdu = if asked { Vec::new() } else { hex("5E 01 10 04") };
-            let Some(answer) = self.ask(Some(self.acyclic), &pdu) else { continue };
-            match print(&answer).as_str() {
+            let pdu = if is_requested { Vec::new() } else { hex("5E 01 10 04") };
+            let Some(answer) = self.request(Some(self.acyclic), &pdu) else { continue };
+            match text(&answer).as_str() {
                 // The response was received, or there was none: the read starts again if the response was lost.
-                "E5" => asked = !asked,
-                "10 02 08 02 0C 16" => asked = true,
+                "E5" => is_requested = !is_requested,
+                "10 02 08 02 0C 16" => is_requested = true,
                 read if read == response => {
-                    asked = false;
+                    is_requested = false;
                     reads += 1;
                 }
                 other => return Err(format!("to the read came {other}")),
@@ -266,7 +259,7 @@ fn cyclic_and_acyclic_octets_never_mix_whether_the_slave_keeps_its_answer_or_not
     for (held, acyclic) in [(Held::Kept, MS1), (Held::Dropped, MS1), (Held::Kept, MS2), (Held::Dropped, MS2)] {
         for seed in SEEDS {
             let case = format!("seed {seed}, answer {held:?}, access point {}", acyclic.0);
-            let mut master = Believer::new(seed, AfterLoss::BeginAnew, held, acyclic);
+            let mut master = MasterWithoutChecks::new(seed, AfterLoss::BeginAnew, held, acyclic);
             let reads = master.run(500).unwrap_or_else(|mixed| panic!("{case}: {mixed}"));
             assert!(reads > 100 && master.losses > 50, "{case}: {reads} reads, {} losses", master.losses);
         }
@@ -277,7 +270,7 @@ fn cyclic_and_acyclic_octets_never_mix_whether_the_slave_keeps_its_answer_or_not
 #[test]
 fn a_master_that_keeps_its_count_confuses_the_answers_as_the_standard_warns() {
     for seed in SEEDS {
-        let mixed = Believer::new(seed, AfterLoss::KeepCount, Held::Kept, MS2).run(500);
+        let mixed = MasterWithoutChecks::new(seed, AfterLoss::KeepCount, Held::Kept, MS2).run(500);
         assert!(mixed.is_err(), "seed {seed}: {mixed:?}");
     }
 }

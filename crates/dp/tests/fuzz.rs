@@ -10,7 +10,7 @@ use profivac_dp::link::{Baud, BitTime, CHARACTER_TBIT, Received, Receiver, Stati
 use profivac_dp::slave::{Slave, SlaveState};
 use profivac_wire::control::{Control, FrameCount, Function, Status};
 use profivac_wire::{BROADCAST, DataTelegram, MAX_DU, Telegram};
-use rig::{Gauge, INITIATE, SLAVE, emit, hex, print};
+use rig::{Gauge, INITIATE, SLAVE, emit, hex, text};
 
 /// The factor for the length of the runs.
 fn times() -> usize {
@@ -78,7 +78,7 @@ const MEANINGFUL: [(Option<u8>, &[&str]); 16] = [
 
 /// A valid or invalid request.
 struct Request {
-    frame: DataTelegram<'static>,
+    data: DataTelegram<'static>,
     du: Vec<u8>,
 }
 
@@ -104,7 +104,7 @@ impl Request {
             even => FrameCount::Counted(even % 2 == 0),
         };
         let ssap = dsap.map(|dsap| if dsap <= 49 { 50 } else { *[62, 62, 51, 54].get(rng.usize(..4)).unwrap_or(&62) });
-        let frame = DataTelegram {
+        let data = DataTelegram {
             da: [SLAVE, SLAVE, SLAVE, SLAVE, SLAVE, SLAVE, BROADCAST, 9][rng.usize(..8)],
             sa: [1, 2, 2, 2, 2, 3, SLAVE, BROADCAST][rng.usize(..8)],
             dsap,
@@ -112,12 +112,12 @@ impl Request {
             fc: Control::Request { function, count }.to_octet(),
             du: &[],
         };
-        Self { frame, du }
+        Self { data, du }
     }
 
     fn octets(&self) -> Vec<u8> {
         let du = &self.du[..self.du.len().min(MAX_DU)];
-        emit(&Telegram::Data(DataTelegram { du, ..self.frame }))
+        emit(&Telegram::Data(DataTelegram { du, ..self.data }))
     }
 }
 
@@ -186,10 +186,10 @@ impl Line {
 
 /// Whether a station at `address` must answer.
 fn expects_answer(telegram: &Telegram<'_>, address: u8) -> bool {
-    let Telegram::Data(frame) = telegram else { return false };
-    let Control::Request { function, .. } = frame.control() else { return false };
+    let Telegram::Data(data) = telegram else { return false };
+    let Control::Request { function, .. } = data.control() else { return false };
     let answered = !matches!(function, Function::SdnLow | Function::SdnHigh | Function::Other(_));
-    answered && frame.da == address && frame.sa != address && frame.sa != BROADCAST
+    answered && data.da == address && data.sa != address && data.sa != BROADCAST
 }
 
 /// Sends one telegram and checks what holds for every answer.
@@ -199,7 +199,7 @@ fn telegram_at(slave: &mut Slave<Gauge>, end: BitTime, telegram: &Telegram<'_>) 
         assert!(!owed, "no answer to {telegram:?}");
         return None;
     };
-    assert!(owed, "{telegram:?} was answered by {}", print(transmit.octets));
+    assert!(owed, "{telegram:?} was answered by {}", text(transmit.octets));
     assert_eq!(transmit.not_before, earliest, "{telegram:?}");
     let answer = Telegram::parse(transmit.octets);
     let fits = match (telegram, answer) {
@@ -260,11 +260,11 @@ fn rename(line: &mut Line) {
 }
 
 /// The answers that the state allows, by the reply matrix alone: profibus-wire 2.2.
-fn is_allowed(before: &SlaveState, frame: &DataTelegram<'_>, answer: &Answer) -> bool {
-    let owns = before.owner().is_some_and(|owner| owner.master == frame.sa);
+fn is_allowed(before: &SlaveState, data: &DataTelegram<'_>, answer: &Answer) -> bool {
+    let owns = before.owner().is_some_and(|owner| owner.master == data.sa);
     let exchanging = matches!(before, SlaveState::DataExch(..));
     let dpv1 = before.owner().is_some_and(|owner| owner.dpv1);
-    let open = match frame.dsap {
+    let open = match data.dsap {
         None => exchanging && owns,
         Some(51) => exchanging && owns && dpv1,
         Some(55) => matches!(before, SlaveState::WaitPrm(_)),
@@ -286,7 +286,7 @@ enum Answer {
 
 fn classify(octets: &[u8]) -> Answer {
     match Telegram::parse(octets) {
-        Ok(Telegram::Data(frame)) if frame.control() == Control::slave(Status::ServiceNotActivated) => Answer::Closed,
+        Ok(Telegram::Data(data)) if data.control() == Control::slave(Status::ServiceNotActivated) => Answer::Closed,
         _ => Answer::Other,
     }
 }
@@ -306,8 +306,8 @@ fn services_of_three_masters_in_any_order_and_at_any_time_get_allowed_answers_on
             let (before, repeated) = (*line.slave.state(), request.is_counted());
             let answers = line.receive(&request.octets());
             if let ([answer], false) = (&answers[..], repeated) {
-                let context = format!("seed {seed}, step {step}: {:?} in {before:?}", request.frame);
-                assert!(is_allowed(&before, &request.frame, &classify(answer)), "{context}: {}", print(answer));
+                let context = format!("seed {seed}, step {step}: {:?} in {before:?}", request.data);
+                assert!(is_allowed(&before, &request.data, &classify(answer)), "{context}: {}", text(answer));
             }
             if rng.u8(..50) == 0 {
                 line.receive(&request.octets());
@@ -321,7 +321,7 @@ fn services_of_three_masters_in_any_order_and_at_any_time_get_allowed_answers_on
 impl Request {
     /// Whether the request may look like a repetition, or is no SRD.
     fn is_counted(&self) -> bool {
-        match self.frame.control() {
+        match self.data.control() {
             Control::Request { function: Function::SrdLow | Function::SrdHigh, count } => {
                 matches!(count, FrameCount::Counted(_))
             }
@@ -337,9 +337,9 @@ fn is_still_usable(line: &mut Line, context: &str) {
     let mut ask = |sa: u8, dsap: Option<u8>, du: &str| {
         let fc = Control::Request { function: Function::SrdLow, count: FrameCount::First }.to_octet();
         let ssap = dsap.map(|dsap| if dsap <= 49 { 50 } else { 62 });
-        let frame = DataTelegram { da: SLAVE, sa, dsap, ssap, fc, du: &hex(du) };
+        let data = DataTelegram { da: SLAVE, sa, dsap, ssap, fc, du: &hex(du) };
         line.passes(100);
-        let answers = line.receive(&emit(&Telegram::Data(frame)));
+        let answers = line.receive(&emit(&Telegram::Data(data)));
         assert_eq!(answers.len(), 1, "{context}");
         answers.concat()
     };

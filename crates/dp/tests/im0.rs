@@ -14,7 +14,7 @@ fn im0() -> Answer {
     Answer::Low(hex("5E 00 FF 44 08 00 FD E8").into_iter().chain(record).collect())
 }
 
-/// 5.4
+/// profibus-wire 5.4
 #[test]
 fn the_printed_dialogue() {
     let mut rig = Rig::new(Gauge::default());
@@ -30,7 +30,7 @@ fn the_printed_dialogue() {
              02 03 00 00 00 00 00 00 01 01 00 00 6E 16",
         ),
     ] {
-        assert_eq!(rig.say(request), answer, "{request}");
+        assert_eq!(rig.dialogue(request), answer, "{request}");
     }
 }
 

@@ -7,7 +7,7 @@ use profivac_dp::slave::SlaveState;
 use profivac_wire::control::{Control, FrameCount, Function, Status};
 use profivac_wire::{DataTelegram, Telegram};
 use rig::golden::{compare, table};
-use rig::{Answer, Gauge, INITIATE, MASTER, Rig, SLAVE, emit, hex, low, print};
+use rig::{Answer, Gauge, INITIATE, MASTER, Rig, SLAVE, emit, hex, low, text};
 
 const OTHER: u8 = 3;
 
@@ -114,9 +114,9 @@ fn ask(service: &Service, state: &str, sa: u8) -> String {
     let fc = Control::Request { function: *function, count }.to_octet();
     let (dsap, ssap) = saps.unzip();
     let du = hex(du);
-    let frame = DataTelegram { da: SLAVE, sa, dsap, ssap: ssap.filter(|ssap| *ssap != 255), fc, du: &du };
-    let octets = rig.raw(&emit(&Telegram::Data(frame)));
-    let answer = short(&rig::read(&frame, octets.as_deref()));
+    let data = DataTelegram { da: SLAVE, sa, dsap, ssap: ssap.filter(|ssap| *ssap != 255), fc, du: &du };
+    let octets = rig.raw(&emit(&Telegram::Data(data)));
+    let answer = short(&rig::read(&data, octets.as_deref()));
     let after = rig.slave.state().to_string();
     let fault = if matches!(rig.slave.state(), SlaveState::WaitPrm(_)) { fault(&mut rig) } else { "" };
     if before == after && fault.is_empty() { answer } else { format!("{answer} {after}{fault}") }
@@ -196,7 +196,7 @@ const INPUTS: [(&str, Input); 12] = [
 
 fn full(answer: &Answer) -> String {
     match answer {
-        Answer::Low(pdu) => format!("DL {}", print(&pdu[..pdu.len().min(4)])),
+        Answer::Low(pdu) => format!("DL {}", text(&pdu[..pdu.len().min(4)])),
         other => short(other),
     }
 }

@@ -15,7 +15,7 @@ use support::rig::MasterRig;
 
 /// A confirmation to the FDL user, without borrowing.
 #[derive(Clone, Debug, PartialEq, Eq)]
-enum Told {
+enum Reported {
     Sent,
     Answer(Status, Vec<u8>, u8),
     Failed(Failure),
@@ -27,7 +27,7 @@ struct List {
     high: VecDeque<Request<'static>>,
     low: VecDeque<Request<'static>>,
     sent: Option<Request<'static>>,
-    reported: Vec<Told>,
+    reported: Vec<Reported>,
 }
 
 impl FdlUser for List {
@@ -43,11 +43,11 @@ impl FdlUser for List {
     fn confirm(&mut self, _now: BitTime, confirmation: Confirmation<'_>) {
         assert!(self.sent.take().is_some(), "no message is to be confirmed");
         self.reported.push(match confirmation {
-            Confirmation::Sent => Told::Sent,
+            Confirmation::Sent => Reported::Sent,
             Confirmation::Answer(Answer { status, du, repetitions, .. }) => {
-                Told::Answer(status, du.to_vec(), repetitions)
+                Reported::Answer(status, du.to_vec(), repetitions)
             }
-            Confirmation::Failed(failure) => Told::Failed(failure),
+            Confirmation::Failed(failure) => Reported::Failed(failure),
         });
     }
 }
@@ -73,8 +73,8 @@ fn a_silent_line_is_claimed_after_t_to_with_two_tokens() {
     assert_eq!(rig.station.wake_at(), Some(BitTime(3000)));
     assert_eq!(rig.station.poll(BitTime(2999)), None);
     for (start, telegram) in [(0, "DC 02 02"), (33 + 37, "DC 02 02"), (2 * (33 + 37), "10 00 02 49 4B 16")] {
-        let said = rig.next_telegram();
-        assert_eq!((said.start, said.text().as_str()), (BitTime(3000 + start), telegram));
+        let sent = rig.next_telegram();
+        assert_eq!((sent.start, sent.text().as_str()), (BitTime(3000 + start), telegram));
     }
     assert!(rig.station.has_token());
 }
@@ -110,9 +110,9 @@ fn the_idle_time_after_an_answer_is_t_id1_and_after_an_unanswered_message_t_id2(
     let left = rig.now;
     let token = rig.next_telegram();
     assert_eq!((token.start, token.text().as_str()), (left + 300, "DC 02 02"));
-    let data = |du: &[u8]| Told::Answer(Status::DataLow, du.to_vec(), 0);
-    let nothing = || Told::Answer(Status::NoReply, vec![], 0);
-    assert_eq!(rig.station.user.reported, [data(&[1, 2]), nothing(), Told::Sent, nothing()]);
+    let data = |du: &[u8]| Reported::Answer(Status::DataLow, du.to_vec(), 0);
+    let nothing = || Reported::Answer(Status::NoReply, vec![], 0);
+    assert_eq!(rig.station.user.reported, [data(&[1, 2]), nothing(), Reported::Sent, nothing()]);
 }
 
 #[test]
@@ -143,7 +143,7 @@ fn after_a_missing_answer_the_same_telegram_is_repeated_after_t_sl() {
     assert_eq!(again.octets, first.octets);
     assert_eq!(again.start, left + 300);
     rig.receive("E5");
-    assert_eq!(rig.station.user.reported[1], Told::Answer(Status::NoReply, vec![], 1));
+    assert_eq!(rig.station.user.reported[1], Reported::Answer(Status::NoReply, vec![], 1));
 }
 
 #[test]
@@ -157,7 +157,7 @@ fn after_a_damaged_answer_the_same_telegram_is_repeated() {
     let again = rig.next_telegram();
     assert_eq!((again.start, &again.octets), (received + 300, &first.octets));
     rig.receive("68 05 05 68 02 08 08 01 02 15 16");
-    assert_eq!(rig.station.user.reported[1], Told::Answer(Status::DataLow, vec![1, 2], 1));
+    assert_eq!(rig.station.user.reported[1], Reported::Answer(Status::DataLow, vec![1, 2], 1));
     // A second answer to the repeated request would look like the answer to the next one: the master waits two slot times for it.
     rig.receive_after(289, "68 05 05 68 02 08 08 01 02 15 16");
     assert_eq!(rig.station.wake_at(), Some(rig.now + 600));
@@ -179,7 +179,7 @@ fn answers_that_are_always_late_are_never_matched_to_other_requests() {
         let du = format!("{round:02X}");
         let answer = format!("68 04 04 68 02 08 08 {du} {:02X} 16", 0x12 + round);
         rig.receive_after(100, &answer);
-        assert_eq!(rig.station.user.reported.last(), Some(&Told::Answer(Status::DataLow, vec![round], 1)));
+        assert_eq!(rig.station.user.reported.last(), Some(&Reported::Answer(Status::DataLow, vec![round], 1)));
         // The second answer follows the first at the distance of the two requests.
         rig.receive_after(repeated.octets.len() as u64 * 11 + 300 - 110, &answer);
     }
@@ -211,7 +211,7 @@ fn the_wait_for_an_answer_that_has_begun_is_limited() {
         octets
     };
     rig.receive_octets(289, &answer);
-    assert_eq!(rig.station.user.reported[1], Told::Answer(Status::DataLow, vec![7; 244], 0));
+    assert_eq!(rig.station.user.reported[1], Reported::Answer(Status::DataLow, vec![7; 244], 0));
 
     // The station stops waiting for a line that is never idle: it listens and does not send.
     rig.next_telegram();
@@ -220,7 +220,7 @@ fn the_wait_for_an_answer_that_has_begun_is_limited() {
         assert_eq!(rig.station.poll(rig.now), None);
     }
     assert!(!rig.station.has_token());
-    assert_eq!(rig.station.user.reported[2], Told::Failed(Failure::Interrupted));
+    assert_eq!(rig.station.user.reported[2], Reported::Failed(Failure::Interrupted));
     let quiet = rig.now;
     assert_eq!(rig.next_telegram().start, quiet + 3000);
 }
@@ -238,8 +238,8 @@ fn after_giving_up_the_next_request_is_a_first_contact_without_a_repetition() {
     rig.receive("E5");
     assert_eq!(rig.next_telegram().octets[6], 0x5D);
     rig.receive("E5");
-    let sent = || Told::Answer(Status::NoReply, vec![], 0);
-    let silence = || Told::Failed(Failure::Silence);
+    let sent = || Reported::Answer(Status::NoReply, vec![], 0);
+    let silence = || Reported::Failed(Failure::Silence);
     assert_eq!(rig.station.user.reported, [silence(), sent(), silence(), sent(), sent()]);
 }
 
@@ -249,11 +249,11 @@ fn the_retry_limit_is_a_parameter() {
         let mut rig = rig_with(BusParameters { retry_limit, ..bus() }, &[EXCHANGE, EXCHANGE]);
         rig.next_request();
         rig.receive("E5");
-        let mut said = 0;
+        let mut sent = 0;
         while rig.station.user.reported.len() == 1 {
-            said += usize::from(rig.next_telegram().octets[0] == 0x68);
+            sent += usize::from(rig.next_telegram().octets[0] == 0x68);
         }
-        assert_eq!(said, tries);
+        assert_eq!(sent, tries);
     }
 }
 
@@ -308,12 +308,12 @@ fn an_answer_to_another_request_is_no_answer() {
             rig.receive(answer);
         }
         assert_eq!(rig.next_telegram().octets[6], 0x6D, "{answer}");
-        assert_eq!(rig.station.user.reported[1], Told::Failed(Failure::Mismatch(mismatch)), "{answer}");
+        assert_eq!(rig.station.user.reported[1], Reported::Failed(Failure::Mismatch(mismatch)), "{answer}");
 
         // The right answer after it is still in time.
         rig.receive(answer);
         rig.receive_after(200, "68 05 05 68 02 08 08 01 02 15 16");
-        assert_eq!(rig.station.user.reported[2], Told::Answer(Status::DataLow, vec![1, 2], 0), "{answer}");
+        assert_eq!(rig.station.user.reported[2], Reported::Answer(Status::DataLow, vec![1, 2], 0), "{answer}");
     }
 }
 
@@ -338,7 +338,7 @@ fn the_failure_is_that_of_the_last_try() {
             rig.receive(answer);
         }
         rig.next_telegram();
-        assert_eq!(rig.station.user.reported[1], Told::Failed(failure), "{tries:?}");
+        assert_eq!(rig.station.user.reported[1], Reported::Failed(failure), "{tries:?}");
     }
 }
 
@@ -351,7 +351,7 @@ fn an_answer_may_come_before_the_report_that_the_request_was_sent() {
     assert!(rig.station.poll(due).is_some());
     let answered = due + 50;
     assert_eq!(rig.station.telegram(answered, &profivac_wire::Telegram::ShortAck), None);
-    assert_eq!(rig.station.user.reported, [Told::Answer(Status::NoReply, vec![], 0)]);
+    assert_eq!(rig.station.user.reported, [Reported::Answer(Status::NoReply, vec![], 0)]);
     rig.station.sent(answered + 20);
     assert_eq!(rig.station.wake_at(), Some(answered + 20 + 37));
 }
@@ -370,10 +370,10 @@ fn the_master_stops_sending_when_another_master_sends() {
         rig.next_request();
         rig.receive_after(100, foreign);
         assert_eq!((rig.station.other_master(), rig.station.has_token()), (Some(3), false), "{foreign}");
-        assert_eq!(rig.station.user.reported, [Told::Failed(Failure::Interrupted)], "{foreign}");
+        assert_eq!(rig.station.user.reported, [Reported::Failed(Failure::Interrupted)], "{foreign}");
         let received = rig.now;
-        let said = rig.next_telegram();
-        assert_eq!((said.start, said.text().as_str()), (received + 3000, claim), "{foreign}");
+        let sent = rig.next_telegram();
+        assert_eq!((sent.start, sent.text().as_str()), (received + 3000, claim), "{foreign}");
 
         // The telegram arrives before the station sends.
         rig.receive_after(20, foreign);
@@ -401,7 +401,7 @@ fn impossible_addresses_in_a_token_are_noise() {
 }
 
 #[test]
-fn the_gap_is_asked_once_per_visit_and_then_after_g_target_rotation_times() {
+fn the_gap_is_polled_once_per_visit_and_then_after_g_target_rotation_times() {
     let mut rig = rig_with(BusParameters { gap_factor: 2, hsa: 10, rotation_tbit: 5000, ..bus() }, &[]);
     rig.next_telegram();
     rig.next_telegram();
@@ -424,7 +424,7 @@ fn the_gap_is_asked_once_per_visit_and_then_after_g_target_rotation_times() {
                 7 => rig.receive("E5"),
                 _ => {}
             }
-            assert!(rig.next_telegram().is_token(), "one question per visit");
+            assert!(rig.next_telegram().is_token(), "one request per visit");
         }
         let live: Vec<_> = rig.station.live_list().collect();
         let slave = [(8, StationType::Slave)].into_iter().filter(|_| begins.len() == 1);
@@ -453,13 +453,13 @@ fn low_priority_waits_for_the_end_of_the_high_one_and_for_hold_time() {
     rig.station.user.low.push_back(Request { da: 9, ..EXCHANGE });
     let mut order = Vec::new();
     while rig.station.user.reported.len() < 5 {
-        let said = rig.next_telegram();
-        if said.octets[0] == 0x10 {
+        let sent = rig.next_telegram();
+        if sent.octets[0] == 0x10 {
             continue;
         }
-        order.push(said.octets[0]);
-        if said.octets[0] == 0x68 {
-            order.push(said.octets[4]);
+        order.push(sent.octets[0]);
+        if sent.octets[0] == 0x68 {
+            order.push(sent.octets[4]);
             rig.receive("E5");
         }
     }
@@ -473,12 +473,12 @@ fn low_priority_waits_for_the_end_of_the_high_one_and_for_hold_time() {
 #[test]
 fn a_request_to_an_impossible_address_is_not_sent() {
     let own = Request { da: 2, ..EXCHANGE };
-    let everybody = Request { da: 127, ..EXCHANGE };
+    let to_all = Request { da: 127, ..EXCHANGE };
     let beyond = Request { da: 128, ..CONTROL };
     let too_long = Request { du: &[0; 247], ..EXCHANGE };
-    let mut rig = rig(&[own, everybody, beyond, too_long, EXCHANGE]);
+    let mut rig = rig(&[own, to_all, beyond, too_long, EXCHANGE]);
     assert_eq!(rig.next_request().text(), "68 05 05 68 08 02 6D AA 55 76 16");
-    assert_eq!(rig.station.user.reported, vec![Told::Failed(Failure::Impossible); 4]);
+    assert_eq!(rig.station.user.reported, vec![Reported::Failed(Failure::Impossible); 4]);
 }
 
 #[test]
@@ -486,6 +486,6 @@ fn after_a_lost_port_the_master_begins_again() {
     let mut rig = rig(&[EXCHANGE, EXCHANGE]);
     rig.next_request();
     rig.station.listen(rig.now + 1_000_000);
-    assert_eq!(rig.station.user.reported, [Told::Failed(Failure::Interrupted)]);
+    assert_eq!(rig.station.user.reported, [Reported::Failed(Failure::Interrupted)]);
     assert_eq!(rig.station.wake_at(), Some(rig.now + 1_003_000));
 }

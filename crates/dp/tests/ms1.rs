@@ -3,21 +3,21 @@
 mod rig;
 
 use profivac_dp::slave::{Features, Relation, SlaveState};
-use rig::{Answer, Gauge, MASTER, RR, RS, Rig, Seen, hex, low, print};
+use rig::{Answer, Gauge, MASTER, RR, RS, Rig, Seen, hex, low, text};
 
 fn waits_for_prm(rig: &Rig) -> bool {
     matches!(rig.slave.state(), SlaveState::WaitPrm(_))
 }
 
-/// 4.4 without the early poll: this slave always has its response ready.
+/// profibus-wire 4.4 without the early poll: this slave always has its response ready.
 #[test]
 fn the_printed_dialogue() {
     let mut rig = Rig::exchanging(Gauge::default());
-    assert_eq!(rig.say("68 09 09 68 88 82 5C 33 33 5E 01 10 14 4F 16"), "E5");
+    assert_eq!(rig.dialogue("68 09 09 68 88 82 5C 33 33 5E 01 10 14 4F 16"), "E5");
     let response = "68 0D 0D 68 82 88 08 33 33 5E 01 10 04 11 22 33 44 95 16";
-    assert_eq!(rig.say("68 05 05 68 88 82 7C 33 33 EC 16"), response);
-    assert_eq!(rig.say("68 0B 0B 68 88 82 7C 33 33 5F 01 20 02 00 64 D2 16"), "E5");
-    assert_eq!(rig.say("68 05 05 68 88 82 5C 33 33 CC 16"), "68 09 09 68 82 88 08 33 33 DF 80 B6 00 8D 16");
+    assert_eq!(rig.dialogue("68 05 05 68 88 82 7C 33 33 EC 16"), response);
+    assert_eq!(rig.dialogue("68 0B 0B 68 88 82 7C 33 33 5F 01 20 02 00 64 D2 16"), "E5");
+    assert_eq!(rig.dialogue("68 05 05 68 88 82 5C 33 33 CC 16"), "68 09 09 68 82 88 08 33 33 DF 80 B6 00 8D 16");
 }
 
 #[test]
@@ -72,7 +72,7 @@ fn a_repeated_poll_gets_the_response_again_and_the_next_poll_nothing() {
     let mut rig = Rig::exchanging(Gauge::default());
     assert_eq!(rig.ms1("5E 01 10 04"), Answer::Ack);
     let response = "68 0D 0D 68 82 88 08 33 33 5E 01 10 04 11 22 33 44 95 16";
-    assert_eq!(rig.say("68 05 05 68 88 82 7C 33 33 EC 16"), response);
+    assert_eq!(rig.dialogue("68 05 05 68 88 82 7C 33 33 EC 16"), response);
     assert_eq!(rig.again(), response);
     assert_eq!(rig.again(), response);
     assert_eq!(rig.ms1(""), Answer::Ack);
@@ -107,7 +107,7 @@ fn a_long_record_is_cut_and_a_short_one_keeps_its_length() {
     let Answer::Low(response) = rig.ms1_job("5E 01 11 F0") else { panic!("a response") };
     assert_eq!((&response[..4], &response[4..]), (&hex("5E 01 11 F0")[..], &whole[..]));
     let write: Vec<u8> = hex("5F 01 11 F0").into_iter().chain(whole.iter().rev().copied()).collect();
-    assert_eq!(rig.ms1_job(&print(&write)), low("5F 01 11 F0"));
+    assert_eq!(rig.ms1_job(&text(&write)), low("5F 01 11 F0"));
     assert_eq!(rig.device().records[&(1, 17)], whole.iter().rev().copied().collect::<Vec<_>>());
 }
 
@@ -144,7 +144,7 @@ fn malformed_requests_are_refused_by_name() {
     }
 }
 
-/// Point 19 of section 10: also for the functions only MS2 has, for negative numbers, and for any Alarm_Ack, since no
+/// profibus-wire 10, point 19: also for the functions only MS2 has, for negative numbers, and for any Alarm_Ack, since no
 /// alarm is ever pending.
 #[test]
 fn an_unknown_function_makes_the_slave_leave() {

@@ -13,7 +13,7 @@ fn new() -> Rig {
     Rig::new(Gauge::default())
 }
 
-/// 4.6.6 without the early poll.
+/// profibus-wire 4.6.6 without the early poll.
 #[test]
 fn the_printed_dialogue() {
     let mut rig = new();
@@ -33,7 +33,7 @@ fn the_printed_dialogue() {
         ("68 08 08 68 88 82 5C 30 32 58 00 20 40 16", "E5"),
         ("68 05 05 68 88 82 7C 30 32 E8 16", "10 02 08 03 0D 16"),
     ] {
-        assert_eq!(rig.say(request), answer, "{request}");
+        assert_eq!(rig.dialogue(request), answer, "{request}");
     }
 }
 
@@ -104,7 +104,7 @@ fn an_initiate_that_does_not_fit_is_answered_on_the_announced_access_point() {
     }
 }
 
-/// 4.6.1: "RR: request too long"; nothing is reserved then. The GSD files declare the limit.
+/// profibus-wire 4.6.1: "RR: request too long"; nothing is reserved then. The GSD files declare the limit.
 #[test]
 fn an_initiate_longer_than_declared_is_refused() {
     for (length, answer) in [(52, low("56 30 00 64")), (53, RR), (244, RR)] {
@@ -217,7 +217,7 @@ fn a_lost_abort_is_repeated_after_the_connection_has_ended() {
     let mut rig = new();
     let sap = rig.connect(1);
     assert_eq!(rig.ms2(1, sap, "00"), Answer::Ack);
-    let abort = rig.say("68 05 05 68 88 81 7C 30 32 E7 16");
+    let abort = rig.dialogue("68 05 05 68 88 81 7C 30 32 E7 16");
     assert_eq!(abort, "68 08 08 68 81 88 08 32 30 58 00 12 DD 16");
     assert_eq!(rig.again(), abort);
     assert_eq!(rig.ms2(1, sap, ""), RS);

@@ -1,6 +1,8 @@
 //! MS2 at the master: every state against every answer, and the timers. profibus-wire 4.6 to 4.11.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "helpers of tests are tests")]
 
+#[path = "../../../tests/support/golden.rs"]
+mod golden;
 mod support;
 
 use profivac_dp::link::{Baud, BitTime};
@@ -9,7 +11,6 @@ use profivac_dp::master::{Cause, ConnectionEnd, Handle, Master, Ms2Parameters, P
 use profivac_wire::acyclic::AbortReason;
 use profivac_wire::{DataTelegram, Telegram};
 use std::fmt::Write as _;
-use std::path::Path;
 use support::rig::MasterRig;
 use support::{bus, hex};
 
@@ -30,10 +31,10 @@ fn opening() -> (Class2Rig, Handle<Connect>) {
 }
 
 /// A response of slave 8 from `ssap`, with the function code of `fc`.
-fn frame(fc: u8, ssap: u8, du: &[u8]) -> Vec<u8> {
-    let frame = DataTelegram { da: 2, sa: 8, dsap: Some(50), ssap: Some(ssap), fc, du };
+fn telegram(fc: u8, ssap: u8, du: &[u8]) -> Vec<u8> {
+    let data = DataTelegram { da: 2, sa: 8, dsap: Some(50), ssap: Some(ssap), fc, du };
     let mut octets = [0; 255];
-    let length = Telegram::Data(frame).emit(&mut octets).unwrap();
+    let length = Telegram::Data(data).emit(&mut octets).unwrap();
     octets[..length].to_vec()
 }
 
@@ -45,10 +46,10 @@ fn answer(rig: &mut Class2Rig, ssap: u8, what: &str) {
         _ if what == "RR" => rig.receive("10 02 08 02 0C 16"),
         _ if what == "UE" => rig.receive("10 02 08 01 0B 16"),
         _ if what == "silence" => {}
-        Some(("DH", pdu)) => rig.receive_octets(11, &frame(0x0A, ssap, &hex(pdu))),
-        Some(("RDL", pdu)) => rig.receive_octets(11, &frame(0x0C, ssap, &hex(pdu))),
-        Some(("RDH", pdu)) => rig.receive_octets(11, &frame(0x0D, ssap, &hex(pdu))),
-        _ => rig.receive_octets(11, &frame(0x08, ssap, &hex(what))),
+        Some(("DH", pdu)) => rig.receive_octets(11, &telegram(0x0A, ssap, &hex(pdu))),
+        Some(("RDL", pdu)) => rig.receive_octets(11, &telegram(0x0C, ssap, &hex(pdu))),
+        Some(("RDH", pdu)) => rig.receive_octets(11, &telegram(0x0D, ssap, &hex(pdu))),
+        _ => rig.receive_octets(11, &telegram(0x08, ssap, &hex(what))),
     }
 }
 
@@ -189,7 +190,7 @@ fn after(at: Stand, what: &str) -> String {
     }
     answer(&mut rig, ssap, what);
     // The slave acknowledges the Abort of the master.
-    let next = rig.next_request_within(40_000).map(|said| said.octets);
+    let next = rig.next_request_within(40_000).map(|sent| sent.octets);
     let sent = next.as_deref().map_or(String::new(), |octets| match octets {
         [0x68, _, _, 0x68, 0x88, 0x82, _, dsap, 0x32, du @ .., _, 0x16] => {
             let du: Vec<String> = du.iter().map(|octet| format!("{octet:02X}")).collect();
@@ -224,17 +225,17 @@ fn every_answer_in_every_state_is_as_in_the_golden() {
             writeln!(text, "  {what:<50}{}", after(at, what)).unwrap();
         }
     }
-    golden("ms2_master.txt", &text);
+    golden::compare("tests/golden/master/ms2_master.txt", &text);
 }
 
 /// Answers every message with `what` until the connection ends; returns when and how it ended.
 fn until_the_end(rig: &mut Class2Rig, connection: Handle<Connect>, what: &str) -> (BitTime, ConnectionEnd) {
     loop {
-        let said = rig.next_request();
-        if said.text().contains(" 32 58 00 ") {
+        let sent = rig.next_request();
+        if sent.text().contains(" 32 58 00 ") {
             rig.receive("E5");
             let Some(Err(end)) = rig.station.user.outcome(connection) else { panic!("ended") };
-            return (said.start, end);
+            return (sent.start, end);
         }
         answer(rig, 48, what);
     }
@@ -273,9 +274,9 @@ fn idle_follows_t_after_the_last_response_again_and_again() {
         let (mut rig, connection) = open_with(asked, 1, least);
         for _ in 0..3 {
             let fetched = rig.now;
-            let said = rig.next_request();
-            assert!(said.text().contains(" 30 32 48 "), "{}", said.text());
-            assert!(is_about(said.start - fetched, ms), "{} after {} ms", said.start - fetched, ms);
+            let sent = rig.next_request();
+            assert!(sent.text().contains(" 30 32 48 "), "{}", sent.text());
+            assert!(is_about(sent.start - fetched, ms), "{} after {} ms", sent.start - fetched, ms);
             answer(&mut rig, 48, "SC");
             rig.next_request();
             answer(&mut rig, 48, "48");
@@ -301,10 +302,10 @@ fn the_wait_for_a_response_is_the_greater_of_c2_response_timeout_and_t() {
 #[test]
 fn a_server_that_does_not_answer_idle_ends_the_connection() {
     let (mut rig, connection) = open();
-    let said = rig.next_request();
+    let sent = rig.next_request();
     answer(&mut rig, 48, "SC");
     let (ended, end) = until_the_end(&mut rig, connection, "SC");
-    assert!(is_about(ended - said.start, 1000));
+    assert!(is_about(ended - sent.start, 1000));
     assert_eq!(end, failed(AbortReason::TIMEOUT, Cause::Timeout));
 }
 
@@ -319,8 +320,8 @@ fn an_unanswered_initiate_ends_in_time() {
     let (mut rig, connection, _) = stand(PollManager);
     let (began, mut last) = (rig.now, rig.now);
     answer(&mut rig, 49, "SC");
-    while let Some(said) = rig.next_request_within(40_000) {
-        last = said.start;
+    while let Some(sent) = rig.next_request_within(40_000) {
+        last = sent.start;
         answer(&mut rig, 49, "SC");
     }
     assert!((BAUD.tbit_of_ms(990)..BAUD.tbit_of_ms(1001)).contains(&(last - began)), "{}", last - began);
@@ -339,9 +340,9 @@ fn a_silent_slave_is_polled_for_t() {
     let began = rig.now;
     let mut polls = 0;
     let ended = loop {
-        let said = rig.next_request();
-        match said.text().contains(" 32 58 00 0F ") {
-            true => break said.start,
+        let sent = rig.next_request();
+        match sent.text().contains(" 32 58 00 0F ") {
+            true => break sent.start,
             false => polls += 1,
         }
     };
@@ -355,15 +356,15 @@ fn a_silent_slave_is_polled_for_t() {
     assert_eq!(rig.station.user.outcome(connection), Some(Err(end)));
 }
 
-/// 4.2: polls are a Min_Slave_Interval apart, also from the request.
+/// profibus-wire 4.2: polls are a Min_Slave_Interval apart, also from the request.
 #[test]
 fn messages_to_a_slave_keep_the_minimum_interval() {
     let (mut rig, connection) = open();
     rig.station.user.ms2_read(connection, 1, 16, 8).unwrap();
     let mut before = rig.now;
     for _ in 0..5 {
-        let said = rig.next_request();
-        assert!(said.start >= before + BAUD.tbit_of_ms(1), "{} after {before}", said.start);
+        let sent = rig.next_request();
+        assert!(sent.start >= before + BAUD.tbit_of_ms(1), "{} after {before}", sent.start);
         answer(&mut rig, 48, "SC");
         before = rig.now;
     }
@@ -469,27 +470,13 @@ fn a_connection_that_is_closed_while_it_opens_is_aborted_at_its_access_point() {
     let (mut rig, connection, _) = stand(PollManager);
     rig.station.user.ms2_close(connection).unwrap();
     answer(&mut rig, 49, "SC");
-    let said = rig.next_request_within(40_000).expect("SAP 49 is polled on");
-    assert!(said.text().contains(" 31 32 "), "{}", said.text());
+    let sent = rig.next_request_within(40_000).expect("SAP 49 is polled on");
+    assert!(sent.text().contains(" 31 32 "), "{}", sent.text());
     answer(&mut rig, 49, MANAGER);
     assert_eq!(rig.next_request().text()[18..], *"5C 30 32 58 00 20 40 16");
     answer(&mut rig, 48, "SC");
     let end = ConnectionEnd::Closed(AbortReason::User(0));
     assert_eq!(rig.station.user.outcome(connection), Some(Err(end)));
-}
-
-/// Compares with `tests/golden/master/NAME` of the workspace. `PROFIVAC_BLESS=1` writes it instead.
-fn golden(name: &str, text: &str) {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/golden/master").join(name);
-    if std::env::var("PROFIVAC_BLESS").is_ok_and(|bless| bless == "1") {
-        std::fs::create_dir_all(path.parent().unwrap()).unwrap();
-        std::fs::write(&path, text).unwrap();
-    }
-    let golden = std::fs::read_to_string(&path).unwrap_or_default();
-    for (number, (expected, now)) in (1..).zip(golden.lines().zip(text.lines())) {
-        assert_eq!(expected, now, "{name}, line {number}");
-    }
-    assert_eq!(golden.lines().count(), text.lines().count(), "{name}: the number of lines");
 }
 
 /// Master 3 asks another station for its FDL status.

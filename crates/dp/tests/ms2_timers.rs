@@ -28,7 +28,7 @@ impl Timed {
 
     /// The last request started the timer.
     fn noted(mut self) -> Self {
-        self.since = self.rig.asked;
+        self.since = self.rig.request_end;
         self
     }
 
@@ -104,12 +104,12 @@ fn the_slave_asks_to_be_woken_at_the_earliest_deadline() {
     let mut rig = Rig::new(Gauge::default());
     assert_eq!(rig.slave.wake_at(), None);
     assert_eq!(rig.ms2(1, 49, INITIATE), low("56 30 00 64"));
-    assert_eq!(rig.slave.wake_at(), Some(rig.asked + T));
-    let first = rig.asked;
+    assert_eq!(rig.slave.wake_at(), Some(rig.request_end + T));
+    let first = rig.request_end;
     assert_eq!(rig.ms2(3, 49, INITIATE), low("56 2F 00 64"));
     assert_eq!(rig.slave.wake_at(), Some(first + T));
     rig.ms0(MASTER, 61, &hex("88 01 01 00 12 34 00 80 00 00"));
-    assert_eq!(rig.slave.wake_at(), Some(rig.asked + 15_000), "the watchdog");
+    assert_eq!(rig.slave.wake_at(), Some(rig.request_end + 15_000), "the watchdog");
     rig.slave.power_up(8);
     assert_eq!(rig.slave.wake_at(), None);
 }

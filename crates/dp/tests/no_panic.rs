@@ -185,10 +185,10 @@ fn spoil(answer: &mut Vec<u8>, random: &mut Random) {
         _ => {
             // Another data unit, or another length.
             let du = vec![random.next() as u8; random.below(250)];
-            if let Ok(Telegram::Data(mut frame)) = Telegram::parse(&answer.clone()) {
-                frame.du = &du;
+            if let Ok(Telegram::Data(mut data)) = Telegram::parse(&answer.clone()) {
+                data.du = &du;
                 let mut out = [0; 255];
-                let length = Telegram::Data(frame).emit(&mut out).unwrap_or(0);
+                let length = Telegram::Data(data).emit(&mut out).unwrap_or(0);
                 *answer = out[..length].to_vec();
             }
         }

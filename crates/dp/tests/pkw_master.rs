@@ -28,9 +28,9 @@ fn outputs(octets: &[u8]) -> Vec<u8> {
 /// Slave 8 answers the exchange with these inputs: the channel, and an octet that is something else.
 fn hear(rig: &mut Station, channel: &[u8]) {
     let du = [channel, &[0x77]].concat();
-    let frame = DataTelegram { da: 2, sa: 8, dsap: None, ssap: None, fc: 0x08, du: &du };
+    let data = DataTelegram { da: 2, sa: 8, dsap: None, ssap: None, fc: 0x08, du: &du };
     let mut octets = [0; 255];
-    let length = Telegram::Data(frame).emit(&mut octets).unwrap();
+    let length = Telegram::Data(data).emit(&mut octets).unwrap();
     rig.receive_octets(11, &octets[..length]);
 }
 
@@ -56,10 +56,10 @@ fn exchanging() -> Station {
 
 /// One exchange: returns the channel in the outputs; the slave answers `answer`.
 fn exchange(rig: &mut Station, answer: &[u8]) -> String {
-    let said = outputs(&rig.next_request().octets);
-    assert_eq!(said[8], 0x55, "the rest of the outputs is the user's");
+    let sent = outputs(&rig.next_request().octets);
+    assert_eq!(sent[8], 0x55, "the rest of the outputs is the user's");
     hear(rig, answer);
-    text(&said[..8])
+    text(&sent[..8])
 }
 
 /// The octets of the task after AK 0, and its outcome when the slave answers `answer`.

@@ -81,8 +81,8 @@ fn port_in_data_exchange(prm: &str) -> Port {
     port.receive(&hex(STATUS_OF_9));
     for (sap, du, fc) in [(61, prm, 0x6D), (62, "11 21", 0x5D)] {
         let du = hex(du);
-        let frame = DataTelegram { da: SLAVE, sa: MASTER, dsap: Some(sap), ssap: Some(62), fc, du: &du };
-        assert_eq!(port.receive(&emit(&Telegram::Data(frame))), Some(vec![0xE5]));
+        let data = DataTelegram { da: SLAVE, sa: MASTER, dsap: Some(sap), ssap: Some(62), fc, du: &du };
+        assert_eq!(port.receive(&emit(&Telegram::Data(data))), Some(vec![0xE5]));
     }
     assert!(matches!(port.rig.slave.state(), SlaveState::DataExch(..)));
     port
@@ -125,7 +125,7 @@ fn times_follow_the_rate_that_was_found() {
     let mut rig = Rig::new(Gauge::default());
     rig.slave.rate_found(Baud::B19200);
     rig.ms0(MASTER, 61, &hex("88 0A 0A 00 12 34 00"));
-    assert_eq!(rig.slave.wake_at(), Some(rig.asked + 19_200));
+    assert_eq!(rig.slave.wake_at(), Some(rig.request_end + 19_200));
     rig.slave.rate_found(Baud::B12000000);
     assert!(matches!(rig.slave.state(), SlaveState::WaitPrm(_)), "the watchdog's time was in other bits");
 }

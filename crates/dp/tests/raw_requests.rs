@@ -43,24 +43,24 @@ fn exchanging(addresses: &[u8]) -> Line<Master<4, 16>> {
 
 /// A result without borrowing.
 #[derive(Clone, Debug, PartialEq, Eq)]
-enum Result {
+enum Outcome {
     Sent,
     Answer(Status, Vec<u8>),
     Failed(Failure),
 }
 
 /// Submits one request and waits for its result.
-fn ask<const SLAVES: usize, const OCTETS: usize>(
+fn outcome<const SLAVES: usize, const OCTETS: usize>(
     line: &mut Line<Master<SLAVES, OCTETS>>,
     request: Request<'_>,
-) -> Result {
+) -> Outcome {
     assert_eq!(line.master.user.submit_request(&request), Ok(()));
     let mut result = None;
     line.run_until(100_000, |line| {
         result = line.master.user.take_confirmation().map(|confirmation| match confirmation {
-            Confirmation::Sent => Result::Sent,
-            Confirmation::Answer(Answer { status, du, .. }) => Result::Answer(status, du.to_vec()),
-            Confirmation::Failed(failure) => Result::Failed(failure),
+            Confirmation::Sent => Outcome::Sent,
+            Confirmation::Answer(Answer { status, du, .. }) => Outcome::Answer(status, du.to_vec()),
+            Confirmation::Failed(failure) => Outcome::Failed(failure),
         });
         result.is_some()
     });
@@ -77,19 +77,19 @@ fn a_scan_finds_every_slave_and_never_sends_set_prm() {
     let mut line = line(master, &[0, 7, 8, 125, 126]);
     let mut found = Vec::new();
     for address in 0..=126 {
-        match ask(&mut line, services::fdl_status(address)) {
-            Result::Answer(Status::Ok, du) => assert_eq!(du, []),
+        match outcome(&mut line, services::fdl_status(address)) {
+            Outcome::Answer(Status::Ok, du) => assert_eq!(du, []),
             other => {
                 let expected = if address == 2 { Failure::Impossible } else { Failure::Silence };
-                assert_eq!(other, Result::Failed(expected), "{address}");
+                assert_eq!(other, Outcome::Failed(expected), "{address}");
                 continue;
             }
         }
-        let Result::Answer(Status::DataLow, du) = ask(&mut line, services::slave_diag(address)) else {
+        let Outcome::Answer(Status::DataLow, du) = outcome(&mut line, services::slave_diag(address)) else {
             panic!("{address} has a diagnosis");
         };
         let ident = SlaveDiag::parse(&du).unwrap().ident;
-        assert_eq!(ask(&mut line, services::get_cfg(address)), Result::Answer(Status::DataLow, CFG.to_vec()));
+        assert_eq!(outcome(&mut line, services::get_cfg(address)), Outcome::Answer(Status::DataLow, CFG.to_vec()));
         found.push((address, ident));
     }
     assert_eq!(found, [0, 7, 8, 125, 126].map(|address| (address, IDENT + u16::from(address))));
@@ -110,16 +110,16 @@ fn a_scan_finds_every_slave_and_never_sends_set_prm() {
 fn the_frame_count_of_a_station_is_one_for_exchange_diagnosis_and_single_requests() {
     let mut line = exchanging(&[8]);
     let first = line.trace.len();
-    assert_eq!(ask(&mut line, services::rd_inp(8)), Result::Answer(Status::DataLow, vec![1, 8]));
-    assert_eq!(ask(&mut line, services::rd_outp(8)), Result::Answer(Status::DataLow, vec![0, 0]));
+    assert_eq!(outcome(&mut line, services::rd_inp(8)), Outcome::Answer(Status::DataLow, vec![1, 8]));
+    assert_eq!(outcome(&mut line, services::rd_outp(8)), Outcome::Answer(Status::DataLow, vec![0, 0]));
     line.slaves[0].device_mut().diagnose(&[0x02, 0x01]);
     let raw = Request { da: 8, function: Function::SrdLow, dsap: Some(51), ssap: Some(51), du: &[0x5E, 1, 19, 240] };
-    assert_eq!(ask(&mut line, raw), Result::Answer(Status::ServiceNotActivated, vec![]));
-    assert_eq!(ask(&mut line, services::slave_diag(8)).clone(), {
+    assert_eq!(outcome(&mut line, raw), Outcome::Answer(Status::ServiceNotActivated, vec![]));
+    assert_eq!(outcome(&mut line, services::slave_diag(8)).clone(), {
         let mut du = vec![0x08, 0x0C, 0x00, 0x02];
         du.extend((IDENT + 8).to_be_bytes());
         du.extend([0x02, 0x01]);
-        Result::Answer(Status::DataLow, du)
+        Outcome::Answer(Status::DataLow, du)
     });
     line.run_for(5_000);
     let counted: Vec<u8> = line.trace[first..]
@@ -140,7 +140,7 @@ fn a_single_request_does_not_cost_an_exchange() {
     let mut line = exchanging(&[8, 9]);
     for _ in 0..50 {
         let (cycles, exchanges) = (line.master.user.cycles(), line.master.user.counters(8).unwrap().exchanges);
-        assert!(matches!(ask(&mut line, services::slave_diag(9)), Result::Answer(Status::DataLow, _)));
+        assert!(matches!(outcome(&mut line, services::slave_diag(9)), Outcome::Answer(Status::DataLow, _)));
         line.run_until(10_000, |line| line.trace.last().is_some_and(|entry| entry.octets[0] == 0xDC));
         let cycles = line.master.user.cycles() - cycles;
         let exchanges = line.master.user.counters(8).unwrap().exchanges - exchanges;
@@ -151,10 +151,10 @@ fn a_single_request_does_not_cost_an_exchange() {
 #[test]
 fn a_request_to_an_absent_station_fails_and_the_cycle_continues() {
     let mut line = exchanging(&[8]);
-    assert_eq!(ask(&mut line, services::slave_diag(50)), Result::Failed(Failure::Silence));
-    assert_eq!(ask(&mut line, services::slave_diag(2)), Result::Failed(Failure::Impossible));
-    assert_eq!(ask(&mut line, services::slave_diag(128)), Result::Failed(Failure::Impossible));
-    assert_eq!(ask(&mut line, services::set_slave_add(50, &[0; 250])), Result::Failed(Failure::Impossible));
+    assert_eq!(outcome(&mut line, services::slave_diag(50)), Outcome::Failed(Failure::Silence));
+    assert_eq!(outcome(&mut line, services::slave_diag(2)), Outcome::Failed(Failure::Impossible));
+    assert_eq!(outcome(&mut line, services::slave_diag(128)), Outcome::Failed(Failure::Impossible));
+    assert_eq!(outcome(&mut line, services::set_slave_add(50, &[0; 250])), Outcome::Failed(Failure::Impossible));
     assert_eq!(line.master.user.counters(8).unwrap().lost, 0);
 }
 
@@ -175,7 +175,7 @@ fn the_slot_is_busy_until_the_result_is_taken() {
 fn a_broadcast_is_sent_and_not_answered() {
     let mut line = exchanging(&[8]);
     let freeze = Request { da: 127, function: Function::SdnHigh, dsap: Some(58), ssap: Some(62), du: &[0x08, 0] };
-    assert_eq!(ask(&mut line, freeze), Result::Sent);
+    assert_eq!(outcome(&mut line, freeze), Outcome::Sent);
     line.slaves[0].device_mut().inputs = vec![9, 9];
     line.run_for(5_000);
     assert_eq!(line.master.user.inputs(8), Some(&[1, 8][..]), "frozen");
@@ -187,8 +187,11 @@ fn a_slave_gets_another_address() {
     let mut du = [0; 4];
     let wanted = SetSlaveAdd { address: 5, ident: IDENT + 126, no_add_chg: 0, rem_slave_data: &[] };
     let length = wanted.emit(&mut du).unwrap();
-    assert_eq!(ask(&mut line, services::set_slave_add(126, &du[..length])), Result::Answer(Status::NoReply, vec![]));
+    assert_eq!(
+        outcome(&mut line, services::set_slave_add(126, &du[..length])),
+        Outcome::Answer(Status::NoReply, vec![])
+    );
     assert_eq!(line.slaves[1].address(), 5);
-    assert_eq!(ask(&mut line, services::fdl_status(5)), Result::Answer(Status::Ok, vec![]));
-    assert_eq!(ask(&mut line, services::slave_diag(126)), Result::Failed(Failure::Silence));
+    assert_eq!(outcome(&mut line, services::fdl_status(5)), Outcome::Answer(Status::Ok, vec![]));
+    assert_eq!(outcome(&mut line, services::slave_diag(126)), Outcome::Failed(Failure::Silence));
 }

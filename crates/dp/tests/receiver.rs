@@ -29,7 +29,7 @@ fn telegrams() -> Vec<Vec<u8>> {
 /// A result, and the end of the character that completed it.
 type Sent = (BitTime, String);
 
-fn said(end: BitTime, received: Received<'_>) -> Option<Sent> {
+fn sent(end: BitTime, received: Received<'_>) -> Option<Sent> {
     match received {
         Received::Nothing => None,
         Received::Telegram(telegram) => Some((end, format!("{telegram:02X?}"))),
@@ -75,13 +75,13 @@ impl Rules {
         }
         match Telegram::parse(&self.octets) {
             Ok(telegram) => {
-                let said = said(end, Received::Telegram(telegram));
+                let sent = sent(end, Received::Telegram(telegram));
                 self.octets.clear();
-                said
+                sent
             }
             Err(defect) => {
                 self.lose();
-                said(end, Received::Damaged(defect))
+                sent(end, Received::Damaged(defect))
             }
         }
     }
@@ -110,7 +110,7 @@ fn together(receiver: &mut Receiver, mut end: BitTime, mut octets: &[u8]) -> Vec
     let mut all = Vec::new();
     while !octets.is_empty() {
         let (taken, received) = receiver.octets(end, octets);
-        all.extend(said(end + (taken as u64 - 1) * CHARACTER_TBIT, received));
+        all.extend(sent(end + (taken as u64 - 1) * CHARACTER_TBIT, received));
         end = end + taken as u64 * CHARACTER_TBIT;
         octets = &octets[taken..];
     }
@@ -140,7 +140,7 @@ impl Line {
             for octet in *piece {
                 self.now = self.now + CHARACTER_TBIT;
                 rules.extend(self.rules.octet(self.now, *octet));
-                each.extend(said(self.now, self.each.octet(self.now, *octet)));
+                each.extend(sent(self.now, self.each.octet(self.now, *octet)));
             }
         }
         assert_eq!(each, rules, "octet by octet: {pieces:02X?}");

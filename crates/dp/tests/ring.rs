@@ -137,8 +137,8 @@ fn a_token_that_is_not_taken_is_sent_three_times_and_then_to_the_next_master() {
     let mut expected = rig.now + 37;
     for token in ["DC 09 05", "DC 0F 05", "DC 03 05"] {
         for _ in 0..3 {
-            let said = rig.next_telegram();
-            assert_eq!((said.start, said.text().as_str()), (expected, token));
+            let sent = rig.next_telegram();
+            assert_eq!((sent.start, sent.text().as_str()), (expected, token));
             expected = rig.now + 300;
         }
     }
@@ -203,14 +203,14 @@ fn a_token_that_skips_the_station_puts_it_out_of_the_ring_and_keeps_it_ready() {
 fn outside_the_ring_a_silent_line_is_claimed_with_two_tokens_and_inside_the_token_is_passed_on() {
     for mut rig in [listening(), ready()] {
         let silent = rig.now;
-        let said = [rig.next_telegram(), rig.next_telegram()].map(|said| said.text());
-        assert_eq!((said, rig.now), (["DC 05 05".into(), "DC 05 05".into()], silent + 4800 + 33 + 37 + 33));
+        let sent = [rig.next_telegram(), rig.next_telegram()].map(|sent| sent.text());
+        assert_eq!((sent, rig.now), (["DC 05 05".into(), "DC 05 05".into()], silent + 4800 + 33 + 37 + 33));
         assert_eq!(rig.station.masters().collect::<Vec<_>>(), [5]);
     }
     let mut rig = idle();
     let silent = rig.now;
-    let said = rig.next_telegram();
-    assert_eq!((said.start, said.text().as_str()), (silent + 4800, "DC 09 05"));
+    let sent = rig.next_telegram();
+    assert_eq!((sent.start, sent.text().as_str()), (silent + 4800, "DC 09 05"));
     assert_eq!(rig.station.ring_counters().claimed, 1);
 }
 
@@ -318,8 +318,8 @@ fn a_message_of_high_priority_is_sent_however_late_the_token_comes() {
     }
     for _ in 0..5 {
         rig.receive_after(2000, "DC 05 03");
-        let messages = std::iter::from_fn(|| Some(rig.next_telegram())).take_while(|said| !said.is_token());
-        assert_eq!(messages.filter(|said| said.octets[0] == 0x68).count(), 1);
+        let messages = std::iter::from_fn(|| Some(rig.next_telegram())).take_while(|sent| !sent.is_token());
+        assert_eq!(messages.filter(|sent| sent.octets[0] == 0x68).count(), 1);
         rig.receive_after(40, "DC 0F 09");
     }
 }
@@ -346,8 +346,8 @@ impl Watch {
         let length = telegram.and_then(|telegram| telegram.emit(&mut octets).ok()).unwrap_or_default();
         let speaks = match telegram {
             Some(Telegram::Token { da, sa }) => *da <= 125 && *sa <= 125,
-            Some(Telegram::Data(frame)) => {
-                frame.sa == own || matches!(frame.control(), Control::Request { .. }) && frame.sa < 127
+            Some(Telegram::Data(data)) => {
+                data.sa == own || matches!(data.control(), Control::Request { .. }) && data.sa < 127
             }
             Some(Telegram::ShortAck) | None => false,
         };
@@ -356,15 +356,15 @@ impl Watch {
         }
         match telegram {
             Some(Telegram::Token { da, sa }) if *da <= 125 && *sa <= 125 => self.theirs = *da != own || *sa == own,
-            Some(Telegram::Data(frame)) if frame.sa < 127 && matches!(frame.control(), Control::Request { .. }) => {
-                let status = frame.fc & 0x4F == 0x49;
-                if frame.da == own && self.asking.is_some_and(|(da, asked)| da == frame.sa && !(asked && status)) {
+            Some(Telegram::Data(data)) if data.sa < 127 && matches!(data.control(), Control::Request { .. }) => {
+                let status = data.fc & 0x4F == 0x49;
+                if data.da == own && self.asking.is_some_and(|(da, asked)| da == data.sa && !(asked && status)) {
                     // A damaged answer, or a request if the answer came before: the station may take it for either.
                     self.asked = true;
                     return;
                 }
                 self.theirs = true;
-                self.asked = frame.da == own && frame.sa != own;
+                self.asked = data.da == own && data.sa != own;
             }
             _ => {}
         }
@@ -373,7 +373,7 @@ impl Watch {
     /// The station is about to send.
     fn sends(&mut self, bus: &BusParameters, start: BitTime, octets: &[u8]) {
         let telegram = Telegram::parse(octets).expect("a station sends telegrams");
-        let answers = matches!(&telegram, Telegram::Data(frame) if matches!(frame.control(), Control::Response { .. }));
+        let answers = matches!(&telegram, Telegram::Data(data) if matches!(data.control(), Control::Response { .. }));
         let idle = start - self.busy;
         if answers {
             assert!(self.asked && idle == 11, "an answer without a request: {}", text(octets));
@@ -385,7 +385,7 @@ impl Watch {
         self.asked = false;
         self.sent = octets.to_vec();
         self.asking = match &telegram {
-            Telegram::Data(frame) if !answers => Some((frame.da, frame.fc & 0x4F == 0x49)),
+            Telegram::Data(data) if !answers => Some((data.da, data.fc & 0x4F == 0x49)),
             _ => None,
         };
     }

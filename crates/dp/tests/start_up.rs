@@ -34,9 +34,9 @@ fn exchanging() -> Rig {
     rig
 }
 
-/// 2.13, the first trace: its Set_Prm and Chk_Cfg answered by SC, and ready in the diagnosis after them.
+/// The requests in the order of the first trace of profibus-wire 2.13, with the slave of the examples.
 #[test]
-fn the_start_of_a_real_master() {
+fn the_order_of_a_real_master_starts_the_slave() {
     let mut rig = new();
     for (request, answer) in [
         ("10 08 02 49 53 16", "10 02 08 00 0A 16"),
@@ -46,7 +46,7 @@ fn the_start_of_a_real_master() {
         ("68 05 05 68 88 82 5D 3C 3E E1 16", "68 0B 0B 68 82 88 08 3E 3C 00 0C 00 02 12 34 E0 16"),
         ("68 05 05 68 08 02 7D AA 55 86 16", "68 05 05 68 02 08 08 01 02 15 16"),
     ] {
-        assert_eq!(rig.say(request), answer, "{request}");
+        assert_eq!(rig.dialogue(request), answer, "{request}");
     }
     assert_eq!(rig.device().seen.last(), Some(&Seen::Outputs(vec![0xAA, 0x55])));
 }
@@ -65,7 +65,7 @@ fn the_diagnosis_reports_the_state() {
     assert_eq!(rig.diag(MASTER), "02 05 00 FF");
 }
 
-/// 2.4, the order of evaluation: acknowledged, and reported in the diagnosis.
+/// profibus-wire 2.4, the order of evaluation: acknowledged, and reported in the diagnosis.
 /// profibus-wire 9.3, point 19
 #[test]
 fn a_faulty_set_prm_is_prm_fault_from_every_state() {
@@ -96,7 +96,7 @@ fn a_faulty_set_prm_is_prm_fault_from_every_state() {
     }
 }
 
-/// 2.4 refuses reserved bits only. The device gets all octets and may refuse them.
+/// profibus-wire 2.4 refuses reserved bits only. The device gets all octets and may refuse them.
 #[test]
 fn bits_of_services_that_the_slave_does_not_have_are_accepted() {
     for user in [
@@ -178,7 +178,7 @@ fn a_second_set_prm_of_the_owner_leads_back_to_wait_cfg() {
     let [.., Seen::Safe, Seen::Exchanging(false)] = rig.device().seen[..] else { panic!("outputs are safe") };
 }
 
-/// Points 6, 7 and 12 of section 10.
+/// profibus-wire 10, points 6, 7 and 12.
 #[test]
 fn a_foreign_master_changes_nothing_while_the_slave_is_locked() {
     let foreign = 3;
@@ -206,7 +206,7 @@ fn chk_cfg_in_wait_prm_is_acknowledged_and_ignored() {
     assert_eq!(rig.diag(MASTER), "02 05 00 FF");
 }
 
-/// Transitions 9 and 11.
+/// profibus-wire 3.2, transitions 9 and 11.
 #[test]
 fn a_wrong_configuration_is_cfg_fault() {
     for cfg in ["", "11", "21 11", "11 21 00", "C2", "11 21 11"] {
@@ -228,7 +228,7 @@ fn a_fault_is_reported_until_a_good_set_prm() {
     assert_eq!(rig.diag(MASTER), "02 04 00 02");
 }
 
-/// Transition 10: the same configuration again disturbs nothing, another one begins anew with safe outputs.
+/// profibus-wire 3.2, transition 10: the same configuration again disturbs nothing, another one begins anew with safe outputs.
 #[test]
 fn chk_cfg_during_data_exchange_restarts_or_ends_it() {
     let gauge = Gauge { configurations: vec![hex(CFG), hex("21 11")], ..Gauge::default() };
@@ -243,12 +243,12 @@ fn chk_cfg_during_data_exchange_restarts_or_ends_it() {
     assert!(matches!(rig.slave.state(), SlaveState::DataExch(..)));
 }
 
-/// 2.7
+/// profibus-wire 2.7
 #[test]
 fn get_cfg_is_open_to_every_master_in_every_state() {
     for mut rig in [new(), wait_cfg(), exchanging()] {
         let answer = "68 07 07 68 82 88 08 3E 3B 11 21 BD 16";
-        assert_eq!(rig.say("68 05 05 68 88 82 5D 3B 3E E0 16"), answer);
+        assert_eq!(rig.dialogue("68 05 05 68 88 82 5D 3B 3E E0 16"), answer);
         assert_eq!(rig.ms0(3, GET_CFG, &[]), low(CFG));
         assert_eq!(rig.ms0(3, GET_CFG, &[0]), RR);
     }

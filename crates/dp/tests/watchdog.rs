@@ -19,7 +19,7 @@ fn ten_ms() -> Rig {
 
 /// Passes time until `tbit` after the last request ended.
 fn pass_until(rig: &mut Rig, tbit: u64) {
-    rig.pass(rig.asked + tbit - rig.now);
+    rig.pass(rig.request_end + tbit - rig.now);
 }
 
 fn owner(rig: &Rig) -> Option<u8> {
@@ -29,7 +29,7 @@ fn owner(rig: &Rig) -> Option<u8> {
 #[test]
 fn the_watchdog_expires_in_the_right_bit_time() {
     let mut rig = ten_ms();
-    assert_eq!(rig.slave.wake_at(), Some(rig.asked + T));
+    assert_eq!(rig.slave.wake_at(), Some(rig.request_end + T));
     pass_until(&mut rig, T - 1);
     assert_eq!(owner(&rig), Some(MASTER));
     rig.pass(1);
@@ -49,11 +49,11 @@ fn the_watchdog_time_is_the_base_times_both_factors() {
     ] {
         let mut rig: Rig = Rig::at(Gauge::default(), baud);
         rig.ms0(MASTER, 61, &hex(&format!("88 {factors} 00 12 34 00 {user}")));
-        assert_eq!(rig.slave.wake_at(), Some(rig.asked + tbit), "{baud} {factors}");
+        assert_eq!(rig.slave.wake_at(), Some(rig.request_end + tbit), "{baud} {factors}");
     }
 }
 
-/// Transition 14.
+/// profibus-wire 3.2, transition 14.
 #[test]
 fn an_expired_watchdog_returns_the_slave_to_wait_prm() {
     let mut rig = ten_ms();
@@ -80,40 +80,40 @@ fn the_watchdog_runs_in_wait_cfg_too() {
 fn a_late_request_does_not_restart_an_expired_watchdog() {
     let mut rig = ten_ms();
     let octets = hex("68 05 05 68 08 02 7D AA 55 86 16");
-    let late = rig.asked + T;
+    let late = rig.request_end + T;
     let telegram = Telegram::parse(&octets).unwrap();
     let answer = rig.slave.telegram(late, &telegram).unwrap();
     assert_eq!(answer.octets, hex("10 02 08 03 0D 16"));
 }
 
-/// Point 16 of section 10: every request of the owner to the slave, and an accepted Global_Control.
+/// profibus-wire 10, point 16: every request of the owner to the slave, and an accepted Global_Control.
 #[test]
 fn every_request_of_the_owner_restarts_the_watchdog() {
-    let frame = |da, dsap, fc, du| DataTelegram { da, sa: MASTER, dsap, ssap: dsap.map(|_| 62), fc, du };
+    let request = |da, dsap, fc, du| DataTelegram { da, sa: MASTER, dsap, ssap: dsap.map(|_| 62), fc, du };
     let initiate = hex(INITIATE);
-    for frame in [
-        frame(8, None, 0x6D, &[1, 2][..]),
-        frame(8, Some(60), 0x6D, &[]),
-        frame(8, Some(59), 0x6D, &[]),
-        frame(8, Some(56), 0x6D, &[]),
-        frame(8, Some(51), 0x6C, &[]),
-        frame(8, Some(49), 0x6C, &initiate),
-        frame(8, Some(20), 0x6C, &[]),
-        frame(8, None, 0x49, &[]),
-        frame(127, Some(58), 0x46, &[0, 0]),
+    for data in [
+        request(8, None, 0x6D, &[1, 2][..]),
+        request(8, Some(60), 0x6D, &[]),
+        request(8, Some(59), 0x6D, &[]),
+        request(8, Some(56), 0x6D, &[]),
+        request(8, Some(51), 0x6C, &[]),
+        request(8, Some(49), 0x6C, &initiate),
+        request(8, Some(20), 0x6C, &[]),
+        request(8, None, 0x49, &[]),
+        request(127, Some(58), 0x46, &[0, 0]),
     ] {
         let mut rig = ten_ms();
         pass_until(&mut rig, T / 2);
-        rig.raw(&emit(&Telegram::Data(frame)));
-        let restarted = rig.asked + T;
+        rig.raw(&emit(&Telegram::Data(data)));
+        let restarted = rig.request_end + T;
         let watchdog = rig.slave.state().owner().and_then(|owner| owner.watchdog);
-        assert_eq!(watchdog.map(|watchdog| watchdog.deadline), Some(restarted), "{frame:?}");
+        assert_eq!(watchdog.map(|watchdog| watchdog.deadline), Some(restarted), "{data:?}");
     }
     let mut rig = ten_ms();
     rig.dx(MASTER, &[1, 2]);
     pass_until(&mut rig, T / 2);
     rig.again();
-    assert_eq!(rig.slave.wake_at(), Some(rig.asked + T), "a repetition");
+    assert_eq!(rig.slave.wake_at(), Some(rig.request_end + T), "a repetition");
 }
 
 #[test]

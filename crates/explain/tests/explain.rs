@@ -3,6 +3,9 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
 
+#[path = "../../../tests/support/golden.rs"]
+mod golden;
+
 use profivac_client::pressure::Pressure;
 use profivac_devices::model::Model;
 use profivac_dp::link::active::{Active, BusParameters};
@@ -64,8 +67,8 @@ impl TestSegment {
     fn golden(self, name: &str) {
         let trace: Trace = self.segment.trace().clone();
         let text = trace.to_string();
-        golden(&format!("{name}.trace"), &text);
-        golden(&format!("{name}.txt"), &notes_text(&text));
+        note_golden(&format!("{name}.trace"), &text);
+        note_golden(&format!("{name}.txt"), &notes_text(&text));
     }
 }
 
@@ -85,19 +88,9 @@ fn notes_text(trace: &str) -> String {
     lines.collect()
 }
 
-/// Compares with a golden, or writes it when `PROFIVAC_BLESS` is 1.
-fn golden(name: &str, text: &str) {
-    let path = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("tests/golden/notes").join(name);
-    if std::env::var("PROFIVAC_BLESS").is_ok_and(|bless| bless == "1") {
-        fs::create_dir_all(path.parent().unwrap()).unwrap();
-        fs::write(&path, text).unwrap();
-        return;
-    }
-    let expected = fs::read_to_string(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
-    for (number, (line, expected)) in (1..).zip(text.lines().zip(expected.lines())) {
-        assert_eq!(line, expected, "{name}, line {number}");
-    }
-    assert_eq!(text.len(), expected.len(), "{name}");
+/// Compares with a golden.
+fn note_golden(name: &str, text: &str) {
+    golden::compare(&format!("crates/explain/tests/golden/notes/{name}"), text);
 }
 
 /// Parameters with the default configuration and the first user parameters of the device.
@@ -198,18 +191,18 @@ fn sentences(log: &str) -> Vec<String> {
 
 /// A request of `master` to the slave at address 5, as SD2 with access points.
 fn request(master: u8, sap: u8, fc: u8, du: &[u8]) -> String {
-    frame(5, master, sap, 62, fc, du)
+    telegram(5, master, sap, 62, fc, du)
 }
 
 /// An answer of the slave at address 5, as SD2 with access points.
 fn answer(master: u8, sap: u8, du: &[u8]) -> String {
-    frame(master, 5, 62, sap, 0x08, du)
+    telegram(master, 5, 62, sap, 0x08, du)
 }
 
-fn frame(da: u8, sa: u8, dsap: u8, ssap: u8, fc: u8, du: &[u8]) -> String {
-    let frame = profivac_wire::DataTelegram { da, sa, dsap: Some(dsap), ssap: Some(ssap), fc, du };
+fn telegram(da: u8, sa: u8, dsap: u8, ssap: u8, fc: u8, du: &[u8]) -> String {
+    let data = profivac_wire::DataTelegram { da, sa, dsap: Some(dsap), ssap: Some(ssap), fc, du };
     let mut out = [0; profivac_wire::MAX_TELEGRAM];
-    let length = profivac_wire::Telegram::Data(frame).emit(&mut out).unwrap();
+    let length = profivac_wire::Telegram::Data(data).emit(&mut out).unwrap();
     format!("{}\n", profivac_sim::describe::Hex(&out[..length]))
 }
 
@@ -219,7 +212,7 @@ fn the_notes_show_a_new_owner_and_a_master_that_is_refused() {
     let log = [
         diag(0x6D, 0, 2),
         diag(0x5D, 0, 3),
-        request(3, 61, 0x7D, &[0x88, 10, 10, 11, 0x08, 0xE6, 0]) + &frame(3, 5, 62, 61, 0x03, &[0]),
+        request(3, 61, 0x7D, &[0x88, 10, 10, 11, 0x08, 0xE6, 0]) + &telegram(3, 5, 62, 61, 0x03, &[0]),
     ];
     assert_eq!(
         sentences(&log.concat()),
@@ -263,9 +256,9 @@ fn the_explainer_counts_repetitions_and_reports_a_silent_slave_once() {
 
 /// An answer of the slave at address 5 without data, as SD1.
 fn bare(master: u8, status: u8) -> String {
-    let frame = profivac_wire::DataTelegram { da: master, sa: 5, dsap: None, ssap: None, fc: status, du: &[] };
+    let data = profivac_wire::DataTelegram { da: master, sa: 5, dsap: None, ssap: None, fc: status, du: &[] };
     let mut out = [0; profivac_wire::MAX_TELEGRAM];
-    let length = profivac_wire::Telegram::Data(frame).emit(&mut out).unwrap();
+    let length = profivac_wire::Telegram::Data(data).emit(&mut out).unwrap();
     format!("{}\n", profivac_sim::describe::Hex(&out[..length]))
 }
 

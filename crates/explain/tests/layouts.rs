@@ -16,15 +16,15 @@ const LAYOUTS: u64 = 10_000;
 fn telegram(random: &mut Random) -> Vec<u8> {
     let du: Vec<u8> = (0..random.below(40)).map(|_| random.octet()).collect();
     let (da, sa) = (random.octet() & 0x7F, random.octet() & 0x7F);
-    let frame = DataTelegram { da, sa, dsap: None, ssap: None, fc: random.octet(), du: &du };
+    let data = DataTelegram { da, sa, dsap: None, ssap: None, fc: random.octet(), du: &du };
     let telegram = match random.below(6) {
         0 => Telegram::ShortAck,
         1 => Telegram::Token { da: da.min(126), sa: sa.min(126) },
-        2 => Telegram::Data(DataTelegram { du: &[], ..frame }),
-        3 => Telegram::Data(DataTelegram { dsap: Some(random.octet()), ssap: Some(62), ..frame }),
+        2 => Telegram::Data(DataTelegram { du: &[], ..data }),
+        3 => Telegram::Data(DataTelegram { dsap: Some(random.octet()), ssap: Some(62), ..data }),
         // Zeros, of which od and hexdump omit lines.
-        4 => Telegram::Data(DataTelegram { du: &[0; 150], ..frame }),
-        _ => Telegram::Data(frame),
+        4 => Telegram::Data(DataTelegram { du: &[0; 150], ..data }),
+        _ => Telegram::Data(data),
     };
     let mut out = [0; MAX_TELEGRAM];
     let length = telegram.emit(&mut out).unwrap();

@@ -52,7 +52,7 @@ fn identifiers_and_browse_names_never_change() {
     let own: BTreeSet<&str> = lines.iter().map(|line| line.trim_end()).collect();
     let lost: Vec<_> = text.lines().filter(|line| !own.contains(line)).collect();
     assert!(lost.is_empty(), "clients have stored these nodes, so they stay: {lost:#?}");
-    if std::env::var_os("PROFIVAC_BLESS").is_some() {
+    if std::env::var("PROFIVAC_BLESS").is_ok_and(|bless| bless == "1") {
         std::fs::write(&file, lines.concat()).unwrap();
         return;
     }

@@ -359,7 +359,7 @@ fn deliver<S: Station>(
 const fn is_delivered_to(telegram: &Telegram<'_>, listening: Listening) -> bool {
     match (listening, telegram) {
         (Listening::Everything, _) => true,
-        (Listening::Own(address), Telegram::Data(frame)) => frame.da == address || frame.da == BROADCAST,
+        (Listening::Own(address), Telegram::Data(data)) => data.da == address || data.da == BROADCAST,
         (Listening::Own(_), Telegram::ShortAck | Telegram::Token { .. }) => false,
     }
 }
@@ -389,7 +389,7 @@ mod tests {
 
     /// Answers FDL status and records what it receives.
     #[derive(Clone, Debug, Default)]
-    struct Notebook {
+    struct Recorder {
         address: u8,
         passive: bool,
         notes: Vec<(u64, String)>,
@@ -397,7 +397,7 @@ mod tests {
         octets: Vec<u8>,
     }
 
-    impl Notebook {
+    impl Recorder {
         fn at(address: u8) -> Self {
             Self { address, ..Self::default() }
         }
@@ -407,11 +407,11 @@ mod tests {
         }
     }
 
-    impl Station for Notebook {
+    impl Station for Recorder {
         fn telegram(&mut self, end: BitTime, telegram: &Telegram<'_>) -> Option<Transmit<'_>> {
-            let Telegram::Data(frame) = telegram else { return None };
-            self.note(end, format!("{} to {}", frame.sa, frame.da));
-            if frame.da != self.address || frame.fc != 0x49 {
+            let Telegram::Data(data) = telegram else { return None };
+            self.note(end, format!("{} to {}", data.sa, data.da));
+            if data.da != self.address || data.fc != 0x49 {
                 return None;
             }
             self.octets = ANSWER.to_vec();
@@ -441,17 +441,17 @@ mod tests {
         }
     }
 
-    fn line(pace: Pace, stations: Vec<Notebook>) -> Line<Vec<Notebook>> {
+    fn line(pace: Pace, stations: Vec<Recorder>) -> Line<Vec<Recorder>> {
         Line::new(stations, Receiver::with_idle(BitTime(0), T_SYN_TBIT), pace)
     }
 
-    fn notes(line: &Line<Vec<Notebook>>, station: usize) -> Vec<(u64, &str)> {
+    fn notes(line: &Line<Vec<Recorder>>, station: usize) -> Vec<(u64, &str)> {
         line.stations()[station].notes.iter().map(|(at, what)| (*at, what.as_str())).collect()
     }
 
     #[test]
     fn a_master_is_not_called_while_its_own_telegram_leaves() {
-        let mut line = line(Pace::ByPort, vec![Notebook { wake_at: Some(BitTime(100)), ..Notebook::at(2) }]);
+        let mut line = line(Pace::ByPort, vec![Recorder { wake_at: Some(BitTime(100)), ..Recorder::at(2) }]);
         let mut out = Vec::new();
         line.advance(BitTime(100), &mut out);
         assert_eq!(out, REQUEST);
@@ -466,7 +466,7 @@ mod tests {
 
     #[test]
     fn a_telegram_ends_before_the_characters_that_came_behind_it() {
-        let mut line = line(Pace::ByPort, vec![Notebook { wake_at: Some(BitTime(100)), ..Notebook::at(2) }]);
+        let mut line = line(Pace::ByPort, vec![Recorder { wake_at: Some(BitTime(100)), ..Recorder::at(2) }]);
         let mut out = Vec::new();
         line.advance(BitTime(100), &mut out);
         // The program runs late: the telegram ended at 166.
@@ -479,11 +479,11 @@ mod tests {
 
     /// A measured pause raised the tolerated one beyond the time that a master waits.
     #[test]
-    fn what_came_before_an_own_telegram_neither_joins_nor_hides_the_answer_behind_it() {
+    fn octets_before_an_own_telegram_neither_join_nor_hide_its_answer() {
         let octets: [&[Character]; 3] =
             [&[Character::Octet(0x68), Character::Octet(5)], &[Character::Octet(0x00)], &[Character::Error]];
         for before in octets {
-            let mut line = line(Pace::ByPort, vec![Notebook { wake_at: Some(BitTime(300)), ..Notebook::at(2) }]);
+            let mut line = line(Pace::ByPort, vec![Recorder { wake_at: Some(BitTime(300)), ..Recorder::at(2) }]);
             for (character, end) in before.iter().zip((200..).step_by(11)) {
                 line.receive(BitTime(end), *character);
             }
@@ -499,8 +499,8 @@ mod tests {
     }
 
     #[test]
-    fn a_request_from_outside_is_answered_not_before_its_time() {
-        let mut line = line(Pace::Instant, vec![Notebook::at(8)]);
+    fn a_request_is_answered_not_before_its_time() {
+        let mut line = line(Pace::Instant, vec![Recorder::at(8)]);
         REQUEST.iter().for_each(|octet| line.receive(BitTime(100), Character::Octet(*octet)));
         let mut out = Vec::new();
         line.advance(BitTime(110), &mut out);
@@ -511,8 +511,8 @@ mod tests {
     }
 
     #[test]
-    fn stations_hear_requests_and_each_others_answers_but_not_themselves() {
-        let mut line = line(Pace::Instant, vec![Notebook::at(8), Notebook::at(9)]);
+    fn stations_receive_requests_and_answers_of_others_but_not_their_own() {
+        let mut line = line(Pace::Instant, vec![Recorder::at(8), Recorder::at(9)]);
         REQUEST.iter().for_each(|octet| line.receive(BitTime(100), Character::Octet(*octet)));
         line.advance(BitTime(111), &mut Vec::new());
         let telegrams = |station| {
@@ -524,10 +524,10 @@ mod tests {
     }
 
     #[test]
-    fn a_station_that_listens_to_its_own_address_is_spared_the_rest() {
-        let mut passive = Notebook::at(9);
+    fn a_station_that_listens_to_its_own_address_gets_no_other_telegram() {
+        let mut passive = Recorder::at(9);
         passive.passive = true;
-        let mut line = line(Pace::Instant, vec![Notebook::at(8), passive]);
+        let mut line = line(Pace::Instant, vec![Recorder::at(8), passive]);
         REQUEST.iter().for_each(|octet| line.receive(BitTime(100), Character::Octet(*octet)));
         for telegram in [
             [0x10, 9, 2, 0x49, 0x54, 0x16],
@@ -542,7 +542,7 @@ mod tests {
 
     #[test]
     fn a_paced_line_gives_each_octet_its_eleven_bit_times() {
-        let mut line = line(Pace::ByLine, vec![Notebook::at(8), Notebook::at(2)]);
+        let mut line = line(Pace::ByLine, vec![Recorder::at(8), Recorder::at(2)]);
         line.stations_mut()[1].wake_at = Some(BitTime(50));
         let mut left = Vec::new();
         while let Some(at) = line.wake_at() {
@@ -562,7 +562,7 @@ mod tests {
 
     #[test]
     fn a_port_that_paces_gets_a_telegram_at_once() {
-        let mut line = line(Pace::ByPort, vec![Notebook::at(2)]);
+        let mut line = line(Pace::ByPort, vec![Recorder::at(2)]);
         line.stations_mut()[0].wake_at = Some(BitTime(50));
         let mut out = Vec::new();
         line.advance(BitTime(50), &mut out);
@@ -574,8 +574,8 @@ mod tests {
     }
 
     #[test]
-    fn a_broken_character_breaks_the_telegram_for_everybody() {
-        let mut line = line(Pace::Instant, vec![Notebook::at(8), Notebook::at(9)]);
+    fn a_broken_character_breaks_the_telegram_for_every_station() {
+        let mut line = line(Pace::Instant, vec![Recorder::at(8), Recorder::at(9)]);
         REQUEST[..3].iter().for_each(|octet| line.receive(BitTime(100), Character::Octet(*octet)));
         line.receive(BitTime(100), Character::Error);
         REQUEST[4..].iter().for_each(|octet| line.receive(BitTime(100), Character::Octet(*octet)));
@@ -588,9 +588,9 @@ mod tests {
     /// On a real line the master repeats its request meanwhile. A master that is late still has the token.
     #[test]
     fn an_answer_that_is_too_late_is_dropped_and_counted() {
-        let mut slave = Notebook::at(8);
+        let mut slave = Recorder::at(8);
         slave.passive = true;
-        let line = line(Pace::ByPort, vec![slave, Notebook::at(2)]).with_lateness_limit(100);
+        let line = line(Pace::ByPort, vec![slave, Recorder::at(2)]).with_lateness_limit(100);
         for (now, sent, dropped) in [(211, ANSWER.to_vec(), 0), (212, vec![], 1)] {
             let mut line = line.clone();
             REQUEST.iter().for_each(|octet| line.receive(BitTime(100), Character::Octet(*octet)));
@@ -608,7 +608,7 @@ mod tests {
     /// Requests that come faster than a paced line sends the answers do not fill the memory.
     #[test]
     fn a_line_keeps_a_limited_number_of_telegrams() {
-        let mut line = line(Pace::ByLine, vec![Notebook::at(8)]);
+        let mut line = line(Pace::ByLine, vec![Recorder::at(8)]);
         for _ in 0..MAX_WAITING + 10 {
             REQUEST.iter().for_each(|octet| line.receive(BitTime(100), Character::Octet(*octet)));
         }
@@ -616,8 +616,8 @@ mod tests {
     }
 
     #[test]
-    fn what_was_on_its_way_is_lost_when_the_outside_comes_back() {
-        let mut line = line(Pace::Instant, vec![Notebook::at(8)]);
+    fn telegrams_from_before_a_reset_are_neither_answered_nor_completed() {
+        let mut line = line(Pace::Instant, vec![Recorder::at(8)]);
         REQUEST.iter().for_each(|octet| line.receive(BitTime(100), Character::Octet(*octet)));
         line.reset(Receiver::with_idle(BitTime(105), T_SYN_TBIT));
         let mut out = Vec::new();

@@ -51,9 +51,6 @@ fn carries_telegrams(port: &mut dyn Port, baud: Baud) -> Result<bool, PortError>
     let mut characters = Vec::new();
     loop {
         let left = control.wake_at().map_or(Duration::ZERO, |until| clock.time_until(until));
-        if left.is_zero() {
-            return Ok(false);
-        }
         wait(&port.readiness(), left).map_err(|error| PortError::system(port.name(), error))?;
         port.receive(&mut characters)?;
         let now = clock.now();
@@ -61,6 +58,10 @@ fn carries_telegrams(port: &mut dyn Port, baud: Baud) -> Result<bool, PortError>
             if is_proof(&mut receiver, &mut control, now, character) {
                 return Ok(true);
             }
+        }
+        // Only now: a program that was not run for a while has characters in the port.
+        if left.is_zero() {
+            return Ok(false);
         }
     }
 }
@@ -114,31 +115,31 @@ mod tests {
     /// A line with the same telegram repeatedly, and an adapter with certain rates.
     struct Bus {
         offered: &'static [Baud],
-        spoken: Option<(Baud, [u8; 6])>,
+        carried: Option<(Baud, [u8; 6])>,
         otherwise: Otherwise,
         /// The number of telegrams that the line would have carried before it begins to.
         silent_for: u32,
         set: Vec<Baud>,
-        said: Instant,
+        last: Instant,
         /// Readable if the line carries telegrams.
         ours: UnixStream,
         _theirs: UnixStream,
     }
 
     impl Bus {
-        fn new(offered: &'static [Baud], spoken: Option<(Baud, [u8; 6])>) -> Self {
+        fn new(offered: &'static [Baud], carried: Option<(Baud, [u8; 6])>) -> Self {
             let (ours, mut theirs) = UnixStream::pair().unwrap();
-            if spoken.is_some() {
+            if carried.is_some() {
                 theirs.write_all(&[0]).unwrap();
             }
             let (otherwise, silent_for) = (Otherwise::Errors, 0);
             Self {
                 offered,
-                spoken,
+                carried,
                 otherwise,
                 silent_for,
                 set: Vec::new(),
-                said: Instant::now(),
+                last: Instant::now(),
                 ours,
                 _theirs: theirs,
             }
@@ -164,10 +165,10 @@ mod tests {
 
         fn receive(&mut self, heard: &mut Vec<Character>) -> Result<(), PortError> {
             // Telegrams have pauses between them.
-            if let Some((baud, octets)) = self.spoken
-                && self.said.elapsed() > SCHEDULING_DELAY * 4
+            if let Some((baud, octets)) = self.carried
+                && self.last.elapsed() > SCHEDULING_DELAY * 4
             {
-                self.said = Instant::now();
+                self.last = Instant::now();
                 self.silent_for = self.silent_for.saturating_sub(1);
                 if self.silent_for == 0 {
                     heard.extend(octets.map(|octet| self.character(baud, octet)));
@@ -215,6 +216,46 @@ mod tests {
         assert!(matches!(detect(&mut bus), Err(PortError::NoTelegram { tried, .. }) if tried == RATES));
         bus.silent_for = 1;
         assert_eq!(detect(&mut bus).unwrap(), Baud::B500000, "the rate at which the first search ended is not kept");
+    }
+
+    /// A port that holds a telegram when its receiver is called for the second time, and reports nothing before.
+    struct Late {
+        calls: u32,
+        ours: UnixStream,
+        _theirs: UnixStream,
+    }
+
+    impl Port for Late {
+        fn name(&self) -> &str {
+            "late"
+        }
+
+        fn readiness(&self) -> Vec<Readiness<'_>> {
+            vec![Readiness::of(&self.ours)]
+        }
+
+        fn receive(&mut self, heard: &mut Vec<Character>) -> Result<(), PortError> {
+            self.calls += 1;
+            if self.calls == 2 {
+                heard.extend(REQUEST.map(Character::Octet));
+            }
+            Ok(())
+        }
+
+        fn send(&mut self, _octets: &[u8]) -> Result<(), PortError> {
+            panic!("detection sends nothing");
+        }
+
+        fn set_baud(&mut self, _baud: Baud) -> Result<(), PortError> {
+            Ok(())
+        }
+    }
+
+    #[test]
+    fn characters_that_the_port_holds_when_the_time_of_a_rate_is_over_count() {
+        let (ours, theirs) = UnixStream::pair().unwrap();
+        let mut port = Late { calls: 0, ours, _theirs: theirs };
+        assert_eq!(detect(&mut port).unwrap(), SEARCH_ORDER[0]);
     }
 
     #[test]

@@ -76,10 +76,10 @@ impl Timing {
             self.measured.missing = self.measured.missing.saturating_add(1);
         }
         match telegram {
-            Some(Telegram::Data(frame)) => match frame.control() {
+            Some(Telegram::Data(data)) => match data.control() {
                 Control::Request { function, .. } => {
                     self.is_waiting = !matches!(function, Function::SdnLow | Function::SdnHigh);
-                    self.requests.push_back(Sent { to: frame.da, end, is_answered: false });
+                    self.requests.push_back(Sent { to: data.da, end, is_answered: false });
                     self.requests.drain(..self.requests.len().saturating_sub(MAX_REQUESTS));
                     self.answer = None;
                 }

@@ -2,6 +2,8 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
 
+#[path = "../../../tests/support/golden.rs"]
+mod golden;
 #[path = "fresh/plants.rs"]
 #[allow(dead_code, reason = "the numbers that are compared in another test")]
 mod plants;
@@ -10,7 +12,6 @@ use profivac_identify::plant::{Phase, PlantRecord, Residual, Volume, identify};
 use profivac_identify::rise::{Cause, GasDependence, RiseSetup, analyse};
 use profivac_vacuum::Gas;
 use std::fmt::Write;
-use std::path::Path;
 
 const WIDTH: f64 = 720.0;
 const HEIGHT: f64 = 400.0;
@@ -78,11 +79,7 @@ impl Picture {
 
     fn compare(mut self, name: &str) {
         self.svg += "</svg>\n";
-        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/curves").join(name);
-        if std::env::var_os("PROFIVAC_BLESS").is_some_and(|bless| bless == "1") {
-            std::fs::write(&path, &self.svg).unwrap();
-        }
-        assert_eq!(self.svg, std::fs::read_to_string(&path).unwrap_or_default(), "{} differs", path.display());
+        golden::compare(&format!("docs/curves/{name}"), &self.svg);
     }
 }
 

@@ -127,7 +127,7 @@ impl Station {
     }
 
     /// The texts of the events about the station, the earliest first.
-    fn words(&self) -> Vec<String> {
+    fn station_events(&self) -> Vec<String> {
         let events = self.reader().events(Micros(i64::MIN), Micros(i64::MAX), 1000).unwrap();
         let own = events.into_iter().rev().filter(|event| event.kind == EventKind::Station);
         own.map(|event| event.text).collect()
@@ -198,7 +198,7 @@ fn rows_are_deleted_after_their_retention_of_recorded_time() {
 }
 
 #[test]
-fn a_clock_that_is_years_wrong_at_a_start_deletes_nothing_and_is_told() {
+fn a_clock_that_is_years_wrong_at_a_start_deletes_nothing_and_is_reported() {
     for (days, words) in [(3 * YEAR, "after the end of the database"), (-3 * YEAR, "before the end of the database")] {
         let mut station = Station::new();
         station.record("first");
@@ -207,8 +207,12 @@ fn a_clock_that_is_years_wrong_at_a_start_deletes_nothing_and_is_told() {
         station.start();
         station.record("second");
         assert_eq!(station.rows(), [2; 6], "{days}");
-        let told = station.words();
-        assert!(told.len() == 1 && told[0].contains(words) && told[0].ends_with("nothing is deleted because of this"));
+        let reported = station.station_events();
+        assert!(
+            reported.len() == 1
+                && reported[0].contains(words)
+                && reported[0].ends_with("nothing is deleted because of this")
+        );
         // The clock is corrected.
         station.stop();
         station.clock.set_by(-days);
@@ -219,7 +223,7 @@ fn a_clock_that_is_years_wrong_at_a_start_deletes_nothing_and_is_told() {
 }
 
 #[test]
-fn a_clock_that_jumps_by_years_during_a_run_deletes_nothing_and_is_told() {
+fn a_clock_that_jumps_by_years_during_a_run_deletes_nothing_and_is_reported() {
     for (days, words) in
         [(7 * YEAR, "the clock was set forward by 2555.0 days"), (-7 * YEAR, "the clock was set back by 2555.0 days")]
     {
@@ -231,8 +235,8 @@ fn a_clock_that_jumps_by_years_during_a_run_deletes_nothing_and_is_told() {
         station.clock.set_by(-days);
         station.record("third");
         assert_eq!(station.rows(), [3; 6], "{days}");
-        let told = station.words();
-        assert!(told.len() == 2 && told[0].starts_with(words), "{told:?}");
+        let reported = station.station_events();
+        assert!(reported.len() == 2 && reported[0].starts_with(words), "{reported:?}");
     }
 }
 

@@ -157,7 +157,7 @@ fn a_database_deleted_during_a_run_is_created_again_with_an_event_and_the_states
     push(&recorder, [sample(2, 3.0)]);
     drop(recorder);
     assert_eq!(fixture.samples(), [sample(0, 1.0), sample(1, 2.0), sample(2, 3.0)]);
-    assert_eq!(fixture.reader().events(Micros(0), Micros(i64::MAX), 10).unwrap().len(), 1, "told once");
+    assert_eq!(fixture.reader().events(Micros(0), Micros(i64::MAX), 10).unwrap().len(), 1, "reported once");
 }
 
 #[test]
@@ -214,9 +214,9 @@ fn an_outcome_is_written_after_the_database_of_its_command_was_deleted() {
     let fixture = Fixture::new();
     let recorder = fixture.recorder();
     recorder.audit_before_sending(entry(AuditAction::Execute, None)).unwrap();
-    let fired = recorder.audit_before_sending(entry(AuditAction::Execute, None)).unwrap();
+    let command = recorder.audit_before_sending(entry(AuditAction::Execute, None)).unwrap();
     fs::remove_file(&fixture.path).unwrap();
-    assert!(recorder.audit(entry(AuditAction::Outcome, Some(fired))).wait());
+    assert!(recorder.audit(entry(AuditAction::Outcome, Some(command))).wait());
     push(&recorder, [sample(0, 1.0)]);
     assert!(recorder.flush());
     assert_eq!((fixture.samples(), recorder.health().error), (vec![sample(0, 1.0)], None));

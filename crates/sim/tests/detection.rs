@@ -5,10 +5,10 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
 
-#[path = "common/golden.rs"]
+#[path = "../../../tests/support/golden.rs"]
 mod golden;
 
-use golden::golden;
+use golden::compare;
 use profivac_dp::link::{BitTime, CHARACTER_TBIT, Received, Receiver};
 use profivac_sim::Random;
 use profivac_sim::character::{self, Uart};
@@ -177,5 +177,5 @@ fn accepted_damaged_tokens_match_the_golden_list() {
             writeln!(list, "{bits:8}  {}", Hex(&telegram)).unwrap();
         }
     });
-    golden("tests/detection-token.txt", &list);
+    compare("crates/sim/tests/detection-token.txt", &list);
 }

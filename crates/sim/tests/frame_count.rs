@@ -61,7 +61,7 @@ fn the_same_fcb_is_a_repetition_and_gets_the_same_answer_without_being_executed(
 #[test]
 fn another_requester_with_the_same_fcb_is_new() {
     let mut talk = exchanging();
-    assert_eq!(exchange(&mut talk, FCB_1 & !0x20), 1);
+    assert_eq!(exchange(&mut talk, FCB_0), 1);
     let rd_inp = request(OTHER, FCB_0, 56, &[]);
     assert!(ask(&mut talk, &rd_inp).contains(&2), "RD_Inp of the other master is executed");
     assert_eq!(exchange(&mut talk, FCB_0), 3, "and then the owner with the same FCB is new as well");

@@ -3,11 +3,11 @@
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
 
 mod common;
-#[path = "common/golden.rs"]
+#[path = "../../../tests/support/golden.rs"]
 mod golden;
 
 use common::{CFG, IDENT, OWN, Plain};
-use golden::golden;
+use golden::compare;
 use profivac_dp::link::active::BusParameters;
 use profivac_dp::link::{Baud, BitTime};
 use profivac_dp::master::{Master, Mode, Settings, SlaveParameters};
@@ -53,7 +53,7 @@ fn the_trace_of_a_start_up_matches_the_golden_file() {
     talk.segment.inject(Fault::Telegram(tester, TelegramFault::Lose(7)));
     talk.play("+60 -> 68 05 05 68 08 02 5D AA 55 66 16\n100 <- nothing").unwrap();
     talk.play("+60 -> 00 FF").unwrap();
-    golden("tests/trace-start-up.txt", &talk.segment.trace().to_string());
+    compare("crates/sim/tests/trace-start-up.txt", &talk.segment.trace().to_string());
 }
 
 /// A second of data exchange with all kinds of damage.

@@ -2,6 +2,9 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
 
+#[path = "../../../tests/support/golden.rs"]
+mod golden;
+
 use profivac_vacuum::atmosphere::{ROOM_K, STANDARD_PA, WATER_SATURATED_PA};
 use profivac_vacuum::conductance::{
     Bulk, SHARP_DISCHARGE, choked_factor, discharge, long_tube_factor, mean_speed_m_per_s, transmission,
@@ -420,8 +423,5 @@ fn the_laws_agree_with_the_literature_as_printed_in_the_docs() {
     let (head, rest) = page.split_once(FROM).unwrap();
     let (_, tail) = rest.split_once(TO).unwrap();
     let text = format!("{head}{FROM}\n\n{}\n{TO}{tail}", table.text());
-    if std::env::var_os("PROFIVAC_BLESS").is_some_and(|bless| bless == "1") {
-        std::fs::write(&path, &text).unwrap();
-    }
-    assert_eq!(text, std::fs::read_to_string(&path).unwrap(), "{} has another table", path.display());
+    golden::compare("docs/vacuum.md", &text);
 }

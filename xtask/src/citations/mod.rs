@@ -180,7 +180,12 @@ impl Examination<'_> {
         for at in nameless::points(&rest) {
             self.defect(&spot(at), "a point of a section without the name of its document");
         }
-        let Some((manual, errata)) = device else { return };
+        let Some((manual, errata)) = device else {
+            if let Some(section) = nameless::first(&rest).filter(|_| passage.prose && source.is_rust()) {
+                self.defect(&spot(0), &format!("section {section} without the name of its document"));
+            }
+            return;
+        };
         if passage.prose {
             for (at, place) in nameless::bracketed(&rest) {
                 self.listed(&spot(at), errata, vec![place], "errata in brackets");
@@ -322,6 +327,7 @@ mod tests {
             defect("// section 2, point 7"),
             "src/a.rs:1: a point of a section without the name of its document"
         );
+        assert_eq!(defect("/// 1.1: a rule"), "src/a.rs:1: section 1.1 without the name of its document");
         assert_eq!(defect("// (1.2, rule 2)"), "src/a.rs:1: a point of a section without the name of its document");
         assert_eq!(
             defect("// point 7 of section 2"),

@@ -2,21 +2,40 @@
 
 use super::grammar::{Place, number};
 
-/// Points without the name of a document: `section 9, point 38`, `4.9, rule 2` or `point 38 of section 9`.
+/// Points without the name of a document: `section 9, point 38`, `4.9, rule 2`, `Point 38 of section 9` or `points 6 and 7 of
+/// section 9`.
 pub fn points(text: &str) -> Vec<usize> {
-    let words = ["point", "rule", "transition"].into_iter().flat_map(|word| text.match_indices(word));
+    let words = ["oint", "ule", "ransition"].into_iter().flat_map(|word| text.match_indices(word));
     let nameless = |(at, word): (usize, &str)| {
         let (before, after) = (text.get(..at)?, text.get(at + word.len()..)?);
+        let before = before.strip_suffix(['p', 'P', 'r', 'R', 't', 'T'])?;
         let after = after.strip_prefix('s').unwrap_or(after).strip_prefix(' ')?;
         let after = after.get(number(after)?.len()..)?;
         let section = before.strip_suffix(", ").unwrap_or("");
         let last = section.rsplit([' ', '(']).next()?;
         let dotted = number(last).is_some_and(|number| number == last && number.contains('.'));
         let named = section.trim_end_matches(|char: char| char.is_ascii_digit() || char == '.').ends_with("section ");
+        let after = behind_the_list(after);
         let of = after.starts_with(" of section ") || after.starts_with(" in section ");
-        (dotted || named || of).then_some(at)
+        (dotted || named || of).then_some(before.len())
     };
     words.filter_map(nameless).collect()
+}
+
+/// The text behind the further numbers of a list: `, 7 and 12`.
+fn behind_the_list(mut text: &str) -> &str {
+    while let Some(rest) = [", ", " and ", " to "].into_iter().find_map(|word| text.strip_prefix(word)) {
+        let Some(next) = number(rest).and_then(|number| rest.get(number.len()..)) else { break };
+        text = next;
+    }
+    text
+}
+
+/// The section number with which a comment begins: `2.4: the order`, `2.13, the first trace` or `2.8` alone.
+pub fn first(text: &str) -> Option<&str> {
+    let section = number(text).filter(|number| number.contains('.'))?;
+    let rest = text.get(section.len()..)?;
+    (rest.is_empty() || rest.starts_with([':', ','])).then_some(section)
 }
 
 /// Numbers in brackets, `(14)`, `(61, 63)` or `(84) to (92)`, with their places.
@@ -88,6 +107,32 @@ mod tests {
         assert_eq!(section("17 High \"High\" BY_TYPE [1_R/W 2_R/W]   N  \"11.2.2\";").as_deref(), Some("11.2.2"));
         assert_eq!(section("20 Key \"Key N\" UINT8 [1_R]  -  \"3.1\" LOCK;").as_deref(), Some("3.1"));
         assert_eq!(section("hardware: \"1.0\","), None);
+    }
+
+    #[test]
+    fn points_of_a_section_without_a_document_are_found() {
+        for text in [
+            "Point 38 of section 9.",
+            "points 6, 7 and 12 of section 10",
+            "section 9, point 38",
+            "see 4.9, rule 2",
+            "Rule 1 to 3 in section 2",
+        ] {
+            assert_eq!(points(text).len(), 1, "{text}");
+        }
+        for text in ["point 38", "Points 6 and 7 are open", "a point of section 9", "module 3"] {
+            assert!(points(text).is_empty(), "{text}");
+        }
+    }
+
+    #[test]
+    fn a_comment_begins_with_a_section_if_a_sign_or_nothing_is_behind_the_number() {
+        for (text, section) in [("2.4: the order", "2.4"), ("2.13, the first trace", "2.13"), ("4.6.1", "4.6.1")] {
+            assert_eq!(first(text), Some(section));
+        }
+        for text in ["1.5 Mbit/s", "3.8.", "8: eight", "2.4 refuses", "a 2.4: b"] {
+            assert_eq!(first(text), None, "{text}");
+        }
     }
 
     #[test]

@@ -50,6 +50,11 @@ impl Source {
         self.extension() == "md"
     }
 
+    /// Whether it is a program in Rust.
+    pub fn is_rust(&self) -> bool {
+        self.extension() == "rs"
+    }
+
     /// Its passages.
     pub fn passages(&self) -> Vec<Passage> {
         let in_tests = self.path.split('/').any(|part| part == "tests" || part == "tests.rs");

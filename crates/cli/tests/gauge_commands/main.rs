@@ -87,7 +87,7 @@ impl Line {
 /// Compares with a golden, or writes it when `PROFIVAC_BLESS` is 1.
 fn golden(name: &str, text: &str) {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/golden").join(name);
-    if std::env::var_os("PROFIVAC_BLESS").is_some() {
+    if std::env::var("PROFIVAC_BLESS").is_ok_and(|bless| bless == "1") {
         std::fs::create_dir_all(path.parent().unwrap()).unwrap();
         std::fs::write(&path, text).unwrap();
     }

@@ -270,7 +270,7 @@ mod tests {
     use profivac_devices::catalog::MODELS;
 
     #[test]
-    fn a_file_is_ascii_text_with_one_keyword_per_line() {
+    fn a_file_is_ascii_text_and_names_its_origin() {
         for model in MODELS {
             let file = gsd(model);
             assert!(file.starts_with("#Profibus_DP\n; "), "{file}");

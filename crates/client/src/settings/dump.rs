@@ -255,11 +255,11 @@ mod tests {
     fn a_dump_reports_its_progress() {
         let records = Shared { shown: 2, reads: 0, every: 0 };
         let mut gauge = Gauge::with_model(records, 5, model_named("bcg450").unwrap());
-        let mut told = Vec::new();
-        let dump = dump_with_progress(&mut gauge, |done, all| told.push((done, all))).unwrap();
+        let mut reported = Vec::new();
+        let dump = dump_with_progress(&mut gauge, |done, all| reported.push((done, all))).unwrap();
         let all = dump.readings.len();
         assert!(all > 50, "{all}");
-        assert_eq!(told, (0..=all).map(|done| (done, all)).collect::<Vec<_>>());
+        assert_eq!(reported, (0..=all).map(|done| (done, all)).collect::<Vec<_>>());
     }
 
     #[test]

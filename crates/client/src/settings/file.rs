@@ -211,8 +211,8 @@ mod tests {
             (FILE.replace("0x08E6", "0x108E6"), "line 2, column 9: "),
             (FILE.replace("device = \"bcg450\"\n", ""), "line "),
         ] {
-            let said = SettingsFile::parse(&text).unwrap_err().to_string();
-            assert!(said.starts_with(location) && !said.contains('\n'), "{said:?} instead of {location}");
+            let error = SettingsFile::parse(&text).unwrap_err().to_string();
+            assert!(error.starts_with(location) && !error.contains('\n'), "{error:?} instead of {location}");
         }
     }
 }

@@ -3,6 +3,8 @@
 
 #![allow(clippy::unwrap_used, reason = "a test")]
 
+#[path = "../../../../tests/support/golden.rs"]
+mod golden;
 mod index;
 mod page;
 mod words;
@@ -11,7 +13,6 @@ use profivac_devices::catalog::MODELS;
 use profivac_devices::model::Model;
 use profivac_devices::pxg55x::table;
 use profivac_devices::{bcg450, img400, tpg, xpg400};
-use std::{env, fs, path::Path};
 
 /// One page, for one device or for several with the same tables.
 struct Page {
@@ -84,16 +85,7 @@ fn devices_that_share_a_page_have_the_same_tables() {
     }
 }
 
-/// Compares a page with the file of this name, or writes the file when `PROFIVAC_BLESS` is 1.
+/// Compares a page with the file of this name.
 fn check(name: &str, text: &str) {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/devices").join(format!("{name}.md"));
-    if env::var("PROFIVAC_BLESS").is_ok_and(|bless| bless == "1") {
-        fs::create_dir_all(path.parent().unwrap()).unwrap();
-        fs::write(&path, text).unwrap();
-    }
-    let written = fs::read_to_string(&path).unwrap_or_default();
-    for (number, (now, written)) in (1..).zip(text.lines().zip(written.lines())) {
-        assert_eq!(now, written, "{name}.md, line {number}: cargo xtask goldens writes it anew");
-    }
-    assert_eq!(text.lines().count(), written.lines().count(), "{name}.md: the number of lines");
+    golden::compare(&format!("docs/devices/{name}.md"), text);
 }

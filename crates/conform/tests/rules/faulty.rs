@@ -23,8 +23,8 @@ pub struct Frame {
 impl Frame {
     /// The data telegram in `octets`, if they are one.
     pub fn parse(octets: &[u8]) -> Option<Self> {
-        let Ok(Telegram::Data(frame)) = Telegram::parse(octets) else { return None };
-        let DataTelegram { da, sa, dsap, ssap, fc, du } = frame;
+        let Ok(Telegram::Data(data)) = Telegram::parse(octets) else { return None };
+        let DataTelegram { da, sa, dsap, ssap, fc, du } = data;
         Some(Self { da, sa, dsap, ssap, fc, du: du.to_vec() })
     }
 

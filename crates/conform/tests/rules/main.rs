@@ -9,6 +9,8 @@ mod damaged;
 mod disturbed;
 mod faults;
 mod faulty;
+#[path = "../../../../tests/support/golden.rs"]
+mod golden;
 mod page;
 mod slave;
 
@@ -265,12 +267,7 @@ fn every_rule_needs_rules_that_are_tested_before_it() {
 /// `cargo xtask goldens` writes the page.
 #[test]
 fn the_page_of_rules_and_faulty_slaves_is_up_to_date() {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/conform-rules.md");
-    let page = page::print();
-    if std::env::var("PROFIVAC_BLESS").is_ok_and(|bless| bless == "1") {
-        fs::write(&path, &page).unwrap();
-    }
-    assert_eq!(fs::read_to_string(&path).unwrap_or_default(), page, "run `cargo xtask goldens`");
+    golden::compare("docs/conform-rules.md", &page::print());
 }
 
 /// A consequence names the fault behind it, also over several rules.

@@ -61,6 +61,13 @@ fn unit_and_type_are_those_of_the_device() {
                 assert_eq!(of_instance(&mut tester, other, 22), hex(unit));
             }
         }
+        for number in [3, 8] {
+            tester.put(1, 46, &[instance]).unwrap();
+            tester.put(1, 21, &[number]).unwrap();
+            for other in [1, 2, 3, 5, 6] {
+                assert_eq!(of_instance(&mut tester, other, 21), [number]);
+            }
+        }
     }
 }
 
@@ -97,7 +104,7 @@ fn unit_and_type_change_in_idle_outside_the_exchange_only() {
 /// (69): a float is the exact value of the formula, also below zero; zero means no pressure (74). (3): an
 /// integer is never negative.
 #[test]
-fn a_trip_point_takes_counts_below_the_scale() {
+fn a_float_in_counts_may_be_negative_and_an_integer_is_not() {
     for (cfg, below, above) in [("44 86 05 05 05 08", -1000.0, 1000.0), ("44 84 05 05 05 03", 0.0, 1000.0)] {
         let mut tester = tester();
         tester.bring_up(&hex("00 00 00 03 E9"), &hex(cfg));

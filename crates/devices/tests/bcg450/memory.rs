@@ -1,11 +1,11 @@
 //! Identity, station address and nonvolatile memory. tira41d1 1.2, 3.1, Appendix A, (8), (34) to (37), (73).
 
+use crate::support::counting_store::CountingStore;
 use crate::support::{Tester, hex, off, sense_all};
 use crate::{FLOATS, Gauge, MBAR, gauge, tester};
 use profivac_devices::bcg450::{Bcg450, table};
-use profivac_devices::model::Octets;
 use profivac_devices::profile::{SerialNumber, Setup};
-use profivac_devices::store::{Key, RamStore, Store, StoreError};
+use profivac_devices::store::{Key, RamStore, Store};
 use profivac_devices::{Action, SimulatedDevice, Switch, UnsupportedAction};
 use profivac_dp::slave::{Device, Dpv1Error, Relation};
 use profivac_wire::address::SetSlaveAdd;
@@ -128,32 +128,13 @@ fn the_switch_is_read_at_power_up() {
     assert_eq!(gauge.operate(action), Err(UnsupportedAction { action }));
 }
 
-/// A store that counts its writes and can fail.
-#[derive(Clone, Default)]
-struct Worn {
-    store: RamStore,
-    broken: bool,
-    saved: usize,
-}
-
-impl Store for Worn {
-    fn load(&self, key: Key, octets: &mut [u8]) -> Option<usize> {
-        self.store.load(key, octets)
-    }
-
-    fn save_all(&mut self, values: &mut dyn Iterator<Item = (Key, Octets)>) -> Result<(), StoreError> {
-        self.saved += 1;
-        if self.broken { Err(StoreError) } else { self.store.save_all(values) }
-    }
-}
-
 /// A write stores one value under one key, so that a power cut leaves the old or the new one; an equal value is not
 /// stored again.
 #[test]
 fn a_write_is_stored_once() {
-    let mut gauge = Bcg450::new(Worn::default(), Setup::new(200));
+    let mut gauge = Bcg450::new(CountingStore::default(), Setup::new(200));
     gauge.settle();
-    let saved = |gauge: &mut Bcg450<Worn>, index, value| {
+    let saved = |gauge: &mut Bcg450<CountingStore>, index, value| {
         let before = gauge.store().saved;
         gauge.write(Relation::Ms2(0), 1, index, &hex(value)).unwrap();
         gauge.store().saved - before
@@ -167,10 +148,10 @@ fn a_write_is_stored_once() {
 /// A positive answer means stored, a failed save changes nothing.
 #[test]
 fn a_write_that_cannot_be_stored_is_refused_and_changes_nothing() {
-    let mut gauge = Bcg450::new(Worn { broken: true, ..Worn::default() }, Setup::new(200));
+    let mut gauge = Bcg450::new(CountingStore::broken(), Setup::new(200));
     gauge.settle();
     let storage = Err(Dpv1Error { code_1: 0xA1, code_2: 18 });
-    let read = |gauge: &mut Bcg450<Worn>, index| {
+    let read = |gauge: &mut Bcg450<CountingStore>, index| {
         let mut record = [0; 240];
         let length = gauge.read(Relation::Ms2(0), 1, index, &mut record).unwrap();
         record[..length].to_vec()

@@ -1,20 +1,15 @@
-//! Texts that tests compare. `cargo xtask goldens` writes them anew; the diff is part of a review.
+//! The tables of the devices as text, and the goldens of this folder.
 
 use profivac_devices::model::{Configuration, Model, PlacedBlock, Scale, Telegram};
 use std::fmt::Write;
-use std::{env, fs, path::Path};
+
+#[path = "../../../../tests/support/golden.rs"]
+mod files;
 
 /// Compares `text` with the golden of this name.
+#[track_caller]
 pub fn check(name: &str, text: &str) {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/golden").join(name);
-    if env::var_os("PROFIVAC_BLESS").is_some() {
-        fs::write(&path, text).unwrap();
-    }
-    let golden = fs::read_to_string(&path).unwrap_or_default();
-    for (number, (expected, now)) in (1..).zip(golden.lines().zip(text.lines())) {
-        assert_eq!(expected, now, "{name}, line {number}");
-    }
-    assert_eq!(golden.lines().count(), text.lines().count(), "{name}: the number of lines");
+    files::compare(&format!("crates/devices/tests/golden/{name}"), text);
 }
 
 /// The tables of a device as text.

@@ -2,13 +2,17 @@
 #![allow(dead_code, reason = "every test file uses its own part of this")]
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "this is test code")]
 
+pub mod counting_store;
 pub mod golden;
+#[path = "../../../../tests/support/octets.rs"]
+mod octets;
 pub mod off;
 pub mod random;
 pub mod rows;
 pub mod selftest;
 pub mod walk;
 
+pub use octets::hex;
 use profivac_devices::model::Fault;
 use profivac_devices::{Action, Principle, SimulatedDevice, StateReport};
 use profivac_dp::link::{Baud, BitTime, Station};
@@ -24,11 +28,6 @@ const SRD: u8 = 0x6D;
 
 /// SDN high.
 const SDN: u8 = 0x46;
-
-/// The octets of `text`, two hexadecimal digits each.
-pub fn hex(text: &str) -> Vec<u8> {
-    text.split_whitespace().map(|octet| u8::from_str_radix(octet, 16).unwrap()).collect()
-}
 
 /// A slave with its master.
 pub struct Tester<D> {
@@ -63,8 +62,8 @@ impl<D: SimulatedDevice> Tester<D> {
     pub fn ask(&mut self, sap: Sap, ssap: u8, du: &[u8]) -> Option<(u8, Vec<u8>)> {
         self.now = self.now + 1000u64;
         let dsap = sap.to_octet();
-        let frame = DataTelegram { da: SLAVE, sa: MASTER, dsap, ssap: dsap.map(|_| ssap), fc: SRD, du };
-        let transmit = self.slave.telegram(self.now, &Telegram::Data(frame))?;
+        let data = DataTelegram { da: SLAVE, sa: MASTER, dsap, ssap: dsap.map(|_| ssap), fc: SRD, du };
+        let transmit = self.slave.telegram(self.now, &Telegram::Data(data))?;
         match Telegram::parse(transmit.octets).expect("a slave sends valid telegrams") {
             Telegram::ShortAck => Some((0xE5, Vec::new())),
             Telegram::Data(answer) => Some((answer.fc, answer.du.to_vec())),
@@ -75,9 +74,9 @@ impl<D: SimulatedDevice> Tester<D> {
     /// Global_Control to this slave.
     pub fn request_sdn(&mut self, du: &[u8]) {
         self.now = self.now + 1000u64;
-        let frame =
+        let data =
             DataTelegram { da: SLAVE, sa: MASTER, dsap: Sap::GlobalControl.to_octet(), ssap: Some(62), fc: SDN, du };
-        assert!(self.slave.telegram(self.now, &Telegram::Data(frame)).is_none());
+        assert!(self.slave.telegram(self.now, &Telegram::Data(data)).is_none());
     }
 
     /// Slave_Diag: the three octets of Station_Status.

@@ -113,6 +113,13 @@ fn unit_and_type_are_those_of_the_device() {
                     assert_eq!(of_instance(&mut tester, other, 22), hex(unit));
                 }
             }
+            for number in [3, 8] {
+                tester.put(1, 46, &[instance]).unwrap();
+                tester.put(1, 21, &[number]).unwrap();
+                for other in 1..=4 {
+                    assert_eq!(of_instance(&mut tester, other, 21), [number]);
+                }
+            }
         }
     }
 }

@@ -1,10 +1,10 @@
 //! Identity, station address and nonvolatile memory. tira36e1 1.2, 3.1, Appendix A, (8), (34) to (37), (73).
 
+use crate::support::counting_store::CountingStore;
 use crate::support::{Tester, hex, off};
 use crate::{FLOATS, Gauge, KINDS, exchanging, gauge, of_instance, restart, tester};
-use profivac_devices::model::Octets;
 use profivac_devices::profile::{SerialNumber, Setup};
-use profivac_devices::store::{Key, RamStore, Store, StoreError};
+use profivac_devices::store::{Key, RamStore, Store};
 use profivac_devices::xpg400::{Xpg400, Xpg400Model};
 use profivac_devices::{Action, SimulatedDevice, Switch, UnsupportedAction};
 use profivac_dp::slave::{Device, Dpv1Error, Relation};
@@ -91,30 +91,11 @@ fn the_address_comes_from_the_switch_or_from_memory() {
     assert_eq!(gauge.operate(action), Err(UnsupportedAction { action }));
 }
 
-/// A store that counts its writes and can fail.
-#[derive(Clone, Default)]
-struct Worn {
-    store: RamStore,
-    broken: bool,
-    saved: usize,
-}
-
-impl Store for Worn {
-    fn load(&self, key: Key, octets: &mut [u8]) -> Option<usize> {
-        self.store.load(key, octets)
-    }
-
-    fn save_all(&mut self, values: &mut dyn Iterator<Item = (Key, Octets)>) -> Result<(), StoreError> {
-        self.saved += 1;
-        if self.broken { Err(StoreError) } else { self.store.save_all(values) }
-    }
-}
-
 /// A write stores one value under one key, so that a power cut leaves the old or the new one; an equal value is not
 /// stored again.
 #[test]
 fn a_write_is_stored_once() {
-    let mut gauge = Xpg400::new(Worn::default(), Xpg400Model::Bpg, Setup::new(200));
+    let mut gauge = Xpg400::new(CountingStore::default(), Xpg400Model::Bpg, Setup::new(200));
     gauge.settle();
     let mut saved = |index, value| {
         let before = gauge.store().saved;
@@ -129,9 +110,9 @@ fn a_write_is_stored_once() {
 /// A positive answer means stored, a failed save changes nothing.
 #[test]
 fn a_write_that_cannot_be_stored_is_refused_and_changes_nothing() {
-    let mut gauge = Xpg400::new(Worn { broken: true, ..Worn::default() }, Xpg400Model::Hpg, Setup::new(200));
+    let mut gauge = Xpg400::new(CountingStore::broken(), Xpg400Model::Hpg, Setup::new(200));
     gauge.settle();
-    let read = |gauge: &mut Xpg400<Worn>, index| {
+    let read = |gauge: &mut Xpg400<CountingStore>, index| {
         let mut record = [0; 240];
         let length = gauge.read(Relation::Ms2(0), 1, index, &mut record).unwrap();
         record[..length].to_vec()

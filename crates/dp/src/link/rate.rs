@@ -96,13 +96,13 @@ impl RateControl {
     ///
     /// Returns whether this found the rate.
     pub fn telegram_received(&mut self, end: BitTime, telegram: &Telegram<'_>, address: u8) -> bool {
-        let Telegram::Data(frame) = telegram else { return false };
+        let Telegram::Data(data) = telegram else { return false };
         match (self.rate, self.until) {
             (Rate::Searching(baud), _) => {
                 *self = Self::found(baud, end);
                 true
             }
-            (Rate::Found(baud), Some(_)) if frame.da == address => {
+            (Rate::Found(baud), Some(_)) if data.da == address => {
                 *self = Self::found(baud, end);
                 false
             }

@@ -137,43 +137,41 @@ impl Responder {
 
     /// Decides about a telegram and, if it is a new counted request, stores it.
     #[inline]
-    pub fn accept<'a>(&mut self, frame: &DataTelegram<'a>) -> Accepted<'a> {
-        if self.is_next(frame) {
-            self.remember(frame.sa, !self.fcb);
-            return Accepted::Confirmed(indication(frame));
+    pub fn accept<'a>(&mut self, data: &DataTelegram<'a>) -> Accepted<'a> {
+        if self.is_next(data) {
+            self.remember(data.sa, !self.fcb);
+            return Accepted::Confirmed(indication(data));
         }
-        self.accept_any(frame)
+        self.accept_any(data)
     }
 
     /// Whether the last requester sends the next request of a data exchange. All checks of
     /// [`accept_any`](Self::accept_any) hold then.
     #[inline]
-    fn is_next(&self, frame: &DataTelegram<'_>) -> bool {
+    fn is_next(&self, data: &DataTelegram<'_>) -> bool {
         let fc = if self.fcb { SRD_HIGH } else { SRD_HIGH_FCB };
-        frame.fc == fc && frame.sa == self.requester && frame.da == self.address
+        data.fc == fc && data.sa == self.requester && data.da == self.address
     }
 
     /// Decides about any telegram. profibus-wire 1.8.
-    fn accept_any<'a>(&mut self, frame: &DataTelegram<'a>) -> Accepted<'a> {
-        let Control::Request { function, count } = frame.control() else { return Accepted::Ignored };
+    fn accept_any<'a>(&mut self, data: &DataTelegram<'a>) -> Accepted<'a> {
+        let Control::Request { function, count } = data.control() else { return Accepted::Ignored };
         self.is_counted = false;
-        if frame.sa == self.address || frame.sa == BROADCAST {
+        if data.sa == self.address || data.sa == BROADCAST {
             return Accepted::Ignored;
         }
-        if frame.da != self.address {
+        if data.da != self.address {
             return match function {
-                Function::SdnLow | Function::SdnHigh if frame.da == BROADCAST => {
-                    Accepted::Unconfirmed(indication(frame))
-                }
+                Function::SdnLow | Function::SdnHigh if data.da == BROADCAST => Accepted::Unconfirmed(indication(data)),
                 _ => Accepted::Ignored,
             };
         }
         match function {
-            Function::SrdLow | Function::SrdHigh => self.counted(frame, count, Accepted::Confirmed(indication(frame))),
+            Function::SrdLow | Function::SrdHigh => self.counted(data, count, Accepted::Confirmed(indication(data))),
             Function::SdaLow | Function::SdaHigh => {
-                self.counted(frame, count, Accepted::LinkLayer(Status::ServiceNotActivated))
+                self.counted(data, count, Accepted::LinkLayer(Status::ServiceNotActivated))
             }
-            Function::SdnLow | Function::SdnHigh => Accepted::Unconfirmed(indication(frame)),
+            Function::SdnLow | Function::SdnHigh => Accepted::Unconfirmed(indication(data)),
             Function::FdlStatus => Accepted::LinkLayer(Status::Ok),
             Function::Ident => Accepted::Ident,
             // profibus-wire 10, point 2: the service is withdrawn.
@@ -184,14 +182,14 @@ impl Responder {
     }
 
     /// The table of profibus-wire 1.9.
-    fn counted<'a>(&mut self, frame: &DataTelegram<'_>, count: FrameCount, new: Accepted<'a>) -> Accepted<'a> {
+    fn counted<'a>(&mut self, data: &DataTelegram<'_>, count: FrameCount, new: Accepted<'a>) -> Accepted<'a> {
         match count {
             FrameCount::Uncounted => return new,
-            FrameCount::Counted(fcb) if frame.sa == self.requester && fcb == self.fcb && self.length > 0 => {
+            FrameCount::Counted(fcb) if data.sa == self.requester && fcb == self.fcb && self.length > 0 => {
                 return Accepted::Repetition;
             }
-            FrameCount::First => self.remember(frame.sa, true),
-            FrameCount::Counted(fcb) => self.remember(frame.sa, fcb),
+            FrameCount::First => self.remember(data.sa, true),
+            FrameCount::Counted(fcb) => self.remember(data.sa, fcb),
         }
         new
     }
@@ -215,8 +213,8 @@ impl Responder {
     /// Makes the answer to the telegram accepted last, to be sent not before `not_before`, and stores it if the request is
     /// counted. `None` if the data of the reply do not fit a telegram.
     #[inline]
-    pub fn answer(&mut self, frame: &DataTelegram<'_>, reply: Reply<'_>, not_before: BitTime) -> Option<Transmit<'_>> {
-        let telegram = respond(frame, self.address, reply);
+    pub fn answer(&mut self, data: &DataTelegram<'_>, reply: Reply<'_>, not_before: BitTime) -> Option<Transmit<'_>> {
+        let telegram = respond(data, self.address, reply);
         let place = if self.is_counted { &mut self.answer } else { &mut self.uncounted };
         let length = telegram.emit(place).ok()?;
         if self.is_counted {
@@ -228,20 +226,20 @@ impl Responder {
 
 /// A response swaps addresses and access points. SD1 and SC carry no access points.
 #[inline]
-fn respond<'a>(frame: &DataTelegram<'_>, address: u8, reply: Reply<'a>) -> Telegram<'a> {
+fn respond<'a>(data: &DataTelegram<'_>, address: u8, reply: Reply<'a>) -> Telegram<'a> {
     let (status, du) = match reply {
         Reply::ShortAck => return Telegram::ShortAck,
         Reply::Status(status) => {
-            return Telegram::Data(DataTelegram::short(frame.sa, address, Control::slave(status)));
+            return Telegram::Data(DataTelegram::short(data.sa, address, Control::slave(status)));
         }
         Reply::Low(du) => (Status::DataLow, du),
         Reply::High(du) => (Status::DataHigh, du),
     };
     Telegram::Data(DataTelegram {
-        da: frame.sa,
+        da: data.sa,
         sa: address,
-        dsap: frame.ssap,
-        ssap: frame.dsap,
+        dsap: data.ssap,
+        ssap: data.dsap,
         fc: Control::slave(status).to_octet(),
         du,
     })
@@ -250,13 +248,13 @@ fn respond<'a>(frame: &DataTelegram<'_>, address: u8, reply: Reply<'a>) -> Teleg
 /// DP uses both address extensions or none; a single one, or one that is no access point, addresses no service.
 /// profibus-wire 1.3.
 #[inline]
-fn indication<'a>(frame: &DataTelegram<'a>) -> Indication<'a> {
-    let sap = match (frame.dsap, frame.ssap) {
+fn indication<'a>(data: &DataTelegram<'a>) -> Indication<'a> {
+    let sap = match (data.dsap, data.ssap) {
         (None, None) => Sap::Default,
         (Some(dsap), Some(0..=MAX_SSAP)) => Sap::from_octet(Some(dsap)),
         (dsap, _) => Sap::Other(dsap.unwrap_or(NO_STATION)),
     };
-    Indication { sa: frame.sa, sap, ssap: frame.ssap, du: frame.du }
+    Indication { sa: data.sa, sap, ssap: data.ssap, du: data.du }
 }
 
 #[cfg(test)]
@@ -288,10 +286,10 @@ mod tests {
                             (responder.requester, responder.fcb) = (requester, fcb);
                             (responder.is_counted, responder.length) = (is_counted, length);
                         }
-                        let frame = DataTelegram { da, sa, dsap, ssap, fc, du: &[1, 2] };
-                        taken += u32::from(by_short_way.is_next(&frame));
-                        assert_eq!(by_short_way.accept(&frame), by_rules.accept_any(&frame), "{frame:?} in {state}");
-                        assert_eq!(memory(&by_short_way), memory(&by_rules), "{frame:?} in {state}");
+                        let data = DataTelegram { da, sa, dsap, ssap, fc, du: &[1, 2] };
+                        taken += u32::from(by_short_way.is_next(&data));
+                        assert_eq!(by_short_way.accept(&data), by_rules.accept_any(&data), "{data:?} in {state}");
+                        assert_eq!(memory(&by_short_way), memory(&by_rules), "{data:?} in {state}");
                     }
                 }
             }

@@ -155,11 +155,11 @@ impl<D: Device, const CONNECTIONS: usize> Station for Slave<D, CONNECTIONS> {
     fn telegram(&mut self, end: BitTime, telegram: &Telegram<'_>) -> Option<Transmit<'_>> {
         let Self { responder, server } = self;
         server.elapse(end);
-        let Telegram::Data(frame) = telegram else { return None };
+        let Telegram::Data(data) = telegram else { return None };
         let not_before = end + u64::from(server.min_tsdr);
-        let accepted = responder.accept(frame);
-        if !matches!(accepted, Accepted::Ignored) && frame.da == responder.address() {
-            server.restart_watchdog(frame.sa);
+        let accepted = responder.accept(data);
+        if !matches!(accepted, Accepted::Ignored) && data.da == responder.address() {
+            server.restart_watchdog(data.sa);
         }
         match accepted {
             Accepted::Ignored => None,
@@ -168,11 +168,11 @@ impl<D: Device, const CONNECTIONS: usize> Station for Slave<D, CONNECTIONS> {
                 None
             }
             Accepted::Repetition => responder.repeat(not_before),
-            Accepted::LinkLayer(status) => responder.answer(frame, Reply::Status(status), not_before),
-            Accepted::Ident => responder.answer(frame, server.ident(), not_before),
+            Accepted::LinkLayer(status) => responder.answer(data, Reply::Status(status), not_before),
+            Accepted::Ident => responder.answer(data, server.ident(), not_before),
             Accepted::Confirmed(request) => {
                 let reply = server.serve(&request, responder);
-                responder.answer(frame, reply, not_before)
+                responder.answer(data, reply, not_before)
             }
         }
     }

@@ -1,6 +1,7 @@
-//! Text for review, compared by a test. `PROFIVAC_BLESS=1` writes it instead.
+//! Answers of a slave as tables, compared by a test.
 
-use std::path::Path;
+#[path = "../../../../tests/support/golden.rs"]
+mod files;
 
 /// Rows of cells, each column as wide as its widest cell.
 pub fn table(rows: &[Vec<String>]) -> String {
@@ -17,13 +18,8 @@ pub fn table(rows: &[Vec<String>]) -> String {
         .collect()
 }
 
-/// Compares `text` with `tests/golden/slave/NAME` of the workspace.
+/// Compares `text` with `tests/golden/slave/NAME` of the repository.
+#[track_caller]
 pub fn compare(name: &str, text: &str) {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/golden/slave").join(name);
-    if std::env::var("PROFIVAC_BLESS").is_ok_and(|bless| bless == "1") {
-        std::fs::create_dir_all(path.parent().expect("a folder")).expect("the folder of the goldens");
-        std::fs::write(&path, text).expect("the golden is written");
-    }
-    let golden = std::fs::read_to_string(&path).unwrap_or_default();
-    assert!(golden == text, "{} differs from the present answers of the slave:\n{text}", path.display());
+    files::compare(&format!("tests/golden/slave/{name}"), text);
 }

@@ -8,8 +8,11 @@
 
 mod device;
 pub mod golden;
+#[path = "../../../../tests/support/octets.rs"]
+mod octets;
 
 pub use device::{Gauge, Seen};
+pub use octets::{hex, text};
 
 use profivac_dp::link::{Baud, BitTime, CHARACTER_TBIT, Station, T_SYN_TBIT};
 use profivac_dp::slave::Slave;
@@ -47,8 +50,8 @@ pub const INITIATE: &str = "57 00 00 00 00 64 01 00 00 00 00 00 00 02 00 02 00 0
 pub struct Rig<const CONNECTIONS: usize = 2> {
     pub slave: Slave<Gauge, CONNECTIONS>,
     pub now: BitTime,
-    /// When the last request ended.
-    pub asked: BitTime,
+    /// The end of the last request.
+    pub request_end: BitTime,
     counts: HashMap<u8, FrameCount>,
     /// The last telegram sent.
     last: Vec<u8>,
@@ -71,7 +74,7 @@ impl<const CONNECTIONS: usize> Rig<CONNECTIONS> {
     /// A slave that has just been switched on.
     pub fn at(device: Gauge, baud: Baud) -> Self {
         let slave = Slave::with_connections(device, SLAVE, baud);
-        Self { slave, now: BitTime(0), asked: BitTime(0), counts: HashMap::new(), last: Vec::new() }
+        Self { slave, now: BitTime(0), request_end: BitTime(0), counts: HashMap::new(), last: Vec::new() }
     }
 
     /// Master `sa` parameterises with `user` octets and configures.
@@ -90,7 +93,7 @@ impl<const CONNECTIONS: usize> Rig<CONNECTIONS> {
         let until = self.now + tbit;
         while let Some(wake) = self.slave.wake_at().filter(|wake| *wake <= until) {
             self.now = self.now.max(wake);
-            assert_eq!(self.slave.poll(self.now), None, "a slave never speaks unasked");
+            assert_eq!(self.slave.poll(self.now), None, "a slave sends answers only");
             assert!(self.slave.wake_at().is_none_or(|next| next > wake), "an expired timer does not expire again");
         }
         self.now = until;
@@ -100,7 +103,7 @@ impl<const CONNECTIONS: usize> Rig<CONNECTIONS> {
     pub fn raw(&mut self, octets: &[u8]) -> Option<Vec<u8>> {
         self.last = octets.to_vec();
         self.pass(T_SYN_TBIT + CHARACTER_TBIT * octets.len() as u64);
-        self.asked = self.now;
+        self.request_end = self.now;
         let telegram = Telegram::parse(octets).expect("the rig sends telegrams");
         let transmit = self.slave.telegram(self.now, &telegram)?;
         assert!(transmit.not_before >= self.now + 11, "answered before min T_SDR");
@@ -111,18 +114,18 @@ impl<const CONNECTIONS: usize> Rig<CONNECTIONS> {
 
     /// Sends a telegram of the reference, an SRD with the frame count bit this master has reached, and returns the answer as
     /// the reference would print it.
-    pub fn say(&mut self, text: &str) -> String {
-        let octets = hex(text);
-        let Ok(Telegram::Data(frame)) = Telegram::parse(&octets) else { panic!("no telegram: {text}") };
-        let counts = matches!(frame.control(), Control::Request { function: Function::SrdLow | Function::SrdHigh, .. });
-        let answer = if counts { self.counted(frame) } else { self.raw(&octets) };
-        answer.map_or_else(|| "silence".to_owned(), |answer| print(&answer))
+    pub fn dialogue(&mut self, request: &str) -> String {
+        let octets = hex(request);
+        let Ok(Telegram::Data(data)) = Telegram::parse(&octets) else { panic!("no telegram: {request}") };
+        let counts = matches!(data.control(), Control::Request { function: Function::SrdLow | Function::SrdHigh, .. });
+        let answer = if counts { self.counted(data) } else { self.raw(&octets) };
+        answer.map_or_else(|| "silence".to_owned(), |answer| text(&answer))
     }
 
     /// Octets 0 to 3 of the diagnosis, as master `sa` reads it.
     pub fn diag(&mut self, sa: u8) -> String {
         match self.ms0(sa, 60, &[]) {
-            Answer::Low(du) => print(&du[..4]),
+            Answer::Low(du) => text(&du[..4]),
             other => panic!("no diagnosis: {other:?}"),
         }
     }
@@ -130,15 +133,15 @@ impl<const CONNECTIONS: usize> Rig<CONNECTIONS> {
     /// The same octets once more, because the answer was lost.
     pub fn again(&mut self) -> String {
         let last = self.last.clone();
-        self.raw(&last).map_or_else(|| "silence".to_owned(), |answer| print(&answer))
+        self.raw(&last).map_or_else(|| "silence".to_owned(), |answer| text(&answer))
     }
 
     /// A counted request.
     pub fn srd(&mut self, sa: u8, dsap: Option<u8>, ssap: Option<u8>, du: &[u8]) -> Answer {
         let fc = Control::Request { function: Function::SrdLow, count: FrameCount::Uncounted }.to_octet();
-        let frame = DataTelegram { da: self.slave.address(), sa, dsap, ssap, fc, du };
-        let answer = self.counted(frame);
-        read(&frame, answer.as_deref())
+        let data = DataTelegram { da: self.slave.address(), sa, dsap, ssap, fc, du };
+        let answer = self.counted(data);
+        read(&data, answer.as_deref())
     }
 
     /// A service of DP-V0, with the source access point of a class 1 master.
@@ -182,13 +185,13 @@ impl<const CONNECTIONS: usize> Rig<CONNECTIONS> {
         answer.server_sap
     }
 
-    /// The frame with the count this master has reached.
-    fn counted(&mut self, frame: DataTelegram<'_>) -> Option<Vec<u8>> {
-        let Control::Request { function, .. } = frame.control() else { panic!("no request") };
-        let count = self.counts.get(&frame.sa).copied().unwrap_or(FrameCount::First);
-        self.counts.insert(frame.sa, FrameCount::Counted(count == FrameCount::Counted(false)));
-        let frame = DataTelegram { fc: Control::Request { function, count }.to_octet(), ..frame };
-        self.raw(&emit(&Telegram::Data(frame)))
+    /// The telegram with the count that this master has reached.
+    fn counted(&mut self, data: DataTelegram<'_>) -> Option<Vec<u8>> {
+        let Control::Request { function, .. } = data.control() else { panic!("no request") };
+        let count = self.counts.get(&data.sa).copied().unwrap_or(FrameCount::First);
+        self.counts.insert(data.sa, FrameCount::Counted(count == FrameCount::Counted(false)));
+        let data = DataTelegram { fc: Control::Request { function, count }.to_octet(), ..data };
+        self.raw(&emit(&Telegram::Data(data)))
     }
 }
 
@@ -201,28 +204,18 @@ pub fn emit(telegram: &Telegram<'_>) -> Vec<u8> {
 /// The answer to `request`, which swaps addresses and access points.
 pub fn read(request: &DataTelegram<'_>, answer: Option<&[u8]>) -> Answer {
     let Some(octets) = answer else { return Answer::Silence };
-    let frame = match Telegram::parse(octets).expect("a slave sends telegrams") {
+    let data = match Telegram::parse(octets).expect("a slave sends telegrams") {
         Telegram::ShortAck => return Answer::Ack,
         Telegram::Token { .. } => panic!("a slave has no token"),
-        Telegram::Data(frame) => frame,
+        Telegram::Data(data) => data,
     };
-    assert_eq!((frame.da, frame.sa), (request.sa, request.da));
-    let Control::Response { status, .. } = frame.control() else { panic!("a slave never asks") };
+    assert_eq!((data.da, data.sa), (request.sa, request.da));
+    let Control::Response { status, .. } = data.control() else { panic!("a slave sends no request") };
     if !matches!(status, Status::DataLow | Status::DataHigh) {
-        assert_eq!((frame.dsap, frame.ssap, frame.du), (None, None, &[][..]));
+        assert_eq!((data.dsap, data.ssap, data.du), (None, None, &[][..]));
         return Answer::Status(status);
     }
-    assert_eq!((frame.dsap, frame.ssap), (request.ssap, request.dsap));
-    let du = frame.du.to_vec();
+    assert_eq!((data.dsap, data.ssap), (request.ssap, request.dsap));
+    let du = data.du.to_vec();
     if status == Status::DataLow { Answer::Low(du) } else { Answer::High(du) }
-}
-
-/// The octets of `text`.
-pub fn hex(text: &str) -> Vec<u8> {
-    text.split_whitespace().map(|octet| u8::from_str_radix(octet, 16).expect("two hexadecimal digits")).collect()
-}
-
-/// Octets of a trace in hexadecimal.
-pub fn print(octets: &[u8]) -> String {
-    octets.iter().map(|octet| format!("{octet:02X}")).collect::<Vec<_>>().join(" ")
 }

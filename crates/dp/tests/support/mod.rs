@@ -9,21 +9,15 @@
 )]
 
 pub mod line;
+#[path = "../../../../tests/support/octets.rs"]
+mod octets;
 pub mod plain;
 pub mod rig;
 
+pub use octets::{hex, text};
+
 use profivac_dp::link::Baud;
 use profivac_dp::link::active::BusParameters;
-
-/// Octets of a trace in hexadecimal.
-pub fn hex(text: &str) -> Vec<u8> {
-    text.split_whitespace().map(|octet| u8::from_str_radix(octet, 16).unwrap()).collect()
-}
-
-/// Octets as hexadecimal text.
-pub fn text(octets: &[u8]) -> String {
-    octets.iter().map(|octet| format!("{octet:02X}")).collect::<Vec<_>>().join(" ")
-}
 
 /// Master 2 at 1.5 Mbit/s (T_SL 300, T_ID1 37, T_ID2 150). Its GAP is small and scanned once in 100 target rotation
 /// times, so that dialogues rarely contain it: [`is_housekeeping`].

@@ -34,7 +34,7 @@ pub struct MasterRig<R> {
     receiver: Receiver,
     /// The end of the last telegram of any station.
     pub now: BitTime,
-    said: u32,
+    sent: u32,
 }
 
 impl MasterRig<Master<1, 8>> {
@@ -68,32 +68,32 @@ impl MasterRig<Master<1, 8>> {
 
 impl<R: FdlUser> MasterRig<R> {
     pub fn new(station: Active<R>) -> Self {
-        Self { station, receiver: Receiver::new(BitTime(0)), now: BitTime(0), said: 0 }
+        Self { station, receiver: Receiver::new(BitTime(0)), now: BitTime(0), sent: 0 }
     }
 
     /// The next telegram of the master. No other station sends until it has left.
     pub fn next_telegram(&mut self) -> Sent {
-        self.said += 1;
-        assert!(self.said < TELEGRAMS, "the master has sent {TELEGRAMS} telegrams, and none of them ended the test");
+        self.sent += 1;
+        assert!(self.sent < TELEGRAMS, "the master has sent {TELEGRAMS} telegrams, and none of them ended the test");
         for _ in 0..SILENT_POLLS {
             let due = self.station.wake_at().expect("a master always has something to wait for");
             self.now = self.now.max(due);
             if let Some(transmit) = self.station.poll(self.now) {
-                let said = Sent { start: transmit.not_before.max(self.now), octets: transmit.octets.to_vec() };
-                self.now = said.start + said.octets.len() as u64 * CHARACTER_TBIT;
+                let sent = Sent { start: transmit.not_before.max(self.now), octets: transmit.octets.to_vec() };
+                self.now = sent.start + sent.octets.len() as u64 * CHARACTER_TBIT;
                 self.station.sent(self.now);
-                return said;
+                return sent;
             }
         }
-        panic!("at {} the master was polled {SILENT_POLLS} times and said nothing", self.now);
+        panic!("at {} the master was polled {SILENT_POLLS} times and sent nothing", self.now);
     }
 
     /// The next request of the master.
     pub fn next_request(&mut self) -> Sent {
         loop {
-            let said = self.next_telegram();
-            if !is_housekeeping(&said.octets) {
-                return said;
+            let sent = self.next_telegram();
+            if !is_housekeeping(&sent.octets) {
+                return sent;
             }
         }
     }
@@ -102,9 +102,9 @@ impl<R: FdlUser> MasterRig<R> {
     pub fn next_request_within(&mut self, tbit: u64) -> Option<Sent> {
         let limit = self.now + tbit;
         while self.now < limit {
-            let said = self.next_telegram();
-            if !is_housekeeping(&said.octets) {
-                return Some(said);
+            let sent = self.next_telegram();
+            if !is_housekeeping(&sent.octets) {
+                return Some(sent);
             }
         }
         None
@@ -114,8 +114,8 @@ impl<R: FdlUser> MasterRig<R> {
     /// odd.
     pub fn finish_stop(&mut self, inputs: &str) -> bool {
         let mut exchanged = false;
-        while let Some(said) = self.next_request_within(10_000) {
-            if said.octets[4] != 0xFF {
+        while let Some(sent) = self.next_request_within(10_000) {
+            if sent.octets[4] != 0xFF {
                 exchanged = !exchanged;
                 self.receive(inputs);
             }
@@ -139,8 +139,8 @@ impl<R: FdlUser> MasterRig<R> {
             self.now = self.now + CHARACTER_TBIT;
             // The character counts if it ends in the last bit time of a wait.
             if self.station.wake_at().is_some_and(|due| due < self.now) {
-                let said = self.station.poll(self.now).map(|transmit| text(transmit.octets));
-                assert_eq!(said, None, "the master sends before it has received this");
+                let sent = self.station.poll(self.now).map(|transmit| text(transmit.octets));
+                assert_eq!(sent, None, "the master sends before it has received this");
             }
             match self.receiver.octet(self.now, *octet) {
                 Received::Telegram(telegram) => assert_eq!(self.station.telegram(self.now, &telegram), None),

@@ -258,8 +258,8 @@ pub fn class2_cases() -> Vec<Case> {
 pub const FORM: &str = "the form of the answer does not fit the request";
 pub const OTHER_SAPS: &str = "the answer belongs to other service access points";
 
-pub fn is_exchange(said: &Sent) -> bool {
-    matches!(said.octets[..], [0x68, 5, 5, 0x68, 8, 2, ..])
+pub fn is_exchange(sent: &Sent) -> bool {
+    matches!(sent.octets[..], [0x68, 5, 5, 0x68, 8, 2, ..])
 }
 
 impl Case {
@@ -296,7 +296,7 @@ impl Case {
         rig.receive(INPUTS);
         for _ in 0..20 {
             match rig.next_request() {
-                said if is_exchange(&said) => rig.receive(INPUTS),
+                sent if is_exchange(&sent) => rig.receive(INPUTS),
                 _ if octets.is_empty() => {}
                 _ => rig.receive_octets(11, octets),
             }

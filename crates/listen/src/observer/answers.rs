@@ -15,28 +15,28 @@ impl Observer {
         }
     }
 
-    pub(super) fn response(&mut self, frame: &DataTelegram<'_>, station: StationType, status: Status, start: BitTime) {
+    pub(super) fn response(&mut self, data: &DataTelegram<'_>, station: StationType, status: Status, start: BitTime) {
         self.forget_damaged_request();
         if station != StationType::Slave {
-            self.master_heard(frame.sa, start);
+            self.master_heard(data.sa, start);
         }
-        if self.pending_status == Some((frame.da, frame.sa)) {
+        if self.pending_status == Some((data.da, data.sa)) {
             self.pending_status = None;
-            self.heard(frame.sa, start);
+            self.heard(data.sa, start);
             return;
         }
         let is_answer = self
             .pending
             .and_then(|slave| self.station(slave)?.last.as_ref())
-            .is_some_and(|last| last.request.is_answered_by(frame));
+            .is_some_and(|last| last.request.is_answered_by(data));
         if is_answer && let Some(slave) = self.pending.take() {
-            self.finish(slave, Answer { status, du: frame.du }, start);
-        } else if self.station(frame.sa).is_some() {
-            if self.open != Some(frame.sa) {
+            self.finish(slave, Answer { status, du: data.du }, start);
+        } else if self.station(data.sa).is_some() {
+            if self.open != Some(data.sa) {
                 // The request was not received: the next one may look like a repetition.
                 self.damage_epoch = self.damage_epoch.saturating_add(1);
             }
-            self.heard(frame.sa, start);
+            self.heard(data.sa, start);
         }
     }
 

@@ -17,9 +17,9 @@ use profivac_wire::prm::SetPrm;
 impl Observer {
     /// Records the contents of a request.
     pub(super) fn note_contents(&mut self, sent: &Sent<'_>, is_first: bool) {
-        let (frame, slave) = (sent.frame, sent.frame.da);
+        let (data, slave) = (sent.data, sent.data.da);
         if sent.sap == Sap::Default && is_first {
-            self.cycle_request(frame.sa, slave, sent.start);
+            self.cycle_request(data.sa, slave, sent.start);
         }
         let Some(station) = self.station_mut(slave) else { return };
         match sent.sap {
@@ -27,7 +27,7 @@ impl Observer {
                 if has_channel(station)
                     && let Some(telegram) = station.knowledge.layout().and_then(|configuration| configuration.outputs)
                 {
-                    station.parameters.outputs(telegram, frame.sa, frame.du);
+                    station.parameters.outputs(telegram, data.sa, data.du);
                 }
             }
             Sap::Ms1 | Sap::Ms2(_) => {

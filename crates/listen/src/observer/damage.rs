@@ -178,9 +178,9 @@ impl Observer {
     /// How much the damaged octets are those of this request: the number of equal octets, at least half of them and counted from the
     /// beginning or from the end; 1 if only the length is the same and the header is damaged, because an inverted start or stop bit shifts
     /// all bits behind it; otherwise 0.
-    fn likeness(&self, frame: &DataTelegram<'_>) -> usize {
+    fn likeness(&self, data: &DataTelegram<'_>) -> usize {
         let mut octets = [0; MAX_REQUEST];
-        let length = Telegram::Data(*frame).emit(&mut octets).unwrap_or_default();
+        let length = Telegram::Data(*data).emit(&mut octets).unwrap_or_default();
         let (damaged, request) = (&self.damaged_request, octets.get(..length).unwrap_or_default());
         if length == 0 || damaged.len().abs_diff(request.len()) > LOST_OCTETS {
             return 0;
@@ -224,18 +224,18 @@ impl Observer {
     }
 
     /// How many of the last damaged pieces are this request. If they are rather the request before, which has no answer, they repeat that.
-    pub(super) fn take_damaged_requests(&mut self, frame: &DataTelegram<'_>, start: BitTime) -> u32 {
+    pub(super) fn take_damaged_requests(&mut self, data: &DataTelegram<'_>, start: BitTime) -> u32 {
         if self.damaged_requests == 0 {
             return 0;
         }
-        let likeness = self.likeness(frame);
+        let likeness = self.likeness(data);
         let repeats_open =
-            self.repeated_slave().is_some_and(|slave| slave != frame.da) && self.open_likeness() >= likeness;
-        let names_other = self.damaged_slave().is_some_and(|slave| slave != frame.da);
+            self.repeated_slave().is_some_and(|slave| slave != data.da) && self.open_likeness() >= likeness;
+        let names_other = self.damaged_slave().is_some_and(|slave| slave != data.da);
         // Its master waits for an answer before it repeats a request.
         let has_waited = self.slot_tbit.is_some_and(|slot_tbit| start - self.damage_until >= slot_tbit);
         if !repeats_open && !names_other && (likeness > 1 || likeness == 1 && has_waited) {
-            self.attribute_disturbances(frame.da);
+            self.attribute_disturbances(data.da);
             self.damaged_request.clear();
             return std::mem::take(&mut self.damaged_requests);
         }

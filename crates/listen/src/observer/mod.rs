@@ -305,9 +305,9 @@ impl Observer {
                 self.end_cycle();
                 self.token(*sa, *da, start);
             }
-            Telegram::Data(frame) => match frame.control() {
-                Control::Request { function, count } => self.request(frame, function, count, start),
-                Control::Response { station, status } => self.response(frame, station, status, start),
+            Telegram::Data(data) => match data.control() {
+                Control::Request { function, count } => self.request(data, function, count, start),
+                Control::Response { station, status } => self.response(data, station, status, start),
             },
         }
     }

@@ -12,7 +12,7 @@ use profivac_wire::{DataTelegram, Sap};
 /// A request that a slave answers, as its master sent it.
 #[derive(Clone, Copy)]
 pub(super) struct Sent<'a> {
-    pub(super) frame: &'a DataTelegram<'a>,
+    pub(super) data: &'a DataTelegram<'a>,
     pub(super) sap: Sap,
     function: Function,
     count: FrameCount,
@@ -20,46 +20,46 @@ pub(super) struct Sent<'a> {
 }
 
 impl Observer {
-    pub(super) fn request(&mut self, frame: &DataTelegram<'_>, function: Function, count: FrameCount, start: BitTime) {
+    pub(super) fn request(&mut self, data: &DataTelegram<'_>, function: Function, count: FrameCount, start: BitTime) {
         self.end_pending(start);
-        self.master_heard(frame.sa, start);
+        self.master_heard(data.sa, start);
         match function {
             Function::FdlStatus => {
                 self.end_cycle();
-                self.pending_status = Some((frame.sa, frame.da));
+                self.pending_status = Some((data.sa, data.da));
             }
             Function::Ident | Function::LsapStatus | Function::SdnLow | Function::SdnHigh => self.end_cycle(),
             Function::SdaLow | Function::SdaHigh | Function::SrdLow | Function::SrdHigh | Function::Other(_) => {
-                let sap = Sap::from_octet(frame.dsap);
-                self.service_request(&Sent { frame, sap, function, count, start });
+                let sap = Sap::from_octet(data.dsap);
+                self.service_request(&Sent { data, sap, function, count, start });
             }
         }
     }
 
     /// Follows a request that its slave answers.
     fn service_request(&mut self, sent: &Sent<'_>) {
-        if usize::from(sent.frame.da) >= ADDRESSES {
+        if usize::from(sent.data.da) >= ADDRESSES {
             // No station answers a request to all of them.
             self.end_cycle();
             return;
         }
-        let damaged = self.take_damaged_requests(sent.frame, sent.start);
+        let damaged = self.take_damaged_requests(sent.data, sent.start);
         let before = self.repeated_before(sent, damaged);
-        if before.is_none() || self.open != Some(sent.frame.da) {
+        if before.is_none() || self.open != Some(sent.data.da) {
             self.give_up();
         }
-        self.attribute_disturbances(sent.frame.da);
+        self.attribute_disturbances(sent.data.da);
         let repetitions = before.unwrap_or_default().saturating_add(damaged);
         self.keep_request(sent, repetitions);
-        self.count_request(sent.frame.da, before.is_some(), damaged);
-        (self.pending, self.open) = (Some(sent.frame.da), Some(sent.frame.da));
+        self.count_request(sent.data.da, before.is_some(), damaged);
+        (self.pending, self.open) = (Some(sent.data.da), Some(sent.data.da));
         self.note_contents(sent, repetitions == 0);
     }
 
     /// How often the request was received valid before, with `damaged` damaged ones between the last of them and this one. `None` if it is
     /// another one than the last to its slave.
     fn repeated_before(&self, sent: &Sent<'_>, damaged: u32) -> Option<u32> {
-        let last = self.station(sent.frame.da).and_then(|station| station.last.as_ref())?;
+        let last = self.station(sent.data.da).and_then(|station| station.last.as_ref())?;
         let is_next = last.number.saturating_add(1) == self.totals.telegrams;
         let is_equal = sent.is_same(&last.request) && (is_next || sent.count != FrameCount::First);
         let is_certain = last.damage_epoch == self.damage_epoch || damaged > 0 && !last.is_answered;
@@ -84,7 +84,7 @@ impl Observer {
     /// Keeps the request as the last one to its slave.
     fn keep_request(&mut self, sent: &Sent<'_>, repetitions: u32) {
         let (damage_epoch, number) = (self.damage_epoch, self.totals.telegrams);
-        let Some(station) = self.station_mut(sent.frame.da) else { return };
+        let Some(station) = self.station_mut(sent.data.da) else { return };
         let mut request = station.last.take().map_or_else(|| sent.without_contents(), |last| last.request);
         sent.store(&mut request);
         station.last = Some(LastRequest { request, number, damage_epoch, is_answered: false, repetitions });
@@ -141,22 +141,22 @@ impl Observer {
 impl Sent<'_> {
     /// Whether it is an equal request with an equal, counted frame count bit.
     fn is_same(&self, request: &Request) -> bool {
-        let frame = self.frame;
+        let data = self.data;
         matches!(self.count, FrameCount::Counted(_) | FrameCount::First)
-            && (request.count, request.function, request.master) == (self.count, self.function, frame.sa)
-            && request.saps == [frame.dsap, frame.ssap]
-            && request.du == frame.du
+            && (request.count, request.function, request.master) == (self.count, self.function, data.sa)
+            && request.saps == [data.dsap, data.ssap]
+            && request.du == data.du
     }
 
     /// A request that [`store`](Self::store) completes.
     const fn without_contents(&self) -> Request {
         Request {
-            master: self.frame.sa,
-            slave: self.frame.da,
+            master: self.data.sa,
+            slave: self.data.da,
             sap: self.sap,
             function: self.function,
             count: self.count,
-            saps: [self.frame.dsap, self.frame.ssap],
+            saps: [self.data.dsap, self.data.ssap],
             du: Vec::new(),
             at: Some(self.start),
         }
@@ -167,6 +167,6 @@ impl Sent<'_> {
         let du = std::mem::take(&mut request.du);
         *request = Request { du, ..self.without_contents() };
         request.du.clear();
-        request.du.extend_from_slice(self.frame.du);
+        request.du.extend_from_slice(self.data.du);
     }
 }

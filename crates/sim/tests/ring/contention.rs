@@ -123,13 +123,13 @@ fn a_message_cycle_abandoned_for_another_master_loses_no_slave_or_connection() {
     for (seed, rotation) in (0..).zip(ROTATIONS) {
         let mut random = Random::new(seed);
         let mut pair = Pair::new(rotation);
-        let ghost = pair.segment.attach(Tester::new());
-        pair.segment.exempt(ghost.id());
+        let tester = pair.segment.attach(Tester::new());
+        pair.segment.exempt(tester.id());
         TOKEN_RULES.into_iter().for_each(|rule| pair.segment.allow(rule));
         for _ in 0..100 {
             let token = [[0xDC, 2, 5], [0xDC, 5, 2]][random.below(2) as usize];
             let at = pair.segment.now() + random.below(20_000);
-            pair.segment.station_mut(ghost).send(at, &token);
+            pair.segment.station_mut(tester).send(at, &token);
             for _ in 0..20 {
                 pair.segment.run_for(1000).unwrap();
                 pair.work();

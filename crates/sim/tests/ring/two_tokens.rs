@@ -59,10 +59,10 @@ fn a_spurious_token_disappears() {
     {
         for after in (0..2_000).step_by(29) {
             let mut line = Line::just_complete(&[2, 5, 9]);
-            let ghost = line.segment.attach(Tester::new());
-            line.segment.exempt(ghost.id());
+            let tester = line.segment.attach(Tester::new());
+            line.segment.exempt(tester.id());
             let at = line.segment.now() + after;
-            line.segment.station_mut(ghost).send(at, &token);
+            line.segment.station_mut(tester).send(at, &token);
             line.without_token_rules(after + Bounds::of(&[2, 5, 9]).begin(3));
             line.stays_complete(&[2, 5, 9])
                 .unwrap_or_else(|violation| panic!("{token:02X?} after {after}: {violation}"));

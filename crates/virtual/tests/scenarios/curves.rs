@@ -84,12 +84,12 @@ fn curves(names: &[String], lines: &[Line], wanted: impl Fn(&str) -> bool) -> Ve
 fn every_gauge_follows_a_pump_down_within_its_range() {
     let scenario = scenario("pump-down");
     let (names, coarse) = record(&scenario, &times(11.0, 3600.0, 8));
-    golden("tests/golden/curves/pump-down.txt", &table(&names, &coarse));
+    golden::compare("tests/golden/curves/pump-down.txt", &table(&names, &coarse));
     let (names, fine) = record(&scenario, &times(11.0, 3600.0, 60));
     let curves = curves(&names, &fine, |name| !name.starts_with("psg") && !name.contains("Atmosphere"));
     let picture =
         Picture { title: "Pump-down of a clean chamber", x: "seconds", y: "mbar", curves, x_scale: Scale::Logarithmic };
-    golden("docs/curves/pump-down.svg", &picture.svg());
+    golden::compare("docs/curves/pump-down.svg", &picture.svg());
 }
 
 #[test]
@@ -118,7 +118,7 @@ fn argon_and_nitrogen_are_shown_differently() {
             all.push(Curve { name: format!("{gas}: {}", curve.name), points });
         }
     }
-    golden("tests/golden/curves/argon.txt", &text);
+    golden::compare("tests/golden/curves/argon.txt", &text);
     let picture = Picture {
         title: "Argon against nitrogen",
         x: "true mbar",
@@ -126,5 +126,5 @@ fn argon_and_nitrogen_are_shown_differently() {
         curves: all,
         x_scale: Scale::Logarithmic,
     };
-    golden("docs/curves/argon.svg", &picture.svg());
+    golden::compare("docs/curves/argon.svg", &picture.svg());
 }

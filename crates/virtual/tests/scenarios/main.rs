@@ -4,6 +4,8 @@
 
 mod curves;
 mod finite;
+#[path = "../../../../tests/support/golden.rs"]
+mod golden;
 mod hand;
 mod picture;
 mod plants;
@@ -18,17 +20,6 @@ use std::path::{Path, PathBuf};
 
 fn file(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("../../scenarios/{name}.toml"))
-}
-
-/// Compares with a file below the root of the project, or writes it.
-fn golden(path: &str, text: &str) {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..").join(path);
-    if std::env::var_os("PROFIVAC_BLESS").is_some_and(|bless| bless == "1") {
-        std::fs::create_dir_all(path.parent().unwrap()).unwrap();
-        std::fs::write(&path, text).unwrap();
-    }
-    let expected = std::fs::read_to_string(&path).unwrap_or_default();
-    assert_eq!(text, expected, "{} is no longer what comes out", path.display());
 }
 
 fn scenario(name: &str) -> Scenario {

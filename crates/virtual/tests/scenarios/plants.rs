@@ -145,10 +145,7 @@ impl Recording {
         let (head, body) = file.split_once("title = ").unwrap();
         let head = head.split_once("# By hand").map_or(head, |(head, _)| head);
         let text = format!("{head}{lines}title = {body}");
-        if std::env::var_os("PROFIVAC_BLESS").is_some_and(|bless| bless == "1") {
-            std::fs::write(&path, &text).unwrap();
-        }
-        assert_eq!(text, std::fs::read_to_string(&path).unwrap(), "{} has other figures", path.display());
+        golden::compare(&format!("scenarios/{}.toml", self.name), &text);
     }
 
     fn picture(&self, wanted: &[&str], (unit, length): (&'static str, f64)) {
@@ -166,7 +163,7 @@ impl Recording {
             curves: wanted.iter().map(curve).collect(),
             x_scale: Scale::Linear,
         };
-        golden(&format!("docs/curves/plants/{}.svg", self.name), &picture.svg());
+        golden::compare(&format!("docs/curves/plants/{}.svg", self.name), &picture.svg());
     }
 }
 
@@ -192,10 +189,7 @@ fn in_page(name: &str, table: &str) {
     let (head, rest) = page.split_once(&from).unwrap_or_else(|| panic!("docs/plants.md has no {from}"));
     let (_, tail) = rest.split_once(to).unwrap();
     let text = format!("{head}{from}\n\n{table}\n{to}{tail}");
-    if std::env::var_os("PROFIVAC_BLESS").is_some_and(|bless| bless == "1") {
-        std::fs::write(&path, &text).unwrap();
-    }
-    assert_eq!(text, std::fs::read_to_string(&path).unwrap(), "{} has another table", path.display());
+    golden::compare("docs/plants.md", &text);
 }
 
 /// All included scenarios are valid, and their files are all included.

@@ -1,11 +1,10 @@
 //! The readings of every device in nitrogen, argon and helium from 1e-11 to 2000 mbar as tables, and their properties:
 //! the switchover between the parts of a gauge, each with its own factor for the gas.
 
-use super::{around, device, indicated, shown, start};
+use super::{around, device, golden, indicated, shown, start};
 use profivac_vacuum::Gas;
 use profivac_virtual::device::VirtualDevice;
 use std::fmt::Write;
-use std::{env, fs, path::Path};
 
 const GASES: [Gas; 3] = [Gas::N2, Gas::Ar, Gas::He];
 
@@ -17,15 +16,7 @@ fn pressures() -> impl Iterator<Item = f64> {
 
 /// Compares a table with its golden.
 fn check(name: &str, text: &str) {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/golden/sensors").join(format!("{name}.txt"));
-    if env::var_os("PROFIVAC_BLESS").is_some() {
-        fs::write(&path, text).unwrap();
-    }
-    let golden = fs::read_to_string(&path).unwrap_or_default();
-    for (number, (expected, now)) in (1..).zip(golden.lines().zip(text.lines())) {
-        assert_eq!(expected, now, "{name}, line {number}");
-    }
-    assert_eq!(golden.lines().count(), text.lines().count(), "{name}: the number of lines");
+    golden::compare(&format!("crates/virtual/tests/golden/sensors/{name}.txt"), text);
 }
 
 /// A device at the pressures of the tables.

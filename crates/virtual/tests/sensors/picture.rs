@@ -1,10 +1,9 @@
 //! The picture in `docs/sensors.md`: the readings of two gauges in nitrogen, argon and helium.
 
 use super::curves::sweep_of;
-use super::shown;
+use super::{golden, shown};
 use profivac_vacuum::Gas;
 use std::fmt::Write;
-use std::{env, fs, path::Path};
 
 /// Gauges, and the gases with their colours.
 const GAUGES: [(&str, &str); 2] =
@@ -46,12 +45,7 @@ fn the_picture_has_the_readings_of_the_gauges() {
         svg += "</g>\n";
     }
     svg += "</svg>\n";
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/pictures/gases.svg");
-    if env::var_os("PROFIVAC_BLESS").is_some() {
-        fs::write(&path, &svg).unwrap();
-    }
-    let golden = fs::read_to_string(&path).unwrap_or_default();
-    assert!(golden == svg, "docs/pictures/gases.svg differs from what the gauges show");
+    golden::compare("docs/pictures/gases.svg", &svg);
 }
 
 fn axes(title: &str) -> String {

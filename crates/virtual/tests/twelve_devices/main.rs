@@ -5,6 +5,7 @@
 
 mod bit_time;
 mod bring_up;
+#[path = "../../../../tests/support/golden.rs"]
 mod golden;
 mod hostile;
 mod one_segment;
@@ -81,7 +82,7 @@ fn in_bit_time_every_writable_parameter_is_written_and_restored() {
         }
         assert_eq!(locations, changed, "{}: every one was changed and restored", entry.model.name);
     }
-    golden::check("written_parameters.txt", &text);
+    golden::compare("crates/virtual/tests/golden/written_parameters.txt", &text);
 }
 
 #[test]

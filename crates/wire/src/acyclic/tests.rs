@@ -15,18 +15,18 @@ fn requests() -> [(&'static str, Request<'static>); 9] {
     let initiate =
         Initiate { send_timeout: 100, capabilities: Capabilities::READ_WRITE, source: HERE, destination: HERE };
     [
-        // 4.4
+        // profibus-wire 4.4
         ("68 09 09 68 88 82 5C 33 33 5E 01 10 14 4F 16", Request::Read(Access { slot: 1, index: 16, length: 20 })),
         (
             "68 0B 0B 68 88 82 7C 33 33 5F 01 20 02 00 64 D2 16",
             Request::Write(Transfer { slot: 1, index: 32, data: &[0, 0x64] }),
         ),
-        // 4.5
+        // profibus-wire 4.5
         (
             "68 09 09 68 88 82 5C 33 33 5C 03 02 10 3D 16",
             Request::AlarmAck(AlarmAck { slot: 3, alarm_type: 2, specifier: 0x10 }),
         ),
-        // 4.6.6
+        // profibus-wire 4.6.6
         (
             "68 19 19 68 88 82 6C 31 32 57 00 00 00 00 64 01 00 00 00 00 00 00 02 00 02 00 00 00 00 99 16",
             Request::Initiate(initiate),
@@ -34,7 +34,7 @@ fn requests() -> [(&'static str, Request<'static>); 9] {
         ("68 09 09 68 88 82 5C 30 32 5E 00 10 1A 50 16", Request::Read(Access { slot: 0, index: 16, length: 26 })),
         ("68 06 06 68 88 82 5C 30 32 48 10 16", Request::Idle(&[])),
         ("68 08 08 68 88 82 5C 30 32 58 00 20 40 16", Request::Abort(Abort::new(AbortReason::User(0)))),
-        // 5.4
+        // profibus-wire 5.4
         (
             "68 0D 0D 68 88 82 5C 30 32 5F 00 FF 04 08 00 FD E8 17 16",
             Request::Write(Transfer { slot: 0, index: 255, data: &[8, 0, 0xFD, 0xE8] }),
@@ -48,7 +48,7 @@ fn responses() -> [(&'static str, Response<'static>); 8] {
     let initiate =
         InitiateRes { max_len_data_unit: 240, capabilities: Capabilities::READ_WRITE, source: HERE, destination: HERE };
     [
-        // 4.4
+        // profibus-wire 4.4
         (
             "68 0D 0D 68 82 88 08 33 33 5E 01 10 04 11 22 33 44 95 16",
             Response::Read(Transfer { slot: 1, index: 16, data: &[0x11, 0x22, 0x33, 0x44] }),
@@ -57,12 +57,12 @@ fn responses() -> [(&'static str, Response<'static>); 8] {
             "68 09 09 68 82 88 08 33 33 DF 80 B6 00 8D 16",
             Response::Negative(Negative::new(Function::Write, ErrorCode::ACCESS_DENIED)),
         ),
-        // 4.5
+        // profibus-wire 4.5
         (
             "68 09 09 68 82 88 08 33 33 5C 03 02 10 E9 16",
             Response::AlarmAck(AlarmAck { slot: 3, alarm_type: 2, specifier: 0x10 }),
         ),
-        // 4.6.6
+        // profibus-wire 4.6.6
         (
             "68 09 09 68 82 88 08 32 31 56 30 00 64 5F 16",
             Response::ResourceManager(ResourceManager { server_sap: 48, min_send_timeout: 100 }),
@@ -76,7 +76,7 @@ fn responses() -> [(&'static str, Response<'static>); 8] {
             Response::Read(Transfer { slot: 0, index: 16, data: &[0xDE, 0xAD, 0xBE, 0xEF] }),
         ),
         ("68 06 06 68 82 88 08 32 30 48 BC 16", Response::Idle(&[])),
-        // 5.4
+        // profibus-wire 5.4
         ("68 09 09 68 82 88 08 32 30 5F 00 FF 04 D6 16", Response::Write(Access { slot: 0, index: 255, length: 4 })),
     ]
 }
@@ -247,7 +247,7 @@ fn a_length_that_does_not_fit_the_address_type_is_an_error() {
     }
 }
 
-/// Each kind of wrong PDU has its own error; before, all of them ended "too early".
+/// Each kind of wrong PDU has its own error.
 #[test]
 fn a_wrong_field_is_named() {
     let length = |function| Err(PduError::Length(function));

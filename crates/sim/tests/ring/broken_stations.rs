@@ -49,12 +49,13 @@ fn a_station_that_only_claims_to_be_a_master_costs_little_time() {
     for station in [StationType::MasterReady, StationType::MasterInRing] {
         for address in [3, 5, 12] {
             let mut line = Line::complete(&[2, 9]);
-            let liar = line.segment.attach(FalseMaster { address, station, asked: 0, octets: [0; MAX_TELEGRAM] });
+            let false_master =
+                line.segment.attach(FalseMaster { address, station, asked: 0, octets: [0; MAX_TELEGRAM] });
             TOKEN_RULES.into_iter().for_each(|rule| line.segment.allow(rule));
             let before = line.answers(&[2, 9]);
             let begin = line.segment.now();
             line.segment.run_for(300_000).unwrap();
-            let asked = u64::from(line.segment.station(liar).asked);
+            let asked = u64::from(line.segment.station(false_master).asked);
             // Between two scans there is at least the pause G x T_TR.
             assert!((3..=300_000 / 5_000 + 1).contains(&asked), "{address}: asked {asked} times");
             let after = line.answers(&[2, 9]);

@@ -7,7 +7,7 @@ use profivac_sim::{Fault, Noise, Random, StationHandle, TelegramFault};
 const ADDRESSES: [u8; 5] = [1, 4, 7, 10, 13];
 
 /// Applies one random fault. `left` has a bit for each master that was requested to leave the ring.
-fn apply_random_fault(line: &mut Line, ghost: StationHandle<Tester>, left: &mut u16, random: &mut Random) {
+fn apply_random_fault(line: &mut Line, tester: StationHandle<Tester>, left: &mut u16, random: &mut Random) {
     let address = ADDRESSES[random.below(5) as usize];
     let master = line.handle(address);
     match random.below(10) {
@@ -20,7 +20,7 @@ fn apply_random_fault(line: &mut Line, ghost: StationHandle<Tester>, left: &mut 
         7 => {
             let da = ADDRESSES[random.below(5) as usize];
             let now = line.segment.now();
-            line.segment.station_mut(ghost).send(now + random.below(500), &[0xDC, da, address]);
+            line.segment.station_mut(tester).send(now + random.below(500), &[0xDC, da, address]);
         }
         8 => {
             line.segment.station_mut(master).leave();
@@ -35,11 +35,11 @@ fn the_ring_is_complete_again_after_random_faults() {
     for seed in 0..40 {
         let mut random = Random::new(seed);
         let mut line = Line::along(&[(1, 0), (4, 1), (7, 2), (10, 3), (13, 4)]);
-        let ghost = line.segment.attach(Tester::new());
-        line.segment.exempt(ghost.id());
+        let tester = line.segment.attach(Tester::new());
+        line.segment.exempt(tester.id());
         let mut left = 0;
         for _ in 0..60 {
-            apply_random_fault(&mut line, ghost, &mut left, &mut random);
+            apply_random_fault(&mut line, tester, &mut left, &mut random);
             line.without_token_rules(1 + random.below(8_000));
         }
         line.segment.inject(Fault::Noise(None));
