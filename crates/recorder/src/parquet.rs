@@ -16,8 +16,8 @@ use parquet::errors::ParquetError;
 use parquet::file::properties::WriterProperties;
 use parquet::file::writer::{SerializedFileWriter, SerializedRowGroupWriter};
 use parquet::schema::parser::parse_message_type;
-use std::io::Write;
-use std::sync::Arc;
+use std::io::{self, Write};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 /// The columns.
 const SCHEMA: &str = "message samples {
@@ -85,28 +85,103 @@ fn column<T: DataType, W: Write + Send>(
     column.close()
 }
 
+/// The octets of a file that is being written, until they are taken.
+#[derive(Clone, Default)]
+struct Octets(Arc<Mutex<Vec<u8>>>);
+
+impl Octets {
+    fn locked(&self) -> MutexGuard<'_, Vec<u8>> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn take(&self) -> Vec<u8> {
+        std::mem::take(&mut *self.locked())
+    }
+}
+
+impl Write for Octets {
+    fn write(&mut self, octets: &[u8]) -> io::Result<usize> {
+        self.locked().write(octets)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
+
+/// Samples as a Parquet file, part by part. The parts in their order are the file; without the last one it is no Parquet file.
+pub struct ParquetExport {
+    chunks: Chunks,
+    /// `None` after the end.
+    file: Option<SerializedFileWriter<Octets>>,
+    octets: Octets,
+    rows: Rows,
+    count: u64,
+}
+
+impl ParquetExport {
+    /// The samples of `chunks`.
+    ///
+    /// # Errors
+    /// [`WriteError`] when the file cannot begin.
+    pub fn new(chunks: Chunks) -> Result<Self, WriteError> {
+        let schema = Arc::new(parse_message_type(SCHEMA)?);
+        let properties = WriterProperties::builder().set_compression(Compression::GZIP(GzipLevel::default())).build();
+        let octets = Octets::default();
+        let file = SerializedFileWriter::new(octets.clone(), schema, Arc::new(properties))?;
+        Ok(Self { chunks, file: Some(file), octets, rows: Rows::default(), count: 0 })
+    }
+
+    /// The number of rows that were read so far.
+    #[must_use]
+    pub const fn rows_read(&self) -> u64 {
+        self.count
+    }
+
+    /// Takes the next chunk, and writes a row group when there are enough rows. At the end of the chunks writes the end of the file.
+    fn advance(&mut self, file: &mut SerializedFileWriter<Octets>) -> Result<bool, WriteError> {
+        let Some(chunk) = self.chunks.next() else {
+            if !self.rows.times.is_empty() {
+                std::mem::take(&mut self.rows).write(file)?;
+            }
+            file.finish()?;
+            return Ok(false);
+        };
+        let Chunk { series, samples } = chunk?;
+        let gauge = ByteArray::from(series.as_str());
+        samples.iter().for_each(|sample| self.rows.add(&gauge, sample));
+        self.count = self.count.saturating_add(samples.len() as u64);
+        if self.rows.times.len() >= ROWS_PER_GROUP {
+            std::mem::take(&mut self.rows).write(file)?;
+        }
+        Ok(true)
+    }
+}
+
+impl Iterator for ParquetExport {
+    type Item = Result<Vec<u8>, WriteError>;
+
+    /// The part that follows from the next chunk of samples, empty until a row group is complete. An error ends the export.
+    fn next(&mut self) -> Option<Self::Item> {
+        let mut file = self.file.take()?;
+        match self.advance(&mut file) {
+            Ok(continues) => {
+                self.file = continues.then_some(file);
+                Some(Ok(self.octets.take()))
+            }
+            Err(error) => Some(Err(error)),
+        }
+    }
+}
+
 /// Writes the samples as a Parquet file; returns the number of rows.
 ///
 /// # Errors
 /// [`WriteError`] when the database cannot be read or the file cannot be written; what was written so far is no Parquet file.
-pub fn write(chunks: Chunks, to: impl Write + Send) -> Result<u64, WriteError> {
-    let schema = Arc::new(parse_message_type(SCHEMA)?);
-    let properties = WriterProperties::builder().set_compression(Compression::GZIP(GzipLevel::default())).build();
-    let mut file = SerializedFileWriter::new(to, schema, Arc::new(properties))?;
-    let mut rows = Rows::default();
-    let mut count: u64 = 0;
-    for chunk in chunks {
-        let Chunk { series, samples } = chunk?;
-        let gauge = ByteArray::from(series.as_str());
-        samples.iter().for_each(|sample| rows.add(&gauge, sample));
-        count = count.saturating_add(samples.len() as u64);
-        if rows.times.len() >= ROWS_PER_GROUP {
-            std::mem::take(&mut rows).write(&mut file)?;
-        }
+pub fn write(chunks: Chunks, mut to: impl Write) -> Result<u64, WriteError> {
+    let mut export = ParquetExport::new(chunks)?;
+    while let Some(part) = export.next() {
+        to.write_all(&part?).map_err(ParquetError::from)?;
     }
-    if !rows.times.is_empty() {
-        rows.write(&mut file)?;
-    }
-    file.close()?;
-    Ok(count)
+    Ok(export.rows_read())
 }

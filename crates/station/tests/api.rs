@@ -53,13 +53,17 @@ impl TestStation {
     }
 
     fn send(&self, method: &str, path: &str) -> (Response<()>, String) {
+        let (head, octets) = self.octets(method, path);
+        (head, String::from_utf8(octets).unwrap())
+    }
+
+    fn octets(&self, method: &str, path: &str) -> (Response<()>, Vec<u8>) {
         let runtime = tokio::runtime::Builder::new_current_thread().enable_time().build().unwrap();
         runtime.block_on(async {
             let request = Request::builder().method(method).uri(path).body(Body::empty()).unwrap();
             let response = router(Arc::clone(&self.plant)).oneshot(request).await.unwrap();
             let (head, body) = response.into_parts();
-            let text = String::from_utf8(to_bytes(body, usize::MAX).await.unwrap().to_vec()).unwrap();
-            (Response::from_parts(head, ()), text)
+            (Response::from_parts(head, ()), to_bytes(body, usize::MAX).await.unwrap().to_vec())
         })
     }
 
@@ -465,6 +469,23 @@ fn an_export_is_a_csv_attachment() {
     assert_eq!(text, "time,gauge,pressure_pa,quality\n2026-01-01T00:00:00.000000Z,chamber,1e-3,valid\n");
 }
 
+#[cfg(feature = "parquet")]
+#[test]
+fn an_export_may_be_a_parquet_file() {
+    let station = TestStation::new();
+    for second in 0..5_000 {
+        station.record(second, 1e-3);
+    }
+    assert!(station.plant.recorder().flush());
+    let path = format!("/api/export.parquet?from={NEW_YEAR_MS}&to={}", NEW_YEAR_MS + 5_000_000);
+    let (head, octets) = station.octets("GET", &path);
+    assert_eq!(head.status(), 200);
+    assert_eq!(head.headers()["content-type"], "application/vnd.apache.parquet");
+    assert!(octets.starts_with(b"PAR1") && octets.ends_with(b"PAR1"), "{} octets", octets.len());
+    assert!(octets.windows(7).any(|part| part == b"chamber"), "the name of the series is in the statistics");
+    assert_eq!(station.get("/api/export.parquet?from=2&to=1").0, 400);
+}
+
 /// Names may contain commas: a repeated `series` names one series each, and only a value that is no name is split at its commas.
 #[test]
 fn an_export_has_the_requested_series() {
@@ -571,7 +592,7 @@ fn the_description_names_every_path() {
     let description: Value = serde_json::from_str(&description()).unwrap();
     let described = description["paths"].as_object().unwrap();
     let station = TestStation::new();
-    assert_eq!(described.len(), 44);
+    assert_eq!(described.len(), 45);
     for (path, methods) in described.iter().filter(|(path, _)| *path != "/api/live" && !path.contains("blocks")) {
         let (status, _, text) = station.get(&path.replace("{name}", "chamber"));
         let operation = ["get", "post", "delete"].iter().map(|method| &methods[method]).find(|one| one.is_object());

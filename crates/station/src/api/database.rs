@@ -3,7 +3,8 @@
 use super::problem::{Problem, task_failed};
 use crate::services::Services;
 use axum::body::Body;
-use profivac_recorder::{Export, Reader};
+use profivac_recorder::Reader;
+use std::fmt::Display;
 use std::sync::Arc;
 use std::time::Duration;
 use tokio::sync::{Semaphore, mpsc};
@@ -42,18 +43,25 @@ impl DatabaseReaders {
     }
 
     /// An export as the body of an answer. Each chunk is read when the client has taken the one before; between two chunks the
-    /// export has no slot.
-    pub fn stream_export(&self, mut export: Export) -> Body {
+    /// export has no slot. Empty chunks are not sent.
+    pub fn stream_export<T, E>(&self, mut export: impl Iterator<Item = Result<T, E>> + Send + 'static) -> Body
+    where
+        T: Into<Vec<u8>> + Send + 'static,
+        E: Display + Send + 'static,
+    {
         let (chunks, body) = mpsc::channel(1);
         let readers = self.clone();
         tokio::spawn(async move {
             loop {
                 let (chunk, rest) = match readers.run_in_slot(move || (export.next(), export)).await {
-                    Ok((Some(chunk), rest)) => (chunk.map_err(Problem::from), rest),
+                    Ok((Some(chunk), rest)) => (chunk, rest),
                     Ok((None, _)) | Err(_) => return,
                 };
                 export = rest;
-                let chunk = chunk.map_err(|problem| std::io::Error::other(problem.to_string()));
+                let chunk = chunk.map(Into::into).map_err(|error| std::io::Error::other(error.to_string()));
+                if chunk.as_ref().is_ok_and(Vec::is_empty) {
+                    continue;
+                }
                 if chunks.send_timeout(chunk, CHUNK_TIMEOUT).await.is_err() {
                     return;
                 }

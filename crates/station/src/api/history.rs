@@ -6,13 +6,14 @@ use super::query::{MomentError, checked_accuracy, checked_range, moment, parsed_
 use crate::pumpdown;
 use crate::view::{EventView, RiseFlows, RisePoint, RiseShapes, RiseView, Trend};
 use axum::Json;
+use axum::body::Body;
 use axum::extract::rejection::QueryRejection;
 use axum::extract::{Query, State};
 use axum::http::header::{CONTENT_DISPOSITION, CONTENT_TYPE};
 use axum::response::IntoResponse;
 use profivac_identify::rise::{Flow, GasDependence, Rise, RiseSetup, analyse};
 use profivac_identify::standard_uncertainty;
-use profivac_recorder::{DatabaseError, Micros, Quality, Reader, Sample, Span};
+use profivac_recorder::{Chunks, DatabaseError, Micros, Quality, Reader, Sample, Span};
 use profivac_vacuum::gas::Gas;
 use serde::Deserialize;
 use std::collections::HashSet;
@@ -264,16 +265,62 @@ pub async fn export(
     State(readers): State<DatabaseReaders>,
     parameters: Result<Query<ExportParameters>, QueryRejection>,
 ) -> Result<impl IntoResponse, Problem> {
-    let parameters = parsed_query(parameters)?;
-    let (from, to) = time_range(parameters.from, parameters.to)?;
     let headers =
         [(CONTENT_TYPE, "text/csv; charset=utf-8"), (CONTENT_DISPOSITION, "attachment; filename=\"pressures.csv\"")];
-    let export = readers.read(move |reader| {
-        let series = selected(&parameters.series, reader.series_names()?);
-        Ok(profivac_recorder::Export::new(reader, series, from, to))
-    });
-    let export = export.await?;
+    let export = exported(&readers, parameters, profivac_recorder::Export::new).await?;
     Ok((headers, readers.stream_export(export)))
+}
+
+/// The samples of a time range as a Parquet file: time (UTC), series, pressure in Pa, quality
+///
+/// A program that is built without the feature `parquet` answers 501.
+#[utoipa::path(
+    get,
+    path = "/api/export.parquet",
+    params(ExportParameters),
+    responses(
+        (status = 200, content_type = "application/vnd.apache.parquet", body = String),
+        (status = 400, body = Problem, description = "A parameter is missing or malformed"),
+        (status = 501, body = Problem, description = "This program was built without Parquet"),
+        (status = 503, body = Problem, description = "The database cannot be read")
+    )
+)]
+pub async fn export_parquet(
+    State(readers): State<DatabaseReaders>,
+    parameters: Result<Query<ExportParameters>, QueryRejection>,
+) -> Result<impl IntoResponse, Problem> {
+    let headers = [
+        (CONTENT_TYPE, "application/vnd.apache.parquet"),
+        (CONTENT_DISPOSITION, "attachment; filename=\"pressures.parquet\""),
+    ];
+    let chunks = exported(&readers, parameters, Chunks::new).await?;
+    Ok((headers, parquet_body(&readers, chunks)?))
+}
+
+#[cfg(feature = "parquet")]
+fn parquet_body(readers: &DatabaseReaders, chunks: Chunks) -> Result<Body, Problem> {
+    let export = profivac_recorder::parquet::ParquetExport::new(chunks);
+    Ok(readers.stream_export(export.map_err(|error| Problem::unavailable(error.to_string()))?))
+}
+
+#[cfg(not(feature = "parquet"))]
+fn parquet_body(_: &DatabaseReaders, _: Chunks) -> Result<Body, Problem> {
+    Err(Problem::not_implemented("this program was built without Parquet; /api/export.csv has the same samples"))
+}
+
+/// The export that `begin` makes of the series and the time range of a request.
+async fn exported<T: Send + 'static>(
+    readers: &DatabaseReaders,
+    parameters: Result<Query<ExportParameters>, QueryRejection>,
+    begin: impl FnOnce(Reader, Vec<String>, Micros, Micros) -> T + Send + 'static,
+) -> Result<T, Problem> {
+    let parameters = parsed_query(parameters)?;
+    let (from, to) = time_range(parameters.from, parameters.to)?;
+    let read = readers.read(move |reader| {
+        let series = selected(&parameters.series, reader.series_names()?);
+        Ok(begin(reader, series, from, to))
+    });
+    read.await
 }
 
 /// Seconds since `from` and pressures in Pa: all samples, or the means of [`MAX_FITTED`] intervals if there are more.

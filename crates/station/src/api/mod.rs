@@ -21,7 +21,7 @@
 //! | `/api/identify` | the numbers of a plant from the record of a gauge |
 //! | `/api/report.html` | a report about a pump-down |
 //! | `/api/pump-downs` | pump-downs beside the usual ones |
-//! | `/api/export.csv` | samples as CSV |
+//! | `/api/export.csv`, `/api/export.parquet` | samples as CSV and as Parquet |
 //! | `/api/alarms` | the alarms with their states |
 //! | `/api/alarms/history` | the history of alarms |
 //! | `/api/alarms/acknowledge`, `/api/alarms/{name}/acknowledge` | acknowledges alarms |
@@ -112,6 +112,7 @@ use utoipa::OpenApi;
         report::report,
         pump_downs::pump_downs,
         history::export,
+        history::export_parquet,
         alarms::alarms,
         alarms::history,
         alarms::performance,
@@ -236,6 +237,7 @@ pub fn router(services: Arc<Services>) -> Router {
         .route("/api/report.html", get(report::report))
         .route("/api/pump-downs", get(pump_downs::pump_downs))
         .route("/api/export.csv", get(history::export))
+        .route("/api/export.parquet", get(history::export_parquet))
         .merge(alarm_routes())
         .route("/api/session", get(session::session))
         .route("/api/login", post(session::login))

@@ -72,6 +72,12 @@ impl Problem {
         Self::new(StatusCode::REQUEST_TIMEOUT, "the body of the request did not arrive in time")
     }
 
+    /// 501: this program was built without it.
+    #[cfg(not(feature = "parquet"))]
+    pub fn not_implemented(detail: impl Into<String>) -> Self {
+        Self::new(StatusCode::NOT_IMPLEMENTED, detail)
+    }
+
     /// 409: the resource is in another state than the client assumes.
     pub fn conflict(detail: impl Into<String>) -> Self {
         Self::new(StatusCode::CONFLICT, detail)

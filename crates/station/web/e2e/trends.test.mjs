@@ -127,6 +127,18 @@ test('the chart is saved as a picture', async () => {
   })
 })
 
+test('the samples of the window are saved as CSV and as Parquet', async () => {
+  await visit(async (page) => {
+    const saved = async (name) => {
+      const [download] = await Promise.all([page.waitForEvent('download'), page.getByRole('link', { name }).click()])
+      return readFile(await download.path())
+    }
+    assert.match((await saved('Save as CSV')).toString(), /^time,gauge,pressure_pa,quality\n.*,detector,/)
+    const octets = await saved('Save as Parquet')
+    assert.deepEqual([octets.subarray(0, 4).toString(), octets.subarray(-4).toString()], ['PAR1', 'PAR1'])
+  })
+})
+
 test('the page fits on a phone', async () => {
   await visit(
     async (page) => {

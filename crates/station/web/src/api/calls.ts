@@ -72,8 +72,11 @@ export const fetchPumpDowns = (
     signal,
   })
 
-export const exportAddress = (series: string[], from: number, to: number): string =>
+export const csvAddress = (series: string[], from: number, to: number): string =>
   addressOf('/api/export.csv', { query: { from, to, series } })
+
+export const parquetAddress = (series: string[], from: number, to: number): string =>
+  addressOf('/api/export.parquet', { query: { from, to, series } })
 
 /** The file of a report about a pump-down, in the time zone of the browser. */
 export const reportAddress = (query: ReportQuery): string =>

@@ -3,7 +3,7 @@
 import './trends.css'
 import type { JSX } from 'preact'
 import { useRef, useState } from 'preact/hooks'
-import { exportAddress, fetchAlarms } from '../../api/calls.ts'
+import { csvAddress, fetchAlarms, parquetAddress } from '../../api/calls.ts'
 import type { Alarm, StationEvent } from '../../api/types.ts'
 import { ChartTable } from '../../components/chart-table.tsx'
 import { useQuery, useWidth } from '../../components/hooks.ts'
@@ -46,6 +46,7 @@ export function Trends(): JSX.Element {
   const data = useChartData(query.value, range, unit, now)
   const events = query.value?.events ?? []
   const window = windowOf(range, now)
+  const whole: [number, number] = [Math.floor(window[0]), Math.ceil(window[1])]
   const at = cursor === null ? null : window[0] + cursor * (window[1] - window[0])
   const colours = curveColours(names, chosen, useDark())
   const colourOf = (series: string): string => colours.get(series) ?? 'gray'
@@ -108,12 +109,11 @@ export function Trends(): JSX.Element {
       </p>
       <div class="bar">
         <CustomWindow window={window} live={isLive(range)} setRange={setRange} />
-        <a
-          class="button"
-          href={exportAddress(chosen, Math.floor(window[0]), Math.ceil(window[1]))}
-          download="pressures.csv"
-        >
+        <a class="button" href={csvAddress(chosen, ...whole)} download="pressures.csv">
           Save as CSV
+        </a>
+        <a class="button" href={parquetAddress(chosen, ...whole)} download="pressures.parquet">
+          Save as Parquet
         </a>
         <button
           type="button"
