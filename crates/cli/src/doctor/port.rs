@@ -1,6 +1,6 @@
 //! A port and the line behind it. Nothing is sent.
 
-use super::{Finding, Verdict, unusable};
+use super::{Finding, unusable};
 use crate::failure::Failure;
 use crate::values::Rate;
 use profivac_dp::link::Baud;
@@ -179,5 +179,5 @@ impl Heard {
 fn noted(notice: &Notice) -> Finding {
     let text = notice.to_string();
     let (found, next) = text.split_once(": ").unwrap_or((&text, "see docs/adapters.md"));
-    Finding { verdict: Verdict::Note, ..Finding::note(found, next) }
+    Finding::note(found, next)
 }
