@@ -175,9 +175,7 @@ impl Heard {
     }
 }
 
-/// A condition of a port. Its text names the next step after a colon.
+/// A condition of a port.
 fn noted(notice: &Notice) -> Finding {
-    let text = notice.to_string();
-    let (found, next) = text.split_once(": ").unwrap_or((&text, "see docs/adapters.md"));
-    Finding::note(found, next)
+    Finding::note(notice.found(), notice.remedy().unwrap_or_else(|| "see docs/adapters.md".to_owned()))
 }
