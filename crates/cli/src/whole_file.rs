@@ -19,10 +19,10 @@ pub fn check_absent(path: &Path, force: bool) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Writes a text as [`write`] does.
+/// Writes a text as [`write()`] does.
 ///
 /// # Errors
-/// As [`write`].
+/// As [`write()`].
 pub fn write_text(path: &Path, text: &str) -> Result<(), Failure> {
     write(path, |to| to.write_all(text.as_bytes()).map_err(|error| not_written(path, &error)))
 }
