@@ -33,6 +33,9 @@ const SAMPLES_DAYS: u32 = 730;
 /// The most octets of the stream, unless the file says otherwise: 10 GB.
 const STREAM_OCTETS: u64 = 10_000_000_000;
 
+/// The least octets of the stream: some batches of the largest size. free choice.
+const LEAST_STREAM_OCTETS: i64 = 10_000_000;
+
 /// The settings of an archive.
 #[derive(Clone, Debug)]
 pub struct Config {
@@ -82,14 +85,29 @@ pub enum ConfigError {
         /// The fault.
         problem: DatabaseProblem,
     },
-    /// A value is wrong.
-    #[error("{file}: {message}", file = file.display())]
+    /// A value is out of range.
+    #[error("{file}: {problem}", file = file.display())]
     Value {
         /// The file.
         file: PathBuf,
         /// The fault.
-        message: String,
+        problem: ValueProblem,
     },
+}
+
+/// A number in `[archive]` that is out of range.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
+#[non_exhaustive]
+pub enum ValueProblem {
+    /// `replicas`.
+    #[error("expected replicas = 1, 3 or 5, found {0}")]
+    Replicas(u8),
+    /// `samples-days`.
+    #[error("expected samples-days from 1 to 36525, found {0}")]
+    SamplesDays(u32),
+    /// `stream-octets`.
+    #[error("expected stream-octets of at least 10000000, found {0}")]
+    StreamOctets(u64),
 }
 
 #[derive(Debug, Deserialize)]
@@ -132,22 +150,21 @@ impl Config {
         let toml: Toml = toml::from_str(&text)
             .map_err(|error| place(error.span().map_or(0, |span| span.start), error.message().to_owned()))?;
         let folder = file.parent().unwrap_or(Path::new(""));
-        let wrong = |message: String| ConfigError::Value { file: file.to_owned(), message };
+        let wrong = |problem| ConfigError::Value { file: file.to_owned(), problem };
         let nats = toml.nats.into_settings(file, 0..0);
         let nats = nats.map_err(|error| place(error.span.start, error.problem.to_string()))?;
         let ArchiveToml { samples_days, replicas, stream_octets } = toml.archive;
         let replicas = replicas.unwrap_or(1);
         if ![1, 3, 5].contains(&replicas) {
-            return Err(wrong(format!("expected replicas = 1, 3 or 5, found {replicas}")));
+            return Err(wrong(ValueProblem::Replicas(replicas)));
         }
         let samples_days = samples_days.unwrap_or(SAMPLES_DAYS);
         if !(1..=36_525).contains(&samples_days) {
-            return Err(wrong(format!("expected samples-days from 1 to 36525, found {samples_days}")));
+            return Err(wrong(ValueProblem::SamplesDays(samples_days)));
         }
-        let stream_octets = stream_octets.unwrap_or(STREAM_OCTETS);
-        let stream_octets = i64::try_from(stream_octets).ok().filter(|octets| *octets >= 10_000_000);
-        let stream_octets =
-            stream_octets.ok_or_else(|| wrong("expected stream-octets of at least 10000000".to_owned()))?;
+        let found = stream_octets.unwrap_or(STREAM_OCTETS);
+        let stream_octets = i64::try_from(found).ok().filter(|octets| *octets >= LEAST_STREAM_OCTETS);
+        let stream_octets = stream_octets.ok_or_else(|| wrong(ValueProblem::StreamOctets(found)))?;
         Ok(Self {
             samples_days,
             replicas: usize::from(replicas),
@@ -185,9 +202,21 @@ mod tests {
         let cases = [
             (format!("{NATS}{POSTGRES}[archive]\nreplicas = 2\n"), "expected replicas = 1, 3 or 5, found 2"),
             (format!("{NATS}{POSTGRES}[archive]\nsamples-days = 0\n"), "expected samples-days from 1"),
+            (
+                format!("{NATS}{POSTGRES}[archive]\nstream-octets = 7\n"),
+                "expected stream-octets of at least 10000000, found 7",
+            ),
             (format!("{NATS}{POSTGRES}[archive]\nsample-days = 7\n"), "archive.toml:6:1: unknown field"),
             (
                 format!("{NATS}[postgres]\nconnection = \"host=db.example sslmode=disable\"\n"),
+                "the database is on another computer",
+            ),
+            (
+                format!("{NATS}[postgres]\nconnection = \"hostaddr=192.0.2.1 sslmode=disable\"\n"),
+                "the database is on another computer",
+            ),
+            (
+                format!("{NATS}[postgres]\nconnection = \"host=localhost hostaddr=192.0.2.1 sslmode=disable\"\n"),
                 "the database is on another computer",
             ),
             (

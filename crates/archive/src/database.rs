@@ -4,8 +4,8 @@ use profivac_host::text_file;
 use profivac_station::auth::file_permissions::{self, PermissionError};
 use profivac_station::client_tls::trusting;
 use profivac_station::config::{CertificateError, ca_certificates};
+use profivac_station::host_name::is_loopback;
 use serde::Deserialize;
-use std::net::IpAddr;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;
@@ -82,7 +82,7 @@ impl Database {
         if config.get_password().is_some() {
             return Err(DatabaseProblem::Password);
         }
-        let is_near = config.get_hosts().iter().all(is_near);
+        let is_near = is_near(&config);
         let mode = config.get_ssl_mode();
         if mode == SslMode::Disable && !is_near && !toml.unencrypted {
             return Err(DatabaseProblem::Unencrypted);
@@ -117,11 +117,13 @@ impl Database {
     }
 }
 
-fn is_near(host: &Host) -> bool {
-    match host {
+/// Whether every server is on this computer. Where both are given, the library connects to `hostaddr`, and `host` is only a name.
+fn is_near(config: &Config) -> bool {
+    let is_near_host = |host: &Host| match host {
         Host::Unix(_) => true,
-        Host::Tcp(host) => host == "localhost" || host.parse::<IpAddr>().is_ok_and(|it| it.is_loopback()),
-    }
+        Host::Tcp(host) => is_loopback(host),
+    };
+    config.get_hosts().iter().all(is_near_host) && config.get_hostaddrs().iter().all(|address| address.is_loopback())
 }
 
 fn tls(toml: &PostgresToml, folder: &Path) -> Result<Arc<ClientConfig>, DatabaseProblem> {

@@ -6,6 +6,7 @@
 use crate::nats::{NatsError, connect, message_id, subject};
 use async_nats::HeaderMap;
 use async_nats::jetstream::Context as JetStream;
+use async_nats::jetstream::context::{PublishError, PublishErrorKind};
 use profivac_gateway::ReadModel;
 use profivac_gateway::thread::{Context, GatewayThread};
 use profivac_recorder::DatabaseError;
@@ -32,6 +33,7 @@ const ACKNOWLEDGEMENT_TIMEOUT: Duration = Duration::from_secs(10);
 
 /// Why publishing has ended.
 #[derive(Debug, Error)]
+#[non_exhaustive]
 pub enum PublisherError {
     /// The database cannot be read.
     #[error(transparent)]
@@ -62,16 +64,15 @@ async fn publish(settings: Settings, mut context: Context) -> Result<(), Publish
         if page.epoch != cursor.0 {
             cursor = (page.epoch, 0);
         }
-        let is_empty = page.batches.is_empty();
-        if !is_empty {
-            let begun = Instant::now();
-            let (octets, sent) = (octets_of(&page), publish_page(&jetstream, &settings, page, &mut cursor).await);
-            context.status.sent(sent.0);
-            context.services.recorder().acknowledge_outbox(cursor.0, cursor.1);
-            sent.1?;
-            pause(&mut context, pause_after(settings.limit, octets, begun.elapsed())).await;
-        } else {
+        if page.batches.is_empty() {
             pause(&mut context, POLL_INTERVAL).await;
+        } else {
+            let (begun, octets) = (Instant::now(), octets_of(&page));
+            let (count, published) = publish_page(&jetstream, &settings, page, &mut cursor).await;
+            context.status.sent(count);
+            context.services.recorder().acknowledge_outbox(cursor.0, cursor.1);
+            published?;
+            pause(&mut context, pause_after(settings.limit, octets, begun.elapsed())).await;
         }
         if context.stop.is_stopped() {
             return Ok(());
@@ -118,23 +119,25 @@ async fn publish_page(
             break;
         }
     }
-    let mut count = 0;
+    let mut count: u64 = 0;
     for (number, acknowledgement) in waiting {
         match timeout(ACKNOWLEDGEMENT_TIMEOUT, acknowledgement.into_future()).await {
             Ok(Ok(_stored)) => *cursor = (page.epoch, number),
-            Ok(Err(error)) => return (count, failed(explained(&error.to_string()))),
+            Ok(Err(error)) => return (count, failed(explained(&error))),
             Err(_) => return (count, failed("no acknowledgement".to_owned())),
         }
-        count += 1;
+        count = count.saturating_add(1);
     }
     (count, published)
 }
 
 /// The error of an acknowledgement, with what to do.
-fn explained(error: &str) -> String {
-    match error.contains("not found") || error.contains("no responders") {
-        true => format!("no stream takes the batches ({error}): start `profivac archive` once, which creates it"),
-        false => format!("the batch was not stored: {error}"),
+fn explained(error: &PublishError) -> String {
+    match error.kind() {
+        PublishErrorKind::StreamNotFound => {
+            format!("no stream takes the batches ({error}): start `profivac archive` once, which creates it")
+        }
+        _ => format!("the batch was not stored: {error}"),
     }
 }
 
@@ -167,7 +170,8 @@ mod tests {
 
     #[test]
     fn a_missing_stream_says_what_creates_it() {
-        assert!(explained("no responders: stream not found").ends_with("which creates it"));
-        assert_eq!(explained("timed out"), "the batch was not stored: timed out");
+        let explained = |kind: PublishErrorKind| explained(&PublishError::from(kind));
+        assert!(explained(PublishErrorKind::StreamNotFound).ends_with("which creates it"));
+        assert!(explained(PublishErrorKind::TimedOut).starts_with("the batch was not stored: timed out"));
     }
 }

@@ -13,6 +13,7 @@ pub const LOCK: i64 = 0x7066_7663;
 
 /// Why the tables cannot be used.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum SchemaError {
     /// The database has refused a statement.
     #[error("the tables cannot be made: {0}")]

@@ -37,6 +37,7 @@ const LONGEST_PAUSE: Duration = Duration::from_secs(10);
 
 /// Why an archive has to connect again.
 #[derive(Debug, Error)]
+#[non_exhaustive]
 pub enum ArchiveError {
     /// The servers of NATS cannot be used.
     #[error(transparent)]

@@ -19,16 +19,16 @@ pub fn check_absent(path: &Path, force: bool) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Writes a text as [`write`] does.
+/// Writes a text as [`write()`] does.
 ///
 /// # Errors
-/// As [`write`].
+/// As [`write()`].
 pub fn write_text(path: &Path, text: &str) -> Result<(), Failure> {
     write(path, |to| to.write_all(text.as_bytes()).map_err(|error| not_written(path, &error)))
 }
 
-/// Writes a file beside its destination, and gives it its name when it is whole. It replaces an existing file. A device or a pipe is
-/// written directly.
+/// Writes a file beside its destination, and gives it its name when it is whole. It replaces an existing file and keeps its
+/// permissions. A device or a pipe is written directly.
 ///
 /// # Errors
 /// That of `contents`, or a usage error that names the file; then the destination is as it was.
@@ -41,10 +41,15 @@ pub fn write<T>(
         let device = OpenOptions::new().write(true).open(path).map_err(failed)?;
         return fill(device, path, contents).map(|(_, done)| done);
     }
-    let part = part_of(path);
+    // Behind a link, the file itself is replaced and not the link.
+    let destination = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
+    let part = part_of(&destination);
     let written = File::create(&part).map_err(failed).and_then(|file| {
+        if let Ok(existing) = fs::metadata(&destination) {
+            file.set_permissions(existing.permissions()).map_err(failed)?;
+        }
         let (file, done) = fill(file, path, contents)?;
-        file.sync_all().and_then(|()| fs::rename(&part, path)).map_err(failed)?;
+        file.sync_all().and_then(|()| fs::rename(&part, &destination)).map_err(failed)?;
         Ok(done)
     });
     if written.is_err() {
@@ -80,6 +85,7 @@ fn part_of(path: &Path) -> PathBuf {
 #[allow(clippy::unwrap_used, reason = "a test")]
 mod tests {
     use super::*;
+    use std::os::unix::fs::PermissionsExt;
 
     fn names(folder: &Path) -> Vec<String> {
         let entries = fs::read_dir(folder).unwrap();
@@ -102,6 +108,19 @@ mod tests {
         assert_eq!(fs::read_to_string(&path).unwrap(), "old");
         write_text(&path, "new").unwrap();
         assert_eq!((names(folder.path()).len(), fs::read_to_string(&path).unwrap()), (1, "new".to_owned()));
+    }
+
+    #[test]
+    fn a_replaced_file_keeps_its_permissions_and_the_link_to_it() {
+        let folder = tempfile::tempdir().unwrap();
+        let [path, link] = ["private.html", "link.html"].map(|name| folder.path().join(name));
+        write_text(&path, "old").unwrap();
+        fs::set_permissions(&path, fs::Permissions::from_mode(0o600)).unwrap();
+        std::os::unix::fs::symlink(&path, &link).unwrap();
+        write_text(&link, "new").unwrap();
+        assert!(link.is_symlink());
+        assert_eq!(fs::read_to_string(&path).unwrap(), "new");
+        assert_eq!(fs::metadata(&path).unwrap().permissions().mode() & 0o777, 0o600);
     }
 
     #[test]

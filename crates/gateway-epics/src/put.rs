@@ -3,7 +3,7 @@
 use crate::database::World;
 use crate::record::{Put, Record};
 use profivac_gateway::command::given;
-use profivac_gateway::{Commander, Signal, Subject, Value, WriteRequest};
+use profivac_gateway::{Commander, Signal, Subject, Value, WriteError, WriteRequest};
 use profivac_station::config::gateways::write::Write;
 use profivac_station::services::Services;
 use std::net::IpAddr;
@@ -22,13 +22,40 @@ pub enum PutValue {
     Text(String),
 }
 
+/// The reason why a put was not done.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum PutError {
+    /// The gateway does not write this name for this client.
+    #[error("the gateway is read-only for this name and this client")]
+    ReadOnly,
+    /// Too many puts of the client wait.
+    #[error("{MAX_WAITING} puts of this client wait already: try again")]
+    Busy,
+    /// The file of the station has changed.
+    #[error("the record no longer exists")]
+    UnknownRecord,
+    /// The value has no type that can be written, in words.
+    #[error("{0}")]
+    Value(&'static str),
+    /// A number in place of a command.
+    #[error("expected a command such as ba.degas-on, found {0}")]
+    NoCommand(f64),
+    /// No number of an occurrence.
+    #[error("expected the number of the occurrence to be acknowledged, found {0}")]
+    NoOccurrence(String),
+    /// The station does not do it.
+    #[error(transparent)]
+    Refused(#[from] WriteError),
+}
+
 /// A put that has ended.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Debug)]
 pub struct Finished<R> {
     /// The request of the client.
     pub request: R,
     /// Nothing, or why it was not done.
-    pub result: Result<(), String>,
+    pub result: Result<(), PutError>,
 }
 
 /// Writes as the user of the file.
@@ -82,19 +109,19 @@ impl<R: Send + 'static> Puts<R> {
     /// Begins a put. Its result comes later.
     ///
     /// # Errors
-    /// Why it does not begin.
-    pub fn begin(&mut self, request: R, record: &Record, value: &PutValue, world: &World) -> Result<(), String> {
+    /// [`PutError`] when it does not begin.
+    pub fn begin(&mut self, request: R, record: &Record, value: &PutValue, world: &World) -> Result<(), PutError> {
         let writer = self.writer.as_ref().filter(|_| record.put != Put::Refused);
-        let writer = Arc::clone(writer.ok_or("the gateway is read-only for this name and this client")?);
+        let writer = Arc::clone(writer.ok_or(PutError::ReadOnly)?);
         if self.waiting >= MAX_WAITING {
-            return Err(format!("{MAX_WAITING} puts of this client wait already: try again"));
+            return Err(PutError::Busy);
         }
         let write = request_of(record, value, world)?;
         self.waiting = self.waiting.saturating_add(1);
         let (results, peer) = (self.results.clone(), self.peer);
         tokio::spawn(async move {
             let done = writer.commander.execute(&writer.write.user, write, Some(peer)).await;
-            let result = done.map_err(|error| error.to_string());
+            let result = done.map_err(PutError::from);
             // A client that is gone needs no result.
             results.send(Finished { request, result }).ok();
         });
@@ -103,8 +130,8 @@ impl<R: Send + 'static> Puts<R> {
 }
 
 /// What a put means.
-fn request_of(record: &Record, value: &PutValue, world: &World) -> Result<WriteRequest, String> {
-    let point = world.snapshot.points.get(record.point).ok_or("the record no longer exists")?;
+fn request_of(record: &Record, value: &PutValue, world: &World) -> Result<WriteRequest, PutError> {
+    let point = world.snapshot.points.get(record.point).ok_or(PutError::UnknownRecord)?;
     match (record.put, &point.subject) {
         (Put::Parameter, Subject::Parameter { gauge, target, .. }) => {
             let (gauge, target) = (Arc::clone(gauge), Arc::clone(target));
@@ -112,12 +139,12 @@ fn request_of(record: &Record, value: &PutValue, world: &World) -> Result<WriteR
         }
         (Put::Command, Subject::Gauge(gauge)) => match value {
             PutValue::Text(command) => Ok(WriteRequest::Command { gauge: Arc::clone(gauge), command: command.clone() }),
-            PutValue::Number(number) => Err(format!("expected a command such as ba.degas-on, found {number}")),
+            PutValue::Number(number) => Err(PutError::NoCommand(*number)),
         },
         (Put::Acknowledge, Subject::Alarm(alarm)) => {
             Ok(WriteRequest::Acknowledge { alarm: Arc::clone(alarm), occurrence: occurrence(value)? })
         }
-        _ => Err("the gateway is read-only for this name".to_owned()),
+        _ => Err(PutError::ReadOnly),
     }
 }
 
@@ -138,11 +165,10 @@ fn parameter_text(signal: Signal, value: &PutValue, world: &World) -> String {
 }
 
 #[expect(clippy::cast_possible_truncation, reason = "a number without a fraction and below 2^53")]
-fn occurrence(value: &PutValue) -> Result<i64, String> {
-    let wrong = |found: &str| format!("expected the number of the occurrence to be acknowledged, found {found}");
+fn occurrence(value: &PutValue) -> Result<i64, PutError> {
     match value {
         PutValue::Number(number) if number.fract() == 0.0 && number.abs() < 9e15 => Ok(*number as i64),
-        PutValue::Number(number) => Err(wrong(&number.to_string())),
-        PutValue::Text(text) => text.trim().parse().map_err(|_| wrong(text)),
+        PutValue::Number(number) => Err(PutError::NoOccurrence(number.to_string())),
+        PutValue::Text(text) => text.trim().parse().map_err(|_| PutError::NoOccurrence(text.clone())),
     }
 }

@@ -43,7 +43,7 @@ macro_rules! choice {
         #[doc = $text]
         pub const $words: [&str; [$($word),+].len()] = [$($word),+];
 
-        #[doc = concat!("The positions of the words in [`", stringify!($words), "`](super::", stringify!($words), ").")]
+        #[doc = concat!("The positions of the words in [`", stringify!($words), "`].")]
         pub mod $positions {
             #[allow(non_camel_case_types, clippy::upper_case_acronyms, reason = "the names of the constants")]
             enum Position { $($position),+ }

@@ -3,7 +3,7 @@
 //! | Module | Holds |
 //! |---|---|
 //! | [`client_tls`] | TLS to servers of others |
-//! | `host_name` | host names in requests and in the station's file |
+//! | [`host_name`] | host names in requests and in the station's file |
 //! | [`visible_text`] | names, reasons and comments that users type |
 //! | [`pumpdown`] | pump-downs in the recorded pressures |
 //! | [`identification`] | plants identified from recorded pressures |
@@ -36,7 +36,7 @@ pub mod comparison;
 pub mod config;
 pub mod control;
 pub mod gateway_status;
-mod host_name;
+pub mod host_name;
 pub mod identification;
 pub mod plant;
 pub mod pumpdown;

@@ -3,6 +3,7 @@
 use crate::nats::{of_message_id, of_subject};
 use profivac_recorder::batch::{Batch, BatchError, Samples};
 use profivac_recorder::{Micros, Sample};
+use thiserror::Error;
 
 /// Rows with times before this one are of a clock that was not set: 2000-01-01.
 const EARLIEST: i64 = 946_684_800 * Micros::SECOND;
@@ -38,22 +39,73 @@ impl Accepted<'_> {
     }
 }
 
+/// The reason why a message is put aside. An archive stores it as a sentence.
+#[derive(Debug, Error)]
+pub enum Refusal {
+    /// The subject is not that of a batch.
+    #[error("the subject is not profivac.v1.PLANT.STATION.batch")]
+    Subject,
+    /// The id is not that of a batch of this station.
+    #[error("the id is not {station}/EPOCH/NUMBER")]
+    Id {
+        /// The station of the subject.
+        station: String,
+    },
+    /// The batch cannot be decoded.
+    #[error(transparent)]
+    Batch(#[from] BatchError),
+    /// A time is before the year 2000.
+    #[error("a time before 2000 ({at_us} µs since 1970): the clock of the station was not set")]
+    ClockNotSet {
+        /// The time.
+        at_us: i64,
+    },
+    /// A time is in the future.
+    #[error("a time {seconds} s ahead of the clock of the archive: set the clock of the station")]
+    ClockAhead {
+        /// How far.
+        seconds: i64,
+    },
+    /// The station belongs to another plant.
+    #[error("the station {station} belongs to plant {plant}, and this batch names {found}")]
+    OtherPlant {
+        /// The station.
+        station: String,
+        /// Its plant.
+        plant: String,
+        /// The plant of the subject.
+        found: String,
+    },
+    /// Two stations have one name.
+    #[error(
+        "two databases send as station {station}: one that began at {known}, and this one of {found}, both in microseconds since 1970; \
+         give each station a name of its own"
+    )]
+    TwoDatabases {
+        /// The station.
+        station: String,
+        /// The epoch of the later database.
+        known: i64,
+        /// The epoch of this batch.
+        found: i64,
+    },
+}
+
 /// Decodes and checks a message, or says why it cannot be stored.
-pub fn accept(message: &Incoming, now: Micros) -> Result<Accepted<'_>, String> {
-    let (plant, station) = of_subject(&message.subject).ok_or("the subject is not profivac.v1.PLANT.STATION.batch")?;
-    let (epoch, number) =
-        of_message_id(&message.id, station).ok_or_else(|| format!("the id is not {station}/EPOCH/NUMBER"))?;
-    let batch = Batch::decode_compressed(&message.payload).map_err(|error| error.to_string())?;
+pub fn accept(message: &Incoming, now: Micros) -> Result<Accepted<'_>, Refusal> {
+    let (plant, station) = of_subject(&message.subject).ok_or(Refusal::Subject)?;
+    let id = of_message_id(&message.id, station);
+    let (epoch, number) = id.ok_or_else(|| Refusal::Id { station: station.to_owned() })?;
+    let batch = Batch::decode_compressed(&message.payload)?;
     let unpack = |series: &Samples| Ok((text(&series.series), series.unpack()?));
-    let unpacked: Result<Vec<_>, BatchError> = batch.samples.iter().map(unpack).collect();
-    let samples = unpacked.map_err(|error| error.to_string())?;
+    let samples = batch.samples.iter().map(unpack).collect::<Result<Vec<_>, BatchError>>()?;
     check_times(&batch, &samples, now)?;
     Ok(Accepted { plant, station, epoch, number, batch, samples })
 }
 
 /// A batch with times of a wrong clock is put aside whole: its rows would be found nowhere, and its partitions be dropped or wait for
 /// years.
-fn check_times(batch: &Batch, samples: &[(String, Vec<Sample>)], now: Micros) -> Result<(), String> {
+fn check_times(batch: &Batch, samples: &[(String, Vec<Sample>)], now: Micros) -> Result<(), Refusal> {
     let of_samples = samples.iter().flat_map(|(_, samples)| samples.iter().map(|sample| sample.at.0));
     let of_lists = batch.events.iter().map(|row| row.at_us).chain(batch.alarms.iter().map(|row| row.at_us));
     let all = of_samples.chain(of_lists).chain(batch.audit.iter().map(|row| row.at_us));
@@ -61,11 +113,8 @@ fn check_times(batch: &Batch, samples: &[(String, Vec<Sample>)], now: Micros) ->
     let latest = now.0.saturating_add(MAX_AHEAD);
     let wrong = all.into_iter().find(|at| !(EARLIEST..=latest).contains(at));
     wrong.map_or(Ok(()), |at| match at < EARLIEST {
-        true => Err(format!("a time before 2000 ({at} µs since 1970): the clock of the station was not set")),
-        false => Err(format!(
-            "a time {} s ahead of the clock of the archive: set the clock of the station",
-            at.saturating_sub(now.0) / Micros::SECOND
-        )),
+        true => Err(Refusal::ClockNotSet { at_us: at }),
+        false => Err(Refusal::ClockAhead { seconds: at.saturating_sub(now.0) / Micros::SECOND }),
     })
 }
 
@@ -100,7 +149,7 @@ mod tests {
 
     #[test]
     fn a_wrong_clock_another_station_and_damage_are_refused_with_a_reason() {
-        let reason = |message: Incoming| accept(&message, NOW).err().unwrap();
+        let reason = |message: Incoming| accept(&message, NOW).err().unwrap().to_string();
         assert!(reason(message(0)).contains("was not set"));
         assert!(reason(message(NOW.0 + 3_601 * Micros::SECOND)).contains("3601 s ahead"));
         assert!(accept(&message(NOW.0 + 3_600 * Micros::SECOND), NOW).is_ok());

@@ -7,10 +7,10 @@ pub use accept::Incoming;
 
 use crate::database::Database;
 use crate::schema::{LOCK, SchemaError, upgrade};
-use accept::{Accepted, accept, text};
+use accept::{Accepted, Refusal, accept, text};
 use profivac_recorder::Micros;
 use profivac_recorder::batch::{AlarmChange, Audit, Event};
-use rows::{BatchRow, RecordRow, SampleRow, SpanRow, insert, prepare};
+use rows::{BatchRow, SampleRow, SpanRow, StationRow, insert, prepare};
 use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 use thiserror::Error;
 use tokio::task::JoinHandle;
@@ -18,7 +18,7 @@ use tokio_postgres::error::SqlState;
 use tokio_postgres::{Client, Transaction};
 use tokio_rustls::rustls;
 
-/// A former record that still makes batches this time after its successor began is that of another station with the same name.
+/// A former database that still makes batches this time after its successor began is that of another station with the same name.
 const SUCCESSION: i64 = 60 * Micros::SECOND;
 
 /// A transaction takes no further batch once it has this many rows and samples: hostile batches must not fill the memory.
@@ -31,6 +31,7 @@ const DAY: i64 = 86_400 * Micros::SECOND;
 
 /// Why batches were not stored.
 #[derive(Debug, Error)]
+#[non_exhaustive]
 pub enum StoreError {
     /// The database has refused something, or cannot be reached.
     #[error("the database: {}", described(.0))]
@@ -81,9 +82,9 @@ pub struct Stored {
 impl Stored {
     /// Adds other results.
     pub const fn add(&mut self, other: Self) {
-        self.batches += other.batches;
-        self.samples += other.samples;
-        self.rejected += other.rejected;
+        self.batches = self.batches.saturating_add(other.batches);
+        self.samples = self.samples.saturating_add(other.samples);
+        self.rejected = self.rejected.saturating_add(other.rejected);
     }
 }
 
@@ -98,20 +99,14 @@ struct Station {
 
 impl Station {
     /// Why a batch is not of this station. A later epoch is that of its new database.
-    fn refusal(&mut self, batch: &Accepted<'_>) -> Option<String> {
+    fn refusal(&mut self, batch: &Accepted<'_>) -> Option<Refusal> {
+        let station = || batch.station.to_owned();
         if self.plant != batch.plant {
-            let plant = &self.plant;
-            return Some(format!(
-                "the station {} belongs to plant {plant}, and this batch names {}",
-                batch.station, batch.plant
-            ));
+            let (plant, found) = (self.plant.clone(), batch.plant.to_owned());
+            return Some(Refusal::OtherPlant { station: station(), plant, found });
         }
         if batch.epoch < self.epoch && batch.batch.made_us > self.epoch.saturating_add(SUCCESSION) {
-            return Some(format!(
-                "two databases send as station {}: one that began at {}, and this one of {}, both in microseconds since 1970; give each \
-                 station a name of its own",
-                batch.station, self.epoch, batch.epoch
-            ));
+            return Some(Refusal::TwoDatabases { station: station(), known: self.epoch, found: batch.epoch });
         }
         if batch.epoch > self.epoch {
             self.epoch = batch.epoch;
@@ -149,9 +144,9 @@ impl Store {
         client.batch_execute("SET statement_timeout = '120s'").await?;
         prepare::<SampleRow>(&client).await?;
         prepare::<SpanRow>(&client).await?;
-        prepare::<RecordRow<Event>>(&client).await?;
-        prepare::<RecordRow<AlarmChange>>(&client).await?;
-        prepare::<RecordRow<Audit>>(&client).await?;
+        prepare::<StationRow<Event>>(&client).await?;
+        prepare::<StationRow<AlarmChange>>(&client).await?;
+        prepare::<StationRow<Audit>>(&client).await?;
         prepare::<BatchRow>(&client).await?;
         Ok(Self { client, connection, series: HashMap::new(), days: HashSet::new(), samples_days })
     }
@@ -264,7 +259,7 @@ impl Store {
             transaction.execute(sql, &[&station.id, &station.epoch]).await?;
         }
         for (message, reason) in &rejected {
-            reject(&transaction, message, reason).await?;
+            reject(&transaction, message, &reason.to_string()).await?;
         }
         transaction.commit().await?;
         let samples = batches.iter().map(|(_, batch)| batch.batch.sample_count() as u64).sum();
@@ -358,7 +353,7 @@ impl Store {
 type Of<'a, T> = (&'a Incoming, T);
 
 /// The first messages, decoded, up to [`MAX_WEIGHT`]; and those that cannot be, with the reason.
-fn decode(messages: &[Incoming], now: Micros) -> (Vec<Of<'_, Accepted<'_>>>, Vec<Of<'_, String>>) {
+fn decode(messages: &[Incoming], now: Micros) -> (Vec<Of<'_, Accepted<'_>>>, Vec<Of<'_, Refusal>>) {
     let (mut decoded, mut rejected) = (Vec::new(), Vec::new());
     let mut weight = 0_usize;
     for message in messages {
@@ -381,9 +376,9 @@ fn decode(messages: &[Incoming], now: Micros) -> (Vec<Of<'_, Accepted<'_>>>, Vec
 struct Rows {
     samples: Vec<SampleRow>,
     spans: Vec<SpanRow>,
-    events: Vec<RecordRow<Event>>,
-    alarms: Vec<RecordRow<AlarmChange>>,
-    audit: Vec<RecordRow<Audit>>,
+    events: Vec<StationRow<Event>>,
+    alarms: Vec<StationRow<AlarmChange>>,
+    audit: Vec<StationRow<Audit>>,
     batches: Vec<BatchRow>,
 }
 
@@ -391,9 +386,9 @@ impl Rows {
     /// Adds the events, alarms and audit of a batch, and the batch itself.
     fn add_lists(&mut self, station: i32, accepted: &Accepted<'_>, expired: usize) {
         let Accepted { epoch, number, batch, .. } = accepted;
-        self.events.extend(batch.events.iter().map(|row| RecordRow { station, epoch: *epoch, row: row.clone() }));
-        self.alarms.extend(batch.alarms.iter().map(|row| RecordRow { station, epoch: *epoch, row: row.clone() }));
-        self.audit.extend(batch.audit.iter().map(|row| RecordRow { station, epoch: *epoch, row: row.clone() }));
+        self.events.extend(batch.events.iter().map(|row| StationRow { station, epoch: *epoch, row: row.clone() }));
+        self.alarms.extend(batch.alarms.iter().map(|row| StationRow { station, epoch: *epoch, row: row.clone() }));
+        self.audit.extend(batch.audit.iter().map(|row| StationRow { station, epoch: *epoch, row: row.clone() }));
         let [samples, expired] = [batch.sample_count(), expired].map(|count| i32::try_from(count).unwrap_or(i32::MAX));
         let (epoch, number, made_us) = (*epoch, *number, batch.made_us);
         self.batches.push(BatchRow { station, epoch, number, made_us, samples, expired });

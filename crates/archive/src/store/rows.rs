@@ -122,13 +122,13 @@ impl Row for SpanRow {
 }
 
 /// A row of the database of a station.
-pub struct RecordRow<T> {
+pub struct StationRow<T> {
     pub station: i32,
     pub epoch: i64,
     pub row: T,
 }
 
-impl Row for RecordRow<Event> {
+impl Row for StationRow<Event> {
     const TABLE: &'static str = "event";
     const COLUMNS: &'static [(&'static str, Type)] = &[
         ("station", Type::INT4),
@@ -147,7 +147,7 @@ impl Row for RecordRow<Event> {
     }
 }
 
-impl Row for RecordRow<AlarmChange> {
+impl Row for StationRow<AlarmChange> {
     const TABLE: &'static str = "alarm";
     const COLUMNS: &'static [(&'static str, Type)] = &[
         ("station", Type::INT4),
@@ -180,7 +180,7 @@ impl Row for RecordRow<AlarmChange> {
     }
 }
 
-impl Row for RecordRow<Audit> {
+impl Row for StationRow<Audit> {
     const TABLE: &'static str = "audit";
     const COLUMNS: &'static [(&'static str, Type)] = &[
         ("station", Type::INT4),

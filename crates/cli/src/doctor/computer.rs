@@ -25,7 +25,7 @@ const DISTURBING: [(&str, &str, &str); 2] = [
 const WAITS: u32 = 200;
 const WAIT: Duration = Duration::from_millis(1);
 
-/// Records with times before this one are refused elsewhere: 2024-01-01. free choice.
+/// A clock before this time was not set: 2024-01-01. free choice.
 const EARLIEST: Duration = Duration::from_secs(1_704_067_200);
 
 /// The findings about the computer, without its serial devices.
@@ -79,7 +79,7 @@ fn clock() -> Finding {
     match since_1970 >= EARLIEST {
         true => Finding::good("the clock is set"),
         false => Finding::bad_file(
-            "the clock shows a year before 2024, and records would have wrong times",
+            "the clock shows a year before 2024, and samples would have wrong times",
             "set it, for instance with `sudo timedatectl set-ntp true`",
         ),
     }

@@ -160,16 +160,18 @@ fn outcome(examinations: &[Examination]) -> Result<(), Failure> {
     }
 }
 
-/// The finding about a port that cannot be used. An error of a port names its next step after a colon.
+/// The finding about a port that cannot be used.
 fn unusable(error: &PortError) -> Finding {
-    let sentence = error.to_string();
-    match sentence.split_once(": ") {
-        Some((found, next)) if matches!(error, PortError::NotFound(_)) => {
-            Finding::bad_port(found, format!("{next}; {}", computer::present_devices()))
-        }
-        Some((found, next)) => Finding::bad_port(found, next),
-        None => Finding::bad_port(sentence, "correct the name of the port; docs/adapters.md lists what is possible"),
-    }
+    let next = match (error, error.remedy()) {
+        (PortError::NotFound(_), Some(remedy)) => format!("{remedy}; {}", computer::present_devices()),
+        (_, Some(remedy)) => remedy.to_owned(),
+        (PortError::Lost(_), None) => "plug it in again, or start the program that serves it".to_owned(),
+        (PortError::UnsupportedCharacter { .. }, None) => "use another adapter; see docs/adapters.md".to_owned(),
+        (PortError::File(_), None) => "correct the file, or see docs/scenarios.md".to_owned(),
+        (PortError::System { .. }, None) => "see docs/adapters.md".to_owned(),
+        (_, None) => "correct the name of the port; docs/adapters.md lists what is possible".to_owned(),
+    };
+    Finding::bad_port(error.found(), next)
 }
 
 #[cfg(test)]
@@ -188,6 +190,16 @@ mod tests {
         let (file, port) = (Finding::bad_file("d", "e"), Finding::bad_port("f", "g"));
         assert_eq!(exit_code(vec![note, file.clone(), port.clone()]), Some(false));
         assert_eq!(exit_code(vec![port, file]), Some(true));
+    }
+
+    #[test]
+    fn a_colon_in_an_error_does_not_divide_it() {
+        let finding = unusable(&PortError::InvalidAddress("x".to_owned()));
+        assert_eq!(finding.found, "expected HOST:PORT, got \"x\" (an IPv6 address in brackets: [::1]:4000)");
+        assert!(finding.next.unwrap().starts_with("correct the name of the port"));
+        let source = std::io::Error::other("no route");
+        let finding = unusable(&PortError::UnresolvedHost { name: "tcp://x:1".to_owned(), source });
+        assert_eq!(finding.found, "tcp://x:1: the name of the host cannot be resolved: no route");
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! A port and the line behind it. Nothing is sent.
 
-use super::{Finding, Verdict, unusable};
+use super::{Finding, unusable};
 use crate::failure::Failure;
 use crate::values::Rate;
 use profivac_dp::link::Baud;
@@ -175,9 +175,7 @@ impl Heard {
     }
 }
 
-/// A condition of a port. Its text names the next step after a colon.
+/// A condition of a port.
 fn noted(notice: &Notice) -> Finding {
-    let text = notice.to_string();
-    let (found, next) = text.split_once(": ").unwrap_or((&text, "see docs/adapters.md"));
-    Finding { verdict: Verdict::Note, ..Finding::note(found, next) }
+    Finding::note(notice.found(), notice.remedy().unwrap_or_else(|| "see docs/adapters.md".to_owned()))
 }

@@ -3,7 +3,7 @@
 use super::{Finding, database, port};
 use crate::{gateways, names};
 use profivac_station::auth::file_permissions::{self, PermissionError};
-use profivac_station::config::{Config, Segment};
+use profivac_station::config::{Config, ConfigNotice, Segment};
 use rustix::fs::{Access, access, statvfs};
 use std::io::ErrorKind;
 use std::net::TcpListener;
@@ -27,9 +27,11 @@ pub fn check(path: &Path) -> Vec<Finding> {
     let mut findings =
         vec![Finding::good(format!("the file of a station: {} segments, {gauges} gauges", config.segments.len()))];
     findings.extend(config.notices().iter().map(|notice| {
-        let text = notice.to_string();
-        let (found, next) = text.split_once(": ").unwrap_or((&text, "see docs/station.md"));
-        Finding::note(found, next)
+        let next = match notice {
+            ConfigNotice::RenamedKey(key) => format!("write {} in place of {}", key.new, key.old),
+            _ => "see docs/station.md".to_owned(),
+        };
+        Finding::note(notice.to_string(), next)
     }));
     findings.extend(config.segments.iter().flat_map(segment));
     let checked = config.check_ports().map_err(|error| error.to_string());

@@ -5,6 +5,7 @@ use profivac_dp::link::{Baud, BitTime, CHARACTER_TBIT};
 use profivac_explain::PLATFORM_SILENCE;
 use profivac_host::clock::tbit_of;
 use profivac_host::port::{Character, Direction, RecordedChunk};
+use profivac_sim::trace::pcapng::CaptureError;
 use profivac_sim::trace::{Entry, pcapng};
 use profivac_wire::{Telegram, TelegramLength};
 
@@ -160,20 +161,20 @@ pub fn write(packets: &[Packet], baud: Baud) -> Vec<u8> {
 /// Reads a capture file. A packet without direction counts as received.
 ///
 /// # Errors
-/// A sentence about the damage.
-pub fn read(file: &[u8], default_baud: Baud) -> Result<Vec<Packet>, String> {
+/// [`CaptureError`] when the file is damaged.
+pub fn read(file: &[u8], default_baud: Baud) -> Result<Vec<Packet>, CaptureError> {
     let mut reader = pcapng::Reader::new(default_baud);
     reader.push(file);
     let mut packets = Vec::new();
     while let Some(entry) = reader.next() {
-        let entry = entry.map_err(|error| error.to_string())?;
+        let entry = entry?;
         let direction = match reader.direction() {
             Some(pcapng::Direction::Sent) => Direction::Sent,
             Some(pcapng::Direction::Received) | None => Direction::Received,
         };
         packets.push(Packet { direction, entry: entry.entry });
     }
-    reader.end().map_err(|error| error.to_string())?;
+    reader.end()?;
     Ok(packets)
 }
 

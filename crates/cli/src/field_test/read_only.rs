@@ -50,16 +50,16 @@ enum Request {
 impl Request {
     fn of(octets: &[u8]) -> Self {
         match Telegram::parse(octets) {
-            Ok(Telegram::Data(frame)) if frame.da != BROADCAST && frame.sa != BROADCAST => Self::of_telegram(&frame),
+            Ok(Telegram::Data(data)) if data.da != BROADCAST && data.sa != BROADCAST => Self::of_telegram(&data),
             Ok(Telegram::Data(_) | Telegram::ShortAck | Telegram::Token { .. }) | Err(_) => Self::Other,
         }
     }
 
-    fn of_telegram(frame: &DataTelegram<'_>) -> Self {
-        let Control::Request { function, .. } = frame.control() else { return Self::Other };
-        match (function, Sap::from_octet(frame.dsap)) {
+    fn of_telegram(data: &DataTelegram<'_>) -> Self {
+        let Control::Request { function, .. } = data.control() else { return Self::Other };
+        match (function, Sap::from_octet(data.dsap)) {
             (Function::FdlStatus, _) => Self::Reads,
-            (Function::SrdLow | Function::SrdHigh, sap) => Self::of_service(sap, frame.du),
+            (Function::SrdLow | Function::SrdHigh, sap) => Self::of_service(sap, data.du),
             _ => Self::Other,
         }
     }

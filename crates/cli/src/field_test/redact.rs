@@ -41,9 +41,9 @@ impl Redaction {
     /// The octets of a telegram or of a damaged piece, with zeros (in damaged octets: `x`) in place of private data.
     pub fn of(self, direction: Direction, octets: &[u8]) -> Vec<u8> {
         match Telegram::parse(octets) {
-            Ok(Telegram::Data(frame)) => {
-                let kept = self.kept(direction, &frame);
-                if kept >= frame.du.len() { octets.to_vec() } else { with_zeros(frame, kept) }
+            Ok(Telegram::Data(data)) => {
+                let kept = self.kept(direction, &data);
+                if kept >= data.du.len() { octets.to_vec() } else { with_zeros(data, kept) }
             }
             Ok(Telegram::ShortAck | Telegram::Token { .. }) => octets.to_vec(),
             // A damaged piece does not show whose it is.
@@ -54,14 +54,14 @@ impl Redaction {
     }
 
     /// The number of octets of the data unit that stay.
-    fn kept(self, direction: Direction, frame: &DataTelegram<'_>) -> usize {
-        let is_foreign = direction == Direction::Received && self.beside_others.is_some_and(|own| frame.da != own);
-        let is_record = frame.du.first().is_some_and(|function| RECORD_FUNCTIONS.contains(function));
-        let is_long = frame.du.len() > RECORD_HEADER.saturating_add(MAX_RECORD);
-        match (is_foreign, is_record && is_long && (is_acyclic(frame.dsap) || is_acyclic(frame.ssap))) {
+    fn kept(self, direction: Direction, data: &DataTelegram<'_>) -> usize {
+        let is_foreign = direction == Direction::Received && self.beside_others.is_some_and(|own| data.da != own);
+        let is_record = data.du.first().is_some_and(|function| RECORD_FUNCTIONS.contains(function));
+        let is_long = data.du.len() > RECORD_HEADER.saturating_add(MAX_RECORD);
+        match (is_foreign, is_record && is_long && (is_acyclic(data.dsap) || is_acyclic(data.ssap))) {
             (true, _) => 0,
             (false, true) if !self.keeps_records => RECORD_HEADER,
-            (false, _) => frame.du.len(),
+            (false, _) => data.du.len(),
         }
     }
 }
@@ -72,10 +72,10 @@ const fn is_acyclic(sap: Option<u8>) -> bool {
 }
 
 /// The telegram with zeros behind the first `kept` octets of its data unit.
-fn with_zeros(frame: DataTelegram<'_>, kept: usize) -> Vec<u8> {
-    let du: Vec<u8> = frame.du.iter().enumerate().map(|(place, octet)| if place < kept { *octet } else { 0 }).collect();
+fn with_zeros(data: DataTelegram<'_>, kept: usize) -> Vec<u8> {
+    let du: Vec<u8> = data.du.iter().enumerate().map(|(place, octet)| if place < kept { *octet } else { 0 }).collect();
     let mut out = [0; MAX_TELEGRAM];
-    let length = Telegram::Data(DataTelegram { du: &du, ..frame }).emit(&mut out).unwrap_or_default();
+    let length = Telegram::Data(DataTelegram { du: &du, ..data }).emit(&mut out).unwrap_or_default();
     out.get(..length).unwrap_or_default().to_vec()
 }
 
@@ -99,8 +99,8 @@ mod tests {
 
     fn telegram(dsap: Option<u8>, ssap: Option<u8>, du: &[u8]) -> Vec<u8> {
         let mut out = [0; MAX_TELEGRAM];
-        let frame = DataTelegram { da: 0, sa: 5, dsap, ssap, fc: 8, du };
-        let length = Telegram::Data(frame).emit(&mut out).unwrap();
+        let data = DataTelegram { da: 0, sa: 5, dsap, ssap, fc: 8, du };
+        let length = Telegram::Data(data).emit(&mut out).unwrap();
         out[..length].to_vec()
     }
 
@@ -113,8 +113,8 @@ mod tests {
         let record = telegram(Some(50), Some(3), b"\x5E\x00\x17\x0AS/N 471100");
         let redacted = REMOVING.of(Direction::Received, &record);
         assert!(has(&record, b"471100") && !has(&redacted, b"4711") && !has(&redacted, b"S/N"));
-        let Ok(Telegram::Data(frame)) = Telegram::parse(&redacted) else { panic!("no telegram") };
-        assert_eq!((frame.du.len(), &frame.du[..4]), (14, &[0x5E, 0, 0x17, 0x0A][..]));
+        let Ok(Telegram::Data(data)) = Telegram::parse(&redacted) else { panic!("no telegram") };
+        assert_eq!((data.du.len(), &data.du[..4]), (14, &[0x5E, 0, 0x17, 0x0A][..]));
         assert_eq!(Redaction::new(true, None).of(Direction::Received, &record), record);
     }
 
@@ -138,10 +138,10 @@ mod tests {
     #[test]
     fn telegrams_between_other_stations_lose_their_data_beside_another_master() {
         let foreign = telegram(None, None, &[1, 2, 3]);
-        let Ok(Telegram::Data(frame)) = Telegram::parse(&foreign) else { panic!("no telegram") };
+        let Ok(Telegram::Data(data)) = Telegram::parse(&foreign) else { panic!("no telegram") };
         for keeps_records in [false, true] {
             let redaction = Redaction::new(keeps_records, Some(1));
-            assert_eq!(redaction.of(Direction::Received, &foreign), with_zeros(frame, 0));
+            assert_eq!(redaction.of(Direction::Received, &foreign), with_zeros(data, 0));
             assert_eq!(redaction.of(Direction::Sent, &foreign), foreign);
             assert_eq!(Redaction::new(keeps_records, Some(0)).of(Direction::Received, &foreign), foreign);
         }

@@ -38,7 +38,7 @@ impl Replay {
     /// A usage error if the capture is damaged or does not fit the report.
     pub fn of(archive: &Archive) -> Result<Self, Failure> {
         let damaged = |reason: &str| Failure::usage(format!("the capture of the archive is damaged: {reason}"));
-        let packets = capture::read(&archive.capture, archive.rate()?).map_err(|reason| damaged(&reason))?;
+        let packets = capture::read(&archive.capture, archive.rate()?).map_err(|error| damaged(&error.to_string()))?;
         let mut rest = packets.as_slice();
         let mut steps = VecDeque::new();
         for step in &archive.report.steps {

@@ -3,8 +3,10 @@
 use profivac_client::cyclic::{Cause, ChannelValue, CyclicSlave};
 use profivac_devices::model::{Scale, Unit};
 use profivac_devices::reading::Quality;
+use profivac_dp::master::HandlerState;
 use profivac_host::session::BusMaster;
 use serde::{Serialize, Serializer};
+use std::fmt;
 
 /// A value of a slave at one moment.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -23,8 +25,8 @@ pub struct Row {
     pub mbar: Option<f64>,
     /// The measuring part.
     pub instance: u8,
-    /// The state of the slave in the master.
-    pub state: String,
+    /// The state of the slave.
+    pub state: RowState,
     /// Faults and warnings.
     pub remarks: Vec<String>,
     pub exchanges: u32,
@@ -40,6 +42,36 @@ pub struct Row {
     /// The inputs of a slave that is no known device, in hex.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub inputs: Option<String>,
+}
+
+/// The state of a slave in a row.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum RowState {
+    /// The master does not have the slave.
+    Unknown,
+    /// The state of the slave in the master.
+    Handler(HandlerState),
+    /// A slave of another master, whose inputs this master reads.
+    Read,
+    /// No answer, or no port.
+    Offline,
+}
+
+impl fmt::Display for RowState {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Unknown => formatter.pad(""),
+            Self::Handler(state) => formatter.pad(&state.to_string()),
+            Self::Read => formatter.pad("READ"),
+            Self::Offline => formatter.pad("OFFLINE"),
+        }
+    }
+}
+
+impl Serialize for RowState {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_str(self)
+    }
 }
 
 fn quality_word<S: Serializer>(quality: &Option<Quality>, serializer: S) -> Result<S::Ok, S::Error> {
@@ -80,7 +112,7 @@ impl Row {
             unit: "",
             mbar: None,
             instance: 0,
-            state: String::new(),
+            state: RowState::Unknown,
             remarks: Vec::new(),
             exchanges: 0,
             lost: 0,
@@ -96,7 +128,7 @@ impl Row {
         let counters = master.counters(self.address).copied().unwrap_or_default();
         let error = master.exchange_error(self.address);
         Self {
-            state: master.state(self.address).map_or_else(String::new, |state| state.to_string()),
+            state: master.state(self.address).map_or(RowState::Unknown, RowState::Handler),
             remarks: error.into_iter().map(|error| error.to_string()).collect(),
             exchanges: counters.exchanges,
             lost: counters.lost,
@@ -111,7 +143,7 @@ impl Row {
 
     /// The slave does not exchange data for this reason, and has no value.
     pub fn set_offline(&mut self, reason: &str) {
-        self.state = "OFFLINE".to_owned();
+        self.state = RowState::Offline;
         self.remarks = vec![reason.to_owned()];
         (self.pressure, self.mbar, self.limit, self.limit_mbar) = (None, None, None, None);
         (self.quality, self.inputs) = (None, None);
@@ -130,7 +162,7 @@ impl Row {
 
     /// Whether the slave exchanges data, or is read.
     pub fn is_exchanging(&self) -> bool {
-        self.state == "DATA" || self.state == "READ"
+        matches!(self.state, RowState::Handler(HandlerState::Data { .. }) | RowState::Read)
     }
 
     /// The pressure with its unit, the end of the range, or the reason why there is no pressure; `-` without a value.
@@ -167,7 +199,7 @@ impl Row {
             self.unit.to_owned(),
             number(self.mbar),
             self.instance.to_string(),
-            self.state.clone(),
+            self.state.to_string(),
             quoted(&self.remarks_text()),
             self.exchanges.to_string(),
             self.lost.to_string(),
@@ -246,7 +278,7 @@ mod tests {
 
     fn row(unit: &str, pa: Option<f64>) -> Row {
         let slave = Row {
-            state: "DATA".to_owned(),
+            state: RowState::Handler(HandlerState::Data { diag: false }),
             remarks: vec!["device warning".to_owned()],
             exchanges: 1234,
             lost: 5,
@@ -291,7 +323,7 @@ ADDR  DEVICE    PART  PRESSURE          STATE         CYCLES  LOST  REMARKS
     #[test]
     fn the_inputs_of_an_unknown_slave_are_octets_in_every_form() {
         let row = Row {
-            state: "DATA".to_owned(),
+            state: RowState::Handler(HandlerState::Data { diag: false }),
             exchanges: 7,
             inputs: Some("AA 55".to_owned()),
             ..Row::empty(None, 9, "0x1234".to_owned(), 1.5)

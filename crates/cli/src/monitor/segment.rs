@@ -205,12 +205,13 @@ fn release_slaves(session: &mut BusSession, slaves: &[MonitoredSlave]) -> Result
 
 #[cfg(test)]
 mod tests {
+    use super::super::row::RowState;
     use super::*;
 
     /// A row of a slave that exchanges data.
     fn row(address: u8, exchanges: u32) -> Row {
         let row = Row::empty(None, address, "bcg450".to_owned(), 0.0);
-        Row { state: "DATA".to_owned(), pressure: Some(1.0), exchanges, ..row }
+        Row { state: RowState::Handler(HandlerState::Data { diag: false }), pressure: Some(1.0), exchanges, ..row }
     }
 
     #[test]
@@ -222,7 +223,7 @@ mod tests {
             lost_at.iter().for_each(|counts| loss.begin(&rows(counts)));
             let mut rows = rows(counts);
             loss.mark(&mut rows);
-            rows.iter().map(|row| (row.state.clone(), row.remarks_text(), row.pressure)).collect::<Vec<_>>()
+            rows.iter().map(|row| (row.state.to_string(), row.remarks_text(), row.pressure)).collect::<Vec<_>>()
         };
         let online = || ("DATA".to_owned(), String::new(), Some(1.0));
         let offline = || ("OFFLINE".to_owned(), "the port was lost".to_owned(), None);

@@ -1,6 +1,6 @@
 //! The slaves that are monitored: gauges, and slaves of which only the octets are known.
 
-use super::row::Row;
+use super::row::{Row, RowState};
 use crate::bus;
 use crate::failure::Failure;
 use profivac_client::ClientError;
@@ -154,7 +154,7 @@ impl UnknownSlave {
         let row = Row::empty(segment, self.address, device, unix_time);
         match &self.access {
             Access::Read { state, .. } => Row {
-                state: if state.error.is_none() { "READ" } else { "OFFLINE" }.to_owned(),
+                state: if state.error.is_none() { RowState::Read } else { RowState::Offline },
                 inputs: state.error.is_none().then(|| hex(&state.inputs)),
                 remarks: state.error.iter().map(ToString::to_string).collect(),
                 exchanges: state.reads,

@@ -49,7 +49,7 @@ fn line(row: &Row, with_segment: bool) -> Line<'static> {
         Cell::from(row.device.clone()),
         Cell::from(row.instance.to_string()),
         Cell::from(row.pressure_text()).bold(),
-        Cell::from(row.state.clone()).style(Style::new().fg(state)),
+        Cell::from(row.state.to_string()).style(Style::new().fg(state)),
         Cell::from(row.exchanges.to_string()),
         Cell::from(row.lost.to_string()),
         Cell::from(row.inputs_and_remarks_text()).style(Style::new().fg(Color::Yellow)),
@@ -59,8 +59,10 @@ fn line(row: &Row, with_segment: bool) -> Line<'static> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::row::RowState;
     use super::*;
     use profivac_devices::reading::Quality;
+    use profivac_dp::master::HandlerState;
     use ratatui::Terminal;
     use ratatui::backend::TestBackend;
 
@@ -70,7 +72,7 @@ mod tests {
             unit: "mbar",
             mbar: Some(5e-6),
             instance: 2,
-            state: "DATA".to_owned(),
+            state: RowState::Handler(HandlerState::Data { diag: false }),
             exchanges: 1234,
             lost: 5,
             quality: Some(Quality::Valid),

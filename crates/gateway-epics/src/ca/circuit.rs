@@ -223,8 +223,8 @@ impl Circuit {
         let Some(value) = put_value(header, payload) else {
             return self.refuse_write(header, status::BAD_TYPE, "the value has no type that can be written", out);
         };
-        if let Err(reason) = self.puts.begin(header, record, &value, world) {
-            self.refuse_write(header, status::PUT_FAILED, &reason, out);
+        if let Err(error) = self.puts.begin(header, record, &value, world) {
+            self.refuse_write(header, status::PUT_FAILED, &error.to_string(), out);
         }
     }
 
@@ -308,7 +308,7 @@ impl Protocol for Circuit {
                 put_empty(out, command::WRITE_NOTIFY, data_type, count, status::NORMAL, second);
             }
             Ok(()) => {}
-            Err(reason) => self.refuse_write(request, status::PUT_FAILED, &reason, out),
+            Err(error) => self.refuse_write(request, status::PUT_FAILED, &error.to_string(), out),
         }
     }
 

@@ -2,7 +2,7 @@
 
 use crate::connection::{Broken, MAX_OUT, MAX_PER_CLIENT, Posted, Protocol, Slots};
 use crate::database::{Target, World};
-use crate::put::{Finished, PutValue, Puts};
+use crate::put::{Finished, PutError, PutValue, Puts};
 use crate::pva::normative::{self, Shape};
 use crate::pva::search::{self, Guid};
 use crate::pva::source::Source;
@@ -225,9 +225,10 @@ impl Circuit {
         } else {
             let value = put_value(&mut payload, shape)?;
             let request = PutRequest { id, sub };
-            let begun = value.map_err(str::to_owned).and_then(|value| self.puts.begin(request, record, &value, world));
-            if let Err(reason) = begun {
-                self.finish(Finished { request, result: Err(reason) }, out);
+            let value = value.map_err(PutError::Value);
+            let begun = value.and_then(|value| self.puts.begin(request, record, &value, world));
+            if begun.is_err() {
+                self.finish(Finished { request, result: begun }, out);
             }
         }
         if sub & sub::DESTROY != 0 {
@@ -330,9 +331,9 @@ impl Protocol for Circuit {
                 answer.ok();
                 put(out, command::PUT, &answer);
             }
-            Err(reason) => {
-                self.status.refused(&format!("a put of the client at {}: {reason}", self.host));
-                refuse(out, command::PUT, id, sub, &reason);
+            Err(error) => {
+                self.status.refused(&format!("a put of the client at {}: {error}", self.host));
+                refuse(out, command::PUT, id, sub, &error.to_string());
             }
         }
     }

@@ -78,7 +78,7 @@ pub async fn serve(broker: Broker, settings: Sparkplug, mut context: Context) ->
 }
 
 /// A batch that is being read in a thread, with the backlog that it comes from.
-type Reading = JoinHandle<Read>;
+type PendingRead = JoinHandle<Read>;
 
 /// A batch that was read.
 type Read = (Backlog, Result<Batch, DatabaseError>);
@@ -97,6 +97,12 @@ struct Last {
     death: Message,
     /// The samples up to this time are delivered when the socket has taken everything; `None` if only an answered PINGREQ proves it.
     sent: Option<Micros>,
+}
+
+impl Last {
+    fn of(node: &EdgeNode, progress: &Progress) -> Self {
+        Self { death: node.death(Micros::now()), sent: Some(progress.sent) }
+    }
 }
 
 struct Publisher {
@@ -167,35 +173,30 @@ impl Publisher {
         tick.set_missed_tick_behavior(MissedTickBehavior::Delay);
         let delivered = self.memory.delivered().unwrap_or_else(Micros::now);
         let mut progress = Progress { sent: delivered, pinged: None };
-        let mut reading: Option<Reading> = None;
+        let mut pending: Option<PendingRead> = None;
         loop {
             if node.phase() == Phase::Ready {
                 self.report_phase(node, context);
-                reading = self.begin(node, connection, context).await?;
-                if reading.is_none() {
+                pending = self.begin(node, connection, context).await?;
+                if pending.is_none() {
                     let messages = node.caught_up(Micros::now(), Micros::now());
                     connection.publish_all(messages, &context.status).await?;
                 }
             }
             tokio::select! {
-                () = context.stop.stopped() => {
-                    return Ok(Last { death: node.death(Micros::now()), sent: Some(progress.sent) });
-                }
+                () = context.stop.stopped() => return Ok(Last::of(node, &progress)),
                 event = connection.event() => {
                     if let Some(death) = self.handle(event?, node, &mut progress, context) {
                         return Ok(Last { death, sent: None });
                     }
-                    let dropped = connection.dropped();
-                    if dropped > 0 {
-                        context.status.refused(&format!("{dropped} commands came faster than they could be read"));
-                    }
+                    report_dropped(connection, context);
                 }
-                read = batch_of(&mut reading) => {
-                    reading = self.publish_batch(node, read, connection, &mut progress, context).await?;
+                read = batch_of(&mut pending) => {
+                    pending = self.publish_batch(node, read, connection, &mut progress, context).await?;
                 }
                 changed = snapshots.changed() => {
                     if changed.is_err() {
-                        return Ok(Last { death: node.death(Micros::now()), sent: Some(progress.sent) });
+                        return Ok(Last::of(node, &progress));
                     }
                     let snapshot = Arc::clone(&snapshots.borrow_and_update());
                     let now = Micros::now();
@@ -249,7 +250,7 @@ impl Publisher {
         node: &mut EdgeNode,
         connection: &Connection,
         context: &Context,
-    ) -> Result<Option<Reading>, MqttError> {
+    ) -> Result<Option<PendingRead>, MqttError> {
         let now = Micros::now();
         let snapshot = context.model.snapshot();
         let earliest = now.before(self.longest_backlog);
@@ -293,7 +294,7 @@ impl Publisher {
         connection: &Connection,
         progress: &mut Progress,
         context: &Context,
-    ) -> Result<Option<Reading>, MqttError> {
+    ) -> Result<Option<PendingRead>, MqttError> {
         let now = Micros::now();
         let (backlog, batch) = match read {
             Ok(read) => read,
@@ -330,7 +331,7 @@ impl Publisher {
 }
 
 /// Reads the next batch in a thread for blocking work.
-fn read_next(mut backlog: Backlog) -> Reading {
+fn read_next(mut backlog: Backlog) -> PendingRead {
     spawn_blocking(move || {
         let batch = backlog.next(Micros::now());
         std::thread::sleep(BATCH_PAUSE);
@@ -338,8 +339,16 @@ fn read_next(mut backlog: Backlog) -> Reading {
     })
 }
 
+/// Counts commands that the gateway could not read in time.
+fn report_dropped(connection: &Connection, context: &Context) {
+    let dropped = connection.dropped();
+    if dropped > 0 {
+        context.status.refused(&format!("{dropped} commands came faster than they could be read"));
+    }
+}
+
 /// The batch that is being read, or why its thread has ended; never without one. Cancelling it loses nothing.
-async fn batch_of(reading: &mut Option<Reading>) -> Result<Read, JoinError> {
+async fn batch_of(reading: &mut Option<PendingRead>) -> Result<Read, JoinError> {
     match reading {
         Some(reading) => reading.await,
         None => pending().await,

@@ -10,19 +10,14 @@ use std::fmt;
 #[non_exhaustive]
 pub enum PortError {
     /// No device, file or listening host has this name.
-    #[error("there is no port {0}: plug in the adapter, or start the program that serves it")]
     NotFound(String),
     /// Another program has locked the port.
-    #[error("{0} is in use by another program: end that program first; `fuser -v` names it")]
     InUse(String),
     /// The user may not open the port.
-    #[error("no permission to open {0}: for a serial device, join its group (usually dialout) and log in again")]
     PermissionDenied(String),
     /// The file is neither a serial device nor a pty.
-    #[error("{0} is not a serial device")]
     NotSerial(String),
     /// The adapter does not support the baud rate.
-    #[error("{name} cannot run at {baud}{}: use another adapter or another rate", or_else(*offered))]
     UnsupportedRate {
         /// The port.
         name: String,
@@ -32,7 +27,6 @@ pub enum PortError {
         offered: Option<u32>,
     },
     /// The adapter does not support the character format of PROFIBUS.
-    #[error("{name} cannot send 8 data bits with even parity and one stop bit (8E1): the driver set {offered} instead")]
     UnsupportedCharacter {
         /// The port.
         name: String,
@@ -40,13 +34,8 @@ pub enum PortError {
         offered: CharacterFormat,
     },
     /// The port has no baud rate, so none can be detected.
-    #[error("{0} has no transmission rate to detect")]
     NoBaudRate(String),
     /// No telegram was received at any rate.
-    #[error(
-        "no telegram on {name} at any of {} bit/s: detection needs another master that sends; otherwise give the rate as a number",
-        rates(tried)
-    )]
     NoTelegram {
         /// The port.
         name: String,
@@ -54,12 +43,8 @@ pub enum PortError {
         tried: Vec<Baud>,
     },
     /// The path of a pty belongs to another file.
-    #[error("{0} exists already: remove it, or stop the program that serves it")]
     AlreadyExists(String),
     /// The system cannot create a link at the path of a pty.
-    #[error(
-        "no link to a pty can be created at {path} ({source}): choose a path in a folder that exists and takes new files"
-    )]
     NotCreatable {
         /// The path.
         path: String,
@@ -67,10 +52,8 @@ pub enum PortError {
         source: std::io::Error,
     },
     /// The text is not `HOST:PORT`.
-    #[error("expected HOST:PORT, got {0:?} (an IPv6 address in brackets: [::1]:4000)")]
     InvalidAddress(String),
     /// The host name has no address.
-    #[error("{name}: the name of the host cannot be resolved: {source}")]
     UnresolvedHost {
         /// The port.
         name: String,
@@ -78,9 +61,6 @@ pub enum PortError {
         source: std::io::Error,
     },
     /// The host did not answer.
-    #[error(
-        "{name} does not answer within {seconds} s: check that the serial server is switched on and in this network"
-    )]
     Unreachable {
         /// The port.
         name: String,
@@ -88,13 +68,10 @@ pub enum PortError {
         seconds: u64,
     },
     /// The file that describes the port is wrong. Only ports of other crates are described by files.
-    #[error(transparent)]
     File(Box<dyn Error + Send + Sync>),
     /// The port was open and is gone.
-    #[error("lost {0}: it was unplugged, or its other side was closed")]
     Lost(String),
     /// Another error of the operating system.
-    #[error("{name}: {source}")]
     System {
         /// The port.
         name: String,
@@ -150,7 +127,86 @@ fn rates(tried: &[Baud]) -> String {
     tried.iter().map(|baud| baud.bits_per_second().to_string()).collect::<Vec<_>>().join(", ")
 }
 
+impl fmt::Display for PortError {
+    /// The condition, and behind a colon the remedy.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.condition(f)?;
+        self.remedy().map_or(Ok(()), |remedy| write!(f, ": {remedy}"))
+    }
+}
+
 impl PortError {
+    /// What the user can do, if the error shows it.
+    #[must_use]
+    pub const fn remedy(&self) -> Option<&'static str> {
+        match self {
+            Self::NotFound(_) => Some("plug in the adapter, or start the program that serves it"),
+            Self::InUse(_) => Some("end that program first; `fuser -v` names it"),
+            Self::PermissionDenied(_) => Some("for a serial device, join its group (usually dialout) and log in again"),
+            Self::UnsupportedRate { .. } => Some("use another adapter or another rate"),
+            Self::NoTelegram { .. } => {
+                Some("detection needs another master that sends; otherwise give the rate as a number")
+            }
+            Self::AlreadyExists(_) => Some("remove it, or stop the program that serves it"),
+            Self::NotCreatable { .. } => Some("choose a path in a folder that exists and takes new files"),
+            Self::Unreachable { .. } => Some("check that the serial server is switched on and in this network"),
+            Self::NotSerial(_)
+            | Self::UnsupportedCharacter { .. }
+            | Self::NoBaudRate(_)
+            | Self::InvalidAddress(_)
+            | Self::UnresolvedHost { .. }
+            | Self::File(_)
+            | Self::Lost(_)
+            | Self::System { .. } => None,
+        }
+    }
+
+    /// The sentence without the remedy.
+    #[must_use]
+    pub fn found(&self) -> String {
+        struct Found<'a>(&'a PortError);
+        impl fmt::Display for Found<'_> {
+            fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                self.0.condition(f)
+            }
+        }
+        Found(self).to_string()
+    }
+
+    fn condition(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::NotFound(name) => write!(f, "there is no port {name}"),
+            Self::InUse(name) => write!(f, "{name} is in use by another program"),
+            Self::PermissionDenied(name) => write!(f, "no permission to open {name}"),
+            Self::NotSerial(name) => write!(f, "{name} is not a serial device"),
+            Self::UnsupportedRate { name, baud, offered } => {
+                write!(f, "{name} cannot run at {baud}{}", or_else(*offered))
+            }
+            Self::UnsupportedCharacter { name, offered } => write!(
+                f,
+                "{name} cannot send 8 data bits with even parity and one stop bit (8E1): the driver set {offered} instead"
+            ),
+            Self::NoBaudRate(name) => write!(f, "{name} has no transmission rate to detect"),
+            Self::NoTelegram { name, tried } => {
+                write!(f, "no telegram on {name} at any of {} bit/s", rates(tried))
+            }
+            Self::AlreadyExists(path) => write!(f, "{path} exists already"),
+            Self::NotCreatable { path, source } => {
+                write!(f, "no link to a pty can be created at {path} ({source})")
+            }
+            Self::InvalidAddress(text) => {
+                write!(f, "expected HOST:PORT, got {text:?} (an IPv6 address in brackets: [::1]:4000)")
+            }
+            Self::UnresolvedHost { name, source } => {
+                write!(f, "{name}: the name of the host cannot be resolved: {source}")
+            }
+            Self::Unreachable { name, seconds } => write!(f, "{name} does not answer within {seconds} s"),
+            Self::File(error) => write!(f, "{error}"),
+            Self::Lost(name) => write!(f, "lost {name}: it was unplugged, or its other side was closed"),
+            Self::System { name, source } => write!(f, "{name}: {source}"),
+        }
+    }
+
     /// The meaning of an error number when a port is opened.
     pub(super) fn opening(name: &str, errno: Errno) -> Self {
         match errno {
@@ -177,5 +233,24 @@ impl PortError {
     /// An error of the operating system on the port `name`.
     pub fn system(name: &str, source: impl Into<std::io::Error>) -> Self {
         Self::System { name: name.to_owned(), source: source.into() }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_sentence_is_what_was_found_and_the_remedy() {
+        let missing = PortError::NotFound("/dev/x".to_owned());
+        assert_eq!(missing.found(), "there is no port /dev/x");
+        assert_eq!(
+            missing.to_string(),
+            "there is no port /dev/x: plug in the adapter, or start the program that serves it"
+        );
+        let address = PortError::InvalidAddress("x".to_owned());
+        assert_eq!(address.remedy(), None);
+        assert_eq!(address.to_string(), "expected HOST:PORT, got \"x\" (an IPv6 address in brackets: [::1]:4000)");
+        assert_eq!(address.found(), address.to_string());
     }
 }

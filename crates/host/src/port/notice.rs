@@ -97,75 +97,104 @@ pub enum StoreDamage {
 }
 
 impl fmt::Display for Notice {
+    /// The condition, and behind a colon the remedy.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let found = self.found();
+        match self.remedy() {
+            Some(remedy) => write!(f, "{found}: {remedy}"),
+            None => f.write_str(&found),
+        }
+    }
+}
+
+impl Notice {
+    /// What the user can do, if there is something.
+    #[must_use]
+    pub fn remedy(&self) -> Option<String> {
         match self {
-            Self::Latency { name, ms, setting } => write!(
-                f,
-                "{name} delays received octets by up to {ms} ms, so everything takes longer: install setserial, with which every \
-                 user of the port may set 1 ms, or run `echo 1 | sudo tee {}`, which holds until the adapter is unplugged",
+            Self::Latency { setting, .. } => Some(format!(
+                "install setserial, with which every user of the port may set 1 ms, or run `echo 1 | sudo tee {}`, which holds until the \
+                 adapter is unplugged",
                 setting.display()
-            ),
-            Self::OpenElsewhere { name, program, pid } => write!(
-                f,
-                "{program} (process {pid}) has {name} open too and may take received octets away: end it if stations seem not to answer"
-            ),
-            Self::TransmitterNotSwitched(name) => write!(
-                f,
-                "the kernel does not switch the transmitter of {name}: its RS-485 adapter must switch it by itself"
-            ),
+            )),
+            Self::OpenElsewhere { .. } => Some("end it if stations seem not to answer".to_owned()),
+            Self::TransmitterNotSwitched(_) => Some("its RS-485 adapter must switch it by itself".to_owned()),
+            Self::LateAnswer { remedy, needed_tbit, .. } => remedy.text(*needed_tbit),
+            Self::OctetsDropped { .. }
+            | Self::StoreDamaged { .. }
+            | Self::ClientRefused { .. }
+            | Self::Lost(_)
+            | Self::Reopened(_) => None,
+        }
+    }
+
+    /// The sentence without the remedy.
+    #[must_use]
+    pub fn found(&self) -> String {
+        match self {
+            Self::Latency { name, ms, .. } => {
+                format!("{name} delays received octets by up to {ms} ms, so everything takes longer")
+            }
+            Self::OpenElsewhere { name, program, pid } => {
+                format!("{program} (process {pid}) has {name} open too and may take received octets away")
+            }
+            Self::TransmitterNotSwitched(name) => {
+                format!("the kernel does not switch the transmitter of {name}")
+            }
             Self::OctetsDropped { name, octets } => {
-                write!(f, "{name} does not read: {octets} octets have been discarded so far")
+                format!("{name} does not read: {octets} octets have been discarded so far")
             }
             Self::LateAnswer { name, turnaround_ms, slot_tbit, needed_tbit, remedy } => {
-                write!(
-                    f,
-                    "an answer on {name} came {turnaround_ms} ms after its request, later than the slot time of {slot_tbit} bit times: "
-                )?;
-                match remedy {
-                    LateAnswerRemedy::Raised => write!(f, "the slot time is {needed_tbit} bit times from now on"),
-                    LateAnswerRemedy::Impossible => {
-                        write!(
-                            f,
-                            "no slot time of PROFIBUS is as long; use an adapter with less delay, or a lower rate"
-                        )
-                    }
-                    LateAnswerRemedy::ToBeSet => write!(
-                        f,
-                        "it may count as no answer; set the slot time of each master on the line to at least {needed_tbit} bit times"
-                    ),
-                }
+                let raised = match remedy {
+                    LateAnswerRemedy::Raised => format!(": the slot time is {needed_tbit} bit times from now on"),
+                    LateAnswerRemedy::ToBeSet | LateAnswerRemedy::Impossible => String::new(),
+                };
+                format!(
+                    "an answer on {name} came {turnaround_ms} ms after its request, later than the slot time of {slot_tbit} bit \
+                     times{raised}"
+                )
             }
             Self::StoreDamaged { device, address, damage, kept_as } => {
                 let kept_as = kept_as.display();
-                write!(f, "the nonvolatile memory of {device} at address {address} ")?;
-                match damage {
-                    StoreDamage::Damaged => {
-                        write!(f, "is damaged; it was renamed to {kept_as}, and the device has default values")
-                    }
-                    StoreDamage::OtherDevice(other) => write!(
-                        f,
-                        "is the memory of a {other}; it was renamed to {kept_as}, and the device has default values"
-                    ),
-                    StoreDamage::Refused(count) => write!(
-                        f,
-                        "has values that the device does not take ({count}); it was kept as {kept_as}, and these values have \
-                         their defaults"
-                    ),
-                }
+                format!("the nonvolatile memory of {device} at address {address} {}", damage.text(&kept_as))
             }
             Self::ClientRefused { name, most } => {
-                write!(
-                    f,
+                format!(
                     "the connection of {name} was closed: the line has {most} clients already; end one of them first"
                 )
             }
             Self::Lost(name) => {
-                write!(
-                    f,
-                    "lost {name}: it was unplugged, or its other side was closed; profivac tries to open it again"
-                )
+                format!("lost {name}: it was unplugged, or its other side was closed; profivac tries to open it again")
             }
-            Self::Reopened(name) => write!(f, "{name} is open again"),
+            Self::Reopened(name) => format!("{name} is open again"),
+        }
+    }
+}
+
+impl LateAnswerRemedy {
+    fn text(self, needed_tbit: u32) -> Option<String> {
+        match self {
+            Self::Raised => None,
+            Self::Impossible => {
+                Some("no slot time of PROFIBUS is as long; use an adapter with less delay, or a lower rate".to_owned())
+            }
+            Self::ToBeSet => Some(format!(
+                "it may count as no answer; set the slot time of each master on the line to at least {needed_tbit} bit times"
+            )),
+        }
+    }
+}
+
+impl StoreDamage {
+    fn text(&self, kept_as: &dyn fmt::Display) -> String {
+        match self {
+            Self::Damaged => format!("is damaged; it was renamed to {kept_as}, and the device has default values"),
+            Self::OtherDevice(other) => {
+                format!("is the memory of a {other}; it was renamed to {kept_as}, and the device has default values")
+            }
+            Self::Refused(count) => format!(
+                "has values that the device does not take ({count}); it was kept as {kept_as}, and these values have their defaults"
+            ),
         }
     }
 }
@@ -231,6 +260,26 @@ mod tests {
         notices.extend((0..20).map(|number| Notice::Reopened(number.to_string())));
         let left: Vec<_> = std::iter::from_fn(|| notices.next()).collect();
         assert_eq!((left.len(), &left[0]), (MAX_NOTICES, &Notice::Reopened("4".to_owned())));
+    }
+
+    #[test]
+    fn a_late_answer_has_a_remedy_unless_the_master_has_raised_its_slot_time() {
+        let late = |remedy| Notice::LateAnswer {
+            name: "a".to_owned(),
+            turnaround_ms: 7,
+            slot_tbit: 100,
+            needed_tbit: 200,
+            remedy,
+        };
+        let raised = late(LateAnswerRemedy::Raised);
+        assert_eq!(raised.remedy(), None);
+        assert!(raised.to_string().ends_with("bit times: the slot time is 200 bit times from now on"), "{raised}");
+        let to_be_set = late(LateAnswerRemedy::ToBeSet);
+        assert!(
+            to_be_set.to_string().contains("100 bit times: it may count as no answer; set the slot time"),
+            "{to_be_set}"
+        );
+        assert!(to_be_set.found().ends_with("the slot time of 100 bit times"), "{}", to_be_set.found());
     }
 
     #[test]
