@@ -88,7 +88,7 @@ fn diagnoses(line: &mut Bus, du: [u8; 6]) {
 /// A fault, its name, and the text of the error.
 struct Fault {
     name: &'static str,
-    err: fn(&mut Bus),
+    apply: fn(&mut Bus),
     error: ExchangeError,
     words: &'static str,
     /// The number of messages from the first of a new try to the fault.
@@ -98,85 +98,85 @@ struct Fault {
 const FAULTS: &[Fault] = &[
     Fault {
         name: "it never answers",
-        err: |line| answers(line, Vec::new()),
+        apply: |line| answers(line, Vec::new()),
         error: ExchangeError::NoAnswer(Failure::Silence),
         words: "no answer",
         messages: 1,
     },
     Fault {
         name: "it answers FDL status and nothing else",
-        err: |line| answers_services(line, ""),
+        apply: |line| answers_services(line, ""),
         error: ExchangeError::NoAnswer(Failure::Silence),
         words: "no answer",
         // FDL status, then Slave_Diag three times, because the slave was absent before.
         messages: 4,
     },
     Fault {
-        name: "it answers with garbage",
-        err: |line| answers(line, vec![0x55, 0xAA, 0x68, 0xFF, 0x10, 0x00, 0x16, 0x33]),
+        name: "it answers with octets that are no telegram",
+        apply: |line| answers(line, vec![0x55, 0xAA, 0x68, 0xFF, 0x10, 0x00, 0x16, 0x33]),
         error: ExchangeError::NoAnswer(Failure::Damaged),
         words: "the answer is damaged",
         messages: 1,
     },
     Fault {
         name: "it refuses Set_Prm",
-        err: |line| line.slaves[0].device_mut().accepts_prm = false,
+        apply: |line| line.slaves[0].device_mut().accepts_prm = false,
         error: ExchangeError::PrmFault,
         words: "it does not accept its parameters (Prm_Fault)",
         messages: 4,
     },
     Fault {
         name: "it refuses Chk_Cfg",
-        err: |line| line.slaves[0].device_mut().cfg = vec![0x10],
+        apply: |line| line.slaves[0].device_mut().cfg = vec![0x10],
         error: ExchangeError::CfgFault,
         words: "it does not accept its configuration (Cfg_Fault)",
         messages: 4,
     },
     Fault {
         name: "it is another device",
-        err: |line| line.slaves[0].device_mut().ident = 0x4321,
+        apply: |line| line.slaves[0].device_mut().ident = 0x4321,
         error: ExchangeError::Ident { expected: IDENT, received: 0x4321 },
         words: "it is another device: ident number 4321 instead of 1234",
         messages: 1,
     },
     Fault {
         name: "it belongs to another master",
-        err: |line| diagnoses(line, [0x00, 0x0C, 0x00, 0x05, 0x12, 0x34]),
+        apply: |line| diagnoses(line, [0x00, 0x0C, 0x00, 0x05, 0x12, 0x34]),
         error: ExchangeError::Owned { master: 5 },
         words: "it belongs to master 5",
         messages: 1,
     },
     Fault {
         name: "it always asks for parameters",
-        err: |line| diagnoses(line, [0x02, 0x05, 0x00, 0xFF, 0x12, 0x34]),
+        apply: |line| diagnoses(line, [0x02, 0x05, 0x00, 0xFF, 0x12, 0x34]),
         error: ExchangeError::PrmReq,
         words: "it asks to be parameterised again (Prm_Req)",
         messages: 4,
     },
     Fault {
         name: "it answers RS",
-        err: |line| answers_services(line, "10 02 08 03 0D 16"),
+        apply: |line| answers_services(line, "10 02 08 03 0D 16"),
         error: ExchangeError::Refused(Status::ServiceNotActivated),
         words: "it does not exchange data with us (RS)",
         messages: 1,
     },
     Fault {
         name: "it answers UE",
-        err: |line| answers_services(line, "10 02 08 01 0B 16"),
+        apply: |line| answers_services(line, "10 02 08 01 0B 16"),
         error: ExchangeError::Refused(Status::UserError),
         words: "its application has failed (UE)",
         messages: 1,
     },
     Fault {
         name: "it answers RR",
-        err: |line| answers_services(line, "10 02 08 02 0C 16"),
+        apply: |line| answers_services(line, "10 02 08 02 0C 16"),
         error: ExchangeError::Refused(Status::NoResource),
         words: "it has no room for the data (RR)",
         messages: 1,
     },
     Fault {
         name: "it acknowledges everything",
-        err: |line| answers_services(line, "E5"),
+        apply: |line| answers_services(line, "E5"),
         error: ExchangeError::Refused(Status::NoReply),
         words: "it acknowledges where it should answer with data",
         messages: 1,
@@ -209,7 +209,7 @@ fn watch(line: &mut Bus, tbit: u64) -> (u64, usize) {
 fn a_faulty_slave_is_reported_retried_slowly_and_costs_the_others_at_most_one_message() {
     for fault in FAULTS {
         let mut line = line();
-        (fault.err)(&mut line);
+        (fault.apply)(&mut line);
         line.run_until(500_000, |line| {
             line.master.user.exchanging() == OTHERS.len() && line.master.user.exchange_error(BAD) == Some(fault.error)
         });
@@ -247,7 +247,7 @@ fn a_faulty_slave_is_reported_retried_slowly_and_costs_the_others_at_most_one_me
 fn a_fault_that_lasts_is_reported_once() {
     for fault in FAULTS {
         let mut line = line();
-        (fault.err)(&mut line);
+        (fault.apply)(&mut line);
         line.run_for(1_000_000);
         let reported: Vec<_> = std::iter::from_fn(|| line.master.user.next_event()).collect();
         let errors = reported.iter().filter(|event| event.address == BAD && event.kind.to_string() == fault.words);
@@ -259,7 +259,7 @@ fn a_fault_that_lasts_is_reported_once() {
 fn a_repaired_slave_returns_within_the_longest_pause() {
     for fault in FAULTS {
         let mut line = line();
-        (fault.err)(&mut line);
+        (fault.apply)(&mut line);
         line.run_for(3_000_000);
         line.telegram_fault = None;
         let device = line.slaves[0].device_mut();

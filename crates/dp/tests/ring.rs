@@ -16,12 +16,12 @@ use support::{Random, bus, hex, text};
 
 /// Asks slave 40 for its diagnosis a given number of times.
 #[derive(Clone, Default)]
-struct Asker {
+struct Requester {
     left: u32,
     failed: u32,
 }
 
-impl FdlUser for Asker {
+impl FdlUser for Requester {
     fn next_request(&mut self, _priority: Priority, _now: BitTime) -> Option<Request<'_>> {
         self.left = self.left.checked_sub(1)?;
         Some(services::slave_diag(40))
@@ -37,12 +37,12 @@ fn parameters() -> BusParameters {
     BusParameters { address: 5, hsa: 5, ..bus() }
 }
 
-fn listening() -> MasterRig<Asker> {
-    MasterRig::new(Active::new(parameters().check().unwrap(), Asker::default(), BitTime(0)))
+fn listening() -> MasterRig<Requester> {
+    MasterRig::new(Active::new(parameters().check().unwrap(), Requester::default(), BitTime(0)))
 }
 
 /// Station 5 knows the ring of 3, 9 and 15 and is not in it.
-fn ready() -> MasterRig<Asker> {
+fn ready() -> MasterRig<Requester> {
     let mut rig = listening();
     for _ in 0..3 {
         for token in ["DC 09 03", "DC 0F 09", "DC 03 0F"] {
@@ -54,7 +54,7 @@ fn ready() -> MasterRig<Asker> {
 }
 
 /// Station 5 is in the ring of 3, 5, 9 and 15 and has passed the token on; 9 has it.
-fn idle() -> MasterRig<Asker> {
+fn idle() -> MasterRig<Requester> {
     let mut rig = ready();
     rig.receive_after(40, "DC 05 03");
     while rig.next_telegram().text() != "DC 09 05" {}
@@ -64,7 +64,7 @@ fn idle() -> MasterRig<Asker> {
 }
 
 /// The answer of the station to a telegram that ends now, and its delay in bit times.
-fn answer(rig: &mut MasterRig<Asker>, telegram: &str) -> Option<(u64, String)> {
+fn answer(rig: &mut MasterRig<Requester>, telegram: &str) -> Option<(u64, String)> {
     let octets = hex(telegram);
     rig.now = rig.now + 40 + octets.len() as u64 * CHARACTER_TBIT;
     let end = rig.now;
@@ -238,7 +238,7 @@ fn a_station_that_receives_its_own_address_twice_is_silent_until_two_rotations_w
         assert_eq!(rig.station.ring_state(), RingState::InRing, "once may be noise: {received}");
         rig.receive_after(40, received);
         assert_eq!(rig.station.ring_state(), RingState::AddressTaken, "{received}");
-        assert_eq!(answer(&mut rig, "10 05 03 49 51 16"), None, "the other one answers");
+        assert_eq!(answer(&mut rig, "10 05 03 49 51 16"), None, "the other station answers");
         for _ in 0..3 {
             for token in ["DC 09 03", "DC 0F 09", "DC 03 0F"] {
                 assert_ne!(rig.station.ring_state(), RingState::Ready);
@@ -296,7 +296,7 @@ fn no_token_with_an_impossible_address_changes_anything() {
                 let mut rig = make();
                 rig.station.telegram(rig.now + 100, &Telegram::Token { da, sa });
                 let all =
-                    |rig: &MasterRig<Asker>| (rig.station.masters().collect::<Vec<_>>(), rig.station.ring_state());
+                    |rig: &MasterRig<Requester>| (rig.station.masters().collect::<Vec<_>>(), rig.station.ring_state());
                 assert_eq!(all(&rig), all(&before), "{sa} to {da}");
                 assert!(!rig.station.has_token());
             }
@@ -308,7 +308,7 @@ fn no_token_with_an_impossible_address_changes_anything() {
 fn a_message_of_high_priority_is_sent_however_late_the_token_comes() {
     let mut rig = MasterRig::new(Active::new(
         BusParameters { rotation_tbit: 256, ..parameters() }.check().unwrap(),
-        Asker { left: 100, failed: 0 },
+        Requester { left: 100, failed: 0 },
         BitTime(0),
     ));
     for _ in 0..3 {
@@ -344,14 +344,14 @@ impl Watch {
         self.asked = false;
         let mut octets = [0; MAX_TELEGRAM];
         let length = telegram.and_then(|telegram| telegram.emit(&mut octets).ok()).unwrap_or_default();
-        let speaks = match telegram {
+        let is_sender = match telegram {
             Some(Telegram::Token { da, sa }) => *da <= 125 && *sa <= 125,
             Some(Telegram::Data(data)) => {
                 data.sa == own || matches!(data.control(), Control::Request { .. }) && data.sa < 127
             }
             Some(Telegram::ShortAck) | None => false,
         };
-        if speaks && std::mem::take(&mut self.sent) == octets[..length] {
+        if is_sender && std::mem::take(&mut self.sent) == octets[..length] {
             return;
         }
         match telegram {
@@ -412,7 +412,7 @@ fn octets(random: &mut Random) -> Vec<u8> {
 fn storm(seed: u64) {
     let mut random = Random::new(seed);
     let bus = BusParameters { gap_factor: 1, hsa: 15, rotation_tbit: 3000, ..parameters() };
-    let mut station = Active::new(bus.check().unwrap(), Asker { left: u32::MAX, failed: 0 }, BitTime(0));
+    let mut station = Active::new(bus.check().unwrap(), Requester { left: u32::MAX, failed: 0 }, BitTime(0));
     let mut receiver = Receiver::new(BitTime(0));
     let mut watch = Watch { theirs: true, busy: BitTime(0), asked: false, sent: Vec::new(), asking: None };
     let mut now = BitTime(0);
@@ -474,7 +474,7 @@ fn random_octets_cause_no_panic_no_telegram_without_token_and_no_hang() {
 #[test]
 fn an_impossible_highest_address_is_refused() {
     let bus = BusParameters { hsa: 20, ..parameters() };
-    let mut station = Active::new(bus.check().unwrap(), Asker::default(), BitTime(0));
+    let mut station = Active::new(bus.check().unwrap(), Requester::default(), BitTime(0));
     for hsa in [0, 4, 127, 255] {
         let refused = OutOfRange { parameter: BusParameter::HighestAddress, given: hsa.into(), least: 5, most: 126 };
         assert_eq!(station.set_hsa(hsa), Err(refused));
