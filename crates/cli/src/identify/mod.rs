@@ -7,13 +7,15 @@ use crate::failure::Failure;
 use crate::output::{json, notice, out};
 use crate::time_argument::parse_time;
 use crate::values;
-use clap::Args;
+use clap::{Args, ValueEnum};
 use jiff::{Timestamp, Zoned};
 use profivac_client::pressure::Pressure;
 use profivac_identify::plant::{NotIdentified, Plant, PlantRecord, identify_unless};
+use profivac_identify::rise::GasDependence;
 use profivac_identify::{Interval, standard_uncertainty};
 use profivac_recorder::{Micros, Sample};
 use profivac_station::identification::record::{Chosen, Known, KnownVolume, chosen};
+use profivac_station::identification::sprays::{Circumstances, SprayView, around};
 use profivac_station::identification::words::{MISFIT, Parameter, note, remedy};
 use profivac_station::pumpdown::{TimeRange, find};
 use profivac_station::report::format::{duration, timestamp};
@@ -59,6 +61,9 @@ pub struct Arguments {
     /// The accuracy of the gauge in percent of the reading, as its manual states it; it widens leak and outgassing
     #[arg(long, value_name = "PERCENT")]
     accuracy: Option<f64>,
+    /// The kind of the gauge: with it a change that looks like helium at a leak gives the leak
+    #[arg(long, value_name = "KIND")]
+    gauge_kind: Option<GaugeKind>,
     /// A pressure whose time is predicted; may be repeated
     #[arg(long, value_name = "PRESSURE")]
     target: Vec<Pressure>,
@@ -71,6 +76,27 @@ pub struct Arguments {
     /// Print the numbers as JSON, in Pa, s, m3 and Pa m3/s
     #[arg(long)]
     json: bool,
+}
+
+/// How an indication depends on the gas.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum GaugeKind {
+    /// It does not
+    Diaphragm,
+    /// A hot or cold cathode
+    Ion,
+    /// By the conduction of heat
+    Pirani,
+}
+
+impl From<GaugeKind> for GasDependence {
+    fn from(kind: GaugeKind) -> Self {
+        match kind {
+            GaugeKind::Diaphragm => Self::None,
+            GaugeKind::Ion => Self::Ionisation,
+            GaugeKind::Pirani => Self::Conduction,
+        }
+    }
 }
 
 const EXAMPLES: &str = "\
@@ -237,9 +263,16 @@ fn text(arguments: &Arguments, gauge: &str, start: Micros, chosen: &Chosen, plan
     for (one, factor) in plant.remedies() {
         row("", format!("{:>8}  {}", digits(factor.mean), remedy(one)));
     }
+    lines.extend(sprays(arguments, start, chosen, plant).iter().map(|spray| format!("{}.", spray.text)));
     lines.extend(notes(arguments, plant).into_iter().map(|(name, text)| format!("{name} {text}.")));
     lines.push(accuracy_note(arguments));
     lines.join("\n")
+}
+
+/// The changes of the indication that look like helium at a leak.
+fn sprays(arguments: &Arguments, start: Micros, chosen: &Chosen, plant: &Plant) -> Vec<SprayView> {
+    let known = Circumstances { gauge: arguments.gauge_kind.map(GasDependence::from), plant: Some(plant) };
+    around(start, &chosen.indicated, chosen.rise, known)
 }
 
 /// What the record does not determine, by the name in the table.
@@ -298,6 +331,7 @@ fn numbers(arguments: &Arguments, gauge: &str, start: Micros, chosen: &Chosen, p
         "remedies": plant.remedies().iter().map(|(one, factor)| object!({
             "remedy": remedy(*one), "pressure_divided_by": view(*factor)
         })).collect::<Vec<_>>(),
+        "sprays": sprays(arguments, start, chosen, plant),
         "residuals": plant.residuals.iter().map(|one| object!({
             "s": one.at_s, "measured_pa": one.measured_pa, "fitted_pa": one.fitted_pa, "deviations": one.deviations
         })).collect::<Vec<_>>(),

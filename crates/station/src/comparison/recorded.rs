@@ -1,5 +1,6 @@
 //! The pump-downs of a series, with their samples.
 
+use crate::identification::sprays::{Circumstances, SprayView, sprays};
 use crate::pumpdown::compare::{Comparison, Excess, Pattern, Run, excess};
 use crate::pumpdown::final_slope::pressure;
 use crate::pumpdown::{PumpDown, TimeRange, Trace};
@@ -35,6 +36,13 @@ impl Recorded {
     pub fn read(reader: &Reader, gauge: &str, one: &PumpDown) -> Result<Self, DatabaseError> {
         let trace = Trace::new(&series(reader, gauge, one.span)?.samples, one.span);
         Ok(Self { run: Run::new(one, &trace), trace })
+    }
+
+    /// The changes of the indication that look like helium at a leak.
+    #[must_use]
+    pub fn sprays(&self) -> Vec<SprayView> {
+        let parts = self.trace.valid().map(|section| sprays(self.run.start, &section.points, Circumstances::default()));
+        parts.flatten().collect()
     }
 
     /// Seconds and pressures in Pa, evenly on a logarithmic axis of time.
