@@ -19,6 +19,11 @@ fn gas(t: f64) -> f64 {
 
 /// Two hours of pumping from 100 Pa and twenty minutes with a closed valve, as `monitor --csv` writes it.
 fn csv() -> String {
+    csv_with(|_| 0.0)
+}
+
+/// The same with a change of the indication, in Pa.
+fn csv_with(change: impl Fn(f64) -> f64) -> String {
     let mut text = String::from(
         "unix_time,address,device,pressure,unit,mbar,instance,state,remarks,exchanges,lost,quality,limit_mbar,inputs\n",
     );
@@ -27,7 +32,7 @@ fn csv() -> String {
     for second in 0..8_400 {
         let t = f64::from(second);
         let noise: f64 = (0..12).map(|_| random.f64()).sum::<f64>() - 6.0;
-        let mbar = pa * (1.0 + 0.01 * noise) / 100.0;
+        let mbar = (pa + change(t)) * (1.0 + 0.01 * noise) / 100.0;
         writeln!(text, "{:.3},5,pcg550,{mbar:e},mbar,{mbar:e},1,DATA,\"\",1,0,valid,,", 1_795_262_400.0 + t).unwrap();
         for part in 0..100 {
             let now = t + f64::from(part) / 100.0;
@@ -78,9 +83,33 @@ fn a_known_plant_is_identified_from_a_csv_file() {
     );
     let svg = std::fs::read_to_string(picture).unwrap();
     assert!(svg.starts_with("<svg") && svg.contains("predicted") && svg.matches("<circle").count() > 200);
+    assert_eq!(found["sprays"], serde_json::json!([]), "nothing was sprayed");
     let table = stdout(&identify(&[file, "--volume", "50 l", "--accuracy", "15"]));
     for word in ["leak", "speed at", "exponent of outgassing", "what would help most", "±15 %"] {
         assert!(table.contains(word), "{word}: {table}");
+    }
+}
+
+/// An ion gauge while helium replaces the air of the leak for a minute: 2.69 times as much helium, a 5.9th as sensitive.
+#[test]
+fn helium_at_a_leak_is_recognised_in_words() {
+    let tau_s = VOLUME / SPEED;
+    let filled = |s: f64| 1.0 - (-s.max(0.0) / tau_s).exp();
+    let left = |t: f64| filled(t.min(6_060.0) - 6_000.0) * (-(t - 6_060.0).max(0.0) / tau_s).exp();
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("sprayed.csv");
+    std::fs::write(&file, csv_with(|t| LEAK / SPEED * (2.69 / 5.9 - 1.0) * left(t))).unwrap();
+    let output = identify(&[file.to_str().unwrap(), "--volume", "50 l", "--gauge-kind", "ion", "--json"]);
+    assert_eq!(output.status.code(), Some(0), "{output:?}");
+    let found: Value = serde_json::from_slice(&output.stdout).unwrap();
+    let sprays = found["sprays"].as_array().unwrap();
+    assert_eq!(sprays.len(), 1, "{sprays:?}");
+    let leak = &sprays[0]["leak_pa_m3_per_s"];
+    let [low, high] = ["low", "high"].map(|key| leak[key].as_f64().unwrap());
+    assert!(low <= LEAK && LEAK <= high, "{low:e} to {high:e}");
+    let text = sprays[0]["text"].as_str().unwrap();
+    for words in ["the indication falls by", "as with helium sprayed on a leak", "The leak is"] {
+        assert!(text.contains(words), "{words}: {text}");
     }
 }
 

@@ -6,11 +6,13 @@
 //! |---|---|
 //! | [`rise`] | a rate of rise, separated into leak and outgassing |
 //! | [`plant`] | a joint fit of pump-down, base pressure and rise, and what follows from it |
+//! | [`spray`] | helium at a leak, recognised by its shape |
 
 mod interval;
 pub mod plant;
 mod profile;
 pub mod rise;
+pub mod spray;
 
 pub use interval::{Interval, standard_uncertainty};
 

@@ -42,6 +42,10 @@ const LOSS_BY_HEAT_RATIO: f64 = 1.21;
 const SHARE: f64 = 1.23;
 const HALF: f64 = 3.42;
 
+/// Gas behind a tube joins the flow of small differences and that of a nozzle in series by this part, times the root of the quotient of
+/// the pressures.
+const SERIES: f64 = 0.55;
+
 /// The momentum of the flow in a tube relative to that of a uniform flow: 4/3 for a parabola, more with the losses where it forms.
 const MOMENTUM: f64 = 1.687;
 
@@ -332,6 +336,8 @@ struct TubeFlow<'a> {
     /// The inertia of the flow, divided by its square and the logarithm of the pressures.
     inertia: f64,
     high_pa: f64,
+    /// See [`SERIES`].
+    series: f64,
 }
 
 impl Tube {
@@ -345,6 +351,8 @@ impl Tube {
         let lossless = choked_factor(high.heat_ratio) * (2.0 * PI).sqrt();
         let loss = (1.0 - self.discharge) * LOSS_BY_HEAT_RATIO * (high.heat_ratio - 1.4);
         let uniform = if self.length > 0.0 { 1.0 / (1.0 + delta / (UNIFORM * self.length)) } else { 0.0 };
+        // Equal pressures have the conductance of almost equal ones.
+        let low_pa = low_pa.min(high.pa * (1.0 - 1e-7));
         let flow = TubeFlow {
             tube: self,
             delta_per_pa,
@@ -355,9 +363,8 @@ impl Tube {
             far: self.length / (self.length + FAR),
             inertia: LAMINAR * delta_per_pa * viscous * MOMENTUM * uniform / (2.0 * PI),
             high_pa: high.pa,
+            series: if high.pa > 0.0 { SERIES * (low_pa / high.pa).sqrt() } else { 0.0 },
         };
-        // Equal pressures have the conductance of almost equal ones.
-        let low_pa = low_pa.min(high.pa * (1.0 - 1e-7));
         let whole = if delta < LINEAR { flow.linear(low_pa) } else { flow.between(low_pa) / (high.pa - low_pa) };
         let mean = delta_per_pa * f64::midpoint(high.pa, low_pa);
         // In dense gas the molecular part of the tube's law is part of the viscous flow.
@@ -419,9 +426,13 @@ impl TubeFlow<'_> {
         let difference = self.high_pa - pa;
         let nozzle = self.choked * self.high_pa * ellipse(pa / self.high_pa, self.critical);
         // Sampson's flow of small differences: 0.376 δ; see STEEPEST for the limit.
-        let steepest = difference * (2.0 + 0.376 * self.delta_per_pa * self.high_pa).min(STEEPEST);
+        let slope = 2.0 + 0.376 * self.delta_per_pa * self.high_pa;
+        let steepest = difference * slope.min(STEEPEST);
         let ratio = (nozzle / steepest).powi(4);
-        let viscous = if ratio.is_finite() { nozzle / (1.0 + ratio).sqrt().sqrt() } else { steepest };
+        let apart = if ratio.is_finite() { nozzle / (1.0 + ratio).sqrt().sqrt() } else { steepest };
+        let small = difference * slope;
+        let in_series = if small > 0.0 { nozzle * small / (nozzle + small) } else { 0.0 };
+        let viscous = apart + self.series * (in_series - apart).min(0.0);
         (1.0 - self.viscous) * difference + self.viscous * viscous
     }
 

@@ -147,13 +147,38 @@ const COLLIDING: [(Gas, f64, f64, f64); 25] = [
     (Gas::Ar, 1.0, 10.0, 1.059),
 ];
 
+/// Flows of nitrogen into a gas behind the tube, by the same simulation: length by radius, δ before the tube, the quotient of the
+/// pressures, W.
+const COLLIDING_BETWEEN: [(f64, f64, f64, f64); 15] = [
+    (0.0, 1.0, 0.5, 0.624),
+    (0.0, 3.0, 0.5, 0.824),
+    (0.0, 3.0, 0.8, 0.374),
+    (0.0, 10.0, 0.5, 1.196),
+    (0.0, 10.0, 0.8, 0.692),
+    (0.0, 30.0, 0.5, 1.307),
+    (1.0, 1.0, 0.5, 0.418),
+    (1.0, 1.0, 0.8, 0.172),
+    (1.0, 3.0, 0.5, 0.534),
+    (1.0, 3.0, 0.8, 0.240),
+    (1.0, 10.0, 0.5, 0.864),
+    (1.0, 10.0, 0.8, 0.445),
+    (1.0, 30.0, 0.5, 1.107),
+    (5.0, 3.0, 0.5, 0.221),
+    (5.0, 10.0, 0.5, 0.381),
+];
+
 /// The flow through a tube with sharp edges into vacuum, relative to its molecular flow through an opening.
 fn into_vacuum(gas: Gas, length: f64, delta: f64) -> f64 {
+    between(gas, length, delta, 0.0)
+}
+
+/// The same into a gas of a part of the pressure.
+fn between(gas: Gas, length: f64, delta: f64, behind: f64) -> f64 {
     let radius = 0.05;
     let tube = Conductance::tube_with_discharge(2.0 * radius, length * radius, SHARP_DISCHARGE);
     let speed = (2.0 * 8.314_463 * ROOM_K / gas.molar_mass_kg_per_mol()).sqrt();
     let pa = delta * gas.viscosity_pa_s() * speed / radius;
-    conductance(&tube, gas, pa, 0.0) / (PI * radius * radius * mean_speed_m_per_s(gas) / 4.0)
+    conductance(&tube, gas, pa, behind * pa) * (1.0 - behind) / (PI * radius * radius * mean_speed_m_per_s(gas) / 4.0)
 }
 
 fn openings(table: &mut Table) {
@@ -219,6 +244,11 @@ fn openings(table: &mut Table) {
         let name = if gas == Gas::Ar { "argon" } else { "nitrogen" };
         let what = format!("{name} through a sharp tube into vacuum, l/r = {length}, δ = {delta}, W");
         table.add(what, expected, "", "colliding molecules, see below", into_vacuum(gas, length, delta), 0.03);
+    }
+    for (length, delta, behind, expected) in COLLIDING_BETWEEN {
+        let what =
+            format!("nitrogen through a sharp tube into {behind} of the pressure, l/r = {length}, δ = {delta}, W");
+        table.add(what, expected, "", "colliding molecules, see below", between(Gas::N2, length, delta, behind), 0.05);
     }
     let isentropic = |ratio: f64| {
         let kappa = 1.4_f64;

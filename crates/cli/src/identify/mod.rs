@@ -8,13 +8,15 @@ use crate::output::{json, notice, out};
 use crate::time_argument::parse_time;
 use crate::values;
 use crate::whole_file::write_text;
-use clap::Args;
+use clap::{Args, ValueEnum};
 use jiff::{Timestamp, Zoned};
 use profivac_client::pressure::Pressure;
 use profivac_identify::plant::{NotIdentified, Plant, PlantRecord, identify_unless};
+use profivac_identify::rise::GasDependence;
 use profivac_identify::{Interval, standard_uncertainty};
 use profivac_recorder::{Micros, Sample};
 use profivac_station::identification::record::{Chosen, Known, KnownVolume, chosen};
+use profivac_station::identification::sprays::{Circumstances, SprayView, around};
 use profivac_station::identification::words::{MISFIT, Parameter, note, remedy};
 use profivac_station::pumpdown::{TimeRange, find};
 use profivac_station::report::format::{duration, timestamp};
@@ -60,6 +62,9 @@ pub struct Arguments {
     /// The accuracy of the gauge in percent of the reading, as its manual states it; it widens leak and outgassing
     #[arg(long, value_name = "PERCENT")]
     accuracy: Option<f64>,
+    /// The kind of the gauge: with it a change that looks like helium at a leak gives the leak
+    #[arg(long, value_name = "KIND")]
+    gauge_kind: Option<GaugeKind>,
     /// A pressure whose time is predicted; may be repeated
     #[arg(long, value_name = "PRESSURE")]
     target: Vec<Pressure>,
@@ -72,6 +77,27 @@ pub struct Arguments {
     /// Print the numbers as JSON, in Pa, s, m3 and Pa m3/s
     #[arg(long)]
     json: bool,
+}
+
+/// How an indication depends on the gas.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum GaugeKind {
+    /// It does not
+    Diaphragm,
+    /// A hot or cold cathode
+    Ion,
+    /// By the conduction of heat
+    Pirani,
+}
+
+impl From<GaugeKind> for GasDependence {
+    fn from(kind: GaugeKind) -> Self {
+        match kind {
+            GaugeKind::Diaphragm => Self::None,
+            GaugeKind::Ion => Self::Ionisation,
+            GaugeKind::Pirani => Self::Conduction,
+        }
+    }
 }
 
 const EXAMPLES: &str = "\
@@ -201,6 +227,7 @@ fn text(arguments: &Arguments, gauge: &str, start: Micros, chosen: &Chosen, plan
     )];
     let rows = plant_rows(arguments, plant).into_iter().chain(prediction_rows(arguments, plant));
     lines.extend(rows.map(|(name, value)| format!("  {name:<32} {value}")));
+    lines.extend(sprays(arguments, start, chosen, plant).iter().map(|spray| format!("{}.", spray.text)));
     lines.extend(notes(arguments, plant).into_iter().map(|(name, text)| format!("{name} {text}.")));
     lines.push(accuracy_note(arguments));
     lines.join("\n")
@@ -265,6 +292,12 @@ fn prediction_rows(arguments: &Arguments, plant: &Plant) -> Vec<(String, String)
     rows
 }
 
+/// The changes of the indication that look like helium at a leak.
+fn sprays(arguments: &Arguments, start: Micros, chosen: &Chosen, plant: &Plant) -> Vec<SprayView> {
+    let known = Circumstances { gauge: arguments.gauge_kind.map(GasDependence::from), plant: Some(plant) };
+    around(start, &chosen.indicated, chosen.rise, known)
+}
+
 /// What the record does not determine, by the name in the table.
 fn notes(arguments: &Arguments, plant: &Plant) -> Vec<(String, &'static str)> {
     let speeds = plant
@@ -321,6 +354,7 @@ fn numbers(arguments: &Arguments, gauge: &str, start: Micros, chosen: &Chosen, p
         "remedies": plant.remedies().iter().map(|(one, factor)| object!({
             "remedy": remedy(*one), "pressure_divided_by": view(*factor)
         })).collect::<Vec<_>>(),
+        "sprays": sprays(arguments, start, chosen, plant),
         "residuals": plant.residuals.iter().map(|one| object!({
             "s": one.at_s, "measured_pa": one.measured_pa, "fitted_pa": one.fitted_pa, "deviations": one.deviations
         })).collect::<Vec<_>>(),

@@ -21,7 +21,7 @@
 //! | `result` | intervals, causes and shapes from all fits |
 
 mod model;
-mod noise;
+pub(crate) mod noise;
 mod result;
 mod slowing;
 

@@ -7,7 +7,7 @@ const MOST_SAMPLES: usize = 400;
 pub(super) const LEAST_NOISE: f64 = 1e-4;
 
 /// Means of groups, so that at most [`MOST_SAMPLES`] remain.
-pub(super) fn grouped(samples: &[(f64, f64)]) -> Vec<(f64, f64)> {
+pub(crate) fn grouped(samples: &[(f64, f64)]) -> Vec<(f64, f64)> {
     let size = samples.len().div_ceil(MOST_SAMPLES).max(1);
     let mean = |group: &[(f64, f64)]| {
         let count = group.len() as f64;

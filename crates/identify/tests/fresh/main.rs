@@ -110,7 +110,7 @@ fn the_intervals_of_plants_contain_the_truth_as_often_as_they_claim() {
     let Coverage { counts, warned, without } = coverage(70_000..70_000 + plants, Imperfection::default());
     printed(&counts);
     assert!(without.is_empty(), "{without}");
-    assert_eq!(warned, 0, "the law of these plants is that of the fit");
+    assert!(u64::from(warned) * 100 <= plants, "the law of these plants is that of the fit: {warned} with a misfit");
     // The numbers of one plant are correlated, so one unlucky plant of a few may miss several.
     let least = if plants < 100 { 0.85 } else { 0.9 };
     assert!(sum(&counts) >= least, "{counts:?}");

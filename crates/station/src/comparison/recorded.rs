@@ -1,5 +1,6 @@
 //! The pump-downs of a series, with their samples.
 
+use crate::identification::sprays::{Circumstances, SprayView, sprays};
 use crate::pumpdown::compare::{Comparison, Pattern, Run, USUAL_RUNS};
 use crate::pumpdown::excess::{Excess, excess};
 use crate::pumpdown::final_slope::pressure;
@@ -36,6 +37,13 @@ impl Recorded {
     pub fn read(reader: &Reader, gauge: &str, one: &PumpDown) -> Result<Self, DatabaseError> {
         let trace = Trace::new(&series(reader, gauge, one.span)?.samples, one.span);
         Ok(Self { run: Run::new(one, &trace), trace })
+    }
+
+    /// The changes of the indication that look like helium at a leak.
+    #[must_use]
+    pub fn sprays(&self) -> Vec<SprayView> {
+        let parts = self.trace.valid().map(|section| sprays(self.run.start, &section.points, Circumstances::default()));
+        parts.flatten().collect()
     }
 
     /// Seconds and pressures in Pa, evenly on a logarithmic axis of time.
@@ -78,4 +86,52 @@ pub fn excess_of(comparison: &Comparison, own: &Recorded, usual: &[&Recorded]) -
         (others.len() >= LEAST_CURVES).then(|| others.get(others.len() / 2).map(|middle| (s, pa, *middle)))?
     });
     excess(&points.collect::<Vec<_>>())
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "a test")]
+
+    use super::*;
+    use crate::comparison::view::PumpDowns;
+    use crate::pumpdown::compare::compare;
+    use crate::pumpdown::find;
+    use profivac_recorder::{Micros, Quality, Sample};
+
+    /// An ion gauge: two hours of pumping from 100 mbar with 10 s, then helium in place of the air of a leak for a minute.
+    fn samples() -> Vec<Sample> {
+        let mut random = fastrand::Rng::with_seed(3);
+        let filled = |s: f64| 1.0 - (-s.max(0.0) / 10.0).exp();
+        let left = |t: f64| filled(t.min(6_060.0) - 6_000.0) * (-(t - 6_060.0).max(0.0) / 10.0).exp();
+        let mut kept = Vec::new();
+        for second in -20..7_200 {
+            let t = f64::from(second).max(0.0);
+            let noise: f64 = (0..12).map(|_| random.f64()).sum::<f64>() - 6.0;
+            let pa = 1e4 * (-t / 10.0).exp() + 1e-3 * 3600.0 / (t + 10.0) + 1e-4 * (1.0 - 0.54 * left(t));
+            let at = Micros((1_000_000 + i64::from(second)) * Micros::SECOND);
+            let sample = Sample::new(at, Some(pa * (1.0 + 0.005 * noise)), Quality::Valid);
+            kept.push(sample);
+        }
+        kept
+    }
+
+    #[test]
+    fn helium_at_a_leak_is_a_sentence_of_its_pump_down() {
+        let samples = samples();
+        let one = find(&samples, 0).pop().unwrap();
+        let trace = Trace::new(&samples, one.span);
+        let own = Recorded { run: Run::new(&one, &trace), trace };
+        let runs = [own];
+        let compared = compare(&[runs[0].run.clone()]);
+        let shown = PumpDowns::new("chamber".to_owned(), &runs, &compared, 10);
+        let [spray] = &shown.runs[0].sprays[..] else { panic!("{:?}", shown.runs[0].sprays) };
+        assert!(
+            (spray.start_ms - 1_006_000_000).abs() < 3_000 && (spray.end_ms - 1_006_060_000).abs() < 3_000,
+            "{spray:?}"
+        );
+        assert!(spray.text.contains("falls by") && spray.text.contains("helium sprayed on a leak"), "{}", spray.text);
+        // The pressure is 7e-4 Pa, of which the leak is a seventh.
+        assert!((spray.change_pa.mean / -5.4e-5 - 1.0).abs() < 0.1, "{spray:?}");
+        assert_eq!(spray.leak_pa_m3_per_s, None, "the station does not know the kind of the gauge");
+    }
 }

@@ -84,6 +84,7 @@ fn times(name: &str, comparison: &Comparison, own: &Recorded, usual: &[&Recorded
         gauge: name.to_owned(),
         text,
         likeness: likeness(comparison, excess_of(comparison, own, usual)),
+        sprays: own.sprays().into_iter().map(|spray| spray.text).collect(),
         levels,
     }
 }

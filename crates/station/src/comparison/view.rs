@@ -2,6 +2,7 @@
 
 use super::recorded::{Recorded, excess_of, usual_before};
 use super::words::{likeness, sentence};
+use crate::identification::sprays::SprayView;
 use crate::pumpdown::compare::{Comparison, Direction, Level, Pattern};
 use crate::pumpdown::excess::Excess;
 use crate::view::{RisePoint, unix_ms};
@@ -37,6 +38,8 @@ pub struct PumpDownView {
     pub levels: Vec<LevelView>,
     /// The deviation from the usual pump-downs; `null` if there is none.
     pub deviation: Option<DeviationView>,
+    /// Changes of the indication that look like helium at a leak, the earliest first.
+    pub sprays: Vec<SprayView>,
     /// At most 120 points, evenly on a logarithmic axis of time.
     pub curve: Vec<RisePoint>,
 }
@@ -148,6 +151,7 @@ impl PumpDownView {
             is_vented: run.is_vented,
             levels: comparison.levels.iter().map(LevelView::from).collect(),
             deviation: DeviationView::new(comparison, excess_of(comparison, own, usual)),
+            sprays: own.sprays(),
             curve: own.curve().into_iter().map(|(s, pa)| RisePoint { s, pa }).collect(),
         }
     }

@@ -6,9 +6,11 @@
 //! |---|---|
 //! | [`record`] | the record of a fit, from samples and what the user knows |
 //! | [`words`] | how certain a number is, and remedies, as sentences |
+//! | [`sprays`] | helium at a leak, in words |
 //! | [`view`] | what the API shows |
 
 pub mod record;
+pub mod sprays;
 pub mod view;
 pub mod words;
 

@@ -38,6 +38,8 @@ pub struct Known {
 pub struct Chosen {
     /// The record.
     pub record: PlantRecord,
+    /// All valid samples: the record of the fit ends with the rise unless the time of its end is known.
+    pub indicated: Vec<(f64, f64)>,
     /// The seconds after the start at which the valve was closed and opened.
     pub rise: Option<[f64; 2]>,
 }
@@ -61,6 +63,7 @@ pub fn chosen(samples: &[Sample], known: &Known) -> Chosen {
     kept.dedup_by_key(|(s, _)| s.to_bits());
     let closed = known.closed.map(seconds).or_else(|| found.map(|[from, _]| closing(&kept, from)));
     let opened = known.opened.map(seconds);
+    let indicated = kept.clone();
     // Where the valve was opened between two samples is not known, so the record ends with the rise unless the time is given.
     if let Some([_, to]) = found.filter(|_| opened.is_none()) {
         kept.retain(|(s, _)| *s <= to);
@@ -75,7 +78,7 @@ pub fn chosen(samples: &[Sample], known: &Known) -> Chosen {
     };
     let phases = phases(rise, seconds(end));
     let gauge_uncertainty = known.gauge_uncertainty;
-    Chosen { record: PlantRecord { samples: kept, phases, volume, gauge_uncertainty }, rise }
+    Chosen { record: PlantRecord { samples: kept, phases, volume, gauge_uncertainty }, indicated, rise }
 }
 
 fn phases(rise: Option<[f64; 2]>, end_s: f64) -> Vec<Phase> {

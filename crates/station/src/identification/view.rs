@@ -1,6 +1,7 @@
 //! A plant as the API shows it.
 
 use super::record::Chosen;
+use super::sprays::{Circumstances, SprayView, around};
 use super::words::{Certainty, MISFIT, Parameter, certainty, note, remedy};
 use crate::view::{FlowView, unix_ms};
 use profivac_identify::Interval;
@@ -62,6 +63,8 @@ pub struct PlantView {
     pub target_s: Option<TimeView>,
     /// Changes that lower the pressure, the best one first.
     pub remedies: Vec<RemedyView>,
+    /// Changes of the indication that look like helium at a leak, the earliest first.
+    pub sprays: Vec<SprayView>,
     /// Groups of samples beside the fit.
     pub residuals: Vec<ResidualView>,
     /// The predicted pressure if the pumping goes on from the start until a day after the last sample, with its band.
@@ -276,6 +279,9 @@ impl PlantView {
             .iter()
             .map(|(pa, speed)| SpeedView { pa: *pa, m3_per_s: ParameterView::new(Parameter::Speed, *speed) });
         let [by_leak, by_outgassing, by_pump] = plant.parts_pa(plant.end_s()).map(BoundsView::from);
+        // A gauge of an unknown kind is asked for as one that does not depend on the gas.
+        let gauge = Some(asked.gauge).filter(|gauge| *gauge != GasDependence::None);
+        let circumstances = Circumstances { gauge, plant: Some(plant) };
         let remedies = plant.remedies().into_iter().map(|(one, factor)| RemedyView {
             remedy: one.into(),
             text: remedy(one).to_owned(),
@@ -307,6 +313,7 @@ impl PlantView {
             after_another_day_pa: plant.predicted_pa(plant.end_s() + AHEAD_S).into(),
             target_s: asked.target_pa.and_then(|pa| plant.time_to_pa(pa)).map(TimeView::from),
             remedies: remedies.collect(),
+            sprays: around(start, &chosen.indicated, chosen.rise, circumstances),
             residuals: residuals.collect(),
             prediction: prediction(plant),
         }

@@ -248,6 +248,8 @@ pub struct UsualTimes {
     pub text: String,
     /// What a deviation looks like.
     pub likeness: Option<String>,
+    /// The changes of the indication that look like helium at a leak, as sentences without a full stop.
+    pub sprays: Vec<String>,
     /// The times to each decade of mbar, the highest pressure first.
     pub levels: Vec<UsualTime>,
 }

@@ -300,8 +300,9 @@ pub fn usual(report: &Report) -> String {
     });
     let rows: Vec<String> = rows.collect();
     let likeness = usual.likeness.as_ref().map_or_else(String::new, |likeness| format!(": {}", escape(likeness)));
+    let sprays: String = usual.sprays.iter().map(|text| format!("<p>{}.</p>\n", escape(text))).collect();
     format!(
-        "<p>{}: {}{likeness}.</p>\n{}",
+        "<p>{}: {}{likeness}.</p>\n{sprays}{}",
         escape(&usual.gauge),
         escape(&usual.text),
         table("", &heads(&["Pressure", "Time", "Usual time", "Limits", "Deviation"]), &rows)

@@ -1,4 +1,4 @@
-//! Gas flows from a large space through a tube into vacuum: direct simulation (Bird 1994).
+//! Gas flows from a large space through a tube into vacuum, or into a gas of lower pressure: direct simulation (Bird 1994).
 
 use crate::gas::{self, Model, Molecule};
 use crate::tube::{Tube, WEIGHT_STEP};
@@ -11,6 +11,8 @@ pub struct Setting {
     pub length: f64,
     pub delta: f64,
     pub model: Model,
+    /// The pressure behind the tube, divided by that before it.
+    pub behind: f64,
     pub cells_per_radius: u32,
     /// Simulated molecules in a cell at the wall of the tube, before it.
     pub molecules_per_cell: f64,
@@ -47,6 +49,18 @@ struct State {
     order: Vec<u32>,
     /// The flow of the last part of the simulation: the gas before the tube moves towards it.
     flow: f64,
+}
+
+/// The end of the space before or behind the tube, from which molecules enter.
+#[derive(Clone, Copy, Debug)]
+struct Boundary {
+    reach: f64,
+    /// The doublings of its box.
+    doublings: u32,
+    /// The velocity towards the tube times the square of the distance.
+    drift: f64,
+    density: f64,
+    is_behind: bool,
 }
 
 /// The parts of the average from which its uncertainty follows.
@@ -110,10 +124,27 @@ impl State {
                 self.add_resting(z, r);
             }
         }
+        self.fill_behind();
         for _ in 0..(PI * self.setting.length * self.per_volume) as u64 {
             let (along, r) = (self.rng.f64(), self.rng.f64().sqrt());
-            if self.rng.f64() > 0.8 * along {
+            if self.rng.f64() > (1.0 - self.setting.behind).min(0.8) * along {
                 self.add_resting(along * self.setting.length, r);
+            }
+        }
+    }
+
+    /// Fills the space behind the tube with the gas of its pressure.
+    fn fill_behind(&mut self) {
+        let (reach, length) = (self.tube.reach_behind(), self.setting.length);
+        let outermost = self.weight(self.tube.outermost_behind());
+        let most = PI * reach.powi(3) * self.per_volume * self.setting.behind;
+        for _ in 0..(most / outermost) as u64 {
+            let (z, r) = (length + reach * self.rng.f64(), reach * self.rng.f64().sqrt());
+            let (_, doublings) = self.tube.cell(z, r);
+            let copies = (outermost / self.weight(doublings)).round() as u32;
+            for copy in 0..copies {
+                let (z, r) = if copy == 0 { (z, r) } else { self.near(z, r, doublings) };
+                self.add_resting(z, r);
             }
         }
     }
@@ -121,7 +152,8 @@ impl State {
     /// Another place within the same box.
     fn near(&mut self, z: f64, r: f64, doublings: u32) -> (f64, f64) {
         for _ in 0..32 {
-            let near = (z * (0.9 + 0.2 * self.rng.f64()), r);
+            let plane = if z < 0.0 { 0.0 } else { self.setting.length };
+            let near = (plane + (z - plane) * (0.9 + 0.2 * self.rng.f64()), r);
             if self.tube.cell(near.0, near.1).1 == doublings {
                 return near;
             }
@@ -193,24 +225,40 @@ impl State {
         entered
     }
 
-    /// Molecules enter through the outer boundary from a gas that moves towards the tube with the flow.
+    /// Molecules enter through the outer boundaries from gases that move with the flow: towards the tube, and behind it away.
     fn enter(&mut self) {
         let reach = self.tube.reach();
         let dense = reach * self.setting.delta;
         let drift = self.flow / (4.0 * PI.sqrt()) * dense / (1.0 + dense);
+        let before = Boundary { reach, doublings: self.tube.outermost(), drift, density: 1.0, is_behind: false };
+        self.enter_through(before);
+        let density = self.setting.behind;
+        if density > 0.0 {
+            let reach = self.tube.reach_behind();
+            let dense = reach * self.setting.delta * density;
+            let drift = -self.flow / density / (4.0 * PI.sqrt()) * dense / (1.0 + dense);
+            let doublings = self.tube.outermost_behind();
+            self.enter_through(Boundary { reach, doublings, drift, density, is_behind: true });
+        }
+    }
+
+    fn enter_through(&mut self, boundary: Boundary) {
+        let Boundary { reach, drift, .. } = boundary;
         for (area, round) in [(PI * reach * reach, false), (2.0 * PI * reach * reach, true)] {
-            let most = drift / (reach * reach);
-            let flux = (1.0 + 6.0 * most) / (2.0 * PI.sqrt());
-            let expected = flux * area * self.step * self.per_volume / self.weight(self.tube.outermost());
+            let most = drift.abs() / (reach * reach);
+            let flux = boundary.density * (1.0 + 6.0 * most) / (2.0 * PI.sqrt());
+            let expected = flux * area * self.step * self.per_volume / self.weight(boundary.doublings);
             for _ in 0..(expected + self.rng.f64()) as u64 {
                 let (z, r) =
                     if round { (-reach * self.rng.f64(), reach) } else { (-reach, reach * self.rng.f64().sqrt()) };
-                self.enter_at(z, r, round, drift / (z * z + r * r).powf(1.5), most);
+                let drift = drift / (z * z + r * r).powf(1.5);
+                self.enter_at(z, r, round, drift, most, boundary.is_behind);
             }
         }
     }
 
-    fn enter_at(&mut self, z: f64, r: f64, round: bool, drift: f64, most: f64) {
+    /// A molecule at a place before the tube, or at its mirror image behind it.
+    fn enter_at(&mut self, z: f64, r: f64, round: bool, drift: f64, most: f64, is_behind: bool) {
         let inward = gas::leaving(&mut self.rng);
         let (toward, beside) = (-z * drift, -r * drift);
         let across = if round { -beside } else { toward };
@@ -219,6 +267,7 @@ impl State {
         }
         let (first, around) = gas::parallel(&mut self.rng);
         let (along, outward) = if round { (first + toward, -inward) } else { (inward, first + beside) };
+        let (z, along) = if is_behind { (self.setting.length - z, -along) } else { (z, along) };
         let rotation = self.setting.model.rotation(&mut self.rng);
         let mut molecule = Molecule { z, r, along, outward, around, rotation, cell: 0 };
         let time = self.step * self.rng.f64();

@@ -56,6 +56,16 @@ impl Tube {
         self.boxes_before - 1
     }
 
+    /// The size of the space behind the tube.
+    pub fn reach_behind(&self) -> f64 {
+        BOX * f64::from(1_u32 << self.outermost_behind())
+    }
+
+    /// The doublings of the outermost box behind the tube.
+    pub const fn outermost_behind(&self) -> u32 {
+        self.boxes_behind - 1
+    }
+
     pub fn cells(&self) -> usize {
         let boxes = self.boxes_before + self.boxes_behind;
         (boxes * self.box_cells * self.box_cells + self.tube_cells.0 * self.tube_cells.1) as usize
@@ -185,7 +195,7 @@ impl Tube {
             Space::Before => -molecule.z >= self.reach() || molecule.r >= self.reach(),
             Space::Within => false,
             Space::Behind => {
-                let reach = BOX * f64::from(1_u32 << (self.boxes_behind - 1));
+                let reach = self.reach_behind();
                 molecule.z - self.length >= reach || molecule.r >= reach
             }
         }

@@ -1944,6 +1944,8 @@ export interface components {
             series: string;
             /** @description The effective pumping speed, from low to high pressure. */
             speeds: components["schemas"]["SpeedView"][];
+            /** @description Changes of the indication that look like helium at a leak, the earliest first. */
+            sprays: components["schemas"]["SprayView"][];
             /**
              * Format: int64
              * @description The start of the samples, in milliseconds since 1970.
@@ -2027,6 +2029,8 @@ export interface components {
              * @description The lowest pressure in Pa.
              */
             lowest_pa: number;
+            /** @description Changes of the indication that look like helium at a leak, the earliest first. */
+            sprays: components["schemas"]["SprayView"][];
             /**
              * Format: int64
              * @description The beginning, in milliseconds since 1970.
@@ -2388,6 +2392,29 @@ export interface components {
              * @description The pressure in Pa, as indicated.
              */
             pa: number;
+        };
+        /** @description A change of the indication that looks like helium at a leak. */
+        SprayView: {
+            /** @description The change of the indication after many time constants in Pa; below zero if it falls. */
+            change_pa: components["schemas"]["BoundsView"];
+            /**
+             * Format: int64
+             * @description When it went, in milliseconds since 1970.
+             */
+            end_ms: number;
+            leak_pa_m3_per_s: components["schemas"]["BoundsView"] | null;
+            /**
+             * Format: int64
+             * @description When the gas came, in milliseconds since 1970.
+             */
+            start_ms: number;
+            /**
+             * @description What it looks like, in words.
+             * @example 2026-11-21 14:05:00 UTC, for 90.0 s: the indication falls by 5.4e-8 mbar (5.2e-8 to 5.6e-8), 27 % of it
+             */
+            text: string;
+            /** @description The time constant of change and return in seconds: volume by pumping speed. */
+            time_constant_s: components["schemas"]["BoundsView"];
         };
         /** @description The station. */
         Station: {

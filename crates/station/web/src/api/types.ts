@@ -60,6 +60,7 @@ export type PumpDown = Schemas['PumpDownView']
 export type PumpDownLevel = Schemas['LevelView']
 export type PumpDowns = Schemas['PumpDowns']
 /** A plant identified from the record of one gauge. */
+export type Spray = Schemas['SprayView']
 export type Plant = Schemas['PlantView']
 export type PlantQuery = operations['identify']['parameters']['query']
 /** A value with its 95 % interval; without an upper bound it is `null`. */

@@ -3,6 +3,7 @@
 import type { ComponentChildren, JSX } from 'preact'
 import type { Bounds, Plant } from '../../api/types.ts'
 import { Pressure } from '../../components/pressure.tsx'
+import { Sprays } from '../../components/sprays.tsx'
 import { age, number } from '../../lib/format.ts'
 import { boundsText, timesText, worth } from '../../lib/plant.ts'
 import { useUnit } from '../../settings.ts'
@@ -31,6 +32,7 @@ export function Result({ plant, target }: Props): JSX.Element {
           : `with an accuracy of the gauge of ±${number((plant.accuracy ?? 0) * 100)} %`}
         .
       </p>
+      <Sprays sprays={plant.sprays} />
       <Outlook plant={plant} target={target} />
       <h3>What would help most</h3>
       <p class="muted">The pressure after another day of pumping, divided by that with one change.</p>

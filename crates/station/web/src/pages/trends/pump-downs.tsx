@@ -7,6 +7,7 @@ import type { PumpDown } from '../../api/types.ts'
 import { Choice, sameText } from '../../components/fields.tsx'
 import { useQuery } from '../../components/hooks.ts'
 import { Pressure } from '../../components/pressure.tsx'
+import { Sprays } from '../../components/sprays.tsx'
 import { allSeries } from '../../components/use-trends.ts'
 import { decade, moment } from '../../lib/format.ts'
 import { axesOf, decadesOf, place, polyline, timeText, usualText } from '../../lib/pump-downs.ts'
@@ -74,6 +75,7 @@ export function PumpDowns(): JSX.Element {
       {shown ? (
         <>
           <Verdict run={shown} />
+          <Sprays sprays={shown.sprays} />
           <div class="panel">
             <Overlay runs={runs} shown={shown} />
           </div>

@@ -1,0 +1,15 @@
+// Changes of an indication that look like helium at a leak, in words.
+
+import type { JSX } from 'preact'
+import type { Spray } from '../api/types.ts'
+
+export function Sprays({ sprays }: { sprays: Spray[] }): JSX.Element | null {
+  if (sprays.length === 0) return null
+  return (
+    <section class="sprays" aria-label="Like helium at a leak">
+      {sprays.map(({ start_ms, text }) => (
+        <p key={start_ms}>{text}.</p>
+      ))}
+    </section>
+  )
+}
