@@ -7,11 +7,13 @@ mod golden;
 #[path = "fresh/plants.rs"]
 #[allow(dead_code, reason = "the numbers that are compared in another test")]
 mod plants;
+mod support;
 
 use profivac_identify::plant::{Phase, PlantRecord, Residual, Volume, identify};
 use profivac_identify::rise::{Cause, GasDependence, RiseSetup, analyse};
 use profivac_vacuum::Gas;
 use std::fmt::Write;
+use support::normal;
 
 const WIDTH: f64 = 720.0;
 const HEIGHT: f64 = 400.0;
@@ -81,10 +83,6 @@ impl Picture {
         self.svg += "</svg>\n";
         golden::compare(&format!("docs/curves/{name}"), &self.svg);
     }
-}
-
-fn normal(random: &mut fastrand::Rng) -> f64 {
-    (0..12).map(|_| random.f64()).sum::<f64>() - 6.0
 }
 
 /// Rises into 100 l in Pa: a leak, outgassing after an hour, and both, with the cause that the fit states.

@@ -2,18 +2,17 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
 
+mod support;
+
 use profivac_identify::plant::{Dose, NotIdentified, Phase, PlantRecord, Remedy, Volume, identify, identify_unless};
 use profivac_vacuum::network::Outside;
 use profivac_vacuum::pump::Roughing;
 use profivac_vacuum::surface::{Material, Surface};
 use profivac_vacuum::{Atmosphere, Conductance, Gas, Mixture, Network};
 use std::cell::Cell;
+use support::normal;
 
 const HOUR_S: f64 = 3600.0;
-
-fn normal(random: &mut fastrand::Rng) -> f64 {
-    (0..12).map(|_| random.f64()).sum::<f64>() - 6.0
-}
 
 /// A chamber of glass, whose water has the law of the fit, with a pump of a constant speed.
 struct Truth {

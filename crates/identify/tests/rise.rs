@@ -2,10 +2,13 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
 
+mod support;
+
 use profivac_identify::rise::{Cause, GasDependence, NoRise, Rise, RiseSetup, analyse};
 use profivac_vacuum::network::Outside;
 use profivac_vacuum::surface::{Material, Surface};
 use profivac_vacuum::{Atmosphere, Conductance, Gas, Mixture, Network};
+use support::normal;
 
 const VOLUME_M3: f64 = 0.1;
 const HOUR_S: f64 = 3600.0;
@@ -23,11 +26,6 @@ fn setup(pumped_s: f64) -> RiseSetup {
         gauge_uncertainty: 0.0,
         gas_k: ROOM_K,
     }
-}
-
-/// A random number of mean 0 and standard deviation 1.
-fn normal(random: &mut fastrand::Rng) -> f64 {
-    (0..12).map(|_| random.f64()).sum::<f64>() - 6.0
 }
 
 /// The indications of an ion gauge for a leak of air and outgassing of water after `pumped_s` of pumping, every second.
