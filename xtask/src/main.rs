@@ -1,4 +1,4 @@
-//! `cargo xtask layers|citations|architecture|doctests|prose|purity|goldens`: checks of the repository, and its generated files.
+//! `cargo xtask layers|citations|architecture|pages|doctests|prose|purity|goldens`: checks of the repository, and its generated files.
 //!
 //! Each task is a module. A check prints one line if it passes, otherwise all defects.
 
@@ -9,6 +9,7 @@ mod doctests;
 mod goldens;
 mod layers;
 mod modules;
+mod pages;
 mod prose;
 mod purity;
 mod records;
@@ -22,6 +23,7 @@ const USAGE: &str =
        cargo xtask citations every citation names an existing section; with --uncited: the sections that no test cites
        cargo xtask architecture  the walks in ARCHITECTURE.md name files and functions that exist; the records in DESIGN.md
                              have a decision, a reason, alternatives and a cost
+       cargo xtask pages     every page of docs/ is in docs/SUMMARY.md once; each path has its four kinds of pages
        cargo xtask doctests  every public function, method and type of the client has an example
        cargo xtask prose     no retired words and forms, no line that is too wide; with --count: their number in each crate;
                              with --wrap: breaks the wide lines
@@ -36,6 +38,7 @@ fn main() -> Result<()> {
         ["citations"] => citations::check(),
         ["citations", "--uncited"] => citations::uncited(),
         ["architecture"] => architecture::check().and_then(|()| records::check()),
+        ["pages"] => pages::check(),
         ["doctests"] => doctests::check(),
         ["prose"] => prose::check(false),
         ["prose", "--count"] => prose::check(true),
