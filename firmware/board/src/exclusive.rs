@@ -34,11 +34,11 @@ impl<T> Exclusive<T> {
         }
     }
 
-    /// Sets the data; those before are not dropped. Returns whether no other context uses them.
+    /// Sets the data, which are made in their place; those before are not dropped. Returns whether no other context uses them.
     #[inline]
-    pub fn set(&self, data: T) -> bool {
+    pub fn set(&self, make: impl FnOnce() -> T) -> bool {
         self.enter(|place| {
-            place.write(data);
+            place.write(make());
             self.is_set.store(true, Ordering::Relaxed);
         })
         .is_some()

@@ -15,6 +15,8 @@
 #![allow(clippy::arithmetic_side_effects, clippy::indexing_slicing, clippy::precedence)]
 
 mod exclusive;
+#[cfg(target_abi = "eabihf")]
+mod memory;
 #[cfg(feature = "qemu")]
 mod qemu;
 mod start;

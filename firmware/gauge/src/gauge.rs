@@ -88,7 +88,7 @@ fn send(after: u32, octets: &[u8]) {
 #[inline(never)]
 fn set_rate(baud: Baud, ticks: u32) {
     board::set_rate(baud.bits_per_second());
-    board::masked(|| LINE.set(Line::new(&TIMING, baud, ticks)));
+    board::masked(|| LINE.set(|| Line::new(&TIMING, baud, ticks)));
 }
 
 /// What a program adds to a device: its sensors.
@@ -141,10 +141,7 @@ pub(crate) fn start_bus<B: Behaviour, S: Store>(device: &BlockDevice<B, S>, baud
     let ticks = board::ticks();
     let side = BusSide::new(device);
     let address = side.address();
-    BUS.set(match baud {
-        Some(baud) => BusStation::fixed(side, address, &TIMING, baud, ticks),
-        None => BusStation::searching(side, address, &TIMING, ticks),
-    });
+    BUS.set(|| BusStation::new(side, address, &TIMING, baud, ticks));
     set_rate(baud.unwrap_or(Baud::B12000000), ticks);
 }
 

@@ -71,31 +71,7 @@ macro_rules! value_type {
     };
 }
 
-/// A text of a table, which a device itself does not need: without the feature `texts` it is empty.
-#[cfg(feature = "texts")]
-macro_rules! text {
-    ($text:expr) => {
-        $text
-    };
-}
-
-#[cfg(not(feature = "texts"))]
-macro_rules! text {
-    ($text:expr) => {
-        ""
-    };
-}
-
-/// The code table of a row, which not every row has, and which a device itself does not need.
-#[cfg(not(feature = "texts"))]
-macro_rules! row_codes {
-    ($($table:ident)?) => {
-        $crate::model::Codes::Plain
-    };
-}
-
 /// The code table of a row, which not every row has.
-#[cfg(feature = "texts")]
 macro_rules! row_codes {
     () => {
         $crate::model::Codes::Plain
@@ -123,7 +99,7 @@ macro_rules! block {
         impl $block {
             /// The table.
             pub const BLOCK: $crate::model::Block = $crate::model::Block {
-                name: $title,
+                name: $crate::model::text($title),
                 block_type: $crate::model::block_macros::block_type!($($block_type)?),
                 rows: &[$($module::$parameter::DEFINITION,)+],
             };
@@ -146,17 +122,19 @@ macro_rules! block {
                 pub struct $parameter;
 
                 impl $parameter {
-                    pub(super) const DEFINITION: $crate::model::Row = $crate::model::Row {
-                        index: $index,
-                        name: $crate::model::block_macros::text!($name),
-                        data_type: $crate::model::value::data_type!($data_type $(($length))?),
-                        access: $crate::model::access::access!($($access)*),
-                        access_text: $crate::model::block_macros::text!(stringify!($($access)*)),
-                        storage: $crate::model::block_macros::storage!($storage),
-                        section: $crate::model::block_macros::text!($section),
-                        codes: $crate::model::block_macros::row_codes!($($codes)?),
-                        role: $crate::model::role::role!($parameter),
-                    };
+                    pub(super) const DEFINITION: $crate::model::Row = $crate::model::Row::new(
+                        $index,
+                        $crate::model::value::data_type!($data_type $(($length))?),
+                        $crate::model::access::access!($($access)*),
+                        $crate::model::block_macros::storage!($storage),
+                        $crate::model::role::role!($parameter),
+                        $crate::model::RowTexts {
+                            name: $name,
+                            access: stringify!($($access)*),
+                            section: $section,
+                            codes: $crate::model::block_macros::row_codes!($($codes)?),
+                        },
+                    );
                 }
 
                 impl $crate::model::TypedParameter for $parameter {
@@ -202,4 +180,4 @@ macro_rules! blocks {
     };
 }
 
-pub(crate) use {block, block_type, blocks, row_codes, storage, text, value_type};
+pub(crate) use {block, block_type, blocks, row_codes, storage, value_type};

@@ -130,7 +130,7 @@ macro_rules! faults {
             /// The faults and their effects.
             pub const LIST: $crate::model::FaultList = $crate::model::FaultList {
                 faults: &[$($crate::model::Fault::$fault),+],
-                effects: &[$($crate::model::block_macros::text!($effect)),+],
+                effects: &[$($crate::model::text($effect)),+],
             };
 
             /// Begins or ends a fault. Has no effect for a fault that is not in the list.

@@ -23,7 +23,7 @@ pub(crate) mod value;
 pub use access::{Access, AccessPath, Direction};
 pub use access_error::AccessError;
 pub use alarm_words::{AlarmBit, AlarmWords};
-pub use block::{Block, Location, ParameterSet, PlacedBlock, Row, Storage};
+pub use block::{Block, Location, ParameterSet, PlacedBlock, Row, RowTexts, Storage, text};
 pub use code_table::{CodeTable, UnknownCode};
 pub use codes::{Code, Codes, Precondition};
 pub use cyclic::{Configuration, Field, Telegram};
