@@ -44,6 +44,19 @@ impl<T> Exclusive<T> {
         .is_some()
     }
 
+    /// Forgets the data, without a drop, until the next [`set`](Self::set).
+    #[inline]
+    pub fn clear(&self) {
+        self.is_set.store(false, Ordering::Relaxed);
+    }
+
+    /// Whether there are data.
+    #[inline]
+    #[must_use]
+    pub fn is_set(&self) -> bool {
+        self.is_set.load(Ordering::Relaxed)
+    }
+
     /// Calls `use_data` with the data; `None` if there are none, or if this context has interrupted a use.
     #[inline]
     pub fn with<R>(&self, use_data: impl FnOnce(&mut T) -> R) -> Option<R> {

@@ -171,6 +171,12 @@ impl<D: Device> BusStation<D> {
         self.rate.rate().baud()
     }
 
+    /// Whether the rate is not known yet.
+    #[must_use]
+    pub const fn is_searching(&self) -> bool {
+        matches!(self.rate.rate(), Rate::Searching(_))
+    }
+
     /// The slave.
     pub const fn slave(&self) -> &Slave<D> {
         &self.slave

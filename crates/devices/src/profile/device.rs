@@ -108,6 +108,11 @@ impl<B: Behaviour, S: Store> BlockDevice<B, S> {
         &self.behaviour
     }
 
+    /// As [`Behaviour::has_alarm`].
+    pub fn has_alarm(&self) -> bool {
+        self.behaviour.has_alarm()
+    }
+
     /// The nonvolatile memory.
     pub const fn store(&self) -> &S {
         &self.store
