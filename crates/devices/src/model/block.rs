@@ -191,12 +191,14 @@ pub struct Location {
 
 impl Location {
     /// The location of a block in a slot of its own.
-    pub(crate) const fn slot(slot: u8, name: &'static str) -> Self {
+    #[must_use]
+    pub const fn slot(slot: u8, name: &'static str) -> Self {
         Self { slot, instance: 0, name }
     }
 
     /// The location of an instance of a slot.
-    pub(crate) const fn instance(slot: u8, instance: u8, name: &'static str) -> Self {
+    #[must_use]
+    pub const fn instance(slot: u8, instance: u8, name: &'static str) -> Self {
         Self { slot, instance, name }
     }
 

@@ -5,6 +5,8 @@
 //! exhaustive `match` on the latter.
 
 /// The store column of a block table.
+#[doc(hidden)]
+#[macro_export]
 macro_rules! storage {
     (N) => {
         $crate::model::Storage::Nonvolatile
@@ -24,6 +26,8 @@ macro_rules! storage {
 }
 
 /// The block type of a heading, which not every block has.
+#[doc(hidden)]
+#[macro_export]
 macro_rules! block_type {
     () => {
         None
@@ -34,6 +38,8 @@ macro_rules! block_type {
 }
 
 /// The Rust type of a row: that of its code table, or that of its data type.
+#[doc(hidden)]
+#[macro_export]
 macro_rules! value_type {
     ($data_type:ident; $table:ident) => {
         <super::$table as $crate::model::CodeTable>::Value
@@ -72,6 +78,8 @@ macro_rules! value_type {
 }
 
 /// The code table of a row, which not every row has.
+#[doc(hidden)]
+#[macro_export]
 macro_rules! row_codes {
     () => {
         $crate::model::Codes::Plain
@@ -83,6 +91,7 @@ macro_rules! row_codes {
 
 /// A block table. The columns: ID, identifier, name as printed, data type, access, store class, section of the
 /// manual, and the code table if the parameter has one. The module has a typed parameter for each row.
+#[macro_export]
 macro_rules! block {
     (
         $(#[$doc:meta])*
@@ -153,6 +162,7 @@ macro_rules! block {
 
 /// The blocks of a device: the variant for the parameters of a block, then its locations; none where only another
 /// variant of the device has the block.
+#[macro_export]
 macro_rules! blocks {
     (
         $(#[$doc:meta])*
@@ -180,4 +190,5 @@ macro_rules! blocks {
     };
 }
 
-pub(crate) use {block, block_type, blocks, row_codes, storage, value_type};
+#[doc(hidden)]
+pub use {block, block_type, blocks, row_codes, storage, value_type};

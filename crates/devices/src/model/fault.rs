@@ -115,6 +115,7 @@ impl FaultList {
 }
 
 /// The faults of a device: field, fault, effect.
+#[macro_export]
 macro_rules! faults {
     ($(#[$doc:meta])* pub $faults:ident; $($field:ident $fault:ident $effect:literal;)+) => {
         $(#[$doc])*
@@ -144,4 +145,5 @@ macro_rules! faults {
     };
 }
 
-pub(crate) use faults;
+#[doc(hidden)]
+pub use faults;
