@@ -159,7 +159,7 @@ const fn thousandth_by_digits(value: u64) -> u64 {
         let part = remainder << 16 | rest as u32 & 0xFFFF;
         quotient = quotient << 16 | part.div_euclid(1000) as u64;
         remainder = part.rem_euclid(1000);
-        digits -= 1;
+        digits = digits.saturating_sub(1_u8);
     }
     quotient
 }
