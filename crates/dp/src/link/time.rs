@@ -153,13 +153,13 @@ const fn thousandth(value: u64) -> u64 {
 #[inline(never)]
 const fn thousandth_by_digits(value: u64) -> u64 {
     let (mut rest, mut quotient, mut remainder) = (value, 0_u64, 0_u32);
-    let mut digits = 4;
+    let mut digits = 4_u8;
     while digits > 0 {
         rest = rest.rotate_left(16);
         let part = remainder << 16 | rest as u32 & 0xFFFF;
         quotient = quotient << 16 | part.div_euclid(1000) as u64;
         remainder = part.rem_euclid(1000);
-        digits = digits.saturating_sub(1_u8);
+        digits = digits.saturating_sub(1);
     }
     quotient
 }
