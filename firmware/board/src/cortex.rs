@@ -53,12 +53,22 @@ pub fn handlers() -> Option<&'static Handlers> {
     unsafe { *HANDLERS.0.get() }
 }
 
-/// Enables the interrupts of port and alarm, with the highest priority; the work has the lowest. SysTick, after this number of cycles,
-/// only ends a wait.
-pub fn start_interrupts(interrupts: &[usize], cycles: u32) {
+/// Starts SysTick, with an interrupt after this number of cycles that only ends a wait.
+pub fn start_systick(cycles: u32) {
     write(SYSTICK + 0x4, cycles - 1);
     write(SYSTICK + 0x8, 0);
     write(SYSTICK, 0b111);
+}
+
+/// The cycles of SysTick until its interrupt.
+#[cfg_attr(not(feature = "rp2040"), allow(dead_code))]
+#[inline]
+pub fn systick() -> u32 {
+    read(SYSTICK + 0x8)
+}
+
+/// Enables the interrupts of port and alarm, with the highest priority; the work has the lowest.
+pub fn start_interrupts(interrupts: &[usize]) {
     write(SYSTEM_PRIORITY_3, 0xFF << 16);
     for interrupt in interrupts {
         let register = NVIC_PRIORITY + (interrupt & !3);

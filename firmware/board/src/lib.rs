@@ -21,6 +21,8 @@ mod memory;
 mod outgoing;
 #[cfg(feature = "qemu")]
 mod qemu;
+#[cfg(feature = "rp2040")]
+mod rp2040;
 mod start;
 #[cfg(feature = "stm32f4")]
 mod stm32f4;
@@ -30,6 +32,8 @@ pub use exclusive::Exclusive;
 pub use outgoing::prepare;
 #[cfg(feature = "qemu")]
 pub use qemu::*;
+#[cfg(feature = "rp2040")]
+pub use rp2040::*;
 pub use start::{free_stack, hold_work, masked};
 #[cfg(feature = "stm32f4")]
 pub use stm32f4::*;

@@ -4,7 +4,9 @@
 //! takes them. The first port is the bus, the second one a console. Two pages of a RAM that a reset keeps stand for flash: they are
 //! erased in one step and written word by word, ones to zeros only.
 
-use crate::cortex::{EXCEPTIONS, Vector, handlers, read, register, restart, start_interrupts, vectors, write};
+use crate::cortex::{
+    EXCEPTIONS, Vector, handlers, read, register, restart, start_interrupts, start_systick, vectors, write,
+};
 use crate::outgoing::OUTGOING;
 use crate::{Handlers, Light, LineError};
 use core::ptr::{read_volatile, write_volatile};
@@ -48,8 +50,9 @@ pub fn start(handlers: &'static Handlers) {
     write(BUS + CONTROL, 0b1011);
     // An octet that came before has caused no interrupt, and none would come until it is read.
     discard();
-    // SysTick every 10 ms.
-    start_interrupts(&[RECEIVED_INTERRUPT, SENT_INTERRUPT, ALARM_INTERRUPT], TICKS_PER_SECOND / 100);
+    // Every 10 ms.
+    start_systick(TICKS_PER_SECOND / 100);
+    start_interrupts(&[RECEIVED_INTERRUPT, SENT_INTERRUPT, ALARM_INTERRUPT]);
 }
 
 /// Sets the bit rate. Returns whether the port has it.

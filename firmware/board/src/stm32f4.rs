@@ -9,7 +9,9 @@
 //!
 //! Registers and their bits are those of the reference manual RM0090.
 
-use crate::cortex::{EXCEPTIONS, Vector, handlers, modify, read, register, start_interrupts, vectors, write};
+use crate::cortex::{
+    EXCEPTIONS, Vector, handlers, modify, read, register, start_interrupts, start_systick, vectors, write,
+};
 use crate::outgoing::OUTGOING;
 use crate::{Handlers, Light, LineError};
 use core::ptr::{read_volatile, write_volatile};
@@ -74,8 +76,9 @@ fn start_clock() {
 /// Starts clock, timer, serial port and interrupts.
 pub fn start(handlers: &'static Handlers) {
     register(handlers);
-    // SysTick every 10 ms.
-    start_interrupts(&[USART_1_INTERRUPT, TIMER_2_INTERRUPT], 1_680_000);
+    // Every 10 ms.
+    start_systick(1_680_000);
+    start_interrupts(&[USART_1_INTERRUPT, TIMER_2_INTERRUPT]);
     write(USART_CONTROL, CONTROL);
     // The watchdog: 32 kHz / 64, 2 s.
     write(WATCHDOG, 0x5555);
