@@ -5,4 +5,5 @@ fn main() {
     println!("cargo:rerun-if-changed=sections.ld");
     println!("cargo:rerun-if-changed=qemu.ld");
     println!("cargo:rerun-if-changed=stm32f4.ld");
+    println!("cargo:rerun-if-changed=rp2040.ld");
 }

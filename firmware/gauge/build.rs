@@ -1,7 +1,7 @@
 //! Chooses the linker script of the board.
 
 fn main() {
-    for board in ["qemu", "stm32f4"] {
+    for board in ["qemu", "stm32f4", "rp2040"] {
         if std::env::var_os(format!("CARGO_FEATURE_{}", board.to_uppercase())).is_some() {
             println!("cargo:rustc-link-arg-bins=-T{board}.ld");
         }

@@ -34,14 +34,27 @@ impl<T> Exclusive<T> {
         }
     }
 
-    /// Sets the data; those before are not dropped. Returns whether no other context uses them.
+    /// Sets the data, which are made in their place; those before are not dropped. Returns whether no other context uses them.
     #[inline]
-    pub fn set(&self, data: T) -> bool {
+    pub fn set(&self, make: impl FnOnce() -> T) -> bool {
         self.enter(|place| {
-            place.write(data);
+            place.write(make());
             self.is_set.store(true, Ordering::Relaxed);
         })
         .is_some()
+    }
+
+    /// Forgets the data, without a drop, until the next [`set`](Self::set).
+    #[inline]
+    pub fn clear(&self) {
+        self.is_set.store(false, Ordering::Relaxed);
+    }
+
+    /// Whether there are data.
+    #[inline]
+    #[must_use]
+    pub fn is_set(&self) -> bool {
+        self.is_set.load(Ordering::Relaxed)
     }
 
     /// Calls `use_data` with the data; `None` if there are none, or if this context has interrupted a use.

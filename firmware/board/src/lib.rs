@@ -14,16 +14,26 @@
 // Addresses and bits of registers are constants, and no value comes from the line.
 #![allow(clippy::arithmetic_side_effects, clippy::indexing_slicing, clippy::precedence)]
 
+mod cortex;
 mod exclusive;
+#[cfg(target_abi = "eabihf")]
+mod memory;
+mod outgoing;
 #[cfg(feature = "qemu")]
 mod qemu;
+#[cfg(feature = "rp2040")]
+mod rp2040;
 mod start;
 #[cfg(feature = "stm32f4")]
 mod stm32f4;
 
+pub use cortex::{request_work, restart, wait};
 pub use exclusive::Exclusive;
+pub use outgoing::prepare;
 #[cfg(feature = "qemu")]
 pub use qemu::*;
+#[cfg(feature = "rp2040")]
+pub use rp2040::*;
 pub use start::{free_stack, hold_work, masked};
 #[cfg(feature = "stm32f4")]
 pub use stm32f4::*;
@@ -43,4 +53,13 @@ pub struct Handlers {
     pub sent: fn(),
     /// [`request_work`] was called.
     pub work: fn(),
+}
+
+/// A light of the board.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Light {
+    /// Data exchange.
+    Bus,
+    /// A fault of the device, or a bit rate that the port does not have.
+    Fault,
 }

@@ -4,11 +4,13 @@
 //! takes them. The first port is the bus, the second one a console. Two pages of a RAM that a reset keeps stand for flash: they are
 //! erased in one step and written word by word, ones to zeros only.
 
-use crate::start::{reset, unexpected};
-use crate::{Handlers, LineError};
-use core::cell::UnsafeCell;
+use crate::cortex::{
+    EXCEPTIONS, Vector, handlers, read, register, restart, start_interrupts, start_systick, vectors, write,
+};
+use crate::outgoing::OUTGOING;
+use crate::{Handlers, Light, LineError};
 use core::ptr::{read_volatile, write_volatile};
-use core::sync::atomic::{AtomicU32, Ordering};
+use core::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 
 /// The name of the board.
 pub const NAME: &str = "mps2-an386 in QEMU";
@@ -22,8 +24,8 @@ pub const IDLE_US: u64 = 20_000;
 /// The emulator may be held up by other programs: how much later than max T_SDR an answer is still sent, in microseconds.
 pub const TOLERANCE_US: u64 = 2_000_000;
 
-/// The lowest bit rate of the serial port, and the highest.
-pub const RATES: (u32, u32) = (9_600, 12_000_000);
+/// The lowest bit rate of the serial port, and the highest: the emulator knows none; these are those of the board to buy.
+pub const RATES: (u32, u32) = (9_600, 6_000_000);
 
 const BUS: usize = 0x4000_4000;
 const CONSOLE: usize = 0x4000_5000;
@@ -31,24 +33,10 @@ const CONSOLE: usize = 0x4000_5000;
 const TIME: usize = 0x4000_0000;
 /// Counts down once: the alarm.
 const ALARM: usize = 0x4000_1000;
-const NVIC_ENABLE: usize = 0xE000_E100;
-const NVIC_PRIORITY: usize = 0xE000_E400;
-const SYSTEM_PRIORITY_3: usize = 0xE000_ED20;
-const ICSR: usize = 0xE000_ED04;
-const AIRCR: usize = 0xE000_ED0C;
 
-/// The longest telegram.
-const BUFFER: usize = 256;
-
-fn read(register: usize) -> u32 {
-    // SAFETY: only called with the registers above, which QEMU has and which can be read at any time.
-    unsafe { read_volatile(register as *const u32) }
-}
-
-fn write(register: usize, value: u32) {
-    // SAFETY: as in `read`. No register of these makes the processor write to memory.
-    unsafe { write_volatile(register as *mut u32, value) }
-}
+const RECEIVED_INTERRUPT: usize = 0;
+const SENT_INTERRUPT: usize = 1;
+const ALARM_INTERRUPT: usize = 9;
 
 const DATA: usize = 0x0;
 const STATE: usize = 0x4;
@@ -56,59 +44,18 @@ const CONTROL: usize = 0x8;
 const INTERRUPT: usize = 0xC;
 const BAUD_DIVIDER: usize = 0x10;
 
-/// The octets that are being sent. The character context reads them, and `send` writes them while nothing is being sent.
-struct Outgoing {
-    octets: UnsafeCell<[u8; BUFFER]>,
-    /// The octets that are prepared.
-    length: AtomicU32,
-    next: AtomicU32,
-    end: AtomicU32,
-}
-
-// SAFETY: `send` writes the octets only while `next` equals `end`, and the interrupt reads them only while it does not.
-unsafe impl Sync for Outgoing {}
-
-static OUTGOING: Outgoing = Outgoing {
-    octets: UnsafeCell::new([0; BUFFER]),
-    length: AtomicU32::new(0),
-    next: AtomicU32::new(0),
-    end: AtomicU32::new(0),
-};
-
-struct Registered(UnsafeCell<Option<&'static Handlers>>);
-
-// SAFETY: written once, by `start`, before interrupts are enabled.
-unsafe impl Sync for Registered {}
-
-static HANDLERS: Registered = Registered(UnsafeCell::new(None));
-
-#[inline]
-fn handlers() -> Option<&'static Handlers> {
-    // SAFETY: `start` has written it before the first interrupt.
-    unsafe { *HANDLERS.0.get() }
-}
-
 /// Starts the timer, the serial port and the interrupts.
 pub fn start(handlers: &'static Handlers) {
-    // SAFETY: no interrupt is enabled yet, so nothing reads it.
-    unsafe { *HANDLERS.0.get() = Some(handlers) };
+    register(handlers);
     write(BUS + CONTROL, 0b1011);
     // An octet that came before has caused no interrupt, and none would come until it is read.
     discard();
-    // SysTick only ends a wait, every 10 ms.
-    write(0xE000_E014, 249_999);
-    write(0xE000_E018, 0);
-    write(0xE000_E010, 0b111);
-    // The work has the lowest priority, the port and the alarm the highest.
-    write(SYSTEM_PRIORITY_3, 0xFF << 16);
-    for interrupt in [0, 1, 9] {
-        let register = NVIC_PRIORITY + (interrupt & !3);
-        write(register, read(register) & !(0xFF << (interrupt % 4 * 8)));
-        write(NVIC_ENABLE, 1 << interrupt);
-    }
+    // Every 10 ms.
+    start_systick(TICKS_PER_SECOND / 100);
+    start_interrupts(&[RECEIVED_INTERRUPT, SENT_INTERRUPT, ALARM_INTERRUPT]);
 }
 
-/// Sets the bit rate. Returns whether the port has it; the emulated one has all and knows none.
+/// Sets the bit rate. Returns whether the port has it.
 pub fn set_rate(bits_per_second: u32) -> bool {
     (RATES.0..=RATES.1).contains(&bits_per_second)
 }
@@ -118,12 +65,6 @@ pub fn set_rate(bits_per_second: u32) -> bool {
 #[must_use]
 pub fn ticks() -> u32 {
     u32::MAX.wrapping_sub(read(TIME + 0x4))
-}
-
-/// Calls [`Handlers::work`] as soon as no character is being handled.
-#[inline]
-pub fn request_work() {
-    write(ICSR, 1 << 28);
 }
 
 /// Calls [`Handlers::alarm`] after this number of ticks, at least one. Replaces the alarm before.
@@ -136,25 +77,9 @@ pub fn set_alarm(after: u32) {
     write(ALARM, 0b1001);
 }
 
-/// Copies octets that [`send`] sends. Returns whether nothing is being sent and the octets fit.
-pub fn prepare(octets: &[u8]) -> bool {
-    if OUTGOING.next.load(Ordering::Relaxed) != OUTGOING.end.load(Ordering::Relaxed) {
-        return false;
-    }
-    // SAFETY: nothing is being sent, so the interrupt does not read the octets.
-    let Some(place) = (unsafe { &mut *OUTGOING.octets.get() }).get_mut(..octets.len()) else { return false };
-    place.copy_from_slice(octets);
-    OUTGOING.length.store(octets.len() as u32, Ordering::Release);
-    true
-}
-
 /// Begins to send what was prepared, once.
 pub fn send() {
-    let length = OUTGOING.length.load(Ordering::Acquire);
-    OUTGOING.length.store(0, Ordering::Relaxed);
-    if length > 0 {
-        OUTGOING.next.store(0, Ordering::Relaxed);
-        OUTGOING.end.store(length, Ordering::Release);
+    if OUTGOING.begin() {
         write(BUS + CONTROL, 0b1111);
         send_next();
     }
@@ -163,8 +88,7 @@ pub fn send() {
 /// Drops what was prepared or is being sent, and the alarm.
 pub fn cancel() {
     write(ALARM, 0);
-    OUTGOING.length.store(0, Ordering::Relaxed);
-    OUTGOING.next.store(OUTGOING.end.load(Ordering::Relaxed), Ordering::Relaxed);
+    OUTGOING.cancel();
 }
 
 /// Waits for this number of ticks.
@@ -192,16 +116,10 @@ pub fn start_timer() {
 }
 
 fn send_next() {
-    let next = OUTGOING.next.load(Ordering::Relaxed);
-    if next >= OUTGOING.end.load(Ordering::Acquire) {
-        write(BUS + CONTROL, 0b1011);
-        return;
+    match OUTGOING.take() {
+        Some(octet) => write(BUS + DATA, u32::from(octet)),
+        None => write(BUS + CONTROL, 0b1011),
     }
-    // SAFETY: octets are being sent, so `send` does not write them.
-    if let Some(octet) = unsafe { &*OUTGOING.octets.get() }.get(next as usize) {
-        write(BUS + DATA, u32::from(*octet));
-    }
-    OUTGOING.next.store(next.wrapping_add(1), Ordering::Release);
 }
 
 extern "C" fn on_received() {
@@ -223,7 +141,7 @@ extern "C" fn on_received() {
 extern "C" fn on_sent() {
     write(BUS + INTERRUPT, 0b01);
     send_next();
-    if OUTGOING.next.load(Ordering::Relaxed) == OUTGOING.end.load(Ordering::Relaxed)
+    if OUTGOING.is_over()
         && read(BUS + STATE) & 1 == 0
         && let Some(handlers) = handlers()
     {
@@ -239,20 +157,6 @@ extern "C" fn on_alarm() {
     }
 }
 
-extern "C" fn on_tick() {}
-
-extern "C" fn on_work() {
-    if let Some(handlers) = handlers() {
-        (handlers.work)();
-    }
-}
-
-/// Waits for an interrupt.
-pub fn wait() {
-    // SAFETY: has no effect on memory.
-    unsafe { core::arch::asm!("wfi") };
-}
-
 /// Tells the watchdog that the program runs; the emulated board has none.
 pub fn feed_watchdog() {}
 
@@ -262,24 +166,22 @@ pub fn address_switch() -> u8 {
     5
 }
 
-/// A light of the board.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Light {
-    /// Data exchange.
-    Bus,
-    /// A fault.
-    Fault,
+static LIGHTS: [AtomicBool; 2] = [AtomicBool::new(false), AtomicBool::new(false)];
+
+/// Switches a light on or off; the emulated board keeps its state.
+pub fn set_light(light: Light, on: bool) {
+    let [bus, fault] = &LIGHTS;
+    match light {
+        Light::Bus => bus,
+        Light::Fault => fault,
+    }
+    .store(on, Ordering::Relaxed);
 }
 
-/// Switches a light on or off; the emulated board has none.
-pub fn set_light(_light: Light, _on: bool) {}
-
-/// Resets the processor.
-pub fn restart() -> ! {
-    write(AIRCR, 0x05FA_0004);
-    loop {
-        wait();
-    }
+/// The lights: bus, fault.
+#[must_use]
+pub fn lights() -> [bool; 2] {
+    LIGHTS.each_ref().map(|light| light.load(Ordering::Relaxed))
 }
 
 /// An octet from the console, if there is one.
@@ -378,52 +280,8 @@ pub mod flash {
     }
 }
 
-#[repr(C)]
-union Vector {
-    handler: extern "C" fn(),
-    reset: unsafe extern "C" fn() -> !,
-    stack: *const u32,
-    reserved: u32,
-}
-
-// SAFETY: never changes.
-unsafe impl Sync for Vector {}
-
-unsafe extern "C" {
-    static __stack_top: u32;
-}
-
-const NONE: Vector = Vector { reserved: 0 };
-const OTHER: Vector = Vector { handler: unexpected };
-
-/// The vector table: stack, reset, exceptions, interrupts 0 to 9.
+/// The vector table: exceptions, interrupts 0 to 9.
 #[used]
 #[unsafe(link_section = ".vectors")]
-static VECTORS: [Vector; 26] = [
-    Vector { stack: &raw const __stack_top },
-    Vector { reset },
-    OTHER,
-    OTHER,
-    OTHER,
-    OTHER,
-    OTHER,
-    NONE,
-    NONE,
-    NONE,
-    NONE,
-    OTHER,
-    OTHER,
-    NONE,
-    Vector { handler: on_work },
-    Vector { handler: on_tick },
-    Vector { handler: on_received },
-    Vector { handler: on_sent },
-    OTHER,
-    OTHER,
-    OTHER,
-    OTHER,
-    OTHER,
-    OTHER,
-    OTHER,
-    Vector { handler: on_alarm },
-];
+static VECTORS: [Vector; EXCEPTIONS + 10] =
+    vectors(&[(RECEIVED_INTERRUPT, on_received), (SENT_INTERRUPT, on_sent), (ALARM_INTERRUPT, on_alarm)]);

@@ -9,11 +9,12 @@
 //!
 //! Registers and their bits are those of the reference manual RM0090.
 
-use crate::start::{reset, unexpected};
-use crate::{Handlers, LineError};
-use core::cell::UnsafeCell;
+use crate::cortex::{
+    EXCEPTIONS, Vector, handlers, modify, read, register, start_interrupts, start_systick, vectors, write,
+};
+use crate::outgoing::OUTGOING;
+use crate::{Handlers, Light, LineError};
 use core::ptr::{read_volatile, write_volatile};
-use core::sync::atomic::{AtomicU32, Ordering};
 
 /// The name of the board.
 pub const NAME: &str = "STM32F407";
@@ -41,11 +42,6 @@ const GPIO_D: usize = 0x4002_0C00;
 const USART_1: usize = 0x4001_1000;
 const TIMER_2: usize = 0x4000_0000;
 const WATCHDOG: usize = 0x4000_3000;
-const NVIC_ENABLE: usize = 0xE000_E100;
-const NVIC_PRIORITY: usize = 0xE000_E400;
-const SYSTEM_PRIORITY_3: usize = 0xE000_ED20;
-const ICSR: usize = 0xE000_ED04;
-const AIRCR: usize = 0xE000_ED0C;
 
 const USART_STATUS: usize = USART_1;
 const USART_DATA: usize = USART_1 + 0x4;
@@ -61,53 +57,6 @@ const ON_COMPLETE: u32 = 1 << 6;
 /// Interrupt numbers.
 const USART_1_INTERRUPT: usize = 37;
 const TIMER_2_INTERRUPT: usize = 28;
-
-fn read(register: usize) -> u32 {
-    // SAFETY: only called with registers of RM0090.
-    unsafe { read_volatile(register as *const u32) }
-}
-
-fn write(register: usize, value: u32) {
-    // SAFETY: as in `read`. No register of these makes the processor write to RAM.
-    unsafe { write_volatile(register as *mut u32, value) }
-}
-
-fn modify(register: usize, clear: u32, set: u32) {
-    write(register, read(register) & !clear | set);
-}
-
-const BUFFER: usize = 256;
-
-/// The octets that are being sent. The character context reads them, and `prepare` writes them while nothing is being sent.
-struct Outgoing {
-    octets: UnsafeCell<[u8; BUFFER]>,
-    length: AtomicU32,
-    next: AtomicU32,
-    end: AtomicU32,
-}
-
-// SAFETY: `prepare` writes the octets only while `next` equals `end`, and the interrupt reads them only while it does not.
-unsafe impl Sync for Outgoing {}
-
-static OUTGOING: Outgoing = Outgoing {
-    octets: UnsafeCell::new([0; BUFFER]),
-    length: AtomicU32::new(0),
-    next: AtomicU32::new(0),
-    end: AtomicU32::new(0),
-};
-
-struct Registered(UnsafeCell<Option<&'static Handlers>>);
-
-// SAFETY: written once, by `start`, before interrupts are enabled.
-unsafe impl Sync for Registered {}
-
-static HANDLERS: Registered = Registered(UnsafeCell::new(None));
-
-#[inline]
-fn handlers() -> Option<&'static Handlers> {
-    // SAFETY: `start` has written it before the first interrupt.
-    unsafe { *HANDLERS.0.get() }
-}
 
 /// 168 MHz from a crystal of 8 MHz.
 fn start_clock() {
@@ -126,19 +75,11 @@ fn start_clock() {
 
 /// Starts clock, timer, serial port and interrupts.
 pub fn start(handlers: &'static Handlers) {
-    // SAFETY: no interrupt is enabled yet, so nothing reads it.
-    unsafe { *HANDLERS.0.get() = Some(handlers) };
-    // USART1: the high priority; the work: the lowest.
-    write(SYSTEM_PRIORITY_3, 0xFF << 16);
-    for interrupt in [USART_1_INTERRUPT, TIMER_2_INTERRUPT] {
-        modify(NVIC_PRIORITY + (interrupt & !3), 0xFF << (interrupt % 4 * 8), 0);
-        write(NVIC_ENABLE + interrupt / 32 * 4, 1 << (interrupt % 32));
-    }
+    register(handlers);
+    // Every 10 ms.
+    start_systick(1_680_000);
+    start_interrupts(&[USART_1_INTERRUPT, TIMER_2_INTERRUPT]);
     write(USART_CONTROL, CONTROL);
-    // A tick of SysTick ends a wait, every 10 ms.
-    write(0xE000_E014, 1_679_999);
-    write(0xE000_E018, 0);
-    write(0xE000_E010, 0b111);
     // The watchdog: 32 kHz / 64, 2 s.
     write(WATCHDOG, 0x5555);
     write(WATCHDOG + 0x4, 4);
@@ -174,17 +115,17 @@ pub fn set_rate(bits_per_second: u32) -> bool {
     true
 }
 
+/// Drops what was prepared or is being sent, and the alarm.
+pub fn cancel() {
+    modify(TIMER_2 + 0xC, 1 << 1, 0);
+    OUTGOING.cancel();
+}
+
 /// The time; wraps.
 #[inline]
 #[must_use]
 pub fn ticks() -> u32 {
     read(TIMER_2 + 0x24)
-}
-
-/// Calls [`Handlers::work`] as soon as no character is being handled.
-#[inline]
-pub fn request_work() {
-    write(ICSR, 1 << 28);
 }
 
 /// Calls [`Handlers::alarm`] after this number of ticks, at least one. Replaces the alarm before.
@@ -198,39 +139,19 @@ pub fn set_alarm(after: u32) {
     }
 }
 
-/// Copies octets that [`send`] sends. Returns whether nothing is being sent and the octets fit.
-pub fn prepare(octets: &[u8]) -> bool {
-    if OUTGOING.next.load(Ordering::Relaxed) != OUTGOING.end.load(Ordering::Relaxed) {
-        return false;
-    }
-    // SAFETY: nothing is being sent, so the interrupt does not read the octets.
-    let Some(place) = (unsafe { &mut *OUTGOING.octets.get() }).get_mut(..octets.len()) else { return false };
-    place.copy_from_slice(octets);
-    OUTGOING.length.store(octets.len() as u32, Ordering::Release);
-    true
-}
-
 /// Begins to send what was prepared, once.
 pub fn send() {
-    let length = OUTGOING.length.load(Ordering::Acquire);
-    OUTGOING.length.store(0, Ordering::Relaxed);
-    if length > 0 {
-        OUTGOING.next.store(0, Ordering::Relaxed);
-        OUTGOING.end.store(length, Ordering::Release);
+    if OUTGOING.begin() {
         write(GPIO_A + 0x18, 1 << 8);
         write(USART_CONTROL, CONTROL | ON_EMPTY);
     }
 }
 
 fn send_next() {
-    let next = OUTGOING.next.load(Ordering::Relaxed);
-    // SAFETY: octets are being sent, so `prepare` does not write them.
-    if let Some(octet) = unsafe { &*OUTGOING.octets.get() }.get(next as usize) {
-        write(USART_DATA, u32::from(*octet));
+    if let Some(octet) = OUTGOING.take() {
+        write(USART_DATA, u32::from(octet));
     }
-    let next = next.wrapping_add(1);
-    OUTGOING.next.store(next, Ordering::Release);
-    if next >= OUTGOING.end.load(Ordering::Acquire) {
+    if OUTGOING.is_over() {
         write(USART_CONTROL, CONTROL | ON_COMPLETE);
     }
 }
@@ -265,20 +186,6 @@ extern "C" fn on_timer() {
     }
 }
 
-extern "C" fn on_tick() {}
-
-extern "C" fn on_work() {
-    if let Some(handlers) = handlers() {
-        (handlers.work)();
-    }
-}
-
-/// Waits for an interrupt.
-pub fn wait() {
-    // SAFETY: has no effect on memory.
-    unsafe { core::arch::asm!("wfi") };
-}
-
 /// Tells the watchdog that the program runs.
 pub fn feed_watchdog() {
     write(WATCHDOG, 0xAAAA);
@@ -290,15 +197,6 @@ pub fn address_switch() -> u8 {
     !read(GPIO_B + 0x10) as u8
 }
 
-/// A light of the board.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Light {
-    /// Data exchange.
-    Bus,
-    /// A fault.
-    Fault,
-}
-
 /// Switches a light on or off.
 pub fn set_light(light: Light, on: bool) {
     let pin = match light {
@@ -306,14 +204,6 @@ pub fn set_light(light: Light, on: bool) {
         Light::Fault => 14,
     };
     write(GPIO_D + 0x18, 1 << if on { pin } else { pin + 16 });
-}
-
-/// Resets the processor.
-pub fn restart() -> ! {
-    write(AIRCR, 0x05FA_0004);
-    loop {
-        wait();
-    }
 }
 
 /// The two pages for nonvolatile values: sectors 1 and 2, of which the first 4 KiB are used.
@@ -372,36 +262,7 @@ pub mod flash {
     }
 }
 
-#[repr(C)]
-union Vector {
-    handler: extern "C" fn(),
-    reset: unsafe extern "C" fn() -> !,
-    stack: *const u32,
-    reserved: u32,
-}
-
-// SAFETY: never changes.
-unsafe impl Sync for Vector {}
-
-unsafe extern "C" {
-    static __stack_top: u32;
-}
-
-/// The vector table: stack, reset, exceptions, interrupts 0 to 81.
+/// The vector table: exceptions, interrupts 0 to 81.
 #[used]
 #[unsafe(link_section = ".vectors")]
-static VECTORS: [Vector; 98] = {
-    let mut vectors = [const { Vector { handler: unexpected } }; 98];
-    vectors[0] = Vector { stack: &raw const __stack_top };
-    vectors[1] = Vector { reset };
-    vectors[7] = Vector { reserved: 0 };
-    vectors[8] = Vector { reserved: 0 };
-    vectors[9] = Vector { reserved: 0 };
-    vectors[10] = Vector { reserved: 0 };
-    vectors[13] = Vector { reserved: 0 };
-    vectors[14] = Vector { handler: on_work };
-    vectors[15] = Vector { handler: on_tick };
-    vectors[16 + TIMER_2_INTERRUPT] = Vector { handler: on_timer };
-    vectors[16 + USART_1_INTERRUPT] = Vector { handler: on_usart };
-    vectors
-};
+static VECTORS: [Vector; EXCEPTIONS + 82] = vectors(&[(TIMER_2_INTERRUPT, on_timer), (USART_1_INTERRUPT, on_usart)]);

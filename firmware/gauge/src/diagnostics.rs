@@ -5,12 +5,16 @@
 //! | `s` | prints the free octets of RAM and the deepest stack |
 //! | `c` | prints the counters of the bus |
 //! | `o` | prints the number of operations of the flash |
+//! | `l` | prints the lights: bus, fault |
+//! | `x`, `y` | sets the rate to 12 Mbit/s, which the port does not have, and back |
 //! | `g` | after a power cut: begins to work |
 //! | 128 + N | lets the power fail before the flash operation N from now |
 
 use crate::counters;
+use crate::gauge::set_rate;
 use profivac_board as board;
 use profivac_board::flash;
+use profivac_dp::link::Baud;
 
 /// After a power cut the gauge prints an empty line and stays silent until a `g` comes, so that it executes no request that a
 /// master repeats.
@@ -36,6 +40,11 @@ pub fn serve() {
             b'c' => {
                 let counters = counters();
                 numbers(&[counters.damaged, counters.lost, counters.late]);
+            }
+            b'l' => numbers(&board::lights().map(u32::from)),
+            b'x' | b'y' => {
+                set_rate(if octet == b'x' { Baud::B12000000 } else { Baud::B19200 }, board::ticks());
+                numbers(&[]);
             }
             b'o' => numbers(&[flash::operations()]),
             0x80.. => {

@@ -85,10 +85,23 @@ fn send(after: u32, octets: &[u8]) {
 }
 
 /// Begins to listen at a rate. The clock of the line begins at the same ticks as that of the slave.
+///
+/// A port that does not have the rate hears nothing: at the rate before, it would hear telegrams that the slave takes for those of the
+/// rate that it searches.
 #[inline(never)]
-fn set_rate(baud: Baud, ticks: u32) {
-    board::set_rate(baud.bits_per_second());
-    board::masked(|| LINE.set(Line::new(&TIMING, baud, ticks)));
+pub(crate) fn set_rate(baud: Baud, ticks: u32) {
+    board::masked(|| {
+        if board::set_rate(baud.bits_per_second()) {
+            LINE.set(|| Line::new(&TIMING, baud, ticks));
+        } else {
+            LINE.clear();
+        }
+    });
+}
+
+/// Whether the port does not have the rate of the bus. While the rate is searched, it is silent at rates that it does not have.
+fn is_deaf() -> bool {
+    !LINE.is_set() && with_bus(|bus| bus.is_searching()) == Some(false)
 }
 
 /// What a program adds to a device: its sensors.
@@ -141,10 +154,7 @@ pub(crate) fn start_bus<B: Behaviour, S: Store>(device: &BlockDevice<B, S>, baud
     let ticks = board::ticks();
     let side = BusSide::new(device);
     let address = side.address();
-    BUS.set(match baud {
-        Some(baud) => BusStation::fixed(side, address, &TIMING, baud, ticks),
-        None => BusStation::searching(side, address, &TIMING, ticks),
-    });
+    BUS.set(|| BusStation::new(side, address, &TIMING, baud, ticks));
     set_rate(baud.unwrap_or(Baud::B12000000), ticks);
 }
 
@@ -173,6 +183,7 @@ pub(crate) fn publish<B: Behaviour, S: Store>(application: &mut Application<'_, 
         bus.device_mut().is_exchanging()
     });
     board::set_light(board::Light::Bus, is_exchanging == Some(true));
+    board::set_light(board::Light::Fault, is_deaf() || application.device().has_alarm());
 }
 
 /// Numbers for a diagnosis of the bus.

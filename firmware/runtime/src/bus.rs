@@ -141,15 +141,19 @@ pub struct BusStation<D> {
 impl<D: Device> BusStation<D> {
     /// A station at a fixed rate.
     pub fn fixed(device: D, address: u8, timing: &Timing, baud: Baud, ticks: u32) -> Self {
-        Self::new(device, address, timing, RateControl::fixed(baud), ticks)
+        Self::new(device, address, timing, Some(baud), ticks)
     }
 
     /// A station that searches the rate, from the highest down.
     pub fn searching(device: D, address: u8, timing: &Timing, ticks: u32) -> Self {
-        Self::new(device, address, timing, RateControl::automatic(BitTime(0)), ticks)
+        Self::new(device, address, timing, None, ticks)
     }
 
-    fn new(device: D, address: u8, timing: &Timing, rate: RateControl, ticks: u32) -> Self {
+    /// A station at this rate, or one that searches it. Inlined, so that the compiler makes it in its place: a station is large, and a
+    /// copy would be on the stack.
+    #[inline]
+    pub fn new(device: D, address: u8, timing: &Timing, baud: Option<Baud>, ticks: u32) -> Self {
+        let rate = baud.map_or_else(|| RateControl::automatic(BitTime(0)), RateControl::fixed);
         let baud = rate.rate().baud();
         Self {
             slave: Slave::new(device, address, baud),
@@ -165,6 +169,12 @@ impl<D: Device> BusStation<D> {
     #[must_use]
     pub const fn baud(&self) -> Baud {
         self.rate.rate().baud()
+    }
+
+    /// Whether the rate is not known yet.
+    #[must_use]
+    pub const fn is_searching(&self) -> bool {
+        matches!(self.rate.rate(), Rate::Searching(_))
     }
 
     /// The slave.

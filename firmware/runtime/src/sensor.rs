@@ -126,6 +126,7 @@ mod tests {
             sensor.sensor_mut().0 = status;
             sensor.serve(&mut gauge);
             assert_eq!(gauge.report().exception_status != good, alarm, "{status:?}");
+            assert_eq!(gauge.has_alarm(), alarm, "{status:?}");
         }
         assert_eq!(sensor.sensor_mut().1, Drive::On, "the device drives its sensor");
         assert_eq!(gauge.report().indicated.iter().next().map(|reading| reading.value_mbar), Some(0.05));

@@ -129,6 +129,10 @@ impl Behaviour for Bcg450Behaviour {
         }
     }
 
+    fn has_alarm(&self) -> bool {
+        self.alarm().is_any()
+    }
+
     fn report(&self) -> StateReport {
         StateReport {
             device_state: self.machine.state().into(),

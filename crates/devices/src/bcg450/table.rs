@@ -9,7 +9,7 @@ use super::parts;
 use crate::model::block_macros::{block, blocks};
 use crate::model::{
     AlarmBit, AlarmWords, ChannelRules, Configuration, Field, Gsd, Location, Model, NumberType, ParameterSet, Scale,
-    TaskKind, Telegram, Unit, UserPrm, configuration, telegram,
+    TaskKind, Telegram, Unit, UserPrm, configuration, telegram, text,
 };
 use crate::profile::codes::UnitCode;
 use crate::profile::{DeviceState, ExceptionStatus, SafeState, StateCommand, StatusExtension};
@@ -263,7 +263,9 @@ pub static MODEL: Model = Model {
         manufacturer: &[(1 << 0, "internal communication error")],
     },
     faults: &Faults::LIST,
-    errata: "errata-bpg-bcg-tpg 2 to 37, 39, 41 to 44, 46 to 52, 54 to 60, 62, 63, 69 to 81, 83 to 85, 87 to 93, 95 to 102, 104, \
+    errata: text(
+        "errata-bpg-bcg-tpg 2 to 37, 39, 41 to 44, 46 to 52, 54 to 60, 62, 63, 69 to 81, 83 to 85, 87 to 93, 95 to 102, 104, \
              106 to 121, 158, 159",
+    ),
     gsd: Gsd { revision: 1, hardware: "1.0", software: "1.01", max_diag_octets: 6, set_slave_add: true },
 };

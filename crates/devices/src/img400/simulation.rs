@@ -107,6 +107,10 @@ impl Behaviour for Img400Behaviour {
         self.press_key(number);
     }
 
+    fn has_alarm(&self) -> bool {
+        self.exception_status().intersects(crate::profile::ExceptionStatus::ALARM)
+    }
+
     fn report(&self) -> StateReport {
         let fitted = |slot: &u8| self.channel(*slot).is_some_and(|channel| channel.gauge.is_some());
         let indicated = |slot: u8| PartReading {

@@ -10,7 +10,7 @@ use super::parts;
 use crate::model::block_macros::{block, blocks};
 use crate::model::{
     AlarmBit, AlarmWords, ChannelRules, Configuration, Field, Gsd, Location, Model, NumberType, ParameterSet, Scale,
-    TaskKind, Telegram, Unit, UserPrm, configuration, telegram,
+    TaskKind, Telegram, Unit, UserPrm, configuration, telegram, text,
 };
 use crate::profile::codes::UnitCode;
 use crate::profile::{ExceptionStatus, SafeState, StateCommand, StatusExtension};
@@ -257,6 +257,6 @@ pub static MODEL: Model = Model {
         manufacturer: &[],
     },
     faults: &Faults::LIST,
-    errata: "errata-pxg55x-img400 1 to 45 and 113 to 163",
+    errata: text("errata-pxg55x-img400 1 to 45 and 113 to 163"),
     gsd: Gsd { revision: 1, hardware: "1.0", software: "1.0", max_diag_octets: 6, set_slave_add: true },
 };

@@ -69,11 +69,15 @@ impl Access {
 }
 
 /// The access column of a block table: the marks of every manual, token by token.
+#[doc(hidden)]
+#[macro_export]
 macro_rules! access {
     ($($marks:tt)*) => { $crate::model::access::marks!(@ $crate::model::Access::empty(); $($marks)*) };
 }
 
 /// One arm per mark: longer marks first, because `1_R` begins `1_R/W`.
+#[doc(hidden)]
+#[macro_export]
 macro_rules! marks {
     (@ $access:expr;) => { $access };
     (@ $access:expr; 0_XI $($rest:tt)*) => { $crate::model::access::marks!(@ $access.union($crate::model::Access::CYCLIC_IN); $($rest)*) };
@@ -97,7 +101,8 @@ macro_rules! marks {
     (@ $access:expr; , $($rest:tt)*) => { $crate::model::access::marks!(@ $access; $($rest)*) };
 }
 
-pub(crate) use {access, marks};
+#[doc(hidden)]
+pub use {access, marks};
 
 #[cfg(test)]
 mod tests {

@@ -35,30 +35,82 @@ impl fmt::Display for Storage {
     }
 }
 
-/// A parameter in a table of the manual.
+/// A parameter in a table of the manual. The feature `texts` has what a client needs and a device does not.
 #[derive(Debug, PartialEq)]
 pub struct Row {
     /// The index in its slot.
     pub index: u8,
     /// The name as printed.
+    #[cfg(feature = "texts")]
     pub name: &'static str,
     /// The data type.
     pub data_type: DataType,
     /// The access rights.
     pub access: Access,
     /// The access rights as printed.
+    #[cfg(feature = "texts")]
     pub access_text: &'static str,
     /// The store class.
     pub storage: Storage,
     /// The section of the manual.
+    #[cfg(feature = "texts")]
     pub section: &'static str,
     /// The meaning of its numbers.
+    #[cfg(feature = "texts")]
     pub codes: Codes,
     /// The part it plays for a client, if a client looks for it.
     pub role: Option<Role>,
 }
 
+/// A text of a table for clients; empty without the feature `texts`, so that a program does not have it.
+#[must_use]
+pub const fn text(text: &'static str) -> &'static str {
+    if cfg!(feature = "texts") { text } else { "" }
+}
+
+/// What a row says to a client.
+#[derive(Debug)]
+pub struct RowTexts {
+    /// The name as printed.
+    pub name: &'static str,
+    /// The access rights as printed.
+    pub access: &'static str,
+    /// The section of the manual.
+    pub section: &'static str,
+    /// The meaning of its numbers.
+    pub codes: Codes,
+}
+
 impl Row {
+    /// A row. Without the feature `texts` it does not keep the texts, so that a program does not have them.
+    #[must_use]
+    pub const fn new(
+        index: u8,
+        data_type: DataType,
+        access: Access,
+        storage: Storage,
+        role: Option<Role>,
+        texts: RowTexts,
+    ) -> Self {
+        #[cfg(not(feature = "texts"))]
+        let _ = &texts;
+        Self {
+            index,
+            #[cfg(feature = "texts")]
+            name: texts.name,
+            data_type,
+            access,
+            #[cfg(feature = "texts")]
+            access_text: texts.access,
+            storage,
+            #[cfg(feature = "texts")]
+            section: texts.section,
+            #[cfg(feature = "texts")]
+            codes: texts.codes,
+            role,
+        }
+    }
+
     /// Whether the device stores a value of a master: the store class allows it, and a master can change it.
     #[must_use]
     pub const fn is_stored(&self) -> bool {
@@ -67,6 +119,7 @@ impl Row {
     }
 
     /// Whether a client can treat both rows alike: index, name, data type and codes are the same.
+    #[cfg(feature = "texts")]
     #[must_use]
     pub fn is_like(&self, other: &Self) -> bool {
         (self.index, self.name, self.data_type) == (other.index, other.name, other.data_type)
@@ -138,12 +191,14 @@ pub struct Location {
 
 impl Location {
     /// The location of a block in a slot of its own.
-    pub(crate) const fn slot(slot: u8, name: &'static str) -> Self {
+    #[must_use]
+    pub const fn slot(slot: u8, name: &'static str) -> Self {
         Self { slot, instance: 0, name }
     }
 
     /// The location of an instance of a slot.
-    pub(crate) const fn instance(slot: u8, instance: u8, name: &'static str) -> Self {
+    #[must_use]
+    pub const fn instance(slot: u8, instance: u8, name: &'static str) -> Self {
         Self { slot, instance, name }
     }
 

@@ -5,6 +5,8 @@
 //! exhaustive `match` on the latter.
 
 /// The store column of a block table.
+#[doc(hidden)]
+#[macro_export]
 macro_rules! storage {
     (N) => {
         $crate::model::Storage::Nonvolatile
@@ -24,6 +26,8 @@ macro_rules! storage {
 }
 
 /// The block type of a heading, which not every block has.
+#[doc(hidden)]
+#[macro_export]
 macro_rules! block_type {
     () => {
         None
@@ -34,6 +38,8 @@ macro_rules! block_type {
 }
 
 /// The Rust type of a row: that of its code table, or that of its data type.
+#[doc(hidden)]
+#[macro_export]
 macro_rules! value_type {
     ($data_type:ident; $table:ident) => {
         <super::$table as $crate::model::CodeTable>::Value
@@ -71,31 +77,9 @@ macro_rules! value_type {
     };
 }
 
-/// A text of a table, which a device itself does not need: without the feature `texts` it is empty.
-#[cfg(feature = "texts")]
-macro_rules! text {
-    ($text:expr) => {
-        $text
-    };
-}
-
-#[cfg(not(feature = "texts"))]
-macro_rules! text {
-    ($text:expr) => {
-        ""
-    };
-}
-
-/// The code table of a row, which not every row has, and which a device itself does not need.
-#[cfg(not(feature = "texts"))]
-macro_rules! row_codes {
-    ($($table:ident)?) => {
-        $crate::model::Codes::Plain
-    };
-}
-
 /// The code table of a row, which not every row has.
-#[cfg(feature = "texts")]
+#[doc(hidden)]
+#[macro_export]
 macro_rules! row_codes {
     () => {
         $crate::model::Codes::Plain
@@ -107,6 +91,7 @@ macro_rules! row_codes {
 
 /// A block table. The columns: ID, identifier, name as printed, data type, access, store class, section of the
 /// manual, and the code table if the parameter has one. The module has a typed parameter for each row.
+#[macro_export]
 macro_rules! block {
     (
         $(#[$doc:meta])*
@@ -123,7 +108,7 @@ macro_rules! block {
         impl $block {
             /// The table.
             pub const BLOCK: $crate::model::Block = $crate::model::Block {
-                name: $title,
+                name: $crate::model::text($title),
                 block_type: $crate::model::block_macros::block_type!($($block_type)?),
                 rows: &[$($module::$parameter::DEFINITION,)+],
             };
@@ -146,17 +131,19 @@ macro_rules! block {
                 pub struct $parameter;
 
                 impl $parameter {
-                    pub(super) const DEFINITION: $crate::model::Row = $crate::model::Row {
-                        index: $index,
-                        name: $crate::model::block_macros::text!($name),
-                        data_type: $crate::model::value::data_type!($data_type $(($length))?),
-                        access: $crate::model::access::access!($($access)*),
-                        access_text: $crate::model::block_macros::text!(stringify!($($access)*)),
-                        storage: $crate::model::block_macros::storage!($storage),
-                        section: $crate::model::block_macros::text!($section),
-                        codes: $crate::model::block_macros::row_codes!($($codes)?),
-                        role: $crate::model::role::role!($parameter),
-                    };
+                    pub(super) const DEFINITION: $crate::model::Row = $crate::model::Row::new(
+                        $index,
+                        $crate::model::value::data_type!($data_type $(($length))?),
+                        $crate::model::access::access!($($access)*),
+                        $crate::model::block_macros::storage!($storage),
+                        $crate::model::role::role!($parameter),
+                        $crate::model::RowTexts {
+                            name: $name,
+                            access: stringify!($($access)*),
+                            section: $section,
+                            codes: $crate::model::block_macros::row_codes!($($codes)?),
+                        },
+                    );
                 }
 
                 impl $crate::model::TypedParameter for $parameter {
@@ -175,6 +162,7 @@ macro_rules! block {
 
 /// The blocks of a device: the variant for the parameters of a block, then its locations; none where only another
 /// variant of the device has the block.
+#[macro_export]
 macro_rules! blocks {
     (
         $(#[$doc:meta])*
@@ -202,4 +190,5 @@ macro_rules! blocks {
     };
 }
 
-pub(crate) use {block, block_type, blocks, row_codes, storage, text, value_type};
+#[doc(hidden)]
+pub use {block, block_type, blocks, row_codes, storage, value_type};

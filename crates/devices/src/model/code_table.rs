@@ -34,7 +34,8 @@ impl fmt::Display for UnknownCode {
 impl core::error::Error for UnknownCode {}
 
 /// The code that a value is: an integer, a Boolean, a float without a fraction, or the two octets of a command record.
-pub(crate) fn code_of(value: &Value) -> Option<u16> {
+#[must_use]
+pub fn code_of(value: &Value) -> Option<u16> {
     match value {
         Value::Boolean(boolean) => Some(u16::from(*boolean)),
         Value::Integer(integer) => u16::try_from(*integer).ok(),
@@ -55,7 +56,8 @@ fn code_of_float(float: f32) -> Option<u16> {
 }
 
 /// The value of a parameter of this type that is a code.
-pub(crate) fn value_of(code: u16, data_type: DataType) -> Value {
+#[must_use]
+pub fn value_of(code: u16, data_type: DataType) -> Value {
     match data_type {
         DataType::Boolean => Value::Boolean(code != 0),
         DataType::Float => Value::Float(code.into()),
@@ -67,6 +69,7 @@ pub(crate) fn value_of(code: u16, data_type: DataType) -> Value {
 }
 
 /// A code table: number, variant, name for people; then the conditions and the risk of writing it, where it has any.
+#[macro_export]
 macro_rules! codes {
     (
         $(#[$doc:meta])*
@@ -142,6 +145,8 @@ macro_rules! codes {
 }
 
 /// The second argument, or the first if there is no second one.
+#[doc(hidden)]
+#[macro_export]
 macro_rules! or_default {
     ($default:expr;) => {
         $default
@@ -152,6 +157,7 @@ macro_rules! or_default {
 }
 
 /// Numbers from one to another: a code table without names.
+#[macro_export]
 macro_rules! code_range {
     ($(#[$doc:meta])* pub $table:ident: $value:ty = $low:expr, $high:expr) => {
         $(#[$doc])*
@@ -166,7 +172,8 @@ macro_rules! code_range {
     };
 }
 
-pub(crate) use {code_range, codes, or_default};
+#[doc(hidden)]
+pub use {code_range, codes, or_default};
 
 #[cfg(test)]
 mod tests {

@@ -57,7 +57,8 @@ pub enum Precondition {
 }
 
 /// A code with a number and a name, without conditions and harmless.
-pub(crate) const fn code(number: u16, name: &'static str) -> Code {
+#[must_use]
+pub const fn code(number: u16, name: &'static str) -> Code {
     Code { number, name, preconditions: &[], risk: "" }
 }
 

@@ -108,7 +108,8 @@ pub struct Telegram {
 }
 
 /// A standard telegram of a table.
-pub(crate) const fn telegram(number: u8, fields: &'static [Field]) -> Telegram {
+#[must_use]
+pub const fn telegram(number: u8, fields: &'static [Field]) -> Telegram {
     Telegram { number, fields }
 }
 
@@ -146,7 +147,11 @@ pub struct Configuration {
 }
 
 /// A configuration of a table, checked against its telegrams at compile time.
-pub(crate) const fn configuration(
+///
+/// # Panics
+/// If the configuration data do not fit the telegrams: in a `static` or `const`, which is where it belongs, that does not compile.
+#[must_use]
+pub const fn configuration(
     outputs: Option<&'static Telegram>,
     inputs: Option<&'static Telegram>,
     octets: &'static [u8],

@@ -2,12 +2,15 @@
 
 use super::access_error::AccessError;
 use super::alarm_words::AlarmWords;
-use super::block::{Location, PlacedBlock, Row};
+#[cfg(feature = "texts")]
+use super::block::Row;
+use super::block::{Location, PlacedBlock};
 use super::cyclic::Configuration;
 use super::fault::FaultList;
 use super::part_spec::{MeasuringRange, PartSpec, Principle};
 use super::pressure::{Counts, Unit};
 use super::role::Role;
+#[cfg(feature = "texts")]
 use super::typed::TypedParameter;
 use profivac_dp::slave::Features;
 
@@ -82,6 +85,7 @@ impl Model {
     /// The row of this model that `P` names at `location`; `None` if the model has no such parameter there.
     ///
     /// A row of another device is found as well if index, name, data type and codes are the same.
+    #[cfg(feature = "texts")]
     #[must_use]
     pub fn typed_row<P: TypedParameter>(&self, location: &Location) -> Option<&'static Row> {
         let blocks = self.blocks.iter().filter(|placed| placed.locations.iter().any(|own| own.is_at(location)));

@@ -115,6 +115,7 @@ impl FaultList {
 }
 
 /// The faults of a device: field, fault, effect.
+#[macro_export]
 macro_rules! faults {
     ($(#[$doc:meta])* pub $faults:ident; $($field:ident $fault:ident $effect:literal;)+) => {
         $(#[$doc])*
@@ -130,7 +131,7 @@ macro_rules! faults {
             /// The faults and their effects.
             pub const LIST: $crate::model::FaultList = $crate::model::FaultList {
                 faults: &[$($crate::model::Fault::$fault),+],
-                effects: &[$($crate::model::block_macros::text!($effect)),+],
+                effects: &[$($crate::model::text($effect)),+],
             };
 
             /// Begins or ends a fault. Has no effect for a fault that is not in the list.
@@ -144,4 +145,5 @@ macro_rules! faults {
     };
 }
 
-pub(crate) use faults;
+#[doc(hidden)]
+pub use faults;

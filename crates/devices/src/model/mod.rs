@@ -2,13 +2,17 @@
 //!
 //! Clients, GSD files and the pages of the documentation read a [`Model`].
 
-pub(crate) mod access;
+#[doc(hidden)]
+pub mod access;
 mod access_error;
 mod alarm_words;
 mod block;
-pub(crate) mod block_macros;
-pub(crate) mod code_table;
-pub(crate) mod codes;
+#[doc(hidden)]
+pub mod block_macros;
+#[doc(hidden)]
+pub mod code_table;
+#[doc(hidden)]
+pub mod codes;
 mod cyclic;
 mod device;
 mod fault;
@@ -16,20 +20,22 @@ pub(crate) mod log;
 mod octets;
 mod part_spec;
 mod pressure;
-pub(crate) mod role;
+#[doc(hidden)]
+pub mod role;
 pub(crate) mod typed;
-pub(crate) mod value;
+#[doc(hidden)]
+pub mod value;
 
 pub use access::{Access, AccessPath, Direction};
 pub use access_error::AccessError;
 pub use alarm_words::{AlarmBit, AlarmWords};
-pub use block::{Block, Location, ParameterSet, PlacedBlock, Row, Storage};
+pub use block::{Block, Location, ParameterSet, PlacedBlock, Row, RowTexts, Storage, text};
 pub use code_table::{CodeTable, UnknownCode};
-pub use codes::{Code, Codes, Precondition};
-pub use cyclic::{Configuration, Field, Telegram};
-pub(crate) use cyclic::{configuration, telegram};
+pub use codes::{Code, Codes, Precondition, code};
+pub use cyclic::{Configuration, Field, Telegram, configuration, telegram};
 pub use device::{ChannelRules, Gsd, Model, TaskKind, UserPrm};
-pub(crate) use fault::faults;
+#[doc(hidden)]
+pub use fault::faults;
 pub use fault::{Fault, FaultList};
 pub use octets::Octets;
 pub use part_spec::{Clipping, Limits, MeasuringRange, Part, PartSpec, Principle, RangeStatus};

@@ -41,6 +41,8 @@ pub enum Role {
 }
 
 /// The role of the parameter with this identifier in a block table. The tables use one identifier for one role.
+#[doc(hidden)]
+#[macro_export]
 macro_rules! role {
     (ProcessValue) => {
         Some($crate::model::Role::ProcessValue)
@@ -107,7 +109,8 @@ macro_rules! role {
     };
 }
 
-pub(crate) use role;
+#[doc(hidden)]
+pub use role;
 
 #[cfg(test)]
 mod tests {

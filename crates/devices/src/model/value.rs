@@ -37,6 +37,8 @@ pub enum DataType {
 }
 
 /// The data type column of a block table.
+#[doc(hidden)]
+#[macro_export]
 macro_rules! data_type {
     (BOOLEAN) => {
         $crate::model::DataType::Boolean
@@ -79,7 +81,8 @@ macro_rules! data_type {
     };
 }
 
-pub(crate) use data_type;
+#[doc(hidden)]
+pub use data_type;
 
 impl fmt::Display for DataType {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {

@@ -86,6 +86,10 @@ pub trait Behaviour: ParameterAccess {
     /// A potentiometer is turned.
     fn turn_potentiometer(&mut self, _potentiometer: Potentiometer, _volts: f64) {}
 
+    /// Whether a part of the device has failed, as a light or a relay for errors shows it: an alarm of Exception Status, or the status
+    /// "sensor error" of a controller's channel.
+    fn has_alarm(&self) -> bool;
+
     /// As [`SimulatedDevice::report`](crate::SimulatedDevice::report).
     fn report(&self) -> StateReport;
 }

@@ -87,7 +87,7 @@ impl<B: Behaviour, S: Store> BlockDevice<B, S> {
         device.behaviour.set_switch(Switch::Address(setup.address_switch));
         device.start();
         if let Some(unit) = setup.unit {
-            device.apply_event(|behaviour| behaviour.set_unit(unit));
+            device.apply_event(&mut |behaviour| behaviour.set_unit(unit));
         }
         device
     }
@@ -108,6 +108,11 @@ impl<B: Behaviour, S: Store> BlockDevice<B, S> {
         &self.behaviour
     }
 
+    /// As [`Behaviour::has_alarm`].
+    pub fn has_alarm(&self) -> bool {
+        self.behaviour.has_alarm()
+    }
+
     /// The nonvolatile memory.
     pub const fn store(&self) -> &S {
         &self.store
@@ -116,9 +121,10 @@ impl<B: Behaviour, S: Store> BlockDevice<B, S> {
     /// Changes the device by something other than a write of a master. A memory that fails does not stop the change,
     /// because no master waits for an answer.
     ///
-    /// Not inlined, so that the copy of the behaviour is on the stack only while it is needed.
+    /// Not inlined, so that the copy of the behaviour is on the stack only while it is needed, and not generic, so that a program
+    /// has it once.
     #[inline(never)]
-    pub(super) fn apply_event(&mut self, event: impl FnOnce(&mut B)) {
+    pub(super) fn apply_event(&mut self, event: &mut dyn FnMut(&mut B)) {
         let before = self.behaviour.clone();
         event(&mut self.behaviour);
         self.behaviour.update();
@@ -129,7 +135,7 @@ impl<B: Behaviour, S: Store> BlockDevice<B, S> {
     pub(super) fn adopt_configuration(&mut self, configuration: &'static Configuration) {
         self.configuration = configuration;
         self.channel = ParameterChannel::new(self.behaviour.model().channel_rules);
-        self.apply_event(|behaviour| behaviour.configure(configuration));
+        self.apply_event(&mut |behaviour| behaviour.configure(configuration));
     }
 
     fn put_input(&mut self, field: Field, place: &mut [u8]) {
@@ -157,7 +163,7 @@ impl<B: Behaviour, S: Store> Device for BlockDevice<B, S> {
     fn set_prm(&mut self, user: &[u8]) -> Result<(), PrmFault> {
         let prm = self.behaviour.model().user_prm(user).ok_or(PrmFault)?;
         // With a memory that fails the exchange must still start, so that the master gets the alarm.
-        self.apply_event(|behaviour| behaviour.apply_user_prm(prm));
+        self.apply_event(&mut |behaviour| behaviour.apply_user_prm(prm));
         Ok(())
     }
 

@@ -35,12 +35,12 @@ impl<B: Behaviour, S: Store> SimulatedDevice for BlockDevice<B, S> {
 
     fn advance(&mut self, seconds: f64) {
         if self.powered && seconds > 0.0 {
-            self.apply_event(|behaviour| behaviour.advance(seconds));
+            self.apply_event(&mut |behaviour| behaviour.advance(seconds));
         }
     }
 
     fn settle(&mut self) {
-        self.apply_event(Behaviour::settle);
+        self.apply_event(&mut Behaviour::settle);
     }
 
     fn set_power(&mut self, on: bool) {
@@ -75,7 +75,7 @@ impl<B: Behaviour, S: Store> SimulatedDevice for BlockDevice<B, S> {
             // The device reads the switch at power-up.
             self.address.switch = setting;
         }
-        self.apply_event(|behaviour| match action {
+        self.apply_event(&mut |behaviour| match action {
             Action::Fault { fault, active } => behaviour.set_fault(fault, active),
             Action::Button(number) => behaviour.press_button(number),
             Action::Switch(switch) => behaviour.set_switch(switch),

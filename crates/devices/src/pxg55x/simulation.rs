@@ -123,6 +123,10 @@ impl Behaviour for Pxg55xBehaviour {
         }
     }
 
+    fn has_alarm(&self) -> bool {
+        self.has_error()
+    }
+
     fn report(&self) -> StateReport {
         let active = self.active();
         StateReport {

@@ -8,7 +8,7 @@ use crate::model::block_macros::{block, blocks};
 use crate::model::{
     AccessError, AlarmBit, AlarmWords, Block, ChannelRules, Configuration, FaultList, Field, Gsd, Location, Model,
     NumberType, ParameterSet, Part, PartSpec, PlacedBlock, Row, Scale, TaskKind, Telegram, Unit, UserPrm,
-    configuration, telegram,
+    configuration, telegram, text,
 };
 use crate::profile::codes::UnitCode;
 use crate::profile::{DeviceState, ExceptionStatus, SafeState, StateCommand, StatusExtension};
@@ -557,7 +557,7 @@ const fn variant(
             manufacturer: &[(1 << 0, "internal communication exception"), (1 << 1, "incompatible software")],
         },
         faults: family.faults,
-        errata: "errata-pxg55x-img400 1 to 112, 163 to 166",
+        errata: text("errata-pxg55x-img400 1 to 112, 163 to 166"),
         gsd: Gsd { revision: 1, hardware: HARDWARE, software: FIRMWARE, max_diag_octets: 6, set_slave_add: true },
     };
     Variant { model, family, number, configuration }

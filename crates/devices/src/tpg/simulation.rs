@@ -109,6 +109,10 @@ impl Behaviour for TpgBehaviour {
         }
     }
 
+    fn has_alarm(&self) -> bool {
+        self.parts().iter().any(|part| self.status(part.instance) == MeasurementStatus::Error)
+    }
+
     fn report(&self) -> StateReport {
         let indicated = self.parts().iter().map(|part| PartReading {
             instance: part.instance,

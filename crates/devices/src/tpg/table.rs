@@ -11,7 +11,7 @@ use super::faults::Faults;
 use crate::model::block_macros::{block, blocks};
 use crate::model::{
     AccessError, AlarmWords, ChannelRules, Configuration, Counts, Field, Gsd, Location, Model, NumberType,
-    ParameterSet, PressureFormat, Scale, TaskKind, Telegram, Unit, UserPrm, configuration, telegram,
+    ParameterSet, PressureFormat, Scale, TaskKind, Telegram, Unit, UserPrm, configuration, telegram, text,
 };
 use crate::profile::codes::UnitCode;
 use profivac_dp::slave::Features;
@@ -210,7 +210,7 @@ const fn model(name: &'static str, title: &'static str, software: &'static str) 
         channel_rules: &CHANNEL_RULES,
         alarms: AlarmWords::NONE,
         faults: &Faults::LIST,
-        errata: "errata-bpg-bcg-tpg 122 to 157 and 160",
+        errata: text("errata-bpg-bcg-tpg 122 to 157 and 160"),
         gsd: Gsd { revision: 1, hardware: "IF300P", software, max_diag_octets: 6, set_slave_add: true },
     }
 }

@@ -123,6 +123,10 @@ impl Behaviour for Xpg400Behaviour {
         }
     }
 
+    fn has_alarm(&self) -> bool {
+        self.alarm().is_any()
+    }
+
     fn report(&self) -> StateReport {
         let degas = (self.model == Xpg400Model::Bpg).then_some(self.cathode.is_degassing());
         StateReport {

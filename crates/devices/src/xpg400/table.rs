@@ -7,7 +7,7 @@ use super::parts;
 use crate::model::block_macros::{block, blocks};
 use crate::model::{
     AlarmBit, AlarmWords, ChannelRules, Configuration, Counts, Field, Gsd, Limits, Location, Model, NumberType,
-    ParameterSet, PartSpec, PlacedBlock, Scale, TaskKind, Telegram, Unit, UserPrm, configuration, telegram,
+    ParameterSet, PartSpec, PlacedBlock, Scale, TaskKind, Telegram, Unit, UserPrm, configuration, telegram, text,
 };
 use crate::profile::codes::UnitCode;
 use crate::profile::{DeviceState, ExceptionStatus, PotentiometerScale, SafeState, StateCommand, StatusExtension};
@@ -289,7 +289,9 @@ const fn model(
         },
         faults: &Faults::LIST,
         // Revisions as 3.1.1.6 and 3.1.1.7 print them (36).
-        errata: "errata-bpg-bcg-tpg 1, 3 to 10, 12 to 40, 45, 47 to 77, 81 to 95, 97 to 99, 103, 105 to 109, 117 to 119, 121, 158",
+        errata: text(
+            "errata-bpg-bcg-tpg 1, 3 to 10, 12 to 40, 45, 47 to 77, 81 to 95, 97 to 99, 103, 105 to 109, 117 to 119, 121, 158",
+        ),
         gsd: Gsd { revision: 1, hardware: "1.0", software: "1.01", max_diag_octets: 6, set_slave_add: true },
     }
 }

@@ -105,13 +105,13 @@ impl Baud {
     /// The number of bit times in `ms` milliseconds, rounded down.
     #[must_use]
     pub const fn tbit_of_ms(self, ms: u64) -> u64 {
-        ms.saturating_mul(self.bits_per_second() as u64).div_euclid(1000)
+        thousandth(ms.saturating_mul(self.bits_per_second() as u64))
     }
 
     /// The number of bit times in `us` microseconds, rounded down.
     #[must_use]
     pub const fn tbit_of_us(self, us: u64) -> u64 {
-        us.saturating_mul(self.bits_per_second() as u64).div_euclid(1_000_000)
+        thousandth(thousandth(us.saturating_mul(self.bits_per_second() as u64)))
     }
 
     /// max T_SDR, the latest start of an answer that a slave of this project declares, in bit times. profibus-wire 1.12; for
@@ -143,6 +143,27 @@ impl Baud {
     }
 }
 
+/// A thousandth, rounded down.
+const fn thousandth(value: u64) -> u64 {
+    if cfg!(target_pointer_width = "64") { value.div_euclid(1000) } else { thousandth_by_digits(value) }
+}
+
+/// A thousandth, rounded down, with divisions of 32 bits: a division of 64 bits takes 900 octets of a program for a microcontroller.
+#[cfg_attr(target_pointer_width = "64", allow(dead_code))]
+#[inline(never)]
+const fn thousandth_by_digits(value: u64) -> u64 {
+    let (mut rest, mut quotient, mut remainder) = (value, 0_u64, 0_u32);
+    let mut digits = 4_u8;
+    while digits > 0 {
+        rest = rest.rotate_left(16);
+        let part = remainder << 16 | rest as u32 & 0xFFFF;
+        quotient = quotient << 16 | part.div_euclid(1000) as u64;
+        remainder = part.rem_euclid(1000);
+        digits = digits.saturating_sub(1);
+    }
+    quotient
+}
+
 impl fmt::Display for Baud {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
@@ -169,6 +190,17 @@ mod tests {
         assert_eq!(BitTime(u64::MAX) + 1, BitTime(u64::MAX));
         assert_eq!(BitTime(3) - BitTime(5), 0);
         assert_eq!(BitTime(5) - BitTime(3), 2);
+    }
+
+    #[test]
+    fn a_division_by_digits_agrees_with_that_of_the_processor() {
+        let mut value = u64::MAX;
+        while value > 0 {
+            for value in [value, value - 1, value / 1000 * 1000] {
+                assert_eq!(thousandth_by_digits(value), value / 1000, "{value}");
+            }
+            value = value / 3 * 2;
+        }
     }
 
     #[test]

@@ -42,7 +42,7 @@ impl<'a, B: Behaviour, S: Store> Application<'a, B, S> {
             self.device.set_exchanging(false);
         }
         if let Some(prm) = tasks.user_prm {
-            self.device.apply_event(|behaviour| behaviour.apply_user_prm(prm));
+            self.device.apply_event(&mut |behaviour| behaviour.apply_user_prm(prm));
         }
         if let Some(configuration) = tasks.configuration {
             self.device.adopt_configuration(configuration);
