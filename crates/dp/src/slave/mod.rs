@@ -50,6 +50,7 @@
 
 mod acyclic;
 mod device;
+mod prepared;
 mod server;
 mod state;
 
@@ -58,8 +59,9 @@ pub use server::MAX_INITIATE_PDU;
 pub use state::{ExchangeState, Fault, Owner, SlaveState, Watchdog};
 
 use crate::link::{Accepted, Baud, BitTime, Listening, Reply, Responder, Station, Transmit};
-use profivac_wire::Telegram;
-use server::{MIN_TSDR_TBIT, Server};
+use prepared::Expected;
+use profivac_wire::{DataTelegram, Telegram};
+use server::{Exchange, MIN_TSDR_TBIT, Server};
 
 /// The most MS2 connections: one for each access point from 0 to 48.
 const MAX_CONNECTIONS: usize = 49;
@@ -69,6 +71,8 @@ const MAX_CONNECTIONS: usize = 49;
 pub struct Slave<D, const CONNECTIONS: usize = 2> {
     responder: Responder,
     server: Server<D, CONNECTIONS>,
+    /// The request whose answer the responder has prepared.
+    expected: Expected,
 }
 
 impl<D: Device> Slave<D> {
@@ -82,11 +86,12 @@ impl<D: Device, const CONNECTIONS: usize> Slave<D, CONNECTIONS> {
     /// As [`Slave::new`], with the number of MS2 connections of the type.
     pub fn with_connections(device: D, address: u8, baud: Baud) -> Self {
         const { assert!(CONNECTIONS <= MAX_CONNECTIONS, "access points 0 to 48 are for connections") }
-        Self { responder: Responder::new(address), server: Server::new(device, baud) }
+        Self { responder: Responder::new(address), server: Server::new(device, baud), expected: Expected::NOTHING }
     }
 
     /// Power returns: the slave drops masters, parameters and answers. The caller resets the device.
     pub fn power_up(&mut self, address: u8) {
+        self.expected = Expected::NOTHING;
         self.server.enter_wait_prm(Fault::None);
         self.set_address(address);
         self.server.min_tsdr = MIN_TSDR_TBIT;
@@ -97,6 +102,7 @@ impl<D: Device, const CONNECTIONS: usize> Slave<D, CONNECTIONS> {
     /// transition 15. min T_SDR stays too, unless it is longer than `baud` allows. Times after this call are in bit times of `baud` and may
     /// start at any value.
     pub fn rate_found(&mut self, baud: Baud) {
+        self.expected = Expected::NOTHING;
         if self.watchdog_is_running() {
             self.server.enter_wait_prm(Fault::None);
         }
@@ -111,6 +117,7 @@ impl<D: Device, const CONNECTIONS: usize> Slave<D, CONNECTIONS> {
 
     /// The application ends data exchange or requests new parameters: profibus-wire 3.2, transitions 16 and 17.
     pub fn return_to_wait_prm(&mut self) {
+        self.expected = Expected::NOTHING;
         self.server.enter_wait_prm(Fault::None);
     }
 
@@ -124,8 +131,9 @@ impl<D: Device, const CONNECTIONS: usize> Slave<D, CONNECTIONS> {
         &self.server.device
     }
 
-    /// The device, to change its process values or its time.
+    /// The device, to change its process values or its time. A prepared answer is dropped: its inputs may be old then.
     pub const fn device_mut(&mut self) -> &mut D {
+        self.expected = Expected::NOTHING;
         &mut self.server.device
     }
 
@@ -152,8 +160,51 @@ impl<D: Device, const CONNECTIONS: usize> Slave<D, CONNECTIONS> {
 }
 
 impl<D: Device, const CONNECTIONS: usize> Station for Slave<D, CONNECTIONS> {
+    #[inline]
     fn telegram(&mut self, end: BitTime, telegram: &Telegram<'_>) -> Option<Transmit<'_>> {
-        let Self { responder, server } = self;
+        if let Telegram::Data(frame) = telegram
+            && self.expected.is(end, frame)
+            && self.server.exchange_prepared(end, frame.du)
+        {
+            self.expected = Expected::NOTHING;
+            return self.responder.release(end + u64::from(self.server.min_tsdr));
+        }
+        self.any_telegram(end, telegram)
+    }
+
+    /// The idle time after an answer: prepares the next one.
+    fn sent(&mut self, _end: BitTime) {
+        self.prepare();
+    }
+
+    fn poll(&mut self, now: BitTime) -> Option<Transmit<'_>> {
+        if !self.expected.lasts_at(now) {
+            self.expected = Expected::NOTHING;
+        }
+        self.server.elapse(now);
+        if self.expected.is_nothing() {
+            self.prepare();
+        }
+        None
+    }
+
+    fn wake_at(&self) -> Option<BitTime> {
+        self.server.wake_at()
+    }
+
+    fn listening(&self) -> Listening {
+        Listening::Own(self.responder.address())
+    }
+}
+
+impl<D: Device, const CONNECTIONS: usize> Slave<D, CONNECTIONS> {
+    /// Processes any telegram. [`telegram`](Station::telegram) has a shorter way with the same result for the expected one.
+    #[inline(never)]
+    fn any_telegram(&mut self, end: BitTime, telegram: &Telegram<'_>) -> Option<Transmit<'_>> {
+        let Self { responder, server, expected } = self;
+        if !expected.outlasts(end, telegram) {
+            *expected = Expected::NOTHING;
+        }
         server.elapse(end);
         let Telegram::Data(frame) = telegram else { return None };
         let not_before = end + u64::from(server.min_tsdr);
@@ -177,16 +228,14 @@ impl<D: Device, const CONNECTIONS: usize> Station for Slave<D, CONNECTIONS> {
         }
     }
 
-    fn poll(&mut self, now: BitTime) -> Option<Transmit<'_>> {
-        self.server.elapse(now);
-        None
-    }
-
-    fn wake_at(&self) -> Option<BitTime> {
-        self.server.wake_at()
-    }
-
-    fn listening(&self) -> Listening {
-        Listening::Own(self.responder.address())
+    /// Encodes the answer to the next Data_Exchange, if the device allows it.
+    fn prepare(&mut self) {
+        let Self { responder, server, expected } = self;
+        *expected = Expected::NOTHING;
+        let Some(Exchange { master, lengths }) = server.next_exchange() else { return };
+        if let Some(fc) = responder.prepare(master, lengths.inputs, |du| server.next_inputs(du)) {
+            let request = DataTelegram { da: responder.address(), sa: master, dsap: None, ssap: None, fc, du: &[] };
+            *expected = Expected::new(&request, lengths.outputs, server.wake_at());
+        }
     }
 }

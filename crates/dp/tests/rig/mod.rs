@@ -106,6 +106,7 @@ impl<const CONNECTIONS: usize> Rig<CONNECTIONS> {
         assert!(transmit.not_before >= self.now + 11, "answered before min T_SDR");
         let answer = transmit.octets.to_vec();
         self.now = transmit.not_before + CHARACTER_TBIT * answer.len() as u64;
+        self.slave.sent(self.now);
         Some(answer)
     }
 

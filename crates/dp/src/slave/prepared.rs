@@ -1,0 +1,62 @@
+//! The request whose answer is prepared: the next Data_Exchange of the owner.
+//!
+//! In the idle time after an answer the slave encodes the next one. If the request comes that is expected, the slave takes over the outputs
+//! and returns the octets that are ready. Every other telegram takes the general way. Both ways give the same answers
+//! and the same states, because whatever could make a difference drops the prepared answer:
+//!
+//! | What happens | Where it is dropped |
+//! |---|---|
+//! | another request, a repetition, a broadcast | [`Expected::outlasts`] |
+//! | watchdog or connection expires | [`Expected::lasts_at`] |
+//! | the device is changed | `Slave::device_mut` |
+//! | power, rate, address, end of data exchange | the functions of `Slave` |
+//! | outputs that change the inputs | `Device::keeps_inputs` |
+
+use crate::link::BitTime;
+use profivac_wire::{BROADCAST, DataTelegram, Telegram};
+
+/// The expected request.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Expected {
+    /// From this time on a timer has expired, and nothing is expected; 0 if nothing is expected at all.
+    until: BitTime,
+    fc: u8,
+    da: u8,
+    sa: u8,
+    /// The length of the outputs.
+    outputs: u8,
+}
+
+impl Expected {
+    pub(super) const NOTHING: Self = Self { until: BitTime(0), fc: 0, da: 0, sa: 0, outputs: 0 };
+
+    /// `request` with outputs of this length, before the next timer expires.
+    pub(super) fn new(request: &DataTelegram<'_>, outputs: u8, until: Option<BitTime>) -> Self {
+        Self { until: until.unwrap_or(BitTime(u64::MAX)), fc: request.fc, da: request.da, sa: request.sa, outputs }
+    }
+
+    pub(super) const fn is_nothing(&self) -> bool {
+        self.until.0 == 0
+    }
+
+    /// Whether no timer has expired at `now`.
+    #[inline]
+    pub(super) fn lasts_at(&self, now: BitTime) -> bool {
+        now < self.until
+    }
+
+    /// Whether `frame`, which ended at `end`, is the expected request.
+    #[inline]
+    pub(super) fn is(&self, end: BitTime, frame: &DataTelegram<'_>) -> bool {
+        self.lasts_at(end)
+            && (frame.fc, frame.da, frame.sa) == (self.fc, self.da, self.sa)
+            && (frame.dsap, frame.ssap) == (None, None)
+            && frame.du.len() == usize::from(self.outputs)
+    }
+
+    /// Whether the same request is expected after a telegram that is not the expected one: only after one that concerns neither
+    /// this station nor all.
+    pub(super) fn outlasts(&self, end: BitTime, telegram: &Telegram<'_>) -> bool {
+        self.lasts_at(end) && !matches!(telegram, Telegram::Data(frame) if frame.da == self.da || frame.da == BROADCAST)
+    }
+}
