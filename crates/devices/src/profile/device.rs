@@ -208,6 +208,15 @@ impl<B: Behaviour, S: Store> Device for BlockDevice<B, S> {
         }
     }
 
+    /// A new task of the parameter channel changes the inputs, and so may every other output.
+    fn keeps_inputs(&self, _before: &[u8], outputs: &[u8]) -> bool {
+        match (self.configuration.outputs.map_or(&[][..], |telegram| telegram.fields), outputs.first_chunk()) {
+            ([], _) => true,
+            ([Field::ParameterChannel], Some(octets)) => self.channel.keeps(*octets),
+            _ => false,
+        }
+    }
+
     fn address_is_settable(&self) -> bool {
         self.address.is_settable()
     }

@@ -98,11 +98,10 @@ impl ParameterChannel {
     /// stays.
     pub fn accept(&mut self, octets: [u8; OCTETS]) -> Option<WriteTask> {
         let request = Request::new(octets, self.rules);
-        let is_idle = request.ak == AK_NO_TASK;
-        let must_wait = !is_idle && self.request.ak != AK_NO_TASK && self.rules.needs_idle_between;
-        if request == self.request || must_wait {
+        if !self.is_new(&request) {
             return None;
         }
+        let is_idle = request.ak == AK_NO_TASK;
         self.request = request;
         self.put(AK_NO_TASK, [0; 4]);
         if !is_idle && self.rules.task(request.ak).is_none() {
@@ -112,6 +111,18 @@ impl ParameterChannel {
             Some(Task::Write(write)) => Some(write),
             Some(Task::Read { .. }) | None => None,
         }
+    }
+
+    /// Whether [`accept`](Self::accept) would change nothing with these octets.
+    #[must_use]
+    pub fn keeps(&self, octets: [u8; OCTETS]) -> bool {
+        !self.is_new(&Request::new(octets, self.rules))
+    }
+
+    /// Whether a request takes the place of the present one.
+    fn is_new(&self, request: &Request) -> bool {
+        let must_wait = request.ak != AK_NO_TASK && self.request.ak != AK_NO_TASK && self.rules.needs_idle_between;
+        *request != self.request && !must_wait
     }
 
     /// The task of the present request.

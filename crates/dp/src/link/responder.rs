@@ -122,15 +122,10 @@ impl Places {
         if self.stored_in_second { &self.second } else { &self.first }
     }
 
+    /// The place of the stored answer, or the other one.
     #[inline]
-    const fn stored_mut(&mut self) -> &mut [u8; MAX_TELEGRAM] {
-        if self.stored_in_second { &mut self.second } else { &mut self.first }
-    }
-
-    /// The place of an answer to a request that is not counted, or of a prepared answer.
-    #[inline]
-    const fn other_mut(&mut self) -> &mut [u8; MAX_TELEGRAM] {
-        if self.stored_in_second { &mut self.first } else { &mut self.second }
+    const fn place_mut(&mut self, stored: bool) -> &mut [u8; MAX_TELEGRAM] {
+        if stored == self.stored_in_second { &mut self.second } else { &mut self.first }
     }
 }
 
@@ -253,11 +248,12 @@ impl Responder {
 
     /// Makes the answer to the telegram accepted last, to be sent not before `not_before`, and stores it if the request is
     /// counted. `None` if the data of the reply do not fit a telegram.
-    #[inline]
+    // Always: the compiler would call it, and the reply would be written to memory and read again, in 20 instructions more.
+    #[inline(always)]
     pub fn answer(&mut self, frame: &DataTelegram<'_>, reply: Reply<'_>, not_before: BitTime) -> Option<Transmit<'_>> {
         let telegram = respond(frame, self.address, reply);
         self.prepared = 0;
-        let place = if self.is_counted { self.places.stored_mut() } else { self.places.other_mut() };
+        let place = self.places.place_mut(self.is_counted);
         let length = telegram.emit(place).ok()?;
         if self.is_counted {
             self.length = length;
@@ -276,7 +272,7 @@ impl Responder {
         if requester != self.requester {
             return None;
         }
-        self.prepared = emit_sd2_with(self.places.other_mut(), requester, self.address, length, |du| {
+        self.prepared = emit_sd2_with(self.places.place_mut(false), requester, self.address, length, |du| {
             if fill(du) { DATA_HIGH } else { DATA_LOW }
         })
         .ok()?;

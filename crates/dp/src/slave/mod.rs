@@ -160,14 +160,17 @@ impl<D: Device, const CONNECTIONS: usize> Slave<D, CONNECTIONS> {
 }
 
 impl<D: Device, const CONNECTIONS: usize> Station for Slave<D, CONNECTIONS> {
-    #[inline]
     fn telegram(&mut self, end: BitTime, telegram: &Telegram<'_>) -> Option<Transmit<'_>> {
-        if let Telegram::Data(frame) = telegram
-            && self.expected.is(end, frame)
-            && self.server.exchange_prepared(end, frame.du)
-        {
-            self.expected = Expected::NOTHING;
-            return self.responder.release(end + u64::from(self.server.min_tsdr));
+        if !self.expected.is_nothing() {
+            if let Some(du) = self.expected.outputs_in(end, telegram)
+                && self.server.exchange_prepared(end, du)
+            {
+                self.expected = Expected::NOTHING;
+                return self.responder.release(end + u64::from(self.server.min_tsdr));
+            }
+            if !self.expected.outlasts(end, telegram) {
+                self.expected = Expected::NOTHING;
+            }
         }
         self.any_telegram(end, telegram)
     }
@@ -199,12 +202,8 @@ impl<D: Device, const CONNECTIONS: usize> Station for Slave<D, CONNECTIONS> {
 
 impl<D: Device, const CONNECTIONS: usize> Slave<D, CONNECTIONS> {
     /// Processes any telegram. [`telegram`](Station::telegram) has a shorter way with the same result for the expected one.
-    #[inline(never)]
     fn any_telegram(&mut self, end: BitTime, telegram: &Telegram<'_>) -> Option<Transmit<'_>> {
-        let Self { responder, server, expected } = self;
-        if !expected.outlasts(end, telegram) {
-            *expected = Expected::NOTHING;
-        }
+        let Self { responder, server, .. } = self;
         server.elapse(end);
         let Telegram::Data(frame) = telegram else { return None };
         let not_before = end + u64::from(server.min_tsdr);
@@ -212,20 +211,18 @@ impl<D: Device, const CONNECTIONS: usize> Slave<D, CONNECTIONS> {
         if !matches!(accepted, Accepted::Ignored) && frame.da == responder.address() {
             server.restart_watchdog(frame.sa);
         }
-        match accepted {
-            Accepted::Ignored => None,
+        let reply = match accepted {
+            Accepted::Ignored => return None,
             Accepted::Unconfirmed(request) => {
                 server.unconfirmed(&request);
-                None
+                return None;
             }
-            Accepted::Repetition => responder.repeat(not_before),
-            Accepted::LinkLayer(status) => responder.answer(frame, Reply::Status(status), not_before),
-            Accepted::Ident => responder.answer(frame, server.ident(), not_before),
-            Accepted::Confirmed(request) => {
-                let reply = server.serve(&request, responder);
-                responder.answer(frame, reply, not_before)
-            }
-        }
+            Accepted::Repetition => return responder.repeat(not_before),
+            Accepted::LinkLayer(status) => Reply::Status(status),
+            Accepted::Ident => server.ident(),
+            Accepted::Confirmed(request) => server.serve(&request, responder),
+        };
+        responder.answer(frame, reply, not_before)
     }
 
     /// Encodes the answer to the next Data_Exchange, if the device allows it.

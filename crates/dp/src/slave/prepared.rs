@@ -45,13 +45,14 @@ impl Expected {
         now < self.until
     }
 
-    /// Whether `frame`, which ended at `end`, is the expected request.
+    /// The outputs in `telegram`, which ended at `end`, if it is the expected request.
     #[inline]
-    pub(super) fn is(&self, end: BitTime, frame: &DataTelegram<'_>) -> bool {
-        self.lasts_at(end)
-            && (frame.fc, frame.da, frame.sa) == (self.fc, self.da, self.sa)
-            && (frame.dsap, frame.ssap) == (None, None)
-            && frame.du.len() == usize::from(self.outputs)
+    pub(super) fn outputs_in<'a>(&self, end: BitTime, telegram: &Telegram<'a>) -> Option<&'a [u8]> {
+        let Telegram::Data(DataTelegram { da, sa, dsap: None, ssap: None, fc, du }) = telegram else { return None };
+        let is_expected = self.lasts_at(end)
+            && (*fc, *da, *sa) == (self.fc, self.da, self.sa)
+            && du.len() == usize::from(self.outputs);
+        is_expected.then_some(*du)
     }
 
     /// Whether the same request is expected after a telegram that is not the expected one: only after one that concerns neither
