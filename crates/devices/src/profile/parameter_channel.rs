@@ -32,6 +32,9 @@ struct Request {
 impl Request {
     fn new([pke, slot, index, _, value @ ..]: [u8; OCTETS], rules: &ChannelRules) -> Self {
         let ak = pke >> 4;
+        if ak == AK_NO_TASK {
+            return Self { ak, slot, index, value: [0; 4] };
+        }
         let used = match rules.task(ak) {
             Some(TaskKind::Write(lengths)) => lengths.iter().copied().max().unwrap_or_default(),
             Some(TaskKind::Read) | None => 0,
