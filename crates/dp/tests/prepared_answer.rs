@@ -9,7 +9,7 @@ use profivac_dp::link::{Baud, BitTime, CHARACTER_TBIT, Received, Receiver, Stati
 use profivac_dp::slave::{Slave, SlaveState};
 use profivac_wire::control::{Control, FrameCount, Function};
 use profivac_wire::{BROADCAST, DataTelegram, Telegram};
-use rig::{Gauge, INITIATE, MASTER, SLAVE, emit, hex};
+use rig::{Answer, Gauge, INITIATE, MASTER, RS, Rig, SLAVE, emit, hex};
 
 const SEEDS: u64 = 60;
 const STEPS: usize = 3_000;
@@ -310,6 +310,10 @@ impl Pair {
             _ => self.rng.u64(33..300),
         };
         self.now = self.now + idle_tbit;
+        // A clock that is corrected goes back.
+        if self.rng.u16(..400) == 0 {
+            self.now = BitTime(self.now.0.saturating_sub(self.rng.u64(..50_000)));
+        }
         if !self.general.slave.state().is_exchanging() && self.rng.bool() {
             return self.start();
         }
@@ -337,4 +341,38 @@ fn a_slave_with_prepared_answers_answers_and_remembers_as_one_without() {
     }
     println!("{released} of {collected}");
     assert!(released * 3 > collected, "{released} of {collected} answers were prepared: too few to prove something");
+}
+
+/// The slave in data exchange with a watchdog of 10 ms, after an exchange.
+fn watched() -> Rig {
+    let mut rig = Rig::new(Gauge::default());
+    assert_eq!(rig.ms0(MASTER, 61, &hex("88 01 01 00 12 34 00 80 00 00")), Answer::Ack);
+    assert_eq!(rig.ms0(MASTER, 62, &hex("11 21")), Answer::Ack);
+    assert_eq!(rig.dx(MASTER, &[5, 6]), Answer::Low(vec![1, 2]));
+    rig
+}
+
+#[test]
+fn the_expected_request_is_answered_with_inputs_that_were_collected_before() {
+    let mut rig = watched();
+    let collected = rig.slave.device().collected;
+    assert_eq!(rig.dx(MASTER, &[7, 8]), Answer::Low(vec![1, 2]));
+    // Once, for the next answer.
+    assert_eq!(rig.slave.device().collected, collected + 1);
+    assert_eq!(rig.slave.device().seen.last(), Some(&rig::Seen::Outputs(vec![7, 8])));
+}
+
+#[test]
+fn a_prepared_answer_ends_with_a_timer_even_if_the_clock_goes_back_afterwards() {
+    let expire_by_poll = |slave: &mut Slave<Gauge>, late| assert_eq!(slave.poll(late), None);
+    let expire_by_token = |slave: &mut Slave<Gauge>, late| {
+        assert_eq!(slave.telegram(late, &Telegram::Token { da: MASTER, sa: MASTER }), None);
+    };
+    for expire in [expire_by_poll as fn(&mut Slave<Gauge>, BitTime), expire_by_token] {
+        let mut rig = watched();
+        let late = rig.now + 100_000;
+        expire(&mut rig.slave, late);
+        assert!(!rig.slave.state().is_exchanging());
+        assert_eq!(rig.dx(MASTER, &[5, 6]), RS);
+    }
 }

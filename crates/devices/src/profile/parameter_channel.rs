@@ -107,13 +107,12 @@ impl ParameterChannel {
         let is_idle = request.ak == AK_NO_TASK;
         self.request = request;
         self.put(AK_NO_TASK, [0; 4]);
-        if !is_idle && self.rules.task(request.ak).is_none() {
-            self.set_result(Err(AccessError::UnknownTask));
-        }
         match self.task() {
-            Some(Task::Write(write)) => Some(write),
-            Some(Task::Read { .. }) | None => None,
+            Some(Task::Write(write)) => return Some(write),
+            None if !is_idle => self.set_result(Err(AccessError::UnknownTask)),
+            Some(Task::Read { .. }) | None => {}
         }
+        None
     }
 
     /// Whether [`accept`](Self::accept) would change nothing with these octets.

@@ -101,7 +101,7 @@ pub struct Responder {
     /// The length of the stored answer; 0 if none is stored.
     length: usize,
     /// The length of the answer that is prepared for the next request; 0 if none is.
-    prepared: usize,
+    prepared: u8,
     places: Places,
 }
 
@@ -272,10 +272,11 @@ impl Responder {
         if requester != self.requester {
             return None;
         }
-        self.prepared = emit_sd2_with(self.places.place_mut(false), requester, self.address, length, |du| {
+        let length = emit_sd2_with(self.places.place_mut(false), requester, self.address, length, |du| {
             if fill(du) { DATA_HIGH } else { DATA_LOW }
         })
         .ok()?;
+        self.prepared = u8::try_from(length).ok()?;
         Some(self.next_fc())
     }
 
@@ -287,10 +288,11 @@ impl Responder {
         if length == 0 {
             return None;
         }
-        self.remember(self.requester, !self.fcb);
-        self.length = length;
+        self.fcb = !self.fcb;
+        self.is_counted = true;
+        self.length = usize::from(length);
         self.places.stored_in_second = !self.places.stored_in_second;
-        Some(Transmit { not_before, octets: self.places.stored().get(..length)? })
+        Some(Transmit { not_before, octets: self.places.stored().get(..self.length)? })
     }
 }
 

@@ -91,7 +91,7 @@ impl<D: Device, const CONNECTIONS: usize> Slave<D, CONNECTIONS> {
 
     /// Power returns: the slave drops masters, parameters and answers. The caller resets the device.
     pub fn power_up(&mut self, address: u8) {
-        self.expected = Expected::NOTHING;
+        self.expected.clear();
         self.server.enter_wait_prm(Fault::None);
         self.set_address(address);
         self.server.min_tsdr = MIN_TSDR_TBIT;
@@ -102,7 +102,7 @@ impl<D: Device, const CONNECTIONS: usize> Slave<D, CONNECTIONS> {
     /// transition 15. min T_SDR stays too, unless it is longer than `baud` allows. Times after this call are in bit times of `baud` and may
     /// start at any value.
     pub fn rate_found(&mut self, baud: Baud) {
-        self.expected = Expected::NOTHING;
+        self.expected.clear();
         if self.watchdog_is_running() {
             self.server.enter_wait_prm(Fault::None);
         }
@@ -117,7 +117,7 @@ impl<D: Device, const CONNECTIONS: usize> Slave<D, CONNECTIONS> {
 
     /// The application ends data exchange or requests new parameters: profibus-wire 3.2, transitions 16 and 17.
     pub fn return_to_wait_prm(&mut self) {
-        self.expected = Expected::NOTHING;
+        self.expected.clear();
         self.server.enter_wait_prm(Fault::None);
     }
 
@@ -133,7 +133,7 @@ impl<D: Device, const CONNECTIONS: usize> Slave<D, CONNECTIONS> {
 
     /// The device, to change its process values or its time. A prepared answer is dropped: its inputs may be old then.
     pub const fn device_mut(&mut self) -> &mut D {
-        self.expected = Expected::NOTHING;
+        self.expected.clear();
         &mut self.server.device
     }
 
@@ -161,16 +161,15 @@ impl<D: Device, const CONNECTIONS: usize> Slave<D, CONNECTIONS> {
 
 impl<D: Device, const CONNECTIONS: usize> Station for Slave<D, CONNECTIONS> {
     fn telegram(&mut self, end: BitTime, telegram: &Telegram<'_>) -> Option<Transmit<'_>> {
-        if !self.expected.is_nothing() {
-            if let Some(du) = self.expected.outputs_in(end, telegram)
-                && self.server.exchange_prepared(end, du)
-            {
-                self.expected = Expected::NOTHING;
-                return self.responder.release(end + u64::from(self.server.min_tsdr));
-            }
-            if !self.expected.outlasts(end, telegram) {
-                self.expected = Expected::NOTHING;
-            }
+        if !self.expected.lasts_at(end) {
+            self.expected.clear();
+        } else if let Some(du) = self.expected.outputs_in(telegram)
+            && self.server.exchange_prepared(end, du)
+        {
+            self.expected.clear();
+            return self.responder.release(end + u64::from(self.server.min_tsdr));
+        } else if self.expected.is_touched_by(telegram) {
+            self.expected.clear();
         }
         self.any_telegram(end, telegram)
     }
@@ -182,7 +181,7 @@ impl<D: Device, const CONNECTIONS: usize> Station for Slave<D, CONNECTIONS> {
 
     fn poll(&mut self, now: BitTime) -> Option<Transmit<'_>> {
         if !self.expected.lasts_at(now) {
-            self.expected = Expected::NOTHING;
+            self.expected.clear();
         }
         self.server.elapse(now);
         if self.expected.is_nothing() {
@@ -228,7 +227,7 @@ impl<D: Device, const CONNECTIONS: usize> Slave<D, CONNECTIONS> {
     /// Encodes the answer to the next Data_Exchange, if the device allows it.
     fn prepare(&mut self) {
         let Self { responder, server, expected } = self;
-        *expected = Expected::NOTHING;
+        expected.clear();
         let Some(Exchange { master, lengths }) = server.next_exchange() else { return };
         if let Some(fc) = responder.prepare(master, lengths.inputs, |du| server.next_inputs(du)) {
             let request = DataTelegram { da: responder.address(), sa: master, dsap: None, ssap: None, fc, du: &[] };

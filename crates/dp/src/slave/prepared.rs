@@ -6,7 +6,7 @@
 //!
 //! | What happens | Where it is dropped |
 //! |---|---|
-//! | another request, a repetition, a broadcast | [`Expected::outlasts`] |
+//! | another request, a repetition, a broadcast | [`Expected::is_touched_by`] |
 //! | watchdog or connection expires | [`Expected::lasts_at`] |
 //! | the device is changed | `Slave::device_mut` |
 //! | power, rate, address, end of data exchange | the functions of `Slave` |
@@ -35,6 +35,12 @@ impl Expected {
         Self { until: until.unwrap_or(BitTime(u64::MAX)), fc: request.fc, da: request.da, sa: request.sa, outputs }
     }
 
+    /// Nothing is expected any more.
+    #[inline]
+    pub(super) const fn clear(&mut self) {
+        self.until = BitTime(0);
+    }
+
     pub(super) const fn is_nothing(&self) -> bool {
         self.until.0 == 0
     }
@@ -45,19 +51,16 @@ impl Expected {
         now < self.until
     }
 
-    /// The outputs in `telegram`, which ended at `end`, if it is the expected request.
+    /// The outputs in `telegram`, if it is the expected request. Asked only while something is expected.
     #[inline]
-    pub(super) fn outputs_in<'a>(&self, end: BitTime, telegram: &Telegram<'a>) -> Option<&'a [u8]> {
+    pub(super) fn outputs_in<'a>(&self, telegram: &Telegram<'a>) -> Option<&'a [u8]> {
         let Telegram::Data(DataTelegram { da, sa, dsap: None, ssap: None, fc, du }) = telegram else { return None };
-        let is_expected = self.lasts_at(end)
-            && (*fc, *da, *sa) == (self.fc, self.da, self.sa)
-            && du.len() == usize::from(self.outputs);
+        let is_expected = (*fc, *da, *sa) == (self.fc, self.da, self.sa) && du.len() == usize::from(self.outputs);
         is_expected.then_some(*du)
     }
 
-    /// Whether the same request is expected after a telegram that is not the expected one: only after one that concerns neither
-    /// this station nor all.
-    pub(super) fn outlasts(&self, end: BitTime, telegram: &Telegram<'_>) -> bool {
-        self.lasts_at(end) && !matches!(telegram, Telegram::Data(frame) if frame.da == self.da || frame.da == BROADCAST)
+    /// Whether a telegram that is not the expected one may change the answer to it: one to this station or to all.
+    pub(super) fn is_touched_by(&self, telegram: &Telegram<'_>) -> bool {
+        matches!(telegram, Telegram::Data(frame) if frame.da == self.da || frame.da == BROADCAST)
     }
 }
