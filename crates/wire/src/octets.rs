@@ -130,7 +130,6 @@ impl<'a> Writer<'a> {
     ///
     /// # Errors
     /// [`TooLong`] if the buffer has no room; nothing is written, and all later writes fail.
-    #[inline]
     pub fn octet(&mut self, octet: u8) -> Result<(), TooLong> {
         self.octets(&[octet])
     }

@@ -85,7 +85,6 @@ impl AcyclicServer {
     }
 
     /// Posts a record, cut to the length that the master wants.
-    #[inline]
     fn post_record(&mut self, wanted: Access, record: &[u8]) {
         let data = record.get(..usize::from(wanted.length)).unwrap_or(record);
         self.post(&Response::Read(Transfer { slot: wanted.slot, index: wanted.index, data }));
@@ -100,7 +99,6 @@ impl AcyclicServer {
         }
     }
 
-    #[inline]
     pub(super) fn post(&mut self, response: &Response<'_>) {
         self.length = response.emit(&mut self.response).unwrap_or(0);
     }
@@ -116,7 +114,6 @@ impl AcyclicServer {
 
     /// Executes a Read. A record longer than requested is cut, a shorter one is returned with its own length. `scratch` takes
     /// the whole record.
-    #[inline]
     pub(super) fn read<D: Device>(
         &mut self,
         device: &mut D,

@@ -42,7 +42,6 @@ impl<'a> Request<'a> {
     ///
     /// # Errors
     /// [`PduError`] names the error; [`PduError::Empty`] is a poll.
-    #[inline]
     pub fn parse(pdu: &'a [u8]) -> Result<Self, PduError> {
         let [number, rest @ ..] = pdu else { return Err(PduError::Empty) };
         let function = Function::from_number(*number).ok_or(PduError::Function(*number))?;
@@ -78,7 +77,6 @@ impl<'a> Request<'a> {
     ///
     /// # Errors
     /// [`TooLong`] if `out` is too small, or the record longer than 240 octets.
-    #[inline]
     pub fn emit(&self, out: &mut [u8]) -> Result<usize, TooLong> {
         let mut writer = Writer::new(out);
         writer.octet(self.function().number())?;
@@ -130,7 +128,6 @@ impl<'a> Response<'a> {
     ///
     /// # Errors
     /// [`PduError`] names the error; [`PduError::Empty`] is a poll.
-    #[inline]
     pub fn parse(pdu: &'a [u8]) -> Result<Self, PduError> {
         let [number, rest @ ..] = pdu else { return Err(PduError::Empty) };
         let unknown = PduError::Function(*number);
@@ -180,7 +177,6 @@ impl<'a> Response<'a> {
     ///
     /// # Errors
     /// [`TooLong`] if `out` is too small, or the record longer than 240 octets.
-    #[inline]
     pub fn emit(&self, out: &mut [u8]) -> Result<usize, TooLong> {
         let mut writer = Writer::new(out);
         writer.octet(self.number())?;
