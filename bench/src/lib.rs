@@ -109,6 +109,15 @@ pub const ROWS: &[Row] = &[
         target: Some(250),
     },
     Row {
+        key: "slave-last-octet-to-answer-unprepared",
+        what: "the same, if the answer is not prepared",
+        ours: slave::unprepared,
+        minus: Some(slave::unprepared_all_but_last),
+        peer: None,
+        units: 1,
+        target: None,
+    },
+    Row {
         key: "bcg450-exchange",
         what: "BCG450, one Data_Exchange with parameter channel and float (C6 87 8E ...)",
         ours: slave::bcg450_exchange,

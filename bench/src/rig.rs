@@ -14,11 +14,14 @@ pub const MASTER: u8 = 0;
 /// The rate of all benchmarks.
 pub const BAUD: Baud = Baud::B1500000;
 
-/// The least there can be behind a slave: it keeps the outputs and returns the first of them.
+/// The least there can be behind a slave: it keeps the outputs and returns the first of them. Its inputs may follow the outputs of the
+/// exchange before, as those of a chip that answers from a buffer.
 #[derive(Clone, Debug, Default)]
 pub struct Mirror {
     /// The last outputs.
     pub outputs: [u8; 8],
+    /// The slave may prepare its answers.
+    pub may_prepare: bool,
 }
 
 impl Mirror {
@@ -56,6 +59,10 @@ impl Device for Mirror {
 
     fn inputs(&mut self, inputs: &mut [u8]) {
         inputs.copy_from_slice(&self.outputs[..inputs.len()]);
+    }
+
+    fn keeps_inputs(&self, _before: &[u8], _outputs: &[u8]) -> bool {
+        self.may_prepare
     }
 }
 
@@ -115,7 +122,12 @@ impl<D: Device> SlaveRig<D> {
         }
     }
 
-    /// The same, octet by octet.
+    /// The idle time after an answer, in which the slave prepares the next one.
+    pub fn rest(&mut self) {
+        self.slave.sent(self.now);
+    }
+
+    /// As [`receive`](Self::receive), octet by octet.
     pub fn receive_each(&mut self, octets: &[u8]) -> usize {
         let mut now = self.now + T_SYN_TBIT;
         let mut answered = 0;

@@ -12,6 +12,7 @@ use std::hint::black_box;
 /// Five octets out, two in.
 const CFG: [u8; 2] = [0x24, 0x11];
 const OUTPUTS: [u8; 5] = [1, 2, 3, 4, 5];
+const OTHER_OUTPUTS: [u8; 5] = [6, 7, 8, 9, 10];
 
 /// Parameter channel, process data with a float.
 const BCG450_CFG: [u8; 9] = [0xC6, 0x87, 0x8E, 0x0A, 0x0A, 0x05, 0x05, 0x05, 0x08];
@@ -22,34 +23,61 @@ const READ: [u8; 4] = [0x5E, 1, 19, 4];
 
 const ADDRESS: u8 = SlaveRig::<Mirror>::ADDRESS;
 
-fn mirror() -> SlaveRig<Mirror> {
-    SlaveRig::exchanging(Mirror::default(), &[], &CFG)
+fn mirror(may_prepare: bool) -> SlaveRig<Mirror> {
+    SlaveRig::exchanging(Mirror { may_prepare, ..Mirror::default() }, &[], &CFG)
 }
 
-fn exchanges(outputs: &[u8]) -> [Vec<u8>; 2] {
-    counted(|count| request(ADDRESS, Sap::Default, count, outputs))
+/// Two requests whose outputs differ.
+fn exchanges() -> [Vec<u8>; 2] {
+    [(true, OUTPUTS), (false, OTHER_OUTPUTS)]
+        .map(|(fcb, outputs)| request(ADDRESS, Sap::Default, FrameCount::Counted(fcb), &outputs))
 }
 
-/// Data_Exchange, the request in one piece.
+/// Data_Exchange, the request in one piece; the answer is prepared in the idle time, which counts.
 pub fn in_one_piece(times: u32) {
-    let mut rig = mirror();
-    for request in exchanges(&OUTPUTS).iter().cycle().take(times as usize) {
+    let mut rig = mirror(true);
+    for request in exchanges().iter().cycle().take(times as usize) {
         black_box(rig.receive(black_box(request)));
+        rig.rest();
     }
 }
 
-/// Data_Exchange, the request octet by octet.
+/// The same, octet by octet.
 pub fn octet_by_octet(times: u32) {
-    let mut rig = mirror();
-    for request in exchanges(&OUTPUTS).iter().cycle().take(times as usize) {
+    let mut rig = mirror(true);
+    for request in exchanges().iter().cycle().take(times as usize) {
+        black_box(rig.receive_each(black_box(request)));
+        rig.rest();
+    }
+}
+
+/// Everything but the last octet of the request and what follows from it, up to the answer: all other octets, after which the line is
+/// disturbed, so that the next request starts a new telegram, and the work of the idle time.
+pub fn all_but_last(times: u32) {
+    let mut rig = mirror(true);
+    rig.receive(&exchanges()[0]);
+    for request in exchanges().iter().cycle().take(times as usize) {
+        let [octets @ .., _] = black_box(request.as_slice()) else { continue };
+        black_box(rig.receive_each(octets));
+        rig.receiver.character_error(rig.now);
+        rig.slave.device_mut();
+        rig.rest();
+    }
+}
+
+/// Data_Exchange octet by octet with a device whose answers cannot be prepared.
+pub fn unprepared(times: u32) {
+    let mut rig = mirror(false);
+    for request in exchanges().iter().cycle().take(times as usize) {
         black_box(rig.receive_each(black_box(request)));
     }
 }
 
-/// All octets of the request but the last; then the line is disturbed, so that the next request starts a new telegram.
-pub fn all_but_last(times: u32) {
-    let mut rig = mirror();
-    for request in exchanges(&OUTPUTS).iter().cycle().take(times as usize) {
+/// The same without the last octet.
+pub fn unprepared_all_but_last(times: u32) {
+    let mut rig = mirror(false);
+    rig.receive(&exchanges()[0]);
+    for request in exchanges().iter().cycle().take(times as usize) {
         let [octets @ .., _] = black_box(request.as_slice()) else { continue };
         black_box(rig.receive_each(octets));
         rig.receiver.character_error(rig.now);
@@ -62,10 +90,15 @@ fn bcg450() -> SlaveRig<Bcg450<RamStore>> {
     SlaveRig::exchanging(gauge, &BCG450_USER, &BCG450_CFG)
 }
 
+/// Requests without a task in the parameter channel.
+fn rests() -> [Vec<u8>; 2] {
+    counted(|count| request(ADDRESS, Sap::Default, count, &[0; 8]))
+}
+
 /// Data_Exchange with a BCG450 and an idle parameter channel.
 pub fn bcg450_exchange(times: u32) {
     let mut rig = bcg450();
-    for request in exchanges(&[0; 8]).iter().cycle().take(times as usize) {
+    for request in rests().iter().cycle().take(times as usize) {
         black_box(rig.receive(black_box(request)));
     }
 }
@@ -109,27 +142,31 @@ mod tests {
     use profivac_dp::slave::Device;
 
     #[test]
-    fn each_exchange_is_answered_with_two_octets() {
-        let mut rig = mirror();
-        for request in exchanges(&OUTPUTS) {
-            assert_eq!(request.len(), 14);
-            assert_eq!(rig.receive(&request), 11);
+    fn each_exchange_is_answered_with_two_octets_and_its_outputs_arrive() {
+        for may_prepare in [true, false] {
+            let mut rig = mirror(may_prepare);
+            for (request, outputs) in exchanges().iter().zip([OUTPUTS, OTHER_OUTPUTS]) {
+                assert_eq!(request.len(), 14);
+                assert_eq!(rig.receive(request), 11);
+                assert_eq!(rig.slave.device().outputs[..5], outputs);
+                rig.rest();
+            }
+            for request in exchanges() {
+                assert_eq!(rig.receive_each(&request), 11);
+                rig.rest();
+            }
         }
-        for request in exchanges(&OUTPUTS) {
-            assert_eq!(rig.receive_each(&request), 11);
-        }
-        assert_eq!(rig.slave.device().outputs[..5], OUTPUTS);
     }
 
     #[test]
     fn a_request_without_its_last_octet_is_not_answered() {
-        assert_eq!(mirror().receive_each(&exchanges(&OUTPUTS)[0][..13]), 0);
+        assert_eq!(mirror(true).receive_each(&exchanges()[0][..13]), 0);
     }
 
     #[test]
     fn the_bcg450_answers_with_fifteen_octets() {
         let mut rig = bcg450();
-        assert_eq!(exchanges(&[0; 8]).map(|request| rig.receive(&request)), [24, 24]);
+        assert_eq!(rests().map(|request| rig.receive(&request)), [24, 24]);
     }
 
     #[test]

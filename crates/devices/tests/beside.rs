@@ -13,7 +13,7 @@ use profivac_devices::store::{RamStore, Store};
 use profivac_devices::tpg::{Tpg, table};
 use profivac_devices::xpg400::{Xpg400, Xpg400Model};
 use profivac_dp::link::{Baud, BitTime, Station};
-use profivac_dp::slave::{Device as _, Dpv1Error, Relation, Slave};
+use profivac_dp::slave::{Device, Dpv1Error, Relation, Slave, SlaveState};
 use profivac_wire::acyclic::ErrorCode;
 use profivac_wire::control::{Control, FrameCount, Function};
 use profivac_wire::{DataTelegram, Telegram};
@@ -67,8 +67,7 @@ impl<'a, B: Behaviour, S: Store + Clone> Both<'a, B, S> {
         let (dsap, ssap) = saps.unzip();
         let telegram = Telegram::Data(DataTelegram { da: ADDRESS, sa: MASTER, dsap, ssap, fc, du });
         self.now = self.now + 500;
-        let octets = |answer: Option<profivac_dp::link::Transmit<'_>>| answer.map(|answer| answer.octets.to_vec());
-        [octets(self.behind.telegram(self.now, &telegram)), octets(self.beside.telegram(self.now, &telegram))]
+        [answer(&mut self.behind, self.now, &telegram), answer(&mut self.beside, self.now, &telegram)]
     }
 
     /// Both answer alike, before the application has run.
@@ -85,8 +84,10 @@ impl<'a, B: Behaviour, S: Store + Clone> Both<'a, B, S> {
         self.agree("response", Some((dsap, ssap)), &[])
     }
 
-    /// The inputs agree one cycle after the outputs: the application has run in between.
+    /// The inputs agree one cycle after the outputs: the application has run in between. Before, each slave answers alike with
+    /// and without a prepared answer.
     fn exchange(&mut self, outputs: &[u8]) {
+        self.send(None, outputs);
         self.send(None, outputs);
         self.work();
         self.agree("exchange", None, outputs);
@@ -101,6 +102,29 @@ impl<'a, B: Behaviour, S: Store + Clone> Both<'a, B, S> {
         self.application.device_mut().advance(seconds);
         self.work();
     }
+}
+
+/// The answer of a slave, prepared or not: the same slave without a prepared answer answers alike, and has the same state and the same
+/// inputs afterwards.
+fn answer<D: Device + Clone>(slave: &mut Slave<D>, now: BitTime, telegram: &Telegram<'_>) -> Option<Vec<u8>> {
+    let mut general = slave.clone();
+    // Nothing is changed, but the prepared answer is dropped.
+    general.device_mut();
+    let expected = general.telegram(now, telegram).map(|answer| answer.octets.to_vec());
+    let answered = slave.telegram(now, telegram).map(|answer| answer.octets.to_vec());
+    assert_eq!(answered, expected, "{telegram:02X?}");
+    assert_eq!(slave.state(), general.state(), "{telegram:02X?}");
+    assert_eq!(inputs(slave.clone()), inputs(general), "{telegram:02X?}");
+    slave.sent(now);
+    answered
+}
+
+/// The present inputs.
+fn inputs<D: Device>(mut slave: Slave<D>) -> Option<Vec<u8>> {
+    let SlaveState::DataExch(_, exchange) = slave.state() else { return None };
+    let mut image = vec![0; exchange.lengths.inputs.into()];
+    slave.device_mut().inputs(&mut image);
+    Some(image)
 }
 
 /// Set_Prm with the lock bit, and an ident number.

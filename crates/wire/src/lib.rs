@@ -69,4 +69,6 @@ struct Readme;
 
 pub use octets::{Reader, TooLong, TooShort, Writer};
 pub use sap::Sap;
-pub use telegram::{BROADCAST, DataTelegram, MAX_DU, MAX_TELEGRAM, Telegram, TelegramError, TelegramLength};
+pub use telegram::{
+    BROADCAST, DataTelegram, MAX_DU, MAX_TELEGRAM, Telegram, TelegramError, TelegramLength, emit_sd2_with,
+};

@@ -26,6 +26,12 @@ const ED: u8 = 0x16;
 /// The octets of an SD2 that LE does not count: SD2, LE, LEr, SD2, FCS and ED.
 const FRAME: usize = 6;
 
+/// DA, SA and FC.
+const HEAD: u8 = 3;
+
+/// The greatest LE.
+const MAX_LE: u8 = 249;
+
 /// Bit 7 of DA and SA: an extension octet for this address follows FC.
 const EXT: u8 = 0x80;
 
@@ -286,11 +292,48 @@ impl<'a> DataTelegram<'a> {
     }
 }
 
+/// Writes an SD2 without access points to the front of `out` and returns its length: `fill` writes the data unit of `length` octets where
+/// it belongs, and returns FC. Unlike [`Telegram::emit`] it writes an SD2 for an empty data unit, too.
+///
+/// ```
+/// use profivac_wire::emit_sd2_with;
+///
+/// let mut out = [0; 16];
+/// let length = emit_sd2_with(&mut out, 2, 8, 1, |du| {
+///     du.fill(0x55);
+///     0x08
+/// })?;
+/// assert_eq!(out[..length], [0x68, 4, 4, 0x68, 2, 8, 0x08, 0x55, 0x67, 0x16]);
+/// # Ok::<(), profivac_wire::TooLong>(())
+/// ```
+///
+/// # Errors
+/// [`TooLong`] if `out` is too small, or the data unit longer than a telegram carries.
+#[inline]
+pub fn emit_sd2_with(
+    out: &mut [u8],
+    da: u8,
+    sa: u8,
+    length: u8,
+    fill: impl FnOnce(&mut [u8]) -> u8,
+) -> Result<usize, TooLong> {
+    let le = length.checked_add(HEAD).filter(|le| *le <= MAX_LE).ok_or(TooLong)?;
+    let total = usize::from(le).saturating_add(FRAME);
+    let out = out.get_mut(..total).ok_or(TooLong)?;
+    let (start, rest) = out.split_first_chunk_mut().ok_or(TooLong)?;
+    let (du, end) = rest.split_last_chunk_mut().ok_or(TooLong)?;
+    let fc = fill(du);
+    let (da, sa) = (da & !EXT, sa & !EXT);
+    *start = [SD2, le, le, SD2, da, sa, fc];
+    *end = [sum(&[da, sa, fc]).wrapping_add(sum(du)), ED];
+    Ok(total)
+}
+
 /// Writes an SD2: `head` is the part from DA up to the data unit.
 #[inline]
 fn emit_sd2<const HEAD: usize>(out: &mut [u8], head: [u8; HEAD], du: &[u8]) -> Result<usize, TooLong> {
     let le = HEAD.saturating_add(du.len());
-    let le = u8::try_from(le).ok().filter(|le| *le <= 249).ok_or(TooLong)?;
+    let le = u8::try_from(le).ok().filter(|le| *le <= MAX_LE).ok_or(TooLong)?;
     // One check of the bounds for the whole telegram: the compiler knows the lengths of the parts then.
     let length = usize::from(le).saturating_add(FRAME);
     let out = out.get_mut(..length).ok_or(TooLong)?;

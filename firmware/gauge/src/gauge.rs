@@ -40,7 +40,10 @@ fn alarm() {
     board::send();
 }
 
-const fn sent() {}
+/// The answer has left: the slave prepares the next one in the work context.
+fn sent() {
+    board::request_work();
+}
 
 /// A telegram is complete, or time has passed.
 pub(crate) fn work() {
@@ -164,7 +167,7 @@ fn with_bus<R>(action: impl FnOnce(&mut BusStation<BusSide>) -> R) -> Option<R> 
 
 /// Whether a master wants something.
 fn has_tasks() -> bool {
-    with_bus(|bus| bus.device_mut().has_tasks()).unwrap_or(false)
+    with_bus(|bus| bus.slave().device().has_tasks()).unwrap_or(false)
 }
 
 /// Does what the bus wants. Tasks and snapshot are in functions of their own, so that they are not on the stack together.
@@ -180,7 +183,7 @@ pub(crate) fn publish<B: Behaviour, S: Store>(application: &mut Application<'_, 
     let snapshot = application.snapshot();
     let is_exchanging = with_bus(|bus| {
         bus.device_mut().publish(&snapshot);
-        bus.device_mut().is_exchanging()
+        bus.slave().device().is_exchanging()
     });
     board::set_light(board::Light::Bus, is_exchanging == Some(true));
     board::set_light(board::Light::Fault, is_deaf() || application.device().has_alarm());

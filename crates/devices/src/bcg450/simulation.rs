@@ -35,6 +35,7 @@ impl Behaviour for Bcg450Behaviour {
         }
     }
 
+    #[inline]
     fn input(&self, field: Field) -> Octets {
         match field {
             Field::ExceptionStatus => Octets::new(&[self.exception_status().bits()]),

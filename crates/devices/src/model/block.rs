@@ -143,9 +143,10 @@ impl Block {
     #[must_use]
     pub const fn row(&self, index: u8) -> Option<&'static Row> {
         let mut rows = self.rows;
+        // The indices rise.
         while let [first, rest @ ..] = rows {
-            if first.index == index {
-                return Some(first);
+            if first.index >= index {
+                return if first.index == index { Some(first) } else { None };
             }
             rows = rest;
         }

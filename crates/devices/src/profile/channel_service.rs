@@ -12,8 +12,7 @@ use crate::store::Store;
 
 impl<B: Behaviour, S: Store> BlockDevice<B, S> {
     /// Accepts the octets of the channel in the outputs and executes a write.
-    pub(super) fn accept_channel_request(&mut self, octets: &[u8]) {
-        let Ok(octets) = octets.try_into() else { return };
+    pub(super) fn accept_channel_request(&mut self, octets: [u8; parameter_channel::OCTETS]) {
         let Some(write) = self.channel.accept(octets) else { return };
         let octets = self.octets_of(&write);
         let result = self.set(AccessPath::ParameterChannel, write.slot, write.index, octets);

@@ -2,7 +2,7 @@
 
 use super::address::StationAddress;
 use super::behaviour::Behaviour;
-use super::parameter_channel::{self, ParameterChannel};
+use super::parameter_channel::ParameterChannel;
 use crate::model::{AccessError, AccessPath, Configuration, Field, Octets, Unit, Value};
 use crate::simulation::Switch;
 use crate::store::Store;
@@ -137,18 +137,6 @@ impl<B: Behaviour, S: Store> BlockDevice<B, S> {
         self.channel = ParameterChannel::new(self.behaviour.model().channel_rules);
         self.apply_event(&mut |behaviour| behaviour.configure(configuration));
     }
-
-    fn put_input(&mut self, field: Field, place: &mut [u8]) {
-        if let (Field::ParameterChannel, Ok(place)) =
-            (field, <&mut [u8; parameter_channel::OCTETS]>::try_from(&mut *place))
-        {
-            *place = self.channel_answer();
-            return;
-        }
-        for (place, octet) in place.iter_mut().zip(self.behaviour.input(field).as_slice()) {
-            *place = *octet;
-        }
-    }
 }
 
 impl<B: Behaviour, S: Store> Device for BlockDevice<B, S> {
@@ -196,21 +184,50 @@ impl<B: Behaviour, S: Store> Device for BlockDevice<B, S> {
         };
         let mut rest = image;
         for field in self.configuration.outputs.map_or(&[][..], |telegram| telegram.fields) {
-            let Some((octets, after)) = rest.split_at_checked(field.octets()) else { return };
-            match field {
-                Field::ParameterChannel => self.accept_channel_request(octets),
-                _ => self.behaviour.output(*field, octets),
-            }
-            rest = after;
+            rest = match field {
+                Field::ParameterChannel => {
+                    let Some((octets, after)) = rest.split_first_chunk() else { return };
+                    self.accept_channel_request(*octets);
+                    after
+                }
+                _ => {
+                    let Some((octets, after)) = rest.split_at_checked(field.octets()) else { return };
+                    self.behaviour.output(*field, octets);
+                    after
+                }
+            };
         }
     }
 
     fn inputs(&mut self, inputs: &mut [u8]) {
         let mut rest = inputs;
         for field in self.configuration.inputs.map_or(&[][..], |telegram| telegram.fields) {
-            let Some((place, after)) = rest.split_at_mut_checked(field.octets()) else { return };
-            self.put_input(*field, place);
-            rest = after;
+            rest = match field {
+                Field::ParameterChannel => {
+                    let Some((place, after)) = rest.split_first_chunk_mut() else { return };
+                    *place = self.channel_answer();
+                    after
+                }
+                _ => {
+                    let octets = self.behaviour.input(*field);
+                    let Some((place, after)) = rest.split_at_mut_checked(octets.len()) else { return };
+                    match (place, octets.as_slice()) {
+                        // Most fields: a copy of one octet needs no call.
+                        ([place], [octet]) => *place = *octet,
+                        (place, octets) => place.copy_from_slice(octets),
+                    }
+                    after
+                }
+            };
+        }
+    }
+
+    /// A new task of the parameter channel changes the inputs, and so may every other output.
+    fn keeps_inputs(&self, _before: &[u8], outputs: &[u8]) -> bool {
+        match (self.configuration.outputs.map_or(&[][..], |telegram| telegram.fields), outputs.first_chunk()) {
+            ([], _) => true,
+            ([Field::ParameterChannel], Some(octets)) => self.channel.keeps(*octets),
+            _ => false,
         }
     }
 

@@ -32,6 +32,9 @@ struct Request {
 impl Request {
     fn new([pke, slot, index, _, value @ ..]: [u8; OCTETS], rules: &ChannelRules) -> Self {
         let ak = pke >> 4;
+        if ak == AK_NO_TASK {
+            return Self { ak, slot, index, value: [0; 4] };
+        }
         let used = match rules.task(ak) {
             Some(TaskKind::Write(lengths)) => lengths.iter().copied().max().unwrap_or_default(),
             Some(TaskKind::Read) | None => 0,
@@ -98,20 +101,30 @@ impl ParameterChannel {
     /// stays.
     pub fn accept(&mut self, octets: [u8; OCTETS]) -> Option<WriteTask> {
         let request = Request::new(octets, self.rules);
-        let is_idle = request.ak == AK_NO_TASK;
-        let must_wait = !is_idle && self.request.ak != AK_NO_TASK && self.rules.needs_idle_between;
-        if request == self.request || must_wait {
+        if !self.is_new(&request) {
             return None;
         }
+        let is_idle = request.ak == AK_NO_TASK;
         self.request = request;
         self.put(AK_NO_TASK, [0; 4]);
-        if !is_idle && self.rules.task(request.ak).is_none() {
-            self.set_result(Err(AccessError::UnknownTask));
-        }
         match self.task() {
-            Some(Task::Write(write)) => Some(write),
-            Some(Task::Read { .. }) | None => None,
+            Some(Task::Write(write)) => return Some(write),
+            None if !is_idle => self.set_result(Err(AccessError::UnknownTask)),
+            Some(Task::Read { .. }) | None => {}
         }
+        None
+    }
+
+    /// Whether [`accept`](Self::accept) would change nothing with these octets.
+    #[must_use]
+    pub fn keeps(&self, octets: [u8; OCTETS]) -> bool {
+        !self.is_new(&Request::new(octets, self.rules))
+    }
+
+    /// Whether a request takes the place of the present one.
+    fn is_new(&self, request: &Request) -> bool {
+        let must_wait = request.ak != AK_NO_TASK && self.request.ak != AK_NO_TASK && self.rules.needs_idle_between;
+        *request != self.request && !must_wait
     }
 
     /// The task of the present request.

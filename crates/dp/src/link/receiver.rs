@@ -240,12 +240,13 @@ impl Receiver {
     fn step(&mut self, end: BitTime, octet: u8) -> Step {
         // Time that runs backwards looks like a long gap here; `decide` treats it as no gap.
         let since_last = end.0.wrapping_sub(self.last.0);
-        if since_last >= self.gap_tbit || self.length >= self.buffer_until {
+        let is_last = self.length >= self.buffer_until;
+        if since_last >= self.gap_tbit || (is_last && self.next != Decision::End) {
             return self.decide(end, octet);
         }
         self.last = end;
         self.store(octet);
-        Step::Stored
+        if is_last { Step::Complete } else { Step::Stored }
     }
 
     #[inline]

@@ -6,7 +6,7 @@
 use super::Transmit;
 use super::time::BitTime;
 use profivac_wire::control::{Control, FrameCount, Function, Status};
-use profivac_wire::{BROADCAST, DataTelegram, MAX_TELEGRAM, Sap, Telegram};
+use profivac_wire::{BROADCAST, DataTelegram, MAX_TELEGRAM, Sap, Telegram, emit_sd2_with};
 
 /// The requester before the first request; no station has this address.
 const NO_STATION: u8 = 0xFF;
@@ -18,6 +18,10 @@ const MAX_SSAP: u8 = 62;
 const SRD_HIGH: u8 = srd_high(false);
 /// The same with FCB.
 const SRD_HIGH_FCB: u8 = srd_high(true);
+
+/// FC of an answer with data, without and with a pending diagnosis.
+const DATA_LOW: u8 = Control::slave(Status::DataLow).to_octet();
+const DATA_HIGH: u8 = Control::slave(Status::DataHigh).to_octet();
 
 const fn srd_high(fcb: bool) -> u8 {
     Control::Request { function: Function::SrdHigh, count: FrameCount::Counted(fcb) }.to_octet()
@@ -96,9 +100,33 @@ pub struct Responder {
     is_counted: bool,
     /// The length of the stored answer; 0 if none is stored.
     length: usize,
-    answer: [u8; MAX_TELEGRAM],
-    /// The answer to a request that is not counted.
-    uncounted: [u8; MAX_TELEGRAM],
+    /// The length of the answer that is prepared for the next request; 0 if none is.
+    prepared: u8,
+    places: Places,
+}
+
+/// Two places for answers: one for the stored answer, the other for one that is not stored, or not yet.
+#[derive(Clone, Debug)]
+struct Places {
+    first: [u8; MAX_TELEGRAM],
+    second: [u8; MAX_TELEGRAM],
+    /// The stored answer is in the second place.
+    stored_in_second: bool,
+}
+
+impl Places {
+    const EMPTY: Self = Self { first: [0; MAX_TELEGRAM], second: [0; MAX_TELEGRAM], stored_in_second: false };
+
+    #[inline]
+    const fn stored(&self) -> &[u8; MAX_TELEGRAM] {
+        if self.stored_in_second { &self.second } else { &self.first }
+    }
+
+    /// The place of the stored answer, or the other one.
+    #[inline]
+    const fn place_mut(&mut self, stored: bool) -> &mut [u8; MAX_TELEGRAM] {
+        if stored == self.stored_in_second { &mut self.second } else { &mut self.first }
+    }
 }
 
 impl Responder {
@@ -111,8 +139,8 @@ impl Responder {
             fcb: false,
             is_counted: false,
             length: 0,
-            answer: [0; MAX_TELEGRAM],
-            uncounted: [0; MAX_TELEGRAM],
+            prepared: 0,
+            places: Places::EMPTY,
         }
     }
 
@@ -127,6 +155,7 @@ impl Responder {
         self.address = address;
         self.requester = NO_STATION;
         self.length = 0;
+        self.prepared = 0;
     }
 
     /// Deletes the stored answer, as a station may whenever it receives a telegram for another station. This one does not do
@@ -149,8 +178,13 @@ impl Responder {
     /// [`accept_any`](Self::accept_any) hold then.
     #[inline]
     fn is_next(&self, data: &DataTelegram<'_>) -> bool {
-        let fc = if self.fcb { SRD_HIGH } else { SRD_HIGH_FCB };
-        data.fc == fc && data.sa == self.requester && data.da == self.address
+        data.fc == self.next_fc() && data.sa == self.requester && data.da == self.address
+    }
+
+    /// FC of the next request of a data exchange of the last requester.
+    #[inline]
+    const fn next_fc(&self) -> u8 {
+        if self.fcb { SRD_HIGH } else { SRD_HIGH_FCB }
     }
 
     /// Decides about any telegram. profibus-wire 1.8.
@@ -206,21 +240,57 @@ impl Responder {
     /// The stored answer once more, to be sent not before `not_before`; `None` if none is stored.
     #[must_use]
     pub fn repeat(&self, not_before: BitTime) -> Option<Transmit<'_>> {
-        let octets = self.answer.get(..self.length).filter(|octets| !octets.is_empty())?;
+        let octets = self.places.stored().get(..self.length).filter(|octets| !octets.is_empty())?;
         Some(Transmit { not_before, octets })
     }
 
     /// Makes the answer to the telegram accepted last, to be sent not before `not_before`, and stores it if the request is
     /// counted. `None` if the data of the reply do not fit a telegram.
-    #[inline]
+    // Always: the compiler would call it, and the reply would be written to memory and read again, in 20 instructions more.
+    #[inline(always)]
     pub fn answer(&mut self, data: &DataTelegram<'_>, reply: Reply<'_>, not_before: BitTime) -> Option<Transmit<'_>> {
         let telegram = respond(data, self.address, reply);
-        let place = if self.is_counted { &mut self.answer } else { &mut self.uncounted };
+        self.prepared = 0;
+        let place = self.places.place_mut(self.is_counted);
         let length = telegram.emit(place).ok()?;
         if self.is_counted {
             self.length = length;
         }
         Some(Transmit { not_before, octets: place.get(..length)? })
+    }
+
+    /// Encodes the answer to the next request of a data exchange before that request comes. `fill` writes the `length` octets of its data
+    /// unit and returns whether a diagnosis is pending. Returns the request's FC; `None`, and `fill` is not called, if
+    /// `requester` did not send the last counted request, because its next frame count bit is not known then.
+    ///
+    /// The prepared answer is gone after the next [`answer`](Self::answer).
+    #[inline]
+    pub fn prepare(&mut self, requester: u8, length: u8, fill: impl FnOnce(&mut [u8]) -> bool) -> Option<u8> {
+        self.prepared = 0;
+        if requester != self.requester {
+            return None;
+        }
+        let length = emit_sd2_with(self.places.place_mut(false), requester, self.address, length, |du| {
+            if fill(du) { DATA_HIGH } else { DATA_LOW }
+        })
+        .ok()?;
+        self.prepared = u8::try_from(length).ok()?;
+        Some(self.next_fc())
+    }
+
+    /// The request has come for which an answer is [prepared](Self::prepare): accepts it, and returns and stores that answer. `None` if
+    /// none is prepared.
+    #[inline]
+    pub fn release(&mut self, not_before: BitTime) -> Option<Transmit<'_>> {
+        let length = core::mem::take(&mut self.prepared);
+        if length == 0 {
+            return None;
+        }
+        self.fcb = !self.fcb;
+        self.is_counted = true;
+        self.length = usize::from(length);
+        self.places.stored_in_second = !self.places.stored_in_second;
+        Some(Transmit { not_before, octets: self.places.stored().get(..self.length)? })
     }
 }
 
@@ -265,7 +335,7 @@ mod tests {
 
     /// Everything that a responder remembers, without the octets of the answers, which accepting does not change.
     fn memory(responder: &Responder) -> (u8, u8, bool, bool, usize) {
-        let Responder { address, requester, fcb, is_counted, length, answer: _, uncounted: _ } = responder;
+        let Responder { address, requester, fcb, is_counted, length, prepared: _, places: _ } = responder;
         (*address, *requester, *fcb, *is_counted, *length)
     }
 

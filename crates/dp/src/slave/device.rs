@@ -164,6 +164,18 @@ pub trait Device {
     /// Writes the inputs into `inputs`, which is exactly as long as the configuration says.
     fn inputs(&mut self, inputs: &mut [u8]);
 
+    /// Whether the inputs and Stat_Diag stay as they are when the outputs `before`, which the device has, are followed by `outputs`. Then
+    /// the slave may encode the answer to a Data_Exchange before the request comes, and answers sooner. Otherwise, as by default, it
+    /// collects the inputs for each answer, after the outputs of the request.
+    ///
+    /// The slave asks with the same outputs twice before it prepares an answer. A device that returns `true` then changes its inputs and
+    /// its diagnosis only in calls of the slave, or behind [`Slave::device_mut`](super::Slave::device_mut), which drops the prepared
+    /// answer; and it bears that [`inputs`](Self::inputs) is called without an answer being sent. A device whose inputs may follow the
+    /// outputs of the exchange before, as with a chip that answers from a buffer, always returns `true`.
+    fn keeps_inputs(&self, _before: &[u8], _outputs: &[u8]) -> bool {
+        false
+    }
+
     /// The device-dependent part of the diagnosis.
     fn diagnosis(&self) -> Diagnosis<'_> {
         Diagnosis::default()

@@ -50,6 +50,7 @@
 
 mod acyclic;
 mod device;
+mod prepared;
 mod server;
 mod state;
 
@@ -58,8 +59,9 @@ pub use server::MAX_INITIATE_PDU;
 pub use state::{ExchangeState, Fault, Owner, SlaveState, Watchdog};
 
 use crate::link::{Accepted, Baud, BitTime, Listening, Reply, Responder, Station, Transmit};
-use profivac_wire::Telegram;
-use server::{MIN_TSDR_TBIT, Server};
+use prepared::Expected;
+use profivac_wire::{DataTelegram, Telegram};
+use server::{Exchange, MIN_TSDR_TBIT, Server};
 
 /// The most MS2 connections: one for each access point from 0 to 48.
 const MAX_CONNECTIONS: usize = 49;
@@ -69,6 +71,8 @@ const MAX_CONNECTIONS: usize = 49;
 pub struct Slave<D, const CONNECTIONS: usize = 2> {
     responder: Responder,
     server: Server<D, CONNECTIONS>,
+    /// The request whose answer the responder has prepared.
+    expected: Expected,
 }
 
 impl<D: Device> Slave<D> {
@@ -82,11 +86,12 @@ impl<D: Device, const CONNECTIONS: usize> Slave<D, CONNECTIONS> {
     /// As [`Slave::new`], with the number of MS2 connections of the type.
     pub fn with_connections(device: D, address: u8, baud: Baud) -> Self {
         const { assert!(CONNECTIONS <= MAX_CONNECTIONS, "access points 0 to 48 are for connections") }
-        Self { responder: Responder::new(address), server: Server::new(device, baud) }
+        Self { responder: Responder::new(address), server: Server::new(device, baud), expected: Expected::NOTHING }
     }
 
     /// Power returns: the slave drops masters, parameters and answers. The caller resets the device.
     pub fn power_up(&mut self, address: u8) {
+        self.expected.clear();
         self.server.enter_wait_prm(Fault::None);
         self.set_address(address);
         self.server.min_tsdr = MIN_TSDR_TBIT;
@@ -97,6 +102,7 @@ impl<D: Device, const CONNECTIONS: usize> Slave<D, CONNECTIONS> {
     /// transition 15. min T_SDR stays too, unless it is longer than `baud` allows. Times after this call are in bit times of `baud` and may
     /// start at any value.
     pub fn rate_found(&mut self, baud: Baud) {
+        self.expected.clear();
         if self.watchdog_is_running() {
             self.server.enter_wait_prm(Fault::None);
         }
@@ -111,6 +117,7 @@ impl<D: Device, const CONNECTIONS: usize> Slave<D, CONNECTIONS> {
 
     /// The application ends data exchange or requests new parameters: profibus-wire 3.2, transitions 16 and 17.
     pub fn return_to_wait_prm(&mut self) {
+        self.expected.clear();
         self.server.enter_wait_prm(Fault::None);
     }
 
@@ -124,8 +131,9 @@ impl<D: Device, const CONNECTIONS: usize> Slave<D, CONNECTIONS> {
         &self.server.device
     }
 
-    /// The device, to change its process values or its time.
+    /// The device, to change its process values or its time. A prepared answer is dropped: its inputs may be old then.
     pub const fn device_mut(&mut self) -> &mut D {
+        self.expected.clear();
         &mut self.server.device
     }
 
@@ -153,32 +161,32 @@ impl<D: Device, const CONNECTIONS: usize> Slave<D, CONNECTIONS> {
 
 impl<D: Device, const CONNECTIONS: usize> Station for Slave<D, CONNECTIONS> {
     fn telegram(&mut self, end: BitTime, telegram: &Telegram<'_>) -> Option<Transmit<'_>> {
-        let Self { responder, server } = self;
-        server.elapse(end);
-        let Telegram::Data(data) = telegram else { return None };
-        let not_before = end + u64::from(server.min_tsdr);
-        let accepted = responder.accept(data);
-        if !matches!(accepted, Accepted::Ignored) && data.da == responder.address() {
-            server.restart_watchdog(data.sa);
+        if !self.expected.lasts_at(end) {
+            self.expected.clear();
+        } else if let Some(du) = self.expected.outputs_in(telegram)
+            && self.server.exchange_prepared(end, du)
+        {
+            self.expected.clear();
+            return self.responder.release(end + u64::from(self.server.min_tsdr));
+        } else if self.expected.is_touched_by(telegram) {
+            self.expected.clear();
         }
-        match accepted {
-            Accepted::Ignored => None,
-            Accepted::Unconfirmed(request) => {
-                server.unconfirmed(&request);
-                None
-            }
-            Accepted::Repetition => responder.repeat(not_before),
-            Accepted::LinkLayer(status) => responder.answer(data, Reply::Status(status), not_before),
-            Accepted::Ident => responder.answer(data, server.ident(), not_before),
-            Accepted::Confirmed(request) => {
-                let reply = server.serve(&request, responder);
-                responder.answer(data, reply, not_before)
-            }
-        }
+        self.any_telegram(end, telegram)
+    }
+
+    /// The idle time after an answer: prepares the next one.
+    fn sent(&mut self, _end: BitTime) {
+        self.prepare();
     }
 
     fn poll(&mut self, now: BitTime) -> Option<Transmit<'_>> {
+        if !self.expected.lasts_at(now) {
+            self.expected.clear();
+        }
         self.server.elapse(now);
+        if self.expected.is_nothing() {
+            self.prepare();
+        }
         None
     }
 
@@ -188,5 +196,42 @@ impl<D: Device, const CONNECTIONS: usize> Station for Slave<D, CONNECTIONS> {
 
     fn listening(&self) -> Listening {
         Listening::Own(self.responder.address())
+    }
+}
+
+impl<D: Device, const CONNECTIONS: usize> Slave<D, CONNECTIONS> {
+    /// Processes any telegram. [`telegram`](Station::telegram) has a shorter way with the same result for the expected one.
+    fn any_telegram(&mut self, end: BitTime, telegram: &Telegram<'_>) -> Option<Transmit<'_>> {
+        let Self { responder, server, .. } = self;
+        server.elapse(end);
+        let Telegram::Data(data) = telegram else { return None };
+        let not_before = end + u64::from(server.min_tsdr);
+        let accepted = responder.accept(data);
+        if !matches!(accepted, Accepted::Ignored) && data.da == responder.address() {
+            server.restart_watchdog(data.sa);
+        }
+        let reply = match accepted {
+            Accepted::Ignored => return None,
+            Accepted::Unconfirmed(request) => {
+                server.unconfirmed(&request);
+                return None;
+            }
+            Accepted::Repetition => return responder.repeat(not_before),
+            Accepted::LinkLayer(status) => Reply::Status(status),
+            Accepted::Ident => server.ident(),
+            Accepted::Confirmed(request) => server.serve(&request, responder),
+        };
+        responder.answer(data, reply, not_before)
+    }
+
+    /// Encodes the answer to the next Data_Exchange, if the device allows it.
+    fn prepare(&mut self) {
+        let Self { responder, server, expected } = self;
+        expected.clear();
+        let Some(Exchange { master, lengths }) = server.next_exchange() else { return };
+        if let Some(fc) = responder.prepare(master, lengths.inputs, |du| server.next_inputs(du)) {
+            let request = DataTelegram { da: responder.address(), sa: master, dsap: None, ssap: None, fc, du: &[] };
+            *expected = Expected::new(&request, lengths.outputs, server.wake_at());
+        }
     }
 }

@@ -41,6 +41,12 @@ pub struct Gauge {
     pub running: bool,
     /// Whether the outputs come from a master; otherwise they are safe.
     pub driven: bool,
+    /// The slave may prepare its answers.
+    pub keeps_inputs: bool,
+    /// The inputs follow the outputs of the same request.
+    pub echo: bool,
+    /// How often the slave has collected the inputs.
+    pub collected: usize,
     pub seen: Vec<Seen>,
 }
 
@@ -80,6 +86,9 @@ impl Default for Gauge {
             no_add_chg: false,
             running: false,
             driven: false,
+            keeps_inputs: true,
+            echo: false,
+            collected: 0,
             seen: Vec::new(),
         }
     }
@@ -118,6 +127,12 @@ impl Device for Gauge {
 
     fn outputs(&mut self, outputs: Outputs<'_>) {
         self.driven = matches!(outputs, Outputs::Data(_));
+        if self.echo {
+            self.inputs = match outputs {
+                Outputs::Data(data) => data.to_vec(),
+                Outputs::Safe => vec![0xEE; self.inputs.len()],
+            };
+        }
         self.seen.push(match outputs {
             Outputs::Data(data) => Seen::Outputs(data.to_vec()),
             Outputs::Safe => Seen::Safe,
@@ -125,9 +140,14 @@ impl Device for Gauge {
     }
 
     fn inputs(&mut self, inputs: &mut [u8]) {
+        self.collected += 1;
         for (place, input) in inputs.iter_mut().zip(&self.inputs) {
             *place = *input;
         }
+    }
+
+    fn keeps_inputs(&self, before: &[u8], outputs: &[u8]) -> bool {
+        self.keeps_inputs && (!self.echo || before == outputs)
     }
 
     fn diagnosis(&self) -> Diagnosis<'_> {

@@ -109,6 +109,7 @@ impl<const CONNECTIONS: usize> Rig<CONNECTIONS> {
         assert!(transmit.not_before >= self.now + 11, "answered before min T_SDR");
         let answer = transmit.octets.to_vec();
         self.now = transmit.not_before + CHARACTER_TBIT * answer.len() as u64;
+        self.slave.sent(self.now);
         Some(answer)
     }
 
@@ -138,7 +139,11 @@ impl<const CONNECTIONS: usize> Rig<CONNECTIONS> {
 
     /// A counted request.
     pub fn srd(&mut self, sa: u8, dsap: Option<u8>, ssap: Option<u8>, du: &[u8]) -> Answer {
-        let fc = Control::Request { function: Function::SrdLow, count: FrameCount::Uncounted }.to_octet();
+        self.request(Function::SrdLow, sa, (dsap, ssap), du)
+    }
+
+    fn request(&mut self, function: Function, sa: u8, (dsap, ssap): (Option<u8>, Option<u8>), du: &[u8]) -> Answer {
+        let fc = Control::Request { function, count: FrameCount::Uncounted }.to_octet();
         let data = DataTelegram { da: self.slave.address(), sa, dsap, ssap, fc, du };
         let answer = self.counted(data);
         read(&data, answer.as_deref())
@@ -149,9 +154,9 @@ impl<const CONNECTIONS: usize> Rig<CONNECTIONS> {
         self.srd(sa, Some(dsap), Some(62), du)
     }
 
-    /// Data_Exchange.
+    /// Data_Exchange with high priority, as masters send it.
     pub fn dx(&mut self, sa: u8, outputs: &[u8]) -> Answer {
-        self.srd(sa, None, None, outputs)
+        self.request(Function::SrdHigh, sa, (None, None), outputs)
     }
 
     /// Octets of a PDU to SAP 51, empty for a poll.

@@ -1,10 +1,18 @@
 //! Data exchange with the owner, RD_Inp and RD_Outp for all masters, and Global_Control. profibus-wire 2.8 to 2.10.
 
 use super::{NO_RESOURCE, SERVICE_CLOSED, Server};
-use crate::link::{Indication, Reply};
-use crate::slave::{Device, ExchangeState, Fault, Outputs, SlaveState};
+use crate::link::{BitTime, Indication, Reply};
+use crate::slave::{Device, ExchangeState, Fault, Outputs, Owner, SlaveState};
+use profivac_wire::cfg::Lengths;
 use profivac_wire::global::{ControlCommand, GlobalControl};
 use profivac_wire::{MAX_DU, Sap};
+
+/// A Data_Exchange whose answer may be prepared.
+#[derive(Clone, Copy, Debug)]
+pub(in crate::slave) struct Exchange {
+    pub(in crate::slave) master: u8,
+    pub(in crate::slave) lengths: Lengths,
+}
 
 impl<D: Device, const CONNECTIONS: usize> Server<D, CONNECTIONS> {
     /// profibus-wire 2.8: the input image, DH instead of DL while a diagnosis is pending.
@@ -38,6 +46,48 @@ impl<D: Device, const CONNECTIONS: usize> Server<D, CONNECTIONS> {
             true => Reply::High(image(&self.inputs, exchange.lengths.inputs)),
             false => image_reply(&self.inputs, exchange.lengths.inputs),
         }
+    }
+
+    /// The next Data_Exchange, if its answer may be prepared: after an exchange, without Sync and Freeze, with inputs, and
+    /// if the device allows it.
+    #[inline]
+    pub(in crate::slave) fn next_exchange(&self) -> Option<Exchange> {
+        let SlaveState::DataExch(Owner { master, .. }, ExchangeState { lengths, sync, freeze, .. }) = &self.state
+        else {
+            return None;
+        };
+        let outputs = image(&self.outputs, lengths.outputs);
+        let is_steady = self.outputs_valid && !sync && !freeze && lengths.inputs > 0;
+        (is_steady && self.device.keeps_inputs(outputs, outputs))
+            .then_some(Exchange { master: *master, lengths: *lengths })
+    }
+
+    /// Writes the inputs of the next Data_Exchange to `image`. Returns whether a diagnosis is pending.
+    #[inline]
+    pub(in crate::slave) fn next_inputs(&mut self, image: &mut [u8]) -> bool {
+        self.note_diagnosis_change();
+        self.device.inputs(image);
+        match self.state {
+            SlaveState::DataExch(_, exchange) => self.diagnosis_is_pending(exchange),
+            SlaveState::WaitPrm(_) | SlaveState::WaitCfg(_) => false,
+        }
+    }
+
+    /// Executes the expected Data_Exchange, which ended at `end`, except for the reply, which is prepared. Returns `false`, and changes
+    /// nothing, if the inputs follow the new outputs.
+    #[inline]
+    pub(in crate::slave) fn exchange_prepared(&mut self, end: BitTime, du: &[u8]) -> bool {
+        let Some(outputs) = self.outputs.get_mut(..du.len()) else { return false };
+        if !self.device.keeps_inputs(outputs, du) {
+            return false;
+        }
+        outputs.copy_from_slice(du);
+        self.device.outputs(Outputs::Data(du));
+        self.now = end;
+        if let SlaveState::DataExch(Owner { watchdog: Some(watchdog), .. }, _) = &mut self.state {
+            watchdog.deadline = end + watchdog.period_tbit;
+        }
+        true
     }
 
     /// profibus-wire 2.10: the image as Data_Exchange would return it.
@@ -102,6 +152,7 @@ impl<D: Device, const CONNECTIONS: usize> Server<D, CONNECTIONS> {
     fn apply_held_outputs(&mut self, exchange: ExchangeState) {
         if core::mem::take(&mut self.held_valid) {
             self.outputs = self.held_outputs;
+            self.outputs_valid = true;
             self.device.outputs(Outputs::Data(image(&self.outputs, exchange.lengths.outputs)));
         }
     }
@@ -128,12 +179,14 @@ impl<D: Device, const CONNECTIONS: usize> Server<D, CONNECTIONS> {
         if sync {
             self.held_valid = true;
         } else {
+            self.outputs_valid = true;
             self.device.outputs(Outputs::Data(du));
         }
     }
 
     pub(super) fn set_safe_outputs(&mut self) {
         self.outputs = [0; MAX_DU];
+        self.outputs_valid = false;
         self.held_valid = false;
         self.device.outputs(Outputs::Safe);
     }

@@ -10,6 +10,7 @@ mod ms1;
 mod ms2;
 mod prm;
 
+pub(super) use exchange::Exchange;
 pub use ms2::MAX_INITIATE_PDU;
 
 use super::acyclic::AcyclicServer;
@@ -50,6 +51,8 @@ pub(super) struct Server<D, const CONNECTIONS: usize> {
     pub(super) min_tsdr: u8,
     /// The outputs that the process has.
     outputs: [u8; MAX_DU],
+    /// They come from the master; otherwise they are safe.
+    outputs_valid: bool,
     /// The outputs that Sync holds back.
     held_outputs: [u8; MAX_DU],
     held_valid: bool,
@@ -69,6 +72,7 @@ impl<D: Device, const CONNECTIONS: usize> Server<D, CONNECTIONS> {
             state: SlaveState::POWER_UP,
             min_tsdr: MIN_TSDR_TBIT,
             outputs: [0; MAX_DU],
+            outputs_valid: false,
             held_outputs: [0; MAX_DU],
             held_valid: false,
             inputs: [0; MAX_DU],
@@ -151,6 +155,12 @@ impl<D: Device, const CONNECTIONS: usize> Server<D, CONNECTIONS> {
         {
             self.enter_wait_prm(Fault::None);
         }
+        self.note_diagnosis_change();
+    }
+
+    /// A new diagnosis of the device is announced.
+    #[inline]
+    fn note_diagnosis_change(&mut self) {
         if self.device.take_diagnosis_change()
             && let SlaveState::DataExch(_, exchange) = &mut self.state
         {
