@@ -180,7 +180,7 @@ impl Iterator for ParquetExport {
 /// [`WriteError`] when the database cannot be read or the file cannot be written; what was written so far is no Parquet file.
 pub fn write(chunks: Chunks, mut to: impl Write) -> Result<u64, WriteError> {
     let mut export = ParquetExport::new(chunks)?;
-    while let Some(part) = export.next() {
+    for part in export.by_ref() {
         to.write_all(&part?).map_err(ParquetError::from)?;
     }
     Ok(export.rows_read())
