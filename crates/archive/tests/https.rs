@@ -1,5 +1,7 @@
 //! The client of the station against the server of the archive, without a database.
 
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
+
 use profivac_archive::config::{Https, Sender};
 use profivac_archive::https::{Job, MAX_BODY, Server};
 use profivac_station::config::Secret;
